@@ -1,0 +1,34 @@
+/// \file The particle state at one step, as written to and read from files.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "physics/types.h"
+
+namespace lahar {
+
+/// One column of a frame: `components` values per particle, particle-major.
+/// Components: 1 scalar; Dim a vector; 6 a symmetric tensor in Voigt order (2D too; yz = xz = 0).
+struct FrameColumn {
+  std::string name;  ///< "mass", "volume", "displacement", "velocity", "stress", "strain", "pressure"
+  std::string unit;
+  int components = 1;
+  std::vector<double> values;
+};
+
+/// Particle state, ascending particle id.
+struct Frame {
+  Index step = 0;   ///< updates done
+  double time = 0;  ///< [s]
+  int dim = 3;
+  std::vector<Index> id;
+  std::vector<double> coordinates;  ///< [m] Dim per particle
+  std::vector<std::int32_t> material;  ///< material ids of the scenario
+  std::vector<FrameColumn> columns;
+  Index size() const { return static_cast<Index>(id.size()); }
+  const FrameColumn* find(const std::string& name) const;
+};
+
+}  // namespace lahar

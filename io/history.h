@@ -1,0 +1,26 @@
+/// \file One row of history.csv: conservation laws of the whole model at one step.
+#pragma once
+
+#include <array>
+
+#include "physics/types.h"
+
+namespace lahar {
+
+/// Sums over all particles after `step` updates; energies in J (2D: per metre of thickness).
+struct HistoryRow {
+  Index step = 0;
+  double time = 0;  ///< [s]
+  double dt = 0;    ///< [s] of the last step
+  Index particles = 0;
+  double mass = 0;                    ///< [kg]
+  std::array<double, 3> momentum{};   ///< [kg m/s]
+  double kinetic = 0;    ///< sum of m v^2 / 2
+  double internal = 0;   ///< work of the stresses since the start (elastic: the strain energy)
+  double external = 0;   ///< work of gravity, loads and prescribed velocities since the start
+  double damping = 0;    ///< energy taken by Cundall damping since the start
+  double balance = 0;    ///< kinetic + internal + damping - external - kinetic at start: numerical drift
+  double max_speed = 0;  ///< [m/s]
+};
+
+}  // namespace lahar

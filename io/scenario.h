@@ -1,0 +1,42 @@
+/// \file Reading and validating a scenario: from files to a Model.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "physics/error.h"
+#include "physics/model.h"
+
+namespace lahar {
+
+struct ScenarioOptions {
+  std::vector<std::string> overrides;  ///< "--set" arguments: /json/pointer=value or a.b.c=value
+  bool as_cbgeo = false;               ///< what CB-Geo would have run (ignores "stress_update")
+};
+
+/// A scenario that has been read completely.
+struct Scenario {
+  AnyModel model;
+  std::vector<Problem> warnings;  ///< keys that the reference ignores, unusual values
+  std::string text;               ///< the file as it was
+  std::string full;               ///< JSON with every default filled in, for scenario.full.json
+  std::filesystem::path file;
+};
+
+/// Read `file` with its side files. Throws InputError with every problem found, IoError where a
+/// file cannot be read.
+Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options = {});
+
+/// The same from text; side files are looked up in `folder`.
+Scenario read_scenario_text(const std::string& text, const std::filesystem::path& folder,
+                            const ScenarioOptions& options = {});
+
+std::string scenario_schema();     ///< JSON Schema of the input, from the field tables
+std::string scenario_reference();  ///< Markdown reference of the input, from the field tables
+
+/// Compiler-like text of problems (file:line:column: error: ..., the line, a caret, a hint).
+std::string format_problems(const std::vector<Problem>& problems, const char* severity = "error",
+                            bool colour = false);
+
+}  // namespace lahar

@@ -1,0 +1,98 @@
+/// \file The background mesh: Q4 and H8 cells, structured (nothing stored) or from tables.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "physics/types.h"
+
+namespace lahar {
+
+/// What the inverse mapping of one cell needs.
+/// Cartesian: xi = 2 (x - centre) / length per axis. Isoparametric: corner coordinates.
+template <int Dim>
+struct CellGeometry {
+  Vec<Dim> centre;                             ///< [m] mean of the corners
+  Vec<Dim> length;                             ///< [m] edge lengths (Cartesian cells only)
+  std::array<Vec<Dim>, corners<Dim>> corner;   ///< [m] in tensor order
+  bool cartesian;
+};
+
+/// Background mesh. Node and cell ids are 0-based and dense. Two orders of a cell's corners occur:
+/// *file order* (CB-Geo: Q4 counter-clockwise, H8 bottom then top) and *tensor order*, in which
+/// bit d of the corner's number says whether it lies on the + side of natural axis d. In a Cartesian
+/// cell the natural axes are the global ones, whatever rotation the file order has.
+template <int Dim>
+class Mesh {
+ public:
+  using Point = Vec<Dim>;
+  using Corners = std::array<Index, corners<Dim>>;
+
+  /// A grid of equal boxes that stores no coordinates. Cell (i,j,k) has id i + nx (j + ny k); nodes
+  /// likewise with nx + 1. Throws InputError unless cell_size > 0 and counts > 0.
+  static Mesh structured(const Point& origin, const Point& cell_size,
+                         const std::array<Index, Dim>& counts);
+
+  /// A mesh from tables, corners in file order. `isoparametric` false: every cell must be an
+  /// axis-aligned box. Throws InputError with one problem per bad cell (unknown node, repeated
+  /// node, inverted or degenerate, not a box); at most 20 are listed, the rest is counted.
+  static Mesh from_tables(std::vector<Point> nodes, std::vector<Corners> cells, bool isoparametric);
+
+  Mesh(Mesh&&) noexcept;
+  Mesh& operator=(Mesh&&) noexcept;
+  ~Mesh();
+
+  Index n_nodes() const;
+  Index n_cells() const;
+  bool is_structured() const;
+  bool is_cartesian() const;  ///< closed-form affine inverse mapping in every cell
+
+  Point node(Index id) const;                  ///< [m]
+  Corners cell_nodes(Index cell) const;        ///< file order
+  Corners cell_nodes_tensor(Index cell) const; ///< tensor order
+  CellGeometry<Dim> geometry(Index cell) const;
+  double cell_volume(Index cell) const;        ///< [m^2 per m of thickness, or m^3]
+  double cell_size(Index cell) const;          ///< [m] shortest distance a wave can cross: see .cpp
+  /// Smallest box around the mesh.
+  std::pair<Point, Point> bounds() const;
+
+  /// Natural coordinates of x if x is in the closed cell (-1 <= xi <= 1 without tolerance), clamped
+  /// to 1 - 2.2e-16; none otherwise. Throws SimulationError where Newton does not converge for a
+  /// point near the cell.
+  std::optional<Point> natural_coordinates(Index cell, const Point& x) const;
+
+  /// The lowest cell id that contains x; -1 if none. A point outside every cell by rounding only
+  /// (1e-10 in natural coordinates) belongs to the cell it touches, lowest id first.
+  struct Found {
+    Index cell = -1;
+    Point xi;
+  };
+  Found locate(const Point& x) const;
+
+  /// Where a particle that was in `cell` is now: that cell while it contains x, else the first of
+  /// the cells sharing a node with it in ascending id, else locate(x). Walks through face
+  /// neighbours along the natural coordinates; the answer is the one of the rule.
+  Found locate_from(const Point& x, Index cell) const;
+
+  /// Cells sharing at least one node with `cell`, ascending, without itself.
+  std::vector<Index> neighbours(Index cell) const;
+  /// Cells that have this node, ascending.
+  std::vector<Index> node_cells(Index node) const;
+
+  /// Structured meshes only.
+  std::array<Index, Dim> counts() const;
+  Point origin() const;
+  Point spacing() const;
+
+ private:
+  struct Impl;
+  explicit Mesh(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+extern template class Mesh<2>;
+extern template class Mesh<3>;
+
+}  // namespace lahar
