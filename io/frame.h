@@ -1,8 +1,9 @@
 /// \file The particle state at one step, as written to and read from files.
 #pragma once
 
-#include <filesystem>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "physics/types.h"
@@ -12,7 +13,8 @@ namespace lahar {
 /// One column of a frame: `components` values per particle, particle-major.
 /// Components: 1 scalar; Dim a vector; 6 a symmetric tensor in Voigt order (2D too; yz = xz = 0).
 struct FrameColumn {
-  std::string name;  ///< "mass", "volume", "displacement", "velocity", "stress", "strain", "pressure"
+  std::string
+      name;  ///< "mass", "volume", "displacement", "velocity", "stress", "strain", "pressure"
   std::string unit;
   int components = 1;
   std::vector<double> values;
@@ -24,11 +26,21 @@ struct Frame {
   double time = 0;  ///< [s]
   int dim = 3;
   std::vector<Index> id;
-  std::vector<double> coordinates;  ///< [m] Dim per particle
-  std::vector<std::int32_t> material;  ///< material ids of the scenario
+  std::vector<double> coordinates;     ///< [m] Dim per particle
+  std::vector<std::int32_t> material;  ///< material ids of the scenario; empty = unknown
   std::vector<FrameColumn> columns;
   Index size() const { return static_cast<Index>(id.size()); }
-  const FrameColumn* find(const std::string& name) const;
+  const FrameColumn* find(std::string_view name) const;
 };
+
+/// x y z for vectors of 2 or 3, xx yy zz xy yz xz for 6 components; empty for scalars.
+std::span<const char* const> component_names(int components);
+
+/// State variables of materials are the scalars other than mass and volume; they are svars_0,
+/// svars_1, ... in the frame's order.
+bool is_state_variable(const FrameColumn& column);
+
+/// Throws std::logic_error unless every array has the length that the number of particles implies.
+void check_consistent(const Frame& frame);
 
 }  // namespace lahar

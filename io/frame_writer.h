@@ -1,0 +1,50 @@
+/// \file A thread that writes frames behind the computation.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "io/frame.h"
+#include "io/vtkhdf.h"
+#include "io/vtu.h"
+
+namespace lahar {
+
+/// Writes frames to FOLDER/particles_STEP.hdf and lists them, with their times, in
+/// FOLDER/particles.hdf.series, which ParaView opens. A frame appears when it is complete.
+class FrameWriter {
+ public:
+  /// Frames that may wait or be written at a time; the next write() blocks (memory is bounded).
+  static constexpr std::size_t slots = 2;
+
+  explicit FrameWriter(std::filesystem::path folder, FrameFileOptions options = {});
+  ~FrameWriter();  ///< writes what is queued; errors are lost, so call finish() first
+
+  /// Hand a frame over and return. Blocks while all slots are taken. Throws the IoError of an
+  /// earlier frame; all later frames are dropped then.
+  void write(Frame&& frame);
+  /// Wait until everything is written. Throws as write() does.
+  void finish();
+
+ private:
+  void work();
+  void write_now(const Frame& frame);
+  void rethrow_failure();  // with the mutex held
+
+  std::filesystem::path folder_;
+  FrameFileOptions options_;
+  std::vector<TimedFile> index_;  // the thread's own
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Frame> queue_;  // the front one is being written
+  std::exception_ptr failure_;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+}  // namespace lahar

@@ -1,0 +1,62 @@
+/// \file manifest.json of a run folder: who computed what, with what, and how it ended.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "physics/types.h"
+
+namespace lahar {
+
+/// Known when a run starts.
+struct RunInfo {
+  std::string title;
+  std::string version, commit, compiler;
+  std::vector<std::pair<std::string, std::string>> libraries;  ///< name, version
+  std::vector<std::string> command;                            ///< program and arguments
+  int ranks = 1, threads = 1;
+  int dim = 0;
+  std::string scheme;
+  Index nodes = 0, cells = 0, particles = 0, materials = 0, patches = 0;
+  Index steps = 0;                            ///< planned; 0 = until end_time
+  double dt = 0;                              ///< [s] the first one
+  double dt_limit = 0;                        ///< [s] CFL limit at the start
+  std::vector<std::filesystem::path> inputs;  ///< scenario and side files; their hashes are stored
+};
+
+enum class RunStatus { running, finished, failed, stopped };
+
+/// Known when it ends.
+struct RunEnd {
+  RunStatus status = RunStatus::finished;
+  std::string message;  ///< why it failed or stopped
+  double wall_seconds = 0;
+  Index steps = 0;  ///< updates done
+  double time = 0;  ///< [s] simulated
+  std::vector<std::string> warnings;
+};
+
+/// The manifest as JSON text. Hashes the inputs (unreadable ones are stored as null).
+class Manifest {
+ public:
+  explicit Manifest(const RunInfo& info);  ///< status "running", start time, host, process
+  std::string text() const { return with_end(nullptr); }
+  std::string text(const RunEnd& end) const { return with_end(&end); }
+
+ private:
+  std::string with_end(const RunEnd* end) const;
+  std::string start_;  // JSON
+};
+
+/// True if `folder` holds a manifest.json that Lahar wrote.
+bool is_run_folder(const std::filesystem::path& folder);
+
+/// SHA-256 of a file as 64 hexadecimal digits (as sha256sum prints). Throws IoError.
+std::string sha256_of_file(const std::filesystem::path& file);
+/// SHA-256 of a text.
+std::string sha256(std::string_view text);
+
+}  // namespace lahar

@@ -1,0 +1,73 @@
+/// \file The output folder of a run.
+///
+///     manifest.json        written at the start (status "running"), completed at the end; a killed
+///                          run stays "running"
+///     scenario.json        the input as it was; scenario.full.json: with every default
+///     log.txt              what the terminal showed
+///     history.csv          conservation laws, one row per interval (io/history.h)
+///     frames/              particles_STEP.hdf and particles.hdf.series
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/frame.h"
+#include "io/frame_writer.h"
+#include "io/history.h"
+#include "io/manifest.h"
+
+namespace lahar {
+
+/// What a run puts into its folder at the start.
+struct RunFolderContents {
+  RunInfo info;
+  std::string scenario;       ///< scenario.json
+  std::string scenario_full;  ///< scenario.full.json
+};
+
+/// Output of one run. Member functions may be called from any thread. All throw IoError; a failure
+/// of the background writer surfaces at the next write() and at finish().
+class RunFolder {
+ public:
+  /// Make the folder. An existing one must be empty, or a run of Lahar and `overwrite` be true: its
+  /// old results are then removed, and only those. Throws InputError where it must not be touched,
+  /// including a folder that another process is writing to.
+  RunFolder(std::filesystem::path folder, const RunFolderContents& contents, bool overwrite = false,
+            FrameFileOptions options = {});
+  /// Without finish(): completes the manifest as failed.
+  ~RunFolder();
+
+  void log(std::string_view line);  ///< a newline is added where there is none
+  void history(const HistoryRow& row);
+  void write(Frame&& frame);  ///< in the background; blocks when two are pending
+  /// Write what is pending, then complete the manifest. If a frame could not be written, the
+  /// manifest says failed and the error is thrown.
+  void finish(const RunEnd& end);
+
+  const std::filesystem::path& folder() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+struct FrameFile {
+  Index step;
+  std::filesystem::path file;
+};
+
+/// Complete frames of a run, ascending steps. Throws IoError.
+std::vector<FrameFile> frames_of_run(const std::filesystem::path& folder);
+
+/// The frame of `source` at `step` (the last one if none is given); a frame file stands for itself.
+/// Throws InputError with the steps there are.
+FrameFile find_frame(const std::filesystem::path& source, std::optional<Index> step = {});
+
+/// File name of a frame: particles_0000001000.hdf.
+std::string frame_name(Index step, std::string_view extension);
+
+}  // namespace lahar
