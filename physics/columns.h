@@ -1,0 +1,70 @@
+/// \file The one table that describes a particle. Migration, frames, and sorting iterate over it;
+/// a new field is one row.
+#pragma once
+
+#include <array>
+
+#include "physics/types.h"
+
+namespace lahar {
+
+/// Floating-point columns of a particle. Each has a fixed number of components per dimension.
+enum class Column : int { x, xi, v, u, stress, strain, volume, mass, size, pressure };
+inline constexpr int n_columns = 10;
+
+struct ColumnInfo {
+  Column column;
+  const char* name;      ///< as in frames
+  const char* unit;
+  int components_2d, components_3d;
+  bool optional;         ///< allocated only where the model needs it
+  bool exported;         ///< written to frames
+};
+
+// clang-format off
+inline constexpr std::array<ColumnInfo, n_columns> column_table{{
+    {Column::x,        "coordinates",  "m",   2, 3, false, true},
+    {Column::xi,       "natural",      "-",   2, 3, false, false},  // in [-1, 1], of its cell
+    {Column::v,        "velocity",     "m/s", 2, 3, false, true},
+    {Column::u,        "displacement", "m",   2, 3, false, true},
+    {Column::stress,   "stress",       "Pa",  4, 6, false, true},   // Cauchy; 2D xx yy zz xy
+    {Column::strain,   "strain",       "-",   3, 6, false, true},   // engineering shear; 2D xx yy xy
+    {Column::volume,   "volume",       "m^3", 1, 1, false, true},
+    {Column::mass,     "mass",         "kg",  1, 1, false, true},
+    {Column::size,     "size",         "m",   1, 1, true,  false},  // initial volume^(1/Dim), for tractions
+    {Column::pressure, "pressure",     "Pa",  1, 1, true,  true},   // state variable of fluids
+}};
+// clang-format on
+
+/// Which optional columns a model needs.
+struct ColumnNeeds {
+  bool size = false;
+  bool pressure = false;
+  bool operator==(const ColumnNeeds&) const = default;
+};
+
+/// Row of every column's first component in a patch's particle block; -1 = absent.
+template <int Dim>
+class ColumnLayout {
+ public:
+  explicit ColumnLayout(ColumnNeeds needs = {}) {
+    for (const ColumnInfo& info : column_table) {
+      const bool present = !info.optional || (info.column == Column::size && needs.size) ||
+                           (info.column == Column::pressure && needs.pressure);
+      row_[static_cast<int>(info.column)] = present ? rows_ : -1;
+      if (present) rows_ += components(info);
+    }
+  }
+  static constexpr int components(const ColumnInfo& info) {
+    return Dim == 2 ? info.components_2d : info.components_3d;
+  }
+  int row(Column c) const { return row_[static_cast<int>(c)]; }
+  bool has(Column c) const { return row(c) >= 0; }
+  int rows() const { return rows_; }
+
+ private:
+  std::array<int, n_columns> row_{};
+  int rows_ = 0;
+};
+
+}  // namespace lahar

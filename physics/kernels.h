@@ -1,0 +1,79 @@
+/// \file The kernels of a step: plain functions over one patch. Equations with the letters of the
+/// papers: p particle, i node, N_i shape function; see CONTRIBUTING.md for the glossary.
+/// Algorithm: Sulsky, Chen & Schreyer (1994); order of operations as in CB-Geo MPM (Kumar et al. 2019).
+#pragma once
+
+#include "physics/patch.h"
+#include "physics/simd.h"
+
+namespace lahar {
+
+/// Below this nodal mass [kg] a node has no velocity; the reference code's value.
+inline constexpr double least_mass_velocity = 1e-16;
+/// Below this nodal mass [kg] a node is not accelerated; the reference code's value.
+inline constexpr double least_mass_acceleration = 1e-15;
+/// Nodal velocity and acceleration components smaller than this become zero [m/s, m/s^2], because
+/// the sign of a velocity decides the direction of damping; the reference code's value.
+inline constexpr double least_nodal_value = 1e-15;
+
+/// Append the particles that neighbours sent, in ascending patch id, then restore runs of one cell:
+/// particles are re-sorted (stable, by cell and material) when runs are too short.
+template <int Dim>
+void receive(Patch<Dim>& patch);
+
+/// m_i = sum_p N_i m_p,  (m v)_i = sum_p N_i m_p v_p, into the patch's private sums.
+template <int Dim, class Real = Pack>
+void map_mass_momentum(Patch<Dim>& patch);
+
+/// (m v)_i = sum_p N_i m_p v_p with the updated particle velocities (MUSL's second mapping).
+template <int Dim, class Real = Pack>
+void map_momentum(Patch<Dim>& patch);
+
+/// (m p)_i = sum_p N_i m_p p_p over particles whose law has a pressure.
+template <int Dim, class Real = Pack>
+void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// f_i = -sum_p V_p sigma_p grad N_i + sum_p N_i t_p V_p / size_p (traction).
+template <int Dim, class Real = Pack>
+void map_force(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// Add up one kind of partial node sums over all patches that share a node, ascending patch id.
+template <int Dim>
+void sum_over_patches(Patch<Dim>& patch, NodeSum which);
+
+/// v_i = (m v)_i / m_i, then prescribed velocities. `which`: mass_momentum or (MUSL) momentum.
+template <int Dim>
+void nodal_velocity(Patch<Dim>& patch, NodeSum which);
+
+/// a_i = (f_i + m_i g + point forces - alpha |f_i| sign(v_i)) / m_i;  v_i += dt a_i; prescribed
+/// velocities, which also zero the acceleration.
+template <int Dim>
+void integrate(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// v_p: FLIP v_p + dt sum_i N_i a_i, PIC sum_i N_i v_i, or their blend; x_p, u_p += dt sum_i N_i v_i;
+/// prescribed particle velocities.
+template <int Dim, class Real = Pack>
+void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// Which parts of the stress stage to do; pressure smoothing comes between the two.
+enum class StressPart { both, strain, law };
+
+/// Strain rate from nodal velocities; strain, volume (gradient at the cell's centre) and the law.
+template <int Dim, class Real = Pack>
+void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, StressPart part);
+
+/// p_p = sum_i N_i (m p)_i / m_i.
+template <int Dim, class Real = Pack>
+void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// Cell and natural coordinates of every particle; those that left go to their neighbour's outbox.
+template <int Dim, class Real = Pack>
+void locate(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// Smallest h / (c + |v|) over the particles [s], with h the cell's size, c = sqrt(M / density) the
+/// material's longitudinal wave speed; a viscous fluid also h^2 density / (2 Dim 4/3 mu).
+/// `limiting` (optional) receives the particle's position in the patch.
+template <int Dim>
+double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, Local* limiting = nullptr);
+
+}  // namespace lahar

@@ -1,0 +1,34 @@
+/// \file Loads and prescribed velocities of particles. Bit k of Particles::loads says that entry k
+/// of the model's list (tractions first, then prescribed velocities) acts on the particle.
+#pragma once
+
+#include "physics/patch.h"
+
+namespace lahar {
+
+/// Entries that fit in the bit mask of a particle.
+inline constexpr std::size_t max_particle_loads = 64;
+
+/// Value of load function `function` (-1 = constant 1) at time t.
+template <int Dim>
+double load_factor(const Model<Dim>& model, int function, double t) {
+  return function < 0 ? 1.0 : model.functions[static_cast<std::size_t>(function)](t);
+}
+
+/// Force of all tractions on particle p [N]: traction(t) * volume / size, size = initial
+/// volume^(1/Dim), volume the present one (CB-Geo MPM).
+template <int Dim>
+Vec<Dim> traction_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step) {
+  Vec<Dim> f = Vec<Dim>::Zero();
+  const std::uint64_t bits = particles.loads.empty() ? 0 : particles.loads[static_cast<std::size_t>(p)];
+  if (bits == 0) return f;
+  const auto& tractions = step.model->tractions;
+  for (std::size_t k = 0; k < tractions.size(); ++k)
+    if (bits >> k & 1)
+      f[tractions[k].dir] += tractions[k].traction *
+                             load_factor(*step.model, tractions[k].function, step.time) *
+                             particles.row(Column::volume)[p] / particles.row(Column::size)[p];
+  return f;
+}
+
+}  // namespace lahar

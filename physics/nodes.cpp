@@ -1,0 +1,122 @@
+/// Nodal kernels. Every patch that holds a node does the same arithmetic in the same order on the
+/// same sums, so that all copies of a node are identical.
+#include <cmath>
+
+#include "physics/kernels.h"
+#include "physics/loads.h"
+
+namespace lahar {
+
+template <int Dim>
+void sum_over_patches(Patch<Dim>& patch, NodeSum which) {
+  const int k = static_cast<int>(which);
+  const int width = node_sum_width<Dim>[k];
+  const auto& topology = patch.topology;
+  auto& total = patch.total[k];
+  total = patch.partial[k];
+  for (std::size_t s = 0; s < topology.shared_node.size(); ++s) {
+    double sum[4] = {0, 0, 0, 0};
+    for (Local e = topology.first[s]; e < topology.first[s + 1]; ++e) {
+      const auto& share = topology.shares[static_cast<std::size_t>(e)];
+      const double* from = share.neighbour < 0
+                               ? patch.partial[k].data()
+                               : patch.neighbour_partial[k][static_cast<std::size_t>(share.neighbour)];
+      from += static_cast<std::ptrdiff_t>(share.node) * width;
+      for (int c = 0; c < width; ++c) sum[c] += from[c];
+    }
+    double* to = total.data() + static_cast<std::ptrdiff_t>(topology.shared_node[s]) * width;
+    for (int c = 0; c < width; ++c) to[c] = sum[c];
+  }
+}
+
+namespace {
+
+double flushed(double value) { return std::abs(value) < least_nodal_value ? 0.0 : value; }
+
+constexpr int mass_width = 4;
+static_assert(node_sum_width<2>[0] == mass_width && node_sum_width<3>[0] == mass_width);
+
+}  // namespace
+
+template <int Dim>
+void nodal_velocity(Patch<Dim>& patch, NodeSum which) {
+  const double* mass = patch.total[static_cast<int>(NodeSum::mass_momentum)].data();
+  // {m, m v} and {m v} differ in where the momentum begins.
+  const bool first = which == NodeSum::mass_momentum;
+  const double* momentum = patch.total[static_cast<int>(which)].data() + (first ? 1 : 0);
+  const int width = node_sum_width<Dim>[static_cast<int>(which)];
+  for (Local i = 0; i < patch.n_nodes(); ++i) {
+    const double m = mass[i * mass_width];
+    for (int d = 0; d < Dim; ++d)
+      patch.velocity[i * Dim + d] =
+          m > least_mass_velocity ? flushed(momentum[i * width + d] / m) : 0.0;
+  }
+  for (const auto& fixed : patch.fixed)
+    patch.velocity[fixed.node * Dim + fixed.dir] = fixed.velocity;
+}
+
+template <int Dim>
+void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const Model<Dim>& model = *step.model;
+  const double* mass = patch.total[static_cast<int>(NodeSum::mass_momentum)].data();
+  double* force = patch.total[static_cast<int>(NodeSum::force)].data();
+  const int width = node_sum_width<Dim>[static_cast<int>(NodeSum::force)];
+  const double alpha = model.analysis.damping;
+  PatchWork& work = patch.work;
+
+  for (const auto& point : patch.forces)
+    force[point.node * width + point.dir] +=
+        point.force * load_factor(model, point.function, step.time);
+
+  for (Local i = 0; i < patch.n_nodes(); ++i) {
+    const double m = mass[i * mass_width];
+    double* v = &patch.velocity[i * Dim];
+    double* a = &patch.acceleration[i * Dim];
+    if (!(m > least_mass_acceleration)) {
+      for (int d = 0; d < Dim; ++d) a[d] = 0.0;
+      continue;
+    }
+    double f[Dim];
+    for (int d = 0; d < Dim; ++d) f[d] = force[i * width + d] + m * model.gravity[d];
+    if (alpha > 0.0) {
+      double norm = 0.0;
+      for (int d = 0; d < Dim; ++d) norm += f[d] * f[d];
+      norm = alpha * std::sqrt(norm);
+      for (int d = 0; d < Dim; ++d) {
+        const double damping = v[d] > 0.0 ? norm : v[d] < 0.0 ? -norm : 0.0;
+        f[d] -= damping;
+        if (patch.topology.owned[i])
+          work.damping += damping * (v[d] + step.dt * f[d] / m) * step.dt;
+      }
+    }
+    for (int d = 0; d < Dim; ++d) {
+      a[d] = flushed(f[d] / m);
+      v[d] = flushed(v[d] + step.dt * (f[d] / m));
+      if (patch.topology.owned[i]) work.external += m * model.gravity[d] * v[d] * step.dt;
+    }
+  }
+
+  for (const auto& fixed : patch.fixed) {
+    double& v = patch.velocity[fixed.node * Dim + fixed.dir];
+    if (patch.topology.owned[fixed.node]) {
+      const double m = mass[fixed.node * mass_width];
+      work.external += m * (fixed.velocity - v) * fixed.velocity;  // work of the reaction
+      work.external -= m * model.gravity[fixed.dir] * (v - fixed.velocity) * step.dt;
+    }
+    v = fixed.velocity;
+    patch.acceleration[fixed.node * Dim + fixed.dir] = 0.0;
+  }
+  for (const auto& point : patch.forces)
+    if (patch.topology.owned[point.node])
+      work.external += point.force * load_factor(model, point.function, step.time) *
+                       patch.velocity[point.node * Dim + point.dir] * step.dt;
+}
+
+#define LAHAR_INSTANTIATE(Dim)                               \
+  template void sum_over_patches<Dim>(Patch<Dim>&, NodeSum); \
+  template void nodal_velocity<Dim>(Patch<Dim>&, NodeSum);   \
+  template void integrate<Dim>(Patch<Dim>&, const StepContext<Dim>&);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+
+}  // namespace lahar

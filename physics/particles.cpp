@@ -1,0 +1,124 @@
+#include "physics/particles.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+namespace lahar {
+
+namespace {
+
+/// Doubles that a kernel may read beyond the last particle: one vector of the widest kind.
+constexpr std::size_t padding = 8;
+constexpr std::size_t line = 8;  ///< doubles in a cache line
+
+/// Rows start on cache lines, and consecutive rows on different sets: a stride that is a multiple
+/// of a page would map all columns of a particle to one set of the first-level cache.
+std::size_t stride_for(std::size_t capacity) {
+  std::size_t stride = (capacity + padding + line - 1) / line * line;
+  if (stride % 64 == 0) stride += line;
+  return stride;
+}
+
+}  // namespace
+
+template <int Dim>
+void Particles<Dim>::Free::operator()(double* p) const {
+  std::free(p);
+}
+
+template <int Dim>
+Particles<Dim>::Particles(ColumnLayout<Dim> layout) : layout_(layout) {}
+
+template <int Dim>
+void Particles<Dim>::reserve(Local capacity) {
+  if (capacity <= capacity_) return;
+  const std::size_t stride = stride_for(static_cast<std::size_t>(capacity));
+  const std::size_t bytes = stride * static_cast<std::size_t>(layout_.rows()) * sizeof(double);
+  auto* memory = static_cast<double*>(std::aligned_alloc(64, (bytes + 63) / 64 * 64));
+  if (!memory) throw std::bad_alloc();
+  std::memset(memory, 0, bytes);
+  for (int r = 0; r < layout_.rows() && size_ > 0; ++r)
+    std::copy_n(block_.get() + static_cast<std::size_t>(r) * stride_, size_,
+                memory + static_cast<std::size_t>(r) * stride);
+  block_.reset(memory);
+  stride_ = stride;
+  capacity_ = capacity;
+  id.reserve(static_cast<std::size_t>(capacity));
+  cell.reserve(static_cast<std::size_t>(capacity));
+  material.reserve(static_cast<std::size_t>(capacity));
+}
+
+template <int Dim>
+void Particles<Dim>::resize(Local size) {
+  if (size > capacity_) reserve(std::max(size, capacity_ + capacity_ / 4 + 8));
+  if (size > size_)
+    for (int r = 0; r < layout_.rows(); ++r)
+      std::fill_n(block_.get() + static_cast<std::size_t>(r) * stride_ + size_, size - size_, 0.0);
+  id.resize(static_cast<std::size_t>(size));
+  cell.resize(static_cast<std::size_t>(size));
+  material.resize(static_cast<std::size_t>(size));
+  if (!loads.empty() || size == 0) loads.resize(loads.empty() ? 0 : static_cast<std::size_t>(size));
+  size_ = size;
+}
+
+template <int Dim>
+void Particles<Dim>::copy(const Particles& from, Local i, Local to) {
+  for (int r = 0; r < layout_.rows(); ++r)
+    block_[static_cast<std::size_t>(r) * stride_ + static_cast<std::size_t>(to)] =
+        from.block_[static_cast<std::size_t>(r) * from.stride_ + static_cast<std::size_t>(i)];
+  const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(to);
+  id[b] = from.id[a];
+  cell[b] = from.cell[a];
+  material[b] = from.material[a];
+  if (!from.loads.empty()) loads[b] = from.loads[a];
+}
+
+template <int Dim>
+void Particles<Dim>::append(const Particles& other, Local i) {
+  const Local at = size_;
+  resize(size_ + 1);
+  if (!other.loads.empty()) loads.resize(static_cast<std::size_t>(size_));
+  copy(other, i, at);
+}
+
+template <int Dim>
+void Particles<Dim>::remove(Local i) {
+  if (i != size_ - 1) copy(*this, size_ - 1, i);
+  id.pop_back();
+  cell.pop_back();
+  material.pop_back();
+  if (!loads.empty()) loads.pop_back();
+  --size_;
+}
+
+template <int Dim>
+void Particles<Dim>::permute(std::span<const Local> order) {
+  std::vector<double> scratch(order.size());
+  for (int r = 0; r < layout_.rows(); ++r) {
+    double* values = block_.get() + static_cast<std::size_t>(r) * stride_;
+    for (std::size_t k = 0; k < order.size(); ++k) scratch[k] = values[order[k]];
+    std::copy(scratch.begin(), scratch.end(), values);
+  }
+  const auto apply = [&](auto& values) {
+    auto old = values;
+    for (std::size_t k = 0; k < order.size(); ++k) values[k] = old[static_cast<std::size_t>(order[k])];
+  };
+  apply(id);
+  apply(cell);
+  apply(material);
+  if (!loads.empty()) apply(loads);
+}
+
+template <int Dim>
+std::size_t Particles<Dim>::bytes() const {
+  return stride_ * static_cast<std::size_t>(layout_.rows()) * sizeof(double) +
+         id.capacity() * sizeof(Index) + cell.capacity() * sizeof(Local) +
+         material.capacity() * sizeof(std::uint16_t) + loads.capacity() * sizeof(std::uint64_t);
+}
+
+template class Particles<2>;
+template class Particles<3>;
+
+}  // namespace lahar

@@ -1,0 +1,63 @@
+/// \file The particles of one patch: structure of arrays, aligned and padded.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "physics/columns.h"
+
+namespace lahar {
+
+/// A block of particles. Rows of doubles (one per column component) with a common stride, so that
+/// component k of column c of particle p is `row(c, k)[p]`. Reading one vector beyond the last
+/// particle is always allowed. Order is canonical: it depends on the history of the patch only.
+template <int Dim>
+class Particles {
+ public:
+  explicit Particles(ColumnLayout<Dim> layout = ColumnLayout<Dim>());
+
+  Local size() const { return size_; }
+  Local capacity() const { return capacity_; }
+  const ColumnLayout<Dim>& layout() const { return layout_; }
+
+  double* row(Column c, int component = 0) {
+    return block_.get() + static_cast<std::size_t>(layout_.row(c) + component) * stride_;
+  }
+  const double* row(Column c, int component = 0) const {
+    return const_cast<Particles*>(this)->row(c, component);
+  }
+
+  std::vector<Index> id;                ///< global particle id
+  std::vector<Local> cell;              ///< local cell of the patch
+  std::vector<std::uint16_t> material;  ///< index into the model's materials
+  std::vector<std::uint64_t> loads;     ///< bit k: load or constraint k acts; empty = none anywhere
+
+  void reserve(Local capacity);
+  void resize(Local size);  ///< new particles are zero
+  void clear() { resize(0); }
+  /// Append particle `i` of `other` (same layout).
+  void append(const Particles& other, Local i);
+  /// Remove particle `i`; the last one takes its place.
+  void remove(Local i);
+  /// New particle k is the old particle order[k]; order is a permutation.
+  void permute(std::span<const Local> order);
+  /// Bytes held.
+  std::size_t bytes() const;
+
+ private:
+  struct Free {
+    void operator()(double* p) const;
+  };
+  void copy(const Particles& from, Local i, Local to);
+
+  ColumnLayout<Dim> layout_;
+  std::unique_ptr<double[], Free> block_;
+  std::size_t stride_ = 0;
+  Local size_ = 0, capacity_ = 0;
+};
+
+extern template class Particles<2>;
+extern template class Particles<3>;
+
+}  // namespace lahar

@@ -1,0 +1,123 @@
+/// \file Linear shape functions on [-1, 1]^Dim in tensor order (bit d of a corner's number = + side
+/// of axis d), for a pack of particles of one cell.
+#pragma once
+
+#include <array>
+
+#include "physics/types.h"
+
+namespace lahar {
+
+/// One-dimensional weights w[d][s] = (1 + (2 s - 1) xi_d) / 2; N_i = prod_d w[d][bit d of i].
+template <int Dim, class Real>
+struct Weights {
+  Real w[Dim][2];
+
+  explicit Weights(const Real (&xi)[Dim]) {
+    for (int d = 0; d < Dim; ++d) {
+      w[d][0] = 0.5 - 0.5 * xi[d];
+      w[d][1] = 0.5 + 0.5 * xi[d];
+    }
+  }
+
+  Real N(int i) const {
+    Real value = w[0][i & 1] * w[1][(i >> 1) & 1];
+    if constexpr (Dim == 3) value *= w[2][(i >> 2) & 1];
+    return value;
+  }
+
+  /// Product of the weights of all axes but `axis`, at corner `c` (bits of the other axes in
+  /// ascending order) of a face normal to it: dN/dxi_axis = +- face(axis, c) / 2.
+  Real face(int axis, int c) const {
+    if constexpr (Dim == 2) return w[1 - axis][c & 1];
+    const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
+    return w[a][c & 1] * w[b % Dim][(c >> 1) & 1];
+  }
+};
+
+/// Corners of a face normal to an axis.
+template <int Dim>
+inline constexpr int face_corners = 1 << (Dim - 1);
+
+/// Tensor-order number of the cell corner at face corner c on the - side of `axis`; the + side has
+/// bit `axis` set in addition.
+constexpr int face_to_corner(int axis, int c) {
+  const int low = c & ((1 << axis) - 1), high = c >> axis;
+  return low | (high << (axis + 1));
+}
+
+/// Differences of a nodal vector field across a cell, from which its gradient follows:
+/// dq_a/dxi_b = sum_c face(b, c) * d[a][b][c] / 2.
+template <int Dim>
+struct CornerDifferences {
+  double d[Dim][Dim][face_corners<Dim>];
+
+  /// `field` holds `stride` doubles per node, the first Dim are the vector.
+  CornerDifferences(const double* field, int stride,
+                    const std::array<Local, corners<Dim>>& corner) {
+    for (int b = 0; b < Dim; ++b)
+      for (int c = 0; c < face_corners<Dim>; ++c) {
+        const int i = face_to_corner(b, c);
+        const double* low = field + static_cast<std::ptrdiff_t>(corner[i]) * stride;
+        const double* high = field + static_cast<std::ptrdiff_t>(corner[i | (1 << b)]) * stride;
+        for (int a = 0; a < Dim; ++a) d[a][b][c] = high[a] - low[a];
+      }
+  }
+  CornerDifferences() = default;
+
+  /// Gradient with respect to natural coordinates, G[a][b] = dq_a/dxi_b, at every lane.
+  template <class Real>
+  void gradient(const Weights<Dim, Real>& w, Real (&G)[Dim][Dim]) const {
+    for (int b = 0; b < Dim; ++b) {
+      Real face[face_corners<Dim>];
+      for (int c = 0; c < face_corners<Dim>; ++c) face[c] = 0.5 * w.face(b, c);
+      for (int a = 0; a < Dim; ++a) {
+        G[a][b] = face[0] * d[a][b][0];
+        for (int c = 1; c < face_corners<Dim>; ++c) G[a][b] += face[c] * d[a][b][c];
+      }
+    }
+  }
+
+  /// The same at the cell's centre.
+  void centre_gradient(double (&G)[Dim][Dim]) const {
+    for (int a = 0; a < Dim; ++a)
+      for (int b = 0; b < Dim; ++b) {
+        G[a][b] = 0;
+        for (int c = 0; c < face_corners<Dim>; ++c) G[a][b] += d[a][b][c];
+        G[a][b] *= 0.5 / face_corners<Dim>;
+      }
+  }
+};
+
+/// Inverse and determinant of a small matrix whose entries are packs.
+template <class Real>
+Real inverse(const Real (&J)[2][2], Real (&inv)[2][2]) {
+  const Real det = J[0][0] * J[1][1] - J[0][1] * J[1][0];
+  const Real r = 1.0 / det;
+  inv[0][0] = J[1][1] * r;
+  inv[0][1] = -J[0][1] * r;
+  inv[1][0] = -J[1][0] * r;
+  inv[1][1] = J[0][0] * r;
+  return det;
+}
+
+template <class Real>
+Real inverse(const Real (&J)[3][3], Real (&inv)[3][3]) {
+  const Real c00 = J[1][1] * J[2][2] - J[1][2] * J[2][1];
+  const Real c10 = J[1][2] * J[2][0] - J[1][0] * J[2][2];
+  const Real c20 = J[1][0] * J[2][1] - J[1][1] * J[2][0];
+  const Real det = J[0][0] * c00 + J[0][1] * c10 + J[0][2] * c20;
+  const Real r = 1.0 / det;
+  inv[0][0] = c00 * r;
+  inv[0][1] = (J[0][2] * J[2][1] - J[0][1] * J[2][2]) * r;
+  inv[0][2] = (J[0][1] * J[1][2] - J[0][2] * J[1][1]) * r;
+  inv[1][0] = c10 * r;
+  inv[1][1] = (J[0][0] * J[2][2] - J[0][2] * J[2][0]) * r;
+  inv[1][2] = (J[0][2] * J[1][0] - J[0][0] * J[1][2]) * r;
+  inv[2][0] = c20 * r;
+  inv[2][1] = (J[0][1] * J[2][0] - J[0][0] * J[2][1]) * r;
+  inv[2][2] = (J[0][0] * J[1][1] - J[0][1] * J[1][0]) * r;
+  return det;
+}
+
+}  // namespace lahar
