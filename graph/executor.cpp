@@ -1,0 +1,131 @@
+#include "graph/executor.h"
+
+#include <algorithm>
+#include <random>
+
+namespace lahar {
+
+void Executor::request_stop(Step step) {
+  Step end = end_.load(std::memory_order_relaxed);
+  while (step + max_lead < end &&
+         !end_.compare_exchange_weak(end, step + max_lead, std::memory_order_acq_rel)) {
+  }
+}
+
+namespace {
+
+class SerialExecutor final : public Executor {
+ public:
+  using Executor::Executor;
+
+  Step run(Step first, Step end) override {
+    end_ = end;
+    Step step = first;
+    for (; step < end_; ++step) {
+      if (graph_.has_dt && step > first) bodies_.set_dt(step);
+      for (int s = 0; s < static_cast<int>(graph_.stages.size()); ++s)
+        for (int p = 0; p < graph_.patches; ++p) bodies_.run(s, p, step);
+      bodies_.completed(step);
+    }
+    return step;
+  }
+};
+
+/// Plays the token game of the graph: a task is ready when every edge into it holds a token.
+class RandomExecutor final : public Executor {
+ public:
+  RandomExecutor(TaskGraph graph, TaskBodies bodies, std::uint64_t seed)
+      : Executor(std::move(graph), std::move(bodies)), random_(seed) {}
+
+  Step run(Step first, Step end) override {
+    end_ = end;
+    const auto n = static_cast<std::size_t>(graph_.tasks());
+    missing_.assign(n, 0);
+    step_.assign(n, first);
+    finished_.assign(static_cast<std::size_t>(graph_.patches), first);
+    completed_ = first;
+    ready_.clear();
+    for (std::size_t t = 0; t < n; ++t) {
+      missing_[t] = graph_.in_step[t];
+      // The dt of the first step is known: its task counts as done.
+      if (graph_.is_dt(static_cast<int>(t))) missing_[t] = graph_.in_lag[t];
+    }
+    if (graph_.has_dt) pass_tokens(graph_.dt_task(), 0), step_[n - 1] = first + 1;
+    for (std::size_t t = 0; t < n; ++t)
+      if (missing_[t] == 0) ready_.push_back(static_cast<int>(t));
+    while (!ready_.empty()) fire_one();
+    return end_;
+  }
+
+ private:
+  void fire_one() {
+    std::uniform_int_distribution<std::size_t> any(0, ready_.size() - 1);
+    std::swap(ready_[any(random_)], ready_.back());
+    const int task = ready_.back();
+    const auto t = static_cast<std::size_t>(task);
+    if (!graph_.is_dt(task) && step_[t] >= completed_ + max_lead && graph_.stage_of(task) == 0) {
+      held_.push_back(task);  // too far ahead of the slowest patch
+      ready_.pop_back();
+      return;
+    }
+    ready_.pop_back();
+    const Step step = step_[t]++;
+    missing_[t] = graph_.in_step[t] + graph_.in_lag[t];
+    if (graph_.is_dt(task))
+      bodies_.set_dt(step);
+    else
+      bodies_.run(graph_.stage_of(task), graph_.patch_of(task), step);
+    const bool last_stage = !graph_.is_dt(task) &&
+                            graph_.stage_of(task) + 1 == static_cast<int>(graph_.stages.size());
+    if (last_stage) finish(graph_.patch_of(task));
+    pass_tokens(task, 0);
+    if (step + 1 < end_) pass_tokens(task, 1);
+    collect_ready(task);
+  }
+
+  void finish(int patch) {
+    ++finished_[static_cast<std::size_t>(patch)];
+    while (*std::min_element(finished_.begin(), finished_.end()) > completed_) {
+      bodies_.completed(completed_++);
+      ready_.insert(ready_.end(), held_.begin(), held_.end());
+      held_.clear();
+    }
+  }
+
+  void pass_tokens(int task, int lag) {
+    for (const int e : graph_.out[static_cast<std::size_t>(task)]) {
+      const Edge& edge = graph_.edges[static_cast<std::size_t>(e)];
+      if (edge.lag == lag) --missing_[static_cast<std::size_t>(edge.to)];
+    }
+  }
+
+  void collect_ready(int task) {
+    for (const int e : graph_.out[static_cast<std::size_t>(task)]) {
+      const int to = graph_.edges[static_cast<std::size_t>(e)].to;
+      if (missing_[static_cast<std::size_t>(to)] == 0 && step_[static_cast<std::size_t>(to)] < end_ &&
+          std::find(ready_.begin(), ready_.end(), to) == ready_.end() &&
+          std::find(held_.begin(), held_.end(), to) == held_.end())
+        ready_.push_back(to);
+    }
+  }
+
+  std::mt19937_64 random_;
+  std::vector<int> missing_;  ///< tokens that each task still waits for
+  std::vector<Step> step_;    ///< the step that each task does next
+  std::vector<Step> finished_;
+  Step completed_ = 0;
+  std::vector<int> ready_, held_;
+};
+
+}  // namespace
+
+std::unique_ptr<Executor> make_serial_executor(TaskGraph graph, TaskBodies bodies) {
+  return std::make_unique<SerialExecutor>(std::move(graph), std::move(bodies));
+}
+
+std::unique_ptr<Executor> make_random_executor(TaskGraph graph, TaskBodies bodies,
+                                               std::uint64_t seed) {
+  return std::make_unique<RandomExecutor>(std::move(graph), std::move(bodies), seed);
+}
+
+}  // namespace lahar

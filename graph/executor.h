@@ -1,0 +1,61 @@
+/// \file Executing the step graph over and over: flow graph, serial loop, random order.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "graph/task_graph.h"
+
+namespace lahar {
+
+/// How far a patch may run ahead of the slowest one, in steps. Bounds what buffers have to hold,
+/// and makes "stop at the same step" possible without a barrier: a request made in step n takes
+/// effect at the beginning of step n + max_lead.
+inline constexpr Step max_lead = 4;
+
+/// What the executor calls. Bodies of different tasks run concurrently where the graph allows it.
+struct TaskBodies {
+  /// Run `stage` of `patch` for `step`. Must not throw: failures are recorded and a stop requested.
+  std::function<void(int stage, int patch, Step step)> run;
+  /// The global minimum that sets dt of `step`; all stages that give dt of step - 1 are done.
+  std::function<void(Step step)> set_dt;
+  /// All patches have finished `step`. Called once per step, in order, one call at a time.
+  std::function<void(Step step)> completed;
+};
+
+/// Executes steps [first, end) of a step graph. Results must not depend on the kind.
+class Executor {
+ public:
+  Executor(TaskGraph graph, TaskBodies bodies) : graph_(std::move(graph)), bodies_(std::move(bodies)) {}
+  virtual ~Executor() = default;
+
+  /// Returns the step after the last one taken: `end`, or earlier after request_stop().
+  virtual Step run(Step first, Step end) = 0;
+
+  /// Called from a body in `step`: all patches stop together before step + max_lead (or earlier if
+  /// that was requested before). Any thread.
+  void request_stop(Step step);
+
+  const TaskGraph& graph() const { return graph_; }
+
+ protected:
+  TaskGraph graph_;
+  TaskBodies bodies_;
+  std::atomic<Step> end_{0};
+};
+
+/// Stage after stage, patch after patch, one thread: the reference.
+std::unique_ptr<Executor> make_serial_executor(TaskGraph graph, TaskBodies bodies);
+
+/// Ready tasks in random order, one thread: a test that the edges are all that is needed.
+std::unique_ptr<Executor> make_random_executor(TaskGraph graph, TaskBodies bodies,
+                                               std::uint64_t seed);
+
+/// A oneTBB flow graph on `threads` threads. `verify` checks at every firing that exactly the steps
+/// that the edges promise were done before, and throws std::logic_error from run() otherwise.
+std::unique_ptr<Executor> make_flow_executor(TaskGraph graph, TaskBodies bodies, int threads,
+                                             bool verify = false);
+
+}  // namespace lahar

@@ -1,0 +1,140 @@
+#include "graph/task_graph.h"
+
+#include <fmt/format.h>
+
+#include <deque>
+#include <limits>
+
+namespace lahar {
+
+std::string TaskGraph::name(int task) const {
+  if (is_dt(task)) return "dt";
+  return fmt::format("{} {}", stages[static_cast<std::size_t>(stage_of(task))].name, patch_of(task));
+}
+
+namespace {
+
+void add_stage_edges(TaskGraph& graph, int stage, const std::vector<std::vector<int>>& neighbours) {
+  const int n_stages = static_cast<int>(graph.stages.size());
+  const bool first = stage == 0;
+  const int before = first ? n_stages - 1 : stage - 1;
+  const int lag = first ? 1 : 0;
+  for (int p = 0; p < graph.patches; ++p) {
+    graph.edges.push_back({graph.task(before, p), graph.task(stage, p), lag, false});
+    if (graph.stages[static_cast<std::size_t>(stage)].exchange.empty()) continue;
+    for (const int q : neighbours[static_cast<std::size_t>(p)])
+      graph.edges.push_back({graph.task(before, q), graph.task(stage, p), lag, true});
+  }
+}
+
+void add_dt_edges(TaskGraph& graph) {
+  for (int s = 0; s < static_cast<int>(graph.stages.size()); ++s)
+    for (int p = 0; p < graph.patches; ++p) {
+      const Stage& stage = graph.stages[static_cast<std::size_t>(s)];
+      if (stage.gives_dt) graph.edges.push_back({graph.task(s, p), graph.dt_task(), 1, true});
+      if (stage.needs_dt) graph.edges.push_back({graph.dt_task(), graph.task(s, p), 0, true});
+    }
+}
+
+}  // namespace
+
+TaskGraph make_task_graph(std::vector<Stage> stages,
+                          const std::vector<std::vector<int>>& neighbours) {
+  TaskGraph graph;
+  graph.stages = std::move(stages);
+  graph.patches = static_cast<int>(neighbours.size());
+  bool gives = false, needs = false;
+  for (const Stage& stage : graph.stages) {
+    gives = gives || stage.gives_dt;
+    needs = needs || stage.needs_dt;
+  }
+  graph.has_dt = gives && needs;
+  for (int s = 0; s < static_cast<int>(graph.stages.size()); ++s)
+    add_stage_edges(graph, s, neighbours);
+  if (graph.has_dt) add_dt_edges(graph);
+
+  const auto n = static_cast<std::size_t>(graph.tasks());
+  graph.out.resize(n);
+  graph.in_step.assign(n, 0);
+  graph.in_lag.assign(n, 0);
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    const Edge& edge = graph.edges[e];
+    graph.out[static_cast<std::size_t>(edge.from)].push_back(static_cast<int>(e));
+    ++(edge.lag == 0 ? graph.in_step : graph.in_lag)[static_cast<std::size_t>(edge.to)];
+  }
+  return graph;
+}
+
+namespace {
+
+/// Fewest tokens on a path from `from` to every task (edges weigh their lag: 0 or 1).
+std::vector<int> fewest_tokens(const TaskGraph& graph, int from) {
+  std::vector<int> tokens(static_cast<std::size_t>(graph.tasks()), std::numeric_limits<int>::max());
+  std::deque<int> queue{from};
+  tokens[static_cast<std::size_t>(from)] = 0;
+  while (!queue.empty()) {
+    const int task = queue.front();
+    queue.pop_front();
+    for (const int e : graph.out[static_cast<std::size_t>(task)]) {
+      const Edge& edge = graph.edges[static_cast<std::size_t>(e)];
+      const int via = tokens[static_cast<std::size_t>(task)] + edge.lag;
+      if (via >= tokens[static_cast<std::size_t>(edge.to)]) continue;
+      tokens[static_cast<std::size_t>(edge.to)] = via;
+      if (edge.lag == 0)
+        queue.push_front(edge.to);
+      else
+        queue.push_back(edge.to);
+    }
+  }
+  return tokens;
+}
+
+}  // namespace
+
+std::vector<Edge> unsafe_edges(const TaskGraph& graph) {
+  std::vector<Edge> unsafe;
+  for (int to = 0; to < graph.tasks(); ++to) {
+    const std::vector<int> tokens = fewest_tokens(graph, to);
+    for (const Edge& edge : graph.edges) {
+      if (edge.to != to) continue;
+      const int back = tokens[static_cast<std::size_t>(edge.from)];
+      // One token on the cheapest cycle through the edge; none would be a deadlock, more would
+      // let a fast predecessor deliver twice before its successor fires.
+      if (back == std::numeric_limits<int>::max() || back + edge.lag != 1) unsafe.push_back(edge);
+    }
+  }
+  return unsafe;
+}
+
+std::string to_dot(const TaskGraph& graph, std::span<const std::string> patch_names,
+                   const std::string& title) {
+  std::string text = fmt::format(
+      "digraph timestep {{\n  label=\"{}\"; labelloc=t; rankdir=TB; fontname=\"sans-serif\";\n"
+      "  node [shape=box, style=\"rounded,filled\", fillcolor=\"#eef3f8\", fontname=\"sans-serif\"];\n"
+      "  edge [color=\"#44546a\"];\n",
+      title);
+  for (int p = 0; p < graph.patches; ++p) {
+    text += fmt::format("  subgraph cluster_{} {{\n    label=\"{}\"; color=\"#c5cfda\";\n", p,
+                        patch_names[static_cast<std::size_t>(p)]);
+    for (int s = 0; s < static_cast<int>(graph.stages.size()); ++s)
+      text += fmt::format("    t{} [label=\"{}\"];\n", graph.task(s, p),
+                          graph.stages[static_cast<std::size_t>(s)].name);
+    text += "  }\n";
+  }
+  if (graph.has_dt)
+    text += fmt::format("  t{} [label=\"dt\", shape=ellipse, fillcolor=\"#fdebd0\"];\n",
+                        graph.dt_task());
+  for (const Edge& edge : graph.edges) {
+    std::string style = edge.lag == 1 ? "style=dashed, constraint=false" : "";
+    if (edge.exchange && !graph.is_dt(edge.to) && !graph.is_dt(edge.from)) {
+      const auto& stage = graph.stages[static_cast<std::size_t>(graph.stage_of(edge.to))];
+      style += fmt::format("{}color=\"#c0504d\", tooltip=\"{}\"", style.empty() ? "" : ", ",
+                           stage.exchange);
+    }
+    text += fmt::format("  t{} -> t{}{};\n", edge.from, edge.to,
+                        style.empty() ? "" : " [" + style + "]");
+  }
+  return text + "}\n";
+}
+
+}  // namespace lahar

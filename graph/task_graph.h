@@ -1,0 +1,62 @@
+/// \file The tasks and edges of one timestep, derived from the list of stages.
+///
+///     stage        patch p             patch q (neighbour)
+///     P2G          (p)                 (q)
+///                   |  \            /  |
+///                   |   mass, momentum |
+///     integrate    (p)                 (q)
+///                   |                  |
+///     locate       (p)                 (q)
+///                   .  particles, to the next step's P2G
+///
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "graph/stage.h"
+
+namespace lahar {
+
+/// An edge of the step graph. lag 0: within a step; lag 1: from one step to the next.
+struct Edge {
+  int from, to;
+  int lag;
+  bool exchange;  ///< crosses patches
+  bool operator==(const Edge&) const = default;
+};
+
+/// Tasks are numbered stage-major: stage * patches + patch; then the dt task where there is one.
+struct TaskGraph {
+  std::vector<Stage> stages;
+  int patches = 0;
+  bool has_dt = false;
+  std::vector<Edge> edges;
+  std::vector<std::vector<int>> out;  ///< edges leaving each task, by position in `edges`
+  std::vector<int> in_step, in_lag;   ///< number of lag-0 and lag-1 edges into each task
+
+  int tasks() const { return static_cast<int>(stages.size()) * patches + (has_dt ? 1 : 0); }
+  int task(int stage, int patch) const { return stage * patches + patch; }
+  int dt_task() const { return tasks() - 1; }
+  bool is_dt(int task) const { return has_dt && task == dt_task(); }
+  int stage_of(int task) const { return task / patches; }
+  int patch_of(int task) const { return task % patches; }
+  std::string name(int task) const;
+};
+
+/// Build the step graph. `neighbours[p]` lists the patches that p exchanges with (symmetric,
+/// without p). The dt task exists if some stage gives and some stage needs dt.
+TaskGraph make_task_graph(std::vector<Stage> stages,
+                          const std::vector<std::vector<int>>& neighbours);
+
+/// The condition under which a cyclic graph of message-counting nodes is correct: a safe marked
+/// graph, every edge on a cycle that holds exactly one token (lag-1 edges hold one, lag-0 none),
+/// and live, no cycle without a token. Returns the edges that violate it (empty = correct).
+std::vector<Edge> unsafe_edges(const TaskGraph& graph);
+
+/// Graphviz text of the step graph; lag-1 edges dashed. `patch_names` label the patches.
+std::string to_dot(const TaskGraph& graph, std::span<const std::string> patch_names,
+                   const std::string& title);
+
+}  // namespace lahar
