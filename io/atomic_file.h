@@ -32,6 +32,7 @@ class OutputFile {
   void flush();  ///< hand everything to the operating system
   void sync();   ///< and to the disk
   void close();
+  void truncate();  ///< forget what the file contained
   int descriptor() const { return descriptor_; }
 
  private:

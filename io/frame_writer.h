@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "io/frame.h"
+#include "io/series.h"
 #include "io/vtkhdf.h"
-#include "io/vtu.h"
 
 namespace lahar {
 
@@ -34,7 +34,6 @@ class FrameWriter {
  private:
   void work();
   void write_now(const Frame& frame);
-  void rethrow_failure();  // with the mutex held
 
   std::filesystem::path folder_;
   FrameFileOptions options_;

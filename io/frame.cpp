@@ -1,0 +1,41 @@
+#include "io/frame.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace lahar {
+
+const FrameColumn* Frame::find(std::string_view name) const {
+  const auto it = std::find_if(columns.begin(), columns.end(),
+                               [&](const FrameColumn& column) { return column.name == name; });
+  return it == columns.end() ? nullptr : &*it;
+}
+
+std::span<const char* const> component_names(int components) {
+  static constexpr const char* vector[] = {"x", "y", "z"};
+  static constexpr const char* tensor[] = {"xx", "yy", "zz", "xy", "yz", "xz"};
+  if (components == 6) return tensor;
+  if (components == 2 || components == 3) return std::span(vector).first(components);
+  return {};
+}
+
+bool is_state_variable(const FrameColumn& column) {
+  return column.components == 1 && column.name != "mass" && column.name != "volume";
+}
+
+void check_consistent(const Frame& frame) {
+  const auto expect = [](const std::string& name, std::size_t found, std::size_t expected) {
+    if (found != expected)
+      throw std::logic_error(
+          fmt::format("frame: {} has {} values instead of {}", name, found, expected));
+  };
+  const std::size_t n = frame.id.size();
+  expect("coordinates", frame.coordinates.size(), n * frame.dim);
+  if (!frame.material.empty()) expect("material", frame.material.size(), n);
+  for (const FrameColumn& column : frame.columns)
+    expect(column.name, column.values.size(), n * column.components);
+}
+
+}  // namespace lahar

@@ -1,0 +1,69 @@
+#include "io/frame_writer.h"
+
+#include <utility>
+
+#include "io/atomic_file.h"
+#include "io/run_folder.h"
+#include "io/series.h"
+
+namespace lahar {
+
+FrameWriter::FrameWriter(std::filesystem::path folder, FrameFileOptions options)
+    : folder_(std::move(folder)), options_(options), thread_([this] { work(); }) {}
+
+FrameWriter::~FrameWriter() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void FrameWriter::write(Frame&& frame) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return failure_ || queue_.size() < slots; });
+  if (failure_) std::rethrow_exception(failure_);
+  queue_.push_back(std::move(frame));
+  changed_.notify_all();
+}
+
+void FrameWriter::finish() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return queue_.empty(); });
+  if (failure_) std::rethrow_exception(failure_);
+}
+
+void FrameWriter::work() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [this] { return ending_ || !queue_.empty(); });
+    if (queue_.empty()) return;
+    const Frame& frame = queue_.front();  // deque: stays in place while others are added
+    lock.unlock();
+    std::exception_ptr failure;
+    try {
+      write_now(frame);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    lock.lock();
+    queue_.pop_front();
+    if (failure) {
+      failure_ = failure;
+      queue_.clear();
+    }
+    changed_.notify_all();
+  }
+}
+
+void FrameWriter::write_now(const Frame& frame) {
+  const std::string name = frame_name(frame.step, ".hdf");
+  write_frame(frame, folder_ / name, options_);
+  // A frame of the same step replaces the earlier one, in the index too.
+  std::erase_if(index_, [&](const TimedFile& file) { return file.name == name; });
+  index_.push_back({frame.time, name});
+  write_series(index_, folder_ / "particles.hdf.series");
+}
+
+}  // namespace lahar

@@ -1,0 +1,217 @@
+#include "io/run_folder.h"
+
+#include <fmt/format.h>
+#include <sys/file.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <mutex>
+
+#include "io/atomic_file.h"
+#include "physics/error.h"
+
+namespace lahar {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view frame_prefix = "particles_";
+
+[[noreturn]] void refuse(std::string message, std::string hint) {
+  Problem problem;
+  problem.message = std::move(message);
+  problem.hint = std::move(hint);
+  throw InputError({std::move(problem)});
+}
+
+/// Remove what earlier runs wrote, and only that; a user may keep notes and pictures here.
+void remove_results(const fs::path& folder) {
+  // The manifest goes last: a folder half removed is still recognised as a run.
+  for (const char* name :
+       {"scenario.json", "scenario.full.json", "history.csv", "frames/particles.hdf.series"})
+    fs::remove(folder / name);
+  for (const char* name : {"frames", "export"}) {
+    if (!fs::is_directory(folder / name)) continue;
+    for (const auto& entry : fs::directory_iterator(folder / name)) {
+      const std::string file = entry.path().filename().string();
+      if (file.starts_with(frame_prefix) || file == "particles.pvd") fs::remove(entry.path());
+    }
+    remove_abandoned_parts(folder / name);
+  }
+  remove_abandoned_parts(folder);
+  fs::remove(folder / "manifest.json");
+}
+
+/// Held while a run writes to its folder.
+void lock_log(const OutputFile& log, const fs::path& folder) {
+  if (::flock(log.descriptor(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    refuse(fmt::format("output folder {} is being written to by another run", folder.string()),
+           "wait for it to end, or choose another output folder");
+}
+
+/// Make the folder or empty it; returns its locked log.
+OutputFile claim_folder(const fs::path& folder, bool overwrite) {
+  make_folder(folder);
+  const bool run = is_run_folder(folder);
+  if (!run && !fs::is_empty(folder))
+    refuse(fmt::format("output folder {} exists and is not a run of Lahar", folder.string()),
+           "choose another output folder, or remove this one yourself");
+  if (run && !overwrite)
+    refuse(fmt::format("output folder {} holds the results of an earlier run", folder.string()),
+           "add --overwrite to replace them, or choose another output folder");
+  OutputFile log(folder / "log.txt", OutputFile::Mode::append);
+  lock_log(log, folder);
+  if (run) remove_results(folder);
+  log.truncate();
+  return log;
+}
+
+OutputFile claim(const fs::path& folder, bool overwrite) {
+  try {
+    return claim_folder(folder, overwrite);
+  } catch (const fs::filesystem_error& error) {
+    throw_io_error("replace", error.path1(), error.code().value());
+  }
+}
+
+/// Step of a frame's file name; none for other files.
+std::optional<Index> step_of(const std::string& name) {
+  if (!name.starts_with(frame_prefix) || !name.ends_with(".hdf")) return {};
+  Index step = 0;
+  const char* end = name.data() + name.size() - 4;
+  const auto result = std::from_chars(name.data() + frame_prefix.size(), end, step);
+  if (result.ec != std::errc{} || result.ptr != end) return {};
+  return step;
+}
+
+}  // namespace
+
+struct RunFolder::Impl {
+  Impl(fs::path path, const RunFolderContents& contents, bool overwrite, FrameFileOptions options)
+      : folder(std::move(path)),
+        manifest(contents.info),
+        log(claim(folder, overwrite)),
+        history((write_start(contents), folder / "history.csv"), OutputFile::Mode::truncate),
+        frames(folder / "frames", options) {
+    history.write(history_header());
+    history.flush();
+  }
+
+  /// The manifest comes first, so that whatever happens next, this is known to be a run.
+  void write_start(const RunFolderContents& contents) {
+    write_text_file(folder / "manifest.json", manifest.text());
+    write_text_file(folder / "scenario.json", contents.scenario);
+    write_text_file(folder / "scenario.full.json", contents.scenario_full);
+    make_folder(folder / "frames");
+  }
+
+  void complete(const RunEnd& end) {
+    finished = true;
+    write_text_file(folder / "manifest.json", manifest.text(end));
+  }
+
+  fs::path folder;
+  Manifest manifest;
+  std::mutex log_mutex, history_mutex;
+  OutputFile log;
+  OutputFile history;
+  FrameWriter frames;
+  bool finished = false;
+};
+
+RunFolder::RunFolder(fs::path folder, const RunFolderContents& contents, bool overwrite,
+                     FrameFileOptions options)
+    : impl_(std::make_unique<Impl>(std::move(folder), contents, overwrite, options)) {}
+
+RunFolder::~RunFolder() {
+  if (impl_->finished) return;
+  try {
+    finish({.status = RunStatus::failed, .message = "ended by an error", .warnings = {}});
+  } catch (const std::exception&) {
+    // The error that brought us here is the one to report.
+  }
+}
+
+void RunFolder::log(std::string_view line) {
+  const std::lock_guard lock(impl_->log_mutex);
+  impl_->log.write(line);
+  if (!line.ends_with('\n')) impl_->log.write("\n");
+  impl_->log.flush();
+}
+
+void RunFolder::history(const HistoryRow& row) {
+  const std::lock_guard lock(impl_->history_mutex);
+  impl_->history.write(history_line(row));
+  impl_->history.flush();
+}
+
+void RunFolder::write(Frame&& frame) {
+  impl_->frames.write(std::move(frame));
+}
+
+void RunFolder::finish(const RunEnd& end) {
+  try {
+    impl_->frames.finish();
+    impl_->history.sync();
+    impl_->log.sync();
+  } catch (const IoError& error) {
+    RunEnd failed = end;
+    failed.status = RunStatus::failed;
+    failed.message += (end.message.empty() ? "" : "; ") + std::string(error.what());
+    try {
+      impl_->complete(failed);
+    } catch (const IoError&) {
+      // The disk that refused the frame may refuse this too; the first error says it.
+    }
+    throw;
+  }
+  impl_->complete(end);
+}
+
+const fs::path& RunFolder::folder() const {
+  return impl_->folder;
+}
+
+std::string frame_name(Index step, std::string_view extension) {
+  return fmt::format("{}{:010}{}", frame_prefix, step, extension);
+}
+
+std::vector<FrameFile> frames_of_run(const fs::path& folder) {
+  std::vector<FrameFile> frames;
+  std::error_code error;
+  const fs::path place = folder / "frames";
+  for (const auto& entry : fs::directory_iterator(place, error))
+    if (const auto step = step_of(entry.path().filename().string()))
+      frames.push_back({*step, entry.path()});
+  if (error) throw_io_error("read", place, error.value());
+  std::sort(frames.begin(), frames.end(),
+            [](const FrameFile& a, const FrameFile& b) { return a.step < b.step; });
+  return frames;
+}
+
+FrameFile find_frame(const fs::path& source, std::optional<Index> step) {
+  if (fs::is_regular_file(source)) return {step.value_or(-1), source};
+  if (!is_run_folder(source)) {
+    const char* what =
+        fs::exists(source) ? "is neither a run folder nor a frame" : "does not exist";
+    refuse(fmt::format("{} {}", source.string(), what), "");
+  }
+  const std::vector<FrameFile> frames = frames_of_run(source);
+  if (frames.empty()) refuse(fmt::format("run {} has no frames", source.string()), "");
+  if (!step) return frames.back();
+  for (const FrameFile& frame : frames)
+    if (frame.step == *step) return frame;
+  std::string steps;
+  constexpr std::size_t shown = 8;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (frames.size() > shown && i == shown - 2) steps += ", ...";
+    if (frames.size() <= shown || i < shown - 2 || i + 1 == frames.size())
+      steps += fmt::format("{}{}", i > 0 ? ", " : "", frames[i].step);
+  }
+  refuse(fmt::format("run {} has no frame at step {}", source.string(), *step),
+         "its steps are " + steps);
+}
+
+}  // namespace lahar
