@@ -9,26 +9,39 @@ namespace lahar {
 
 /// The cut of a mesh into compact groups of about `target_cells` cells: bricks of nearly equal size
 /// on a structured mesh (implicit, nothing stored per cell), recursive coordinate bisection of cell
-/// centres otherwise. Depends on mesh and target alone. Patch ids run along a space-filling curve.
+/// centres otherwise (O(n log patches)). Holds a pointer to the mesh. Depends on mesh and target
+/// alone. Patch ids run along a space-filling curve.
 template <int Dim>
 class Partition {
  public:
+  /// Throws InputError unless target_cells > 0.
   Partition(const Mesh<Dim>& mesh, Index target_cells);
 
   Index n_patches() const;
   Index patch_of(Index cell) const;
   std::vector<Index> cells(Index patch) const;  ///< ascending
   /// Patches whose node sets, each widened by `rings` layers of cells, intersect this one's;
-  /// ascending, without itself. Symmetric.
+  /// ascending, without itself. Symmetric. Proportional to the patch.
   std::vector<Index> neighbours(Index patch, int rings = 0) const;
-  /// Smallest number of cells that a patch has along an axis; a bound on the steps that a particle
-  /// needs to cross it. Unstructured meshes: 1.
+  /// Smallest number of cells that a patch has along an axis that is cut; a bound on the steps that
+  /// a particle needs to cross it. One patch: the mesh's own. Unstructured meshes: 1.
   Index min_width() const;
+  /// Structured meshes only: the cells low[d] <= position along d < high[d] of a patch.
+  struct Brick {
+    std::array<Index, Dim> low, high;
+  };
+  Brick brick(Index patch) const;
 
  private:
+  void cut_bricks(Index target_cells);
+  void cut_cells(Index target_cells);
+  std::array<Index, Dim> brick_position(Index brick) const;
+  std::vector<Index> near_bricks(Index patch, int rings) const;
+  std::vector<Index> near_patches(Index patch, int rings) const;
+
   const Mesh<Dim>* mesh_;
-  // Structured: bricks along each axis, and the curve order of bricks.
-  std::array<Index, Dim> bricks_{};
+  // Structured: cells and bricks along each axis, and the curve order of bricks.
+  std::array<Index, Dim> counts_{}, bricks_{};
   std::vector<Index> brick_to_patch_, patch_to_brick_;
   // Tables: patch of each cell and the cells of each patch (compressed rows).
   std::vector<Local> patch_of_cell_;
@@ -65,11 +78,16 @@ PatchTopology<Dim> make_topology(const Mesh<Dim>& mesh, const Partition<Dim>& pa
                                  Index patch, int rings = 0);
 
 /// Fill shared_node, first, shares and owned of every patch in `patches` (ascending patch id);
-/// neighbours that are not in the list contribute nothing and are dropped. O(total nodes).
+/// neighbours that are not in the list contribute nothing and are dropped. O(total nodes). All
+/// topologies must have been made with the same number of rings.
 template <int Dim>
 void connect(std::vector<PatchTopology<Dim>*>& patches);
 
 extern template class Partition<2>;
 extern template class Partition<3>;
+extern template PatchTopology<2> make_topology(const Mesh<2>&, const Partition<2>&, Index, int);
+extern template PatchTopology<3> make_topology(const Mesh<3>&, const Partition<3>&, Index, int);
+extern template void connect(std::vector<PatchTopology<2>*>&);
+extern template void connect(std::vector<PatchTopology<3>*>&);
 
 }  // namespace lahar

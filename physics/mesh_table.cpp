@@ -1,0 +1,178 @@
+/// \file Connectivity and geometry of a mesh from tables, all built in O(cells).
+#include "physics/mesh_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/error.h"
+#include "physics/inverse_mapping.h"
+
+namespace lahar {
+namespace {
+
+/// The corners of face 2 d + side, in tensor order, sorted: the identity of the face.
+template <int Dim>
+std::array<Index, corners<Dim> / 2> face_nodes(const std::array<Index, corners<Dim>>& tensor,
+                                               int face) {
+  std::array<Index, corners<Dim> / 2> nodes;
+  int n = 0;
+  for (int a = 0; a < corners<Dim>; ++a)
+    if (((a >> (face / 2)) & 1) == face % 2) nodes[n++] = tensor[a];
+  std::sort(nodes.begin(), nodes.end());
+  return nodes;
+}
+
+}  // namespace
+
+template <int Dim>
+std::array<int, corners<Dim>> box_orientation(const std::array<Vec<Dim>, corners<Dim>>& corner) {
+  Vec<Dim> low = corner[0], high = corner[0];
+  for (const auto& X : corner) low = low.cwiseMin(X), high = high.cwiseMax(X);
+  const Vec<Dim> middle = 0.5 * (low + high);
+  std::array<int, corners<Dim>> tensor{};
+  for (int k = 0; k < corners<Dim>; ++k)
+    for (int d = 0; d < Dim; ++d) tensor[k] |= (corner[k][d] > middle[d]) << d;
+  return tensor;
+}
+
+template <int Dim>
+CellTable<Dim>::CellTable(std::vector<Point> nodes, std::vector<Corners> cells, bool isoparametric)
+    : nodes_(std::move(nodes)), cells_(std::move(cells)) {
+  check(isoparametric);
+  // Cells that are boxes to the last bit have the closed-form map whatever the file calls them.
+  cartesian_ = !isoparametric || all_boxes(0.0);
+  bounds_ = cell_bounds(0);
+  for (Index c = 1; c < n_cells(); ++c) {
+    const auto [low, high] = cell_bounds(c);
+    bounds_.first = bounds_.first.cwiseMin(low);
+    bounds_.second = bounds_.second.cwiseMax(high);
+  }
+  build_node_cells();
+  build_face_neighbours();
+  build_bounding_grid();
+}
+
+template <int Dim>
+std::array<Index, corners<Dim>> CellTable<Dim>::cell_nodes_tensor(Index cell) const {
+  const Corners& file = cells_[cell];
+  Corners nodes;
+  if (cartesian_) {
+    std::array<Point, corners<Dim>> corner;
+    for (int k = 0; k < corners<Dim>; ++k) corner[k] = nodes_[file[k]];
+    const auto tensor = box_orientation<Dim>(corner);
+    for (int k = 0; k < corners<Dim>; ++k) nodes[tensor[k]] = file[k];
+  } else {
+    for (int k = 0; k < corners<Dim>; ++k) nodes[tensor_corner(k)] = file[k];
+  }
+  return nodes;
+}
+
+/// Centre: the corners added in file order, then divided. Length of axis d: the norm of the edge
+/// (0,1), (1,3), (1,5) in tensor order for x, y, z. Both to the last bit as in the reference code,
+/// because they decide which of two cells owns a particle on their common face.
+template <int Dim>
+CellGeometry<Dim> CellTable<Dim>::geometry(Index cell) const {
+  CellGeometry<Dim> g;
+  g.cartesian = cartesian_;
+  Point sum = nodes_[cells_[cell][0]];
+  for (int k = 1; k < corners<Dim>; ++k) sum += nodes_[cells_[cell][k]];
+  g.centre = sum / corners<Dim>;
+  const Corners nodes = cell_nodes_tensor(cell);
+  for (int a = 0; a < corners<Dim>; ++a) g.corner[a] = nodes_[nodes[a]];
+  constexpr int edge[3][2] = {{0, 1}, {1, 3}, {1, 5}};
+  for (int d = 0; d < Dim; ++d)
+    g.length[d] = cartesian_ ? (g.corner[edge[d][0]] - g.corner[edge[d][1]]).norm() : 0.0;
+  return g;
+}
+
+template <int Dim>
+std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::cell_bounds(Index cell) const {
+  Point low = nodes_[cells_[cell][0]], high = low;
+  for (int k = 1; k < corners<Dim>; ++k) {
+    low = low.cwiseMin(nodes_[cells_[cell][k]]);
+    high = high.cwiseMax(nodes_[cells_[cell][k]]);
+  }
+  return {low, high};
+}
+
+template <int Dim>
+void CellTable<Dim>::build_node_cells() {
+  auto& first = node_cells_.first;
+  first.assign(nodes_.size() + 1, 0);
+  for (const Corners& cell : cells_)
+    for (Index node : cell) ++first[node + 1];
+  for (std::size_t n = 0; n < nodes_.size(); ++n) first[n + 1] += first[n];
+  node_cells_.item.resize(first.back());
+  std::vector<Index> next(first.begin(), first.end() - 1);
+  for (Index c = 0; c < n_cells(); ++c)
+    for (Index node : cells_[c]) node_cells_.item[next[node]++] = static_cast<Local>(c);
+}
+
+/// Each face is looked at where its lowest node is: there are few faces around a node to compare.
+template <int Dim>
+void CellTable<Dim>::build_face_neighbours() {
+  struct Face {
+    std::array<Index, corners<Dim> / 2> nodes;
+    Local cell;
+    int face;
+  };
+  std::array<Local, faces> none;
+  none.fill(-1);
+  face_neighbour_.assign(cells_.size(), none);
+  std::vector<Corners> tensor(cells_.size());
+  for (Index c = 0; c < n_cells(); ++c) tensor[c] = cell_nodes_tensor(c);
+  std::vector<Face> around;
+  for (Index n = 0; n < n_nodes(); ++n) {
+    around.clear();
+    for (Local c : node_cells_[n]) {
+      const int corner =
+          static_cast<int>(std::find(tensor[c].begin(), tensor[c].end(), n) - tensor[c].begin());
+      for (int d = 0; d < Dim; ++d) {
+        const int face = 2 * d + ((corner >> d) & 1);
+        const auto nodes = face_nodes<Dim>(tensor[c], face);
+        if (nodes[0] == n) around.push_back({nodes, c, face});
+      }
+    }
+    for (std::size_t i = 0; i < around.size(); ++i) {
+      for (std::size_t j = i + 1; j < around.size(); ++j) {
+        if (around[i].nodes != around[j].nodes) continue;
+        Local& of_i = face_neighbour_[around[i].cell][around[i].face];
+        Local& of_j = face_neighbour_[around[j].cell][around[j].face];
+        if (of_i >= 0 || of_j >= 0) {
+          throw InputError(fmt::format("cells {}, {} and {} share one face; two at most can",
+                                       around[i].cell, std::max(of_i, of_j), around[j].cell));
+        }
+        of_i = around[j].cell;
+        of_j = around[i].cell;
+      }
+    }
+  }
+}
+
+template <int Dim>
+std::vector<Index> CellTable<Dim>::neighbours(Index cell) const {
+  std::vector<Index> result;
+  for (Index node : cells_[cell])
+    for (Local c : node_cells_[node])
+      if (c != cell) result.push_back(c);
+  std::sort(result.begin(), result.end());
+  result.erase(std::unique(result.begin(), result.end()), result.end());
+  return result;
+}
+
+template <int Dim>
+std::vector<Index> CellTable<Dim>::node_cells(Index node) const {
+  const auto row = node_cells_[node];
+  return {row.begin(), row.end()};
+}
+
+template std::array<int, 4> box_orientation<2>(const std::array<Vec<2>, 4>&);
+template std::array<int, 8> box_orientation<3>(const std::array<Vec<3>, 8>&);
+
+// Members in mesh_table_check.cpp and mesh_table_search.cpp are instantiated there.
+template class CellTable<2>;
+template class CellTable<3>;
+
+}  // namespace lahar

@@ -1,0 +1,302 @@
+/// \file Cutting a mesh into patches: bricks of a structured mesh, bisection of cell centres
+/// otherwise.
+#include "physics/partition.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "physics/error.h"
+#include "physics/partition_common.h"
+
+namespace lahar {
+namespace {
+
+/// `cells` in a row cut into `parts`: the first cells % parts of them are one cell longer.
+Index part_begin(Index cells, Index parts, Index part) {
+  return part * (cells / parts) + std::min(part, cells % parts);
+}
+
+Index part_of(Index cells, Index parts, Index cell) {
+  const Index width = cells / parts, longer = cells % parts;
+  const Index in_longer = longer * (width + 1);
+  return cell < in_longer ? cell / (width + 1) : longer + (cell - in_longer) / width;
+}
+
+/// Bricks per axis such that a brick has about `target` cells and edges as equal as the mesh
+/// allows: an axis with fewer cells than the ideal edge is not cut, and the others make up for it.
+template <int Dim>
+std::array<Index, Dim> choose_bricks(const std::array<Index, Dim>& counts, Index target) {
+  std::array<Index, Dim> bricks;
+  bricks.fill(0);
+  double remaining = static_cast<double>(target);
+  int open = Dim;
+  for (bool changed = true; changed && open > 0;) {
+    changed = false;
+    const double edge = std::pow(remaining, 1.0 / open);
+    for (int d = 0; d < Dim; ++d) {
+      if (bricks[d] > 0 || static_cast<double>(counts[d]) > edge) continue;
+      bricks[d] = 1;
+      remaining /= static_cast<double>(counts[d]);
+      --open;
+      changed = true;
+      break;  // with a new ideal edge
+    }
+  }
+  for (int d = 0; d < Dim; ++d) {
+    if (bricks[d] > 0) continue;
+    const double edge = std::pow(remaining, 1.0 / open);
+    bricks[d] = std::max<Index>(1, std::llround(static_cast<double>(counts[d]) / edge));
+  }
+  return bricks;
+}
+
+/// Recursive coordinate bisection of cell centres, in units of the mean cell along each axis.
+template <int Dim>
+class Bisection {
+ public:
+  Bisection(const Mesh<Dim>& mesh) : centre_(mesh.n_cells()), order_(mesh.n_cells()) {
+    Vec<Dim> mean = Vec<Dim>::Zero();
+    for (Index c = 0; c < mesh.n_cells(); ++c) {
+      const CellGeometry<Dim> g = mesh.geometry(c);
+      Vec<Dim> low = g.corner[0], high = low;
+      for (const auto& X : g.corner) low = low.cwiseMin(X), high = high.cwiseMax(X);
+      centre_[c] = g.centre;
+      mean += high - low;
+    }
+    mean /= static_cast<double>(mesh.n_cells());
+    for (Vec<Dim>& x : centre_) x = x.cwiseQuotient(mean);
+    std::iota(order_.begin(), order_.end(), Local{0});
+  }
+
+  /// Cells of each part, ascending, parts in the order of the tree's leaves.
+  void cut(Index parts, std::vector<Index>& first, std::vector<Index>& cells) {
+    first.assign(1, 0);
+    split(0, static_cast<Index>(order_.size()), parts, first);
+    cells.assign(order_.begin(), order_.end());
+  }
+
+ private:
+  /// Centres closer than this are one layer of cells [mean cells].
+  static constexpr double same_layer = 1e-6;
+
+  void split(Index begin, Index end, Index parts, std::vector<Index>& first) {
+    const auto at = [&](Index i) { return order_.begin() + i; };
+    if (parts == 1) {
+      std::sort(at(begin), at(end));
+      first.push_back(end);
+      return;
+    }
+    const int axis = longest_axis(begin, end);
+    const Index left_parts = parts / 2;
+    Index middle = begin + (end - begin) * left_parts / parts;
+    // Ties by id, so that the cut does not depend on the order in which cells come.
+    std::nth_element(at(begin), at(middle), at(end), [&](Local a, Local b) {
+      const double xa = centre_[a][axis], xb = centre_[b][axis];
+      return xa != xb ? xa < xb : a < b;
+    });
+    middle = align_to_layer(begin, middle, end, axis);
+    const double share = static_cast<double>(middle - begin) / static_cast<double>(end - begin);
+    const Index left = std::clamp<Index>(std::llround(share * static_cast<double>(parts)),
+                                         std::max<Index>(1, parts - (end - middle)),
+                                         std::min(parts - 1, middle - begin));
+    split(begin, middle, left, first);
+    split(middle, end, parts - left, first);
+  }
+
+  int longest_axis(Index begin, Index end) const {
+    Vec<Dim> low = centre_[order_[begin]], high = low;
+    for (Index i = begin; i < end; ++i) {
+      low = low.cwiseMin(centre_[order_[i]]);
+      high = high.cwiseMax(centre_[order_[i]]);
+    }
+    int axis = 0;
+    for (int d = 1; d < Dim; ++d)
+      if (high[d] - low[d] > high[axis] - low[axis] + same_layer) axis = d;
+    return axis;
+  }
+
+  /// Move the cut to the nearer side of the layer of cells that it goes through, if that leaves
+  /// cells on both sides: regular grids then come out as bricks.
+  Index align_to_layer(Index begin, Index middle, Index end, int axis) {
+    const double x = centre_[order_[middle]][axis];
+    const auto coordinate = [&](Local c) { return centre_[c][axis]; };
+    const auto left = std::partition(order_.begin() + begin, order_.begin() + middle,
+                                     [&](Local c) { return coordinate(c) < x - same_layer; });
+    const auto right = std::partition(order_.begin() + middle, order_.begin() + end,
+                                      [&](Local c) { return coordinate(c) <= x + same_layer; });
+    const Index low = left - order_.begin(), high = right - order_.begin();
+    const bool can_low = low > begin, can_high = high < end;
+    if (can_low && (!can_high || middle - low <= high - middle)) return low;
+    return can_high ? high : middle;
+  }
+
+  std::vector<Vec<Dim>> centre_;
+  std::vector<Local> order_;
+};
+
+}  // namespace
+
+template <int Dim>
+Partition<Dim>::Partition(const Mesh<Dim>& mesh, Index target_cells) : mesh_(&mesh) {
+  if (target_cells <= 0)
+    throw InputError(fmt::format("{} cells per patch; at least 1 is needed", target_cells));
+  if (mesh.is_structured()) {
+    cut_bricks(target_cells);
+  } else {
+    cut_cells(target_cells);
+  }
+}
+
+template <int Dim>
+void Partition<Dim>::cut_bricks(Index target_cells) {
+  counts_ = mesh_->counts();
+  bricks_ = choose_bricks<Dim>(counts_, target_cells);
+  Index n = 1, most = 1;
+  for (Index b : bricks_) n *= b, most = std::max(most, b);
+  const int bits = std::bit_width(static_cast<std::uint64_t>(most - 1));
+  std::vector<std::uint64_t> along(n);
+  for (Index b = 0; b < n; ++b) {
+    std::array<std::uint64_t, Dim> p;
+    const auto position = brick_position(b);
+    std::copy(position.begin(), position.end(), p.begin());
+    along[b] = hilbert_position<Dim>(p, bits);
+  }
+  patch_to_brick_.resize(n);
+  std::iota(patch_to_brick_.begin(), patch_to_brick_.end(), Index{0});
+  std::sort(patch_to_brick_.begin(), patch_to_brick_.end(),
+            [&](Index a, Index b) { return along[a] < along[b]; });
+  brick_to_patch_.resize(n);
+  for (Index p = 0; p < n; ++p) brick_to_patch_[patch_to_brick_[p]] = p;
+}
+
+template <int Dim>
+void Partition<Dim>::cut_cells(Index target_cells) {
+  const Index n = mesh_->n_cells();
+  const Index parts =
+      std::max<Index>(1, std::llround(static_cast<double>(n) / static_cast<double>(target_cells)));
+  Bisection<Dim>(*mesh_).cut(parts, first_cell_, cells_);
+  patch_of_cell_.resize(n);
+  for (Index p = 0; p < n_patches(); ++p)
+    for (Index i = first_cell_[p]; i < first_cell_[p + 1]; ++i)
+      patch_of_cell_[cells_[i]] = static_cast<Local>(p);
+}
+
+template <int Dim>
+Index Partition<Dim>::n_patches() const {
+  const std::size_t n = mesh_->is_structured() ? patch_to_brick_.size() : first_cell_.size() - 1;
+  return static_cast<Index>(n);
+}
+
+template <int Dim>
+std::array<Index, Dim> Partition<Dim>::brick_position(Index brick) const {
+  std::array<Index, Dim> p;
+  for (int d = 0; d < Dim; ++d) {
+    p[d] = brick % bricks_[d];
+    brick /= bricks_[d];
+  }
+  return p;
+}
+
+template <int Dim>
+typename Partition<Dim>::Brick Partition<Dim>::brick(Index patch) const {
+  const auto p = brick_position(patch_to_brick_[patch]);
+  Brick b;
+  for (int d = 0; d < Dim; ++d) {
+    b.low[d] = part_begin(counts_[d], bricks_[d], p[d]);
+    b.high[d] = part_begin(counts_[d], bricks_[d], p[d] + 1);
+  }
+  return b;
+}
+
+template <int Dim>
+Index Partition<Dim>::patch_of(Index cell) const {
+  if (!mesh_->is_structured()) return patch_of_cell_[cell];
+  Index brick = 0, stride = 1;
+  for (int d = 0; d < Dim; ++d) {
+    brick += stride * part_of(counts_[d], bricks_[d], cell % counts_[d]);
+    cell /= counts_[d];
+    stride *= bricks_[d];
+  }
+  return brick_to_patch_[brick];
+}
+
+template <int Dim>
+std::vector<Index> Partition<Dim>::cells(Index patch) const {
+  if (!mesh_->is_structured())
+    return {cells_.begin() + first_cell_[patch], cells_.begin() + first_cell_[patch + 1]};
+  const Brick b = brick(patch);
+  std::vector<Index> cells;
+  auto ijk = b.low;
+  for (bool more = true; more;) {
+    Index id = 0;
+    for (int d = Dim - 1; d >= 0; --d) id = id * counts_[d] + ijk[d];
+    cells.push_back(id);
+    int d = 0;
+    while (d < Dim && ++ijk[d] == b.high[d]) ijk[d] = b.low[d], ++d;
+    more = d < Dim;
+  }
+  return cells;
+}
+
+template <int Dim>
+std::vector<Index> Partition<Dim>::neighbours(Index patch, int rings) const {
+  std::vector<Index> patches =
+      mesh_->is_structured() ? near_bricks(patch, rings) : near_patches(patch, rings);
+  sort_unique(patches);
+  patches.erase(std::lower_bound(patches.begin(), patches.end(), patch));
+  return patches;
+}
+
+/// Node boxes [low - rings, high + rings] of two bricks intersect if at most 2 rings cells lie
+/// between.
+template <int Dim>
+std::vector<Index> Partition<Dim>::near_bricks(Index patch, int rings) const {
+  const Brick own = brick(patch);
+  std::array<Index, Dim> from, to;
+  for (int d = 0; d < Dim; ++d) {
+    // The cell beyond the gap, on either side.
+    const Index before = std::max<Index>(own.low[d] - 2 * rings - 1, 0);
+    const Index after = std::min(own.high[d] + 2 * rings, counts_[d] - 1);
+    from[d] = part_of(counts_[d], bricks_[d], before);
+    to[d] = part_of(counts_[d], bricks_[d], after);
+  }
+  std::vector<Index> patches;
+  auto p = from;
+  for (bool more = true; more;) {
+    Index brick = 0;
+    for (int d = Dim - 1; d >= 0; --d) brick = brick * bricks_[d] + p[d];
+    patches.push_back(brick_to_patch_[brick]);
+    int d = 0;
+    while (d < Dim && ++p[d] > to[d]) p[d] = from[d], ++d;
+    more = d < Dim;
+  }
+  return patches;
+}
+
+/// A patch widened by `rings` layers meets this one, widened likewise, if it has a cell that
+/// touches this one widened by twice as many.
+template <int Dim>
+std::vector<Index> Partition<Dim>::near_patches(Index patch, int rings) const {
+  std::vector<Index> patches;
+  for (Index n : nodes_around<Dim>(*mesh_, cells(patch), 2 * rings))
+    for (Index c : mesh_->node_cells(n)) patches.push_back(patch_of_cell_[c]);
+  return patches;
+}
+
+template <int Dim>
+Index Partition<Dim>::min_width() const {
+  if (!mesh_->is_structured()) return 1;
+  Index width = std::numeric_limits<Index>::max();
+  for (int d = 0; d < Dim; ++d)
+    if (bricks_[d] > 1 || n_patches() == 1) width = std::min(width, counts_[d] / bricks_[d]);
+  return width;
+}
+
+template class Partition<2>;
+template class Partition<3>;
+
+}  // namespace lahar
