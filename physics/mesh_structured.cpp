@@ -38,8 +38,8 @@ void check(const Vec<Dim>& origin, const Vec<Dim>& spacing, const std::array<Ind
   for (int d = 0; d < Dim && problems.empty(); ++d) {
     const double far = std::max(std::abs(origin[d]), std::abs(origin[d] + spacing[d] * counts[d]));
     if (spacing[d] < smallest_relative_spacing * far || !std::isfinite(far))
-      add(fmt::format("cells of {} along {} are lost in rounding at coordinates of {}", spacing[d],
-                      "xyz"[d], far));
+      add(fmt::format("cells of {:g} along {} are lost in rounding at coordinates of {:g}",
+                      spacing[d], "xyz"[d], far));
   }
   if (!problems.empty()) throw InputError(std::move(problems));
 }

@@ -63,6 +63,8 @@ class CellTable {
   void build_face_neighbours();
   void build_bounding_grid();
   std::pair<Point, Point> cell_bounds(Index cell) const;
+  std::pair<Point, Point> padded_bounds(Index cell) const;
+  bool may_contain(Index cell, const Point& x) const;
   /// Where a walk through face neighbours ends: the only cell around x, or none if not so simple.
   Found walk(const Point& x, Index cell, Point xi) const;
 

@@ -81,22 +81,24 @@ Index BoundingGrid<Dim>::bin(const std::array<Index, Dim>& p) const {
   return id;
 }
 
+/// Bounding box of a cell, widened by everything that counts as touching it.
+template <int Dim>
+std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::padded_bounds(Index cell) const {
+  const auto [low, high] = cell_bounds(cell);
+  const double scale = std::max(magnitude<Dim>(low), magnitude<Dim>(high));
+  const Point size = high - low;
+  const Point pad = (box_padding + touch_tolerance(scale, size.minCoeff())) * size;
+  return {low - pad, high + pad};
+}
+
 /// Bins as large as the mean bounding box of a cell; fewer where the mesh fills its bounds badly.
 template <int Dim>
 void CellTable<Dim>::build_bounding_grid() {
-  const auto padded = [&](Index c) {
-    auto [low, high] = cell_bounds(c);
-    const double scale = std::max(magnitude<Dim>(low), magnitude<Dim>(high));
-    const Point size = high - low;
-    const double tolerance = box_padding + touch_tolerance(scale, size.minCoeff());
-    const Point pad = tolerance * size;
-    return std::pair<Point, Point>(low - pad, high + pad);
-  };
   Point mean = Point::Zero();
   grid_.low = bounds_.first;
   grid_.high = bounds_.second;
   for (Index c = 0; c < n_cells(); ++c) {
-    const auto [low, high] = padded(c);
+    const auto [low, high] = padded_bounds(c);
     mean += high - low;
     grid_.low = grid_.low.cwiseMin(low);
     grid_.high = grid_.high.cwiseMax(high);
@@ -113,7 +115,7 @@ void CellTable<Dim>::build_bounding_grid() {
   }
 
   const auto for_each_bin = [&](Index c, auto&& visit) {
-    const auto [low, high] = padded(c);
+    const auto [low, high] = padded_bounds(c);
     const auto from = grid_.position(low), to = grid_.position(high);
     auto p = from;
     for (bool more = true; more;) {
@@ -142,13 +144,23 @@ std::optional<Vec<Dim>> CellTable<Dim>::natural_coordinates(Index cell, const Po
   return clamp_to_cell<Dim>(xi);
 }
 
+/// False where natural_coordinates() and the touch tolerance cannot hold, at less cost.
+template <int Dim>
+bool CellTable<Dim>::may_contain(Index cell, const Point& x) const {
+  const auto [low, high] = padded_bounds(cell);
+  return (x.array() >= low.array()).all() && (x.array() <= high.array()).all();
+}
+
 template <int Dim>
 typename CellTable<Dim>::Found CellTable<Dim>::locate(const Point& x) const {
   if (!grid_.contains(x)) return {-1, Point::Zero()};
   const auto candidates = grid_.cells[grid_.bin(grid_.position(x))];
-  for (Local c : candidates)
-    if (const auto xi = natural_coordinates(c, x)) return {c, *xi};
   for (Local c : candidates) {
+    if (!may_contain(c, x)) continue;
+    if (const auto xi = natural_coordinates(c, x)) return {c, *xi};
+  }
+  for (Local c : candidates) {
+    if (!may_contain(c, x)) continue;
     const CellGeometry<Dim> g = geometry(c);
     const double limit = 1.0 + touch_tolerance(magnitude<Dim>(x), shortest_extent<Dim>(g));
     Point xi;
@@ -185,13 +197,19 @@ typename CellTable<Dim>::Found CellTable<Dim>::locate_from(const Point& x, Index
   inverse_map<Dim>(geometry(cell), x, xi);
   // Strictly inside a cell, x is in no other one, and the order of the rule does not matter.
   if (const Found found = walk(x, cell, xi); found.cell >= 0) return found;
-  for (Index c : neighbours(cell))
+  for (Index c : neighbours(cell)) {
+    if (!may_contain(c, x)) continue;
     if (const auto inside = natural_coordinates(c, x)) return {c, *inside};
+  }
   return locate(x);
 }
 
 template struct BoundingGrid<2>;
 template struct BoundingGrid<3>;
+template std::pair<Vec<2>, Vec<2>> CellTable<2>::padded_bounds(Index) const;
+template std::pair<Vec<3>, Vec<3>> CellTable<3>::padded_bounds(Index) const;
+template bool CellTable<2>::may_contain(Index, const Vec<2>&) const;
+template bool CellTable<3>::may_contain(Index, const Vec<3>&) const;
 template void CellTable<2>::build_bounding_grid();
 template void CellTable<3>::build_bounding_grid();
 template std::optional<Vec<2>> CellTable<2>::natural_coordinates(Index, const Vec<2>&) const;

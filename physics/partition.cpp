@@ -281,9 +281,10 @@ std::vector<Index> Partition<Dim>::near_bricks(Index patch, int rings) const {
 /// touches this one widened by twice as many.
 template <int Dim>
 std::vector<Index> Partition<Dim>::near_patches(Index patch, int rings) const {
-  std::vector<Index> patches;
+  std::vector<Index> patches = {patch};
   for (Index n : nodes_around<Dim>(*mesh_, cells(patch), 2 * rings))
-    for (Index c : mesh_->node_cells(n)) patches.push_back(patch_of_cell_[c]);
+    for (Index c : mesh_->node_cells(n))
+      if (patch_of_cell_[c] != patches.back()) patches.push_back(patch_of_cell_[c]);
   return patches;
 }
 
