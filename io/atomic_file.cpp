@@ -140,7 +140,10 @@ AtomicFile::AtomicFile(fs::path target) : target_(std::move(target)) {
 }
 
 AtomicFile::~AtomicFile() {
-  if (!committed_) ::unlink(temporary_.c_str());
+  if (committed_) return;
+  // Emptied first: a library may still hold it open, and on a full disk the space is needed.
+  if (::truncate(temporary_.c_str(), 0) != 0 && errno == ENOENT) return;
+  ::unlink(temporary_.c_str());
 }
 
 void AtomicFile::commit() {

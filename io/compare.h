@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,33 +17,40 @@ struct Tolerances {
   double rtol = 1e-8;  ///< [-]
   double atol = 0;     ///< in the field's unit
   /// In the field's unit. A field that is this small throughout is rounding noise about zero (a
-  /// body at rest), of which no digit can agree. Masses, volumes and coordinates have no floor.
+  /// body at rest), of which no digit can agree: it is compared absolutely. Masses, volumes and
+  /// coordinates have no floor.
   double floor = 1e-12;
 };
 
 struct FieldDifference {
   enum class Verdict { same, within, differs, missing };
-  std::string name;
+  std::string name;  ///< "stress", "svars_0", ...
   std::string unit;
-  double absolute = 0;    ///< max |A - B|, NaNs aside
-  double scale = 0;       ///< largest magnitude in B
+  double absolute = 0;    ///< max |A - B|, where both are finite
+  double scale = 0;       ///< largest finite magnitude in B
   double relative = 0;    ///< absolute / scale; 0 where both are 0
-  bool floored = false;   ///< scale <= floor: compared absolutely
-  Index at = -1;          ///< id of the particle with the largest difference (or first NaN)
-  std::string component;  ///< "", "x", "xy", ... likewise
-  Index not_finite = 0;   ///< particles with a NaN or infinity on either side
+  bool floored = false;   ///< scale <= floor
+  Index at = -1;          ///< id of the particle with the first NaN, else the largest difference
+  std::string component;  ///< likewise: "", "x", "xy", ...
+  Index not_finite = 0;   ///< values that are NaN or infinite on either side
   Verdict verdict = Verdict::same;
 };
 
+/// Ids that one side lacks.
+struct MissingIds {
+  Index count = 0;
+  std::vector<Index> first;  ///< the first few
+};
+
 struct Comparison {
-  Index matched = 0;                                    ///< particles with the same id
-  Index count_a = 0, count_b = 0;                       ///< particles
-  Index missing_a = 0, missing_b = 0;                   ///< ids that A (B) lacks
-  std::vector<Index> first_missing_a, first_missing_b;  ///< the first few of them
+  std::string name_a = "A", name_b = "B";
+  Index count_a = 0, count_b = 0;  ///< particles
+  Index matched = 0;               ///< particles with the same id
+  MissingIds only_in_a, only_in_b;
   std::vector<FieldDifference> fields;
-  std::vector<std::string> notes;  ///< fields that could not be compared, different times, ...
+  std::vector<std::string> problems;  ///< other reasons to fail
+  std::vector<std::string> notes;     ///< what was not compared, different times
   Tolerances tolerances;
-  int dim_a = 0, dim_b = 0;
   bool passed = false;
 
   /// Table: field, unit, max |A - B|, relative, particle, verdict; then ids, notes and the result.
@@ -52,12 +58,12 @@ struct Comparison {
 };
 
 /// Compare by particle id. Mass, volume, coordinates, displacement, velocity, stress, strain and
-/// state variables (svars_k; the k-th other scalar of a frame) must exist on both sides or on none;
-/// other fields are compared where both have them. A NaN or infinity anywhere is a difference.
+/// state variables (svars_k) must exist on both sides or on none; other fields are compared where
+/// both sides have them, materials exactly. A NaN or infinity anywhere is a difference.
 Comparison compare(const Frame& a, const Frame& b, const Tolerances& tolerances = {});
 
 /// Particle state from a run folder (last frame unless `step` is given), a frame (.hdf) or a table
-/// (.csv). Throws InputError, IoError.
+/// (CSV); what a file is, its first bytes say. Throws InputError, IoError.
 Frame read_particles(const std::filesystem::path& source, std::optional<Index> step = {});
 
 /// Both of the above.

@@ -22,7 +22,22 @@ std::span<const char* const> component_names(int components) {
 }
 
 bool is_state_variable(const FrameColumn& column) {
-  return column.components == 1 && column.name != "mass" && column.name != "volume";
+  if (column.components != 1 || column.name == "mass" || column.name == "volume") return false;
+  return column.name.starts_with("svars_") || !column.unit.empty();
+}
+
+std::vector<std::string> state_variable_names(const Frame& frame) {
+  std::vector<std::string> names;
+  int next = 0;
+  for (const FrameColumn& column : frame.columns) {
+    if (!is_state_variable(column))
+      names.emplace_back();
+    else if (column.name.starts_with("svars_"))
+      names.push_back(column.name);
+    else
+      names.push_back(fmt::format("svars_{}", next++));
+  }
+  return names;
 }
 
 void check_consistent(const Frame& frame) {

@@ -15,7 +15,7 @@ namespace lahar {
 struct FrameColumn {
   std::string
       name;  ///< "mass", "volume", "displacement", "velocity", "stress", "strain", "pressure"
-  std::string unit;
+  std::string unit;  ///< "-" dimensionless; empty = unknown (foreign columns of tables)
   int components = 1;
   std::vector<double> values;
 };
@@ -36,9 +36,13 @@ struct Frame {
 /// x y z for vectors of 2 or 3, xx yy zz xy yz xz for 6 components; empty for scalars.
 std::span<const char* const> component_names(int components);
 
-/// State variables of materials are the scalars other than mass and volume; they are svars_0,
-/// svars_1, ... in the frame's order.
+/// State variables of materials: scalars named svars_k, or scalars other than mass and volume whose
+/// unit is known ("-" included).
 bool is_state_variable(const FrameColumn& column);
+
+/// Names of the state variables in tables, one per column, "" for other columns: svars_0, svars_1,
+/// ... in the frame's order.
+std::vector<std::string> state_variable_names(const Frame& frame);
 
 /// Throws std::logic_error unless every array has the length that the number of particles implies.
 void check_consistent(const Frame& frame);

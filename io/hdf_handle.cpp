@@ -36,15 +36,19 @@ HdfSession::HdfSession(std::filesystem::path file, const char* action)
   // Debian's serial build has a lock of its own, the one for MPI has none.
   static std::mutex one_thread_at_a_time;
   lock_ = std::unique_lock(one_thread_at_a_time);
+  // A file that a full disk kept from being closed stays in HDF5's tables, and cleaning them up at
+  // exit crashes. All our files are closed explicitly, so there is nothing else to clean up.
+  [[maybe_unused]] static const herr_t no_cleanup_at_exit = H5dont_atexit();
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
 void HdfSession::fail() const {
   Reasons reasons;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, collect, &reasons);
-  fail(!reasons.system.empty()      ? reasons.system
-       : !reasons.innermost.empty() ? reasons.innermost
-                                    : "unknown HDF5 error");
+  if (!reasons.system.empty()) fail(reasons.system);
+  if (reasons.innermost.starts_with("truncated file")) fail("the file is truncated");
+  if (reasons.innermost == "file signature not found") fail("not an HDF5 file");
+  fail(reasons.innermost.empty() ? "unknown HDF5 error" : reasons.innermost);
 }
 
 void HdfSession::fail(const std::string& why) const {

@@ -1,0 +1,82 @@
+#include "io/export.h"
+
+#include <fmt/format.h>
+
+#include "io/atomic_file.h"
+#include "io/csv.h"
+#include "io/run_folder.h"
+#include "io/series.h"
+#include "io/vtkhdf.h"
+#include "io/vtu.h"
+#include "physics/error.h"
+
+namespace lahar {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<FrameFile> chosen_frames(const fs::path& source, const FrameChoice& choice) {
+  if (choice.kind == FrameChoice::Kind::step) return {find_frame(source, choice.step)};
+  const FrameFile last = find_frame(source);
+  if (choice.kind == FrameChoice::Kind::last || !fs::is_directory(source)) return {last};
+  return frames_of_run(source);
+}
+
+/// Where the files go: a folder, or one file.
+struct Destination {
+  fs::path folder;
+  fs::path file;  ///< empty: names follow the steps
+};
+
+Destination destination(const fs::path& source, const fs::path& output, std::string_view extension,
+                        std::size_t frames) {
+  if (output.empty()) {
+    if (fs::is_directory(source)) return {source / "export", {}};
+    return {source.parent_path(), fs::path(source).replace_extension(extension)};
+  }
+  if (output.extension() != extension || fs::is_directory(output)) return {output, {}};
+  if (frames > 1) {
+    Problem problem;
+    problem.message = fmt::format("{} frames do not fit into one file {}", frames, output.string());
+    problem.hint = "give a folder, or choose one step";
+    throw InputError({problem});
+  }
+  return {output.parent_path(), output};
+}
+
+}  // namespace
+
+ExportFormat export_format(const std::string& name) {
+  if (name == "csv") return ExportFormat::csv;
+  if (name == "vtu") return ExportFormat::vtu;
+  throw InputError(fmt::format("unknown export format '{}'; there are csv and vtu", name));
+}
+
+std::vector<fs::path> export_run(const fs::path& source, ExportFormat format, FrameChoice choice,
+                                 fs::path output) {
+  const std::string_view extension = format == ExportFormat::csv ? ".csv" : ".vtu";
+  const std::vector<FrameFile> frames = chosen_frames(source, choice);
+  const Destination to = destination(source, output, extension, frames.size());
+  if (!to.folder.empty()) make_folder(to.folder);
+
+  std::vector<fs::path> written;
+  std::vector<TimedFile> index;
+  for (const FrameFile& entry : frames) {
+    const Frame frame = read_frame(entry.file);
+    const fs::path file = to.file.empty() ? to.folder / frame_name(frame.step, extension) : to.file;
+    if (format == ExportFormat::csv)
+      write_csv(frame, file);
+    else
+      write_vtu(frame, file);
+    written.push_back(file);
+    index.push_back({frame.time, file.filename().string()});
+  }
+  if (format == ExportFormat::vtu && frames.size() > 1) {
+    written.push_back(to.folder / "particles.pvd");
+    write_pvd(index, written.back());
+  }
+  return written;
+}
+
+}  // namespace lahar
