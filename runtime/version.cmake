@@ -16,15 +16,11 @@ string(REPLACE "\"" "\\\"" flags "${flags}")
 set(text "/// \\file What this program was built from; generated, see runtime/version.cmake.
 #pragma once
 
-namespace lahar::build {
-
-inline constexpr const char* version = \"${version}\";
-inline constexpr const char* commit = \"${commit}\";
-inline constexpr const char* compiler = \"${compiler}\";
-inline constexpr const char* type = \"${build_type}\";
-inline constexpr const char* flags = \"${flags}\";
-
-}  // namespace lahar::build
+#define LAHAR_VERSION \"${version}\"
+#define LAHAR_COMMIT \"${commit}\"
+#define LAHAR_COMPILER \"${compiler}\"
+#define LAHAR_BUILD_TYPE \"${build_type}\"
+#define LAHAR_FLAGS \"${flags}\"
 ")
 set(present "")
 if(EXISTS "${header}")
