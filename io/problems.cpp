@@ -1,0 +1,120 @@
+#include "io/problems.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "io/scenario.h"
+
+namespace lahar {
+
+void ProblemList::error(Problem problem) {
+  if (errors_.size() < cap)
+    errors_.push_back(std::move(problem));
+  else
+    ++dropped_;
+}
+
+std::vector<Problem> ProblemList::errors() const {
+  auto sorted = errors_;
+  const std::string first = sorted.empty() ? "" : sorted.front().file;
+  std::stable_sort(sorted.begin(), sorted.end(), [&](const Problem& a, const Problem& b) {
+    const bool main_a = a.file == first, main_b = b.file == first;
+    if (main_a != main_b) return main_a;
+    return main_a && std::pair(a.line, a.column) < std::pair(b.line, b.column);
+  });
+  if (dropped_ > 0)
+    sorted.push_back({.file = first,
+                      .message = fmt::format("and {} more problems", dropped_),
+                      .hint = "",
+                      .source = ""});
+  return sorted;
+}
+
+namespace {
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+// Edit distance with swaps of neighbours (optimal string alignment).
+std::size_t distance(const std::string& a, const std::string& b) {
+  std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
+  for (std::size_t j = 0; j <= b.size(); ++j) d[0][j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i)
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replace = d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, replace});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+    }
+  return d[a.size()][b.size()];
+}
+
+}  // namespace
+
+std::string nearest(std::string_view name, const std::vector<std::string>& candidates) {
+  const std::string wanted = lower(name);
+  std::string best;
+  std::size_t least = std::max<std::size_t>(1, name.size() / 3) + 1;
+  for (const auto& candidate : candidates) {
+    const std::size_t d = distance(wanted, lower(candidate));
+    if (d < least && d < candidate.size()) {
+      least = d;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+std::string join(const std::vector<std::string>& words, std::string_view separator) {
+  return fmt::format("{}", fmt::join(words, separator));
+}
+
+std::string suggest(std::string_view name, const std::vector<std::string>& candidates,
+                    std::string_view what) {
+  const std::string near = nearest(name, candidates);
+  if (!near.empty()) return fmt::format("did you mean '{}'?", near);
+  return candidates.empty() ? "" : fmt::format("{}: {}", what, join(candidates));
+}
+
+std::string format_problems(const std::vector<Problem>& problems, const char* severity,
+                            bool colour) {
+  // A longer line (a mesh on one line, say) would bury the message.
+  constexpr std::size_t longest_source = 160;
+  const char* bold = colour ? "\033[1m" : "";
+  const char* red =
+      colour ? (std::string_view(severity) == "error" ? "\033[1;31m" : "\033[1;35m") : "";
+  const char* green = colour ? "\033[1;32m" : "";
+  const char* off = colour ? "\033[0m" : "";
+  std::string out;
+  for (const Problem& p : problems) {
+    out += fmt::format("{}{}", bold, p.file.empty() ? "command line" : p.file);
+    if (p.line > 0) out += fmt::format(":{}", p.line);
+    if (p.line > 0 && p.column > 0) out += fmt::format(":{}", p.column);
+    out += fmt::format(": {}{}:{} {}", red, severity, off, p.message);
+    if (!p.where.empty()) out += fmt::format(" [{}]", p.where);
+    out += '\n';
+    if (!p.source.empty()) {
+      const std::size_t column = p.column > 0 ? static_cast<std::size_t>(p.column) - 1 : 0;
+      const std::size_t skip = column > longest_source / 2 ? column - longest_source / 2 : 0;
+      const auto shown = std::string_view(p.source).substr(std::min(skip, p.source.size()));
+      out += fmt::format("  {}\n", shown.substr(0, longest_source));
+      if (p.column > 0) {
+        std::string indent;  // tabs stay tabs, so that the caret lands below its character
+        for (std::size_t i = skip; i < column && i < p.source.size(); ++i)
+          if ((static_cast<unsigned char>(p.source[i]) & 0xC0) != 0x80)
+            indent += p.source[i] == '\t' ? '\t' : ' ';
+        out += fmt::format("  {}{}^{}\n", indent, green, off);
+      }
+    }
+    if (!p.hint.empty()) out += fmt::format("  hint: {}\n", p.hint);
+  }
+  return out;
+}
+
+}  // namespace lahar

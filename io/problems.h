@@ -1,0 +1,45 @@
+/// \file The list that collects every problem of a scenario and its side files.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "physics/error.h"
+
+namespace lahar {
+
+/// Errors and warnings in the order in which they were found. At most `cap` errors are kept, the
+/// rest is counted: a file with a million bad lines has one cause, and one screen shows it.
+class ProblemList {
+ public:
+  static constexpr std::size_t cap = 100;
+
+  void error(Problem problem);
+  void warning(Problem problem) { warnings_.push_back(std::move(problem)); }
+
+  bool empty() const { return errors_.empty(); }
+  std::size_t count() const { return errors_.size() + dropped_; }
+  /// The errors ordered as in the scenario file, side files after it; the last one says how many
+  /// more there are, if so.
+  std::vector<Problem> errors() const;
+  std::vector<Problem> take_warnings() { return std::move(warnings_); }
+
+ private:
+  std::vector<Problem> errors_, warnings_;
+  std::size_t dropped_ = 0;
+};
+
+/// The candidate that a misspelt name most likely means: smallest edit distance (insertion,
+/// deletion, substitution, swap of neighbours; case ignored), at most a third of the length;
+/// empty if none is near.
+std::string nearest(std::string_view name, const std::vector<std::string>& candidates);
+
+/// "did you mean 'x'?", or "<what>: a, b, c" where nothing is near.
+std::string suggest(std::string_view name, const std::vector<std::string>& candidates,
+                    std::string_view what);
+
+/// a, b, c
+std::string join(const std::vector<std::string>& words, std::string_view separator = ", ");
+
+}  // namespace lahar

@@ -1,0 +1,156 @@
+#include "io/scenario.h"
+
+#include <fmt/format.h>
+
+#include "io/fields.h"
+#include "io/scenario_builder.h"
+
+namespace lahar {
+
+template <int Dim>
+Model<Dim> ScenarioBuilder<Dim>::build() {
+  build_mesh();
+  build_sets();
+  build_materials();
+  build_functions();
+  build_particles();
+  build_constraints();
+  build_friction();
+  build_particle_constraints();
+  build_gravity();
+  build_tractions();
+  build_nodal_forces();
+  build_analysis();
+  build_output();
+  return std::move(model_);
+}
+
+template Model<2> ScenarioBuilder<2>::build();
+template Model<3> ScenarioBuilder<3>::build();
+
+namespace {
+
+// A place that says how many dimensions the case has.
+struct Claim {
+  const JsonValue* value;
+  std::string key;
+  int dim;
+};
+
+// The dimension that a name contains ("MPMExplicit2D", "ED3H8", "Ascii2D"); 0 = none.
+int dimension_in(const std::string& name) {
+  if (name.rfind("ED2", 0) == 0 || name.find("2D") != std::string::npos) return 2;
+  if (name.rfind("ED3", 0) == 0 || name.find("3D") != std::string::npos) return 3;
+  return 0;
+}
+
+class Claims {
+ public:
+  explicit Claims(const JsonValue& root) {
+    if (const auto* analysis = root.find("analysis")) name(*analysis, "type");
+    if (const auto* mesh = root.find("mesh")) {
+      for (const char* key : {"cell_type", "io_type", "node_type"}) name(*mesh, key);
+      if (const auto* structured = mesh->find("structured"))
+        for (const char* key : {"counts", "cell_size", "extent", "origin"})
+          length(*structured, key);
+    }
+    if (const auto* loads = root.find("external_loading_conditions")) length(*loads, "gravity");
+    for (const auto* material : get_list(root, "materials")) name(*material, "type");
+    for (const auto* entry : get_list(root, "particles"))
+      if (const auto* generator = entry->find("generator"))
+        for (const char* key : {"io_type", "particle_type"}) name(*generator, key);
+  }
+
+  /// What the first says; without one, what the first array has; 0 = nothing does.
+  int dimension() const {
+    return !names_.empty() ? names_[0].dim : lengths_.empty() ? 0 : lengths_[0].dim;
+  }
+
+  /// Report names that disagree with the first. (Arrays of the wrong length the tables report.)
+  void check(ScenarioInput& in) const {
+    for (const Claim& c : names_)
+      if (c.dim != names_[0].dim)
+        in.error(*c.value, fmt::format("'{}': {} is {}D, but '{}': {} makes the case {}D", c.key,
+                                       to_json(*c.value), c.dim, names_[0].key,
+                                       to_json(*names_[0].value), names_[0].dim));
+  }
+
+ private:
+  void name(const JsonValue& object, const char* key) {
+    const JsonValue* v = object.find(key);
+    if (!v || !v->is<std::string>()) return;
+    if (const int dim = dimension_in(v->as<std::string>())) names_.push_back({v, key, dim});
+  }
+  void length(const JsonValue& object, const char* key) {
+    const JsonValue* v = object.find(key);
+    if (!v || !v->is<JsonValue::Array>()) return;
+    const auto n = v->as<JsonValue::Array>().size();
+    if (n == 2 || n == 3) lengths_.push_back({v, key, static_cast<int>(n)});
+  }
+  std::vector<Claim> names_, lengths_;
+};
+
+[[noreturn]] void fail(const ScenarioInput& in) {
+  throw InputError(in.problems.errors());
+}
+
+Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options) {
+  JsonValue& root = in.document.root;
+  if (root.valid())
+    for (const auto& argument : options.overrides)
+      in.document.override_value(argument, in.problems);
+  if (root.valid() && !root.is<JsonValue::Object>())
+    in.error(root, fmt::format("a scenario must be an object, found {}", describe(root)));
+  if (!root.is<JsonValue::Object>()) fail(in);
+
+  const Claims claims(root);
+  const int dim = claims.dimension();
+  claims.check(in);
+  if (dim == 0) {
+    in.error(root, "nothing says whether the case is 2D or 3D",
+             "set analysis.type to \"MPMExplicit2D\" or \"MPMExplicit3D\"");
+    fail(in);
+  }
+  check_section(scenario_section(), root, dim, in.document, in.problems);
+
+  Scenario scenario;
+  if (dim == 2)
+    scenario.model = ScenarioBuilder<2>(in).build();
+  else
+    scenario.model = ScenarioBuilder<3>(in).build();
+  if (!in.problems.empty()) fail(in);
+  scenario.warnings = in.problems.take_warnings();
+  scenario.text = std::move(text);
+  scenario.full = to_json(root) + "\n";
+  return scenario;
+}
+
+}  // namespace
+
+Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options) {
+  std::string reason;
+  auto text = read_text_file(file.string(), reason);
+  if (!text) {
+    Problem p;
+    p.file = file.string();
+    p.message = "the scenario " + reason;
+    throw InputError({p});
+  }
+  ProblemList problems;
+  JsonDocument document(file.string(), *text, problems);
+  ScenarioInput in{std::move(document), std::move(problems), file.parent_path(),
+                   file.stem().string(), options.as_cbgeo};
+  Scenario scenario = read(std::move(in), std::move(*text), options);
+  scenario.file = file;
+  return scenario;
+}
+
+Scenario read_scenario_text(const std::string& text, const std::filesystem::path& folder,
+                            const ScenarioOptions& options) {
+  ProblemList problems;
+  JsonDocument document("scenario", text, problems);
+  ScenarioInput in{std::move(document), std::move(problems), folder, "scenario", options.as_cbgeo};
+  return read(std::move(in), text, options);
+}
+
+}  // namespace lahar

@@ -1,0 +1,166 @@
+// Scheme, time step, duration and output.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/scenario_builder.h"
+
+namespace lahar {
+
+namespace {
+
+Scheme scheme_of(const std::string& name) {
+  return name == "usl" ? Scheme::usl : name == "musl" ? Scheme::musl : Scheme::usf;
+}
+
+// Set a key of an object, for scenario.full.json.
+void set(JsonValue& object, std::string_view key, std::string value) {
+  auto& members = std::get<JsonValue::Object>(object.data);
+  auto it =
+      std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.key == key; });
+  if (it == members.end()) it = members.insert(it, {std::string(key), object.offset, {}});
+  it->value.data = std::move(value);
+}
+
+// Whether the user wrote the key, validly or not.
+bool written(const JsonValue& object, std::string_view key) {
+  if (!object.is<JsonValue::Object>()) return false;
+  const auto& members = object.as<JsonValue::Object>();
+  return std::any_of(members.begin(), members.end(), [&](const auto& m) { return m.key == key; });
+}
+
+// A title as a folder name: letters, digits, '-', '_' and '.', the rest becomes '-'.
+std::string folder_name(const std::string& title) {
+  std::string out;
+  for (const char c : title) {
+    const bool plain = std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.';
+    if (plain)
+      out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    else if (!out.empty() && out.back() != '-')
+      out += '-';
+  }
+  while (!out.empty() && (out.back() == '-' || out.back() == '.')) out.pop_back();
+  return out;
+}
+
+}  // namespace
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_analysis() {
+  JsonValue* analysis = root_.find("analysis");
+  if (!analysis) return;
+  build_scheme(*analysis);
+  build_velocity_update(*analysis);
+  build_time_step(*analysis);
+  Analysis& a = model_.analysis;
+  if (const JsonValue* damping = analysis->find("damping"))
+    a.damping = get_number(*damping, "damping_factor").value_or(0);
+  a.pressure_smoothing = get_bool(*analysis, "pressure_smoothing").value_or(false);
+  a.remove_leaving_particles = !get_bool(*analysis, "locate_particles").value_or(true);
+  a.patch_particles = get_integer(*analysis, "patch_particles").value_or(4096);
+  if (const JsonValue* steps = analysis->find("nload_balance_steps"))
+    in_.warning(*steps, "'nload_balance_steps' has no effect on one rank");
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_scheme(JsonValue& analysis) {
+  const JsonValue* scheme = analysis.find("mpm_scheme");
+  const JsonValue* older = analysis.find("stress_update");
+  std::string name = "usf";
+  if (scheme) name = scheme->as<std::string>();
+  if (older) {
+    const std::string wanted = older->as<std::string>();
+    if (scheme && wanted != name)
+      in_.warning(*older, fmt::format("'stress_update' says {}, but 'mpm_scheme' says {}, which "
+                                      "counts",
+                                      wanted, name));
+    else if (!scheme && in_.as_cbgeo)
+      in_.warning(*older,
+                  fmt::format("'stress_update': {} is ignored; usf is run, as by CB-Geo", wanted));
+    else if (!scheme && wanted != "usf")
+      in_.warning(
+          *older,
+          fmt::format("'stress_update' is the older spelling of 'mpm_scheme'; {} is run", wanted),
+          "CB-Geo ignores this key and runs usf; --as-cbgeo does the same");
+    if (!scheme && !in_.as_cbgeo) name = wanted;
+  }
+  if (in_.as_cbgeo && name == "musl") {
+    in_.warning(*scheme, "'mpm_scheme': usf is run in place of musl, as by CB-Geo");
+    name = "usf";
+  }
+  model_.analysis.scheme = scheme_of(name);
+  set(analysis, "mpm_scheme", name);
+  auto& members = std::get<JsonValue::Object>(analysis.data);
+  std::erase_if(members, [](const auto& m) { return m.key == "stress_update"; });
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
+  const JsonValue* update = analysis.find("velocity_update");
+  const JsonValue* settings = analysis.find("velocity_update_settings");
+  const bool pic =
+      update && (update->is<bool>() ? update->as<bool>() : update->as<std::string>() == "pic");
+  model_.analysis.flip = pic ? 0.0 : 1.0;
+  if (!settings) return;
+  const auto ratio = get_number(*settings, "blending_ratio");
+  if (pic)
+    in_.error(*settings, "'velocity_update_settings' does not apply to PIC",
+              "set velocity_update to \"flip\" to blend");
+  else if (ratio)
+    model_.analysis.flip = *ratio;
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_time_step(const JsonValue& analysis) {
+  Analysis& a = model_.analysis;
+  if (const JsonValue* step = analysis.find("time_step")) {
+    a.step.adaptive = get_bool(*step, "adaptive").value_or(false);
+    a.step.safety = get_number(*step, "safety").value_or(0.5);
+    a.step.accept_unstable = get_bool(*step, "accept_unstable").value_or(false);
+  }
+  const auto dt = get_number(analysis, "dt");
+  a.step.dt = dt.value_or(std::numeric_limits<double>::infinity());
+  if (!dt && !a.step.adaptive && !written(analysis, "dt"))
+    in_.error(analysis, "'dt' is missing in analysis",
+              "dt [s]: the time step; or \"time_step\": {\"adaptive\": true}");
+  const auto nsteps = get_integer(analysis, "nsteps");
+  const auto end = get_number(analysis, "end_time");
+  if (!nsteps && !end && !written(analysis, "nsteps") && !written(analysis, "end_time"))
+    in_.error(analysis, "'nsteps' is missing in analysis",
+              "nsteps: the number of steps; or end_time [s]");
+  if (end) a.end_time = *end;
+  // A fixed step that divides the end time to rounding needs no step more [-].
+  constexpr double rounding = 1e-9;
+  a.nsteps = nsteps.value_or(std::numeric_limits<Index>::max());
+  if (!nsteps && end && dt && !a.step.adaptive)
+    a.nsteps = static_cast<Index>(std::min(std::ceil(*end / *dt * (1 - rounding)), 9e15));
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_output() {
+  OutputPlan& out = model_.output;
+  const JsonValue& post = section("post_processing");
+  out.frame_steps = get_integer(post, "output_steps").value_or(0);
+  out.history_steps = get_integer(post, "history_steps").value_or(0);
+  model_.title = get_text(root_, "title").value_or("");
+  if (model_.title.empty()) model_.title = in_.stem;
+  std::string name = get_text(section("analysis"), "uuid").value_or("");
+  if (name.empty()) name = folder_name(get_text(root_, "title").value_or(""));
+  if (name.empty()) name = in_.stem;
+  if (JsonValue* analysis = root_.find("analysis")) set(*analysis, "uuid", name);
+  const std::string path = get_text(post, "path").value_or("results/");
+  out.folder = (in_.folder / path / name).lexically_normal().string();
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                 \
+  template void ScenarioBuilder<Dim>::build_analysis();                        \
+  template void ScenarioBuilder<Dim>::build_scheme(JsonValue&);                \
+  template void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue&); \
+  template void ScenarioBuilder<Dim>::build_time_step(const JsonValue&);       \
+  template void ScenarioBuilder<Dim>::build_output();
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

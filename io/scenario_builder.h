@@ -1,0 +1,96 @@
+/// \file From a checked scenario to a Model: one member function per part.
+#pragma once
+
+#include <memory>
+#include <set>
+
+#include "io/particles_generator.h"
+#include "io/scenario_input.h"
+#include "physics/model.h"
+
+namespace lahar {
+
+/// Builds the model part by part. A part that cannot be built is reported and left empty; the parts
+/// that depend on it check what they can without it, so that one run finds every problem.
+template <int Dim>
+class ScenarioBuilder {
+ public:
+  explicit ScenarioBuilder(ScenarioInput& in) : in_(in), root_(in.document.root) {}
+
+  /// The model; meaningful only if the input has no problems.
+  Model<Dim> build();
+
+ private:
+  // scenario_mesh.cpp
+  void build_mesh();
+  void build_structured_mesh(const JsonValue& structured);
+  void build_table_mesh(const JsonValue& mesh);
+  void build_sets();
+  // scenario_materials.cpp
+  void build_materials();
+  void build_functions();
+  int find_material(const JsonValue& object);  ///< index; -1 = reported
+  int find_function(const JsonValue& object);  ///< index; -1 = none
+  // scenario_analysis.cpp
+  void build_analysis();
+  void build_scheme(JsonValue& analysis);
+  void build_velocity_update(const JsonValue& analysis);
+  void build_time_step(const JsonValue& analysis);
+  void build_output();
+  // scenario_particles.cpp
+  void build_particles();
+  void generate(const JsonValue& generator);
+  NewParticles<Dim> read_particles(const JsonValue& generator);
+  NewParticles<Dim> fill_gauss(const JsonValue& generator);
+  void name_particle_set(const JsonValue& generator, Index first, Index last);
+  void place_particles();
+  void report_strays(const std::vector<Index>& strays);
+  void assign_volumes();
+  void assign_stresses();
+  void build_particle_sets();
+  void assign_material_sets();
+  // scenario_loads.cpp
+  void build_constraints();
+  void build_friction();
+  void build_particle_constraints();
+  void build_gravity();
+  void build_tractions();
+  void build_nodal_forces();
+  /// The ids that `id_key` or `name_key` of an object mean (-1 = all `n`); nothing if reported.
+  std::optional<std::vector<Index>> members(const JsonValue& object, std::string_view id_key,
+                                            std::string_view name_key, const EntitySets& sets,
+                                            Index n);
+  std::optional<int> direction_of(const JsonValue& object);
+  /// Report keys that a `file` entry replaces or that are missing without one; true = use the file.
+  bool from_file(const JsonValue& object, const std::vector<std::string_view>& required);
+
+  const JsonValue& section(std::string_view key) const {
+    const JsonValue* v = root_.find(key);
+    return v && v->is<JsonValue::Object>() ? *v : empty_;
+  }
+  const JsonValue& boundary() const {
+    const JsonValue* v = section("mesh").find("boundary_conditions");
+    return v ? *v : empty_;
+  }
+  Index n_nodes() const { return model_.mesh ? model_.mesh->n_nodes() : -1; }
+  Index n_cells() const { return model_.mesh ? model_.mesh->n_cells() : -1; }
+
+  ScenarioInput& in_;
+  JsonValue& root_;
+  JsonValue empty_;
+  Model<Dim> model_;
+  std::shared_ptr<const Mesh<Dim>> mesh_;
+  EntityFile sets_;
+  double region_tolerance_ = 0;     ///< [m]
+  bool particles_complete_ = true;  ///< false: some generator failed, the number is not known
+  std::set<Index> generator_sets_;  ///< particle set ids that a generator made
+  std::set<Index> shadowed_sets_;   ///< of those: also in entity_sets.json, with other members
+  /// A file of positions, kept for the line numbers of particles outside the mesh.
+  struct Source {
+    SideFile file;
+    Index first, last;
+  };
+  std::vector<Source> sources_;
+};
+
+}  // namespace lahar

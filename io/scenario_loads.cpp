@@ -1,0 +1,197 @@
+// Constraints and loads.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "io/scenario_builder.h"
+
+namespace lahar {
+
+template <int Dim>
+std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(const JsonValue& object,
+                                                                std::string_view id_key,
+                                                                std::string_view name_key,
+                                                                const EntitySets& sets, Index n) {
+  const JsonValue* value = in_.either(object, id_key, name_key);
+  if (!value) {
+    const auto& keys = object.as<JsonValue::Object>();
+    if (std::none_of(keys.begin(), keys.end(),
+                     [&](const auto& m) { return m.key == id_key || m.key == name_key; }))
+      in_.error(object, fmt::format("'{}' is missing", name_key),
+                fmt::format("{}: an id (-1 for all) or a name of sets.{}s", name_key, sets.kind));
+    return std::nullopt;
+  }
+  std::vector<Index> ids;
+  if (value->is_number() && value->number() == -1) {
+    ids.resize(static_cast<std::size_t>(std::max<Index>(n, 0)));
+    std::iota(ids.begin(), ids.end(), Index{0});
+    return ids;
+  }
+  const auto* found = sets.find(*value, in_);
+  if (!found) return std::nullopt;
+  if (&sets == &sets_.particles && value->is_number() &&
+      shadowed_sets_.count(static_cast<Index>(value->number())))
+    in_.warning(*value,
+                fmt::format("particle set {} is made by a generator and by the entity sets; the "
+                            "generator's counts",
+                            to_json(*value)),
+                "the reference does the same");
+  ids = *found;
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  return ids;
+}
+
+template <int Dim>
+std::optional<int> ScenarioBuilder<Dim>::direction_of(const JsonValue& object) {
+  const auto dir = get_direction(object, "dir");
+  if (!dir || *dir < Dim) return dir;
+  in_.error(*object.find("dir"),
+            fmt::format("'dir' must be below {} in {} dimensions, found {}", Dim,
+                        Dim == 2 ? "two" : "three", to_json(*object.find("dir"))));
+  return std::nullopt;
+}
+
+template <int Dim>
+bool ScenarioBuilder<Dim>::from_file(const JsonValue& object,
+                                     const std::vector<std::string_view>& required) {
+  const auto& keys = object.as<JsonValue::Object>();
+  const auto has = [&](std::string_view key) {
+    return std::any_of(keys.begin(), keys.end(), [&](const auto& m) { return m.key == key; });
+  };
+  const bool file = has("file");
+  for (const auto key : required) {
+    if (file && object.find(key))
+      in_.error(*object.find(key), fmt::format("'{}' does not go together with 'file'", key),
+                "the file has a node, a direction and a value in each row");
+    if (!file && !has(key)) in_.error(object, fmt::format("'{}' is missing", key));
+  }
+  return file;
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_constraints() {
+  auto& out = model_.node_velocities;
+  for (const JsonValue* c : get_list(boundary(), "velocity_constraints")) {
+    if (from_file(*c, {"dir", "velocity"})) {
+      const auto file = in_.open(*c, "file");
+      if (!file) continue;
+      if (const auto rows = read_node_values(*file, "the velocity", n_nodes(), Dim, in_.problems))
+        for (const auto& [node, dir, v] : *rows) out.push_back({node, dir, v});
+      continue;
+    }
+    const auto dir = direction_of(*c);
+    const auto v = get_number(*c, "velocity");
+    const auto nodes = members(*c, "nset_id", "nset", sets_.nodes, n_nodes());
+    if (!dir || !v || !nodes) continue;
+    for (const Index node : *nodes) out.push_back({node, *dir, *v});
+  }
+  // The first constraint of a node and direction wins.
+  const auto key = [](const NodeVelocity& a) { return std::pair(a.node, a.dir); };
+  std::stable_sort(out.begin(), out.end(),
+                   [&](const auto& a, const auto& b) { return key(a) < key(b); });
+  out.erase(std::unique(out.begin(), out.end(),
+                        [&](const auto& a, const auto& b) { return key(a) == key(b); }),
+            out.end());
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_friction() {
+  for (const JsonValue* c : get_list(boundary(), "friction_constraints")) {
+    if (from_file(*c, {"dir", "sign_n", "friction"})) {
+      if (const auto file = in_.open(*c, "file"))
+        check_friction_file(*file, n_nodes(), Dim, in_.problems);
+      continue;
+    }
+    direction_of(*c);
+    members(*c, "nset_id", "nset", sets_.nodes, n_nodes());
+  }
+  if (const auto file = in_.open(boundary(), "nodal_euler_angles"))
+    check_angle_file(*file, n_nodes(), Dim, in_.problems);
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_particle_constraints() {
+  for (const JsonValue* c : get_list(boundary(), "particles_velocity_constraints")) {
+    const auto dir = direction_of(*c);
+    const auto v = get_number(*c, "velocity");
+    auto ids = members(*c, "pset_id", "pset", sets_.particles, model_.particles.size());
+    if (dir && v && ids) model_.particle_velocities.push_back({std::move(*ids), *dir, *v});
+  }
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_gravity() {
+  model_.gravity =
+      get_vector<Dim>(section("external_loading_conditions"), "gravity").value_or(Vec<Dim>::Zero());
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_tractions() {
+  for (const JsonValue* t :
+       get_list(section("external_loading_conditions"), "particle_surface_traction")) {
+    const auto dir = direction_of(*t);
+    const auto value = get_number(*t, "traction");
+    const int function = find_function(*t);
+    auto ids = members(*t, "pset_id", "pset", sets_.particles, model_.particles.size());
+    if (dir && value && ids) model_.tractions.push_back({std::move(*ids), *dir, *value, function});
+  }
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_nodal_forces() {
+  auto& out = model_.node_forces;
+  for (const JsonValue* f :
+       get_list(section("external_loading_conditions"), "concentrated_nodal_forces")) {
+    const int function = find_function(*f);
+    if (from_file(*f, {"dir", "force"})) {
+      const auto file = in_.open(*f, "file");
+      if (!file) continue;
+      if (const auto rows = read_node_values(*file, "the force", n_nodes(), Dim, in_.problems))
+        for (const auto& [node, dir, force] : *rows) out.push_back({node, dir, force, function});
+      continue;
+    }
+    const auto dir = direction_of(*f);
+    const auto force = get_number(*f, "force");
+    const auto nodes = members(*f, "nset_id", "nset", sets_.nodes, n_nodes());
+    if (!dir || !force || !nodes) continue;
+    for (const Index node : *nodes) out.push_back({node, *dir, *force, function});
+  }
+  // As in the reference, a node has one function, that of the last force given for it, and the last
+  // force of a direction replaces the ones before.
+  std::stable_sort(out.begin(), out.end(),
+                   [](const auto& a, const auto& b) { return a.node < b.node; });
+  std::vector<NodeForce> kept;
+  for (std::size_t i = 0; i < out.size();) {
+    std::size_t end = i;
+    while (end < out.size() && out[end].node == out[i].node) ++end;
+    for (int d = 0; d < Dim; ++d)
+      for (std::size_t k = end; k-- > i;)
+        if (out[k].dir == d) {
+          kept.push_back(out[k]);
+          kept.back().function = out[end - 1].function;
+          break;
+        }
+    i = end;
+  }
+  out = std::move(kept);
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                         \
+  template std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(            \
+      const JsonValue&, std::string_view, std::string_view, const EntitySets&, Index); \
+  template std::optional<int> ScenarioBuilder<Dim>::direction_of(const JsonValue&);    \
+  template bool ScenarioBuilder<Dim>::from_file(const JsonValue&,                      \
+                                                const std::vector<std::string_view>&); \
+  template void ScenarioBuilder<Dim>::build_constraints();                             \
+  template void ScenarioBuilder<Dim>::build_friction();                                \
+  template void ScenarioBuilder<Dim>::build_particle_constraints();                    \
+  template void ScenarioBuilder<Dim>::build_gravity();                                 \
+  template void ScenarioBuilder<Dim>::build_tractions();                               \
+  template void ScenarioBuilder<Dim>::build_nodal_forces();
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

@@ -1,0 +1,146 @@
+// The mesh and the sets of its nodes and cells.
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "io/scenario_builder.h"
+
+namespace lahar {
+
+namespace {
+
+// Nodes on the boundary of a region are inside: coordinates are sums of a few doubles, so their
+// rounding is far below this fraction of a cell, and no cell has a node this close to another [-].
+constexpr double region_tolerance = 1e-9;
+
+// A count computed as extent / cell size may miss the whole number by rounding [-].
+constexpr double count_tolerance = 1e-6;
+
+}  // namespace
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_mesh() {
+  const JsonValue* mesh = root_.find("mesh");
+  if (!mesh) return;
+  const JsonValue* structured = mesh->find("structured");
+  const JsonValue* file = mesh->find("mesh");
+  if (structured && file)
+    in_.error(*structured, "'structured' and 'mesh' are two meshes; give one of them");
+  else if (structured)
+    build_structured_mesh(*structured);
+  else if (file)
+    build_table_mesh(*mesh);
+  else if (in_.problems.empty())
+    in_.error(*mesh, "there is no mesh",
+              "give a mesh file (\"mesh\": \"mesh.txt\") or a grid (\"structured\": {...})");
+  mesh_ = model_.mesh;
+  if (mesh_) {
+    double size = mesh_->cell_size(0);
+    if (!mesh_->is_structured())
+      for (Index c = 1; c < mesh_->n_cells(); ++c) size = std::min(size, mesh_->cell_size(c));
+    region_tolerance_ = region_tolerance * size;
+  }
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_structured_mesh(const JsonValue& s) {
+  const auto origin = get_vector<Dim>(s, "origin");
+  const auto extent = get_vector<Dim>(s, "extent"), counts = get_vector<Dim>(s, "counts");
+  auto cell = get_vector<Dim>(s, "cell_size");
+  if (const auto same = get_number(s, "cell_size")) cell = Vec<Dim>::Constant(*same);
+  const int given = (extent ? 1 : 0) + (counts ? 1 : 0) + (cell ? 1 : 0);
+  if (given != 2) {
+    // A key that is there but invalid has been reported.
+    int written = 0;
+    for (const auto& m : s.template as<JsonValue::Object>())
+      written += m.key == "extent" || m.key == "counts" || m.key == "cell_size";
+    if (written == given)
+      in_.error(s, fmt::format("a structured mesh needs two of 'cell_size', 'extent' and "
+                               "'counts', found {}",
+                               given));
+    return;
+  }
+  std::array<Index, Dim> n{};
+  for (int d = 0; d < Dim; ++d) {
+    const double exact = counts ? (*counts)[d] : (*extent)[d] / (*cell)[d];
+    n[static_cast<std::size_t>(d)] = std::llround(exact);
+    if (!counts && (exact < 0.5 || std::abs(exact - std::round(exact)) > count_tolerance * exact))
+      return in_.error(*s.find("extent"),
+                       fmt::format("the extent {} is not a whole number of cells of size {}",
+                                   (*extent)[d], (*cell)[d]));
+  }
+  if (!cell) cell = extent->cwiseQuotient(*counts);
+  double total = 1;
+  for (const Index c : n) total *= static_cast<double>(c) + 1;
+  if (total > 9e15) return in_.error(s, fmt::format("a mesh of {:.3g} nodes is too large", total));
+  if (!origin) return;
+  try {
+    model_.mesh = std::make_shared<const Mesh<Dim>>(Mesh<Dim>::structured(*origin, *cell, n));
+  } catch (const InputError& e) {
+    in_.error(s, e.what());
+  }
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_table_mesh(const JsonValue& mesh) {
+  auto file = in_.open(mesh, "mesh");
+  if (!file) return;
+  auto tables = read_mesh_file<Dim>(*file, in_.problems);
+  if (!tables) return;
+  if (get_bool(mesh, "check_duplicates").value_or(true)) {
+    const auto [a, b] = find_coincident<Dim>(tables->nodes);
+    if (a >= 0)
+      in_.problems.warning(file->at_line(file->line_of_row(b + 1),
+                                         fmt::format("nodes {} and {} are at the same place", a, b),
+                                         "cells that should be neighbours may not be connected"));
+  }
+  const auto lines = tables->cell_lines;
+  try {
+    model_.mesh = std::make_shared<const Mesh<Dim>>(
+        Mesh<Dim>::from_tables(std::move(tables->nodes), std::move(tables->cells),
+                               get_bool(mesh, "isoparametric").value_or(true)));
+  } catch (const InputError& e) {
+    for (Problem p : e.problems()) {
+      // "cell 12 is inverted": the cell's line is known here.
+      std::size_t cell = lines.size();
+      constexpr std::string_view word = "cell ";
+      if (p.message.compare(0, word.size(), word) == 0)
+        std::from_chars(p.message.data() + word.size(), p.message.data() + p.message.size(), cell);
+      const int line = cell < lines.size() ? lines[cell] : 0;
+      in_.problems.error(file->at_line(line, p.message, p.hint));
+    }
+  }
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_sets() {
+  sets_ = read_entity_sets(section("mesh"), n_nodes(), n_cells(), in_);
+  const JsonValue& sets = section("sets");
+  const auto each = [&](const char* key, EntitySets& out, Index n, auto&& position) {
+    if (!mesh_) out.all_known = false;
+    const JsonValue* regions = sets.find(key);
+    if (!regions) return;
+    for (const auto& [name, offset, value] : regions->template as<JsonValue::Object>()) {
+      const Region<Dim> region(value, region_tolerance_, in_.document, in_.problems);
+      auto& ids = out.by_name[name];
+      for (Index i = 0; i < n; ++i)
+        if (region.contains(position(i))) ids.push_back(i);
+      if (ids.empty() && n > 0 && value.valid())
+        in_.warning(value, fmt::format("the {} set '{}' is empty", out.kind, name));
+    }
+  };
+  each("nodes", sets_.nodes, n_nodes(), [&](Index i) { return mesh_->node(i); });
+  each("cells", sets_.cells, n_cells(), [&](Index i) { return mesh_->geometry(i).centre; });
+}
+
+template void ScenarioBuilder<2>::build_mesh();
+template void ScenarioBuilder<3>::build_mesh();
+template void ScenarioBuilder<2>::build_structured_mesh(const JsonValue&);
+template void ScenarioBuilder<3>::build_structured_mesh(const JsonValue&);
+template void ScenarioBuilder<2>::build_table_mesh(const JsonValue&);
+template void ScenarioBuilder<3>::build_table_mesh(const JsonValue&);
+template void ScenarioBuilder<2>::build_sets();
+template void ScenarioBuilder<3>::build_sets();
+
+}  // namespace lahar
