@@ -1,0 +1,268 @@
+#include "io/run_folder.h"
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <chrono>
+#include <future>
+
+#include "io/atomic_file.h"
+#include "io/compare.h"
+#include "io/export.h"
+#include "physics/error.h"
+#include "tests/io/frame_samples.h"
+
+namespace lahar {
+
+using namespace test;
+namespace fs = std::filesystem;
+
+namespace {
+
+RunFolderContents contents() {
+  RunFolderContents c;
+  c.info.title = "a case";
+  c.info.command = {"lahar", "run", "scenario.json"};
+  c.info.particles = 2;
+  c.scenario = "{ // as it was\n}";
+  c.scenario_full = "{}";
+  return c;
+}
+
+Frame frame_at(Index step) {
+  Frame frame = two_particles();
+  frame.step = step;
+  frame.time = static_cast<double>(step) / 8;
+  return frame;
+}
+
+/// A finished run with frames at these steps.
+void make_run(const fs::path& path, const std::vector<Index>& steps) {
+  RunFolder run(path, contents());
+  for (const Index step : steps) run.write(frame_at(step));
+  run.finish({});
+}
+
+bool contains(const fs::path& file, const std::string& text) {
+  return read_text_file(file).find(text) != std::string::npos;
+}
+
+/// Message and hint of the InputError that `action` throws.
+template <class Action>
+std::string refusal(Action&& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.problems().front().message + " | " + error.problems().front().hint;
+  }
+  return "no error";
+}
+
+/// A run whose frames cannot be written: a file is where the folder was.
+struct Broken {
+  TemporaryFolder folder;
+  RunFolder run{folder.path / "run", contents()};
+  Broken() {
+    fs::remove(folder.path / "run/frames");
+    write_text_file(folder.path / "run/frames", "");
+  }
+  std::string message() const {
+    return "cannot write " + (folder.path / "run/frames/particles_0000000001.hdf").string() +
+           ": Not a directory";
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a run folder holds what the conventions promise, and nothing else") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path / "deep/run";
+  RunFolder run(path, contents());
+  CHECK(contains(path / "manifest.json", "\"status\": \"running\""));
+  run.log("first");
+  run.log("second\n");
+  CHECK(read_text_file(path / "log.txt") == "first\nsecond\n");
+  HistoryRow row;
+  row.step = 3;
+  row.time = 0.1;
+  row.momentum = {1, -2, 1e-30};
+  row.max_speed = 0.5;
+  run.history(row);
+  CHECK(read_text_file(path / "history.csv") ==
+        "step,time,dt,particles,mass,momentum_x,momentum_y,momentum_z,kinetic,internal,external,"
+        "damping,balance,max_speed\n"
+        "3,0.1,0,0,0,1,-2,1e-30,0,0,0,0,0,0.5\n");
+  run.write(frame_at(0));
+  run.write(frame_at(5));
+  run.finish({.status = RunStatus::finished, .message = "", .steps = 5, .warnings = {"watch out"}});
+  CHECK(contains(path / "manifest.json", "\"status\": \"finished\""));
+  CHECK(contains(path / "manifest.json", "\"watch out\""));
+  CHECK(read_text_file(path / "scenario.json") == contents().scenario);
+  CHECK(names_in(path) == std::vector<std::string>{"frames", "history.csv", "log.txt",
+                                                   "manifest.json", "scenario.full.json",
+                                                   "scenario.json"});
+  CHECK(names_in(path / "frames") == std::vector<std::string>{"particles.hdf.series",
+                                                              "particles_0000000000.hdf",
+                                                              "particles_0000000005.hdf"});
+  CHECK(contains(path / "frames/particles.hdf.series",
+                 "    {\"name\": \"particles_0000000000.hdf\", \"time\": 0},\n"
+                 "    {\"name\": \"particles_0000000005.hdf\", \"time\": 0.625}\n"));
+}
+
+TEST_CASE("an earlier run is replaced only on request, and only its results") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path / "run";
+  make_run(path, {0, 10});
+  export_run(path, ExportFormat::csv);
+  write_text_file(path / "notes.txt", "mine");
+  write_text_file(path / "frames/picture.png", "mine");
+  CHECK(refusal([&] { make_run(path, {1}); }) ==
+        "output folder " + path.string() + " holds the results of an earlier run | " +
+            "add --overwrite to replace them, or choose another output folder");
+  CHECK(frames_of_run(path).size() == 2);
+  RunFolder(path, contents(), true).finish({});
+  CHECK(frames_of_run(path).empty());
+  CHECK(names_in(path / "export").empty());
+  CHECK(read_text_file(path / "notes.txt") == "mine");
+  CHECK(names_in(path / "frames") == std::vector<std::string>{"picture.png"});
+}
+
+TEST_CASE("a folder that is no run is never touched") {
+  const TemporaryFolder folder;
+  write_text_file(folder.path / "thesis.tex", "years of work");
+  for (const bool overwrite : {false, true})
+    CHECK(refusal([&] { RunFolder(folder.path, contents(), overwrite); }) ==
+          "output folder " + folder.path.string() + " exists and is not a run of Lahar | " +
+              "choose another output folder, or remove this one yourself");
+  CHECK(names_in(folder.path) == std::vector<std::string>{"thesis.tex"});
+}
+
+TEST_CASE("an empty folder may become a run") {
+  const TemporaryFolder folder;
+  RunFolder(folder.path, contents()).finish({});
+  CHECK(is_run_folder(folder.path));
+}
+
+TEST_CASE("two runs do not write to one folder at the same time") {
+  const TemporaryFolder folder;
+  const RunFolder first(folder.path, contents());
+  CHECK(refusal([&] { RunFolder(folder.path, contents(), true); }) ==
+        "output folder " + folder.path.string() + " is being written to by another run | " +
+            "wait for it to end, or choose another output folder");
+}
+
+TEST_CASE("an output folder that cannot be made is an error with the system's reason") {
+  const TemporaryFolder folder;
+  write_text_file(folder.path / "file", "");
+  const fs::path path = folder.path / "file/run";
+  CHECK_THROWS_WITH_AS(RunFolder(path, contents()),
+                       ("cannot make folder " + path.string() + ": Not a directory").c_str(),
+                       IoError);
+}
+
+TEST_CASE("a run that is not finished leaves its frames, and its manifest says failed") {
+  const TemporaryFolder folder;
+  {
+    RunFolder run(folder.path, contents());
+    run.write(frame_at(1));
+  }
+  CHECK(frames_of_run(folder.path).size() == 1);
+  CHECK(contains(folder.path / "manifest.json", "\"status\": \"failed\""));
+}
+
+TEST_CASE("an error of the background writer surfaces at finish, and the manifest says why") {
+  Broken broken;
+  broken.run.write(frame_at(1));
+  CHECK_THROWS_WITH_AS(broken.run.finish({}), broken.message().c_str(), IoError);
+  CHECK(contains(broken.folder.path / "run/manifest.json", "\"status\": \"failed\""));
+  CHECK(contains(broken.folder.path / "run/manifest.json", "Not a directory"));
+}
+
+TEST_CASE("an error of the background writer surfaces at the next frame") {
+  Broken broken;
+  const auto write_many = [&] {
+    for (int i = 0; i < 10; ++i) broken.run.write(frame_at(1));
+  };
+  CHECK_THROWS_WITH_AS(write_many(), broken.message().c_str(), IoError);
+}
+
+TEST_CASE("frames are written in the background, in order, while at most two wait") {
+  const TemporaryFolder folder;
+  FrameWriter writer(folder.path);
+  for (Index step = 0; step < 20; ++step) {
+    Frame frame = sample_frame(3, 2000);
+    frame.step = step;
+    writer.write(std::move(frame));
+    // All but two are complete when the next one is accepted.
+    for (Index done = 0; done + 2 <= step; ++done)
+      REQUIRE(fs::exists(folder.path / frame_name(done, ".hdf")));
+  }
+  writer.finish();
+  CHECK(names_in(folder.path).size() == 21);
+}
+
+TEST_CASE("a frame of a run is found by its step; a missing one is answered with those there are") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path / "run";
+  std::vector<Index> steps;
+  for (Index step = 0; step < 12; ++step) steps.push_back(10 * step);
+  make_run(path, steps);
+  CHECK(find_frame(path).step == 110);
+  CHECK(read_particles(path, 20).time == 2.5);
+  CHECK(refusal([&] { find_frame(path, 25); }) ==
+        "run " + path.string() +
+            " has no frame at step 25 | its steps are 0, 10, 20, 30, 40, 50, ..., 110");
+}
+
+TEST_CASE("abandoned files of a killed run are not taken for frames, and are removed with it") {
+  const TemporaryFolder folder;
+  make_run(folder.path, {3});
+  write_text_file(folder.path / "frames/.particles_0000000004.hdf.1234.part", "half");
+  CHECK(frames_of_run(folder.path).size() == 1);
+  RunFolder(folder.path, contents(), true).finish({});
+  CHECK(names_in(folder.path / "frames").empty());
+}
+
+TEST_CASE("a run is exported at its last step, at one step, or at all") {
+  const TemporaryFolder folder;
+  const fs::path run = folder.path / "run", out = folder.path / "out";
+  make_run(run, {0, 10});
+  using Kind = FrameChoice::Kind;
+  const auto exported = [&](ExportFormat format, FrameChoice choice, const fs::path& output) {
+    std::vector<std::string> names;
+    for (const fs::path& file : export_run(run, format, choice, output)) {
+      CHECK(fs::file_size(file) > 0);
+      names.push_back(file.lexically_relative(folder.path).string());
+    }
+    return names;
+  };
+  CHECK(exported(ExportFormat::csv, {}, {}) ==
+        std::vector<std::string>{"run/export/particles_0000000010.csv"});
+  CHECK(exported(ExportFormat::csv, {Kind::step, 0}, folder.path / "state.csv") ==
+        std::vector<std::string>{"state.csv"});
+  CHECK(exported(ExportFormat::vtu, {Kind::all}, out) ==
+        std::vector<std::string>{"out/particles_0000000000.vtu", "out/particles_0000000010.vtu",
+                                 "out/particles.pvd"});
+  CHECK(refusal([&] { exported(ExportFormat::csv, {Kind::all}, out / "one.csv"); }) ==
+        "2 frames do not fit into one file " + (out / "one.csv").string() +
+            " | give a folder, or choose one step");
+  CHECK(refusal([&] { export_format("xls"); }).starts_with("unknown export format 'xls'"));
+  CHECK(compare(run, folder.path / "state.csv", {}, 0).passed);
+}
+
+TEST_CASE("a single frame is exported beside itself") {
+  const TemporaryFolder folder;
+  write_frame(frame_at(3), folder.path / "a.hdf");
+  CHECK(export_run(folder.path / "a.hdf", ExportFormat::vtu).front() == folder.path / "a.vtu");
+}
+
+TEST_CASE("hashes are those of the standard") {
+  CHECK(sha256("") == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  CHECK(sha256("abc") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  CHECK(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq") ==
+        "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  CHECK(sha256(std::string(1'000'000, 'a')) ==
+        "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+}  // namespace lahar
