@@ -5,10 +5,11 @@
 
 namespace lahar {
 
-void Executor::request_stop(Step step) {
+void Executor::request_stop(Step step) { stop_before(step + max_lead); }
+
+void Executor::stop_before(Step step) {
   Step end = end_.load(std::memory_order_relaxed);
-  while (step + max_lead < end &&
-         !end_.compare_exchange_weak(end, step + max_lead, std::memory_order_acq_rel)) {
+  while (step < end && !end_.compare_exchange_weak(end, step, std::memory_order_acq_rel)) {
   }
 }
 

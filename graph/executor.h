@@ -15,6 +15,9 @@ namespace lahar {
 /// effect at the beginning of step n + max_lead.
 inline constexpr Step max_lead = 4;
 
+/// Threads that this process may use (affinity respected).
+int available_threads();
+
 /// What the executor calls. Bodies of different tasks run concurrently where the graph allows it.
 struct TaskBodies {
   /// Run `stage` of `patch` for `step`. Must not throw: failures are recorded and a stop requested.
@@ -37,6 +40,9 @@ class Executor {
   /// Called from a body in `step`: all patches stop together before step + max_lead (or earlier if
   /// that was requested before). Any thread.
   void request_stop(Step step);
+
+  /// Called from set_dt of the step before: nobody takes `step` or a later one.
+  void stop_before(Step step);
 
   const TaskGraph& graph() const { return graph_; }
 

@@ -8,6 +8,7 @@
 /// max_lead steps ahead of the slowest one. Permits are the only thing that links patches far apart.
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <array>
@@ -195,6 +196,8 @@ class FlowExecutor final : public Executor {
 };
 
 }  // namespace
+
+int available_threads() { return oneapi::tbb::info::default_concurrency(); }
 
 std::unique_ptr<Executor> make_flow_executor(TaskGraph graph, TaskBodies bodies, int threads,
                                              bool verify) {

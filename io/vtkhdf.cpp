@@ -218,4 +218,10 @@ void write_frame(const Frame& frame, const std::filesystem::path& file,
   atomic.commit();
 }
 
+std::string hdf5_version() {
+  unsigned major = 0, minor = 0, release = 0;
+  H5get_libversion(&major, &minor, &release);
+  return fmt::format("{}.{}.{}", major, minor, release);
+}
+
 }  // namespace lahar

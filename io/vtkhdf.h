@@ -11,6 +11,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "io/frame.h"
 
@@ -29,5 +30,8 @@ void write_frame(const Frame& frame, const std::filesystem::path& file,
 /// Read a file of write_frame(); every number comes back bit by bit. Throws IoError, also for HDF5
 /// files that are no frames of Lahar.
 Frame read_frame(const std::filesystem::path& file);
+
+/// Version of the HDF5 library in use, "1.10.8".
+std::string hdf5_version();
 
 }  // namespace lahar

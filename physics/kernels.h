@@ -21,6 +21,10 @@ inline constexpr double least_nodal_value = 1e-15;
 template <int Dim>
 void receive(Patch<Dim>& patch);
 
+/// True if the patch holds no particles; its partial sums are then zero.
+template <int Dim>
+bool is_idle(Patch<Dim>& patch);
+
 /// m_i = sum_p N_i m_p,  (m v)_i = sum_p N_i m_p v_p, into the patch's private sums.
 template <int Dim, class Real = Pack>
 void map_mass_momentum(Patch<Dim>& patch);

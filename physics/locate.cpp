@@ -207,6 +207,14 @@ void receive(Patch<Dim>& patch) {
 }
 
 template <int Dim>
+bool is_idle(Patch<Dim>& patch) {
+  if (patch.particles.size() > 0) return patch.idle = false;
+  if (!patch.idle)
+    for (auto& values : patch.partial) std::fill(values.begin(), values.end(), 0.0);
+  return patch.idle = true;
+}
+
+template <int Dim>
 double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, Local* limiting) {
   const Particles<Dim>& particles = patch.particles;
   const double* V = particles.row(Column::volume);
@@ -237,6 +245,7 @@ double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, Local* 
   template void locate<Dim, Pack>(Patch<Dim>&, const StepContext<Dim>&);     \
   template void locate<Dim, Scalar>(Patch<Dim>&, const StepContext<Dim>&);   \
   template void receive<Dim>(Patch<Dim>&);                                   \
+  template bool is_idle<Dim>(Patch<Dim>&);                                   \
   template double time_step_limit<Dim>(const Patch<Dim>&, const Model<Dim>&, Local*);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -42,8 +42,10 @@ std::vector<Index> nodes_around(const Mesh<Dim>& mesh, const std::vector<Index>&
 /// J. Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707 (2004).
 template <int Dim>
 std::uint64_t hilbert_position(std::array<std::uint64_t, Dim> x, int bits) {
+  if (bits == 0) return 0;
+  const std::uint64_t top = std::uint64_t{1} << (bits - 1);
   // Undo the rotations and reflections from the coarsest level to the finest.
-  for (std::uint64_t bit = std::uint64_t{1} << (bits - 1); bits > 0 && bit > 1; bit >>= 1) {
+  for (std::uint64_t bit = top; bit > 1; bit >>= 1) {
     const std::uint64_t below = bit - 1;
     for (int d = 0; d < Dim; ++d) {
       if (x[d] & bit) {
@@ -58,7 +60,7 @@ std::uint64_t hilbert_position(std::array<std::uint64_t, Dim> x, int bits) {
   // Gray code across the axes.
   for (int d = 1; d < Dim; ++d) x[d] ^= x[d - 1];
   std::uint64_t flip = 0;
-  for (std::uint64_t bit = std::uint64_t{1} << (bits - 1); bits > 0 && bit > 1; bit >>= 1)
+  for (std::uint64_t bit = top; bit > 1; bit >>= 1)
     if (x[Dim - 1] & bit) flip ^= bit - 1;
   for (int d = 0; d < Dim; ++d) x[d] ^= flip;
   // Interleave, axis 0 first.

@@ -60,6 +60,7 @@ struct Patch {
   Particles<Dim> particles;
   std::vector<Run> runs;
   bool runs_valid = false;
+  bool idle = false;  ///< no particles and all partial sums zero: nothing to do until some arrive
 
   // Geometry of the local cells.
   bool cartesian = true;

@@ -3,7 +3,10 @@
 
 #include <functional>
 #include <memory>
+#include <string>
+#include <vector>
 
+#include "graph/task_graph.h"
 #include "io/frame.h"
 #include "io/history.h"
 #include "physics/model.h"
@@ -15,12 +18,35 @@ struct ExecutionOptions {
   enum class Mode { flow_graph, serial, random_order } mode = Mode::flow_graph;
   int threads = 0;         ///< flow graph only; 0 = all cores this process may use
   std::uint64_t seed = 1;  ///< random order only
+  int support_rings = 0;   ///< extra layers of nodes that patches exchange; 0 suits linear elements
+  bool verify = false;     ///< check at every task that exactly what its edges promise was done
 };
 
-/// Receives what a simulation produces while it runs; called from worker threads, one at a time.
+/// Receives what a simulation produces while it runs; called from worker threads, one call at a
+/// time each.
 struct Observer {
-  std::function<void(Frame&&)> frame;               ///< every OutputPlan::frame_steps, and at the end
-  std::function<void(const HistoryRow&)> history;   ///< every OutputPlan::history_steps
+  std::function<void(Frame&&)> frame;              ///< every OutputPlan::frame_steps
+  std::function<void(const HistoryRow&)> history;  ///< every OutputPlan::history_steps
+  /// After every step, in order: steps done and time [s]. Return false to stop soon.
+  std::function<bool(Index step, double time)> progress;
+};
+
+/// Time spent in one stage, summed over its tasks.
+struct StageTiming {
+  std::string name;
+  Index calls = 0;
+  double total = 0, shortest = 0, longest = 0;  ///< [s]; shortest and longest of one task
+};
+
+/// What a simulation consists of, for reports.
+struct SimulationInfo {
+  int threads = 1;
+  Index cells = 0, nodes = 0, particles = 0, removed = 0;
+  int patches = 0, tasks_per_step = 0;
+  Index cells_per_patch = 0;
+  double dt_limit = 0;  ///< [s] smallest h / (c + |v|) at present
+  double dt = 0;        ///< [s] of the next step
+  std::size_t bytes = 0;
 };
 
 template <int Dim>
@@ -30,15 +56,22 @@ class Simulation {
   explicit Simulation(Model<Dim> model, ExecutionOptions options = {}, Observer observer = {});
   ~Simulation();
 
-  /// Take `steps` steps (fewer where the end time comes first). Throws SimulationError.
+  /// Take `steps` steps (fewer where the end time comes first, or progress() asked to stop).
+  /// Throws SimulationError; the state is then that of the failed step.
   void advance(Index steps);
   /// Take all steps of the scenario.
   void run();
 
-  Frame frame() const;        ///< present state, ascending particle id
-  HistoryRow history() const; ///< present sums
-  Index step() const;
-  double time() const;        ///< [s]
+  Frame frame() const;         ///< present state, ascending particle id
+  HistoryRow history() const;  ///< present sums
+  Index step() const;          ///< steps done
+  double time() const;         ///< [s]
+  bool finished() const;       ///< no step left to take
+
+  SimulationInfo info() const;
+  std::vector<StageTiming> timings() const;
+  const TaskGraph& graph() const;
+  std::vector<std::string> patch_names() const;
 
  private:
   struct Impl;

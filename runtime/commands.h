@@ -1,0 +1,46 @@
+/// \file The commands of the program; each returns its exit code.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/scenario.h"
+#include "runtime/simulation.h"
+
+namespace lahar {
+
+/// Exit codes.
+inline constexpr int exit_ok = 0, exit_internal = 1, exit_input = 2, exit_simulation = 3,
+                     exit_file = 4, exit_stopped = 75;
+
+struct RunArguments {
+  std::string scenario;
+  ScenarioOptions options;
+  ExecutionOptions execution;
+  std::string output;     ///< run folder; empty = the scenario's
+  bool overwrite = false;
+  bool quiet = false;
+  double wall_time = 0;   ///< [s] stop before; 0 = no limit
+  std::vector<std::string> command;
+};
+
+int run_command(const RunArguments& arguments);
+int check_command(const RunArguments& arguments);
+
+struct GraphArguments {
+  std::string scenario;
+  ScenarioOptions options;
+  std::string output;  ///< .dot, .svg, .png, .pdf; empty = DOT on standard output
+  bool all = false;    ///< every patch instead of one and its neighbours
+};
+int graph_command(const GraphArguments& arguments);
+
+int info_command();
+
+/// "1.2.3 (commit abc1234)", compiler and flags, libraries.
+std::string version_line();
+std::string compiler_line();
+std::vector<std::pair<std::string, std::string>> library_versions();
+
+}  // namespace lahar

@@ -1,0 +1,123 @@
+#include "runtime/console.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+namespace lahar {
+
+bool use_colour(int file_descriptor) {
+  const char* no_color = std::getenv("NO_COLOR");
+  return isatty(file_descriptor) && !(no_color && *no_color);
+}
+
+Console::Console(bool quiet) : quiet_(quiet), terminal_(isatty(STDOUT_FILENO) != 0) {}
+
+void Console::log_to(std::function<void(const std::string&)> sink) {
+  sink_ = std::move(sink);
+  for (const std::string& text : early_) sink_(text);
+  early_.clear();
+}
+
+void Console::keep(const std::string& text) {
+  if (sink_)
+    sink_(text);
+  else
+    early_.push_back(text);
+}
+
+void Console::line(const std::string& text) {
+  clear_bar();
+  if (!quiet_) {
+    std::fputs((text + "\n").c_str(), stdout);
+    std::fflush(stdout);
+  }
+  keep(text);
+}
+
+void Console::warn(const std::string& text) {
+  clear_bar();
+  const std::string end = text.ends_with('\n') ? "" : "\n";
+  std::fputs((text + end).c_str(), stderr);
+  keep(text);
+}
+
+void Console::bar(Index step, Index steps, double rate) {
+  constexpr auto redraw_every = std::chrono::milliseconds(200);
+  const auto now = std::chrono::steady_clock::now();
+  if (quiet_ || !terminal_ || now - last_bar_ < redraw_every) return;
+  last_bar_ = now;
+  constexpr int width = 40;
+  const double share = steps > 0 ? static_cast<double>(step) / static_cast<double>(steps) : 0.0;
+  const int full = static_cast<int>(share * width);
+  const std::string text = fmt::format("\r  [{:=<{}}{: <{}}] {:3.0f} %  {:.1f} M particle-steps/s ", "",
+                                       full, "", width - full, 100 * share, rate * 1e-6);
+  std::fputs(text.c_str(), stdout);
+  std::fflush(stdout);
+  bar_shown_ = true;
+}
+
+void Console::clear_bar() {
+  if (!bar_shown_) return;
+  std::fputs("\r\033[K", stdout);
+  bar_shown_ = false;
+}
+
+std::string format_bytes(double bytes) {
+  const char* units[] = {"B", "KiB", "MiB", "GiB", "TiB"};
+  int u = 0;
+  while (bytes >= 1024 && u < 4) bytes /= 1024, ++u;
+  return fmt::format("{:.{}f} {}", bytes, u == 0 ? 0 : 1, units[u]);
+}
+
+std::string format_seconds(double seconds) {
+  if (!std::isfinite(seconds)) return "?";
+  if (seconds < 100) return fmt::format("{:.1f} s", seconds);
+  const auto s = static_cast<long>(seconds);
+  if (s < 3600) return fmt::format("{} min {:02} s", s / 60, s % 60);
+  return fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
+}
+
+std::string format_count(Index n) {
+  std::string digits = std::to_string(n);
+  for (int at = static_cast<int>(digits.size()) - 3; at > (n < 0 ? 1 : 0); at -= 3)
+    digits.insert(static_cast<std::size_t>(at), ",");
+  return digits;
+}
+
+std::string progress_head() {
+  return fmt::format("{:>12} {:>11} {:>10} {:>12} {:>13} {:>12} {:>10}", "step", "time [s]", "dt [s]",
+                     "kinetic [J]", "energy drift", "Mpart-st/s", "left");
+}
+
+std::string progress_line(const HistoryRow& row, double energy_scale, double rate,
+                          double seconds_left) {
+  const std::string drift =
+      energy_scale > 0 ? fmt::format("{:.2e}", row.balance / energy_scale) : std::string("-");
+  return fmt::format("{:>12} {:>11.5g} {:>10.3g} {:>12.4g} {:>13} {:>12.1f} {:>10}",
+                     format_count(row.step), row.time, row.dt, row.kinetic, drift, rate * 1e-6,
+                     format_seconds(seconds_left));
+}
+
+std::string timing_table(const std::vector<StageTiming>& timings, double wall_seconds, int threads) {
+  const double all = wall_seconds * threads;
+  std::string text = fmt::format("  {:<12} {:>12} {:>11} {:>11} {:>11} {:>11} {:>8}\n", "task", "calls",
+                                 "total [s]", "avg [us]", "min [us]", "max [us]", "share");
+  double busy = 0.0;
+  for (const StageTiming& t : timings) {
+    busy += t.total;
+    const double average = t.calls > 0 ? t.total / static_cast<double>(t.calls) : 0.0;
+    text += fmt::format("  {:<12} {:>12} {:>11.3f} {:>11.2f} {:>11.2f} {:>11.2f} {:>7.1f} %\n", t.name,
+                        format_count(t.calls), t.total, average * 1e6, t.shortest * 1e6,
+                        t.longest * 1e6, all > 0 ? 100 * t.total / all : 0.0);
+  }
+  text += fmt::format("  {:<12} {:>12} {:>11.3f} {:>47.1f} %", "idle, graph", "", std::max(0.0, all - busy),
+                      all > 0 ? 100 * std::max(0.0, all - busy) / all : 0.0);
+  return text;
+}
+
+}  // namespace lahar

@@ -1,0 +1,51 @@
+/// \file What a run says on the terminal and in its log.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "io/history.h"
+#include "runtime/simulation.h"
+
+namespace lahar {
+
+/// Lines go to standard output (unless quiet) and to the log. On a terminal a bar shows progress.
+class Console {
+ public:
+  explicit Console(bool quiet);
+  /// Also hand every line to `sink` from now on; lines said before are handed over at once.
+  void log_to(std::function<void(const std::string&)> sink);
+  void line(const std::string& text);
+  void warn(const std::string& text);  ///< to standard error, also when quiet
+  /// Redraw the bar (terminals only, a few times a second).
+  void bar(Index step, Index steps, double rate);
+  void clear_bar();
+
+ private:
+  void keep(const std::string& text);
+
+  bool quiet_, terminal_;
+  bool bar_shown_ = false;
+  std::chrono::steady_clock::time_point last_bar_{};
+  std::vector<std::string> early_;
+  std::function<void(const std::string&)> sink_;
+};
+
+/// True if messages may have colours: a terminal, and NO_COLOR not set.
+bool use_colour(int file_descriptor);
+
+std::string format_bytes(double bytes);
+std::string format_seconds(double seconds);
+std::string format_count(Index n);  ///< 40,155
+
+/// Column heads and one line of the progress table.
+std::string progress_head();
+std::string progress_line(const HistoryRow& row, double energy_scale, double rate,
+                          double seconds_left);
+
+/// End-of-run table: time per stage, its share of all thread time, shortest and longest task, idle.
+std::string timing_table(const std::vector<StageTiming>& timings, double wall_seconds, int threads);
+
+}  // namespace lahar

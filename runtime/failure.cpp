@@ -1,0 +1,95 @@
+#include "runtime/failure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+
+namespace lahar {
+
+void FailureList::add(Failure failure) {
+  const std::scoped_lock lock(mutex_);
+  failures_.push_back(std::move(failure));
+}
+
+bool FailureList::empty() const {
+  const std::scoped_lock lock(mutex_);
+  return failures_.empty();
+}
+
+std::string FailureList::message() const {
+  const std::scoped_lock lock(mutex_);
+  const auto first = std::min_element(
+      failures_.begin(), failures_.end(), [](const Failure& a, const Failure& b) {
+        return std::pair(a.step, a.order) < std::pair(b.step, b.order);
+      });
+  const auto same = std::count_if(failures_.begin(), failures_.end(),
+                                  [&](const Failure& f) { return f.step == first->step; });
+  std::string text = fmt::format("step {} (t = {:.6g} s), rank 0, patch {}, stage {}: {}",
+                                 first->step, first->time, first->patch, first->stage, first->cause);
+  if (same > 1) text += fmt::format(" ({} more patches failed in this step)", same - 1);
+  return text;
+}
+
+namespace {
+
+std::string tuple(std::span<const double> values) {
+  return fmt::format("({:.6g})", fmt::join(values, ", "));
+}
+
+}  // namespace
+
+template <int Dim>
+std::string describe_particle(const Particles<Dim>& particles, Local p) {
+  std::array<double, Dim> x, v;
+  for (int d = 0; d < Dim; ++d) {
+    x[static_cast<std::size_t>(d)] = particles.row(Column::x, d)[p];
+    v[static_cast<std::size_t>(d)] = particles.row(Column::v, d)[p];
+  }
+  return fmt::format("particle {} at {} m, velocity {} m/s",
+                     particles.id[static_cast<std::size_t>(p)], tuple(x), tuple(v));
+}
+
+std::string describe_mark(const Mark& mark, int dim) {
+  const auto n = static_cast<std::size_t>(dim);
+  const std::string particle =
+      fmt::format("particle {} at {} m, velocity {} m/s", mark.particle,
+                  tuple(std::span(mark.position).first(n)), tuple(std::span(mark.velocity).first(n)));
+  const std::string more = mark.count > 1 ? fmt::format(" (and {} more here)", mark.count - 1) : "";
+  switch (mark.kind) {
+    case Mark::Kind::left_mesh:
+      return particle + more +
+             " left the mesh. Enlarge the mesh, constrain its boundary nodes, or let such particles "
+             "be removed with \"locate_particles\": false in \"analysis\".";
+    case Mark::Kind::not_finite:
+      return particle + more +
+             " is not finite: the computation has become unstable. Reduce the time step or check "
+             "material parameters and loads.";
+    case Mark::Kind::volume:
+      return fmt::format("particle {} at {} m{} would get a volume of zero or less within one step: "
+                         "its cell collapses. Reduce the time step.",
+                         mark.particle, tuple(std::span(mark.position).first(n)), more);
+    case Mark::Kind::moved_too_far:
+      return particle + more +
+             " moved beyond the neighbouring patches within one step. Reduce the time step.";
+    default:
+      return particle;
+  }
+}
+
+std::string unstable_message(double dt, double limit, const std::string& particle) {
+  return fmt::format("the time step {:.6g} s is above the stability limit {:.6g} s of {}.", dt, limit,
+                     particle);
+}
+
+std::string unstable_hint(double limit) {
+  return fmt::format(
+      "Use a step below {:.3g} s, an adaptive one (\"time_step\": {{\"adaptive\": true}}), or accept "
+      "it with \"time_step\": {{\"accept_unstable\": true}}.",
+      limit);
+}
+
+template std::string describe_particle<2>(const Particles<2>&, Local);
+template std::string describe_particle<3>(const Particles<3>&, Local);
+
+}  // namespace lahar

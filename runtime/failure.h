@@ -1,0 +1,46 @@
+/// \file Failures of a run: collected while the graph drains, the first one reported.
+#pragma once
+
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "graph/stage.h"
+#include "physics/patch.h"
+
+namespace lahar {
+
+struct Failure {
+  Step step = 0;  ///< steps done before the failing one
+  int order = 0;  ///< of the patch, decides among failures of one step
+  std::string stage;
+  double time = 0;  ///< [s] at the beginning of the step
+  Index patch = -1;
+  std::string cause;
+};
+
+/// All patches reach the earliest failing step before they stop, so the first failure, by step and
+/// patch, is the same for any number of threads.
+class FailureList {
+ public:
+  void add(Failure failure);
+  bool empty() const;
+  /// The earliest failure and the number of patches that failed with it.
+  std::string message() const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<Failure> failures_;
+};
+
+/// "particle 12 at (1, 2) m, velocity (0, 3) m/s"
+template <int Dim>
+std::string describe_particle(const Particles<Dim>& particles, Local p);
+
+/// What a mark says, and what to do.
+std::string describe_mark(const Mark& mark, int dim);
+
+std::string unstable_message(double dt, double limit, const std::string& particle);
+std::string unstable_hint(double limit);
+
+}  // namespace lahar

@@ -1,0 +1,144 @@
+/// `lahar info` and `lahar graph`.
+#include <fmt/format.h>
+#include <oneapi/tbb/version.h>
+#include <unistd.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+
+#include "graph/executor.h"
+#include "io/vtkhdf.h"
+#include "lahar_version.h"
+#include "physics/simd.h"
+#include "runtime/commands.h"
+#include "runtime/console.h"
+
+namespace lahar {
+
+std::string version_line() { return fmt::format("{} (commit {})", LAHAR_VERSION, LAHAR_COMMIT); }
+
+std::string compiler_line() {
+  return fmt::format("{}, {}, {}, vectors of {} doubles", LAHAR_COMPILER, LAHAR_BUILD_TYPE, LAHAR_FLAGS,
+                     lanes<Pack>);
+}
+
+std::vector<std::pair<std::string, std::string>> library_versions() {
+  return {{"Eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
+                                EIGEN_MINOR_VERSION)},
+          {"oneTBB", TBB_runtime_version()},
+          {"HDF5", hdf5_version()},
+          {"fmt", fmt::format("{}.{}.{}", FMT_VERSION / 10000, FMT_VERSION / 100 % 100,
+                              FMT_VERSION % 100)}};
+}
+
+int info_command() {
+  std::string libraries;
+  for (const auto& [name, version] : library_versions())
+    libraries += fmt::format("{}{} {}", libraries.empty() ? "" : ", ", name, version);
+  fmt::print(
+      "Lahar {}\n"
+      "build      {}\n"
+      "libraries  {}\n"
+      "threads    {} available\n"
+      "elements   ED2Q4, ED3H8 (Cartesian and isoparametric)\n"
+      "materials  LinearElastic2D, LinearElastic3D, Newtonian2D, Newtonian3D\n"
+      "schemes    usf, usl, musl; velocity update: flip, pic and their blend\n"
+      "input      lahar info --reference (every key), lahar info --schema (JSON Schema)\n",
+      version_line(), compiler_line(), libraries, available_threads());
+  return exit_ok;
+}
+
+namespace {
+
+/// The busiest patch and those it exchanges with.
+std::vector<int> patch_and_neighbours(const TaskGraph& graph) {
+  std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(graph.patches));
+  for (const Edge& edge : graph.edges)
+    if (edge.exchange && !graph.is_dt(edge.from) && !graph.is_dt(edge.to))
+      neighbours[static_cast<std::size_t>(graph.patch_of(edge.to))].push_back(graph.patch_of(edge.from));
+  int best = 0;
+  for (int p = 0; p < graph.patches; ++p)
+    if (neighbours[static_cast<std::size_t>(p)].size() > neighbours[static_cast<std::size_t>(best)].size())
+      best = p;
+  std::vector<int> chosen = neighbours.empty() ? std::vector<int>{} : neighbours[static_cast<std::size_t>(best)];
+  chosen.push_back(best);
+  std::sort(chosen.begin(), chosen.end());
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+  return chosen;
+}
+
+/// The same stages over the chosen patches only.
+TaskGraph part_of(const TaskGraph& graph, const std::vector<int>& chosen) {
+  std::vector<std::vector<int>> neighbours(chosen.size());
+  const auto position = [&](int patch) {
+    const auto at = std::lower_bound(chosen.begin(), chosen.end(), patch);
+    return at != chosen.end() && *at == patch ? static_cast<int>(at - chosen.begin()) : -1;
+  };
+  for (const Edge& edge : graph.edges) {
+    if (!edge.exchange || graph.is_dt(edge.from) || graph.is_dt(edge.to)) continue;
+    const int to = position(graph.patch_of(edge.to)), from = position(graph.patch_of(edge.from));
+    if (to < 0 || from < 0) continue;
+    auto& list = neighbours[static_cast<std::size_t>(to)];
+    if (std::find(list.begin(), list.end(), from) == list.end()) list.push_back(from);
+  }
+  return make_task_graph(graph.stages, neighbours);
+}
+
+void write_text(const std::string& file, const std::string& text) {
+  std::ofstream out(file);
+  if (!(out << text) || !out.flush()) throw IoError(fmt::format("{}: cannot be written", file));
+}
+
+/// Draw with Graphviz's dot.
+void draw(const std::string& file, const std::string& format, const std::string& text) {
+  const std::string dot_file = file + ".dot";
+  write_text(dot_file, text);
+  const std::string command = fmt::format("dot -T{} -o '{}' '{}'", format, file, dot_file);
+  if (std::system(command.c_str()) != 0)
+    throw IoError(fmt::format("{}: could not be drawn with Graphviz's dot (Debian package graphviz). "
+                              "The graph as text is in {}.",
+                              file, dot_file));
+  std::remove(dot_file.c_str());
+}
+
+}  // namespace
+
+int graph_command(const GraphArguments& arguments) {
+  Scenario scenario = read_scenario(arguments.scenario, arguments.options);
+  std::string text;
+  std::visit(
+      [&]<int Dim>(Model<Dim>& model) {
+        const std::string title = model.title;
+        ExecutionOptions execution;
+        execution.mode = ExecutionOptions::Mode::serial;
+        const Simulation<Dim> simulation(std::move(model), execution);
+        const TaskGraph& graph = simulation.graph();
+        const std::vector<std::string> names = simulation.patch_names();
+        const std::vector<int> chosen = patch_and_neighbours(graph);
+        if (arguments.all || static_cast<int>(chosen.size()) == graph.patches) {
+          text = to_dot(graph, names, title);
+        } else {
+          std::vector<std::string> chosen_names;
+          for (const int p : chosen) chosen_names.push_back(names[static_cast<std::size_t>(p)]);
+          text = to_dot(part_of(graph, chosen), chosen_names,
+                        fmt::format("{}: one patch and its neighbours, {} of {} patches", title,
+                                    chosen.size(), graph.patches));
+        }
+      },
+      scenario.model);
+  const auto dot = arguments.output.find_last_of('.');
+  const std::string format =
+      dot == std::string::npos ? std::string() : arguments.output.substr(dot + 1);
+  if (arguments.output.empty())
+    fmt::print("{}", text);
+  else if (format == "svg" || format == "png" || format == "pdf")
+    draw(arguments.output, format, text);
+  else
+    write_text(arguments.output, text);
+  return exit_ok;
+}
+
+}  // namespace lahar

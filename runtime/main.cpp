@@ -1,0 +1,169 @@
+/// The program: command line, and one place that turns errors into messages and exit codes.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+
+#include "io/compare.h"
+#include "io/export.h"
+#include "runtime/commands.h"
+#include "runtime/console.h"
+
+namespace lahar {
+
+namespace {
+
+/// Options that run, check and graph share.
+void add_scenario(CLI::App& command, std::string& scenario, ScenarioOptions& options) {
+  command.add_option("SCENARIO", scenario, "Scenario file (JSON)")->required();
+  command
+      .add_option("--set", options.overrides,
+                  "Replace a value: analysis.nsteps=100 or /analysis/nsteps=100 (repeatable)")
+      ->type_name("KEY=VALUE");
+  command.add_flag("--as-cbgeo", options.as_cbgeo,
+                   "Run what CB-Geo MPM would have run (it ignores \"stress_update\")");
+}
+
+/// One rank only, for now: refuse rather than run the same case several times.
+void refuse_several_ranks() {
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
+    if (const char* size = std::getenv(name); size && std::atoi(size) > 1)
+      throw InputError(fmt::format("running on {} MPI ranks is not supported yet. Start lahar without "
+                                   "mpirun; it uses all cores of the machine.",
+                                   size));
+}
+
+int export_command(const std::string& run, const std::string& format, const std::string& step,
+                   const std::string& output) {
+  FrameChoice choice;
+  if (step == "all")
+    choice.kind = FrameChoice::Kind::all;
+  else if (step != "last")
+    choice = {FrameChoice::Kind::step, std::stoll(step)};
+  for (const auto& file : export_run(run, export_format(format), choice, output))
+    fmt::print("{}\n", file.string());
+  return exit_ok;
+}
+
+int compare_command(const std::string& a, const std::string& b, const Tolerances& tolerances,
+                    std::optional<Index> step) {
+  const Comparison comparison = compare(std::filesystem::path(a), std::filesystem::path(b), tolerances, step);
+  fmt::print("{}", comparison.text());
+  return comparison.passed ? exit_ok : exit_internal;
+}
+
+int run_program(int argc, char** argv) {
+  CLI::App app{"Material Point Method engine: large deformations of soils, fluids and solids.\n"
+               "A time step is a graph of tasks over patches of the mesh; results are the same to the\n"
+               "last bit on any number of threads.",
+               "lahar"};
+  app.set_version_flag("--version", "lahar " + version_line());
+  app.require_subcommand(1);
+  app.footer("Start with:  lahar run examples/plate-with-hole.json\n"
+             "Exit codes: 0 finished, 1 internal error or comparison failed, 2 invalid input,\n"
+             "3 simulation failed, 4 file failure, 75 stopped on request.");
+  int code = exit_ok;
+
+  RunArguments run;
+  run.command.assign(argv, argv + argc);
+  bool serial = false;
+  auto* run_app = app.add_subcommand("run", "Run a case");
+  add_scenario(*run_app, run.scenario, run.options);
+  run_app->add_option("--threads,-t", run.execution.threads, "Threads (default: all cores)")
+      ->check(CLI::Range(1, 4096));
+  run_app->add_flag("--serial", serial, "Plain loop instead of the task graph; same results");
+  run_app->add_option("--output,-o", run.output, "Run folder (default: the scenario's)");
+  run_app->add_flag("--overwrite", run.overwrite, "Replace the run folder's earlier results");
+  run_app->add_option("--wall-time", run.wall_time, "Stop after so many seconds, exit code 75")
+      ->check(CLI::PositiveNumber);
+  run_app->add_flag("--quiet,-q", run.quiet, "Only warnings and errors on the terminal");
+  run_app->callback([&] {
+    refuse_several_ranks();
+    if (serial) run.execution.mode = ExecutionOptions::Mode::serial;
+    code = run_command(run);
+  });
+
+  RunArguments check;
+  auto* check_app = app.add_subcommand("check", "Validate a case, print sizes and limits, run nothing");
+  add_scenario(*check_app, check.scenario, check.options);
+  check_app->callback([&] { code = check_command(check); });
+
+  std::string source, format, step = "last", output;
+  auto* export_app = app.add_subcommand("export", "Write particles as CSV or for ParaView");
+  export_app->add_option("RUN", source, "Run folder or frame")->required();
+  export_app->add_option("--to", format, "csv or vtu")->required();
+  export_app->add_option("--step", step, "A step, last (default) or all")
+      ->check([](const std::string& text) -> std::string {
+        const bool number = !text.empty() && text.size() < 19 &&
+                            text.find_first_not_of("0123456789") == std::string::npos;
+        return number || text == "all" || text == "last" ? "" : "must be a step, last or all";
+      });
+  export_app->add_option("--output,-o", output, "File or folder to write (default: RUN/export)");
+  export_app->callback([&] { code = export_command(source, format, step, output); });
+
+  std::string a, b;
+  Tolerances tolerances;
+  std::optional<Index> compare_step;
+  auto* compare_app = app.add_subcommand("compare", "Differences of two outputs, field by field");
+  compare_app->add_option("A", a, "Run folder, frame or CSV table")->required();
+  compare_app->add_option("B", b, "The same: the reference")->required();
+  compare_app->add_option("--rtol", tolerances.rtol, "Relative to the field's largest magnitude in B")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  compare_app->add_option("--atol", tolerances.atol, "Absolute, in the field's unit")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  compare_app->add_option("--floor", tolerances.floor, "A field below this everywhere counts as zero")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  compare_app->add_option("--step", compare_step, "Step of run folders (default: the last)");
+  compare_app->callback([&] { code = compare_command(a, b, tolerances, compare_step); });
+
+  GraphArguments graph;
+  auto* graph_app = app.add_subcommand("graph", "The task graph of one time step, as DOT, SVG, PNG or PDF");
+  add_scenario(*graph_app, graph.scenario, graph.options);
+  graph_app->add_option("--output,-o", graph.output, "File .dot, .svg, .png or .pdf (default: DOT text)");
+  graph_app->add_flag("--all", graph.all, "All patches, not only one and its neighbours");
+  graph_app->callback([&] { code = graph_command(graph); });
+
+  bool schema = false, reference = false;
+  auto* info_app = app.add_subcommand("info", "Version, build, what exists; reference of the input");
+  info_app->add_flag("--schema", schema, "JSON Schema of scenario files");
+  info_app->add_flag("--reference", reference, "Every key of scenario files, as Markdown");
+  info_app->callback([&] {
+    if (schema) fmt::print("{}\n", scenario_schema());
+    if (reference) fmt::print("{}\n", scenario_reference());
+    if (!schema && !reference) code = info_command();
+  });
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? exit_ok : exit_input;
+  }
+  return code;
+}
+
+}  // namespace
+
+}  // namespace lahar
+
+int main(int argc, char** argv) {
+  using namespace lahar;
+  try {
+    return run_program(argc, argv);
+  } catch (const InputError& error) {
+    fmt::print(stderr, "{}", format_problems(error.problems(), "error", use_colour(STDERR_FILENO)));
+    return exit_input;
+  } catch (const IoError& error) {
+    fmt::print(stderr, "lahar: error: {}\n", error.what());
+    return exit_file;
+  } catch (const SimulationError& error) {
+    fmt::print(stderr, "lahar: error: {}\n", error.what());
+    return exit_simulation;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "lahar: internal error: {}\n", error.what());
+    return exit_internal;
+  }
+}

@@ -1,0 +1,302 @@
+#include "runtime/patch_set.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "graph/executor.h"
+#include "physics/error.h"
+#include "physics/kernels.h"
+#include "physics/law.h"
+#include "physics/loads.h"
+
+namespace lahar {
+
+namespace {
+
+/// Cells per patch so that patches of the initial filling hold about the wanted number of particles.
+template <int Dim>
+Index cells_per_patch(const Model<Dim>& model) {
+  std::vector<Index> cells = model.particles.cell;
+  std::sort(cells.begin(), cells.end());
+  const auto occupied = std::unique(cells.begin(), cells.end()) - cells.begin();
+  if (occupied == 0) return model.analysis.patch_particles;
+  const double per_cell =
+      static_cast<double>(model.particles.size()) / static_cast<double>(occupied);
+  return std::max<Index>(
+      1, std::llround(static_cast<double>(model.analysis.patch_particles) / per_cell));
+}
+
+template <int Dim>
+ColumnLayout<Dim> layout_for(const Model<Dim>& model) {
+  ColumnNeeds needs;
+  needs.size = !model.tractions.empty();
+  for (const Material& material : model.materials)
+    needs.pressure = needs.pressure || has_pressure(material.law);
+  return ColumnLayout<Dim>(needs);
+}
+
+}  // namespace
+
+template <int Dim>
+PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings)
+    : model_(&model),
+      target_cells_(cells_per_patch(model)),
+      partition_(*model.mesh, target_cells_),
+      rings_(support_rings),
+      layout_(layout_for(model)) {
+  if (model.tractions.size() + model.particle_velocities.size() > max_particle_loads)
+    throw InputError("at most " + std::to_string(max_particle_loads) +
+                     " particle tractions and prescribed particle velocities together are "
+                     "supported; found " +
+                     std::to_string(model.tractions.size() + model.particle_velocities.size()) +
+                     ". Merge entries that share direction and value into one particle set.");
+  distribute(model.particles);
+  link();
+}
+
+template <int Dim>
+std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
+  auto patch = std::make_unique<Patch<Dim>>();
+  const Mesh<Dim>& mesh = *model_->mesh;
+  patch->topology = make_topology(mesh, partition_, id, rings_);
+  patch->particles = Particles<Dim>(layout_);
+  patch->cartesian = mesh.is_cartesian();
+  const auto& cells = patch->topology.cells;
+  const auto& nodes = patch->topology.nodes;
+  patch->local_cell.reserve(cells.size());
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    patch->local_cell[cells[c]] = static_cast<Local>(c);
+    patch->cell_size.push_back(mesh.cell_size(cells[c]));
+    if (!patch->cartesian) continue;
+    const CellGeometry<Dim> geometry = mesh.geometry(cells[c]);
+    auto& box = patch->box.emplace_back();
+    for (int d = 0; d < Dim; ++d) {
+      box[static_cast<std::size_t>(d)] = geometry.centre[d];
+      box[static_cast<std::size_t>(Dim + d)] = geometry.length[d];
+    }
+  }
+  if (!patch->cartesian)
+    for (const Index node : nodes) patch->node_position.push_back(mesh.node(node));
+
+  const auto local_node = [&](Index node) -> Local {
+    const auto at = std::lower_bound(nodes.begin(), nodes.end(), node);
+    return at != nodes.end() && *at == node ? static_cast<Local>(at - nodes.begin()) : -1;
+  };
+  std::vector<char> taken(nodes.size() * Dim, 0);
+  for (const NodeVelocity& v : model_->node_velocities) {
+    const Local node = local_node(v.node);
+    if (node < 0) continue;
+    char& once = taken[static_cast<std::size_t>(node * Dim + v.dir)];
+    if (!once) patch->fixed.push_back({node, v.dir, v.velocity});
+    once = 1;
+  }
+  for (const NodeForce& f : model_->node_forces)
+    if (const Local node = local_node(f.node); node >= 0)
+      patch->forces.push_back({node, f.dir, f.force, f.function});
+
+  for (int k = 0; k < n_node_sums; ++k) {
+    const auto size = nodes.size() * static_cast<std::size_t>(node_sum_width<Dim>[k]);
+    patch->partial[static_cast<std::size_t>(k)].assign(size, 0.0);
+    patch->total[static_cast<std::size_t>(k)].assign(size, 0.0);
+  }
+  patch->velocity.assign(nodes.size() * Dim, 0.0);
+  patch->acceleration.assign(nodes.size() * Dim, 0.0);
+  return patch;
+}
+
+template <int Dim>
+std::vector<std::uint64_t> PatchSet<Dim>::load_bits() const {
+  std::vector<std::uint64_t> bits;
+  if (model_->tractions.empty() && model_->particle_velocities.empty()) return bits;
+  bits.assign(static_cast<std::size_t>(model_->particles.size()), 0);
+  std::size_t k = 0;
+  for (const auto& traction : model_->tractions) {
+    for (const Index p : traction.particles) bits[static_cast<std::size_t>(p)] |= 1ULL << k;
+    ++k;
+  }
+  for (const auto& velocity : model_->particle_velocities) {
+    for (const Index p : velocity.particles) bits[static_cast<std::size_t>(p)] |= 1ULL << k;
+    ++k;
+  }
+  return bits;
+}
+
+template <int Dim>
+void PatchSet<Dim>::distribute(ParticleTable<Dim>& table) {
+  const auto n = static_cast<std::size_t>(table.size());
+  std::vector<Index> patch_of(n), occupied;
+  std::vector<Local> count(static_cast<std::size_t>(partition_.n_patches()), 0);
+  for (std::size_t p = 0; p < n; ++p) {
+    patch_of[p] = partition_.patch_of(table.cell[p]);
+    if (count[static_cast<std::size_t>(patch_of[p])]++ == 0) occupied.push_back(patch_of[p]);
+  }
+  std::vector<Local> position(count.size(), -1);
+  for (const Index id : needed(occupied)) {
+    position[static_cast<std::size_t>(id)] = static_cast<Local>(patches_.size());
+    patches_.push_back(make_patch(id));
+    patches_.back()->particles.reserve(count[static_cast<std::size_t>(id)]);
+  }
+
+  const std::vector<std::uint64_t> bits = load_bits();
+  for (std::size_t p = 0; p < n; ++p) {
+    Patch<Dim>& patch = *patches_[static_cast<std::size_t>(position[static_cast<std::size_t>(patch_of[p])])];
+    Particles<Dim>& to = patch.particles;
+    const Local i = to.size();
+    to.resize(i + 1);
+    to.id.back() = static_cast<Index>(p);
+    to.cell.back() = patch.local_cell.at(table.cell[p]);
+    to.material.back() = table.material[p];
+    if (!bits.empty()) {
+      to.loads.resize(static_cast<std::size_t>(i) + 1);
+      to.loads.back() = bits[p];
+    }
+    const auto xi = model_->mesh->natural_coordinates(table.cell[p], table.x[p]);
+    const Vec<Dim> natural = xi ? *xi : model_->mesh->locate(table.x[p]).xi;
+    for (int d = 0; d < Dim; ++d) {
+      to.row(Column::x, d)[i] = table.x[p][d];
+      to.row(Column::xi, d)[i] = natural[d];
+      if (!table.velocity.empty()) to.row(Column::v, d)[i] = table.velocity[p][d];
+    }
+    for (int k = 0; k < stress_components<Dim>; ++k)
+      if (!table.stress.empty()) to.row(Column::stress, k)[i] = table.stress[p][static_cast<std::size_t>(k)];
+    const double volume = table.volume[p];
+    to.row(Column::volume)[i] = volume;
+    to.row(Column::mass)[i] = volume * model_->materials[table.material[p]].density;
+    if (layout_.has(Column::size)) to.row(Column::size)[i] = std::pow(volume, 1.0 / Dim);
+  }
+  table = {};
+}
+
+template <int Dim>
+std::vector<Index> PatchSet<Dim>::needed(const std::vector<Index>& occupied) const {
+  std::vector<Index> all = occupied;
+  if (!model_->mesh->is_structured()) {  // cells of table meshes are stored anyway
+    all.resize(static_cast<std::size_t>(partition_.n_patches()));
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<Index>(i);
+    return all;
+  }
+  // A particle crosses at most one cell per step, and a rebuild takes effect max_lead steps after
+  // it was asked for: the ring must be wider than that.
+  const Index width = std::max<Index>(1, partition_.min_width());
+  const Index layers = (max_lead + width) / width;
+  for (Index layer = 0; layer < layers; ++layer) {
+    std::vector<Index> next = all;
+    for (const Index id : all)
+      for (const Index q : partition_.neighbours(id, rings_)) next.push_back(q);
+    std::sort(next.begin(), next.end());
+    next.erase(std::unique(next.begin(), next.end()), next.end());
+    if (next.size() == all.size()) break;
+    all = std::move(next);
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+template <int Dim>
+void PatchSet<Dim>::link() {
+  std::vector<PatchTopology<Dim>*> topologies;
+  std::vector<Index> ids;
+  at_edge_.assign(patches_.size(), 0);
+  for (std::size_t i = 0; i < patches_.size(); ++i) {
+    topologies.push_back(&patches_[i]->topology);
+    ids.push_back(patches_[i]->topology.patch);
+  }
+  connect(topologies);
+  for (std::size_t i = 0; i < patches_.size(); ++i) {
+    Patch<Dim>& patch = *patches_[i];
+    const auto& neighbours = patch.topology.neighbours;
+    at_edge_[i] = neighbours.size() < partition_.neighbours(patch.topology.patch, rings_).size();
+    patch.outbox.clear();
+    patch.inbox.clear();
+    for (auto& pointers : patch.neighbour_partial) pointers.clear();
+    patch.outbox.resize(neighbours.size());
+    for (auto& out : patch.outbox) out.particles = Particles<Dim>(layout_);
+  }
+  for (auto& patch : patches_)
+    for (const Index id : patch->topology.neighbours) {
+      const auto at = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
+      const Patch<Dim>& other = *patches_[static_cast<std::size_t>(at)];
+      for (std::size_t k = 0; k < n_node_sums; ++k)
+        patch->neighbour_partial[k].push_back(other.partial[k].data());
+      const auto& back = other.topology.neighbours;
+      const auto slot = std::lower_bound(back.begin(), back.end(), patch->topology.patch) - back.begin();
+      patch->inbox.push_back(&other.outbox[static_cast<std::size_t>(slot)]);
+    }
+}
+
+template <int Dim>
+std::vector<std::vector<int>> PatchSet<Dim>::neighbours() const {
+  std::vector<Index> ids;
+  for (const auto& patch : patches_) ids.push_back(patch->topology.patch);
+  std::vector<std::vector<int>> result;
+  for (const auto& patch : patches_) {
+    auto& list = result.emplace_back();
+    for (const Index id : patch->topology.neighbours)
+      list.push_back(static_cast<int>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin()));
+  }
+  return result;
+}
+
+template <int Dim>
+void PatchSet<Dim>::settle() {
+  for (auto& patch : patches_) receive(*patch);
+  for (auto& patch : patches_)
+    for (auto& out : patch->outbox) {
+      out.particles.clear();
+      out.cell.clear();
+    }
+}
+
+template <int Dim>
+PatchWork PatchSet<Dim>::rebuild() {
+  std::vector<Index> occupied;
+  for (const auto& patch : patches_)
+    if (patch->particles.size() > 0) occupied.push_back(patch->topology.patch);
+  PatchWork dropped;
+  Patches old = std::move(patches_);
+  patches_.clear();
+  std::size_t next = 0;
+  const auto drop = [&](const Patch<Dim>& patch) {
+    dropped.internal += patch.work.internal;
+    dropped.external += patch.work.external;
+    dropped.damping += patch.work.damping;
+  };
+  for (const Index id : needed(occupied)) {
+    while (next < old.size() && old[next]->topology.patch < id) drop(*old[next++]);
+    if (next < old.size() && old[next]->topology.patch == id) {
+      patches_.push_back(std::move(old[next++]));
+      patches_.back()->topology = make_topology(*model_->mesh, partition_, id, rings_);
+    } else {
+      patches_.push_back(make_patch(id));
+    }
+  }
+  while (next < old.size()) drop(*old[next++]);
+  link();
+  return dropped;
+}
+
+template <int Dim>
+Index PatchSet<Dim>::particles() const {
+  Index n = 0;
+  for (const auto& patch : patches_) n += patch->particles.size();
+  return n;
+}
+
+template <int Dim>
+std::size_t PatchSet<Dim>::bytes() const {
+  std::size_t bytes = 0;
+  for (const auto& patch : patches_) {
+    bytes += patch->particles.bytes() + patch->runs.capacity() * sizeof(Run) +
+             patch->box.capacity() * sizeof(patch->box[0]) +
+             patch->topology.corner_nodes.capacity() * sizeof(patch->topology.corner_nodes[0]) +
+             patch->local_cell.bucket_count() * (sizeof(Index) + 2 * sizeof(Local));
+    for (const auto& values : patch->partial) bytes += 2 * values.capacity() * sizeof(double);
+    bytes += 2 * patch->velocity.capacity() * sizeof(double);
+  }
+  return bytes;
+}
+
+template class PatchSet<2>;
+template class PatchSet<3>;
+
+}  // namespace lahar

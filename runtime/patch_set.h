@@ -1,0 +1,59 @@
+/// \file The patches that exist: those with particles and the empty ring around them.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "graph/stage.h"
+#include "physics/patch.h"
+
+namespace lahar {
+
+template <int Dim>
+class PatchSet {
+ public:
+  /// Cut the mesh, place the model's particles in their patches (and release the model's table).
+  PatchSet(Model<Dim>& model, int support_rings);
+
+  const Partition<Dim>& partition() const { return partition_; }
+  int size() const { return static_cast<int>(patches_.size()); }
+  Patch<Dim>& operator[](int i) { return *patches_[static_cast<std::size_t>(i)]; }
+  const Patch<Dim>& operator[](int i) const { return *patches_[static_cast<std::size_t>(i)]; }
+
+  /// Positions of the patches that each patch exchanges with, ascending.
+  std::vector<std::vector<int>> neighbours() const;
+  /// A patch whose surroundings do not all exist must not hold particles for long.
+  bool at_edge(int i) const { return at_edge_[static_cast<std::size_t>(i)]; }
+
+  /// Deliver particles that are on their way. Only between steps of all patches.
+  void settle();
+  /// Drop patches far from particles, create those that are near. Only after settle(). Returns the
+  /// work of dropped patches that no history row has yet.
+  PatchWork rebuild();
+
+  Index particles() const;
+  std::size_t bytes() const;
+  /// Particles the partition aims at per patch, and cells that this means.
+  Index target_cells() const { return target_cells_; }
+
+ private:
+  using Patches = std::vector<std::unique_ptr<Patch<Dim>>>;
+  std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
+  void distribute(ParticleTable<Dim>& table);
+  std::vector<std::uint64_t> load_bits() const;
+  std::vector<Index> needed(const std::vector<Index>& occupied) const;
+  void link();
+
+  const Model<Dim>* model_;
+  Index target_cells_;
+  Partition<Dim> partition_;
+  int rings_;
+  ColumnLayout<Dim> layout_;
+  Patches patches_;  ///< ascending patch id
+  std::vector<char> at_edge_;
+};
+
+extern template class PatchSet<2>;
+extern template class PatchSet<3>;
+
+}  // namespace lahar

@@ -1,0 +1,282 @@
+/// `lahar run` and `lahar check`.
+#include <fmt/format.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+
+#include "io/run_folder.h"
+#include "lahar_version.h"
+#include "runtime/commands.h"
+#include "runtime/console.h"
+
+namespace lahar {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+// Signal handlers can reach nothing but a global.
+volatile std::sig_atomic_t signal_received = 0;
+void on_signal(int number) { signal_received = number; }
+
+void watch_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  for (const int number : {SIGINT, SIGTERM, SIGUSR1}) sigaction(number, &action, nullptr);
+}
+
+const char* scheme_name(Scheme scheme) {
+  return scheme == Scheme::usf ? "USF" : scheme == Scheme::usl ? "USL" : "MUSL";
+}
+
+template <int Dim>
+void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
+              const TimeStep& plan) {
+  console.line(fmt::format("case       {}", model.title.empty() ? "(untitled)" : model.title));
+  console.line(fmt::format("threads    {} on 1 rank", info.threads));
+  console.line(fmt::format("mesh       {} cells, {} nodes ({})", format_count(info.cells),
+                           format_count(info.nodes),
+                           model.mesh->is_structured()  ? "structured"
+                           : model.mesh->is_cartesian() ? "from a table, Cartesian"
+                                                        : "from a table, isoparametric"));
+  console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles),
+                           model.materials.size(), model.materials.size() == 1 ? "" : "s"));
+  console.line(fmt::format("scheme     {}, {}", scheme_name(model.analysis.scheme),
+                           model.analysis.flip == 1.0   ? "FLIP"
+                           : model.analysis.flip == 0.0 ? "PIC"
+                                                        : fmt::format("{:g} FLIP", model.analysis.flip)));
+  console.line(fmt::format("time step  {:.4g} s{}, stability limit {:.4g} s", info.dt,
+                           plan.adaptive ? " (adaptive)" : "", info.dt_limit));
+  console.line(fmt::format("patches    {} of about {} cells, {} tasks per step", info.patches,
+                           format_count(info.cells_per_patch), format_count(info.tasks_per_step)));
+  console.line(fmt::format("memory     {} for particles and nodes",
+                           format_bytes(static_cast<double>(info.bytes))));
+}
+
+RunInfo run_info(const RunArguments& arguments, const Scenario& scenario) {
+  RunInfo info;
+  info.version = LAHAR_VERSION;
+  info.commit = LAHAR_COMMIT;
+  info.compiler = compiler_line();
+  info.libraries = library_versions();
+  info.command = arguments.command;
+  info.inputs = {scenario.file};
+  return info;
+}
+
+template <int Dim>
+void add_model(RunInfo& info, const Model<Dim>& model, const SimulationInfo& sizes) {
+  info.title = model.title;
+  info.threads = sizes.threads;
+  info.dim = Dim;
+  info.scheme = scheme_name(model.analysis.scheme);
+  info.nodes = sizes.nodes;
+  info.cells = sizes.cells;
+  info.particles = sizes.particles;
+  info.materials = static_cast<Index>(model.materials.size());
+  info.patches = sizes.patches;
+  info.steps = model.analysis.nsteps;
+  info.dt = sizes.dt;
+  info.dt_limit = sizes.dt_limit;
+}
+
+/// One run: what happens between the first and the last line on the terminal.
+template <int Dim>
+class Run {
+ public:
+  Run(const RunArguments& arguments, Scenario& scenario, Console& console)
+      : arguments_(arguments),
+        scenario_(scenario),
+        console_(console),
+        outline_(std::get<Model<Dim>>(scenario.model).analysis),
+        output_(std::get<Model<Dim>>(scenario.model).output) {
+    if (!arguments.output.empty()) output_.folder = arguments.output;
+  }
+
+  int execute() {
+    begin_ = Clock::now();
+    auto& model = std::get<Model<Dim>>(scenario_.model);
+    const Model<Dim> header = without_particles(model);
+    Simulation<Dim> simulation(std::move(model), arguments_.execution, observer());
+    const SimulationInfo info = simulation.info();
+    particles_ = info.particles;
+    steps_ = planned_steps(info);
+    describe(console_, header, info, outline_.step);
+
+    RunInfo about = run_info(arguments_, scenario_);
+    add_model(about, header, info);
+    folder_ = std::make_unique<RunFolder>(
+        output_.folder, RunFolderContents{std::move(about), scenario_.text, scenario_.full},
+        arguments_.overwrite);
+    console_.log_to([this](const std::string& line) { folder_->log(line); });
+    console_.line(fmt::format("output     {}", output_.folder));
+    console_.line("");
+    console_.line(progress_head());
+    folder_->history(simulation.history());
+    if (output_.frame_steps > 0) folder_->write(simulation.frame());
+    return step_to_the_end(simulation);
+  }
+
+ private:
+  static Model<Dim> without_particles(const Model<Dim>& model) {
+    Model<Dim> header;
+    header.title = model.title;
+    header.mesh = model.mesh;
+    header.materials = model.materials;
+    header.analysis = model.analysis;
+    return header;
+  }
+
+  Index planned_steps(const SimulationInfo& info) const {
+    const double by_time = std::ceil(outline_.end_time / info.dt * (1 - 1e-12));
+    return by_time < static_cast<double>(outline_.nsteps) ? static_cast<Index>(by_time)
+                                                          : outline_.nsteps;
+  }
+
+  Observer observer() {
+    return {[this](Frame&& frame) {
+              last_frame_ = frame.step;
+              folder_->write(std::move(frame));
+            },
+            [this](const HistoryRow& row) { on_history(row); },
+            [this](Index step, double) { return on_step(step); }};
+  }
+
+  void on_history(const HistoryRow& row) {
+    folder_->history(row);
+    last_row_ = row;
+    const double scale = std::max({row.kinetic, std::abs(row.internal), std::abs(row.external)});
+    energy_scale_ = std::max(energy_scale_, scale);
+    // About twenty lines per run.
+    if (row.step * 20 < steps_ * next_line_ && row.step != steps_) return;
+    while (row.step * 20 >= steps_ * next_line_) ++next_line_;
+    const double wall = seconds_since(loop_begin_);
+    const double left = wall / static_cast<double>(row.step) * static_cast<double>(steps_ - row.step);
+    console_.line(progress_line(row, energy_scale_, rate(row.step), left));
+  }
+
+  bool on_step(Index step) {
+    console_.bar(step, steps_, rate(step));
+    if (signal_received) return false;
+    return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time;
+  }
+
+  double rate(Index step) const {
+    return static_cast<double>(step) * static_cast<double>(particles_) / seconds_since(loop_begin_);
+  }
+
+  int step_to_the_end(Simulation<Dim>& simulation) {
+    watch_signals();
+    loop_begin_ = Clock::now();
+    RunEnd end;
+    int code = exit_ok;
+    try {
+      simulation.run();
+      if (!simulation.finished()) {
+        end.status = RunStatus::stopped;
+        end.message = signal_received ? fmt::format("signal {}", static_cast<int>(signal_received))
+                                      : "wall time";
+        code = exit_stopped;
+      }
+    } catch (const SimulationError& error) {
+      end.status = RunStatus::failed;
+      end.message = error.what();
+      code = exit_simulation;
+    }
+    const double wall = seconds_since(loop_begin_);
+    if (last_row_.step != simulation.step() && code != exit_simulation)
+      folder_->history(simulation.history());
+    if (last_frame_ != simulation.step()) folder_->write(simulation.frame());
+    report(simulation, end, wall);
+    end.wall_seconds = seconds_since(begin_);
+    end.steps = simulation.step();
+    end.time = simulation.time();
+    for (const Problem& warning : scenario_.warnings) end.warnings.push_back(warning.message);
+    folder_->finish(end);
+    return code;
+  }
+
+  void report(Simulation<Dim>& simulation, const RunEnd& end, double wall) {
+    const SimulationInfo info = simulation.info();
+    const auto steps = static_cast<double>(simulation.step());
+    const double particle_steps = steps * static_cast<double>(particles_);
+    console_.line("");
+    if (end.status == RunStatus::failed) console_.warn("lahar: error: " + end.message);
+    if (end.status == RunStatus::stopped)
+      console_.line(fmt::format("stopped by {} after step {}; the state was written. Continuing "
+                                "from it is not supported yet.",
+                                end.message, simulation.step()));
+    if (info.removed > 0)
+      console_.warn(fmt::format("lahar: warning: {} particle{} left the mesh and {} removed.",
+                                info.removed, info.removed == 1 ? "" : "s",
+                                info.removed == 1 ? "was" : "were"));
+    console_.line(fmt::format(
+        "{} steps in {}: {:.1f} steps/s, {:.2f} million particle-steps/s, {:.1f} ns per particle-step",
+        format_count(simulation.step()), format_seconds(wall), steps / wall,
+        particle_steps / wall * 1e-6, wall * info.threads * 1e9 / std::max(1.0, particle_steps)));
+    console_.line(timing_table(simulation.timings(), wall, info.threads));
+    console_.line("");
+    console_.line(fmt::format("next: lahar export {} --to csv, or open {} in ParaView",
+                              output_.folder, (std::filesystem::path(output_.folder) / "frames" /
+                                               "particles.hdf.series").string()));
+  }
+
+  const RunArguments& arguments_;
+  Scenario& scenario_;
+  Console& console_;
+  Analysis outline_;
+  OutputPlan output_;
+  std::unique_ptr<RunFolder> folder_;
+  Index particles_ = 0, steps_ = 0, last_frame_ = -1, next_line_ = 1;
+  HistoryRow last_row_;
+  double energy_scale_ = 0;
+  Clock::time_point begin_, loop_begin_;
+};
+
+Scenario read(const RunArguments& arguments, Console& console) {
+  Scenario scenario = read_scenario(arguments.scenario, arguments.options);
+  if (!scenario.warnings.empty())
+    console.warn(format_problems(scenario.warnings, "warning", use_colour(2)));
+  return scenario;
+}
+
+}  // namespace
+
+int run_command(const RunArguments& arguments) {
+  Console console(arguments.quiet);
+  console.line("Lahar " + version_line());
+  console.line("built with " + compiler_line());
+  Scenario scenario = read(arguments, console);
+  return std::visit(
+      [&]<int Dim>(const Model<Dim>&) { return Run<Dim>(arguments, scenario, console).execute(); },
+      scenario.model);
+}
+
+int check_command(const RunArguments& arguments) {
+  Console console(false);
+  Scenario scenario = read(arguments, console);
+  std::visit(
+      [&]<int Dim>(Model<Dim>& model) {
+        Model<Dim> header;
+        header.title = model.title;
+        header.mesh = model.mesh;
+        header.materials = model.materials;
+        header.analysis = model.analysis;
+        const std::string folder = model.output.folder;
+        const Simulation<Dim> simulation(std::move(model), arguments.execution);
+        describe(console, header, simulation.info(), header.analysis.step);
+        console.line(fmt::format("output     {}", folder));
+      },
+      scenario.model);
+  console.line(fmt::format("next: lahar run {}", arguments.scenario));
+  return exit_ok;
+}
+
+}  // namespace lahar

@@ -1,0 +1,481 @@
+#include "runtime/simulation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <optional>
+
+#include "graph/executor.h"
+#include "physics/error.h"
+#include "physics/kernels.h"
+#include "runtime/failure.h"
+#include "runtime/frame_assembler.h"
+#include "runtime/patch_set.h"
+#include "runtime/snapshot.h"
+#include "runtime/timestep.h"
+
+namespace lahar {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Values that belong to a step: patches may be max_lead steps apart, and dt of the next is set early.
+template <class T>
+class PerStep {
+ public:
+  T& operator[](Step step) { return values_[static_cast<std::size_t>(step) % values_.size()]; }
+  const T& operator[](Step step) const {
+    return values_[static_cast<std::size_t>(step) % values_.size()];
+  }
+
+ private:
+  std::array<T, max_lead + 2> values_{};
+};
+
+/// A history row about every 1 % of the run where the scenario does not say.
+Index history_interval(const OutputPlan& plan, double steps) {
+  return plan.history_steps > 0 ? plan.history_steps
+                                : std::max<Index>(1, static_cast<Index>(steps / 100));
+}
+
+}  // namespace
+
+template <int Dim>
+struct Simulation<Dim>::Impl {
+  Impl(Model<Dim> model_in, ExecutionOptions options_in, Observer observer_in)
+      : options(options_in),
+        observer(std::move(observer_in)),
+        model(std::move(model_in)),
+        stages(timestep<Dim>(model.analysis)),
+        patches(model, options.support_rings) {
+    if (options.threads <= 0) options.threads = available_threads();
+    nsteps = model.analysis.nsteps;
+    if (observer.frame)
+      assembler.emplace([this](Frame&& frame) { observer.frame(std::move(frame)); });
+    patches.settle();
+    start_row = present_row();
+    set_first_dt();
+    history_steps = history_interval(
+        model.output, std::min(static_cast<double>(nsteps), model.analysis.end_time / dt[0]));
+    build_executor();
+  }
+
+  // --- time -------------------------------------------------------------------------------------
+
+  /// The smallest limit of all patches; `where` receives a description of the limiting particle.
+  double present_limit(std::string* where = nullptr) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < patches.size(); ++i) {
+      Local p = -1;
+      const double limit = time_step_limit(patches[i], model, &p);
+      if (limit < least && p >= 0 && where) *where = describe_particle(patches[i].particles, p);
+      least = std::min(least, limit);
+    }
+    return least;
+  }
+
+  double adaptive_dt(double limit) const {
+    return std::min(model.analysis.step.safety * limit, model.analysis.step.dt);
+  }
+
+  void set_first_dt() {
+    const TimeStep& plan = model.analysis.step;
+    std::string where;
+    const double limit = present_limit(&where);
+    dt[0] = plan.adaptive ? std::min(adaptive_dt(limit), model.analysis.end_time) : plan.dt;
+    start_time[0] = 0.0;
+    start_time[1] = dt[0];
+    if (!plan.adaptive) {
+      if (plan.dt > limit && !plan.accept_unstable)
+        throw InputError({Problem{.where = "/analysis/dt",
+                                  .message = unstable_message(plan.dt, limit, where),
+                                  .hint = unstable_hint(limit)}});
+      if (std::isfinite(model.analysis.end_time))
+        nsteps = std::min(nsteps, static_cast<Index>(
+                                      std::ceil(model.analysis.end_time / plan.dt * (1 - 1e-12))));
+    }
+  }
+
+  /// dt of `step` and, with it, the time at which the next one begins.
+  void set_dt(Step step) {
+    double limit = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < patches.size(); ++i) limit = std::min(limit, patches[i].time_step_limit);
+    const double left = model.analysis.end_time - start_time[step];
+    dt[step] = std::min(adaptive_dt(limit), left);
+    start_time[step + 1] = start_time[step] + dt[step];
+    if (dt[step] >= left) {  // nobody has begun the step after this one: it needs this dt
+      nsteps = step + 1;
+      executor->stop_before(step + 1);
+    }
+  }
+
+  double time_at(Step step) const {
+    return model.analysis.step.adaptive ? start_time[step]
+                                        : static_cast<double>(step) * model.analysis.step.dt;
+  }
+
+  StepContext<Dim> context(Step step) const {
+    return {&model, &patches.partition(), step, time_at(step),
+            model.analysis.step.adaptive ? dt[step] : model.analysis.step.dt};
+  }
+
+  // --- tasks ------------------------------------------------------------------------------------
+
+  void build_executor() {
+    std::vector<Stage> names;
+    for (const auto& stage : stages) names.push_back(stage.stage);
+    TaskGraph graph = make_task_graph(std::move(names), patches.neighbours());
+    const auto n = static_cast<std::size_t>(patches.size());
+    poisoned.assign(n, 0);
+    timing.resize(n * stages.size());
+    TaskBodies bodies{[this](int s, int p, Step step) { run_task(s, p, step); },
+                      [this](Step step) { set_dt(step); },
+                      [this](Step step) { complete(step); }};
+    switch (options.mode) {
+      case ExecutionOptions::Mode::serial:
+        executor = make_serial_executor(std::move(graph), std::move(bodies));
+        break;
+      case ExecutionOptions::Mode::random_order:
+        executor = make_random_executor(std::move(graph), std::move(bodies), options.seed);
+        break;
+      case ExecutionOptions::Mode::flow_graph:
+        executor = make_flow_executor(std::move(graph), std::move(bodies), options.threads,
+                                      options.verify);
+    }
+    locate_index = output_index = -1;
+    for (std::size_t s = 0; s < stages.size(); ++s) {
+      if (stages[s].stage.name == locate_stage) locate_index = static_cast<int>(s);
+      if (stages[s].stage.name == output_stage) output_index = static_cast<int>(s);
+    }
+  }
+
+  void run_task(int s, int p, Step step) {
+    const auto begin = Clock::now();
+    Patch<Dim>& patch = patches[p];
+    char& poison = poisoned[static_cast<std::size_t>(p)];
+    try {
+      if (poison) {
+        // A failed patch does no work but still takes part, so that everybody can stop together.
+        if (s == locate_index)
+          for (auto& out : patch.outbox) out.particles.clear(), out.cell.clear();
+      } else {
+        run_stage(s, p, step);
+        if (patch.mark.kind != Mark::Kind::none)
+          fail(s, p, step, describe_mark(patch.mark, Dim));
+      }
+    } catch (const std::exception& error) {
+      fail(s, p, step, error.what());
+    } catch (...) {
+      fail(s, p, step, "unknown exception");
+    }
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    StageTiming& t = timing[static_cast<std::size_t>(p) * stages.size() + static_cast<std::size_t>(s)];
+    t.shortest = t.calls++ == 0 ? seconds : std::min(t.shortest, seconds);
+    t.longest = std::max(t.longest, seconds);
+    t.total += seconds;
+  }
+
+  void run_stage(int s, int p, Step step) {
+    Patch<Dim>& patch = patches[p];
+    const StepContext<Dim> ctx = context(step);
+    if (s == output_index) {
+      output(p, step, ctx);
+    } else if (s == 0) {
+      stages[0].kernel(patch, ctx);
+      if (!is_idle(patch) && patches.at_edge(p)) {
+        rebuild_needed.store(true, std::memory_order_relaxed);
+        executor->request_stop(step);
+      }
+    } else if (!patch.idle || s == locate_index) {
+      stages[static_cast<std::size_t>(s)].kernel(patch, ctx);
+    }
+  }
+
+  void fail(int s, int p, Step step, const std::string& cause) {
+    poisoned[static_cast<std::size_t>(p)] = 1;
+    patches[p].mark = {};
+    failures.add({step, p, stages[static_cast<std::size_t>(s)].stage.name, time_at(step),
+                  patches[p].topology.patch, cause});
+    executor->request_stop(step);
+  }
+
+  // --- output -----------------------------------------------------------------------------------
+
+  bool history_due(Step step) const { return (step + 1) % history_steps == 0; }
+  bool frame_due(Step step) const {
+    return assembler && model.output.frame_steps > 0 && (step + 1) % model.output.frame_steps == 0;
+  }
+
+  /// The output stage: copy what is due; nobody in the loop waits for more.
+  void output(int p, Step step, const StepContext<Dim>& ctx) {
+    const auto i = static_cast<std::size_t>(p);
+    if (history_due(step)) {
+      rows[step][i] = sums(patches[p]);
+      if (!model.analysis.step.adaptive && !model.analysis.step.accept_unstable) {
+        Local limiting = -1;
+        const double limit = time_step_limit(patches[p], model, &limiting);
+        if (ctx.dt > limit)
+          fail(output_index, p, step,
+               unstable_message(ctx.dt, limit, describe_particle(patches[p].particles, limiting)) +
+                   " " + unstable_hint(limit));
+      }
+    }
+    if (frame_due(step)) {
+      Frame& piece = pieces[step][i];
+      piece = snapshot(patches[p], model);
+      piece.step = step + 1;
+      piece.time = time_at(step + 1);
+    }
+  }
+
+  /// All patches are done with `step`. Steps arrive in order, one call at a time.
+  void complete(Step step) {
+    const bool failed = !failures.empty();
+    if (history_due(step) && !failed) {
+      HistoryRow row;
+      for (const HistoryRow& part : rows[step]) add(row, part);
+      finish_row(row, step + 1);
+      if (observer.history) observer.history(row);
+    }
+    if (frame_due(step) && !failed) {
+      try {
+        assembler->add(std::move(pieces[step]));
+      } catch (...) {
+        if (!output_failure) output_failure = std::current_exception();
+        executor->request_stop(step);
+      }
+      pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
+    }
+    if (observer.progress && !observer.progress(step + 1, time_at(step + 1))) {
+      stop_requested = true;
+      executor->request_stop(step);
+    }
+  }
+
+  /// Turn sums since the last row into sums since the start.
+  void finish_row(HistoryRow& row, Step step) {
+    work.internal += row.internal;
+    work.external += row.external;
+    work.damping += row.damping;
+    complete_row(row, step, work);
+  }
+
+  void complete_row(HistoryRow& row, Step step, const PatchWork& since_start) const {
+    row.step = step;
+    row.time = time_at(step);
+    row.dt = step > 0 ? context(step - 1).dt : 0.0;
+    row.internal = since_start.internal;
+    row.external = since_start.external;
+    row.damping = since_start.damping;
+    row.balance = row.kinetic + row.internal + row.damping - row.external - start_row.kinetic;
+  }
+
+  /// Sums at rest (between calls of advance()), leaving the patches' work untouched.
+  HistoryRow present_row() {
+    HistoryRow row;
+    PatchWork all = work;
+    for (int i = 0; i < patches.size(); ++i) {
+      const PatchWork kept = patches[i].work;
+      const HistoryRow part = sums(patches[i]);
+      patches[i].work = kept;
+      add(row, part);
+      all.internal += part.internal;
+      all.external += part.external;
+      all.damping += part.damping;
+    }
+    complete_row(row, step, all);
+    return row;
+  }
+
+  Frame present_frame() const {
+    std::vector<Frame> all;
+    for (int i = 0; i < patches.size(); ++i) {
+      all.push_back(snapshot(patches[i], model));
+      all.back().step = step;
+      all.back().time = time_at(step);
+    }
+    return merge(std::move(all));
+  }
+
+  // --- epochs -----------------------------------------------------------------------------------
+
+  /// Between two calls the graph drains only where patches have to be created.
+  void advance(Index steps) {
+    const Step end = std::min<Step>(step + steps, nsteps);
+    stop_requested = false;
+    while (step < end && step < nsteps && !stop_requested) {
+      const auto n = static_cast<std::size_t>(patches.size());
+      for (Step s = 0; s < max_lead + 2; ++s) {
+        rows[s].assign(n, {});
+        pieces[s].assign(n, {});
+      }
+      rebuild_needed = false;
+      step = executor->run(step, end);
+      count_removed();
+      if (!failures.empty()) throw SimulationError(failures.message());
+      if (output_failure) std::rethrow_exception(output_failure);
+      patches.settle();
+      if (model.analysis.step.adaptive && step < nsteps) set_dt_at_rest();
+      if (rebuild_needed) rebuild();
+    }
+    if (assembler) assembler->drain();
+  }
+
+  /// dt of the next step, which the drained graph did not get to.
+  void set_dt_at_rest() {
+    set_dt(step);
+  }
+
+  void rebuild() {
+    keep_timings();
+    const PatchWork dropped = patches.rebuild();
+    work.internal += dropped.internal;
+    work.external += dropped.external;
+    work.damping += dropped.damping;
+    build_executor();
+  }
+
+  void count_removed() {
+    for (int i = 0; i < patches.size(); ++i) {
+      removed += patches[i].removed;
+      patches[i].removed = 0;
+    }
+  }
+
+  void keep_timings() {
+    kept_timing = timings();
+    timing.clear();
+  }
+
+  std::vector<StageTiming> timings() const {
+    std::vector<StageTiming> all = kept_timing;
+    all.resize(stages.size());
+    for (std::size_t s = 0; s < stages.size(); ++s) all[s].name = stages[s].stage.name;
+    for (std::size_t i = 0; i < timing.size(); ++i) {
+      const StageTiming& t = timing[i];
+      StageTiming& sum = all[i % stages.size()];
+      if (t.calls == 0) continue;
+      sum.shortest = sum.calls == 0 ? t.shortest : std::min(sum.shortest, t.shortest);
+      sum.longest = std::max(sum.longest, t.longest);
+      sum.calls += t.calls;
+      sum.total += t.total;
+    }
+    return all;
+  }
+
+  ExecutionOptions options;
+  Observer observer;
+  Model<Dim> model;
+  std::vector<TimestepStage<Dim>> stages;
+  PatchSet<Dim> patches;
+  std::unique_ptr<Executor> executor;
+  int locate_index = -1, output_index = -1;
+
+  Index nsteps = 0, history_steps = 1;
+  Step step = 0;  ///< steps done
+  PerStep<double> dt, start_time;
+
+  std::vector<char> poisoned;
+  FailureList failures;
+  std::exception_ptr output_failure;
+  std::atomic<bool> rebuild_needed{false};
+  std::atomic<bool> stop_requested{false};
+  Index removed = 0;
+
+  HistoryRow start_row;
+  PatchWork work;  ///< since the start, up to the last history row
+  PerStep<std::vector<HistoryRow>> rows;
+  PerStep<std::vector<Frame>> pieces;
+  std::vector<StageTiming> timing, kept_timing;  ///< per patch and stage; of patch sets before
+  std::optional<FrameAssembler> assembler;       ///< last: stops before what it uses goes
+};
+
+template <int Dim>
+Simulation<Dim>::Simulation(Model<Dim> model, ExecutionOptions options, Observer observer)
+    : impl_(std::make_unique<Impl>(std::move(model), options, std::move(observer))) {}
+
+template <int Dim>
+Simulation<Dim>::~Simulation() = default;
+
+template <int Dim>
+void Simulation<Dim>::advance(Index steps) {
+  impl_->advance(steps);
+}
+
+template <int Dim>
+void Simulation<Dim>::run() {
+  impl_->advance(impl_->nsteps - impl_->step);
+}
+
+template <int Dim>
+Frame Simulation<Dim>::frame() const {
+  return impl_->present_frame();
+}
+
+template <int Dim>
+HistoryRow Simulation<Dim>::history() const {
+  return impl_->present_row();
+}
+
+template <int Dim>
+Index Simulation<Dim>::step() const {
+  return impl_->step;
+}
+
+template <int Dim>
+double Simulation<Dim>::time() const {
+  return impl_->time_at(impl_->step);
+}
+
+template <int Dim>
+bool Simulation<Dim>::finished() const {
+  return impl_->step >= impl_->nsteps;
+}
+
+template <int Dim>
+SimulationInfo Simulation<Dim>::info() const {
+  SimulationInfo info;
+  info.threads = impl_->options.mode == ExecutionOptions::Mode::flow_graph ? impl_->options.threads : 1;
+  info.cells = impl_->model.mesh->n_cells();
+  info.nodes = impl_->model.mesh->n_nodes();
+  info.particles = impl_->patches.particles();
+  info.removed = impl_->removed;
+  info.patches = impl_->patches.size();
+  info.tasks_per_step = impl_->executor->graph().tasks();
+  info.cells_per_patch = impl_->patches.target_cells();
+  info.dt_limit = impl_->present_limit();
+  info.dt = impl_->context(impl_->step).dt;
+  info.bytes = impl_->patches.bytes();
+  return info;
+}
+
+template <int Dim>
+std::vector<StageTiming> Simulation<Dim>::timings() const {
+  return impl_->timings();
+}
+
+template <int Dim>
+const TaskGraph& Simulation<Dim>::graph() const {
+  return impl_->executor->graph();
+}
+
+template <int Dim>
+std::vector<std::string> Simulation<Dim>::patch_names() const {
+  std::vector<std::string> names;
+  for (int i = 0; i < impl_->patches.size(); ++i) {
+    const auto& patch = impl_->patches[i];
+    names.push_back(fmt::format("patch {}: {} cells, {} particles", patch.topology.patch,
+                                patch.topology.cells.size(), patch.particles.size()));
+  }
+  return names;
+}
+
+template class Simulation<2>;
+template class Simulation<3>;
+
+}  // namespace lahar
