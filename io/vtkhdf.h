@@ -18,8 +18,11 @@
 namespace lahar {
 
 struct FrameFileOptions {
-  /// Deflate level of floating-point data, 0 to 9. Particle states hardly shrink: 2D frames to 54 %
-  /// and 3D ones to 82 %, at 30 times the time of writing them plainly, while all cores compute.
+  /// Deflate level (after shuffling) of floating-point data, 0 to 9; 0: plain and contiguous.
+  /// Measured on published states, one core, 1 million particles: plain 190 MB in 0.2 s; level 1
+  /// 85 MB in 2.2 s (plate with a hole) and 31 MB in 1.4 s (dam break, early); level 4 gains 5 to
+  /// 15 % more. All cores compute while frames are written, and level 1 costs as much as 100 to 200
+  /// steps of the particle: plain is the default, for disks that are short level 1 is the choice.
   int value_deflate = 0;
 };
 

@@ -1,11 +1,14 @@
 #include "io/vtu.h"
 
 #include <doctest/doctest.h>
+#include <sys/wait.h>
 
+#include <cstdlib>
 #include <cstring>
 
 #include "io/atomic_file.h"
 #include "io/series.h"
+#include "io/vtkhdf.h"
 #include "tests/io/frame_samples.h"
 
 namespace lahar {
@@ -62,6 +65,25 @@ TEST_CASE("arrays longer than one block of the .vtu writer are complete") {
   const std::vector<double> points = appended<double>(file, "Points");
   REQUIRE(points.size() == 3 * static_cast<std::size_t>(n));
   for (Index i = 0; i < n; ++i) REQUIRE(points[3 * i + 1] == frame.coordinates[2 * i + 1]);
+}
+
+TEST_CASE("VTK's own readers open a frame and its .vtu export, and find the same in both") {
+  const TemporaryFolder folder;
+  const std::string script =
+      (std::filesystem::path(__FILE__).parent_path() / "check_vtkhdf.py").string();
+  for (const int dim : {2, 3}) {
+    const Frame frame = sample_frame(dim, 40'000);
+    const std::string hdf = (folder.path / "a.hdf").string(), vtu = folder.path / "a.vtu";
+    write_frame(frame, hdf);
+    write_vtu(frame, vtu);
+    const std::string command = "'" + script + "' '" + hdf + "' '" + vtu + "'";
+    const int status = WEXITSTATUS(std::system(command.c_str()));
+    if (status == 77) {
+      MESSAGE("skipped: VTK for Python is not installed (python3-vtk9)");
+      return;
+    }
+    CHECK(status == 0);
+  }
 }
 
 TEST_CASE("the time indices read like this") {

@@ -1,0 +1,57 @@
+#!/usr/bin/python3
+"""Check with VTK's own readers, which are ParaView's, that a frame and its .vtu export open.
+
+    check_vtkhdf.py FRAME.hdf FRAME.vtu
+
+Both must give the same points, vertex cells and arrays. Exit status 77: VTK for Python is missing
+(Debian: python3-vtk9).
+"""
+
+import sys
+
+try:
+    import numpy
+    import vtk
+    from vtk.util.numpy_support import vtk_to_numpy
+except ImportError:
+    sys.exit(77)
+
+
+def read(reader, path):
+    errors = []
+    reader.AddObserver("ErrorEvent", lambda *_: errors.append(path))
+    reader.SetFileName(path)
+    assert reader.CanReadFile(path), f"{path}: refused by {reader.GetClassName()}"
+    reader.Update()
+    assert not errors, f"{path}: {reader.GetClassName()} reported an error"
+    return reader.GetOutput()
+
+
+def arrays(data):
+    names = [data.GetArrayName(k) for k in range(data.GetNumberOfArrays())]
+    return {name: vtk_to_numpy(data.GetArray(name)) for name in names}
+
+
+def main(hdf, vtu):
+    a = read(vtk.vtkHDFReader(), hdf)
+    b = read(vtk.vtkXMLUnstructuredGridReader(), vtu)
+    n = a.GetNumberOfPoints()
+    assert n > 0 and b.GetNumberOfPoints() == n
+    for grid in (a, b):
+        assert grid.GetNumberOfCells() == n
+        assert {grid.GetCellType(i) for i in range(n)} == {vtk.VTK_VERTEX}
+        assert all(grid.GetCell(i).GetPointId(0) == i for i in (0, n // 2, n - 1))
+    points = [vtk_to_numpy(grid.GetPoints().GetData()) for grid in (a, b)]
+    assert numpy.array_equal(*points)
+    in_a, in_b = arrays(a.GetPointData()), arrays(b.GetPointData())
+    assert set(in_a) == set(in_b), (sorted(in_a), sorted(in_b))
+    for name, values in in_a.items():
+        assert numpy.array_equal(values, in_b[name], equal_nan=True), name
+    assert in_a["stress"].shape == (n, 6) and in_a["velocity"].shape == (n, 3)
+    fields_a, fields_b = arrays(a.GetFieldData()), arrays(b.GetFieldData())
+    assert fields_a["time"][0] == fields_b["TimeValue"][0]
+    assert fields_a["step"][0] == fields_b["step"][0]
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
