@@ -1,6 +1,7 @@
 /// \file Inverse mapping of the bilinear quadrilateral (closed form) and the trilinear hexahedron.
 #include "physics/inverse_mapping.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -63,13 +64,20 @@ double cross(const Vec<2>& a, const Vec<2>& b) {
   return a[0] * b[1] - a[1] * b[0];
 }
 
-/// Solve J s = r; false if J is not positive (beyond the region where the map is one to one).
-template <int Dim>
-bool solve_positive(const Matrix<Dim>& J, const Vec<Dim>& r, Vec<Dim>& s) {
-  const double det = J.determinant();
-  if (!(det > 0)) return false;
-  s = J.inverse() * r;
-  return s.allFinite();
+/// Solve J s = r by Cramer's rule; false if det J is not positive (beyond the region where the map
+/// is one to one).
+bool solve_positive(const Matrix<2>& J, const Vec<2>& r, Vec<2>& s) {
+  const double det = cross(J.col(0), J.col(1));
+  s = Vec<2>(cross(r, J.col(1)), cross(J.col(0), r)) / det;
+  return det > 0 && s.allFinite();
+}
+
+bool solve_positive(const Matrix<3>& J, const Vec<3>& r, Vec<3>& s) {
+  const Vec<3> a = J.col(0), b = J.col(1), c = J.col(2);
+  const Vec<3> bc = b.cross(c);
+  const double det = a.dot(bc);
+  s = Vec<3>(r.dot(bc), r.dot(c.cross(a)), r.dot(a.cross(b))) / det;
+  return det > 0 && s.allFinite();
 }
 
 /// With x(xi) - x = -r + b xi + c eta + d xi eta = 0, eliminating eta leaves A xi^2 + B xi + C = 0.
@@ -90,41 +98,39 @@ bool invert_quadrilateral(const Multilinear<2>& map, Vec<2>& xi) {
   if (!std::isfinite(s) || !std::isfinite(t)) return false;
   xi = {s, t};
   Vec<2> step;
-  if (solve_positive<2>(map.gradient(xi), map.value(xi), step)) xi -= step;
+  if (solve_positive(map.gradient(xi), map.value(xi), step)) xi -= step;
   return true;
 }
 
 template <int Dim>
 bool newton(const Multilinear<Dim>& map, Vec<Dim>& xi, double& residual) {
-  Vec<Dim> f = map.value(xi);
-  double norm = f.norm();
-  bool converged = false;
-  for (int step = 0; step < newton_max_steps && !converged; ++step) {
-    Vec<Dim> delta;
-    if (!solve_positive<Dim>(map.gradient(xi), f, delta)) break;
-    double size = delta.template lpNorm<Eigen::Infinity>();
-    if (size < newton_step_tolerance) {
-      xi -= delta;
-      norm = map.value(xi).norm();
-      converged = true;
-      break;
+  Vec<Dim> f = map.value(xi), step;
+  residual = f.norm();
+  if (!solve_positive(map.gradient(xi), f, step)) return false;
+  for (int iteration = 0; iteration < newton_max_steps; ++iteration) {
+    if (step.template lpNorm<Eigen::Infinity>() < newton_step_tolerance) {
+      xi -= step;
+      return true;
     }
-    // Halve the step until the residual shrinks and the Jacobian stays positive.
+    // Halve the step until the residual shrinks and the next step exists.
     bool accepted = false;
-    for (int halving = 0; halving < 12 && !accepted; ++halving, delta *= 0.5) {
-      const Vec<Dim> trial = xi - delta;
-      const Vec<Dim> f_trial = map.value(trial);
-      const double norm_trial = f_trial.norm();
-      if (!(norm_trial < norm) || !(map.gradient(trial).determinant() > 0)) continue;
-      xi = trial;
-      f = f_trial;
-      norm = norm_trial;
-      accepted = true;
+    for (int halving = 0; halving < newton_max_halvings && !accepted; ++halving) {
+      const Vec<Dim> trial = xi - step;
+      f = map.value(trial);
+      const double smaller = f.norm();
+      Vec<Dim> next;
+      accepted = smaller < residual && solve_positive(map.gradient(trial), f, next);
+      if (accepted) {
+        xi = trial;
+        residual = smaller;
+        step = next;
+      } else {
+        step *= 0.5;
+      }
     }
-    if (!accepted) break;
+    if (!accepted) return false;
   }
-  residual = norm;
-  return converged;
+  return false;
 }
 
 bool invert_hexahedron(const Multilinear<3>& map, const Vec<3>& guess, Vec<3>& xi) {

@@ -28,7 +28,9 @@ inline constexpr double xi_max = 1.0 - std::numeric_limits<double>::epsilon();
 
 /// Newton's method for H8 stops after a step that is shorter than this [natural coordinates]. Its
 /// error is then of the order of the square of the step: below rounding.
-inline constexpr double newton_step_tolerance = 1e-9;
+inline constexpr double newton_step_tolerance = 1e-8;
+/// Times that a step which does not reduce the distance to the point is halved.
+inline constexpr int newton_max_halvings = 12;
 /// Newton steps before a point counts as not found. In a valid cell 3 to 6 are needed.
 inline constexpr int newton_max_steps = 25;
 
