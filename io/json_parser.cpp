@@ -90,6 +90,9 @@ class TreeBuilder {
   }
 
  private:
+  // No scenario needs more; recursion over the tree must not exhaust the stack.
+  static constexpr std::size_t deepest = 100;
+
   std::size_t end() const { return static_cast<std::size_t>(*read_ - text_.data()); }
   std::size_t before(std::size_t length) const { return end() - length; }
 
@@ -143,6 +146,12 @@ class TreeBuilder {
   }
   template <class T>
   bool open(T&& data) {
+    if (stack_.size() == deepest) {
+      result_.error =
+          fmt::format("arrays and objects are nested more than {} levels deep", deepest);
+      result_.error_offset = before(1);
+      return false;
+    }
     stack_.push_back(&put(std::forward<T>(data), before(1)));
     return true;
   }

@@ -41,11 +41,14 @@ void JsonDocument::add_text(std::string file, std::string text) {
 JsonValue JsonDocument::parse(std::uint32_t source, ProblemList& problems) {
   const std::string& text = texts_[source].text;
   if (std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isspace(c); })) {
-    problems.error({.file = texts_[source].file,
-                    .where = "",
-                    .message = "the file is empty",
-                    .hint = "a scenario begins with '{'",
-                    .source = ""});
+    Problem p;
+    p.file = texts_[source].file;
+    p.message = "the file is empty";
+    problems.error(std::move(p));
+    return {};
+  }
+  if (text.size() > std::numeric_limits<std::uint32_t>::max()) {
+    problems.error(at_offset(source, 0, "a JSON file must be smaller than 4 GiB"));
     return {};
   }
   JsonParse result = parse_json(text, source);
@@ -64,11 +67,10 @@ JsonValue JsonDocument::parse(std::uint32_t source, ProblemList& problems) {
 Problem JsonDocument::at_offset(std::uint32_t source, std::size_t offset, std::string message,
                                 std::string hint) const {
   const Text& text = texts_[source];
-  Problem p{.file = text.file,
-            .where = "",
-            .message = std::move(message),
-            .hint = std::move(hint),
-            .source = ""};
+  Problem p;
+  p.file = text.file;
+  p.message = std::move(message);
+  p.hint = std::move(hint);
   const auto next = std::upper_bound(text.lines.begin(), text.lines.end(), offset);
   const std::size_t begin = *(next - 1);
   std::size_t end = text.text.find('\n', begin);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <unordered_map>
 
 namespace lahar {
 
@@ -190,13 +191,18 @@ std::vector<Index> place(const Mesh<Dim>& mesh, const std::vector<Index>& sugges
 
 template <int Dim>
 void share_volumes(const Mesh<Dim>& mesh, ParticleTable<Dim>& particles) {
-  std::vector<std::int32_t> count(static_cast<std::size_t>(mesh.n_cells()), 0);
-  for (const Index cell : particles.cell)
-    if (cell >= 0) ++count[static_cast<std::size_t>(cell)];
+  std::unordered_map<Index, std::int32_t> count;
+  // Particles of a cell usually follow each other, so the last cell is looked up once.
+  Index last = -2;
+  std::int32_t* of_last = nullptr;
+  for (const Index cell : particles.cell) {
+    if (cell != last) of_last = &count[last = cell];
+    ++*of_last;
+  }
   for (std::size_t p = 0; p < particles.x.size(); ++p) {
     const Index cell = particles.cell[p];
     if (particles.volume[p] == 0 && cell >= 0)
-      particles.volume[p] = mesh.cell_volume(cell) / count[static_cast<std::size_t>(cell)];
+      particles.volume[p] = mesh.cell_volume(cell) / count[cell];
   }
 }
 

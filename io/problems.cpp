@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <tuple>
 
 #include "io/scenario.h"
 
@@ -16,19 +17,20 @@ void ProblemList::error(Problem problem) {
     ++dropped_;
 }
 
-std::vector<Problem> ProblemList::errors() const {
+std::vector<Problem> ProblemList::errors(const std::string& file) const {
   auto sorted = errors_;
-  const std::string first = sorted.empty() ? "" : sorted.front().file;
-  std::stable_sort(sorted.begin(), sorted.end(), [&](const Problem& a, const Problem& b) {
-    const bool main_a = a.file == first, main_b = b.file == first;
-    if (main_a != main_b) return main_a;
-    return main_a && std::pair(a.line, a.column) < std::pair(b.line, b.column);
-  });
-  if (dropped_ > 0)
-    sorted.push_back({.file = first,
-                      .message = fmt::format("and {} more problems", dropped_),
-                      .hint = "",
-                      .source = ""});
+  const auto rank = [&](const Problem& p) {
+    const int group = p.file.empty() ? 0 : p.file == file ? 1 : 2;
+    return group == 2 ? std::tuple(2, 0, 0) : std::tuple(group, p.line, p.column);
+  };
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [&](const Problem& a, const Problem& b) { return rank(a) < rank(b); });
+  if (dropped_ > 0) {
+    Problem more;
+    more.file = file;
+    more.message = fmt::format("and {} more problems", dropped_);
+    sorted.push_back(std::move(more));
+  }
   return sorted;
 }
 

@@ -20,9 +20,9 @@ class ProblemList {
 
   bool empty() const { return errors_.empty(); }
   std::size_t count() const { return errors_.size() + dropped_; }
-  /// The errors ordered as in the scenario file, side files after it; the last one says how many
-  /// more there are, if so.
-  std::vector<Problem> errors() const;
+  /// The errors: the command line's, those of `file` in its order, then the side files'; the last
+  /// one says how many more there are, if so.
+  std::vector<Problem> errors(const std::string& file) const;
   std::vector<Problem> take_warnings() { return std::move(warnings_); }
 
  private:

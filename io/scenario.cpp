@@ -91,7 +91,7 @@ class Claims {
 };
 
 [[noreturn]] void fail(const ScenarioInput& in) {
-  throw InputError(in.problems.errors());
+  throw InputError(in.problems.errors(in.file));
 }
 
 Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options) {
@@ -138,8 +138,8 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   }
   ProblemList problems;
   JsonDocument document(file.string(), *text, problems);
-  ScenarioInput in{std::move(document), std::move(problems), file.parent_path(),
-                   file.stem().string(), options.as_cbgeo};
+  ScenarioInput in{file.string(),      std::move(document),  std::move(problems),
+                   file.parent_path(), file.stem().string(), options.as_cbgeo};
   Scenario scenario = read(std::move(in), std::move(*text), options);
   scenario.file = file;
   return scenario;
@@ -149,7 +149,8 @@ Scenario read_scenario_text(const std::string& text, const std::filesystem::path
                             const ScenarioOptions& options) {
   ProblemList problems;
   JsonDocument document("scenario", text, problems);
-  ScenarioInput in{std::move(document), std::move(problems), folder, "scenario", options.as_cbgeo};
+  ScenarioInput in{"scenario", std::move(document), std::move(problems),
+                   folder,     "scenario",          options.as_cbgeo};
   return read(std::move(in), text, options);
 }
 

@@ -16,6 +16,7 @@ namespace lahar {
 
 /// A scenario that is being read.
 struct ScenarioInput {
+  std::string file;  ///< as the user wrote it
   JsonDocument document;
   ProblemList problems;
   std::filesystem::path folder;

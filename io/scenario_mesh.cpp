@@ -17,6 +17,9 @@ constexpr double region_tolerance = 1e-9;
 // A count computed as extent / cell size may miss the whole number by rounding [-].
 constexpr double count_tolerance = 1e-6;
 
+// Beyond this, going once through the nodes of a mesh takes minutes.
+constexpr double most_nodes = 1e10;
+
 }  // namespace
 
 template <int Dim>
@@ -73,7 +76,10 @@ void ScenarioBuilder<Dim>::build_structured_mesh(const JsonValue& s) {
   if (!cell) cell = extent->cwiseQuotient(*counts);
   double total = 1;
   for (const Index c : n) total *= static_cast<double>(c) + 1;
-  if (total > 9e15) return in_.error(s, fmt::format("a mesh of {:.3g} nodes is too large", total));
+  if (total > most_nodes)
+    return in_.error(s, fmt::format("a mesh of {:.4g} nodes is too large; at most {:.0e} are "
+                                    "possible",
+                                    total, most_nodes));
   if (!origin) return;
   try {
     model_.mesh = std::make_shared<const Mesh<Dim>>(Mesh<Dim>::structured(*origin, *cell, n));
