@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "physics/types.h"
@@ -14,16 +15,16 @@ namespace lahar {
 /// Cartesian: xi = 2 (x - centre) / length per axis. Isoparametric: corner coordinates.
 template <int Dim>
 struct CellGeometry {
-  Vec<Dim> centre;                             ///< [m] mean of the corners
-  Vec<Dim> length;                             ///< [m] edge lengths (Cartesian cells only)
-  std::array<Vec<Dim>, corners<Dim>> corner;   ///< [m] in tensor order
+  Vec<Dim> centre;                            ///< [m] mean of the corners
+  Vec<Dim> length;                            ///< [m] edge lengths (Cartesian cells only)
+  std::array<Vec<Dim>, corners<Dim>> corner;  ///< [m] in tensor order
   bool cartesian;
 };
 
 /// Background mesh. Node and cell ids are 0-based and dense. Two orders of a cell's corners occur:
 /// *file order* (CB-Geo: Q4 counter-clockwise, H8 bottom then top) and *tensor order*, in which
-/// bit d of the corner's number says whether it lies on the + side of natural axis d. In a Cartesian
-/// cell the natural axes are the global ones, whatever rotation the file order has.
+/// bit d of the corner's number says whether it lies on the + side of natural axis d. In a
+/// Cartesian cell the natural axes are the global ones, whatever rotation the file order has.
 template <int Dim>
 class Mesh {
  public:
@@ -31,13 +32,16 @@ class Mesh {
   using Corners = std::array<Index, corners<Dim>>;
 
   /// A grid of equal boxes that stores no coordinates. Cell (i,j,k) has id i + nx (j + ny k); nodes
-  /// likewise with nx + 1. Throws InputError unless cell_size > 0 and counts > 0.
+  /// likewise with nx + 1. Throws InputError unless cell_size > 0 and counts > 0, and where cells
+  /// are so small against their coordinates that rounding swallows them.
   static Mesh structured(const Point& origin, const Point& cell_size,
                          const std::array<Index, Dim>& counts);
 
   /// A mesh from tables, corners in file order. `isoparametric` false: every cell must be an
-  /// axis-aligned box. Throws InputError with one problem per bad cell (unknown node, repeated
-  /// node, inverted or degenerate, not a box); at most 20 are listed, the rest is counted.
+  /// axis-aligned box (to six digits). Throws InputError with one problem per bad node or cell
+  /// (coordinates not finite, unknown node, repeated node, inverted or flat, not a box, more than
+  /// two cells on a face); at most 20 are listed, the rest is counted. Nodes without a cell are
+  /// accepted.
   static Mesh from_tables(std::vector<Point> nodes, std::vector<Corners> cells, bool isoparametric);
 
   Mesh(Mesh&&) noexcept;
@@ -47,14 +51,18 @@ class Mesh {
   Index n_nodes() const;
   Index n_cells() const;
   bool is_structured() const;
-  bool is_cartesian() const;  ///< closed-form affine inverse mapping in every cell
+  /// Closed-form affine inverse mapping in every cell: structured, declared so, or boxes to the
+  /// bit.
+  bool is_cartesian() const;
 
-  Point node(Index id) const;                  ///< [m]
-  Corners cell_nodes(Index cell) const;        ///< file order
-  Corners cell_nodes_tensor(Index cell) const; ///< tensor order
+  Point node(Index id) const;                   ///< [m]
+  Corners cell_nodes(Index cell) const;         ///< file order
+  Corners cell_nodes_tensor(Index cell) const;  ///< tensor order
   CellGeometry<Dim> geometry(Index cell) const;
-  double cell_volume(Index cell) const;        ///< [m^2 per m of thickness, or m^3]
-  double cell_size(Index cell) const;          ///< [m] shortest distance a wave can cross: see .cpp
+  double cell_volume(Index cell) const;  ///< [m^2 per m of thickness, or m^3]
+  /// Distance between opposite faces, for the time step limit [m]. Cartesian: the shortest edge.
+  /// Isoparametric: the smallest height of the parallelepipeds that the edges span at each corner.
+  double cell_size(Index cell) const;
   /// Smallest box around the mesh.
   std::pair<Point, Point> bounds() const;
 
@@ -63,11 +71,12 @@ class Mesh {
   /// point near the cell.
   std::optional<Point> natural_coordinates(Index cell, const Point& x) const;
 
-  /// The lowest cell id that contains x; -1 if none. A point outside every cell by rounding only
-  /// (1e-10 in natural coordinates) belongs to the cell it touches, lowest id first.
+  /// The lowest cell id that contains x; -1 if none, or if x is not finite. A point outside every
+  /// cell by rounding only (1e-10 in natural coordinates, more where the coordinates themselves are
+  /// coarser: mesh_tolerance.h) belongs to the cell it touches, lowest id first.
   struct Found {
     Index cell = -1;
-    Point xi;
+    Point xi;  ///< natural coordinates, within 1 - 2.2e-16; zero if there is no cell
   };
   Found locate(const Point& x) const;
 
