@@ -17,10 +17,15 @@ struct Tolerances {
   double rtol = 1e-8;  ///< [-]
   double atol = 0;     ///< in the field's unit
   /// In the field's unit. A field that is this small throughout is rounding noise about zero (a
-  /// body at rest), of which no digit can agree: it is compared absolutely. Masses, volumes and
-  /// coordinates have no floor.
-  double floor = 1e-12;
+  /// body at rest), of which no digit can agree: it is compared absolutely. The default is above
+  /// the velocities of published columns at rest (6e-11 m/s). Masses, volumes and coordinates have
+  /// no floor; that of strains is at most strain_floor.
+  double floor = 1e-10;
 };
+
+/// [-] Strains have no unit to choose: published ones that are results are as small as 2e-12, those
+/// of rigid motions are of the order of the rounding of 1.
+inline constexpr double strain_floor = 1e-15;
 
 struct FieldDifference {
   enum class Verdict { same, within, differs, missing };

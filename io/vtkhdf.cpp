@@ -1,5 +1,7 @@
 #include "io/vtkhdf.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 #include <span>

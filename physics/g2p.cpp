@@ -25,11 +25,14 @@ void update_run(Patch<Dim>& patch, const Run& run, const VelocityUpdate& update,
       node_a[i][d] = patch.acceleration[corner[i] * Dim + d];
     }
   Particles<Dim>& particles = patch.particles;
+  const auto xi = particles.template rows<Dim>(Column::xi);
+  const auto own_v = particles.template rows<Dim>(Column::v);
+  const auto x = particles.template rows<Dim>(Column::x);
+  const auto u = particles.template rows<Dim>(Column::u);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const auto mask = first_lanes<Real>(run.end - p);
-    Real xi[Dim], v[Dim], a[Dim];
-    for (int d = 0; d < Dim; ++d) xi[d] = load<Real>(particles.row(Column::xi, d) + p);
-    const Weights<Dim, Real> w(xi);
+    const Local n = run.end - p;
+    const auto w = weights_at<Dim, Real>(xi, p);
+    Real v[Dim], a[Dim];
     for (int d = 0; d < Dim; ++d) v[d] = a[d] = Real(0.0);
     for (int i = 0; i < corners<Dim>; ++i) {
       const Real N = w.N(i);
@@ -39,16 +42,13 @@ void update_run(Patch<Dim>& patch, const Run& run, const VelocityUpdate& update,
       }
     }
     for (int d = 0; d < Dim; ++d) {
-      double* own = particles.row(Column::v, d) + p;
-      double* x = particles.row(Column::x, d) + p;
-      double* u = particles.row(Column::u, d) + p;
       // Factors of exactly 0 and 1 leave pure FLIP and pure PIC unchanged to the last bit.
       const Real blended =
-          update.keep * load<Real>(own) + update.acceleration * a[d] + update.velocity * v[d];
-      store(blended, own, mask);
+          update.keep * load<Real>(own_v[d] + p) + update.acceleration * a[d] + update.velocity * v[d];
+      store_first(blended, own_v[d] + p, n);
       const Real move = dt * v[d];
-      store(load<Real>(x) + move, x, mask);
-      store(load<Real>(u) + move, u, mask);
+      store_first(load<Real>(x[d] + p) + move, x[d] + p, n);
+      store_first(load<Real>(u[d] + p) + move, u[d] + p, n);
     }
   }
 }
@@ -63,9 +63,7 @@ void finish_loaded_run(Patch<Dim>& patch, const Run& run, const StepContext<Dim>
     const std::uint64_t bits = particles.loads[static_cast<std::size_t>(p)];
     if (bits == 0) continue;
     const Vec<Dim> f = traction_on(particles, p, step);
-    Scalar xi[Dim];
-    for (int d = 0; d < Dim; ++d) xi[d] = particles.row(Column::xi, d)[p];
-    const Weights<Dim, Scalar> w(xi);
+    const auto w = weights_at<Dim, Scalar>(particles.template rows<Dim>(Column::xi), p);
     for (int i = 0; i < corners<Dim>; ++i)
       for (int d = 0; d < Dim; ++d)
         patch.work.external += f[d] * w.N(i)[0] * patch.velocity[corner[i] * Dim + d] * step.dt;
@@ -102,13 +100,12 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
       const double m = mass[corner[i] * width];
       nodal[i] = m > least_mass_velocity ? sum[corner[i]] / m : 0.0;
     }
+    const auto xi = particles.template rows<Dim>(Column::xi);
     for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-      Real xi[Dim];
-      for (int d = 0; d < Dim; ++d) xi[d] = load<Real>(particles.row(Column::xi, d) + p);
-      const Weights<Dim, Real> w(xi);
+      const auto w = weights_at<Dim, Real>(xi, p);
       Real pressure(0.0);
       for (int i = 0; i < corners<Dim>; ++i) pressure += w.N(i) * nodal[i];
-      store(pressure, particles.row(Column::pressure) + p, first_lanes<Real>(run.end - p));
+      store_first(pressure, particles.row(Column::pressure) + p, run.end - p);
     }
   }
 }

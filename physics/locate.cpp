@@ -1,17 +1,16 @@
 /// Which cell a particle is in after it moved, and the exchange of particles between patches.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
+#include "physics/inverse_mapping.h"
 #include "physics/kernels.h"
 #include "physics/law.h"
 
 namespace lahar {
 
 namespace {
-
-/// Natural coordinates stay inside the open cell by this much, as in the reference code.
-constexpr double inside = 1.0 - std::numeric_limits<double>::epsilon();
 
 template <int Dim>
 Vec<Dim> position(const Particles<Dim>& particles, Local p) {
@@ -25,20 +24,18 @@ Vec<Dim> position(const Particles<Dim>& particles, Local p) {
 template <int Dim, class Real>
 void locate_run_cartesian(Patch<Dim>& patch, const Run& run, std::vector<Local>& outside) {
   Particles<Dim>& particles = patch.particles;
-  const auto& box = patch.box[static_cast<std::size_t>(run.cell)];
+  const auto box = patch.box[static_cast<std::size_t>(run.cell)];
+  const auto x = particles.template rows<Dim>(Column::x);
+  const auto natural = particles.template rows<Dim>(Column::xi);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const auto mask = first_lanes<Real>(run.end - p);
-    auto in = mask;
+    const Local n = run.end - p;
+    unsigned out = 0;
     for (int d = 0; d < Dim; ++d) {
-      const Real x = load<Real>(particles.row(Column::x, d) + p);
-      const Real xi = 2.0 * (x - box[d]) / box[Dim + d];
-      in = in && stdx::abs(xi) <= 1.0;
-      store(stdx::min(stdx::max(xi, Real(-inside)), Real(inside)), particles.row(Column::xi, d) + p,
-            mask);
+      const Real xi = 2.0 * (load<Real>(x[d] + p) - box[d]) / box[Dim + d];
+      out |= lahar::outside(xi, 1.0, n);
+      store_first(clamp(xi, xi_max), natural[d] + p, n);
     }
-    if (stdx::popcount(in) != stdx::popcount(mask))
-      for (int lane = 0; lane < lanes<Real> && p + lane < run.end; ++lane)
-        if (!in[static_cast<std::size_t>(lane)]) outside.push_back(p + lane);
+    for (; out != 0; out &= out - 1) outside.push_back(p + std::countr_zero(out));
   }
 }
 
@@ -46,14 +43,16 @@ template <int Dim>
 void locate_run_isoparametric(Patch<Dim>& patch, const Run& run, const Mesh<Dim>& mesh,
                               std::vector<Local>& outside) {
   Particles<Dim>& particles = patch.particles;
-  const Index cell = patch.topology.cells[static_cast<std::size_t>(run.cell)];
+  const CellGeometry<Dim> cell =
+      mesh.geometry(patch.topology.cells[static_cast<std::size_t>(run.cell)]);
   for (Local p = run.begin; p < run.end; ++p) {
-    const auto xi = mesh.natural_coordinates(cell, position(particles, p));
-    if (!xi) {
+    Vec<Dim> xi;
+    if (!inverse_map<Dim>(cell, position(particles, p), xi) || !in_closed_cell<Dim>(xi)) {
       outside.push_back(p);
       continue;
     }
-    for (int d = 0; d < Dim; ++d) particles.row(Column::xi, d)[p] = (*xi)[d];
+    xi = clamp_to_cell<Dim>(xi);
+    for (int d = 0; d < Dim; ++d) particles.row(Column::xi, d)[p] = xi[d];
   }
 }
 

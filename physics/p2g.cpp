@@ -16,25 +16,19 @@ double* clear(Patch<Dim>& patch, NodeSum which) {
   return values.data();
 }
 
-template <int Dim, class Real>
-Weights<Dim, Real> weights_at(const Particles<Dim>& particles, Local p) {
-  Real xi[Dim];
-  for (int d = 0; d < Dim; ++d) xi[d] = load<Real>(particles.row(Column::xi, d) + p);
-  return Weights<Dim, Real>(xi);
-}
-
 /// Add sum_p N_i q_p over the particles of each run to `Width` components per node, `stride` apart.
-/// `values(p, mask, q)` fills q for the particles from p on, zero where the mask is not set.
+/// `values(run, p, n, q)` fills q for the first n particles from p on, zero in other lanes.
 template <int Dim, int Width, class Real, class Values>
 void scatter(const Patch<Dim>& patch, double* nodes, int stride, Values values) {
+  const auto xi = patch.particles.template rows<Dim>(Column::xi);
   for (const Run& run : patch.runs) {
     Real sum[corners<Dim>][Width];
     for (auto& node : sum)
       for (Real& s : node) s = Real(0.0);
     for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-      const Weights<Dim, Real> w = weights_at<Dim, Real>(patch.particles, p);
+      const Weights<Dim, Real> w = weights_at<Dim, Real>(xi, p);
       Real q[Width];
-      values(run, p, first_lanes<Real>(run.end - p), q);
+      values(run, p, run.end - p, q);
       for (int i = 0; i < corners<Dim>; ++i) {
         const Real N = w.N(i);
         for (int k = 0; k < Width; ++k) sum[i][k] += N * q[k];
@@ -43,7 +37,7 @@ void scatter(const Patch<Dim>& patch, double* nodes, int stride, Values values) 
     const auto& corner = patch.topology.corner_nodes[run.cell];
     for (int i = 0; i < corners<Dim>; ++i)
       for (int k = 0; k < Width; ++k)
-        nodes[static_cast<std::ptrdiff_t>(corner[i]) * stride + k] += stdx::reduce(sum[i][k]);
+        nodes[static_cast<std::ptrdiff_t>(corner[i]) * stride + k] += reduce(sum[i][k]);
   }
 }
 
@@ -54,13 +48,11 @@ void map_mass_momentum(Patch<Dim>& patch) {
   double* nodes = clear(patch, NodeSum::mass_momentum);
   const Particles<Dim>& particles = patch.particles;
   const double* m = particles.row(Column::mass);
-  const double* v[Dim];
-  for (int d = 0; d < Dim; ++d) v[d] = particles.row(Column::v, d);
+  const auto v = particles.template rows<Dim>(Column::v);
   scatter<Dim, Dim + 1, Real>(
       patch, nodes, node_sum_width<Dim>[static_cast<int>(NodeSum::mass_momentum)],
-      [&](const Run&, Local p, const auto& mask, Real(&q)[Dim + 1]) {
-        q[0] = Real(0.0);
-        stdx::where(mask, q[0]) = load<Real>(m + p);
+      [&](const Run&, Local p, Local n, Real(&q)[Dim + 1]) {
+        q[0] = load_first<Real>(m + p, n);
         for (int d = 0; d < Dim; ++d) q[1 + d] = q[0] * load<Real>(v[d] + p);
       });
 }
@@ -70,13 +62,11 @@ void map_momentum(Patch<Dim>& patch) {
   double* nodes = clear(patch, NodeSum::momentum);
   const Particles<Dim>& particles = patch.particles;
   const double* m = particles.row(Column::mass);
-  const double* v[Dim];
-  for (int d = 0; d < Dim; ++d) v[d] = particles.row(Column::v, d);
+  const auto v = particles.template rows<Dim>(Column::v);
   scatter<Dim, Dim, Real>(
       patch, nodes, node_sum_width<Dim>[static_cast<int>(NodeSum::momentum)],
-      [&](const Run&, Local p, const auto& mask, Real(&q)[Dim]) {
-        Real mass(0.0);
-        stdx::where(mask, mass) = load<Real>(m + p);
+      [&](const Run&, Local p, Local n, Real(&q)[Dim]) {
+        const Real mass = load_first<Real>(m + p, n);
         for (int d = 0; d < Dim; ++d) q[d] = mass * load<Real>(v[d] + p);
       });
 }
@@ -88,11 +78,10 @@ void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const double* pressure = patch.particles.row(Column::pressure);
   const auto& materials = step.model->materials;
   scatter<Dim, 1, Real>(patch, nodes, 1,
-                        [&](const Run& run, Local p, const auto& mask, Real(&q)[1]) {
-                          q[0] = Real(0.0);
-                          if (has_pressure(materials[run.material].law))
-                            stdx::where(mask, q[0]) =
-                                load<Real>(m + p) * load<Real>(pressure + p);
+                        [&](const Run& run, Local p, Local n, Real(&q)[1]) {
+                          q[0] = has_pressure(materials[run.material].law)
+                                     ? load_first<Real>(m + p, n) * load<Real>(pressure + p)
+                                     : Real(0.0);
                         });
 }
 
@@ -105,20 +94,21 @@ void internal_force(const Patch<Dim>& patch, const Run& run, double* nodes, int 
   const Map map(patch, run.cell);
   const Particles<Dim>& particles = patch.particles;
   const double* V = particles.row(Column::volume);
+  const auto xi = particles.template rows<Dim>(Column::xi);
+  const auto stress = particles.template rows<stress_components<Dim>>(Column::stress);
   Real sum[Dim][Dim][face_corners<Dim>];
   for (auto& row : sum)
     for (auto& axis : row)
       for (Real& s : axis) s = Real(0.0);
 
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Weights<Dim, Real> w = weights_at<Dim, Real>(particles, p);
-    Real volume(0.0);
-    stdx::where(first_lanes<Real>(run.end - p), volume) = load<Real>(V + p);
+    const Weights<Dim, Real> w = weights_at<Dim, Real>(xi, p);
+    const Real volume = load_first<Real>(V + p, run.end - p);
     Real S[Dim][Dim], T[Dim][Dim];
     constexpr int shear[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};  // Voigt component of (a, b)
     for (int a = 0; a < Dim; ++a)
       for (int b = a; b < Dim; ++b) {
-        S[a][b] = volume * load<Real>(particles.row(Column::stress, shear[a][b]) + p);
+        S[a][b] = volume * load<Real>(stress[shear[a][b]] + p);
         S[b][a] = S[a][b];
       }
     map.pull_back(w, S, T);
@@ -135,7 +125,7 @@ void internal_force(const Patch<Dim>& patch, const Run& run, double* nodes, int 
       double* f_low = nodes + static_cast<std::ptrdiff_t>(corner[low]) * stride;
       double* f_high = nodes + static_cast<std::ptrdiff_t>(corner[low | (1 << k)]) * stride;
       for (int a = 0; a < Dim; ++a) {
-        const double f = stdx::reduce(sum[a][k][c]) * map.finish(k);
+        const double f = reduce(sum[a][k][c]) * map.finish(k);
         f_low[a] += f;
         f_high[a] -= f;
       }
@@ -147,10 +137,11 @@ template <int Dim>
 void traction_force(const Patch<Dim>& patch, const Run& run, const StepContext<Dim>& step,
                     double* nodes, int stride) {
   const auto& corner = patch.topology.corner_nodes[run.cell];
+  const auto xi = patch.particles.template rows<Dim>(Column::xi);
   for (Local p = run.begin; p < run.end; ++p) {
     const Vec<Dim> f = traction_on(patch.particles, p, step);
     if (f.isZero(0.0)) continue;
-    const Weights<Dim, Scalar> w = weights_at<Dim, Scalar>(patch.particles, p);
+    const Weights<Dim, Scalar> w = weights_at<Dim, Scalar>(xi, p);
     for (int i = 0; i < corners<Dim>; ++i) {
       const double N = w.N(i)[0];
       for (int d = 0; d < Dim; ++d)

@@ -28,6 +28,20 @@ class Particles {
     return const_cast<Particles*>(this)->row(c, component);
   }
 
+  /// First row of each component of a column: kernels take pointers once, before their loop.
+  template <int Components>
+  std::array<double*, Components> rows(Column c) {
+    std::array<double*, Components> all;
+    for (int k = 0; k < Components; ++k) all[static_cast<std::size_t>(k)] = row(c, k);
+    return all;
+  }
+  template <int Components>
+  std::array<const double*, Components> rows(Column c) const {
+    std::array<const double*, Components> all;
+    for (int k = 0; k < Components; ++k) all[static_cast<std::size_t>(k)] = row(c, k);
+    return all;
+  }
+
   std::vector<Index> id;                ///< global particle id
   std::vector<Local> cell;              ///< local cell of the patch
   std::vector<std::uint16_t> material;  ///< index into the model's materials

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "physics/simd.h"
 #include "physics/types.h"
 
 namespace lahar {
@@ -34,6 +35,14 @@ struct Weights {
     return w[a][c & 1] * w[b % Dim][(c >> 1) & 1];
   }
 };
+
+/// Weights of the particles from p on; xi are the rows of natural coordinates.
+template <int Dim, class Real, class Rows>
+Weights<Dim, Real> weights_at(const Rows& xi, Local p) {
+  Real at[Dim];
+  for (int d = 0; d < Dim; ++d) at[d] = load<Real>(xi[d] + p);
+  return Weights<Dim, Real>(at);
+}
 
 /// Corners of a face normal to an axis.
 template <int Dim>

@@ -1,42 +1,174 @@
 /// \file Packs of doubles: kernels are templates on a Real that is a pack of one or more lanes.
+/// The only file with intrinsics. (<experimental/simd> of GCC 12 leaves its broadcasts as calls in
+/// large kernels, which made them several times slower.)
 #pragma once
 
-#include <experimental/simd>
+#include <cmath>
 
 #include "physics/types.h"
 
+#if defined(__AVX512F__) || defined(__AVX2__)
+#include <immintrin.h>
+#endif
+
 namespace lahar {
 
-namespace stdx = std::experimental;
+#define LAHAR_INLINE [[gnu::always_inline]] inline
 
-using Pack = stdx::native_simd<double>;                          ///< production: the widest vector
-using Scalar = stdx::simd<double, stdx::simd_abi::scalar>;      ///< tests: one lane
+template <int W>
+struct VectorOf {
+  typedef double type __attribute__((vector_size(8 * W)));  // NOLINT: attribute needs typedef
+};
+template <>
+struct VectorOf<1> {
+  using type = double;
+};
+
+/// W doubles that are computed with together. Operations are lane by lane; a plain double stands
+/// for a pack that holds it in every lane.
+template <int W>
+struct PackOf {
+  using Value = typename VectorOf<W>::type;
+  Value v;
+
+  PackOf() = default;
+  LAHAR_INLINE PackOf(double s) {
+    if constexpr (W == 1)
+      v = s;
+    else
+      v = s - Value{};
+  }
+  LAHAR_INLINE static PackOf of(Value value) {
+    PackOf pack;
+    pack.v = value;
+    return pack;
+  }
+  LAHAR_INLINE double operator[](int lane) const {
+    if constexpr (W == 1)
+      return v;
+    else
+      return v[lane];
+  }
+
+  LAHAR_INLINE friend PackOf operator+(PackOf a, PackOf b) { return of(a.v + b.v); }
+  LAHAR_INLINE friend PackOf operator-(PackOf a, PackOf b) { return of(a.v - b.v); }
+  LAHAR_INLINE friend PackOf operator*(PackOf a, PackOf b) { return of(a.v * b.v); }
+  LAHAR_INLINE friend PackOf operator/(PackOf a, PackOf b) { return of(a.v / b.v); }
+  LAHAR_INLINE friend PackOf operator-(PackOf a) { return of(-a.v); }
+  LAHAR_INLINE PackOf& operator+=(PackOf b) { return *this = *this + b; }
+  LAHAR_INLINE PackOf& operator-=(PackOf b) { return *this = *this - b; }
+  LAHAR_INLINE PackOf& operator*=(PackOf b) { return *this = *this * b; }
+};
+
+#if defined(__AVX512F__)
+inline constexpr int native_lanes = 8;
+#elif defined(__AVX__)
+inline constexpr int native_lanes = 4;
+#else
+inline constexpr int native_lanes = 2;
+#endif
+
+using Pack = PackOf<native_lanes>;  ///< production: the widest vector
+using Scalar = PackOf<1>;           ///< tests, and loads that act on few particles
 
 template <class Real>
-inline constexpr int lanes = static_cast<int>(Real::size());
+inline constexpr int lanes = static_cast<int>(sizeof(Real) / sizeof(double));
 
-/// The first `n` lanes.
 template <class Real>
-typename Real::mask_type first_lanes(Local n) {
-  const Real index([](auto i) { return static_cast<double>(i); });
-  return index < static_cast<double>(n);
+LAHAR_INLINE Real load(const double* p) {
+  Real pack;
+  __builtin_memcpy(&pack.v, p, sizeof(pack.v));
+  return pack;
 }
 
+/// The first n lanes (all if n is larger) from memory, zero in the others.
 template <class Real>
-Real load(const double* p) {
-  return Real(p, stdx::element_aligned);
+LAHAR_INLINE Real load_first(const double* p, Local n) {
+#if defined(__AVX512F__)
+  if constexpr (lanes<Real> == 8) {
+    const auto mask = static_cast<__mmask8>(n >= 8 ? 0xff : (1u << n) - 1);
+    return Real::of(reinterpret_cast<typename Real::Value>(_mm512_maskz_loadu_pd(mask, p)));
+  }
+#endif
+  if (n >= lanes<Real>) return load<Real>(p);
+  double values[lanes<Real>] = {};
+  for (int lane = 0; lane < n; ++lane) values[lane] = p[lane];
+  return load<Real>(values);
 }
 
-/// Store the lanes of `mask`; memory of other lanes is untouched.
+/// Store the first n lanes (all if n is larger); memory of the others is untouched.
 template <class Real>
-void store(const Real& value, double* p, const typename Real::mask_type& mask) {
-  stdx::where(mask, value).copy_to(p, stdx::element_aligned);
+LAHAR_INLINE void store_first(const Real& value, double* p, Local n) {
+#if defined(__AVX512F__)
+  if constexpr (lanes<Real> == 8) {
+    const auto mask = static_cast<__mmask8>(n >= 8 ? 0xff : (1u << n) - 1);
+    _mm512_mask_storeu_pd(p, mask, reinterpret_cast<__m512d>(value.v));
+    return;
+  }
+#endif
+  if (n >= lanes<Real>) {
+    __builtin_memcpy(p, &value.v, sizeof(value.v));
+    return;
+  }
+  for (int lane = 0; lane < n; ++lane) p[lane] = value[lane];
 }
 
-/// Components that are smaller than `threshold` in magnitude become zero.
+/// Zero in all but the first n lanes.
 template <class Real>
-void flush_below(Real& value, double threshold) {
-  stdx::where(stdx::abs(value) < threshold, value) = Real(0.0);
+LAHAR_INLINE Real keep_first(const Real& value, Local n) {
+#if defined(__AVX512F__)
+  if constexpr (lanes<Real> == 8) {
+    const auto mask = static_cast<__mmask8>(n >= 8 ? 0xff : (1u << n) - 1);
+    return Real::of(reinterpret_cast<typename Real::Value>(
+        _mm512_maskz_mov_pd(mask, reinterpret_cast<__m512d>(value.v))));
+  }
+#endif
+  if (n >= lanes<Real>) return value;
+  double values[lanes<Real>] = {};
+  for (int lane = 0; lane < n; ++lane) values[lane] = value[lane];
+  return load<Real>(values);
+}
+
+/// Sum of all lanes: halves are added pairwise, so the order is fixed.
+template <int W>
+LAHAR_INLINE double reduce(const PackOf<W>& value) {
+  if constexpr (W == 1) {
+    return value.v;
+  } else {
+    PackOf<W / 2> low, high;
+    __builtin_memcpy(&low.v, &value.v, sizeof(low.v));
+    __builtin_memcpy(&high.v, reinterpret_cast<const char*>(&value.v) + sizeof(low.v), sizeof(low.v));
+    return reduce(low + high);
+  }
+}
+
+/// Bit per lane, of the first n: magnitude above `limit`, or not a number.
+template <class Real>
+LAHAR_INLINE unsigned outside(const Real& value, double limit, Local n) {
+#if defined(__AVX512F__)
+  if constexpr (lanes<Real> == 8) {
+    const auto mask = static_cast<__mmask8>(n >= 8 ? 0xff : (1u << n) - 1);
+    return _mm512_mask_cmp_pd_mask(mask, _mm512_abs_pd(reinterpret_cast<__m512d>(value.v)),
+                                   _mm512_set1_pd(limit), _CMP_NLE_UQ);
+  }
+#endif
+  unsigned bits = 0;
+  for (int lane = 0; lane < lanes<Real> && lane < n; ++lane)
+    if (!(std::abs(value[lane]) <= limit)) bits |= 1u << lane;
+  return bits;
+}
+
+/// Values moved into [-limit, limit].
+template <class Real>
+LAHAR_INLINE Real clamp(const Real& value, double limit) {
+  const Real high(limit), low(-limit);
+  if constexpr (lanes<Real> == 1) {
+    return Real(value.v > limit ? limit : value.v < -limit ? -limit : value.v);
+  } else {
+    auto v = value.v > high.v ? high.v : value.v;
+    v = v < low.v ? low.v : v;
+    return Real::of(v);
+  }
 }
 
 }  // namespace lahar

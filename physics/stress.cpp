@@ -53,14 +53,16 @@ void update_run(Patch<Dim>& patch, const Run& run, double dt, StressPart part, c
     for (int d = 0; d < Dim; ++d) patch.mark.position[d] = particles.row(Column::x, d)[run.begin];
   }
   double* V = particles.row(Column::volume);
+  const auto xi = particles.template rows<Dim>(Column::xi);
+  const auto strain = particles.template rows<strain_components<Dim>>(Column::strain);
+  const auto sigma = particles.template rows<stress_components<Dim>>(Column::stress);
   double* pressure =
       particles.layout().has(Column::pressure) ? particles.row(Column::pressure) : nullptr;
 
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const auto mask = first_lanes<Real>(run.end - p);
-    Real xi[Dim], G[Dim][Dim], L[Dim][Dim];
-    for (int d = 0; d < Dim; ++d) xi[d] = load<Real>(particles.row(Column::xi, d) + p);
-    const Weights<Dim, Real> w(xi);
+    const Local n = run.end - p;
+    Real G[Dim][Dim], L[Dim][Dim];
+    const auto w = weights_at<Dim, Real>(xi, p);
     difference.gradient(w, G);
     map.to_physical(w, G, L);
     LawInput<Dim, Real> in;
@@ -69,25 +71,23 @@ void update_run(Patch<Dim>& patch, const Run& run, double dt, StressPart part, c
     in.volumetric = volumetric;
 
     if (part != StressPart::law) {
-      for (int k = 0; k < strain_components<Dim>; ++k) {
-        double* strain = particles.row(Column::strain, k) + p;
-        store(load<Real>(strain) + dt * in.rate[strain_voigt<Dim>[k]], strain, mask);
-      }
-      store(load<Real>(V + p) * (1.0 + volumetric), V + p, mask);
+      for (int k = 0; k < strain_components<Dim>; ++k)
+        store_first(load<Real>(strain[k] + p) + dt * in.rate[strain_voigt<Dim>[k]], strain[k] + p, n);
+      store_first(load<Real>(V + p) * (1.0 + volumetric), V + p, n);
     }
     if (part != StressPart::strain) {
       Real stress[stress_components<Dim>], p_value(0.0), power(0.0);
       for (int k = 0; k < stress_components<Dim>; ++k)
-        stress[k] = load<Real>(particles.row(Column::stress, k) + p);
+        stress[k] = load<Real>(sigma[k] + p);
       for (int k = 0; k < stress_components<Dim>; ++k) power += stress[k] * in.rate[k];
       if (pressure) p_value = load<Real>(pressure + p);
       update(law, in, stress, &p_value);
-      if (pressure) store(p_value, pressure + p, mask);
+      if (pressure) store_first(p_value, pressure + p, n);
       for (int k = 0; k < stress_components<Dim>; ++k) {
         power += stress[k] * in.rate[k];
-        store(stress[k], particles.row(Column::stress, k) + p, mask);
+        store_first(stress[k], sigma[k] + p, n);
       }
-      stdx::where(mask, work) += (0.5 * dt) * load<Real>(V + p) * power;
+      work += (0.5 * dt) * load_first<Real>(V + p, n) * power;
     }
   }
 }
@@ -106,7 +106,7 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, StressPart p
             update_run<Dim, Real, IsoparametricMap<Dim>>(patch, run, step.dt, part, law, work);
         },
         step.model->materials[run.material].law);
-  patch.work.internal += stdx::reduce(work);
+  patch.work.internal += reduce(work);
 }
 
 #define LAHAR_INSTANTIATE(Dim, Real) \

@@ -30,8 +30,8 @@ template <int Dim>
 ColumnLayout<Dim> layout_for(const Model<Dim>& model) {
   ColumnNeeds needs;
   needs.size = !model.tractions.empty();
-  for (const Material& material : model.materials)
-    needs.pressure = needs.pressure || has_pressure(material.law);
+  for (const auto m : model.particles.material)
+    needs.pressure = needs.pressure || has_pressure(model.materials[m].law);
   return ColumnLayout<Dim>(needs);
 }
 

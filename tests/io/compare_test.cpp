@@ -87,12 +87,20 @@ TEST_CASE("a field that is rounding noise throughout is compared absolutely") {
   const Comparison c = compare(a, b);
   CHECK(c.passed);
   CHECK(c.fields[1].floored);
-  CHECK(c.text().find("floor: at most 1e-12 in all of B") != std::string::npos);
+  CHECK(c.text().find("floor: at most 1e-10 in all of B") != std::string::npos);
   CHECK_FALSE(compare(a, b, {.floor = 1e-15}).passed);
   // Noise against a signal differs, whichever side has it.
   const Frame signal = one_field("speed", "m/s", {1e-3, 0});
   CHECK_FALSE(compare(signal, b).passed);
   CHECK_FALSE(compare(b, signal).passed);
+}
+
+TEST_CASE("small strains are compared relatively: a stiff body has no larger ones") {
+  Frame b = two_particles();
+  for (double& value : values(b, "strain")) value *= 1e-9;  // at most 3e-12
+  Frame a = b;
+  values(a, "strain")[0] *= 1.001;
+  CHECK(field(compare(a, b), "strain").verdict == Verdict::differs);
 }
 
 TEST_CASE("masses and volumes have no floor: tiny particles are compared relatively") {
@@ -205,7 +213,7 @@ TEST_CASE("the result reads like this") {
         "svars_0       Pa               0         0            -  same\n"
         "material      -                0         0            -  same\n"
         "\n"
-        "DIFFERENT: 2 particles compared, rtol 1e-08, atol 0, floor 1e-12\n");
+        "DIFFERENT: 2 particles compared, rtol 1e-08, atol 0, floor 1e-10\n");
 }
 
 TEST_CASE("comparing what does not exist says so") {
