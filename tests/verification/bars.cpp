@@ -1,0 +1,117 @@
+// Waves and vibrations of an elastic bar along its axis: c = sqrt(E / rho) = 10 m/s.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/verification/case.h"
+
+using namespace lahar;
+using namespace lahar::verification;
+
+namespace {
+
+constexpr double E = 100, rho = 1, c = 10, length = 25;
+
+/// The vibrating bar of the examples with cells of size `dx`, at rest.
+Model<2> bar(double dx, int per_cell) {
+  ScenarioOptions options;
+  const std::string cells = std::to_string(static_cast<int>(std::lround((length + 2 * dx) / dx)));
+  options.overrides = {
+      "mesh.structured.cell_size=[" + std::to_string(dx) + "," + std::to_string(dx) + "]",
+      "mesh.structured.counts=[" + cells + ",1]",
+      "particles.0.generator.region.box.max=[25," + std::to_string(dx) + "]",
+      "particles.0.generator.per_cell=" + std::to_string(per_cell),
+      "particles.0.generator.velocity=[0,0]"};
+  Scenario scenario =
+      read_scenario(LAHAR_SOURCE_DIR "/examples/vibrating-bar.json", options);
+  return std::get<Model<2>>(std::move(scenario.model));
+}
+
+/// Velocity of the centre of mass [m/s].
+double mean_velocity(const HistoryRow& row) { return row.momentum[0] / row.mass; }
+
+}  // namespace
+
+TEST_CASE("a step of traction travels at c, and doubles at the held end") {
+  const double dx = 0.25, p0 = 0.1;
+  Model<2> model = bar(dx, 2);
+  std::vector<Index> loaded;
+  for (Index p = 0; p < model.particles.size(); ++p)
+    if (model.particles.x[static_cast<std::size_t>(p)][0] > length - dx / 2) loaded.push_back(p);
+  REQUIRE(loaded.size() == 2);
+  model.tractions = {{.particles = loaded, .dir = 0, .traction = p0}};
+  model.analysis.step.dt = 0.1 * dx / c;
+  model.analysis.end_time = 10;
+  model.analysis.nsteps = 100000;
+  Simulation<2> simulation(std::move(model));
+
+  // Half way: behind the front p0 and p0 / (rho c), ahead of it nothing.
+  simulation.advance(static_cast<Index>(std::lround(1.25 / (0.1 * dx / c))));
+  const State half(simulation.frame());
+  const double front = length - c * half.time();
+  auto behind = [&](Index p) { return half.x(p, 0) > front + 2 && half.x(p, 0) < length - 2 * dx; };
+  auto ahead = [&](Index p) { return half.x(p, 0) < front - 2; };
+  auto stress = [](const State& s) { return [&s](Index p) { return s.get("stress", p, 0); }; };
+  auto velocity = [](const State& s) { return [&s](Index p) { return s.get("velocity", p, 0); }; };
+  CHECK(mean(half, behind, stress(half)) == doctest::Approx(p0).epsilon(0.01));
+  CHECK(mean(half, behind, velocity(half)) == doctest::Approx(p0 / (rho * c)).epsilon(0.01));
+  CHECK(std::abs(mean(half, ahead, stress(half))) < 0.01 * p0);
+  // The front is where the stress of a cell crosses p0 / 2: within one cell.
+  double arrived = length;
+  for (double x = length - dx / 2; x > 0; x -= dx) {
+    auto in_cell = [&](Index p) { return std::abs(half.x(p, 0) - x) < dx / 2; };
+    if (mean(half, in_cell, stress(half)) < p0 / 2) break;
+    arrived = x;
+  }
+  CHECK(std::abs(arrived - front) < dx);
+
+  // Reflected: doubled between the held end and the front, which is half way again.
+  simulation.advance(static_cast<Index>(std::lround(2.5 / (0.1 * dx / c))));
+  const State back(simulation.frame());
+  const double returning = c * back.time() - length;
+  auto doubled = [&](Index p) { return back.x(p, 0) > 2 * dx && back.x(p, 0) < returning - 2; };
+  CHECK(mean(back, doubled, stress(back)) == doctest::Approx(2 * p0).epsilon(0.01));
+  CHECK(std::abs(mean(back, doubled, velocity(back))) < 0.01 * p0 / (rho * c));
+}
+
+TEST_CASE("the first mode of a bar: v = v0 cos(w t) sin(b x) with w = 0.62832 rad/s, period 10 s") {
+  // Bardenhagen (2002), as in the review of de Vaucorbeil et al. (2020): 13 cells, one particle each.
+  // The centre of mass moves with v0 cos(w t) / (b L).
+  constexpr double v0 = 0.1, b = std::numbers::pi / (2 * length);
+  for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+    const double dx = length / 13;
+    Model<2> model = bar(dx, 1);
+    model.analysis.scheme = scheme;
+    model.particles.velocity.clear();
+    for (const Vec<2>& x : model.particles.x)
+      model.particles.velocity.push_back({v0 * std::sin(b * x[0]), 0});
+    model.analysis.step.dt = 0.1 * dx / c;
+    model.analysis.end_time = 50;
+    model.analysis.nsteps = 1000000;
+    Simulation<2> simulation(std::move(model));
+    const double dt = 0.1 * dx / c, amplitude = v0 / (b * length);
+    // Zero crossings of the centre of mass's velocity: every 5 s from 2.5 s on; the tenth at 47.5 s.
+    double last = mean_velocity(simulation.history()), crossing = 0;
+    int crossings = 0;
+    while (crossings < 10 && simulation.time() < 50) {
+      simulation.advance(1);
+      const double now = mean_velocity(simulation.history());
+      if (last * now < 0) {
+        ++crossings;
+        crossing = simulation.time() - dt * now / (now - last);
+      }
+      last = now;
+    }
+    CAPTURE(static_cast<int>(scheme));
+    CHECK(crossings == 10);
+    CHECK(crossing == doctest::Approx(47.5).epsilon(0.01));
+    const HistoryRow row = simulation.history();
+    // Total energy, of which there is v0^2 rho L dx / 4 at the start.
+    const double energy = (row.kinetic + row.internal) / (v0 * v0 * rho * length * dx / 4);
+    MESSAGE("scheme " << static_cast<int>(scheme) << ": energy after 47.5 s " << energy);
+    CHECK(energy > 0.9);
+    CHECK(energy < 1.1);
+    CHECK(std::abs(mean_velocity(simulation.history())) < 0.1 * amplitude);
+  }
+}
