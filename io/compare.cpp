@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <numeric>
 
 #include "io/csv.h"
@@ -24,7 +25,7 @@ struct Field {
   int components;
   const double* values;
   bool required;  ///< must exist on both sides
-  bool floor;     ///< may be zero throughout but for noise
+  double floor;   ///< below this all is noise, where the tolerances allow as much
   bool exact;
 };
 
@@ -33,18 +34,21 @@ std::vector<Field> fields_of(const Frame& frame, const std::vector<double>& mate
                                           "velocity", "stress", "strain"};
   std::vector<Field> fields;
   if (!frame.coordinates.empty())
-    fields.push_back({"coordinates", "m", frame.dim, frame.coordinates.data(), true, false, false});
+    fields.push_back({"coordinates", "m", frame.dim, frame.coordinates.data(), true, 0, false});
   const std::vector<std::string> state = state_variable_names(frame);
   for (std::size_t k = 0; k < frame.columns.size(); ++k) {
     const FrameColumn& column = frame.columns[k];
     const bool is_state = !state[k].empty();
     const bool named = std::find(required.begin(), required.end(), column.name) != required.end();
     const bool positive = column.name == "mass" || column.name == "volume";
+    const double floor = positive                  ? 0
+                         : column.name == "strain" ? strain_floor
+                                                   : std::numeric_limits<double>::max();
     fields.push_back({is_state ? state[k] : column.name, column.unit, column.components,
-                      column.values.data(), named || is_state, !positive, false});
+                      column.values.data(), named || is_state, floor, false});
   }
   if (!frame.material.empty())
-    fields.push_back({"material", "-", 1, material.data(), false, false, true});
+    fields.push_back({"material", "-", 1, material.data(), false, 0, true});
   return fields;
 }
 
@@ -101,10 +105,11 @@ std::vector<Match> match(const Frame& a, const Frame& b, Comparison& result) {
 
 void judge(FieldDifference& d, const Field& field, const Tolerances& tolerances) {
   using Verdict = FieldDifference::Verdict;
-  d.floored = field.floor && d.scale <= tolerances.floor;
+  const double floor = std::min(field.floor, tolerances.floor);
+  d.floored = floor > 0 && d.scale <= floor;
   d.relative = d.absolute == 0 ? 0 : d.absolute / d.scale;
   const bool within = d.absolute <= tolerances.atol || d.absolute <= tolerances.rtol * d.scale ||
-                      (d.floored && d.absolute <= tolerances.floor);
+                      (d.floored && d.absolute <= floor);
   if (d.not_finite > 0)
     d.verdict = Verdict::differs;
   else if (d.absolute == 0)

@@ -75,8 +75,9 @@ std::string Comparison::text() const {
   });
   if (floored)
     text += fmt::format(
-        "floor: at most {:g} in all of B, rounding noise about zero; compared absolutely\n",
-        tolerances.floor);
+        "floor: at most {:g} in all of B (strains: {:g}), rounding noise about zero; compared "
+        "absolutely\n",
+        tolerances.floor, std::min(tolerances.floor, strain_floor));
   text += fmt::format("{}: {} particles compared, rtol {:g}, atol {:g}, floor {:g}\n",
                       passed ? "AGREE" : "DIFFERENT", matched, tolerances.rtol, tolerances.atol,
                       tolerances.floor);
