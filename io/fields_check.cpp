@@ -14,10 +14,10 @@ using Array = JsonValue::Array;
 using Object = JsonValue::Object;
 
 bool integral(const JsonValue& v) {
-  constexpr double exact = 9007199254740992.0;  // 2^53: every smaller integer is a double
+  constexpr double most = 9.2e18;  // fits into 64 bits
   if (v.is<std::int64_t>()) return true;
   return v.is<double>() && std::floor(v.as<double>()) == v.as<double>() &&
-         std::abs(v.as<double>()) < exact;
+         std::abs(v.as<double>()) < most;
 }
 
 template <class Test>
@@ -111,13 +111,15 @@ bool one_of(std::string_view word, const std::vector<std::string_view>& words) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-std::string bounds(const Field& f) {
-  const bool low = std::isfinite(f.min), high = std::isfinite(f.max) && f.max < 1e9;
+// What is allowed; a very large upper bound only where it is what is exceeded.
+std::string bounds(const Field& f, double found) {
+  constexpr double very_large = 1e8;
+  const bool low = std::isfinite(f.min);
+  const bool high = std::isfinite(f.max) && (f.max < very_large || found >= f.max);
   std::string out;
   if (low) out += fmt::format("{} {}", f.above_min ? "greater than" : "at least", f.min);
   if (low && high) out += " and ";
   if (high) out += fmt::format("{} {}", f.below_max ? "less than" : "at most", f.max);
-  if (!low && !high) out = fmt::format("at most {}", f.max);
   return out;
 }
 
@@ -129,15 +131,19 @@ class Checker {
   void section(const Section& section, JsonValue& value) {
     auto& members = std::get<Object>(value.data);
     const std::string variant = variant_of(section, value);
+    std::vector<std::string> misspelt;
     for (auto& member : members) {
       const Field* field = section.find(member.key);
       if (!field)
-        unknown(section, variant, value, member);
+        misspelt.push_back(unknown(section, variant, value, member));
       else if (!applies(*field, variant))
         misplaced(section, *field, variant, value, member);
       else
         check(section, *field, value, member);
     }
+    // A misspelt key is there, if only to say that it is not missing as well.
+    for (auto& key : misspelt)
+      if (!key.empty()) members.push_back({std::move(key), value.offset, {}});
     for (const Field& field : section.fields)
       if (applies(field, variant)) fill_in(section, field, value);
   }
@@ -161,8 +167,9 @@ class Checker {
     problems_.error(document_.at(at, std::move(message), std::move(hint)));
   }
 
-  void unknown(const Section& section, const std::string& variant, const JsonValue& object,
-               JsonValue::Member& member) {
+  // Returns the key that was probably meant, or "".
+  std::string unknown(const Section& section, const std::string& variant, const JsonValue& object,
+                      JsonValue::Member& member) {
     std::vector<std::string> keys;
     for (const Field& f : section.fields)
       if (applies(f, variant)) keys.emplace_back(f.key);
@@ -170,6 +177,7 @@ class Checker {
         object, member, fmt::format("unknown key '{}' in {}", member.key, section.name),
         suggest(member.key, keys, "known keys")));
     member.value.invalidate();
+    return nearest(member.key, keys);
   }
 
   // A key of another variant; says nothing more where the variant itself is unknown.
@@ -258,7 +266,7 @@ class Checker {
     if (!low && !high) return;
     error(
         value,
-        fmt::format("'{}' must be {}{}, found {}", field.key, bounds(field),
+        fmt::format("'{}' must be {}{}, found {}", field.key, bounds(field, x),
                     field.unit.empty() || field.unit == "-" ? "" : fmt::format(" [{}]", field.unit),
                     to_json(value)));
     value.invalidate();
@@ -280,12 +288,7 @@ class Checker {
       return;
     }
     if (flag) return;
-    if (one_of(name, field.allowed)) {
-      if (typed && name.size() != word.size() && word[word.size() - 2] - '0' != dim_)
-        error(value, fmt::format("'{}' is a {}D {}, but the case is {}D", word,
-                                 word[word.size() - 2], field.key, dim_));
-      return;
-    }
+    if (one_of(name, field.allowed)) return;
     auto candidates = strings(field.allowed);
     for (const auto p : field.planned) candidates.emplace_back(p);
     const std::string near = nearest(name, candidates);

@@ -83,9 +83,9 @@ class TreeBuilder {
     return true;
   }
 
-  bool parse_error(std::size_t position, const std::string& token,
+  bool parse_error(std::size_t position, const std::string&,
                    const nlohmann::json::exception& error) {
-    explain(position, token, error.what());
+    explain(position, error.what());
     return false;
   }
 
@@ -96,18 +96,19 @@ class TreeBuilder {
   std::size_t end() const { return static_cast<std::size_t>(*read_ - text_.data()); }
   std::size_t before(std::size_t length) const { return end() - length; }
 
+  // A number that ends at or just before the last character read.
   std::size_t number_start() const {
-    const auto digit = [](char c) {
-      return std::string_view("0123456789+-.eE").find(c) != std::string_view::npos;
-    };
+    const auto digit = [](char c) { return contains("0123456789+-.eE", {&c, 1}); };
     std::size_t i = end();
     if (i > 0 && !digit(text_[i - 1])) --i;
     while (i > 0 && digit(text_[i - 1])) --i;
     return i;
   }
 
-  std::size_t string_start() const {
-    std::size_t i = end() - 1;  // the closing quote
+  std::size_t string_start() const { return opening_quote(end() - 1); }
+
+  // The quote that opens the text before `closing`.
+  std::size_t opening_quote(std::size_t i) const {
     while (i > 0) {
       --i;
       if (text_[i] != '"') continue;
@@ -160,31 +161,42 @@ class TreeBuilder {
     return true;
   }
 
-  void explain(std::size_t position, const std::string& token, std::string what) {
-    // "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error while
-    //  parsing value - invalid literal; last read: 'N'; expected ..."
-    if (const auto colon = what.find("column "); colon != std::string::npos)
-      what = what.substr(std::min(what.find(": ", colon) + 2, what.size()));
-    else
-      what = what.substr(std::min(what.find("] ") + 2, what.size()));
+  // "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error while parsing
+  //  value - invalid literal; last read: 'N'; expected ..." without the position and what was read.
+  void explain(std::size_t position, std::string what) {
+    const auto column = what.find("column ");
+    const auto begin = column != std::string::npos ? what.find(": ", column) : what.find("] ");
+    what = what.substr(std::min(begin + 2, what.size()));
     if (const auto read = what.find("; last read: "); read != std::string::npos) {
       const auto next = what.find("'; expected", read);
       what = what.substr(0, read) + (next == std::string::npos ? "" : what.substr(next + 1));
     }
     result_.error = what;
-    std::size_t at = std::min(position > 0 ? position - 1 : 0, text_.size());
-    if (contains(what, "unexpected end of input")) {
+    result_.error_offset = offender(position, what);
+    const auto before_it = text_.substr(0, result_.error_offset).find_last_not_of(" \t\r\n");
+    const char bracket = result_.error_offset < text_.size() ? text_[result_.error_offset] : ' ';
+    if (contains(what, "unexpected end of input"))
       result_.hint = "the text ends too early: a '}', ']' or '\"' is missing";
-      at = text_.find_last_not_of(" \t\r\n");
-    } else if (!token.empty() && at + 1 >= token.size()) {
-      at = at + 1 - token.size();
-      const auto last = text_.substr(0, at).find_last_not_of(" \t\r\n");
-      if (last != std::string_view::npos && text_[last] == ',' && (token == "}" || token == "]"))
-        result_.hint = fmt::format("remove the comma before this '{}'", token);
-      else if (contains(what, "unexpected string literal"))
-        result_.hint = "a comma is missing before it";
-    }
-    result_.error_offset = at;
+    else if ((bracket == '}' || bracket == ']') && before_it != std::string_view::npos &&
+             text_[before_it] == ',')
+      result_.hint = fmt::format("remove the comma before this '{}'", bracket);
+    else if (contains(what, "unexpected string literal; expected '"))
+      result_.hint = "a comma is missing before it";
+  }
+
+  // Where the token begins that the parser stumbled over, `position` characters having been read.
+  std::size_t offender(std::size_t position, std::string_view what) const {
+    std::size_t at = std::min(position > 0 ? position - 1 : 0, text_.size() - 1);
+    if (contains(what, "unexpected end of input")) return text_.find_last_not_of(" \t\r\n");
+    if (contains(what, "number")) return number_start();
+    if (contains(what, "unexpected string") || contains(what, "missing closing quote") ||
+        contains(what, "must be escaped"))
+      return opening_quote(at);
+    const auto word = [&](std::size_t i) {
+      return std::isalnum(static_cast<unsigned char>(text_[i])) || text_[i] == '_';
+    };
+    while (contains(what, "literal") && at > 0 && word(at) && word(at - 1)) --at;
+    return at;
   }
 
   std::string_view text_;

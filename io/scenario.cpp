@@ -47,18 +47,20 @@ int dimension_in(const std::string& name) {
 class Claims {
  public:
   explicit Claims(const JsonValue& root) {
-    if (const auto* analysis = root.find("analysis")) name(*analysis, "type");
+    if (const auto* analysis = root.find("analysis")) name(*analysis, "type", "analysis.type");
     if (const auto* mesh = root.find("mesh")) {
-      for (const char* key : {"cell_type", "io_type", "node_type"}) name(*mesh, key);
+      name(*mesh, "cell_type", "mesh.cell_type");
+      name(*mesh, "io_type", "mesh.io_type");
+      name(*mesh, "node_type", "mesh.node_type");
       if (const auto* structured = mesh->find("structured"))
         for (const char* key : {"counts", "cell_size", "extent", "origin"})
           length(*structured, key);
     }
     if (const auto* loads = root.find("external_loading_conditions")) length(*loads, "gravity");
-    for (const auto* material : get_list(root, "materials")) name(*material, "type");
+    for (const auto* material : get_list(root, "materials")) name(*material, "type", "type");
     for (const auto* entry : get_list(root, "particles"))
       if (const auto* generator = entry->find("generator"))
-        for (const char* key : {"io_type", "particle_type"}) name(*generator, key);
+        for (const char* key : {"io_type", "particle_type"}) name(*generator, key, key);
   }
 
   /// What the first says; without one, what the first array has; 0 = nothing does.
@@ -70,16 +72,16 @@ class Claims {
   void check(ScenarioInput& in) const {
     for (const Claim& c : names_)
       if (c.dim != names_[0].dim)
-        in.error(*c.value, fmt::format("'{}': {} is {}D, but '{}': {} makes the case {}D", c.key,
-                                       to_json(*c.value), c.dim, names_[0].key,
-                                       to_json(*names_[0].value), names_[0].dim));
+        in.error(*c.value,
+                 fmt::format("{} is {}D, but {} {} says that the case is {}D", to_json(*c.value),
+                             c.dim, names_[0].key, to_json(*names_[0].value), names_[0].dim));
   }
 
  private:
-  void name(const JsonValue& object, const char* key) {
+  void name(const JsonValue& object, const char* key, const char* shown) {
     const JsonValue* v = object.find(key);
     if (!v || !v->is<std::string>()) return;
-    if (const int dim = dimension_in(v->as<std::string>())) names_.push_back({v, key, dim});
+    if (const int dim = dimension_in(v->as<std::string>())) names_.push_back({v, shown, dim});
   }
   void length(const JsonValue& object, const char* key) {
     const JsonValue* v = object.find(key);

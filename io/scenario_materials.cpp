@@ -96,7 +96,7 @@ int ScenarioBuilder<Dim>::find_material(const JsonValue& object) {
     }
     value = &phases.front();
   }
-  if (!root_.find("materials")) return -1;
+  if (model_.materials.empty()) return -1;  // reported
   return find_entry(
       *value, model_.materials, [&](std::size_t i) { return model_.materials[i].id; },
       [&](std::size_t i) { return model_.materials[i].name; }, "material", in_);

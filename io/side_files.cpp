@@ -50,6 +50,14 @@ bool blank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
 }
 
+// Text for a message: control characters would garble it.
+std::string printable(std::string_view text) {
+  std::string out(text);
+  for (char& c : out)
+    if ((static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7f) c = '?';
+  return out;
+}
+
 // The row that begins at `begin`: its end, and whether it holds data.
 const char* row_end(const char* begin, const char* end) {
   const auto* newline =
@@ -121,7 +129,7 @@ void RowReader::complain(std::string message, std::string hint) {
   p.hint = std::move(hint);
   const char* end = row_end_;
   while (end > row_ && blank(end[-1])) --end;
-  p.source.assign(row_, end);
+  p.source = printable({row_, static_cast<std::size_t>(end - row_)});
   problems_.error(std::move(p));
 }
 
@@ -181,7 +189,7 @@ bool RowReader::real(double& value, std::string_view what) {
   }
   std::string_view word;
   if (!token(what, word)) return false;
-  complain(fmt::format("{} must be a finite number, found '{}'", what, word));
+  complain(fmt::format("{} must be a finite number, found '{}'", what, printable(word)));
   return false;
 }
 
@@ -199,7 +207,7 @@ bool RowReader::integer(Index& value, std::string_view what, Index low, Index hi
   const std::string range = high == std::numeric_limits<Index>::max()
                                 ? fmt::format("an integer of at least {}", low)
                                 : fmt::format("an integer from {} to {}", low, high);
-  complain(fmt::format("{} must be {}, found '{}'", what, range, word));
+  complain(fmt::format("{} must be {}, found '{}'", what, range, printable(word)));
   return false;
 }
 
@@ -208,14 +216,15 @@ bool RowReader::end_of_row(int optional) {
     while (at_ < row_end_ && blank(*at_)) ++at_;
     if (at_ == row_end_) return true;
     double unused;
-    if (optional > 0 && !real(unused, "the third coordinate")) return false;
+    const bool comment = *at_ == '#' || *at_ == '!';
+    if (optional > 0 && !comment && !real(unused, "the third coordinate")) return false;
   }
   std::string_view word;
   if (!token("", word)) return false;
   if (word[0] == '#' || word[0] == '!')
     complain("a comment must have a line of its own", "the reference skips the whole line");
   else
-    complain(fmt::format("unexpected '{}' at the end of the row", word));
+    complain(fmt::format("unexpected '{}' at the end of the row", printable(word)));
   return false;
 }
 

@@ -1,0 +1,184 @@
+#include <doctest/doctest.h>
+
+#include "broken_case.h"
+
+using namespace lahar::broken;
+
+// clang-format off
+TEST_CASE("meshes that cannot be used are refused") {
+  const std::vector<Entry> table = {
+    {"two meshes",
+     {replace("mpm.json", "\"mesh\": \"mesh.txt\",", "\"mesh\": \"mesh.txt\", \"structured\": {\"cell_size\": 1, \"counts\": [2, 1]},")},
+     {},
+     R"(mpm.json:4:39: error: 'structured' and 'mesh' are two meshes; give one of them [/mesh/structured]
+      "mesh": "mesh.txt", "structured": {"cell_size": 1, "counts": [2, 1]},
+                                        ^
+)"},
+    {"a structured mesh of unknown size",
+     {replace("mpm.json", "\"mesh\": \"mesh.txt\",", "\"structured\": {\"counts\": [2, 1]},")},
+     {},
+     R"(mpm.json:4:19: error: a structured mesh needs two of 'cell_size', 'extent' and 'counts', found 1 [/mesh/structured]
+      "structured": {"counts": [2, 1]},
+                    ^
+)"},
+    {"a structured mesh of no cells",
+     {replace("mpm.json", "\"mesh\": \"mesh.txt\",", "\"structured\": {\"cell_size\": 1, \"counts\": [2, 0]},")},
+     {},
+     R"(mpm.json:4:50: error: 'counts' must be at least 1, found 0 [/mesh/structured/counts/1]
+      "structured": {"cell_size": 1, "counts": [2, 0]},
+                                                   ^
+)"},
+    {"an extent that is no whole number of cells",
+     {replace("mpm.json", "\"mesh\": \"mesh.txt\",", "\"structured\": {\"cell_size\": 0.3, \"extent\": [2, 1]},")},
+     {},
+     R"(mpm.json:4:48: error: the extent 2 is not a whole number of cells of size 0.3 [/mesh/structured/extent]
+      "structured": {"cell_size": 0.3, "extent": [2, 1]},
+                                                 ^
+)"},
+    {"a mesh that fits no machine",
+     {replace("mpm.json", "\"mesh\": \"mesh.txt\",", "\"structured\": {\"cell_size\": 1, \"counts\": [2000000000, 2000000000]},")},
+     {},
+     R"(mpm.json:4:19: error: a mesh of 4e+18 nodes is too large; at most 1e+10 are possible [/mesh/structured]
+      "structured": {"cell_size": 1, "counts": [2000000000, 2000000000]},
+                    ^
+)"},
+    {"a mesh file that is missing",
+     {absent("mesh.txt")},
+     {},
+     R"(mpm.json:4:13: error: file 'mesh.txt' does not exist [/mesh/mesh]
+      "mesh": "mesh.txt",
+              ^
+  hint: file names are relative to the scenario's folder
+)"},
+    {"a mesh file that is a folder",
+     {folder("mesh.txt")},
+     {},
+     R"(mpm.json:4:13: error: file 'mesh.txt' is a folder, not a file [/mesh/mesh]
+      "mesh": "mesh.txt",
+              ^
+)"},
+    {"a mesh file that is empty",
+     {write("mesh.txt", "")},
+     {},
+     R"(mpm.json:4:13: error: file 'mesh.txt' is empty [/mesh/mesh]
+      "mesh": "mesh.txt",
+              ^
+)"},
+    {"a mesh file of comments only",
+     {write("mesh.txt", R"(# nothing
+
+)")},
+     {},
+     R"(mesh.txt: error: the file holds no data
+  hint: the first row is: nnodes ncells
+)"},
+    {"a mesh file without the number of cells",
+     {replace("mesh.txt", "6 2", "6")},
+     {},
+     R"(mesh.txt:2:2: error: the number of cells is missing
+  6
+   ^
+)"},
+    {"a mesh file with fewer nodes than promised",
+     {replace("mesh.txt", "6 2", "7 2")},
+     {},
+     R"(mesh.txt:9:7: error: unexpected '3' at the end of the row
+  0 1 4 3
+        ^
+mesh.txt: error: the file ends after 1 of 2 cells
+)"},
+    {"a mesh file with more cells than promised",
+     {replace("mesh.txt", "6 2", "6 1")},
+     {},
+     R"(mesh.txt:10:1: error: unexpected row after 1 cells
+  1 2 5 4
+  ^
+  hint: the count in the first row is too small, or there are rows too many
+)"},
+    {"a mesh file that ends early",
+     {replace("mesh.txt", R"(1 2 5 4
+)", "")},
+     {},
+     R"(mesh.txt: error: the file ends after 1 of 2 cells
+)"},
+    {"a node that is NaN",
+     {replace("mesh.txt", R"(1 1
+)", R"(1 nan
+)")},
+     {},
+     R"(mesh.txt:7:3: error: y must be a finite number, found 'nan'
+  1 nan
+    ^
+)"},
+    {"a node with one coordinate",
+     {replace("mesh.txt", R"(1 1
+)", R"(1
+)")},
+     {},
+     R"(mesh.txt:7:2: error: y is missing
+  1
+   ^
+)"},
+    {"a node with four coordinates",
+     {replace("mesh.txt", R"(1 1
+)", R"(1 1 0 0
+)")},
+     {},
+     R"(mesh.txt:7:7: error: unexpected '0' at the end of the row
+  1 1 0 0
+        ^
+)"},
+    {"a cell with a node that does not exist",
+     {replace("mesh.txt", "1 2 5 4", "1 2 6 4")},
+     {},
+     R"(mesh.txt:10:5: error: a node id must be an integer from 0 to 5, found '6'
+  1 2 6 4
+      ^
+)"},
+    {"a cell with five nodes",
+     {replace("mesh.txt", "1 2 5 4", "1 2 5 4 3")},
+     {},
+     R"(mesh.txt:10:9: error: unexpected '3' at the end of the row
+  1 2 5 4 3
+          ^
+)"},
+    {"a cell with a node twice",
+     {replace("mesh.txt", "1 2 5 4", "1 2 2 4")},
+     {},
+     R"(mesh.txt:10: error: cell 1 has node 2 twice; a quadrilateral has 4 different nodes
+  1 2 2 4
+)"},
+    {"an inverted cell",
+     {replace("mesh.txt", "1 2 5 4", "1 4 5 2")},
+     {},
+     R"(mesh.txt:10: error: cell 1 is inverted at its corner at node 1: nodes 1 (1, 0), 4 (1, 1), 5 (2, 1), 2 (2, 0)
+  1 4 5 2
+  hint: list the corners counter-clockwise
+)"},
+    {"a cell that is no box",
+     {replace("mesh.txt", R"(2 1
+)", R"(2 1.5
+)"),
+      replace("mpm.json", "\"cell_type\"", "\"isoparametric\": false, \"cell_type\"")},
+     {},
+     R"(mesh.txt:10: error: cell 1 is not a box along the axes: nodes 1 (1, 0), 2 (2, 0), 5 (2, 1.5), 4 (1, 1)
+  1 2 5 4
+  hint: set isoparametric to true for cells of any shape
+)"},
+    {"a flat cell",
+     {replace("mesh.txt", R"(1 1
+2 1
+)", R"(1 0
+2 0
+)")},
+     {},
+     R"(mesh.txt:9: error: cell 0 is flat at its corner at node 1: nodes 0 (0, 0), 1 (1, 0), 4 (1, 0), 3 (0, 1)
+  0 1 4 3
+  hint: list the corners counter-clockwise
+mesh.txt:10: error: cell 1 is flat at its corner at node 1: nodes 1 (1, 0), 2 (2, 0), 5 (2, 0), 4 (1, 0)
+  1 2 5 4
+  hint: list the corners counter-clockwise
+)"},
+  };
+  check(table, 22);
+}
