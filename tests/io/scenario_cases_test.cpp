@@ -53,14 +53,18 @@ void check_initial_state(const Model<Dim>& model, const Csv& csv) {
   REQUIRE(p.size() == static_cast<Index>(csv.rows.size()));
   const char* axis[] = {"x", "y", "z"};
   double worst_x = 0, worst_mass = 0;
+  const auto id = csv.column("id"), mass_column = csv.column("mass");
+  std::vector<std::size_t> coordinate, displacement;
+  for (int d = 0; d < Dim; ++d) {
+    coordinate.push_back(csv.column(std::string("coord_") + axis[d]));
+    displacement.push_back(csv.column(std::string("displacement_") + axis[d]));
+  }
   for (const auto& row : csv.rows) {
-    const auto i = static_cast<std::size_t>(row[csv.column("id")]);
-    for (int d = 0; d < Dim; ++d) {
-      const double x0 = row[csv.column(std::string("coord_") + axis[d])] -
-                        row[csv.column(std::string("displacement_") + axis[d])];
-      worst_x = std::max(worst_x, std::abs(p.x[i][d] - x0));
-    }
-    const double mass = row[csv.column("mass")];
+    const auto i = static_cast<std::size_t>(row[id]);
+    for (std::size_t d = 0; d < Dim; ++d)
+      worst_x = std::max(worst_x, std::abs(p.x[i][static_cast<int>(d)] -
+                                           (row[coordinate[d]] - row[displacement[d]])));
+    const double mass = row[mass_column];
     const double ours = p.volume[i] * model.materials[p.material[i]].density;
     worst_mass = std::max(worst_mass, std::abs(ours - mass) / mass);
   }

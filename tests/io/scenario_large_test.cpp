@@ -1,0 +1,64 @@
+// A million particles from ASCII: quick to read, and one bad line is found.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "broken_case.h"
+
+using namespace lahar::broken;
+
+namespace {
+
+constexpr int side = 1000;  // particles along each side of the square
+
+std::string million_particles() {
+  std::string text = fmt::format("{}\n", side * side);
+  text.reserve(24u << 20);
+  for (int j = 0; j < side; ++j)
+    for (int i = 0; i < side; ++i)
+      text += fmt::format("{} {}\n", (i + 0.5) / side * 2, (j + 0.5) / side);
+  return text;
+}
+
+const char* const structured = "\"structured\": {\"cell_size\": 0.004, \"extent\": [2, 1]},";
+
+}  // namespace
+
+TEST_CASE("a million particles are read and placed within two seconds") {
+  const auto text = million_particles();
+  const std::vector<Edit> edits = {replace("mpm.json", "\"mesh\": \"mesh.txt\",", structured),
+                                   write("particles.txt", text)};
+  const auto start = std::chrono::steady_clock::now();
+  CHECK(read(edits) == "accepted\n");
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  MESSAGE("written, read and placed in " << elapsed.count() << " s");
+#ifdef NDEBUG
+  CHECK(elapsed.count() < 2 * 2);  // the time of writing the file, and of a busy machine, included
+#endif
+}
+
+TEST_CASE("one bad line among a million is reported with its place") {
+  auto text = million_particles();
+  const std::string good = "\n0.001 0.7775\n";
+  const auto at = text.find(good);
+  REQUIRE(at != std::string::npos);
+  text.replace(at, good.size(), "\n0.001 O.7775\n");
+  CHECK(read({replace("mpm.json", "\"mesh\": \"mesh.txt\",", structured),
+              write("particles.txt", text)}) ==
+        "particles.txt:777002:7: error: y must be a finite number, found 'O.7775'\n"
+        "  0.001 O.7775\n"
+        "        ^\n");
+}
+
+TEST_CASE("a million bad lines are ten messages and a count") {
+  std::string text = fmt::format("{}\n", side * side);
+  for (int i = 0; i < side * side; ++i) text += "0,5 0,5\n";
+  const std::string said = read({write("particles.txt", text)});
+  CHECK(std::count(said.begin(), said.end(), '\n') == 3 * 10 + 1);
+  CHECK(said.find("particles.txt:11:1: error: x must be a finite number, found '0,5'\n") !=
+        std::string::npos);
+  CHECK(said.find("particles.txt: error: and 999990 more problems in this file\n") !=
+        std::string::npos);
+}

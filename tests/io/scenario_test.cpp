@@ -1,0 +1,260 @@
+// What the keys of a scenario make of the model.
+#include "io/scenario.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "io/particles_generator.h"
+
+using namespace lahar;
+
+namespace {
+
+// A 4 x 2 grid of unit squares with `more` members and replacements of the pieces that tests vary.
+struct Pieces {
+  std::string mesh,
+      sets = "{}", loads = "{}", functions = "[]", analysis = "\"dt\": 0.1, \"nsteps\": 10",
+      generator = "{\"type\": \"region\", \"per_cell\": 1, \"material\": \"a\"}", more;
+};
+
+std::string scenario(const Pieces& p) {
+  return R"({"mesh": {"structured": {"cell_size": 1, "counts": [4, 2]})" + p.mesh +
+         R"(}, "sets": )" + p.sets + R"(, "particles": [{"generator": )" + p.generator +
+         R"(}], "materials": [
+    {"name": "a", "type": "LinearElastic", "density": 10, "youngs_modulus": 100, "poisson_ratio": 0},
+    {"id": 7, "name": "b", "type": "Newtonian2D", "density": 20, "bulk_modulus": 5,
+     "dynamic_viscosity": 0.5}],
+  "external_loading_conditions": )" +
+         p.loads + R"(, "math_functions": )" + p.functions + R"(, "analysis": {)" + p.analysis +
+         "}" + p.more + "}";
+}
+
+Model<2> model(const Pieces& pieces, const ScenarioOptions& options = {}) {
+  return std::get<Model<2>>(read_scenario_text(scenario(pieces), "", options).model);
+}
+
+std::vector<Index> constrained_nodes(const std::string& region) {
+  const auto m = model({.mesh = R"(, "boundary_conditions": {"velocity_constraints": [
+                                  {"nset": "s", "dir": "x", "velocity": 0}]})",
+                        .sets = R"({"nodes": {"s": )" + region + "}}"});
+  std::vector<Index> nodes;
+  for (const auto& c : m.node_velocities) nodes.push_back(c.node);
+  return nodes;
+}
+
+}  // namespace
+
+TEST_CASE("regions contain their boundary and nothing beyond it") {
+  using Ids = std::vector<Index>;  // nodes are numbered 5 to a row: 0-4, 5-9, 10-14
+  CHECK(constrained_nodes(R"({"box": {"min": [1, 1], "max": [2, 2]}})") == Ids{6, 7, 11, 12});
+  CHECK(constrained_nodes(R"({"box": {"max": [0.5, 9]}})") == Ids{0, 5, 10});
+  CHECK(constrained_nodes(R"({"half_space": {"point": [3, 0], "normal": [-2, 0]}})") ==
+        Ids{3, 4, 8, 9, 13, 14});
+  CHECK(constrained_nodes(R"({"sphere": {"centre": [0, 0], "radius": 1}})") == Ids{0, 1, 5});
+  CHECK(constrained_nodes(R"({"cylinder": {"from": [1, 1], "to": [3, 1], "radius": 0.1}})") ==
+        Ids{6, 7, 8});
+  CHECK(constrained_nodes(R"({"polygon": {"points": [[0, 0], [2, 0], [0, 2]]}})") ==
+        Ids{0, 1, 2, 5, 6, 10});
+  CHECK(constrained_nodes(R"({"difference": [{"all": true}, {"box": {"min": [1, 0]}}]})") ==
+        Ids{0, 5, 10});
+  CHECK(constrained_nodes(R"({"union": [{"box": {"max": [0, 0]}}, {"box": {"min": [4, 2]}}]})") ==
+        Ids{0, 14});
+  CHECK(constrained_nodes(R"({"intersection": [{"box": {"max": [1, 9]}},
+                                               {"half_space": {"point": [0, 1], "normal": [0, -1]}}]})") ==
+        Ids{5, 6, 10, 11});
+}
+
+TEST_CASE("nodes that miss a plane by rounding belong to it") {
+  // 3 * 0.1 is not 0.3; the cells are 0.1 wide.
+  std::string text =
+      scenario({.mesh = R"(, "boundary_conditions": {"velocity_constraints": [
+                                  {"nset": "s", "dir": 0, "velocity": 0}]})",
+                .sets = R"({"nodes": {"s": {"box": {"min": [0.3, 0], "max": [0.3, 1]}}}})"});
+  text.replace(text.find("\"cell_size\": 1"), 14, "\"cell_size\": 0.1");
+  const auto s = read_scenario_text(text, "");
+  CHECK(std::get<Model<2>>(s.model).node_velocities.size() == 3);
+}
+
+TEST_CASE("a polygon in three dimensions is extruded along its axis") {
+  const auto s = read_scenario_text(R"({
+    "mesh": {"structured": {"cell_size": 1, "counts": [2, 2, 2]}},
+    "particles": [{"generator": {"type": "region", "per_cell": 1, "material": "a", "region":
+      {"polygon": {"points": [[0, 0], [2, 0], [2, 1], [0, 1]], "axis": "x", "range": [1, 2]}}}}],
+    "materials": [{"name": "a", "type": "LinearElastic3D", "density": 1, "youngs_modulus": 1,
+                   "poisson_ratio": 0}],
+    "analysis": {"dt": 1, "nsteps": 1}})",
+                                    "");
+  const auto& p = std::get<Model<3>>(s.model).particles;  // y in 0..2, z in 0..1, x in 1..2
+  REQUIRE(p.size() == 2);
+  CHECK(p.x[0] == Vec<3>(1.5, 0.5, 0.5));
+  CHECK(p.x[1] == Vec<3>(1.5, 1.5, 0.5));
+}
+
+TEST_CASE("a region is filled with equal parts of cells, the first axis fastest") {
+  const auto m = model({.generator = R"({"type": "region", "per_cell": 2, "material": "b",
+    "velocity": [1, 2], "region": {"box": {"min": [1, 0], "max": [2, 1]}}})"});
+  const auto& p = m.particles;
+  REQUIRE(p.size() == 4);
+  CHECK(p.x[0] == Vec<2>(1.25, 0.25));
+  CHECK(p.x[1] == Vec<2>(1.75, 0.25));
+  CHECK(p.x[2] == Vec<2>(1.25, 0.75));
+  CHECK(p.cell == std::vector<Index>(4, 1));
+  CHECK(p.volume == std::vector<double>(4, 0.25));
+  CHECK(p.material == std::vector<std::uint16_t>(4, 1));
+  CHECK(p.velocity == std::vector<Vec<2>>(4, Vec<2>(1, 2)));
+}
+
+TEST_CASE("the parts of a distorted cell fill it") {
+  const auto quad =
+      Mesh<2>::from_tables({{0, 0}, {2, 0.3}, {1.5, 1.2}, {-0.2, 1}}, {{0, 1, 2, 3}}, true);
+  const auto quad_parts = fill_region<2>(quad, Region<2>(), 3);
+  double sum = 0;
+  for (double v : quad_parts.volume) sum += v;
+  CHECK(quad_parts.x.size() == 9);
+  CHECK(sum == doctest::Approx(quad.cell_volume(0)).epsilon(1e-14));
+  const auto hex = Mesh<3>::from_tables({{0, 0, 0},
+                                         {1.1, 0, 0.1},
+                                         {1, 1.2, 0},
+                                         {0, 1, -0.1},
+                                         {0.1, 0, 1},
+                                         {1, 0.1, 1.2},
+                                         {1.2, 1, 1},
+                                         {0, 1.1, 0.9}},
+                                        {{0, 1, 2, 3, 4, 5, 6, 7}}, true);
+  const auto hex_parts = fill_region<3>(hex, Region<3>(), 2);
+  sum = 0;
+  for (double v : hex_parts.volume) sum += v;
+  CHECK(sum == doctest::Approx(hex.cell_volume(0)).epsilon(1e-14));
+}
+
+TEST_CASE("Gauss points integrate as they should and come in the reference's order") {
+  // The points of each rule are symmetric, so that odd moments vanish, and the mean of xi^2 over
+  // points is that of the rule.
+  for (int n = 1; n <= 4; ++n) {
+    const auto points = gauss_points<2>(n);
+    CHECK(points.size() == static_cast<std::size_t>(n * n));
+    Vec<2> sum = Vec<2>::Zero();
+    for (const auto& xi : points) sum += xi;
+    CHECK(sum.norm() < 1e-14);
+  }
+  const double g = 1 / std::sqrt(3.0), h = std::sqrt(0.6);
+  const auto two = gauss_points<3>(2);
+  CHECK((two[2] - Vec<3>(g, g, -g)).norm() < 1e-15);
+  CHECK((two[7] - Vec<3>(-g, g, g)).norm() < 1e-15);
+  const auto three = gauss_points<2>(3);
+  CHECK((three[1] - Vec<2>(h, -h)).norm() < 1e-15);
+  CHECK((three[4] - Vec<2>(0, -h)).norm() < 1e-15);
+  CHECK((three[5] - Vec<2>(h, 0)).norm() < 1e-15);
+  CHECK((three[8] - Vec<2>(0, 0)).norm() < 1e-15);
+  CHECK((gauss_points<3>(3)[1] - Vec<3>(-h, -h, 0)).norm() < 1e-15);
+}
+
+TEST_CASE("functions of time are linear between their points and constant outside, or a sine") {
+  const auto m = model({.functions = R"([
+    {"id": 4, "type": "Linear", "xvalues": [0, 1, 3], "fxvalues": [1, 2, 0]},
+    {"name": "wave", "type": "Sin", "x0": 0.5, "a": 2},
+    {"type": "Sin", "x0": 0, "a": 1, "xrange": [1, 2]}])"});
+  const auto& f = m.functions;
+  CHECK(f[0](-1) == 1.0);
+  CHECK(f[0](0.5) == 1.5);
+  CHECK(f[0](2) == 1.0);
+  CHECK(f[0](9) == 0.0);
+  CHECK(f[1](0) == 0.0);
+  CHECK(f[1](2) == doctest::Approx(std::sin(3.0)));
+  CHECK(f[2](0.5) == 0.0);
+  CHECK(f[2](1.5) == doctest::Approx(std::sin(1.5)));
+  CHECK(f[2](2.5) == 0.0);
+}
+
+TEST_CASE("of several constraints the first wins; of several forces the last, with its function") {
+  const auto m = model({.mesh = R"(, "boundary_conditions": {"velocity_constraints": [
+         {"nset": "corner", "dir": 0, "velocity": 1}, {"nset_id": -1, "dir": 0, "velocity": 2}]})",
+                        .sets = R"({"nodes": {"corner": {"box": {"max": [0, 0]}}}})",
+                        .loads = R"({"concentrated_nodal_forces": [
+         {"nset": "corner", "dir": 0, "force": 1}, {"nset": "corner", "dir": 1, "force": 2},
+         {"nset": "corner", "dir": 0, "force": 3, "math_function_id": "f"}]})",
+                        .functions = R"([{"name": "f", "type": "Sin", "x0": 0, "a": 1}])"});
+  REQUIRE(m.node_velocities.size() == 15);
+  CHECK(m.node_velocities[0].velocity == 1);
+  CHECK(m.node_velocities[1].velocity == 2);
+  REQUIRE(m.node_forces.size() == 2);
+  CHECK(m.node_forces[0].force == 3);
+  CHECK(m.node_forces[1].force == 2);
+  CHECK(m.node_forces[1].function == 0);
+}
+
+TEST_CASE("sets of particles come from regions and generators, and change materials") {
+  const auto m =
+      model({.mesh = R"(, "boundary_conditions": {"particles_velocity_constraints": [
+         {"pset": "all", "dir": 1, "velocity": 5}]})",
+             .sets = R"({"particles": {"right": {"box": {"min": [2, 0]}}},
+                   "cells": {"last": {"box": {"min": [3, 1]}}}})",
+             .loads = R"({"particle_surface_traction": [{"pset_id": 3, "dir": 0, "traction": 4}]})",
+             .generator = R"({"type": "region", "per_cell": 1, "material_id": 0, "pset": "all"}},
+         {"generator": {"type": "gauss", "cset_id": "last", "nparticles_per_dir": 1,
+                        "material_id": 7, "pset_id": 3})",
+             .more = R"(, "material_sets": [{"material": "b", "pset": "right"}])"});
+  CHECK(m.particles.size() == 9);
+  CHECK(m.particle_velocities[0].particles.size() == 8);
+  CHECK(m.tractions[0].particles == std::vector<Index>{8});
+  CHECK(m.particles.material == std::vector<std::uint16_t>{0, 0, 1, 1, 0, 0, 1, 1, 1});
+}
+
+TEST_CASE("time steps, durations and schemes") {
+  const auto a = model({.analysis = R"("dt": 0.1, "end_time": 0.3)"}).analysis;
+  CHECK(a.nsteps == 3);
+  CHECK(a.scheme == Scheme::usf);
+  CHECK(a.flip == 1.0);
+  const auto b = model({.analysis = R"("time_step": {"adaptive": true, "safety": 0.4},
+    "end_time": 2, "mpm_scheme": "musl", "velocity_update": "flip",
+    "velocity_update_settings": {"blending_ratio": 0.95}, "locate_particles": false)"})
+                     .analysis;
+  CHECK(b.step.adaptive);
+  CHECK(b.step.safety == 0.4);
+  CHECK(std::isinf(b.step.dt));
+  CHECK(b.end_time == 2);
+  CHECK(b.scheme == Scheme::musl);
+  CHECK(b.flip == 0.95);
+  CHECK(b.remove_leaving_particles);
+  const auto c =
+      model({.analysis = R"("dt": 1, "nsteps": 1.0E+5, "velocity_update": true)"}).analysis;
+  CHECK(c.nsteps == 100000);
+  CHECK(c.flip == 0.0);
+}
+
+TEST_CASE("overrides replace, add and are converted") {
+  const ScenarioOptions options{{"analysis.nsteps=20", "/analysis/mpm_scheme=usl",
+                                 "/materials/1/density=1.5", "post_processing.output_steps=5"},
+                                false};
+  const auto m = model({}, options);
+  CHECK(m.analysis.nsteps == 20);
+  CHECK(m.analysis.scheme == Scheme::usl);
+  CHECK(m.materials[1].density == 1.5);
+  CHECK(m.output.frame_steps == 5);
+}
+
+TEST_CASE("keys that the reference ignores, and keys without effect, are warned about once each") {
+  std::string text = scenario({.analysis = R"("dt": 1, "nsteps": 1, "nload_balance_steps": 1000)"});
+  text.insert(text.find("\"density\": 10"), "\"porosity\": 0.3, \"tolerance\": 1e-9, ");
+  const auto s = read_scenario_text(text, "");
+  REQUIRE(s.warnings.size() == 3);
+  CHECK(s.warnings[0].message == "'porosity' is ignored in a material");
+  CHECK(s.warnings[1].message == "'tolerance' is ignored in a material");
+  CHECK(s.warnings[2].message == "'nload_balance_steps' has no effect on one rank");
+}
+
+TEST_CASE("the text of a problem looks like a compiler's") {
+  Problem p;
+  p.file = "a.json";
+  p.line = 3;
+  p.column = 4;
+  p.where = "/x";
+  p.message = "wrong";
+  p.hint = "do it right";
+  p.source = "\tab";
+  CHECK(format_problems({p}) ==
+        "a.json:3:4: error: wrong [/x]\n  \tab\n  \t  ^\n  hint: do it right\n");
+  CHECK(format_problems({p}, "warning", true).find("\033[1;35mwarning:\033[0m wrong") !=
+        std::string::npos);
+}
