@@ -57,20 +57,23 @@ TEST_CASE("a step of traction travels at c, and doubles at the held end") {
   CHECK(mean(half, behind, stress(half)) == doctest::Approx(p0).epsilon(0.01));
   CHECK(mean(half, behind, velocity(half)) == doctest::Approx(p0 / (rho * c)).epsilon(0.01));
   CHECK(std::abs(mean(half, ahead, stress(half))) < 0.01 * p0);
-  // The front is where the stress of a cell crosses p0 / 2: within one cell.
-  double arrived = length;
-  for (double x = length - dx / 2; x > 0; x -= dx) {
-    auto in_cell = [&](Index p) { return std::abs(half.x(p, 0) - x) < dx / 2; };
-    if (mean(half, in_cell, stress(half)) < p0 / 2) break;
-    arrived = x;
-  }
+  // The front is where the mean stress of cells crosses p0 / 2: within one cell. (It lags:
+  // the mesh passes short waves too slowly, and the front of a step has short waves.)
+  auto cell_stress = [&](double x) {
+    return mean(half, [&](Index p) { return std::abs(half.x(p, 0) - x) < dx / 2; }, stress(half));
+  };
+  double x = length - dx / 2;
+  while (x > dx && cell_stress(x - dx) > p0 / 2) x -= dx;
+  const double above = cell_stress(x), below = cell_stress(x - dx);
+  const double arrived = x - dx * (above - p0 / 2) / (above - below);
+  MESSAGE("front at " << arrived << " m, exact " << front << " m");
   CHECK(std::abs(arrived - front) < dx);
 
   // Reflected: doubled between the held end and the front, which is half way again.
   simulation.advance(static_cast<Index>(std::lround(2.5 / (0.1 * dx / c))));
   const State back(simulation.frame());
   const double returning = c * back.time() - length;
-  auto doubled = [&](Index p) { return back.x(p, 0) > 2 * dx && back.x(p, 0) < returning - 2; };
+  auto doubled = [&](Index p) { return back.x(p, 0) > 2 * dx && back.x(p, 0) < returning - 3; };
   CHECK(mean(back, doubled, stress(back)) == doctest::Approx(2 * p0).epsilon(0.01));
   CHECK(std::abs(mean(back, doubled, velocity(back))) < 0.01 * p0 / (rho * c));
 }
