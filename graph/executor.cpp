@@ -5,7 +5,9 @@
 
 namespace lahar {
 
-void Executor::request_stop(Step step) { stop_before(step + max_lead); }
+void Executor::request_stop(Step step) {
+  stop_before(step + max_lead);
+}
 
 void Executor::stop_before(Step step) {
   Step end = end_.load(std::memory_order_relaxed);
@@ -76,8 +78,8 @@ class RandomExecutor final : public Executor {
       bodies_.set_dt(step);
     else
       bodies_.run(graph_.stage_of(task), graph_.patch_of(task), step);
-    const bool last_stage = !graph_.is_dt(task) &&
-                            graph_.stage_of(task) + 1 == static_cast<int>(graph_.stages.size());
+    const bool last_stage =
+        !graph_.is_dt(task) && graph_.stage_of(task) + 1 == static_cast<int>(graph_.stages.size());
     if (last_stage) finish(graph_.patch_of(task));
     pass_tokens(task, 0);
     if (step + 1 < end_) pass_tokens(task, 1);
@@ -103,7 +105,8 @@ class RandomExecutor final : public Executor {
   void collect_ready(int task) {
     for (const int e : graph_.out[static_cast<std::size_t>(task)]) {
       const int to = graph_.edges[static_cast<std::size_t>(e)].to;
-      if (missing_[static_cast<std::size_t>(to)] == 0 && step_[static_cast<std::size_t>(to)] < end_ &&
+      if (missing_[static_cast<std::size_t>(to)] == 0 &&
+          step_[static_cast<std::size_t>(to)] < end_ &&
           std::find(ready_.begin(), ready_.end(), to) == ready_.end() &&
           std::find(held_.begin(), held_.end(), to) == held_.end())
         ready_.push_back(to);

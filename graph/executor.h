@@ -31,7 +31,8 @@ struct TaskBodies {
 /// Executes steps [first, end) of a step graph. Results must not depend on the kind.
 class Executor {
  public:
-  Executor(TaskGraph graph, TaskBodies bodies) : graph_(std::move(graph)), bodies_(std::move(bodies)) {}
+  Executor(TaskGraph graph, TaskBodies bodies)
+      : graph_(std::move(graph)), bodies_(std::move(bodies)) {}
   virtual ~Executor() = default;
 
   /// Returns the step after the last one taken: `end`, or earlier after request_stop().

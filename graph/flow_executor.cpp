@@ -5,7 +5,8 @@
 /// messages, not edges; that this is enough is what unsafe_edges() checks.
 ///
 /// Every task of the first stage needs one more message, the permit: its patch is less than
-/// max_lead steps ahead of the slowest one. Permits are the only thing that links patches far apart.
+/// max_lead steps ahead of the slowest one. Permits are the only thing that links patches far
+/// apart.
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
@@ -66,13 +67,14 @@ class FlowExecutor final : public Executor {
     if (verify_) {
       stamps_ = std::vector<std::atomic<Step>>(static_cast<std::size_t>(n));
       into_.resize(static_cast<std::size_t>(n));
-      for (const Edge& edge : graph_.edges) into_[static_cast<std::size_t>(edge.to)].push_back(edge);
+      for (const Edge& edge : graph_.edges)
+        into_[static_cast<std::size_t>(edge.to)].push_back(edge);
     }
     for (int t = 0; t < n; ++t) {
       const int permit = is_first_stage(t) ? 1 : 0;
-      nodes_.push_back(std::make_unique<Node>(
-          *flow_, graph_.in_lag[static_cast<std::size_t>(t)] + permit,
-          [this, t](const flow::continue_msg&) { fire(t); }));
+      nodes_.push_back(std::make_unique<Node>(*flow_,
+                                              graph_.in_lag[static_cast<std::size_t>(t)] + permit,
+                                              [this, t](const flow::continue_msg&) { fire(t); }));
     }
     for (const Edge& edge : graph_.edges)
       if (edge.lag == 0)
@@ -120,13 +122,15 @@ class FlowExecutor final : public Executor {
   /// none of them is further than its one token allows.
   void verify(int task, Step step) {
     for (const Edge& edge : into_[static_cast<std::size_t>(task)]) {
-      const Step done = stamps_[static_cast<std::size_t>(edge.from)].load(std::memory_order_acquire);
+      const Step done =
+          stamps_[static_cast<std::size_t>(edge.from)].load(std::memory_order_acquire);
       const Step needed = step + 1 - edge.lag;
       const bool first_dt = graph_.is_dt(task) && step == first_;
       if (done != needed && !first_dt)
         throw std::logic_error("task " + graph_.name(task) + " ran step " + std::to_string(step) +
                                " when " + graph_.name(edge.from) + " had done " +
-                               std::to_string(done) + " steps instead of " + std::to_string(needed));
+                               std::to_string(done) + " steps instead of " +
+                               std::to_string(needed));
     }
   }
 
@@ -197,7 +201,9 @@ class FlowExecutor final : public Executor {
 
 }  // namespace
 
-int available_threads() { return oneapi::tbb::info::default_concurrency(); }
+int available_threads() {
+  return oneapi::tbb::info::default_concurrency();
+}
 
 std::unique_ptr<Executor> make_flow_executor(TaskGraph graph, TaskBodies bodies, int threads,
                                              bool verify) {

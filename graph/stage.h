@@ -1,5 +1,5 @@
-/// \file A timestep as a list of stages. The list is the one source of the flow graph, of the serial
-/// loop and of the picture of the graph.
+/// \file A timestep as a list of stages. The list is the one source of the flow graph, of the
+/// serial loop and of the picture of the graph.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,11 @@ using Step = std::int64_t;
 /// One stage: a task per patch. A stage always follows the stage before it in the list on its own
 /// patch (the first follows the last one of the step before). What else it waits for:
 struct Stage {
-  std::string name = {};  ///< as in graphs, traces and tables
+  std::string name = {};      ///< as in graphs, traces and tables
   std::string exchange = {};  ///< what it takes from neighbours, that is, from their stage before
-                          ///< this one: "mass, momentum"; empty = nothing
-  bool gives_dt = false;  ///< contributes to the global minimum that sets the next step's dt
-  bool needs_dt = false;  ///< the first use of dt in a step (adaptive time step only)
+                              ///< this one: "mass, momentum"; empty = nothing
+  bool gives_dt = false;      ///< contributes to the global minimum that sets the next step's dt
+  bool needs_dt = false;      ///< the first use of dt in a step (adaptive time step only)
 };
 
 }  // namespace lahar

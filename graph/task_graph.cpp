@@ -9,7 +9,8 @@ namespace lahar {
 
 std::string TaskGraph::name(int task) const {
   if (is_dt(task)) return "dt";
-  return fmt::format("{} {}", stages[static_cast<std::size_t>(stage_of(task))].name, patch_of(task));
+  return fmt::format("{} {}", stages[static_cast<std::size_t>(stage_of(task))].name,
+                     patch_of(task));
 }
 
 namespace {
@@ -109,8 +110,10 @@ std::vector<Edge> unsafe_edges(const TaskGraph& graph) {
 std::string to_dot(const TaskGraph& graph, std::span<const std::string> patch_names,
                    const std::string& title) {
   std::string text = fmt::format(
-      "digraph timestep {{\n  label=\"{}\"; labelloc=t; rankdir=TB; fontname=\"sans-serif\";\n"
-      "  node [shape=box, style=\"rounded,filled\", fillcolor=\"#eef3f8\", fontname=\"sans-serif\"];\n"
+      "digraph timestep {{\n  label=\"{}\\nred: between patches; dashed: to the next step\";\n"
+      "  labelloc=t; rankdir=TB; newrank=true; fontname=\"sans-serif\";\n"
+      "  node [shape=box, style=\"rounded,filled\", fillcolor=\"#eef3f8\", "
+      "fontname=\"sans-serif\"];\n"
       "  edge [color=\"#44546a\"];\n",
       title);
   for (int p = 0; p < graph.patches; ++p) {
@@ -120,6 +123,11 @@ std::string to_dot(const TaskGraph& graph, std::span<const std::string> patch_na
       text += fmt::format("    t{} [label=\"{}\"];\n", graph.task(s, p),
                           graph.stages[static_cast<std::size_t>(s)].name);
     text += "  }\n";
+  }
+  for (int s = 0; s < static_cast<int>(graph.stages.size()); ++s) {
+    text += "  { rank=same;";
+    for (int p = 0; p < graph.patches; ++p) text += fmt::format(" t{};", graph.task(s, p));
+    text += " }\n";
   }
   if (graph.has_dt)
     text += fmt::format("  t{} [label=\"dt\", shape=ellipse, fillcolor=\"#fdebd0\"];\n",

@@ -92,6 +92,21 @@ class Claims {
   std::vector<Claim> names_, lengths_;
 };
 
+// The position of the value that problem.where points to, or of the nearest one around it.
+Problem place_problem(const JsonDocument& document, const Problem& problem) {
+  const JsonValue* value = &document.root;
+  std::string_view rest = problem.where;
+  while (rest.starts_with('/')) {
+    rest.remove_prefix(1);
+    const std::string_view key = rest.substr(0, rest.find('/'));
+    const JsonValue* next = value->find(key);
+    if (!next) break;
+    value = next;
+    rest.remove_prefix(key.size());
+  }
+  return document.at(*value, problem.message, problem.hint);
+}
+
 [[noreturn]] void fail(const ScenarioInput& in) {
   throw InputError(in.problems.errors(in.file));
 }
@@ -124,6 +139,8 @@ Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options
   scenario.warnings = in.problems.take_warnings();
   scenario.text = std::move(text);
   scenario.full = to_json(root) + "\n";
+  auto document = std::make_shared<const JsonDocument>(std::move(in.document));
+  scenario.place = [document](const Problem& problem) { return place_problem(*document, problem); };
   return scenario;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct Scenario {
   std::string text;               ///< the file as it was
   std::string full;               ///< JSON with every default filled in, for scenario.full.json
   std::filesystem::path file;
+  /// Gives a problem that names a JSON pointer (Problem::where) its file, line, column and source:
+  /// for what only the simulation finds out.
+  std::function<Problem(Problem)> place;
 };
 
 /// Read `file` with its side files. Throws InputError with every problem found, IoError where a

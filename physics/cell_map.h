@@ -17,7 +17,8 @@ struct CartesianMap {
   }
   /// L[a][d] = dq_a/dx_d from G[a][k] = dq_a/dxi_k.
   template <class Real>
-  void to_physical(const Weights<Dim, Real>&, const Real (&G)[Dim][Dim], Real (&L)[Dim][Dim]) const {
+  void to_physical(const Weights<Dim, Real>&, const Real (&G)[Dim][Dim],
+                   Real (&L)[Dim][Dim]) const {
     for (int a = 0; a < Dim; ++a)
       for (int d = 0; d < Dim; ++d) L[a][d] = G[a][d] * scale[d];
   }
@@ -61,7 +62,8 @@ struct IsoparametricMap {
     multiply(G, inv, L);
   }
   template <class Real>
-  void pull_back(const Weights<Dim, Real>& w, const Real (&S)[Dim][Dim], Real (&T)[Dim][Dim]) const {
+  void pull_back(const Weights<Dim, Real>& w, const Real (&S)[Dim][Dim],
+                 Real (&T)[Dim][Dim]) const {
     Real inv[Dim][Dim];
     inverse_jacobian(w, inv);
     for (int a = 0; a < Dim; ++a)

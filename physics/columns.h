@@ -14,11 +14,11 @@ inline constexpr int n_columns = 10;
 
 struct ColumnInfo {
   Column column;
-  const char* name;      ///< as in frames
+  const char* name;  ///< as in frames
   const char* unit;
   int components_2d, components_3d;
-  bool optional;         ///< allocated only where the model needs it
-  bool exported;         ///< written to frames
+  bool optional;  ///< allocated only where the model needs it
+  bool exported;  ///< written to frames
 };
 
 // clang-format off

@@ -10,13 +10,13 @@ namespace lahar {
 
 /// One mistake in the input: where, what was found, what is allowed, what to do.
 struct Problem {
-  std::string file = {};      ///< as the user wrote it; empty for the command line
-  int line = 0;          ///< 1-based; 0 = the file as a whole
-  int column = 0;        ///< 1-based; 0 = the line as a whole
-  std::string where = {};     ///< JSON pointer, for JSON files
-  std::string message = {};   ///< found / allowed, one sentence
-  std::string hint = {};      ///< what to do ("did you mean ..."), may be empty
-  std::string source = {};    ///< the offending line, for the caret display; may be empty
+  std::string file = {};     ///< as the user wrote it; empty for the command line
+  int line = 0;              ///< 1-based; 0 = the file as a whole
+  int column = 0;            ///< 1-based; 0 = the line as a whole
+  std::string where = {};    ///< JSON pointer, for JSON files
+  std::string message = {};  ///< found / allowed, one sentence
+  std::string hint = {};     ///< what to do ("did you mean ..."), may be empty
+  std::string source = {};   ///< the offending line, for the caret display; may be empty
 };
 
 /// Invalid command line, scenario or side file; carries every problem found (exit code 2).

@@ -43,8 +43,8 @@ void update_run(Patch<Dim>& patch, const Run& run, const VelocityUpdate& update,
     }
     for (int d = 0; d < Dim; ++d) {
       // Factors of exactly 0 and 1 leave pure FLIP and pure PIC unchanged to the last bit.
-      const Real blended =
-          update.keep * load<Real>(own_v[d] + p) + update.acceleration * a[d] + update.velocity * v[d];
+      const Real blended = update.keep * load<Real>(own_v[d] + p) + update.acceleration * a[d] +
+                           update.velocity * v[d];
       store_first(blended, own_v[d] + p, n);
       const Real move = dt * v[d];
       store_first(load<Real>(x[d] + p) + move, x[d] + p, n);
@@ -110,7 +110,7 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
   }
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                              \
+#define LAHAR_INSTANTIATE(Dim, Real)                                               \
   template void update_particles<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&); \
   template void smooth_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2, Pack)

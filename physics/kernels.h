@@ -1,6 +1,7 @@
 /// \file The kernels of a step: plain functions over one patch. Equations with the letters of the
 /// papers: p particle, i node, N_i shape function; see CONTRIBUTING.md for the glossary.
-/// Algorithm: Sulsky, Chen & Schreyer (1994); order of operations as in CB-Geo MPM (Kumar et al. 2019).
+/// Algorithm: Sulsky, Chen & Schreyer (1994); order of operations as in CB-Geo MPM (Kumar et al.
+/// 2019).
 #pragma once
 
 #include "physics/patch.h"
@@ -54,8 +55,8 @@ void nodal_velocity(Patch<Dim>& patch, NodeSum which);
 template <int Dim>
 void integrate(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// v_p: FLIP v_p + dt sum_i N_i a_i, PIC sum_i N_i v_i, or their blend; x_p, u_p += dt sum_i N_i v_i;
-/// prescribed particle velocities.
+/// v_p: FLIP v_p + dt sum_i N_i a_i, PIC sum_i N_i v_i, or their blend; x_p, u_p += dt sum_i N_i
+/// v_i; prescribed particle velocities.
 template <int Dim, class Real = Pack>
 void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step);
 

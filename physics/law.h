@@ -1,5 +1,6 @@
 /// \file Constitutive laws: value types, one call per pack of particles of one material.
-/// A new law is one struct in model.h, one update() here and its name in the scenario's material table.
+/// A new law is one struct in model.h, one update() here and its name in the scenario's material
+/// table.
 #pragma once
 
 #include <algorithm>
@@ -14,9 +15,9 @@ namespace lahar {
 template <int Dim, class Real>
 struct LawInput {
   static constexpr int rows = stress_components<Dim>;
-  Real rate[rows];     ///< strain rate [1/s], engineering shear; 2D: zz = 0
-  double dt;           ///< [s]
-  double volumetric;   ///< volumetric strain increment at the cell's centre [-]
+  Real rate[rows];    ///< strain rate [1/s], engineering shear; 2D: zz = 0
+  double dt;          ///< [s]
+  double volumetric;  ///< volumetric strain increment at the cell's centre [-]
 };
 
 /// Isotropic Hooke's law in rate form, sigma += lambda tr(de) I + 2 G de (engineering shear: G).
@@ -24,8 +25,8 @@ struct LawInput {
 template <int Dim, class Real>
 void update(const LinearElastic& m, const LawInput<Dim, Real>& in, Real* stress, Real*) {
   const double G = m.youngs_modulus / (2.0 * (1.0 + m.poisson_ratio));
-  const double lambda =
-      m.youngs_modulus * m.poisson_ratio / ((1.0 + m.poisson_ratio) * (1.0 - 2.0 * m.poisson_ratio));
+  const double lambda = m.youngs_modulus * m.poisson_ratio /
+                        ((1.0 + m.poisson_ratio) * (1.0 - 2.0 * m.poisson_ratio));
   Real trace = in.rate[0] + in.rate[1];
   if constexpr (Dim == 3) trace += in.rate[2];
   const Real volumetric = (lambda * in.dt) * trace;
@@ -40,7 +41,8 @@ void update(const LinearElastic& m, const LawInput<Dim, Real>& in, Real* stress,
 
 /// Weakly compressible Newtonian fluid (CB-Geo MPM, theory/material): p -= K d(eps_v) with the
 /// volumetric increment at the cell's centre; sigma = -p I + 2 mu (rate - tr(rate)/3 I).
-/// 2D: sigma_zz carries no deviatoric term beyond -2/3 mu tr(rate), which is what it is at rate_zz = 0.
+/// 2D: sigma_zz carries no deviatoric term beyond -2/3 mu tr(rate), which is what it is at rate_zz
+/// = 0.
 template <int Dim, class Real>
 void update(const Newtonian& m, const LawInput<Dim, Real>& in, Real* stress, Real* pressure) {
   const double compressible = m.incompressible ? 0.0 : 1.0;
@@ -59,7 +61,9 @@ void update(const Newtonian& m, const LawInput<Dim, Real>& in, Real* stress, Rea
 }
 
 /// True if the law has the state variable `pressure`, which pressure smoothing averages.
-inline bool has_pressure(const Law& law) { return std::holds_alternative<Newtonian>(law); }
+inline bool has_pressure(const Law& law) {
+  return std::holds_alternative<Newtonian>(law);
+}
 
 /// Modulus of longitudinal waves M [Pa]; wave speed c = sqrt(M / density).
 inline double wave_modulus(const Law& law) {

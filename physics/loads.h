@@ -20,7 +20,8 @@ double load_factor(const Model<Dim>& model, int function, double t) {
 template <int Dim>
 Vec<Dim> traction_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step) {
   Vec<Dim> f = Vec<Dim>::Zero();
-  const std::uint64_t bits = particles.loads.empty() ? 0 : particles.loads[static_cast<std::size_t>(p)];
+  const std::uint64_t bits =
+      particles.loads.empty() ? 0 : particles.loads[static_cast<std::size_t>(p)];
   if (bits == 0) return f;
   const auto& tractions = step.model->tractions;
   for (std::size_t k = 0; k < tractions.size(); ++k)

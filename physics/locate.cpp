@@ -152,11 +152,9 @@ void sort_by_cell(Patch<Dim>& patch) {
         static_cast<Local>(p);
   const auto& material = particles.material;
   for (std::size_t c = 0; c + 1 < first.size(); ++c)
-    std::stable_sort(order.begin() + first[c], order.begin() + first[c + 1],
-                     [&](Local a, Local b) {
-                       return material[static_cast<std::size_t>(a)] <
-                              material[static_cast<std::size_t>(b)];
-                     });
+    std::stable_sort(order.begin() + first[c], order.begin() + first[c + 1], [&](Local a, Local b) {
+      return material[static_cast<std::size_t>(a)] < material[static_cast<std::size_t>(b)];
+    });
   patch.particles.permute(order);
 }
 
@@ -240,11 +238,11 @@ double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, Local* 
   return least;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                               \
-  template void locate<Dim, Pack>(Patch<Dim>&, const StepContext<Dim>&);     \
-  template void locate<Dim, Scalar>(Patch<Dim>&, const StepContext<Dim>&);   \
-  template void receive<Dim>(Patch<Dim>&);                                   \
-  template bool is_idle<Dim>(Patch<Dim>&);                                   \
+#define LAHAR_INSTANTIATE(Dim)                                             \
+  template void locate<Dim, Pack>(Patch<Dim>&, const StepContext<Dim>&);   \
+  template void locate<Dim, Scalar>(Patch<Dim>&, const StepContext<Dim>&); \
+  template void receive<Dim>(Patch<Dim>&);                                 \
+  template bool is_idle<Dim>(Patch<Dim>&);                                 \
   template double time_step_limit<Dim>(const Patch<Dim>&, const Model<Dim>&, Local*);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

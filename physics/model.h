@@ -22,17 +22,17 @@ struct LinearElastic {
 
 /// Weakly compressible Newtonian fluid; state variable: pressure [Pa].
 struct Newtonian {
-  double bulk_modulus;       ///< [Pa] > 0
-  double dynamic_viscosity;  ///< [Pa s] >= 0
+  double bulk_modulus;          ///< [Pa] > 0
+  double dynamic_viscosity;     ///< [Pa s] >= 0
   bool incompressible = false;  ///< true: no volumetric (pressure) stress, as in the reference
 };
 
 using Law = std::variant<LinearElastic, Newtonian>;
 
 struct Material {
-  Index id = 0;       ///< as in the scenario
-  std::string name;   ///< as in the scenario; the id's digits where it has no name
-  double density = 0; ///< [kg/m^3] initial
+  Index id = 0;        ///< as in the scenario
+  std::string name;    ///< as in the scenario; the id's digits where it has no name
+  double density = 0;  ///< [kg/m^3] initial
   Law law;
 };
 
@@ -77,12 +77,12 @@ struct ParticleVelocity {
 /// Initial particles, structure of arrays; the particle's id is its position unless `id` is given.
 template <int Dim>
 struct ParticleTable {
-  std::vector<Vec<Dim>> x;        ///< [m]
-  std::vector<Index> cell;        ///< owning cell, by the placement rule; always filled
-  std::vector<double> volume;     ///< [m^3]; always filled
+  std::vector<Vec<Dim>> x;              ///< [m]
+  std::vector<Index> cell;              ///< owning cell, by the placement rule; always filled
+  std::vector<double> volume;           ///< [m^3]; always filled
   std::vector<std::uint16_t> material;  ///< index into Model::materials; always filled
-  std::vector<Vec<Dim>> velocity; ///< [m/s]; empty = zero
-  std::vector<Voigt> stress;      ///< [Pa]; empty = zero
+  std::vector<Vec<Dim>> velocity;       ///< [m/s]; empty = zero
+  std::vector<Voigt> stress;            ///< [Pa]; empty = zero
   Index size() const { return static_cast<Index>(x.size()); }
 };
 
@@ -90,27 +90,28 @@ struct ParticleTable {
 /// c = wave_speed(); the step used is safety times the smallest limit.
 struct TimeStep {
   bool adaptive = false;
-  double dt = 0;               ///< [s] fixed step, or the largest step allowed when adaptive
-  double safety = 0.5;         ///< [-] adaptive only
-  bool accept_unstable = false;///< a fixed step above the limit is a warning, not an error
+  double dt = 0;                 ///< [s] fixed step, or the largest step allowed when adaptive
+  double safety = 0.5;           ///< [-] adaptive only
+  bool accept_unstable = false;  ///< a fixed step above the limit is a warning, not an error
 };
 
 struct Analysis {
   Scheme scheme = Scheme::usf;
   TimeStep step;
-  Index nsteps = 0;             ///< steps to take; with end_time whichever comes first
+  Index nsteps = 0;  ///< steps to take; with end_time whichever comes first
   double end_time = std::numeric_limits<double>::infinity();  ///< [s]
-  double flip = 1.0;            ///< velocity update: 1 = FLIP, 0 = PIC, between = blend
-  double damping = 0.0;         ///< Cundall factor [-]; 0 = none
+  double flip = 1.0;     ///< velocity update: 1 = FLIP, 0 = PIC, between = blend
+  double damping = 0.0;  ///< Cundall factor [-]; 0 = none
   bool pressure_smoothing = false;
-  bool remove_leaving_particles = false;  ///< particles that leave the mesh are removed, not an error
+  bool remove_leaving_particles =
+      false;                     ///< particles that leave the mesh are removed, not an error
   Index patch_particles = 4096;  ///< target particles per patch; part of the result's identity
 };
 
 struct OutputPlan {
-  std::string folder;            ///< run folder
-  Index frame_steps = 0;         ///< a frame every so many steps; 0 = only the end
-  Index history_steps = 0;       ///< a history row every so many steps; 0 = automatic
+  std::string folder;       ///< run folder
+  Index frame_steps = 0;    ///< a frame every so many steps; 0 = only the end
+  Index history_steps = 0;  ///< a history row every so many steps; 0 = automatic
 };
 
 template <int Dim>

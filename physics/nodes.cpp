@@ -18,9 +18,10 @@ void sum_over_patches(Patch<Dim>& patch, NodeSum which) {
     double sum[4] = {0, 0, 0, 0};
     for (Local e = topology.first[s]; e < topology.first[s + 1]; ++e) {
       const auto& share = topology.shares[static_cast<std::size_t>(e)];
-      const double* from = share.neighbour < 0
-                               ? patch.partial[k].data()
-                               : patch.neighbour_partial[k][static_cast<std::size_t>(share.neighbour)];
+      const double* from =
+          share.neighbour < 0
+              ? patch.partial[k].data()
+              : patch.neighbour_partial[k][static_cast<std::size_t>(share.neighbour)];
       from += static_cast<std::ptrdiff_t>(share.node) * width;
       for (int c = 0; c < width; ++c) sum[c] += from[c];
     }
@@ -31,7 +32,9 @@ void sum_over_patches(Patch<Dim>& patch, NodeSum which) {
 
 namespace {
 
-double flushed(double value) { return std::abs(value) < least_nodal_value ? 0.0 : value; }
+double flushed(double value) {
+  return std::abs(value) < least_nodal_value ? 0.0 : value;
+}
 
 constexpr int mass_width = 4;
 static_assert(node_sum_width<2>[0] == mass_width && node_sum_width<3>[0] == mass_width);
@@ -89,10 +92,12 @@ void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
           work.damping += damping * (v[d] + step.dt * f[d] / m) * step.dt;
       }
     }
+    const double weight = patch.topology.owned[i] ? m * step.dt : 0.0;
     for (int d = 0; d < Dim; ++d) {
-      a[d] = flushed(f[d] / m);
-      v[d] = flushed(v[d] + step.dt * (f[d] / m));
-      if (patch.topology.owned[i]) work.external += m * model.gravity[d] * v[d] * step.dt;
+      const double acceleration = f[d] / m;
+      a[d] = flushed(acceleration);
+      v[d] = flushed(v[d] + step.dt * acceleration);
+      work.external += weight * model.gravity[d] * v[d];
     }
   }
 

@@ -49,12 +49,13 @@ void map_mass_momentum(Patch<Dim>& patch) {
   const Particles<Dim>& particles = patch.particles;
   const double* m = particles.row(Column::mass);
   const auto v = particles.template rows<Dim>(Column::v);
-  scatter<Dim, Dim + 1, Real>(
-      patch, nodes, node_sum_width<Dim>[static_cast<int>(NodeSum::mass_momentum)],
-      [&](const Run&, Local p, Local n, Real(&q)[Dim + 1]) {
-        q[0] = load_first<Real>(m + p, n);
-        for (int d = 0; d < Dim; ++d) q[1 + d] = q[0] * load<Real>(v[d] + p);
-      });
+  scatter<Dim, Dim + 1, Real>(patch, nodes,
+                              node_sum_width<Dim>[static_cast<int>(NodeSum::mass_momentum)],
+                              [&](const Run&, Local p, Local n, Real(&q)[Dim + 1]) {
+                                q[0] = load_first<Real>(m + p, n);
+                                for (int d = 0; d < Dim; ++d)
+                                  q[1 + d] = q[0] * load<Real>(v[d] + p);
+                              });
 }
 
 template <int Dim, class Real>
@@ -63,12 +64,11 @@ void map_momentum(Patch<Dim>& patch) {
   const Particles<Dim>& particles = patch.particles;
   const double* m = particles.row(Column::mass);
   const auto v = particles.template rows<Dim>(Column::v);
-  scatter<Dim, Dim, Real>(
-      patch, nodes, node_sum_width<Dim>[static_cast<int>(NodeSum::momentum)],
-      [&](const Run&, Local p, Local n, Real(&q)[Dim]) {
-        const Real mass = load_first<Real>(m + p, n);
-        for (int d = 0; d < Dim; ++d) q[d] = mass * load<Real>(v[d] + p);
-      });
+  scatter<Dim, Dim, Real>(patch, nodes, node_sum_width<Dim>[static_cast<int>(NodeSum::momentum)],
+                          [&](const Run&, Local p, Local n, Real(&q)[Dim]) {
+                            const Real mass = load_first<Real>(m + p, n);
+                            for (int d = 0; d < Dim; ++d) q[d] = mass * load<Real>(v[d] + p);
+                          });
 }
 
 template <int Dim, class Real>
@@ -77,12 +77,11 @@ void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const double* m = patch.particles.row(Column::mass);
   const double* pressure = patch.particles.row(Column::pressure);
   const auto& materials = step.model->materials;
-  scatter<Dim, 1, Real>(patch, nodes, 1,
-                        [&](const Run& run, Local p, Local n, Real(&q)[1]) {
-                          q[0] = has_pressure(materials[run.material].law)
-                                     ? load_first<Real>(m + p, n) * load<Real>(pressure + p)
-                                     : Real(0.0);
-                        });
+  scatter<Dim, 1, Real>(patch, nodes, 1, [&](const Run& run, Local p, Local n, Real(&q)[1]) {
+    q[0] = has_pressure(materials[run.material].law)
+               ? load_first<Real>(m + p, n) * load<Real>(pressure + p)
+               : Real(0.0);
+  });
 }
 
 namespace {
@@ -165,9 +164,9 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step) {
   }
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                          \
-  template void map_mass_momentum<Dim, Real>(Patch<Dim>&);                    \
-  template void map_momentum<Dim, Real>(Patch<Dim>&);                         \
+#define LAHAR_INSTANTIATE(Dim, Real)                                           \
+  template void map_mass_momentum<Dim, Real>(Patch<Dim>&);                     \
+  template void map_momentum<Dim, Real>(Patch<Dim>&);                          \
   template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&); \
   template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2, Pack)

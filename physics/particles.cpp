@@ -103,7 +103,8 @@ void Particles<Dim>::permute(std::span<const Local> order) {
   }
   const auto apply = [&](auto& values) {
     auto old = values;
-    for (std::size_t k = 0; k < order.size(); ++k) values[k] = old[static_cast<std::size_t>(order[k])];
+    for (std::size_t k = 0; k < order.size(); ++k)
+      values[k] = old[static_cast<std::size_t>(order[k])];
   };
   apply(id);
   apply(cell);

@@ -28,7 +28,8 @@ enum class NodeSum : int { mass_momentum, force, momentum, pressure };
 inline constexpr int n_node_sums = 4;
 /// Doubles per node: {m, m v}, {f}, {m v} (MUSL's second mapping), {m p}; padded to whole vectors.
 template <int Dim>
-inline constexpr std::array<int, n_node_sums> node_sum_width{4, Dim == 2 ? 2 : 4, Dim == 2 ? 2 : 4, 1};
+inline constexpr std::array<int, n_node_sums> node_sum_width{4, Dim == 2 ? 2 : 4, Dim == 2 ? 2 : 4,
+                                                             1};
 
 /// What one patch contributes to a row of history.csv (HistoryRow), reset after each row.
 struct PatchWork {
@@ -37,7 +38,14 @@ struct PatchWork {
 
 /// Something that a kernel found wrong with a particle or node; kernels mark, the step reports.
 struct Mark {
-  enum class Kind { none, left_mesh, not_finite, volume, moved_too_far, unmapped } kind = Kind::none;
+  enum class Kind {
+    none,
+    left_mesh,
+    not_finite,
+    volume,
+    moved_too_far,
+    unmapped
+  } kind = Kind::none;
   Index particle = -1;
   std::array<double, 3> position{};
   std::array<double, 3> velocity{};
@@ -49,9 +57,9 @@ template <int Dim>
 struct StepContext {
   const Model<Dim>* model = nullptr;
   const Partition<Dim>* partition = nullptr;
-  Index step = 0;      ///< updates done before this one
-  double time = 0;     ///< [s] at the beginning of the step
-  double dt = 0;       ///< [s]
+  Index step = 0;   ///< updates done before this one
+  double time = 0;  ///< [s] at the beginning of the step
+  double dt = 0;    ///< [s]
 };
 
 template <int Dim>
@@ -73,7 +81,8 @@ struct Patch {
   std::array<std::vector<double>, n_node_sums> partial;  ///< private sums, read by neighbours
   std::array<std::vector<double>, n_node_sums> total;    ///< sums over all patches
   std::vector<double> velocity, acceleration;            ///< Dim per node [m/s], [m/s^2]
-  std::vector<const double*> neighbour_partial[n_node_sums];  ///< by position in topology.neighbours
+  std::vector<const double*>
+      neighbour_partial[n_node_sums];  ///< by position in topology.neighbours
 
   // Constraints and loads of the local nodes.
   struct FixedVelocity {

@@ -137,7 +137,8 @@ LAHAR_INLINE double reduce(const PackOf<W>& value) {
   } else {
     PackOf<W / 2> low, high;
     __builtin_memcpy(&low.v, &value.v, sizeof(low.v));
-    __builtin_memcpy(&high.v, reinterpret_cast<const char*>(&value.v) + sizeof(low.v), sizeof(low.v));
+    __builtin_memcpy(&high.v, reinterpret_cast<const char*>(&value.v) + sizeof(low.v),
+                     sizeof(low.v));
     return reduce(low + high);
   }
 }

@@ -72,13 +72,13 @@ void update_run(Patch<Dim>& patch, const Run& run, double dt, StressPart part, c
 
     if (part != StressPart::law) {
       for (int k = 0; k < strain_components<Dim>; ++k)
-        store_first(load<Real>(strain[k] + p) + dt * in.rate[strain_voigt<Dim>[k]], strain[k] + p, n);
+        store_first(load<Real>(strain[k] + p) + dt * in.rate[strain_voigt<Dim>[k]], strain[k] + p,
+                    n);
       store_first(load<Real>(V + p) * (1.0 + volumetric), V + p, n);
     }
     if (part != StressPart::strain) {
       Real stress[stress_components<Dim>], p_value(0.0), power(0.0);
-      for (int k = 0; k < stress_components<Dim>; ++k)
-        stress[k] = load<Real>(sigma[k] + p);
+      for (int k = 0; k < stress_components<Dim>; ++k) stress[k] = load<Real>(sigma[k] + p);
       for (int k = 0; k < stress_components<Dim>; ++k) power += stress[k] * in.rate[k];
       if (pressure) p_value = load<Real>(pressure + p);
       update(law, in, stress, &p_value);

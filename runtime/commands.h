@@ -18,10 +18,10 @@ struct RunArguments {
   std::string scenario;
   ScenarioOptions options;
   ExecutionOptions execution;
-  std::string output;     ///< run folder; empty = the scenario's
+  std::string output;  ///< run folder; empty = the scenario's
   bool overwrite = false;
   bool quiet = false;
-  double wall_time = 0;   ///< [s] stop before; 0 = no limit
+  double wall_time = 0;  ///< [s] stop before; 0 = no limit
   std::vector<std::string> command;
 };
 

@@ -54,8 +54,8 @@ void Console::bar(Index step, Index steps, double rate) {
   constexpr int width = 40;
   const double share = steps > 0 ? static_cast<double>(step) / static_cast<double>(steps) : 0.0;
   const int full = static_cast<int>(share * width);
-  const std::string text = fmt::format("\r  [{:=<{}}{: <{}}] {:3.0f} %  {:.1f} M particle-steps/s ", "",
-                                       full, "", width - full, 100 * share, rate * 1e-6);
+  const std::string text = fmt::format("\r  [{:=<{}}{: <{}}] {:3.0f} %  {:.1f} M particle-steps/s ",
+                                       "", full, "", width - full, 100 * share, rate * 1e-6);
   std::fputs(text.c_str(), stdout);
   std::fflush(stdout);
   bar_shown_ = true;
@@ -90,8 +90,8 @@ std::string format_count(Index n) {
 }
 
 std::string progress_head() {
-  return fmt::format("{:>12} {:>11} {:>10} {:>12} {:>13} {:>12} {:>10}", "step", "time [s]", "dt [s]",
-                     "kinetic [J]", "energy drift", "Mpart-st/s", "left");
+  return fmt::format("{:>12} {:>11} {:>10} {:>12} {:>13} {:>12} {:>10}", "step", "time [s]",
+                     "dt [s]", "kinetic [J]", "energy drift", "Mpart-st/s", "left");
 }
 
 std::string progress_line(const HistoryRow& row, double energy_scale, double rate,
@@ -103,20 +103,22 @@ std::string progress_line(const HistoryRow& row, double energy_scale, double rat
                      format_seconds(seconds_left));
 }
 
-std::string timing_table(const std::vector<StageTiming>& timings, double wall_seconds, int threads) {
+std::string timing_table(const std::vector<StageTiming>& timings, double wall_seconds,
+                         int threads) {
   const double all = wall_seconds * threads;
-  std::string text = fmt::format("  {:<12} {:>12} {:>11} {:>11} {:>11} {:>11} {:>8}\n", "task", "calls",
-                                 "total [s]", "avg [us]", "min [us]", "max [us]", "share");
+  std::string text = fmt::format("  {:<12} {:>12} {:>11} {:>11} {:>11} {:>11} {:>8}\n", "task",
+                                 "calls", "total [s]", "avg [us]", "min [us]", "max [us]", "share");
   double busy = 0.0;
   for (const StageTiming& t : timings) {
     busy += t.total;
     const double average = t.calls > 0 ? t.total / static_cast<double>(t.calls) : 0.0;
-    text += fmt::format("  {:<12} {:>12} {:>11.3f} {:>11.2f} {:>11.2f} {:>11.2f} {:>7.1f} %\n", t.name,
-                        format_count(t.calls), t.total, average * 1e6, t.shortest * 1e6,
+    text += fmt::format("  {:<12} {:>12} {:>11.3f} {:>11.2f} {:>11.2f} {:>11.2f} {:>7.1f} %\n",
+                        t.name, format_count(t.calls), t.total, average * 1e6, t.shortest * 1e6,
                         t.longest * 1e6, all > 0 ? 100 * t.total / all : 0.0);
   }
-  text += fmt::format("  {:<12} {:>12} {:>11.3f} {:>47.1f} %", "idle, graph", "", std::max(0.0, all - busy),
-                      all > 0 ? 100 * std::max(0.0, all - busy) / all : 0.0);
+  text +=
+      fmt::format("  {:<12} {:>12} {:>11.3f} {:>47.1f} %", "idle, graph", "",
+                  std::max(0.0, all - busy), all > 0 ? 100 * std::max(0.0, all - busy) / all : 0.0);
   return text;
 }
 

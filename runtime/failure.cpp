@@ -19,14 +19,15 @@ bool FailureList::empty() const {
 
 std::string FailureList::message() const {
   const std::scoped_lock lock(mutex_);
-  const auto first = std::min_element(
-      failures_.begin(), failures_.end(), [](const Failure& a, const Failure& b) {
+  const auto first =
+      std::min_element(failures_.begin(), failures_.end(), [](const Failure& a, const Failure& b) {
         return std::pair(a.step, a.order) < std::pair(b.step, b.order);
       });
   const auto same = std::count_if(failures_.begin(), failures_.end(),
                                   [&](const Failure& f) { return f.step == first->step; });
-  std::string text = fmt::format("step {} (t = {:.6g} s), rank 0, patch {}, stage {}: {}",
-                                 first->step, first->time, first->patch, first->stage, first->cause);
+  std::string text =
+      fmt::format("step {} (t = {:.6g} s), rank 0, patch {}, stage {}: {}", first->step,
+                  first->time, first->patch, first->stage, first->cause);
   if (same > 1) text += fmt::format(" ({} more patches failed in this step)", same - 1);
   return text;
 }
@@ -52,23 +53,25 @@ std::string describe_particle(const Particles<Dim>& particles, Local p) {
 
 std::string describe_mark(const Mark& mark, int dim) {
   const auto n = static_cast<std::size_t>(dim);
-  const std::string particle =
-      fmt::format("particle {} at {} m, velocity {} m/s", mark.particle,
-                  tuple(std::span(mark.position).first(n)), tuple(std::span(mark.velocity).first(n)));
+  const std::string particle = fmt::format("particle {} at {} m, velocity {} m/s", mark.particle,
+                                           tuple(std::span(mark.position).first(n)),
+                                           tuple(std::span(mark.velocity).first(n)));
   const std::string more = mark.count > 1 ? fmt::format(" (and {} more here)", mark.count - 1) : "";
   switch (mark.kind) {
     case Mark::Kind::left_mesh:
       return particle + more +
-             " left the mesh. Enlarge the mesh, constrain its boundary nodes, or let such particles "
+             " left the mesh. Enlarge the mesh, constrain its boundary nodes, or let such "
+             "particles "
              "be removed with \"locate_particles\": false in \"analysis\".";
     case Mark::Kind::not_finite:
       return particle + more +
              " is not finite: the computation has become unstable. Reduce the time step or check "
              "material parameters and loads.";
     case Mark::Kind::volume:
-      return fmt::format("particle {} at {} m{} would get a volume of zero or less within one step: "
-                         "its cell collapses. Reduce the time step.",
-                         mark.particle, tuple(std::span(mark.position).first(n)), more);
+      return fmt::format(
+          "particle {} at {} m{} would get a volume of zero or less within one step: "
+          "its cell collapses. Reduce the time step.",
+          mark.particle, tuple(std::span(mark.position).first(n)), more);
     case Mark::Kind::moved_too_far:
       return particle + more +
              " moved beyond the neighbouring patches within one step. Reduce the time step.";
@@ -78,13 +81,14 @@ std::string describe_mark(const Mark& mark, int dim) {
 }
 
 std::string unstable_message(double dt, double limit, const std::string& particle) {
-  return fmt::format("the time step {:.6g} s is above the stability limit {:.6g} s of {}.", dt, limit,
-                     particle);
+  return fmt::format("the time step {:.6g} s is above the stability limit {:.6g} s of {}.", dt,
+                     limit, particle);
 }
 
 std::string unstable_hint(double limit) {
   return fmt::format(
-      "Use a step below {:.3g} s, an adaptive one (\"time_step\": {{\"adaptive\": true}}), or accept "
+      "Use a step below {:.3g} s, an adaptive one (\"time_step\": {{\"adaptive\": true}}), or "
+      "accept "
       "it with \"time_step\": {{\"accept_unstable\": true}}.",
       limit);
 }

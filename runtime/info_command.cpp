@@ -18,16 +18,18 @@
 
 namespace lahar {
 
-std::string version_line() { return fmt::format("{} (commit {})", LAHAR_VERSION, LAHAR_COMMIT); }
+std::string version_line() {
+  return fmt::format("{} (commit {})", LAHAR_VERSION, LAHAR_COMMIT);
+}
 
 std::string compiler_line() {
-  return fmt::format("{}, {}, {}, vectors of {} doubles", LAHAR_COMPILER, LAHAR_BUILD_TYPE, LAHAR_FLAGS,
-                     lanes<Pack>);
+  return fmt::format("{}, {}, {}, vectors of {} doubles", LAHAR_COMPILER, LAHAR_BUILD_TYPE,
+                     LAHAR_FLAGS, lanes<Pack>);
 }
 
 std::vector<std::pair<std::string, std::string>> library_versions() {
-  return {{"Eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
-                                EIGEN_MINOR_VERSION)},
+  return {{"Eigen",
+           fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
           {"oneTBB", TBB_runtime_version()},
           {"HDF5", hdf5_version()},
           {"fmt", fmt::format("{}.{}.{}", FMT_VERSION / 10000, FMT_VERSION / 100 % 100,
@@ -58,12 +60,15 @@ std::vector<int> patch_and_neighbours(const TaskGraph& graph) {
   std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(graph.patches));
   for (const Edge& edge : graph.edges)
     if (edge.exchange && !graph.is_dt(edge.from) && !graph.is_dt(edge.to))
-      neighbours[static_cast<std::size_t>(graph.patch_of(edge.to))].push_back(graph.patch_of(edge.from));
+      neighbours[static_cast<std::size_t>(graph.patch_of(edge.to))].push_back(
+          graph.patch_of(edge.from));
   int best = 0;
   for (int p = 0; p < graph.patches; ++p)
-    if (neighbours[static_cast<std::size_t>(p)].size() > neighbours[static_cast<std::size_t>(best)].size())
+    if (neighbours[static_cast<std::size_t>(p)].size() >
+        neighbours[static_cast<std::size_t>(best)].size())
       best = p;
-  std::vector<int> chosen = neighbours.empty() ? std::vector<int>{} : neighbours[static_cast<std::size_t>(best)];
+  std::vector<int> chosen =
+      neighbours.empty() ? std::vector<int>{} : neighbours[static_cast<std::size_t>(best)];
   chosen.push_back(best);
   std::sort(chosen.begin(), chosen.end());
   chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
@@ -98,9 +103,10 @@ void draw(const std::string& file, const std::string& format, const std::string&
   write_text(dot_file, text);
   const std::string command = fmt::format("dot -T{} -o '{}' '{}'", format, file, dot_file);
   if (std::system(command.c_str()) != 0)
-    throw IoError(fmt::format("{}: could not be drawn with Graphviz's dot (Debian package graphviz). "
-                              "The graph as text is in {}.",
-                              file, dot_file));
+    throw IoError(
+        fmt::format("{}: could not be drawn with Graphviz's dot (Debian package graphviz). "
+                    "The graph as text is in {}.",
+                    file, dot_file));
   std::remove(dot_file.c_str());
 }
 

@@ -29,9 +29,10 @@ void add_scenario(CLI::App& command, std::string& scenario, ScenarioOptions& opt
 void refuse_several_ranks() {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
     if (const char* size = std::getenv(name); size && std::atoi(size) > 1)
-      throw InputError(fmt::format("running on {} MPI ranks is not supported yet. Start lahar without "
-                                   "mpirun; it uses all cores of the machine.",
-                                   size));
+      throw InputError(
+          fmt::format("running on {} MPI ranks is not supported yet. Start lahar without "
+                      "mpirun; it uses all cores of the machine.",
+                      size));
 }
 
 int export_command(const std::string& run, const std::string& format, const std::string& step,
@@ -48,21 +49,24 @@ int export_command(const std::string& run, const std::string& format, const std:
 
 int compare_command(const std::string& a, const std::string& b, const Tolerances& tolerances,
                     std::optional<Index> step) {
-  const Comparison comparison = compare(std::filesystem::path(a), std::filesystem::path(b), tolerances, step);
+  const Comparison comparison =
+      compare(std::filesystem::path(a), std::filesystem::path(b), tolerances, step);
   fmt::print("{}", comparison.text());
   return comparison.passed ? exit_ok : exit_internal;
 }
 
 int run_program(int argc, char** argv) {
-  CLI::App app{"Material Point Method engine: large deformations of soils, fluids and solids.\n"
-               "A time step is a graph of tasks over patches of the mesh; results are the same to the\n"
-               "last bit on any number of threads.",
-               "lahar"};
+  CLI::App app{
+      "Material Point Method engine: large deformations of soils, fluids and solids.\n"
+      "A time step is a graph of tasks over patches of the mesh; results are the same to the\n"
+      "last bit on any number of threads.",
+      "lahar"};
   app.set_version_flag("--version", "lahar " + version_line());
   app.require_subcommand(1);
-  app.footer("Start with:  lahar run examples/plate-with-hole.json\n"
-             "Exit codes: 0 finished, 1 internal error or comparison failed, 2 invalid input,\n"
-             "3 simulation failed, 4 file failure, 75 stopped on request.");
+  app.footer(
+      "Start with:  lahar run examples/plate-with-hole.json\n"
+      "Exit codes: 0 finished, 1 internal error or comparison failed, 2 invalid input,\n"
+      "3 simulation failed, 4 file failure, 75 stopped on request.");
   int code = exit_ok;
 
   RunArguments run;
@@ -85,7 +89,8 @@ int run_program(int argc, char** argv) {
   });
 
   RunArguments check;
-  auto* check_app = app.add_subcommand("check", "Validate a case, print sizes and limits, run nothing");
+  auto* check_app =
+      app.add_subcommand("check", "Validate a case, print sizes and limits, run nothing");
   add_scenario(*check_app, check.scenario, check.options);
   check_app->callback([&] { code = check_command(check); });
 
@@ -108,27 +113,32 @@ int run_program(int argc, char** argv) {
   auto* compare_app = app.add_subcommand("compare", "Differences of two outputs, field by field");
   compare_app->add_option("A", a, "Run folder, frame or CSV table")->required();
   compare_app->add_option("B", b, "The same: the reference")->required();
-  compare_app->add_option("--rtol", tolerances.rtol, "Relative to the field's largest magnitude in B")
+  compare_app
+      ->add_option("--rtol", tolerances.rtol, "Relative to the field's largest magnitude in B")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   compare_app->add_option("--atol", tolerances.atol, "Absolute, in the field's unit")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  compare_app->add_option("--floor", tolerances.floor, "A field below this everywhere counts as zero")
+  compare_app
+      ->add_option("--floor", tolerances.floor, "A field below this everywhere counts as zero")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   compare_app->add_option("--step", compare_step, "Step of run folders (default: the last)");
   compare_app->callback([&] { code = compare_command(a, b, tolerances, compare_step); });
 
   GraphArguments graph;
-  auto* graph_app = app.add_subcommand("graph", "The task graph of one time step, as DOT, SVG, PNG or PDF");
+  auto* graph_app =
+      app.add_subcommand("graph", "The task graph of one time step, as DOT, SVG, PNG or PDF");
   add_scenario(*graph_app, graph.scenario, graph.options);
-  graph_app->add_option("--output,-o", graph.output, "File .dot, .svg, .png or .pdf (default: DOT text)");
+  graph_app->add_option("--output,-o", graph.output,
+                        "File .dot, .svg, .png or .pdf (default: DOT text)");
   graph_app->add_flag("--all", graph.all, "All patches, not only one and its neighbours");
   graph_app->callback([&] { code = graph_command(graph); });
 
   bool schema = false, reference = false;
-  auto* info_app = app.add_subcommand("info", "Version, build, what exists; reference of the input");
+  auto* info_app =
+      app.add_subcommand("info", "Version, build, what exists; reference of the input");
   info_app->add_flag("--schema", schema, "JSON Schema of scenario files");
   info_app->add_flag("--reference", reference, "Every key of scenario files, as Markdown");
   info_app->callback([&] {

@@ -13,7 +13,8 @@ namespace lahar {
 
 namespace {
 
-/// Cells per patch so that patches of the initial filling hold about the wanted number of particles.
+/// Cells per patch so that patches of the initial filling hold about the wanted number of
+/// particles.
 template <int Dim>
 Index cells_per_patch(const Model<Dim>& model) {
   std::vector<Index> cells = model.particles.cell;
@@ -139,7 +140,8 @@ void PatchSet<Dim>::distribute(ParticleTable<Dim>& table) {
 
   const std::vector<std::uint64_t> bits = load_bits();
   for (std::size_t p = 0; p < n; ++p) {
-    Patch<Dim>& patch = *patches_[static_cast<std::size_t>(position[static_cast<std::size_t>(patch_of[p])])];
+    Patch<Dim>& patch =
+        *patches_[static_cast<std::size_t>(position[static_cast<std::size_t>(patch_of[p])])];
     Particles<Dim>& to = patch.particles;
     const Local i = to.size();
     to.resize(i + 1);
@@ -158,7 +160,8 @@ void PatchSet<Dim>::distribute(ParticleTable<Dim>& table) {
       if (!table.velocity.empty()) to.row(Column::v, d)[i] = table.velocity[p][d];
     }
     for (int k = 0; k < stress_components<Dim>; ++k)
-      if (!table.stress.empty()) to.row(Column::stress, k)[i] = table.stress[p][static_cast<std::size_t>(k)];
+      if (!table.stress.empty())
+        to.row(Column::stress, k)[i] = table.stress[p][static_cast<std::size_t>(k)];
     const double volume = table.volume[p];
     to.row(Column::volume)[i] = volume;
     to.row(Column::mass)[i] = volume * model_->materials[table.material[p]].density;
@@ -219,7 +222,8 @@ void PatchSet<Dim>::link() {
       for (std::size_t k = 0; k < n_node_sums; ++k)
         patch->neighbour_partial[k].push_back(other.partial[k].data());
       const auto& back = other.topology.neighbours;
-      const auto slot = std::lower_bound(back.begin(), back.end(), patch->topology.patch) - back.begin();
+      const auto slot =
+          std::lower_bound(back.begin(), back.end(), patch->topology.patch) - back.begin();
       patch->inbox.push_back(&other.outbox[static_cast<std::size_t>(slot)]);
     }
 }

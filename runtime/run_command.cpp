@@ -24,7 +24,9 @@ double seconds_since(Clock::time_point begin) {
 
 // Signal handlers can reach nothing but a global.
 volatile std::sig_atomic_t signal_received = 0;
-void on_signal(int number) { signal_received = number; }
+void on_signal(int number) {
+  signal_received = number;
+}
 
 void watch_signals() {
   struct sigaction action {};
@@ -49,9 +51,10 @@ void describe(Console& console, const Model<Dim>& model, const SimulationInfo& i
   console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles),
                            model.materials.size(), model.materials.size() == 1 ? "" : "s"));
   console.line(fmt::format("scheme     {}, {}", scheme_name(model.analysis.scheme),
-                           model.analysis.flip == 1.0   ? "FLIP"
-                           : model.analysis.flip == 0.0 ? "PIC"
-                                                        : fmt::format("{:g} FLIP", model.analysis.flip)));
+                           model.analysis.flip == 1.0 ? "FLIP"
+                           : model.analysis.flip == 0.0
+                               ? "PIC"
+                               : fmt::format("{:g} FLIP", model.analysis.flip)));
   console.line(fmt::format("time step  {:.4g} s{}, stability limit {:.4g} s", info.dt,
                            plan.adaptive ? " (adaptive)" : "", info.dt_limit));
   console.line(fmt::format("patches    {} of about {} cells, {} tasks per step", info.patches,
@@ -87,6 +90,20 @@ void add_model(RunInfo& info, const Model<Dim>& model, const SimulationInfo& siz
   info.dt_limit = sizes.dt_limit;
 }
 
+/// What only the simulation can find out about the input gets its place in the file.
+template <int Dim>
+std::unique_ptr<Simulation<Dim>> make_simulation(const Scenario& scenario, Model<Dim> model,
+                                                 const ExecutionOptions& options,
+                                                 Observer observer = {}) {
+  try {
+    return std::make_unique<Simulation<Dim>>(std::move(model), options, std::move(observer));
+  } catch (const InputError& error) {
+    std::vector<Problem> placed;
+    for (const Problem& problem : error.problems()) placed.push_back(scenario.place(problem));
+    throw InputError(std::move(placed));
+  }
+}
+
 /// One run: what happens between the first and the last line on the terminal.
 template <int Dim>
 class Run {
@@ -104,7 +121,9 @@ class Run {
     begin_ = Clock::now();
     auto& model = std::get<Model<Dim>>(scenario_.model);
     const Model<Dim> header = without_particles(model);
-    Simulation<Dim> simulation(std::move(model), arguments_.execution, observer());
+    const auto made =
+        make_simulation(scenario_, std::move(model), arguments_.execution, observer());
+    Simulation<Dim>& simulation = *made;
     const SimulationInfo info = simulation.info();
     particles_ = info.particles;
     steps_ = planned_steps(info);
@@ -158,7 +177,8 @@ class Run {
     if (row.step * 20 < steps_ * next_line_ && row.step != steps_) return;
     while (row.step * 20 >= steps_ * next_line_) ++next_line_;
     const double wall = seconds_since(loop_begin_);
-    const double left = wall / static_cast<double>(row.step) * static_cast<double>(steps_ - row.step);
+    const double left =
+        wall / static_cast<double>(row.step) * static_cast<double>(steps_ - row.step);
     console_.line(progress_line(row, energy_scale_, rate(row.step), left));
   }
 
@@ -210,22 +230,24 @@ class Run {
     console_.line("");
     if (end.status == RunStatus::failed) console_.warn("lahar: error: " + end.message);
     if (end.status == RunStatus::stopped)
-      console_.line(fmt::format("stopped by {} after step {}; the state was written. Continuing "
-                                "from it is not supported yet.",
-                                end.message, simulation.step()));
+      console_.line(
+          fmt::format("stopped by {} after step {}; the state was written. Continuing "
+                      "from it is not supported yet.",
+                      end.message, simulation.step()));
     if (info.removed > 0)
       console_.warn(fmt::format("lahar: warning: {} particle{} left the mesh and {} removed.",
                                 info.removed, info.removed == 1 ? "" : "s",
                                 info.removed == 1 ? "was" : "were"));
     console_.line(fmt::format(
-        "{} steps in {}: {:.1f} steps/s, {:.2f} million particle-steps/s, {:.1f} ns per particle-step",
+        "{} steps in {}: {:.1f} steps/s, {:.2f} million particle-steps/s, {:.1f} ns per "
+        "particle-step",
         format_count(simulation.step()), format_seconds(wall), steps / wall,
         particle_steps / wall * 1e-6, wall * info.threads * 1e9 / std::max(1.0, particle_steps)));
     console_.line(timing_table(simulation.timings(), wall, info.threads));
     console_.line("");
-    console_.line(fmt::format("next: lahar export {} --to csv, or open {} in ParaView",
-                              output_.folder, (std::filesystem::path(output_.folder) / "frames" /
-                                               "particles.hdf.series").string()));
+    console_.line(fmt::format(
+        "next: lahar export {} --to csv, or open {} in ParaView", output_.folder,
+        (std::filesystem::path(output_.folder) / "frames" / "particles.hdf.series").string()));
   }
 
   const RunArguments& arguments_;
@@ -270,8 +292,8 @@ int check_command(const RunArguments& arguments) {
         header.materials = model.materials;
         header.analysis = model.analysis;
         const std::string folder = model.output.folder;
-        const Simulation<Dim> simulation(std::move(model), arguments.execution);
-        describe(console, header, simulation.info(), header.analysis.step);
+        const auto simulation = make_simulation(scenario, std::move(model), arguments.execution);
+        describe(console, header, simulation->info(), header.analysis.step);
         console.line(fmt::format("output     {}", folder));
       },
       scenario.model);

@@ -24,7 +24,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Values that belong to a step: patches may be max_lead steps apart, and dt of the next is set early.
+/// Values that belong to a step: patches may be max_lead steps apart, and dt of the next is set
+/// early.
 template <class T>
 class PerStep {
  public:
@@ -96,8 +97,8 @@ struct Simulation<Dim>::Impl {
                                   .message = unstable_message(plan.dt, limit, where),
                                   .hint = unstable_hint(limit)}});
       if (std::isfinite(model.analysis.end_time))
-        nsteps = std::min(nsteps, static_cast<Index>(
-                                      std::ceil(model.analysis.end_time / plan.dt * (1 - 1e-12))));
+        nsteps = std::min(
+            nsteps, static_cast<Index>(std::ceil(model.analysis.end_time / plan.dt * (1 - 1e-12))));
     }
   }
 
@@ -134,8 +135,7 @@ struct Simulation<Dim>::Impl {
     poisoned.assign(n, 0);
     timing.resize(n * stages.size());
     TaskBodies bodies{[this](int s, int p, Step step) { run_task(s, p, step); },
-                      [this](Step step) { set_dt(step); },
-                      [this](Step step) { complete(step); }};
+                      [this](Step step) { set_dt(step); }, [this](Step step) { complete(step); }};
     switch (options.mode) {
       case ExecutionOptions::Mode::serial:
         executor = make_serial_executor(std::move(graph), std::move(bodies));
@@ -165,8 +165,7 @@ struct Simulation<Dim>::Impl {
           for (auto& out : patch.outbox) out.particles.clear(), out.cell.clear();
       } else {
         run_stage(s, p, step);
-        if (patch.mark.kind != Mark::Kind::none)
-          fail(s, p, step, describe_mark(patch.mark, Dim));
+        if (patch.mark.kind != Mark::Kind::none) fail(s, p, step, describe_mark(patch.mark, Dim));
       }
     } catch (const std::exception& error) {
       fail(s, p, step, error.what());
@@ -174,7 +173,8 @@ struct Simulation<Dim>::Impl {
       fail(s, p, step, "unknown exception");
     }
     const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-    StageTiming& t = timing[static_cast<std::size_t>(p) * stages.size() + static_cast<std::size_t>(s)];
+    StageTiming& t =
+        timing[static_cast<std::size_t>(p) * stages.size() + static_cast<std::size_t>(s)];
     t.shortest = t.calls++ == 0 ? seconds : std::min(t.shortest, seconds);
     t.longest = std::max(t.longest, seconds);
     t.total += seconds;
@@ -327,9 +327,7 @@ struct Simulation<Dim>::Impl {
   }
 
   /// dt of the next step, which the drained graph did not get to.
-  void set_dt_at_rest() {
-    set_dt(step);
-  }
+  void set_dt_at_rest() { set_dt(step); }
 
   void rebuild() {
     keep_timings();
@@ -440,7 +438,8 @@ bool Simulation<Dim>::finished() const {
 template <int Dim>
 SimulationInfo Simulation<Dim>::info() const {
   SimulationInfo info;
-  info.threads = impl_->options.mode == ExecutionOptions::Mode::flow_graph ? impl_->options.threads : 1;
+  info.threads =
+      impl_->options.mode == ExecutionOptions::Mode::flow_graph ? impl_->options.threads : 1;
   info.cells = impl_->model.mesh->n_cells();
   info.nodes = impl_->model.mesh->n_nodes();
   info.particles = impl_->patches.particles();

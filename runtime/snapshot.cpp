@@ -64,7 +64,8 @@ Frame merge(std::vector<Frame> pieces) {
   std::vector<Key> keys;
   for (std::size_t i = 0; i < pieces.size(); ++i)
     for (std::size_t p = 0; p < pieces[i].id.size(); ++p)
-      keys.push_back({pieces[i].id[p], static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(p)});
+      keys.push_back(
+          {pieces[i].id[p], static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(p)});
   std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) { return a.id < b.id; });
 
   const auto gather = [&](auto& to, std::size_t components, auto member) {
@@ -75,15 +76,21 @@ Frame merge(std::vector<Frame> pieces) {
       out = std::copy(from, from + components, out);
     }
   };
-  gather(all.id, 1, [](const Frame& f) -> auto& { return f.id; });
-  gather(all.material, 1, [](const Frame& f) -> auto& { return f.material; });
-  gather(all.coordinates, static_cast<std::size_t>(all.dim),
-         [](const Frame& f) -> auto& { return f.coordinates; });
+  gather(
+      all.id, 1, [](const Frame& f) -> auto& { return f.id; });
+  gather(
+      all.material, 1, [](const Frame& f) -> auto& { return f.material; });
+  gather(
+      all.coordinates, static_cast<std::size_t>(all.dim),
+      [](const Frame& f) -> auto& { return f.coordinates; });
   for (std::size_t k = 0; k < pieces.front().columns.size(); ++k) {
     const FrameColumn& column = pieces.front().columns[k];
     all.columns.push_back({column.name, column.unit, column.components, {}});
-    gather(all.columns.back().values, static_cast<std::size_t>(column.components),
-           [k](const Frame& f) -> auto& { return f.columns[k].values; });
+    gather(
+        all.columns.back().values,
+        static_cast<std::size_t>(column.components), [k](const Frame& f) -> auto& {
+          return f.columns[k].values;
+        });
     for (Frame& piece : pieces) std::vector<double>().swap(piece.columns[k].values);
   }
   return all;

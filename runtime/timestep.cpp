@@ -16,12 +16,14 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
                                }};
   const TimestepStage<Dim> force{{.name = "force"}, [](P& p, S& s) { map_force(p, s); }};
   const TimestepStage<Dim> g2p{{.name = "G2P"}, [](P& p, S& s) { update_particles(p, s); }};
-  const TimestepStage<Dim> locate{
-      {.name = locate_stage, .gives_dt = analysis.step.adaptive}, [](P& p, S& s) {
-        // Before particles leave for other patches, so that none is missed.
-        if (s.model->analysis.step.adaptive) p.time_step_limit = time_step_limit(p, *s.model);
-        lahar::locate(p, s);
-      }};
+  const TimestepStage<Dim> locate{{.name = locate_stage, .gives_dt = analysis.step.adaptive},
+                                  [](P& p, S& s) {
+                                    // Before particles leave for other patches, so that none is
+                                    // missed.
+                                    if (s.model->analysis.step.adaptive)
+                                      p.time_step_limit = time_step_limit(p, *s.model);
+                                    lahar::locate(p, s);
+                                  }};
   const TimestepStage<Dim> output{{.name = output_stage}, nullptr};
 
   // Strain and stress: one stage, or two with the exchange of nodal pressure between them.

@@ -19,8 +19,8 @@ struct TimestepStage {
 inline constexpr const char* output_stage = "output";
 inline constexpr const char* locate_stage = "locate";
 
-/// The stages of one timestep in order. The flow graph, the serial loop and the picture of the graph
-/// are all made from this list.
+/// The stages of one timestep in order. The flow graph, the serial loop and the picture of the
+/// graph are all made from this list.
 template <int Dim>
 std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis);
 
