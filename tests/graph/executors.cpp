@@ -1,0 +1,318 @@
+// Executors: every order that the edges allow, and no other; how far patches run ahead; stopping.
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <chrono>
+#include <set>
+#include <stdexcept>
+#include <thread>
+
+#include "tests/graph/step_graphs.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+/// Waiting longer than this means that what is waited for never comes.
+constexpr auto patience = 20s;
+
+/// Waits for a condition; false if it does not come.
+template <class Condition>
+bool wait_for(Condition condition) {
+  const auto end = Clock::now() + patience;
+  while (!condition()) {
+    if (Clock::now() > end) return false;
+    std::this_thread::sleep_for(50us);
+  }
+  return true;
+}
+
+TaskBodies only(std::function<void(int, int, Step)> run) {
+  return {std::move(run), [](Step) {}, [](Step) {}};
+}
+
+}  // namespace
+
+TEST_CASE("every executor takes every task through every step in an order that the stages allow") {
+  constexpr Step first = 3, steps = 200;
+  for (const Neighbours& neighbours : {block(5, 4), irregular(11, 0.3, 5), block(1, 1)})
+    for (const bool adaptive : {false, true})
+      for (const auto& stages : {one_exchange(adaptive), two_exchanges(adaptive)})
+        for (const Way way : all_ways) {
+          CAPTURE(static_cast<int>(way.kind));
+          CAPTURE(way.threads);
+          CAPTURE(adaptive);
+          Watch watch(stages, neighbours, first);
+          const auto executor = make_executor(way.kind, make_task_graph(stages, neighbours),
+                                              watch.bodies(), way.threads);
+          CHECK(executor->run(first, first + steps) == first + steps);
+          CHECK(watch.wrong() == "");
+          CHECK(watch.all_done(first + steps));
+          CHECK(watch.firings() == steps * static_cast<long>(stages.size() * neighbours.size()));
+          if (adaptive) CHECK(watch.dt_known_before() == first + steps);
+        }
+}
+
+TEST_CASE("bodies of uneven length do not disturb the order") {
+  for (const int threads : {2, 3, 8}) {
+    Watch watch(two_exchanges(true), block(4, 3));
+    TaskBodies bodies = watch.bodies();
+    bodies.run = [&](int s, int p, Step step) {
+      if ((s * 31 + p * 17 + step * 7) % 23 == 0) std::this_thread::sleep_for(100us);
+      watch.run(s, p, step);
+    };
+    const auto executor = make_flow_executor(make_task_graph(two_exchanges(true), block(4, 3)),
+                                             bodies, threads, true);
+    CHECK(executor->run(0, 100) == 100);
+    CHECK(watch.wrong() == "");
+    CHECK(watch.all_done(100));
+  }
+}
+
+TEST_CASE("a graph that is not safe is found out by the checks of the flow graph") {
+  const auto stages = std::vector<Stage>{{.name = "all", .exchange = "all"}};
+  for (const int threads : {1, 3}) {
+    const auto executor = make_flow_executor(make_task_graph(stages, block(5, 4)),
+                                             only([](int, int, Step) {}), threads, true);
+    std::string message;
+    try {
+      executor->run(0, 5000);
+    } catch (const std::logic_error& error) {
+      message = error.what();
+    }
+    CHECK(message.find("task all ") == 0);
+    CHECK(message.find(" steps instead of ") != std::string::npos);
+  }
+}
+
+TEST_CASE("no barrier: the far end of a row is a step ahead while the near end is still busy") {
+  constexpr int n = 10;
+  std::atomic<Step> far_end{0};
+  bool came = false;
+  const auto executor = make_flow_executor(make_task_graph(one_exchange(), block(n, 1)),
+                                           only([&](int s, int p, Step step) {
+                                             if (p == n - 1 && s == 0) far_end = step;
+                                             if (p == 0 && s == 0 && step == 0)
+                                               came = wait_for([&] { return far_end >= 1; });
+                                           }),
+                                           2, true);
+  executor->run(0, 3);
+  CHECK(came);
+}
+
+TEST_CASE("an adaptive step keeps everybody within one step of each other") {
+  constexpr int n = 10;
+  std::atomic<Step> far_start{0}, far_integrate{-1};
+  Step integrated = -1;
+  bool came = false;
+  const auto executor = make_flow_executor(make_task_graph(one_exchange(true), block(n, 1)),
+                                           only([&](int s, int p, Step step) {
+                                             if (p == n - 1 && s == 0) far_start = step;
+                                             if (p == n - 1 && s == 1) far_integrate = step;
+                                             if (p == 0 && s == 0 && step == 0) {
+                                               came = wait_for([&] { return far_start >= 1; });
+                                               std::this_thread::sleep_for(5ms);
+                                               integrated = far_integrate;
+                                             }
+                                           }),
+                                           2, true);
+  executor->run(0, 3);
+  CHECK(came);             // what needs no dt goes ahead,
+  CHECK(integrated == 0);  // what needs dt waits for the slowest patch
+}
+
+TEST_CASE("no patch is more than max_lead steps ahead, not even of patches it has no link to") {
+  // Two pairs of patches that know nothing of each other; the first patch stays in step 0.
+  const Neighbours neighbours{{1}, {0}, {3}, {2}};
+  std::atomic<Step> others{0};
+  std::atomic<int> slow_done{0};
+  bool came = false;
+  Step furthest = 0;
+  std::atomic<bool> too_far{false};
+  std::vector<std::atomic<Step>> finished(4);
+  const auto executor = make_flow_executor(
+      make_task_graph(one_exchange(), neighbours), only([&](int s, int p, Step step) {
+        if (s == 0) {
+          Step slowest = step;
+          for (const auto& f : finished) slowest = std::min(slowest, f.load());
+          if (step - slowest >= max_lead) too_far = true;
+          if (p >= 2) others = std::max(others.load(), step);
+        }
+        if (p == 0 && s == 0 && step % 20 == 0) {
+          const bool here = wait_for([&] { return others >= step + max_lead - 1; });
+          std::this_thread::sleep_for(3ms);
+          if (step == 0) came = here, furthest = others;
+          ++slow_done;
+        }
+        if (s == 2) ++finished[static_cast<std::size_t>(p)];
+      }),
+      3, true);
+  executor->run(0, 60);
+  CHECK(came);
+  CHECK(furthest == max_lead - 1);
+  CHECK(!too_far);
+  CHECK(slow_done == 3);
+}
+
+TEST_CASE("a stop that is asked for in one step comes for all patches at the same later step") {
+  for (const Way way : all_ways)
+    for (const bool adaptive : {false, true}) {
+      CAPTURE(static_cast<int>(way.kind));
+      CAPTURE(way.threads);
+      CAPTURE(adaptive);
+      const Neighbours neighbours = block(4, 3);
+      Watch watch(two_exchanges(adaptive), neighbours);
+      Executor* self = nullptr;
+      TaskBodies bodies = watch.bodies();
+      bodies.run = [&](int s, int p, Step step) {
+        watch.run(s, p, step);
+        // The earliest request holds, in whatever order they come.
+        if (p == 2 && step == 8 && s == 0) self->request_stop(step);
+        if (p == 7 && step == 6 && s == 3) {
+          std::this_thread::sleep_for(1ms);
+          self->request_stop(step);
+        }
+      };
+      const auto executor = make_executor(
+          way.kind, make_task_graph(two_exchanges(adaptive), neighbours), bodies, way.threads);
+      self = executor.get();
+      CHECK(executor->run(0, 1000) == 6 + max_lead);
+      CHECK(watch.wrong() == "");
+      CHECK(watch.all_done(6 + max_lead));
+    }
+}
+
+TEST_CASE("after a stop the same executor goes on as if nothing had happened") {
+  for (const Way way : all_ways) {
+    CAPTURE(static_cast<int>(way.kind));
+    CAPTURE(way.threads);
+    const Neighbours neighbours = block(3, 3);
+    Watch watch(one_exchange(), neighbours);
+    Executor* self = nullptr;
+    TaskBodies bodies = watch.bodies();
+    bodies.run = [&](int s, int p, Step step) {
+      watch.run(s, p, step);
+      if (step % 10 == 0 && s == 1 && p == 4) self->request_stop(step);
+    };
+    const auto executor =
+        make_executor(way.kind, make_task_graph(one_exchange(), neighbours), bodies, way.threads);
+    self = executor.get();
+    Step step = 0;
+    for (const Step expected : {4, 14, 24, 34, 40}) {
+      step = executor->run(step, 40);
+      CHECK(step == expected);
+      CHECK(watch.all_done(expected));
+    }
+    CHECK(watch.wrong() == "");
+    CHECK(executor->run(40, 40) == 40);
+    CHECK(watch.all_done(40));
+  }
+}
+
+TEST_CASE("the task that sets dt can make the step it sets the last one") {
+  for (const Way way : all_ways) {
+    CAPTURE(static_cast<int>(way.kind));
+    CAPTURE(way.threads);
+    for (const auto& stages : {one_exchange(true), two_exchanges(true)}) {
+      Watch watch(stages, block(4, 3));
+      Executor* self = nullptr;
+      TaskBodies bodies = watch.bodies();
+      bodies.set_dt = [&](Step step) {
+        watch.set_dt(step);
+        if (step == 11) self->stop_before(12);
+      };
+      const auto executor =
+          make_executor(way.kind, make_task_graph(stages, block(4, 3)), bodies, way.threads);
+      self = executor.get();
+      CHECK(executor->run(0, 1000) == 12);
+      CHECK(watch.wrong() == "");
+      CHECK(watch.all_done(12));
+    }
+  }
+}
+
+TEST_CASE("what a body throws comes out of run(), and the executor can be used again") {
+  for (const Way way : all_ways) {
+    CAPTURE(static_cast<int>(way.kind));
+    CAPTURE(way.threads);
+    bool fail = true;
+    std::atomic<long> fired{0};
+    const Neighbours neighbours = block(4, 4);
+    const auto executor = make_executor(way.kind, make_task_graph(one_exchange(), neighbours),
+                                        only([&](int s, int p, Step step) {
+                                          ++fired;
+                                          if (fail && s == 1 && p == 5 && step == 3)
+                                            throw std::runtime_error("patch 5 is unwell");
+                                        }),
+                                        way.threads);
+    CHECK_THROWS_WITH_AS(executor->run(0, 100), "patch 5 is unwell", std::runtime_error);
+    fail = false;
+    fired = 0;
+    CHECK(executor->run(0, 50) == 50);
+    CHECK(fired == 50 * 3 * 16);
+  }
+}
+
+namespace {
+
+/// The tasks of one step of two patches, in the order in which a seed runs them.
+std::vector<int> order_of(const std::vector<Stage>& stages, std::uint64_t seed, Step steps) {
+  std::vector<int> order;
+  const auto executor =
+      make_random_executor(make_task_graph(stages, {{1}, {0}}), only([&](int s, int p, Step step) {
+                             order.push_back(static_cast<int>(step) * 100 + s * 10 + p);
+                           }),
+                           seed);
+  executor->run(0, steps);
+  return order;
+}
+
+}  // namespace
+
+TEST_CASE("random orders reach every order of two patches and two stages, and no other") {
+  const std::vector<Stage> apart{{.name = "a", .exchange = "x"}, {.name = "b"}};
+  const std::vector<Stage> linked{{.name = "a", .exchange = "x"}, {.name = "b", .exchange = "y"}};
+  std::set<std::vector<int>> of_apart, of_linked;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    of_apart.insert(order_of(apart, seed, 1));
+    of_linked.insert(order_of(linked, seed, 1));
+  }
+  CHECK(of_apart == std::set<std::vector<int>>{{0, 1, 10, 11},
+                                               {0, 1, 11, 10},
+                                               {1, 0, 10, 11},
+                                               {1, 0, 11, 10},
+                                               {0, 10, 1, 11},
+                                               {1, 11, 0, 10}});
+  CHECK(of_linked ==
+        std::set<std::vector<int>>{{0, 1, 10, 11}, {0, 1, 11, 10}, {1, 0, 10, 11}, {1, 0, 11, 10}});
+}
+
+TEST_CASE("every seed gives an order of its own, the same each time") {
+  const std::vector<Stage> stages = one_exchange();
+  std::set<std::vector<int>> orders;
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    orders.insert(order_of(stages, seed, 30));
+    CHECK(order_of(stages, seed, 30) == order_of(stages, seed, 30));
+  }
+  CHECK(orders.size() == 50);
+}
+
+TEST_CASE("random order lets some patch begin a step before another has finished the one before") {
+  const Neighbours neighbours = block(6, 1);
+  std::vector<Step> finished(6, 0);
+  Step lead = 0;
+  const auto executor = make_random_executor(
+      make_task_graph(one_exchange(), neighbours), only([&](int s, int p, Step step) {
+        if (s == 2) finished[static_cast<std::size_t>(p)] = step + 1;
+        if (s == 0)
+          lead = std::max(lead, step - *std::min_element(finished.begin(), finished.end()));
+      }),
+      3);
+  executor->run(0, 300);
+  CHECK(lead >= 1);
+  CHECK(lead < max_lead);
+}
