@@ -42,6 +42,7 @@ class RandomExecutor final : public Executor {
 
   Step run(Step first, Step end) override {
     end_ = end;
+    if (first >= end) return end;
     const auto n = static_cast<std::size_t>(graph_.tasks());
     missing_.assign(n, 0);
     step_.assign(n, first);
