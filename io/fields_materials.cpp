@@ -7,8 +7,10 @@ namespace {
 
 using Types = std::vector<std::string_view>;
 
-const Types elastic = {"LinearElastic", "Bingham", "MohrCoulomb", "ModifiedCamClay"};
-const Types with_nu = {"LinearElastic", "Bingham", "MohrCoulomb", "ModifiedCamClay", "NorSand"};
+const Types elastic = {"LinearElastic", "Bingham", "MohrCoulomb", "ModifiedCamClay",
+                       "HenckyHyperElastic"};
+const Types with_nu = {"LinearElastic",   "Bingham", "MohrCoulomb",
+                       "ModifiedCamClay", "NorSand", "HenckyHyperElastic"};
 const Types fluid = {"Newtonian", "Bingham"};
 const Types mohr_coulomb = {"MohrCoulomb"};
 const Types cam_clay = {"ModifiedCamClay"};
@@ -40,6 +42,16 @@ Field not_negative(std::string_view key, std::string_view unit, std::string_view
 Field optional(std::string_view key, std::string_view unit, std::string_view help,
                const Types& only) {
   return {.key = key, .kinds = number, .help = help, .unit = unit, .only = only};
+}
+
+Field planned(std::string_view key, std::string_view unit, std::string_view help,
+              const Types& only) {
+  return {.key = key,
+          .kinds = number,
+          .help = help,
+          .unit = unit,
+          .support = Support::planned,
+          .only = only};
 }
 
 Field angle(std::string_view key, std::string_view help, const Types& only) {
@@ -150,6 +162,9 @@ std::vector<Field> fields() {
        .kinds = number,
        .help = "ignored by the reference",
        .support = Support::ignored},
+      planned("shear_modulus", "Pa", "shear modulus (dialect of the fork)", cam_clay),
+      planned("volumetric_gamma", "-", "compressibility (dialect of the fork)", {"Bingham"}),
+      planned("regularization_parameter", "s", "regularization (dialect of the fork)", {"Bingham"}),
       {.key = "stress_rate",
        .kinds = text,
        .help = "objective stress rate (dialect of the fork)",

@@ -148,7 +148,7 @@ const Section& material_set_section() {
            .help = "phase",
            .fallback = "0",
            .min = 0,
-           .max = 0},
+           .max = 1},
       }};
   return section;
 }

@@ -28,8 +28,8 @@ struct Scenario {
   std::function<Problem(Problem)> place;
 };
 
-/// Read `file` with its side files. Throws InputError with every problem found, IoError where a
-/// file cannot be read.
+/// Read `file` with its side files. Throws InputError with every problem found; a file that cannot
+/// be read is one of them.
 Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options = {});
 
 /// The same from text; side files are looked up in `folder`.

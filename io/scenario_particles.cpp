@@ -234,6 +234,8 @@ template <int Dim>
 void ScenarioBuilder<Dim>::assign_material_sets() {
   ParticleTable<Dim>& p = model_.particles;
   for (const JsonValue* entry : get_list(root_, "material_sets")) {
+    if (get_integer(*entry, "phase_id").value_or(0) != 0)
+      in_.error(*entry->find("phase_id"), "'phase_id': 1 is not supported yet");
     const int material = find_material(*entry);
     const auto ids = members(*entry, "pset_id", "pset", sets_.particles, p.size());
     if (material < 0 || !ids) continue;

@@ -13,9 +13,13 @@ namespace {
 
 // A 4 x 2 grid of unit squares with `more` members and replacements of the pieces that tests vary.
 struct Pieces {
-  std::string mesh,
-      sets = "{}", loads = "{}", functions = "[]", analysis = "\"dt\": 0.1, \"nsteps\": 10",
-      generator = "{\"type\": \"region\", \"per_cell\": 1, \"material\": \"a\"}", more;
+  std::string mesh = {};
+  std::string sets = "{}";
+  std::string loads = "{}";
+  std::string functions = "[]";
+  std::string analysis = "\"dt\": 0.1, \"nsteps\": 10";
+  std::string generator = "{\"type\": \"region\", \"per_cell\": 1, \"material\": \"a\"}";
+  std::string more = {};
 };
 
 std::string scenario(const Pieces& p) {

@@ -1,0 +1,211 @@
+// Tables of the analysis: scheme, time step, damping, restart.
+#include "io/fields.h"
+
+namespace lahar {
+
+namespace {
+
+const Section& resume_section() {
+  static const Section section{
+      .name = "analysis.resume",
+      .path = "analysis.resume",
+      .help = "Start from a checkpoint of an earlier run.",
+      .fields = {
+          {.key = "resume",
+           .kinds = boolean,
+           .help = "false: start from the beginning",
+           .fallback = "false",
+           .planned = {"true"}},
+          {.key = "uuid", .kinds = text, .help = "run to continue"},
+          {.key = "step", .kinds = integer, .help = "step to continue from", .min = 0},
+          {.key = "repartition",
+           .kinds = boolean,
+           .help = "no meaning here: patches do not depend "
+                   "on ranks",
+           .support = Support::ignored},
+      }};
+  return section;
+}
+
+const Section& damping_section() {
+  static const Section section{
+      .name = "analysis.damping",
+      .path = "analysis.damping",
+      .help =
+          "Local damping: a force against each velocity component, `damping_factor` times the "
+          "magnitude of the unbalanced nodal force.",
+      .fields = {
+          {.key = "type",
+           .kinds = text,
+           .help = "kind of damping",
+           .required = true,
+           .allowed = {"Cundall"}},
+          {.key = "damping_factor",
+           .kinds = number,
+           .help = "share of the unbalanced force",
+           .unit = "-",
+           .required = true,
+           .min = 0,
+           .max = 1},
+      }};
+  return section;
+}
+
+const Section& blending_section() {
+  static const Section section{.name = "analysis.velocity_update_settings",
+                               .path = "analysis.velocity_update_settings",
+                               .help = "Blend of FLIP and PIC.",
+                               .fields = {
+                                   {.key = "blending_ratio",
+                                    .kinds = number,
+                                    .help = "share of FLIP: 1 = FLIP, 0 = PIC",
+                                    .unit = "-",
+                                    .fallback = "1.0",
+                                    .min = 0,
+                                    .max = 1},
+                               }};
+  return section;
+}
+
+const Section& time_step_section() {
+  static const Section section{
+      .name = "analysis.time_step",
+      .path = "analysis.time_step",
+      .help =
+          "The stability limit of a particle is h / (c + |v|) with the cell size h, the wave "
+          "speed c of its material and its speed v. A fixed `dt` above the smallest limit is "
+          "an error unless `accept_unstable` says otherwise; an adaptive step is `safety` "
+          "times the smallest limit, and at most `analysis.dt` where that is given.",
+      .fields = {
+          {.key = "adaptive",
+           .kinds = boolean,
+           .help = "choose the time step from the limit",
+           .fallback = "false",
+           .native = true},
+          {.key = "safety",
+           .kinds = number,
+           .help = "share of the limit that an adaptive step "
+                   "takes",
+           .unit = "-",
+           .fallback = "0.5",
+           .min = 0,
+           .max = 1,
+           .above_min = true,
+           .native = true},
+          {.key = "accept_unstable",
+           .kinds = boolean,
+           .help = "warn about a fixed step above the limit instead of refusing it",
+           .fallback = "false",
+           .native = true},
+      }};
+  return section;
+}
+
+}  // namespace
+
+const Section& analysis_section() {
+  static const Section section{
+      .name = "analysis",
+      .path = "analysis",
+      .help =
+          "How the equations are integrated. `dt` is required unless the step is adaptive; one "
+          "of `nsteps` and `end_time` is required, whichever comes first ends the run.",
+      .fields = {
+          {.key = "type",
+           .kinds = text,
+           .help = "which equations; the default follows from the "
+                   "dimension",
+           .fallback = "\"MPMExplicit2D\"",
+           .fallback_3d = "\"MPMExplicit3D\"",
+           .allowed = {"MPMExplicit2D", "MPMExplicit3D"},
+           .planned = {"MPMImplicit2D", "MPMImplicit3D", "MPMSemiImplicitNavierStokes2D",
+                       "MPMSemiImplicitNavierStokes3D", "MPMExplicitTwoPhase2D",
+                       "MPMExplicitTwoPhase3D", "MPMSemiImplicitTwoPhase2D",
+                       "MPMSemiImplicitTwoPhase3D"}},
+          {.key = "mpm_scheme",
+           .kinds = text,
+           .help = "when stresses are updated: before the "
+                   "forces (usf), at the end of the step (usl), or at the end with velocities "
+                   "mapped once "
+                   "more (musl); default usf",
+           .allowed = {"usf", "usl", "musl"}},
+          {.key = "stress_update",
+           .kinds = text,
+           .help = "older spelling of mpm_scheme, honoured "
+                   "with a warning (CB-Geo ignores it and runs usf; so does --as-cbgeo)",
+           .allowed = {"usf", "usl", "musl"}},
+          {.key = "velocity_update",
+           .kinds = boolean | text,
+           .help = "particle velocity: false or "
+                   "\"flip\" adds the nodal acceleration, true or \"pic\" takes the nodal velocity",
+           .fallback = "false",
+           .allowed = {"flip", "pic"},
+           .planned = {"apic", "tpic", "asflip"}},
+          {.key = "velocity_update_settings",
+           .kinds = object,
+           .help = "blend of FLIP and PIC",
+           .section = blending_section},
+          {.key = "dt",
+           .kinds = number,
+           .help = "time step; the largest one if adaptive",
+           .unit = "s",
+           .min = 0,
+           .above_min = true},
+          {.key = "nsteps",
+           .kinds = integer,
+           .help = "number of steps; may be written 1.0E+5",
+           .min = 0,
+           .max = 9e15},
+          {.key = "end_time",
+           .kinds = number,
+           .help = "time at which the run ends",
+           .unit = "s",
+           .min = 0,
+           .native = true},
+          {.key = "time_step",
+           .kinds = object,
+           .help = "adaptive steps and the stability limit",
+           .fallback = "{}",
+           .section = time_step_section,
+           .native = true},
+          {.key = "uuid",
+           .kinds = text,
+           .help = "name of the run folder; default: the title, or "
+                   "the scenario's file name"},
+          {.key = "locate_particles",
+           .kinds = boolean,
+           .help = "false: particles that leave the "
+                   "mesh are removed instead of stopping the run",
+           .fallback = "true"},
+          {.key = "damping", .kinds = object, .help = "damping", .section = damping_section},
+          {.key = "pressure_smoothing",
+           .kinds = boolean,
+           .help = "average the pressure of fluids "
+                   "over nodes before the stress update",
+           .fallback = "false"},
+          {.key = "interface",
+           .kinds = boolean,
+           .help = "contact between materials",
+           .planned = {"true"}},
+          {.key = "patch_particles",
+           .kinds = integer,
+           .help = "target number of particles per "
+                   "patch, the unit of parallel work; part of the result's identity",
+           .fallback = "4096",
+           .min = 1,
+           .max = 1e9,
+           .native = true},
+          {.key = "nload_balance_steps",
+           .kinds = integer,
+           .help = "steps between load balances; "
+                   "no effect on one rank",
+           .min = 0},
+          {.key = "resume",
+           .kinds = object,
+           .help = "continue an earlier run",
+           .section = resume_section},
+      }};
+  return section;
+}
+
+}  // namespace lahar
