@@ -9,6 +9,7 @@
 #include "io/export.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
+#include "runtime/verify_command.h"
 
 namespace lahar {
 
@@ -135,6 +136,20 @@ int run_program(int argc, char** argv) {
                         "File .dot, .svg, .png or .pdf (default: DOT text)");
   graph_app->add_flag("--all", graph.all, "All patches, not only one and its neighbours");
   graph_app->callback([&] { code = graph_command(graph); });
+
+  VerifyArguments verify;
+  auto* verify_app =
+      app.add_subcommand("verify", "Run a case against its solution in the literature");
+  verify_app->add_option("CASE", verify.name, "Name of the case (default: list them)");
+  verify_app->add_option("--threads,-t", verify.threads, "Most threads (default: all cores)")
+      ->check(CLI::Range(1, 4096));
+  verify_app->add_option("--output,-o", verify.output, "Folder of pictures and tables (default: verify/CASE)");
+  verify_app->add_flag("--published", verify.published,
+                       "Time step and duration as published: minutes instead of seconds");
+  verify_app->callback([&] {
+    refuse_several_ranks();
+    code = verify_command(verify);
+  });
 
   bool schema = false, reference = false;
   auto* info_app =
