@@ -37,8 +37,10 @@ Svg::Svg(double width, double height)
 }
 
 void Svg::rectangle(double x, double y, double width, double height, const Style& style) {
-  body_ += fmt::format("<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" {}/>\n",
-                       x, y, width, height, attributes(style));
+  body_ += fmt::format(
+      "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" "
+      "shape-rendering=\"crispEdges\" {}/>\n",
+      x, y, width, height, attributes(style));
 }
 
 void Svg::line(double x1, double y1, double x2, double y2, const Style& style) {

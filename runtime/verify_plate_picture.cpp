@@ -118,7 +118,7 @@ void draw_times(Svg& svg, const std::vector<ThreadTime>& times) {
   constexpr double cbgeo_low = 900, cbgeo_high = 1250;
   double least = times.front().nanoseconds / times.back().threads;
   for (const ThreadTime& t : times) least = std::min(least, t.nanoseconds);
-  const double lowest = std::floor(std::log10(least));
+  const double lowest = std::floor(std::log10(least / 2));
   Panel panel{940, 1280, 0.4, static_cast<double>(times.size()) + 0.6, lowest, 3.4};
   title(svg, panel.left - 45, "Time against threads",
         "nanoseconds per particle and step, logarithmic");
