@@ -180,7 +180,9 @@ const Section& traction_section() {
       .path = "external_loading_conditions.particle_surface_traction[]",
       .help =
           "Force on each particle of a set: traction * function(t) * volume / size, with size "
-          "the initial volume to the power 1/dim.",
+          "the initial volume to the power 1/dim. Of several tractions for a particle and "
+          "direction "
+          "the last wins.",
       .fields = {
           {.key = "pset_id",
            .kinds = id,
@@ -203,8 +205,8 @@ const Section& nodal_force_section() {
       .name = "a nodal force",
       .path = "external_loading_conditions.concentrated_nodal_forces[]",
       .help =
-          "Force on each node of a set, or a `file` of lines `node dir force`. Several forces "
-          "on a node and direction add up; of several functions on a node the last wins.",
+          "Force on each node of a set, or a `file` of lines `node dir force`. Of several forces "
+          "for a node and direction the last wins, and so does the last function on a node.",
       .fields = {
           {.key = "nset_id",
            .kinds = id,

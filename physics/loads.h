@@ -16,7 +16,7 @@ double load_factor(const Model<Dim>& model, int function, double t) {
 }
 
 /// Force of all tractions on particle p [N]: traction(t) * volume / size, size = initial
-/// volume^(1/Dim), volume the present one (CB-Geo MPM).
+/// volume^(1/Dim), volume the present one (CB-Geo MPM). Of several for a direction the last wins.
 template <int Dim>
 Vec<Dim> traction_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step) {
   Vec<Dim> f = Vec<Dim>::Zero();
@@ -26,9 +26,9 @@ Vec<Dim> traction_on(const Particles<Dim>& particles, Local p, const StepContext
   const auto& tractions = step.model->tractions;
   for (std::size_t k = 0; k < tractions.size(); ++k)
     if (bits >> k & 1)
-      f[tractions[k].dir] += tractions[k].traction *
-                             load_factor(*step.model, tractions[k].function, step.time) *
-                             particles.row(Column::volume)[p] / particles.row(Column::size)[p];
+      f[tractions[k].dir] = tractions[k].traction *
+                            load_factor(*step.model, tractions[k].function, step.time) *
+                            particles.row(Column::volume)[p] / particles.row(Column::size)[p];
   return f;
 }
 
