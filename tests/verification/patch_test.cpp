@@ -1,0 +1,160 @@
+// Patch test: nodes of a distorted mesh move with a linear velocity field, v = L (x - o).
+// Isoparametric functions reproduce linear fields on any mesh (Irons 1966), so that whatever the
+// cells' shapes
+//   strain = n dt sym(L) (engineering shear), stress = D strain at every particle,
+//   x_n = o + (I + dt L)^n (x_0 - o),
+// to rounding, also after particles have crossed cells.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/verification/case.h"
+
+using namespace lahar;
+using namespace lahar::verification;
+
+namespace {
+
+constexpr double E = 1e6, nu = 0.3;
+constexpr int cells = 4;  // per direction of the unit square or cube
+constexpr Index steps = 200;
+constexpr double dt = 2e-4;
+
+/// Files of a distorted mesh and of its nodes' velocities, removed at the end.
+template <int Dim>
+class DistortedMesh {
+ public:
+  explicit DistortedMesh(const Eigen::Matrix<double, Dim, Dim>& L) {
+    folder_ =
+        std::filesystem::temp_directory_path() / fmt::format("lahar_patch_{}d_{}", Dim, getpid());
+    std::filesystem::create_directories(folder_);
+    std::ofstream mesh(folder_ / "mesh.txt"), velocity(folder_ / "velocity.txt");
+    mesh.precision(17);
+    velocity.precision(17);
+    const int n = cells + 1, layers = Dim == 3 ? n : 1;
+    mesh << n * n * layers << " " << (Dim == 3 ? cells * cells * cells : cells * cells) << "\n";
+    for (int k = 0; k < layers; ++k)
+      for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) {
+          const int at[3] = {i, j, k};
+          Vec<Dim> x;
+          for (int d = 0; d < Dim; ++d) {
+            // Nodes inside leave the grid by up to a quarter of a cell (3D: a seventh), those of
+            // the sides stay there.
+            const bool side = at[d] == 0 || at[d] == cells;
+            const double shift = std::sin(3.7 * i + 5.1 * j * (d + 1) + 2.3 * k + d);
+            x[d] = (at[d] + (side ? 0 : (Dim == 3 ? 0.14 : 0.25) * shift)) / cells;
+          }
+          const Vec<Dim> v = L * (x - Vec<Dim>::Constant(0.5));
+          for (int d = 0; d < Dim; ++d) {
+            mesh << x[d] << (d + 1 < Dim ? " " : "\n");
+            velocity << count_ << " " << d << " " << v[d] << "\n";
+          }
+          ++count_;
+        }
+    for (int k = 0; k < (Dim == 3 ? cells : 1); ++k)
+      for (int j = 0; j < cells; ++j)
+        for (int i = 0; i < cells; ++i) {
+          auto node = [&](int a, int b, int c) { return a + n * (b + n * c); };
+          for (int c = k; c < k + (Dim == 3 ? 2 : 1); ++c)
+            mesh << node(i, j, c) << " " << node(i + 1, j, c) << " " << node(i + 1, j + 1, c) << " "
+                 << node(i, j + 1, c) << " ";
+          mesh << "\n";
+        }
+  }
+  ~DistortedMesh() { std::filesystem::remove_all(folder_); }
+  const std::filesystem::path& folder() const { return folder_; }
+
+ private:
+  std::filesystem::path folder_;
+  int count_ = 0;
+};
+
+template <int Dim>
+Model<Dim> patch_model(const DistortedMesh<Dim>& files, Scheme scheme) {
+  ScenarioOptions options;
+  options.overrides = {Dim == 3 ? "mesh.cell_type=ED3H8" : "mesh.cell_type=ED2Q4",
+                       Dim == 3 ? "sets.cells.inner.sphere.centre=[0.5,0.5,0.5]"
+                                : "sets.cells.inner.sphere.centre=[0.5,0.5]"};
+  Scenario scenario = read_scenario_text(R"({
+    "mesh": {"mesh": "mesh.txt", "cell_type": "", "isoparametric": true, "boundary_conditions": {
+      "velocity_constraints": [{"file": "velocity.txt"}]}},
+    "sets": {"cells": {"inner": {"sphere": {"centre": [], "radius": 0.4}}}},
+    "materials": [{"type": "LinearElastic", "density": 1500, "youngs_modulus": 1e6,
+                   "poisson_ratio": 0.3}],
+    "particles": [{"generator": {"type": "gauss", "cset": "inner", "nparticles_per_dir": 2,
+                                 "material": 0}}],
+    "analysis": {"dt": 2e-4, "nsteps": 200, "patch_particles": 16}})",
+                                         files.folder(), options);
+  Model<Dim> model = std::get<Model<Dim>>(std::move(scenario.model));
+  model.analysis.scheme = scheme;
+  return model;
+}
+
+template <int Dim>
+void check_patch(const Eigen::Matrix<double, Dim, Dim>& L, Scheme scheme) {
+  const DistortedMesh<Dim> files(L);
+  Simulation<Dim> simulation(patch_model<Dim>(files, scheme));
+  const State start(simulation.frame());
+  REQUIRE(start.size() > 0);
+  simulation.run();
+  const State end(simulation.frame());
+
+  const Eigen::Matrix<double, Dim, Dim> D = dt * steps * (L + L.transpose());  // twice the strain
+  double strain[6] = {D(0, 0) / 2, D(1, 1) / 2, 0, D(0, 1), 0, 0};
+  if constexpr (Dim == 3) {
+    strain[2] = D(2, 2) / 2;
+    strain[4] = D(1, 2);
+    strain[5] = D(0, 2);
+  }
+  const double lambda = E * nu / ((1 + nu) * (1 - 2 * nu)), G = E / (2 * (1 + nu));
+  const double volumetric = strain[0] + strain[1] + strain[2];
+  Eigen::Matrix<double, Dim, Dim> motion = Eigen::Matrix<double, Dim, Dim>::Identity();
+  for (Index n = 0; n < steps; ++n) motion = motion + dt * L * motion;
+
+  double worst_strain = 0, worst_stress = 0, worst_x = 0;
+  for (Index p = 0; p < end.size(); ++p) {
+    Vec<Dim> x0, x;
+    for (int d = 0; d < Dim; ++d) {
+      x0[d] = start.x(p, d) - 0.5;
+      x[d] = end.x(p, d) - 0.5;
+    }
+    worst_x = std::max(worst_x, (x - motion * x0).norm());
+    for (int k = 0; k < 6; ++k) {
+      const double stress = k < 3 ? lambda * volumetric + 2 * G * strain[k] : G * strain[k];
+      worst_strain = std::max(worst_strain, std::abs(end.get("strain", p, k) - strain[k]));
+      worst_stress = std::max(worst_stress, std::abs(end.get("stress", p, k) - stress));
+    }
+  }
+  // Relative to the largest strain, 0.03, and stress, about E times that. 200 steps of rounding.
+  CHECK(worst_strain < 1e-12 * 0.03);
+  CHECK(worst_stress < 1e-12 * 0.03 * E);
+  CHECK(worst_x < 1e-12);
+}
+
+}  // namespace
+
+TEST_CASE(
+    "patch test: a linear velocity field gives uniform strain and stress on distorted "
+    "quadrilaterals") {
+  Eigen::Matrix2d L;
+  L << 0.5, 0.75, -0.25, -0.3;
+  for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+    CAPTURE(static_cast<int>(scheme));
+    check_patch<2>(L, scheme);
+  }
+}
+
+TEST_CASE(
+    "patch test: a linear velocity field gives uniform strain and stress on distorted hexahedra") {
+  Eigen::Matrix3d L;
+  L << 0.5, 0.75, 0.1, -0.25, -0.3, 0.4, 0.2, -0.6, 0.35;
+  for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+    CAPTURE(static_cast<int>(scheme));
+    check_patch<3>(L, scheme);
+  }
+}
