@@ -78,6 +78,8 @@ class Watch {
   Watch(std::vector<Stage> stages, Neighbours neighbours, Step first = 0)
       : stages_(std::move(stages)),
         neighbours_(std::move(neighbours)),
+        adaptive_(std::any_of(stages_.begin(), stages_.end(),
+                              [](const Stage& stage) { return stage.gives_dt; })),
         done_(stages_.size() * neighbours_.size(), first),
         dt_of_(first + 1),
         completed_(first) {}
@@ -92,7 +94,7 @@ class Watch {
     if (!stages_[static_cast<std::size_t>(stage)].exchange.empty())
       for (const int q : neighbours_[static_cast<std::size_t>(patch)])
         expect(done(before, q) == needed, "an exchange takes what neighbours did in this step");
-    if (stages_[static_cast<std::size_t>(stage)].needs_dt)
+    if (adaptive_ && stages_[static_cast<std::size_t>(stage)].needs_dt)
       expect(dt_of_ > step, "dt is known where it is needed");
     ++done_[index(stage, patch)];
     ++firings_;
@@ -141,6 +143,7 @@ class Watch {
   std::mutex mutex_;
   std::vector<Stage> stages_;
   Neighbours neighbours_;
+  bool adaptive_;
   std::vector<Step> done_;  ///< steps done by each task
   Step dt_of_, completed_;
   long firings_ = 0;

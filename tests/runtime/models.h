@@ -1,0 +1,209 @@
+/// \file Small models whose particles cross patches, and runs of them that can be compared bit by
+/// bit.
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <random>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "io/scenario.h"
+#include "physics/partition.h"
+#include "runtime/simulation.h"
+
+namespace lahar::test {
+
+template <int Dim>
+Model<Dim> model_of_text(const std::string& text) {
+  Scenario scenario = read_scenario_text(text, LAHAR_SOURCE_DIR);
+  return std::get<Model<Dim>>(std::move(scenario.model));
+}
+
+/// Two soft discs that fly into each other.
+inline Model<2> two_discs() {
+  return model_of_text<2>(R"({
+    "mesh": {"structured": {"cell_size": 0.05, "extent": [1, 1]}},
+    "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 2000,
+                   "poisson_ratio": 0.3},
+                  {"type": "LinearElastic", "density": 800, "youngs_modulus": 1500,
+                   "poisson_ratio": 0.2}],
+    "particles": [
+      {"generator": {"type": "region", "per_cell": 2, "velocity": [1, 0.6], "material": 0,
+                     "region": {"sphere": {"centre": [0.3, 0.35], "radius": 0.2}}}},
+      {"generator": {"type": "region", "per_cell": 3, "velocity": [-1, -0.7], "material": 1,
+                     "region": {"sphere": {"centre": [0.7, 0.65], "radius": 0.2}}}}],
+    "analysis": {"dt": 4e-3, "nsteps": 80, "patch_particles": 48},
+    "post_processing": {"output_steps": 20, "history_steps": 8}})");
+}
+
+/// Water that falls apart in a tank.
+inline Model<2> dam_break() {
+  return model_of_text<2>(R"({
+    "mesh": {"structured": {"cell_size": 0.1, "extent": [3, 1.5]},
+             "boundary_conditions": {"velocity_constraints": [
+               {"nset": "floor", "dir": "y", "velocity": 0},
+               {"nset": "walls", "dir": "x", "velocity": 0}]}},
+    "sets": {"nodes": {
+      "floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}},
+      "walls": {"union": [{"half_space": {"point": [0, 0], "normal": [1, 0]}},
+                          {"half_space": {"point": [3, 0], "normal": [-1, 0]}}]}}},
+    "materials": [{"type": "Newtonian", "density": 1000, "bulk_modulus": 4e4,
+                   "dynamic_viscosity": 0.5}],
+    "particles": [{"generator": {"type": "region", "per_cell": 2, "material": 0,
+                                 "region": {"box": {"min": [0, 0], "max": [1, 1]}}}}],
+    "external_loading_conditions": {"gravity": [0, -9.81]},
+    "analysis": {"dt": 5e-3, "nsteps": 120, "patch_particles": 32},
+    "post_processing": {"output_steps": 40, "history_steps": 10}})");
+}
+
+/// The same with hexahedra.
+inline Model<3> dam_break_3d() {
+  return model_of_text<3>(R"({
+    "mesh": {"structured": {"cell_size": 0.2, "extent": [2, 0.8, 1]},
+             "boundary_conditions": {"velocity_constraints": [
+               {"nset": "floor", "dir": "z", "velocity": 0},
+               {"nset": "walls", "dir": "x", "velocity": 0},
+               {"nset": "sides", "dir": "y", "velocity": 0}]}},
+    "sets": {"nodes": {
+      "floor": {"half_space": {"point": [0, 0, 0], "normal": [0, 0, 1]}},
+      "walls": {"union": [{"half_space": {"point": [0, 0, 0], "normal": [1, 0, 0]}},
+                          {"half_space": {"point": [2, 0, 0], "normal": [-1, 0, 0]}}]},
+      "sides": {"union": [{"half_space": {"point": [0, 0, 0], "normal": [0, 1, 0]}},
+                          {"half_space": {"point": [0, 0.8, 0], "normal": [0, -1, 0]}}]}}},
+    "materials": [{"type": "Newtonian", "density": 1000, "bulk_modulus": 4e4,
+                   "dynamic_viscosity": 0.5}],
+    "particles": [{"generator": {"type": "region", "per_cell": 2, "material": 0,
+                                 "region": {"box": {"min": [0, 0, 0], "max": [0.8, 0.8, 0.8]}}}}],
+    "external_loading_conditions": {"gravity": [0, 0, -9.81]},
+    "analysis": {"dt": 8e-3, "nsteps": 60, "patch_particles": 64},
+    "post_processing": {"output_steps": 20, "history_steps": 10}})");
+}
+
+/// The structured mesh as a table of cells that are no boxes: every inner node moves by up to
+/// `amount`.
+template <int Dim>
+Model<Dim> distorted(Model<Dim> model, double amount) {
+  const Mesh<Dim>& old = *model.mesh;
+  std::mt19937_64 random(11);
+  const auto [low, high] = old.bounds();
+  std::vector<Vec<Dim>> nodes;
+  for (Index n = 0; n < old.n_nodes(); ++n) {
+    Vec<Dim> x = old.node(n);
+    bool inner = true;
+    for (int d = 0; d < Dim; ++d) inner = inner && x[d] > low[d] + 1e-9 && x[d] < high[d] - 1e-9;
+    for (int d = 0; d < Dim && inner; ++d)
+      x[d] += std::uniform_real_distribution<>(-amount, amount)(random);
+    nodes.push_back(x);
+  }
+  std::vector<typename Mesh<Dim>::Corners> cells;
+  for (Index c = 0; c < old.n_cells(); ++c) cells.push_back(old.cell_nodes(c));
+  model.mesh = std::make_shared<const Mesh<Dim>>(
+      Mesh<Dim>::from_tables(std::move(nodes), std::move(cells), true));
+  for (std::size_t p = 0; p < model.particles.x.size(); ++p)
+    model.particles.cell[p] = model.mesh->locate(model.particles.x[p]).cell;
+  return model;
+}
+
+/// What a run gives to its user.
+struct Outcome {
+  std::vector<Frame> frames;  ///< those of the scenario, then the last state
+  std::vector<HistoryRow> rows;
+  Index removed = 0;
+  std::string error;  ///< of a run that failed
+};
+
+inline bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0);
+}
+
+inline bool same_bits(const Frame& a, const Frame& b) {
+  bool same = a.step == b.step && a.time == b.time && a.dim == b.dim && a.id == b.id &&
+              a.material == b.material && same_bits(a.coordinates, b.coordinates) &&
+              a.columns.size() == b.columns.size();
+  for (std::size_t k = 0; same && k < a.columns.size(); ++k)
+    same = a.columns[k].name == b.columns[k].name &&
+           same_bits(a.columns[k].values, b.columns[k].values);
+  return same;
+}
+
+inline bool same_bits(const HistoryRow& a, const HistoryRow& b) {
+  const auto numbers = [](const HistoryRow& r) {
+    return std::vector<double>{r.time,        r.dt,          r.mass,    r.momentum[0],
+                               r.momentum[1], r.momentum[2], r.kinetic, r.internal,
+                               r.external,    r.damping,     r.balance, r.max_speed};
+  };
+  return a.step == b.step && a.particles == b.particles && same_bits(numbers(a), numbers(b));
+}
+
+inline bool same_bits(const Outcome& a, const Outcome& b) {
+  const auto equal = [](const auto& x, const auto& y) {
+    return x.size() == y.size() &&
+           std::equal(x.begin(), x.end(), y.begin(),
+                      [](const auto& i, const auto& j) { return same_bits(i, j); });
+  };
+  return equal(a.frames, b.frames) && equal(a.rows, b.rows) && a.removed == b.removed &&
+         a.error == b.error;
+}
+
+using Mode = ExecutionOptions::Mode;
+
+inline ExecutionOptions serial() {
+  return {.mode = Mode::serial};
+}
+inline ExecutionOptions random_order(std::uint64_t seed) {
+  return {.mode = Mode::random_order, .seed = seed};
+}
+inline ExecutionOptions flow(int threads) {
+  return {.mode = Mode::flow_graph, .threads = threads, .verify = true};
+}
+
+/// Every way of executing that must give the bits of the serial loop.
+inline std::vector<ExecutionOptions> other_ways() {
+  return {flow(1), flow(2), flow(3), flow(8), random_order(1), random_order(2), random_order(3)};
+}
+
+inline std::string describe(const ExecutionOptions& way) {
+  if (way.mode == Mode::serial) return "serial";
+  if (way.mode == Mode::random_order) return "random order " + std::to_string(way.seed);
+  return std::to_string(way.threads) + " threads";
+}
+
+template <int Dim>
+Outcome run(const Model<Dim>& model, const ExecutionOptions& options) {
+  Outcome outcome;
+  Observer observer;
+  observer.frame = [&](Frame&& frame) { outcome.frames.push_back(std::move(frame)); };
+  observer.history = [&](const HistoryRow& row) { outcome.rows.push_back(row); };
+  Simulation<Dim> simulation(model, options, observer);
+  try {
+    simulation.run();
+  } catch (const SimulationError& error) {
+    outcome.error = error.what();
+  }
+  outcome.frames.push_back(simulation.frame());
+  outcome.rows.push_back(simulation.history());
+  outcome.removed = simulation.info().removed;
+  return outcome;
+}
+
+/// Particles that end in another patch than the one they began in.
+template <int Dim>
+Index crossings(const Model<Dim>& model, const Frame& end) {
+  Simulation<Dim> simulation(model, serial());
+  const Partition<Dim> partition(*model.mesh, simulation.info().cells_per_patch);
+  Index count = 0;
+  for (std::size_t k = 0; k < end.id.size(); ++k) {
+    Vec<Dim> x;
+    for (int d = 0; d < Dim; ++d) x[d] = end.coordinates[k * Dim + static_cast<std::size_t>(d)];
+    const Index before = model.particles.cell[static_cast<std::size_t>(end.id[k])];
+    count += partition.patch_of(before) != partition.patch_of(model.mesh->locate(x).cell);
+  }
+  return count;
+}
+
+}  // namespace lahar::test

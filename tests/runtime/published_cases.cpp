@@ -1,0 +1,108 @@
+// Published CB-Geo cases against the states that the reference code computed.
+#include <doctest/doctest.h>
+
+#include <filesystem>
+
+#include "io/compare.h"
+#include "tests/runtime/models.h"
+
+namespace fs = std::filesystem;
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+/// The published cases beside the repository; empty if they are not there.
+fs::path cases() {
+  const fs::path folder = fs::path(LAHAR_SOURCE_DIR).parent_path() / "shared" / "cases";
+  if (fs::exists(folder)) return folder;
+  MESSAGE("no published cases beside the repository: skipped");
+  return {};
+}
+
+struct Case {
+  const char* name;
+  double tolerance;  ///< relative to the largest magnitude of a field
+};
+
+constexpr Case agreeing[] = {
+    {"2d_hydrostatic_quad", 1e-8},
+    {"2d_hydrostatic_quad_usl", 1e-8},
+    {"2d_plate_with_hole_cartesian_1000", 1e-8},
+    {"2d_uniaxial_stress", 1e-8},
+    {"2d_uniaxial_traction_nodal_forces", 1e-8},
+    {"3d_dam_break_1000", 1e-6},
+    {"3d_hydrostatic_mesh1_1000_usl", 1e-8},
+    {"3d_uniaxial_stress", 1e-8},
+};
+
+struct Refused {
+  const char* name;
+  std::vector<const char*> what;
+};
+
+const std::vector<Refused> refused{
+    {"2d_mc_uniaxial_compression", {"MohrCoulomb2D"}},
+    {"2d_sliding_block", {"friction_constraints", "nodal_euler_angles"}},
+};
+
+}  // namespace
+
+TEST_CASE("published cases end in the state that the reference code computed") {
+  const fs::path folder = cases();
+  if (folder.empty()) return;
+  for (const Case& c : agreeing) {
+    CAPTURE(c.name);
+    REQUIRE(fs::exists(folder / c.name));
+    Scenario scenario = read_scenario(folder / c.name / "case.json");
+    const Frame end = std::visit(
+        [](auto& model) {
+          Simulation simulation(std::move(model));
+          simulation.run();
+          return simulation.frame();
+        },
+        scenario.model);
+    Tolerances tolerances;
+    tolerances.rtol = c.tolerance;
+    const Comparison comparison =
+        compare(end, read_particles(folder / c.name / "reference.csv"), tolerances);
+    INFO(comparison.text());
+    CHECK(comparison.passed);
+    CHECK(comparison.matched == end.size());
+    for (const char* field :
+         {"coordinates", "displacement", "velocity", "stress", "strain", "volume", "mass"})
+      CHECK(std::any_of(comparison.fields.begin(), comparison.fields.end(),
+                        [&](const FieldDifference& f) { return f.name == field; }));
+  }
+}
+
+TEST_CASE("published cases that need what is not there yet are refused with its name") {
+  const fs::path folder = cases();
+  if (folder.empty()) return;
+  for (const Refused& c : refused) {
+    CAPTURE(c.name);
+    std::string text;
+    try {
+      read_scenario(folder / c.name / "case.json");
+    } catch (const InputError& error) {
+      text = format_problems(error.problems());
+      CHECK(error.problems().size() == c.what.size());
+    }
+    CHECK(text.find("is not supported yet") != std::string::npos);
+    for (const char* what : c.what) CHECK(text.find(what) != std::string::npos);
+  }
+}
+
+TEST_CASE("every published case is known to agree or to be refused") {
+  const fs::path folder = cases();
+  if (folder.empty()) return;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (!entry.is_directory()) continue;
+    const std::string name = entry.path().filename();
+    CAPTURE(name);
+    CHECK((std::any_of(std::begin(agreeing), std::end(agreeing),
+                       [&](const Case& c) { return c.name == name; }) ||
+           std::any_of(refused.begin(), refused.end(),
+                       [&](const Refused& c) { return c.name == name; })));
+  }
+}
