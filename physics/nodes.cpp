@@ -65,6 +65,9 @@ void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
   double* force = patch.total[static_cast<int>(NodeSum::force)].data();
   const int width = node_sum_width<Dim>[static_cast<int>(NodeSum::force)];
   const double alpha = model.analysis.damping;
+  // Work at a node is shared among its patches as its mass is: those without particles, which may
+  // not get here, have none of it.
+  const double* own_mass = patch.partial[static_cast<int>(NodeSum::mass_momentum)].data();
   PatchWork& work = patch.work;
 
   for (const auto& point : patch.forces)
@@ -88,11 +91,11 @@ void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
       for (int d = 0; d < Dim; ++d) {
         const double damping = v[d] > 0.0 ? norm : v[d] < 0.0 ? -norm : 0.0;
         f[d] -= damping;
-        if (patch.topology.owned[i])
-          work.damping += damping * (v[d] + step.dt * f[d] / m) * step.dt;
+        work.damping +=
+            own_mass[i * mass_width] / m * damping * (v[d] + step.dt * f[d] / m) * step.dt;
       }
     }
-    const double weight = patch.topology.owned[i] ? m * step.dt : 0.0;
+    const double weight = own_mass[i * mass_width] * step.dt;
     for (int d = 0; d < Dim; ++d) {
       const double acceleration = f[d] / m;
       a[d] = flushed(acceleration);
@@ -103,17 +106,16 @@ void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
 
   for (const auto& fixed : patch.fixed) {
     double& v = patch.velocity[fixed.node * Dim + fixed.dir];
-    if (patch.topology.owned[fixed.node]) {
-      const double m = mass[fixed.node * mass_width];
-      work.external += m * (fixed.velocity - v) * fixed.velocity;  // work of the reaction
-      work.external -= m * model.gravity[fixed.dir] * (v - fixed.velocity) * step.dt;
-    }
+    const double m = own_mass[fixed.node * mass_width];
+    work.external += m * (fixed.velocity - v) * fixed.velocity;  // work of the reaction
+    work.external -= m * model.gravity[fixed.dir] * (v - fixed.velocity) * step.dt;
     v = fixed.velocity;
     patch.acceleration[fixed.node * Dim + fixed.dir] = 0.0;
   }
   for (const auto& point : patch.forces)
-    if (patch.topology.owned[point.node])
-      work.external += point.force * load_factor(model, point.function, step.time) *
+    if (const double m = mass[point.node * mass_width]; m > least_mass_acceleration)
+      work.external += own_mass[point.node * mass_width] / m * point.force *
+                       load_factor(model, point.function, step.time) *
                        patch.velocity[point.node * Dim + point.dir] * step.dt;
 }
 
