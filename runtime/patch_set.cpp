@@ -171,6 +171,12 @@ void PatchSet<Dim>::distribute(ParticleTable<Dim>& table) {
 }
 
 template <int Dim>
+Index PatchSet<Dim>::layers() const {
+  const Index width = std::max<Index>(1, partition_.min_width());
+  return (max_lead + width) / width;
+}
+
+template <int Dim>
 std::vector<Index> PatchSet<Dim>::needed(const std::vector<Index>& occupied) const {
   std::vector<Index> all = occupied;
   if (!model_->mesh->is_structured()) {  // cells of table meshes are stored anyway
@@ -180,9 +186,7 @@ std::vector<Index> PatchSet<Dim>::needed(const std::vector<Index>& occupied) con
   }
   // A particle crosses at most one cell per step, and a rebuild takes effect max_lead steps after
   // it was asked for: the ring must be wider than that.
-  const Index width = std::max<Index>(1, partition_.min_width());
-  const Index layers = (max_lead + width) / width;
-  for (Index layer = 0; layer < layers; ++layer) {
+  for (Index layer = 0; layer < layers(); ++layer) {
     std::vector<Index> next = all;
     for (const Index id : all)
       for (const Index q : partition_.neighbours(id, rings_)) next.push_back(q);
@@ -214,6 +218,14 @@ void PatchSet<Dim>::link() {
     for (auto& pointers : patch.neighbour_partial) pointers.clear();
     patch.outbox.resize(neighbours.size());
     for (auto& out : patch.outbox) out.particles = Particles<Dim>(layout_);
+  }
+  // A particle in any of the layers that needed() adds may be beyond the last before a rebuild.
+  const auto adjacent = neighbours();
+  for (Index layer = 1; layer < layers(); ++layer) {
+    const std::vector<char> inner = at_edge_;
+    for (std::size_t i = 0; i < adjacent.size(); ++i)
+      for (const int q : adjacent[i])
+        if (inner[static_cast<std::size_t>(q)]) at_edge_[i] = 1;
   }
   for (auto& patch : patches_)
     for (const Index id : patch->topology.neighbours) {

@@ -22,7 +22,8 @@ class PatchSet {
 
   /// Positions of the patches that each patch exchanges with, ascending.
   std::vector<std::vector<int>> neighbours() const;
-  /// A patch whose surroundings do not all exist must not hold particles for long.
+  /// A patch whose surroundings do not all exist, or soon may not, must not hold particles for
+  /// long.
   bool at_edge(int i) const { return at_edge_[static_cast<std::size_t>(i)]; }
 
   /// Deliver particles that are on their way. Only between steps of all patches.
@@ -41,6 +42,7 @@ class PatchSet {
   std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
   void distribute(ParticleTable<Dim>& table);
   std::vector<std::uint64_t> load_bits() const;
+  Index layers() const;  ///< of empty patches around those with particles
   std::vector<Index> needed(const std::vector<Index>& occupied) const;
   void link();
 
