@@ -17,6 +17,12 @@ bool FailureList::empty() const {
   return failures_.empty();
 }
 
+bool FailureList::by(Step step) const {
+  const std::scoped_lock lock(mutex_);
+  return std::any_of(failures_.begin(), failures_.end(),
+                     [&](const Failure& f) { return f.step <= step; });
+}
+
 std::string FailureList::message() const {
   const std::scoped_lock lock(mutex_);
   const auto first =

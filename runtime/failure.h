@@ -25,6 +25,8 @@ class FailureList {
  public:
   void add(Failure failure);
   bool empty() const;
+  /// True if some patch failed in `step` or before. Known for good once all have done `step`.
+  bool by(Step step) const;
   /// The earliest failure and the number of patches that failed with it.
   std::string message() const;
 

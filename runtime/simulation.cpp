@@ -91,6 +91,7 @@ struct Simulation<Dim>::Impl {
     dt[0] = plan.adaptive ? std::min(adaptive_dt(limit), model.analysis.end_time) : plan.dt;
     start_time[0] = 0.0;
     start_time[1] = dt[0];
+    if (plan.adaptive && dt[0] >= model.analysis.end_time) nsteps = std::min<Index>(nsteps, 1);
     if (!plan.adaptive) {
       if (plan.dt > limit && !plan.accept_unstable)
         throw InputError({Problem{.where = "/analysis/dt",
@@ -161,6 +162,7 @@ struct Simulation<Dim>::Impl {
     try {
       if (poison) {
         // A failed patch does no work but still takes part, so that everybody can stop together.
+        if (s == 0) receive(patch);  // so that no particle is missing from the last state
         if (s == locate_index)
           for (auto& out : patch.outbox) out.particles.clear(), out.cell.clear();
       } else {
@@ -235,7 +237,8 @@ struct Simulation<Dim>::Impl {
 
   /// All patches are done with `step`. Steps arrive in order, one call at a time.
   void complete(Step step) {
-    const bool failed = !failures.empty();
+    // Patches that are ahead may have failed in a later step: this one is still good.
+    const bool failed = failures.by(step);
     if (history_due(step) && !failed) {
       HistoryRow row;
       for (const HistoryRow& part : rows[step]) add(row, part);
@@ -317,13 +320,25 @@ struct Simulation<Dim>::Impl {
       rebuild_needed = false;
       step = executor->run(step, end);
       count_removed();
-      if (!failures.empty()) throw SimulationError(failures.message());
+      if (!failures.empty()) {
+        drain_after_failure();
+        throw SimulationError(failures.message());
+      }
       if (output_failure) std::rethrow_exception(output_failure);
       patches.settle();
       if (model.analysis.step.adaptive && step < nsteps) set_dt_at_rest();
       if (rebuild_needed) rebuild();
     }
     if (assembler) assembler->drain();
+  }
+
+  /// Frames of good steps are handed on before the failure is reported.
+  void drain_after_failure() {
+    try {
+      if (assembler) assembler->drain();
+    } catch (...) {
+      output_failure = std::current_exception();
+    }
   }
 
   /// dt of the next step, which the drained graph did not get to.
