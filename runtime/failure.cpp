@@ -76,7 +76,8 @@ std::string describe_mark(const Mark& mark, int dim) {
     case Mark::Kind::volume:
       return fmt::format(
           "particle {} at {} m{} would get a volume of zero or less within one step: "
-          "its cell collapses. Reduce the time step.",
+          "its cell collapses. Reduce the time step, or use \"mpm_scheme\": \"musl\", "
+                         "which bears nodes of little mass better.",
           mark.particle, tuple(std::span(mark.position).first(n)), more);
     case Mark::Kind::moved_too_far:
       return particle + more +
