@@ -105,26 +105,6 @@ HoleStresses at_hole(const HoleSeries& series) {
   return {a[0], b[0], b[1]};
 }
 
-/// The stress at the hole itself. Particles are inside the material, and the cells that the hole
-/// cuts see it as a staircase, so a series that satisfies elasticity and a free hole is fitted to
-/// the particles between one cell and two radii from the hole. Of the exact stresses at those
-/// particles it makes the exact stress at the hole to 1e-4.
-HoleStresses recover(const Frame& frame) {
-  constexpr double from = plate_radius + plate_cell, to = 3 * plate_radius;
-  constexpr int terms = 4;  // n = 0, 2, 4, 6: seven unknowns
-  std::vector<Vec<2>> points;
-  std::vector<PlaneStress> stresses;
-  for (Index p = 0; p < frame.size(); ++p) {
-    const Vec<2> x = position(frame, p);
-    if (x.norm() < from || x.norm() > to) continue;
-    points.push_back(x);
-    stresses.push_back(stress_over_load(frame, p));
-  }
-  HoleSeries series(plate_radius, to, terms);
-  series.fit(points, stresses);
-  return at_hole(series);
-}
-
 Result solve(const char* what, Model<2> model, int threads) {
   Console console(false);
   const Index steps = model.analysis.nsteps;
@@ -153,7 +133,7 @@ Result solve(const char* what, Model<2> model, int threads) {
               b = nearest_particle(result.frame, point_b);
   const PlaneStress at_b = stress_over_load(result.frame, b);
   result.nearest = {stress_over_load(result.frame, a)[0], at_b[0], at_b[1]};
-  result.recovered = recover(result.frame);
+  result.recovered = stresses_at_hole(result.frame);
   fmt::print("{:<28} {} particles, {} steps in {}; kinetic / strain energy {:.0e}\n", what,
              format_count(result.frame.size()), format_count(result.steps),
              format_seconds(result.seconds), result.history.kinetic / result.history.internal);
@@ -301,6 +281,22 @@ std::string times_table(const std::vector<ThreadTime>& times) {
 }
 
 }  // namespace
+
+HoleStresses stresses_at_hole(const Frame& frame) {
+  constexpr double from = plate_radius + plate_cell, to = 3 * plate_radius;
+  constexpr int terms = 4;  // n = 0, 2, 4, 6: seven unknowns
+  std::vector<Vec<2>> points;
+  std::vector<PlaneStress> stresses;
+  for (Index p = 0; p < frame.size(); ++p) {
+    const Vec<2> x = position(frame, p);
+    if (x.norm() < from || x.norm() > to) continue;
+    points.push_back(x);
+    stresses.push_back(stress_over_load(frame, p));
+  }
+  HoleSeries series(plate_radius, to, terms);
+  series.fit(points, stresses);
+  return at_hole(series);
+}
 
 bool verify_plate_with_hole(const VerifyArguments& arguments) {
   const int threads = arguments.threads > 0 ? arguments.threads : available_threads();

@@ -18,6 +18,15 @@ struct HoleStresses {
   double a_xx = 0, b_xx = 0, b_yy = 0;
 };
 
+/// Stress at the hole of a plate whose particles are a frame of the case, also of finer or longer
+/// ones.
+///
+/// No particle is at the hole, and the cells that the hole cuts see it as a staircase, so a series
+/// that satisfies elasticity and leaves the hole free is fitted to the particles from one cell to
+/// two radii away from it. Of the exact stresses at those particles it makes the exact ones at the
+/// hole, to 1e-4.
+HoleStresses stresses_at_hole(const Frame& frame);
+
 /// Time of one number of threads.
 struct ThreadTime {
   int threads = 1;

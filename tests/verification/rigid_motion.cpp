@@ -62,7 +62,7 @@ TEST_CASE("a body in uniform motion crosses cells and patches without stress") {
     model.analysis.scheme = scheme;
     model.analysis.patch_particles = 16;
     for (auto& v : model.particles.velocity = std::vector<Vec<2>>(
-             static_cast<std::size_t>(model.particles.size()), Vec<2>(2, -3)))
+                       static_cast<std::size_t>(model.particles.size()), Vec<2>(2, -3)))
       v = {2, -3};
     Simulation<2> simulation(std::move(model));
     const HistoryRow before = simulation.history();

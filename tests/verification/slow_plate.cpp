@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "runtime/verify_plate.h"
 #include "tests/verification/case.h"
 
 using namespace lahar;
@@ -34,6 +35,11 @@ TEST_CASE("a finer plate with a hole: stresses beside the hole and far from it")
   CHECK(xx(a) == doctest::Approx(3.117).epsilon(0.05));
   CHECK(std::abs(xx(b) + 0.009) < 0.05);
   CHECK(std::abs(yy(b) + 1.106) < 0.05);
+  // At the hole itself, from the stresses around it: within 1 and 3 %.
+  const HoleStresses hole = stresses_at_hole(simulation.frame());
+  MESSAGE("at the hole: A xx " << hole.a_xx << ", B yy " << hole.b_yy);
+  CHECK(hole.a_xx == doctest::Approx(3.176).epsilon(0.01));
+  CHECK(hole.b_yy == doctest::Approx(-1.148).epsilon(0.03));
   // A radius away from the hole it does.
   CHECK(std::abs(xx(nearest(0, 1)) - 1.265) < 0.02);
   CHECK(std::abs(xx(nearest(1, 0)) - 0.472) < 0.02);
