@@ -1,0 +1,161 @@
+/// \file A patch with random particles, for the tests of kernels.
+#pragma once
+
+#include <memory>
+
+#include "physics/kernels.h"
+#include "tests/physics/mesh_fixtures.h"
+
+namespace lahar::test {
+
+/// One patch that is the whole mesh.
+template <int Dim>
+struct OnePatch {
+  static constexpr int dim = Dim;
+  Model<Dim> model;
+  Partition<Dim> partition;
+  Patch<Dim> patch;
+  double dt = 0.01, time = 0.0;
+
+  OnePatch(Mesh<Dim>&& mesh, ColumnNeeds needs = {.size = true, .pressure = true})
+      : model(with(std::move(mesh))), partition(*model.mesh, model.mesh->n_cells()) {
+    const Mesh<Dim>& m = *model.mesh;
+    patch.topology = make_topology(m, partition, 0);
+    std::vector<PatchTopology<Dim>*> alone{&patch.topology};
+    connect(alone);
+    patch.particles = Particles<Dim>(ColumnLayout<Dim>(needs));
+    patch.cartesian = m.is_cartesian();
+    for (Index c = 0; c < m.n_cells(); ++c) {
+      patch.local_cell[c] = static_cast<Local>(c);
+      patch.cell_size.push_back(m.cell_size(c));
+      auto& box = patch.box.emplace_back();
+      for (int d = 0; d < Dim; ++d) {
+        box[static_cast<std::size_t>(d)] = m.geometry(c).centre[d];
+        box[static_cast<std::size_t>(Dim + d)] = m.geometry(c).length[d];
+      }
+    }
+    for (Index n = 0; n < m.n_nodes(); ++n) patch.node_position.push_back(m.node(n));
+    const auto nodes = static_cast<std::size_t>(m.n_nodes());
+    for (std::size_t k = 0; k < n_node_sums; ++k) {
+      patch.partial[k].assign(nodes * static_cast<std::size_t>(node_sum_width<Dim>[k]), 0.0);
+      patch.total[k] = patch.partial[k];
+    }
+    patch.velocity.assign(nodes * Dim, 0.0);
+    patch.acceleration.assign(nodes * Dim, 0.0);
+  }
+
+  StepContext<Dim> context() const { return {&model, &partition, 0, time, dt}; }
+
+  /// A particle of random state at natural coordinates xi of a cell.
+  void add(std::mt19937& random, Local cell, const Vec<Dim>& xi, std::uint16_t material) {
+    Particles<Dim>& p = patch.particles;
+    const Local i = p.size();
+    p.resize(i + 1);
+    p.loads.resize(static_cast<std::size_t>(i) + 1);
+    p.id.back() = 1000 + i;
+    p.cell.back() = cell;
+    p.material.back() = material;
+    for (const ColumnInfo& info : column_table)
+      if (p.layout().has(info.column))
+        for (int k = 0; k < ColumnLayout<Dim>::components(info); ++k)
+          p.row(info.column, k)[i] = uniform(random, -1, 1);
+    for (const Column c : {Column::volume, Column::mass, Column::size})
+      if (p.layout().has(c)) p.row(c)[i] = uniform(random, 0.5, 1.5);
+    const auto x = physical(cell, xi);
+    for (int d = 0; d < Dim; ++d) {
+      p.row(Column::xi, d)[i] = xi[d];
+      p.row(Column::x, d)[i] = x[d];
+    }
+  }
+
+  /// 0 to 21 particles in every cell (so that every length of a run occurs), two materials, in
+  /// random order; then sorted into runs.
+  void fill(std::mt19937& random) {
+    std::vector<Local> cells;
+    for (Index c = 0; c < model.mesh->n_cells(); ++c)
+      cells.insert(cells.end(), static_cast<std::size_t>(c * 7 % 22), static_cast<Local>(c));
+    std::shuffle(cells.begin(), cells.end(), random);
+    for (const Local cell : cells)
+      add(random, cell, random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones()),
+          static_cast<std::uint16_t>(random() % 2));
+    receive(patch);
+  }
+
+  Vec<Dim> physical(Local cell, const Vec<Dim>& xi) const {
+    const CellGeometry<Dim> geometry = model.mesh->geometry(cell);
+    Vec<Dim> x = Vec<Dim>::Zero();
+    for (int a = 0; a < corners<Dim>; ++a) {
+      double N = 1;
+      for (int d = 0; d < Dim; ++d) N *= 0.5 * (1 + ((a >> d) & 1 ? xi[d] : -xi[d]));
+      x += N * geometry.corner[static_cast<std::size_t>(a)];
+    }
+    return x;
+  }
+
+  double at(Column c, Local p, int k = 0) const { return patch.particles.row(c, k)[p]; }
+  double& at(Column c, Local p, int k = 0) { return patch.particles.row(c, k)[p]; }
+  Local size() const { return patch.particles.size(); }
+
+ private:
+  static Model<Dim> with(Mesh<Dim>&& mesh) {
+    Model<Dim> model;
+    model.mesh = std::make_shared<const Mesh<Dim>>(std::move(mesh));
+    model.materials = {{.id = 0,
+                        .name = "solid",
+                        .density = 1.5,
+                        .law = LinearElastic{.youngs_modulus = 10, .poisson_ratio = 0.3}},
+                       {.id = 1,
+                        .name = "fluid",
+                        .density = 0.7,
+                        .law = Newtonian{.bulk_modulus = 20, .dynamic_viscosity = 0.4}}};
+    return model;
+  }
+};
+
+/// Boxes of unequal edges, and cells that are no boxes.
+template <int Dim>
+Mesh<Dim> boxes() {
+  Vec<Dim> edge = Vec<Dim>::Ones();
+  edge[0] = 0.5;
+  edge[Dim - 1] = 2;
+  std::array<Index, Dim> counts;
+  counts.fill(Dim == 2 ? 6 : 3);
+  return Mesh<Dim>::structured(Vec<Dim>::Constant(-1), edge, counts);
+}
+template <int Dim>
+Mesh<Dim> skewed() {
+  std::mt19937 random(3);
+  std::array<Index, Dim> counts;
+  counts.fill(Dim == 2 ? 6 : 3);
+  return distorted<Dim>(grid_tables<Dim>(counts), 0.12, random).mesh(true);
+}
+
+/// Make nodal velocities (or accelerations) A x + b, with random A and b.
+template <class Fixture>
+auto set_linear(Fixture& f, std::vector<double>& field, std::mt19937& random) {
+  constexpr int Dim = Fixture::dim;
+  Eigen::Matrix<double, Dim, Dim> A;
+  for (int i = 0; i < Dim * Dim; ++i) A.data()[i] = uniform(random, -1, 1);
+  const Vec<Dim> b = random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones());
+  for (Local n = 0; n < f.patch.n_nodes(); ++n) {
+    const Vec<Dim> v = A * f.patch.node_position[static_cast<std::size_t>(n)] + b;
+    for (int d = 0; d < Dim; ++d) field[static_cast<std::size_t>(n * Dim + d)] = v[d];
+  }
+  return std::pair(A, b);
+}
+
+/// Call with a filled patch of each dimension and kind of cell.
+template <class Check>
+void on_every_mesh(Check check) {
+  std::mt19937 random(17);
+  const auto with = [&](auto patch) {
+    patch.fill(random);
+    check(patch, random);
+  };
+  with(OnePatch<2>(boxes<2>()));
+  with(OnePatch<2>(skewed<2>()));
+  with(OnePatch<3>(boxes<3>()));
+  with(OnePatch<3>(skewed<3>()));
+}
+
+}  // namespace lahar::test

@@ -1,0 +1,140 @@
+// The table of particles: whatever is appended, removed, permuted, a particle stays what it is.
+#include "physics/particles.h"
+
+#include <doctest/doctest.h>
+
+#include <map>
+#include <numeric>
+
+#include "tests/physics/mesh_fixtures.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+/// All values of a particle.
+template <int Dim>
+std::vector<double> values_of(const Particles<Dim>& particles, Local p) {
+  std::vector<double> values;
+  for (const ColumnInfo& info : column_table)
+    if (particles.layout().has(info.column))
+      for (int k = 0; k < ColumnLayout<Dim>::components(info); ++k)
+        values.push_back(particles.row(info.column, k)[p]);
+  const auto i = static_cast<std::size_t>(p);
+  values.push_back(particles.cell[i]);
+  values.push_back(particles.material[i]);
+  if (!particles.loads.empty()) values.push_back(static_cast<double>(particles.loads[i]));
+  return values;
+}
+
+template <int Dim>
+using State = std::map<Index, std::vector<double>>;
+
+template <int Dim>
+State<Dim> state_of(const Particles<Dim>& particles) {
+  State<Dim> state;
+  for (Local p = 0; p < particles.size(); ++p)
+    state[particles.id[static_cast<std::size_t>(p)]] = values_of(particles, p);
+  CHECK(state.size() == static_cast<std::size_t>(particles.size()));
+  return state;
+}
+
+template <int Dim>
+void add(Particles<Dim>& particles, Index id, bool loads, std::mt19937& random) {
+  const Local p = particles.size();
+  particles.resize(p + 1);
+  const auto i = static_cast<std::size_t>(p);
+  if (loads) particles.loads.resize(i + 1);
+  particles.id[i] = id;
+  particles.cell[i] = static_cast<Local>(random() % 1000);
+  particles.material[i] = static_cast<std::uint16_t>(random() % 7);
+  if (loads) particles.loads[i] = random() % 4096;
+  for (const ColumnInfo& info : column_table)
+    if (particles.layout().has(info.column))
+      for (int k = 0; k < ColumnLayout<Dim>::components(info); ++k) {
+        CHECK(particles.row(info.column, k)[p] == 0.0);  // new particles are zero
+        particles.row(info.column, k)[p] = uniform(random, -1, 1);
+      }
+}
+
+template <int Dim>
+void check_operations(ColumnNeeds needs, bool loads) {
+  std::mt19937 random(21);
+  Particles<Dim> a{ColumnLayout<Dim>(needs)}, b{ColumnLayout<Dim>(needs)};
+  State<Dim> in_a, in_b;
+  Index next = 0;
+  for (int round = 0; round < 400; ++round) {
+    const auto what = random() % 10;
+    if (what < 4) {
+      add(a, next, loads, random);
+      in_a[next] = values_of(a, a.size() - 1);
+      ++next;
+    } else if (what < 6 && a.size() > 0) {
+      const auto p = static_cast<Local>(random() % static_cast<unsigned>(a.size()));
+      in_a.erase(a.id[static_cast<std::size_t>(p)]);
+      a.remove(p);
+    } else if (what < 8 && a.size() > 0) {  // migrates
+      const auto p = static_cast<Local>(random() % static_cast<unsigned>(a.size()));
+      const Index id = a.id[static_cast<std::size_t>(p)];
+      b.append(a, p);
+      in_b[id] = in_a[id];
+      in_a.erase(id);
+      a.remove(p);
+    } else if (what < 9) {
+      std::vector<Local> order(static_cast<std::size_t>(a.size()));
+      std::iota(order.begin(), order.end(), 0);
+      std::shuffle(order.begin(), order.end(), random);
+      const auto before = a.id;
+      a.permute(order);
+      bool placed = true;
+      for (std::size_t k = 0; k < order.size(); ++k)
+        placed = placed && a.id[k] == before[static_cast<std::size_t>(order[k])];
+      CHECK(placed);
+    } else if (random() % 20 == 0) {
+      b.clear();
+      in_b.clear();
+    } else {
+      std::swap(a, b);
+      std::swap(in_a, in_b);
+    }
+  }
+  CHECK(next > 100);
+  CHECK(state_of(a) == in_a);
+  CHECK(state_of(b) == in_b);
+}
+
+}  // namespace
+
+TEST_CASE("particles stay intact however they are added, sent, removed and sorted") {
+  for (const bool size : {false, true})
+    for (const bool pressure : {false, true})
+      for (const bool loads : {false, true}) {
+        check_operations<2>({.size = size, .pressure = pressure}, loads);
+        check_operations<3>({.size = size, .pressure = pressure}, loads);
+      }
+}
+
+TEST_CASE("rows start on cache lines and may be read a vector beyond the last particle") {
+  Particles<3> particles{ColumnLayout<3>({.size = true, .pressure = true})};
+  for (const Local n : {1, 7, 8, 56, 64, 1000, 4096}) {
+    particles.resize(n);
+    const double* last = particles.row(Column::pressure);
+    const double* first = particles.row(Column::x);
+    for (const ColumnInfo& info : column_table)
+      CHECK(reinterpret_cast<std::uintptr_t>(particles.row(info.column)) % 64 == 0);
+    // The block ends at least eight doubles after the last particle of the last row.
+    CHECK(last + n + 8 <= first + particles.bytes() / sizeof(double));
+    // Consecutive rows do not fall on one set of the first-level cache.
+    CHECK((particles.row(Column::x, 1) - first) % 64 != 0);
+  }
+}
+
+TEST_CASE("columns that a model does not need take no memory") {
+  const ColumnLayout<2> least;
+  CHECK(!least.has(Column::size));
+  CHECK(!least.has(Column::pressure));
+  CHECK(least.rows() == 2 + 2 + 2 + 2 + 4 + 3 + 1 + 1);
+  const ColumnLayout<3> most({.size = true, .pressure = true});
+  CHECK(most.rows() == 3 + 3 + 3 + 3 + 6 + 6 + 1 + 1 + 1 + 1);
+}
