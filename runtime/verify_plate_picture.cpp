@@ -146,7 +146,7 @@ void draw_times(Svg& svg, const std::vector<ThreadTime>& times) {
              {.stroke = "#e07b39", .width = 2.5});
   }
   axes(svg, panel, "threads of Lahar");
-  const double legend = panel.y(2) - 26;
+  const double legend = panel.y(std::log10(cbgeo_low)) + 49;
   svg.line(panel.left + 6, legend, panel.left + 30, legend, {.stroke = "#e07b39", .width = 2.5});
   svg.text(panel.left + 38, legend + 4, "one thread's time divided by threads", 12);
 }
