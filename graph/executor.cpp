@@ -67,6 +67,10 @@ class RandomExecutor final : public Executor {
     std::swap(ready_[any(random_)], ready_.back());
     const int task = ready_.back();
     const auto t = static_cast<std::size_t>(task);
+    if (step_[t] >= end_) {  // a stop was requested after it became ready
+      ready_.pop_back();
+      return;
+    }
     if (!graph_.is_dt(task) && step_[t] >= completed_ + max_lead && graph_.stage_of(task) == 0) {
       held_.push_back(task);  // too far ahead of the slowest patch
       ready_.pop_back();

@@ -68,9 +68,13 @@ void finish_loaded_run(Patch<Dim>& patch, const Run& run, const StepContext<Dim>
       for (int d = 0; d < Dim; ++d)
         patch.work.external += f[d] * w.N(i)[0] * patch.velocity[corner[i] * Dim + d] * step.dt;
     for (std::size_t k = 0; k < model.particle_velocities.size(); ++k)
-      if (bits >> (model.tractions.size() + k) & 1)
-        particles.row(Column::v, model.particle_velocities[k].dir)[p] =
-            model.particle_velocities[k].velocity;
+      if (bits >> (model.tractions.size() + k) & 1) {
+        double& v = particles.row(Column::v, model.particle_velocities[k].dir)[p];
+        const double prescribed = model.particle_velocities[k].velocity;
+        patch.work.external +=
+            0.5 * particles.row(Column::mass)[p] * (prescribed - v) * (prescribed + v);
+        v = prescribed;
+      }
   }
 }
 
@@ -98,7 +102,7 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
     double nodal[corners<Dim>];
     for (int i = 0; i < corners<Dim>; ++i) {
       const double m = mass[corner[i] * width];
-      nodal[i] = m > least_mass_velocity ? sum[corner[i]] / m : 0.0;
+      nodal[i] = m > 0.1 * patch.least_mass ? sum[corner[i]] / m : 0.0;
     }
     const auto xi = particles.template rows<Dim>(Column::xi);
     for (Local p = run.begin; p < run.end; p += lanes<Real>) {

@@ -9,22 +9,25 @@
 
 namespace lahar {
 
-/// Below this nodal mass [kg] a node has no velocity; the reference code's value.
-inline constexpr double least_mass_velocity = 1e-16;
-/// Below this nodal mass [kg] a node is not accelerated; the reference code's value.
-inline constexpr double least_mass_acceleration = 1e-15;
-/// Nodal velocity and acceleration components smaller than this become zero [m/s, m/s^2], because
-/// the sign of a velocity decides the direction of damping; the reference code's value.
-inline constexpr double least_nodal_value = 1e-15;
+/// A node of at most this mass [kg] is not accelerated, one of at most a tenth of it has no
+/// velocity: the reference code's values, 1e-15 and 1e-16 kg, but for models whose particles are so
+/// light that these would be more than rounding (see Patch::least_mass).
+inline constexpr double least_nodal_mass = 1e-15;
+/// The same as a share of the lightest particle's mass; a particle contributes less than this to a
+/// node only where its shape function there is rounding.
+inline constexpr double least_nodal_mass_share = 1e-10;
+/// Nodal velocity components smaller than this become zero [m/s], because the sign of a velocity
+/// decides the direction of damping; the reference code's value.
+inline constexpr double least_nodal_velocity = 1e-15;
 
 /// Append the particles that neighbours sent, in ascending patch id, then restore runs of one cell:
 /// particles are re-sorted (stable, by cell and material) when runs are too short.
 template <int Dim>
 void receive(Patch<Dim>& patch);
 
-/// True if the patch holds no particles; its partial sums are then zero.
+/// Set Patch::idle: no particles. The partial sums of a patch that has become idle are zeroed.
 template <int Dim>
-bool is_idle(Patch<Dim>& patch);
+bool update_idle(Patch<Dim>& patch);
 
 /// m_i = sum_p N_i m_p,  (m v)_i = sum_p N_i m_p v_p, into the patch's private sums.
 template <int Dim, class Real = Pack>
@@ -74,6 +77,10 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step);
 /// Cell and natural coordinates of every particle; those that left go to their neighbour's outbox.
 template <int Dim, class Real = Pack>
 void locate(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// Largest speed of the patch's particles [m/s].
+template <int Dim>
+double max_speed(const Patch<Dim>& patch);
 
 /// Smallest h / (c + |v|) over the particles [s], with h the cell's size, c = sqrt(M / density) the
 /// material's longitudinal wave speed; a viscous fluid also h^2 density / (2 Dim 4/3 mu).

@@ -77,7 +77,8 @@ inline double wave_modulus(const Law& law) {
   return std::visit(modulus, law);
 }
 
-/// Kinematic viscosity scale 4/3 mu [Pa s] whose diffusion limits the step too; 0 for solids.
+/// Viscosity 4/3 mu [Pa s] of longitudinal motion, whose diffusion limits the step too; 0 for
+/// solids.
 inline double viscosity(const Law& law) {
   const auto* fluid = std::get_if<Newtonian>(&law);
   return fluid ? 4.0 / 3.0 * fluid->dynamic_viscosity : 0.0;

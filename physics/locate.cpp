@@ -204,11 +204,29 @@ void receive(Patch<Dim>& patch) {
 }
 
 template <int Dim>
-bool is_idle(Patch<Dim>& patch) {
+bool update_idle(Patch<Dim>& patch) {
   if (patch.particles.size() > 0) return patch.idle = false;
   if (!patch.idle)
     for (auto& values : patch.partial) std::fill(values.begin(), values.end(), 0.0);
   return patch.idle = true;
+}
+
+template <int Dim>
+double max_speed(const Patch<Dim>& patch) {
+  const auto v = patch.particles.template rows<Dim>(Column::v);
+  const Local n = patch.particles.size();
+  Pack largest(0.0);
+  for (Local p = 0; p < n; p += lanes<Pack>) {
+    Pack speed2(0.0);
+    for (int d = 0; d < Dim; ++d) {
+      const Pack component = load_first<Pack>(v[d] + p, n - p);
+      speed2 += component * component;
+    }
+    largest = max(largest, speed2);
+  }
+  double most = 0.0;
+  for (int lane = 0; lane < lanes<Pack>; ++lane) most = std::max(most, largest[lane]);
+  return std::sqrt(most);
 }
 
 template <int Dim>
@@ -242,7 +260,8 @@ double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, Local* 
   template void locate<Dim, Pack>(Patch<Dim>&, const StepContext<Dim>&);   \
   template void locate<Dim, Scalar>(Patch<Dim>&, const StepContext<Dim>&); \
   template void receive<Dim>(Patch<Dim>&);                                 \
-  template bool is_idle<Dim>(Patch<Dim>&);                                 \
+  template bool update_idle<Dim>(Patch<Dim>&);                             \
+  template double max_speed<Dim>(const Patch<Dim>&);                       \
   template double time_step_limit<Dim>(const Patch<Dim>&, const Model<Dim>&, Local*);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

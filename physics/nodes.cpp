@@ -33,7 +33,7 @@ void sum_over_patches(Patch<Dim>& patch, NodeSum which) {
 namespace {
 
 double flushed(double value) {
-  return std::abs(value) < least_nodal_value ? 0.0 : value;
+  return std::abs(value) < least_nodal_velocity ? 0.0 : value;
 }
 
 constexpr int mass_width = 4;
@@ -52,7 +52,7 @@ void nodal_velocity(Patch<Dim>& patch, NodeSum which) {
     const double m = mass[i * mass_width];
     for (int d = 0; d < Dim; ++d)
       patch.velocity[i * Dim + d] =
-          m > least_mass_velocity ? flushed(momentum[i * width + d] / m) : 0.0;
+          m > 0.1 * patch.least_mass ? flushed(momentum[i * width + d] / m) : 0.0;
   }
   for (const auto& fixed : patch.fixed)
     patch.velocity[fixed.node * Dim + fixed.dir] = fixed.velocity;
@@ -78,7 +78,7 @@ void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
     const double m = mass[i * mass_width];
     double* v = &patch.velocity[i * Dim];
     double* a = &patch.acceleration[i * Dim];
-    if (!(m > least_mass_acceleration)) {
+    if (!(m > patch.least_mass)) {
       for (int d = 0; d < Dim; ++d) a[d] = 0.0;
       continue;
     }
@@ -98,7 +98,7 @@ void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
     const double weight = own_mass[i * mass_width] * step.dt;
     for (int d = 0; d < Dim; ++d) {
       const double acceleration = f[d] / m;
-      a[d] = flushed(acceleration);
+      a[d] = acceleration;
       v[d] = flushed(v[d] + step.dt * acceleration);
       work.external += weight * model.gravity[d] * v[d];
     }
@@ -113,7 +113,7 @@ void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
     patch.acceleration[fixed.node * Dim + fixed.dir] = 0.0;
   }
   for (const auto& point : patch.forces)
-    if (const double m = mass[point.node * mass_width]; m > least_mass_acceleration)
+    if (const double m = mass[point.node * mass_width]; m > patch.least_mass)
       work.external += own_mass[point.node * mass_width] / m * point.force *
                        load_factor(model, point.function, step.time) *
                        patch.velocity[point.node * Dim + point.dir] * step.dt;

@@ -74,6 +74,7 @@ void map_momentum(Patch<Dim>& patch) {
 template <int Dim, class Real>
 void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
   double* nodes = clear(patch, NodeSum::pressure);
+  if (!patch.particles.layout().has(Column::pressure)) return;
   const double* m = patch.particles.row(Column::mass);
   const double* pressure = patch.particles.row(Column::pressure);
   const auto& materials = step.model->materials;

@@ -38,14 +38,7 @@ struct PatchWork {
 
 /// Something that a kernel found wrong with a particle or node; kernels mark, the step reports.
 struct Mark {
-  enum class Kind {
-    none,
-    left_mesh,
-    not_finite,
-    volume,
-    moved_too_far,
-    unmapped
-  } kind = Kind::none;
+  enum class Kind { none, left_mesh, not_finite, volume, moved_too_far } kind = Kind::none;
   Index particle = -1;
   std::array<double, 3> position{};
   std::array<double, 3> velocity{};
@@ -74,6 +67,7 @@ struct Patch {
   bool cartesian = true;
   std::vector<std::array<double, 2 * Dim>> box;  ///< Cartesian: centre, edge lengths [m]
   std::vector<Vec<Dim>> node_position;           ///< isoparametric only [m]
+  double smallest_cell = 0;                      ///< [m] least of cell_size
   std::vector<double> cell_size;                 ///< [m], for the time step limit
   tsl::robin_map<Index, Local> local_cell;       ///< local number of a global cell id
 
@@ -107,6 +101,7 @@ struct Patch {
   std::vector<Outbox> outbox;
   std::vector<const Outbox*> inbox;  ///< by position in topology.neighbours
 
+  double least_mass = 0;  ///< [kg] nodes of at most this mass are not accelerated
   PatchWork work;
   double time_step_limit = std::numeric_limits<double>::infinity();  ///< [s], adaptive runs
   Index removed = 0;  ///< particles that left the mesh and were removed

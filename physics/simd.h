@@ -7,7 +7,7 @@
 
 #include "physics/types.h"
 
-#if defined(__AVX512F__) || defined(__AVX2__)
+#if defined(__AVX512F__)
 #include <immintrin.h>
 #endif
 
@@ -113,22 +113,6 @@ LAHAR_INLINE void store_first(const Real& value, double* p, Local n) {
   for (int lane = 0; lane < n; ++lane) p[lane] = value[lane];
 }
 
-/// Zero in all but the first n lanes.
-template <class Real>
-LAHAR_INLINE Real keep_first(const Real& value, Local n) {
-#if defined(__AVX512F__)
-  if constexpr (lanes<Real> == 8) {
-    const auto mask = static_cast<__mmask8>(n >= 8 ? 0xff : (1u << n) - 1);
-    return Real::of(reinterpret_cast<typename Real::Value>(
-        _mm512_maskz_mov_pd(mask, reinterpret_cast<__m512d>(value.v))));
-  }
-#endif
-  if (n >= lanes<Real>) return value;
-  double values[lanes<Real>] = {};
-  for (int lane = 0; lane < n; ++lane) values[lane] = value[lane];
-  return load<Real>(values);
-}
-
 /// Sum of all lanes: halves are added pairwise, so the order is fixed.
 template <int W>
 LAHAR_INLINE double reduce(const PackOf<W>& value) {
@@ -157,6 +141,12 @@ LAHAR_INLINE unsigned outside(const Real& value, double limit, Local n) {
   for (int lane = 0; lane < lanes<Real> && lane < n; ++lane)
     if (!(std::abs(value[lane]) <= limit)) bits |= 1u << lane;
   return bits;
+}
+
+/// The larger of two values, lane by lane.
+template <class Real>
+LAHAR_INLINE Real max(const Real& a, const Real& b) {
+  return Real::of(a.v > b.v ? a.v : b.v);
 }
 
 /// Values moved into [-limit, limit].

@@ -47,7 +47,7 @@ void update_run(Patch<Dim>& patch, const Run& run, double dt, StressPart part, c
 
   Particles<Dim>& particles = patch.particles;
   if (!(1.0 + volumetric > 0.0) && patch.mark.kind == Mark::Kind::none) {
-    patch.mark.kind = Mark::Kind::volume;
+    patch.mark.kind = std::isfinite(volumetric) ? Mark::Kind::volume : Mark::Kind::not_finite;
     patch.mark.particle = particles.id[static_cast<std::size_t>(run.begin)];
     patch.mark.count = run.end - run.begin;
     for (int d = 0; d < Dim; ++d) patch.mark.position[d] = particles.row(Column::x, d)[run.begin];

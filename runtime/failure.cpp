@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <span>
+#include <tuple>
 
 namespace lahar {
 
@@ -27,7 +28,8 @@ std::string FailureList::message() const {
   const std::scoped_lock lock(mutex_);
   const auto first =
       std::min_element(failures_.begin(), failures_.end(), [](const Failure& a, const Failure& b) {
-        return std::pair(a.step, a.order) < std::pair(b.step, b.order);
+        return std::tuple(a.step, a.stage_index, a.patch_index) <
+               std::tuple(b.step, b.stage_index, b.patch_index);
       });
   const auto same = std::count_if(failures_.begin(), failures_.end(),
                                   [&](const Failure& f) { return f.step == first->step; });
@@ -77,7 +79,7 @@ std::string describe_mark(const Mark& mark, int dim) {
       return fmt::format(
           "particle {} at {} m{} would get a volume of zero or less within one step: "
           "its cell collapses. Reduce the time step, or use \"mpm_scheme\": \"musl\", "
-                         "which bears nodes of little mass better.",
+          "which bears nodes of little mass better.",
           mark.particle, tuple(std::span(mark.position).first(n)), more);
     case Mark::Kind::moved_too_far:
       return particle + more +

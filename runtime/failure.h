@@ -11,8 +11,8 @@
 namespace lahar {
 
 struct Failure {
-  Step step = 0;  ///< steps done before the failing one
-  int order = 0;  ///< of the patch, decides among failures of one step
+  Step step = 0;                         ///< steps done before the failing one
+  int stage_index = 0, patch_index = 0;  ///< decide among failures of one step
   std::string stage;
   double time = 0;  ///< [s] at the beginning of the step
   Index patch = -1;

@@ -143,7 +143,8 @@ int run_program(int argc, char** argv) {
   verify_app->add_option("CASE", verify.name, "Name of the case (default: list them)");
   verify_app->add_option("--threads,-t", verify.threads, "Most threads (default: all cores)")
       ->check(CLI::Range(1, 4096));
-  verify_app->add_option("--output,-o", verify.output, "Folder of pictures and tables (default: verify/CASE)");
+  verify_app->add_option("--output,-o", verify.output,
+                         "Folder of pictures and tables (default: verify/CASE)");
   verify_app->add_flag("--published", verify.published,
                        "Time step and duration as published: minutes instead of seconds");
   verify_app->callback([&] {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <utility>
 
 #include "graph/executor.h"
 #include "physics/error.h"
@@ -36,6 +38,25 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model) {
   return ColumnLayout<Dim>(needs);
 }
 
+/// The entries of a list sorted by node that belong to `node`.
+template <class Entry>
+std::span<const Entry> entries_of(const std::vector<Entry>& sorted, Index node) {
+  const auto before = [](const auto& a, const auto& b) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(a)>, Index>)
+      return a < b.node;
+    else
+      return a.node < b;
+  };
+  const auto first = std::lower_bound(sorted.begin(), sorted.end(), node, before);
+  const auto last = std::upper_bound(first, sorted.end(), node, before);
+  return {first, last};
+}
+
+void sort_by_node(auto& entries) {
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const auto& a, const auto& b) { return a.node < b.node; });
+}
+
 }  // namespace
 
 template <int Dim>
@@ -51,6 +72,8 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings)
                      "supported; found " +
                      std::to_string(model.tractions.size() + model.particle_velocities.size()) +
                      ". Merge entries that share direction and value into one particle set.");
+  sort_by_node(model.node_velocities);
+  sort_by_node(model.node_forces);
   distribute(model.particles);
   link();
 }
@@ -76,24 +99,18 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
       box[static_cast<std::size_t>(Dim + d)] = geometry.length[d];
     }
   }
+  patch->smallest_cell = *std::min_element(patch->cell_size.begin(), patch->cell_size.end());
   if (!patch->cartesian)
     for (const Index node : nodes) patch->node_position.push_back(mesh.node(node));
 
-  const auto local_node = [&](Index node) -> Local {
-    const auto at = std::lower_bound(nodes.begin(), nodes.end(), node);
-    return at != nodes.end() && *at == node ? static_cast<Local>(at - nodes.begin()) : -1;
-  };
-  std::vector<char> taken(nodes.size() * Dim, 0);
-  for (const NodeVelocity& v : model_->node_velocities) {
-    const Local node = local_node(v.node);
-    if (node < 0) continue;
-    char& once = taken[static_cast<std::size_t>(node * Dim + v.dir)];
-    if (!once) patch->fixed.push_back({node, v.dir, v.velocity});
-    once = 1;
-  }
-  for (const NodeForce& f : model_->node_forces)
-    if (const Local node = local_node(f.node); node >= 0)
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const auto node = static_cast<Local>(i);
+    bool taken[Dim] = {};
+    for (const NodeVelocity& v : entries_of(model_->node_velocities, nodes[i]))
+      if (!std::exchange(taken[v.dir], true)) patch->fixed.push_back({node, v.dir, v.velocity});
+    for (const NodeForce& f : entries_of(model_->node_forces, nodes[i]))
       patch->forces.push_back({node, f.dir, f.force, f.function});
+  }
 
   for (int k = 0; k < n_node_sums; ++k) {
     const auto size = nodes.size() * static_cast<std::size_t>(node_sum_width<Dim>[k]);
@@ -122,6 +139,16 @@ std::vector<std::uint64_t> PatchSet<Dim>::load_bits() const {
   return bits;
 }
 
+/// Natural coordinates of a particle that is in no cell but by rounding.
+template <int Dim>
+Vec<Dim> PatchSet<Dim>::touching(const Vec<Dim>& x, Index cell, std::size_t p) const {
+  const auto found = model_->mesh->locate(x);
+  if (found.cell != cell)
+    throw InputError("particle " + std::to_string(p) + " is not in its cell " +
+                     std::to_string(cell) + ".");
+  return found.xi;
+}
+
 template <int Dim>
 void PatchSet<Dim>::distribute(ParticleTable<Dim>& table) {
   const auto n = static_cast<std::size_t>(table.size());
@@ -138,6 +165,11 @@ void PatchSet<Dim>::distribute(ParticleTable<Dim>& table) {
     patches_.back()->particles.reserve(count[static_cast<std::size_t>(id)]);
   }
 
+  double lightest = std::numeric_limits<double>::infinity();
+  for (std::size_t p = 0; p < n; ++p)
+    lightest = std::min(lightest, table.volume[p] * model_->materials[table.material[p]].density);
+  least_mass_ = std::min(least_nodal_mass, least_nodal_mass_share * lightest);
+
   const std::vector<std::uint64_t> bits = load_bits();
   for (std::size_t p = 0; p < n; ++p) {
     Patch<Dim>& patch =
@@ -153,7 +185,7 @@ void PatchSet<Dim>::distribute(ParticleTable<Dim>& table) {
       to.loads.back() = bits[p];
     }
     const auto xi = model_->mesh->natural_coordinates(table.cell[p], table.x[p]);
-    const Vec<Dim> natural = xi ? *xi : model_->mesh->locate(table.x[p]).xi;
+    const Vec<Dim> natural = xi ? *xi : touching(table.x[p], table.cell[p], p);
     for (int d = 0; d < Dim; ++d) {
       to.row(Column::x, d)[i] = table.x[p][d];
       to.row(Column::xi, d)[i] = natural[d];
@@ -179,6 +211,7 @@ Index PatchSet<Dim>::layers() const {
 template <int Dim>
 std::vector<Index> PatchSet<Dim>::needed(const std::vector<Index>& occupied) const {
   std::vector<Index> all = occupied;
+  if (all.empty()) all = {0};            // a graph needs a patch
   if (!model_->mesh->is_structured()) {  // cells of table meshes are stored anyway
     all.resize(static_cast<std::size_t>(partition_.n_patches()));
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<Index>(i);
@@ -227,7 +260,8 @@ void PatchSet<Dim>::link() {
       for (const int q : adjacent[i])
         if (inner[static_cast<std::size_t>(q)]) at_edge_[i] = 1;
   }
-  for (auto& patch : patches_)
+  for (auto& patch : patches_) {
+    patch->least_mass = least_mass_;
     for (const Index id : patch->topology.neighbours) {
       const auto at = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
       const Patch<Dim>& other = *patches_[static_cast<std::size_t>(at)];
@@ -238,6 +272,7 @@ void PatchSet<Dim>::link() {
           std::lower_bound(back.begin(), back.end(), patch->topology.patch) - back.begin();
       patch->inbox.push_back(&other.outbox[static_cast<std::size_t>(slot)]);
     }
+  }
 }
 
 template <int Dim>

@@ -34,7 +34,7 @@ class PatchSet {
 
   Index particles() const;
   std::size_t bytes() const;
-  /// Particles the partition aims at per patch, and cells that this means.
+  /// Cells per patch that the partition aims at.
   Index target_cells() const { return target_cells_; }
 
  private:
@@ -42,6 +42,7 @@ class PatchSet {
   std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
   void distribute(ParticleTable<Dim>& table);
   std::vector<std::uint64_t> load_bits() const;
+  Vec<Dim> touching(const Vec<Dim>& x, Index cell, std::size_t p) const;
   Index layers() const;  ///< of empty patches around those with particles
   std::vector<Index> needed(const std::vector<Index>& occupied) const;
   void link();
@@ -51,7 +52,8 @@ class PatchSet {
   Partition<Dim> partition_;
   int rings_;
   ColumnLayout<Dim> layout_;
-  Patches patches_;  ///< ascending patch id
+  double least_mass_ = 0;  ///< Patch::least_mass
+  Patches patches_;        ///< ascending patch id
   std::vector<char> at_edge_;
 };
 

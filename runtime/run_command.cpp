@@ -228,7 +228,13 @@ class Run {
     const auto steps = static_cast<double>(simulation.step());
     const double particle_steps = steps * static_cast<double>(particles_);
     console_.line("");
-    if (end.status == RunStatus::failed) console_.warn("lahar: error: " + end.message);
+    if (end.status == RunStatus::failed) {
+      console_.warn("lahar: error: " + end.message);
+      console_.line(
+          fmt::format("The last frame shows the particles where the run stopped, some a few "
+                      "steps beyond step {}.",
+                      simulation.step()));
+    }
     if (end.status == RunStatus::stopped)
       console_.line(
           fmt::format("stopped by {} after step {}; the state was written. Continuing "

@@ -6,12 +6,12 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <mutex>
 #include <optional>
 
 #include "graph/executor.h"
 #include "physics/error.h"
 #include "physics/kernels.h"
+#include "physics/law.h"
 #include "runtime/failure.h"
 #include "runtime/frame_assembler.h"
 #include "runtime/patch_set.h"
@@ -38,6 +38,15 @@ class PerStep {
   std::array<T, max_lead + 2> values_{};
 };
 
+/// An end time that is missed by this share of a step is reached: sums of steps are rounded.
+constexpr double rounding_of_time = 1e-9;
+
+/// A fixed step is compared with its limit where speeds might have lowered it, and every so many
+/// steps for slow changes of density: computing the limit costs as much as a stage.
+constexpr Step limit_check_steps = 16;
+/// Wave speeds may grow by this factor, as densities fall, between two of these checks.
+constexpr double wave_speed_margin = 1.1;
+
 /// A history row about every 1 % of the run where the scenario does not say.
 Index history_interval(const OutputPlan& plan, double steps) {
   return plan.history_steps > 0 ? plan.history_steps
@@ -56,6 +65,10 @@ struct Simulation<Dim>::Impl {
         patches(model, options.support_rings) {
     if (options.threads <= 0) options.threads = available_threads();
     nsteps = model.analysis.nsteps;
+    for (const Material& material : model.materials)
+      wave_speed_bound =
+          std::max(wave_speed_bound,
+                   wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
     if (observer.frame)
       assembler.emplace([this](Frame&& frame) { observer.frame(std::move(frame)); });
     patches.settle();
@@ -98,8 +111,8 @@ struct Simulation<Dim>::Impl {
                                   .message = unstable_message(plan.dt, limit, where),
                                   .hint = unstable_hint(limit)}});
       if (std::isfinite(model.analysis.end_time))
-        nsteps = std::min(
-            nsteps, static_cast<Index>(std::ceil(model.analysis.end_time / plan.dt * (1 - 1e-12))));
+        nsteps = std::min(nsteps, static_cast<Index>(std::ceil(model.analysis.end_time / plan.dt *
+                                                               (1 - rounding_of_time))));
     }
   }
 
@@ -107,10 +120,13 @@ struct Simulation<Dim>::Impl {
   void set_dt(Step step) {
     double limit = std::numeric_limits<double>::infinity();
     for (int i = 0; i < patches.size(); ++i) limit = std::min(limit, patches[i].time_step_limit);
+    // Without particles there is no limit: go on as before.
+    dt[step] = std::isfinite(limit) || step == 0 ? adaptive_dt(limit) : dt[step - 1];
     const double left = model.analysis.end_time - start_time[step];
-    dt[step] = std::min(adaptive_dt(limit), left);
+    const bool last = left <= dt[step] * (1 + rounding_of_time);
+    if (last) dt[step] = left;
     start_time[step + 1] = start_time[step] + dt[step];
-    if (dt[step] >= left) {  // nobody has begun the step after this one: it needs this dt
+    if (last) {  // nobody has begun the step after this one: it needs this dt
       nsteps = step + 1;
       executor->stop_before(step + 1);
     }
@@ -121,9 +137,15 @@ struct Simulation<Dim>::Impl {
                                         : static_cast<double>(step) * model.analysis.step.dt;
   }
 
-  StepContext<Dim> context(Step step) const {
+  double dt_of(Step step) const {
+    return model.analysis.step.adaptive ? dt[step] : model.analysis.step.dt;
+  }
+
+  /// What stage s of a step may read. Before the first stage that needs it, dt may not be known.
+  StepContext<Dim> context(Step step, int s) const {
+    const bool has_dt = !model.analysis.step.adaptive || s >= first_dt_index;
     return {&model, &patches.partition(), step, time_at(step),
-            model.analysis.step.adaptive ? dt[step] : model.analysis.step.dt};
+            has_dt ? dt_of(step) : std::numeric_limits<double>::quiet_NaN()};
   }
 
   // --- tasks ------------------------------------------------------------------------------------
@@ -149,7 +171,9 @@ struct Simulation<Dim>::Impl {
                                       options.verify);
     }
     locate_index = output_index = -1;
+    first_dt_index = 0;
     for (std::size_t s = 0; s < stages.size(); ++s) {
+      if (stages[s].stage.needs_dt && first_dt_index == 0) first_dt_index = static_cast<int>(s);
       if (stages[s].stage.name == locate_stage) locate_index = static_cast<int>(s);
       if (stages[s].stage.name == output_stage) output_index = static_cast<int>(s);
     }
@@ -160,8 +184,9 @@ struct Simulation<Dim>::Impl {
     Patch<Dim>& patch = patches[p];
     char& poison = poisoned[static_cast<std::size_t>(p)];
     try {
-      if (poison) {
+      if (poison || step > failed_step.load()) {
         // A failed patch does no work but still takes part, so that everybody can stop together.
+        // Nor do others in later steps, which would read what the failed patch did not write.
         if (s == 0) receive(patch);  // so that no particle is missing from the last state
         if (s == locate_index)
           for (auto& out : patch.outbox) out.particles.clear(), out.cell.clear();
@@ -184,12 +209,12 @@ struct Simulation<Dim>::Impl {
 
   void run_stage(int s, int p, Step step) {
     Patch<Dim>& patch = patches[p];
-    const StepContext<Dim> ctx = context(step);
+    const StepContext<Dim> ctx = context(step, s);
     if (s == output_index) {
-      output(p, step, ctx);
+      output(p, step);
     } else if (s == 0) {
       stages[0].kernel(patch, ctx);
-      if (!is_idle(patch) && patches.at_edge(p)) {
+      if (!patch.idle && patches.at_edge(p)) {
         rebuild_needed.store(true, std::memory_order_relaxed);
         executor->request_stop(step);
       }
@@ -201,8 +226,11 @@ struct Simulation<Dim>::Impl {
   void fail(int s, int p, Step step, const std::string& cause) {
     poisoned[static_cast<std::size_t>(p)] = 1;
     patches[p].mark = {};
-    failures.add({step, p, stages[static_cast<std::size_t>(s)].stage.name, time_at(step),
+    failures.add({step, s, p, stages[static_cast<std::size_t>(s)].stage.name, time_at(step),
                   patches[p].topology.patch, cause});
+    Step earliest = failed_step.load();
+    while (step < earliest && !failed_step.compare_exchange_weak(earliest, step)) {
+    }
     executor->request_stop(step);
   }
 
@@ -214,19 +242,10 @@ struct Simulation<Dim>::Impl {
   }
 
   /// The output stage: copy what is due; nobody in the loop waits for more.
-  void output(int p, Step step, const StepContext<Dim>& ctx) {
+  void output(int p, Step step) {
     const auto i = static_cast<std::size_t>(p);
-    if (history_due(step)) {
-      rows[step][i] = sums(patches[p]);
-      if (!model.analysis.step.adaptive && !model.analysis.step.accept_unstable) {
-        Local limiting = -1;
-        const double limit = time_step_limit(patches[p], model, &limiting);
-        if (ctx.dt > limit)
-          fail(output_index, p, step,
-               unstable_message(ctx.dt, limit, describe_particle(patches[p].particles, limiting)) +
-                   " " + unstable_hint(limit));
-      }
-    }
+    if (may_be_unstable(p, step)) check_limit(p, step);
+    if (history_due(step)) rows[step][i] = sums(patches[p]);
     if (frame_due(step)) {
       Frame& piece = pieces[step][i];
       piece = snapshot(patches[p], model);
@@ -235,8 +254,35 @@ struct Simulation<Dim>::Impl {
     }
   }
 
+  bool may_be_unstable(int p, Step step) const {
+    const TimeStep& plan = model.analysis.step;
+    if (plan.adaptive || plan.accept_unstable) return false;
+    const Patch<Dim>& patch = patches[p];
+    return (step + 1) % limit_check_steps == 0 || step + 1 == nsteps ||
+           plan.dt * (wave_speed_bound + max_speed(patch)) > patch.smallest_cell;
+  }
+
+  void check_limit(int p, Step step) {
+    const double used = dt_of(step);
+    Local limiting = -1;
+    const double limit = time_step_limit(patches[p], model, &limiting);
+    if (used > limit)
+      fail(output_index, p, step,
+           unstable_message(used, limit, describe_particle(patches[p].particles, limiting)) + " " +
+               unstable_hint(limit));
+  }
+
   /// All patches are done with `step`. Steps arrive in order, one call at a time.
   void complete(Step step) {
+    try {
+      hand_on(step);
+    } catch (...) {  // a full disk, for example
+      if (!output_failure) output_failure = std::current_exception();
+      executor->request_stop(step);
+    }
+  }
+
+  void hand_on(Step step) {
     // Patches that are ahead may have failed in a later step: this one is still good.
     const bool failed = failures.by(step);
     if (history_due(step) && !failed) {
@@ -246,12 +292,7 @@ struct Simulation<Dim>::Impl {
       if (observer.history) observer.history(row);
     }
     if (frame_due(step) && !failed) {
-      try {
-        assembler->add(std::move(pieces[step]));
-      } catch (...) {
-        if (!output_failure) output_failure = std::current_exception();
-        executor->request_stop(step);
-      }
+      assembler->add(std::move(pieces[step]));
       pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
     }
     if (observer.progress && !observer.progress(step + 1, time_at(step + 1))) {
@@ -271,7 +312,7 @@ struct Simulation<Dim>::Impl {
   void complete_row(HistoryRow& row, Step step, const PatchWork& since_start) const {
     row.step = step;
     row.time = time_at(step);
-    row.dt = step > 0 ? context(step - 1).dt : 0.0;
+    row.dt = step > 0 ? dt_of(step - 1) : 0.0;
     row.internal = since_start.internal;
     row.external = since_start.external;
     row.damping = since_start.damping;
@@ -322,11 +363,13 @@ struct Simulation<Dim>::Impl {
       count_removed();
       if (!failures.empty()) {
         drain_after_failure();
+        step = failed_step;
         throw SimulationError(failures.message());
       }
       if (output_failure) std::rethrow_exception(output_failure);
       patches.settle();
-      if (model.analysis.step.adaptive && step < nsteps) set_dt_at_rest();
+      // dt of the next step, which the drained graph did not get to.
+      if (model.analysis.step.adaptive && step < nsteps) set_dt(step);
       if (rebuild_needed) rebuild();
     }
     if (assembler) assembler->drain();
@@ -340,9 +383,6 @@ struct Simulation<Dim>::Impl {
       output_failure = std::current_exception();
     }
   }
-
-  /// dt of the next step, which the drained graph did not get to.
-  void set_dt_at_rest() { set_dt(step); }
 
   void rebuild() {
     keep_timings();
@@ -387,14 +427,16 @@ struct Simulation<Dim>::Impl {
   std::vector<TimestepStage<Dim>> stages;
   PatchSet<Dim> patches;
   std::unique_ptr<Executor> executor;
-  int locate_index = -1, output_index = -1;
+  int locate_index = -1, output_index = -1, first_dt_index = 0;
 
   Index nsteps = 0, history_steps = 1;
-  Step step = 0;  ///< steps done
+  double wave_speed_bound = 0;  ///< [m/s] of all materials
+  Step step = 0;                ///< steps done
   PerStep<double> dt, start_time;
 
   std::vector<char> poisoned;
   FailureList failures;
+  std::atomic<Step> failed_step{std::numeric_limits<Step>::max()};
   std::exception_ptr output_failure;
   std::atomic<bool> rebuild_needed{false};
   std::atomic<bool> stop_requested{false};
@@ -463,7 +505,7 @@ SimulationInfo Simulation<Dim>::info() const {
   info.tasks_per_step = impl_->executor->graph().tasks();
   info.cells_per_patch = impl_->patches.target_cells();
   info.dt_limit = impl_->present_limit();
-  info.dt = impl_->context(impl_->step).dt;
+  info.dt = impl_->dt_of(impl_->step);
   info.bytes = impl_->patches.bytes();
   return info;
 }

@@ -57,7 +57,8 @@ class Simulation {
   ~Simulation();
 
   /// Take `steps` steps (fewer where the end time comes first, or progress() asked to stop).
-  /// Throws SimulationError; the state is then that of the failed step.
+  /// Throws SimulationError; step() is then that of the failure, and patches are where they were
+  /// when they learned of it, some of them up to max_lead steps ahead.
   void advance(Index steps);
   /// Take all steps of the scenario.
   void run();

@@ -12,7 +12,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
 
   const TimestepStage<Dim> p2g{{.name = "P2G", .exchange = "particles"}, [](P& p, S&) {
                                  receive(p);
-                                 map_mass_momentum(p);
+                                 if (!update_idle(p)) map_mass_momentum(p);
                                }};
   const TimestepStage<Dim> force{{.name = "force"}, [](P& p, S& s) { map_force(p, s); }};
   const TimestepStage<Dim> g2p{{.name = "G2P"}, [](P& p, S& s) { update_particles(p, s); }};

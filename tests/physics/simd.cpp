@@ -52,12 +52,8 @@ TEST_CASE("loading the first lanes leaves zeros in the others, whatever memory h
   for (int n = 0; n <= W + 2; ++n) {
     std::vector<double> memory(W + 4, not_a_number);
     for (int k = 0; k < n && k < W; ++k) memory[k] = k + 1;
-    const Pack kept = keep_first(load<Pack>(memory.data()), n);
     const Pack loaded = load_first<Pack>(memory.data(), n);
-    for (int k = 0; k < W; ++k) {
-      CHECK(loaded[k] == (k < n ? k + 1 : 0));
-      CHECK(kept[k] == (k < n ? k + 1 : 0));
-    }
+    for (int k = 0; k < W; ++k) CHECK(loaded[k] == (k < n ? k + 1 : 0));
   }
 }
 

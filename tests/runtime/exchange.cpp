@@ -92,7 +92,7 @@ void check_copies(Model<Dim> model, int rings, int steps) {
         Patch<Dim>& patch = patches[i];
         const bool first = &stage == &stages.front();
         if (first || !patch.idle || stage.stage.name == locate_stage) stage.kernel(patch, context);
-        if (first) is_idle(patch);
+        if (first) update_idle(patch);
       }
       if (stage.stage.name != "integrate" && stage.stage.name != "velocity") continue;
       std::map<Index, std::vector<double>> copies;
