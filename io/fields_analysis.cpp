@@ -73,7 +73,8 @@ const Section& time_step_section() {
       .path = "analysis.time_step",
       .help =
           "The stability limit of a particle is h / (c + |v|) with the cell size h, the wave "
-          "speed c of its material and its speed v. A fixed `dt` above the smallest limit is "
+          "speed c of its material and its speed v; for a viscous fluid also h^2 density / (2 dim "
+          "4/3 viscosity). A fixed `dt` above the smallest limit is "
           "an error unless `accept_unstable` says otherwise; an adaptive step is `safety` "
           "times the smallest limit, and at most `analysis.dt` where that is given.",
       .fields = {
@@ -158,7 +159,8 @@ const Section& analysis_section() {
            .max = 9e15},
           {.key = "end_time",
            .kinds = number,
-           .help = "time at which the run ends",
+           .help = "time at which the run ends. A fixed step is not shortened: the last one "
+                   "ends there or up to a step later",
            .unit = "s",
            .min = 0,
            .native = true},

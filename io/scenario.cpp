@@ -137,6 +137,7 @@ Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options
     scenario.model = ScenarioBuilder<3>(in).build();
   if (!in.problems.empty()) fail(in);
   scenario.warnings = in.problems.take_warnings();
+  scenario.side_files = std::move(in.side_files);
   scenario.text = std::move(text);
   scenario.full = to_json(root) + "\n";
   auto document = std::make_shared<const JsonDocument>(std::move(in.document));

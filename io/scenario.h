@@ -23,6 +23,7 @@ struct Scenario {
   std::string text;               ///< the file as it was
   std::string full;               ///< JSON with every default filled in, for scenario.full.json
   std::filesystem::path file;
+  std::vector<std::filesystem::path> side_files;  ///< what it refers to, as read
   /// Gives a problem that names a JSON pointer (Problem::where) its file, line, column and source:
   /// for what only the simulation finds out.
   std::function<Problem(Problem)> place;

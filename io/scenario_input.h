@@ -22,6 +22,7 @@ struct ScenarioInput {
   std::filesystem::path folder;
   std::string stem;  ///< of the scenario's file name, for the run folder
   bool as_cbgeo = false;
+  std::vector<std::filesystem::path> side_files = {};  ///< opened so far
 
   void error(const JsonValue& at, std::string message, std::string hint = "") {
     problems.error(document.at(at, std::move(message), std::move(hint)));

@@ -20,6 +20,7 @@ std::optional<SideFile> ScenarioInput::open(const JsonValue& object, std::string
           reason == "does not exist" ? "file names are relative to the scenario's folder" : "");
     return std::nullopt;
   }
+  side_files.push_back(folder / file.name);
   file.text = std::move(*text);
   return file;
 }

@@ -221,9 +221,8 @@ void write_frame(const Frame& frame, const std::filesystem::path& file,
 }
 
 std::string hdf5_version() {
-  unsigned major = 0, minor = 0, release = 0;
-  H5get_libversion(&major, &minor, &release);
-  return fmt::format("{}.{}.{}", major, minor, release);
+  // Not H5get_libversion(): it would initialise the library before hdf_handle.cpp can say how.
+  return fmt::format("{}.{}.{}", H5_VERS_MAJOR, H5_VERS_MINOR, H5_VERS_RELEASE);
 }
 
 }  // namespace lahar

@@ -65,8 +65,11 @@ void finish_loaded_run(Patch<Dim>& patch, const Run& run, const StepContext<Dim>
     const Vec<Dim> f = traction_on(particles, p, step);
     const auto w = weights_at<Dim, Scalar>(particles.template rows<Dim>(Column::xi), p);
     for (int i = 0; i < corners<Dim>; ++i)
-      for (int d = 0; d < Dim; ++d)
-        patch.work.external += f[d] * w.N(i)[0] * patch.velocity[corner[i] * Dim + d] * step.dt;
+      for (int d = 0; d < Dim; ++d) {  // with the mean velocity of the step, as at nodes
+        const Local at = corner[i] * Dim + d;
+        const double v = patch.velocity[at] - 0.5 * step.dt * patch.acceleration[at];
+        patch.work.external += f[d] * w.N(i)[0] * v * step.dt;
+      }
     for (std::size_t k = 0; k < model.particle_velocities.size(); ++k)
       if (bits >> (model.tractions.size() + k) & 1) {
         double& v = particles.row(Column::v, model.particle_velocities[k].dir)[p];

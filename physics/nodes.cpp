@@ -58,17 +58,50 @@ void nodal_velocity(Patch<Dim>& patch, NodeSum which) {
     patch.velocity[fixed.node * Dim + fixed.dir] = fixed.velocity;
 }
 
+namespace {
+
+constexpr int mass_index = static_cast<int>(NodeSum::mass_momentum);
+constexpr int force_index = static_cast<int>(NodeSum::force);
+
+/// Work at the nodes over the step, with the mean of the velocities before and after it, v - dt a /
+/// 2: the kinetic energy of the nodes changes by exactly this work. A node's work is shared among
+/// its patches as its mass is: those without particles, which may not get here, have none of it.
+/// The force sums hold the damping forces by now.
+template <int Dim>
+void add_work(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const Model<Dim>& model = *step.model;
+  const double* mass = patch.total[mass_index].data();
+  const double* own_mass = patch.partial[mass_index].data();
+  const double* damping = patch.total[force_index].data();
+  constexpr int width = node_sum_width<Dim>[force_index];
+  const auto mean_move = [&](Local i, int d) {
+    return step.dt *
+           (patch.velocity[i * Dim + d] - 0.5 * step.dt * patch.acceleration[i * Dim + d]);
+  };
+  for (Local i = 0; i < patch.n_nodes(); ++i) {
+    const double m = mass[i * mass_width], own = own_mass[i * mass_width];
+    if (!(m > patch.least_mass)) continue;
+    for (int d = 0; d < Dim; ++d) {
+      patch.work.external += own * model.gravity[d] * mean_move(i, d);
+      patch.work.damping += own / m * damping[i * width + d] * mean_move(i, d);
+    }
+  }
+  for (const auto& point : patch.forces)
+    if (const double m = mass[point.node * mass_width]; m > patch.least_mass)
+      patch.work.external += own_mass[point.node * mass_width] / m * point.force *
+                             load_factor(model, point.function, step.time) *
+                             mean_move(point.node, point.dir);
+}
+
+}  // namespace
+
 template <int Dim>
 void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const Model<Dim>& model = *step.model;
-  const double* mass = patch.total[static_cast<int>(NodeSum::mass_momentum)].data();
-  double* force = patch.total[static_cast<int>(NodeSum::force)].data();
-  const int width = node_sum_width<Dim>[static_cast<int>(NodeSum::force)];
+  const double* mass = patch.total[mass_index].data();
+  double* force = patch.total[force_index].data();
+  constexpr int width = node_sum_width<Dim>[force_index];
   const double alpha = model.analysis.damping;
-  // Work at a node is shared among its patches as its mass is: those without particles, which may
-  // not get here, have none of it.
-  const double* own_mass = patch.partial[static_cast<int>(NodeSum::mass_momentum)].data();
-  PatchWork& work = patch.work;
 
   for (const auto& point : patch.forces)
     force[point.node * width + point.dir] +=
@@ -82,41 +115,30 @@ void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
       for (int d = 0; d < Dim; ++d) a[d] = 0.0;
       continue;
     }
-    double f[Dim];
-    for (int d = 0; d < Dim; ++d) f[d] = force[i * width + d] + m * model.gravity[d];
-    if (alpha > 0.0) {
-      double norm = 0.0;
-      for (int d = 0; d < Dim; ++d) norm += f[d] * f[d];
-      norm = alpha * std::sqrt(norm);
-      for (int d = 0; d < Dim; ++d) {
-        const double damping = v[d] > 0.0 ? norm : v[d] < 0.0 ? -norm : 0.0;
-        f[d] -= damping;
-        work.damping +=
-            own_mass[i * mass_width] / m * damping * (v[d] + step.dt * f[d] / m) * step.dt;
-      }
-    }
-    const double weight = own_mass[i * mass_width] * step.dt;
+    double f[Dim], norm = 0.0;
     for (int d = 0; d < Dim; ++d) {
-      const double acceleration = f[d] / m;
-      a[d] = acceleration;
-      v[d] = flushed(v[d] + step.dt * acceleration);
-      work.external += weight * model.gravity[d] * v[d];
+      f[d] = force[i * width + d] + m * model.gravity[d];
+      norm += f[d] * f[d];
+    }
+    const double damping = alpha > 0.0 ? alpha * std::sqrt(norm) : 0.0;
+    for (int d = 0; d < Dim; ++d) {
+      const double against = v[d] > 0.0 ? damping : v[d] < 0.0 ? -damping : 0.0;
+      a[d] = (f[d] - against) / m;
+      v[d] = flushed(v[d] + step.dt * a[d]);
+      force[i * width + d] = against;
     }
   }
 
+  const double* own_mass = patch.partial[mass_index].data();
   for (const auto& fixed : patch.fixed) {
     double& v = patch.velocity[fixed.node * Dim + fixed.dir];
-    const double m = own_mass[fixed.node * mass_width];
-    work.external += m * (fixed.velocity - v) * fixed.velocity;  // work of the reaction
-    work.external -= m * model.gravity[fixed.dir] * (v - fixed.velocity) * step.dt;
+    // Work of the reaction.
+    patch.work.external +=
+        own_mass[fixed.node * mass_width] * (fixed.velocity - v) * fixed.velocity;
     v = fixed.velocity;
     patch.acceleration[fixed.node * Dim + fixed.dir] = 0.0;
   }
-  for (const auto& point : patch.forces)
-    if (const double m = mass[point.node * mass_width]; m > patch.least_mass)
-      work.external += own_mass[point.node * mass_width] / m * point.force *
-                       load_factor(model, point.function, step.time) *
-                       patch.velocity[point.node * Dim + point.dir] * step.dt;
+  add_work(patch, step);
 }
 
 #define LAHAR_INSTANTIATE(Dim)                               \

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <tuple>
 
@@ -95,6 +96,9 @@ std::string unstable_message(double dt, double limit, const std::string& particl
 }
 
 std::string unstable_hint(double limit) {
+  // Rounded down to three digits, so that the value is one that will be accepted.
+  const double unit = std::pow(10.0, std::floor(std::log10(limit)) - 2);
+  limit = std::floor(limit / unit) * unit;
   return fmt::format(
       "Use a step below {:.3g} s, an adaptive one (\"time_step\": {{\"adaptive\": true}}), or "
       "accept "

@@ -3,7 +3,10 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <cstdlib>
+#include <new>
+#include <system_error>
 
 #include "io/compare.h"
 #include "io/export.h"
@@ -126,7 +129,11 @@ int run_program(int argc, char** argv) {
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   compare_app->add_option("--step", compare_step, "Step of run folders (default: the last)");
-  compare_app->callback([&] { code = compare_command(a, b, tolerances, compare_step); });
+  compare_app->callback([&] {
+    // No tolerance asked for, none given: only equal values are equal.
+    if (tolerances.rtol == 0 && compare_app->count("--floor") == 0) tolerances.floor = 0;
+    code = compare_command(a, b, tolerances, compare_step);
+  });
 
   GraphArguments graph;
   auto* graph_app =
@@ -178,7 +185,10 @@ int run_program(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace lahar;
   try {
-    return run_program(argc, argv);
+    const int code = run_program(argc, argv);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout))
+      throw IoError("standard output could not be written");
+    return code;
   } catch (const InputError& error) {
     fmt::print(stderr, "{}", format_problems(error.problems(), "error", use_colour(STDERR_FILENO)));
     return exit_input;
@@ -188,6 +198,15 @@ int main(int argc, char** argv) {
   } catch (const SimulationError& error) {
     fmt::print(stderr, "lahar: error: {}\n", error.what());
     return exit_simulation;
+  } catch (const std::bad_alloc&) {
+    fmt::print(
+        stderr,
+        "lahar: error: not enough memory. Use fewer cells or particles; `lahar check` prints "
+        "what a case holds.\n");
+    return exit_file;
+  } catch (const std::system_error& error) {
+    fmt::print(stderr, "lahar: error: {}\n", error.what());
+    return exit_file;
   } catch (const std::exception& error) {
     fmt::print(stderr, "lahar: internal error: {}\n", error.what());
     return exit_internal;

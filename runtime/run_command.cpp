@@ -31,7 +31,8 @@ void on_signal(int number) {
 void watch_signals() {
   struct sigaction action {};
   action.sa_handler = on_signal;
-  for (const int number : {SIGINT, SIGTERM, SIGUSR1}) sigaction(number, &action, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);  // a reader of the progress that goes away does not end the run
+  for (const int number : {SIGINT, SIGTERM, SIGUSR1, SIGHUP}) sigaction(number, &action, nullptr);
 }
 
 const char* scheme_name(Scheme scheme) {
@@ -71,6 +72,7 @@ RunInfo run_info(const RunArguments& arguments, const Scenario& scenario) {
   info.libraries = library_versions();
   info.command = arguments.command;
   info.inputs = {scenario.file};
+  info.inputs.insert(info.inputs.end(), scenario.side_files.begin(), scenario.side_files.end());
   return info;
 }
 
@@ -129,8 +131,11 @@ class Run {
     steps_ = planned_steps(info);
     describe(console_, header, info, outline_.step);
 
+    warn_of_unstable_step(info);
+
     RunInfo about = run_info(arguments_, scenario_);
     add_model(about, header, info);
+    about.steps = steps_;
     folder_ = std::make_unique<RunFolder>(
         output_.folder, RunFolderContents{std::move(about), scenario_.text, scenario_.full},
         arguments_.overwrite);
@@ -151,6 +156,16 @@ class Run {
     header.materials = model.materials;
     header.analysis = model.analysis;
     return header;
+  }
+
+  void warn_of_unstable_step(const SimulationInfo& info) {
+    if (outline_.step.adaptive || info.dt <= info.dt_limit) return;
+    scenario_.warnings.push_back(
+        {.message =
+             fmt::format("the time step {:.6g} s is above the stability limit {:.6g} s, which "
+                         "the scenario accepts",
+                         info.dt, info.dt_limit)});
+    console_.warn("lahar: warning: " + scenario_.warnings.back().message);
   }
 
   Index planned_steps(const SimulationInfo& info) const {
@@ -176,10 +191,14 @@ class Run {
     // About twenty lines per run.
     if (row.step * 20 < steps_ * next_line_ && row.step != steps_) return;
     while (row.step * 20 >= steps_ * next_line_) ++next_line_;
-    const double wall = seconds_since(loop_begin_);
-    const double left =
-        wall / static_cast<double>(row.step) * static_cast<double>(steps_ - row.step);
+    print_row(row);
+  }
+
+  void print_row(const HistoryRow& row) {
+    const double per_step = seconds_since(loop_begin_) / static_cast<double>(row.step);
+    const double left = per_step * static_cast<double>(std::max<Index>(0, steps_ - row.step));
     console_.line(progress_line(row, energy_scale_, rate(row.step), left));
+    printed_ = row.step;
   }
 
   bool on_step(Index step) {
@@ -193,7 +212,6 @@ class Run {
   }
 
   int step_to_the_end(Simulation<Dim>& simulation) {
-    watch_signals();
     loop_begin_ = Clock::now();
     RunEnd end;
     int code = exit_ok;
@@ -211,8 +229,11 @@ class Run {
       code = exit_simulation;
     }
     const double wall = seconds_since(loop_begin_);
-    if (last_row_.step != simulation.step() && code != exit_simulation)
-      folder_->history(simulation.history());
+    if (code != exit_simulation) {
+      const HistoryRow row = simulation.history();
+      if (last_row_.step != row.step) folder_->history(row);
+      if (printed_ != row.step && row.step > 0) print_row(row);
+    }
     if (last_frame_ != simulation.step()) folder_->write(simulation.frame());
     report(simulation, end, wall);
     end.wall_seconds = seconds_since(begin_);
@@ -246,7 +267,7 @@ class Run {
                                 info.removed == 1 ? "was" : "were"));
     console_.line(fmt::format(
         "{} steps in {}: {:.1f} steps/s, {:.2f} million particle-steps/s, {:.1f} ns per "
-        "particle-step",
+        "particle-step and core",
         format_count(simulation.step()), format_seconds(wall), steps / wall,
         particle_steps / wall * 1e-6, wall * info.threads * 1e9 / std::max(1.0, particle_steps)));
     console_.line(timing_table(simulation.timings(), wall, info.threads));
@@ -262,7 +283,7 @@ class Run {
   Analysis outline_;
   OutputPlan output_;
   std::unique_ptr<RunFolder> folder_;
-  Index particles_ = 0, steps_ = 0, last_frame_ = -1, next_line_ = 1;
+  Index particles_ = 0, steps_ = 0, last_frame_ = -1, next_line_ = 1, printed_ = -1;
   HistoryRow last_row_;
   double energy_scale_ = 0;
   Clock::time_point begin_, loop_begin_;
@@ -278,6 +299,7 @@ Scenario read(const RunArguments& arguments, Console& console) {
 }  // namespace
 
 int run_command(const RunArguments& arguments) {
+  watch_signals();
   Console console(arguments.quiet);
   console.line("Lahar " + version_line());
   console.line("built with " + compiler_line());
