@@ -78,6 +78,11 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim, class Real = Pack>
 void locate(Patch<Dim>& patch, const StepContext<Dim>& step);
 
+/// Mark the first particle whose velocity or stress is not finite. locate() finds what has reached
+/// a position; this finds the rest, before it is written.
+template <int Dim>
+void check_finite(Patch<Dim>& patch);
+
 /// Largest speed of the patch's particles [m/s].
 template <int Dim>
 double max_speed(const Patch<Dim>& patch);

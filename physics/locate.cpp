@@ -212,6 +212,18 @@ bool update_idle(Patch<Dim>& patch) {
 }
 
 template <int Dim>
+void check_finite(Patch<Dim>& patch) {
+  const auto v = patch.particles.template rows<Dim>(Column::v);
+  const auto stress = patch.particles.template rows<stress_components<Dim>>(Column::stress);
+  for (Local p = 0; p < patch.particles.size(); ++p) {
+    double sum = 0.0;  // not finite if one of its terms is not
+    for (const double* row : v) sum += row[p];
+    for (const double* row : stress) sum += row[p];
+    if (!std::isfinite(sum)) set_mark(patch, Mark::Kind::not_finite, p);
+  }
+}
+
+template <int Dim>
 double max_speed(const Patch<Dim>& patch) {
   const auto v = patch.particles.template rows<Dim>(Column::v);
   const Local n = patch.particles.size();
@@ -261,6 +273,7 @@ double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, Local* 
   template void locate<Dim, Scalar>(Patch<Dim>&, const StepContext<Dim>&); \
   template void receive<Dim>(Patch<Dim>&);                                 \
   template bool update_idle<Dim>(Patch<Dim>&);                             \
+  template void check_finite<Dim>(Patch<Dim>&);                            \
   template double max_speed<Dim>(const Patch<Dim>&);                       \
   template double time_step_limit<Dim>(const Patch<Dim>&, const Model<Dim>&, Local*);
 LAHAR_INSTANTIATE(2)

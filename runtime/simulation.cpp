@@ -245,6 +245,7 @@ struct Simulation<Dim>::Impl {
   void output(int p, Step step) {
     const auto i = static_cast<std::size_t>(p);
     if (may_be_unstable(p, step)) check_limit(p, step);
+    if (history_due(step) || frame_due(step)) check_finite(patches[p]);
     if (history_due(step)) rows[step][i] = sums(patches[p]);
     if (frame_due(step)) {
       Frame& piece = pieces[step][i];
@@ -368,11 +369,24 @@ struct Simulation<Dim>::Impl {
       }
       if (output_failure) std::rethrow_exception(output_failure);
       patches.settle();
+      if (step >= nsteps) check_end();
       // dt of the next step, which the drained graph did not get to.
       if (model.analysis.step.adaptive && step < nsteps) set_dt(step);
       if (rebuild_needed) rebuild();
     }
     if (assembler) assembler->drain();
+  }
+
+  /// What the last step did and no other looked at.
+  void check_end() {
+    for (int p = 0; p < patches.size(); ++p) {
+      check_finite(patches[p]);
+      if (patches[p].mark.kind != Mark::Kind::none)
+        fail(output_index, p, step - 1, describe_mark(patches[p].mark, Dim));
+    }
+    if (failures.empty()) return;
+    drain_after_failure();
+    throw SimulationError(failures.message());
   }
 
   /// Frames of good steps are handed on before the failure is reported.

@@ -30,6 +30,31 @@ TEST_CASE("a body of any size falls under gravity: momentum is m g t") {
   }
 }
 
+// USL updates stresses after positions: what goes wrong there in the last step, no step sees.
+TEST_CASE("a stress that is not finite is reported even if it arises in the last step") {
+  for (const char* scheme : {"usf", "usl", "musl"}) {
+    CAPTURE(scheme);
+    const std::string text = fmt::format(
+        R"({{"mesh": {{"structured": {{"cell_size": 1, "counts": [4, 4]}}}},
+            "particles": [{{"generator": {{"type": "region", "material": 0, "per_cell": 2,
+               "velocity": [0.1, 0], "region": {{"box": {{"min": [1, 1], "max": [3, 3]}}}}}}}}],
+            "materials": [{{"type": "LinearElastic2D", "density": 1, "youngs_modulus": 1e308,
+                           "poisson_ratio": 0.49}}],
+            "analysis": {{"mpm_scheme": "{}", "dt": 0.001, "nsteps": 1,
+                          "time_step": {{"accept_unstable": true}}}}}})",
+        scheme);
+    Simulation<2> simulation(std::get<Model<2>>(read_scenario_text(text, ".").model));
+    std::string message;
+    try {
+      simulation.run();
+    } catch (const SimulationError& error) {
+      message = error.what();
+    }
+    CHECK(message.find("step 0 (t = 0 s), rank 0, patch 0, stage ") == 0);
+    CHECK(message.find("is not finite") != std::string::npos);
+  }
+}
+
 TEST_CASE("a run whose particles have all been removed goes on to its end, with time and step") {
   const std::string text =
       R"({"mesh": {"structured": {"cell_size": 1, "counts": [40, 4]}},
