@@ -215,7 +215,14 @@ template <int Dim>
 void check_finite(Patch<Dim>& patch) {
   const auto v = patch.particles.template rows<Dim>(Column::v);
   const auto stress = patch.particles.template rows<stress_components<Dim>>(Column::stress);
-  for (Local p = 0; p < patch.particles.size(); ++p) {
+  const Local n = patch.particles.size();
+  Pack zero(0.0);  // stays zero as long as everything is finite
+  for (Local p = 0; p < n; p += lanes<Pack>) {
+    for (const double* row : v) zero += 0.0 * load_first<Pack>(row + p, n - p);
+    for (const double* row : stress) zero += 0.0 * load_first<Pack>(row + p, n - p);
+  }
+  if (reduce(zero) == 0.0) return;
+  for (Local p = 0; p < n; ++p) {
     double sum = 0.0;  // not finite if one of its terms is not
     for (const double* row : v) sum += row[p];
     for (const double* row : stress) sum += row[p];
