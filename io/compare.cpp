@@ -12,6 +12,7 @@
 #include "io/csv.h"
 #include "io/run_folder.h"
 #include "io/vtkhdf.h"
+#include "physics/error.h"
 
 namespace lahar {
 
@@ -218,7 +219,14 @@ Comparison compare(const Frame& a, const Frame& b, const Tolerances& tolerances)
 
 Frame read_particles(const std::filesystem::path& source, std::optional<Index> step) {
   const FrameFile frame = find_frame(source, step);
-  return is_hdf5(frame.file) ? read_frame(frame.file) : read_csv(frame.file);
+  Frame particles = is_hdf5(frame.file) ? read_frame(frame.file) : read_csv(frame.file);
+  if (particles.coordinates.empty() && particles.size() > 0)
+    throw InputError({Problem{.file = frame.file.string(),
+                              .line = 1,
+                              .message = "there are no columns 'coord_x' and 'coord_y'",
+                              .hint = "a table of particles has the columns that `lahar export "
+                                      "--to csv` writes"}});
+  return particles;
 }
 
 Comparison compare(const std::filesystem::path& a, const std::filesystem::path& b,

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "io/atomic_file.h"
 #include "io/csv.h"
 #include "io/vtkhdf.h"
 #include "physics/error.h"
@@ -220,6 +221,9 @@ TEST_CASE("comparing what does not exist says so") {
   CHECK_THROWS_WITH_AS(compare("/nowhere/a", "/nowhere/b", {}), "/nowhere/a does not exist",
                        InputError);
   const TemporaryFolder folder;
+  write_text_file(folder.path / "other.csv", "id,foo\n1,2\n");
+  CHECK_THROWS_WITH_AS(read_particles(folder.path / "other.csv"),
+                       "there are no columns 'coord_x' and 'coord_y'", InputError);
   CHECK_THROWS_WITH_AS(read_particles(folder.path),
                        (folder.path.string() + " is neither a run folder nor a frame").c_str(),
                        InputError);
