@@ -46,17 +46,20 @@ void Console::warn(const std::string& text) {
   keep(text);
 }
 
-void Console::bar(Index step, Index steps, double rate) {
+std::string progress_bar(double share, double rate) {
+  constexpr int width = 40;
+  share = std::clamp(share, 0.0, 1.0);
+  const int full = static_cast<int>(share * width);
+  return fmt::format("  [{:=<{}}{: <{}}] {:3.0f} %  {:.1f} M particle-steps/s ", "", full, "",
+                     width - full, 100 * share, rate * 1e-6);
+}
+
+void Console::bar(double share, double rate) {
   constexpr auto redraw_every = std::chrono::milliseconds(200);
   const auto now = std::chrono::steady_clock::now();
   if (quiet_ || !terminal_ || now - last_bar_ < redraw_every) return;
   last_bar_ = now;
-  constexpr int width = 40;
-  const double share = steps > 0 ? static_cast<double>(step) / static_cast<double>(steps) : 0.0;
-  const int full = static_cast<int>(share * width);
-  const std::string text = fmt::format("\r  [{:=<{}}{: <{}}] {:3.0f} %  {:.1f} M particle-steps/s ",
-                                       "", full, "", width - full, 100 * share, rate * 1e-6);
-  std::fputs(text.c_str(), stdout);
+  std::fputs(("\r" + progress_bar(share, rate)).c_str(), stdout);
   std::fflush(stdout);
   bar_shown_ = true;
 }

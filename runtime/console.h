@@ -20,7 +20,7 @@ class Console {
   void line(const std::string& text);
   void warn(const std::string& text);  ///< to standard error, also when quiet
   /// Redraw the bar (terminals only, a few times a second).
-  void bar(Index step, Index steps, double rate);
+  void bar(double share, double rate);
   void clear_bar();
 
  private:
@@ -39,6 +39,9 @@ bool use_colour(int file_descriptor);
 std::string format_bytes(double bytes);
 std::string format_seconds(double seconds);
 std::string format_count(Index n);  ///< 40,155
+
+/// A bar filled to `share` (0 to 1; what is beyond is moved there), and particle-steps per second.
+std::string progress_bar(double share, double rate);
 
 /// Column heads and one line of the progress table.
 std::string progress_head();

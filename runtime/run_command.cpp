@@ -180,7 +180,7 @@ class Run {
               folder_->write(std::move(frame));
             },
             [this](const HistoryRow& row) { on_history(row); },
-            [this](Index step, double) { return on_step(step); }};
+            [this](Index step, double time) { return on_step(step, time); }};
   }
 
   void on_history(const HistoryRow& row) {
@@ -189,20 +189,28 @@ class Run {
     const double scale = std::max({row.kinetic, std::abs(row.internal), std::abs(row.external)});
     energy_scale_ = std::max(energy_scale_, scale);
     // About twenty lines per run.
-    if (row.step * 20 < steps_ * next_line_ && row.step != steps_) return;
-    while (row.step * 20 >= steps_ * next_line_) ++next_line_;
+    const double done = share(row.step, row.time);
+    if (done * 20 < static_cast<double>(next_line_)) return;
+    next_line_ = static_cast<Index>(done * 20) + 1;
     print_row(row);
   }
 
+  /// Share of the run that is done, by steps or by time, whichever ends it.
+  double share(Index step, double time) const {
+    return std::max(
+        static_cast<double>(step) / static_cast<double>(std::max<Index>(1, outline_.nsteps)),
+        time / outline_.end_time);
+  }
+
   void print_row(const HistoryRow& row) {
-    const double per_step = seconds_since(loop_begin_) / static_cast<double>(row.step);
-    const double left = per_step * static_cast<double>(std::max<Index>(0, steps_ - row.step));
+    const double done = std::min(1.0, share(row.step, row.time));
+    const double left = seconds_since(loop_begin_) * (1 - done) / done;
     console_.line(progress_line(row, energy_scale_, rate(row.step), left));
     printed_ = row.step;
   }
 
-  bool on_step(Index step) {
-    console_.bar(step, steps_, rate(step));
+  bool on_step(Index step, double time) {
+    console_.bar(share(step, time), rate(step));
     if (signal_received) return false;
     return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time;
   }

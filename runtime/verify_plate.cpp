@@ -117,7 +117,8 @@ Result solve(const char* what, Model<2> model, int threads) {
   const auto particles = static_cast<double>(model.particles.size());
   observer.progress = [&](Index step, double) {
     if (step % 256 == 0)
-      console.bar(step, steps, static_cast<double>(step) * particles / elapsed());
+      console.bar(static_cast<double>(step) / static_cast<double>(steps),
+                  static_cast<double>(step) * particles / elapsed());
     return true;
   };
   ExecutionOptions execution;
