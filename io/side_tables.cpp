@@ -73,16 +73,25 @@ std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, ProblemList&
   return mesh;
 }
 
+namespace {
+
+// The first row of a file of particles says how many there are; false if it does not (reported).
+bool read_count(RowReader& rows, Index& count) {
+  if (!rows.next()) {
+    rows.complain_file("the file holds no data", "the first row is the number of particles");
+    return false;
+  }
+  return rows.integer(count, "the number of particles", 1) && rows.end_of_row();
+}
+
+}  // namespace
+
 template <int Dim>
 std::optional<std::vector<Vec<Dim>>> read_particle_file(const SideFile& file,
                                                         ProblemList& problems) {
   RowReader rows(file, problems);
   Index count = 0;
-  if (!rows.next()) {
-    rows.complain_file("the file holds no data", "the first row is the number of particles");
-    return std::nullopt;
-  }
-  if (!rows.integer(count, "the number of particles", 1) || !rows.end_of_row()) return std::nullopt;
+  if (!read_count(rows, count)) return std::nullopt;
   std::vector<Vec<Dim>> points;
   if (plausible(file, count)) points.reserve(static_cast<std::size_t>(count));
   for (Index i = 0; i < count; ++i) {
@@ -102,11 +111,7 @@ std::optional<std::vector<Voigt>> read_stress_file(const SideFile& file, Index n
   constexpr std::string_view names[] = {"xx", "yy", "zz", "xy", "yz", "xz"};
   RowReader rows(file, problems);
   Index count = 0;
-  if (!rows.next()) {
-    rows.complain_file("the file holds no data", "the first row is the number of particles");
-    return std::nullopt;
-  }
-  if (!rows.integer(count, "the number of particles", 1) || !rows.end_of_row()) return std::nullopt;
+  if (!read_count(rows, count)) return std::nullopt;
   if (n_particles >= 0 && count != n_particles)
     rows.complain(
         fmt::format("the file has stresses of {} particles, but there are {}", count, n_particles));

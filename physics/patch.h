@@ -34,6 +34,12 @@ inline constexpr std::array<int, n_node_sums> node_sum_width{4, Dim == 2 ? 2 : 4
 /// What one patch contributes to a row of history.csv (HistoryRow), reset after each row.
 struct PatchWork {
   double internal = 0, external = 0, damping = 0;  ///< [J]
+  PatchWork& operator+=(const PatchWork& other) {
+    internal += other.internal;
+    external += other.external;
+    damping += other.damping;
+    return *this;
+  }
 };
 
 /// Something that a kernel found wrong with a particle or node; kernels mark, the step reports.

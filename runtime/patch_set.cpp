@@ -307,13 +307,8 @@ PatchWork PatchSet<Dim>::rebuild() {
   Patches old = std::move(patches_);
   patches_.clear();
   std::size_t next = 0;
-  const auto drop = [&](const Patch<Dim>& patch) {
-    dropped.internal += patch.work.internal;
-    dropped.external += patch.work.external;
-    dropped.damping += patch.work.damping;
-  };
   for (const Index id : needed(occupied)) {
-    while (next < old.size() && old[next]->topology.patch < id) drop(*old[next++]);
+    while (next < old.size() && old[next]->topology.patch < id) dropped += old[next++]->work;
     if (next < old.size() && old[next]->topology.patch == id) {
       patches_.push_back(std::move(old[next++]));
       patches_.back()->topology = make_topology(*model_->mesh, partition_, id, rings_);
@@ -321,7 +316,7 @@ PatchWork PatchSet<Dim>::rebuild() {
       patches_.push_back(make_patch(id));
     }
   }
-  while (next < old.size()) drop(*old[next++]);
+  while (next < old.size()) dropped += old[next++]->work;
   link();
   return dropped;
 }

@@ -39,6 +39,17 @@ const char* scheme_name(Scheme scheme) {
   return scheme == Scheme::usf ? "USF" : scheme == Scheme::usl ? "USL" : "MUSL";
 }
 
+/// What is said about a model, kept when the simulation takes the model itself.
+template <int Dim>
+Model<Dim> without_particles(const Model<Dim>& model) {
+  Model<Dim> header;
+  header.title = model.title;
+  header.mesh = model.mesh;
+  header.materials = model.materials;
+  header.analysis = model.analysis;
+  return header;
+}
+
 template <int Dim>
 void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
               const TimeStep& plan) {
@@ -87,7 +98,6 @@ void add_model(RunInfo& info, const Model<Dim>& model, const SimulationInfo& siz
   info.particles = sizes.particles;
   info.materials = static_cast<Index>(model.materials.size());
   info.patches = sizes.patches;
-  info.steps = model.analysis.nsteps;
   info.dt = sizes.dt;
   info.dt_limit = sizes.dt_limit;
 }
@@ -149,15 +159,6 @@ class Run {
   }
 
  private:
-  static Model<Dim> without_particles(const Model<Dim>& model) {
-    Model<Dim> header;
-    header.title = model.title;
-    header.mesh = model.mesh;
-    header.materials = model.materials;
-    header.analysis = model.analysis;
-    return header;
-  }
-
   void warn_of_unstable_step(const SimulationInfo& info) {
     if (outline_.step.adaptive || info.dt <= info.dt_limit) return;
     scenario_.warnings.push_back(
@@ -322,11 +323,7 @@ int check_command(const RunArguments& arguments) {
   Scenario scenario = read(arguments, console);
   std::visit(
       [&]<int Dim>(Model<Dim>& model) {
-        Model<Dim> header;
-        header.title = model.title;
-        header.mesh = model.mesh;
-        header.materials = model.materials;
-        header.analysis = model.analysis;
+        const Model<Dim> header = without_particles(model);
         const std::string folder = model.output.folder;
         const auto simulation = make_simulation(scenario, std::move(model), arguments.execution);
         describe(console, header, simulation->info(), header.analysis.step);

@@ -304,9 +304,7 @@ struct Simulation<Dim>::Impl {
 
   /// Turn sums since the last row into sums since the start.
   void finish_row(HistoryRow& row, Step step) {
-    work.internal += row.internal;
-    work.external += row.external;
-    work.damping += row.damping;
+    work += PatchWork{row.internal, row.external, row.damping};
     complete_row(row, step, work);
   }
 
@@ -329,9 +327,7 @@ struct Simulation<Dim>::Impl {
       const HistoryRow part = sums(patches[i]);
       patches[i].work = kept;
       add(row, part);
-      all.internal += part.internal;
-      all.external += part.external;
-      all.damping += part.damping;
+      all += kept;
     }
     complete_row(row, step, all);
     return row;
@@ -400,10 +396,7 @@ struct Simulation<Dim>::Impl {
 
   void rebuild() {
     keep_timings();
-    const PatchWork dropped = patches.rebuild();
-    work.internal += dropped.internal;
-    work.external += dropped.external;
-    work.damping += dropped.damping;
+    work += patches.rebuild();
     build_executor();
   }
 

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <random>
+#include <set>
 #include <utility>
+#include <vector>
 
 #include "physics/mesh.h"
 
@@ -75,6 +77,21 @@ Mesh<Dim> one_cell(const std::vector<Vec<Dim>>& corner) {
   Tables<Dim> t{corner, {{}}};
   for (int k = 0; k < corners<Dim>; ++k) t.cells[0][k] = k;
   return t.mesh(true);
+}
+
+template <int Dim>
+std::set<Index> widened_nodes(const Mesh<Dim>& mesh, const std::vector<Index>& cells, int rings) {
+  std::set<Index> nodes;
+  for (Index c : cells)
+    for (Index n : mesh.cell_nodes(c)) nodes.insert(n);
+  for (int r = 0; r < rings; ++r) {
+    auto wider = nodes;
+    for (Index n : nodes)
+      for (Index c : mesh.node_cells(n))
+        for (Index m : mesh.cell_nodes(c)) wider.insert(m);
+    nodes = std::move(wider);
+  }
+  return nodes;
 }
 
 }  // namespace lahar::test

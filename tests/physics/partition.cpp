@@ -28,21 +28,6 @@ void check_covers(const Mesh<Dim>& mesh, const Partition<Dim>& partition) {
   CHECK(std::all_of(seen.begin(), seen.end(), [](int n) { return n == 1; }));
 }
 
-template <int Dim>
-std::set<Index> widened_nodes(const Mesh<Dim>& mesh, const std::vector<Index>& cells, int rings) {
-  std::set<Index> nodes;
-  for (Index c : cells)
-    for (Index n : mesh.cell_nodes(c)) nodes.insert(n);
-  for (int r = 0; r < rings; ++r) {
-    auto wider = nodes;
-    for (Index n : nodes)
-      for (Index c : mesh.node_cells(n))
-        for (Index m : mesh.cell_nodes(c)) wider.insert(m);
-    nodes = std::move(wider);
-  }
-  return nodes;
-}
-
 /// neighbours() against the intersection of all pairs of node sets.
 template <int Dim>
 void check_neighbours(const Mesh<Dim>& mesh, const Partition<Dim>& partition, int rings) {

@@ -30,16 +30,7 @@ void check_topologies(const Mesh<Dim>& mesh, const Partition<Dim>& partition,
   // (patch, local node) of every node, in ascending order of patches.
   std::map<Index, std::vector<std::pair<Index, Local>>> holders;
   for (const auto& patch : patches) {
-    std::set<Index> nodes;
-    for (Index c : patch.cells)
-      for (Index n : mesh.cell_nodes(c)) nodes.insert(n);
-    for (int r = 0; r < rings; ++r) {
-      auto wider = nodes;
-      for (Index n : nodes)
-        for (Index c : mesh.node_cells(n))
-          for (Index m : mesh.cell_nodes(c)) wider.insert(m);
-      nodes = std::move(wider);
-    }
+    const std::set<Index> nodes = widened_nodes(mesh, patch.cells, rings);
     CHECK(patch.nodes == std::vector<Index>(nodes.begin(), nodes.end()));
     CHECK(patch.cells == partition.cells(patch.patch));
     for (std::size_t n = 0; n < patch.nodes.size(); ++n)
