@@ -11,8 +11,8 @@ namespace lahar {
 /// Number of a step; the first is 0.
 using Step = std::int64_t;
 
-/// One stage: a task per patch. A stage always follows the stage before it in the list on its own
-/// patch (the first follows the last one of the step before). What else it waits for:
+/// One stage of the work on a patch. A stage always follows the stage before it in the list on its
+/// own patch (the first follows the last one of the step before). What else it waits for:
 struct Stage {
   std::string name = {};      ///< as in graphs, traces and tables
   std::string exchange = {};  ///< what it takes from neighbours, that is, from their stage before
@@ -20,5 +20,18 @@ struct Stage {
   bool gives_dt = false;      ///< contributes to the global minimum that sets the next step's dt
   bool needs_dt = false;      ///< the first use of dt in a step (adaptive time step only)
 };
+
+/// Consecutive stages that a patch does without waiting for anybody: one task of the graph. They
+/// are done piece by piece of the patch, so that a particle is fetched from memory once per phase.
+struct Phase {
+  Stage task;               ///< what the stages are together, as a stage of the graph
+  std::size_t first, last;  ///< stages [first, last)
+};
+
+/// The phases of a list of stages: a new one begins where something is taken from neighbours, and
+/// where the time step is needed.
+std::vector<Phase> phases_of(const std::vector<Stage>& stages);
+/// The stages of the graph.
+std::vector<Stage> tasks_of(const std::vector<Phase>& phases);
 
 }  // namespace lahar

@@ -7,6 +7,31 @@
 
 namespace lahar {
 
+std::vector<Phase> phases_of(const std::vector<Stage>& stages) {
+  bool adaptive = false;  // as in make_task_graph: without a stage that gives dt, dt is constant
+  for (const Stage& stage : stages) adaptive = adaptive || stage.gives_dt;
+  std::vector<Phase> phases;
+  for (std::size_t s = 0; s < stages.size(); ++s) {
+    const Stage& stage = stages[s];
+    if (phases.empty() || !stage.exchange.empty() || (adaptive && stage.needs_dt)) {
+      phases.push_back({stage, s, s + 1});
+      continue;
+    }
+    Phase& phase = phases.back();
+    phase.last = s + 1;
+    phase.task.name += ", " + stage.name;
+    phase.task.gives_dt = phase.task.gives_dt || stage.gives_dt;
+    phase.task.needs_dt = phase.task.needs_dt || stage.needs_dt;
+  }
+  return phases;
+}
+
+std::vector<Stage> tasks_of(const std::vector<Phase>& phases) {
+  std::vector<Stage> tasks;
+  for (const Phase& phase : phases) tasks.push_back(phase.task);
+  return tasks;
+}
+
 std::string TaskGraph::name(int task) const {
   if (is_dt(task)) return "dt";
   return fmt::format("{} {}", stages[static_cast<std::size_t>(stage_of(task))].name,
@@ -107,6 +132,17 @@ std::vector<Edge> unsafe_edges(const TaskGraph& graph) {
   return unsafe;
 }
 
+namespace {
+
+/// The stages that a task consists of, "G2P, stress", below each other.
+std::string one_per_line(std::string names) {
+  for (std::size_t at = 0; (at = names.find(", ", at)) != std::string::npos;)
+    names.replace(at, 2, "\\n");
+  return names;
+}
+
+}  // namespace
+
 std::string to_dot(const TaskGraph& graph, std::span<const std::string> patch_names,
                    const std::string& title) {
   std::string text = fmt::format(
@@ -121,7 +157,7 @@ std::string to_dot(const TaskGraph& graph, std::span<const std::string> patch_na
                         patch_names[static_cast<std::size_t>(p)]);
     for (int s = 0; s < static_cast<int>(graph.stages.size()); ++s)
       text += fmt::format("    t{} [label=\"{}\"];\n", graph.task(s, p),
-                          graph.stages[static_cast<std::size_t>(s)].name);
+                          one_per_line(graph.stages[static_cast<std::size_t>(s)].name));
     text += "  }\n";
   }
   for (int s = 0; s < static_cast<int>(graph.stages.size()); ++s) {

@@ -10,27 +10,37 @@ namespace lahar {
 
 template <int Dim>
 struct CartesianMap {
-  double scale[Dim];  ///< dxi/dx [1/m]
+  double scale[Dim];                    ///< dxi/dx [1/m]
+  double origin[Dim], per_unit[Dim];    ///< natural coordinates are (row - origin) per_unit
+  std::array<const double*, Dim> rows;  ///< positions, or natural coordinates where stored
 
-  CartesianMap(const Patch<Dim>& patch, Local cell) {
-    for (int d = 0; d < Dim; ++d) scale[d] = 2.0 / patch.box[cell][Dim + d];
-  }
-  /// L[a][d] = dq_a/dx_d from G[a][k] = dq_a/dxi_k.
+  /// Natural coordinates of the particles from p on. Where positions do not change while they are
+  /// needed they are not stored: computing is cheaper than moving them through memory.
   template <class Real>
-  void to_physical(const Weights<Dim, Real>&, const Real (&G)[Dim][Dim],
-                   Real (&L)[Dim][Dim]) const {
-    for (int a = 0; a < Dim; ++a)
-      for (int d = 0; d < Dim; ++d) L[a][d] = G[a][d] * scale[d];
+  LAHAR_INLINE void natural(Local p, Real (&xi)[Dim]) const {
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d)
+      xi[d] = (load<Real>(rows[d] + p) - origin[d]) * per_unit[d];
   }
-  void to_physical_centre(const double (&G)[Dim][Dim], double (&L)[Dim][Dim]) const {
-    for (int a = 0; a < Dim; ++a)
-      for (int d = 0; d < Dim; ++d) L[a][d] = G[a][d] * scale[d];
-  }
-  /// T[a][k] = sum_d S[a][d] dxi_k/dx_d: a stress seen by natural gradients.
+  /// L[a][d] = dq_a/dx_d from G[a][k] = dq_a/dxi_k of the particles from p on.
   template <class Real>
-  void pull_back(const Weights<Dim, Real>&, const Real (&S)[Dim][Dim], Real (&T)[Dim][Dim]) const {
-    for (int a = 0; a < Dim; ++a)
-      for (int k = 0; k < Dim; ++k) T[a][k] = S[a][k];  // scaled once per run by finish()
+  LAHAR_INLINE void to_physical(Local, const Real (&G)[Dim][Dim], Real (&L)[Dim][Dim]) const {
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) L[a][d] = G[a][d] * scale[d];
+  }
+  LAHAR_INLINE void to_physical_centre(const double (&G)[Dim][Dim], double (&L)[Dim][Dim]) const {
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) L[a][d] = G[a][d] * scale[d];
+  }
+  /// T[a][k] = sum_d S[a][d] dxi_k/dx_d: a stress seen by natural gradients; the factors finish(k)
+  /// are left for the sum over the run.
+  template <class Real>
+  LAHAR_INLINE void pull_back(Local, const Real (&S)[Dim][Dim], Real (&T)[Dim][Dim]) const {
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int k = 0; k < Dim; ++k) T[a][k] = S[a][k];
   }
   double finish(int k) const { return scale[k]; }
 };
@@ -38,51 +48,127 @@ struct CartesianMap {
 template <int Dim>
 struct IsoparametricMap {
   CornerDifferences<Dim> x;
+  std::array<const double*, Dim> rows;  ///< natural coordinates
 
-  IsoparametricMap(const Patch<Dim>& patch, Local cell)
-      : x(patch.node_position.data()->data(), Dim, patch.topology.corner_nodes[cell]) {}
-
+  /// Natural coordinates of the particles from p on, as locate() left them.
   template <class Real>
-  void inverse_jacobian(const Weights<Dim, Real>& w, Real (&inv)[Dim][Dim]) const {
-    Real J[Dim][Dim];
-    x.gradient(w, J);
+  LAHAR_INLINE void natural(Local p, Real (&xi)[Dim]) const {
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d) xi[d] = load<Real>(rows[d] + p);
+  }
+  /// dxi/dx of the particles from p on.
+  template <class Real>
+  LAHAR_INLINE void inverse_jacobian(Local p, Real (&inv)[Dim][Dim]) const {
+    Real xi[Dim], J[Dim][Dim];
+    natural(p, xi);
+    x.gradient(Weights<Dim, Real>(xi), J);
     inverse(J, inv);
   }
   template <class Real>
-  void to_physical(const Weights<Dim, Real>& w, const Real (&G)[Dim][Dim],
-                   Real (&L)[Dim][Dim]) const {
+  LAHAR_INLINE void to_physical(Local p, const Real (&G)[Dim][Dim], Real (&L)[Dim][Dim]) const {
     Real inv[Dim][Dim];
-    inverse_jacobian(w, inv);
+    inverse_jacobian(p, inv);
     multiply(G, inv, L);
   }
-  void to_physical_centre(const double (&G)[Dim][Dim], double (&L)[Dim][Dim]) const {
+  LAHAR_INLINE void to_physical_centre(const double (&G)[Dim][Dim], double (&L)[Dim][Dim]) const {
     double J[Dim][Dim], inv[Dim][Dim];
     x.centre_gradient(J);
     inverse(J, inv);
     multiply(G, inv, L);
   }
   template <class Real>
-  void pull_back(const Weights<Dim, Real>& w, const Real (&S)[Dim][Dim],
-                 Real (&T)[Dim][Dim]) const {
+  LAHAR_INLINE void pull_back(Local p, const Real (&S)[Dim][Dim], Real (&T)[Dim][Dim]) const {
     Real inv[Dim][Dim];
-    inverse_jacobian(w, inv);
-    for (int a = 0; a < Dim; ++a)
-      for (int k = 0; k < Dim; ++k) {
-        T[a][k] = S[a][0] * inv[k][0];
-        for (int d = 1; d < Dim; ++d) T[a][k] += S[a][d] * inv[k][d];
-      }
+    inverse_jacobian(p, inv);
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int k = 0; k < Dim; ++k) {
+      T[a][k] = S[a][0] * inv[k][0];
+      LAHAR_UNROLL
+      for (int d = 1; d < Dim; ++d) T[a][k] += S[a][d] * inv[k][d];
+    }
   }
   double finish(int) const { return 1.0; }
 
  private:
   template <class Real>
-  static void multiply(const Real (&A)[Dim][Dim], const Real (&B)[Dim][Dim], Real (&C)[Dim][Dim]) {
-    for (int a = 0; a < Dim; ++a)
-      for (int d = 0; d < Dim; ++d) {
-        C[a][d] = A[a][0] * B[0][d];
-        for (int k = 1; k < Dim; ++k) C[a][d] += A[a][k] * B[k][d];
-      }
+  LAHAR_INLINE static void multiply(const Real (&A)[Dim][Dim], const Real (&B)[Dim][Dim],
+                                    Real (&C)[Dim][Dim]) {
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) {
+      C[a][d] = A[a][0] * B[0][d];
+      LAHAR_UNROLL
+      for (int k = 1; k < Dim; ++k) C[a][d] += A[a][k] * B[k][d];
+    }
   }
 };
+
+/// The maps of a patch's cells, made one by one from what is common to all.
+template <int Dim>
+class CartesianCells {
+ public:
+  explicit CartesianCells(const Patch<Dim>& patch)
+      : box_(patch.box.data()),
+        stored_(patch.particles.layout().has(Column::xi)),
+        rows_(patch.particles.template rows<Dim>(stored_ ? Column::xi : Column::x)) {}
+
+  LAHAR_INLINE CartesianMap<Dim> operator[](Local cell) const {
+    CartesianMap<Dim> map;
+    const auto& box = box_[cell];
+    map.rows = rows_;
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d) {
+      map.scale[d] = box[Dim + d];
+      map.origin[d] = stored_ ? 0.0 : box[d];
+      map.per_unit[d] = stored_ ? 1.0 : box[Dim + d];
+    }
+    return map;
+  }
+
+ private:
+  const std::array<double, 2 * static_cast<std::size_t>(Dim)>* box_;
+  bool stored_;
+  std::array<const double*, Dim> rows_;
+};
+
+template <int Dim>
+class IsoparametricCells {
+ public:
+  explicit IsoparametricCells(const Patch<Dim>& patch)
+      : position_(patch.node_position.data()),
+        corners_(patch.topology.corner_nodes.data()),
+        rows_(patch.particles.template rows<Dim>(Column::xi)) {}
+
+  LAHAR_INLINE IsoparametricMap<Dim> operator[](Local cell) const {
+    return {CornerDifferences<Dim>(position_, corners_[cell]), rows_};
+  }
+
+ private:
+  const double* position_;
+  const std::array<Local, corners<Dim>>* corners_;
+  std::array<const double*, Dim> rows_;
+};
+
+/// Weights of the particles from p on.
+template <int Dim, class Real, class Map>
+LAHAR_INLINE Weights<Dim, Real> weights_at(const Map& map, Local p) {
+  Real xi[Dim];
+  map.natural(p, xi);
+  return Weights<Dim, Real>(xi);
+}
+
+/// Call body(map, run) for every run that is not empty, with the map of its cell.
+template <int Dim, class Body>
+LAHAR_INLINE void for_each_run(const Patch<Dim>& patch, Runs runs, Body body) {
+  const auto with = [&](const auto& cells) __attribute__((always_inline)) {
+    for (Run& run : runs)
+      if (run.begin < run.end) body(cells[run.cell], run);
+  };
+  if (patch.cartesian)
+    with(CartesianCells<Dim>(patch));
+  else
+    with(IsoparametricCells<Dim>(patch));
+}
 
 }  // namespace lahar

@@ -24,11 +24,11 @@ struct ColumnInfo {
 // clang-format off
 inline constexpr std::array<ColumnInfo, n_columns> column_table{{
     {Column::x,        "coordinates",  "m",   2, 3, false, true},
-    {Column::xi,       "natural",      "-",   2, 3, false, false},  // in [-1, 1], of its cell
+    {Column::xi,       "natural",      "-",   2, 3, true,  false},  // in [-1, 1], of its cell
     {Column::v,        "velocity",     "m/s", 2, 3, false, true},
     {Column::u,        "displacement", "m",   2, 3, false, true},
     {Column::stress,   "stress",       "Pa",  4, 6, false, true},   // Cauchy; 2D xx yy zz xy
-    {Column::strain,   "strain",       "-",   3, 6, false, true},   // engineering shear; 2D xx yy xy
+    {Column::strain,   "strain",       "-",   3, 6, true,  true},   // engineering shear; 2D xx yy xy
     {Column::volume,   "volume",       "m^3", 1, 1, false, true},
     {Column::mass,     "mass",         "kg",  1, 1, false, true},
     {Column::size,     "size",         "m",   1, 1, true,  false},  // initial volume^(1/Dim), for tractions
@@ -36,10 +36,14 @@ inline constexpr std::array<ColumnInfo, n_columns> column_table{{
 }};
 // clang-format on
 
-/// Which optional columns a model needs.
+/// Which optional columns a model needs. What follows from other columns is not stored: moving
+/// bytes is what limits a step.
 struct ColumnNeeds {
   bool size = false;
   bool pressure = false;
+  bool natural = false;  ///< natural coordinates of the step's beginning: isoparametric cells, or
+                         ///< needed when x has moved on (MUSL); else they follow from x
+  bool strain = false;   ///< not where all laws give it as a function of stress (strain_of())
   bool operator==(const ColumnNeeds&) const = default;
 };
 
@@ -50,7 +54,9 @@ class ColumnLayout {
   explicit ColumnLayout(ColumnNeeds needs = {}) {
     for (const ColumnInfo& info : column_table) {
       const bool present = !info.optional || (info.column == Column::size && needs.size) ||
-                           (info.column == Column::pressure && needs.pressure);
+                           (info.column == Column::pressure && needs.pressure) ||
+                           (info.column == Column::xi && needs.natural) ||
+                           (info.column == Column::strain && needs.strain);
       row_[static_cast<int>(info.column)] = present ? rows_ : -1;
       if (present) rows_ += components(info);
     }

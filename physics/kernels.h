@@ -20,77 +20,104 @@ inline constexpr double least_nodal_mass_share = 1e-10;
 /// decides the direction of damping; the reference code's value.
 inline constexpr double least_nodal_velocity = 1e-15;
 
-/// Append the particles that neighbours sent, in ascending patch id, then restore runs of one cell:
-/// particles are re-sorted (stable, by cell and material) when runs are too short.
+/// Place the particles that neighbours sent, in ascending patch id, in runs of their cells. The
+/// first call sorts all particles into runs (stable, by cell and material). Those placed later are
+/// listed in Patch::late until they are mapped.
 template <int Dim>
 void receive(Patch<Dim>& patch);
 
-/// Set Patch::idle: no particles. The partial sums of a patch that has become idle are zeroed.
+/// Sort particles again where too many runs had to be added for cells without a free slot. When
+/// depends on what is in the patch only. Patch::late must be empty.
 template <int Dim>
-bool update_idle(Patch<Dim>& patch);
+void sort_if_scattered(Patch<Dim>& patch);
 
-/// m_i = sum_p N_i m_p,  (m v)_i = sum_p N_i m_p v_p, into the patch's private sums.
-template <int Dim, class Real = Pack>
-void map_mass_momentum(Patch<Dim>& patch);
-
-/// (m v)_i = sum_p N_i m_p v_p with the updated particle velocities (MUSL's second mapping).
-template <int Dim, class Real = Pack>
-void map_momentum(Patch<Dim>& patch);
-
-/// (m p)_i = sum_p N_i m_p p_p over particles whose law has a pressure.
-template <int Dim, class Real = Pack>
-void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step);
-
-/// f_i = -sum_p V_p sigma_p grad N_i + sum_p N_i t_p V_p / size_p (traction).
-template <int Dim, class Real = Pack>
-void map_force(Patch<Dim>& patch, const StepContext<Dim>& step);
-
-/// Add up one kind of partial node sums over all patches that share a node, ascending patch id.
+/// Before the mapping for a step: zero one kind of the patch's own sums.
 template <int Dim>
-void sum_over_patches(Patch<Dim>& patch, NodeSum which);
+void clear_sums(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSum which);
 
-/// v_i = (m v)_i / m_i, then prescribed velocities. `which`: mass_momentum or (MUSL) momentum.
+/// m_i += sum_p N_i m_p,  (m v)_i += sum_p N_i m_p v_p, into the patch's own sums.
+template <int Dim, class Real = Pack>
+void map_mass_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+
+/// (m v)_i += sum_p N_i m_p v_p with the updated particle velocities (MUSL's second mapping).
+template <int Dim, class Real = Pack>
+void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+
+/// (m p)_i += sum_p N_i m_p p_p over particles whose law has a pressure.
+template <int Dim, class Real = Pack>
+void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+
+/// f_i += -sum_p V_p sigma_p grad N_i + sum_p N_i t_p V_p / size_p (traction).
+template <int Dim, class Real = Pack>
+void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+
+/// v_i = (m v)_i / m_i with sums over all patches that share a node, in ascending patch id; then
+/// prescribed velocities.
 template <int Dim>
-void nodal_velocity(Patch<Dim>& patch, NodeSum which);
+void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// The same with the momentum of MUSL's second mapping.
+template <int Dim>
+void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// p_i = (m p)_i / m_i.
+template <int Dim>
+void nodal_pressure(Patch<Dim>& patch, const StepContext<Dim>& step);
 
 /// a_i = (f_i + m_i g + point forces - alpha |f_i| sign(v_i)) / m_i;  v_i += dt a_i; prescribed
 /// velocities, which also zero the acceleration.
 template <int Dim>
 void integrate(Patch<Dim>& patch, const StepContext<Dim>& step);
 
+/// nodal_velocity() and integrate() in one pass, where one exchange brings mass, momentum and
+/// force.
+template <int Dim>
+void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step);
+
 /// v_p: FLIP v_p + dt sum_i N_i a_i, PIC sum_i N_i v_i, or their blend; x_p, u_p += dt sum_i N_i
-/// v_i; prescribed particle velocities.
+/// v_i; prescribed particle velocities. Raises Patch::max_speed.
 template <int Dim, class Real = Pack>
-void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step);
+void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+
+/// Work of the tractions over the step, before stresses change volumes or particles move.
+template <int Dim>
+void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
 
 /// Which parts of the stress stage to do; pressure smoothing comes between the two.
 enum class StressPart { both, strain, law };
 
 /// Strain rate from nodal velocities; strain, volume (gradient at the cell's centre) and the law.
 template <int Dim, class Real = Pack>
-void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, StressPart part);
+void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, StressPart part);
 
-/// p_p = sum_i N_i (m p)_i / m_i.
+/// p_p = sum_i N_i p_i.
 template <int Dim, class Real = Pack>
-void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step);
+void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
 
-/// Cell and natural coordinates of every particle; those that left go to their neighbour's outbox.
+/// Empty the outboxes before particles are located.
+template <int Dim>
+void clear_outboxes(Patch<Dim>& patch);
+
+/// Take the particles that are no longer in their cell out of their runs, into Patch::movers.
+/// Natural coordinates of the others.
 template <int Dim, class Real = Pack>
-void locate(Patch<Dim>& patch, const StepContext<Dim>& step);
+void locate(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+
+/// Find the cells of Patch::movers: they go to another run, to a neighbour's outbox, or (where the
+/// model says so) are removed.
+template <int Dim>
+void place_movers(Patch<Dim>& patch, const StepContext<Dim>& step);
 
 /// Mark the first particle whose velocity or stress is not finite. locate() finds what has reached
 /// a position; this finds the rest, before it is written.
 template <int Dim>
 void check_finite(Patch<Dim>& patch);
 
-/// Largest speed of the patch's particles [m/s].
-template <int Dim>
-double max_speed(const Patch<Dim>& patch);
-
 /// Smallest h / (c + |v|) over the particles [s], with h the cell's size, c = sqrt(M / density) the
 /// material's longitudinal wave speed; a viscous fluid also h^2 density / (2 Dim 4/3 mu).
 /// `limiting` (optional) receives the particle's position in the patch.
 template <int Dim>
-double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, Local* limiting = nullptr);
+double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, std::span<const Run> runs,
+                       Local* limiting = nullptr);
 
 }  // namespace lahar

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "physics/inverse_mapping.h"
 #include "physics/kernels.h"
@@ -19,36 +20,36 @@ Vec<Dim> position(const Particles<Dim>& particles, Local p) {
   return x;
 }
 
-/// Natural coordinates in the present cell; particles outside of it are appended to `outside`.
-/// The arithmetic is that of Mesh::natural_coordinates, so that both always agree.
-template <int Dim, class Real>
-void locate_run_cartesian(Patch<Dim>& patch, const Run& run, std::vector<Local>& outside) {
-  Particles<Dim>& particles = patch.particles;
-  const auto box = patch.box[static_cast<std::size_t>(run.cell)];
-  const auto x = particles.template rows<Dim>(Column::x);
-  const auto natural = particles.template rows<Dim>(Column::xi);
+/// Natural coordinates in the present cell; bits of `outside` for those that have left it.
+template <int Dim, class Real, class Outside>
+LAHAR_INLINE void locate_run_cartesian(Patch<Dim>& patch, const Run& run, Outside outside) {
+  const auto x = patch.particles.template rows<Dim>(Column::x);
+  const auto& box = patch.box[static_cast<std::size_t>(run.cell)];
+  const bool stored = patch.particles.layout().has(Column::xi);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = run.end - p;
     unsigned out = 0;
-    for (int d = 0; d < Dim; ++d) {
-      const Real xi = 2.0 * (load<Real>(x[d] + p) - box[d]) / box[Dim + d];
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const Real xi = (load<Real>(x[d] + p) - box[d]) * box[Dim + d];
       out |= lahar::outside(xi, 1.0, n);
-      store_first(clamp(xi, xi_max), natural[d] + p, n);
+      if (stored)
+        store_first(clamp(xi, xi_max), patch.particles.row(Column::xi, static_cast<int>(d)) + p, n);
     }
-    for (; out != 0; out &= out - 1) outside.push_back(p + std::countr_zero(out));
+    if (out != 0) outside(p, out);
   }
 }
 
-template <int Dim>
+template <int Dim, class Outside>
 void locate_run_isoparametric(Patch<Dim>& patch, const Run& run, const Mesh<Dim>& mesh,
-                              std::vector<Local>& outside) {
+                              Outside outside) {
   Particles<Dim>& particles = patch.particles;
   const CellGeometry<Dim> cell =
       mesh.geometry(patch.topology.cells[static_cast<std::size_t>(run.cell)]);
   for (Local p = run.begin; p < run.end; ++p) {
     Vec<Dim> xi;
     if (!inverse_map<Dim>(cell, position(particles, p), xi) || !in_closed_cell<Dim>(xi)) {
-      outside.push_back(p);
+      outside(p, 1u);
       continue;
     }
     xi = clamp_to_cell<Dim>(xi);
@@ -56,233 +57,321 @@ void locate_run_isoparametric(Patch<Dim>& patch, const Run& run, const Mesh<Dim>
   }
 }
 
+/// Take a particle out of its run; the run's last one takes its place.
 template <int Dim>
-void set_mark(Patch<Dim>& patch, Mark::Kind kind, Local p) {
+void take_out(Patch<Dim>& patch, Run& run, Local p) {
+  patch.movers.append(patch.particles, p);
+  --run.end;
+  --patch.count;
+  if (p != run.end) patch.particles.assign(p, patch.particles, run.end);
+}
+
+template <int Dim>
+void set_mark(Patch<Dim>& patch, Mark::Kind kind, const Particles<Dim>& particles, Local p) {
   Mark& mark = patch.mark;
   ++mark.count;
   if (mark.kind != Mark::Kind::none) return;
   mark.kind = kind;
-  mark.particle = patch.particles.id[static_cast<std::size_t>(p)];
+  mark.particle = particles.id[static_cast<std::size_t>(p)];
   for (int d = 0; d < Dim; ++d) {
-    mark.position[d] = patch.particles.row(Column::x, d)[p];
-    mark.velocity[d] = patch.particles.row(Column::v, d)[p];
+    mark.position[static_cast<std::size_t>(d)] = particles.row(Column::x, d)[p];
+    mark.velocity[static_cast<std::size_t>(d)] = particles.row(Column::v, d)[p];
   }
 }
 
-/// Find the new cell of a particle outside its own. Returns true if it left the patch's arrays
-/// (sent to a neighbour, or removed).
+/// Free slots of a run that is added for a cell whose other runs are full: as many as are computed
+/// with together anyway.
+constexpr Local added_slots = 8;
+
+/// A run of the cell and material that has a free slot.
 template <int Dim>
-bool relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local p) {
-  Particles<Dim>& particles = patch.particles;
-  const Vec<Dim> x = position(particles, p);
-  if (!x.allFinite()) {
-    set_mark(patch, Mark::Kind::not_finite, p);
-    return false;
+Run& run_with_room(Patch<Dim>& patch, Local cell, std::uint16_t material) {
+  Local& first = patch.first_run[static_cast<std::size_t>(cell)];
+  for (Local r = first; r >= 0; r = patch.runs[static_cast<std::size_t>(r)].next) {
+    Run& run = patch.runs[static_cast<std::size_t>(r)];
+    if (run.material == material && run.end < run.limit) return run;
   }
-  const Local old = particles.cell[static_cast<std::size_t>(p)];
+  const Local begin = patch.particles.size();
+  patch.particles.resize(begin + added_slots);
+  patch.runs.push_back({.cell = cell,
+                        .begin = begin,
+                        .end = begin,
+                        .limit = begin + added_slots,
+                        .next = first,
+                        .material = material,
+                        .loaded = false});
+  first = static_cast<Local>(patch.runs.size()) - 1;
+  ++patch.added_runs;
+  return patch.runs.back();
+}
+
+/// Put particle `i` of `from` into a run of the cell; it is still to be mapped.
+template <int Dim>
+void place(Patch<Dim>& patch, const Particles<Dim>& from, Local i, Local cell) {
+  const auto at = static_cast<std::size_t>(i);
+  Run& run = run_with_room(patch, cell, from.material[at]);
+  const Local slot = run.end++;
+  patch.particles.assign(slot, from, i);
+  patch.particles.cell[static_cast<std::size_t>(slot)] = cell;
+  const bool loaded = !from.loads.empty() && from.loads[at] != 0;
+  run.loaded = run.loaded || loaded;
+  ++patch.count;
+  if (!patch.late.empty() && patch.late.back().end == slot &&
+      patch.late.back().limit == run.limit) {
+    ++patch.late.back().end;
+    patch.late.back().loaded = patch.late.back().loaded || loaded;
+  } else {
+    patch.late.push_back({.cell = cell,
+                          .begin = slot,
+                          .end = slot + 1,
+                          .limit = run.limit,
+                          .material = run.material,
+                          .loaded = loaded});
+  }
+}
+
+/// Find the new cell of a mover and bring it there.
+template <int Dim>
+void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
+  Particles<Dim>& movers = patch.movers;
+  const Local old = movers.cell[static_cast<std::size_t>(i)];
+  const auto stays = [&](Mark::Kind kind) {  // marked: the step fails, but nothing gets lost
+    set_mark(patch, kind, movers, i);
+    place(patch, movers, i, old);
+  };
+  const Vec<Dim> x = position(movers, i);
+  if (!x.allFinite()) return stays(Mark::Kind::not_finite);
   const auto found =
       step.model->mesh->locate_from(x, patch.topology.cells[static_cast<std::size_t>(old)]);
   if (found.cell < 0) {
-    if (step.model->analysis.remove_leaving_particles) {
-      ++patch.removed;
-      return true;
-    }
-    set_mark(patch, Mark::Kind::left_mesh, p);
-    return false;
+    if (!step.model->analysis.remove_leaving_particles) return stays(Mark::Kind::left_mesh);
+    ++patch.removed;
+    return;
   }
-  for (int d = 0; d < Dim; ++d) particles.row(Column::xi, d)[p] = found.xi[d];
-  if (const auto local = patch.local_cell.find(found.cell); local != patch.local_cell.end()) {
-    particles.cell[static_cast<std::size_t>(p)] = local->second;
-    return false;
-  }
+  if (movers.layout().has(Column::xi))
+    for (int d = 0; d < Dim; ++d) movers.row(Column::xi, d)[i] = found.xi[d];
+  if (const auto local = patch.local_cell.find(found.cell); local != patch.local_cell.end())
+    return place(patch, movers, i, local->second);
   const Index target = step.partition->patch_of(found.cell);
   const auto& neighbours = patch.topology.neighbours;
   const auto at = std::lower_bound(neighbours.begin(), neighbours.end(), target);
-  if (at == neighbours.end() || *at != target) {
-    set_mark(patch, Mark::Kind::moved_too_far, p);
-    return false;
-  }
+  if (at == neighbours.end() || *at != target) return stays(Mark::Kind::moved_too_far);
   auto& out = patch.outbox[static_cast<std::size_t>(at - neighbours.begin())];
-  out.particles.append(particles, p);
+  out.particles.append(movers, i);
   out.cell.push_back(found.cell);
-  return true;
 }
 
 }  // namespace
 
-template <int Dim, class Real>
-void locate(Patch<Dim>& patch, const StepContext<Dim>& step) {
+template <int Dim>
+void clear_outboxes(Patch<Dim>& patch) {
   for (auto& out : patch.outbox) {
     out.particles.clear();
     out.cell.clear();
   }
-  auto& outside = patch.scratch;
-  outside.clear();
-  for (const Run& run : patch.runs) {
+}
+
+template <int Dim, class Real>
+void locate(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+  std::vector<std::pair<Local, unsigned>> left;
+  for (Run& run : runs) {
+    if (run.begin == run.end) continue;
+    const auto outside = [&](Local p, unsigned bits) { left.emplace_back(p, bits); };
     if (patch.cartesian)
       locate_run_cartesian<Dim, Real>(patch, run, outside);
     else
       locate_run_isoparametric(patch, run, *step.model->mesh, outside);
+    // From the last to the first, so that the particle that takes a place is never one that left.
+    for (; !left.empty(); left.pop_back())
+      for (unsigned bits = left.back().second; bits != 0;) {
+        const int lane = std::bit_width(bits) - 1;
+        bits &= ~(1u << lane);
+        take_out(patch, run, left.back().first + lane);
+      }
   }
-  if (outside.empty()) return;
-  patch.runs_valid = false;
-  std::size_t left = 0;
-  for (const Local p : outside)
-    if (relocate(patch, step, p)) outside[left++] = p;
-  // From the last to the first, so that the particle that takes a place is never one that left.
-  while (left > 0) patch.particles.remove(outside[--left]);
+}
+
+template <int Dim>
+void place_movers(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  for (Local i = 0; i < patch.movers.size(); ++i) relocate(patch, step, i);
+  patch.movers.clear();
 }
 
 namespace {
 
-/// Runs per occupied cell above which particles are sorted again. Small runs waste lanes and
-/// repeat the sums' scatter; sorting moves every column once.
-constexpr double runs_per_cell = 1.25;
-
+/// Sort runs by cell and material, join those of the same, and pack their particles. Runs of a
+/// patch whose particles move get a free slot, so that they need not be sorted again soon.
 template <int Dim>
-void sort_by_cell(Patch<Dim>& patch) {
-  const Particles<Dim>& particles = patch.particles;
-  const auto n = static_cast<std::size_t>(particles.size());
-  std::vector<Local> first(patch.topology.cells.size() + 1, 0), order(n);
-  for (const Local cell : particles.cell) ++first[static_cast<std::size_t>(cell) + 1];
-  for (std::size_t c = 1; c < first.size(); ++c) first[c] += first[c - 1];
-  std::vector<Local> next(first.begin(), first.end() - 1);
-  for (std::size_t p = 0; p < n; ++p)
-    order[static_cast<std::size_t>(next[static_cast<std::size_t>(particles.cell[p])]++)] =
-        static_cast<Local>(p);
-  const auto& material = particles.material;
-  for (std::size_t c = 0; c + 1 < first.size(); ++c)
-    std::stable_sort(order.begin() + first[c], order.begin() + first[c + 1], [&](Local a, Local b) {
-      return material[static_cast<std::size_t>(a)] < material[static_cast<std::size_t>(b)];
-    });
-  patch.particles.permute(order);
+void sort_runs(Patch<Dim>& patch) {
+  auto& runs = patch.runs;
+  std::erase_if(runs, [](const Run& run) { return run.begin == run.end; });
+  std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) {
+    return std::tie(a.cell, a.material) < std::tie(b.cell, b.material);
+  });
+  std::vector<Run> joined;
+  std::vector<SlotMove> moves;
+  joined.reserve(runs.size());
+  moves.reserve(runs.size());
+  const Local free_slots = patch.moving ? 1 : 0;
+  Local slot = 0;
+  for (const Run& run : runs) {
+    if (joined.empty() || joined.back().cell != run.cell ||
+        joined.back().material != run.material) {
+      slot += joined.empty() ? 0 : free_slots;
+      joined.push_back(run);
+      joined.back().begin = slot;
+    }
+    Run& to = joined.back();
+    moves.push_back({run.begin, slot, run.end - run.begin});
+    slot += run.end - run.begin;
+    to.end = slot;
+    to.limit = slot + free_slots;
+    to.loaded = to.loaded || run.loaded;
+  }
+  patch.particles.rearrange(moves, slot + (joined.empty() ? 0 : free_slots));
+  runs = std::move(joined);
+  patch.first_run.assign(patch.topology.cells.size(), -1);
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    Local& first = patch.first_run[static_cast<std::size_t>(runs[r].cell)];
+    runs[r].next = first;
+    first = static_cast<Local>(r);
+  }
+  patch.added_runs = 0;
 }
 
-/// Runs in the present order; returns the number of different (cell, material) pairs.
+/// Runs of particles in the order in which they are, before they are sorted for the first time.
 template <int Dim>
-std::size_t build_runs(Patch<Dim>& patch) {
+void find_runs(Patch<Dim>& patch) {
   const Particles<Dim>& particles = patch.particles;
   auto& runs = patch.runs;
-  auto& seen = patch.scratch;
-  seen.assign(patch.topology.cells.size(), 0);
   runs.clear();
-  std::size_t occupied = 0;
   for (Local p = 0; p < particles.size(); ++p) {
     const auto i = static_cast<std::size_t>(p);
     const Local cell = particles.cell[i];
-    if (runs.empty() || runs.back().cell != cell || runs.back().material != particles.material[i]) {
-      runs.push_back({cell, p, p, particles.material[i], false});
-      const Local bit = 1 << (particles.material[i] % 31);
-      Local& materials = seen[static_cast<std::size_t>(cell)];
-      if (!(materials & bit)) ++occupied;
-      materials |= bit;
-    }
+    if (runs.empty() || runs.back().cell != cell || runs.back().material != particles.material[i])
+      runs.push_back({.cell = cell,
+                      .begin = p,
+                      .end = p,
+                      .limit = p,
+                      .material = particles.material[i],
+                      .loaded = false});
     runs.back().end = p + 1;
     if (!particles.loads.empty() && particles.loads[i]) runs.back().loaded = true;
   }
-  return occupied;
+  patch.count = particles.size();
 }
+
+/// Added runs, as a share of the others, above which particles are sorted: an added run costs about
+/// what half a full one does, sorting about what one step does.
+constexpr int runs_per_added_run = 8;
 
 }  // namespace
 
 template <int Dim>
 void receive(Patch<Dim>& patch) {
-  for (const auto* in : patch.inbox) {
-    for (Local p = 0; p < in->particles.size(); ++p) {
-      patch.particles.append(in->particles, p);
-      patch.particles.cell.back() = patch.local_cell.at(in->cell[static_cast<std::size_t>(p)]);
-      patch.runs_valid = false;
-    }
+  if (!patch.sorted) {
+    find_runs(patch);
+    sort_runs(patch);
+    patch.sorted = true;
   }
-  if (patch.runs_valid) return;
-  const std::size_t occupied = build_runs(patch);
-  if (static_cast<double>(patch.runs.size()) > runs_per_cell * static_cast<double>(occupied) + 1) {
-    sort_by_cell(patch);
-    build_runs(patch);
-  }
-  patch.runs_valid = true;
+  for (const auto* in : patch.inbox)
+    for (Local i = 0; i < in->particles.size(); ++i)
+      place(patch, in->particles, i, patch.local_cell.at(in->cell[static_cast<std::size_t>(i)]));
 }
 
 template <int Dim>
-bool update_idle(Patch<Dim>& patch) {
-  if (patch.particles.size() > 0) return patch.idle = false;
-  if (!patch.idle)
-    for (auto& values : patch.partial) std::fill(values.begin(), values.end(), 0.0);
-  return patch.idle = true;
+void sort_if_scattered(Patch<Dim>& patch) {
+  const auto sorted_runs = static_cast<int>(patch.runs.size()) - patch.added_runs;
+  if (patch.added_runs <= 1 + sorted_runs / runs_per_added_run) return;
+  patch.moving = true;
+  sort_runs(patch);
 }
 
 template <int Dim>
 void check_finite(Patch<Dim>& patch) {
   const auto v = patch.particles.template rows<Dim>(Column::v);
   const auto stress = patch.particles.template rows<stress_components<Dim>>(Column::stress);
-  const Local n = patch.particles.size();
   Pack zero(0.0);  // stays zero as long as everything is finite
-  for (Local p = 0; p < n; p += lanes<Pack>) {
-    for (const double* row : v) zero += 0.0 * load_first<Pack>(row + p, n - p);
-    for (const double* row : stress) zero += 0.0 * load_first<Pack>(row + p, n - p);
-  }
+  for (const Run& run : patch.runs)
+    for (Local p = run.begin; p < run.end; p += lanes<Pack>) {
+      for (const double* row : v) zero += 0.0 * load_first<Pack>(row + p, run.end - p);
+      for (const double* row : stress) zero += 0.0 * load_first<Pack>(row + p, run.end - p);
+    }
   if (reduce(zero) == 0.0) return;
-  for (Local p = 0; p < n; ++p) {
+  patch.for_each_particle([&](Local p) {
     double sum = 0.0;  // not finite if one of its terms is not
     for (const double* row : v) sum += row[p];
     for (const double* row : stress) sum += row[p];
-    if (!std::isfinite(sum)) set_mark(patch, Mark::Kind::not_finite, p);
-  }
+    if (!std::isfinite(sum)) set_mark(patch, Mark::Kind::not_finite, patch.particles, p);
+  });
 }
+
+namespace {
+
+/// Inverse of the time step limit of the particles of a run from p on [1/s].
+template <int Dim>
+class LimitRate {
+ public:
+  LimitRate(const Patch<Dim>& patch, const Model<Dim>& model, const Run& run)
+      : V_(patch.particles.row(Column::volume)),
+        m_(patch.particles.row(Column::mass)),
+        v_(patch.particles.template rows<Dim>(Column::v)) {
+    const Law& law = model.materials[run.material].law;
+    const double h = patch.cell_size[static_cast<std::size_t>(run.cell)];
+    modulus_ = wave_modulus(law);
+    per_length_ = 1.0 / h;
+    diffusion_ = 2.0 * Dim * viscosity(law) / (h * h);
+  }
+  template <class Real>
+  Real at(Local p) const {
+    const Real specific_volume = load<Real>(V_ + p) / load<Real>(m_ + p);
+    Real speed2(0.0);
+    for (const double* row : v_) speed2 += load<Real>(row + p) * load<Real>(row + p);
+    const Real waves =
+        (lahar::sqrt(modulus_ * specific_volume) + lahar::sqrt(speed2)) * per_length_;
+    return max(waves, diffusion_ * specific_volume);
+  }
+
+ private:
+  const double *V_, *m_;
+  std::array<const double*, Dim> v_;
+  double modulus_, per_length_, diffusion_;
+};
+
+}  // namespace
 
 template <int Dim>
-double max_speed(const Patch<Dim>& patch) {
-  const auto v = patch.particles.template rows<Dim>(Column::v);
-  const Local n = patch.particles.size();
-  Pack largest(0.0);
-  for (Local p = 0; p < n; p += lanes<Pack>) {
-    Pack speed2(0.0);
-    for (int d = 0; d < Dim; ++d) {
-      const Pack component = load_first<Pack>(v[d] + p, n - p);
-      speed2 += component * component;
-    }
-    largest = max(largest, speed2);
+double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, std::span<const Run> runs,
+                       Local* limiting) {
+  Pack rates(0.0);
+  for (const Run& run : runs) {
+    const LimitRate<Dim> rate(patch, model, run);
+    for (Local p = run.begin; p < run.end; p += lanes<Pack>)
+      rates = max(rates, first_lanes(rate.template at<Pack>(p), run.end - p));
   }
-  double most = 0.0;
-  for (int lane = 0; lane < lanes<Pack>; ++lane) most = std::max(most, largest[lane]);
-  return std::sqrt(most);
-}
-
-template <int Dim>
-double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, Local* limiting) {
-  const Particles<Dim>& particles = patch.particles;
-  const double* V = particles.row(Column::volume);
-  const double* m = particles.row(Column::mass);
-  double least = std::numeric_limits<double>::infinity();
-  for (Local p = 0; p < particles.size(); ++p) {
-    const auto i = static_cast<std::size_t>(p);
-    const Law& law = model.materials[particles.material[i]].law;
-    const double h = patch.cell_size[static_cast<std::size_t>(particles.cell[i])];
-    const double density = m[p] / V[p];
-    double speed2 = 0.0;
-    for (int d = 0; d < Dim; ++d) {
-      const double v = particles.row(Column::v, d)[p];
-      speed2 += v * v;
-    }
-    double limit = h / (std::sqrt(wave_modulus(law) / density) + std::sqrt(speed2));
-    if (const double mu = viscosity(law); mu > 0.0)
-      limit = std::min(limit, h * h * density / (2.0 * Dim * mu));
-    if (limit < least) {
-      least = limit;
-      if (limiting) *limiting = p;
+  double largest = 0.0;
+  for (int lane = 0; lane < lanes<Pack>; ++lane) largest = std::max(largest, rates[lane]);
+  if (limiting) {
+    double most = -1.0;
+    for (const Run& run : runs) {
+      const LimitRate<Dim> rate(patch, model, run);
+      for (Local p = run.begin; p < run.end; ++p)
+        if (const double r = rate.template at<Scalar>(p)[0]; r > most) most = r, *limiting = p;
     }
   }
-  return least;
+  return 1.0 / largest;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                             \
-  template void locate<Dim, Pack>(Patch<Dim>&, const StepContext<Dim>&);   \
-  template void locate<Dim, Scalar>(Patch<Dim>&, const StepContext<Dim>&); \
-  template void receive<Dim>(Patch<Dim>&);                                 \
-  template bool update_idle<Dim>(Patch<Dim>&);                             \
-  template void check_finite<Dim>(Patch<Dim>&);                            \
-  template double max_speed<Dim>(const Patch<Dim>&);                       \
-  template double time_step_limit<Dim>(const Patch<Dim>&, const Model<Dim>&, Local*);
+#define LAHAR_INSTANTIATE(Dim)                                                                     \
+  template void clear_outboxes<Dim>(Patch<Dim>&);                                                  \
+  template void locate<Dim, Pack>(Patch<Dim>&, const StepContext<Dim>&, Runs);                     \
+  template void locate<Dim, Scalar>(Patch<Dim>&, const StepContext<Dim>&, Runs);                   \
+  template void place_movers<Dim>(Patch<Dim>&, const StepContext<Dim>&);                           \
+  template void receive<Dim>(Patch<Dim>&);                                                         \
+  template void sort_if_scattered<Dim>(Patch<Dim>&);                                               \
+  template void check_finite<Dim>(Patch<Dim>&);                                                    \
+  template double time_step_limit<Dim>(const Patch<Dim>&, const Model<Dim>&, std::span<const Run>, \
+                                       Local*);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 

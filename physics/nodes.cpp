@@ -7,144 +7,269 @@
 
 namespace lahar {
 
+namespace {
+
+/// One kind of node sum, over all patches that share a node, in ascending patch id.
 template <int Dim>
-void sum_over_patches(Patch<Dim>& patch, NodeSum which) {
-  const int k = static_cast<int>(which);
-  const int width = node_sum_width<Dim>[k];
-  const auto& topology = patch.topology;
-  auto& total = patch.total[k];
-  total = patch.partial[k];
-  for (std::size_t s = 0; s < topology.shared_node.size(); ++s) {
-    double sum[4] = {0, 0, 0, 0};
+class SumOverPatches {
+ public:
+  SumOverPatches(const Patch<Dim>& patch, NodeSum which, Index step)
+      : patch_(patch), which_(which), step_(step), own_(patch.own_sums(which, step)) {}
+
+  /// What this patch alone contributes.
+  NodeVector own(Local node) const {
+    return load<NodeVector>(own_ + static_cast<std::ptrdiff_t>(node) * node_width);
+  }
+  /// The sum at node shared_node[s].
+  NodeVector shared(std::size_t s) const {
+    const auto& topology = patch_.topology;
+    NodeVector sum(0.0);
     for (Local e = topology.first[s]; e < topology.first[s + 1]; ++e) {
       const auto& share = topology.shares[static_cast<std::size_t>(e)];
       const double* from =
-          share.neighbour < 0
-              ? patch.partial[k].data()
-              : patch.neighbour_partial[k][static_cast<std::size_t>(share.neighbour)];
-      from += static_cast<std::ptrdiff_t>(share.node) * width;
-      for (int c = 0; c < width; ++c) sum[c] += from[c];
+          share.neighbour < 0 ? own_ : patch_.sums_of(share.neighbour, which_, step_);
+      sum += load<NodeVector>(from + static_cast<std::ptrdiff_t>(share.node) * node_width);
     }
-    double* to = total.data() + static_cast<std::ptrdiff_t>(topology.shared_node[s]) * width;
-    for (int c = 0; c < width; ++c) to[c] = sum[c];
+    return sum;
+  }
+
+ private:
+  const Patch<Dim>& patch_;
+  NodeSum which_;
+  Index step_;
+  const double* own_;
+};
+
+/// Call node(i, own mass and so on of the first sum, sum...) for every local node, in order.
+template <int Dim, class Node, class First, class... Sums>
+void for_each_node(const Patch<Dim>& patch, Node node, const First& first, const Sums&... sums) {
+  const auto& shared = patch.topology.shared_node;
+  Local i = 0;
+  for (std::size_t s = 0; s < shared.size(); ++s) {
+    for (; i < shared[s]; ++i) {
+      const NodeVector own = first.own(i);
+      node(i, own, own, sums.own(i)...);
+    }
+    node(i, first.own(i), first.shared(s), sums.shared(s)...);
+    ++i;
+  }
+  for (; i < patch.n_nodes(); ++i) {
+    const NodeVector own = first.own(i);
+    node(i, own, own, sums.own(i)...);
   }
 }
 
-namespace {
-
-double flushed(double value) {
-  return std::abs(value) < least_nodal_velocity ? 0.0 : value;
+LAHAR_INLINE double* at(NodeArray& values, Local node) {
+  return values.data() + static_cast<std::ptrdiff_t>(node) * node_width;
+}
+LAHAR_INLINE const double* at(const NodeArray& values, Local node) {
+  return values.data() + static_cast<std::ptrdiff_t>(node) * node_width;
 }
 
-constexpr int mass_width = 4;
-static_assert(node_sum_width<2>[0] == mass_width && node_sum_width<3>[0] == mass_width);
+/// {v, m} from a velocity and a vector with the mass.
+LAHAR_INLINE NodeVector with_mass(const NodeVector& v, const NodeVector& m) {
+  return NodeVector::of(__builtin_shufflevector(v.v, m.v, 0, 1, 2, 4 + mass_lane));
+}
+
+LAHAR_INLINE NodeVector with_component(const NodeVector& v, int component, double value) {
+  double values[node_width];
+  store(v, values);
+  values[component] = value;
+  return load<NodeVector>(values);
+}
+
+/// {v, m} of a node from the sums {m v} and the mass {., m}.
+template <int Dim>
+LAHAR_INLINE NodeVector velocity_of(const Patch<Dim>& patch, const NodeVector& momentum,
+                                    const NodeVector& mass) {
+  const double m = mass[mass_lane];
+  if (!(m > 0.1 * patch.least_mass)) return with_mass(NodeVector(0.0), mass);
+  return with_mass(flushed(momentum * NodeVector(1.0 / m), least_nodal_velocity), mass);
+}
+
+template <int Dim>
+void prescribe_velocities(Patch<Dim>& patch) {
+  for (const auto& fixed : patch.fixed) at(patch.velocity, fixed.node)[fixed.dir] = fixed.velocity;
+}
 
 }  // namespace
 
 template <int Dim>
-void nodal_velocity(Patch<Dim>& patch, NodeSum which) {
-  const double* mass = patch.total[static_cast<int>(NodeSum::mass_momentum)].data();
-  // {m, m v} and {m v} differ in where the momentum begins.
-  const bool first = which == NodeSum::mass_momentum;
-  const double* momentum = patch.total[static_cast<int>(which)].data() + (first ? 1 : 0);
-  const int width = node_sum_width<Dim>[static_cast<int>(which)];
-  for (Local i = 0; i < patch.n_nodes(); ++i) {
-    const double m = mass[i * mass_width];
-    for (int d = 0; d < Dim; ++d)
-      patch.velocity[i * Dim + d] =
-          m > 0.1 * patch.least_mass ? flushed(momentum[i * width + d] / m) : 0.0;
-  }
-  for (const auto& fixed : patch.fixed)
-    patch.velocity[fixed.node * Dim + fixed.dir] = fixed.velocity;
+void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  for_each_node(
+      patch,
+      [&](Local i, const NodeVector&, const NodeVector& sum) {
+        store(velocity_of(patch, sum, sum), at(patch.velocity, i));
+      },
+      SumOverPatches<Dim>(patch, NodeSum::mass_momentum, step.step));
+  prescribe_velocities(patch);
+}
+
+template <int Dim>
+void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  for_each_node(
+      patch,
+      [&](Local i, const NodeVector&, const NodeVector& sum) {
+        double* v = at(patch.velocity, i);
+        store(velocity_of(patch, sum, load<NodeVector>(v)), v);
+      },
+      SumOverPatches<Dim>(patch, NodeSum::momentum, step.step));
+  prescribe_velocities(patch);
+}
+
+template <int Dim>
+void nodal_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  for_each_node(
+      patch,
+      [&](Local i, const NodeVector&, const NodeVector& sum) {
+        const double m = at(patch.velocity, i)[mass_lane];
+        patch.pressure[static_cast<std::size_t>(i)] = m > 0.1 * patch.least_mass ? sum[0] / m : 0.0;
+      },
+      SumOverPatches<Dim>(patch, NodeSum::pressure, step.step));
 }
 
 namespace {
 
-constexpr int mass_index = static_cast<int>(NodeSum::mass_momentum);
-constexpr int force_index = static_cast<int>(NodeSum::force);
-
-/// Work at the nodes over the step, with the mean of the velocities before and after it, v - dt a /
-/// 2: the kinetic energy of the nodes changes by exactly this work. A node's work is shared among
-/// its patches as its mass is: those without particles, which may not get here, have none of it.
-/// The force sums hold the damping forces by now.
+/// Integrates one node after the other. Work at the nodes over the step is taken with the mean of
+/// the velocities before and after it, v - dt a / 2: the kinetic energy of the nodes changes by
+/// exactly this work. A node's work is shared among its patches as its mass is: those without
+/// particles, which may not get here, have none of it.
 template <int Dim>
-void add_work(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  const Model<Dim>& model = *step.model;
-  const double* mass = patch.total[mass_index].data();
-  const double* own_mass = patch.partial[mass_index].data();
-  const double* damping = patch.total[force_index].data();
-  constexpr int width = node_sum_width<Dim>[force_index];
-  const auto mean_move = [&](Local i, int d) {
-    return step.dt *
-           (patch.velocity[i * Dim + d] - 0.5 * step.dt * patch.acceleration[i * Dim + d]);
-  };
-  for (Local i = 0; i < patch.n_nodes(); ++i) {
-    const double m = mass[i * mass_width], own = own_mass[i * mass_width];
-    if (!(m > patch.least_mass)) continue;
-    for (int d = 0; d < Dim; ++d) {
-      patch.work.external += own * model.gravity[d] * mean_move(i, d);
-      patch.work.damping += own / m * damping[i * width + d] * mean_move(i, d);
+class Integrator {
+ public:
+  Integrator(Patch<Dim>& patch, const StepContext<Dim>& step)
+      : patch_(patch), step_(step), point_(patch.forces.begin()) {
+    double g[node_width] = {};
+    for (int d = 0; d < Dim; ++d) g[d] = step.model->gravity[d];
+    gravity_ = load<NodeVector>(g);
+  }
+
+  /// `old` is {v, m} before the step, `own` this patch's {., m}.
+  LAHAR_INLINE void node(Local i, const NodeVector& own, const NodeVector& old, NodeVector force) {
+    const double m = old[mass_lane];
+    while (point_ != patch_.forces.end() && point_->node == i) {
+      double f[node_width] = {};
+      f[point_->dir] = point_force(*point_);
+      force += load<NodeVector>(f);
+      ++point_;
+    }
+    if (!(m > patch_.least_mass)) {
+      store(NodeVector(0.0), at(patch_.acceleration, i));
+      store(old, at(patch_.velocity, i));
+      if (damped()) store(NodeVector(0.0), at(patch_.damping, i));
+      return;
+    }
+    force += gravity_ * m;
+    if (damped()) force -= damping(i, old, force);
+    const NodeVector a = force * NodeVector(1.0 / m);
+    const NodeVector v = with_mass(flushed(old + step_.dt * a, least_nodal_velocity), old);
+    store(a, at(patch_.acceleration, i));
+    store(v, at(patch_.velocity, i));
+    weight_work_ += own[mass_lane] * (v - (0.5 * step_.dt) * a);
+  }
+
+  /// Constraints, and the work of everything.
+  void finish() {
+    for (int d = 0; d < Dim; ++d) patch_.work.external += step_.dt * gravity_[d] * weight_work_[d];
+    const double* own_mass = patch_.own_sums(NodeSum::mass_momentum, step_.step) + mass_lane;
+    for (const auto& fixed : patch_.fixed) {
+      double& v = at(patch_.velocity, fixed.node)[fixed.dir];
+      double& a = at(patch_.acceleration, fixed.node)[fixed.dir];
+      const double own = own_mass[fixed.node * node_width];
+      // Work of the reaction; and the weight's is of the prescribed velocity.
+      patch_.work.external += own * (fixed.velocity - v) * fixed.velocity;
+      if (at(patch_.velocity, fixed.node)[mass_lane] > patch_.least_mass)
+        patch_.work.external +=
+            own * step_.dt * gravity_[fixed.dir] * (fixed.velocity - (v - 0.5 * step_.dt * a));
+      v = fixed.velocity;
+      a = 0.0;
+    }
+    for (const auto& point : patch_.forces)
+      if (const double m = at(patch_.velocity, point.node)[mass_lane]; m > patch_.least_mass)
+        patch_.work.external += own_mass[point.node * node_width] / m * point_force(point) *
+                                mean_move(point.node, point.dir);
+    if (damped()) add_work_of_damping(own_mass);
+  }
+
+ private:
+  using PointForce = typename Patch<Dim>::PointForce;
+
+  bool damped() const { return step_.model->analysis.damping > 0.0; }
+
+  double point_force(const PointForce& point) const {
+    return point.force * load_factor(*step_.model, point.function, step_.time);
+  }
+
+  /// Cundall's force alpha |f| sign(v), against the velocity.
+  NodeVector damping(Local i, const NodeVector& v, const NodeVector& force) {
+    double norm = 0.0, against[node_width] = {};
+    for (int d = 0; d < Dim; ++d) norm += force[d] * force[d];
+    norm = step_.model->analysis.damping * std::sqrt(norm);
+    for (int d = 0; d < Dim; ++d) against[d] = v[d] > 0.0 ? norm : v[d] < 0.0 ? -norm : 0.0;
+    const auto result = load<NodeVector>(against);
+    store(result, at(patch_.damping, i));
+    return result;
+  }
+
+  double mean_move(Local i, int d) const {
+    return step_.dt * (at(patch_.velocity, i)[d] - 0.5 * step_.dt * at(patch_.acceleration, i)[d]);
+  }
+
+  void add_work_of_damping(const double* own_mass) {
+    for (Local i = 0; i < patch_.n_nodes(); ++i) {
+      const double m = at(patch_.velocity, i)[mass_lane];
+      if (!(m > patch_.least_mass)) continue;
+      for (int d = 0; d < Dim; ++d)
+        patch_.work.damping +=
+            own_mass[i * node_width] / m * at(patch_.damping, i)[d] * mean_move(i, d);
     }
   }
-  for (const auto& point : patch.forces)
-    if (const double m = mass[point.node * mass_width]; m > patch.least_mass)
-      patch.work.external += own_mass[point.node * mass_width] / m * point.force *
-                             load_factor(model, point.function, step.time) *
-                             mean_move(point.node, point.dir);
-}
+
+  Patch<Dim>& patch_;
+  const StepContext<Dim>& step_;
+  typename std::vector<PointForce>::const_iterator point_;
+  NodeVector gravity_, weight_work_ = NodeVector(0.0);
+};
 
 }  // namespace
 
 template <int Dim>
 void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  const Model<Dim>& model = *step.model;
-  const double* mass = patch.total[mass_index].data();
-  double* force = patch.total[force_index].data();
-  constexpr int width = node_sum_width<Dim>[force_index];
-  const double alpha = model.analysis.damping;
-
-  for (const auto& point : patch.forces)
-    force[point.node * width + point.dir] +=
-        point.force * load_factor(model, point.function, step.time);
-
-  for (Local i = 0; i < patch.n_nodes(); ++i) {
-    const double m = mass[i * mass_width];
-    double* v = &patch.velocity[i * Dim];
-    double* a = &patch.acceleration[i * Dim];
-    if (!(m > patch.least_mass)) {
-      for (int d = 0; d < Dim; ++d) a[d] = 0.0;
-      continue;
-    }
-    double f[Dim], norm = 0.0;
-    for (int d = 0; d < Dim; ++d) {
-      f[d] = force[i * width + d] + m * model.gravity[d];
-      norm += f[d] * f[d];
-    }
-    const double damping = alpha > 0.0 ? alpha * std::sqrt(norm) : 0.0;
-    for (int d = 0; d < Dim; ++d) {
-      const double against = v[d] > 0.0 ? damping : v[d] < 0.0 ? -damping : 0.0;
-      a[d] = (f[d] - against) / m;
-      v[d] = flushed(v[d] + step.dt * a[d]);
-      force[i * width + d] = against;
-    }
-  }
-
-  const double* own_mass = patch.partial[mass_index].data();
-  for (const auto& fixed : patch.fixed) {
-    double& v = patch.velocity[fixed.node * Dim + fixed.dir];
-    // Work of the reaction.
-    patch.work.external +=
-        own_mass[fixed.node * mass_width] * (fixed.velocity - v) * fixed.velocity;
-    v = fixed.velocity;
-    patch.acceleration[fixed.node * Dim + fixed.dir] = 0.0;
-  }
-  add_work(patch, step);
+  Integrator<Dim> integrator(patch, step);
+  for_each_node(
+      patch,
+      [&](Local i, const NodeVector&, const NodeVector& force) {
+        const double* own = patch.own_sums(NodeSum::mass_momentum, step.step);
+        integrator.node(i, load<NodeVector>(own + static_cast<std::ptrdiff_t>(i) * node_width),
+                        load<NodeVector>(at(patch.velocity, i)), force);
+      },
+      SumOverPatches<Dim>(patch, NodeSum::force, step.step));
+  integrator.finish();
 }
 
-#define LAHAR_INSTANTIATE(Dim)                               \
-  template void sum_over_patches<Dim>(Patch<Dim>&, NodeSum); \
-  template void nodal_velocity<Dim>(Patch<Dim>&, NodeSum);   \
-  template void integrate<Dim>(Patch<Dim>&, const StepContext<Dim>&);
+template <int Dim>
+void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  Integrator<Dim> integrator(patch, step);
+  auto fixed = patch.fixed.begin();  // ascending nodes
+  for_each_node(
+      patch,
+      [&](Local i, const NodeVector& own, const NodeVector& sum, const NodeVector& force) {
+        NodeVector v = velocity_of(patch, sum, sum);
+        for (; fixed != patch.fixed.end() && fixed->node == i; ++fixed)
+          v = with_component(v, fixed->dir, fixed->velocity);
+        integrator.node(i, own, v, force);
+      },
+      SumOverPatches<Dim>(patch, NodeSum::mass_momentum, step.step),
+      SumOverPatches<Dim>(patch, NodeSum::force, step.step));
+  integrator.finish();
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                   \
+  template void nodal_velocity<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
+  template void nodal_velocity_again<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
+  template void nodal_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
+  template void integrate<Dim>(Patch<Dim>&, const StepContext<Dim>&);            \
+  template void velocity_and_integrate<Dim>(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 

@@ -1,5 +1,9 @@
 /// Particle to grid: a run of particles of one cell is accumulated in registers, then added once to
 /// the cell's nodes in the patch's private arrays. No other patch writes them.
+///
+/// Q4 has few nodes and many particles per cell: lanes are particles, and the sums of all nodes are
+/// reduced together. H8 has many nodes and few particles: lanes are the eight nodes, so that a
+/// particle costs the same whatever else is in its cell, and nothing is reduced at all.
 #include "physics/cell_map.h"
 #include "physics/kernels.h"
 #include "physics/law.h"
@@ -9,143 +13,265 @@ namespace lahar {
 
 namespace {
 
-template <int Dim>
-double* clear(Patch<Dim>& patch, NodeSum which) {
-  auto& values = patch.partial[static_cast<int>(which)];
-  std::fill(values.begin(), values.end(), 0.0);
-  return values.data();
+LAHAR_INLINE void add_to_node(double* nodes, Local node, const NodeVector& value) {
+  double* at = nodes + static_cast<std::ptrdiff_t>(node) * node_width;
+  store(load<NodeVector>(at) + value, at);
 }
 
-/// Add sum_p N_i q_p over the particles of each run to `Width` components per node, `stride` apart.
-/// `values(run, p, n, q)` fills q for the first n particles from p on, zero in other lanes.
-template <int Dim, int Width, class Real, class Values>
-void scatter(const Patch<Dim>& patch, double* nodes, int stride, Values values) {
-  const auto xi = patch.particles.template rows<Dim>(Column::xi);
-  for (const Run& run : patch.runs) {
-    Real sum[corners<Dim>][Width];
-    for (auto& node : sum)
-      for (Real& s : node) s = Real(0.0);
-    for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-      const Weights<Dim, Real> w = weights_at<Dim, Real>(xi, p);
-      Real q[Width];
-      values(run, p, run.end - p, q);
-      for (int i = 0; i < corners<Dim>; ++i) {
-        const Real N = w.N(i);
-        for (int k = 0; k < Width; ++k) sum[i][k] += N * q[k];
-      }
+using EightNodes = PackOf<8>;
+
+LAHAR_INLINE void add_to_nodes(double* nodes, const std::array<Local, 8>& corner,
+                               const EightNodes (&sum)[node_width]) {
+  NodeVector rows[8];
+  transpose(sum, rows);
+  LAHAR_UNROLL
+  for (std::size_t i = 0; i < 8; ++i) add_to_node(nodes, corner[i], rows[i]);
+}
+
+/// d w_d / d xi_d of the one-dimensional weight of axis d, at the eight corners.
+alignas(64) constexpr double half[3][8] = {{-0.5, 0.5, -0.5, 0.5, -0.5, 0.5, -0.5, 0.5},
+                                           {-0.5, -0.5, 0.5, 0.5, -0.5, -0.5, 0.5, 0.5},
+                                           {-0.5, -0.5, -0.5, -0.5, 0.5, 0.5, 0.5, 0.5}};
+
+/// Weight of axis d at the eight corners, for the particle whose natural coordinate is at xi.
+LAHAR_INLINE EightNodes axis_weight(int d, const double* xi) {
+  return 0.5 + load<EightNodes>(half[d]) * broadcast<EightNodes>(xi);
+}
+
+/// Store packs of particles, to be read one by one.
+template <std::size_t N, class Real>
+LAHAR_INLINE void store_all(const Real (&value)[N], double (&to)[N][lanes<Real>]) {
+  LAHAR_UNROLL
+  for (std::size_t k = 0; k < N; ++k) store(value[k], to[k]);
+}
+
+/// Components of a node vector in use, as bits.
+template <int Dim>
+constexpr unsigned vector_and_mass = ((1u << Dim) - 1) | 1u << mass_lane;
+
+/// Add sum_p N_i q_p over the particles of a run to the components `Used` of its cell's nodes.
+/// `values(p, n, q)` fills q for the particles from p on, with zero beyond the first n.
+template <unsigned Used, class Real, class Map, class Values>
+LAHAR_INLINE void scatter(const Map& map, const Run& run, const std::array<Local, 4>& corner,
+                          double* nodes, Values values) {
+  Real sum[4 * node_width];
+  LAHAR_UNROLL
+  for (Real& s : sum) s = Real(0.0);
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    const Weights<2, Real> w = weights_at<2, Real>(map, p);
+    Real q[node_width];
+    values(p, run.end - p, q);
+    LAHAR_UNROLL
+    for (int i = 0; i < 4; ++i) {
+      const Real N = w.N(i);
+      LAHAR_UNROLL
+      for (int k = 0; k < node_width; ++k)
+        if (Used >> k & 1) sum[i * node_width + k] += N * q[k];
     }
-    const auto& corner = patch.topology.corner_nodes[run.cell];
-    for (int i = 0; i < corners<Dim>; ++i)
-      for (int k = 0; k < Width; ++k)
-        nodes[static_cast<std::ptrdiff_t>(corner[i]) * stride + k] += reduce(sum[i][k]);
   }
+  alignas(64) double total[4 * node_width];
+  reduce_all(sum, total);
+  LAHAR_UNROLL
+  for (std::size_t i = 0; i < 4; ++i)
+    add_to_node(nodes, corner[i], load<NodeVector>(total + i * node_width));
+}
+
+template <unsigned Used, class Real, class Map, class Values>
+LAHAR_INLINE void scatter(const Map& map, const Run& run, const std::array<Local, 8>& corner,
+                          double* nodes, Values values) {
+  EightNodes sum[node_width];
+  LAHAR_UNROLL
+  for (EightNodes& s : sum) s = EightNodes(0.0);
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    const Local n = std::min<Local>(run.end - p, lanes<Real>);
+    Real at[3], q[node_width];
+    map.natural(p, at);
+    values(p, n, q);
+    alignas(64) double xi[3][lanes<Real>], value[node_width][lanes<Real>];
+    store_all(at, xi);
+    LAHAR_UNROLL
+    for (int k = 0; k < node_width; ++k)
+      if (Used >> k & 1) store(q[k], value[k]);
+    for (Local j = 0; j < n; ++j) {
+      const EightNodes N =
+          axis_weight(0, &xi[0][j]) * axis_weight(1, &xi[1][j]) * axis_weight(2, &xi[2][j]);
+      LAHAR_UNROLL
+      for (int k = 0; k < node_width; ++k)
+        if (Used >> k & 1) sum[k] += N * broadcast<EightNodes>(&value[k][j]);
+    }
+  }
+  add_to_nodes(nodes, corner, sum);
+}
+
+template <unsigned Used, int Dim, class Real, class Values>
+LAHAR_INLINE void scatter_runs(const Patch<Dim>& patch, Runs runs, double* nodes, Values values) {
+  for_each_run(
+      patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
+        scatter<Used, Real>(
+            map, run, patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)],
+            nodes, [&](Local p, Local n, Real(&q)[node_width]) __attribute__((always_inline)) {
+              values(run, p, n, q);
+            });
+      });
+}
+
+template <int Dim, class Real>
+LAHAR_INLINE void map_momentum_to(Patch<Dim>& patch, Runs runs, double* nodes) {
+  const double* m = patch.particles.row(Column::mass);
+  const auto v = patch.particles.template rows<Dim>(Column::v);
+  scatter_runs<vector_and_mass<Dim>, Dim, Real>(
+      patch, runs, nodes,
+      [=](const Run&, Local p, Local n, Real(&q)[node_width]) __attribute__((always_inline)) {
+        q[mass_lane] = load_first<Real>(m + p, n);
+        LAHAR_UNROLL
+        for (std::size_t d = 0; d < Dim; ++d) q[d] = q[mass_lane] * load<Real>(v[d] + p);
+      });
 }
 
 }  // namespace
 
-template <int Dim, class Real>
-void map_mass_momentum(Patch<Dim>& patch) {
-  double* nodes = clear(patch, NodeSum::mass_momentum);
-  const Particles<Dim>& particles = patch.particles;
-  const double* m = particles.row(Column::mass);
-  const auto v = particles.template rows<Dim>(Column::v);
-  scatter<Dim, Dim + 1, Real>(patch, nodes,
-                              node_sum_width<Dim>[static_cast<int>(NodeSum::mass_momentum)],
-                              [&](const Run&, Local p, Local n, Real(&q)[Dim + 1]) {
-                                q[0] = load_first<Real>(m + p, n);
-                                for (int d = 0; d < Dim; ++d)
-                                  q[1 + d] = q[0] * load<Real>(v[d] + p);
-                              });
+template <int Dim>
+void clear_sums(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSum which) {
+  std::fill_n(patch.own_sums(which, step.step),
+              static_cast<std::size_t>(patch.n_nodes()) * node_width, 0.0);
 }
 
 template <int Dim, class Real>
-void map_momentum(Patch<Dim>& patch) {
-  double* nodes = clear(patch, NodeSum::momentum);
-  const Particles<Dim>& particles = patch.particles;
-  const double* m = particles.row(Column::mass);
-  const auto v = particles.template rows<Dim>(Column::v);
-  scatter<Dim, Dim, Real>(patch, nodes, node_sum_width<Dim>[static_cast<int>(NodeSum::momentum)],
-                          [&](const Run&, Local p, Local n, Real(&q)[Dim]) {
-                            const Real mass = load_first<Real>(m + p, n);
-                            for (int d = 0; d < Dim; ++d) q[d] = mass * load<Real>(v[d] + p);
-                          });
+void map_mass_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+  map_momentum_to<Dim, Real>(patch, runs, patch.own_sums(NodeSum::mass_momentum, step.step));
 }
 
 template <int Dim, class Real>
-void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  double* nodes = clear(patch, NodeSum::pressure);
+void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+  map_momentum_to<Dim, Real>(patch, runs, patch.own_sums(NodeSum::momentum, step.step));
+}
+
+template <int Dim, class Real>
+void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   if (!patch.particles.layout().has(Column::pressure)) return;
   const double* m = patch.particles.row(Column::mass);
   const double* pressure = patch.particles.row(Column::pressure);
   const auto& materials = step.model->materials;
-  scatter<Dim, 1, Real>(patch, nodes, 1, [&](const Run& run, Local p, Local n, Real(&q)[1]) {
-    q[0] = has_pressure(materials[run.material].law)
-               ? load_first<Real>(m + p, n) * load<Real>(pressure + p)
-               : Real(0.0);
-  });
+  scatter_runs<1u, Dim, Real>(
+      patch, runs, patch.own_sums(NodeSum::pressure, step.step),
+      [&](const Run& run, Local p, Local n, Real(&q)[node_width]) __attribute__((always_inline)) {
+        q[0] = has_pressure(materials[run.material].law)
+                   ? load_first<Real>(m + p, n) * load<Real>(pressure + p)
+                   : Real(0.0);
+      });
 }
 
 namespace {
 
-/// Internal force of one run: -sum_p V_p sigma_p grad N_i. With corners paired across each axis the
-/// gradient is +- face weight, so that one sum serves both corners of a pair.
-template <int Dim, class Real, class Map>
-void internal_force(const Patch<Dim>& patch, const Run& run, double* nodes, int stride) {
-  const Map map(patch, run.cell);
-  const Particles<Dim>& particles = patch.particles;
-  const double* V = particles.row(Column::volume);
-  const auto xi = particles.template rows<Dim>(Column::xi);
-  const auto stress = particles.template rows<stress_components<Dim>>(Column::stress);
-  Real sum[Dim][Dim][face_corners<Dim>];
-  for (auto& row : sum)
-    for (auto& axis : row)
-      for (Real& s : axis) s = Real(0.0);
+/// T[a][k] = V sum_d sigma_ad dxi_k/dx_d of the first n particles from p on (but for factors
+/// Map::finish): the internal force of node i is -sum_p sum_k T[a][k] dN_i/dxi_k.
+template <int Dim>
+struct PulledStress {
+  const double* V;
+  std::array<const double*, stress_components<Dim>> stress;
 
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Weights<Dim, Real> w = weights_at<Dim, Real>(xi, p);
-    const Real volume = load_first<Real>(V + p, run.end - p);
-    Real S[Dim][Dim], T[Dim][Dim];
-    constexpr int shear[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};  // Voigt component of (a, b)
-    for (int a = 0; a < Dim; ++a)
-      for (int b = a; b < Dim; ++b) {
-        S[a][b] = volume * load<Real>(stress[shear[a][b]] + p);
-        S[b][a] = S[a][b];
-      }
-    map.pull_back(w, S, T);
-    for (int k = 0; k < Dim; ++k)
-      for (int c = 0; c < face_corners<Dim>; ++c) {
-        const Real face = 0.5 * w.face(k, c);
-        for (int a = 0; a < Dim; ++a) sum[a][k][c] += T[a][k] * face;
-      }
+  explicit PulledStress(const Particles<Dim>& particles)
+      : V(particles.row(Column::volume)),
+        stress(particles.template rows<stress_components<Dim>>(Column::stress)) {}
+
+  template <class Real, class Map>
+  LAHAR_INLINE void at(const Map& map, Local p, Local n, Real (&T)[Dim][Dim]) const {
+    constexpr std::size_t voigt[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+    const Real volume = load_first<Real>(V + p, n);
+    Real S[Dim][Dim];
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int b = 0; b < Dim; ++b) S[a][b] = volume * load<Real>(stress[voigt[a][b]] + p);
+    map.pull_back(p, S, T);
   }
-  const auto& corner = patch.topology.corner_nodes[run.cell];
-  for (int k = 0; k < Dim; ++k)
-    for (int c = 0; c < face_corners<Dim>; ++c) {
-      const int low = face_to_corner(k, c);
-      double* f_low = nodes + static_cast<std::ptrdiff_t>(corner[low]) * stride;
-      double* f_high = nodes + static_cast<std::ptrdiff_t>(corner[low | (1 << k)]) * stride;
-      for (int a = 0; a < Dim; ++a) {
-        const double f = reduce(sum[a][k][c]) * map.finish(k);
-        f_low[a] += f;
-        f_high[a] -= f;
+};
+
+/// Internal force of one run in 2D. With corners paired across each axis the gradient is +- face
+/// weight, so that one sum serves both corners of a pair.
+template <class Real, class Map>
+LAHAR_INLINE void internal_force(const Map& map, const PulledStress<2>& stress, const Run& run,
+                                 const std::array<Local, 4>& corner, double* nodes) {
+  Real sum[8];  // 4 k + 2 c + a: axis, corner of the face normal to it, component
+  LAHAR_UNROLL
+  for (Real& s : sum) s = Real(0.0);
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    Real T[2][2];
+    stress.at(map, p, run.end - p, T);
+    const Weights<2, Real> w = weights_at<2, Real>(map, p);
+    LAHAR_UNROLL
+    for (int k = 0; k < 2; ++k) LAHAR_UNROLL
+    for (int c = 0; c < 2; ++c) LAHAR_UNROLL
+    for (int a = 0; a < 2; ++a) sum[4 * k + 2 * c + a] += T[a][k] * w.face(k, c);
+  }
+  alignas(64) double total[8];
+  reduce_all(sum, total);
+  LAHAR_UNROLL
+  for (int i = 0; i < 4; ++i) {
+    double* f =
+        nodes + static_cast<std::ptrdiff_t>(corner[static_cast<std::size_t>(i)]) * node_width;
+    const double along_x = (i & 1 ? -0.5 : 0.5) * map.finish(0);
+    const double along_y = (i & 2 ? -0.5 : 0.5) * map.finish(1);
+    LAHAR_UNROLL
+    for (int a = 0; a < 2; ++a)
+      f[a] += along_x * total[2 * (i >> 1) + a] + along_y * total[4 + 2 * (i & 1) + a];
+  }
+}
+
+/// The same in 3D, lanes are the cell's nodes.
+template <class Real, class Map>
+LAHAR_INLINE void internal_force(const Map& map, const PulledStress<3>& stress, const Run& run,
+                                 const std::array<Local, 8>& corner, double* nodes) {
+  EightNodes sum[9];  // 3 a + k: component, axis
+  LAHAR_UNROLL
+  for (EightNodes& s : sum) s = EightNodes(0.0);
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    const Local n = std::min<Local>(run.end - p, lanes<Real>);
+    Real at[3], T[3][3];
+    map.natural(p, at);
+    stress.at(map, p, n, T);
+    alignas(64) double xi[3][lanes<Real>], pulled[9][lanes<Real>];
+    store_all(at, xi);
+    LAHAR_UNROLL
+    for (int ak = 0; ak < 9; ++ak) store(T[ak / 3][ak % 3], pulled[ak]);
+    for (Local j = 0; j < n; ++j) {
+      EightNodes w[3];
+      LAHAR_UNROLL
+      for (int d = 0; d < 3; ++d) w[d] = axis_weight(d, &xi[d][j]);
+      LAHAR_UNROLL
+      for (int k = 0; k < 3; ++k) {
+        const EightNodes face = w[(k + 1) % 3] * w[(k + 2) % 3];
+        LAHAR_UNROLL
+        for (int a = 0; a < 3; ++a)
+          sum[3 * a + k] += face * broadcast<EightNodes>(&pulled[3 * a + k][j]);
       }
     }
+  }
+  EightNodes force[node_width];
+  force[mass_lane] = EightNodes(0.0);
+  LAHAR_UNROLL
+  for (int a = 0; a < 3; ++a) {
+    force[a] = EightNodes(0.0);
+    LAHAR_UNROLL
+    for (int k = 0; k < 3; ++k)
+      force[a] -= sum[3 * a + k] * (load<EightNodes>(half[k]) * map.finish(k));
+  }
+  add_to_nodes(nodes, corner, force);
 }
 
 /// Tractions on the particles of one run: N_i t V / size.
-template <int Dim>
-void traction_force(const Patch<Dim>& patch, const Run& run, const StepContext<Dim>& step,
-                    double* nodes, int stride) {
-  const auto& corner = patch.topology.corner_nodes[run.cell];
-  const auto xi = patch.particles.template rows<Dim>(Column::xi);
+template <int Dim, class Map>
+void traction_force(const Map& map, const Patch<Dim>& patch, const Run& run,
+                    const StepContext<Dim>& step, double* nodes) {
+  const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
   for (Local p = run.begin; p < run.end; ++p) {
     const Vec<Dim> f = traction_on(patch.particles, p, step);
     if (f.isZero(0.0)) continue;
-    const Weights<Dim, Scalar> w = weights_at<Dim, Scalar>(xi, p);
+    const Weights<Dim, Scalar> w = weights_at<Dim, Scalar>(map, p);
     for (int i = 0; i < corners<Dim>; ++i) {
       const double N = w.N(i)[0];
       for (int d = 0; d < Dim; ++d)
-        nodes[static_cast<std::ptrdiff_t>(corner[i]) * stride + d] += N * f[d];
+        nodes[static_cast<std::ptrdiff_t>(corner[static_cast<std::size_t>(i)]) * node_width + d] +=
+            N * f[d];
     }
   }
 }
@@ -153,26 +279,28 @@ void traction_force(const Patch<Dim>& patch, const Run& run, const StepContext<D
 }  // namespace
 
 template <int Dim, class Real>
-void map_force(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  double* nodes = clear(patch, NodeSum::force);
-  const int stride = node_sum_width<Dim>[static_cast<int>(NodeSum::force)];
-  for (const Run& run : patch.runs) {
-    if (patch.cartesian)
-      internal_force<Dim, Real, CartesianMap<Dim>>(patch, run, nodes, stride);
-    else
-      internal_force<Dim, Real, IsoparametricMap<Dim>>(patch, run, nodes, stride);
-    if (run.loaded) traction_force(patch, run, step, nodes, stride);
-  }
+void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+  double* nodes = patch.own_sums(NodeSum::force, step.step);
+  const PulledStress<Dim> stress(patch.particles);
+  for_each_run(
+      patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
+        internal_force<Real>(map, stress, run,
+                             patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)],
+                             nodes);
+        if (run.loaded) traction_force(map, patch, run, step, nodes);
+      });
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                           \
-  template void map_mass_momentum<Dim, Real>(Patch<Dim>&);                     \
-  template void map_momentum<Dim, Real>(Patch<Dim>&);                          \
-  template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&); \
-  template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&);
+#define LAHAR_INSTANTIATE(Dim, Real)                                                      \
+  template void map_mass_momentum<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs); \
+  template void map_momentum<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);      \
+  template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);      \
+  template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);
 LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)
 LAHAR_INSTANTIATE(2, Scalar)
 LAHAR_INSTANTIATE(3, Scalar)
+template void clear_sums<2>(Patch<2>&, const StepContext<2>&, NodeSum);
+template void clear_sums<3>(Patch<3>&, const StepContext<3>&, NodeSum);
 
 }  // namespace lahar

@@ -52,7 +52,7 @@ void Particles<Dim>::reserve(Local capacity) {
 
 template <int Dim>
 void Particles<Dim>::resize(Local size) {
-  if (size > capacity_) reserve(std::max(size, capacity_ + capacity_ / 4 + 8));
+  if (size > capacity_) reserve(std::max(size, capacity_ + capacity_ / 8 + 8));
   if (size > size_)
     for (int r = 0; r < layout_.rows(); ++r)
       std::fill_n(block_.get() + static_cast<std::size_t>(r) * stride_ + size_, size - size_, 0.0);
@@ -64,7 +64,7 @@ void Particles<Dim>::resize(Local size) {
 }
 
 template <int Dim>
-void Particles<Dim>::copy(const Particles& from, Local i, Local to) {
+void Particles<Dim>::assign(Local to, const Particles& from, Local i) {
   for (int r = 0; r < layout_.rows(); ++r)
     block_[static_cast<std::size_t>(r) * stride_ + static_cast<std::size_t>(to)] =
         from.block_[static_cast<std::size_t>(r) * from.stride_ + static_cast<std::size_t>(i)];
@@ -72,44 +72,42 @@ void Particles<Dim>::copy(const Particles& from, Local i, Local to) {
   id[b] = from.id[a];
   cell[b] = from.cell[a];
   material[b] = from.material[a];
-  if (!from.loads.empty()) loads[b] = from.loads[a];
+  if (from.loads.empty()) return;
+  loads.resize(static_cast<std::size_t>(size_));
+  loads[b] = from.loads[a];
 }
 
 template <int Dim>
 void Particles<Dim>::append(const Particles& other, Local i) {
   const Local at = size_;
   resize(size_ + 1);
-  if (!other.loads.empty()) loads.resize(static_cast<std::size_t>(size_));
-  copy(other, i, at);
+  assign(at, other, i);
 }
 
 template <int Dim>
-void Particles<Dim>::remove(Local i) {
-  if (i != size_ - 1) copy(*this, size_ - 1, i);
-  id.pop_back();
-  cell.pop_back();
-  material.pop_back();
-  if (!loads.empty()) loads.pop_back();
-  --size_;
-}
-
-template <int Dim>
-void Particles<Dim>::permute(std::span<const Local> order) {
-  std::vector<double> scratch(order.size());
+void Particles<Dim>::rearrange(std::span<const SlotMove> moves, Local slots) {
+  if (slots > capacity_) reserve(slots + slots / 16);
+  const auto n = static_cast<std::size_t>(slots);
+  std::vector<double> scratch(n + padding);
   for (int r = 0; r < layout_.rows(); ++r) {
-    double* values = block_.get() + static_cast<std::size_t>(r) * stride_;
-    for (std::size_t k = 0; k < order.size(); ++k) scratch[k] = values[order[k]];
-    std::copy(scratch.begin(), scratch.end(), values);
+    double* row = block_.get() + static_cast<std::size_t>(r) * stride_;
+    // Whole vectors: what is copied too much is overwritten by the next move.
+    for (const SlotMove& move : moves)
+      for (Local k = 0; k < move.n; k += static_cast<Local>(padding))
+        std::memcpy(scratch.data() + move.to + k, row + move.from + k, padding * sizeof(double));
+    std::copy_n(scratch.data(), n, row);
   }
   const auto apply = [&](auto& values) {
-    auto old = values;
-    for (std::size_t k = 0; k < order.size(); ++k)
-      values[k] = old[static_cast<std::size_t>(order[k])];
+    std::decay_t<decltype(values)> old(n);
+    for (const SlotMove& move : moves)
+      std::copy_n(values.begin() + move.from, move.n, old.begin() + move.to);
+    values.swap(old);
   };
   apply(id);
   apply(cell);
   apply(material);
   if (!loads.empty()) apply(loads);
+  size_ = slots;
 }
 
 template <int Dim>

@@ -9,9 +9,15 @@
 
 namespace lahar {
 
+/// `n` particles from slot `from` on go to slot `to`.
+struct SlotMove {
+  Local from, to, n;
+};
+
 /// A block of particles. Rows of doubles (one per column component) with a common stride, so that
 /// component k of column c of particle p is `row(c, k)[p]`. Reading one vector beyond the last
-/// particle is always allowed. Order is canonical: it depends on the history of the patch only.
+/// particle is always allowed. The particles of a patch lie in slots of which some are free
+/// (Patch::runs). Order is canonical: it depends on the history of the patch only.
 template <int Dim>
 class Particles {
  public:
@@ -52,10 +58,11 @@ class Particles {
   void clear() { resize(0); }
   /// Append particle `i` of `other` (same layout).
   void append(const Particles& other, Local i);
-  /// Remove particle `i`; the last one takes its place.
-  void remove(Local i);
-  /// New particle k is the old particle order[k]; order is a permutation.
-  void permute(std::span<const Local> order);
+  /// Slot `to` becomes a copy of particle `i` of `from` (same layout).
+  void assign(Local to, const Particles& from, Local i);
+  /// Move particles to other slots, given in ascending order of `to` and without gaps of more than
+  /// one slot; there are `slots` of them then. What lies between is undefined.
+  void rearrange(std::span<const SlotMove> moves, Local slots);
   /// Bytes held.
   std::size_t bytes() const;
 
@@ -63,7 +70,6 @@ class Particles {
   struct Free {
     void operator()(double* p) const;
   };
-  void copy(const Particles& from, Local i, Local to);
 
   ColumnLayout<Dim> layout_;
   std::unique_ptr<double[], Free> block_;

@@ -3,7 +3,9 @@
 
 #include <tsl/robin_map.h>
 
+#include <Eigen/Core>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,25 +13,40 @@
 #include "physics/model.h"
 #include "physics/particles.h"
 #include "physics/partition.h"
+#include "physics/simd.h"
 
 namespace lahar {
 
 /// Consecutive particles of one cell and one material: what a kernel accumulates in registers.
+/// Slots [end, limit) are free; arrivals take them, so that most movements cost no sorting.
 struct Run {
   Local cell;
   Local begin, end;        ///< particles [begin, end)
+  Local limit;             ///< first slot that is not this run's
+  Local next = -1;         ///< another run of the same cell, -1 = none
   std::uint16_t material;  ///< index into the materials
   bool loaded;             ///< some particle has a load or a prescribed velocity
 };
+/// Runs that a kernel works on: all of a patch, or some that fit in a first- or second-level cache.
+using Runs = std::span<Run>;
 
 /// Node quantities that neighbours sum. Each is a private partial sum of this patch, exchanged once
 /// per step where the scheme says so.
 enum class NodeSum : int { mass_momentum, force, momentum, pressure };
 inline constexpr int n_node_sums = 4;
-/// Doubles per node: {m, m v}, {f}, {m v} (MUSL's second mapping), {m p}; padded to whole vectors.
-template <int Dim>
-inline constexpr std::array<int, n_node_sums> node_sum_width{4, Dim == 2 ? 2 : 4, Dim == 2 ? 2 : 4,
-                                                             1};
+/// Doubles per node in every node array, one vector: {m v, m}, {f, 0}, {m v, m} (MUSL's second
+/// mapping), {m p, 0, 0, 0}; nodal state {v, m} and {a, 0}.
+inline constexpr int node_width = 4;
+inline constexpr int mass_lane = 3;
+using NodeVector = PackOf<node_width>;
+using NodeArray = std::vector<double, Eigen::aligned_allocator<double>>;
+
+/// How many copies of a node sum there are, used in turn by step. Two where a patch may begin to
+/// sum for the next step while neighbours still read the sums of this one.
+struct NodeSumCopies {
+  std::array<int, n_node_sums> of{1, 1, 0, 0};
+  bool operator==(const NodeSumCopies&) const = default;
+};
 
 /// What one patch contributes to a row of history.csv (HistoryRow), reset after each row.
 struct PatchWork {
@@ -64,25 +81,32 @@ struct StepContext {
 template <int Dim>
 struct Patch {
   PatchTopology<Dim> topology;
-  Particles<Dim> particles;
+  Particles<Dim> particles;  ///< slots, of which those in runs are in use
   std::vector<Run> runs;
-  bool runs_valid = false;
-  bool idle = false;  ///< no particles and all partial sums zero: nothing to do until some arrive
+  std::vector<Local> first_run;  ///< by local cell, -1 = none
+  Local count = 0;               ///< particles in runs
+  int added_runs = 0;            ///< since the last sort, for cells without a free slot
+  bool sorted = false;           ///< runs describe the particles
+  bool moving = false;           ///< has been sorted after particles moved: runs get a free slot
+  bool idle = false;             ///< no particles and all partial sums zero
+  int clear_sums = 0;            ///< steps for which no particle has been mapped, at most 2
 
   // Geometry of the local cells.
   bool cartesian = true;
-  std::vector<std::array<double, 2 * Dim>> box;  ///< Cartesian: centre, edge lengths [m]
-  std::vector<Vec<Dim>> node_position;           ///< isoparametric only [m]
+  std::vector<std::array<double, 2 * Dim>> box;  ///< Cartesian: centre [m], 2 / edge length [1/m]
+  NodeArray node_position;                       ///< isoparametric only [m], node_width per node
   double smallest_cell = 0;                      ///< [m] least of cell_size
   std::vector<double> cell_size;                 ///< [m], for the time step limit
   tsl::robin_map<Index, Local> local_cell;       ///< local number of a global cell id
 
-  // Node arrays, by local node.
-  std::array<std::vector<double>, n_node_sums> partial;  ///< private sums, read by neighbours
-  std::array<std::vector<double>, n_node_sums> total;    ///< sums over all patches
-  std::vector<double> velocity, acceleration;            ///< Dim per node [m/s], [m/s^2]
-  std::vector<const double*>
-      neighbour_partial[n_node_sums];  ///< by position in topology.neighbours
+  // Node arrays, node_width doubles by local node.
+  std::array<std::vector<NodeArray>, n_node_sums> sums;  ///< private; read by neighbours
+  NodeArray velocity;            ///< {v [m/s], m [kg]}, m summed over all patches
+  NodeArray acceleration;        ///< {a [m/s^2], 0}
+  std::vector<double> pressure;  ///< [Pa]; only with pressure smoothing
+  NodeArray damping;             ///< {damping force [N], 0}; only where there is damping
+  /// Sums of the neighbours, by position in topology.neighbours.
+  std::array<std::vector<std::vector<const double*>>, n_node_sums> neighbour_sums;
 
   // Constraints and loads of the local nodes.
   struct FixedVelocity {
@@ -90,14 +114,14 @@ struct Patch {
     int dir;
     double velocity;  ///< [m/s]
   };
-  std::vector<FixedVelocity> fixed;  ///< one per node and direction
+  std::vector<FixedVelocity> fixed;  ///< one per node and direction, ascending nodes
   struct PointForce {
     Local node;
     int dir;
     double force;  ///< [N]
     int function;  ///< -1 = constant
   };
-  std::vector<PointForce> forces;
+  std::vector<PointForce> forces;  ///< ascending nodes
 
   // Particles on their way to neighbours, by position in topology.neighbours.
   struct Outbox {
@@ -106,15 +130,38 @@ struct Patch {
   };
   std::vector<Outbox> outbox;
   std::vector<const Outbox*> inbox;  ///< by position in topology.neighbours
+  Particles<Dim> movers;             ///< left their cell in this step; `cell` is the old one
+  std::vector<Run> late;             ///< placed after the mapping for the next step: to be mapped
 
   double least_mass = 0;  ///< [kg] nodes of at most this mass are not accelerated
   PatchWork work;
   double time_step_limit = std::numeric_limits<double>::infinity();  ///< [s], adaptive runs
-  Index removed = 0;  ///< particles that left the mesh and were removed
+  double max_speed = 0;  ///< [m/s] of the particles, at most; by G2P
+  Index removed = 0;     ///< particles that left the mesh and were removed
   Mark mark;
-  std::vector<Local> scratch;  ///< of kernels that need a list of particles or cells
 
   Local n_nodes() const { return static_cast<Local>(topology.nodes.size()); }
+
+  /// This patch's own sums for a step.
+  double* own_sums(NodeSum which, Index step) {
+    auto& copies = sums[static_cast<std::size_t>(which)];
+    return copies[static_cast<std::size_t>(step) % copies.size()].data();
+  }
+  const double* own_sums(NodeSum which, Index step) const {
+    return const_cast<Patch*>(this)->own_sums(which, step);
+  }
+  /// A neighbour's, by position in topology.neighbours.
+  const double* sums_of(Local neighbour, NodeSum which, Index step) const {
+    const auto& copies = neighbour_sums[static_cast<std::size_t>(which)];
+    return copies[static_cast<std::size_t>(step) % copies.size()]
+                 [static_cast<std::size_t>(neighbour)];
+  }
+  /// Call body(p) with the slot of every particle.
+  template <class Body>
+  void for_each_particle(Body body) const {
+    for (const Run& run : runs)
+      for (Local p = run.begin; p < run.end; ++p) body(p);
+  }
 };
 
 }  // namespace lahar

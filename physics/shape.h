@@ -14,14 +14,15 @@ template <int Dim, class Real>
 struct Weights {
   Real w[Dim][2];
 
-  explicit Weights(const Real (&xi)[Dim]) {
+  LAHAR_INLINE explicit Weights(const Real (&xi)[Dim]) {
+    LAHAR_UNROLL
     for (int d = 0; d < Dim; ++d) {
       w[d][0] = 0.5 - 0.5 * xi[d];
       w[d][1] = 0.5 + 0.5 * xi[d];
     }
   }
 
-  Real N(int i) const {
+  LAHAR_INLINE Real N(int i) const {
     Real value = w[0][i & 1] * w[1][(i >> 1) & 1];
     if constexpr (Dim == 3) value *= w[2][(i >> 2) & 1];
     return value;
@@ -29,20 +30,12 @@ struct Weights {
 
   /// Product of the weights of all axes but `axis`, at corner `c` (bits of the other axes in
   /// ascending order) of a face normal to it: dN/dxi_axis = +- face(axis, c) / 2.
-  Real face(int axis, int c) const {
+  LAHAR_INLINE Real face(int axis, int c) const {
     if constexpr (Dim == 2) return w[1 - axis][c & 1];
     const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
     return w[a][c & 1] * w[b % Dim][(c >> 1) & 1];
   }
 };
-
-/// Weights of the particles from p on; xi are the rows of natural coordinates.
-template <int Dim, class Real, class Rows>
-Weights<Dim, Real> weights_at(const Rows& xi, Local p) {
-  Real at[Dim];
-  for (int d = 0; d < Dim; ++d) at[d] = load<Real>(xi[d] + p);
-  return Weights<Dim, Real>(at);
-}
 
 /// Corners of a face normal to an axis.
 template <int Dim>
@@ -56,51 +49,60 @@ constexpr int face_to_corner(int axis, int c) {
 }
 
 /// Differences of a nodal vector field across a cell, from which its gradient follows:
-/// dq_a/dxi_b = sum_c face(b, c) * d[a][b][c] / 2.
+/// dq_a/dxi_b = sum_c face(b, c) * d[b][c][a] / 2.
 template <int Dim>
 struct CornerDifferences {
-  double d[Dim][Dim][face_corners<Dim>];
+  alignas(64) double d[Dim][face_corners<Dim>][4];
 
-  /// `field` holds `stride` doubles per node, the first Dim are the vector.
-  CornerDifferences(const double* field, int stride,
-                    const std::array<Local, corners<Dim>>& corner) {
-    for (int b = 0; b < Dim; ++b)
-      for (int c = 0; c < face_corners<Dim>; ++c) {
-        const int i = face_to_corner(b, c);
-        const double* low = field + static_cast<std::ptrdiff_t>(corner[i]) * stride;
-        const double* high = field + static_cast<std::ptrdiff_t>(corner[i | (1 << b)]) * stride;
-        for (int a = 0; a < Dim; ++a) d[a][b][c] = high[a] - low[a];
-      }
+  /// `field` holds four doubles per node, the first Dim are the vector.
+  LAHAR_INLINE CornerDifferences(const double* field,
+                                 const std::array<Local, corners<Dim>>& corner) {
+    using Vector = PackOf<4>;
+    LAHAR_UNROLL
+    for (int b = 0; b < Dim; ++b) LAHAR_UNROLL
+    for (int c = 0; c < face_corners<Dim>; ++c) {
+      const int i = face_to_corner(b, c);
+      store(load<Vector>(field + 4 * static_cast<std::ptrdiff_t>(corner[i | (1 << b)])) -
+                load<Vector>(field + 4 * static_cast<std::ptrdiff_t>(corner[i])),
+            d[b][c]);
+    }
   }
   CornerDifferences() = default;
 
   /// Gradient with respect to natural coordinates, G[a][b] = dq_a/dxi_b, at every lane.
   template <class Real>
-  void gradient(const Weights<Dim, Real>& w, Real (&G)[Dim][Dim]) const {
+  LAHAR_INLINE void gradient(const Weights<Dim, Real>& w, Real (&G)[Dim][Dim]) const {
+    LAHAR_UNROLL
     for (int b = 0; b < Dim; ++b) {
       Real face[face_corners<Dim>];
+      LAHAR_UNROLL
       for (int c = 0; c < face_corners<Dim>; ++c) face[c] = 0.5 * w.face(b, c);
+      LAHAR_UNROLL
       for (int a = 0; a < Dim; ++a) {
-        G[a][b] = face[0] * d[a][b][0];
-        for (int c = 1; c < face_corners<Dim>; ++c) G[a][b] += face[c] * d[a][b][c];
+        G[a][b] = face[0] * broadcast<Real>(&d[b][0][a]);
+        LAHAR_UNROLL
+        for (int c = 1; c < face_corners<Dim>; ++c)
+          G[a][b] += face[c] * broadcast<Real>(&d[b][c][a]);
       }
     }
   }
 
   /// The same at the cell's centre.
-  void centre_gradient(double (&G)[Dim][Dim]) const {
-    for (int a = 0; a < Dim; ++a)
-      for (int b = 0; b < Dim; ++b) {
-        G[a][b] = 0;
-        for (int c = 0; c < face_corners<Dim>; ++c) G[a][b] += d[a][b][c];
-        G[a][b] *= 0.5 / face_corners<Dim>;
-      }
+  LAHAR_INLINE void centre_gradient(double (&G)[Dim][Dim]) const {
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int b = 0; b < Dim; ++b) {
+      G[a][b] = 0;
+      LAHAR_UNROLL
+      for (int c = 0; c < face_corners<Dim>; ++c) G[a][b] += d[b][c][a];
+      G[a][b] *= 0.5 / face_corners<Dim>;
+    }
   }
 };
 
 /// Inverse and determinant of a small matrix whose entries are packs.
 template <class Real>
-Real inverse(const Real (&J)[2][2], Real (&inv)[2][2]) {
+LAHAR_INLINE Real inverse(const Real (&J)[2][2], Real (&inv)[2][2]) {
   const Real det = J[0][0] * J[1][1] - J[0][1] * J[1][0];
   const Real r = 1.0 / det;
   inv[0][0] = J[1][1] * r;
@@ -111,7 +113,7 @@ Real inverse(const Real (&J)[2][2], Real (&inv)[2][2]) {
 }
 
 template <class Real>
-Real inverse(const Real (&J)[3][3], Real (&inv)[3][3]) {
+LAHAR_INLINE Real inverse(const Real (&J)[3][3], Real (&inv)[3][3]) {
   const Real c00 = J[1][1] * J[2][2] - J[1][2] * J[2][1];
   const Real c10 = J[1][2] * J[2][0] - J[1][0] * J[2][2];
   const Real c20 = J[1][0] * J[2][1] - J[1][1] * J[2][0];

@@ -14,6 +14,9 @@
 namespace lahar {
 
 #define LAHAR_INLINE [[gnu::always_inline]] inline
+/// Before a loop of few steps, all known to the compiler, over arrays of packs: they then live in
+/// registers. (GCC 12 decides otherwise too often.)
+#define LAHAR_UNROLL _Pragma("GCC unroll 64")
 
 template <int W>
 struct VectorOf {
@@ -81,6 +84,49 @@ LAHAR_INLINE Real load(const double* p) {
   return pack;
 }
 
+/// One double from memory in every lane, as one load. (Left to itself, GCC 12 loads neighbouring
+/// doubles together and shuffles them apart, or gathers them, which processors with the mitigation
+/// of Gather Data Sampling do at a twentieth of the speed.)
+template <class Real>
+LAHAR_INLINE Real broadcast(const double* p) {
+#if defined(__AVX512F__)
+  if constexpr (lanes<Real> == 8) {
+    typename Real::Value v;
+    asm("vbroadcastsd %1, %0" : "=v"(v) : "m"(*p));
+    return Real::of(v);
+  }
+#endif
+#if defined(__AVX__)
+  if constexpr (lanes<Real> == 4) {
+    typename Real::Value v;
+    asm("vbroadcastsd %1, %0" : "=x"(v) : "m"(*p));
+    return Real::of(v);
+  }
+#endif
+  return Real(*p);
+}
+
+template <class Real>
+LAHAR_INLINE void store(const Real& value, double* p) {
+  __builtin_memcpy(p, &value.v, sizeof(value.v));
+}
+
+/// The first n lanes (all if n is larger) of a value, zero in the others.
+template <class Real>
+LAHAR_INLINE Real first_lanes(const Real& value, Local n) {
+#if defined(__AVX512F__)
+  if constexpr (lanes<Real> == 8) {
+    const auto mask = static_cast<__mmask8>(n >= 8 ? 0xff : (1u << n) - 1);
+    return Real::of(reinterpret_cast<typename Real::Value>(
+        _mm512_maskz_mov_pd(mask, reinterpret_cast<__m512d>(value.v))));
+  }
+#endif
+  if (n >= lanes<Real>) return value;
+  double values[lanes<Real>] = {};
+  for (int lane = 0; lane < n; ++lane) values[lane] = value[lane];
+  return load<Real>(values);
+}
+
 /// The first n lanes (all if n is larger) from memory, zero in the others.
 template <class Real>
 LAHAR_INLINE Real load_first(const double* p, Local n) {
@@ -125,6 +171,69 @@ LAHAR_INLINE double reduce(const PackOf<W>& value) {
                      sizeof(low.v));
     return reduce(low + high);
   }
+}
+
+/// sums[k] = sum of all lanes of value[k]. Packs of eight lanes are added as a tree that shares its
+/// shuffles between eight values; the order of additions is fixed.
+template <int N, class Real>
+LAHAR_INLINE void reduce_all(const Real (&value)[N], double (&sums)[N]) {
+  if constexpr (lanes<Real> == 8 && N % 8 == 0) {
+    using V = typename Real::Value;
+    for (int first = 0; first < N; first += 8) {
+      V pair[4], quad[2];
+      for (int k = 0; k < 4; ++k) {
+        const V a = value[first + 2 * k].v, b = value[first + 2 * k + 1].v;
+        pair[k] = __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14) +
+                  __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
+      }
+      for (int k = 0; k < 2; ++k)
+        quad[k] = __builtin_shufflevector(pair[2 * k], pair[2 * k + 1], 0, 1, 8, 9, 4, 5, 12, 13) +
+                  __builtin_shufflevector(pair[2 * k], pair[2 * k + 1], 2, 3, 10, 11, 6, 7, 14, 15);
+      store(Real::of(__builtin_shufflevector(quad[0], quad[1], 0, 1, 2, 3, 8, 9, 10, 11) +
+                     __builtin_shufflevector(quad[0], quad[1], 4, 5, 6, 7, 12, 13, 14, 15)),
+            sums + first);
+    }
+  } else {
+    for (int k = 0; k < N; ++k) sums[k] = reduce(value[k]);
+  }
+}
+
+/// rows[i] = lane i of the four values: a transposed block.
+LAHAR_INLINE void transpose(const PackOf<8> (&value)[4], PackOf<4> (&rows)[8]) {
+  using V = PackOf<8>::Value;
+  const V even01 = __builtin_shufflevector(value[0].v, value[1].v, 0, 8, 2, 10, 4, 12, 6, 14);
+  const V odd01 = __builtin_shufflevector(value[0].v, value[1].v, 1, 9, 3, 11, 5, 13, 7, 15);
+  const V even23 = __builtin_shufflevector(value[2].v, value[3].v, 0, 8, 2, 10, 4, 12, 6, 14);
+  const V odd23 = __builtin_shufflevector(value[2].v, value[3].v, 1, 9, 3, 11, 5, 13, 7, 15);
+  const V two[4] = {__builtin_shufflevector(even01, even23, 0, 1, 8, 9, 2, 3, 10, 11),
+                    __builtin_shufflevector(odd01, odd23, 0, 1, 8, 9, 2, 3, 10, 11),
+                    __builtin_shufflevector(even01, even23, 4, 5, 12, 13, 6, 7, 14, 15),
+                    __builtin_shufflevector(odd01, odd23, 4, 5, 12, 13, 6, 7, 14, 15)};
+  // two[0] holds lanes 0 and 2, two[1] lanes 1 and 3, and so on.
+  for (int k = 0; k < 4; ++k) {
+    const int low = 4 * (k / 2) + k % 2;
+    rows[low] = PackOf<4>::of(__builtin_shufflevector(two[k], two[k], 0, 1, 2, 3));
+    rows[low + 2] = PackOf<4>::of(__builtin_shufflevector(two[k], two[k], 4, 5, 6, 7));
+  }
+}
+
+/// Components smaller than `limit` in magnitude become zero.
+template <class Real>
+LAHAR_INLINE Real flushed(const Real& value, double limit) {
+  const Real high(limit), low(-limit);
+  return Real::of((value.v >= high.v) | (value.v <= low.v) ? value.v : Real(0.0).v);
+}
+
+template <class Real>
+LAHAR_INLINE Real sqrt(const Real& value) {
+#if defined(__AVX512F__)
+  if constexpr (lanes<Real> == 8)
+    return Real::of(reinterpret_cast<typename Real::Value>(
+        _mm512_maskz_sqrt_pd(0xff, reinterpret_cast<__m512d>(value.v))));
+#endif
+  double values[lanes<Real>];
+  for (int lane = 0; lane < lanes<Real>; ++lane) values[lane] = std::sqrt(value[lane]);
+  return load<Real>(values);
 }
 
 /// Bit per lane, of the first n: magnitude above `limit`, or not a number.

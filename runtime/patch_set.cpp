@@ -33,8 +33,12 @@ template <int Dim>
 ColumnLayout<Dim> layout_for(const Model<Dim>& model) {
   ColumnNeeds needs;
   needs.size = !model.tractions.empty();
-  for (const auto m : model.particles.material)
-    needs.pressure = needs.pressure || has_pressure(model.materials[m].law);
+  needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
+  needs.strain = !model.particles.stress.empty();
+  for (const Material& material : model.materials) {
+    needs.pressure = needs.pressure || has_pressure(material.law);
+    needs.strain = needs.strain || !strain_follows_from_stress(material.law);
+  }
   return ColumnLayout<Dim>(needs);
 }
 
@@ -60,11 +64,12 @@ void sort_by_node(auto& entries) {
 }  // namespace
 
 template <int Dim>
-PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings)
+PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies)
     : model_(&model),
       target_cells_(cells_per_patch(model)),
       partition_(*model.mesh, target_cells_),
       rings_(support_rings),
+      copies_(copies),
       layout_(layout_for(model)) {
   if (model.tractions.size() + model.particle_velocities.size() > max_particle_loads)
     throw InputError("at most " + std::to_string(max_particle_loads) +
@@ -96,12 +101,16 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
     auto& box = patch->box.emplace_back();
     for (int d = 0; d < Dim; ++d) {
       box[static_cast<std::size_t>(d)] = geometry.centre[d];
-      box[static_cast<std::size_t>(Dim + d)] = geometry.length[d];
+      box[static_cast<std::size_t>(Dim + d)] = 2.0 / geometry.length[d];
     }
   }
   patch->smallest_cell = *std::min_element(patch->cell_size.begin(), patch->cell_size.end());
-  if (!patch->cartesian)
-    for (const Index node : nodes) patch->node_position.push_back(mesh.node(node));
+  const std::size_t size = nodes.size() * node_width;
+  if (!patch->cartesian) {
+    patch->node_position.assign(size, 0.0);
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      Eigen::Map<Vec<Dim>>(&patch->node_position[i * node_width]) = mesh.node(nodes[i]);
+  }
 
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const auto node = static_cast<Local>(i);
@@ -112,13 +121,12 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
       patch->forces.push_back({node, f.dir, f.force, f.function});
   }
 
-  for (int k = 0; k < n_node_sums; ++k) {
-    const auto size = nodes.size() * static_cast<std::size_t>(node_sum_width<Dim>[k]);
-    patch->partial[static_cast<std::size_t>(k)].assign(size, 0.0);
-    patch->total[static_cast<std::size_t>(k)].assign(size, 0.0);
-  }
-  patch->velocity.assign(nodes.size() * Dim, 0.0);
-  patch->acceleration.assign(nodes.size() * Dim, 0.0);
+  for (std::size_t k = 0; k < n_node_sums; ++k)
+    patch->sums[k].assign(static_cast<std::size_t>(copies_.of[k]), NodeArray(size, 0.0));
+  patch->velocity.assign(size, 0.0);
+  patch->acceleration.assign(size, 0.0);
+  if (model_->analysis.damping > 0.0) patch->damping.assign(size, 0.0);
+  if (model_->analysis.pressure_smoothing) patch->pressure.assign(nodes.size(), 0.0);
   return patch;
 }
 
@@ -188,7 +196,7 @@ void PatchSet<Dim>::distribute(ParticleTable<Dim>& table) {
     const Vec<Dim> natural = xi ? *xi : touching(table.x[p], table.cell[p], p);
     for (int d = 0; d < Dim; ++d) {
       to.row(Column::x, d)[i] = table.x[p][d];
-      to.row(Column::xi, d)[i] = natural[d];
+      if (layout_.has(Column::xi)) to.row(Column::xi, d)[i] = natural[d];
       if (!table.velocity.empty()) to.row(Column::v, d)[i] = table.velocity[p][d];
     }
     for (int k = 0; k < stress_components<Dim>; ++k)
@@ -248,7 +256,9 @@ void PatchSet<Dim>::link() {
     at_edge_[i] = neighbours.size() < partition_.neighbours(patch.topology.patch, rings_).size();
     patch.outbox.clear();
     patch.inbox.clear();
-    for (auto& pointers : patch.neighbour_partial) pointers.clear();
+    patch.movers = Particles<Dim>(layout_);
+    for (std::size_t k = 0; k < n_node_sums; ++k)
+      patch.neighbour_sums[k].assign(static_cast<std::size_t>(copies_.of[k]), {});
     patch.outbox.resize(neighbours.size());
     for (auto& out : patch.outbox) out.particles = Particles<Dim>(layout_);
   }
@@ -266,7 +276,8 @@ void PatchSet<Dim>::link() {
       const auto at = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
       const Patch<Dim>& other = *patches_[static_cast<std::size_t>(at)];
       for (std::size_t k = 0; k < n_node_sums; ++k)
-        patch->neighbour_partial[k].push_back(other.partial[k].data());
+        for (std::size_t copy = 0; copy < other.sums[k].size(); ++copy)
+          patch->neighbour_sums[k][copy].push_back(other.sums[k][copy].data());
       const auto& back = other.topology.neighbours;
       const auto slot =
           std::lower_bound(back.begin(), back.end(), patch->topology.patch) - back.begin();
@@ -289,20 +300,10 @@ std::vector<std::vector<int>> PatchSet<Dim>::neighbours() const {
 }
 
 template <int Dim>
-void PatchSet<Dim>::settle() {
-  for (auto& patch : patches_) receive(*patch);
-  for (auto& patch : patches_)
-    for (auto& out : patch->outbox) {
-      out.particles.clear();
-      out.cell.clear();
-    }
-}
-
-template <int Dim>
 PatchWork PatchSet<Dim>::rebuild() {
   std::vector<Index> occupied;
   for (const auto& patch : patches_)
-    if (patch->particles.size() > 0) occupied.push_back(patch->topology.patch);
+    if (patch->count > 0) occupied.push_back(patch->topology.patch);
   PatchWork dropped;
   Patches old = std::move(patches_);
   patches_.clear();
@@ -324,7 +325,7 @@ PatchWork PatchSet<Dim>::rebuild() {
 template <int Dim>
 Index PatchSet<Dim>::particles() const {
   Index n = 0;
-  for (const auto& patch : patches_) n += patch->particles.size();
+  for (const auto& patch : patches_) n += patch->count;
   return n;
 }
 
@@ -336,7 +337,8 @@ std::size_t PatchSet<Dim>::bytes() const {
              patch->box.capacity() * sizeof(patch->box[0]) +
              patch->topology.corner_nodes.capacity() * sizeof(patch->topology.corner_nodes[0]) +
              patch->local_cell.bucket_count() * (sizeof(Index) + 2 * sizeof(Local));
-    for (const auto& values : patch->partial) bytes += 2 * values.capacity() * sizeof(double);
+    for (const auto& copies : patch->sums)
+      for (const NodeArray& values : copies) bytes += values.capacity() * sizeof(double);
     bytes += 2 * patch->velocity.capacity() * sizeof(double);
   }
   return bytes;

@@ -13,7 +13,7 @@ template <int Dim>
 class PatchSet {
  public:
   /// Cut the mesh, place the model's particles in their patches (and release the model's table).
-  PatchSet(Model<Dim>& model, int support_rings);
+  PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies);
 
   const Partition<Dim>& partition() const { return partition_; }
   int size() const { return static_cast<int>(patches_.size()); }
@@ -26,9 +26,8 @@ class PatchSet {
   /// long.
   bool at_edge(int i) const { return at_edge_[static_cast<std::size_t>(i)]; }
 
-  /// Deliver particles that are on their way. Only between steps of all patches.
-  void settle();
-  /// Drop patches far from particles, create those that are near. Only after settle(). Returns the
+  /// Drop patches far from particles, create those that are near. No particle may be on its way.
+  /// Returns the
   /// work of dropped patches that no history row has yet.
   PatchWork rebuild();
 
@@ -51,6 +50,7 @@ class PatchSet {
   Index target_cells_;
   Partition<Dim> partition_;
   int rings_;
+  NodeSumCopies copies_;
   ColumnLayout<Dim> layout_;
   double least_mass_ = 0;  ///< Patch::least_mass
   Patches patches_;        ///< ascending patch id

@@ -16,13 +16,12 @@
 #include "runtime/frame_assembler.h"
 #include "runtime/patch_set.h"
 #include "runtime/snapshot.h"
+#include "runtime/stage_clock.h"
 #include "runtime/timestep.h"
 
 namespace lahar {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 /// Values that belong to a step: patches may be max_lead steps apart, and dt of the next is set
 /// early.
@@ -62,7 +61,9 @@ struct Simulation<Dim>::Impl {
         observer(std::move(observer_in)),
         model(std::move(model_in)),
         stages(timestep<Dim>(model.analysis)),
-        patches(model, options.support_rings) {
+        phases(phases_of(stage_list())),
+        patches(model, options.support_rings, node_sum_copies(model.analysis)) {
+    seconds_per_tick();  // from now on
     if (options.threads <= 0) options.threads = available_threads();
     nsteps = model.analysis.nsteps;
     for (const Material& material : model.materials)
@@ -71,9 +72,10 @@ struct Simulation<Dim>::Impl {
                    wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
     if (observer.frame)
       assembler.emplace([this](Frame&& frame) { observer.frame(std::move(frame)); });
-    patches.settle();
+    for (int p = 0; p < patches.size(); ++p) receive(patches[p]);
     start_row = present_row();
     set_first_dt();
+    for (int p = 0; p < patches.size(); ++p) map_first(patches[p], stages, context(0));
     history_steps = history_interval(
         model.output, std::min(static_cast<double>(nsteps), model.analysis.end_time / dt[0]));
     build_executor();
@@ -86,7 +88,7 @@ struct Simulation<Dim>::Impl {
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i < patches.size(); ++i) {
       Local p = -1;
-      const double limit = time_step_limit(patches[i], model, &p);
+      const double limit = time_step_limit(patches[i], model, patches[i].runs, &p);
       if (limit < least && p >= 0 && where) *where = describe_particle(patches[i].particles, p);
       least = std::min(least, limit);
     }
@@ -141,23 +143,26 @@ struct Simulation<Dim>::Impl {
     return model.analysis.step.adaptive ? dt[step] : model.analysis.step.dt;
   }
 
-  /// What stage s of a step may read. Before the first stage that needs it, dt may not be known.
-  StepContext<Dim> context(Step step, int s) const {
-    const bool has_dt = !model.analysis.step.adaptive || s >= first_dt_index;
+  /// What the stages of a step may read, but for dt where it may not be known yet.
+  StepContext<Dim> context(Step step, bool has_dt = false) const {
     return {&model, &patches.partition(), step, time_at(step),
             has_dt ? dt_of(step) : std::numeric_limits<double>::quiet_NaN()};
   }
 
   // --- tasks ------------------------------------------------------------------------------------
 
+  std::vector<Stage> stage_list() const {
+    std::vector<Stage> list;
+    for (const auto& stage : stages) list.push_back(stage.stage);
+    return list;
+  }
+
   void build_executor() {
-    std::vector<Stage> names;
-    for (const auto& stage : stages) names.push_back(stage.stage);
-    TaskGraph graph = make_task_graph(std::move(names), patches.neighbours());
+    TaskGraph graph = make_task_graph(tasks_of(phases), patches.neighbours());
     const auto n = static_cast<std::size_t>(patches.size());
     poisoned.assign(n, 0);
     timing.resize(n * stages.size());
-    TaskBodies bodies{[this](int s, int p, Step step) { run_task(s, p, step); },
+    TaskBodies bodies{[this](int phase, int p, Step step) { run_task(phase, p, step); },
                       [this](Step step) { set_dt(step); }, [this](Step step) { complete(step); }};
     switch (options.mode) {
       case ExecutionOptions::Mode::serial:
@@ -170,63 +175,70 @@ struct Simulation<Dim>::Impl {
         executor = make_flow_executor(std::move(graph), std::move(bodies), options.threads,
                                       options.verify);
     }
-    locate_index = output_index = -1;
-    first_dt_index = 0;
+    first_dt_stage = 0;
     for (std::size_t s = 0; s < stages.size(); ++s) {
-      if (stages[s].stage.needs_dt && first_dt_index == 0) first_dt_index = static_cast<int>(s);
-      if (stages[s].stage.name == locate_stage) locate_index = static_cast<int>(s);
-      if (stages[s].stage.name == output_stage) output_index = static_cast<int>(s);
+      if (stages[s].stage.needs_dt && first_dt_stage == 0) first_dt_stage = s;
+      if (stages[s].stage.name == locate_stage) locate_index = s;
+      if (stages[s].stage.name == output_stage) output_index = s;
     }
   }
 
-  void run_task(int s, int p, Step step) {
-    const auto begin = Clock::now();
+  /// A task: one phase of one patch.
+  void run_task(int phase_index, int p, Step step) {
+    const Phase& phase = phases[static_cast<std::size_t>(phase_index)];
     Patch<Dim>& patch = patches[p];
     char& poison = poisoned[static_cast<std::size_t>(p)];
+    StageClock clock(&timing[static_cast<std::size_t>(p) * stages.size()]);
     try {
       if (poison || step > failed_step.load()) {
         // A failed patch does no work but still takes part, so that everybody can stop together.
         // Nor do others in later steps, which would read what the failed patch did not write.
-        if (s == 0) receive(patch);  // so that no particle is missing from the last state
-        if (s == locate_index)
-          for (auto& out : patch.outbox) out.particles.clear(), out.cell.clear();
+        if (phase.first == 0) take_unmapped(patch);
+        if (phase.first <= locate_index && locate_index < phase.last) clear_outboxes(patch);
       } else {
-        run_stage(s, p, step);
-        if (patch.mark.kind != Mark::Kind::none) fail(s, p, step, describe_mark(patch.mark, Dim));
+        run_stages(phase, p, step, clock);
       }
     } catch (const std::exception& error) {
-      fail(s, p, step, error.what());
+      fail(phase.first, p, step, error.what());
     } catch (...) {
-      fail(s, p, step, "unknown exception");
+      fail(phase.first, p, step, "unknown exception");
     }
-    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-    StageTiming& t =
-        timing[static_cast<std::size_t>(p) * stages.size() + static_cast<std::size_t>(s)];
-    t.shortest = t.calls++ == 0 ? seconds : std::min(t.shortest, seconds);
-    t.longest = std::max(t.longest, seconds);
-    t.total += seconds;
+    clock.finish(phase.first, phase.last);
   }
 
-  void run_stage(int s, int p, Step step) {
+  /// So that no particle is missing from the last state.
+  static void take_unmapped(Patch<Dim>& patch) {
+    receive(patch);
+    patch.late.clear();
+  }
+
+  void run_stages(const Phase& phase, int p, Step step, StageClock& clock) {
     Patch<Dim>& patch = patches[p];
-    const StepContext<Dim> ctx = context(step, s);
-    if (s == output_index) {
+    if (phase.first == 0 || !patch.idle) {
+      const bool has_dt = !model.analysis.step.adaptive || phase.first >= first_dt_stage;
+      const bool locates = phase.last > locate_index;  // then dt of this step is known
+      const std::size_t failed = run_phase(
+          patch, stages, phase.first, phase.last, context(step, has_dt),
+          locates ? context(step + 1) : StepContext<Dim>{}, [&](std::size_t s) { clock.lap(s); });
+      if (patch.mark.kind != Mark::Kind::none)
+        return fail(failed, p, step, describe_mark(patch.mark, Dim));
+    }
+    if (phase.first == 0 && patch.count > 0 && patches.at_edge(p)) {
+      rebuild_needed.store(true, std::memory_order_relaxed);
+      executor->request_stop(step);
+    }
+    if (phase.last > output_index) {
       output(p, step);
-    } else if (s == 0) {
-      stages[0].kernel(patch, ctx);
-      if (!patch.idle && patches.at_edge(p)) {
-        rebuild_needed.store(true, std::memory_order_relaxed);
-        executor->request_stop(step);
-      }
-    } else if (!patch.idle || s == locate_index) {
-      stages[static_cast<std::size_t>(s)].kernel(patch, ctx);
+      clock.lap(output_index);
+      if (patch.mark.kind != Mark::Kind::none)
+        fail(output_index, p, step, describe_mark(patch.mark, Dim));
     }
   }
 
-  void fail(int s, int p, Step step, const std::string& cause) {
+  void fail(std::size_t s, int p, Step step, const std::string& cause) {
     poisoned[static_cast<std::size_t>(p)] = 1;
     patches[p].mark = {};
-    failures.add({step, s, p, stages[static_cast<std::size_t>(s)].stage.name, time_at(step),
+    failures.add({step, static_cast<int>(s), p, stages[s].stage.name, time_at(step),
                   patches[p].topology.patch, cause});
     Step earliest = failed_step.load();
     while (step < earliest && !failed_step.compare_exchange_weak(earliest, step)) {
@@ -260,13 +272,13 @@ struct Simulation<Dim>::Impl {
     if (plan.adaptive || plan.accept_unstable) return false;
     const Patch<Dim>& patch = patches[p];
     return (step + 1) % limit_check_steps == 0 || step + 1 == nsteps ||
-           plan.dt * (wave_speed_bound + max_speed(patch)) > patch.smallest_cell;
+           plan.dt * (wave_speed_bound + patch.max_speed) > patch.smallest_cell;
   }
 
   void check_limit(int p, Step step) {
     const double used = dt_of(step);
     Local limiting = -1;
-    const double limit = time_step_limit(patches[p], model, &limiting);
+    const double limit = time_step_limit(patches[p], model, patches[p].runs, &limiting);
     if (used > limit)
       fail(output_index, p, step,
            unstable_message(used, limit, describe_particle(patches[p].particles, limiting)) + " " +
@@ -364,13 +376,19 @@ struct Simulation<Dim>::Impl {
         throw SimulationError(failures.message());
       }
       if (output_failure) std::rethrow_exception(output_failure);
-      patches.settle();
+      settle();
       if (step >= nsteps) check_end();
       // dt of the next step, which the drained graph did not get to.
       if (model.analysis.step.adaptive && step < nsteps) set_dt(step);
       if (rebuild_needed) rebuild();
     }
     if (assembler) assembler->drain();
+  }
+
+  /// Deliver the particles that are on their way: what the first stage of the next step would do.
+  void settle() {
+    for (int p = 0; p < patches.size(); ++p) stages[0].begin(patches[p], context(step));
+    for (int p = 0; p < patches.size(); ++p) clear_outboxes(patches[p]);
   }
 
   /// What the last step did and no other looked at.
@@ -416,14 +434,16 @@ struct Simulation<Dim>::Impl {
     std::vector<StageTiming> all = kept_timing;
     all.resize(stages.size());
     for (std::size_t s = 0; s < stages.size(); ++s) all[s].name = stages[s].stage.name;
+    const double second = seconds_per_tick();
     for (std::size_t i = 0; i < timing.size(); ++i) {
-      const StageTiming& t = timing[i];
+      const StageTicks& t = timing[i];
       StageTiming& sum = all[i % stages.size()];
       if (t.calls == 0) continue;
-      sum.shortest = sum.calls == 0 ? t.shortest : std::min(sum.shortest, t.shortest);
-      sum.longest = std::max(sum.longest, t.longest);
+      const double shortest = second * static_cast<double>(t.shortest);
+      sum.shortest = sum.calls == 0 ? shortest : std::min(sum.shortest, shortest);
+      sum.longest = std::max(sum.longest, second * static_cast<double>(t.longest));
       sum.calls += t.calls;
-      sum.total += t.total;
+      sum.total += second * static_cast<double>(t.total);
     }
     return all;
   }
@@ -432,9 +452,10 @@ struct Simulation<Dim>::Impl {
   Observer observer;
   Model<Dim> model;
   std::vector<TimestepStage<Dim>> stages;
+  std::vector<Phase> phases;
   PatchSet<Dim> patches;
   std::unique_ptr<Executor> executor;
-  int locate_index = -1, output_index = -1, first_dt_index = 0;
+  std::size_t locate_index = 0, output_index = 0, first_dt_stage = 0;
 
   Index nsteps = 0, history_steps = 1;
   double wave_speed_bound = 0;  ///< [m/s] of all materials
@@ -453,8 +474,9 @@ struct Simulation<Dim>::Impl {
   PatchWork work;  ///< since the start, up to the last history row
   PerStep<std::vector<HistoryRow>> rows;
   PerStep<std::vector<Frame>> pieces;
-  std::vector<StageTiming> timing, kept_timing;  ///< per patch and stage; of patch sets before
-  std::optional<FrameAssembler> assembler;       ///< last: stops before what it uses goes
+  std::vector<StageTicks> timing;           ///< per patch and stage
+  std::vector<StageTiming> kept_timing;     ///< of patch sets before
+  std::optional<FrameAssembler> assembler;  ///< last: stops before what it uses goes
 };
 
 template <int Dim>
@@ -533,7 +555,7 @@ std::vector<std::string> Simulation<Dim>::patch_names() const {
   for (int i = 0; i < impl_->patches.size(); ++i) {
     const auto& patch = impl_->patches[i];
     names.push_back(fmt::format("patch {}: {} cells, {} particles", patch.topology.patch,
-                                patch.topology.cells.size(), patch.particles.size()));
+                                patch.topology.cells.size(), patch.count));
   }
   return names;
 }

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
+
+#include "physics/law.h"
 
 namespace lahar {
 
@@ -15,29 +18,72 @@ int voigt(Column column, int component) {
   return component;
 }
 
+/// Copy one value per particle of the runs to every `step`th place.
+template <class From, class To>
+void copy(std::span<const Run> runs, const From* from, To* to, std::size_t step) {
+  for (const Run& run : runs)
+    for (Local p = run.begin; p < run.end; ++p, to += step) *to = static_cast<To>(from[p]);
+}
+
+/// Strain of every particle of the runs where it is not stored, six components each.
 template <int Dim>
-void append(Frame& frame, const Particles<Dim>& particles, const Model<Dim>& model) {
-  const auto n = static_cast<std::size_t>(particles.size());
-  frame.id.insert(frame.id.end(), particles.id.begin(), particles.id.end());
-  for (std::size_t p = 0; p < n; ++p)
-    frame.material.push_back(static_cast<std::int32_t>(model.materials[particles.material[p]].id));
+void derive_strain(std::span<const Run> runs, const Particles<Dim>& particles,
+                   const Model<Dim>& model, double* to) {
+  const auto sigma = particles.template rows<stress_components<Dim>>(Column::stress);
+  for (const Run& run : runs) {
+    const auto& law = std::get<LinearElastic>(model.materials[run.material].law);
+    for (Local p = run.begin; p < run.end; ++p, to += 6) {
+      std::array<double, stress_components<Dim>> stress;
+      for (std::size_t k = 0; k < stress.size(); ++k) stress[k] = sigma[k][p];
+      const auto strain = strain_of<Dim>(law, stress);
+      std::copy(strain.begin(), strain.end(), to);
+    }
+  }
+}
+
+template <int Dim>
+void append(Frame& frame, std::span<const Run> runs, const Particles<Dim>& particles,
+            const Model<Dim>& model) {
+  std::size_t n = 0;
+  for (const Run& run : runs) n += static_cast<std::size_t>(run.end - run.begin);
+  const std::size_t before = frame.id.size();
+  frame.id.resize(before + n);
+  copy(runs, particles.id.data(), frame.id.data() + before, 1);
+  for (const Run& run : runs)
+    frame.material.insert(frame.material.end(), static_cast<std::size_t>(run.end - run.begin),
+                          static_cast<std::int32_t>(model.materials[run.material].id));
   std::size_t k = 0;
   for (const ColumnInfo& info : column_table) {
-    if (!info.exported || !particles.layout().has(info.column)) continue;
-    const bool coordinates = info.column == Column::x;
-    const bool tensor = info.column == Column::stress || info.column == Column::strain;
+    const bool has = particles.layout().has(info.column);
+    const bool strain = info.column == Column::strain, stress = info.column == Column::stress;
+    if (!info.exported || (!has && !strain)) continue;
+    const bool coordinates = info.column == Column::x, tensor = stress || strain;
     const int stored = ColumnLayout<Dim>::components(info), shown = tensor ? 6 : stored;
     if (!coordinates && k == frame.columns.size())
       frame.columns.push_back({info.name, info.unit, shown, {}});
-    auto& to = coordinates ? frame.coordinates : frame.columns[k++].values;
-    const std::size_t at = to.size();
-    to.resize(at + n * static_cast<std::size_t>(shown), 0.0);
-    for (int c = 0; c < stored; ++c) {
-      const double* from = particles.row(info.column, c);
-      double* column = to.data() + at + (tensor ? voigt<Dim>(info.column, c) : c);
-      for (std::size_t p = 0; p < n; ++p) column[p * static_cast<std::size_t>(shown)] = from[p];
-    }
+    auto& values = coordinates ? frame.coordinates : frame.columns[k++].values;
+    const std::size_t at = values.size();
+    values.resize(at + n * static_cast<std::size_t>(shown), 0.0);
+    double* to = values.data() + at;
+    if (!has) derive_strain(runs, particles, model, to);
+    for (int c = 0; has && c < stored; ++c)
+      copy(runs, particles.row(info.column, c), to + (tensor ? voigt<Dim>(info.column, c) : c),
+           static_cast<std::size_t>(shown));
   }
+}
+
+/// All particles of an outbox, in runs of one material.
+template <int Dim>
+std::vector<Run> runs_of(const Particles<Dim>& particles) {
+  std::vector<Run> runs;
+  for (Local p = 0; p < particles.size(); ++p) {
+    const auto material = particles.material[static_cast<std::size_t>(p)];
+    if (runs.empty() || runs.back().material != material)
+      runs.push_back(
+          {.cell = -1, .begin = p, .end = p, .limit = p, .material = material, .loaded = false});
+    ++runs.back().end;
+  }
+  return runs;
 }
 
 }  // namespace
@@ -46,8 +92,9 @@ template <int Dim>
 Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model) {
   Frame frame;
   frame.dim = Dim;
-  append(frame, patch.particles, model);
-  for (const auto& out : patch.outbox) append(frame, out.particles, model);
+  append<Dim>(frame, patch.runs, patch.particles, model);
+  for (const auto& out : patch.outbox)
+    if (out.particles.size() > 0) append<Dim>(frame, runs_of(out.particles), out.particles, model);
   return frame;
 }
 
@@ -99,20 +146,32 @@ Frame merge(std::vector<Frame> pieces) {
 namespace {
 
 template <int Dim>
-void add_particles(HistoryRow& row, const Particles<Dim>& particles) {
+void add_particles(HistoryRow& row, std::span<const Run> runs, const Particles<Dim>& particles) {
   const double* m = particles.row(Column::mass);
-  row.particles += particles.size();
-  for (Local p = 0; p < particles.size(); ++p) {
-    double speed2 = 0.0;
-    for (int d = 0; d < Dim; ++d) {
-      const double v = particles.row(Column::v, d)[p];
-      speed2 += v * v;
-      row.momentum[static_cast<std::size_t>(d)] += m[p] * v;
+  const auto v = particles.template rows<Dim>(Column::v);
+  Pack mass(0.0), kinetic(0.0), fastest(0.0), momentum[Dim];
+  for (Pack& component : momentum) component = Pack(0.0);
+  for (const Run& run : runs) {
+    row.particles += run.end - run.begin;
+    for (Local p = run.begin; p < run.end; p += lanes<Pack>) {
+      const Local n = run.end - p;
+      const Pack own = load_first<Pack>(m + p, n);
+      Pack speed2(0.0);
+      for (std::size_t d = 0; d < Dim; ++d) {
+        const Pack component = load_first<Pack>(v[d] + p, n);
+        speed2 += component * component;
+        momentum[d] += own * component;
+      }
+      mass += own;
+      kinetic += 0.5 * own * speed2;
+      fastest = max(fastest, speed2);
     }
-    row.mass += m[p];
-    row.kinetic += 0.5 * m[p] * speed2;
-    row.max_speed = std::max(row.max_speed, std::sqrt(speed2));
   }
+  row.mass += reduce(mass);
+  row.kinetic += reduce(kinetic);
+  for (std::size_t d = 0; d < Dim; ++d) row.momentum[d] += reduce(momentum[d]);
+  for (int lane = 0; lane < lanes<Pack>; ++lane)
+    row.max_speed = std::max(row.max_speed, std::sqrt(fastest[lane]));
 }
 
 }  // namespace
@@ -120,8 +179,9 @@ void add_particles(HistoryRow& row, const Particles<Dim>& particles) {
 template <int Dim>
 HistoryRow sums(Patch<Dim>& patch) {
   HistoryRow row;
-  add_particles(row, patch.particles);
-  for (const auto& out : patch.outbox) add_particles(row, out.particles);
+  add_particles<Dim>(row, patch.runs, patch.particles);
+  for (const auto& out : patch.outbox)
+    if (out.particles.size() > 0) add_particles<Dim>(row, runs_of(out.particles), out.particles);
   row.internal = patch.work.internal;
   row.external = patch.work.external;
   row.damping = patch.work.damping;

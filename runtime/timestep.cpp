@@ -1,93 +1,164 @@
 #include "runtime/timestep.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "physics/kernels.h"
 
 namespace lahar {
+
+namespace {
+
+/// Particles that neighbours sent, and those that changed their cell: the part of the mapping for
+/// this step that could not be done at the end of the one before.
+template <int Dim, bool WithForce>
+void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  receive(patch);
+  if (!patch.late.empty()) {
+    map_mass_momentum(patch, step, patch.late);
+    if (WithForce) map_force(patch, step, patch.late);
+    patch.late.clear();
+    patch.idle = false;
+    patch.clear_sums = 0;
+  }
+  sort_if_scattered(patch);
+}
+
+/// Sums for the next step begin at zero. A patch without particles is idle once all of its sums
+/// are.
+template <int Dim>
+void begin_mapping(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  clear_sums(patch, step, NodeSum::mass_momentum);
+  patch.clear_sums = patch.count > 0 ? 0 : std::min(2, patch.clear_sums + 1);
+  patch.idle = patch.clear_sums == 2;
+}
+
+}  // namespace
+
+NodeSumCopies node_sum_copies(const Analysis& analysis) {
+  // With one exchange per step nothing else keeps a patch from overtaking its neighbours' reading.
+  const int copies = analysis.scheme == Scheme::usl ? 2 : 1;
+  return {{copies, copies, analysis.scheme == Scheme::musl ? 1 : 0,
+           analysis.pressure_smoothing ? 1 : 0}};
+}
 
 template <int Dim>
 std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   using List = std::vector<TimestepStage<Dim>>;
+  const bool usf = analysis.scheme == Scheme::usf, musl = analysis.scheme == Scheme::musl;
 
-  const TimestepStage<Dim> p2g{{.name = "P2G", .exchange = "particles"}, [](P& p, S&) {
-                                 receive(p);
-                                 if (!update_idle(p)) map_mass_momentum(p);
-                               }};
-  const TimestepStage<Dim> force{{.name = "force"}, [](P& p, S& s) { map_force(p, s); }};
-  const TimestepStage<Dim> g2p{{.name = "G2P"}, [](P& p, S& s) { update_particles(p, s); }};
-  const TimestepStage<Dim> locate{{.name = locate_stage, .gives_dt = analysis.step.adaptive},
-                                  [](P& p, S& s) {
-                                    // Before particles leave for other patches, so that none is
-                                    // missed.
-                                    if (s.model->analysis.step.adaptive)
-                                      p.time_step_limit = time_step_limit(p, *s.model);
-                                    lahar::locate(p, s);
-                                  }};
-  const TimestepStage<Dim> output{{.name = output_stage}, nullptr};
+  const TimestepStage<Dim> arrivals{
+      .stage = {.name = "arrivals", .exchange = "particles"},
+      .begin = usf ? take_arrivals<Dim, false> : take_arrivals<Dim, true>};
+  const TimestepStage<Dim> g2p{
+      .stage = {.name = "G2P"},
+      .begin = [](P& p, S&) { p.max_speed = 0; },
+      .runs = usf || musl ? +[](P& p, S& s, Runs runs) {
+        add_work_of_tractions(p, s, runs);
+        update_particles(p, s, runs);
+      } : +[](P& p, S& s, Runs runs) { update_particles(p, s, runs); }};
+  const TimestepStage<Dim> locate{
+      .stage = {.name = locate_stage, .gives_dt = analysis.step.adaptive},
+      .begin =
+          [](P& p, S&) {
+            clear_outboxes(p);
+            p.time_step_limit = std::numeric_limits<double>::infinity();
+          },
+      .runs =
+          [](P& p, S& s, Runs runs) {
+            if (s.model->analysis.step.adaptive)  // before particles leave, so that none is missed
+              p.time_step_limit = std::min(p.time_step_limit, time_step_limit(p, *s.model, runs));
+            lahar::locate(p, s, runs);
+          },
+      .end = [](P& p, S& s) { place_movers(p, s); }};
+  const TimestepStage<Dim> p2g{.stage = {.name = "P2G"},
+                               .begin = begin_mapping<Dim>,
+                               .runs = [](P& p, S& s, Runs runs) { map_mass_momentum(p, s, runs); },
+                               .of_next_step = true};
+  const TimestepStage<Dim> force{.stage = {.name = "force"},
+                                 .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::force); },
+                                 .runs = [](P& p, S& s, Runs runs) { map_force(p, s, runs); },
+                                 .of_next_step = !usf};
+  const TimestepStage<Dim> output{.stage = {.name = output_stage}};
 
   // Strain and stress: one stage, or two with the exchange of nodal pressure between them.
-  const bool usf = analysis.scheme == Scheme::usf;
   List stress;
   if (analysis.pressure_smoothing) {
-    stress = {{{.name = "strain", .needs_dt = usf},
-               [](P& p, S& s) {
-                 update_stress(p, s, StressPart::strain);
-                 map_pressure(p, s);
-               }},
-              {{.name = "stress", .exchange = "pressure"}, [](P& p, S& s) {
-                 sum_over_patches(p, NodeSum::pressure);
-                 smooth_pressure(p, s);
-                 update_stress(p, s, StressPart::law);
-               }}};
+    stress = {{.stage = {.name = "strain", .needs_dt = usf},
+               .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::pressure); },
+               .runs =
+                   [](P& p, S& s, Runs runs) {
+                     if (s.model->analysis.scheme == Scheme::usl) add_work_of_tractions(p, s, runs);
+                     update_stress(p, s, runs, StressPart::strain);
+                     map_pressure(p, s, runs);
+                   }},
+              {.stage = {.name = "stress", .exchange = "pressure"},
+               .begin = [](P& p, S& s) { nodal_pressure(p, s); },
+               .runs =
+                   [](P& p, S& s, Runs runs) {
+                     smooth_pressure(p, s, runs);
+                     update_stress(p, s, runs, StressPart::law);
+                   }}};
   } else {
-    stress = {{{.name = "stress", .needs_dt = usf},
-               [](P& p, S& s) { update_stress(p, s, StressPart::both); }}};
+    stress = {{.stage = {.name = "stress", .needs_dt = usf}, .runs = [](P& p, S& s, Runs runs) {
+                 if (s.model->analysis.scheme == Scheme::usl) add_work_of_tractions(p, s, runs);
+                 update_stress(p, s, runs, StressPart::both);
+               }}};
   }
 
   List list;
   const auto add = [&](const TimestepStage<Dim>& stage) { list.push_back(stage); };
   const auto add_stress = [&] { list.insert(list.end(), stress.begin(), stress.end()); };
 
+  add(arrivals);
   if (usf) {  // update stress first: strain from the velocities at the beginning of the step
-    add(p2g);
-    add({{.name = "velocity", .exchange = "mass, momentum"}, [](P& p, S&) {
-           sum_over_patches(p, NodeSum::mass_momentum);
-           nodal_velocity(p, NodeSum::mass_momentum);
-         }});
+    add({.stage = {.name = "velocity", .exchange = "mass, momentum"},
+         .begin = [](P& p, S& s) { nodal_velocity(p, s); }});
     add_stress();
     add(force);
-    add({{.name = "integrate", .exchange = "force"}, [](P& p, S& s) {
-           sum_over_patches(p, NodeSum::force);
-           integrate(p, s);
-         }});
+    add({.stage = {.name = "integrate", .exchange = "force"},
+         .begin = [](P& p, S& s) { integrate(p, s); }});
     add(g2p);
+    add(locate);
+    add(p2g);
   } else {  // update stress last: one exchange carries mass, momentum and force
+    add({.stage = {.name = "integrate", .exchange = "mass, momentum, force", .needs_dt = true},
+         .begin = [](P& p, S& s) { velocity_and_integrate(p, s); }});
+    if (musl) {  // nodal velocities again, from the updated particles
+      add(g2p);
+      add({.stage = {.name = "P2G again"},
+           .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::momentum); },
+           .runs = [](P& p, S& s, Runs runs) { map_momentum(p, s, runs); }});
+      add({.stage = {.name = "velocity", .exchange = "momentum"},
+           .begin = [](P& p, S& s) { nodal_velocity_again(p, s); }});
+      add_stress();
+    } else {  // stress and G2P take the same nodal velocities: stress comes before particles move
+      add_stress();
+      add(g2p);
+    }
+    add(locate);
     add(p2g);
     add(force);
-    add({{.name = "integrate", .exchange = "mass, momentum, force", .needs_dt = true},
-         [](P& p, S& s) {
-           sum_over_patches(p, NodeSum::mass_momentum);
-           sum_over_patches(p, NodeSum::force);
-           nodal_velocity(p, NodeSum::mass_momentum);
-           integrate(p, s);
-         }});
-    add(g2p);
-    if (analysis.scheme == Scheme::musl) {  // nodal velocities again, from the updated particles
-      add({{.name = "P2G again"}, [](P& p, S&) { map_momentum(p); }});
-      add({{.name = "velocity", .exchange = "momentum"}, [](P& p, S&) {
-             sum_over_patches(p, NodeSum::momentum);
-             nodal_velocity(p, NodeSum::momentum);
-           }});
-    }
-    add_stress();
   }
-  add(locate);
   add(output);
   return list;
 }
 
+template <int Dim>
+void map_first(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& stages,
+               const StepContext<Dim>& step) {
+  for (const auto& stage : stages) {
+    if (!stage.of_next_step) continue;
+    stage.begin(patch, step);
+    stage.runs(patch, step, patch.runs);
+  }
+}
+
 template std::vector<TimestepStage<2>> timestep<2>(const Analysis&);
 template std::vector<TimestepStage<3>> timestep<3>(const Analysis&);
+template void map_first<2>(Patch<2>&, const std::vector<TimestepStage<2>>&, const StepContext<2>&);
+template void map_first<3>(Patch<3>&, const std::vector<TimestepStage<3>>&, const StepContext<3>&);
 
 }  // namespace lahar

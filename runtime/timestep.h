@@ -8,11 +8,18 @@
 
 namespace lahar {
 
-/// A stage and what it does to a patch.
+/// A stage and what it does to a patch, called in this order. Any of the three may be null; the
+/// stage without any is the driver's own.
 template <int Dim>
 struct TimestepStage {
+  using OnPatch = void (*)(Patch<Dim>& patch, const StepContext<Dim>& step);
+  using OnRuns = void (*)(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+
   Stage stage;
-  void (*kernel)(Patch<Dim>& patch, const StepContext<Dim>& step);  ///< null: the driver's own
+  OnPatch begin = nullptr;    ///< before any run of the phase: nodes
+  OnRuns runs = nullptr;      ///< particles, a few runs at a time
+  OnPatch end = nullptr;      ///< after all runs of the phase
+  bool of_next_step = false;  ///< is done for the step after the one in which it is called
 };
 
 /// Names of stages that the driver looks for.
@@ -21,7 +28,58 @@ inline constexpr const char* locate_stage = "locate";
 
 /// The stages of one timestep in order. The flow graph, the serial loop and the picture of the
 /// graph are all made from this list.
+///
+/// The mapping of a step to the nodes is done at the end of the step before, while the particles
+/// are in cache; the first stage adds what came from other cells and patches. Before the first
+/// step, map_first() does what the step before would have done.
 template <int Dim>
 std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis);
+
+/// Nodal sums of which a patch may begin those of the next step while neighbours read these.
+NodeSumCopies node_sum_copies(const Analysis& analysis);
+
+/// Slots that a phase takes at a time. Their columns, some 25 KiB for 128 particles in 3D, stay in
+/// first- and second-level cache from the first stage of the phase to the last.
+inline constexpr Local chunk_slots = 128;
+
+/// Do the stages [first, last) of one phase on a patch: whatever they do to nodes first, then all
+/// of them on one chunk of runs after the other. `next` is the context of the step after. Calls
+/// `lap(stage)` after each piece of work of a stage. Stops at the stage that marked a failure, when
+/// it is through with the patch; returns it, or `last`.
+template <int Dim, class Lap>
+std::size_t run_phase(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& stages,
+                      std::size_t first, std::size_t last, const StepContext<Dim>& step,
+                      const StepContext<Dim>& next, Lap lap) {
+  std::size_t failed = last;
+  const auto act = [&](std::size_t s, auto what) {
+    if (s > failed) return;
+    what(stages[s], stages[s].of_next_step ? next : step);
+    lap(s);
+    if (patch.mark.kind != Mark::Kind::none && s < failed) failed = s;
+  };
+  for (std::size_t s = first; s < last; ++s)
+    if (stages[s].begin)
+      act(s, [&](const auto& stage, const auto& context) { stage.begin(patch, context); });
+  const Runs runs(patch.runs);
+  for (std::size_t from = 0; from < runs.size();) {
+    std::size_t to = from;
+    Local slots = 0;
+    while (to < runs.size() && slots < chunk_slots) slots += runs[to].end - runs[to].begin, ++to;
+    const Runs chunk = runs.subspan(from, to - from);
+    for (std::size_t s = first; s < last; ++s)
+      if (stages[s].runs)
+        act(s, [&](const auto& stage, const auto& context) { stage.runs(patch, context, chunk); });
+    from = to;
+  }
+  for (std::size_t s = first; s < last; ++s)
+    if (stages[s].end)
+      act(s, [&](const auto& stage, const auto& context) { stage.end(patch, context); });
+  return failed;
+}
+
+/// Map all particles of a patch for the first step.
+template <int Dim>
+void map_first(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& stages,
+               const StepContext<Dim>& step);
 
 }  // namespace lahar
