@@ -2,6 +2,7 @@
 /// by 2 / length per axis; isoparametric cells invert the Jacobian dx/dxi of each lane.
 #pragma once
 
+#include "physics/cell_polynomial.h"
 #include "physics/patch.h"
 #include "physics/shape.h"
 #include "physics/simd.h"
@@ -37,15 +38,16 @@ struct CartesianMap {
 
 template <int Dim>
 struct IsoparametricMap {
-  CornerDifferences<Dim> x;
+  CellPolynomial<Dim> x;
 
   IsoparametricMap(const Patch<Dim>& patch, Local cell)
-      : x(patch.node_position.data()->data(), Dim, patch.topology.corner_nodes[cell]) {}
+      : x(patch.node_position.data(), patch.topology.corner_nodes[cell]) {}
 
   template <class Real>
   void inverse_jacobian(const Weights<Dim, Real>& w, Real (&inv)[Dim][Dim]) const {
-    Real J[Dim][Dim];
-    x.gradient(w, J);
+    Real xi[Dim], J[Dim][Dim];
+    for (int d = 0; d < Dim; ++d) xi[d] = w.w[d][1] - w.w[d][0];
+    x.jacobian(xi, J);
     inverse(J, inv);
   }
   template <class Real>
@@ -57,7 +59,8 @@ struct IsoparametricMap {
   }
   void to_physical_centre(const double (&G)[Dim][Dim], double (&L)[Dim][Dim]) const {
     double J[Dim][Dim], inv[Dim][Dim];
-    x.centre_gradient(J);
+    for (int a = 0; a < Dim; ++a)
+      for (int k = 0; k < Dim; ++k) J[a][k] = x.c[1 << k][a];
     inverse(J, inv);
     multiply(G, inv, L);
   }

@@ -11,12 +11,14 @@
 
 namespace lahar {
 
-/// The pack iteration stops where |step| |correction| is below this [natural coordinates, squared];
-/// it is the error left, but for a factor that is about the cell's distortion (0 in a
-/// parallelogram, 1 where a cell is about to fold): below rounding.
+/// A lane has converged when |Newton step| |last correction of it| is below this [natural
+/// coordinates, squared]. It is the error left, but for a factor of about twice the cell's
+/// distortion (0 in a parallelogram, 1 where a cell is about to fold).
 inline constexpr double pack_error_tolerance = 1e-16;
-/// Steps after which a lane counts as not converged. One or two are needed where the start is a
-/// step's motion away, up to five from anywhere in a cell of moderate distortion.
+/// Corrections of a step: three suffice for one step where a particle moved 1e-3 of its cell.
+inline constexpr int pack_corrections = 3;
+/// Steps after which a lane counts as not converged; two to four are needed from anywhere in a
+/// cell.
 inline constexpr int pack_max_steps = 8;
 /// Only within this [natural coordinates] is a pack's result final: nearer to a face the mesh's own
 /// map decides, whose rounding is other, so that both agree on who owns a particle on a face.
@@ -36,6 +38,25 @@ LAHAR_INLINE Real norm2(const Real (&v)[Dim]) {
   return sum;
 }
 
+/// Corners c[a][d] in tensor order, relative to any point, become coefficients of the polynomial.
+template <int Dim, class Coefficients>
+LAHAR_INLINE void corners_to_coefficients(Coefficients& c) {
+#pragma GCC unroll 3
+  for (int bit = 0; bit < Dim; ++bit) {
+#pragma GCC unroll 8
+    for (int a = 0; a < corners<Dim>; ++a) {
+      const int b = a | (1 << bit);
+      if (b == a) continue;
+#pragma GCC unroll 3
+      for (int d = 0; d < Dim; ++d) {
+        const double low = c[a][d], high = c[b][d];
+        c[a][d] = 0.5 * (low + high);
+        c[b][d] = 0.5 * (high - low);
+      }
+    }
+  }
+}
+
 template <int Dim>
 struct CellPolynomial {
   double origin[Dim];           ///< X [m]
@@ -44,24 +65,21 @@ struct CellPolynomial {
 
   /// `node_position` by local node, `corner` in tensor order.
   CellPolynomial(const Vec<Dim>* node_position, const std::array<Local, corners<Dim>>& corner) {
-    const double* first = node_position[corner[0]].data();
-    for (int d = 0; d < Dim; ++d) {
-      origin[d] = first[d];
-      c[0][d] = 0.0;
+    for (int d = 0; d < Dim; ++d) origin[d] = node_position[corner[0]][d];
+    if constexpr (Dim == 2) {
+      using Pair = PackOf<2>;  // for one cell, both coordinates at once are faster
+      const auto at = [&](int a) { return load<Pair>(node_position[corner[a]].data()); };
+      const Pair bottom = at(1) - at(0), top = at(3) - at(2), left = at(2) - at(0),
+                 right = at(3) - at(1);
+      store_first(0.25 * (bottom + left + (at(3) - at(0))), c[0], 2);
+      store_first(0.25 * (bottom + top), c[1], 2);
+      store_first(0.25 * (left + right), c[2], 2);
+      store_first(0.25 * (top - bottom), c[3], 2);
+    } else {
+      for (int a = 0; a < corners<Dim>; ++a)
+        for (int d = 0; d < Dim; ++d) c[a][d] = node_position[corner[a]][d] - origin[d];
+      corners_to_coefficients<Dim>(c);
     }
-    for (int a = 1; a < corners<Dim>; ++a) {
-      const double* X = node_position[corner[a]].data();
-      for (int d = 0; d < Dim; ++d) c[a][d] = X[d] - origin[d];
-    }
-    for (int bit = 1; bit < corners<Dim>; bit <<= 1)
-      for (int a = 0; a < corners<Dim>; ++a) {
-        if (a & bit) continue;
-        for (int d = 0; d < Dim; ++d) {
-          const double low = c[a][d], high = c[a | bit][d];
-          c[a][d] = 0.5 * (low + high);
-          c[a | bit][d] = 0.5 * (high - low);
-        }
-      }
     if constexpr (Dim == 2) {
       const auto cross = [this](int i, int j) {
         return difference_of_products(Scalar(c[i][0]), Scalar(c[j][1]), Scalar(c[i][1]),
@@ -110,37 +128,44 @@ struct CellPolynomial {
   }
 };
 
-/// One step of Chebyshev's method for x(xi) = x. Newton's step s leaves exactly the terms of second
-/// (and, in 3D, third) order of the polynomial in s; `correction` is a second Newton step against
-/// them with the same Jacobian. xi -= s + correction converges with third order for one division.
-/// `offset` = c[0] + X - x.
+/// One step of the inverse map: xi - y. With Newton's step s, exactly
+///   x(xi - y) - x = J (s - y) + g(y),
+/// g being the polynomial's terms of second and (3D) third order. So y = s + J^-1 g(y), which is
+/// iterated a fixed number of times at the cost of one division: each correction gains as many
+/// digits as the first. `offset` = c[0] + X - x.
 template <int Dim, class Real>
-struct ChebyshevStep {
-  Real s[Dim], correction[Dim], sum[Dim];
+struct InverseStep {
+  Real s[Dim], y[Dim];
+  Real last[Dim];  ///< last correction of y
 };
 
+/// 2D: g = c[3] y_0 y_1, and J^-1 c[3] has the factors of det J for numerators.
 template <class Real>
-LAHAR_INLINE void chebyshev_step(const CellPolynomial<2>& cell, const Real (&offset)[2],
-                                 const Real (&xi)[2], ChebyshevStep<2, Real>& step) {
+LAHAR_INLINE InverseStep<2, Real> inverse_step(const CellPolynomial<2>& cell,
+                                               const Real (&offset)[2], const Real (&xi)[2]) {
   Real J[2][2], f[2];
   cell.jacobian(xi, J);
   for (int i = 0; i < 2; ++i) f[i] = fma(xi[1], J[i][1], fma(xi[0], Real(cell.c[1][i]), offset[i]));
   const Real r = 1.0 / cell.determinant(xi);
-  auto& s = step.s;
-  s[0] = difference_of_products(J[1][1], f[0], J[0][1], f[1]) * r;
-  s[1] = difference_of_products(J[0][0], f[1], J[1][0], f[0]) * r;
-  // What is left is c[3] s_0 s_1, and J^-1 c[3] has the factors of det J for numerators.
-  const Real left = s[0] * s[1] * r;
-  for (int k = 0; k < 2; ++k) {
-    const Real factor(cell.det[2 - k]);
-    step.correction[k] = factor * left;
-    step.sum[k] = fma(factor, left, s[k]);
+  InverseStep<2, Real> step;
+  auto& y = step.y;
+  y[0] = step.s[0] = difference_of_products(J[1][1], f[0], J[0][1], f[1]) * r;
+  y[1] = step.s[1] = difference_of_products(J[0][0], f[1], J[1][0], f[0]) * r;
+  const Real bend[2] = {cell.det[2] * r, cell.det[1] * r};
+  for (int k = 0; k < pack_corrections; ++k) {
+    const Real product = y[0] * y[1];
+    for (int d = 0; d < 2; ++d) {
+      const Real before = y[d];
+      y[d] = fma(bend[d], product, step.s[d]);
+      step.last[d] = y[d] - before;
+    }
   }
+  return step;
 }
 
 template <class Real>
-LAHAR_INLINE void chebyshev_step(const CellPolynomial<3>& cell, const Real (&offset)[3],
-                                 const Real (&xi)[3], ChebyshevStep<3, Real>& step) {
+LAHAR_INLINE InverseStep<3, Real> inverse_step(const CellPolynomial<3>& cell,
+                                               const Real (&offset)[3], const Real (&xi)[3]) {
   Real J[3][3], f[3], mixed[3][3];
   for (int i = 0; i < 3; ++i) {
     const auto c = [&](int m) { return Real(cell.c[m][i]); };
@@ -165,18 +190,22 @@ LAHAR_INLINE void chebyshev_step(const CellPolynomial<3>& cell, const Real (&off
   };
   const Real column[3] = {J[0][0], J[1][0], J[2][0]};
   const Real r = 1.0 / dot(0, column);
-  auto& s = step.s;
-  for (int k = 0; k < 3; ++k) s[k] = dot(k, f) * r;
-  const Real s01 = s[0] * s[1], s02 = s[0] * s[2], s12 = s[1] * s[2], s012 = s01 * s[2];
-  Real left[3];
-  for (int i = 0; i < 3; ++i)
-    left[i] = fma(mixed[i][0], s01,
-                  fma(mixed[i][1], s02, fma(mixed[i][2], s12, -(Real(cell.c[7][i]) * s012))));
-  for (int k = 0; k < 3; ++k) {
-    const Real scaled = dot(k, left);
-    step.correction[k] = scaled * r;
-    step.sum[k] = fma(scaled, r, s[k]);
+  InverseStep<3, Real> step;
+  auto& y = step.y;
+  for (int d = 0; d < 3; ++d) y[d] = step.s[d] = dot(d, f) * r;
+  for (int k = 0; k < pack_corrections; ++k) {
+    const Real y01 = y[0] * y[1], y02 = y[0] * y[2], y12 = y[1] * y[2], y012 = y01 * y[2];
+    Real g[3];
+    for (int i = 0; i < 3; ++i)
+      g[i] = fma(mixed[i][0], y01, mixed[i][1] * y02) +
+             fma(mixed[i][2], y12, -(Real(cell.c[7][i]) * y012));
+    for (int d = 0; d < 3; ++d) {
+      const Real before = y[d];
+      y[d] = fma(dot(d, g), r, step.s[d]);
+      step.last[d] = y[d] - before;
+    }
   }
+  return step;
 }
 
 /// Natural coordinates of the first n lanes' points x [m], from the start that xi holds. Returns a
@@ -194,10 +223,9 @@ LAHAR_INLINE unsigned inverse_map_pack(const CellPolynomial<Dim>& cell, const Re
   }
   unsigned open = n >= lanes<Real> ? (1u << lanes<Real>)-1 : (1u << n) - 1;
   for (int count = 0; count < pack_max_steps && open != 0; ++count) {
-    ChebyshevStep<Dim, Real> step;
-    chebyshev_step(cell, offset, xi, step);
-    for (int d = 0; d < Dim; ++d) xi[d] = select(open, xi[d] - step.sum[d], xi[d]);
-    open &= outside(norm2(step.s) * norm2(step.correction), tolerance2, n);
+    const auto step = inverse_step(cell, offset, xi);
+    for (int d = 0; d < Dim; ++d) xi[d] = select(open, xi[d] - step.y[d], xi[d]);
+    open &= outside(norm2(step.s) * norm2(step.last), tolerance2, n);
   }
   if (open != 0)
     for (int d = 0; d < Dim; ++d) xi[d] = select(open, start[d], xi[d]);
