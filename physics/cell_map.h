@@ -2,6 +2,7 @@
 /// by 2 / length per axis; isoparametric cells invert the Jacobian dx/dxi of each lane.
 #pragma once
 
+#include "physics/cell_polynomial.h"
 #include "physics/patch.h"
 #include "physics/shape.h"
 #include "physics/simd.h"
@@ -47,7 +48,7 @@ struct CartesianMap {
 
 template <int Dim>
 struct IsoparametricMap {
-  CornerDifferences<Dim> x;
+  CellPolynomial<Dim> x;
   std::array<const double*, Dim> rows;  ///< natural coordinates
 
   /// Natural coordinates of the particles from p on, as locate() left them.
@@ -61,7 +62,7 @@ struct IsoparametricMap {
   LAHAR_INLINE void inverse_jacobian(Local p, Real (&inv)[Dim][Dim]) const {
     Real xi[Dim], J[Dim][Dim];
     natural(p, xi);
-    x.gradient(Weights<Dim, Real>(xi), J);
+    x.jacobian(xi, J);
     inverse(J, inv);
   }
   template <class Real>
@@ -72,7 +73,10 @@ struct IsoparametricMap {
   }
   LAHAR_INLINE void to_physical_centre(const double (&G)[Dim][Dim], double (&L)[Dim][Dim]) const {
     double J[Dim][Dim], inv[Dim][Dim];
-    x.centre_gradient(J);
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a)
+      LAHAR_UNROLL
+      for (int k = 0; k < Dim; ++k) J[a][k] = x.c[1 << k][a];
     inverse(J, inv);
     multiply(G, inv, L);
   }
@@ -141,7 +145,7 @@ class IsoparametricCells {
         rows_(patch.particles.template rows<Dim>(Column::xi)) {}
 
   LAHAR_INLINE IsoparametricMap<Dim> operator[](Local cell) const {
-    return {CornerDifferences<Dim>(position_, corners_[cell]), rows_};
+    return {CellPolynomial<Dim>(position_, corners_[cell]), rows_};
   }
 
  private:

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/cell_polynomial.h"
+
 namespace lahar {
 namespace {
 
@@ -20,14 +22,7 @@ struct Multilinear {
 
   Multilinear(const CellGeometry<Dim>& cell, const Vec<Dim>& x0) {
     for (int a = 0; a < corners<Dim>; ++a) c[a] = cell.corner[a] - x0;
-    for (int bit = 1; bit < corners<Dim>; bit <<= 1) {
-      for (int a = 0; a < corners<Dim>; ++a) {
-        if (a & bit) continue;
-        const Vec<Dim> low = c[a], high = c[a | bit];
-        c[a] = 0.5 * (low + high);
-        c[a | bit] = 0.5 * (high - low);
-      }
-    }
+    corners_to_coefficients<Dim>(c);
   }
 
   Vec<Dim> value(const Vec<Dim>& xi) const {

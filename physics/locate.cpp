@@ -5,6 +5,7 @@
 #include <limits>
 #include <tuple>
 
+#include "physics/cell_polynomial.h"
 #include "physics/inverse_mapping.h"
 #include "physics/kernels.h"
 #include "physics/law.h"
@@ -40,20 +41,51 @@ LAHAR_INLINE void locate_run_cartesian(Patch<Dim>& patch, const Run& run, Outsid
   }
 }
 
-template <int Dim, class Outside>
-void locate_run_isoparametric(Patch<Dim>& patch, const Run& run, const Mesh<Dim>& mesh,
-                              Outside outside) {
-  Particles<Dim>& particles = patch.particles;
-  const CellGeometry<Dim> cell =
-      mesh.geometry(patch.topology.cells[static_cast<std::size_t>(run.cell)]);
-  for (Local p = run.begin; p < run.end; ++p) {
+/// Particles of the pack from p on whose bit is set, by the mesh's own map: it decides on faces,
+/// and where the pack's iteration fails. Returns the bits of those outside.
+template <int Dim>
+[[gnu::noinline]] unsigned locate_singly(Patch<Dim>& patch, const CellGeometry<Dim>& cell, Local p,
+                                         unsigned bits) {
+  unsigned out = 0;
+  for (; bits != 0; bits &= bits - 1) {
+    const Local q = p + std::countr_zero(bits);
     Vec<Dim> xi;
-    if (!inverse_map<Dim>(cell, position(particles, p), xi) || !in_closed_cell<Dim>(xi)) {
-      outside(p, 1u);
+    if (!inverse_map<Dim>(cell, position(patch.particles, q), xi) || !in_closed_cell<Dim>(xi)) {
+      out |= bits & -bits;
       continue;
     }
     xi = clamp_to_cell<Dim>(xi);
-    for (int d = 0; d < Dim; ++d) particles.row(Column::xi, d)[p] = xi[d];
+    for (int d = 0; d < Dim; ++d) patch.particles.row(Column::xi, d)[q] = xi[d];
+  }
+  return out;
+}
+
+/// As locate_run_cartesian. Packs start from the particles' natural coordinates before they moved.
+template <int Dim, class Real, class Outside>
+LAHAR_INLINE void locate_run_isoparametric(Patch<Dim>& patch, const Run& run, const Mesh<Dim>& mesh,
+                                           Outside outside) {
+  const auto c = static_cast<std::size_t>(run.cell);
+  const CellPolynomial<Dim> cell(patch.node_position.data(), patch.topology.corner_nodes[c]);
+  const auto x = patch.particles.template rows<Dim>(Column::x);
+  const auto natural = patch.particles.template rows<Dim>(Column::xi);
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    const Local n = run.end - p;
+    Real at[Dim], xi[Dim];
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d) {
+      at[d] = load<Real>(x[d] + p);
+      xi[d] = load<Real>(natural[d] + p);
+    }
+    unsigned singly = inverse_map_pack(cell, at, xi, n);
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d) {
+      singly |= lahar::outside(xi[d], pack_clear_of_faces, n);
+      store_first(xi[d], natural[d] + p, n);
+    }
+    if (singly == 0) continue;
+    if (const unsigned out =
+            locate_singly(patch, mesh.geometry(patch.topology.cells[c]), p, singly))
+      outside(p, out);
   }
 }
 
@@ -180,7 +212,7 @@ void locate(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
     if (patch.cartesian)
       locate_run_cartesian<Dim, Real>(patch, run, outside);
     else
-      locate_run_isoparametric(patch, run, *step.model->mesh, outside);
+      locate_run_isoparametric<Dim, Real>(patch, run, *step.model->mesh, outside);
     // From the last to the first, so that the particle that takes a place is never one that left.
     for (; !left.empty(); left.pop_back())
       for (unsigned bits = left.back().second; bits != 0;) {

@@ -7,7 +7,7 @@
 
 #include "physics/types.h"
 
-#if defined(__AVX512F__)
+#if defined(__AVX512F__) || defined(__FMA__)
 #include <immintrin.h>
 #endif
 
@@ -70,6 +70,23 @@ inline constexpr int native_lanes = 4;
 #else
 inline constexpr int native_lanes = 2;
 #endif
+
+/// a b + c, rounded once where the machine can. Where a compiler contracts a * b + c * d by itself,
+/// which product it rounds may differ between a pack and a single lane; with this it is the same.
+template <int W>
+LAHAR_INLINE PackOf<W> fma(PackOf<W> a, PackOf<W> b, PackOf<W> c) {
+#if defined(__FMA__)
+  using Value = typename PackOf<W>::Value;
+  if constexpr (W == 1) return PackOf<W>::of(__builtin_fma(a.v, b.v, c.v));
+  if constexpr (W == 2) return PackOf<W>::of(Value(_mm_fmadd_pd(a.v, b.v, c.v)));
+  if constexpr (W == 4) return PackOf<W>::of(Value(_mm256_fmadd_pd(a.v, b.v, c.v)));
+#if defined(__AVX512F__)
+  if constexpr (W == 8) return PackOf<W>::of(Value(_mm512_fmadd_pd(a.v, b.v, c.v)));
+#endif
+#else
+  return a * b + c;
+#endif
+}
 
 using Pack = PackOf<native_lanes>;  ///< production: the widest vector
 using Scalar = PackOf<1>;           ///< tests, and loads that act on few particles
@@ -250,6 +267,24 @@ LAHAR_INLINE unsigned outside(const Real& value, double limit, Local n) {
   for (int lane = 0; lane < lanes<Real> && lane < n; ++lane)
     if (!(std::abs(value[lane]) <= limit)) bits |= 1u << lane;
   return bits;
+}
+
+/// Lane by lane `a` where the lane's bit is set, `b` elsewhere.
+template <class Real>
+LAHAR_INLINE Real select(unsigned bits, const Real& a, const Real& b) {
+  if constexpr (lanes<Real> == 1) {
+    return bits & 1 ? a : b;
+  } else {
+#if defined(__AVX512F__)
+    if constexpr (lanes<Real> == 8)
+      return Real::of(typename Real::Value(
+          _mm512_mask_blend_pd(static_cast<__mmask8>(bits), __m512d(b.v), __m512d(a.v))));
+#endif
+    Real chosen = b;
+    for (int lane = 0; lane < lanes<Real>; ++lane)
+      if (bits >> lane & 1) chosen.v[lane] = a.v[lane];
+    return chosen;
+  }
 }
 
 /// The larger of two values, lane by lane.

@@ -1,5 +1,9 @@
 #include <doctest/doctest.h>
 
+#include <bit>
+#include <cstdint>
+
+#include "physics/cell_polynomial.h"
 #include "physics/inverse_mapping.h"
 #include "tests/physics/mesh_fixtures.h"
 
@@ -22,6 +26,61 @@ double round_trip_error(const Mesh<Dim>& mesh, std::mt19937& random, int points)
     }
   }
   return worst;
+}
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr int W = lanes<Pack>;
+
+template <int Dim>
+CellPolynomial<Dim> polynomial(const CellGeometry<Dim>& cell) {
+  std::array<Local, corners<Dim>> corner;
+  for (int a = 0; a < corners<Dim>; ++a) corner[a] = a;
+  return {cell.corner.data(), corner};
+}
+
+/// Points and starts of a pack's lanes; what inverse_map_pack() made of them.
+template <int Dim>
+struct Lanes {
+  Vec<Dim> x[W], start[W], xi[W];
+  unsigned open = 0;
+
+  void map(const CellPolynomial<Dim>& cell, Local n) {
+    Pack at[Dim], natural[Dim];
+    for (int d = 0; d < Dim; ++d) {
+      double points[W], starts[W];
+      for (int k = 0; k < W; ++k) points[k] = x[k][d], starts[k] = start[k][d];
+      at[d] = load<Pack>(points);
+      natural[d] = load<Pack>(starts);
+    }
+    open = inverse_map_pack(cell, at, natural, n);
+    for (int k = 0; k < W; ++k)
+      for (int d = 0; d < Dim; ++d) xi[k][d] = natural[d][k];
+  }
+};
+
+/// Natural coordinates somewhere in the cell; every other one on a face, an edge or a corner.
+template <int Dim>
+Vec<Dim> closed_cell_point(std::mt19937& random) {
+  Vec<Dim> xi = random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones());
+  for (int d = 0; d < Dim; ++d)
+    if (random() % 4 == 0) xi[d] = random() % 2 ? 1.0 : -1.0;
+  return xi;
+}
+
+/// Call with strongly distorted meshes.
+template <class Check>
+void on_distorted_meshes(Check check) {
+  std::mt19937 random(7);
+  check(distorted<2>(grid_tables<2>({12, 12}), 0.24, random).mesh(true), random);
+  check(distorted<3>(grid_tables<3>({5, 5, 5}), 0.2, random).mesh(true), random);
+}
+
+template <int Dim>
+bool same_bits(const Vec<Dim>& a, const Vec<Dim>& b) {
+  bool same = true;
+  for (int d = 0; d < Dim; ++d)
+    same = same && std::bit_cast<std::uint64_t>(a[d]) == std::bit_cast<std::uint64_t>(b[d]);
+  return same;
 }
 
 }  // namespace
@@ -114,4 +173,120 @@ TEST_CASE("natural coordinates never reach 1: a face is pulled inside by one rou
   CHECK((*corner)[0] == 1 - 2.2e-16);
   CHECK((*corner)[1] == -(1 - 2.2e-16));
   CHECK_FALSE(mesh.natural_coordinates(0, {std::nextafter(1.0, 2.0), 0.5}));
+}
+
+TEST_CASE(
+    "packs find the natural coordinates that single points have, from any start in the cell") {
+  on_distorted_meshes([]<int Dim>(const Mesh<Dim>& mesh, std::mt19937& random) {
+    for (const double away : {0.0, 1e-9, 1e-6, 1e-4, 1e-3, 1e-2, 0.1, 2.0}) {
+      CAPTURE(away);
+      double worst = 0;
+      int open = 0, total = 0;
+      for (Index c = 0; c < mesh.n_cells(); ++c) {
+        const CellGeometry<Dim> g = mesh.geometry(c);
+        Lanes<Dim> lanes;
+        for (int k = 0; k < W; ++k) {
+          const Vec<Dim> xi = closed_cell_point<Dim>(random);
+          const Vec<Dim> far = Vec<Dim>::Constant(away);
+          lanes.x[k] = to_physical<Dim>(g, xi);
+          lanes.start[k] = clamp_to_cell<Dim>(xi + random_point<Dim>(random, -far, far));
+        }
+        lanes.map(polynomial<Dim>(g), W);
+        for (int k = 0; k < W; ++k) {
+          Vec<Dim> single;
+          REQUIRE(inverse_map<Dim>(g, lanes.x[k], single));
+          ++total;
+          // From far away the polynomial's other root may be found, which is outside of the cell.
+          if (lanes.open >> k & 1 || lanes.xi[k].cwiseAbs().maxCoeff() > 1 + 1e-10)
+            ++open;
+          else
+            worst = std::max(worst, (lanes.xi[k] - single).cwiseAbs().maxCoeff());
+        }
+      }
+      CHECK(worst < 1e-12);
+      if (away <= 1e-2) CHECK(open == 0);
+      CHECK(open <= total / 20);
+    }
+  });
+}
+
+TEST_CASE("packs find a parallelogram's coordinates in one step from any start") {
+  const auto g = one_cell<2>({{1e5, 0}, {1e5 + 2, 1}, {1e5 + 2.5, 3}, {1e5 + 0.5, 2}}).geometry(0);
+  const auto cell = polynomial<2>(g);
+  CHECK(cell.det[1] == 0);
+  CHECK(cell.det[2] == 0);
+  const Scalar offset[2] = {cell.c[0][0] - 0.7, cell.c[0][1] - 1.1}, start[2] = {0.9, -0.9};
+  const auto step = inverse_step(cell, offset, start);
+  Vec<2> single;
+  REQUIRE(inverse_map<2>(g, {1e5 + 0.7, 1.1}, single));
+  for (int d = 0; d < 2; ++d) {
+    CHECK(step.last[d][0] == 0);
+    CHECK((start[d] - step.y[d])[0] == doctest::Approx(single[d]).epsilon(1e-10));  // x rounded
+  }
+}
+
+TEST_CASE(
+    "a particle's natural coordinates are the same, to the last bit, in any lane of any pack") {
+  on_distorted_meshes([]<int Dim>(const Mesh<Dim>& mesh, std::mt19937& random) {
+    bool same = true, kept = true;
+    for (Index c = 0; c < mesh.n_cells(); ++c) {
+      const auto cell = polynomial<Dim>(mesh.geometry(c));
+      const Vec<Dim> x = to_physical<Dim>(mesh.geometry(c), closed_cell_point<Dim>(random));
+      const Vec<Dim> start = closed_cell_point<Dim>(random);
+      Scalar at[Dim], alone[Dim];
+      for (int d = 0; d < Dim; ++d) at[d] = x[d], alone[d] = start[d];
+      const unsigned open = inverse_map_pack(cell, at, alone, 1);
+      Vec<Dim> expected;
+      for (int d = 0; d < Dim; ++d) expected[d] = alone[d][0];
+      for (int k = 0; k < W; ++k) {
+        Lanes<Dim> lanes;
+        const double others[] = {0.1, 3, 1e300, not_a_number,
+                                 std::numeric_limits<double>::infinity()};
+        for (int j = 0; j < W; ++j) {
+          lanes.x[j] = Vec<Dim>::Constant(others[random() % 5]);
+          lanes.start[j] = Vec<Dim>::Constant(others[random() % 5]);
+        }
+        lanes.x[k] = x;
+        lanes.start[k] = start;
+        // As the run's last particle, and with neighbours of the same run.
+        for (const Local n : {k + 1, W}) {
+          lanes.map(cell, n);
+          same = same && same_bits<Dim>(lanes.xi[k], expected) && (lanes.open >> k & 1) == open;
+          same = same && lanes.open >> n == 0;
+          for (int j = n; j < W; ++j) kept = kept && same_bits<Dim>(lanes.xi[j], lanes.start[j]);
+        }
+      }
+    }
+    CHECK(same);
+    CHECK(kept);
+  });
+}
+
+TEST_CASE(
+    "packs never put a point inside a cell that it is not in; what they fail at is reported") {
+  on_distorted_meshes([]<int Dim>(const Mesh<Dim>& mesh, std::mt19937& random) {
+    int reported = 0;
+    for (Index c = 0; c < mesh.n_cells(); ++c) {
+      const CellGeometry<Dim> g = mesh.geometry(c);
+      Lanes<Dim> lanes;
+      for (int k = 0; k < W; ++k) {
+        const Vec<Dim> far = Vec<Dim>::Constant(k % 2 ? 1.5 : 30);
+        lanes.x[k] = g.centre + random_point<Dim>(random, -far, far);
+        lanes.start[k] = closed_cell_point<Dim>(random);
+      }
+      lanes.x[0][Dim - 1] = not_a_number;
+      lanes.start[1][0] = not_a_number;
+      lanes.map(polynomial<Dim>(g), W);
+      CHECK((lanes.open & 3) == 3);
+      reported += std::popcount(lanes.open);
+      for (int k = 0; k < W; ++k) {
+        if (lanes.open >> k & 1) {
+          CHECK(same_bits<Dim>(lanes.xi[k], lanes.start[k]));
+        } else if (in_closed_cell<Dim>(lanes.xi[k])) {
+          CHECK((to_physical<Dim>(g, lanes.xi[k]) - lanes.x[k]).norm() < 1e-13);
+        }
+      }
+    }
+    CHECK(reported > 2 * mesh.n_cells());  // far outside there is no solution
+  });
 }

@@ -106,3 +106,18 @@ TEST_CASE("clamping moves values to the limit and no further") {
     }
   }
 }
+
+TEST_CASE("a lane's bit selects between two packs; fma rounds alike in packs and single lanes") {
+  std::mt19937 random(9);
+  for (unsigned bits = 0; bits < 1u << W; bits += 1 + random() % 5) {
+    const auto a = random_values(random, W), b = random_values(random, W);
+    const Pack x = load<Pack>(a.data()), y = load<Pack>(b.data());
+    const Pack chosen = select(bits, x, y), fused = fma(x, y, -(y * y));
+    for (int k = 0; k < W; ++k) {
+      const Scalar s(a[k]), t(b[k]);
+      CHECK(chosen[k] == (bits >> k & 1 ? a[k] : b[k]));
+      CHECK(select(bits >> k, s, t)[0] == chosen[k]);
+      CHECK(fma(s, t, -(t * t))[0] == fused[k]);
+    }
+  }
+}
