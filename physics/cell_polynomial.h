@@ -38,6 +38,22 @@ LAHAR_INLINE Real norm2(const Real (&v)[Dim]) {
   return sum;
 }
 
+/// Values at the corners, in tensor order, become coefficients of the polynomial: half the sums and
+/// differences along one axis after the other.
+template <int Dim, class Values>
+LAHAR_INLINE void corners_to_coefficients(Values& at) {
+  using Value = std::decay_t<decltype(at[0])>;
+  LAHAR_UNROLL
+  for (int bit = 1; bit < corners<Dim>; bit *= 2)
+    LAHAR_UNROLL
+    for (int a = 0; a < corners<Dim>; ++a) {
+      if (a & bit) continue;
+      const Value low = 0.5 * at[a], high = 0.5 * at[a | bit];
+      at[a] = low + high;
+      at[a | bit] = high - low;
+    }
+}
+
 template <int Dim>
 struct CellPolynomial {
   double origin[4];                      ///< X [m]
@@ -51,20 +67,11 @@ struct CellPolynomial {
     const auto position = [&](std::size_t a) {
       return load<Vector>(node_position + 4 * static_cast<std::ptrdiff_t>(corner[a]));
     };
-    // Corners relative to the first; halves of sums and differences along one axis after the other.
     Vector at[corners<Dim>];
     at[0] = Vector(0.0);
     LAHAR_UNROLL
     for (std::size_t a = 1; a < corners<Dim>; ++a) at[a] = position(a) - position(0);
-    LAHAR_UNROLL
-    for (int bit = 1; bit < corners<Dim>; bit *= 2)
-      LAHAR_UNROLL
-      for (int a = 0; a < corners<Dim>; ++a) {
-        if (a & bit) continue;
-        const Vector low = 0.5 * at[a], high = 0.5 * at[a | bit];
-        at[a] = low + high;
-        at[a | bit] = high - low;
-      }
+    corners_to_coefficients<Dim>(at);
     store(position(0), origin);
     LAHAR_UNROLL
     for (int m = 0; m < corners<Dim>; ++m) store(at[m], c[m]);

@@ -40,21 +40,19 @@ LAHAR_INLINE Real update_run(const Patch<Dim>& patch, const Map& map, const Run&
   Real fastest(0.0);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = run.end - p;
+    prefetch(rows.v, p);
+    prefetch(rows.u, p);
     const auto w = weights_at<Dim, Real>(map, p);
     Real v[Dim], a[Dim];
     LAHAR_UNROLL
     for (int i = 0; i < corners<Dim>; ++i) {
       const Real N = w.N(i);
       LAHAR_UNROLL
-      for (int d = 0; d < Dim; ++d) {
-        const Real node = N * broadcast<Real>(node_v[i] + d);
-        v[d] = i == 0 ? node : v[d] + node;
-      }
+      for (int d = 0; d < Dim; ++d)
+        v[d] = i == 0 ? multiply(N, node_v[i] + d) : multiply_add(v[d], N, node_v[i] + d);
       LAHAR_UNROLL
-      for (int d = 0; d < Dim; ++d) {
-        const Real node = N * broadcast<Real>(node_a[i] + d);
-        a[d] = i == 0 ? node : a[d] + node;
-      }
+      for (int d = 0; d < Dim; ++d)
+        a[d] = i == 0 ? multiply(N, node_a[i] + d) : multiply_add(a[d], N, node_a[i] + d);
     }
     Real speed2(0.0);
     LAHAR_UNROLL
@@ -142,8 +140,8 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs)
       Real pressure(0.0);
       LAHAR_UNROLL
       for (std::size_t i = 0; i < corners<Dim>; ++i)
-        pressure += w.N(static_cast<int>(i)) *
-                    broadcast<Real>(&patch.pressure[static_cast<std::size_t>(corner[i])]);
+        pressure = multiply_add(pressure, w.N(static_cast<int>(i)),
+                                &patch.pressure[static_cast<std::size_t>(corner[i])]);
       store_first(pressure, particles.row(Column::pressure) + p, run.end - p);
     }
   });

@@ -14,30 +14,43 @@ template <int Dim>
 class SumOverPatches {
  public:
   SumOverPatches(const Patch<Dim>& patch, NodeSum which, Index step)
-      : patch_(patch), which_(which), step_(step), own_(patch.own_sums(which, step)) {}
+      : shares_(patch.topology.shares.data()),
+        first_(patch.topology.first.data()),
+        n_shared_(patch.topology.shared_node.size()),
+        own_(patch.own_sums(which, step)),
+        neighbours_(patch.sums_of_neighbours(which, step)),
+        offset_(sum_offset(which)) {}
 
   /// What this patch alone contributes.
-  NodeVector own(Local node) const {
-    return load<NodeVector>(own_ + static_cast<std::ptrdiff_t>(node) * node_width);
+  LAHAR_INLINE NodeVector own(Local node) const {
+    return load<NodeVector>(own_ + static_cast<std::ptrdiff_t>(node) * sum_stride);
   }
   /// The sum at node shared_node[s].
-  NodeVector shared(std::size_t s) const {
-    const auto& topology = patch_.topology;
+  LAHAR_INLINE NodeVector shared(std::size_t s) const {
     NodeVector sum(0.0);
-    for (Local e = topology.first[s]; e < topology.first[s + 1]; ++e) {
-      const auto& share = topology.shares[static_cast<std::size_t>(e)];
-      const double* from =
-          share.neighbour < 0 ? own_ : patch_.sums_of(share.neighbour, which_, step_);
-      sum += load<NodeVector>(from + static_cast<std::ptrdiff_t>(share.node) * node_width);
-    }
+    for (Local e = first_[s]; e < first_[s + 1]; ++e) sum += load<NodeVector>(share(e));
     return sum;
+  }
+  /// Others wrote their sums long ago and elsewhere: fetch them before they are needed.
+  LAHAR_INLINE void prefetch(std::size_t s) const {
+    constexpr std::size_t ahead = 8;
+    if (s + ahead >= n_shared_) return;
+    for (Local e = first_[s + ahead]; e < first_[s + ahead + 1]; ++e) __builtin_prefetch(share(e));
   }
 
  private:
-  const Patch<Dim>& patch_;
-  NodeSum which_;
-  Index step_;
+  LAHAR_INLINE const double* share(Local e) const {
+    const auto& share = shares_[e];
+    const double* from = share.neighbour < 0 ? own_ : neighbours_[share.neighbour] + offset_;
+    return from + static_cast<std::ptrdiff_t>(share.node) * sum_stride;
+  }
+
+  const typename PatchTopology<Dim>::Share* shares_;
+  const Local* first_;
+  std::size_t n_shared_;
   const double* own_;
+  const double* const* neighbours_;
+  int offset_;
 };
 
 /// Call node(i, own mass and so on of the first sum, sum...) for every local node, in order.
@@ -50,6 +63,7 @@ void for_each_node(const Patch<Dim>& patch, Node node, const First& first, const
       const NodeVector own = first.own(i);
       node(i, own, own, sums.own(i)...);
     }
+    first.prefetch(s);
     node(i, first.own(i), first.shared(s), sums.shared(s)...);
     ++i;
   }
@@ -156,39 +170,52 @@ class Integrator {
     if (!(m > patch_.least_mass)) {
       store(NodeVector(0.0), at(patch_.acceleration, i));
       store(old, at(patch_.velocity, i));
-      if (damped()) store(NodeVector(0.0), at(patch_.damping, i));
       return;
     }
     force += gravity_ * m;
-    if (damped()) force -= damping(i, old, force);
-    const NodeVector a = force * NodeVector(1.0 / m);
+    const NodeVector per_mass(1.0 / m), share = own[mass_lane] * per_mass;
+    NodeVector against(0.0);
+    if (damped()) {
+      against = damping(old, force);
+      store(against, at(patch_.damping, i));
+      force -= against;
+    }
+    const NodeVector a = force * per_mass;
     const NodeVector v = with_mass(flushed(old + step_.dt * a, least_nodal_velocity), old);
     store(a, at(patch_.acceleration, i));
     store(v, at(patch_.velocity, i));
-    weight_work_ += own[mass_lane] * (v - (0.5 * step_.dt) * a);
+    const NodeVector mean = v - (0.5 * step_.dt) * a;
+    weight_work_ += own[mass_lane] * mean;
+    damping_work_ += share * against * mean;
   }
 
   /// Constraints, and the work of everything.
   void finish() {
-    for (int d = 0; d < Dim; ++d) patch_.work.external += step_.dt * gravity_[d] * weight_work_[d];
+    for (int d = 0; d < Dim; ++d) {
+      patch_.work.external += step_.dt * gravity_[d] * weight_work_[d];
+      patch_.work.damping += step_.dt * damping_work_[d];
+    }
     const double* own_mass = patch_.own_sums(NodeSum::mass_momentum, step_.step) + mass_lane;
     for (const auto& fixed : patch_.fixed) {
       double& v = at(patch_.velocity, fixed.node)[fixed.dir];
       double& a = at(patch_.acceleration, fixed.node)[fixed.dir];
-      const double own = own_mass[fixed.node * node_width];
-      // Work of the reaction; and the weight's is of the prescribed velocity.
-      patch_.work.external += own * (fixed.velocity - v) * fixed.velocity;
-      if (at(patch_.velocity, fixed.node)[mass_lane] > patch_.least_mass)
-        patch_.work.external +=
-            own * step_.dt * gravity_[fixed.dir] * (fixed.velocity - (v - 0.5 * step_.dt * a));
+      const double own = own_mass[fixed.node * sum_stride];
+      const double m = at(patch_.velocity, fixed.node)[mass_lane];
+      patch_.work.external += own * (fixed.velocity - v) * fixed.velocity;  // of the reaction
+      if (m > patch_.least_mass) {
+        // Weight and damping do their work along the prescribed velocity.
+        const double other = step_.dt * (fixed.velocity - (v - 0.5 * step_.dt * a));
+        patch_.work.external += own * gravity_[fixed.dir] * other;
+        if (damped())
+          patch_.work.damping += own / m * at(patch_.damping, fixed.node)[fixed.dir] * other;
+      }
       v = fixed.velocity;
       a = 0.0;
     }
     for (const auto& point : patch_.forces)
       if (const double m = at(patch_.velocity, point.node)[mass_lane]; m > patch_.least_mass)
-        patch_.work.external += own_mass[point.node * node_width] / m * point_force(point) *
+        patch_.work.external += own_mass[point.node * sum_stride] / m * point_force(point) *
                                 mean_move(point.node, point.dir);
-    if (damped()) add_work_of_damping(own_mass);
   }
 
  private:
@@ -200,35 +227,27 @@ class Integrator {
     return point.force * load_factor(*step_.model, point.function, step_.time);
   }
 
-  /// Cundall's force alpha |f| sign(v), against the velocity.
-  NodeVector damping(Local i, const NodeVector& v, const NodeVector& force) {
-    double norm = 0.0, against[node_width] = {};
-    for (int d = 0; d < Dim; ++d) norm += force[d] * force[d];
-    norm = step_.model->analysis.damping * std::sqrt(norm);
-    for (int d = 0; d < Dim; ++d) against[d] = v[d] > 0.0 ? norm : v[d] < 0.0 ? -norm : 0.0;
-    const auto result = load<NodeVector>(against);
-    store(result, at(patch_.damping, i));
-    return result;
+  /// Cundall's force alpha |f| sign(v), against the velocity. The force has no mass lane.
+  NodeVector damping(const NodeVector& v, const NodeVector& force) const {
+    const NodeVector against(step_.model->analysis.damping * std::sqrt(reduce(force * force)));
+    const NodeVector zero(0.0);
+    const auto signed_force = v.v > zero.v   ? against.v
+                              : v.v < zero.v ? -against.v
+                                             : zero.v;
+    return with_mass(NodeVector::of(signed_force), zero);
   }
 
   double mean_move(Local i, int d) const {
-    return step_.dt * (at(patch_.velocity, i)[d] - 0.5 * step_.dt * at(patch_.acceleration, i)[d]);
-  }
-
-  void add_work_of_damping(const double* own_mass) {
-    for (Local i = 0; i < patch_.n_nodes(); ++i) {
-      const double m = at(patch_.velocity, i)[mass_lane];
-      if (!(m > patch_.least_mass)) continue;
-      for (int d = 0; d < Dim; ++d)
-        patch_.work.damping +=
-            own_mass[i * node_width] / m * at(patch_.damping, i)[d] * mean_move(i, d);
-    }
+    return step_.dt *
+           (at(patch_.velocity, i)[d] - 0.5 * step_.dt * at(patch_.acceleration, i)[d]);
   }
 
   Patch<Dim>& patch_;
   const StepContext<Dim>& step_;
   typename std::vector<PointForce>::const_iterator point_;
-  NodeVector gravity_, weight_work_ = NodeVector(0.0);
+  NodeVector gravity_;
+  NodeVector weight_work_ = NodeVector(0.0);   ///< of unit gravity and a step of 1 s
+  NodeVector damping_work_ = NodeVector(0.0);  ///< of a step of 1 s
 };
 
 }  // namespace
@@ -240,7 +259,7 @@ void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
       patch,
       [&](Local i, const NodeVector&, const NodeVector& force) {
         const double* own = patch.own_sums(NodeSum::mass_momentum, step.step);
-        integrator.node(i, load<NodeVector>(own + static_cast<std::ptrdiff_t>(i) * node_width),
+        integrator.node(i, load<NodeVector>(own + static_cast<std::ptrdiff_t>(i) * sum_stride),
                         load<NodeVector>(at(patch.velocity, i)), force);
       },
       SumOverPatches<Dim>(patch, NodeSum::force, step.step));

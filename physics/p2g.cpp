@@ -14,7 +14,7 @@ namespace lahar {
 namespace {
 
 LAHAR_INLINE void add_to_node(double* nodes, Local node, const NodeVector& value) {
-  double* at = nodes + static_cast<std::ptrdiff_t>(node) * node_width;
+  double* at = nodes + static_cast<std::ptrdiff_t>(node) * sum_stride;
   store(load<NodeVector>(at) + value, at);
 }
 
@@ -35,7 +35,7 @@ alignas(64) constexpr double half[3][8] = {{-0.5, 0.5, -0.5, 0.5, -0.5, 0.5, -0.
 
 /// Weight of axis d at the eight corners, for the particle whose natural coordinate is at xi.
 LAHAR_INLINE EightNodes axis_weight(int d, const double* xi) {
-  return 0.5 + load<EightNodes>(half[d]) * broadcast<EightNodes>(xi);
+  return multiply_add(EightNodes(0.5), load<EightNodes>(half[d]), xi);
 }
 
 /// Store packs of particles, to be read one by one.
@@ -97,7 +97,7 @@ LAHAR_INLINE void scatter(const Map& map, const Run& run, const std::array<Local
           axis_weight(0, &xi[0][j]) * axis_weight(1, &xi[1][j]) * axis_weight(2, &xi[2][j]);
       LAHAR_UNROLL
       for (int k = 0; k < node_width; ++k)
-        if (Used >> k & 1) sum[k] += N * broadcast<EightNodes>(&value[k][j]);
+        if (Used >> k & 1) sum[k] = multiply_add(sum[k], N, &value[k][j]);
     }
   }
   add_to_nodes(nodes, corner, sum);
@@ -132,8 +132,8 @@ LAHAR_INLINE void map_momentum_to(Patch<Dim>& patch, Runs runs, double* nodes) {
 
 template <int Dim>
 void clear_sums(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSum which) {
-  std::fill_n(patch.own_sums(which, step.step),
-              static_cast<std::size_t>(patch.n_nodes()) * node_width, 0.0);
+  double* nodes = patch.own_sums(which, step.step);
+  for (Local i = 0; i < patch.n_nodes(); ++i, nodes += sum_stride) store(NodeVector(0.0), nodes);
 }
 
 template <int Dim, class Real>
@@ -208,7 +208,7 @@ LAHAR_INLINE void internal_force(const Map& map, const PulledStress<2>& stress, 
   LAHAR_UNROLL
   for (int i = 0; i < 4; ++i) {
     double* f =
-        nodes + static_cast<std::ptrdiff_t>(corner[static_cast<std::size_t>(i)]) * node_width;
+        nodes + static_cast<std::ptrdiff_t>(corner[static_cast<std::size_t>(i)]) * sum_stride;
     const double along_x = (i & 1 ? -0.5 : 0.5) * map.finish(0);
     const double along_y = (i & 2 ? -0.5 : 0.5) * map.finish(1);
     LAHAR_UNROLL
@@ -242,7 +242,7 @@ LAHAR_INLINE void internal_force(const Map& map, const PulledStress<3>& stress, 
         const EightNodes face = w[(k + 1) % 3] * w[(k + 2) % 3];
         LAHAR_UNROLL
         for (int a = 0; a < 3; ++a)
-          sum[3 * a + k] += face * broadcast<EightNodes>(&pulled[3 * a + k][j]);
+          sum[3 * a + k] = multiply_add(sum[3 * a + k], face, &pulled[3 * a + k][j]);
       }
     }
   }
@@ -270,7 +270,7 @@ void traction_force(const Map& map, const Patch<Dim>& patch, const Run& run,
     for (int i = 0; i < corners<Dim>; ++i) {
       const double N = w.N(i)[0];
       for (int d = 0; d < Dim; ++d)
-        nodes[static_cast<std::ptrdiff_t>(corner[static_cast<std::size_t>(i)]) * node_width + d] +=
+        nodes[static_cast<std::ptrdiff_t>(corner[static_cast<std::size_t>(i)]) * sum_stride + d] +=
             N * f[d];
     }
   }

@@ -34,17 +34,29 @@ using Runs = std::span<Run>;
 /// per step where the scheme says so.
 enum class NodeSum : int { mass_momentum, force, momentum, pressure };
 inline constexpr int n_node_sums = 4;
-/// Doubles per node in every node array, one vector: {m v, m}, {f, 0}, {m v, m} (MUSL's second
+/// Doubles of every quantity of a node, one vector: {m v, m}, {f, 0}, {m v, m} (MUSL's second
 /// mapping), {m p, 0, 0, 0}; nodal state {v, m} and {a, 0}.
 inline constexpr int node_width = 4;
 inline constexpr int mass_lane = 3;
 using NodeVector = PackOf<node_width>;
 using NodeArray = std::vector<double, Eigen::aligned_allocator<double>>;
 
-/// How many copies of a node sum there are, used in turn by step. Two where a patch may begin to
-/// sum for the next step while neighbours still read the sums of this one.
+/// Sums lie in pairs, {mass_momentum, force} and {momentum, pressure}: what is exchanged together
+/// is one cache line per node.
+inline constexpr int sum_stride = 2 * node_width;
+inline constexpr int n_sum_arrays = n_node_sums / 2;
+/// Array that holds a kind of sum, and where in a node's line it begins.
+constexpr std::size_t sum_array(NodeSum which) {
+  return static_cast<std::size_t>(which) / 2;
+}
+constexpr int sum_offset(NodeSum which) {
+  return static_cast<int>(which) % 2 * node_width;
+}
+
+/// How many copies of each array of sums there are, used in turn by step. Two where a patch may
+/// begin to sum for the next step while neighbours still read the sums of this one.
 struct NodeSumCopies {
-  std::array<int, n_node_sums> of{1, 1, 0, 0};
+  std::array<int, n_sum_arrays> of{1, 0};
   bool operator==(const NodeSumCopies&) const = default;
 };
 
@@ -99,14 +111,14 @@ struct Patch {
   std::vector<double> cell_size;                 ///< [m], for the time step limit
   tsl::robin_map<Index, Local> local_cell;       ///< local number of a global cell id
 
-  // Node arrays, node_width doubles by local node.
-  std::array<std::vector<NodeArray>, n_node_sums> sums;  ///< private; read by neighbours
+  // Node arrays by local node, node_width doubles each, sums sum_stride apart.
+  std::array<std::vector<NodeArray>, n_sum_arrays> sums;  ///< private; read by neighbours
   NodeArray velocity;            ///< {v [m/s], m [kg]}, m summed over all patches
   NodeArray acceleration;        ///< {a [m/s^2], 0}
   std::vector<double> pressure;  ///< [Pa]; only with pressure smoothing
   NodeArray damping;             ///< {damping force [N], 0}; only where there is damping
   /// Sums of the neighbours, by position in topology.neighbours.
-  std::array<std::vector<std::vector<const double*>>, n_node_sums> neighbour_sums;
+  std::array<std::vector<std::vector<const double*>>, n_sum_arrays> neighbour_sums;
 
   // Constraints and loads of the local nodes.
   struct FixedVelocity {
@@ -142,19 +154,18 @@ struct Patch {
 
   Local n_nodes() const { return static_cast<Local>(topology.nodes.size()); }
 
-  /// This patch's own sums for a step.
+  /// This patch's own sums for a step, sum_stride apart.
   double* own_sums(NodeSum which, Index step) {
-    auto& copies = sums[static_cast<std::size_t>(which)];
-    return copies[static_cast<std::size_t>(step) % copies.size()].data();
+    auto& copies = sums[sum_array(which)];
+    return copies[static_cast<std::size_t>(step) % copies.size()].data() + sum_offset(which);
   }
   const double* own_sums(NodeSum which, Index step) const {
     return const_cast<Patch*>(this)->own_sums(which, step);
   }
-  /// A neighbour's, by position in topology.neighbours.
-  const double* sums_of(Local neighbour, NodeSum which, Index step) const {
-    const auto& copies = neighbour_sums[static_cast<std::size_t>(which)];
-    return copies[static_cast<std::size_t>(step) % copies.size()]
-                 [static_cast<std::size_t>(neighbour)];
+  /// Those of all neighbours, by position in topology.neighbours; sum_offset() is still to be added.
+  const double* const* sums_of_neighbours(NodeSum which, Index step) const {
+    const auto& copies = neighbour_sums[sum_array(which)];
+    return copies[static_cast<std::size_t>(step) % copies.size()].data();
   }
   /// Call body(p) with the slot of every particle.
   template <class Body>

@@ -48,8 +48,8 @@ constexpr int face_to_corner(int axis, int c) {
   return low | (high << (axis + 1));
 }
 
-/// Differences of a nodal vector field across a cell, from which its gradient follows:
-/// dq_a/dxi_b = sum_c face(b, c) * d[b][c][a] / 2.
+/// Half the differences of a nodal vector field across a cell, from which its gradient follows:
+/// dq_a/dxi_b = sum_c face(b, c) * d[b][c][a].
 template <int Dim>
 struct CornerDifferences {
   alignas(64) double d[Dim][face_corners<Dim>][4];
@@ -76,13 +76,13 @@ struct CornerDifferences {
     for (int b = 0; b < Dim; ++b) {
       Real face[face_corners<Dim>];
       LAHAR_UNROLL
-      for (int c = 0; c < face_corners<Dim>; ++c) face[c] = 0.5 * w.face(b, c);
+      for (int c = 0; c < face_corners<Dim>; ++c) face[c] = w.face(b, c);
       LAHAR_UNROLL
       for (int a = 0; a < Dim; ++a) {
-        G[a][b] = face[0] * broadcast<Real>(&d[b][0][a]);
+        G[a][b] = multiply(face[0], &d[b][0][a]);
         LAHAR_UNROLL
         for (int c = 1; c < face_corners<Dim>; ++c)
-          G[a][b] += face[c] * broadcast<Real>(&d[b][c][a]);
+          G[a][b] = multiply_add(G[a][b], face[c], &d[b][c][a]);
       }
     }
   }
@@ -90,12 +90,13 @@ struct CornerDifferences {
   /// The same at the cell's centre.
   LAHAR_INLINE void centre_gradient(double (&G)[Dim][Dim]) const {
     LAHAR_UNROLL
-    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
     for (int b = 0; b < Dim; ++b) {
-      G[a][b] = 0;
+      auto sum = load<PackOf<4>>(d[b][0]);
       LAHAR_UNROLL
-      for (int c = 0; c < face_corners<Dim>; ++c) G[a][b] += d[b][c][a];
-      G[a][b] *= 0.5 / face_corners<Dim>;
+      for (int c = 1; c < face_corners<Dim>; ++c) sum += load<PackOf<4>>(d[b][c]);
+      sum *= 1.0 / face_corners<Dim>;
+      LAHAR_UNROLL
+      for (int a = 0; a < Dim; ++a) G[a][b] = sum[a];
     }
   }
 };

@@ -3,6 +3,7 @@
 /// large kernels, which made them several times slower.)
 #pragma once
 
+#include <array>
 #include <cmath>
 
 #include "physics/types.h"
@@ -121,6 +122,42 @@ LAHAR_INLINE Real broadcast(const double* p) {
   }
 #endif
   return Real(*p);
+}
+
+/// a * b with b one double in memory for all lanes: one instruction.
+template <class Real>
+LAHAR_INLINE Real multiply(const Real& a, const double* b) {
+#if defined(__AVX512F__)
+  if constexpr (lanes<Real> == 8) {
+    typename Real::Value v;
+    asm("vmulpd %2%{1to8%}, %1, %0" : "=v"(v) : "v"(a.v), "m"(*b));
+    return Real::of(v);
+  }
+#endif
+  return a * broadcast<Real>(b);
+}
+
+/// sum + a * b with b one double in memory for all lanes: one instruction, rounded once.
+template <class Real>
+LAHAR_INLINE Real multiply_add(const Real& sum, const Real& a, const double* b) {
+#if defined(__AVX512F__)
+  if constexpr (lanes<Real> == 8) {
+    auto v = sum.v;
+    asm("vfmadd231pd %2%{1to8%}, %1, %0" : "+v"(v) : "v"(a.v), "m"(*b));
+    return Real::of(v);
+  }
+#endif
+  return sum + a * broadcast<Real>(b);
+}
+
+/// How far ahead of the particles at work those to come are fetched to the second-level cache: the
+/// pieces in which a phase goes through a patch are too short for the hardware to foresee.
+inline constexpr Local prefetch_distance = 128;
+
+template <std::size_t N>
+LAHAR_INLINE void prefetch(const std::array<double*, N>& rows, Local p) {
+  LAHAR_UNROLL
+  for (std::size_t k = 0; k < N; ++k) __builtin_prefetch(rows[k] + p + prefetch_distance, 1, 2);
 }
 
 template <class Real>

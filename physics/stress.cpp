@@ -60,14 +60,14 @@ void mark_collapse(Patch<Dim>& patch, const Run& run, double volumetric) {
 /// One run with its law and cell map; returns the sum of V sigma : d(eps) with the mean stress.
 template <int Dim, class Real, class Map, class LawType>
 LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Map& map, const Run& run,
-                             const Rows<Dim>& rows, double dt, StressPart part,
-                             const LawType& law) {
+                             const Rows<Dim>& rows, double dt, StressPart part, LawType law) {
   const CornerDifferences<Dim> difference(
       patch.velocity.data(), patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)]);
   double Gc[Dim][Dim], Lc[Dim][Dim];
   difference.centre_gradient(Gc);
   map.to_physical_centre(Gc, Lc);
   double volumetric = 0.0;
+  LAHAR_UNROLL
   for (int d = 0; d < Dim; ++d) volumetric += Lc[d][d];
   volumetric *= dt;
   if (!(1.0 + volumetric > 0.0)) mark_collapse(patch, run, volumetric);
@@ -75,6 +75,7 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Map& map, const Run& run,
   Real work(0.0);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = run.end - p;
+    prefetch(rows.stress, p);
     Real G[Dim][Dim], L[Dim][Dim];
     difference.gradient(weights_at<Dim, Real>(map, p), G);
     map.to_physical(p, G, L);

@@ -121,8 +121,9 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
       patch->forces.push_back({node, f.dir, f.force, f.function});
   }
 
-  for (std::size_t k = 0; k < n_node_sums; ++k)
-    patch->sums[k].assign(static_cast<std::size_t>(copies_.of[k]), NodeArray(size, 0.0));
+  for (std::size_t k = 0; k < n_sum_arrays; ++k)
+    patch->sums[k].assign(static_cast<std::size_t>(copies_.of[k]),
+                          NodeArray(nodes.size() * sum_stride, 0.0));
   patch->velocity.assign(size, 0.0);
   patch->acceleration.assign(size, 0.0);
   if (model_->analysis.damping > 0.0) patch->damping.assign(size, 0.0);
@@ -257,7 +258,7 @@ void PatchSet<Dim>::link() {
     patch.outbox.clear();
     patch.inbox.clear();
     patch.movers = Particles<Dim>(layout_);
-    for (std::size_t k = 0; k < n_node_sums; ++k)
+    for (std::size_t k = 0; k < n_sum_arrays; ++k)
       patch.neighbour_sums[k].assign(static_cast<std::size_t>(copies_.of[k]), {});
     patch.outbox.resize(neighbours.size());
     for (auto& out : patch.outbox) out.particles = Particles<Dim>(layout_);
@@ -275,7 +276,7 @@ void PatchSet<Dim>::link() {
     for (const Index id : patch->topology.neighbours) {
       const auto at = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
       const Patch<Dim>& other = *patches_[static_cast<std::size_t>(at)];
-      for (std::size_t k = 0; k < n_node_sums; ++k)
+      for (std::size_t k = 0; k < n_sum_arrays; ++k)
         for (std::size_t copy = 0; copy < other.sums[k].size(); ++copy)
           patch->neighbour_sums[k][copy].push_back(other.sums[k][copy].data());
       const auto& back = other.topology.neighbours;

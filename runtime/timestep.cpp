@@ -38,8 +38,8 @@ void begin_mapping(Patch<Dim>& patch, const StepContext<Dim>& step) {
 NodeSumCopies node_sum_copies(const Analysis& analysis) {
   // With one exchange per step nothing else keeps a patch from overtaking its neighbours' reading.
   const int copies = analysis.scheme == Scheme::usl ? 2 : 1;
-  return {{copies, copies, analysis.scheme == Scheme::musl ? 1 : 0,
-           analysis.pressure_smoothing ? 1 : 0}};
+  const bool more = analysis.scheme == Scheme::musl || analysis.pressure_smoothing;
+  return {{copies, more ? 1 : 0}};
 }
 
 template <int Dim>
