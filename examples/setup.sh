@@ -17,7 +17,7 @@ build_packages=(
   "libcli11-dev:command line"
   "robin-map-dev:hash map"
 )
-test_packages=("doctest-dev:test framework")
+test_packages=("doctest-dev:test framework" "libbenchmark-dev:micro-benchmarks")
 picture_packages=(
   "python3-numpy:pictures and comparisons"
   "python3-h5py:pictures and comparisons"
