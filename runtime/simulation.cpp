@@ -62,7 +62,8 @@ struct Simulation<Dim>::Impl {
         observer(std::move(observer_in)),
         model(std::move(model_in)),
         stages(timestep<Dim>(model.analysis)),
-        patches(model, options.support_rings) {
+        patches(model, options.support_rings,
+                options.mode == ExecutionOptions::Mode::flow_graph ? options.threads : 1) {
     if (options.threads <= 0) options.threads = available_threads();
     nsteps = model.analysis.nsteps;
     for (const Material& material : model.materials)
