@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numeric>
 
 namespace lahar {
@@ -15,28 +16,56 @@ int voigt(Column column, int component) {
   return component;
 }
 
+/// What frames show of a column.
+template <int Dim>
+class Shown {
+ public:
+  explicit Shown(const ColumnInfo& info)
+      : info_(&info),
+        stored_(ColumnLayout<Dim>::components(info)),
+        tensor_(info.column == Column::stress || info.column == Column::strain) {}
+
+  int components() const { return tensor_ ? 6 : stored_; }
+  FrameColumn header() const { return {info_->name, info_->unit, components(), {}}; }
+  /// The components of a particle.
+  void get(const Particles<Dim>& particles, Local p, double* to) const {
+    if (tensor_) std::fill_n(to, 6, 0.0);
+    for (int c = 0; c < stored_; ++c)
+      to[tensor_ ? voigt<Dim>(info_->column, c) : c] = particles.row(info_->column, c)[p];
+  }
+
+ private:
+  const ColumnInfo* info_;
+  int stored_;
+  bool tensor_;
+};
+
+/// The columns of a frame: coordinates first, then the others.
+template <int Dim>
+std::vector<Shown<Dim>> shown_columns(const ColumnLayout<Dim>& layout) {
+  std::vector<Shown<Dim>> columns;
+  for (const ColumnInfo& info : column_table) {
+    if (!info.exported || !layout.has(info.column)) continue;
+    columns.insert(info.column == Column::x ? columns.begin() : columns.end(), Shown<Dim>(info));
+  }
+  return columns;
+}
+
 template <int Dim>
 void append(Frame& frame, const Particles<Dim>& particles, const Model<Dim>& model) {
   const auto n = static_cast<std::size_t>(particles.size());
   frame.id.insert(frame.id.end(), particles.id.begin(), particles.id.end());
   for (std::size_t p = 0; p < n; ++p)
     frame.material.push_back(static_cast<std::int32_t>(model.materials[particles.material[p]].id));
-  std::size_t k = 0;
-  for (const ColumnInfo& info : column_table) {
-    if (!info.exported || !particles.layout().has(info.column)) continue;
-    const bool coordinates = info.column == Column::x;
-    const bool tensor = info.column == Column::stress || info.column == Column::strain;
-    const int stored = ColumnLayout<Dim>::components(info), shown = tensor ? 6 : stored;
-    if (!coordinates && k == frame.columns.size())
-      frame.columns.push_back({info.name, info.unit, shown, {}});
-    auto& to = coordinates ? frame.coordinates : frame.columns[k++].values;
+  const auto columns = shown_columns<Dim>(particles.layout());
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    if (k > frame.columns.size()) frame.columns.push_back(columns[k].header());
+    auto& to = k == 0 ? frame.coordinates : frame.columns[k - 1].values;
+    const auto width = static_cast<std::size_t>(columns[k].components());
     const std::size_t at = to.size();
-    to.resize(at + n * static_cast<std::size_t>(shown), 0.0);
-    for (int c = 0; c < stored; ++c) {
-      const double* from = particles.row(info.column, c);
-      double* column = to.data() + at + (tensor ? voigt<Dim>(info.column, c) : c);
-      for (std::size_t p = 0; p < n; ++p) column[p * static_cast<std::size_t>(shown)] = from[p];
-    }
+    to.resize(at + n * width);
+    for (std::size_t p = 0; p < n; ++p)
+      columns[k].get(particles, static_cast<Local>(p), to.data() + at + p * width);
   }
 }
 
@@ -49,6 +78,107 @@ Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model) {
   append(frame, patch.particles, model);
   for (const auto& out : patch.outbox) append(frame, out.particles, model);
   return frame;
+}
+
+namespace {
+
+/// Where each particle is, ascending particle id.
+template <int Dim>
+class Places {
+ public:
+  explicit Places(const std::vector<const Patch<Dim>*>& patches) {
+    for (const Patch<Dim>* patch : patches) {
+      blocks_.push_back(&patch->particles);
+      for (const auto& out : patch->outbox)
+        if (out.particles.size() > 0) blocks_.push_back(&out.particles);
+    }
+    Index last = -1;
+    for (const Particles<Dim>* block : blocks_)
+      for (const Index id : block->id) last = std::max(last, id);
+    places_.assign(static_cast<std::size_t>(last + 1), {});
+    for (std::size_t b = 0; b < blocks_.size(); ++b)
+      for (Local p = 0; p < blocks_[b]->size(); ++p)
+        places_[static_cast<std::size_t>(blocks_[b]->id[static_cast<std::size_t>(p)])] = {
+            static_cast<Local>(b), p};
+    std::erase_if(places_, [](const Place& place) { return place.block < 0; });  // removed ones
+  }
+
+  Index size() const { return static_cast<Index>(places_.size()); }
+  const ColumnLayout<Dim>& layout() const { return blocks_.front()->layout(); }
+
+  /// Call `get(particles, p, to)` for `count` particles from `first` on; `to` advances by `width`.
+  void gather(Index first, Index count, auto* to, int width, auto&& get) const {
+    for (Index i = first; i < first + count; ++i, to += width) {
+      const Place& place = places_[static_cast<std::size_t>(i)];
+      get(*blocks_[static_cast<std::size_t>(place.block)], place.position, to);
+    }
+  }
+
+ private:
+  struct Place {
+    Local block = -1, position = -1;
+  };
+  std::vector<const Particles<Dim>*> blocks_;
+  std::vector<Place> places_;
+};
+
+}  // namespace
+
+template <int Dim>
+FrameStream stream(const std::vector<const Patch<Dim>*>& patches, const Model<Dim>& model) {
+  struct State {
+    explicit State(const std::vector<const Patch<Dim>*>& patches) : places(patches) {}
+    Places<Dim> places;
+    std::vector<Index> id;
+    std::vector<std::int32_t> material;
+    std::vector<double> values;
+  };
+  const auto state = std::make_shared<State>(patches);
+  FrameStream frame;
+  frame.header.dim = Dim;
+  frame.size = state->places.size();
+  frame.id = [state](Index first, Index count) {
+    state->id.resize(static_cast<std::size_t>(count));
+    state->places.gather(first, count, state->id.data(), 1,
+                         [](const Particles<Dim>& from, Local p, Index* to) {
+                           *to = from.id[static_cast<std::size_t>(p)];
+                         });
+    return state->id.data();
+  };
+  frame.material = [state, &model](Index first, Index count) {
+    state->material.resize(static_cast<std::size_t>(count));
+    state->places.gather(first, count, state->material.data(), 1,
+                         [&](const Particles<Dim>& from, Local p, std::int32_t* to) {
+                           const auto m = from.material[static_cast<std::size_t>(p)];
+                           *to = static_cast<std::int32_t>(model.materials[m].id);
+                         });
+    return state->material.data();
+  };
+  const auto values = [state](const Shown<Dim>& column, Index first, Index count) {
+    state->values.resize(static_cast<std::size_t>(count * column.components()));
+    state->places.gather(
+        first, count, state->values.data(), column.components(),
+        [&](const Particles<Dim>& from, Local p, double* to) { column.get(from, p, to); });
+    return state->values.data();
+  };
+  const auto columns = shown_columns<Dim>(state->places.layout());
+  for (std::size_t k = 1; k < columns.size(); ++k)
+    frame.header.columns.push_back(columns[k].header());
+  frame.coordinates = [values, first_column = columns.front()](Index first, Index count) {
+    return values(first_column, first, count);
+  };
+  frame.values = [values, columns](std::size_t k, Index first, Index count) {
+    return values(columns[k + 1], first, count);
+  };
+  return frame;
+}
+
+template <int Dim>
+std::size_t frame_bytes(const ColumnLayout<Dim>& layout, Index particles) {
+  std::size_t bytes = sizeof(Index) + sizeof(std::int32_t);
+  for (const auto& column : shown_columns<Dim>(layout))
+    bytes += static_cast<std::size_t>(column.components()) * sizeof(double);
+  return bytes * static_cast<std::size_t>(particles);
 }
 
 Frame merge(std::vector<Frame> pieces) {
@@ -142,6 +272,10 @@ void add(HistoryRow& row, const HistoryRow& part) {
 
 template Frame snapshot<2>(const Patch<2>&, const Model<2>&);
 template Frame snapshot<3>(const Patch<3>&, const Model<3>&);
+template FrameStream stream<2>(const std::vector<const Patch<2>*>&, const Model<2>&);
+template FrameStream stream<3>(const std::vector<const Patch<3>*>&, const Model<3>&);
+template std::size_t frame_bytes<2>(const ColumnLayout<2>&, Index);
+template std::size_t frame_bytes<3>(const ColumnLayout<3>&, Index);
 template HistoryRow sums<2>(Patch<2>&);
 template HistoryRow sums<3>(Patch<3>&);
 
