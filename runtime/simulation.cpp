@@ -255,7 +255,8 @@ struct Simulation<Dim>::Impl {
     return streams() && every > 0 ? std::min<Step>(end, (step / every + 1) * every) : end;
   }
 
-  /// The output stage: copy what is due; nobody in the loop waits for more.
+  /// The output stage: copy what is due; nobody in the loop waits for more. (Frames too large to be
+  /// copied: advance().)
   void output(int p, Step step) {
     const auto i = static_cast<std::size_t>(p);
     if (may_be_unstable(p, step)) check_limit(p, step);
