@@ -13,6 +13,26 @@ const FrameColumn* Frame::find(std::string_view name) const {
   return it == columns.end() ? nullptr : &*it;
 }
 
+FrameStream stream_of(const Frame& frame) {
+  FrameStream stream;
+  stream.header.step = frame.step;
+  stream.header.time = frame.time;
+  stream.header.dim = frame.dim;
+  for (const FrameColumn& column : frame.columns)
+    stream.header.columns.push_back({column.name, column.unit, column.components, {}});
+  stream.size = frame.size();
+  stream.id = [&frame](Index first, Index) { return frame.id.data() + first; };
+  if (!frame.material.empty() || frame.id.empty())
+    stream.material = [&frame](Index first, Index) { return frame.material.data() + first; };
+  stream.coordinates = [&frame](Index first, Index) {
+    return frame.coordinates.data() + first * frame.dim;
+  };
+  stream.values = [&frame](std::size_t k, Index first, Index) {
+    return frame.columns[k].values.data() + first * frame.columns[k].components;
+  };
+  return stream;
+}
+
 std::span<const char* const> component_names(int components) {
   static constexpr const char* vector[] = {"x", "y", "z"};
   static constexpr const char* tensor[] = {"xx", "yy", "zz", "xy", "yz", "xz"};

@@ -1,6 +1,7 @@
 /// \file The particle state at one step, as written to and read from files.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -32,6 +33,21 @@ struct Frame {
   Index size() const { return static_cast<Index>(id.size()); }
   const FrameColumn* find(std::string_view name) const;
 };
+
+/// A frame that is made block by block while it is written, so that it is never in memory as a
+/// whole.
+struct FrameStream {
+  Frame header;  ///< step, time, dim, and the columns without their values
+  Index size = 0;
+  // Values of particles [first, first + count), as in Frame; valid until the next call of anything.
+  std::function<const Index*(Index first, Index count)> id;
+  std::function<const std::int32_t*(Index first, Index count)> material;  ///< none = unknown
+  std::function<const double*(Index first, Index count)> coordinates;
+  std::function<const double*(std::size_t column, Index first, Index count)> values;
+};
+
+/// The values of a frame, which must outlive the stream.
+FrameStream stream_of(const Frame& frame);
 
 /// x y z for vectors of 2 or 3, xx yy zz xy yz xz for 6 components; empty for scalars.
 std::span<const char* const> component_names(int components);

@@ -28,6 +28,11 @@ void FrameWriter::write(Frame&& frame) {
   changed_.notify_all();
 }
 
+void FrameWriter::write(const FrameStream& frame) {
+  finish();
+  write_now(frame);
+}
+
 void FrameWriter::finish() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [this] { return queue_.empty(); });
@@ -43,7 +48,8 @@ void FrameWriter::work() {
     lock.unlock();
     std::exception_ptr failure;
     try {
-      write_now(frame);
+      check_consistent(frame);
+      write_now(stream_of(frame));
     } catch (...) {
       failure = std::current_exception();
     }
@@ -57,12 +63,12 @@ void FrameWriter::work() {
   }
 }
 
-void FrameWriter::write_now(const Frame& frame) {
-  const std::string name = frame_name(frame.step, ".hdf");
+void FrameWriter::write_now(const FrameStream& frame) {
+  const std::string name = frame_name(frame.header.step, ".hdf");
   write_frame(frame, folder_ / name, options_);
   // A frame of the same step replaces the earlier one, in the index too.
   std::erase_if(index_, [&](const TimedFile& file) { return file.name == name; });
-  index_.push_back({frame.time, name});
+  index_.push_back({frame.header.time, name});
   write_series(index_, folder_ / "particles.hdf.series");
 }
 

@@ -28,16 +28,19 @@ class FrameWriter {
   /// Hand a frame over and return. Blocks while all slots are taken. Throws the IoError of an
   /// earlier frame; all later frames are dropped then.
   void write(Frame&& frame);
+  /// Write at once, in this thread, after those that wait. Throws as write() of a frame does, and
+  /// the IoError of this one.
+  void write(const FrameStream& frame);
   /// Wait until everything is written. Throws as write() does.
   void finish();
 
  private:
   void work();
-  void write_now(const Frame& frame);
+  void write_now(const FrameStream& frame);
 
   std::filesystem::path folder_;
   FrameFileOptions options_;
-  std::vector<TimedFile> index_;  // the thread's own
+  std::vector<TimedFile> index_;  // of who writes: the thread, or its user while it has no frames
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Frame> queue_;  // the front one is being written

@@ -1,10 +1,11 @@
 #include "io/particles_generator.h"
 
+#include <tsl/robin_map.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <unordered_map>
 
 namespace lahar {
 
@@ -153,7 +154,7 @@ NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, 
   const auto points = tensor_points<Dim>(centres, false);
   const double share = std::pow(1.0 / n, Dim);
   NewParticles<Dim> out;
-  for (Index cell = 0; cell < mesh.n_cells(); ++cell) {
+  for_cells_near(mesh, region, [&](Index cell) {
     const auto geometry = mesh.geometry(cell);
     const CellMap<Dim> map{geometry.corner};
     for (const auto& xi : points) {
@@ -168,7 +169,7 @@ NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, 
       out.volume.push_back(geometry.cartesian ? geometry.length.prod() * share
                                               : map.volume(xi, 1.0 / n));
     }
-  }
+  });
   return out;
 }
 
@@ -191,24 +192,32 @@ std::vector<Index> place(const Mesh<Dim>& mesh, const std::vector<Index>& sugges
 
 template <int Dim>
 void share_volumes(const Mesh<Dim>& mesh, ParticleTable<Dim>& particles) {
-  std::unordered_map<Index, std::int32_t> count;
-  // Particles of a cell usually follow each other, so the last cell is looked up once.
-  Index last = -2;
-  std::int32_t* of_last = nullptr;
-  for (const Index cell : particles.cell) {
-    if (cell != last) of_last = &count[last = cell];
-    ++*of_last;
+  auto& volume = particles.volume;
+  if (std::find(volume.begin(), volume.end(), 0.0) == volume.end()) return;
+  tsl::robin_map<Index, std::int32_t> count;
+  // Particles of a cell usually follow each other, so it is looked up once.
+  const auto& cells = particles.cell;
+  for (std::size_t begin = 0, end; begin < cells.size(); begin = end) {
+    end = begin + 1;
+    while (end < cells.size() && cells[end] == cells[begin]) ++end;
+    count[cells[begin]] += static_cast<std::int32_t>(end - begin);
   }
-  for (std::size_t p = 0; p < particles.x.size(); ++p) {
-    const Index cell = particles.cell[p];
-    if (particles.volume[p] == 0 && cell >= 0)
-      particles.volume[p] = mesh.cell_volume(cell) / count[cell];
+  Index last = -1;
+  double share = 0;
+  for (std::size_t p = 0; p < cells.size(); ++p) {
+    if (volume[p] != 0 || cells[p] < 0) continue;
+    if (cells[p] != last) share = mesh.cell_volume(cells[p]) / count[cells[p]];
+    last = cells[p];
+    volume[p] = share;
   }
 }
 
 template <int Dim>
 std::pair<Index, Index> find_coincident(const std::vector<Vec<Dim>>& points) {
-  std::vector<std::pair<std::uint64_t, Index>> hashed(points.size());
+  // First point of each place, by a hash of the coordinates' bits; -1 = free.
+  std::vector<Index> first(std::bit_ceil(points.size() + points.size() / 2 + 2), -1);
+  const std::size_t mask = first.size() - 1;
+  std::pair<Index, Index> found{-1, -1};
   for (std::size_t i = 0; i < points.size(); ++i) {
     std::uint64_t h = 0;
     for (int d = 0; d < Dim; ++d) {
@@ -216,16 +225,13 @@ std::pair<Index, Index> find_coincident(const std::vector<Vec<Dim>>& points) {
       h *= 0x9E3779B97F4A7C15u;
       h ^= h >> 29;
     }
-    hashed[i] = {h, static_cast<Index>(i)};
-  }
-  std::sort(hashed.begin(), hashed.end());
-  std::pair<Index, Index> found{-1, -1};
-  for (std::size_t i = 1; i < hashed.size(); ++i) {
-    const auto a = hashed[i - 1].second, b = hashed[i].second;
-    if (hashed[i - 1].first != hashed[i].first ||
-        points[static_cast<std::size_t>(a)] != points[static_cast<std::size_t>(b)])
-      continue;
-    if (found.first < 0 || a < found.first) found = {a, b};
+    std::size_t slot = h >> std::countl_zero(mask);  // the upper bits depend on all others
+    const auto at = [&] { return static_cast<std::size_t>(first[slot]); };
+    while (first[slot] >= 0 && points[at()] != points[i]) slot = (slot + 1) & mask;
+    if (first[slot] < 0)
+      first[slot] = static_cast<Index>(i);
+    else if (found.first < 0 || first[slot] < found.first)
+      found = {first[slot], static_cast<Index>(i)};
   }
   return found;
 }

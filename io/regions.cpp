@@ -3,22 +3,40 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <functional>
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "io/values.h"
 
 namespace lahar {
 
-/// A region is kept as the function that tests a point.
-template <int Dim>
-struct Region<Dim>::Shape {
-  std::function<bool(const Vec<Dim>&)> contains;
-};
-
 namespace {
 
 template <int Dim>
-using Test = std::function<bool(const Vec<Dim>&)>;
+using Box = std::pair<Vec<Dim>, Vec<Dim>>;
+
+template <int Dim>
+Box<Dim> everywhere() {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  return {Vec<Dim>::Constant(-inf), Vec<Dim>::Constant(inf)};
+}
+
+/// A region is kept as the function that tests a point, and a box around it.
+template <int Dim>
+struct Test {
+  std::function<bool(const Vec<Dim>&)> contains;
+  Box<Dim> bounds = everywhere<Dim>();
+};
+
+}  // namespace
+
+template <int Dim>
+struct Region<Dim>::Shape {
+  Test<Dim> test;
+};
+
+namespace {
 
 template <int Dim>
 class RegionReader {
@@ -41,7 +59,7 @@ class RegionReader {
     if (key == "sphere") return sphere(shape);
     if (key == "cylinder") return cylinder(shape);
     if (key == "polygon") return polygon(shape);
-    if (key == "all") return [yes = shape.as<bool>()](const Vec<Dim>&) { return yes; };
+    if (key == "all") return {[yes = shape.as<bool>()](const Vec<Dim>&) { return yes; }};
     return combination(key, shape);
   }
 
@@ -61,9 +79,10 @@ class RegionReader {
         return {};
       }
     const Vec<Dim> a = low.array() - eps_, b = high.array() + eps_;
-    return [a, b](const Vec<Dim>& x) {
-      return (x.array() >= a.array()).all() && (x.array() <= b.array()).all();
-    };
+    return {[a, b](const Vec<Dim>& x) {
+              return (x.array() >= a.array()).all() && (x.array() <= b.array()).all();
+            },
+            {a, b}};
   }
 
   Test<Dim> half_space(const JsonValue& v) {
@@ -74,14 +93,21 @@ class RegionReader {
       return {};
     }
     const Vec<Dim> n = normal->normalized();
-    return [p = *point, n, eps = eps_](const Vec<Dim>& x) { return (x - p).dot(n) <= eps; };
+    Box<Dim> bounds = everywhere<Dim>();
+    for (int d = 0; d < Dim; ++d)
+      if (std::abs(n[d]) == 1.0)
+        (n[d] > 0 ? bounds.second : bounds.first)[d] = (*point)[d] + n[d] * eps_;
+    return {[p = *point, n, eps = eps_](const Vec<Dim>& x) { return (x - p).dot(n) <= eps; },
+            bounds};
   }
 
   Test<Dim> sphere(const JsonValue& v) {
     const auto centre = get_vector<Dim>(v, "centre");
     const auto radius = get_number(v, "radius");
     if (!centre || !radius) return {};
-    return [c = *centre, r = *radius + eps_](const Vec<Dim>& x) { return (x - c).norm() <= r; };
+    const Vec<Dim> half = Vec<Dim>::Constant(*radius + eps_);
+    return {[c = *centre, r = half[0]](const Vec<Dim>& x) { return (x - c).norm() <= r; },
+            {*centre - half, *centre + half}};
   }
 
   Test<Dim> cylinder(const JsonValue& v) {
@@ -94,10 +120,12 @@ class RegionReader {
       return {};
     }
     const Vec<Dim> axis = (*to - *from) / length;
-    return [=, p = *from, r = *radius + eps_, eps = eps_](const Vec<Dim>& x) {
-      const double along = (x - p).dot(axis);
-      return along >= -eps && along <= length + eps && (x - p - along * axis).norm() <= r;
-    };
+    const Vec<Dim> half = Vec<Dim>::Constant(*radius + 2 * eps_);
+    return {[=, p = *from, r = *radius + eps_, eps = eps_](const Vec<Dim>& x) {
+              const double along = (x - p).dot(axis);
+              return along >= -eps && along <= length + eps && (x - p - along * axis).norm() <= r;
+            },
+            {from->cwiseMin(*to) - half, from->cwiseMax(*to) + half}};
   }
 
   Test<Dim> polygon(const JsonValue& v);
@@ -105,31 +133,41 @@ class RegionReader {
   Test<Dim> combination(const std::string& key, const JsonValue& v) {
     std::vector<Test<Dim>> parts;
     for (const auto& item : v.as<JsonValue::Array>()) {
-      auto part = read(item);
-      if (!part) return {};
-      parts.push_back(std::move(part));
+      parts.push_back(read(item));
+      if (!parts.back().contains) return {};
     }
     if (parts.empty()) {
       error(v, fmt::format("'{}' needs at least one region", key));
       return {};
     }
-    if (key == "union")
-      return [parts](const Vec<Dim>& x) {
-        for (const auto& in : parts)
-          if (in(x)) return true;
-        return false;
-      };
-    if (key == "intersection")
-      return [parts](const Vec<Dim>& x) {
-        for (const auto& in : parts)
-          if (!in(x)) return false;
-        return true;
-      };
-    return [parts](const Vec<Dim>& x) {
-      for (std::size_t i = 1; i < parts.size(); ++i)
-        if (parts[i](x)) return false;
-      return parts[0](x);
-    };
+    Box<Dim> bounds = parts[0].bounds;
+    auto& [low, high] = bounds;
+    if (key == "union") {
+      for (const auto& [contains, box] : parts)
+        low = low.cwiseMin(box.first), high = high.cwiseMax(box.second);
+      return {[parts](const Vec<Dim>& x) {
+                for (const auto& part : parts)
+                  if (part.contains(x)) return true;
+                return false;
+              },
+              bounds};
+    }
+    if (key == "intersection") {
+      for (const auto& [contains, box] : parts)
+        low = low.cwiseMax(box.first), high = high.cwiseMin(box.second);
+      return {[parts](const Vec<Dim>& x) {
+                for (const auto& part : parts)
+                  if (!part.contains(x)) return false;
+                return true;
+              },
+              bounds};
+    }
+    return {[parts](const Vec<Dim>& x) {
+              for (std::size_t i = 1; i < parts.size(); ++i)
+                if (parts[i].contains(x)) return false;
+              return parts[0].contains(x);
+            },
+            bounds};
   }
 
   double eps_;
@@ -164,13 +202,17 @@ Test<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
     error(*list, fmt::format("a polygon needs at least three points, found {}", corner.size()));
     return {};
   }
+  Vec<2> low_corner = corner[0], high_corner = corner[0];
+  for (const Vec<2>& x : corner)
+    low_corner = low_corner.cwiseMin(x), high_corner = high_corner.cwiseMax(x);
   if constexpr (Dim == 2) {
     for (const char* key : {"axis", "range"})
       if (v.find(key)) {
         error(*v.find(key), fmt::format("'{}' has no meaning in two dimensions", key));
         return {};
       }
-    return [corner, eps = eps_](const Vec<2>& x) { return in_polygon(corner, x, eps); };
+    return {[corner, eps = eps_](const Vec<2>& x) { return in_polygon(corner, x, eps); },
+            {low_corner.array() - eps_, high_corner.array() + eps_}};
   } else {
     const int axis = get_direction(v, "axis").value_or(2);
     double low = -std::numeric_limits<double>::infinity(), high = -low;
@@ -182,9 +224,16 @@ Test<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
       }
       low = bounds[0], high = bounds[1];
     }
-    return [=, a = (axis + 1) % 3, b = (axis + 2) % 3, eps = eps_](const Vec<3>& x) {
-      return x[axis] >= low - eps && x[axis] <= high + eps && in_polygon(corner, {x[a], x[b]}, eps);
-    };
+    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+    Box<3> bounds;
+    bounds.first[axis] = low - eps_, bounds.second[axis] = high + eps_;
+    bounds.first[a] = low_corner[0] - eps_, bounds.second[a] = high_corner[0] + eps_;
+    bounds.first[b] = low_corner[1] - eps_, bounds.second[b] = high_corner[1] + eps_;
+    return {[=, eps = eps_](const Vec<3>& x) {
+              return x[axis] >= low - eps && x[axis] <= high + eps &&
+                     in_polygon(corner, {x[a], x[b]}, eps);
+            },
+            bounds};
   }
 }
 
@@ -192,7 +241,7 @@ Test<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
 
 template <int Dim>
 Region<Dim>::Region() : shape_(std::make_unique<Shape>()) {
-  shape_->contains = [](const Vec<Dim>&) { return true; };
+  shape_->test.contains = [](const Vec<Dim>&) { return true; };
 }
 
 template <int Dim>
@@ -201,7 +250,7 @@ Region<Dim>::Region(const JsonValue& value, double tolerance, const JsonDocument
     : Region() {
   if (!value.is<JsonValue::Object>()) return;
   auto test = RegionReader<Dim>(tolerance, document, problems).read(value);
-  if (test) shape_->contains = std::move(test);
+  if (test.contains) shape_->test = std::move(test);
 }
 
 template <int Dim>
@@ -213,10 +262,74 @@ Region<Dim>::~Region() = default;
 
 template <int Dim>
 bool Region<Dim>::contains(const Vec<Dim>& x) const {
-  return shape_->contains(x);
+  return shape_->test.contains(x);
 }
 
-template class Region<2>;
-template class Region<3>;
+template <int Dim>
+const Box<Dim>& Region<Dim>::bounds() const {
+  return shape_->test.bounds;
+}
+
+namespace {
+
+/// Call `visit(id)` for the points of a grid between two positions, both included; ids run along
+/// the first axis first.
+template <int Dim>
+void for_box(const std::array<Index, Dim>& size, const std::array<Index, Dim>& from,
+             const std::array<Index, Dim>& to, const std::function<void(Index)>& visit) {
+  for (int d = 0; d < Dim; ++d)
+    if (from[d] > to[d]) return;
+  std::array<Index, Dim> at = from;
+  for (bool more = true; more;) {
+    Index id = 0;
+    for (int d = Dim - 1; d >= 0; --d) id = id * size[d] + at[d];
+    visit(id);
+    int d = 0;
+    while (d < Dim && ++at[d] > to[d]) at[d] = from[d], ++d;
+    more = d < Dim;
+  }
+}
+
+/// Cells (`extra` 0) or nodes (1) of a structured mesh in a box widened by a cell against rounding.
+template <int Dim>
+void for_grid_near(const Mesh<Dim>& mesh, const Box<Dim>& box, Index extra,
+                   const std::function<void(Index)>& visit) {
+  std::array<Index, Dim> size = mesh.counts(), from, to;
+  const Vec<Dim> low = (box.first - mesh.origin()).cwiseQuotient(mesh.spacing());
+  const Vec<Dim> high = (box.second - mesh.origin()).cwiseQuotient(mesh.spacing());
+  for (int d = 0; d < Dim; ++d) {
+    size[d] += extra;
+    const auto last = static_cast<double>(size[d] - 1);
+    from[d] = static_cast<Index>(std::clamp(std::floor(low[d]) - 1, 0.0, last + 1));
+    to[d] = static_cast<Index>(std::clamp(std::floor(high[d]) + 1, -1.0, last));
+  }
+  for_box<Dim>(size, from, to, visit);
+}
+
+}  // namespace
+
+template <int Dim>
+void for_cells_near(const Mesh<Dim>& mesh, const Region<Dim>& region,
+                    const std::function<void(Index)>& visit) {
+  if (mesh.is_structured()) return for_grid_near<Dim>(mesh, region.bounds(), 0, visit);
+  for (Index cell = 0; cell < mesh.n_cells(); ++cell) visit(cell);
+}
+
+template <int Dim>
+void for_nodes_near(const Mesh<Dim>& mesh, const Region<Dim>& region,
+                    const std::function<void(Index)>& visit) {
+  if (mesh.is_structured()) return for_grid_near<Dim>(mesh, region.bounds(), 1, visit);
+  for (Index node = 0; node < mesh.n_nodes(); ++node) visit(node);
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                            \
+  template class Region<Dim>;                                             \
+  template void for_cells_near<Dim>(const Mesh<Dim>&, const Region<Dim>&, \
+                                    const std::function<void(Index)>&);   \
+  template void for_nodes_near<Dim>(const Mesh<Dim>&, const Region<Dim>&, \
+                                    const std::function<void(Index)>&);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
 
 }  // namespace lahar

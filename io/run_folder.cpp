@@ -151,6 +151,10 @@ void RunFolder::write(Frame&& frame) {
   impl_->frames.write(std::move(frame));
 }
 
+void RunFolder::write(const FrameStream& frame) {
+  impl_->frames.write(frame);
+}
+
 void RunFolder::finish(const RunEnd& end) {
   try {
     impl_->frames.finish();

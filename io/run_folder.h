@@ -43,7 +43,8 @@ class RunFolder {
 
   void log(std::string_view line);  ///< a newline is added where there is none
   void history(const HistoryRow& row);
-  void write(Frame&& frame);  ///< in the background; blocks when two are pending
+  void write(Frame&& frame);             ///< in the background; blocks when two are pending
+  void write(const FrameStream& frame);  ///< at once
   /// Write what is pending, then complete the manifest. If a frame could not be written, the
   /// manifest says failed and the error is thrown.
   void finish(const RunEnd& end);

@@ -123,21 +123,24 @@ template <int Dim>
 void ScenarioBuilder<Dim>::build_sets() {
   sets_ = read_entity_sets(section("mesh"), n_nodes(), n_cells(), in_);
   const JsonValue& sets = section("sets");
-  const auto each = [&](const char* key, EntitySets& out, Index n, auto&& position) {
+  const auto each = [&](const char* key, EntitySets& out, auto&& for_near, auto&& position) {
     if (!mesh_) out.all_known = false;
     const JsonValue* regions = sets.find(key);
     if (!regions) return;
     for (const auto& [name, offset, value] : regions->template as<JsonValue::Object>()) {
       const Region<Dim> region(value, region_tolerance_, in_.document, in_.problems);
       auto& ids = out.by_name[name];
-      for (Index i = 0; i < n; ++i)
+      if (!mesh_) continue;
+      for_near(*mesh_, region, [&](Index i) {
         if (region.contains(position(i))) ids.push_back(i);
-      if (ids.empty() && n > 0 && value.valid())
+      });
+      if (ids.empty() && value.valid())
         in_.warning(value, fmt::format("the {} set '{}' is empty", out.kind, name));
     }
   };
-  each("nodes", sets_.nodes, n_nodes(), [&](Index i) { return mesh_->node(i); });
-  each("cells", sets_.cells, n_cells(), [&](Index i) { return mesh_->geometry(i).centre; });
+  each("nodes", sets_.nodes, for_nodes_near<Dim>, [&](Index i) { return mesh_->node(i); });
+  each("cells", sets_.cells, for_cells_near<Dim>,
+       [&](Index i) { return mesh_->geometry(i).centre; });
 }
 
 template void ScenarioBuilder<2>::build_mesh();

@@ -23,7 +23,10 @@ void ScenarioBuilder<Dim>::build_particles() {
       continue;
     }
     generate(*generator);
-    check_duplicates |= get_bool(*generator, "check_duplicates").value_or(true);
+    // Particles of one region lie in parts of their own of the cells of a grid.
+    const bool different = entries.size() == 1 && get_text(*generator, "type") == "region" &&
+                           mesh_ && mesh_->is_structured();
+    check_duplicates |= !different && get_bool(*generator, "check_duplicates").value_or(true);
   }
   if (!particles_complete_) sets_.particles.all_known = false;
   if (check_duplicates) {

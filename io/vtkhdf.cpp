@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
 #include <span>
 #include <string>
@@ -134,22 +135,24 @@ class FrameFileWriter {
   HdfHandle group_plist_, file_;
 };
 
+/// What to write for `count` particles from `first` on.
+using Values = std::function<const double*(Index first, Index count)>;
+
 /// Floating-point data of `components` per particle; vectors of 2 are padded to 3 block by block,
 /// everything else is written from where it is.
 HdfHandle write_values(const FrameFileWriter& out, hid_t parent, const std::string& name,
-                       const std::vector<double>& values, int components, Index rows, int deflate) {
+                       const Values& values, int components, Index rows, int deflate) {
   if (components != 2) {
     const Layout layout{
         .rows = rows, .columns = components > 1 ? components : 0, .deflate = deflate};
-    return out.dataset<double>(parent, name, layout, [&](Index first, Index) {
-      return values.data() + first * components;
-    });
+    return out.dataset<double>(parent, name, layout, values);
   }
   std::vector<double> padded(static_cast<std::size_t>(std::min(rows, chunk_particles)) * 3);
   const Layout layout{.rows = rows, .columns = 3, .deflate = deflate};
   return out.dataset<double>(parent, name, layout, [&](Index first, Index count) {
+    const double* from = values(first, count);
     for (Index i = 0; i < count; ++i)
-      for (int k = 0; k < 2; ++k) padded[3 * i + k] = values[2 * (first + i) + k];
+      for (int k = 0; k < 2; ++k) padded[3 * i + k] = from[2 * i + k];
     return padded.data();
   });
 }
@@ -171,38 +174,39 @@ void write_topology(const FrameFileWriter& out, hid_t root, Index n) {
 }
 
 void write_point_data(const HdfSession& hdf, const FrameFileWriter& out, hid_t root,
-                      const Frame& frame, int deflate) {
-  const Index n = frame.size();
+                      const FrameStream& frame, int deflate) {
+  const Index n = frame.size;
   const HdfHandle group = out.group(root, "PointData");
-  out.dataset<std::int64_t>(group, "id", {.rows = n, .deflate = index_deflate},
-                            [&](Index first, Index) { return frame.id.data() + first; });
-  if (!frame.material.empty() || n == 0)
+  out.dataset<std::int64_t>(group, "id", {.rows = n, .deflate = index_deflate}, frame.id);
+  if (frame.material)
     out.dataset<std::int32_t>(group, "material", {.rows = n, .deflate = index_deflate},
-                              [&](Index first, Index) { return frame.material.data() + first; });
-  std::int64_t order = 0;
-  for (const FrameColumn& column : frame.columns) {
+                              frame.material);
+  for (std::size_t k = 0; k < frame.header.columns.size(); ++k) {
+    const FrameColumn& column = frame.header.columns[k];
+    const auto values = [&](Index first, Index count) { return frame.values(k, first, count); };
     const HdfHandle data =
-        write_values(out, group, column.name, column.values, column.components, n, deflate);
+        write_values(out, group, column.name, values, column.components, n, deflate);
     write_attribute(hdf, data, "unit", column.unit);
     write_attribute(hdf, data, "components", std::vector<std::int64_t>{column.components});
-    write_attribute(hdf, data, "order", std::vector<std::int64_t>{order++});
+    write_attribute(hdf, data, "order", std::vector<std::int64_t>{static_cast<std::int64_t>(k)});
   }
 }
 
-void write_contents(const HdfSession& hdf, const FrameFileWriter& out, const Frame& frame,
+void write_contents(const HdfSession& hdf, const FrameFileWriter& out, const FrameStream& frame,
                     int deflate) {
+  const Frame& header = frame.header;
   const HdfHandle root = out.group(out.file(), "VTKHDF");
   write_attribute(hdf, root, "Version", std::vector<std::int64_t>{1, 0});
   write_attribute(hdf, root, "Type", std::string("UnstructuredGrid"));
-  write_topology(out, root, frame.size());
-  write_values(out, root, "Points", frame.coordinates, frame.dim, frame.size(), deflate);
+  write_topology(out, root, frame.size);
+  write_values(out, root, "Points", frame.coordinates, header.dim, frame.size, deflate);
   write_point_data(hdf, out, root, frame, deflate);
   const HdfHandle fields = out.group(root, "FieldData");
-  out.scalar<std::int64_t>(fields, "step", frame.step);
-  out.scalar<double>(fields, "time", frame.time);
+  out.scalar<std::int64_t>(fields, "step", header.step);
+  out.scalar<double>(fields, "time", header.time);
   const HdfHandle own = out.group(out.file(), "lahar");
   write_attribute(hdf, own, "format", std::vector<std::int64_t>{lahar_format});
-  write_attribute(hdf, own, "dim", std::vector<std::int64_t>{frame.dim});
+  write_attribute(hdf, own, "dim", std::vector<std::int64_t>{header.dim});
 }
 
 }  // namespace
@@ -210,6 +214,11 @@ void write_contents(const HdfSession& hdf, const FrameFileWriter& out, const Fra
 void write_frame(const Frame& frame, const std::filesystem::path& file,
                  const FrameFileOptions& options) {
   check_consistent(frame);
+  write_frame(stream_of(frame), file, options);
+}
+
+void write_frame(const FrameStream& frame, const std::filesystem::path& file,
+                 const FrameFileOptions& options) {
   AtomicFile atomic(file);
   {
     const HdfSession hdf(file, "write");

@@ -29,6 +29,8 @@ struct FrameFileOptions {
 /// Write one frame atomically. Throws IoError.
 void write_frame(const Frame& frame, const std::filesystem::path& file,
                  const FrameFileOptions& options = {});
+void write_frame(const FrameStream& frame, const std::filesystem::path& file,
+                 const FrameFileOptions& options = {});
 
 /// Read a file of write_frame(); every number comes back bit by bit. Throws IoError, also for HDF5
 /// files that are no frames of Lahar.

@@ -74,9 +74,8 @@ struct IsoparametricMap {
   LAHAR_INLINE void to_physical_centre(const double (&G)[Dim][Dim], double (&L)[Dim][Dim]) const {
     double J[Dim][Dim], inv[Dim][Dim];
     LAHAR_UNROLL
-    for (int a = 0; a < Dim; ++a)
-      LAHAR_UNROLL
-      for (int k = 0; k < Dim; ++k) J[a][k] = x.c[1 << k][a];
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int k = 0; k < Dim; ++k) J[a][k] = x.c[1 << k][a];
     inverse(J, inv);
     multiply(G, inv, L);
   }

@@ -44,19 +44,18 @@ template <int Dim, class Values>
 LAHAR_INLINE void corners_to_coefficients(Values& at) {
   using Value = std::decay_t<decltype(at[0])>;
   LAHAR_UNROLL
-  for (int bit = 1; bit < corners<Dim>; bit *= 2)
-    LAHAR_UNROLL
-    for (int a = 0; a < corners<Dim>; ++a) {
-      if (a & bit) continue;
-      const Value low = 0.5 * at[a], high = 0.5 * at[a | bit];
-      at[a] = low + high;
-      at[a | bit] = high - low;
-    }
+  for (int bit = 1; bit < corners<Dim>; bit *= 2) LAHAR_UNROLL
+  for (int a = 0; a < corners<Dim>; ++a) {
+    if (a & bit) continue;
+    const Value low = 0.5 * at[a], high = 0.5 * at[a | bit];
+    at[a] = low + high;
+    at[a | bit] = high - low;
+  }
 }
 
 template <int Dim>
 struct CellPolynomial {
-  double origin[4];                      ///< X [m]
+  double origin[4];                       ///< X [m]
   alignas(32) double c[corners<Dim>][4];  ///< [m]
   double det[3];  ///< 2D only: det J = det[0] + det[1] xi_0 + det[2] xi_1 [m^2]
 

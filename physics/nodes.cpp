@@ -231,15 +231,12 @@ class Integrator {
   NodeVector damping(const NodeVector& v, const NodeVector& force) const {
     const NodeVector against(step_.model->analysis.damping * std::sqrt(reduce(force * force)));
     const NodeVector zero(0.0);
-    const auto signed_force = v.v > zero.v   ? against.v
-                              : v.v < zero.v ? -against.v
-                                             : zero.v;
+    const auto signed_force = v.v > zero.v ? against.v : v.v < zero.v ? -against.v : zero.v;
     return with_mass(NodeVector::of(signed_force), zero);
   }
 
   double mean_move(Local i, int d) const {
-    return step_.dt *
-           (at(patch_.velocity, i)[d] - 0.5 * step_.dt * at(patch_.acceleration, i)[d]);
+    return step_.dt * (at(patch_.velocity, i)[d] - 0.5 * step_.dt * at(patch_.acceleration, i)[d]);
   }
 
   Patch<Dim>& patch_;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <cstring>
+#include <memory>
 #include <new>
 
 namespace lahar {
@@ -24,25 +24,35 @@ std::size_t stride_for(std::size_t capacity) {
 }  // namespace
 
 template <int Dim>
-void Particles<Dim>::Free::operator()(double* p) const {
-  std::free(p);
+void Particles<Dim>::Free::operator()(double*) const {
+  std::free(memory);
 }
 
 template <int Dim>
 Particles<Dim>::Particles(ColumnLayout<Dim> layout) : layout_(layout) {}
+
+/// Zeros that the system has at hand take no memory and no time before they are written to.
+template <int Dim>
+typename Particles<Dim>::Block Particles<Dim>::allocate_zeros(std::size_t bytes) {
+  std::size_t space = bytes + line * sizeof(double);
+  void* memory = std::calloc(space, 1);
+  if (!memory) throw std::bad_alloc();
+  void* aligned = memory;
+  std::align(line * sizeof(double), bytes, aligned, space);
+  return Block(static_cast<double*>(aligned), Free{memory});
+}
 
 template <int Dim>
 void Particles<Dim>::reserve(Local capacity) {
   if (capacity <= capacity_) return;
   const std::size_t stride = stride_for(static_cast<std::size_t>(capacity));
   const std::size_t bytes = stride * static_cast<std::size_t>(layout_.rows()) * sizeof(double);
-  auto* memory = static_cast<double*>(std::aligned_alloc(64, (bytes + 63) / 64 * 64));
-  if (!memory) throw std::bad_alloc();
-  std::memset(memory, 0, bytes);
+  Block block = allocate_zeros(bytes);
   for (int r = 0; r < layout_.rows() && size_ > 0; ++r)
     std::copy_n(block_.get() + static_cast<std::size_t>(r) * stride_, size_,
-                memory + static_cast<std::size_t>(r) * stride);
-  block_.reset(memory);
+                block.get() + static_cast<std::size_t>(r) * stride);
+  block_ = std::move(block);
+  touched_ = size_;
   stride_ = stride;
   capacity_ = capacity;
   id.reserve(static_cast<std::size_t>(capacity));
@@ -53,9 +63,11 @@ void Particles<Dim>::reserve(Local capacity) {
 template <int Dim>
 void Particles<Dim>::resize(Local size) {
   if (size > capacity_) reserve(std::max(size, capacity_ + capacity_ / 8 + 8));
-  if (size > size_)
+  // What was never used is zero already.
+  if (const Local used = std::min(size, touched_); used > size_)
     for (int r = 0; r < layout_.rows(); ++r)
-      std::fill_n(block_.get() + static_cast<std::size_t>(r) * stride_ + size_, size - size_, 0.0);
+      std::fill_n(block_.get() + static_cast<std::size_t>(r) * stride_ + size_, used - size_, 0.0);
+  touched_ = std::max(touched_, size);
   id.resize(static_cast<std::size_t>(size));
   cell.resize(static_cast<std::size_t>(size));
   material.resize(static_cast<std::size_t>(size));
@@ -108,6 +120,7 @@ void Particles<Dim>::rearrange(std::span<const SlotMove> moves, Local slots) {
   apply(material);
   if (!loads.empty()) apply(loads);
   size_ = slots;
+  touched_ = std::max(touched_, slots);
 }
 
 template <int Dim>

@@ -68,13 +68,17 @@ class Particles {
 
  private:
   struct Free {
-    void operator()(double* p) const;
+    void* memory = nullptr;  ///< the block and what aligns it
+    void operator()(double*) const;
   };
+  using Block = std::unique_ptr<double[], Free>;
+  static Block allocate_zeros(std::size_t bytes);
 
   ColumnLayout<Dim> layout_;
-  std::unique_ptr<double[], Free> block_;
+  Block block_;
   std::size_t stride_ = 0;
   Local size_ = 0, capacity_ = 0;
+  Local touched_ = 0;  ///< rows are zero from here on: no particle has been there
 };
 
 extern template class Particles<2>;

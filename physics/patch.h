@@ -162,7 +162,8 @@ struct Patch {
   const double* own_sums(NodeSum which, Index step) const {
     return const_cast<Patch*>(this)->own_sums(which, step);
   }
-  /// Those of all neighbours, by position in topology.neighbours; sum_offset() is still to be added.
+  /// Those of all neighbours, by position in topology.neighbours; sum_offset() is still to be
+  /// added.
   const double* const* sums_of_neighbours(NodeSum which, Index step) const {
     const auto& copies = neighbour_sums[sum_array(which)];
     return copies[static_cast<std::size_t>(step) % copies.size()].data();

@@ -1,5 +1,7 @@
 #include "runtime/patch_set.h"
 
+#include <tsl/robin_set.h>
+
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -10,18 +12,30 @@
 #include "physics/kernels.h"
 #include "physics/law.h"
 #include "physics/loads.h"
+#include "runtime/parallel.h"
+#include "runtime/patch_filling.h"
 
 namespace lahar {
 
 namespace {
 
+/// Different values in a list of cells. Particles of a cell usually follow each other, and cells
+/// ascend where a generator made them; otherwise each cell is remembered.
+Index count_different(const std::vector<Index>& cells) {
+  Index different = 0;
+  tsl::robin_set<Index> seen;
+  const bool ascending = std::is_sorted(cells.begin(), cells.end());
+  for (std::size_t p = 0; p < cells.size(); ++p)
+    if (p == 0 || cells[p] != cells[p - 1])
+      if (ascending || seen.insert(cells[p]).second) ++different;
+  return different;
+}
+
 /// Cells per patch so that patches of the initial filling hold about the wanted number of
 /// particles.
 template <int Dim>
 Index cells_per_patch(const Model<Dim>& model) {
-  std::vector<Index> cells = model.particles.cell;
-  std::sort(cells.begin(), cells.end());
-  const auto occupied = std::unique(cells.begin(), cells.end()) - cells.begin();
+  const Index occupied = count_different(model.particles.cell);
   if (occupied == 0) return model.analysis.patch_particles;
   const double per_cell =
       static_cast<double>(model.particles.size()) / static_cast<double>(occupied);
@@ -35,9 +49,12 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model) {
   needs.size = !model.tractions.empty();
   needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
   needs.strain = !model.particles.stress.empty();
-  for (const Material& material : model.materials) {
-    needs.pressure = needs.pressure || has_pressure(material.law);
-    needs.strain = needs.strain || !strain_follows_from_stress(material.law);
+  std::vector<char> used(model.materials.size(), 0);
+  for (const auto m : model.particles.material) used[m] = 1;
+  for (std::size_t m = 0; m < used.size(); ++m) {
+    if (!used[m]) continue;
+    needs.pressure = needs.pressure || has_pressure(model.materials[m].law);
+    needs.strain = needs.strain || !strain_follows_from_stress(model.materials[m].law);
   }
   return ColumnLayout<Dim>(needs);
 }
@@ -64,7 +81,7 @@ void sort_by_node(auto& entries) {
 }  // namespace
 
 template <int Dim>
-PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies)
+PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads)
     : model_(&model),
       target_cells_(cells_per_patch(model)),
       partition_(*model.mesh, target_cells_),
@@ -79,7 +96,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
                      ". Merge entries that share direction and value into one particle set.");
   sort_by_node(model.node_velocities);
   sort_by_node(model.node_forces);
-  distribute(model.particles);
+  distribute(model, threads);
   link();
 }
 
@@ -132,83 +149,16 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
 }
 
 template <int Dim>
-std::vector<std::uint64_t> PatchSet<Dim>::load_bits() const {
-  std::vector<std::uint64_t> bits;
-  if (model_->tractions.empty() && model_->particle_velocities.empty()) return bits;
-  bits.assign(static_cast<std::size_t>(model_->particles.size()), 0);
-  std::size_t k = 0;
-  for (const auto& traction : model_->tractions) {
-    for (const Index p : traction.particles) bits[static_cast<std::size_t>(p)] |= 1ULL << k;
-    ++k;
-  }
-  for (const auto& velocity : model_->particle_velocities) {
-    for (const Index p : velocity.particles) bits[static_cast<std::size_t>(p)] |= 1ULL << k;
-    ++k;
-  }
-  return bits;
-}
-
-/// Natural coordinates of a particle that is in no cell but by rounding.
-template <int Dim>
-Vec<Dim> PatchSet<Dim>::touching(const Vec<Dim>& x, Index cell, std::size_t p) const {
-  const auto found = model_->mesh->locate(x);
-  if (found.cell != cell)
-    throw InputError("particle " + std::to_string(p) + " is not in its cell " +
-                     std::to_string(cell) + ".");
-  return found.xi;
-}
-
-template <int Dim>
-void PatchSet<Dim>::distribute(ParticleTable<Dim>& table) {
-  const auto n = static_cast<std::size_t>(table.size());
-  std::vector<Index> patch_of(n), occupied;
-  std::vector<Local> count(static_cast<std::size_t>(partition_.n_patches()), 0);
-  for (std::size_t p = 0; p < n; ++p) {
-    patch_of[p] = partition_.patch_of(table.cell[p]);
-    if (count[static_cast<std::size_t>(patch_of[p])]++ == 0) occupied.push_back(patch_of[p]);
-  }
-  std::vector<Local> position(count.size(), -1);
-  for (const Index id : needed(occupied)) {
-    position[static_cast<std::size_t>(id)] = static_cast<Local>(patches_.size());
-    patches_.push_back(make_patch(id));
-    patches_.back()->particles.reserve(count[static_cast<std::size_t>(id)]);
-  }
-
-  double lightest = std::numeric_limits<double>::infinity();
-  for (std::size_t p = 0; p < n; ++p)
-    lightest = std::min(lightest, table.volume[p] * model_->materials[table.material[p]].density);
+void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
+  const RowsByPatch rows(model.particles.cell, partition_);
+  const std::vector<Index> ids = needed(rows.occupied());
+  patches_.resize(ids.size());
+  parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
+    const auto at = static_cast<std::size_t>(i);
+    patches_[at] = make_patch(ids[at]);
+  });
+  const double lightest = fill_patches<Dim>(patches_, rows, model, threads);
   least_mass_ = std::min(least_nodal_mass, least_nodal_mass_share * lightest);
-
-  const std::vector<std::uint64_t> bits = load_bits();
-  for (std::size_t p = 0; p < n; ++p) {
-    Patch<Dim>& patch =
-        *patches_[static_cast<std::size_t>(position[static_cast<std::size_t>(patch_of[p])])];
-    Particles<Dim>& to = patch.particles;
-    const Local i = to.size();
-    to.resize(i + 1);
-    to.id.back() = static_cast<Index>(p);
-    to.cell.back() = patch.local_cell.at(table.cell[p]);
-    to.material.back() = table.material[p];
-    if (!bits.empty()) {
-      to.loads.resize(static_cast<std::size_t>(i) + 1);
-      to.loads.back() = bits[p];
-    }
-    const auto xi = model_->mesh->natural_coordinates(table.cell[p], table.x[p]);
-    const Vec<Dim> natural = xi ? *xi : touching(table.x[p], table.cell[p], p);
-    for (int d = 0; d < Dim; ++d) {
-      to.row(Column::x, d)[i] = table.x[p][d];
-      if (layout_.has(Column::xi)) to.row(Column::xi, d)[i] = natural[d];
-      if (!table.velocity.empty()) to.row(Column::v, d)[i] = table.velocity[p][d];
-    }
-    for (int k = 0; k < stress_components<Dim>; ++k)
-      if (!table.stress.empty())
-        to.row(Column::stress, k)[i] = table.stress[p][static_cast<std::size_t>(k)];
-    const double volume = table.volume[p];
-    to.row(Column::volume)[i] = volume;
-    to.row(Column::mass)[i] = volume * model_->materials[table.material[p]].density;
-    if (layout_.has(Column::size)) to.row(Column::size)[i] = std::pow(volume, 1.0 / Dim);
-  }
-  table = {};
 }
 
 template <int Dim>

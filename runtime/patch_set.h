@@ -12,8 +12,9 @@ namespace lahar {
 template <int Dim>
 class PatchSet {
  public:
-  /// Cut the mesh, place the model's particles in their patches (and release the model's table).
-  PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies);
+  /// Cut the mesh, place the model's particles in their patches (and release the model's table), on
+  /// up to `threads` threads (0 = all).
+  PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads = 1);
 
   const Partition<Dim>& partition() const { return partition_; }
   int size() const { return static_cast<int>(patches_.size()); }
@@ -39,9 +40,7 @@ class PatchSet {
  private:
   using Patches = std::vector<std::unique_ptr<Patch<Dim>>>;
   std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
-  void distribute(ParticleTable<Dim>& table);
-  std::vector<std::uint64_t> load_bits() const;
-  Vec<Dim> touching(const Vec<Dim>& x, Index cell, std::size_t p) const;
+  void distribute(Model<Dim>& model, int threads);
   Index layers() const;  ///< of empty patches around those with particles
   std::vector<Index> needed(const std::vector<Index>& occupied) const;
   void link();

@@ -154,7 +154,7 @@ class Run {
     console_.line("");
     console_.line(progress_head());
     folder_->history(simulation.history());
-    if (output_.frame_steps > 0) folder_->write(simulation.frame());
+    if (output_.frame_steps > 0) write_frame(simulation);
     return step_to_the_end(simulation);
   }
 
@@ -181,7 +181,18 @@ class Run {
               folder_->write(std::move(frame));
             },
             [this](const HistoryRow& row) { on_history(row); },
+            [this](const FrameStream& frame) {
+              last_frame_ = frame.header.step;
+              folder_->write(frame);
+            },
             [this](Index step, double time) { return on_step(step, time); }};
+  }
+
+  void write_frame(const Simulation<Dim>& simulation) {
+    if (const auto stream = simulation.stream())
+      folder_->write(*stream);
+    else
+      folder_->write(simulation.frame());
   }
 
   void on_history(const HistoryRow& row) {
@@ -243,7 +254,7 @@ class Run {
       if (last_row_.step != row.step) folder_->history(row);
       if (printed_ != row.step && row.step > 0) print_row(row);
     }
-    if (last_frame_ != simulation.step()) folder_->write(simulation.frame());
+    if (last_frame_ != simulation.step()) write_frame(simulation);
     report(simulation, end, wall);
     end.wall_seconds = seconds_since(begin_);
     end.steps = simulation.step();

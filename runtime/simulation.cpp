@@ -62,7 +62,8 @@ struct Simulation<Dim>::Impl {
         model(std::move(model_in)),
         stages(timestep<Dim>(model.analysis)),
         phases(phases_of(stage_list())),
-        patches(model, options.support_rings, node_sum_copies(model.analysis)) {
+        patches(model, options.support_rings, node_sum_copies(model.analysis),
+                options.mode == ExecutionOptions::Mode::flow_graph ? options.threads : 1) {
     seconds_per_tick();  // from now on
     if (options.threads <= 0) options.threads = available_threads();
     nsteps = model.analysis.nsteps;
@@ -70,9 +71,10 @@ struct Simulation<Dim>::Impl {
       wave_speed_bound =
           std::max(wave_speed_bound,
                    wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
-    if (observer.frame)
+    if (patches.size() > 0)
+      frame_size = frame_bytes(patches[0].particles.layout(), model, patches.particles());
+    if (observer.frame && !streams())
       assembler.emplace([this](Frame&& frame) { observer.frame(std::move(frame)); });
-    for (int p = 0; p < patches.size(); ++p) receive(patches[p]);
     start_row = present_row();
     set_first_dt();
     for (int p = 0; p < patches.size(); ++p) map_first(patches[p], stages, context(0));
@@ -250,16 +252,28 @@ struct Simulation<Dim>::Impl {
 
   bool history_due(Step step) const { return (step + 1) % history_steps == 0; }
   bool frame_due(Step step) const {
-    return assembler && model.output.frame_steps > 0 && (step + 1) % model.output.frame_steps == 0;
+    return (assembler || streams()) && model.output.frame_steps > 0 &&
+           (step + 1) % model.output.frame_steps == 0;
+  }
+  bool copy_due(Step step) const { return assembler && frame_due(step); }
+
+  /// Frames are too large to be copied.
+  bool streams() const { return observer.stream && frame_size > options.copied_frame_bytes; }
+
+  /// Where the graph has to drain: at `end`, or before it at a frame that is not copied.
+  Step drain_step(Step end) const {
+    const Index every = model.output.frame_steps;
+    return streams() && every > 0 ? std::min<Step>(end, (step / every + 1) * every) : end;
   }
 
-  /// The output stage: copy what is due; nobody in the loop waits for more.
+  /// The output stage: copy what is due; nobody in the loop waits for more. (Frames too large to be
+  /// copied: advance().)
   void output(int p, Step step) {
     const auto i = static_cast<std::size_t>(p);
     if (may_be_unstable(p, step)) check_limit(p, step);
     if (history_due(step) || frame_due(step)) check_finite(patches[p]);
     if (history_due(step)) rows[step][i] = sums(patches[p]);
-    if (frame_due(step)) {
+    if (copy_due(step)) {
       Frame& piece = pieces[step][i];
       piece = snapshot(patches[p], model);
       piece.step = step + 1;
@@ -304,7 +318,7 @@ struct Simulation<Dim>::Impl {
       finish_row(row, step + 1);
       if (observer.history) observer.history(row);
     }
-    if (frame_due(step) && !failed) {
+    if (copy_due(step) && !failed) {
       assembler->add(std::move(pieces[step]));
       pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
     }
@@ -355,9 +369,19 @@ struct Simulation<Dim>::Impl {
     return merge(std::move(all));
   }
 
+  FrameStream present_stream() const {
+    std::vector<const Patch<Dim>*> all;
+    for (int i = 0; i < patches.size(); ++i) all.push_back(&patches[i]);
+    FrameStream frame = lahar::stream(all, model);
+    frame.header.step = step;
+    frame.header.time = time_at(step);
+    return frame;
+  }
+
   // --- epochs -----------------------------------------------------------------------------------
 
-  /// Between two calls the graph drains only where patches have to be created.
+  /// Between two calls the graph drains only where patches have to be created, or where a frame is
+  /// written that is too large to be copied.
   void advance(Index steps) {
     const Step end = std::min<Step>(step + steps, nsteps);
     stop_requested = false;
@@ -368,7 +392,7 @@ struct Simulation<Dim>::Impl {
         pieces[s].assign(n, {});
       }
       rebuild_needed = false;
-      step = executor->run(step, end);
+      step = executor->run(step, drain_step(end));
       count_removed();
       if (!failures.empty()) {
         drain_after_failure();
@@ -381,6 +405,7 @@ struct Simulation<Dim>::Impl {
       // dt of the next step, which the drained graph did not get to.
       if (model.analysis.step.adaptive && step < nsteps) set_dt(step);
       if (rebuild_needed) rebuild();
+      if (streams() && frame_due(step - 1)) observer.stream(present_stream());
     }
     if (assembler) assembler->drain();
   }
@@ -458,6 +483,7 @@ struct Simulation<Dim>::Impl {
   std::size_t locate_index = 0, output_index = 0, first_dt_stage = 0;
 
   Index nsteps = 0, history_steps = 1;
+  std::size_t frame_size = 0;   ///< [bytes] of a frame of all particles
   double wave_speed_bound = 0;  ///< [m/s] of all materials
   Step step = 0;                ///< steps done
   PerStep<double> dt, start_time;
@@ -499,6 +525,12 @@ void Simulation<Dim>::run() {
 template <int Dim>
 Frame Simulation<Dim>::frame() const {
   return impl_->present_frame();
+}
+
+template <int Dim>
+std::optional<FrameStream> Simulation<Dim>::stream() const {
+  if (!impl_->streams()) return {};
+  return impl_->present_stream();
 }
 
 template <int Dim>

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,10 @@ struct ExecutionOptions {
   std::uint64_t seed = 1;  ///< random order only
   int support_rings = 0;   ///< extra layers of nodes that patches exchange; 0 suits linear elements
   bool verify = false;     ///< check at every task that exactly what its edges promise was done
+  /// Frames up to this size [bytes] are copied by the tasks and put together in the background,
+  /// some of them at a time. For larger ones there is no memory to spare: the computation waits
+  /// while Observer::stream writes them from where the particles are.
+  std::size_t copied_frame_bytes = std::size_t{64} << 20;
 };
 
 /// Receives what a simulation produces while it runs; called from worker threads, one call at a
@@ -27,6 +32,9 @@ struct ExecutionOptions {
 struct Observer {
   std::function<void(Frame&&)> frame;              ///< every OutputPlan::frame_steps
   std::function<void(const HistoryRow&)> history;  ///< every OutputPlan::history_steps
+  /// Instead of `frame` for frames above ExecutionOptions::copied_frame_bytes; the stream is good
+  /// during the call. Without this all frames are copied.
+  std::function<void(const FrameStream&)> stream;
   /// After every step, in order: steps done and time [s]. Return false to stop soon.
   std::function<bool(Index step, double time)> progress;
 };
@@ -63,7 +71,10 @@ class Simulation {
   /// Take all steps of the scenario.
   void run();
 
-  Frame frame() const;         ///< present state, ascending particle id
+  Frame frame() const;  ///< present state, ascending particle id
+  /// The same without a copy, good until the next call of advance(); nothing if frames are small
+  /// enough to be copied.
+  std::optional<FrameStream> stream() const;
   HistoryRow history() const;  ///< present sums
   Index step() const;          ///< steps done
   double time() const;         ///< [s]

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <span>
 
@@ -18,72 +19,107 @@ int voigt(Column column, int component) {
   return component;
 }
 
-/// Copy one value per particle of the runs to every `step`th place.
-template <class From, class To>
-void copy(std::span<const Run> runs, const From* from, To* to, std::size_t step) {
-  for (const Run& run : runs)
-    for (Local p = run.begin; p < run.end; ++p, to += step) *to = static_cast<To>(from[p]);
-}
-
-/// Strain of every particle of the runs where it is not stored, six components each.
+/// Particles in a block: those of a patch in its runs, those of an outbox all.
 template <int Dim>
-void derive_strain(std::span<const Run> runs, const Particles<Dim>& particles,
-                   const Model<Dim>& model, double* to) {
-  const auto sigma = particles.template rows<stress_components<Dim>>(Column::stress);
-  for (const Run& run : runs) {
-    const auto& law = std::get<LinearElastic>(model.materials[run.material].law);
-    for (Local p = run.begin; p < run.end; ++p, to += 6) {
-      std::array<double, stress_components<Dim>> stress;
-      for (std::size_t k = 0; k < stress.size(); ++k) stress[k] = sigma[k][p];
-      const auto strain = strain_of<Dim>(law, stress);
-      std::copy(strain.begin(), strain.end(), to);
+struct Block {
+  const Particles<Dim>* particles;
+  const std::vector<Run>* runs = nullptr;
+
+  void for_each(auto&& body) const {
+    if (runs == nullptr) {
+      for (Local p = 0; p < particles->size(); ++p) body(p);
+      return;
     }
+    for (const Run& run : *runs)
+      for (Local p = run.begin; p < run.end; ++p) body(p);
   }
+};
+
+/// All particles that a patch holds.
+template <int Dim>
+std::vector<Block<Dim>> blocks_of(const Patch<Dim>& patch) {
+  std::vector<Block<Dim>> blocks{{&patch.particles, &patch.runs}};
+  for (const auto& out : patch.outbox)
+    if (out.particles.size() > 0) blocks.push_back({&out.particles});
+  return blocks;
 }
 
+/// What frames show of a column.
 template <int Dim>
-void append(Frame& frame, std::span<const Run> runs, const Particles<Dim>& particles,
-            const Model<Dim>& model) {
-  std::size_t n = 0;
-  for (const Run& run : runs) n += static_cast<std::size_t>(run.end - run.begin);
-  const std::size_t before = frame.id.size();
-  frame.id.resize(before + n);
-  copy(runs, particles.id.data(), frame.id.data() + before, 1);
-  for (const Run& run : runs)
-    frame.material.insert(frame.material.end(), static_cast<std::size_t>(run.end - run.begin),
-                          static_cast<std::int32_t>(model.materials[run.material].id));
-  std::size_t k = 0;
-  for (const ColumnInfo& info : column_table) {
-    const bool has = particles.layout().has(info.column);
-    const bool strain = info.column == Column::strain, stress = info.column == Column::stress;
-    if (!info.exported || (!has && !strain)) continue;
-    const bool coordinates = info.column == Column::x, tensor = stress || strain;
-    const int stored = ColumnLayout<Dim>::components(info), shown = tensor ? 6 : stored;
-    if (!coordinates && k == frame.columns.size())
-      frame.columns.push_back({info.name, info.unit, shown, {}});
-    auto& values = coordinates ? frame.coordinates : frame.columns[k++].values;
-    const std::size_t at = values.size();
-    values.resize(at + n * static_cast<std::size_t>(shown), 0.0);
-    double* to = values.data() + at;
-    if (!has) derive_strain(runs, particles, model, to);
-    for (int c = 0; has && c < stored; ++c)
-      copy(runs, particles.row(info.column, c), to + (tensor ? voigt<Dim>(info.column, c) : c),
-           static_cast<std::size_t>(shown));
-  }
-}
+class Shown {
+ public:
+  Shown(const ColumnInfo& info, const ColumnLayout<Dim>& layout, const Model<Dim>& model)
+      : info_(&info),
+        model_(&model),
+        stored_(ColumnLayout<Dim>::components(info)),
+        tensor_(info.column == Column::stress || info.column == Column::strain),
+        derived_(!layout.has(info.column)) {}
 
-/// All particles of an outbox, in runs of one material.
-template <int Dim>
-std::vector<Run> runs_of(const Particles<Dim>& particles) {
-  std::vector<Run> runs;
-  for (Local p = 0; p < particles.size(); ++p) {
+  /// Strain is shown even where it is not stored.
+  static bool is_shown(const ColumnInfo& info, const ColumnLayout<Dim>& layout) {
+    return info.exported && (layout.has(info.column) || info.column == Column::strain);
+  }
+  int components() const { return tensor_ ? 6 : stored_; }
+  FrameColumn header() const { return {info_->name, info_->unit, components(), {}}; }
+  /// The components of a particle.
+  void get(const Particles<Dim>& particles, Local p, double* to) const {
+    if (derived_) return derive_strain(particles, p, to);
+    if (tensor_) std::fill_n(to, 6, 0.0);
+    for (int c = 0; c < stored_; ++c)
+      to[tensor_ ? voigt<Dim>(info_->column, c) : c] = particles.row(info_->column, c)[p];
+  }
+
+ private:
+  void derive_strain(const Particles<Dim>& particles, Local p, double* to) const {
     const auto material = particles.material[static_cast<std::size_t>(p)];
-    if (runs.empty() || runs.back().material != material)
-      runs.push_back(
-          {.cell = -1, .begin = p, .end = p, .limit = p, .material = material, .loaded = false});
-    ++runs.back().end;
+    std::array<double, stress_components<Dim>> stress;
+    for (std::size_t k = 0; k < stress.size(); ++k)
+      stress[k] = particles.row(Column::stress, static_cast<int>(k))[p];
+    const auto strain =
+        strain_of<Dim>(std::get<LinearElastic>(model_->materials[material].law), stress);
+    std::fill_n(std::copy(strain.begin(), strain.end(), to), 6 - strain.size(), 0.0);
   }
-  return runs;
+
+  const ColumnInfo* info_;
+  const Model<Dim>* model_;
+  int stored_;
+  bool tensor_, derived_;
+};
+
+/// The columns of a frame: coordinates first, then the others.
+template <int Dim>
+std::vector<Shown<Dim>> shown_columns(const ColumnLayout<Dim>& layout, const Model<Dim>& model) {
+  std::vector<Shown<Dim>> columns;
+  for (const ColumnInfo& info : column_table)
+    if (Shown<Dim>::is_shown(info, layout))
+      columns.insert(info.column == Column::x ? columns.begin() : columns.end(),
+                     Shown<Dim>(info, layout, model));
+  return columns;
+}
+
+template <int Dim>
+void append(Frame& frame, const Block<Dim>& block, const Model<Dim>& model) {
+  const Particles<Dim>& particles = *block.particles;
+  const std::size_t before = frame.id.size();
+  block.for_each([&](Local p) {
+    const auto i = static_cast<std::size_t>(p);
+    frame.id.push_back(particles.id[i]);
+    frame.material.push_back(static_cast<std::int32_t>(model.materials[particles.material[i]].id));
+  });
+  const std::size_t n = frame.id.size() - before;
+  const auto columns = shown_columns<Dim>(particles.layout(), model);
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    if (k > frame.columns.size()) frame.columns.push_back(columns[k].header());
+    auto& values = k == 0 ? frame.coordinates : frame.columns[k - 1].values;
+    const auto width = static_cast<std::size_t>(columns[k].components());
+    const std::size_t at = values.size();
+    values.resize(at + n * width);
+    double* to = values.data() + at;
+    block.for_each([&](Local p) {
+      columns[k].get(particles, p, to);
+      to += width;
+    });
+  }
 }
 
 }  // namespace
@@ -92,10 +128,110 @@ template <int Dim>
 Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model) {
   Frame frame;
   frame.dim = Dim;
-  append<Dim>(frame, patch.runs, patch.particles, model);
-  for (const auto& out : patch.outbox)
-    if (out.particles.size() > 0) append<Dim>(frame, runs_of(out.particles), out.particles, model);
+  for (const Block<Dim>& block : blocks_of(patch)) append(frame, block, model);
   return frame;
+}
+
+namespace {
+
+/// Where each particle is, ascending particle id.
+template <int Dim>
+class Places {
+ public:
+  explicit Places(const std::vector<const Patch<Dim>*>& patches) {
+    for (const Patch<Dim>* patch : patches)
+      for (const Block<Dim>& block : blocks_of(*patch)) blocks_.push_back(block);
+    Index last = -1;
+    for (const Block<Dim>& block : blocks_)
+      block.for_each([&](Local p) { last = std::max(last, id_of(block, p)); });
+    places_.assign(static_cast<std::size_t>(last + 1), {});
+    for (std::size_t b = 0; b < blocks_.size(); ++b)
+      blocks_[b].for_each([&](Local p) {
+        places_[static_cast<std::size_t>(id_of(blocks_[b], p))] = {static_cast<Local>(b), p};
+      });
+    std::erase_if(places_, [](const Place& place) { return place.block < 0; });  // removed ones
+  }
+
+  Index size() const { return static_cast<Index>(places_.size()); }
+  const ColumnLayout<Dim>& layout() const { return blocks_.front().particles->layout(); }
+
+  /// Call `get(particles, p, to)` for `count` particles from `first` on; `to` advances by `width`.
+  void gather(Index first, Index count, auto* to, int width, auto&& get) const {
+    for (Index i = first; i < first + count; ++i, to += width) {
+      const Place& place = places_[static_cast<std::size_t>(i)];
+      get(*blocks_[static_cast<std::size_t>(place.block)].particles, place.position, to);
+    }
+  }
+
+ private:
+  struct Place {
+    Local block = -1, position = -1;
+  };
+  static Index id_of(const Block<Dim>& block, Local p) {
+    return block.particles->id[static_cast<std::size_t>(p)];
+  }
+
+  std::vector<Block<Dim>> blocks_;
+  std::vector<Place> places_;
+};
+
+}  // namespace
+
+template <int Dim>
+FrameStream stream(const std::vector<const Patch<Dim>*>& patches, const Model<Dim>& model) {
+  struct State {
+    explicit State(const std::vector<const Patch<Dim>*>& patches) : places(patches) {}
+    Places<Dim> places;
+    std::vector<Index> id;
+    std::vector<std::int32_t> material;
+    std::vector<double> values;
+  };
+  const auto state = std::make_shared<State>(patches);
+  FrameStream frame;
+  frame.header.dim = Dim;
+  frame.size = state->places.size();
+  frame.id = [state](Index first, Index count) {
+    state->id.resize(static_cast<std::size_t>(count));
+    state->places.gather(first, count, state->id.data(), 1,
+                         [](const Particles<Dim>& from, Local p, Index* to) {
+                           *to = from.id[static_cast<std::size_t>(p)];
+                         });
+    return state->id.data();
+  };
+  frame.material = [state, &model](Index first, Index count) {
+    state->material.resize(static_cast<std::size_t>(count));
+    state->places.gather(first, count, state->material.data(), 1,
+                         [&](const Particles<Dim>& from, Local p, std::int32_t* to) {
+                           const auto m = from.material[static_cast<std::size_t>(p)];
+                           *to = static_cast<std::int32_t>(model.materials[m].id);
+                         });
+    return state->material.data();
+  };
+  const auto values = [state](const Shown<Dim>& column, Index first, Index count) {
+    state->values.resize(static_cast<std::size_t>(count * column.components()));
+    state->places.gather(
+        first, count, state->values.data(), column.components(),
+        [&](const Particles<Dim>& from, Local p, double* to) { column.get(from, p, to); });
+    return state->values.data();
+  };
+  const auto columns = shown_columns<Dim>(state->places.layout(), model);
+  for (std::size_t k = 1; k < columns.size(); ++k)
+    frame.header.columns.push_back(columns[k].header());
+  frame.coordinates = [values, first_column = columns.front()](Index first, Index count) {
+    return values(first_column, first, count);
+  };
+  frame.values = [values, columns](std::size_t k, Index first, Index count) {
+    return values(columns[k + 1], first, count);
+  };
+  return frame;
+}
+
+template <int Dim>
+std::size_t frame_bytes(const ColumnLayout<Dim>& layout, const Model<Dim>& model, Index particles) {
+  std::size_t bytes = sizeof(Index) + sizeof(std::int32_t);
+  for (const auto& column : shown_columns<Dim>(layout, model))
+    bytes += static_cast<std::size_t>(column.components()) * sizeof(double);
+  return bytes * static_cast<std::size_t>(particles);
 }
 
 Frame merge(std::vector<Frame> pieces) {
@@ -180,8 +316,15 @@ template <int Dim>
 HistoryRow sums(Patch<Dim>& patch) {
   HistoryRow row;
   add_particles<Dim>(row, patch.runs, patch.particles);
-  for (const auto& out : patch.outbox)
-    if (out.particles.size() > 0) add_particles<Dim>(row, runs_of(out.particles), out.particles);
+  for (const auto& out : patch.outbox) {
+    const Run all{.cell = -1,
+                  .begin = 0,
+                  .end = out.particles.size(),
+                  .limit = 0,
+                  .material = 0,
+                  .loaded = false};
+    if (all.end > 0) add_particles<Dim>(row, {&all, 1}, out.particles);
+  }
   row.internal = patch.work.internal;
   row.external = patch.work.external;
   row.damping = patch.work.damping;
@@ -202,6 +345,10 @@ void add(HistoryRow& row, const HistoryRow& part) {
 
 template Frame snapshot<2>(const Patch<2>&, const Model<2>&);
 template Frame snapshot<3>(const Patch<3>&, const Model<3>&);
+template FrameStream stream<2>(const std::vector<const Patch<2>*>&, const Model<2>&);
+template FrameStream stream<3>(const std::vector<const Patch<3>*>&, const Model<3>&);
+template std::size_t frame_bytes<2>(const ColumnLayout<2>&, const Model<2>&, Index);
+template std::size_t frame_bytes<3>(const ColumnLayout<3>&, const Model<3>&, Index);
 template HistoryRow sums<2>(Patch<2>&);
 template HistoryRow sums<3>(Patch<3>&);
 

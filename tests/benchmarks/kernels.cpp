@@ -2,13 +2,14 @@
 // is installed (libbenchmark-dev). For ratios before and after a change on one machine:
 //   build/release/tests/benchmark_kernels --benchmark_filter=P2G --benchmark_repetitions=5
 // "items" are particles.
+#include "physics/kernels.h"
+
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
-#include "physics/kernels.h"
 #include "runtime/patch_set.h"
 #include "runtime/timestep.h"
 
@@ -60,8 +61,8 @@ Model<Dim> block(std::array<Index, Dim> counts, int per_axis, bool isoparametric
 
 /// A stage of the USL step over all particles of the one patch.
 template <int Dim>
-void stage(benchmark::State& state, std::array<Index, Dim> counts, int per_axis,
-           bool isoparametric, const std::string& name) {
+void stage(benchmark::State& state, std::array<Index, Dim> counts, int per_axis, bool isoparametric,
+           const std::string& name) {
   Model<Dim> model = block<Dim>(counts, per_axis, isoparametric);
   model.analysis.patch_particles = 1 << 20;
   PatchSet<Dim> patches(model, 0, node_sum_copies(model.analysis));

@@ -6,7 +6,9 @@
 #include <chrono>
 
 #include "broken_case.h"
+#include "io/scenario.h"
 
+using namespace lahar;
 using namespace lahar::broken;
 
 namespace {
@@ -61,4 +63,28 @@ TEST_CASE("a million bad lines are ten messages and a count") {
         std::string::npos);
   CHECK(said.find("particles.txt: error: and 999990 more problems in this file\n") !=
         std::string::npos);
+}
+
+TEST_CASE("a huge mesh costs nothing where it is empty") {
+  const auto start = std::chrono::steady_clock::now();
+  CHECK(read({replace("mpm.json", "\"mesh\": \"mesh.txt\",",
+                      "\"structured\": {\"cell_size\": 0.5, \"counts\": [90000, 90000]},")}) ==
+        "accepted\n");
+  const Scenario scenario = read_scenario_text(R"({
+    "mesh": {"structured": {"cell_size": 1, "counts": [2000, 2000, 2000]}},
+    "sets": {"nodes": {"corner": {"box": {"max": [1, 1, 1]}}},
+             "cells": {"ball": {"sphere": {"centre": [1000, 1000, 1000], "radius": 5}}}},
+    "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e5,
+                   "poisson_ratio": 0.25}],
+    "particles": [{"generator": {"type": "region", "per_cell": 1, "material": 0,
+                   "region": {"intersection": [
+                     {"half_space": {"point": [0, 0, 1002], "normal": [0, 0, 1]}},
+                     {"sphere": {"centre": [1000, 1000, 1000], "radius": 5}}]}}}],
+    "analysis": {"dt": 0.01, "nsteps": 1}})",
+                                               ".");
+  const auto& model = std::get<Model<3>>(scenario.model);
+  CHECK(model.particles.size() > 300);
+  CHECK(model.mesh->n_cells() == 8'000'000'000);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  CHECK(elapsed.count() < 5);  // once through all cells takes minutes
 }
