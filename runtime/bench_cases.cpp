@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -28,11 +27,29 @@ double reach(int dim) {
   return 0.5 * std::sqrt(static_cast<double>(dim));
 }
 
-/// Cells on each side of the block, so that it can be deformed and turn: parts of its rim become
-/// loose and need some room.
-Index margin(int dim, const BlockSize& size) {
-  if (size.mesh_cells > 0) return (size.mesh_cells - size.cells) / 2;
-  return 4 + static_cast<Index>(std::ceil(static_cast<double>(size.cells) * (reach(dim) - 0.4)));
+/// [m/s] divided by the step's cells per second; the components add to one.
+template <int Dim>
+Vec<Dim> direction() {
+  if constexpr (Dim == 2)
+    return {0.55, 0.45};
+  else
+    return {0.4, 0.27, 0.33};
+}
+
+/// Cells below and above the block: for its deformation, and above for its flight.
+struct Margins {
+  Index below, above;
+};
+
+Margins margins(int dim, const BlockSize& size) {
+  if (size.mesh_cells > 0) {
+    const Index below = (size.mesh_cells - size.cells) / 2;
+    return {below, size.mesh_cells - size.cells - below};
+  }
+  constexpr double flight = crossings_per_step * flight_steps;  // cells, at most
+  const double swell = static_cast<double>(size.cells) * (reach(dim) - 0.5);
+  const Index below = 2 + static_cast<Index>(std::ceil(swell));
+  return {below, below + static_cast<Index>(flight)};
 }
 
 std::string repeated(double value, int dim) {
@@ -47,21 +64,22 @@ std::string repeated(Index value, int dim) {
   return text;
 }
 
-/// Wave speed 36.7 m/s: the largest stable step is 0.027 s.
+constexpr double block_step = 0.0125;  // [s]
+
 std::string block_scenario(int dim, const BlockSize& size) {
-  const Index low = margin(dim, size), high = low + size.cells;
-  const Index cells = size.mesh_cells > 0 ? size.mesh_cells : 2 * low + size.cells;
+  const auto [below, above] = margins(dim, size);
+  const Index end = below + size.cells;
   return fmt::format(
       R"({{"title": "Block of linear elastic material",
   "mesh": {{"structured": {{"cell_size": 1, "counts": [{}]}}}},
-  "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+  "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1,
                   "poisson_ratio": 0.3}}],
   "particles": [{{"generator": {{"type": "region", "per_cell": {}, "material": 0,
                                 "velocity": [{}],
                                 "region": {{"box": {{"min": [{}], "max": [{}]}}}}}}}}],
-  "analysis": {{"mpm_scheme": "usl", "dt": 0.0125, "nsteps": 1}}}})",
-      repeated(cells, dim), per_cell(dim), repeated(1e-6, dim), repeated(low, dim),
-      repeated(high, dim));
+  "analysis": {{"mpm_scheme": "usl", "dt": {}, "nsteps": 1}}}})",
+      repeated(end + above, dim), per_cell(dim), repeated(1e-6, dim), repeated(below, dim),
+      repeated(end, dim), block_step);
 }
 
 /// Angle [rad] at a distance from the axis, over the distance at which nothing moves.
@@ -75,15 +93,6 @@ void turn(double& a, double& b, double angle) {
   const double c = std::cos(angle), s = std::sin(angle), old = a;
   a = c * old - s * b;
   b = s * old + c * b;
-}
-
-/// Velocity of a rigid rotation of 1 rad/s about an axis through the origin along no axis of the
-/// mesh.
-Vec<2> rotation(const Vec<2>& x) {
-  return {-x[1], x[0]};
-}
-Vec<3> rotation(const Vec<3>& x) {
-  return Vec<3>(1, 0.8, 1.2).normalized().cross(x);
 }
 
 }  // namespace
@@ -120,22 +129,17 @@ Model<Dim> lattice_block(const BlockSize& size) {
 template <int Dim>
 Model<Dim> deformed_block(const BlockSize& size) {
   Model<Dim> model = lattice_block<Dim>(size);
-  const auto [low, high] = model.mesh->bounds();
-  const Vec<Dim> middle = 0.5 * (low + high);
-  ParticleTable<Dim>& particles = model.particles;
-  double speed = 0;  // sum over particles and directions, at 1 rad/s
-  for (std::size_t p = 0; p < particles.x.size(); ++p) {
-    const Vec<Dim> x = deformed<Dim>(particles.x[p] - middle, static_cast<double>(size.cells));
-    particles.x[p] = middle + x;
-    particles.cell[p] = model.mesh->locate(particles.x[p]).cell;
-    particles.velocity[p] = rotation(x);
-    speed += particles.velocity[p].template lpNorm<1>();
-  }
+  const auto edge = static_cast<double>(size.cells);
+  const Vec<Dim> middle =
+      Vec<Dim>::Constant(static_cast<double>(margins(Dim, size).below) + 0.5 * edge);
   // A particle that moves by a share of a cell along an axis has that chance to change its cell.
-  const double cell = model.mesh->cell_size(0);
-  const double crossings =
-      speed / static_cast<double>(particles.size()) * model.analysis.step.dt / cell;
-  for (Vec<Dim>& v : particles.velocity) v *= crossings_per_step / crossings;
+  const Vec<Dim> velocity = direction<Dim>() * crossings_per_step / block_step;
+  ParticleTable<Dim>& particles = model.particles;
+  for (std::size_t p = 0; p < particles.x.size(); ++p) {
+    particles.x[p] = middle + deformed<Dim>(particles.x[p] - middle, edge);
+    particles.cell[p] = model.mesh->locate(particles.x[p]).cell;
+    particles.velocity[p] = velocity;
+  }
   return model;
 }
 

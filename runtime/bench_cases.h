@@ -10,8 +10,10 @@
 
 namespace lahar {
 
-/// A square or cube of linear elastic material in the middle of a larger structured mesh of cells
-/// of 1 m: 4 x 4 particles per cell in 2D, 2 x 2 x 2 in 3D, USL, half the stable time step.
+/// A square or cube of linear elastic material in a larger structured mesh of cells of 1 m: 4 x 4
+/// particles per cell in 2D, 2 x 2 x 2 in 3D, USL. The material is so soft that it moves as it was
+/// thrown: what a step costs does not depend on stiffness, and nodes of little mass at an irregular
+/// rim, with which USL is unstable, need no care.
 struct BlockSize {
   Index cells;           ///< along an edge of the block
   Index mesh_cells = 0;  ///< along an edge of the mesh; 0 = what a deformed block needs
@@ -22,11 +24,13 @@ struct BlockSize {
 template <int Dim>
 Model<Dim> lattice_block(const BlockSize& size);
 
-/// After large deformation: positions are those of deformed(), velocities those of a rigid rotation
-/// that takes `crossings_per_step` of the particles to another cell per step, in the mean.
+/// After large deformation: positions are those of deformed(), and the body flies along no axis, so
+/// fast that `crossings_per_step` of the particles change their cell per step. It is in the mesh
+/// for `flight_steps`.
 template <int Dim>
 Model<Dim> deformed_block(const BlockSize& size);
 inline constexpr double crossings_per_step = 0.01;
+inline constexpr Index flight_steps = 10'000;
 
 /// The deformation, for a block of edge `edge` [m] about the origin: planes turn in themselves, the
 /// middle by more than a full turn and the outermost corners not at all; in 3D about one axis and
@@ -42,12 +46,14 @@ Model<2> bench_plate_isoparametric();
 /// One process of a measurement: a model and how it is run.
 struct BenchJob {
   std::string name;
+  int dim = 2;  ///< of the model
   std::function<AnyModel()> model;
   ExecutionOptions execution;
   int copies = 1;        ///< of the process, started together
   double particles = 0;  ///< about, for the memory that is needed
   double goal = 0;       ///< [ns] at most per particle-step; 0 = none
   Index steps = 0;       ///< of a sample; 0 = by time
+  Index life = 0;        ///< steps after which the model has to be made anew; 0 = never
   bool output = false;   ///< write history and frames
 };
 

@@ -28,6 +28,7 @@ template <int Dim>
 BenchJob lattice(const std::string& name, const BlockSize& size, const ExecutionOptions& execution,
                  double goal = 0) {
   return {.name = name,
+          .dim = Dim,
           .model = [size] { return AnyModel(lattice_block<Dim>(size)); },
           .execution = execution,
           .particles = static_cast<double>(size.particles(Dim)),
@@ -38,6 +39,7 @@ template <int Dim>
 BenchJob irregular(const BlockSize& size) {
   BenchJob job = lattice<Dim>("deformed", size, one_thread);
   job.model = [size] { return AnyModel(deformed_block<Dim>(size)); };
+  job.life = flight_steps;
   return job;
 }
 

@@ -220,26 +220,17 @@ std::pair<double, double> occupation(std::vector<Index> cells) {
 template <int Dim>
 class Worker {
  public:
-  Worker(const BenchJob& job, Model<Dim> model, double read_seconds) {
-    ready_ = {
-        {"read", read_seconds},
-        {"bytes", bytes_per_particle_step<Dim>(model.analysis.scheme, model.mesh->is_cartesian())}};
+  explicit Worker(const BenchJob& job) : job_(job) {
+    if (job.output) output_.emplace();
+    const auto begin = Clock::now();
+    Model<Dim> model = std::get<Model<Dim>>(job.model());
+    ready_["read"] = seconds_since(begin);
+    ready_["bytes"] =
+        bytes_per_particle_step<Dim>(model.analysis.scheme, model.mesh->is_cartesian());
     const auto [mean, spread] = occupation(model.particles.cell);
     ready_["per_cell"] = mean;
     ready_["per_cell_spread"] = spread;
-    mesh_ = model.mesh;
-    Observer observer;
-    if (job.output) {
-      constexpr Index steps_per_frame = 4;
-      model.output.history_steps = 1;
-      model.output.frame_steps = steps_per_frame;
-      output_.emplace();
-      observer.history = [](const HistoryRow&) {};
-      observer.frame = [this](Frame&& frame) { output_->write(std::move(frame)); };
-    }
-    const auto begin = Clock::now();
-    simulation_.emplace(std::move(model), job.execution, std::move(observer));
-    ready_["construct"] = seconds_since(begin);
+    construct(std::move(model));
   }
 
   void serve(ChildProcess& parent) {
@@ -257,6 +248,21 @@ class Worker {
   }
 
  private:
+  void construct(Model<Dim> model) {
+    mesh_ = model.mesh;
+    Observer observer;
+    if (output_) {
+      constexpr Index steps_per_frame = 4;
+      model.output.history_steps = 1;
+      model.output.frame_steps = steps_per_frame;
+      observer.history = [](const HistoryRow&) {};
+      observer.frame = [this](Frame&& frame) { output_->write(std::move(frame)); };
+    }
+    const auto begin = Clock::now();
+    simulation_.emplace(std::move(model), job_.execution, std::move(observer));
+    ready_["construct"] = seconds_since(begin);
+  }
+
   Json answer_to(const std::string& what, Index steps) {
     if (what == "warm up") return warm_up();
     if (what == "steps") return timed(steps);
@@ -265,6 +271,11 @@ class Worker {
   }
 
   double timed(Index steps) {
+    if (job_.life > 0 && simulation_->step() + steps > job_.life) {
+      construct(std::get<Model<Dim>>(job_.model()));
+      before_.clear();  // the new one's times are from its start
+      timed_steps_ = 0;
+    }
     const auto begin = Clock::now();
     simulation_->advance(steps);
     timed_steps_ += steps;
@@ -315,6 +326,7 @@ class Worker {
             {"peak", process_memory("VmHWM")}};
   }
 
+  const BenchJob& job_;
   std::shared_ptr<const Mesh<Dim>> mesh_;
   std::optional<Output> output_;  // outlives the simulation, which writes to it
   std::optional<Simulation<Dim>> simulation_;
@@ -329,12 +341,10 @@ std::string command(const char* what, Index steps = 0) {
 }
 
 void work(const BenchJob& job, ChildProcess& parent) {
-  const auto begin = Clock::now();
-  AnyModel model = job.model();
-  const double seconds = seconds_since(begin);
-  std::visit([&]<int Dim>(
-                 Model<Dim>& given) { Worker<Dim>(job, std::move(given), seconds).serve(parent); },
-             model);
+  if (job.dim == 2)
+    Worker<2>(job).serve(parent);
+  else
+    Worker<3>(job).serve(parent);
 }
 
 }  // namespace
