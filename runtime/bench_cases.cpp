@@ -22,11 +22,6 @@ constexpr int per_cell(int dim) {
 /// A run that ends when the measurement does; a history row every 1 % of it is none.
 constexpr Index endless = 1'000'000'000'000;
 
-/// The farthest that deformed() takes a particle, from the middle over the block's edge.
-double reach(int dim) {
-  return 0.5 * std::sqrt(static_cast<double>(dim));
-}
-
 /// [m/s] divided by the step's cells per second; the components add to one.
 template <int Dim>
 Vec<Dim> direction() {
@@ -36,20 +31,20 @@ Vec<Dim> direction() {
     return {0.4, 0.27, 0.33};
 }
 
-/// Cells below and above the block: for its deformation, and above for its flight.
+/// Cells below and above the block: free space, and above room for its flight. Multiples of the
+/// edge of a patch, so that the smallest block is one patch.
 struct Margins {
   Index below, above;
 };
 
-Margins margins(int dim, const BlockSize& size) {
+Margins margins(const BlockSize& size) {
   if (size.mesh_cells > 0) {
     const Index below = (size.mesh_cells - size.cells) / 2;
     return {below, size.mesh_cells - size.cells - below};
   }
-  constexpr double flight = crossings_per_step * flight_steps;  // cells, at most
-  const double swell = static_cast<double>(size.cells) * (reach(dim) - 0.5);
-  const Index below = 2 + static_cast<Index>(std::ceil(swell));
-  return {below, below + static_cast<Index>(flight)};
+  constexpr Index patch = 16;  // in 3D 8
+  const auto end = size.cells + static_cast<Index>(crossings_per_step * flight_steps);
+  return {patch, patch - end % patch + end - size.cells};
 }
 
 std::string repeated(double value, int dim) {
@@ -67,7 +62,7 @@ std::string repeated(Index value, int dim) {
 constexpr double block_step = 0.0125;  // [s]
 
 std::string block_scenario(int dim, const BlockSize& size) {
-  const auto [below, above] = margins(dim, size);
+  const auto [below, above] = margins(size);
   const Index end = below + size.cells;
   return fmt::format(
       R"({{"title": "Block of linear elastic material",
@@ -82,14 +77,11 @@ std::string block_scenario(int dim, const BlockSize& size) {
       repeated(end, dim), block_step);
 }
 
-/// Angle [rad] at a distance from the axis, over the distance at which nothing moves.
-double swirl_angle(double distance) {
-  constexpr double turns = 1.25;
+/// Turn (a, b) about the origin: at the radius `rim` and beyond not at all, inside by `turns`.
+void swirl(double& a, double& b, double rim, double turns) {
+  const double distance = std::hypot(a, b) / rim;
   const double fall = std::max(0.0, 1.0 - distance * distance);
-  return 2 * std::numbers::pi * turns * fall * fall;
-}
-
-void turn(double& a, double& b, double angle) {
+  const double angle = 2 * std::numbers::pi * turns * fall * fall;
   const double c = std::cos(angle), s = std::sin(angle), old = a;
   a = c * old - s * b;
   b = s * old + c * b;
@@ -105,15 +97,17 @@ Index BlockSize::particles(int dim) const {
 
 template <int Dim>
 Vec<Dim> deformed(const Vec<Dim>& x, double edge) {
+  constexpr double turns = 1.25;
   Vec<Dim> y = x;
-  const double rim = edge * std::numbers::sqrt2 / 2;
   if constexpr (Dim == 2) {
-    turn(y[0], y[1], swirl_angle(std::hypot(x[0], x[1]) / rim));
-  } else {
-    // The angle also depends on the place along the axis: layers shear against each other.
-    turn(y[0], y[1], swirl_angle(std::hypot(x[0], x[1]) / rim) * (1 + x[2] / edge));
-    const double rim_now = edge * reach(3);
-    turn(y[1], y[2], swirl_angle(std::hypot(y[1], y[2]) / rim_now) * (1 + y[0] / edge));
+    swirl(y[0], y[1], edge / 2, turns);
+    const Vec<2> quarter(std::copysign(edge / 4, y[0]), std::copysign(edge / 4, y[1]));
+    y -= quarter;
+    swirl(y[0], y[1], edge / 4, turns);
+    y += quarter;
+  } else {  // turns also depend on the place along the axis: layers shear against each other
+    swirl(y[0], y[1], edge / 2, turns * (1 + y[2] / edge));
+    swirl(y[1], y[2], edge / 2, turns * (1 + y[0] / edge));
   }
   return y;
 }
@@ -130,8 +124,7 @@ template <int Dim>
 Model<Dim> deformed_block(const BlockSize& size) {
   Model<Dim> model = lattice_block<Dim>(size);
   const auto edge = static_cast<double>(size.cells);
-  const Vec<Dim> middle =
-      Vec<Dim>::Constant(static_cast<double>(margins(Dim, size).below) + 0.5 * edge);
+  const Vec<Dim> middle = Vec<Dim>::Constant(static_cast<double>(margins(size).below) + 0.5 * edge);
   // A particle that moves by a share of a cell along an axis has that chance to change its cell.
   const Vec<Dim> velocity = direction<Dim>() * crossings_per_step / block_step;
   ParticleTable<Dim>& particles = model.particles;

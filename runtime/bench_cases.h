@@ -16,7 +16,7 @@ namespace lahar {
 /// rim, with which USL is unstable, need no care.
 struct BlockSize {
   Index cells;           ///< along an edge of the block
-  Index mesh_cells = 0;  ///< along an edge of the mesh; 0 = what a deformed block needs
+  Index mesh_cells = 0;  ///< along an edge of the mesh; 0 = what a flying block needs
   Index particles(int dim) const;
 };
 
@@ -32,8 +32,9 @@ Model<Dim> deformed_block(const BlockSize& size);
 inline constexpr double crossings_per_step = 0.01;
 inline constexpr Index flight_steps = 10'000;
 
-/// The deformation, for a block of edge `edge` [m] about the origin: planes turn in themselves, the
-/// middle by more than a full turn and the outermost corners not at all; in 3D about one axis and
+/// The deformation, for a block of edge `edge` [m] about the origin: circles turn in their planes,
+/// the inner ones by more than a full turn and the outermost not at all, so that the block stays in
+/// its outline. In 2D the whole and then each quarter turns, in 3D the whole about one axis and
 /// then about another. Lengths along and across the circles do not change, so neither do volumes.
 template <int Dim>
 Vec<Dim> deformed(const Vec<Dim>& x, double edge);
@@ -78,7 +79,8 @@ struct BenchPlan {
   bool stages = false;       ///< the report lists the stages
   double bound_at_most = 0;  ///< goal of the first job's time over that of the bandwidth; 0 = none
 
-  double bytes() const;  ///< [B] that all jobs need together, about
+  double bytes() const;               ///< [B] needed at a time, about
+  double seconds(int repeats) const;  ///< [s] needed, very roughly
 };
 
 /// Every case, in the order of the report; `threads` is the largest number to use.

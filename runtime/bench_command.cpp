@@ -83,11 +83,18 @@ BenchResult measure_all(const std::vector<BenchPlan>& plans, const BenchProtocol
   return result;
 }
 
-void announce_large(const std::vector<BenchPlan>& plans) {
+void announce_large(const std::vector<BenchPlan>& plans, int repeats) {
   for (const BenchPlan& plan : plans)
     if (plan.large)
-      fmt::print(stderr, "lahar bench: {} needs about {} of memory and some minutes\n", plan.name,
-                 format_bytes(plan.bytes()));
+      fmt::print(stderr, "lahar bench: {} needs about {} of memory and {}\n", plan.name,
+                 format_bytes(plan.bytes()), format_seconds(plan.seconds(repeats)));
+}
+
+/// Throws IoError, before the measurement, where its result could not be written.
+void check_writable(const std::string& file) {
+  if (file.empty()) return;
+  const AtomicFile atomic(file);
+  OutputFile(atomic.temporary(), OutputFile::Mode::truncate, file).close();
 }
 
 BenchResult read_result(const std::string& file) {
@@ -110,10 +117,12 @@ int bench_command(const BenchArguments& arguments) {
       for (BenchJob& job : plan.jobs) job.steps = 0;
   std::optional<BenchResult> earlier;
   if (!arguments.compare.empty()) earlier = read_result(arguments.compare);
+  check_writable(arguments.json);
+  check_writable(arguments.markdown);
   BenchResult result;
   if (arguments.from.empty()) {
     check_bench_memory(plans, available_memory());
-    announce_large(plans);
+    announce_large(plans, protocol.repeats);
     result = measure_all(plans, protocol);
   } else {
     result = read_result(arguments.from);

@@ -83,6 +83,7 @@ void members(Io& io, BenchVariant& s) {
   io("patches", s.patches);
   io("steps", s.steps);
   io("ns_per_particle_step", s.ns);
+  io("cpu_ns_per_particle_step", s.cpu_ns);
   io("goal_ns", s.goal);
   io("modelled_bytes_per_particle_step", s.bytes);
   io("bandwidth_bound_ns", s.bound);

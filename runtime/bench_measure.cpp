@@ -42,10 +42,15 @@ class Crew {
   /// All copies together: the sum of their rates.
   void sample() {
     for (auto& worker : workers_) worker->begin_steps(variant.steps);
-    double rate = 0;
-    for (auto& worker : workers_)
-      rate += static_cast<double>(variant.particles * variant.steps) / worker->wait_steps();
+    const auto particle_steps = static_cast<double>(variant.particles * variant.steps);
+    double rate = 0, cpu = 0;
+    for (auto& worker : workers_) {
+      const BenchWorker::Times times = worker->wait_steps();
+      rate += particle_steps / times.wall;
+      cpu += times.cpu / (particle_steps * variant.copies);
+    }
     variant.ns.values.push_back(1e9 / rate);
+    variant.cpu_ns.values.push_back(1e9 * cpu);
   }
 
   void finish(bool count_crossings) {
@@ -159,7 +164,7 @@ void measure_start(const BenchPlan& plan, const BenchProtocol& protocol,
     BenchWorker worker(plan.jobs.front());
     const BenchWorker::Ready ready = worker.ready();
     worker.begin_steps(1);
-    const double first = worker.wait_steps();
+    const double first = worker.wait_steps().wall;
     read.samples.values.push_back(ready.read_seconds);
     construct.samples.values.push_back(ready.construct_seconds);
     step.samples.values.push_back(first);

@@ -64,11 +64,13 @@ BenchPlan plates() {
 
 template <int Dim>
 BenchPlan block(const std::string& size_name, const BlockSize& size, double goal = 0) {
+  // A block of one patch flies into eight: that has nothing to do with its order.
+  const double deformed_goal = size.cells > h8_4k.cells ? 1.15 : 0;
   return {.name = fmt::format("{}-{}", Dim == 2 ? "q4" : "h8", size_name),
           .title = fmt::format("Block, {}, linear elastic, USL, {} particles",
                                Dim == 2 ? "Q4" : "H8", format_count(size.particles(Dim))),
           .jobs = {lattice<Dim>("lattice", size, one_thread, goal), irregular<Dim>(size)},
-          .ratios = {{"deformed / lattice", 1, 0, 1.15}}};
+          .ratios = {{"deformed / lattice", 1, 0, deformed_goal}}};
 }
 
 template <int Dim>
@@ -165,7 +167,7 @@ BenchPlan start_up(const std::string& name, const std::string& title, const Bloc
 double BenchPlan::bytes() const {
   // The columns of a particle, the table it is made from, and its share of the nodes while the
   // table becomes patches; a process without particles. Structured meshes store next to nothing.
-  constexpr double per_particle = 450, per_process = 50e6;
+  constexpr double per_particle = 500, per_process = 50e6;
   double sum = 0, most = 0;
   for (const BenchJob& job : jobs) {
     const double bytes = job.copies * (job.particles * per_particle + per_process);
@@ -173,6 +175,20 @@ double BenchPlan::bytes() const {
     most = std::max(most, bytes);
   }
   return kind == Kind::time ? sum : most;
+}
+
+double BenchPlan::seconds(int repeats) const {
+  constexpr double build = 2e-6, step = 1e-7, writing = 5e-6;  // [s] per particle
+  constexpr int steps_of_sample = 2, warm_up = 2;
+  double sum = 0;
+  for (const BenchJob& job : jobs) {
+    double each = build;
+    if (kind == Kind::time) each += (repeats * steps_of_sample + warm_up) * step;
+    if (kind == Kind::start_up) each *= repeats;
+    if (job.output) each += writing;
+    sum += job.copies * job.particles * each;
+  }
+  return sum;
 }
 
 std::vector<BenchPlan> bench_plans(int threads) {

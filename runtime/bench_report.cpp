@@ -91,15 +91,15 @@ std::string machine_section(const BenchMachine& machine) {
 }
 
 std::string times_section(const BenchResult& result) {
-  Table table(2, {"case", "run", "particles", "threads", "ns", "min - max", "goal", "M/s", "bytes",
-                  "bound ns", "of bound"});
+  Table table(2, {"case", "run", "particles", "threads", "ns", "min - max", "goal", "CPU ns", "M/s",
+                  "bytes", "bound ns", "of bound"});
   for (const BenchCase& c : result.cases)
     for (const BenchVariant& v : c.variants) {
       const double ns = v.ns.median();
       table.add(
           {c.name, v.name, format_count(v.particles),
            v.copies == 1 ? std::to_string(v.threads) : fmt::format("{} x {}", v.copies, v.threads),
-           number(ns), range(v.ns), goal(v.goal, 0), number(1e3 / ns),
+           number(ns), range(v.ns), goal(v.goal, 0), number(v.cpu_ns.median()), number(1e3 / ns),
            fmt::format("{:.0f}", v.bytes), v.bound > 0 ? number(v.bound) : "",
            v.bound > 0 ? fmt::format("{:.0f} %", 100 * v.bound / ns) : ""});
     }
@@ -143,42 +143,53 @@ std::string particles_section(const BenchResult& result) {
 
 std::string protocol_section(const BenchProtocol& protocol) {
   const std::string length =
-      protocol.steps > 0 ? fmt::format("{} steps", format_count(protocol.steps))
-                         : fmt::format("at least {:g} s and two steps", protocol.sample_seconds);
+      protocol.steps > 0 ? plural(static_cast<int>(protocol.steps), "step")
+                         : fmt::format("about {:g} s, at least two steps", protocol.sample_seconds);
   return fmt::format(R"(
 ## Protocol
 
-Medians of {}. A sample is {} (plate: 1000 steps) of a run that is warm. The runs
-of a case are processes of their own and take their samples in turn; a ratio is the median of the
-ratios of samples taken in the same round, and beside it that of the medians. Times are wall-clock
-times of everything that a step does; frames are off, history is written by the plate alone.
-bytes:      particle columns that a step has to move, each once per phase between two exchanges
-            (modelled); nodal values are not counted.
-bound:      these bytes at the bandwidth measured above, the faster of triad and update on as many
-            threads; the triad's write counts twice, since a line is read before it is written.
-            Particles that stay in the caches can be faster than that.
-crossings:  changes of cell per particle and step, counted after the samples.
-goal:       what Lahar aims at on one core of a recent server processor.
+Medians of {}. A sample is {} (plate: 1000 steps, unless --quick), of a
+run that is warm; "What ran" has their number. The runs of a case are processes of their own and take
+their samples in turn; a ratio is the median of the ratios of samples of the same round, beside it
+the ratio of the medians. Frames are off; only the plate has history rows, every 10 steps.
+
+    ns         wall-clock time of everything that a step does, per particle; of several runs together
+               the time in which all of them do one particle-step
+    CPU ns     processor time of all threads for it; on one thread less than ns where other programs
+               took the core
+    M/s        million particle-steps per second
+    bytes      particle columns that a step has to move, each once per phase between two exchanges
+               (modelled); nodal values, about a tenth, are not counted
+    bound      these bytes at the bandwidth measured above, the faster of triad and update on as many
+               threads; a written line of the triad counts twice, since it is read first. Particles
+               that stay in the caches can be faster
+    crossings  changes of cell per particle and step, counted in some steps after the samples
+    goal       what Lahar aims at, on one core of a recent server processor
 )",
                      plural(protocol.repeats, "sample"), length);
 }
 
 /// Nothing else running, samples agree to a few percent.
 std::string warnings(const BenchResult& result) {
-  constexpr double agree = 1.2, idle = 0.5;
-  std::string text;
-  if (result.machine.load > idle)
-    text += fmt::format(
-        "\nThe machine was not idle before ({:.2f} processes ran): the times say little.\n",
-        result.machine.load);
-  std::string names;
+  constexpr double agree = 1.2, idle = 0.5, own = 0.95;
+  std::string text, differing, disturbed;
+  const auto add = [](std::string& list, const BenchCase& c, const BenchVariant& v) {
+    list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", c.name, v.name);
+  };
   for (const BenchCase& c : result.cases)
-    for (const BenchVariant& v : c.variants)
-      if (v.ns.max() > agree * v.ns.min())
-        names += fmt::format("{}{} {}", names.empty() ? "" : ", ", c.name, v.name);
-  if (!names.empty())
-    text += fmt::format("\nSamples differ by more than 20 %, as if other programs had run: {}.\n",
-                        names);
+    for (const BenchVariant& v : c.variants) {
+      if (v.ns.max() > agree * v.ns.min()) add(differing, c, v);
+      const bool one_thread = v.threads == 1 && v.copies == 1;
+      if (one_thread && v.cpu_ns.median() < own * v.ns.median()) add(disturbed, c, v);
+    }
+  if (result.machine.load > idle)
+    text += fmt::format("\nThe machine was not idle before: {:.2f} processes ran.\n",
+                        result.machine.load);
+  if (!disturbed.empty())
+    text += fmt::format("\nOther programs took the core for more than 5 % of the time: {}.\n",
+                        disturbed);
+  if (!differing.empty())
+    text += fmt::format("\nSamples differ by more than 20 %: {}.\n", differing);
   return text;
 }
 

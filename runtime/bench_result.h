@@ -34,7 +34,7 @@ struct BenchMachine {
   int cores = 0;           ///< that this process may use
   double memory = 0;       ///< [B]
   double load = 0;         ///< mean number of running processes in the minute before
-  std::vector<BenchRates> rates;
+  std::vector<BenchRates> rates = {};
 };
 
 struct BenchProtocol {
@@ -55,14 +55,15 @@ struct BenchVariant {
   int threads = 1, copies = 1;                ///< copies: independent processes started together
   Index particles = 0, cells = 0, steps = 0;  ///< per copy; steps of a sample
   int patches = 0;
-  BenchSamples ns;             ///< [ns] per particle-step of all copies together
+  BenchSamples ns = {};        ///< [ns] per particle-step of all copies together
+  BenchSamples cpu_ns = {};    ///< [ns] of processor time per particle-step
   double goal = 0;             ///< [ns] at most; 0 = none
   double bytes = 0;            ///< [B] per particle-step, modelled (bench_traffic.h)
   double bound = 0;            ///< [ns] of these bytes at the bandwidth; 0 = not known
   double per_cell = 0;         ///< particles of an occupied cell at the start: mean,
   double per_cell_spread = 0;  ///< and standard deviation
   double crossings = -1;       ///< changes of cell per particle-step, counted; -1 = not counted
-  std::vector<BenchStage> stages;
+  std::vector<BenchStage> stages = {};
 };
 
 /// Any other number: a ratio, bytes per particle, seconds.

@@ -174,6 +174,13 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
+/// [s] that the threads of this process have computed.
+double cpu_seconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 /// [B] of this process: VmRSS or VmHWM.
 double process_memory(const std::string& key) {
   std::ifstream in("/proc/self/status");
@@ -187,6 +194,7 @@ class Output {
  public:
   Output()
       : folder_(std::filesystem::temp_directory_path() / fmt::format("lahar-bench-{}", getpid())) {
+    std::signal(SIGINT, SIG_IGN);  // the end of the commanding process is ours: then we tidy up
     make_folder(folder_);
     frames_.emplace(folder_);
   }
@@ -265,35 +273,40 @@ class Worker {
 
   Json answer_to(const std::string& what, Index steps) {
     if (what == "warm up") return warm_up();
-    if (what == "steps") return timed(steps);
+    if (what == "steps") {
+      const BenchWorker::Times times = timed(steps);
+      return {times.wall, times.cpu};
+    }
     if (what == "count crossings") return count_crossings();
     return end();
   }
 
-  double timed(Index steps) {
+  BenchWorker::Times timed(Index steps) {
     if (job_.life > 0 && simulation_->step() + steps > job_.life) {
       construct(std::get<Model<Dim>>(job_.model()));
       before_.clear();  // the new one's times are from its start
       timed_steps_ = 0;
     }
+    const double cpu = cpu_seconds();
     const auto begin = Clock::now();
     simulation_->advance(steps);
     timed_steps_ += steps;
-    return seconds_since(begin);
+    return {seconds_since(begin), cpu_seconds() - cpu};
   }
 
   double warm_up() {
     constexpr double enough = 0.15;  // [s]
     Index steps = 2;
-    double seconds = timed(steps);
-    while (seconds < enough) seconds = timed(steps *= 2);
+    double seconds = timed(steps).wall;
+    while (seconds < enough) seconds = timed(steps *= 2).wall;
     before_ = simulation_->timings();
     timed_steps_ = 0;
     return seconds / static_cast<double>(steps);
   }
 
   double count_crossings() {
-    constexpr Index steps = 4;
+    // Enough for the mean of a small model, few of a big one, whose frames take their time.
+    const auto steps = static_cast<Index>(std::clamp(2e6 / particles_, 4.0, 50.0));
     double count = 0;
     std::vector<Index> before = cells(simulation_->frame());
     for (Index step = 0; step < steps; ++step) {
@@ -302,7 +315,7 @@ class Worker {
       for (std::size_t p = 0; p < now.size(); ++p) count += now[p] != before[p];
       before = std::move(now);
     }
-    return count / (particles_ * steps);
+    return count / (particles_ * static_cast<double>(steps));
   }
 
   std::vector<Index> cells(const Frame& frame) const {
@@ -380,8 +393,9 @@ void BenchWorker::begin_steps(Index steps) {
   process_.send(command("steps", steps));
 }
 
-double BenchWorker::wait_steps() {
-  return Json::parse(process_.receive()).get<double>();
+BenchWorker::Times BenchWorker::wait_steps() {
+  const Json said = Json::parse(process_.receive());
+  return {said.at(0).get<double>(), said.at(1).get<double>()};
 }
 
 double BenchWorker::count_crossings() {

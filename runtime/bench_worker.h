@@ -52,7 +52,10 @@ class BenchWorker {
   void begin_warm_up();
   double wait_warm_up();  ///< [s] a step takes
   void begin_steps(Index steps);
-  double wait_steps();  ///< [s] they took
+  struct Times {
+    double wall = 0, cpu = 0;  ///< [s]; cpu: of all threads
+  };
+  Times wait_steps();
 
   /// At the end: time per stage since the warm-up, and memory.
   struct End {
