@@ -52,6 +52,16 @@ bool read_all(int file, char* data, std::size_t size) {
   return true;
 }
 
+/// Close what a child has of other children's pipes: they wait for these to end.
+void close_all_but(int a, int b) {
+  const auto low = static_cast<unsigned>(std::min(a, b)),
+             high = static_cast<unsigned>(std::max(a, b));
+  constexpr unsigned first = STDERR_FILENO + 1;
+  if (low > first) close_range(first, low - 1, 0);
+  if (high > low + 1) close_range(low + 1, high - 1, 0);
+  close_range(high + 1, ~0u, 0);
+}
+
 /// What a text from the child is.
 enum Kind : char {
   answer = 'a',
@@ -72,10 +82,9 @@ ChildProcess::ChildProcess(const std::function<void(ChildProcess&)>& work) {
   child_ = fork();
   if (child_ < 0) throw IoError("cannot start a process");
   if (child_ == 0) {
-    close(to_child[1]);
-    close(to_parent[0]);
     in_ = to_child[0];
     out_ = to_parent[1];
+    close_all_but(in_, out_);
     run_child(work);
   }
   close(to_child[0]);
@@ -298,7 +307,8 @@ class Worker {
     constexpr double enough = 0.15;  // [s]
     Index steps = 2;
     double seconds = timed(steps).wall;
-    while (seconds < enough) seconds = timed(steps *= 2).wall;
+    while (seconds < enough && (job_.life == 0 || 4 * steps <= job_.life))
+      seconds = timed(steps *= 2).wall;
     before_ = simulation_->timings();
     timed_steps_ = 0;
     return seconds / static_cast<double>(steps);
