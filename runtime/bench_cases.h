@@ -76,6 +76,7 @@ struct BenchPlan {
   std::vector<BenchJob> jobs = {};
   std::vector<BenchRatio> ratios = {};
   bool large = false;        ///< only if named, or with --large
+  int threads = 1;           ///< that it needs at least
   bool stages = false;       ///< the report lists the stages
   double bound_at_most = 0;  ///< goal of the first job's time over that of the bandwidth; 0 = none
 
@@ -86,9 +87,10 @@ struct BenchPlan {
 /// Every case, in the order of the report; `threads` is the largest number to use.
 std::vector<BenchPlan> bench_plans(int threads);
 
-/// Those named, or the default ones (`large`: all). Throws InputError for each unknown name.
+/// Those named, or the default ones (`large`: all) that `threads` suffice for. Throws InputError
+/// with a problem for each name that is unknown or needs more threads.
 std::vector<BenchPlan> choose_plans(std::vector<BenchPlan> all,
-                                    const std::vector<std::string>& names, bool large);
+                                    const std::vector<std::string>& names, bool large, int threads);
 
 /// Throws InputError naming the cases that need more than `available` [B].
 void check_bench_memory(const std::vector<BenchPlan>& plans, double available);

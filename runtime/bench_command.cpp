@@ -111,7 +111,8 @@ int bench_command(const BenchArguments& arguments) {
     return exit_ok;
   }
   // Whatever can be wrong is found before minutes are spent.
-  std::vector<BenchPlan> plans = choose_plans(all, arguments.cases, arguments.large);
+  std::vector<BenchPlan> plans =
+      choose_plans(all, arguments.cases, arguments.large, protocol.threads);
   if (arguments.quick)
     for (BenchPlan& plan : plans)
       for (BenchJob& job : plan.jobs) job.steps = 0;

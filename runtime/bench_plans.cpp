@@ -110,7 +110,8 @@ BenchPlan two_threads(const std::string& size_name, const BlockSize& size, bool 
                                format_count(size.particles(3))),
           .jobs = {lattice<3>("two threads", size, on(2)), runs},
           .ratios = {{"throughput: two threads / two runs", 1, 0, 0, 0.97}},
-          .large = large};
+          .large = large,
+          .threads = 2};
 }
 
 /// 1, 2, 4, ... and all.
@@ -127,7 +128,7 @@ std::string threads_name(int n) {
 
 template <class MakeJob>
 BenchPlan scaling(const std::string& name, const std::string& title, int most, MakeJob job) {
-  BenchPlan plan{.name = name, .title = title};
+  BenchPlan plan{.name = name, .title = title, .threads = 2};
   for (const int n : thread_counts(most)) {
     plan.jobs.push_back(job(n));
     if (n > 1)
@@ -192,7 +193,7 @@ double BenchPlan::seconds(int repeats) const {
 }
 
 std::vector<BenchPlan> bench_plans(int threads) {
-  std::vector<BenchPlan> plans{
+  return {
       plates(),
       block<2>("100k", q4_100k),
       block<2>("1m", q4_1m),
@@ -207,29 +208,28 @@ std::vector<BenchPlan> bench_plans(int threads) {
                      plate("task graph", one_thread, "usf"), plate("serial loop", serial, "usf")),
       graph_overhead("graph-h8-125k", "Task graph against the serial loop, H8, 125,000 particles",
                      lattice<3>("task graph", h8_125k, one_thread),
-                     lattice<3>("serial loop", h8_125k, serial))};
-  if (threads > 1) {
-    plans.push_back(two_threads("125k", h8_125k, false));
-    plans.push_back(two_threads("10m", h8_10m, true));
-    plans.push_back(scaling("scaling-plate", "Threads, plate with a hole, USF", threads,
-                            [](int n) { return plate(threads_name(n), on(n), "usf"); }));
-    plans.push_back(scaling("scaling-h8-1m", "Threads, H8, USL, 1,000,000 particles", threads,
-                            [](int n) { return lattice<3>(threads_name(n), h8_1m, on(n)); }));
-  }
-  plans.push_back(memory("1m", h8_1m, false));
-  plans.push_back(memory("10m", h8_10m, true));
-  plans.push_back(start_up("start-h8-1m", "Start-up, H8, 1,000,000 particles", h8_1m, false));
-  plans.push_back(start_up("start-h8-10m", "Start-up, H8, 10,077,696 particles", h8_10m, true));
-  plans.push_back(start_up("start-100m-cells",
-                           "Start-up, mesh of 100,544,625 cells, 1 % of them filled", {100, 465},
-                           true));
-  return plans;
+                     lattice<3>("serial loop", h8_125k, serial)),
+      two_threads("125k", h8_125k, false),
+      two_threads("10m", h8_10m, true),
+      scaling("scaling-plate", "Threads, plate with a hole, USF", threads,
+              [](int n) { return plate(threads_name(n), on(n), "usf"); }),
+      scaling("scaling-h8-1m", "Threads, H8, USL, 1,000,000 particles", threads,
+              [](int n) { return lattice<3>(threads_name(n), h8_1m, on(n)); }),
+      memory("1m", h8_1m, false),
+      memory("10m", h8_10m, true),
+      start_up("start-h8-1m", "Start-up, H8, 1,000,000 particles", h8_1m, false),
+      start_up("start-h8-10m", "Start-up, H8, 10,077,696 particles", h8_10m, true),
+      start_up("start-100m-cells", "Start-up, mesh of 100,544,625 cells, 1 % of them filled",
+               {100, 465}, true)};
 }
 
 std::vector<BenchPlan> choose_plans(std::vector<BenchPlan> all,
-                                    const std::vector<std::string>& names, bool large) {
+                                    const std::vector<std::string>& names, bool large,
+                                    int threads) {
   if (names.empty()) {
-    std::erase_if(all, [&](const BenchPlan& plan) { return plan.large && !large; });
+    std::erase_if(all, [&](const BenchPlan& plan) {
+      return (plan.large && !large) || plan.threads > threads;
+    });
     return all;
   }
   std::vector<std::string> known;
@@ -239,6 +239,11 @@ std::vector<BenchPlan> choose_plans(std::vector<BenchPlan> all,
     if (std::find(known.begin(), known.end(), name) == known.end())
       problems.push_back({.message = fmt::format("there is no benchmark \"{}\"", name),
                           .hint = suggest(name, known, "benchmarks")});
+  for (const BenchPlan& plan : all)
+    if (plan.threads > threads && std::find(names.begin(), names.end(), plan.name) != names.end())
+      problems.push_back(
+          {.message = fmt::format("benchmark \"{}\" needs {} threads, but only {} may be used",
+                                  plan.name, plan.threads, threads)});
   if (!problems.empty()) throw InputError(std::move(problems));
   std::erase_if(all, [&](const BenchPlan& plan) {
     return std::find(names.begin(), names.end(), plan.name) == names.end();

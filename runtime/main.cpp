@@ -165,6 +165,7 @@ int run_program(int argc, char** argv) {
       app.add_subcommand("bench", "Measure: time per particle and step, scaling, memory, start-up");
   bench_app->add_option("--cases", bench.cases, "Names of cases (default: all but large ones)")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("NAME,...");
   bench_app->add_flag("--list", bench.list, "List the cases and the memory they need");
   bench_app->add_flag("--large", bench.large, "Also cases that need gigabytes and minutes");

@@ -232,9 +232,17 @@ TEST_CASE("what is no result is refused with the reason") {
 TEST_CASE("every unknown benchmark is named, with the nearest one there is") {
   const auto all = bench_plans(2);
   CHECK(messages([&] {
-          choose_plans(all, {"h8-1m", "q4-100", "h8-4kk"}, false);
+          choose_plans(all, {"h8-1m", "q4-100", "h8-4kk"}, false, 2);
         }) == std::vector<std::string>{"there is no benchmark \"q4-100\"; did you mean 'q4-100k'?",
                                        "there is no benchmark \"h8-4kk\"; did you mean 'h8-4k'?"});
+}
+
+TEST_CASE("benchmarks of several threads are left out, or refused, where there is one") {
+  const auto all = bench_plans(1);
+  for (const BenchPlan& plan : choose_plans(all, {}, true, 1)) CHECK(plan.threads == 1);
+  CHECK(messages([&] { choose_plans(all, {"threads-h8-125k"}, false, 1); }) ==
+        std::vector<std::string>{
+            "benchmark \"threads-h8-125k\" needs 2 threads, but only 1 may be used; "});
 }
 
 TEST_CASE("large benchmarks run when they are named or asked for") {
@@ -243,15 +251,15 @@ TEST_CASE("large benchmarks run when they are named or asked for") {
     return std::any_of(plans.begin(), plans.end(),
                        [&](const BenchPlan& plan) { return plan.name == name; });
   };
-  CHECK_FALSE(has(choose_plans(all, {}, false), "h8-10m"));
-  CHECK(has(choose_plans(all, {}, true), "h8-10m"));
-  CHECK(choose_plans(all, {"h8-10m"}, false).size() == 1);
+  CHECK_FALSE(has(choose_plans(all, {}, false, 2), "h8-10m"));
+  CHECK(has(choose_plans(all, {}, true, 2), "h8-10m"));
+  CHECK(choose_plans(all, {"h8-10m"}, false, 2).size() == 1);
   // The default ones fit into a small machine.
-  for (const BenchPlan& plan : choose_plans(all, {}, false)) CHECK(plan.bytes() < 3e9);
+  for (const BenchPlan& plan : choose_plans(all, {}, false, 2)) CHECK(plan.bytes() < 3e9);
 }
 
 TEST_CASE("a benchmark that does not fit into memory is refused") {
-  const auto plans = choose_plans(bench_plans(2), {"h8-4k", "h8-10m"}, false);
+  const auto plans = choose_plans(bench_plans(2), {"h8-4k", "h8-10m"}, false, 2);
   CHECK(messages([&] { check_bench_memory(plans, 2147483648.0); }) ==
         std::vector<std::string>{
             "benchmark \"h8-10m\" needs about 9.5 GiB of memory, 2.0 GiB are available; choose "
