@@ -10,6 +10,7 @@
 
 #include "io/compare.h"
 #include "io/export.h"
+#include "runtime/bench_command.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
 #include "runtime/verify_command.h"
@@ -157,6 +158,31 @@ int run_program(int argc, char** argv) {
   verify_app->callback([&] {
     refuse_several_ranks();
     code = verify_command(verify);
+  });
+
+  BenchArguments bench;
+  auto* bench_app =
+      app.add_subcommand("bench", "Measure: time per particle and step, scaling, memory, start-up");
+  bench_app->add_option("--cases", bench.cases, "Names of cases (default: all but large ones)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("NAME,...");
+  bench_app->add_flag("--list", bench.list, "List the cases and the memory they need");
+  bench_app->add_flag("--large", bench.large, "Also cases that need gigabytes and minutes");
+  bench_app->add_flag("--quick", bench.quick, "Short samples: a look, not a measurement");
+  bench_app->add_option("--repeat", bench.repeats, "Samples of each (default: 5)")
+      ->check(CLI::Range(1, 1000));
+  bench_app->add_option("--steps", bench.steps, "Steps of a sample (default: 0.6 s of them)")
+      ->check(CLI::Range(1, 1'000'000'000));
+  bench_app->add_option("--threads,-t", bench.threads, "Most threads (default: all cores)")
+      ->check(CLI::Range(1, 4096));
+  bench_app->add_option("--json", bench.json, "Write everything that was measured to a file");
+  bench_app->add_option("--markdown", bench.markdown, "Write the report to a file as well");
+  bench_app->add_option("--compare", bench.compare, "Result (JSON) to compare with");
+  bench_app->add_option("--from", bench.from, "Report a result (JSON) instead of measuring");
+  bench_app->callback([&] {
+    refuse_several_ranks();
+    code = bench_command(bench);
   });
 
   bool schema = false, reference = false;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "io/frame.h"
+#include "physics/model.h"
 #include "runtime/hole_series.h"
 
 namespace lahar {
@@ -12,6 +13,9 @@ namespace lahar {
 /// Geometry of the case (examples/plate-with-hole.json), all of the plate [m], and the load [Pa].
 inline constexpr double plate_radius = 0.5, plate_width = 5, plate_length = 8, plate_load = 100,
                         plate_cell = 0.0625;
+
+/// The case with the published discretisation, 40,155 particles; overrides as for --set.
+Model<2> published_plate(const std::vector<std::string>& overrides);
 
 /// Stresses over the load: A is the hole's edge across the load, B along the load.
 struct HoleStresses {

@@ -1,0 +1,57 @@
+#include "runtime/bench_traffic.h"
+
+#include <algorithm>
+
+namespace lahar {
+
+namespace {
+
+using enum Column;
+
+std::vector<TrafficPhase> phases_of_boxes(Scheme scheme) {
+  switch (scheme) {
+    case Scheme::usl:
+      return {{"integrate G2P stress locate P2G force",
+               {x, v, u, stress, volume, mass},
+               {x, v, u, stress, volume}}};
+    case Scheme::usf:
+      return {{"velocity stress force", {x, stress, volume}, {stress, volume}},
+              {"integrate G2P locate P2G", {x, v, u, mass}, {x, v, u}}};
+    case Scheme::musl:
+      return {{"velocity stress locate P2G force", {x, v, stress, volume, mass}, {stress, volume}},
+              {"integrate G2P P2G again", {x, v, u, mass}, {x, v, u}}};
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<TrafficPhase> traffic_phases(Scheme scheme, bool cartesian) {
+  std::vector<TrafficPhase> phases = phases_of_boxes(scheme);
+  if (cartesian) return phases;
+  for (TrafficPhase& phase : phases) {
+    const bool moves = std::count(phase.writes.begin(), phase.writes.end(), x) > 0;
+    if (!moves) std::replace(phase.reads.begin(), phase.reads.end(), x, xi);
+    if (moves) phase.reads.push_back(xi), phase.writes.push_back(xi);
+  }
+  return phases;
+}
+
+template <int Dim>
+double bytes_per_particle_step(Scheme scheme, bool cartesian) {
+  int components = 0;
+  const auto add = [&](const std::vector<Column>& columns) {
+    for (const Column column : columns)
+      components += ColumnLayout<Dim>::components(column_table[static_cast<std::size_t>(column)]);
+  };
+  for (const TrafficPhase& phase : traffic_phases(scheme, cartesian)) {
+    add(phase.reads);
+    add(phase.writes);
+  }
+  return components * static_cast<double>(sizeof(double));
+}
+
+template double bytes_per_particle_step<2>(Scheme, bool);
+template double bytes_per_particle_step<3>(Scheme, bool);
+
+}  // namespace lahar
