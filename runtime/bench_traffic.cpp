@@ -11,15 +11,17 @@ using enum Column;
 std::vector<TrafficPhase> phases_of_boxes(Scheme scheme) {
   switch (scheme) {
     case Scheme::usl:
-      return {{"integrate G2P stress locate P2G force",
+      return {{"integrate stress G2P locate P2G force",
                {x, v, u, stress, volume, mass},
                {x, v, u, stress, volume}}};
     case Scheme::usf:
       return {{"velocity stress force", {x, stress, volume}, {stress, volume}},
               {"integrate G2P locate P2G", {x, v, u, mass}, {x, v, u}}};
     case Scheme::musl:
-      return {{"velocity stress locate P2G force", {x, v, stress, volume, mass}, {stress, volume}},
-              {"integrate G2P P2G again", {x, v, u, mass}, {x, v, u}}};
+      return {{"integrate G2P P2G again", {x, xi, v, u, mass}, {x, v, u}},
+              {"velocity stress locate P2G force",
+               {x, xi, v, stress, volume, mass},
+               {xi, stress, volume}}};
   }
   return {};
 }
@@ -28,7 +30,7 @@ std::vector<TrafficPhase> phases_of_boxes(Scheme scheme) {
 
 std::vector<TrafficPhase> traffic_phases(Scheme scheme, bool cartesian) {
   std::vector<TrafficPhase> phases = phases_of_boxes(scheme);
-  if (cartesian) return phases;
+  if (cartesian || scheme == Scheme::musl) return phases;  // MUSL keeps xi on any mesh
   for (TrafficPhase& phase : phases) {
     const bool moves = std::count(phase.writes.begin(), phase.writes.end(), x) > 0;
     if (!moves) std::replace(phase.reads.begin(), phase.reads.end(), x, xi);

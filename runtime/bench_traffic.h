@@ -14,19 +14,20 @@ struct TrafficPhase {
   std::vector<Column> reads, writes;
 };
 
+// clang-format off
 /// Phases of one step of linear elastic material, from one exchange to the next, cyclic:
 ///
 ///     scheme  phase                                    reads                       writes
-///     USL     integrate G2P stress locate P2G force    x v u stress volume mass    x v u stress
-///     volume USF     velocity stress force                    x stress volume             stress
-///     volume
+///     USL     integrate stress G2P locate P2G force    x v u stress volume mass    x v u stress volume
+///     USF     velocity stress force                    x stress volume             stress volume
 ///             integrate G2P locate P2G                 x v u mass                  x v u
-///     MUSL    velocity stress locate P2G force         x v stress volume mass      stress volume
-///             integrate G2P P2G again                  x v u mass                  x v u
+///     MUSL    integrate G2P P2G again                  x xi v u mass               x v u
+///             velocity stress locate P2G force         x xi v stress volume mass   xi stress volume
 ///
 /// A mesh of general cells keeps the natural coordinates xi: read instead of x where x stays, read
 /// and written where x changes. What can be computed from these columns (strain, natural
 /// coordinates in a box) or is per run of particles (cell, material) is not counted.
+// clang-format on
 std::vector<TrafficPhase> traffic_phases(Scheme scheme, bool cartesian);
 
 /// [B] per particle-step: every column of a phase moves once for reading and once for writing. All
