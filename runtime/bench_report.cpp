@@ -151,8 +151,8 @@ std::string protocol_section(const BenchProtocol& protocol) {
 Medians of {}. A sample is {} (plate: 1000 steps,
 unless --quick), of a run that is warm; "What ran" has their number. The runs of a case are
 processes of their own and take their samples in turn; a ratio is the median of the ratios of
-samples of the same round, beside it the ratio of the medians. Frames are off; only the plate has history
-rows, every 10 steps.
+samples of the same round, beside it the ratio of the medians. Frames are off; only the plate has
+history rows, every 10 steps.
 
     ns         wall-clock time of everything that a step does, per particle; of several runs
                together the time in which all of them do one particle-step
