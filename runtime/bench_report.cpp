@@ -148,21 +148,22 @@ std::string protocol_section(const BenchProtocol& protocol) {
   return fmt::format(R"(
 ## Protocol
 
-Medians of {}. A sample is {} (plate: 1000 steps, unless --quick), of a
-run that is warm; "What ran" has their number. The runs of a case are processes of their own and take
-their samples in turn; a ratio is the median of the ratios of samples of the same round, beside it
-the ratio of the medians. Frames are off; only the plate has history rows, every 10 steps.
+Medians of {}. A sample is {} (plate: 1000 steps,
+unless --quick), of a run that is warm; "What ran" has their number. The runs of a case are
+processes of their own and take their samples in turn; a ratio is the median of the ratios of
+samples of the same round, beside it the ratio of the medians. Frames are off; only the plate has
+history rows, every 10 steps.
 
-    ns         wall-clock time of everything that a step does, per particle; of several runs together
-               the time in which all of them do one particle-step
+    ns         wall-clock time of everything that a step does, per particle; of several runs
+               together the time in which all of them do one particle-step
     CPU ns     processor time of all threads for it; on one thread less than ns where other programs
                took the core
     M/s        million particle-steps per second
     bytes      particle columns that a step has to move, each once per phase between two exchanges
                (modelled); nodal values, about a tenth, are not counted
-    bound      these bytes at the bandwidth measured above, the faster of triad and update on as many
-               threads; a written line of the triad counts twice, since it is read first. Particles
-               that stay in the caches can be faster
+    bound      these bytes at the bandwidth measured above, the faster of triad and update on as
+               many threads; a written line of the triad counts twice, since it is read first.
+               Particles that stay in the caches can be faster
     crossings  changes of cell per particle and step, counted in some steps after the samples
     goal       what Lahar aims at, on one core of a recent server processor
 )",

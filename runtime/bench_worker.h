@@ -5,35 +5,13 @@
 /// single thread, so that forking it is safe.
 #pragma once
 
-#include <sys/types.h>
-
-#include <functional>
 #include <string>
 
 #include "runtime/bench_cases.h"
 #include "runtime/bench_result.h"
+#include "runtime/child_process.h"
 
 namespace lahar {
-
-/// A forked process and a pipe in each direction, over which texts travel.
-class ChildProcess {
- public:
-  /// `work` runs in the child; a failure there is thrown by the parent's receive().
-  explicit ChildProcess(const std::function<void(ChildProcess&)>& work);
-  ChildProcess(const ChildProcess&) = delete;
-  ChildProcess& operator=(const ChildProcess&) = delete;
-  ~ChildProcess();  ///< ends the child and waits for it
-
-  void send(const std::string& text);
-  /// Waits. Throws what the child threw, or IoError if it was killed.
-  std::string receive();
-
- private:
-  [[noreturn]] void run_child(const std::function<void(ChildProcess&)>& work);
-  [[noreturn]] void explain_end();
-  pid_t child_ = -1;
-  int in_ = -1, out_ = -1;
-};
 
 /// A simulation in a process of its own. Commands come in pairs, begin and wait, so that several
 /// workers can work at the same time.
