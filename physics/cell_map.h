@@ -2,6 +2,7 @@
 /// by 2 / length per axis; isoparametric cells invert the Jacobian dx/dxi of each lane.
 #pragma once
 
+#include "physics/inverse_mapping.h"
 #include "physics/patch.h"
 #include "physics/shape.h"
 #include "physics/simd.h"
@@ -15,12 +16,14 @@ struct CartesianMap {
   std::array<const double*, Dim> rows;  ///< positions, or natural coordinates where stored
 
   /// Natural coordinates of the particles from p on. Where positions do not change while they are
-  /// needed they are not stored: computing is cheaper than moving them through memory.
+  /// needed they are not stored: computing is cheaper than moving them through memory. A particle
+  /// on the very edge of its cell is pulled inside by rounding, as locate() does: nodes across the
+  /// cell then have mass, and with it a velocity.
   template <class Real>
   LAHAR_INLINE void natural(Local p, Real (&xi)[Dim]) const {
     LAHAR_UNROLL
     for (std::size_t d = 0; d < Dim; ++d)
-      xi[d] = (load<Real>(rows[d] + p) - origin[d]) * per_unit[d];
+      xi[d] = clamp((load<Real>(rows[d] + p) - origin[d]) * per_unit[d], xi_max);
   }
   /// L[a][d] = dq_a/dx_d from G[a][k] = dq_a/dxi_k of the particles from p on.
   template <class Real>
