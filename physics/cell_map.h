@@ -2,6 +2,8 @@
 /// by 2 / length per axis; isoparametric cells invert the Jacobian dx/dxi of each lane.
 #pragma once
 
+#include <limits>
+
 #include "physics/cell_polynomial.h"
 #include "physics/patch.h"
 #include "physics/shape.h"
@@ -16,7 +18,9 @@ struct CartesianMap {
   std::array<const double*, Dim> rows;  ///< positions, or natural coordinates where stored
 
   /// Natural coordinates of the particles from p on. Where positions do not change while they are
-  /// needed they are not stored: computing is cheaper than moving them through memory.
+  /// needed they are not stored: computing is cheaper than moving them through memory. A particle
+  /// on the very edge of its cell is inside by a few roundings: nodes across the cell then have
+  /// mass, and with it a velocity.
   template <class Real>
   LAHAR_INLINE void natural(Local p, Real (&xi)[Dim]) const {
     LAHAR_UNROLL
@@ -107,6 +111,9 @@ struct IsoparametricMap {
   }
 };
 
+/// Keeps natural coordinates that are within [-1, 1] but for rounding below 1 in magnitude.
+inline constexpr double pulled_inside = 1.0 - 4 * std::numeric_limits<double>::epsilon();
+
 /// The maps of a patch's cells, made one by one from what is common to all.
 template <int Dim>
 class CartesianCells {
@@ -124,7 +131,7 @@ class CartesianCells {
     for (std::size_t d = 0; d < Dim; ++d) {
       map.scale[d] = box[Dim + d];
       map.origin[d] = stored_ ? 0.0 : box[d];
-      map.per_unit[d] = stored_ ? 1.0 : box[Dim + d];
+      map.per_unit[d] = stored_ ? 1.0 : box[Dim + d] * pulled_inside;
     }
     return map;
   }

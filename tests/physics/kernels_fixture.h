@@ -8,6 +8,12 @@
 
 namespace lahar::test {
 
+/// Which natural coordinates the particles of a Cartesian patch store (isoparametric ones always
+/// do).
+enum class Natural { computed, stored };
+/// Where the slots of runs end: behind their particles, or one later.
+enum class Slots { packed, with_free };
+
 /// One patch that is the whole mesh.
 template <int Dim>
 struct OnePatch {
@@ -17,31 +23,51 @@ struct OnePatch {
   Patch<Dim> patch;
   double dt = 0.01, time = 0.0;
 
-  OnePatch(Mesh<Dim>&& mesh, ColumnNeeds needs = {.size = true, .pressure = true})
+  explicit OnePatch(Mesh<Dim>&& mesh, Natural natural = Natural::computed)
       : model(with(std::move(mesh))), partition(*model.mesh, model.mesh->n_cells()) {
     const Mesh<Dim>& m = *model.mesh;
     patch.topology = make_topology(m, partition, 0);
     std::vector<PatchTopology<Dim>*> alone{&patch.topology};
     connect(alone);
-    patch.particles = Particles<Dim>(ColumnLayout<Dim>(needs));
+    for (auto& neighbours : patch.neighbour_sums) neighbours.assign(1, {});
     patch.cartesian = m.is_cartesian();
+    const ColumnLayout<Dim> layout({.size = true,
+                                    .pressure = true,
+                                    .natural = !patch.cartesian || natural == Natural::stored,
+                                    .strain = true});
+    patch.particles = Particles<Dim>(layout);
+    patch.movers = Particles<Dim>(layout);
     for (Index c = 0; c < m.n_cells(); ++c) {
       patch.local_cell[c] = static_cast<Local>(c);
       patch.cell_size.push_back(m.cell_size(c));
       auto& box = patch.box.emplace_back();
       for (int d = 0; d < Dim; ++d) {
         box[static_cast<std::size_t>(d)] = m.geometry(c).centre[d];
-        box[static_cast<std::size_t>(Dim + d)] = m.geometry(c).length[d];
+        box[static_cast<std::size_t>(Dim + d)] = 2.0 / m.geometry(c).length[d];
       }
     }
-    for (Index n = 0; n < m.n_nodes(); ++n) patch.node_position.push_back(m.node(n));
     const auto nodes = static_cast<std::size_t>(m.n_nodes());
-    for (std::size_t k = 0; k < n_node_sums; ++k) {
-      patch.partial[k].assign(nodes * static_cast<std::size_t>(node_sum_width<Dim>[k]), 0.0);
-      patch.total[k] = patch.partial[k];
-    }
-    patch.velocity.assign(nodes * Dim, 0.0);
-    patch.acceleration.assign(nodes * Dim, 0.0);
+    const NodeArray zero(nodes * node_width, 0.0);
+    patch.node_position = patch.velocity = patch.acceleration = patch.damping = zero;
+    for (Index n = 0; n < m.n_nodes(); ++n)
+      for (int d = 0; d < Dim; ++d)
+        patch.node_position[at(static_cast<Local>(n), d)] = m.node(n)[d];
+    for (auto& copies : patch.sums) copies = {NodeArray(nodes * sum_stride, 0.0)};
+    patch.pressure.assign(nodes, 0.0);
+  }
+
+  /// Place of a component in a node array.
+  static std::size_t at(Local node, int component) {
+    return static_cast<std::size_t>(node) * node_width + static_cast<std::size_t>(component);
+  }
+  Vec<Dim> node(Local n) const {
+    Vec<Dim> x;
+    for (int d = 0; d < Dim; ++d) x[d] = patch.node_position[at(n, d)];
+    return x;
+  }
+  double sum(NodeSum which, Local n, int component) const {
+    return patch.own_sums(which, 0)[static_cast<std::size_t>(n) * sum_stride +
+                                    static_cast<std::size_t>(component)];
   }
 
   StepContext<Dim> context() const { return {&model, &partition, 0, time, dt}; }
@@ -63,14 +89,14 @@ struct OnePatch {
       if (p.layout().has(c)) p.row(c)[i] = uniform(random, 0.5, 1.5);
     const auto x = physical(cell, xi);
     for (int d = 0; d < Dim; ++d) {
-      p.row(Column::xi, d)[i] = xi[d];
+      if (p.layout().has(Column::xi)) p.row(Column::xi, d)[i] = xi[d];
       p.row(Column::x, d)[i] = x[d];
     }
   }
 
   /// 0 to 21 particles in every cell (so that every length of a run occurs), two materials, in
   /// random order; then sorted into runs.
-  void fill(std::mt19937& random) {
+  void fill(std::mt19937& random, Slots slots = Slots::packed) {
     std::vector<Local> cells;
     for (Index c = 0; c < model.mesh->n_cells(); ++c)
       cells.insert(cells.end(), static_cast<std::size_t>(c * 7 % 22), static_cast<Local>(c));
@@ -78,6 +104,7 @@ struct OnePatch {
     for (const Local cell : cells)
       add(random, cell, random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones()),
           static_cast<std::uint16_t>(random() % 2));
+    patch.moving = slots == Slots::with_free;
     receive(patch);
   }
 
@@ -94,7 +121,33 @@ struct OnePatch {
 
   double at(Column c, Local p, int k = 0) const { return patch.particles.row(c, k)[p]; }
   double& at(Column c, Local p, int k = 0) { return patch.particles.row(c, k)[p]; }
-  Local size() const { return patch.particles.size(); }
+  Local size() const { return patch.count; }
+  /// Slots of all particles, in the order of the runs.
+  std::vector<Local> slots() const {
+    std::vector<Local> all;
+    patch.for_each_particle([&](Local p) { all.push_back(p); });
+    return all;
+  }
+  std::vector<Index> ids() const {
+    std::vector<Index> all;
+    for (const Local p : slots()) all.push_back(patch.particles.id[static_cast<std::size_t>(p)]);
+    return all;
+  }
+  Vec<Dim> vector(Column c, Local p) const {
+    Vec<Dim> v;
+    for (int d = 0; d < Dim; ++d) v[d] = at(c, p, d);
+    return v;
+  }
+  Vec<Dim> natural(Local p) const {
+    if (patch.particles.layout().has(Column::xi)) return vector(Column::xi, p);
+    const auto& box =
+        patch.box[static_cast<std::size_t>(patch.particles.cell[static_cast<std::size_t>(p)])];
+    Vec<Dim> xi;
+    for (int d = 0; d < Dim; ++d)
+      xi[d] = (at(Column::x, p, d) - box[static_cast<std::size_t>(d)]) *
+              box[static_cast<std::size_t>(Dim + d)];
+    return xi;
+  }
 
  private:
   static Model<Dim> with(Mesh<Dim>&& mesh) {
@@ -132,30 +185,39 @@ Mesh<Dim> skewed() {
 
 /// Make nodal velocities (or accelerations) A x + b, with random A and b.
 template <class Fixture>
-auto set_linear(Fixture& f, std::vector<double>& field, std::mt19937& random) {
+auto set_linear(Fixture& f, NodeArray& field, std::mt19937& random) {
   constexpr int Dim = Fixture::dim;
   Eigen::Matrix<double, Dim, Dim> A;
   for (int i = 0; i < Dim * Dim; ++i) A.data()[i] = uniform(random, -1, 1);
   const Vec<Dim> b = random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones());
   for (Local n = 0; n < f.patch.n_nodes(); ++n) {
-    const Vec<Dim> v = A * f.patch.node_position[static_cast<std::size_t>(n)] + b;
-    for (int d = 0; d < Dim; ++d) field[static_cast<std::size_t>(n * Dim + d)] = v[d];
+    const Vec<Dim> v = A * f.node(n) + b;
+    for (int d = 0; d < Dim; ++d) field[f.at(n, d)] = v[d];
   }
   return std::pair(A, b);
+}
+
+/// Call make() for each dimension and kind of cell: `with` gets functions that make an empty patch.
+void with_every_kind(auto with) {
+  with([] { return OnePatch<2>(boxes<2>()); });
+  with([] { return OnePatch<2>(boxes<2>(), Natural::stored); });
+  with([] { return OnePatch<2>(skewed<2>()); });
+  with([] { return OnePatch<3>(boxes<3>()); });
+  with([] { return OnePatch<3>(boxes<3>(), Natural::stored); });
+  with([] { return OnePatch<3>(skewed<3>()); });
 }
 
 /// Call with a filled patch of each dimension and kind of cell.
 template <class Check>
 void on_every_mesh(Check check) {
   std::mt19937 random(17);
-  const auto with = [&](auto patch) {
-    patch.fill(random);
-    check(patch, random);
-  };
-  with(OnePatch<2>(boxes<2>()));
-  with(OnePatch<2>(skewed<2>()));
-  with(OnePatch<3>(boxes<3>()));
-  with(OnePatch<3>(skewed<3>()));
+  with_every_kind([&](auto make) {
+    for (const Slots slots : {Slots::packed, Slots::with_free}) {
+      auto patch = make();
+      patch.fill(random, slots);
+      check(patch, random);
+    }
+  });
 }
 
 }  // namespace lahar::test

@@ -10,35 +10,30 @@ using namespace lahar::test;
 
 namespace {
 
-/// Mass, momentum and force of every node summed over patches (of which there is one).
+using enum NodeSum;
+
+/// Mass, momentum and force of every node; there is one patch, whose sums are those of all.
 template <class Fixture>
-void sum_all(Fixture& f) {
-  map_mass_momentum(f.patch);
-  map_force(f.patch, f.context());
-  sum_over_patches(f.patch, NodeSum::mass_momentum);
-  sum_over_patches(f.patch, NodeSum::force);
+void map_all(Fixture& f) {
+  map_mass_momentum(f.patch, f.context(), f.patch.runs);
+  map_force(f.patch, f.context(), f.patch.runs);
 }
 
 template <class Fixture>
 double mass(const Fixture& f, Local n) {
-  return f.patch.total[0][static_cast<std::size_t>(4 * n)];
+  return f.sum(mass_momentum, n, mass_lane);
 }
 template <class Fixture>
-double momentum(const Fixture& f, Local n, int d) {
-  return f.patch.total[0][static_cast<std::size_t>(4 * n + 1 + d)];
-}
-template <class Fixture>
-double force(const Fixture& f, Local n, int d) {
-  const int width = node_sum_width<Fixture::dim>[1];
-  return f.patch.total[1][static_cast<std::size_t>(n * width + d)];
+double momentum_of(const Fixture& f, Local n, int d) {
+  return f.sum(mass_momentum, n, d);
 }
 template <class Fixture>
 double velocity(const Fixture& f, Local n, int d) {
-  return f.patch.velocity[static_cast<std::size_t>(n * Fixture::dim + d)];
+  return f.patch.velocity[f.at(n, d)];
 }
 template <class Fixture>
 double acceleration(const Fixture& f, Local n, int d) {
-  return f.patch.acceleration[static_cast<std::size_t>(n * Fixture::dim + d)];
+  return f.patch.acceleration[f.at(n, d)];
 }
 
 }  // namespace
@@ -47,11 +42,11 @@ TEST_CASE("nodes move by (f + m g) / m, symplectic Euler") {
   on_every_mesh([](auto& f, std::mt19937&) {
     constexpr int Dim = std::decay_t<decltype(f)>::dim;
     f.model.gravity = Vec<Dim>::LinSpaced(1, -9);
-    sum_all(f);
-    nodal_velocity(f.patch, NodeSum::mass_momentum);
+    map_all(f);
+    nodal_velocity(f.patch, f.context());
     std::vector<double> forces;
     for (Local n = 0; n < f.patch.n_nodes(); ++n)
-      for (int d = 0; d < Dim; ++d) forces.push_back(force(f, n, d));
+      for (int d = 0; d < Dim; ++d) forces.push_back(f.sum(force, n, d));
     integrate(f.patch, f.context());
     double worst = 0;
     for (Local n = 0; n < f.patch.n_nodes(); ++n)
@@ -63,7 +58,7 @@ TEST_CASE("nodes move by (f + m g) / m, symplectic Euler") {
         }
         const double a =
             forces[static_cast<std::size_t>(n * Dim + d)] / mass(f, n) + f.model.gravity[d];
-        const double v = momentum(f, n, d) / mass(f, n) + f.dt * a;
+        const double v = momentum_of(f, n, d) / mass(f, n) + f.dt * a;
         worst = std::max({worst, std::abs(acceleration(f, n, d) - a) / (1 + std::abs(a)),
                           std::abs(velocity(f, n, d) - v) / (1 + std::abs(v))});
       }
@@ -78,8 +73,8 @@ TEST_CASE("a node without mass does not move, whatever acts on it") {
   f.model.gravity = {0, -9.81};
   receive(f.patch);
   f.patch.forces = {{.node = 40, .dir = 0, .force = 5, .function = -1}};
-  sum_all(f);
-  nodal_velocity(f.patch, NodeSum::mass_momentum);
+  map_all(f);
+  nodal_velocity(f.patch, f.context());
   integrate(f.patch, f.context());
   CHECK(mass(f, 40) == 0);
   for (int d = 0; d < 2; ++d) {
@@ -95,9 +90,9 @@ TEST_CASE("prescribed velocities hold before and after integration, without acce
     const Local node = f.patch.topology.corner_nodes[5][0];
     f.patch.fixed = {{.node = node, .dir = 1, .velocity = -2.5}};
     f.patch.forces = {{.node = node, .dir = 1, .force = 100, .function = -1}};
-    sum_all(f);
+    map_all(f);
     REQUIRE(mass(f, node) > 0);
-    nodal_velocity(f.patch, NodeSum::mass_momentum);
+    nodal_velocity(f.patch, f.context());
     CHECK(velocity(f, node, 1) == -2.5);
     integrate(f.patch, f.context());
     CHECK(velocity(f, node, 1) == -2.5);
@@ -111,9 +106,9 @@ TEST_CASE("point forces act with their function of time") {
     const Local node = f.patch.topology.corner_nodes[5][0];
     f.model.functions = {{.kind = MathFunction::Kind::linear, .x = {0, 1}, .f = {0, 2}}};
     f.time = 0.25;
-    sum_all(f);
-    nodal_velocity(f.patch, NodeSum::mass_momentum);
-    const double before = force(f, node, 0), m = mass(f, node);
+    map_all(f);
+    nodal_velocity(f.patch, f.context());
+    const double before = f.sum(force, node, 0), m = mass(f, node);
     f.patch.forces = {{.node = node, .dir = 0, .force = 3, .function = 0},
                       {.node = node, .dir = 0, .force = -1, .function = -1}};
     integrate(f.patch, f.context());
@@ -126,13 +121,13 @@ TEST_CASE("damping opposes each component of the velocity with a share of the un
     constexpr int Dim = std::decay_t<decltype(f)>::dim;
     const double alpha = 0.3;
     f.model.analysis.damping = alpha;
-    sum_all(f);
-    nodal_velocity(f.patch, NodeSum::mass_momentum);
+    map_all(f);
+    nodal_velocity(f.patch, f.context());
     const auto v = f.patch.velocity;
     double worst = 0, work = 0;
     std::vector<double> unbalanced;
     for (Local n = 0; n < f.patch.n_nodes(); ++n)
-      for (int d = 0; d < Dim; ++d) unbalanced.push_back(force(f, n, d));
+      for (int d = 0; d < Dim; ++d) unbalanced.push_back(f.sum(force, n, d));
     integrate(f.patch, f.context());
     for (Local n = 0; n < f.patch.n_nodes(); ++n) {
       if (mass(f, n) == 0) continue;
@@ -140,9 +135,9 @@ TEST_CASE("damping opposes each component of the velocity with a share of the un
       for (int d = 0; d < Dim; ++d)
         norm += std::pow(unbalanced[static_cast<std::size_t>(n * Dim + d)], 2);
       for (int d = 0; d < Dim; ++d) {
-        const auto i = static_cast<std::size_t>(n * Dim + d);
+        const auto i = f.at(n, d);
         const double drag = alpha * std::sqrt(norm) * (v[i] > 0 ? 1 : v[i] < 0 ? -1 : 0);
-        const double a = (unbalanced[i] - drag) / mass(f, n);
+        const double a = (unbalanced[static_cast<std::size_t>(n * Dim + d)] - drag) / mass(f, n);
         worst = std::max(worst, std::abs(acceleration(f, n, d) - a) / (1 + std::abs(a)));
         work += drag * 0.5 * (v[i] + velocity(f, n, d)) * f.dt;
       }
@@ -155,23 +150,23 @@ TEST_CASE("damping opposes each component of the velocity with a share of the un
 TEST_CASE("a uniform pressure stays uniform when it is smoothed, and only fluids are smoothed") {
   on_every_mesh([](auto& f, std::mt19937&) {
     bool both[2] = {false, false};
-    for (Local p = 0; p < f.size(); ++p) {
+    for (const Local p : f.slots()) {
       const int material = f.patch.particles.material[static_cast<std::size_t>(p)];
       f.at(Column::pressure, p) = material == 1 ? 12.5 : -3;
       both[material] = true;
     }
     REQUIRE((both[0] && both[1]));
     // Nodes average p over the mass of all particles: make them all fluid first.
-    for (Local p = 0; p < f.size(); ++p)
+    for (const Local p : f.slots())
       if (f.patch.particles.material[static_cast<std::size_t>(p)] == 0) f.at(Column::mass, p) = 0;
-    map_mass_momentum(f.patch);
-    sum_over_patches(f.patch, NodeSum::mass_momentum);
-    map_pressure(f.patch, f.context());
-    sum_over_patches(f.patch, NodeSum::pressure);
-    smooth_pressure(f.patch, f.context());
+    map_mass_momentum(f.patch, f.context(), f.patch.runs);
+    nodal_velocity(f.patch, f.context());
+    map_pressure(f.patch, f.context(), f.patch.runs);
+    nodal_pressure(f.patch, f.context());
+    smooth_pressure(f.patch, f.context(), f.patch.runs);
     double worst = 0;
     bool solids_kept = true;
-    for (Local p = 0; p < f.size(); ++p) {
+    for (const Local p : f.slots()) {
       const bool fluid = f.patch.particles.material[static_cast<std::size_t>(p)] == 1;
       if (fluid)
         worst = std::max(worst, std::abs(f.at(Column::pressure, p) - 12.5));
@@ -190,7 +185,7 @@ TEST_CASE("the time step limit is the smallest h / (c + |v|), or that of viscous
       f.model.materials[1].law = Newtonian{.bulk_modulus = 20, .dynamic_viscosity = mu};
       double least = 1e9;
       Local where = -1;
-      for (Local p = 0; p < f.size(); ++p) {
+      for (const Local p : f.slots()) {
         const auto i = static_cast<std::size_t>(p);
         const bool fluid = f.patch.particles.material[i] == 1;
         const double h = f.model.mesh->cell_size(
@@ -205,7 +200,8 @@ TEST_CASE("the time step limit is the smallest h / (c + |v|), or that of viscous
         if (limit < least) least = limit, where = p;
       }
       Local limiting = -1;
-      CHECK(time_step_limit(f.patch, f.model, &limiting) == doctest::Approx(least).epsilon(1e-13));
+      CHECK(time_step_limit(f.patch, f.model, f.patch.runs, &limiting) ==
+            doctest::Approx(least).epsilon(1e-13));
       CHECK(limiting == where);
     }
   });
@@ -218,10 +214,8 @@ TEST_CASE("a cell whose volume would vanish within a step is marked with its fir
   f.add(random, 7, {0, 0}, 0);
   receive(f.patch);
   for (Local n = 0; n < f.patch.n_nodes(); ++n)
-    for (int d = 0; d < 2; ++d)
-      f.patch.velocity[static_cast<std::size_t>(2 * n + d)] =
-          -60 * f.patch.node_position[static_cast<std::size_t>(n)][d];
-  update_stress(f.patch, f.context(), StressPart::both);  // trace * dt = -1.2
+    for (int d = 0; d < 2; ++d) f.patch.velocity[f.at(n, d)] = -60 * f.node(n)[d];
+  update_stress(f.patch, f.context(), f.patch.runs, StressPart::both);  // trace * dt = -1.2
   CHECK(f.patch.mark.kind == Mark::Kind::volume);
   CHECK(f.patch.mark.particle == 1000);
   CHECK(f.patch.mark.count == 2);
@@ -237,12 +231,13 @@ TEST_CASE("a particle outside of the mesh is marked, or taken out where the mode
     receive(f.patch);
     f.model.analysis.remove_leaving_particles = remove;
     f.at(Column::x, 1, 0) = 77;
-    locate(f.patch, f.context());
+    locate(f.patch, f.context(), f.patch.runs);
+    place_movers(f.patch, f.context());
     CHECK(f.patch.mark.kind == (remove ? Mark::Kind::none : Mark::Kind::left_mesh));
     CHECK(f.size() == (remove ? 2 : 3));
     CHECK(f.patch.removed == (remove ? 1 : 0));
     if (remove) {
-      CHECK(f.patch.particles.id == std::vector<Index>{1000, 1002});
+      CHECK(f.ids() == std::vector<Index>{1000, 1002});
     } else {
       CHECK(f.patch.mark.particle == 1001);
       CHECK(f.patch.mark.position[0] == 77);
@@ -258,7 +253,8 @@ TEST_CASE("a position that is no number is marked as such, even where particles 
     receive(f.patch);
     f.model.analysis.remove_leaving_particles = true;
     f.at(Column::x, 2, 1) = bad;
-    locate(f.patch, f.context());
+    locate(f.patch, f.context(), f.patch.runs);
+    place_movers(f.patch, f.context());
     CHECK(f.patch.mark.kind == Mark::Kind::not_finite);
     CHECK(f.patch.mark.particle == 1002);
     CHECK(f.size() == 3);

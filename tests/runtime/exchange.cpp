@@ -4,9 +4,7 @@
 #include <map>
 
 #include "physics/kernels.h"
-#include "runtime/patch_set.h"
-#include "runtime/timestep.h"
-#include "tests/runtime/models.h"
+#include "tests/runtime/by_hand.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -21,45 +19,126 @@ double dummy(Index patch, Index node, int component) {
          std::pow(10.0, std::uniform_int_distribution<>(-6, 6)(random));
 }
 
+constexpr std::size_t at(Local node, int component) {
+  return static_cast<std::size_t>(node) * node_width + static_cast<std::size_t>(component);
+}
+
+constexpr std::size_t sum_at(Local node, int component) {
+  return static_cast<std::size_t>(node) * sum_stride + static_cast<std::size_t>(component);
+}
+
+/// Every kind of sum, and every copy, is what a patch and its neighbours hold of it.
 template <int Dim>
 void check_sums(Model<Dim> model, int rings) {
-  PatchSet<Dim> patches(model, rings);
+  const NodeSumCopies copies{{2, 1}};
+  PatchSet<Dim> patches(model, rings, copies);
   REQUIRE(patches.size() > 8);
-  for (int k = 0; k < n_node_sums; ++k) {
-    const int width = node_sum_width<Dim>[static_cast<std::size_t>(k)];
-    const auto at = static_cast<std::size_t>(k);
-    // As a wider shape function would: every patch contributes to its ring too.
-    std::map<Index, std::vector<double>> expected;
-    std::map<Index, int> holders;
-    for (int i = 0; i < patches.size(); ++i) {
-      Patch<Dim>& patch = patches[i];
-      for (Local n = 0; n < patch.n_nodes(); ++n) {
-        const Index node = patch.topology.nodes[static_cast<std::size_t>(n)];
-        auto& sum = expected.try_emplace(node, width, 0.0).first->second;
-        ++holders[node];
-        for (int c = 0; c < width; ++c) {
-          const double value = dummy(patch.topology.patch, node, c);
-          patch.partial[at][static_cast<std::size_t>(n * width + c)] = value;
-          sum[static_cast<std::size_t>(c)] += value;
+  for (int k = 0; k < n_node_sums; ++k)
+    for (int step = 0; step < copies.of[sum_array(static_cast<NodeSum>(k))]; ++step) {
+      const auto which = static_cast<NodeSum>(k);
+      // As a wider shape function would: every patch contributes to its ring too.
+      std::map<Index, std::array<double, node_width>> expected;
+      std::map<Index, int> holders;
+      for (int i = 0; i < patches.size(); ++i) {
+        Patch<Dim>& patch = patches[i];
+        for (Local n = 0; n < patch.n_nodes(); ++n) {
+          const Index node = patch.topology.nodes[static_cast<std::size_t>(n)];
+          auto& sum = expected.try_emplace(node).first->second;
+          ++holders[node];
+          for (int c = 0; c < node_width; ++c) {
+            const double value = dummy(patch.topology.patch, 2 * node + step, c);
+            patch.own_sums(which, step)[sum_at(n, c)] = value;
+            sum[static_cast<std::size_t>(c)] += value;
+          }
         }
       }
-    }
-    bool same = true;
-    int most = 0;
-    for (int i = 0; i < patches.size(); ++i) {
-      Patch<Dim>& patch = patches[i];
-      sum_over_patches(patch, static_cast<NodeSum>(k));
-      for (Local n = 0; n < patch.n_nodes(); ++n) {
-        const Index node = patch.topology.nodes[static_cast<std::size_t>(n)];
-        most = std::max(most, holders[node]);
-        for (int c = 0; c < width; ++c)
-          same = same && patch.total[at][static_cast<std::size_t>(n * width + c)] ==
-                             expected[node][static_cast<std::size_t>(c)];
+      bool same = true;
+      int most = 0;
+      for (int i = 0; i < patches.size(); ++i) {
+        const Patch<Dim>& patch = patches[i];
+        const auto& topology = patch.topology;
+        for (std::size_t s = 0; s < topology.shared_node.size(); ++s) {
+          const Index node = topology.nodes[static_cast<std::size_t>(topology.shared_node[s])];
+          most = std::max(most, holders[node]);
+          same = same && topology.first[s + 1] - topology.first[s] == holders[node];
+          for (int c = 0; c < node_width; ++c) {
+            double sum = 0;
+            for (Local e = topology.first[s]; e < topology.first[s + 1]; ++e) {
+              const auto& share = topology.shares[static_cast<std::size_t>(e)];
+              const double* from = share.neighbour < 0
+                                       ? patch.own_sums(which, step)
+                                       : patch.sums_of_neighbours(which, step)[share.neighbour] +
+                                             sum_offset(which);
+              sum += from[sum_at(share.node, c)];
+            }
+            same = same && sum == expected[node][static_cast<std::size_t>(c)];
+          }
+        }
       }
+      CHECK(same);
+      CHECK(most >= 1 << Dim);
     }
-    CHECK(same);
-    CHECK(most >= 1 << Dim);
+}
+
+/// What nodal_velocity() and so on compute is the sum of all patches in ascending order.
+template <int Dim>
+void check_velocities(Model<Dim> model, int rings) {
+  PatchSet<Dim> patches(model, rings, {{1, 1}});
+  const StepContext<Dim> context{&model, &patches.partition(), 0, 0, 1};
+  std::map<Index, std::array<std::array<double, node_width>, n_node_sums>> expected;
+  for (int i = 0; i < patches.size(); ++i) {
+    Patch<Dim>& patch = patches[i];
+    patch.pressure.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
+    for (Local n = 0; n < patch.n_nodes(); ++n)
+      for (int k = 0; k < n_node_sums; ++k)
+        for (int c = 0; c < node_width; ++c) {
+          const Index node = patch.topology.nodes[static_cast<std::size_t>(n)];
+          double value = dummy(patch.topology.patch, 7 * node + k, c);
+          if (c == mass_lane) value = std::abs(value);
+          patch.own_sums(static_cast<NodeSum>(k), 0)[sum_at(n, c)] = value;
+          expected[node][static_cast<std::size_t>(k)][static_cast<std::size_t>(c)] += value;
+        }
   }
+  const auto near = [](double found, double value) {
+    return std::abs(found - value) <= 1e-14 * (std::abs(value) + 1e-300);
+  };
+  bool good = true;
+  for (int i = 0; i < patches.size(); ++i) {
+    Patch<Dim>& patch = patches[i];
+    const auto check = [&](NodeSum which, const NodeArray& values) {
+      for (Local n = 0; n < patch.n_nodes(); ++n) {
+        const auto& sum = expected[patch.topology.nodes[static_cast<std::size_t>(n)]];
+        const double m = sum[0][mass_lane];
+        good = good && patch.velocity[at(n, mass_lane)] == m;
+        for (int d = 0; d < Dim; ++d) {
+          const bool fixed = std::any_of(patch.fixed.begin(), patch.fixed.end(),
+                                         [&](const auto& f) { return f.node == n && f.dir == d; });
+          if (fixed) continue;
+          const double q = sum[static_cast<std::size_t>(which)][static_cast<std::size_t>(d)];
+          good = good && near(values[at(n, d)], q / m);
+        }
+      }
+    };
+    nodal_velocity(patch, context);
+    check(NodeSum::mass_momentum, patch.velocity);
+    nodal_pressure(patch, context);
+    for (Local n = 0; n < patch.n_nodes(); ++n) {
+      const auto& sum = expected[patch.topology.nodes[static_cast<std::size_t>(n)]];
+      good = good && near(patch.pressure[static_cast<std::size_t>(n)],
+                          sum[static_cast<std::size_t>(NodeSum::pressure)][0] / sum[0][mass_lane]);
+    }
+    const NodeArray before = patch.velocity;
+    integrate(patch, context);
+    const NodeArray v = patch.velocity, a = patch.acceleration;
+    check(NodeSum::force, a);
+    // The same in one pass, to the last bit.
+    velocity_and_integrate(patch, context);
+    CHECK(patch.velocity == v);
+    CHECK(patch.acceleration == a);
+    nodal_velocity_again(patch, context);
+    check(NodeSum::momentum, patch.velocity);
+  }
+  CHECK(good);
 }
 
 }  // namespace
@@ -74,49 +153,45 @@ TEST_CASE("sums of shared nodes are those of all patches in ascending order, rin
   }
 }
 
+TEST_CASE("nodal velocities, accelerations and pressures are of the sums over all patches") {
+  for (const int rings : {0, 1}) {
+    CAPTURE(rings);
+    check_velocities(two_discs(), rings);
+    Model<3> water = dam_break_3d();
+    water.gravity = {0, 0, 0};
+    check_velocities(water, rings);
+  }
+}
+
 namespace {
 
 /// Steps the stages by hand and compares all copies of every node after each nodal stage.
 template <int Dim>
 void check_copies(Model<Dim> model, int rings, int steps) {
-  PatchSet<Dim> patches(model, rings);
-  const auto stages = timestep<Dim>(model.analysis);
+  ByHand<Dim> hand(std::move(model), rings);
   int compared = 0;
   bool same = true;
-  for (int step = 0; step < steps; ++step) {
-    const double dt = model.analysis.step.dt;
-    const StepContext<Dim> context{&model, &patches.partition(), step, step * dt, dt};
-    for (const auto& stage : stages) {
-      if (!stage.kernel) continue;
-      for (int i = 0; i < patches.size(); ++i) {
-        Patch<Dim>& patch = patches[i];
-        const bool first = &stage == &stages.front();
-        if (first || !patch.idle || stage.stage.name == locate_stage) stage.kernel(patch, context);
-        if (first) update_idle(patch);
-      }
-      if (stage.stage.name != "integrate" && stage.stage.name != "velocity") continue;
-      std::map<Index, std::vector<double>> copies;
-      for (int i = 0; i < patches.size(); ++i) {
-        const Patch<Dim>& patch = patches[i];
-        if (patch.idle) continue;
-        for (Local n = 0; n < patch.n_nodes(); ++n) {
-          std::vector<double> state;
-          for (int d = 0; d < Dim; ++d) {
-            state.push_back(patch.velocity[static_cast<std::size_t>(n * Dim + d)]);
-            if (stage.stage.name == "integrate")
-              state.push_back(patch.acceleration[static_cast<std::size_t>(n * Dim + d)]);
-          }
-          for (int c = 0; c < 4; ++c)
-            state.push_back(patch.total[0][static_cast<std::size_t>(n * 4 + c)]);
-          const Index node = patch.topology.nodes[static_cast<std::size_t>(n)];
-          const auto [copy, is_new] = copies.try_emplace(node, state);
-          if (is_new) continue;
-          ++compared;
-          same = same && same_bits(copy->second, state);
+  hand.after = [&](const std::string& stage, Index) {
+    if (stage != "integrate" && stage != "velocity") return;
+    std::map<Index, std::vector<double>> copies;
+    for (int i = 0; i < hand.patches.size(); ++i) {
+      const Patch<Dim>& patch = hand.patches[i];
+      if (patch.idle) continue;
+      for (Local n = 0; n < patch.n_nodes(); ++n) {
+        std::vector<double> state;
+        for (int c = 0; c < node_width; ++c) {
+          state.push_back(patch.velocity[at(n, c)]);  // and mass
+          if (stage == "integrate") state.push_back(patch.acceleration[at(n, c)]);
         }
+        const Index node = patch.topology.nodes[static_cast<std::size_t>(n)];
+        const auto [copy, is_new] = copies.try_emplace(node, state);
+        if (is_new) continue;
+        ++compared;
+        same = same && same_bits(copy->second, state);
       }
     }
-  }
+  };
+  for (int step = 0; step < steps; ++step) hand.step();
   CHECK(same);
   CHECK(compared > 500);
 }
@@ -143,19 +218,20 @@ TEST_CASE("all copies of a shared node have the same mass, velocity and accelera
 TEST_CASE("a patch set holds every particle once, in the patch of its cell") {
   const Model<2> model = two_discs();
   Model<2> used = model;
-  const PatchSet<2> patches(used, 0);
+  PatchSet<2> patches(used, 0, node_sum_copies(model.analysis));
+  for (int i = 0; i < patches.size(); ++i) receive(patches[i]);
   CHECK(patches.particles() == model.particles.size());
   std::vector<int> seen(static_cast<std::size_t>(model.particles.size()), 0);
   for (int i = 0; i < patches.size(); ++i) {
     const Patch<2>& patch = patches[i];
-    for (Local p = 0; p < patch.particles.size(); ++p) {
+    patch.for_each_particle([&](Local p) {
       const auto id = static_cast<std::size_t>(patch.particles.id[static_cast<std::size_t>(p)]);
       ++seen[id];
       const auto cell = patch.particles.cell[static_cast<std::size_t>(p)];
       CHECK(patch.topology.cells[static_cast<std::size_t>(cell)] == model.particles.cell[id]);
       CHECK(patch.particles.row(Column::mass)[p] ==
             model.particles.volume[id] * model.materials[model.particles.material[id]].density);
-    }
+    });
   }
   CHECK(std::count(seen.begin(), seen.end(), 1) == static_cast<long>(seen.size()));
 }

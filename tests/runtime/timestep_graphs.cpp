@@ -18,6 +18,12 @@ std::vector<Stage> stages_of(const Analysis& analysis) {
   return stages;
 }
 
+/// The tasks of a step: stages between two exchanges are one.
+template <int Dim>
+std::vector<Stage> step_tasks(const Analysis& analysis) {
+  return tasks_of(phases_of(stages_of<Dim>(analysis)));
+}
+
 std::vector<Analysis> every_option() {
   std::vector<Analysis> all;
   for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl})
@@ -40,16 +46,18 @@ TEST_CASE("every scheme and option is a safe marked graph on every neighbourhood
     neighbourhoods.push_back(irregular(12, 0.1 * static_cast<double>(seed), seed));
   for (const Analysis& analysis : every_option())
     for (const Neighbours& neighbours : neighbourhoods) {
-      const TaskGraph graph = make_task_graph(stages_of<2>(analysis), neighbours);
-      CHECK(graph.has_dt == analysis.step.adaptive);
-      CHECK(unsafe_edges(graph).empty());
+      for (const auto& list : {stages_of<2>(analysis), step_tasks<2>(analysis)}) {
+        const TaskGraph graph = make_task_graph(list, neighbours);
+        CHECK(graph.has_dt == analysis.step.adaptive);
+        CHECK(unsafe_edges(graph).empty());
+      }
     }
 }
 
 TEST_CASE("every scheme and option runs on threads and in random order as its stages say") {
   for (const Analysis& analysis : every_option())
     for (const Way way : all_ways) {
-      const auto stages = stages_of<2>(analysis);
+      const auto stages = step_tasks<2>(analysis);
       const Neighbours neighbours = block(5, 4);
       Watch watch(stages, neighbours);
       const auto executor =
@@ -75,11 +83,25 @@ TEST_CASE("schemes update stresses where their names say") {
     if (analysis.scheme == Scheme::usf) {
       CHECK(at("velocity") < at("stress"));
       CHECK(at("stress") < at("force"));
-    } else {
-      CHECK(at("G2P") < at("stress"));
-      CHECK(at("stress") < at("locate"));
+      CHECK(at("force") < at("integrate"));
     }
-    if (analysis.scheme == Scheme::musl) CHECK(at("P2G again") < at("velocity"));
+    if (analysis.scheme == Scheme::usl) {  // with the same nodal velocities, particles move last
+      CHECK(at("integrate") < at("stress"));
+      CHECK(at("stress") < at("G2P"));
+    }
+    if (analysis.scheme == Scheme::musl) {
+      CHECK(at("G2P") < at("P2G again"));
+      CHECK(at("P2G again") < at("velocity"));
+      CHECK(at("velocity") < at("stress"));
+    }
+    CHECK(at("stress") < at("locate"));
+    CHECK(at("G2P") < at("locate"));
+    CHECK(at("locate") <
+          at("P2G"));  // of the next step, as is force but where stress is updated first
+    const auto steps = timestep<2>(analysis);
+    for (const auto& stage : steps)
+      CHECK(stage.of_next_step == (stage.stage.name == "P2G" || (stage.stage.name == "force" &&
+                                                                 analysis.scheme != Scheme::usf)));
     CHECK((at("strain") < at("stress")) == analysis.pressure_smoothing);
     CHECK(stages.front().exchange == "particles");
     CHECK(stages.back().name == output_stage);
@@ -100,5 +122,107 @@ TEST_CASE("one exchange of sums per step for USL, two for USF and MUSL, one more
       exchanges += !stage.exchange.empty() && stage.exchange != "particles";
     CHECK(exchanges ==
           (analysis.scheme == Scheme::usl ? 1 : 2) + (analysis.pressure_smoothing ? 1 : 0));
+  }
+}
+
+TEST_CASE(
+    "stages between two exchanges are one task, or two where the first use of dt divides them") {
+  struct Expected {
+    Scheme scheme;
+    bool smoothing, adaptive;
+    std::vector<std::string> tasks;
+  };
+  const std::vector<Expected> all{
+      {Scheme::usl,
+       false,
+       false,
+       {"arrivals", "integrate, stress, G2P, locate, P2G, force, output"}},
+      {Scheme::usl,
+       false,
+       true,
+       {"arrivals", "integrate, stress, G2P, locate, P2G, force, output"}},
+      {Scheme::usl,
+       true,
+       false,
+       {"arrivals", "integrate, strain", "stress, G2P, locate, P2G, force, output"}},
+      {Scheme::usl,
+       true,
+       true,
+       {"arrivals", "integrate, strain", "stress, G2P, locate, P2G, force, output"}},
+      {Scheme::musl,
+       false,
+       false,
+       {"arrivals", "integrate, G2P, P2G again", "velocity, stress, locate, P2G, force, output"}},
+      {Scheme::musl,
+       false,
+       true,
+       {"arrivals", "integrate, G2P, P2G again", "velocity, stress, locate, P2G, force, output"}},
+      {Scheme::musl,
+       true,
+       false,
+       {"arrivals", "integrate, G2P, P2G again", "velocity, strain",
+        "stress, locate, P2G, force, output"}},
+      {Scheme::musl,
+       true,
+       true,
+       {"arrivals", "integrate, G2P, P2G again", "velocity, strain",
+        "stress, locate, P2G, force, output"}},
+      {Scheme::usf,
+       false,
+       false,
+       {"arrivals", "velocity, stress, force", "integrate, G2P, locate, P2G, output"}},
+      {Scheme::usf,
+       false,
+       true,
+       {"arrivals", "velocity", "stress, force", "integrate, G2P, locate, P2G, output"}},
+      {Scheme::usf,
+       true,
+       false,
+       {"arrivals", "velocity, strain", "stress, force", "integrate, G2P, locate, P2G, output"}},
+      {Scheme::usf,
+       true,
+       true,
+       {"arrivals", "velocity", "strain", "stress, force", "integrate, G2P, locate, P2G, output"}}};
+  REQUIRE(all.size() == every_option().size());
+  for (const Expected& expected : all) {
+    Analysis analysis;
+    analysis.scheme = expected.scheme;
+    analysis.pressure_smoothing = expected.smoothing;
+    analysis.step.adaptive = expected.adaptive;
+    const auto stages = stages_of<2>(analysis);
+    const auto phases = phases_of(stages);
+    std::vector<std::string> names;
+    std::size_t next = 0;
+    for (const Phase& phase : phases) {
+      names.push_back(phase.task.name);
+      // Every stage is in one phase; an exchange, or the wait for dt, is at the beginning of one.
+      CHECK(phase.first == next);
+      CHECK(phase.last > phase.first);
+      next = phase.last;
+      CHECK(phase.task.exchange == stages[phase.first].exchange);
+      bool gives = false, needs = false;
+      for (std::size_t s = phase.first; s < phase.last; ++s) {
+        gives = gives || stages[s].gives_dt;
+        needs = needs || stages[s].needs_dt;
+        if (s > phase.first) CHECK(stages[s].exchange.empty());
+        if (s > phase.first && analysis.step.adaptive) CHECK(!stages[s].needs_dt);
+      }
+      CHECK(phase.task.gives_dt == gives);
+      CHECK(phase.task.needs_dt == needs);
+    }
+    CHECK(next == stages.size());
+    CHECK(names == expected.tasks);
+  }
+}
+
+TEST_CASE("sums have two copies where nothing keeps a patch from overtaking its readers") {
+  for (const Analysis& analysis : every_option()) {
+    const auto copies = node_sum_copies(analysis).of;
+    const auto of = [&](NodeSum which) { return copies[static_cast<std::size_t>(which)]; };
+    const int usl = analysis.scheme == Scheme::usl ? 2 : 1;
+    CHECK(of(NodeSum::mass_momentum) == usl);
+    CHECK(of(NodeSum::force) == usl);
+    CHECK(of(NodeSum::momentum) == (analysis.scheme == Scheme::musl ? 1 : 0));
+    CHECK(of(NodeSum::pressure) == (analysis.pressure_smoothing ? 1 : 0));
   }
 }
