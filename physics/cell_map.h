@@ -13,7 +13,7 @@ namespace lahar {
 
 template <int Dim>
 struct CartesianMap {
-  double scale[Dim];                    ///< dxi/dx [1/m]
+  double per_length[Dim];               ///< ds/dx [1/m], s = (1 + xi) / 2
   double origin[Dim], per_unit[Dim];    ///< natural coordinates are (row - origin) per_unit
   std::array<const double*, Dim> rows;  ///< positions, or natural coordinates where stored
 
@@ -27,17 +27,17 @@ struct CartesianMap {
     for (std::size_t d = 0; d < Dim; ++d)
       xi[d] = (load<Real>(rows[d] + p) - origin[d]) * per_unit[d];
   }
-  /// L[a][d] = dq_a/dx_d from G[a][k] = dq_a/dxi_k of the particles from p on.
+  /// L[a][d] = dq_a/dx_d from G[a][k] = dq_a/ds_k of the particles from p on.
   template <class Real>
   LAHAR_INLINE void to_physical(Local, const Real (&G)[Dim][Dim], Real (&L)[Dim][Dim]) const {
     LAHAR_UNROLL
     for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
-    for (int d = 0; d < Dim; ++d) L[a][d] = G[a][d] * scale[d];
+    for (int d = 0; d < Dim; ++d) L[a][d] = G[a][d] * per_length[d];
   }
   LAHAR_INLINE void to_physical_centre(const double (&G)[Dim][Dim], double (&L)[Dim][Dim]) const {
     LAHAR_UNROLL
     for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
-    for (int d = 0; d < Dim; ++d) L[a][d] = G[a][d] * scale[d];
+    for (int d = 0; d < Dim; ++d) L[a][d] = G[a][d] * per_length[d];
   }
   /// T[a][k] = sum_d S[a][d] dxi_k/dx_d: a stress seen by natural gradients; the factors finish(k)
   /// are left for the sum over the run.
@@ -47,7 +47,7 @@ struct CartesianMap {
     for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
     for (int k = 0; k < Dim; ++k) T[a][k] = S[a][k];
   }
-  double finish(int k) const { return scale[k]; }
+  double finish(int k) const { return 2.0 * per_length[k]; }
 };
 
 template <int Dim>
@@ -61,18 +61,18 @@ struct IsoparametricMap {
     LAHAR_UNROLL
     for (std::size_t d = 0; d < Dim; ++d) xi[d] = load<Real>(rows[d] + p);
   }
-  /// dxi/dx of the particles from p on.
+  /// dxi/dx of the particles from p on, times a factor.
   template <class Real>
-  LAHAR_INLINE void inverse_jacobian(Local p, Real (&inv)[Dim][Dim]) const {
+  LAHAR_INLINE void inverse_jacobian(Local p, Real (&inv)[Dim][Dim], double factor = 1.0) const {
     Real xi[Dim], J[Dim][Dim];
     natural(p, xi);
     x.jacobian(xi, J);
-    inverse(J, inv);
+    inverse(J, inv, factor);
   }
   template <class Real>
   LAHAR_INLINE void to_physical(Local p, const Real (&G)[Dim][Dim], Real (&L)[Dim][Dim]) const {
     Real inv[Dim][Dim];
-    inverse_jacobian(p, inv);
+    inverse_jacobian(p, inv, 0.5);
     multiply(G, inv, L);
   }
   LAHAR_INLINE void to_physical_centre(const double (&G)[Dim][Dim], double (&L)[Dim][Dim]) const {
@@ -80,7 +80,7 @@ struct IsoparametricMap {
     LAHAR_UNROLL
     for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
     for (int k = 0; k < Dim; ++k) J[a][k] = x.c[1 << k][a];
-    inverse(J, inv);
+    inverse(J, inv, 0.5);
     multiply(G, inv, L);
   }
   template <class Real>
@@ -129,7 +129,7 @@ class CartesianCells {
     map.rows = rows_;
     LAHAR_UNROLL
     for (std::size_t d = 0; d < Dim; ++d) {
-      map.scale[d] = box[Dim + d];
+      map.per_length[d] = 0.5 * box[Dim + d];
       map.origin[d] = stored_ ? 0.0 : box[d];
       map.per_unit[d] = stored_ ? 1.0 : box[Dim + d] * pulled_inside;
     }

@@ -48,8 +48,9 @@ constexpr int face_to_corner(int axis, int c) {
   return low | (high << (axis + 1));
 }
 
-/// Half the differences of a nodal vector field across a cell, from which its gradient follows:
-/// dq_a/dxi_b = sum_c face(b, c) * d[b][c][a].
+/// Differences of a nodal vector field across a cell, from which its gradient follows. With
+/// coordinates s = (1 + xi) / 2, which run from 0 to 1 across the cell,
+/// dq_a/ds_b = sum_c face(b, c) * d[b][c][a].
 template <int Dim>
 struct CornerDifferences {
   alignas(64) double d[Dim][face_corners<Dim>][4];
@@ -69,7 +70,7 @@ struct CornerDifferences {
   }
   CornerDifferences() = default;
 
-  /// Gradient with respect to natural coordinates, G[a][b] = dq_a/dxi_b, at every lane.
+  /// G[a][b] = dq_a/ds_b at every lane.
   template <class Real>
   LAHAR_INLINE void gradient(const Weights<Dim, Real>& w, Real (&G)[Dim][Dim]) const {
     LAHAR_UNROLL
@@ -101,25 +102,24 @@ struct CornerDifferences {
   }
 };
 
-/// Inverse and determinant of a small matrix whose entries are packs.
+/// Inverse of a small matrix whose entries are packs, times a factor.
 template <class Real>
-LAHAR_INLINE Real inverse(const Real (&J)[2][2], Real (&inv)[2][2]) {
+LAHAR_INLINE void inverse(const Real (&J)[2][2], Real (&inv)[2][2], double factor = 1.0) {
   const Real det = J[0][0] * J[1][1] - J[0][1] * J[1][0];
-  const Real r = 1.0 / det;
+  const Real r = factor / det;
   inv[0][0] = J[1][1] * r;
   inv[0][1] = -J[0][1] * r;
   inv[1][0] = -J[1][0] * r;
   inv[1][1] = J[0][0] * r;
-  return det;
 }
 
 template <class Real>
-LAHAR_INLINE Real inverse(const Real (&J)[3][3], Real (&inv)[3][3]) {
+LAHAR_INLINE void inverse(const Real (&J)[3][3], Real (&inv)[3][3], double factor = 1.0) {
   const Real c00 = J[1][1] * J[2][2] - J[1][2] * J[2][1];
   const Real c10 = J[1][2] * J[2][0] - J[1][0] * J[2][2];
   const Real c20 = J[1][0] * J[2][1] - J[1][1] * J[2][0];
   const Real det = J[0][0] * c00 + J[0][1] * c10 + J[0][2] * c20;
-  const Real r = 1.0 / det;
+  const Real r = factor / det;
   inv[0][0] = c00 * r;
   inv[0][1] = (J[0][2] * J[2][1] - J[0][1] * J[2][2]) * r;
   inv[0][2] = (J[0][1] * J[1][2] - J[0][2] * J[1][1]) * r;
@@ -129,7 +129,6 @@ LAHAR_INLINE Real inverse(const Real (&J)[3][3], Real (&inv)[3][3]) {
   inv[2][0] = c20 * r;
   inv[2][1] = (J[0][1] * J[2][0] - J[0][0] * J[2][1]) * r;
   inv[2][2] = (J[0][0] * J[1][1] - J[0][1] * J[1][0]) * r;
-  return det;
 }
 
 }  // namespace lahar

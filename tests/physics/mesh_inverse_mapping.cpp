@@ -34,8 +34,12 @@ constexpr int W = lanes<Pack>;
 template <int Dim>
 CellPolynomial<Dim> polynomial(const CellGeometry<Dim>& cell) {
   std::array<Local, corners<Dim>> corner;
-  for (int a = 0; a < corners<Dim>; ++a) corner[a] = a;
-  return {cell.corner.data(), corner};
+  double position[corners<Dim>][4] = {};
+  for (int a = 0; a < corners<Dim>; ++a) {
+    corner[a] = a;
+    for (int d = 0; d < Dim; ++d) position[a][d] = cell.corner[a][d];
+  }
+  return {position[0], corner};
 }
 
 /// Points and starts of a pack's lanes; what inverse_map_pack() made of them.

@@ -57,12 +57,12 @@ void check_same(const Particles<Dim>& a, const Particles<Dim>& b) {
 template <int Dim>
 void check_filling(const Model<Dim>& model) {
   Model<Dim> first = model;
-  const PatchSet<Dim> one(first, 0, 1);
+  const PatchSet<Dim> one(first, 0, {}, 1);
   CHECK(first.particles.size() == 0);
   CHECK(one.particles() == model.particles.size());
   for (const int threads : {2, 5}) {
     Model<Dim> second = model;
-    const PatchSet<Dim> several(second, 0, threads);
+    const PatchSet<Dim> several(second, 0, {}, threads);
     REQUIRE(several.size() == one.size());
     for (int i = 0; i < one.size(); ++i) check_same(one[i].particles, several[i].particles);
   }
@@ -100,7 +100,7 @@ TEST_CASE("of several particles that are not in their cells, the first is named"
   REQUIRE(model.particles.cell[7] != model.particles.cell[400]);
   std::string message;
   try {
-    PatchSet<2>(model, 0, 3);
+    PatchSet<2>(model, 0, {}, 3);
   } catch (const InputError& error) {
     message = error.what();
   }
