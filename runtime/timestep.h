@@ -55,7 +55,7 @@ std::size_t run_phase(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& 
     if (s > failed) return;
     what(stages[s], stages[s].of_next_step ? next : step);
     lap(s);
-    if (patch.mark.kind != Mark::Kind::none && s < failed) failed = s;
+    if (patch.mark.kind != Mark::Kind::none && failed == last) failed = s;
   };
   for (std::size_t s = first; s < last; ++s)
     if (stages[s].begin)
