@@ -214,6 +214,12 @@ struct Simulation<Dim>::Impl {
     patch.late.clear();
   }
 
+  /// The same for those that were taken out of their runs before a stage failed on a later chunk.
+  void take_back_movers(Patch<Dim>& patch, Step step) const {
+    place_movers(patch, context(step));
+    patch.mark = {};
+  }
+
   void run_stages(const Phase& phase, int p, Step step, StageClock& clock) {
     Patch<Dim>& patch = patches[p];
     if (phase.first == 0 || !patch.idle) {
@@ -222,8 +228,11 @@ struct Simulation<Dim>::Impl {
       const std::size_t failed = run_phase(
           patch, stages, phase.first, phase.last, context(step, has_dt),
           locates ? context(step + 1) : StepContext<Dim>{}, [&](std::size_t s) { clock.lap(s); });
-      if (patch.mark.kind != Mark::Kind::none)
-        return fail(failed, p, step, describe_mark(patch.mark, Dim));
+      if (patch.mark.kind != Mark::Kind::none) {
+        fail(failed, p, step, describe_mark(patch.mark, Dim));
+        if (locates) take_back_movers(patch, step);
+        return;
+      }
     }
     if (phase.first == 0 && patch.count > 0 && patches.at_edge(p)) {
       rebuild_needed.store(true, std::memory_order_relaxed);

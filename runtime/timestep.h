@@ -45,17 +45,18 @@ inline constexpr Local chunk_slots = 128;
 /// Do the stages [first, last) of one phase on a patch: whatever they do to nodes first, then all
 /// of them on one chunk of runs after the other. `next` is the context of the step after. Calls
 /// `lap(stage)` after each piece of work of a stage. Stops at the stage that marked a failure, when
-/// it is through with the patch; returns it, or `last`.
+/// it is through with the patch; returns it, or `last`. The size of a chunk changes no particle's
+/// bits.
 template <int Dim, class Lap>
 std::size_t run_phase(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& stages,
                       std::size_t first, std::size_t last, const StepContext<Dim>& step,
-                      const StepContext<Dim>& next, Lap lap) {
+                      const StepContext<Dim>& next, Lap lap, Local chunk = chunk_slots) {
   std::size_t failed = last;
   const auto act = [&](std::size_t s, auto what) {
     if (s > failed) return;
     what(stages[s], stages[s].of_next_step ? next : step);
     lap(s);
-    if (patch.mark.kind != Mark::Kind::none && s < failed) failed = s;
+    if (patch.mark.kind != Mark::Kind::none && failed == last) failed = s;
   };
   for (std::size_t s = first; s < last; ++s)
     if (stages[s].begin)
@@ -64,11 +65,11 @@ std::size_t run_phase(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& 
   for (std::size_t from = 0; from < runs.size();) {
     std::size_t to = from;
     Local slots = 0;
-    while (to < runs.size() && slots < chunk_slots) slots += runs[to].end - runs[to].begin, ++to;
-    const Runs chunk = runs.subspan(from, to - from);
+    while (to < runs.size() && slots < chunk) slots += runs[to].end - runs[to].begin, ++to;
+    const Runs some = runs.subspan(from, to - from);
     for (std::size_t s = first; s < last; ++s)
       if (stages[s].runs)
-        act(s, [&](const auto& stage, const auto& context) { stage.runs(patch, context, chunk); });
+        act(s, [&](const auto& stage, const auto& context) { stage.runs(patch, context, some); });
     from = to;
   }
   for (std::size_t s = first; s < last; ++s)

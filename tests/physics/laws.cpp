@@ -88,7 +88,47 @@ void check_newton(std::mt19937& random, bool incompressible) {
   CHECK(pressure == doctest::Approx(p).epsilon(1e-13));
 }
 
+/// Strain by increments beside the stress that the law makes of them.
+template <int Dim>
+void check_strain_of(std::mt19937& random) {
+  const LinearElastic law{.youngs_modulus = std::pow(10.0, uniform(random, 0, 10)),
+                          .poisson_ratio = uniform(random, -0.9, 0.49)};
+  std::array<double, stress_components<Dim>> strain{}, sigma;
+  Scalar stress[stress_components<Dim>];
+  for (auto& s : stress) s = Scalar(0.0);
+  for (int increment = 0; increment < 20; ++increment) {
+    const Random<Dim> r(random);
+    LawInput<Dim, Scalar> in;
+    for (int k = 0; k < r.rows; ++k) {
+      in.rate[k] = 1e-3 * r.rate[k];
+      strain[static_cast<std::size_t>(k)] += r.dt * 1e-3 * r.rate[k];
+    }
+    in.dt = r.dt;
+    in.volumetric = r.volumetric;
+    Scalar unused(0.0);
+    update(law, in, stress, &unused);
+  }
+  for (std::size_t k = 0; k < sigma.size(); ++k) sigma[k] = stress[k][0];
+  const auto found = strain_of<Dim>(law, sigma);
+  double largest = 0;
+  for (const double e : strain) largest = std::max(largest, std::abs(e));
+  // Near incompressibility the trace of the strain is lost in the pressure's rounding.
+  const double condition = 1 / (1 - 2 * law.poisson_ratio) + 1 / (1 + law.poisson_ratio);
+  for (std::size_t k = 0; k < found.size(); ++k)
+    CHECK(std::abs(found[k] - strain[k]) < 1e-14 * condition * largest);
+}
+
 }  // namespace
+
+TEST_CASE("the strain of linear elasticity follows from its stress, in plane strain and in space") {
+  std::mt19937 random(14);
+  for (int trial = 0; trial < 500; ++trial) {
+    check_strain_of<2>(random);
+    check_strain_of<3>(random);
+  }
+  CHECK(strain_follows_from_stress(LinearElastic{}));
+  CHECK(!strain_follows_from_stress(Newtonian{}));
+}
 
 TEST_CASE("linear elasticity is Hooke's law in rate form, in plane strain and in space") {
   std::mt19937 random(11);

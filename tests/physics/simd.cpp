@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "tests/physics/mesh_fixtures.h"
@@ -120,4 +122,134 @@ TEST_CASE("a lane's bit selects between two packs; fma rounds alike in packs and
       CHECK(fma(s, t, -(t * t))[0] == fused[k]);
     }
   }
+}
+namespace {
+
+/// Sums over lanes as reduce_all() adds them: plain sums but for their order, which is a tree.
+template <int N, class Real>
+void check_reduce_all(std::mt19937& random) {
+  constexpr int width = lanes<Real>;
+  Real value[N];
+  double sums[N], again[N];
+  std::vector<std::vector<double>> values;
+  for (int k = 0; k < N; ++k) {
+    values.push_back(random_values(random, width));
+    if (k % 3 == 1) values.back()[0] *= 1e15;  // so that another order gives other bits
+    value[k] = load<Real>(values.back().data());
+  }
+  reduce_all(value, sums);
+  reduce_all(value, again);
+  for (int k = 0; k < N; ++k) {
+    const auto& v = values[static_cast<std::size_t>(k)];
+    double plain = 0, size = 0;
+    for (const double x : v) plain += x, size += std::abs(x);
+    CHECK(std::abs(sums[k] - plain) <= 1e-15 * size * width);
+    CHECK(sums[k] == again[k]);
+    if (width == 8 && N % 8 == 0)  // the tree that shares its shuffles
+      CHECK(sums[k] == ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7])));
+    else
+      CHECK(sums[k] == reduce(value[k]));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("the sums over lanes of many packs at once are those of each, in a fixed order") {
+  std::mt19937 random(9);
+  for (int trial = 0; trial < 50; ++trial) {
+    check_reduce_all<8, Pack>(random);
+    check_reduce_all<16, Pack>(random);
+    check_reduce_all<8, PackOf<8>>(random);
+    check_reduce_all<16, PackOf<8>>(random);
+    check_reduce_all<3, PackOf<8>>(random);
+    check_reduce_all<8, PackOf<4>>(random);
+    check_reduce_all<16, PackOf<4>>(random);
+    check_reduce_all<8, Scalar>(random);
+    check_reduce_all<16, Scalar>(random);
+  }
+}
+
+namespace {
+
+template <class Real>
+void check_lanes(std::mt19937& random) {
+  constexpr int width = lanes<Real>;
+  const auto values = random_values(random, width);
+  const Real value = load<Real>(values.data());
+  // One double from memory in every lane.
+  for (int k = 0; k < width; ++k) {
+    const Real all = broadcast<Real>(&values[static_cast<std::size_t>(k)]);
+    for (int lane = 0; lane < width; ++lane)
+      CHECK(all[lane] == values[static_cast<std::size_t>(k)]);
+  }
+  // The first lanes, zero in the others, whatever was there.
+  for (int n = 0; n <= width + 2; ++n) {
+    auto spoilt = values;
+    for (int k = n; k < width; ++k) spoilt[static_cast<std::size_t>(k)] = not_a_number;
+    const Real first = first_lanes(load<Real>(spoilt.data()), n);
+    for (int k = 0; k < width; ++k)
+      CHECK(first[k] == (k < n ? values[static_cast<std::size_t>(k)] : 0.0));
+  }
+  // Roots as those of doubles, to the last bit.
+  const Real root = lahar::sqrt(value * value + 0.5);
+  for (int k = 0; k < width; ++k) {
+    const double v = values[static_cast<std::size_t>(k)];
+    CHECK(root[k] == std::sqrt((value * value + 0.5)[k]));
+    CHECK(root[k] == doctest::Approx(std::sqrt(v * v + 0.5)).epsilon(1e-15));
+  }
+  CHECK(std::isnan(lahar::sqrt(Real(-1.0))[0]));
+  CHECK(lahar::sqrt(Real(0.0))[width - 1] == 0.0);
+  // The larger one.
+  const auto others = random_values(random, width);
+  const Real larger = lahar::max(value, load<Real>(others.data()));
+  for (int k = 0; k < width; ++k)
+    CHECK(larger[k] ==
+          std::max(values[static_cast<std::size_t>(k)], others[static_cast<std::size_t>(k)]));
+}
+
+template <class Real>
+void check_flushed() {
+  constexpr int width = lanes<Real>;
+  constexpr double limit = 1e-15, infinite = std::numeric_limits<double>::infinity();
+  for (const double x : {0.0, 1e-300, 0.999e-15, limit, 1.001e-15, 1.0, 1e300, infinite})
+    for (const double sign : {-1.0, 1.0})
+      for (int k = 0; k < width; ++k) {
+        std::vector<double> values(static_cast<std::size_t>(width), 7.0);
+        values[static_cast<std::size_t>(k)] = sign * x;
+        const Real kept = flushed(load<Real>(values.data()), limit);
+        for (int lane = 0; lane < width; ++lane)
+          CHECK(kept[lane] == (lane != k ? 7.0 : x < limit ? 0.0 : sign * x));
+      }
+  CHECK(std::isnan(flushed(Real(not_a_number), limit)[width - 1]));
+}
+
+}  // namespace
+
+TEST_CASE("broadcasts, first lanes, roots and maxima do lane by lane what doubles do") {
+  std::mt19937 random(10);
+  for (int trial = 0; trial < 20; ++trial) {
+    check_lanes<Pack>(random);
+    check_lanes<Scalar>(random);
+    check_lanes<PackOf<4>>(random);
+    check_lanes<PackOf<8>>(random);
+  }
+}
+
+TEST_CASE("flushing zeroes what is below the limit, and never what is no number") {
+  check_flushed<Pack>();
+  check_flushed<Scalar>();
+  check_flushed<PackOf<4>>();
+}
+
+TEST_CASE("a transposed block has the lanes of the values as rows") {
+  double values[4][8];
+  PackOf<8> value[4];
+  PackOf<4> rows[8];
+  for (int k = 0; k < 4; ++k) {
+    for (int i = 0; i < 8; ++i) values[k][i] = 10 * k + i;
+    value[k] = load<PackOf<8>>(values[k]);
+  }
+  transpose(value, rows);
+  for (int i = 0; i < 8; ++i)
+    for (int k = 0; k < 4; ++k) CHECK(rows[i][k] == values[k][i]);
 }

@@ -1,4 +1,4 @@
-/// \file Steps made by hand, stage by stage and patch by patch, so that tests can look between.
+/// \file Steps made by hand, phase by phase and patch by patch, so that tests can look between.
 #pragma once
 
 #include <functional>
@@ -8,13 +8,14 @@
 
 #include "physics/kernels.h"
 #include "runtime/patch_set.h"
+#include "runtime/snapshot.h"
 #include "runtime/timestep.h"
 #include "tests/runtime/models.h"
 
 namespace lahar::test {
 
-/// Patches that all do one stage before any does the next, also where a run does the stages of a
-/// phase chunk by chunk. Patches are not created or dropped; time steps are fixed.
+/// Patches that all do one phase before any does the next. Patches are not created or dropped; time
+/// steps are fixed.
 template <int Dim>
 struct ByHand {
   Model<Dim> model;
@@ -22,8 +23,10 @@ struct ByHand {
   std::vector<TimestepStage<Dim>> stages;
   std::vector<Phase> phases;
   Index steps = 0;
-  /// Called after all patches have done a stage of a step.
-  std::function<void(const std::string& stage, Index step)> after = [](const auto&, Index) {};
+  Local chunk = chunk_slots;
+  /// Called after all patches that are not idle, `active`, have done a phase of a step.
+  std::function<void(const Phase& phase, const std::vector<int>& active)> after =
+      [](const auto&, const auto&) {};
 
   explicit ByHand(Model<Dim> model_in, int rings = 0)
       : model(std::move(model_in)),
@@ -42,19 +45,34 @@ struct ByHand {
     return {&model, &patches.partition(), step, static_cast<double>(step) * dt, dt};
   }
 
+  /// A task: one phase of one patch, of any step.
+  void task(const Phase& phase, int p, Index step) {
+    if (phase.first > 0 && patches[p].idle) return;
+    run_phase(
+        patches[p], stages, phase.first, phase.last, context(step), context(step + 1),
+        [](std::size_t) {}, chunk);
+  }
+
   void step() {
     for (const Phase& phase : phases) {
       std::vector<int> active;
       for (int p = 0; p < patches.size(); ++p)
         if (phase.first == 0 || !patches[p].idle) active.push_back(p);
-      for (std::size_t s = phase.first; s < phase.last; ++s) {
-        for (const int p : active)
-          run_phase(patches[p], stages, s, s + 1, context(steps), context(steps + 1),
-                    [](std::size_t) {});
-        after(stages[s].stage.name, steps);
-      }
+      for (const int p : active) task(phase, p, steps);
+      after(phase, active);
     }
     ++steps;
+  }
+
+  /// All particles, as a frame after `steps` shows them; those on their way included.
+  Frame frame() const {
+    std::vector<Frame> all;
+    for (int p = 0; p < patches.size(); ++p) {
+      all.push_back(snapshot(patches[p], model));
+      all.back().step = steps;
+      all.back().time = static_cast<double>(steps) * model.analysis.step.dt;
+    }
+    return merge(std::move(all));
   }
 };
 

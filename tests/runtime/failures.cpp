@@ -102,6 +102,42 @@ TEST_CASE("no particle is lost from the last state of a run that failed") {
   }
 }
 
+TEST_CASE("no particle is lost where a cell collapses while others change their cells") {
+  // The stage that fails comes before particles are located, chunk by chunk of a patch.
+  for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl})
+    for (const Index particles : {100, 100000}) {
+      CAPTURE(static_cast<int>(scheme));
+      CAPTURE(particles);
+      Model<2> model = two_discs();
+      model.analysis.scheme = scheme;
+      model.analysis.patch_particles = particles;
+      // Every row of the discs has particles that leave their cells in the first step...
+      for (std::size_t p = 0; p < model.particles.x.size(); ++p) {
+        Vec<2>& v = model.particles.velocity[p];
+        v *= 1.5;
+        model.particles.x[p][0] += v[0] > 0 ? 0.0115 : -0.006;
+        model.particles.cell[p] = model.mesh->locate(model.particles.x[p]).cell;
+      }
+      // ...and two that meet are in the last cells: chunks before theirs have been located.
+      for (const double side : {-1.0, 1.0}) {
+        model.particles.x.push_back({0.95 + 0.025 * side, 0.975});
+        model.particles.cell.push_back(model.mesh->locate(model.particles.x.back()).cell);
+        model.particles.volume.push_back(1e-4);
+        model.particles.material.push_back(0);
+        model.particles.velocity.push_back({-20 * side, 0});
+      }
+      model.analysis.step.accept_unstable = true;
+      const Outcome outcome = run(model, serial());
+      CHECK(outcome.error.find("its cell collapses") != std::string::npos);
+      CHECK(outcome.error.find("stage stress") != std::string::npos);
+      const Frame& last = outcome.frames.back();
+      CHECK(last.size() == model.particles.size());
+      CHECK(std::set<Index>(last.id.begin(), last.id.end()).size() == last.id.size());
+      for (const ExecutionOptions& way : {flow(2), random_order(1)})
+        CHECK(run(model, way).error == outcome.error);
+    }
+}
+
 TEST_CASE("particles that may leave the mesh are removed and counted, the others go on") {
   Model<2> model = moving("[1, 0]", "[3, 4]", "[1, 0]");
   model.analysis.remove_leaving_particles = true;
