@@ -108,7 +108,7 @@ class Walk {
   Walk(Model<Dim> model, double reach, unsigned seed)
       : model_(std::move(model)),
         n_(model_.particles.size()),
-        patches_(model_, 0, {{2, 2, 0, 0}}),
+        patches_(model_, 0, {{2, 0}}),
         reach_(reach),
         random_(seed) {
     for (int i = 0; i < patches_.size(); ++i) receive(patches_[i]);
