@@ -35,9 +35,10 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model) {
   needs.size = !model.tractions.empty();
   needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
   needs.strain = !model.particles.stress.empty();
-  for (const Material& material : model.materials) {
-    needs.pressure = needs.pressure || has_pressure(material.law);
-    needs.strain = needs.strain || !strain_follows_from_stress(material.law);
+  for (const auto m : model.particles.material) {  // not of those that no particle has
+    const Law& law = model.materials[m].law;
+    needs.pressure = needs.pressure || has_pressure(law);
+    needs.strain = needs.strain || !strain_follows_from_stress(law);
   }
   return ColumnLayout<Dim>(needs);
 }
