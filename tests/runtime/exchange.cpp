@@ -235,3 +235,32 @@ TEST_CASE("a patch set holds every particle once, in the patch of its cell") {
   }
   CHECK(std::count(seen.begin(), seen.end(), 1) == static_cast<long>(seen.size()));
 }
+
+TEST_CASE("particles have the columns that their own materials, mesh, scheme and loads need") {
+  const auto columns = [](Model<2> model) {
+    PatchSet<2> patches(model, 0, node_sum_copies(model.analysis));
+    const auto& layout = patches[0].particles.layout();
+    std::string names;
+    for (const ColumnInfo& info : column_table)
+      if (info.optional && layout.has(info.column)) names += std::string(info.name) + " ";
+    return names;
+  };
+  CHECK(columns(two_discs()) == "");
+  CHECK(columns(dam_break()) == "strain pressure ");
+  CHECK(columns(distorted(two_discs(), 0.012)) == "natural ");
+  Model<2> musl = two_discs();
+  musl.analysis.scheme = Scheme::musl;
+  CHECK(columns(musl) == "natural ");
+  Model<2> stressed = two_discs();
+  stressed.particles.stress.resize(static_cast<std::size_t>(stressed.particles.size()));
+  CHECK(columns(stressed) == "strain ");
+  Model<2> pulled = two_discs();
+  pulled.tractions = {{.particles = {0}, .dir = 0, .traction = 1, .function = -1}};
+  CHECK(columns(pulled) == "size ");
+  Model<2> unused = two_discs();  // a fluid that no particle is made of
+  unused.materials.push_back(dam_break().materials[0]);
+  CHECK(columns(unused) == "");
+  Model<2> mixed = unused;
+  mixed.particles.material[5] = 2;
+  CHECK(columns(mixed) == "strain pressure ");
+}
