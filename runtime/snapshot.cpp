@@ -70,7 +70,9 @@ class Shown {
   }
 
  private:
-  void derive_strain(const Particles<Dim>& particles, Local p, double* to) const {
+  /// Never inlined: compilers fuse products and sums as it suits the place, and frames that are
+  /// gathered in different ways would differ in the last bit.
+  [[gnu::noinline]] void derive_strain(const Particles<Dim>& particles, Local p, double* to) const {
     const auto material = particles.material[static_cast<std::size_t>(p)];
     std::array<double, stress_components<Dim>> stress;
     for (std::size_t k = 0; k < stress.size(); ++k)

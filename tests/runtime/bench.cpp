@@ -149,7 +149,7 @@ TEST_CASE("the bytes of a step are those of the columns that each phase touches"
   // 3D: x v u 3 each, stress 6, volume and mass 1 each; 2D: 2 each, stress 4.
   CHECK(bytes_per_particle_step<3>(Scheme::usl, true) == 8 * (17 + 16));
   CHECK(bytes_per_particle_step<3>(Scheme::usf, true) == 8 * (10 + 7 + 10 + 9));
-  CHECK(bytes_per_particle_step<3>(Scheme::musl, true) == 8 * (14 + 7 + 10 + 9));
+  CHECK(bytes_per_particle_step<3>(Scheme::musl, true) == 8 * (13 + 9 + 17 + 10));
   CHECK(bytes_per_particle_step<2>(Scheme::usl, true) == 8 * (12 + 11));
   CHECK(bytes_per_particle_step<2>(Scheme::usf, true) == 8 * (7 + 5 + 7 + 6));
   // General cells: natural coordinates besides.

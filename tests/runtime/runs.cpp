@@ -214,12 +214,14 @@ class Walk {
       map_force(patch, context(1), patch.runs);
       for (const NodeSum which : {NodeSum::mass_momentum, NodeSum::force})
         for (Local k = 0; k < patch.n_nodes() * node_width; ++k) {
-          const double chunks = patch.own_sums(which, 0)[k], at_once = patch.own_sums(which, 1)[k];
+          const Local at = k / node_width * sum_stride + k % node_width;
+          const double chunks = patch.own_sums(which, 0)[at];
+          const double at_once = patch.own_sums(which, 1)[at];
           worst = std::max(worst, std::abs(chunks - at_once));
           scale = std::max(scale, std::abs(at_once));
         }
       for (Local n = 0; n < patch.n_nodes(); ++n)
-        mass += patch.own_sums(NodeSum::mass_momentum, 0)[n * node_width + mass_lane];
+        mass += patch.own_sums(NodeSum::mass_momentum, 0)[n * sum_stride + mass_lane];
       patch.for_each_particle([&](Local p) { particles += patch.particles.row(Column::mass)[p]; });
     }
     CHECK(scale > 0);
@@ -305,7 +307,7 @@ void check_chunks(Model<Dim> model, Index steps) {
         CHECK(wrong_with(patch, *hand.model.mesh) == "");
         added = std::max(added, patch.added_runs);
         for (Local n = 0; n < patch.n_nodes(); ++n)
-          now += patch.own_sums(NodeSum::mass_momentum, hand.steps)[n * node_width + mass_lane];
+          now += patch.own_sums(NodeSum::mass_momentum, hand.steps)[n * sum_stride + mass_lane];
       }
       if (hand.steps == 0) mass = now;
       CHECK(now == doctest::Approx(mass).epsilon(1e-13));
