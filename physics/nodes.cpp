@@ -101,6 +101,16 @@ LAHAR_INLINE NodeVector velocity_of(const Patch<Dim>& patch, const NodeVector& m
   return with_mass(flushed(momentum * NodeVector(1.0 / m), least_nodal_velocity), mass);
 }
 
+/// The state of nodes exists where there are, or were, particles: most patches of the ring around
+/// them never need it.
+template <int Dim>
+void make_room(Patch<Dim>& patch) {
+  const std::size_t size = static_cast<std::size_t>(patch.n_nodes()) * node_width;
+  if (patch.velocity.size() == size) return;
+  patch.velocity.assign(size, 0.0);
+  patch.acceleration.assign(size, 0.0);
+}
+
 template <int Dim>
 void prescribe_velocities(Patch<Dim>& patch) {
   for (const auto& fixed : patch.fixed) at(patch.velocity, fixed.node)[fixed.dir] = fixed.velocity;
@@ -110,6 +120,7 @@ void prescribe_velocities(Patch<Dim>& patch) {
 
 template <int Dim>
 void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  make_room(patch);
   for_each_node(
       patch,
       [&](Local i, const NodeVector&, const NodeVector& sum) {
@@ -265,6 +276,7 @@ void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
 
 template <int Dim>
 void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  make_room(patch);
   Integrator<Dim> integrator(patch, step);
   auto fixed = patch.fixed.begin();  // ascending nodes
   for_each_node(

@@ -92,7 +92,12 @@ void Particles<Dim>::assign(Local to, const Particles& from, Local i) {
 template <int Dim>
 void Particles<Dim>::append(const Particles& other, Local i) {
   const Local at = size_;
-  resize(size_ + 1);
+  if (at == capacity_) reserve(std::max<Local>(16, 2 * capacity_));
+  touched_ = std::max(touched_, ++size_);
+  id.resize(static_cast<std::size_t>(size_));
+  cell.resize(static_cast<std::size_t>(size_));
+  material.resize(static_cast<std::size_t>(size_));
+  if (!loads.empty()) loads.resize(static_cast<std::size_t>(size_));
   assign(at, other, i);
 }
 

@@ -143,7 +143,7 @@ struct Patch {
   std::vector<Outbox> outbox;
   std::vector<const Outbox*> inbox;  ///< by position in topology.neighbours
   Particles<Dim> movers;             ///< left their cell in this step; `cell` is the old one
-  std::vector<Run> late;             ///< placed after the mapping for the next step: to be mapped
+  std::vector<Run> late;             ///< placed after their runs were mapped: still to be mapped
 
   double least_mass = 0;  ///< [kg] nodes of at most this mass are not accelerated
   PatchWork work;

@@ -36,8 +36,9 @@ BenchJob lattice(const std::string& name, const BlockSize& size, const Execution
 }
 
 template <int Dim>
-BenchJob irregular(const BlockSize& size) {
-  BenchJob job = lattice<Dim>("deformed", size, one_thread);
+BenchJob irregular(const std::string& name, const BlockSize& size,
+                   const ExecutionOptions& execution = one_thread) {
+  BenchJob job = lattice<Dim>(name, size, execution);
   job.model = [size] { return AnyModel(deformed_block<Dim>(size)); };
   job.life = flight_steps;
   return job;
@@ -66,11 +67,12 @@ template <int Dim>
 BenchPlan block(const std::string& size_name, const BlockSize& size, double goal = 0) {
   // A block of one patch flies into eight: that has nothing to do with its order.
   const double deformed_goal = size.cells > h8_4k.cells ? 1.15 : 0;
-  return {.name = fmt::format("{}-{}", Dim == 2 ? "q4" : "h8", size_name),
-          .title = fmt::format("Block, {}, linear elastic, USL, {} particles",
-                               Dim == 2 ? "Q4" : "H8", format_count(size.particles(Dim))),
-          .jobs = {lattice<Dim>("lattice", size, one_thread, goal), irregular<Dim>(size)},
-          .ratios = {{"deformed / lattice", 1, 0, deformed_goal}}};
+  return {
+      .name = fmt::format("{}-{}", Dim == 2 ? "q4" : "h8", size_name),
+      .title = fmt::format("Block, {}, linear elastic, USL, {} particles", Dim == 2 ? "Q4" : "H8",
+                           format_count(size.particles(Dim))),
+      .jobs = {lattice<Dim>("lattice", size, one_thread, goal), irregular<Dim>("deformed", size)},
+      .ratios = {{"deformed / lattice", 1, 0, deformed_goal}}};
 }
 
 template <int Dim>
@@ -89,7 +91,8 @@ BenchPlan stages(const BlockSize& small, const BlockSize& big) {
   };
   return {.name = Dim == 2 ? "stages-q4" : "stages-h8",
           .title = fmt::format("Each stage alone, {}, USL, serial loop", Dim == 2 ? "Q4" : "H8"),
-          .jobs = {lattice<Dim>(name(small), small, serial), lattice<Dim>(name(big), big, serial)},
+          .jobs = {lattice<Dim>(name(small), small, serial), lattice<Dim>(name(big), big, serial),
+                   irregular<Dim>(name(big) + ", deformed", big, serial)},
           .stages = true};
 }
 

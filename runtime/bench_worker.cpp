@@ -61,6 +61,7 @@ class Output {
     std::filesystem::remove_all(folder_, ignored);
   }
   void write(Frame&& frame) { frames_->write(std::move(frame)); }
+  void write(const FrameStream& frame) { frames_->write(frame); }
 
  private:
   std::filesystem::path folder_;
@@ -122,6 +123,7 @@ class Worker {
       model.output.frame_steps = steps_per_frame;
       observer.history = [](const HistoryRow&) {};
       observer.frame = [this](Frame&& frame) { output_->write(std::move(frame)); };
+      observer.stream = [this](const FrameStream& frame) { output_->write(frame); };
     }
     const auto begin = Clock::now();
     simulation_.emplace(std::move(model), job_.execution, std::move(observer));

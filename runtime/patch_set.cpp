@@ -141,8 +141,8 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   for (std::size_t k = 0; k < n_sum_arrays; ++k)
     patch->sums[k].assign(static_cast<std::size_t>(copies_.of[k]),
                           NodeArray(nodes.size() * sum_stride, 0.0));
-  patch->velocity.assign(size, 0.0);
-  patch->acceleration.assign(size, 0.0);
+  patch->idle = true;  // until particles come
+  patch->clear_sums = 2;
   if (model_->analysis.damping > 0.0) patch->damping.assign(size, 0.0);
   if (model_->analysis.pressure_smoothing) patch->pressure.assign(nodes.size(), 0.0);
   return patch;

@@ -1,6 +1,9 @@
 #include "runtime/simulation.h"
 
 #include <fmt/format.h>
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -81,6 +84,9 @@ struct Simulation<Dim>::Impl {
     history_steps = history_interval(
         model.output, std::min(static_cast<double>(nsteps), model.analysis.end_time / dt[0]));
     build_executor();
+#if defined(__GLIBC__)
+    malloc_trim(0);  // what the model's tables took goes back to the system
+#endif
   }
 
   // --- time -------------------------------------------------------------------------------------
@@ -259,15 +265,21 @@ struct Simulation<Dim>::Impl {
 
   // --- output -----------------------------------------------------------------------------------
 
-  bool history_due(Step step) const { return (step + 1) % history_steps == 0; }
+  bool history_due(Step step) const {
+    return (step + 1) % history_steps == 0;
+  }
   bool frame_due(Step step) const {
     return (assembler || streams()) && model.output.frame_steps > 0 &&
            (step + 1) % model.output.frame_steps == 0;
   }
-  bool copy_due(Step step) const { return assembler && frame_due(step); }
+  bool copy_due(Step step) const {
+    return assembler && frame_due(step);
+  }
 
   /// Frames are too large to be copied.
-  bool streams() const { return observer.stream && frame_size > options.copied_frame_bytes; }
+  bool streams() const {
+    return observer.stream && frame_size > options.copied_frame_bytes;
+  }
 
   /// Where the graph has to drain: at `end`, or before it at a frame that is not copied.
   Step drain_step(Step end) const {

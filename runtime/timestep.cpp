@@ -9,8 +9,8 @@ namespace lahar {
 
 namespace {
 
-/// Particles that neighbours sent, and those that changed their cell: the part of the mapping for
-/// this step that could not be done at the end of the one before.
+/// Particles that neighbours sent: the part of the mapping for this step that could not be done at
+/// the end of the one before.
 template <int Dim, bool WithForce>
 void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
   receive(patch);
@@ -149,6 +149,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
 template <int Dim>
 void map_first(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& stages,
                const StepContext<Dim>& step) {
+  if (patch.count == 0) return;  // its sums are zero
   for (const auto& stage : stages) {
     if (!stage.of_next_step) continue;
     stage.begin(patch, step);
