@@ -105,7 +105,10 @@ struct Analysis {
   bool pressure_smoothing = false;
   bool remove_leaving_particles =
       false;                     ///< particles that leave the mesh are removed, not an error
-  Index patch_particles = 4096;  ///< target particles per patch; part of the result's identity
+  /// Target particles per patch; part of the result's identity. Measured on one core, plate and H8 of
+  /// 125 thousand and 1 million particles, against 4096: 1024 20 % slower, 2048 8 %; 8192 and 16384
+  /// 3 to 7 % faster, but half and a quarter of the patches to share among threads.
+  Index patch_particles = 4096;
 };
 
 struct OutputPlan {

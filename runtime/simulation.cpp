@@ -312,12 +312,12 @@ struct Simulation<Dim>::Impl {
 
   void check_limit(int p, Step step) {
     const double used = dt_of(step);
+    if (!(used > time_step_limit<Dim>(patches[p], model, patches[p].runs))) return;
     Local limiting = -1;
-    const double limit = time_step_limit(patches[p], model, patches[p].runs, &limiting);
-    if (used > limit)
-      fail(output_index, p, step,
-           unstable_message(used, limit, describe_particle(patches[p].particles, limiting)) + " " +
-               unstable_hint(limit));
+    const double limit = time_step_limit<Dim>(patches[p], model, patches[p].runs, &limiting);
+    fail(output_index, p, step,
+         unstable_message(used, limit, describe_particle(patches[p].particles, limiting)) + " " +
+             unstable_hint(limit));
   }
 
   /// All patches are done with `step`. Steps arrive in order, one call at a time.
