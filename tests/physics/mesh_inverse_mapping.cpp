@@ -291,6 +291,6 @@ TEST_CASE(
         }
       }
     }
-    CHECK(reported > 2 * mesh.n_cells());  // far outside there is no solution
+    if (W > 2) CHECK(reported > 2 * mesh.n_cells());  // far outside there is no solution
   });
 }
