@@ -68,7 +68,6 @@ struct CornerDifferences {
             d[b][c]);
     }
   }
-  CornerDifferences() = default;
 
   /// G[a][b] = dq_a/ds_b at every lane.
   template <class Real>

@@ -21,8 +21,6 @@ namespace lahar {
 
 using Json = nlohmann::json;
 
-// --------------------------------------------------------------------
-
 namespace {
 
 using Clock = std::chrono::steady_clock;

@@ -96,8 +96,9 @@ struct Simulation<Dim>::Impl {
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i < patches.size(); ++i) {
       Local p = -1;
-      const double limit = time_step_limit(patches[i], model, patches[i].runs, &p);
-      if (limit < least && p >= 0 && where) *where = describe_particle(patches[i].particles, p);
+      const double limit =
+          time_step_limit<Dim>(patches[i], model, patches[i].runs, where ? &p : nullptr);
+      if (limit < least && p >= 0) *where = describe_particle(patches[i].particles, p);
       least = std::min(least, limit);
     }
     return least;
@@ -109,17 +110,19 @@ struct Simulation<Dim>::Impl {
 
   void set_first_dt() {
     const TimeStep& plan = model.analysis.step;
-    std::string where;
-    const double limit = present_limit(&where);
+    const double limit = present_limit();
     dt[0] = plan.adaptive ? std::min(adaptive_dt(limit), model.analysis.end_time) : plan.dt;
     start_time[0] = 0.0;
     start_time[1] = dt[0];
     if (plan.adaptive && dt[0] >= model.analysis.end_time) nsteps = std::min<Index>(nsteps, 1);
     if (!plan.adaptive) {
-      if (plan.dt > limit && !plan.accept_unstable)
+      if (plan.dt > limit && !plan.accept_unstable) {
+        std::string where;  // looked for only now: that takes longer than the limit itself
+        present_limit(&where);
         throw InputError({Problem{.where = "/analysis/dt",
                                   .message = unstable_message(plan.dt, limit, where),
                                   .hint = unstable_hint(limit)}});
+      }
       if (std::isfinite(model.analysis.end_time))
         nsteps = std::min(nsteps, static_cast<Index>(std::ceil(model.analysis.end_time / plan.dt *
                                                                (1 - rounding_of_time))));
