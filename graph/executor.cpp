@@ -101,15 +101,13 @@ class RandomExecutor final : public Executor {
   }
 
   void pass_tokens(int task, int lag) {
-    for (const int e : graph_.out[static_cast<std::size_t>(task)]) {
-      const Edge& edge = graph_.edges[static_cast<std::size_t>(e)];
+    for (const Edge& edge : graph_.out(task))
       if (edge.lag == lag) --missing_[static_cast<std::size_t>(edge.to)];
-    }
   }
 
   void collect_ready(int task) {
-    for (const int e : graph_.out[static_cast<std::size_t>(task)]) {
-      const int to = graph_.edges[static_cast<std::size_t>(e)].to;
+    for (const Edge& edge : graph_.out(task)) {
+      const int to = edge.to;
       if (missing_[static_cast<std::size_t>(to)] == 0 &&
           step_[static_cast<std::size_t>(to)] < end_ &&
           std::find(ready_.begin(), ready_.end(), to) == ready_.end() &&

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <deque>
 #include <limits>
+#include <numeric>
 
 namespace lahar {
 
@@ -40,25 +42,26 @@ std::string TaskGraph::name(int task) const {
 
 namespace {
 
-void add_stage_edges(TaskGraph& graph, int stage, const std::vector<std::vector<int>>& neighbours) {
+void add_stage_edges(const TaskGraph& graph, int stage,
+                     const std::vector<std::vector<int>>& neighbours, std::vector<Edge>& edges) {
   const int n_stages = static_cast<int>(graph.stages.size());
   const bool first = stage == 0;
   const int before = first ? n_stages - 1 : stage - 1;
   const int lag = first ? 1 : 0;
   for (int p = 0; p < graph.patches; ++p) {
-    graph.edges.push_back({graph.task(before, p), graph.task(stage, p), lag, false});
+    edges.push_back({graph.task(before, p), graph.task(stage, p), lag, false});
     if (graph.stages[static_cast<std::size_t>(stage)].exchange.empty()) continue;
     for (const int q : neighbours[static_cast<std::size_t>(p)])
-      graph.edges.push_back({graph.task(before, q), graph.task(stage, p), lag, true});
+      edges.push_back({graph.task(before, q), graph.task(stage, p), lag, true});
   }
 }
 
-void add_dt_edges(TaskGraph& graph) {
+void add_dt_edges(const TaskGraph& graph, std::vector<Edge>& edges) {
   for (int s = 0; s < static_cast<int>(graph.stages.size()); ++s)
     for (int p = 0; p < graph.patches; ++p) {
       const Stage& stage = graph.stages[static_cast<std::size_t>(s)];
-      if (stage.gives_dt) graph.edges.push_back({graph.task(s, p), graph.dt_task(), 1, true});
-      if (stage.needs_dt) graph.edges.push_back({graph.dt_task(), graph.task(s, p), 0, true});
+      if (stage.gives_dt) edges.push_back({graph.task(s, p), graph.dt_task(), 1, true});
+      if (stage.needs_dt) edges.push_back({graph.dt_task(), graph.task(s, p), 0, true});
     }
 }
 
@@ -75,19 +78,26 @@ TaskGraph make_task_graph(std::vector<Stage> stages,
     needs = needs || stage.needs_dt;
   }
   graph.has_dt = gives && needs;
+  std::vector<Edge> edges;
   for (int s = 0; s < static_cast<int>(graph.stages.size()); ++s)
-    add_stage_edges(graph, s, neighbours);
-  if (graph.has_dt) add_dt_edges(graph);
+    add_stage_edges(graph, s, neighbours, edges);
+  if (graph.has_dt) add_dt_edges(graph, edges);
+  return with_edges(std::move(graph), std::move(edges));
+}
 
+TaskGraph with_edges(TaskGraph graph, std::vector<Edge> edges) {
+  std::stable_sort(edges.begin(), edges.end(),
+                   [](const Edge& a, const Edge& b) { return a.from < b.from; });
   const auto n = static_cast<std::size_t>(graph.tasks());
-  graph.out.resize(n);
+  graph.first_out.assign(n + 1, 0);
   graph.in_step.assign(n, 0);
   graph.in_lag.assign(n, 0);
-  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
-    const Edge& edge = graph.edges[e];
-    graph.out[static_cast<std::size_t>(edge.from)].push_back(static_cast<int>(e));
+  for (const Edge& edge : edges) {
+    ++graph.first_out[static_cast<std::size_t>(edge.from) + 1];
     ++(edge.lag == 0 ? graph.in_step : graph.in_lag)[static_cast<std::size_t>(edge.to)];
   }
+  std::partial_sum(graph.first_out.begin(), graph.first_out.end(), graph.first_out.begin());
+  graph.edges = std::move(edges);
   return graph;
 }
 
@@ -101,8 +111,7 @@ std::vector<int> fewest_tokens(const TaskGraph& graph, int from) {
   while (!queue.empty()) {
     const int task = queue.front();
     queue.pop_front();
-    for (const int e : graph.out[static_cast<std::size_t>(task)]) {
-      const Edge& edge = graph.edges[static_cast<std::size_t>(e)];
+    for (const Edge& edge : graph.out(task)) {
       const int via = tokens[static_cast<std::size_t>(task)] + edge.lag;
       if (via >= tokens[static_cast<std::size_t>(edge.to)]) continue;
       tokens[static_cast<std::size_t>(edge.to)] = via;

@@ -32,9 +32,9 @@ struct TaskGraph {
   std::vector<Stage> stages;
   int patches = 0;
   bool has_dt = false;
-  std::vector<Edge> edges;
-  std::vector<std::vector<int>> out;  ///< edges leaving each task, by position in `edges`
-  std::vector<int> in_step, in_lag;   ///< number of lag-0 and lag-1 edges into each task
+  std::vector<Edge> edges;           ///< by the task that they leave
+  std::vector<int> first_out;        ///< edges of task t: [first_out[t], first_out[t + 1])
+  std::vector<int> in_step, in_lag;  ///< number of lag-0 and lag-1 edges into each task
 
   int tasks() const { return static_cast<int>(stages.size()) * patches + (has_dt ? 1 : 0); }
   int task(int stage, int patch) const { return stage * patches + patch; }
@@ -42,8 +42,16 @@ struct TaskGraph {
   bool is_dt(int task) const { return has_dt && task == dt_task(); }
   int stage_of(int task) const { return task / patches; }
   int patch_of(int task) const { return task % patches; }
+  std::span<const Edge> out(int task) const {
+    const auto t = static_cast<std::size_t>(task);
+    return std::span(edges).subspan(static_cast<std::size_t>(first_out[t]),
+                                    static_cast<std::size_t>(first_out[t + 1] - first_out[t]));
+  }
   std::string name(int task) const;
 };
+
+/// The graph of any edges, which it sorts; `graph` has stages, patches and the dt task already.
+TaskGraph with_edges(TaskGraph graph, std::vector<Edge> edges);
 
 /// Build the step graph. `neighbours[p]` lists the patches that p exchanges with (symmetric,
 /// without p). The dt task exists if some stage gives and some stage needs dt.
