@@ -31,9 +31,20 @@ void receive(Patch<Dim>& patch);
 template <int Dim>
 void sort_if_scattered(Patch<Dim>& patch);
 
-/// Before the mapping for a step: zero one kind of the patch's own sums.
+/// Active nodes (Patch::active_nodes) from the runs. Nobody may be reading the patch's sums: those
+/// at nodes that are not active any more become zero.
+template <int Dim>
+void find_active_nodes(Patch<Dim>& patch);
+
+/// Make the nodes of Patch::cells_to_activate active.
+template <int Dim>
+void activate_nodes(Patch<Dim>& patch);
+
+/// Before the mapping for a step: zero one kind of the patch's own sums, or all that lie with it.
 template <int Dim>
 void clear_sums(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSum which);
+template <int Dim>
+void clear_sums_with(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSum which);
 
 /// m_i += sum_p N_i m_p,  (m v)_i += sum_p N_i m_p v_p, into the patch's own sums.
 template <int Dim, class Real = Pack>

@@ -132,6 +132,7 @@ Run& run_with_room(Patch<Dim>& patch, Local cell, std::uint16_t material) {
                         .next = first,
                         .material = material,
                         .loaded = false});
+  if (first < 0) patch.cells_to_activate.push_back(cell);
   first = static_cast<Local>(patch.runs.size()) - 1;
   ++patch.added_runs;
   return patch.runs.back();
@@ -221,6 +222,10 @@ void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
   const auto at = std::lower_bound(neighbours.begin(), neighbours.end(), target);
   if (at == neighbours.end() || *at != target) return stays(Mark::Kind::moved_too_far);
   auto& out = patch.outbox[static_cast<std::size_t>(at - neighbours.begin())];
+  if (out.cell.empty()) {
+    patch.filled_outboxes.push_back(static_cast<Local>(at - neighbours.begin()));
+    *out.filled = 1;
+  }
   out.particles.append(movers, i);
   out.cell.push_back(found.cell);
 }
@@ -229,10 +234,13 @@ void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
 
 template <int Dim>
 void clear_outboxes(Patch<Dim>& patch) {
-  for (auto& out : patch.outbox) {
+  for (const Local filled : patch.filled_outboxes) {
+    auto& out = patch.outbox[static_cast<std::size_t>(filled)];
     out.particles.clear();
     out.cell.clear();
+    *out.filled = 0;
   }
+  patch.filled_outboxes.clear();
 }
 
 template <int Dim, class Real>
@@ -301,6 +309,7 @@ void sort_runs(Patch<Dim>& patch) {
     first = static_cast<Local>(r);
   }
   patch.added_runs = 0;
+  find_active_nodes(patch);
 }
 
 /// Runs of particles in the order in which they are, before they are sorted for the first time.
@@ -338,9 +347,12 @@ void receive(Patch<Dim>& patch) {
     sort_runs(patch);
     patch.sorted = true;
   }
-  for (const auto* in : patch.inbox)
-    for (Local i = 0; i < in->particles.size(); ++i)
-      place(patch, in->particles, i, patch.local_cell.at(in->cell[static_cast<std::size_t>(i)]));
+  for (std::size_t k = 0; k < patch.arrived.size(); ++k) {
+    if (patch.arrived[k] == 0) continue;
+    const auto& in = *patch.inbox[k];
+    for (Local i = 0; i < in.particles.size(); ++i)
+      place(patch, in.particles, i, patch.local_cell.at(in.cell[static_cast<std::size_t>(i)]));
+  }
 }
 
 template <int Dim>

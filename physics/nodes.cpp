@@ -1,5 +1,6 @@
 /// Nodal kernels. Every patch that holds a node does the same arithmetic in the same order on the
 /// same sums, so that all copies of a node are identical.
+#include <algorithm>
 #include <cmath>
 
 #include "physics/kernels.h"
@@ -13,63 +14,63 @@ namespace {
 template <int Dim>
 class SumOverPatches {
  public:
-  SumOverPatches(const Patch<Dim>& patch, NodeSum which, Index step)
+  SumOverPatches(Patch<Dim>& patch, NodeSum which, Index step)
       : shares_(patch.topology.shares.data()),
         first_(patch.topology.first.data()),
         n_shared_(patch.topology.shared_node.size()),
         own_(patch.own_sums(which, step)),
-        neighbours_(patch.sums_of_neighbours(which, step)),
+        sums_(patch.all_sums(which, step)),
         offset_(sum_offset(which)) {}
 
   /// What this patch alone contributes.
   LAHAR_INLINE NodeVector own(Local node) const {
     return load<NodeVector>(own_ + static_cast<std::ptrdiff_t>(node) * sum_stride);
   }
-  /// The sum at node shared_node[s].
+  /// The sum at node shared_node[s]. Sums that are zero may be left out: it begins at zero.
   LAHAR_INLINE NodeVector shared(std::size_t s) const {
     NodeVector sum(0.0);
-    for (Local e = first_[s]; e < first_[s + 1]; ++e) sum += load<NodeVector>(share(e));
+    for (Local e = first_[s]; e < first_[s + 1]; ++e)
+      if (const double* from = sums_of(e)) sum += load<NodeVector>(from + place(e));
     return sum;
   }
   /// Others wrote their sums long ago and elsewhere: fetch them before they are needed.
   LAHAR_INLINE void prefetch(std::size_t s) const {
     constexpr std::size_t ahead = 8;
     if (s + ahead >= n_shared_) return;
-    for (Local e = first_[s + ahead]; e < first_[s + ahead + 1]; ++e) __builtin_prefetch(share(e));
+    for (Local e = first_[s + ahead]; e < first_[s + ahead + 1]; ++e)
+      if (const double* from = sums_of(e)) __builtin_prefetch(from + place(e));
   }
 
  private:
-  LAHAR_INLINE const double* share(Local e) const {
-    const auto& share = shares_[e];
-    const double* from = share.neighbour < 0 ? own_ : neighbours_[share.neighbour] + offset_;
-    return from + static_cast<std::ptrdiff_t>(share.node) * sum_stride;
+  LAHAR_INLINE const double* sums_of(Local e) const { return sums_[shares_[e].neighbour + 1]; }
+  LAHAR_INLINE std::ptrdiff_t place(Local e) const {
+    return static_cast<std::ptrdiff_t>(shares_[e].node) * sum_stride + offset_;
   }
 
   const typename PatchTopology<Dim>::Share* shares_;
   const Local* first_;
   std::size_t n_shared_;
   const double* own_;
-  const double* const* neighbours_;
+  const double* const* sums_;  ///< of this patch and the neighbours
   int offset_;
 };
 
-/// Call node(i, own mass and so on of the first sum, sum...) for every local node, in order.
+/// Call node(i, own mass and so on of the first sum, sum...) for every active node, in order.
 template <int Dim, class Node, class First, class... Sums>
 void for_each_node(const Patch<Dim>& patch, Node node, const First& first, const Sums&... sums) {
   const auto& shared = patch.topology.shared_node;
-  Local i = 0;
-  for (std::size_t s = 0; s < shared.size(); ++s) {
-    for (; i < shared[s]; ++i) {
+  for (const NodeRange& range : patch.active_nodes) {
+    std::size_t s = range.first_shared;
+    for (Local i = range.begin; i < range.end; ++i) {
       const NodeVector own = first.own(i);
-      node(i, own, own, sums.own(i)...);
+      if (s < shared.size() && shared[s] == i) {
+        first.prefetch(s);
+        node(i, own, first.shared(s), sums.shared(s)...);
+        ++s;
+      } else {
+        node(i, own, own, sums.own(i)...);
+      }
     }
-    first.prefetch(s);
-    node(i, first.own(i), first.shared(s), sums.shared(s)...);
-    ++i;
-  }
-  for (; i < patch.n_nodes(); ++i) {
-    const NodeVector own = first.own(i);
-    node(i, own, own, sums.own(i)...);
   }
 }
 
@@ -106,7 +107,7 @@ LAHAR_INLINE NodeVector velocity_of(const Patch<Dim>& patch, const NodeVector& m
 template <int Dim>
 void make_room(Patch<Dim>& patch) {
   const std::size_t size = static_cast<std::size_t>(patch.n_nodes()) * node_width;
-  if (patch.velocity.size() == size) return;
+  if (patch.velocity.size() >= size) return;
   patch.velocity.assign(size, 0.0);
   patch.acceleration.assign(size, 0.0);
 }
@@ -116,7 +117,52 @@ void prescribe_velocities(Patch<Dim>& patch) {
   for (const auto& fixed : patch.fixed) at(patch.velocity, fixed.node)[fixed.dir] = fixed.velocity;
 }
 
+/// Ranges of the nodes that are marked as active.
+template <int Dim>
+void collect_active_nodes(Patch<Dim>& patch) {
+  const auto& shared = patch.topology.shared_node;
+  auto& ranges = patch.active_nodes;
+  ranges.clear();
+  for (Local i = 0; i < patch.n_nodes(); ++i) {
+    if (!patch.node_is_active[static_cast<std::size_t>(i)]) continue;
+    if (ranges.empty() || ranges.back().end != i) {
+      const auto s = std::lower_bound(shared.begin(), shared.end(), i) - shared.begin();
+      ranges.push_back({i, i, static_cast<std::size_t>(s)});
+    }
+    ranges.back().end = i + 1;
+  }
+}
+
+template <int Dim>
+void mark_nodes(Patch<Dim>& patch, std::size_t cell) {
+  for (const Local node : patch.topology.corner_nodes[cell])
+    patch.node_is_active[static_cast<std::size_t>(node)] = 1;
+}
+
 }  // namespace
+
+template <int Dim>
+void find_active_nodes(Patch<Dim>& patch) {
+  const std::vector<char> before = std::move(patch.node_is_active);
+  patch.node_is_active.assign(static_cast<std::size_t>(patch.n_nodes()), 0);
+  for (std::size_t c = 0; c < patch.first_run.size(); ++c)
+    if (patch.first_run[c] >= 0) mark_nodes(patch, c);
+  for (std::size_t i = 0; i < before.size(); ++i)
+    if (before[i] && !patch.node_is_active[i])
+      for (auto& copies : patch.sums)
+        for (NodeArray& sums : copies) std::fill_n(&sums[i * sum_stride], sum_stride, 0.0);
+  patch.cells_to_activate.clear();
+  collect_active_nodes(patch);
+}
+
+template <int Dim>
+void activate_nodes(Patch<Dim>& patch) {
+  if (patch.cells_to_activate.empty()) return;
+  for (const Local cell : patch.cells_to_activate)
+    mark_nodes(patch, static_cast<std::size_t>(cell));
+  patch.cells_to_activate.clear();
+  collect_active_nodes(patch);
+}
 
 template <int Dim>
 void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
@@ -172,6 +218,7 @@ class Integrator {
   /// `old` is {v, m} before the step, `own` this patch's {., m}.
   LAHAR_INLINE void node(Local i, const NodeVector& own, const NodeVector& old, NodeVector force) {
     const double m = old[mass_lane];
+    while (point_ != patch_.forces.end() && point_->node < i) ++point_;  // not active
     while (point_ != patch_.forces.end() && point_->node == i) {
       double f[node_width] = {};
       f[point_->dir] = point_force(*point_);
@@ -283,6 +330,7 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
       patch,
       [&](Local i, const NodeVector& own, const NodeVector& sum, const NodeVector& force) {
         NodeVector v = velocity_of(patch, sum, sum);
+        while (fixed != patch.fixed.end() && fixed->node < i) ++fixed;  // not active
         for (; fixed != patch.fixed.end() && fixed->node == i; ++fixed)
           v = with_component(v, fixed->dir, fixed->velocity);
         integrator.node(i, own, v, force);
@@ -293,6 +341,8 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                   \
+  template void find_active_nodes<Dim>(Patch<Dim>&);                             \
+  template void activate_nodes<Dim>(Patch<Dim>&);                                \
   template void nodal_velocity<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void nodal_velocity_again<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
   template void nodal_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \

@@ -4,6 +4,8 @@
 /// Q4 has few nodes and many particles per cell: lanes are particles, and the sums of all nodes are
 /// reduced together. H8 has many nodes and few particles: lanes are the eight nodes, so that a
 /// particle costs the same whatever else is in its cell, and nothing is reduced at all.
+#include <algorithm>
+
 #include "physics/cell_map.h"
 #include "physics/kernels.h"
 #include "physics/law.h"
@@ -133,7 +135,17 @@ LAHAR_INLINE void map_momentum_to(Patch<Dim>& patch, Runs runs, double* nodes) {
 template <int Dim>
 void clear_sums(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSum which) {
   double* nodes = patch.own_sums(which, step.step);
-  for (Local i = 0; i < patch.n_nodes(); ++i, nodes += sum_stride) store(NodeVector(0.0), nodes);
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < range.end; ++i)
+      store(NodeVector(0.0), nodes + static_cast<std::ptrdiff_t>(i) * sum_stride);
+}
+
+template <int Dim>
+void clear_sums_with(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSum which) {
+  double* nodes = patch.own_sums(which, step.step) - sum_offset(which);
+  for (const NodeRange& range : patch.active_nodes)
+    std::fill(nodes + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
+              nodes + static_cast<std::ptrdiff_t>(range.end) * sum_stride, 0.0);
 }
 
 template <int Dim, class Real>
@@ -302,5 +314,7 @@ LAHAR_INSTANTIATE(2, Scalar)
 LAHAR_INSTANTIATE(3, Scalar)
 template void clear_sums<2>(Patch<2>&, const StepContext<2>&, NodeSum);
 template void clear_sums<3>(Patch<3>&, const StepContext<3>&, NodeSum);
+template void clear_sums_with<2>(Patch<2>&, const StepContext<2>&, NodeSum);
+template void clear_sums_with<3>(Patch<3>&, const StepContext<3>&, NodeSum);
 
 }  // namespace lahar

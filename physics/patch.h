@@ -60,6 +60,12 @@ struct NodeSumCopies {
   bool operator==(const NodeSumCopies&) const = default;
 };
 
+/// Consecutive local nodes [begin, end), and the first of topology.shared_node that is not before.
+struct NodeRange {
+  Local begin, end;
+  std::size_t first_shared;
+};
+
 /// What one patch contributes to a row of history.csv (HistoryRow), reset after each row.
 struct PatchWork {
   double internal = 0, external = 0, damping = 0;  ///< [J]
@@ -117,8 +123,18 @@ struct Patch {
   NodeArray acceleration;        ///< {a [m/s^2], 0}
   std::vector<double> pressure;  ///< [Pa]; only with pressure smoothing
   NodeArray damping;             ///< {damping force [N], 0}; only where there is damping
+  /// Nodes of cells that have runs: of a patch that is filled in part, or lies around the body,
+  /// nothing else is summed and integrated. Sums at other nodes are zero, their state is undefined.
+  std::vector<NodeRange> active_nodes;
+  std::vector<char> node_is_active;      ///< the same by local node
+  std::vector<Local> cells_to_activate;  ///< had no runs when active_nodes was made
+  /// By parity of the step: a sum may be other than zero. Read by neighbours, as the sums are.
+  std::array<char, 2> contributes{};
+
   /// Sums of the neighbours, by position in topology.neighbours.
   std::array<std::vector<std::vector<const double*>>, n_sum_arrays> neighbour_sums;
+  std::vector<const std::array<char, 2>*> neighbour_contributes;
+  std::vector<const double*> sum_sources;  ///< scratch of nodal kernels
 
   // Constraints and loads of the local nodes.
   struct FixedVelocity {
@@ -139,11 +155,14 @@ struct Patch {
   struct Outbox {
     Particles<Dim> particles;
     std::vector<Index> cell;  ///< global id of the new cell
+    char* filled = nullptr;   ///< the flag of this outbox at the neighbour: Patch::arrived
   };
   std::vector<Outbox> outbox;
-  std::vector<const Outbox*> inbox;  ///< by position in topology.neighbours
-  Particles<Dim> movers;             ///< left their cell in this step; `cell` is the old one
-  std::vector<Run> late;             ///< placed after their runs were mapped: still to be mapped
+  std::vector<const Outbox*> inbox;    ///< by position in topology.neighbours
+  std::vector<char> arrived;           ///< which of them hold particles; set by the neighbours
+  std::vector<Local> filled_outboxes;  ///< positions
+  Particles<Dim> movers;               ///< left their cell in this step; `cell` is the old one
+  std::vector<Run> late;               ///< placed after their runs were mapped: still to be mapped
 
   double least_mass = 0;  ///< [kg] nodes of at most this mass are not accelerated
   PatchWork work;
@@ -162,11 +181,17 @@ struct Patch {
   const double* own_sums(NodeSum which, Index step) const {
     return const_cast<Patch*>(this)->own_sums(which, step);
   }
-  /// Those of all neighbours, by position in topology.neighbours; sum_offset() is still to be
-  /// added.
-  const double* const* sums_of_neighbours(NodeSum which, Index step) const {
+  /// Those of this patch and then of all neighbours, by position in topology.neighbours; null where
+  /// all are zero. sum_offset() is still to be added. Valid until the next call.
+  const double* const* all_sums(NodeSum which, Index step) {
     const auto& copies = neighbour_sums[sum_array(which)];
-    return copies[static_cast<std::size_t>(step) % copies.size()].data();
+    const auto& sums_of = copies[static_cast<std::size_t>(step) % copies.size()];
+    sum_sources.assign(1, own_sums(which, step) - sum_offset(which));
+    for (std::size_t k = 0; k < sums_of.size(); ++k) {
+      const bool any = (*neighbour_contributes[k])[static_cast<std::size_t>(step % 2)];
+      sum_sources.push_back(any ? sums_of[k] : nullptr);
+    }
+    return sum_sources.data();
   }
   /// Call body(p) with the slot of every particle.
   template <class Body>

@@ -207,6 +207,10 @@ void PatchSet<Dim>::link() {
     at_edge_[i] = neighbours.size() < partition_.neighbours(patch.topology.patch, rings_).size();
     patch.outbox.clear();
     patch.inbox.clear();
+    patch.arrived.assign(neighbours.size(), 0);
+    patch.filled_outboxes.clear();
+    patch.neighbour_contributes.clear();
+    find_active_nodes(patch);
     patch.movers = Particles<Dim>(layout_);
     for (std::size_t k = 0; k < n_sum_arrays; ++k)
       patch.neighbour_sums[k].assign(static_cast<std::size_t>(copies_.of[k]), {});
@@ -225,14 +229,17 @@ void PatchSet<Dim>::link() {
     patch->least_mass = least_mass_;
     for (const Index id : patch->topology.neighbours) {
       const auto at = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
-      const Patch<Dim>& other = *patches_[static_cast<std::size_t>(at)];
+      Patch<Dim>& other = *patches_[static_cast<std::size_t>(at)];
       for (std::size_t k = 0; k < n_sum_arrays; ++k)
         for (std::size_t copy = 0; copy < other.sums[k].size(); ++copy)
           patch->neighbour_sums[k][copy].push_back(other.sums[k][copy].data());
+      patch->neighbour_contributes.push_back(&other.contributes);
       const auto& back = other.topology.neighbours;
       const auto slot =
           std::lower_bound(back.begin(), back.end(), patch->topology.patch) - back.begin();
-      patch->inbox.push_back(&other.outbox[static_cast<std::size_t>(slot)]);
+      auto& from = other.outbox[static_cast<std::size_t>(slot)];
+      from.filled = &patch->arrived[patch->inbox.size()];
+      patch->inbox.push_back(&from);
     }
   }
 }

@@ -49,6 +49,26 @@ constexpr Step limit_check_steps = 16;
 /// Wave speeds may grow by this factor, as densities fall, between two of these checks.
 constexpr double wave_speed_margin = 1.1;
 
+/// State of the nodes of the patch that a thread works on, where no other phase needs it: it stays
+/// in the thread's cache, and patches need no memory for it.
+template <int Dim>
+class BorrowedNodalState {
+ public:
+  explicit BorrowedNodalState(Patch<Dim>& patch) : patch_(patch) { exchange(); }
+  ~BorrowedNodalState() { exchange(); }
+  BorrowedNodalState(const BorrowedNodalState&) = delete;
+  BorrowedNodalState& operator=(const BorrowedNodalState&) = delete;
+
+ private:
+  void exchange() {
+    thread_local NodeArray velocity, acceleration;
+    velocity.swap(patch_.velocity);
+    acceleration.swap(patch_.acceleration);
+  }
+
+  Patch<Dim>& patch_;
+};
+
 /// A history row about every 1 % of the run where the scenario does not say.
 Index history_interval(const OutputPlan& plan, double steps) {
   return plan.history_steps > 0 ? plan.history_steps
@@ -234,6 +254,8 @@ struct Simulation<Dim>::Impl {
     if (phase.first == 0 || !patch.idle) {
       const bool has_dt = !model.analysis.step.adaptive || phase.first >= first_dt_stage;
       const bool locates = phase.last > locate_index;  // then dt of this step is known
+      std::optional<BorrowedNodalState<Dim>> borrowed;
+      if (!keeps_nodal_state(model.analysis)) borrowed.emplace(patch);
       const std::size_t failed = run_phase(
           patch, stages, phase.first, phase.last, context(step, has_dt),
           locates ? context(step + 1) : StepContext<Dim>{}, [&](std::size_t s) { clock.lap(s); });

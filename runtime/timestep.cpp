@@ -14,10 +14,12 @@ namespace {
 template <int Dim, bool WithForce>
 void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
   receive(patch);
+  activate_nodes(patch);
   if (!patch.late.empty()) {
     map_mass_momentum(patch, step, patch.late);
     if (WithForce) map_force(patch, step, patch.late);
     patch.late.clear();
+    patch.contributes[static_cast<std::size_t>(step.step % 2)] = 1;
     patch.idle = false;
     patch.clear_sums = 0;
   }
@@ -26,9 +28,10 @@ void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
 
 /// Sums for the next step begin at zero. A patch without particles is idle once all of its sums
 /// are.
-template <int Dim>
+template <int Dim, bool WithForce>
 void begin_mapping(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  clear_sums(patch, step, NodeSum::mass_momentum);
+  (WithForce ? clear_sums_with<Dim> : clear_sums<Dim>)(patch, step, NodeSum::mass_momentum);
+  patch.contributes[static_cast<std::size_t>(step.step % 2)] = patch.count > 0;
   patch.clear_sums = patch.count > 0 ? 0 : std::min(2, patch.clear_sums + 1);
   patch.idle = patch.clear_sums == 2;
 }
@@ -40,6 +43,10 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
   const int copies = analysis.scheme == Scheme::usl ? 2 : 1;
   const bool more = analysis.scheme == Scheme::musl || analysis.pressure_smoothing;
   return {{copies, more ? 1 : 0}};
+}
+
+bool keeps_nodal_state(const Analysis& analysis) {
+  return analysis.scheme != Scheme::usl || analysis.pressure_smoothing;
 }
 
 template <int Dim>
@@ -74,13 +81,14 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
           },
       .end = [](P& p, S& s) { place_movers(p, s); }};
   const TimestepStage<Dim> p2g{.stage = {.name = "P2G"},
-                               .begin = begin_mapping<Dim>,
+                               .begin = usf ? begin_mapping<Dim, false> : begin_mapping<Dim, true>,
                                .runs = [](P& p, S& s, Runs runs) { map_mass_momentum(p, s, runs); },
                                .of_next_step = true};
-  const TimestepStage<Dim> force{.stage = {.name = "force"},
-                                 .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::force); },
-                                 .runs = [](P& p, S& s, Runs runs) { map_force(p, s, runs); },
-                                 .of_next_step = !usf};
+  const TimestepStage<Dim> force{
+      .stage = {.name = "force"},
+      .begin = usf ? +[](P& p, S& s) { clear_sums(p, s, NodeSum::force); } : nullptr,
+      .runs = [](P& p, S& s, Runs runs) { map_force(p, s, runs); },
+      .of_next_step = !usf};
   const TimestepStage<Dim> output{.stage = {.name = output_stage}};
 
   // Strain and stress: one stage, or two with the exchange of nodal pressure between them.
@@ -152,7 +160,7 @@ void map_first(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& stages,
   if (patch.count == 0) return;  // its sums are zero
   for (const auto& stage : stages) {
     if (!stage.of_next_step) continue;
-    stage.begin(patch, step);
+    if (stage.begin) stage.begin(patch, step);
     stage.runs(patch, step, patch.runs);
   }
 }

@@ -38,6 +38,10 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis);
 /// Nodal sums of which a patch may begin those of the next step while neighbours read these.
 NodeSumCopies node_sum_copies(const Analysis& analysis);
 
+/// Whether a phase needs the state of nodes (Patch::velocity and so on) that one before it
+/// computed.
+bool keeps_nodal_state(const Analysis& analysis);
+
 /// Slots that a phase takes at a time. Their columns, some 50 KiB in 3D, stay in second-level cache
 /// from the first stage of the phase to the last; with fewer, calls and readings of the clock cost
 /// more, and with more nothing was gained (128: 5 % slower, 512: the same).

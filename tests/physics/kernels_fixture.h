@@ -53,6 +53,7 @@ struct OnePatch {
       for (int d = 0; d < Dim; ++d)
         patch.node_position[at(static_cast<Local>(n), d)] = m.node(n)[d];
     for (auto& copies : patch.sums) copies = {NodeArray(nodes * sum_stride, 0.0)};
+    patch.active_nodes = {{0, static_cast<Local>(nodes), 0}};
     patch.pressure.assign(nodes, 0.0);
   }
 

@@ -180,6 +180,7 @@ class Walk {
 
   void arrive(Patch<Dim>& patch) {
     receive(patch);
+    activate_nodes(patch);
     CHECK(wrong_with(patch, *model_.mesh) == "");
     for (const Run& late : patch.late) events.late += late.end - late.begin;
     events.added = std::max(events.added, patch.added_runs);
