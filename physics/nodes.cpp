@@ -60,16 +60,16 @@ template <int Dim, class Node, class First, class... Sums>
 void for_each_node(const Patch<Dim>& patch, Node node, const First& first, const Sums&... sums) {
   const auto& shared = patch.topology.shared_node;
   for (const NodeRange& range : patch.active_nodes) {
-    std::size_t s = range.first_shared;
-    for (Local i = range.begin; i < range.end; ++i) {
-      const NodeVector own = first.own(i);
-      if (s < shared.size() && shared[s] == i) {
-        first.prefetch(s);
-        node(i, own, first.shared(s), sums.shared(s)...);
-        ++s;
-      } else {
+    Local i = range.begin;
+    for (std::size_t s = range.first_shared;; ++s, ++i) {
+      const Local stop = s < shared.size() ? std::min(shared[s], range.end) : range.end;
+      for (; i < stop; ++i) {
+        const NodeVector own = first.own(i);
         node(i, own, own, sums.own(i)...);
       }
+      if (i == range.end) break;
+      first.prefetch(s);
+      node(i, first.own(i), first.shared(s), sums.shared(s)...);
     }
   }
 }
