@@ -26,8 +26,9 @@ inline constexpr double least_nodal_velocity = 1e-15;
 template <int Dim>
 void receive(Patch<Dim>& patch);
 
-/// Sort particles again where too many runs had to be added for cells without a free slot. When
-/// depends on what is in the patch only. Patch::late must be empty.
+/// Sort particles again where too many runs had to be added for cells without a free slot; forget
+/// the runs of a patch that has become empty. When depends on what is in the patch only.
+/// Patch::late must be empty.
 template <int Dim>
 void sort_if_scattered(Patch<Dim>& patch);
 

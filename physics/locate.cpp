@@ -143,6 +143,9 @@ template <int Dim>
 void place(Patch<Dim>& patch, const Particles<Dim>& from, Local i, Local cell) {
   const auto at = static_cast<std::size_t>(i);
   Run& run = run_with_room(patch, cell, from.material[at]);
+  if (run.begin == run.end && !patch.watched.empty() &&
+      patch.watched[static_cast<std::size_t>(cell)])
+    patch.needs_surroundings = true;
   const Local slot = run.end++;
   patch.particles.assign(slot, from, i);
   patch.particles.cell[static_cast<std::size_t>(slot)] = cell;
@@ -355,8 +358,24 @@ void receive(Patch<Dim>& patch) {
   }
 }
 
+/// Particles that come back to a patch find it as those do that come to a new one: whether it has
+/// been dropped in between, which depends on when others caused a rebuild, changes no bit.
+template <int Dim>
+void forget_runs(Patch<Dim>& patch) {
+  patch.runs.clear();
+  patch.first_run.assign(patch.topology.cells.size(), -1);
+  patch.particles = Particles<Dim>(patch.particles.layout());
+  patch.added_runs = 0;
+  patch.moving = false;
+  find_active_nodes(patch);
+}
+
 template <int Dim>
 void sort_if_scattered(Patch<Dim>& patch) {
+  if (patch.count == 0) {
+    if (!patch.runs.empty()) forget_runs(patch);
+    return;
+  }
   const auto sorted_runs = static_cast<int>(patch.runs.size()) - patch.added_runs;
   if (patch.added_runs <= 1 + sorted_runs / runs_per_added_run) return;
   patch.moving = true;

@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "physics/error.h"
@@ -244,23 +244,21 @@ std::vector<Index> Partition<Dim>::cells(Index patch) const {
 
 template <int Dim>
 std::vector<Index> Partition<Dim>::neighbours(Index patch, int rings) const {
-  std::vector<Index> patches =
-      mesh_->is_structured() ? near_bricks(patch, rings) : near_patches(patch, rings);
+  // Nodes of two bricks, each widened by rings, meet if at most 2 rings cells lie between them.
+  std::vector<Index> patches = mesh_->is_structured()
+                                   ? patches_near(brick(patch), 2 * Index{rings} + 1)
+                                   : near_patches(patch, rings);
   sort_unique(patches);
   patches.erase(std::lower_bound(patches.begin(), patches.end(), patch));
   return patches;
 }
 
-/// Node boxes [low - rings, high + rings] of two bricks intersect if at most 2 rings cells lie
-/// between.
 template <int Dim>
-std::vector<Index> Partition<Dim>::near_bricks(Index patch, int rings) const {
-  const Brick own = brick(patch);
+std::vector<Index> Partition<Dim>::patches_near(const Brick& cells, Index distance) const {
   std::array<Index, Dim> from, to;
   for (int d = 0; d < Dim; ++d) {
-    // The cell beyond the gap, on either side.
-    const Index before = std::max<Index>(own.low[d] - 2 * rings - 1, 0);
-    const Index after = std::min(own.high[d] + 2 * rings, counts_[d] - 1);
+    const Index before = std::max<Index>(cells.low[d] - distance, 0);
+    const Index after = std::min(cells.high[d] - 1 + distance, counts_[d] - 1);
     from[d] = part_of(counts_[d], bricks_[d], before);
     to[d] = part_of(counts_[d], bricks_[d], after);
   }
@@ -274,6 +272,7 @@ std::vector<Index> Partition<Dim>::near_bricks(Index patch, int rings) const {
     while (d < Dim && ++p[d] > to[d]) p[d] = from[d], ++d;
     more = d < Dim;
   }
+  std::sort(patches.begin(), patches.end());
   return patches;
 }
 
@@ -286,15 +285,6 @@ std::vector<Index> Partition<Dim>::near_patches(Index patch, int rings) const {
     for (Index c : mesh_->node_cells(n))
       if (patch_of_cell_[c] != patches.back()) patches.push_back(patch_of_cell_[c]);
   return patches;
-}
-
-template <int Dim>
-Index Partition<Dim>::min_width() const {
-  if (!mesh_->is_structured()) return 1;
-  Index width = std::numeric_limits<Index>::max();
-  for (int d = 0; d < Dim; ++d)
-    if (bricks_[d] > 1 || n_patches() == 1) width = std::min(width, counts_[d] / bricks_[d]);
-  return width;
 }
 
 template class Partition<2>;

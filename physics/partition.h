@@ -23,20 +23,19 @@ class Partition {
   /// Patches whose node sets, each widened by `rings` layers of cells, intersect this one's;
   /// ascending, without itself. Symmetric. Proportional to the patch.
   std::vector<Index> neighbours(Index patch, int rings = 0) const;
-  /// Smallest number of cells that a patch has along an axis that is cut; a bound on the steps that
-  /// a particle needs to cross it. One patch: the mesh's own. Unstructured meshes: 1.
-  Index min_width() const;
   /// Structured meshes only: the cells low[d] <= position along d < high[d] of a patch.
   struct Brick {
     std::array<Index, Dim> low, high;
   };
   Brick brick(Index patch) const;
+  /// Structured meshes only: patches with cells that are no more than `distance` cells away, along
+  /// every axis, from some of a brick; ascending.
+  std::vector<Index> patches_near(const Brick& cells, Index distance) const;
 
  private:
   void cut_bricks(Index target_cells);
   void cut_cells(Index target_cells);
   std::array<Index, Dim> brick_position(Index brick) const;
-  std::vector<Index> near_bricks(Index patch, int rings) const;
   std::vector<Index> near_patches(Index patch, int rings) const;
 
   const Mesh<Dim>* mesh_;

@@ -1,5 +1,4 @@
-/// \file Pieces of the partition that several sources share. Private to physics/partition and
-/// topology.
+/// \file Pieces of the partition that several sources share.
 #pragma once
 
 #include <algorithm>

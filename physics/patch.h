@@ -75,6 +75,7 @@ struct PatchWork {
     damping += other.damping;
     return *this;
   }
+  bool operator==(const PatchWork&) const = default;
 };
 
 /// Something that a kernel found wrong with a particle or node; kernels mark, the step reports.
@@ -107,7 +108,11 @@ struct Patch {
   bool sorted = false;           ///< runs describe the particles
   bool moving = false;           ///< has been sorted after particles moved: runs get a free slot
   bool idle = false;             ///< no particles and all partial sums zero
-  int clear_sums = 0;            ///< steps for which no particle has been mapped, at most 2
+  /// By local cell: a patch that does not exist is so near that particles may soon be in it; empty
+  /// where none is. Where such a cell gets particles, the patch needs its surroundings.
+  std::vector<char> watched;
+  bool needs_surroundings = false;
+  int clear_sums = 0;  ///< steps for which no particle has been mapped, at most 2
 
   // Geometry of the local cells.
   bool cartesian = true;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -12,6 +14,7 @@
 #include "physics/kernels.h"
 #include "physics/law.h"
 #include "physics/loads.h"
+#include "physics/partition_common.h"
 #include "runtime/parallel.h"
 #include "runtime/patch_filling.h"
 
@@ -77,6 +80,36 @@ void sort_by_node(auto& entries) {
   std::stable_sort(entries.begin(), entries.end(),
                    [](const auto& a, const auto& b) { return a.node < b.node; });
 }
+
+/// A particle that comes so near to a patch that does not exist is noticed when it has changed its
+/// cell. It crosses at most one cell in each of the max_lead steps that may pass before a rebuild.
+constexpr Index watch_distance = max_lead + 1;
+
+/// The smallest brick around some cells of a structured mesh.
+template <int Dim>
+class CellsAround {
+ public:
+  explicit CellsAround(const Mesh<Dim>& mesh) : counts_(mesh.counts()) {
+    brick_.low.fill(std::numeric_limits<Index>::max());
+    brick_.high.fill(0);
+  }
+  void add(Index cell) {
+    if (cell == last_) return;
+    last_ = cell;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const Index at = cell % counts_[d];
+      cell /= counts_[d];
+      brick_.low[d] = std::min(brick_.low[d], at);
+      brick_.high[d] = std::max(brick_.high[d], at + 1);
+    }
+  }
+  const typename Partition<Dim>::Brick& brick() const { return brick_; }
+
+ private:
+  std::array<Index, Dim> counts_;
+  typename Partition<Dim>::Brick brick_;
+  Index last_ = -1;
+};
 
 }  // namespace
 
@@ -151,7 +184,20 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
 template <int Dim>
 void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
   const RowsByPatch rows(model.particles.cell, partition_);
-  const std::vector<Index> ids = needed(rows.occupied());
+  const std::vector<Index> occupied = rows.occupied();
+  std::vector<Brick> filled;
+  if (model.mesh->is_structured()) {
+    filled.resize(occupied.size());
+    parallel_for(threads, static_cast<int>(occupied.size()), [&](int i) {
+      const auto at = static_cast<std::size_t>(i);
+      CellsAround<Dim> cells(*model.mesh);
+      for (const auto& span : rows[occupied[at]])
+        for (Index row = span.begin; row < span.end; ++row)
+          cells.add(model.particles.cell[static_cast<std::size_t>(row)]);
+      filled[at] = cells.brick();
+    });
+  }
+  const std::vector<Index> ids = needed(filled);
   patches_.resize(ids.size());
   parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
     const auto at = static_cast<std::size_t>(i);
@@ -162,40 +208,57 @@ void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
 }
 
 template <int Dim>
-Index PatchSet<Dim>::layers() const {
-  const Index width = std::max<Index>(1, partition_.min_width());
-  return (max_lead + width) / width;
+std::vector<Index> PatchSet<Dim>::needed(std::span<const Brick> filled) const {
+  std::vector<Index> all;
+  if (model_->mesh->is_structured()) {
+    for (const Brick& cells : filled) {
+      const std::vector<Index> near = partition_.patches_near(cells, watch_distance);
+      all.insert(all.end(), near.begin(), near.end());
+    }
+    sort_unique(all);
+  } else {  // cells of table meshes are stored anyway
+    all.resize(static_cast<std::size_t>(partition_.n_patches()));
+    std::iota(all.begin(), all.end(), Index{0});
+  }
+  if (all.empty()) all = {0};  // a graph needs a patch
+  return all;
 }
 
 template <int Dim>
-std::vector<Index> PatchSet<Dim>::needed(const std::vector<Index>& occupied) const {
-  std::vector<Index> all = occupied;
-  if (all.empty()) all = {0};            // a graph needs a patch
-  if (!model_->mesh->is_structured()) {  // cells of table meshes are stored anyway
-    all.resize(static_cast<std::size_t>(partition_.n_patches()));
-    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<Index>(i);
-    return all;
+std::vector<char> PatchSet<Dim>::watched_cells(const Patch<Dim>& patch,
+                                               std::span<const Index> existing) const {
+  std::vector<char> watched;
+  if (!model_->mesh->is_structured()) return watched;
+  const Brick own = partition_.brick(patch.topology.patch);
+  for (const Index near : partition_.patches_near(own, watch_distance)) {
+    if (std::binary_search(existing.begin(), existing.end(), near)) continue;
+    watched.resize(patch.topology.cells.size(), 0);
+    const Brick missing = partition_.brick(near);
+    std::array<Index, Dim> low, high, at;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      low[d] = std::max(own.low[d], missing.low[d] - watch_distance);
+      high[d] = std::min(own.high[d], missing.high[d] + watch_distance);
+    }
+    at = low;
+    for (bool more = true; more;) {
+      Index local = 0;  // local cells ascend with the first axis fastest
+      for (int d = Dim - 1; d >= 0; --d) {
+        const auto k = static_cast<std::size_t>(d);
+        local = local * (own.high[k] - own.low[k]) + at[k] - own.low[k];
+      }
+      watched[static_cast<std::size_t>(local)] = 1;
+      std::size_t d = 0;
+      while (d < Dim && ++at[d] == high[d]) at[d] = low[d], ++d;
+      more = d < Dim;
+    }
   }
-  // A particle crosses at most one cell per step, and a rebuild takes effect max_lead steps after
-  // it was asked for: the ring must be wider than that.
-  for (Index layer = 0; layer < layers(); ++layer) {
-    std::vector<Index> next = all;
-    for (const Index id : all)
-      for (const Index q : partition_.neighbours(id, rings_)) next.push_back(q);
-    std::sort(next.begin(), next.end());
-    next.erase(std::unique(next.begin(), next.end()), next.end());
-    if (next.size() == all.size()) break;
-    all = std::move(next);
-  }
-  std::sort(all.begin(), all.end());
-  return all;
+  return watched;
 }
 
 template <int Dim>
 void PatchSet<Dim>::link() {
   std::vector<PatchTopology<Dim>*> topologies;
   std::vector<Index> ids;
-  at_edge_.assign(patches_.size(), 0);
   for (std::size_t i = 0; i < patches_.size(); ++i) {
     topologies.push_back(&patches_[i]->topology);
     ids.push_back(patches_[i]->topology.patch);
@@ -204,7 +267,8 @@ void PatchSet<Dim>::link() {
   for (std::size_t i = 0; i < patches_.size(); ++i) {
     Patch<Dim>& patch = *patches_[i];
     const auto& neighbours = patch.topology.neighbours;
-    at_edge_[i] = neighbours.size() < partition_.neighbours(patch.topology.patch, rings_).size();
+    patch.watched = watched_cells(patch, ids);
+    patch.needs_surroundings = false;
     patch.outbox.clear();
     patch.inbox.clear();
     patch.arrived.assign(neighbours.size(), 0);
@@ -216,14 +280,6 @@ void PatchSet<Dim>::link() {
       patch.neighbour_sums[k].assign(static_cast<std::size_t>(copies_.of[k]), {});
     patch.outbox.resize(neighbours.size());
     for (auto& out : patch.outbox) out.particles = Particles<Dim>(layout_);
-  }
-  // A particle in any of the layers that needed() adds may be beyond the last before a rebuild.
-  const auto adjacent = neighbours();
-  for (Index layer = 1; layer < layers(); ++layer) {
-    const std::vector<char> inner = at_edge_;
-    for (std::size_t i = 0; i < adjacent.size(); ++i)
-      for (const int q : adjacent[i])
-        if (inner[static_cast<std::size_t>(q)]) at_edge_[i] = 1;
   }
   for (auto& patch : patches_) {
     patch->least_mass = least_mass_;
@@ -258,16 +314,25 @@ std::vector<std::vector<int>> PatchSet<Dim>::neighbours() const {
 }
 
 template <int Dim>
-PatchWork PatchSet<Dim>::rebuild() {
-  std::vector<Index> occupied;
-  for (const auto& patch : patches_)
-    if (patch->count > 0) occupied.push_back(patch->topology.patch);
-  PatchWork dropped;
+void PatchSet<Dim>::rebuild() {
+  std::vector<Brick> filled;
+  std::vector<Index> ids;
+  for (const auto& patch : patches_) {
+    if (patch->work != PatchWork{}) ids.push_back(patch->topology.patch);
+    if (!model_->mesh->is_structured() || patch->count == 0) continue;
+    CellsAround<Dim> cells(*model_->mesh);
+    for (const Run& run : patch->runs)
+      if (run.begin < run.end) cells.add(patch->topology.cells[static_cast<std::size_t>(run.cell)]);
+    filled.push_back(cells.brick());
+  }
+  const std::vector<Index> around = needed(filled);
+  ids.insert(ids.end(), around.begin(), around.end());
+  sort_unique(ids);
   Patches old = std::move(patches_);
   patches_.clear();
   std::size_t next = 0;
-  for (const Index id : needed(occupied)) {
-    while (next < old.size() && old[next]->topology.patch < id) dropped += old[next++]->work;
+  for (const Index id : ids) {
+    while (next < old.size() && old[next]->topology.patch < id) ++next;
     if (next < old.size() && old[next]->topology.patch == id) {
       patches_.push_back(std::move(old[next++]));
       patches_.back()->topology = make_topology(*model_->mesh, partition_, id, rings_);
@@ -275,9 +340,7 @@ PatchWork PatchSet<Dim>::rebuild() {
       patches_.push_back(make_patch(id));
     }
   }
-  while (next < old.size()) dropped += old[next++]->work;
   link();
-  return dropped;
 }
 
 template <int Dim>

@@ -23,14 +23,10 @@ class PatchSet {
 
   /// Positions of the patches that each patch exchanges with, ascending.
   std::vector<std::vector<int>> neighbours() const;
-  /// A patch whose surroundings do not all exist, or soon may not, must not hold particles for
-  /// long.
-  bool at_edge(int i) const { return at_edge_[static_cast<std::size_t>(i)]; }
-
-  /// Drop patches far from particles, create those that are near. No particle may be on its way.
-  /// Returns the
-  /// work of dropped patches that no history row has yet.
-  PatchWork rebuild();
+  /// Drop patches far from particles, create those that are near; to be called before max_lead
+  /// steps after Patch::needs_surroundings. No particle may be on its way. Patches whose work
+  /// no history row has yet stay, so that rows do not depend on when this is called.
+  void rebuild();
 
   Index particles() const;
   std::size_t bytes() const;
@@ -39,10 +35,11 @@ class PatchSet {
 
  private:
   using Patches = std::vector<std::unique_ptr<Patch<Dim>>>;
+  using Brick = typename Partition<Dim>::Brick;
   std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
   void distribute(Model<Dim>& model, int threads);
-  Index layers() const;  ///< of empty patches around those with particles
-  std::vector<Index> needed(const std::vector<Index>& occupied) const;
+  std::vector<Index> needed(std::span<const Brick> filled) const;
+  std::vector<char> watched_cells(const Patch<Dim>& patch, std::span<const Index> existing) const;
   void link();
 
   const Model<Dim>* model_;
@@ -53,7 +50,6 @@ class PatchSet {
   ColumnLayout<Dim> layout_;
   double least_mass_ = 0;  ///< Patch::least_mass
   Patches patches_;        ///< ascending patch id
-  std::vector<char> at_edge_;
 };
 
 extern template class PatchSet<2>;

@@ -265,7 +265,7 @@ struct Simulation<Dim>::Impl {
         return;
       }
     }
-    if (phase.first == 0 && patch.count > 0 && patches.at_edge(p)) {
+    if (phase.first == 0 && patch.needs_surroundings) {
       rebuild_needed.store(true, std::memory_order_relaxed);
       executor->request_stop(step);
     }
@@ -485,7 +485,7 @@ struct Simulation<Dim>::Impl {
 
   void rebuild() {
     keep_timings();
-    work += patches.rebuild();
+    patches.rebuild();
     build_executor();
   }
 

@@ -97,7 +97,6 @@ TEST_CASE("bricks are near-cubic, near the target and differ by one cell at most
     CHECK(least[d] >= 7);
     CHECK(most[d] <= 9);
   }
-  CHECK(partition.min_width() == 7);
 }
 
 TEST_CASE("a mesh that is thin along an axis gets longer patches along the others") {
@@ -109,7 +108,6 @@ TEST_CASE("a mesh that is thin along an axis gets longer patches along the other
     CHECK(n[0] <= 27);
     CHECK(n[2] == 1);
   }
-  CHECK(a.min_width() >= 18);  // the axis that is not cut does not count
   const auto bar = unit_grid<3>({1000, 3, 2});
   const Partition<3> b(bar, 60);
   CHECK(b.n_patches() == 100);

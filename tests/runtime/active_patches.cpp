@@ -2,7 +2,10 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <set>
 
+#include "graph/executor.h"
+#include "runtime/patch_set.h"
 #include "tests/runtime/models.h"
 
 using namespace lahar;
@@ -106,6 +109,36 @@ TEST_CASE("particles that cross nearly a cell per step never outrun narrow patch
     for (const ExecutionOptions& way : {flow(3), random_order(1)}) {
       CAPTURE(describe(way));
       CHECK(same_bits(run(model, way), reference));
+    }
+  }
+}
+
+TEST_CASE("a patch exists if particles may be in it before patches are rebuilt, and else not") {
+  for (const Index at : {1000, 1003, 1006, 1011}) {
+    CAPTURE(at);
+    Model<2> model = flying_block(4000, 1.0 * static_cast<double>(1000 - at), {0, 0});
+    model.analysis.patch_particles = 900;
+    const ParticleTable<2> particles = model.particles;
+    const PatchSet<2> patches(model, 0, {{1, 0}});
+    const Partition<2>& partition = patches.partition();
+    std::set<Index> existing, near;
+    for (int i = 0; i < patches.size(); ++i) existing.insert(patches[i].topology.patch);
+    // A particle changes its cell in the step in which that is noticed, and in max_lead more.
+    const Index reach = max_lead + 1;
+    for (const Index cell : particles.cell)
+      for (Index dy = -reach; dy <= reach; ++dy)
+        for (Index dx = -reach; dx <= reach; ++dx)
+          near.insert(partition.patch_of(cell + dx + 4000 * dy));
+    CHECK(existing == near);
+    for (int i = 0; i < patches.size(); ++i) {
+      const auto& cells = patches[i].topology.cells;
+      for (std::size_t c = 0; c < cells.size(); ++c) {
+        bool missing = false;
+        for (Index dy = -reach; dy <= reach; ++dy)
+          for (Index dx = -reach; dx <= reach; ++dx)
+            missing = missing || !existing.contains(partition.patch_of(cells[c] + dx + 4000 * dy));
+        CHECK(missing == (!patches[i].watched.empty() && patches[i].watched[c]));
+      }
     }
   }
 }

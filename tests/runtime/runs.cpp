@@ -189,7 +189,11 @@ class Walk {
     patch.late.clear();
     const int added = patch.added_runs;
     sort_if_scattered(patch);
-    if (patch.added_runs < added) {
+    if (patch.count == 0) {
+      CHECK(patch.runs.empty());
+      CHECK(patch.active_nodes.empty());
+      CHECK(!patch.moving);
+    } else if (patch.added_runs < added) {
       ++events.sorted;
       CHECK(patch.added_runs == 0);
       CHECK(patch.moving);
@@ -232,8 +236,7 @@ class Walk {
 
   void rebuild_where_needed() {
     bool needed = false;
-    for (int i = 0; i < patches_.size(); ++i)
-      needed = needed || (patches_.at_edge(i) && patches_[i].count > 0);
+    for (int i = 0; i < patches_.size(); ++i) needed = needed || patches_[i].needs_surroundings;
     if (!needed) return;
     patches_.rebuild();
     for (int i = 0; i < patches_.size(); ++i) receive(patches_[i]);
