@@ -89,13 +89,24 @@ LAHAR_INLINE void locate_run_isoparametric(Patch<Dim>& patch, const Run& run, co
   }
 }
 
-/// Take a particle out of its run; the run's last one takes its place.
+/// Take a particle out of its run; the run's last one is to take its place: move_out().
 template <int Dim>
 void take_out(Patch<Dim>& patch, Run& run, Local p) {
-  patch.movers.append(patch.particles, p);
+  patch.leaving.push_back({p, patch.movers.size() + static_cast<Local>(patch.leaving.size())});
   --run.end;
   --patch.count;
-  if (p != run.end) patch.particles.assign(p, patch.particles, run.end);
+  if (p != run.end) patch.filling.push_back({run.end, p});
+}
+
+/// Copy those that take_out() found to Patch::movers, and others to their places.
+template <int Dim>
+void move_out(Patch<Dim>& patch) {
+  if (patch.leaving.empty()) return;
+  patch.movers.resize(patch.movers.size() + static_cast<Local>(patch.leaving.size()));
+  patch.movers.copy(patch.leaving, patch.particles);
+  patch.particles.copy(patch.filling, patch.particles);
+  patch.leaving.clear();
+  patch.filling.clear();
 }
 
 template <int Dim>
@@ -138,7 +149,8 @@ Run& run_with_room(Patch<Dim>& patch, Local cell, std::uint16_t material) {
   return patch.runs.back();
 }
 
-/// Put particle `i` of `from` into a run of the cell; it is still to be mapped.
+/// Find a slot in a run of the cell for particle `i` of `from`, which is still to be copied there,
+/// by move_in(), and to be mapped.
 template <int Dim>
 void place(Patch<Dim>& patch, const Particles<Dim>& from, Local i, Local cell) {
   const auto at = static_cast<std::size_t>(i);
@@ -147,8 +159,8 @@ void place(Patch<Dim>& patch, const Particles<Dim>& from, Local i, Local cell) {
       patch.watched[static_cast<std::size_t>(cell)])
     patch.needs_surroundings = true;
   const Local slot = run.end++;
-  patch.particles.assign(slot, from, i);
-  patch.particles.cell[static_cast<std::size_t>(slot)] = cell;
+  patch.placing.push_back({i, slot});
+  patch.placing_cell.push_back(cell);
   const bool loaded = !from.loads.empty() && from.loads[at] != 0;
   run.loaded = run.loaded || loaded;
   ++patch.count;
@@ -164,6 +176,16 @@ void place(Patch<Dim>& patch, const Particles<Dim>& from, Local i, Local cell) {
                           .material = run.material,
                           .loaded = loaded});
   }
+}
+
+/// Copy the particles for which place() found slots.
+template <int Dim>
+void move_in(Patch<Dim>& patch, const Particles<Dim>& from) {
+  patch.particles.copy(patch.placing, from);
+  for (std::size_t k = 0; k < patch.placing.size(); ++k)
+    patch.particles.cell[static_cast<std::size_t>(patch.placing[k].to)] = patch.placing_cell[k];
+  patch.placing.clear();
+  patch.placing_cell.clear();
 }
 
 /// The cell of a grid that a particle went to from `old`, if it is a neighbour and the particle is
@@ -264,11 +286,13 @@ void locate(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
         take_out(patch, run, left.back().first + lane);
       }
   }
+  move_out(patch);
 }
 
 template <int Dim>
 void place_movers(Patch<Dim>& patch, const StepContext<Dim>& step) {
   for (Local i = 0; i < patch.movers.size(); ++i) relocate(patch, step, i);
+  move_in(patch, patch.movers);
   patch.movers.clear();
 }
 
@@ -355,6 +379,7 @@ void receive(Patch<Dim>& patch) {
     const auto& in = *patch.inbox[k];
     for (Local i = 0; i < in.particles.size(); ++i)
       place(patch, in.particles, i, patch.local_cell.at(in.cell[static_cast<std::size_t>(i)]));
+    move_in(patch, in.particles);
   }
 }
 

@@ -97,17 +97,23 @@ void Particles<Dim>::resize(Local size) {
 }
 
 template <int Dim>
-void Particles<Dim>::assign(Local to, const Particles& from, Local i) {
-  for (int r = 0; r < layout_.rows(); ++r)
-    block_[static_cast<std::size_t>(r) * stride_ + static_cast<std::size_t>(to)] =
-        from.block_[static_cast<std::size_t>(r) * from.stride_ + static_cast<std::size_t>(i)];
-  const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(to);
-  id[b] = from.id[a];
-  cell[b] = from.cell[a];
-  material[b] = from.material[a];
-  if (from.loads.empty()) return;
+void Particles<Dim>::copy(std::span<const SlotCopy> copies, const Particles& other) {
+  if (copies.empty()) return;
+  for (int r = 0; r < layout_.rows(); ++r) {
+    const double* from = other.block_.get() + static_cast<std::size_t>(r) * other.stride_;
+    double* to = block_.get() + static_cast<std::size_t>(r) * stride_;
+    for (const SlotCopy& one : copies) to[one.to] = from[one.from];
+  }
+  const auto apply = [&](const auto& from, auto& to) {
+    for (const SlotCopy& one : copies)
+      to[static_cast<std::size_t>(one.to)] = from[static_cast<std::size_t>(one.from)];
+  };
+  apply(other.id, id);
+  apply(other.cell, cell);
+  apply(other.material, material);
+  if (other.loads.empty()) return;
   loads.resize(static_cast<std::size_t>(size_));
-  loads[b] = from.loads[a];
+  apply(other.loads, loads);
 }
 
 template <int Dim>
@@ -119,7 +125,8 @@ void Particles<Dim>::append(const Particles& other, Local i) {
   cell.resize(static_cast<std::size_t>(size_));
   material.resize(static_cast<std::size_t>(size_));
   if (!loads.empty()) loads.resize(static_cast<std::size_t>(size_));
-  assign(at, other, i);
+  const SlotCopy one{i, at};
+  copy({&one, 1}, other);
 }
 
 template <int Dim>

@@ -14,6 +14,11 @@ struct SlotMove {
   Local from, to, n;
 };
 
+/// The particle in slot `from` is to be copied to slot `to`.
+struct SlotCopy {
+  Local from, to;
+};
+
 /// A block of particles. Rows of doubles (one per column component) with a common stride, so that
 /// component k of column c of particle p is `row(c, k)[p]`. Reading one vector beyond the last
 /// particle is always allowed. The particles of a patch lie in slots of which some are free
@@ -58,8 +63,9 @@ class Particles {
   void clear() { resize(0); }
   /// Append particle `i` of `other` (same layout).
   void append(const Particles& other, Local i);
-  /// Slot `to` becomes a copy of particle `i` of `from` (same layout).
-  void assign(Local to, const Particles& from, Local i);
+  /// Slots `to` become copies, one after the other, of particles of `other` (same layout, may be
+  /// this block itself). Of many at once the waits for memory overlap.
+  void copy(std::span<const SlotCopy> copies, const Particles& other);
   /// Move particles to other slots, given in ascending order of `to` and without gaps of more than
   /// one slot; there are `slots` of them then. What lies between is undefined.
   void rearrange(std::span<const SlotMove> moves, Local slots);

@@ -167,7 +167,9 @@ struct Patch {
   std::vector<char> arrived;           ///< which of them hold particles; set by the neighbours
   std::vector<Local> filled_outboxes;  ///< positions
   Particles<Dim> movers;               ///< left their cell in this step; `cell` is the old one
-  std::vector<Run> late;               ///< placed after their runs were mapped: still to be mapped
+  std::vector<SlotCopy> leaving, filling, placing;  ///< scratch of locate() and receive()
+  std::vector<Local> placing_cell;
+  std::vector<Run> late;  ///< placed after their runs were mapped: still to be mapped
 
   double least_mass = 0;  ///< [kg] nodes of at most this mass are not accelerated
   PatchWork work;

@@ -255,7 +255,7 @@ struct Simulation<Dim>::Impl {
       const bool has_dt = !model.analysis.step.adaptive || phase.first >= first_dt_stage;
       const bool locates = phase.last > locate_index;  // then dt of this step is known
       std::optional<BorrowedNodalState<Dim>> borrowed;
-      if (!keeps_nodal_state(model.analysis)) borrowed.emplace(patch);
+      if (phase.first > 0 && !keeps_nodal_state(model.analysis)) borrowed.emplace(patch);
       const std::size_t failed = run_phase(
           patch, stages, phase.first, phase.last, context(step, has_dt),
           locates ? context(step + 1) : StepContext<Dim>{}, [&](std::size_t s) { clock.lap(s); });

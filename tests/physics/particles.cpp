@@ -61,7 +61,8 @@ void add(Particles<Dim>& particles, Index id, bool loads, std::mt19937& random) 
 template <int Dim>
 void take_out(Particles<Dim>& particles, Local p) {
   const Local last = particles.size() - 1;
-  if (p != last) particles.assign(p, particles, last);
+  const SlotCopy take_place{last, p};
+  if (p != last) particles.copy({&take_place, 1}, particles);
   particles.resize(last);
 }
 
