@@ -22,6 +22,7 @@ struct RunArguments {
   bool overwrite = false;
   bool quiet = false;
   double wall_time = 0;  ///< [s] stop before; 0 = no limit
+  int ranks = 0;         ///< check: show the partition over so many; 0 = none
   std::vector<std::string> command;
 };
 

@@ -97,6 +97,8 @@ int run_program(int argc, char** argv) {
   auto* check_app =
       app.add_subcommand("check", "Validate a case, print sizes and limits, run nothing");
   add_scenario(*check_app, check.scenario, check.options);
+  check_app->add_option("--ranks", check.ranks, "Show how patches would be shared among MPI ranks")
+      ->check(CLI::Range(1, 1'000'000));
   check_app->callback([&] { code = check_command(check); });
 
   std::string source, format, step = "last", output;

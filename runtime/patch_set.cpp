@@ -344,6 +344,20 @@ void PatchSet<Dim>::rebuild() {
 }
 
 template <int Dim>
+PatchGraph PatchSet<Dim>::graph() const {
+  PatchGraph graph;
+  const std::vector<std::vector<int>> adjacent = neighbours();
+  for (std::size_t p = 0; p < patches_.size(); ++p) {
+    graph.weight.push_back(patches_[p]->count);
+    auto& edges = graph.edges.emplace_back();
+    for (const int q : adjacent[p]) edges.push_back({q, 0});
+    for (const auto& share : patches_[p]->topology.shares)
+      if (share.neighbour >= 0) ++edges[static_cast<std::size_t>(share.neighbour)].shared_nodes;
+  }
+  return graph;
+}
+
+template <int Dim>
 Index PatchSet<Dim>::particles() const {
   Index n = 0;
   for (const auto& patch : patches_) n += patch->count;

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "graph/stage.h"
 #include "physics/patch.h"
+#include "runtime/rank_partition.h"
 
 namespace lahar {
 
@@ -28,6 +30,8 @@ class PatchSet {
   /// no history row has yet stay, so that rows do not depend on when this is called.
   void rebuild();
 
+  /// Patches, particles and shared nodes as a partition over ranks sees them.
+  PatchGraph graph() const;
   Index particles() const;
   std::size_t bytes() const;
   /// Cells per patch that the partition aims at.

@@ -75,6 +75,30 @@ void describe(Console& console, const Model<Dim>& model, const SimulationInfo& i
                            format_bytes(static_cast<double>(info.bytes))));
 }
 
+/// The partition over ranks that a run would begin with.
+void describe_ranks(Console& console, const PatchGraph& graph, int ranks) {
+  const RankShares shares = shares_of(graph, curve_chunks(graph.weight, ranks), ranks);
+  console.line(
+      fmt::format("ranks      {}, heaviest {:.3f} times the mean, edge cut {} shared nodes",
+                  format_count(ranks), shares.imbalance(), format_count(shares.edge_cut)));
+  console.line(fmt::format("  {:>9} {:>9} {:>13} {:>13} {:>11}", "rank", "patches", "particles",
+                           "shared nodes", "neighbours"));
+  Index idle = 0;
+  for (std::size_t r = 0; r < shares.ranks.size(); ++r) {
+    const RankShare& rank = shares.ranks[r];
+    idle += rank.weight == 0;
+    console.line(fmt::format("  {:>9} {:>9} {:>13} {:>13} {:>11}", r, format_count(rank.patches),
+                             format_count(rank.weight), format_count(rank.shared_nodes),
+                             rank.neighbours));
+  }
+  if (idle > 0)
+    console.warn(
+        fmt::format("lahar: warning: {} of {} ranks would have no particles: a patch is "
+                    "the least that a rank can own. Use fewer ranks, or smaller patches "
+                    "(analysis.patch_particles).",
+                    format_count(idle), format_count(ranks)));
+}
+
 RunInfo run_info(const RunArguments& arguments, const Scenario& scenario) {
   RunInfo info;
   info.version = LAHAR_VERSION;
@@ -339,6 +363,8 @@ int check_command(const RunArguments& arguments) {
         const auto simulation = make_simulation(scenario, std::move(model), arguments.execution);
         describe(console, header, simulation->info(), header.analysis.step);
         console.line(fmt::format("output     {}", folder));
+        if (arguments.ranks > 0)
+          describe_ranks(console, simulation->patch_graph(), arguments.ranks);
       },
       scenario.model);
   console.line(fmt::format("next: lahar run {}", arguments.scenario));

@@ -628,6 +628,11 @@ const TaskGraph& Simulation<Dim>::graph() const {
 }
 
 template <int Dim>
+PatchGraph Simulation<Dim>::patch_graph() const {
+  return impl_->patches.graph();
+}
+
+template <int Dim>
 std::vector<std::string> Simulation<Dim>::patch_names() const {
   std::vector<std::string> names;
   for (int i = 0; i < impl_->patches.size(); ++i) {

@@ -11,6 +11,7 @@
 #include "io/frame.h"
 #include "io/history.h"
 #include "physics/model.h"
+#include "runtime/rank_partition.h"
 
 namespace lahar {
 
@@ -84,6 +85,7 @@ class Simulation {
   std::vector<StageTiming> timings() const;
   const TaskGraph& graph() const;
   std::vector<std::string> patch_names() const;
+  PatchGraph patch_graph() const;  ///< at present
 
  private:
   struct Impl;
