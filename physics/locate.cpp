@@ -428,34 +428,47 @@ void check_finite(Patch<Dim>& patch) {
 
 namespace {
 
-/// Inverse of the time step limit of the particles of a run from p on [1/s].
+/// Squares of the inverse of the time step limit of particles [1/s^2]: (c + |v|)^2 of waves takes
+/// one square root.
 template <int Dim>
 class LimitRate {
  public:
-  LimitRate(const Patch<Dim>& patch, const Model<Dim>& model, const Run& run)
-      : V_(patch.particles.row(Column::volume)),
+  LimitRate(const Patch<Dim>& patch, const Model<Dim>& model)
+      : patch_(patch),
+        model_(model),
+        V_(patch.particles.row(Column::volume)),
         m_(patch.particles.row(Column::mass)),
-        v_(patch.particles.template rows<Dim>(Column::v)) {
-    const Law& law = model.materials[run.material].law;
-    const double h = patch.cell_size[static_cast<std::size_t>(run.cell)];
-    modulus_ = wave_modulus(law);
-    per_length_ = 1.0 / h;
-    diffusion_ = 2.0 * Dim * viscosity(law) / (h * h);
+        v_(patch.particles.template rows<Dim>(Column::v)) {}
+
+  void enter(const Run& run) {
+    if (run.material != material_) {
+      const Law& law = model_.materials[run.material].law;
+      material_ = run.material;
+      modulus_ = wave_modulus(law);
+      viscosity_ = viscosity(law);
+    }
+    const double h = patch_.cell_size[static_cast<std::size_t>(run.cell)];
+    per_area_ = 1.0 / (h * h);
+    diffusion_ = 2.0 * Dim * viscosity_ * per_area_;
   }
+  /// Of the particles from p on, of the run entered.
   template <class Real>
   Real at(Local p) const {
     const Real specific_volume = load<Real>(V_ + p) / load<Real>(m_ + p);
     Real speed2(0.0);
     for (const double* row : v_) speed2 += load<Real>(row + p) * load<Real>(row + p);
-    const Real waves =
-        (lahar::sqrt(modulus_ * specific_volume) + lahar::sqrt(speed2)) * per_length_;
-    return max(waves, diffusion_ * specific_volume);
+    const Real c2 = modulus_ * specific_volume, diffusion = diffusion_ * specific_volume;
+    const Real waves2 = (c2 + speed2 + 2.0 * lahar::sqrt(c2 * speed2)) * per_area_;
+    return max(waves2, diffusion * diffusion);
   }
 
  private:
+  const Patch<Dim>& patch_;
+  const Model<Dim>& model_;
   const double *V_, *m_;
   std::array<const double*, Dim> v_;
-  double modulus_, per_length_, diffusion_;
+  int material_ = -1;
+  double modulus_ = 0, viscosity_ = 0, per_area_ = 0, diffusion_ = 0;
 };
 
 }  // namespace
@@ -464,8 +477,9 @@ template <int Dim>
 double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, std::span<const Run> runs,
                        Local* limiting) {
   Pack rates(0.0);
+  LimitRate<Dim> rate(patch, model);
   for (const Run& run : runs) {
-    const LimitRate<Dim> rate(patch, model, run);
+    rate.enter(run);
     for (Local p = run.begin; p < run.end; p += lanes<Pack>)
       rates = max(rates, first_lanes(rate.template at<Pack>(p), run.end - p));
   }
@@ -474,12 +488,12 @@ double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, std::sp
   if (limiting) {
     double most = -1.0;
     for (const Run& run : runs) {
-      const LimitRate<Dim> rate(patch, model, run);
+      rate.enter(run);
       for (Local p = run.begin; p < run.end; ++p)
         if (const double r = rate.template at<Scalar>(p)[0]; r > most) most = r, *limiting = p;
     }
   }
-  return 1.0 / largest;
+  return 1.0 / std::sqrt(largest);
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                     \
