@@ -106,12 +106,12 @@ class FlowExecutor final : public Executor {
     const auto t = static_cast<std::size_t>(task);
     const Step step = step_[t]++;
     if (verify_) verify(task, step);
-    fetch_successors(task);
     if (graph_.is_dt(task)) {
       if (step > first_) bodies_.set_dt(step);  // dt of the first step is known
     } else {
       bodies_.run(graph_.stage_of(task), graph_.patch_of(task), step);
     }
+    fetch_successors(task);
     if (verify_) stamps_[t].store(step + 1, std::memory_order_release);
     if (is_last_stage(task)) finish(step);
     if (step + 1 < end_.load(std::memory_order_acquire))
