@@ -117,7 +117,8 @@ void prescribe_velocities(Patch<Dim>& patch) {
   for (const auto& fixed : patch.fixed) at(patch.velocity, fixed.node)[fixed.dir] = fixed.velocity;
 }
 
-/// Ranges of the nodes that are marked as active.
+/// Ranges of the nodes that are marked as active. Sums exist from the first of them on: most
+/// patches around a body never have one.
 template <int Dim>
 void collect_active_nodes(Patch<Dim>& patch) {
   const auto& shared = patch.topology.shared_node;
@@ -131,6 +132,10 @@ void collect_active_nodes(Patch<Dim>& patch) {
     }
     ranges.back().end = i + 1;
   }
+  if (ranges.empty()) return;
+  for (auto& copies : patch.sums)
+    for (NodeArray& sums : copies)
+      if (sums.empty()) sums.assign(static_cast<std::size_t>(patch.n_nodes()) * sum_stride, 0.0);
 }
 
 template <int Dim>

@@ -123,7 +123,8 @@ struct Patch {
   tsl::robin_map<Index, Local> local_cell;       ///< local number of a global cell id
 
   // Node arrays by local node, node_width doubles each, sums sum_stride apart.
-  std::array<std::vector<NodeArray>, n_sum_arrays> sums;  ///< private; read by neighbours
+  std::array<std::vector<NodeArray>, n_sum_arrays> sums;  ///< private; read by neighbours; empty
+                                                          ///< before there are active nodes
   NodeArray velocity;            ///< {v [m/s], m [kg]}, m summed over all patches
   NodeArray acceleration;        ///< {a [m/s^2], 0}
   std::vector<double> pressure;  ///< [Pa]; only with pressure smoothing
@@ -137,7 +138,7 @@ struct Patch {
   std::array<char, 2> contributes{};
 
   /// Sums of the neighbours, by position in topology.neighbours.
-  std::array<std::vector<std::vector<const double*>>, n_sum_arrays> neighbour_sums;
+  std::array<std::vector<std::vector<const NodeArray*>>, n_sum_arrays> neighbour_sums;
   std::vector<const std::array<char, 2>*> neighbour_contributes;
   std::vector<const double*> sum_sources;  ///< scratch of nodal kernels
 
@@ -196,7 +197,7 @@ struct Patch {
     sum_sources.assign(1, own_sums(which, step) - sum_offset(which));
     for (std::size_t k = 0; k < sums_of.size(); ++k) {
       const bool any = (*neighbour_contributes[k])[static_cast<std::size_t>(step % 2)];
-      sum_sources.push_back(any ? sums_of[k] : nullptr);
+      sum_sources.push_back(any ? sums_of[k]->data() : nullptr);
     }
     return sum_sources.data();
   }

@@ -172,8 +172,7 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   }
 
   for (std::size_t k = 0; k < n_sum_arrays; ++k)
-    patch->sums[k].assign(static_cast<std::size_t>(copies_.of[k]),
-                          NodeArray(nodes.size() * sum_stride, 0.0));
+    patch->sums[k].resize(static_cast<std::size_t>(copies_.of[k]));
   patch->idle = true;  // until particles come
   patch->clear_sums = 2;
   if (model_->analysis.damping > 0.0) patch->damping.assign(size, 0.0);
@@ -288,7 +287,7 @@ void PatchSet<Dim>::link() {
       Patch<Dim>& other = *patches_[static_cast<std::size_t>(at)];
       for (std::size_t k = 0; k < n_sum_arrays; ++k)
         for (std::size_t copy = 0; copy < other.sums[k].size(); ++copy)
-          patch->neighbour_sums[k][copy].push_back(other.sums[k][copy].data());
+          patch->neighbour_sums[k][copy].push_back(&other.sums[k][copy]);
       patch->neighbour_contributes.push_back(&other.contributes);
       const auto& back = other.topology.neighbours;
       const auto slot =

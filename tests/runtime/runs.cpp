@@ -213,6 +213,7 @@ class Walk {
     double mass = 0, particles = 0, worst = 0, scale = 0;
     for (int i = 0; i < patches_.size(); ++i) {
       Patch<Dim>& patch = patches_[i];
+      if (patch.active_nodes.empty()) continue;  // has no sums, and no particles
       for (const NodeSum which : {NodeSum::mass_momentum, NodeSum::force})
         clear_sums(patch, context(1), which);
       map_mass_momentum(patch, context(1), patch.runs);
@@ -310,6 +311,7 @@ void check_chunks(Model<Dim> model, Index steps) {
         const Patch<Dim>& patch = hand.patches[p];
         CHECK(wrong_with(patch, *hand.model.mesh) == "");
         added = std::max(added, patch.added_runs);
+        if (patch.active_nodes.empty()) continue;
         for (Local n = 0; n < patch.n_nodes(); ++n)
           now += patch.own_sums(NodeSum::mass_momentum, hand.steps)[n * sum_stride + mass_lane];
       }
