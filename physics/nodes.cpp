@@ -22,6 +22,14 @@ class SumOverPatches {
         sums_(patch.all_sums(which, step)),
         offset_(sum_offset(which)) {}
 
+  /// The other kind of sum that lies with this one.
+  SumOverPatches beside(NodeSum which) const {
+    SumOverPatches other = *this;
+    other.own_ += sum_offset(which) - offset_;
+    other.offset_ = sum_offset(which);
+    return other;
+  }
+
   /// What this patch alone contributes.
   LAHAR_INLINE NodeVector own(Local node) const {
     return load<NodeVector>(own_ + static_cast<std::ptrdiff_t>(node) * sum_stride);
@@ -331,6 +339,7 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
   make_room(patch);
   Integrator<Dim> integrator(patch, step);
   auto fixed = patch.fixed.begin();  // ascending nodes
+  const SumOverPatches<Dim> momentum(patch, NodeSum::mass_momentum, step.step);
   for_each_node(
       patch,
       [&](Local i, const NodeVector& own, const NodeVector& sum, const NodeVector& force) {
@@ -340,8 +349,7 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
           v = with_component(v, fixed->dir, fixed->velocity);
         integrator.node(i, own, v, force);
       },
-      SumOverPatches<Dim>(patch, NodeSum::mass_momentum, step.step),
-      SumOverPatches<Dim>(patch, NodeSum::force, step.step));
+      momentum, momentum.beside(NodeSum::force));
   integrator.finish();
 }
 

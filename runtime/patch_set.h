@@ -1,4 +1,5 @@
-/// \file The patches that exist: those with particles and the empty ring around them.
+/// \file The patches that exist: those with particles, and empty ones where
+/// particles may soon be.
 #pragma once
 
 #include <memory>

@@ -1,7 +1,6 @@
 #include "runtime/rank_partition.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <set>
 #include <stdexcept>

@@ -27,7 +27,7 @@ void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
 }
 
 /// Sums for the next step begin at zero. A patch without particles is idle once all of its sums
-/// are.
+/// are. Forces that are mapped in the same phase lie in the same lines and are cleared with them.
 template <int Dim, bool WithForce>
 void begin_mapping(Patch<Dim>& patch, const StepContext<Dim>& step) {
   (WithForce ? clear_sums_with<Dim> : clear_sums<Dim>)(patch, step, NodeSum::mass_momentum);
