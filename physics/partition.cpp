@@ -228,7 +228,11 @@ template <int Dim>
 std::vector<Index> Partition<Dim>::cells(Index patch) const {
   if (!mesh_->is_structured())
     return {cells_.begin() + first_cell_[patch], cells_.begin() + first_cell_[patch + 1]};
-  const Brick b = brick(patch);
+  return cells_in(brick(patch));
+}
+
+template <int Dim>
+std::vector<Index> Partition<Dim>::cells_in(const Brick& b) const {
   std::vector<Index> cells;
   auto ijk = b.low;
   for (bool more = true; more;) {

@@ -28,6 +28,7 @@ class Partition {
     std::array<Index, Dim> low, high;
   };
   Brick brick(Index patch) const;
+  std::vector<Index> cells_in(const Brick& brick) const;  ///< ascending
   /// Structured meshes only: patches with cells that are no more than `distance` cells away, along
   /// every axis, from some of a brick; ascending.
   std::vector<Index> patches_near(const Brick& cells, Index distance) const;

@@ -232,24 +232,13 @@ std::vector<char> PatchSet<Dim>::watched_cells(const Patch<Dim>& patch,
   for (const Index near : partition_.patches_near(own, watch_distance)) {
     if (std::binary_search(existing.begin(), existing.end(), near)) continue;
     watched.resize(patch.topology.cells.size(), 0);
-    const Brick missing = partition_.brick(near);
-    std::array<Index, Dim> low, high, at;
+    Brick within = partition_.brick(near);
     for (std::size_t d = 0; d < Dim; ++d) {
-      low[d] = std::max(own.low[d], missing.low[d] - watch_distance);
-      high[d] = std::min(own.high[d], missing.high[d] + watch_distance);
+      within.low[d] = std::max(own.low[d], within.low[d] - watch_distance);
+      within.high[d] = std::min(own.high[d], within.high[d] + watch_distance);
     }
-    at = low;
-    for (bool more = true; more;) {
-      Index local = 0;  // local cells ascend with the first axis fastest
-      for (int d = Dim - 1; d >= 0; --d) {
-        const auto k = static_cast<std::size_t>(d);
-        local = local * (own.high[k] - own.low[k]) + at[k] - own.low[k];
-      }
-      watched[static_cast<std::size_t>(local)] = 1;
-      std::size_t d = 0;
-      while (d < Dim && ++at[d] == high[d]) at[d] = low[d], ++d;
-      more = d < Dim;
-    }
+    for (const Index cell : partition_.cells_in(within))
+      watched[static_cast<std::size_t>(patch.local_cell.at(cell))] = 1;
   }
   return watched;
 }
