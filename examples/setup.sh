@@ -16,6 +16,8 @@ build_packages=(
   "nlohmann-json3-dev:scenario files"
   "libcli11-dev:command line"
   "robin-map-dev:hash map"
+  "libopenmpi-dev:several processes, also on several machines"
+  "openmpi-bin:mpirun, which starts them"
 )
 test_packages=("doctest-dev:test framework" "libbenchmark-dev:micro-benchmarks")
 picture_packages=(

@@ -1,4 +1,4 @@
-/// \file The three kinds of failure a user can meet, and the exit code of each.
+/// \file The kinds of failure a user can meet, and the exit code of each.
 #pragma once
 
 #include <stdexcept>
@@ -39,6 +39,11 @@ class IoError : public std::runtime_error {
 
 /// The simulation itself failed: lost particle, NaN, unstable step (exit code 3).
 class SimulationError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The ranks of a run cannot work together: one was lost, or they are not alike (exit code 5).
+class RankError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 

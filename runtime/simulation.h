@@ -12,6 +12,7 @@
 #include "io/history.h"
 #include "physics/model.h"
 #include "runtime/rank_partition.h"
+#include "runtime/ranks.h"
 
 namespace lahar {
 
@@ -19,6 +20,7 @@ namespace lahar {
 struct ExecutionOptions {
   enum class Mode { flow_graph, serial, random_order } mode = Mode::flow_graph;
   int threads = 0;         ///< flow graph only; 0 = all cores this process may use
+  Ranks ranks = {};        ///< flow graph only; all of them take part in all that is done
   std::uint64_t seed = 1;  ///< random order only
   int support_rings = 0;   ///< extra layers of nodes that patches exchange; 0 suits linear elements
   bool verify = false;     ///< check at every task that exactly what its edges promise was done

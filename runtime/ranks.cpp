@@ -1,0 +1,165 @@
+#include "runtime/ranks.h"
+
+#include <algorithm>
+#include <array>
+#include <climits>
+#include <cstdlib>
+#include <numeric>
+
+#include "physics/error.h"
+
+namespace lahar {
+
+namespace {
+
+/// Set by the launchers of Open MPI, MPICH and Slurm's PMIx or PMI plugins for their processes.
+bool started_by_launcher() {
+  const std::array names{"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK"};
+  return std::any_of(names.begin(), names.end(),
+                     [](const char* name) { return std::getenv(name) != nullptr; });
+}
+
+bool running() {
+  int begun = 0, ended = 0;
+  MPI_Initialized(&begun);
+  MPI_Finalized(&ended);
+  return begun != 0 && ended == 0;
+}
+
+int count_of(std::size_t n) {
+  if (n > INT_MAX) throw RankError("a message of more than 2 GiB");
+  return static_cast<int>(n);
+}
+
+}  // namespace
+
+MpiSession::MpiSession(int& argc, char**& argv) {
+  if (!started_by_launcher()) return;
+  int provided = MPI_THREAD_SINGLE;
+  MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &provided);
+  if (provided < MPI_THREAD_SERIALIZED) {
+    MPI_Finalize();
+    throw RankError(
+        "this MPI library gives no thread level of MPI_THREAD_SERIALIZED or more, which is needed "
+        "for several ranks. Use a build of MPI with thread support (Debian's Open MPI has it).");
+  }
+}
+
+MpiSession::~MpiSession() {
+  if (running()) MPI_Finalize();
+}
+
+Ranks Ranks::world() {
+  Ranks ranks;
+  if (!running()) return ranks;
+  MPI_Comm_rank(MPI_COMM_WORLD, &ranks.rank_);
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks.size_);
+  if (ranks.size_ > 1) ranks.communicator_ = MPI_COMM_WORLD;
+  return ranks;
+}
+
+Ranks Ranks::duplicate() const {
+  Ranks copy = *this;
+  if (several()) MPI_Comm_dup(communicator_, &copy.communicator_);
+  return copy;
+}
+
+void Ranks::release() {
+  if (several() && running()) MPI_Comm_free(&communicator_);
+  communicator_ = MPI_COMM_NULL;
+}
+
+void Ranks::wait_for_all() const {
+  if (several()) MPI_Barrier(communicator_);
+}
+
+namespace {
+
+template <class T>
+T reduce(const Ranks& ranks, T value, MPI_Datatype type, MPI_Op op) {
+  if (ranks.several()) MPI_Allreduce(MPI_IN_PLACE, &value, 1, type, op, ranks.communicator());
+  return value;
+}
+
+}  // namespace
+
+double Ranks::min(double value) const {
+  return reduce(*this, value, MPI_DOUBLE, MPI_MIN);
+}
+double Ranks::max(double value) const {
+  return reduce(*this, value, MPI_DOUBLE, MPI_MAX);
+}
+Index Ranks::min(Index value) const {
+  return reduce(*this, value, MPI_INT64_T, MPI_MIN);
+}
+Index Ranks::max(Index value) const {
+  return reduce(*this, value, MPI_INT64_T, MPI_MAX);
+}
+Index Ranks::sum(Index value) const {
+  return reduce(*this, value, MPI_INT64_T, MPI_SUM);
+}
+
+Index Ranks::sum_before(Index value) const {
+  Index before = 0;
+  if (several()) MPI_Exscan(&value, &before, 1, MPI_INT64_T, MPI_SUM, communicator_);
+  return rank_ == 0 ? 0 : before;  // Exscan leaves rank 0's undefined
+}
+
+void Ranks::sum(std::span<Index> values) const {
+  if (several())
+    MPI_Allreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), MPI_INT64_T, MPI_SUM,
+                  communicator_);
+}
+
+void Ranks::broadcast(std::string& text, int root) const {
+  if (!several()) return;
+  auto size = static_cast<Index>(text.size());
+  MPI_Bcast(&size, 1, MPI_INT64_T, root, communicator_);
+  text.resize(static_cast<std::size_t>(size));
+  MPI_Bcast(text.data(), count_of(text.size()), MPI_CHAR, root, communicator_);
+}
+
+std::vector<std::byte> Ranks::gather_bytes(std::span<const std::byte> bytes) const {
+  if (!several()) return {bytes.begin(), bytes.end()};
+  const int own = count_of(bytes.size());
+  std::vector<int> counts(static_cast<std::size_t>(size_)), first(counts.size());
+  MPI_Allgather(&own, 1, MPI_INT, counts.data(), 1, MPI_INT, communicator_);
+  count_of(std::accumulate(counts.begin(), counts.end(), std::size_t{0}));
+  std::exclusive_scan(counts.begin(), counts.end(), first.begin(), 0);
+  std::vector<std::byte> all(static_cast<std::size_t>(first.back() + counts.back()));
+  MPI_Allgatherv(bytes.data(), own, MPI_BYTE, all.data(), counts.data(), first.data(), MPI_BYTE,
+                 communicator_);
+  return all;
+}
+
+std::vector<std::vector<std::byte>> Ranks::exchange_bytes(
+    const std::vector<std::span<const std::byte>>& to) const {
+  std::vector<std::vector<std::byte>> from(to.size());
+  const auto self = static_cast<std::size_t>(rank_);
+  from[self].assign(to[self].begin(), to[self].end());
+  if (!several()) return from;
+  std::vector<Index> sends, receives(to.size());
+  for (const auto& part : to) sends.push_back(static_cast<Index>(part.size()));
+  MPI_Alltoall(sends.data(), 1, MPI_INT64_T, receives.data(), 1, MPI_INT64_T, communicator_);
+  // In pieces: the counts of one call may not be large enough.
+  constexpr std::size_t piece = std::size_t{1} << 30;
+  constexpr int tag = 1;
+  std::vector<MPI_Request> requests;
+  for (std::size_t r = 0; r < to.size(); ++r) {
+    if (r == self) continue;
+    from[r].resize(static_cast<std::size_t>(receives[r]));
+    for (std::size_t at = 0; at < from[r].size(); at += piece)
+      MPI_Irecv(from[r].data() + at, count_of(std::min(piece, from[r].size() - at)), MPI_BYTE,
+                static_cast<int>(r), tag, communicator_, &requests.emplace_back());
+  }
+  for (std::size_t k = 1; k < to.size(); ++k) {  // not all to the same rank at a time
+    const std::size_t r = (self + k) % to.size();
+    for (std::size_t at = 0; at < to[r].size(); at += piece)
+      MPI_Isend(to[r].data() + at, count_of(std::min(piece, to[r].size() - at)), MPI_BYTE,
+                static_cast<int>(r), tag, communicator_, &requests.emplace_back());
+  }
+  MPI_Waitall(count_of(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
+  return from;
+}
+
+}  // namespace lahar

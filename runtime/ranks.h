@@ -1,0 +1,97 @@
+/// \file The processes that a run is spread over: those of MPI where a launcher started the program
+/// under it, else this one alone.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+// The C interface only: the C++ one is gone from the standard.
+#define OMPI_SKIP_MPICXX 1
+#define MPICH_SKIP_MPICXX 1
+#include <mpi.h>
+
+#include "physics/types.h"
+
+namespace lahar {
+
+/// MPI for the lifetime of this object, started only where the environment says that a launcher
+/// (mpirun, srun) started the program: without one, nothing of MPI is touched. Throws RankError
+/// where MPI lacks the thread level that is needed, MPI_THREAD_SERIALIZED.
+class MpiSession {
+ public:
+  MpiSession(int& argc, char**& argv);
+  ~MpiSession();
+  MpiSession(const MpiSession&) = delete;
+  MpiSession& operator=(const MpiSession&) = delete;
+};
+
+/// A group of processes, numbered from 0. A cheap handle: copies mean the same group. Every member
+/// function but rank() and size() is collective, waits for all others, and is for starting, for
+/// ending and for the times between in which no step is taken; none may be called while steps are.
+class Ranks {
+ public:
+  Ranks() = default;     ///< this process alone, even under MPI
+  static Ranks world();  ///< all processes of the MpiSession; alone if there is none
+
+  int rank() const { return rank_; }
+  int size() const { return size_; }
+  bool several() const { return size_ > 1; }
+  MPI_Comm communicator() const { return communicator_; }  ///< MPI_COMM_NULL = alone
+
+  /// The same processes, but messages of their own. To be released by release(), collectively.
+  Ranks duplicate() const;
+  void release();
+
+  void wait_for_all() const;
+  double min(double value) const;
+  double max(double value) const;
+  Index min(Index value) const;
+  Index max(Index value) const;
+  Index sum(Index value) const;
+  bool any(bool value) const { return max(Index{value}) != 0; }
+  /// Sum of `value` over the ranks before this one.
+  Index sum_before(Index value) const;
+  /// Sums of each element; all ranks give as many.
+  void sum(std::span<Index> values) const;
+
+  /// What rank `root` has.
+  void broadcast(std::string& text, int root = 0) const;
+
+  /// The values of all ranks, one after the other.
+  template <class T>
+  std::vector<T> gather_all(std::span<const T> values) const {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const std::vector<std::byte> bytes = gather_bytes(std::as_bytes(values));
+    return from_bytes<T>(bytes);
+  }
+  /// to[r] goes to rank r; returns what each rank had for this one. Of any size.
+  template <class T>
+  std::vector<std::vector<T>> exchange(const std::vector<std::vector<T>>& to) const {
+    static_assert(std::is_trivially_copyable_v<T>);
+    std::vector<std::span<const std::byte>> parts;
+    for (const auto& part : to) parts.push_back(std::as_bytes(std::span(part)));
+    std::vector<std::vector<T>> from;
+    for (const auto& part : exchange_bytes(parts)) from.push_back(from_bytes<T>(part));
+    return from;
+  }
+
+ private:
+  std::vector<std::byte> gather_bytes(std::span<const std::byte> bytes) const;
+  std::vector<std::vector<std::byte>> exchange_bytes(
+      const std::vector<std::span<const std::byte>>& to) const;
+  template <class T>
+  static std::vector<T> from_bytes(const std::vector<std::byte>& bytes) {
+    std::vector<T> values(bytes.size() / sizeof(T));
+    if (!values.empty())  // bytes of values: a copy is all that is needed
+      std::copy_n(bytes.data(), bytes.size(), reinterpret_cast<std::byte*>(values.data()));
+    return values;
+  }
+
+  MPI_Comm communicator_ = MPI_COMM_NULL;
+  int rank_ = 0, size_ = 1;
+};
+
+}  // namespace lahar
