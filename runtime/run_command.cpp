@@ -1,6 +1,7 @@
 /// `lahar run` and `lahar check`.
 #include <fmt/format.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -52,9 +53,10 @@ Model<Dim> without_particles(const Model<Dim>& model) {
 
 template <int Dim>
 void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
-              const TimeStep& plan) {
+              const TimeStep& plan, int ranks = 1) {
   console.line(fmt::format("case       {}", model.title.empty() ? "(untitled)" : model.title));
-  console.line(fmt::format("threads    {} on 1 rank", info.threads));
+  console.line(ranks == 1 ? fmt::format("threads    {} on 1 rank", info.threads)
+                          : fmt::format("threads    {} on each of {} ranks", info.threads, ranks));
   console.line(fmt::format("mesh       {} cells, {} nodes ({})", format_count(info.cells),
                            format_count(info.nodes),
                            model.mesh->is_structured()  ? "structured"
@@ -148,6 +150,7 @@ class Run {
       : arguments_(arguments),
         scenario_(scenario),
         console_(console),
+        ranks_(arguments.execution.ranks),
         outline_(std::get<Model<Dim>>(scenario.model).analysis),
         output_(std::get<Model<Dim>>(scenario.model).output) {
     if (!arguments.output.empty()) output_.folder = arguments.output;
@@ -163,26 +166,48 @@ class Run {
     const SimulationInfo info = simulation.info();
     particles_ = info.particles;
     steps_ = planned_steps(info);
-    describe(console_, header, info, outline_.step);
+    describe(console_, header, info, outline_.step, ranks_.size());
 
     warn_of_unstable_step(info);
 
     RunInfo about = run_info(arguments_, scenario_);
     add_model(about, header, info);
     about.steps = steps_;
-    folder_ = std::make_unique<RunFolder>(
-        output_.folder, RunFolderContents{std::move(about), scenario_.text, scenario_.full},
-        arguments_.overwrite);
-    console_.log_to([this](const std::string& line) { folder_->log(line); });
+    about.ranks = ranks_.size();
+    make_folder(std::move(about));
     console_.line(fmt::format("output     {}", output_.folder));
     console_.line("");
     console_.line(progress_head());
-    folder_->history(simulation.history());
+    write_row(simulation.history());
     if (output_.frame_steps > 0) write_frame(simulation);
     return step_to_the_end(simulation);
   }
 
  private:
+  /// Rank 0 has the folder; a mistake there is one of all.
+  void make_folder(RunInfo about) {
+    std::vector<Problem> problems;
+    if (ranks_.rank() == 0) {
+      try {
+        folder_ = std::make_unique<RunFolder>(
+            output_.folder, RunFolderContents{std::move(about), scenario_.text, scenario_.full},
+            arguments_.overwrite);
+        console_.log_to([this](const std::string& line) { folder_->log(line); });
+      } catch (const InputError& error) {
+        problems = error.problems();
+      }
+    }
+    if (!ranks_.any(!problems.empty())) return;
+    std::string text = problems.empty() ? "" : problems.front().message;
+    ranks_.broadcast(text);
+    if (problems.empty()) problems.push_back({.message = text});
+    throw InputError(problems);
+  }
+
+  void write_row(const HistoryRow& row) {
+    if (folder_) folder_->history(row);
+  }
+
   void warn_of_unstable_step(const SimulationInfo& info) {
     if (outline_.step.adaptive || info.dt <= info.dt_limit) return;
     scenario_.warnings.push_back(
@@ -202,25 +227,27 @@ class Run {
   Observer observer() {
     return {[this](Frame&& frame) {
               last_frame_ = frame.step;
-              folder_->write(std::move(frame));
+              if (folder_) folder_->write(std::move(frame));
             },
             [this](const HistoryRow& row) { on_history(row); },
             [this](const FrameStream& frame) {
               last_frame_ = frame.header.step;
-              folder_->write(frame);
+              if (folder_) folder_->write(frame);
             },
             [this](Index step, double time) { return on_step(step, time); }};
   }
 
   void write_frame(const Simulation<Dim>& simulation) {
-    if (const auto stream = simulation.stream())
+    if (const auto stream = simulation.stream()) {
       folder_->write(*stream);
-    else
-      folder_->write(simulation.frame());
+      return;
+    }
+    Frame frame = simulation.frame();
+    if (folder_) folder_->write(std::move(frame));
   }
 
   void on_history(const HistoryRow& row) {
-    folder_->history(row);
+    write_row(row);
     last_row_ = row;
     const double scale = std::max({row.kinetic, std::abs(row.internal), std::abs(row.external)});
     energy_scale_ = std::max(energy_scale_, scale);
@@ -275,7 +302,7 @@ class Run {
     const double wall = seconds_since(loop_begin_);
     if (code != exit_simulation) {
       const HistoryRow row = simulation.history();
-      if (last_row_.step != row.step) folder_->history(row);
+      if (last_row_.step != row.step) write_row(row);
       if (printed_ != row.step && row.step > 0) print_row(row);
     }
     if (last_frame_ != simulation.step()) write_frame(simulation);
@@ -284,7 +311,8 @@ class Run {
     end.steps = simulation.step();
     end.time = simulation.time();
     for (const Problem& warning : scenario_.warnings) end.warnings.push_back(warning.message);
-    folder_->finish(end);
+    if (folder_) folder_->finish(end);
+    ranks_.wait_for_all();
     return code;
   }
 
@@ -324,6 +352,7 @@ class Run {
   const RunArguments& arguments_;
   Scenario& scenario_;
   Console& console_;
+  Ranks ranks_;
   Analysis outline_;
   OutputPlan output_;
   std::unique_ptr<RunFolder> folder_;
@@ -340,14 +369,41 @@ Scenario read(const RunArguments& arguments, Console& console) {
   return scenario;
 }
 
+/// All ranks must compute the same, to the last bit, or the result would be nobody's.
+void check_alike(const RunArguments& arguments, const Scenario& scenario) {
+  const Ranks& ranks = arguments.execution.ranks;
+  if (!ranks.several()) return;
+  std::string options = scenario.full + fmt::format("{}", arguments.options.as_cbgeo);
+  for (const auto& file : scenario.side_files) options += sha256_of_file(file);
+  const std::array texts{version_line() + compiler_line(), scenario.text, options};
+  const std::array names{"programs (version, commit or compiler)", "scenario files",
+                         "options or side files"};
+  for (std::size_t k = 0; k < texts.size(); ++k) {
+    const std::string own = sha256(texts[k]);
+    const std::vector<char> all = ranks.gather_all(std::span<const char>(own));
+    std::string different;
+    for (std::size_t r = 1; r < static_cast<std::size_t>(ranks.size()); ++r)
+      if (!std::equal(all.begin(), all.begin() + 64, all.begin() + static_cast<int>(64 * r)))
+        different += fmt::format("{}{}", different.empty() ? "" : ", ", r);
+    if (!different.empty())
+      throw RankError(
+          fmt::format("the ranks were started with different {}: rank 0 against {}. "
+                      "Start all of them with the same.",
+                      names[k], different));
+  }
+}
+
 }  // namespace
 
 int run_command(const RunArguments& arguments) {
   watch_signals();
-  Console console(arguments.quiet);
+  Console console(arguments.execution.ranks.rank() > 0 ? Console::Voice::silent
+                  : arguments.quiet                    ? Console::Voice::quiet
+                                                       : Console::Voice::normal);
   console.line("Lahar " + version_line());
   console.line("built with " + compiler_line());
   Scenario scenario = read(arguments, console);
+  check_alike(arguments, scenario);
   return std::visit(
       [&]<int Dim>(const Model<Dim>&) { return Run<Dim>(arguments, scenario, console).execute(); },
       scenario.model);
