@@ -44,6 +44,8 @@ class Remote {
   /// This rank's patches have finished `step`: find out when all ranks have, for step_agreed().
   /// Steps in order.
   virtual void give_step(Step step) = 0;
+  /// Wait until all ranks have come here: not while steps are taken as a graph.
+  virtual void wait_for_all() = 0;
 };
 
 /// Executes steps [first, end) of a step graph. Results must not depend on the kind.
@@ -90,5 +92,10 @@ std::unique_ptr<Executor> make_random_executor(TaskGraph graph, TaskBodies bodie
 /// `remote`: for a graph that is one rank's share (TaskGraph::shared); must outlive the executor.
 std::unique_ptr<Executor> make_flow_executor(TaskGraph graph, TaskBodies bodies, int threads,
                                              bool verify = false, Remote* remote = nullptr);
+
+/// Phase after phase, all patches in parallel, and after each phase everybody waits for everybody,
+/// as codes without a graph do: for comparison.
+std::unique_ptr<Executor> make_bulk_executor(TaskGraph graph, TaskBodies bodies, int threads,
+                                             Remote* remote = nullptr);
 
 }  // namespace lahar

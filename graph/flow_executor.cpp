@@ -104,7 +104,7 @@ class FlowExecutor final : public Executor {
       find_boundary();
     }
     for (int t = 0; t < n; ++t) {
-      const auto body = [this, t](const flow::continue_msg&) { fire(t); };
+      const auto body = [this, t](const flow::continue_msg&) { guarded_fire(t); };
       // What others wait for goes first. Without other ranks a priority would only cost time.
       if (remote_ && is_urgent(t))
         nodes_.emplace_back(*flow_, puts_into(t), body, flow::node_priority_t{1});
@@ -168,6 +168,16 @@ class FlowExecutor final : public Executor {
     nodes_[static_cast<std::size_t>(task)].try_put(flow::continue_msg{});
   }
 
+  /// Threads that look for messages must not do so for ever when the graph is cancelled.
+  void guarded_fire(int task) {
+    try {
+      fire(task);
+    } catch (...) {
+      broken_ = true;
+      throw;
+    }
+  }
+
   void fire(int task) {
     const auto t = static_cast<std::size_t>(task);
     const Step step = step_[t]++;
@@ -224,6 +234,7 @@ class FlowExecutor final : public Executor {
 
   /// All ranks have finished all steps, and this one has all messages of the last.
   bool all_done() const {
+    if (broken_.load(std::memory_order_relaxed)) return true;
     const Step end = end_.load(std::memory_order_acquire);
     if (completed_.load(std::memory_order_acquire) < end) return false;
     return std::all_of(messages_.begin(), messages_.end(), [&](int t) {
@@ -344,6 +355,7 @@ class FlowExecutor final : public Executor {
   };
 
   bool verify_;
+  Remote* remote_;  ///< null = one rank
   oneapi::tbb::global_control parallelism_;
   oneapi::tbb::task_arena arena_;
   std::unique_ptr<flow::graph> flow_;
@@ -360,12 +372,12 @@ class FlowExecutor final : public Executor {
   Step next_completion_ = 0;  ///< of all
   std::array<bool, max_lead> agreed_{};
 
-  Remote* remote_;
   std::vector<std::atomic<int>> missing_;  ///< messages until a task is ready
   std::atomic<int> ready_{0};              ///< tasks that are ready and have not begun
   std::vector<int> messages_;              ///< tasks that messages from other ranks fire
   std::vector<std::atomic<Step>> done_;    ///< steps that these have done
   std::vector<char> boundary_;             ///< patches that exchange with other ranks
+  std::atomic<bool> broken_{false};        ///< a body threw
   std::atomic<Step> dt_known_{0};          ///< the last step whose dt is known
 
   std::atomic<Step> completed_{0};  ///< the first step that some patch has not finished

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <new>
 #include <system_error>
 
@@ -76,12 +77,22 @@ int run_program(int argc, char** argv) {
 
   RunArguments run;
   run.command.assign(argv, argv + argc);
-  bool serial = false;
+  bool serial = false, bulk = false;
   auto* run_app = app.add_subcommand("run", "Run a case");
   add_scenario(*run_app, run.scenario, run.options);
   run_app->add_option("--threads,-t", run.execution.threads, "Threads (default: all cores)")
       ->check(CLI::Range(1, 4096));
   run_app->add_flag("--serial", serial, "Plain loop instead of the task graph; same results");
+  run_app->add_flag("--bulk-synchronous", bulk,
+                    "For comparison: wait for everybody after each phase; same results");
+  run_app
+      ->add_option("--inject-latency", run.execution.latency,
+                   "For studies: hold back each message between ranks, such as 200us; reductions "
+                   "by this times ceil(log2 ranks)")
+      ->transform(CLI::AsNumberWithUnit(
+          std::map<std::string, double>{{"us", 1e-6}, {"ms", 1e-3}, {"s", 1.0}},
+          CLI::AsNumberWithUnit::Options::UNIT_REQUIRED))
+      ->type_name("TIME");
   run_app->add_option("--output,-o", run.output, "Run folder (default: the scenario's)");
   run_app->add_flag("--overwrite", run.overwrite, "Replace the run folder's earlier results");
   run_app->add_option("--wall-time", run.wall_time, "Stop after so many seconds, exit code 75")
@@ -89,7 +100,10 @@ int run_program(int argc, char** argv) {
   run_app->add_flag("--quiet,-q", run.quiet, "Only warnings and errors on the terminal");
   run_app->callback([&] {
     run.execution.ranks = Ranks::world();
+    if (serial && bulk)
+      throw InputError("--serial and --bulk-synchronous exclude each other; give one of them.");
     if (serial) run.execution.mode = ExecutionOptions::Mode::serial;
+    if (bulk) run.execution.mode = ExecutionOptions::Mode::bulk;
     code = run_command(run);
   });
 

@@ -72,6 +72,7 @@ class RankExchange final : public Remote {
   bool progress(Executor& executor) override;
   void give_dt(Step step) override;
   void give_step(Step step) override;
+  void wait_for_all() override { ranks_.wait_for_all(); }
 
   /// To be held by whoever calls MPI while steps are taken.
   std::unique_lock<std::mutex> lock_mpi() { return std::unique_lock(mpi_); }

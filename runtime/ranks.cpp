@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <climits>
 #include <cstdio>
@@ -18,6 +19,7 @@ namespace {
 
 /// For MpiSession::leave(), when nothing is known of what others do.
 MPI_Comm farewell = MPI_COMM_NULL;
+std::atomic<Index> last_step{0};
 
 /// Set by the launchers of Open MPI, MPICH and Slurm's PMIx or PMI plugins for their processes.
 bool started_by_launcher() {
@@ -57,6 +59,10 @@ MpiSession::~MpiSession() {
   if (running()) MPI_Finalize();
 }
 
+void MpiSession::steps_done(Index step) {
+  last_step.store(step, std::memory_order_relaxed);
+}
+
 void MpiSession::leave(int code, const std::string& message) {
   const Ranks ranks = Ranks::world();
   if (!ranks.several()) {
@@ -75,10 +81,11 @@ void MpiSession::leave(int code, const std::string& message) {
   }
   const auto first = std::find(all.begin(), all.end(), own) - all.begin();
   if (!done) {
-    std::fputs(
-        ("lahar: rank " + std::to_string(ranks.rank()) + " failed and ends the others:\n" + message)
-            .c_str(),
-        stderr);
+    std::fputs(("lahar: rank " + std::to_string(ranks.rank()) +
+                " failed and ends the others; the last step that all finished is " +
+                std::to_string(last_step.load()) + ".\n" + message)
+                   .c_str(),
+               stderr);
     std::fflush(nullptr);
     MPI_Abort(MPI_COMM_WORLD, code);
   } else if (first == ranks.rank()) {

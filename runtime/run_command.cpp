@@ -12,6 +12,7 @@
 #include "lahar_version.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
+#include "runtime/rank_watch.h"
 
 namespace lahar {
 
@@ -273,6 +274,8 @@ class Run {
   }
 
   bool on_step(Index step, double time) {
+    watch_->steps_done(step);
+    MpiSession::steps_done(step);
     console_.bar(share(step, time), rate(step));
     if (signal_received) return false;
     return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time;
@@ -284,6 +287,8 @@ class Run {
 
   int step_to_the_end(Simulation<Dim>& simulation) {
     loop_begin_ = Clock::now();
+    RankWatch watch(ranks_, [] { return signal_received != 0; });
+    watch_ = &watch;
     RunEnd end;
     int code = exit_ok;
     try {
@@ -356,6 +361,7 @@ class Run {
   Analysis outline_;
   OutputPlan output_;
   std::unique_ptr<RunFolder> folder_;
+  RankWatch* watch_ = nullptr;  ///< while steps are taken and results written
   Index particles_ = 0, steps_ = 0, last_frame_ = -1, next_line_ = 1, printed_ = -1;
   HistoryRow last_row_;
   double energy_scale_ = 0;

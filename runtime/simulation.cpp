@@ -71,6 +71,11 @@ class BorrowedNodalState {
   Patch<Dim>& patch_;
 };
 
+bool is_parallel(const ExecutionOptions& options) {
+  return options.mode == ExecutionOptions::Mode::flow_graph ||
+         options.mode == ExecutionOptions::Mode::bulk;
+}
+
 /// The sums of a history row, each exact, as elements that are added over patches and ranks in any
 /// order.
 class RowSums {
@@ -128,8 +133,7 @@ struct Simulation<Dim>::Impl {
         phases(phases_of(stage_list())),
         ranks(options.ranks),
         patches(model, options.support_rings, node_sum_copies(model.analysis),
-                options.mode == ExecutionOptions::Mode::flow_graph ? options.threads : 1, ranks,
-                message_of_sums(stages)) {
+                is_parallel(options) ? options.threads : 1, ranks, message_of_sums(stages)) {
     seconds_per_tick();  // from now on
     if (options.threads <= 0) options.threads = available_threads();
     nsteps = model.analysis.nsteps;
@@ -137,7 +141,7 @@ struct Simulation<Dim>::Impl {
       wave_speed_bound =
           std::max(wave_speed_bound,
                    wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
-    if (ranks.several() && options.mode != ExecutionOptions::Mode::flow_graph)
+    if (ranks.several() && !is_parallel(options))
       throw InputError("only the task graph runs on several ranks; leave out --serial");
     frame_size = frame_bytes(patches.layout(), model, patches.particles());
     if (observer.frame && !streams() && !ranks.several())
@@ -263,6 +267,11 @@ struct Simulation<Dim>::Impl {
         break;
       case ExecutionOptions::Mode::random_order:
         executor = make_random_executor(std::move(graph), std::move(bodies), options.seed);
+        break;
+      case ExecutionOptions::Mode::bulk:
+        connect_ranks();
+        executor = make_bulk_executor(std::move(graph), std::move(bodies), options.threads,
+                                      exchange.get());
         break;
       case ExecutionOptions::Mode::flow_graph:
         connect_ranks();
@@ -780,8 +789,7 @@ bool Simulation<Dim>::finished() const {
 template <int Dim>
 SimulationInfo Simulation<Dim>::info() const {
   SimulationInfo info;
-  info.threads =
-      impl_->options.mode == ExecutionOptions::Mode::flow_graph ? impl_->options.threads : 1;
+  info.threads = is_parallel(impl_->options) ? impl_->options.threads : 1;
   info.cells = impl_->model.mesh->n_cells();
   info.nodes = impl_->model.mesh->n_nodes();
   const Ranks& ranks = impl_->ranks;

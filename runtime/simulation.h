@@ -18,10 +18,11 @@ namespace lahar {
 
 /// How the timestep's tasks are executed. Results are bitwise the same for all of them.
 struct ExecutionOptions {
-  enum class Mode { flow_graph, serial, random_order } mode = Mode::flow_graph;
-  int threads = 0;  ///< flow graph only; 0 = all cores this process may use
-  /// Flow graph only. Each has a share of the patches, and all of them make the simulation and call
-  /// its member functions, apart from step(), time(), finished(), timings() and graph(), together.
+  enum class Mode { flow_graph, bulk, serial, random_order } mode = Mode::flow_graph;
+  int threads = 0;  ///< flow graph and bulk; 0 = all cores this process may use
+  /// Flow graph and bulk. Each has a share of the patches, and all of them make the simulation and
+  /// call its member functions, apart from step(), time(), finished(), timings() and graph(),
+  /// together.
   Ranks ranks = {};
   double latency = 0;      ///< [s] held back from each message between ranks, for studies
   std::uint64_t seed = 1;  ///< random order only
