@@ -1,46 +1,40 @@
 #include "runtime/balance.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
 #include "runtime/curve_shift.h"
+#include "runtime/patch_transfer.h"
 #include "runtime/scotch_partition.h"
 
 namespace lahar {
 
 namespace {
 
-/// How much heavier than the best chunks allow the heaviest rank may be, first: every percent less
-/// moves more patches, and as the load goes on changing is soon lost.
-constexpr double first_slack = 0.02;
+/// How much heavier than the best chunks, or than the mean, the heaviest rank may remain: every
+/// percent less moves more patches, and as the load goes on changing is soon lost.
+constexpr double slack = 0.02;
 /// [shared nodes per byte] what moving weighs for Scotch.
-constexpr double migration_weight = 1e-3;
+constexpr double migration_weight = 3e-3;
 
-double imbalance_of(std::span<const Index> load) {
-  const auto total = static_cast<double>(std::accumulate(load.begin(), load.end(), Index{0}));
-  if (total == 0) return 1;
-  return static_cast<double>(*std::max_element(load.begin(), load.end())) *
-         static_cast<double>(load.size()) / total;
+/// Seconds that the heaviest rank works in a step.
+double work_time(const RankShares& shares, const BalanceTerms& terms) {
+  Index heaviest = 0;
+  for (const RankShare& rank : shares.ranks) heaviest = std::max(heaviest, rank.weight);
+  return 1e-9 * static_cast<double>(heaviest) / terms.threads;
 }
 
-std::vector<Index> loads_of(std::span<const Index> weight, std::span<const int> owner, int ranks) {
-  std::vector<Index> load(static_cast<std::size_t>(ranks), 0);
-  for (std::size_t p = 0; p < weight.size(); ++p)
-    load[static_cast<std::size_t>(owner[p])] += weight[p];
-  return load;
-}
-
-/// Seconds that a step takes on the heaviest rank.
-double step_time(std::span<const Index> load, int threads) {
-  return 1e-9 * static_cast<double>(*std::max_element(load.begin(), load.end())) / threads;
+/// The same with what ranks exchange.
+double step_time(const RankShares& shares, const BalanceTerms& terms) {
+  Index most = 0;
+  for (const RankShare& rank : shares.ranks) most = std::max(most, rank.shared_nodes);
+  return work_time(shares, terms) + terms.per_node * static_cast<double>(most);
 }
 
 void add_traffic(BalancePlan& plan, std::span<const int> owner, std::span<const Index> bytes,
                  int ranks) {
   std::vector<Index> traffic(static_cast<std::size_t>(ranks), 0);
-  plan.moved = 0;
   for (std::size_t p = 0; p < owner.size(); ++p) {
     if (plan.owner[p] == owner[p]) continue;
     plan.moved += bytes[p];
@@ -50,23 +44,68 @@ void add_traffic(BalancePlan& plan, std::span<const int> owner, std::span<const 
   plan.busiest = *std::max_element(traffic.begin(), traffic.end());
 }
 
-/// Better owners near the present ones, moving at most the share of bytes that is allowed: what
-/// is beyond it is left to later remaps.
-BalancePlan propose(const PatchGraph& costs, std::span<const int> owner,
-                    std::span<const Index> bytes, int ranks, const BalanceTerms& terms) {
-  const double allowed =
-      terms.most_moved * static_cast<double>(std::accumulate(bytes.begin(), bytes.end(), Index{0}));
-  BalancePlan plan;
-  double slack = first_slack, weight = migration_weight;
-  for (int attempt = 0; attempt < 8; ++attempt, slack *= 1.6, weight *= 4) {
-    plan.owner = terms.partitioner == Partitioner::curve
-                     ? shift_chunks(costs.weight, owner, bytes, ranks, slack)
-                     : scotch_repartition(costs, owner, bytes, ranks, weight);
-    add_traffic(plan, owner, bytes, ranks);
-    if (static_cast<double>(plan.moved) <= allowed) return plan;
+/// One decision: the present state, and what other owners would mean.
+class Decision {
+ public:
+  Decision(const PatchGraph& costs, std::span<const int> owner, std::span<const Index> bytes,
+           int ranks, const BalanceTerms& terms)
+      : costs_(costs),
+        owner_(owner),
+        bytes_(bytes),
+        ranks_(ranks),
+        terms_(terms),
+        now_(shares_of(costs, owner, ranks)),
+        allowed_(terms.most_moved *
+                 static_cast<double>(std::accumulate(bytes.begin(), bytes.end(), Index{0}))) {}
+
+  /// Whether an even share would be worth a remap that moves nothing.
+  bool may_gain() const {
+    const double imbalance = now_.imbalance();
+    return imbalance > 1 + terms_.threshold &&
+           work_time(now_, terms_) * (1 - 1 / imbalance) * terms_.steps > terms_.move.of(0);
   }
-  return plan;
-}
+
+  /// A partition near the present one, whose ranks keep few neighbours; where that moves too much
+  /// or does not pay, patches one by one.
+  BalancePlan best() const {
+    BalancePlan whole =
+        plan_of(terms_.partitioner == Partitioner::curve
+                    ? shift_chunks(costs_.weight, owner_, bytes_, ranks_, slack)
+                    : scotch_repartition(costs_, owner_, bytes_, ranks_, migration_weight));
+    if (static_cast<double>(whole.moved) <= allowed_ && whole.gain > whole.cost) return whole;
+    return transfers();
+  }
+
+ private:
+  BalancePlan plan_of(std::vector<int> owner) const {
+    BalancePlan plan;
+    plan.owner = std::move(owner);
+    add_traffic(plan, owner_, bytes_, ranks_);
+    const RankShares then = shares_of(costs_, plan.owner, ranks_);
+    plan.imbalance_before = now_.imbalance();
+    plan.imbalance_after = then.imbalance();
+    plan.gain = (step_time(now_, terms_) - step_time(then, terms_)) * terms_.steps;
+    plan.cost = terms_.move.of(plan.busiest);
+    return plan;
+  }
+
+  /// As even as the bytes allow that one remap may move; the rest is left to later ones.
+  BalancePlan transfers() const {
+    for (double most = slack;; most *= 1.6) {
+      BalancePlan plan = plan_of(transfer_patches(costs_, owner_, ranks_, most));
+      plan.transferred = true;
+      if (static_cast<double>(plan.moved) <= allowed_) return plan;
+    }
+  }
+
+  const PatchGraph& costs_;
+  std::span<const int> owner_;
+  std::span<const Index> bytes_;
+  int ranks_;
+  const BalanceTerms& terms_;
+  RankShares now_;
+  double allowed_;
+};
 
 void check(const PatchGraph& costs, std::span<const int> owner, std::span<const Index> bytes,
            int ranks) {
@@ -103,19 +142,9 @@ std::optional<BalancePlan> decide(const PatchGraph& costs, std::span<const int> 
                                   const BalanceTerms& terms) {
   check(costs, owner, bytes, ranks);
   if (ranks == 1 || owner.empty()) return std::nullopt;
-  const std::vector<Index> load = loads_of(costs.weight, owner, ranks);
-  const double before = imbalance_of(load), present = step_time(load, terms.threads);
-  if (!terms.forced) {
-    if (before <= 1 + terms.threshold) return std::nullopt;
-    const double most_gain = present * (1 - 1 / before) * terms.steps;
-    if (most_gain <= terms.move.of(0)) return std::nullopt;
-  }
-  BalancePlan plan = propose(costs, owner, bytes, ranks, terms);
-  const std::vector<Index> balanced = loads_of(costs.weight, plan.owner, ranks);
-  plan.imbalance_before = before;
-  plan.imbalance_after = imbalance_of(balanced);
-  plan.gain = (present - step_time(balanced, terms.threads)) * terms.steps;
-  plan.cost = terms.move.of(plan.busiest);
+  const Decision decision(costs, owner, bytes, ranks, terms);
+  if (!terms.forced && !decision.may_gain()) return std::nullopt;
+  BalancePlan plan = decision.best();
   if (std::equal(owner.begin(), owner.end(), plan.owner.begin())) return std::nullopt;
   if (!terms.forced && plan.gain <= plan.cost) return std::nullopt;
   return plan;

@@ -40,6 +40,7 @@ struct BalanceTerms {
   Partitioner partitioner = Partitioner::curve;
   double steps = 0;         ///< until the next chance to remap: how long a gain lasts at least
   int threads = 1;          ///< of a rank, which share its work
+  double per_node = 10e-9;  ///< [s] to send, receive and add the sums of a shared node in a step
   double threshold = 0.05;  ///< imbalance - 1 up to which nothing is moved
   double most_moved = 0.2;  ///< share of all bytes that one remap may move
   bool forced = false;      ///< whatever the imbalance and the gain
@@ -48,10 +49,11 @@ struct BalanceTerms {
 
 struct BalancePlan {
   std::vector<int> owner;
+  bool transferred = false;  ///< patches one by one, else a partition near the present one
   double imbalance_before = 1, imbalance_after = 1;  ///< heaviest rank over the mean
   Index moved = 0;                                   ///< [bytes]
   Index busiest = 0;  ///< [bytes] that the busiest rank sends and receives
-  double gain = 0;    ///< [s] saved until the next chance to remap, without the cost
+  double gain = 0;    ///< [s] saved until the next chance to remap, before the cost
   double cost = 0;    ///< [s] expected of the remap
 };
 

@@ -121,7 +121,7 @@ class MovingLoad {
 
 /// What balancing did along the way.
 struct BalanceHistory {
-  int remaps = 0;
+  int remaps = 0, transfers = 0;
   double worst_imbalance = 1, mean_imbalance = 1;  ///< of what the ranks then worked with
   double most_moved = 0, moved = 0;  ///< share of all bytes, of one remap and of all together
   double mean_cut = 0;               ///< [shared nodes]
@@ -148,6 +148,7 @@ BalanceHistory slide(const MovingLoad<Dim>& load, int ranks, int chances,
       const double share = static_cast<double>(plan->moved) / static_cast<double>(total);
       owner = plan->owner;
       ++history.remaps;
+      history.transfers += plan->transferred;
       history.moved += share;
       history.most_moved = std::max(history.most_moved, share);
     }
