@@ -91,11 +91,10 @@ class Decision {
 
   /// As even as the bytes allow that one remap may move; the rest is left to later ones.
   BalancePlan transfers() const {
-    for (double most = slack;; most *= 1.6) {
-      BalancePlan plan = plan_of(transfer_patches(costs_, owner_, ranks_, most));
-      plan.transferred = true;
-      if (static_cast<double>(plan.moved) <= allowed_) return plan;
-    }
+    BalancePlan plan = plan_of(
+        transfer_patches(costs_, owner_, bytes_, ranks_, slack, static_cast<Index>(allowed_)));
+    plan.transferred = true;
+    return plan;
   }
 
   const PatchGraph& costs_;

@@ -10,7 +10,12 @@
 
 namespace lahar {
 
-/// How patches are shared among ranks.
+/// How patches are shared among ranks. Measured on a disc or ball that fills 190 to 2700 patches of
+/// a longer box: at the start, Scotch's edge cut is 12 to 22 % lower than the curve's (2D, 64
+/// ranks: equal), both are even to 1.1 %, Scotch takes 2 to 100 ms, the curve below 0.1 ms. Once
+/// the body moves, chunks of the curve stay near the old ones (4 ranks: at most 9 % of the
+/// particles per remap, edge cut as at the start), Scotch's parts mostly do not. Hence the curve is
+/// the default.
 enum class Partitioner {
   curve,   ///< consecutive chunks of the space-filling curve
   scotch,  ///< multilevel graph partitioning: fewer shared nodes, more time
@@ -57,9 +62,12 @@ struct BalancePlan {
   double cost = 0;    ///< [s] expected of the remap
 };
 
-/// New owners if they are worth it: the heaviest rank is above the mean by more than the threshold,
+/// New owners if they are worth it. Proposed is a partition near the present one; if that would
+/// move more than allowed or not pay, single patches are given away, which moves little at any
+/// number of ranks but scatters them: in 16 ranks of about 100 patches edge cuts grew to three
+/// times as much. Worth it means: the heaviest rank is above the mean by more than the threshold,
 /// and what it does more than the new heaviest rank would in the steps to come takes longer than
-/// moving. Weights of `costs` are nanoseconds of work per step (weights_of), `owner` has no -1,
+/// moving. Weights of `costs` are nanoseconds of work per step (work_of), `owner` has no -1,
 /// `bytes` are what moving a patch moves. Throws std::invalid_argument if the arguments do not
 /// describe the same patches and ranks.
 std::optional<BalancePlan> decide(const PatchGraph& costs, std::span<const int> owner,

@@ -19,8 +19,10 @@ struct Transfer {
 
 class Transfers {
  public:
-  Transfers(const PatchGraph& graph, std::span<const int> owner, int ranks, double slack)
+  Transfers(const PatchGraph& graph, std::span<const int> owner, std::span<const Index> bytes,
+            int ranks, double slack)
       : graph_(graph),
+        bytes_(bytes),
         owner_(owner.begin(), owner.end()),
         load_(static_cast<std::size_t>(ranks), 0),
         patches_(static_cast<std::size_t>(ranks)) {
@@ -28,7 +30,7 @@ class Transfers {
       if (rank_of(p) < 0 || rank_of(p) >= ranks)
         throw std::invalid_argument("a patch has no rank of this run");
       load_[index(rank_of(p))] += weight(p);
-      if (weight(p) > 0) patches_[index(rank_of(p))].push_back(p);
+      if (!empty(p)) patches_[index(rank_of(p))].push_back(p);
     }
     for (int r = 0; r < ranks; ++r) by_load_.insert({load_[index(r)], r});
     const double mean =
@@ -36,22 +38,24 @@ class Transfers {
     most_ = static_cast<Index>(std::ceil(mean * (1 + slack)));
   }
 
-  /// Until the heaviest rank is light enough, or has nothing to give away.
-  void relieve() {
+  /// Until the heaviest rank is light enough, or has nothing to give away that may still be moved.
+  void relieve(Index most_bytes) {
     for (;;) {
       const auto [load, heaviest] = *by_load_.rbegin();
       if (load <= most_) return;
       const std::optional<Transfer> transfer = cheapest(heaviest);
       if (!transfer) return;
+      most_bytes -= bytes_[index(transfer->patch)];
+      if (most_bytes < 0) return;
       apply(*transfer);
     }
   }
 
-  /// Patches without weight follow their neighbours.
+  /// Empty patches follow their neighbours.
   void place_empty() {
     std::vector<std::pair<int, Index>> shared;
     for (int p = 0; p < graph_.size(); ++p) {
-      if (weight(p) > 0) continue;
+      if (!empty(p)) continue;
       shared_with_ranks(p, shared);
       Index most = 0;
       for (const auto& [rank, nodes] : shared)
@@ -71,11 +75,13 @@ class Transfers {
   int rank_of(int patch) const { return owner_[index(patch)]; }
   Index weight(int patch) const { return graph_.weight[index(patch)]; }
 
-  /// Nodes that a patch shares with patches that weigh something, by their rank, ascending.
+  bool empty(int patch) const { return bytes_[index(patch)] == 0; }
+
+  /// Nodes that a patch shares with patches that are not empty, by their rank, ascending.
   void shared_with_ranks(int patch, std::vector<std::pair<int, Index>>& shared) const {
     shared.clear();
     for (const PatchGraph::Edge& edge : graph_.edges[index(patch)])
-      if (weight(edge.patch) > 0) shared.emplace_back(rank_of(edge.patch), edge.shared_nodes);
+      if (!empty(edge.patch)) shared.emplace_back(rank_of(edge.patch), edge.shared_nodes);
     std::sort(shared.begin(), shared.end());
     std::size_t n = 0;
     for (std::size_t i = 0; i < shared.size(); ++i) {
@@ -92,6 +98,7 @@ class Transfers {
     std::vector<std::pair<int, Index>> shared;
     const int lightest = by_load_.begin()->second;
     for (const int p : patches_[index(from)]) {
+      if (weight(p) <= 0) continue;  // relieves nobody
       shared_with_ranks(p, shared);
       Index own = 0;
       for (const auto& [rank, nodes] : shared)
@@ -119,23 +126,25 @@ class Transfers {
   }
 
   const PatchGraph& graph_;
+  std::span<const Index> bytes_;
   std::vector<int> owner_;
   std::vector<Index> load_;                ///< of every rank
-  std::vector<std::vector<int>> patches_;  ///< of every rank, those with weight
+  std::vector<std::vector<int>> patches_;  ///< of every rank, but empty ones
   std::set<std::pair<Index, int>> by_load_;
   Index most_ = 0;
 };
 
 }  // namespace
 
-std::vector<int> transfer_patches(const PatchGraph& graph, std::span<const int> owner, int ranks,
-                                  double slack) {
+std::vector<int> transfer_patches(const PatchGraph& graph, std::span<const int> owner,
+                                  std::span<const Index> bytes, int ranks, double slack,
+                                  Index most_bytes) {
   if (ranks <= 0) throw std::invalid_argument("a partition needs at least one rank");
   if (!(slack >= 0)) throw std::invalid_argument("the slack of a partition must not be negative");
-  if (owner.size() != graph.weight.size())
-    throw std::invalid_argument("a partition needs one owner for every patch");
-  Transfers transfers(graph, owner, ranks, slack);
-  transfers.relieve();
+  if (owner.size() != graph.weight.size() || bytes.size() != graph.weight.size())
+    throw std::invalid_argument("a partition needs one owner and one size for every patch");
+  Transfers transfers(graph, owner, bytes, ranks, slack);
+  transfers.relieve(most_bytes);
   transfers.place_empty();
   return std::move(transfers).owners();
 }

@@ -74,7 +74,8 @@ Nums scaled(std::span<const Index> values) {
   return nums;
 }
 
-/// A context: one thread, no randomness, so that results depend on the input alone.
+/// A context: one thread, the same random numbers each time, so that results depend on the input
+/// alone.
 class Context {
  public:
   Context() {
@@ -84,6 +85,9 @@ class Context {
     require(SCOTCH_contextOptionSetNum(&context_, SCOTCH_OPTIONNUMRANDOMFIXEDSEED, 1),
             "fix its random numbers");
     require(SCOTCH_contextThreadSpawn(&context_, 1, nullptr), "use one thread");
+    // Else the context draws from a state that all calls of the process share.
+    require(SCOTCH_contextRandomClone(&context_), "draw random numbers of its own");
+    SCOTCH_contextRandomSeed(&context_, 1);
   }
   ~Context() { SCOTCH_contextExit(&context_); }
   Context(const Context&) = delete;
