@@ -1,14 +1,18 @@
 /// \file A body that slides through a box of patches, for partitions and load balance.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "physics/partition_common.h"
 #include "runtime/balance.h"
+#include "runtime/patch_cost.h"
 
 namespace lahar::test {
 
@@ -132,18 +136,15 @@ template <int Dim>
 BalanceHistory slide(const MovingLoad<Dim>& load, int ranks, int chances,
                      const BalanceTerms& terms) {
   BalanceHistory history;
-  const auto graph_at = [&](double way) { return load.graph(load.particles(way)); };
-  std::vector<int> owner = partition(terms.partitioner, graph_at(0), ranks);
+  std::vector<int> owner = partition(terms.partitioner, load.graph(load.particles(0)), ranks);
   history.mean_imbalance = 0;
   for (int i = 1; i <= chances; ++i) {
-    PatchGraph graph = graph_at(static_cast<double>(i) / chances);
+    const std::vector<Index> particles = load.particles(static_cast<double>(i) / chances);
+    const PatchGraph graph =
+        load.graph(work_of(particles, std::vector<double>(particles.size(), 0)));
     std::vector<Index> bytes;
-    Index total = 0;
-    for (Index& weight : graph.weight) {
-      bytes.push_back(weight * MovingLoad<Dim>::bytes_per_particle);
-      total += bytes.back();
-      weight *= 30;  // [ns] per step
-    }
+    for (const Index n : particles) bytes.push_back(n * MovingLoad<Dim>::bytes_per_particle);
+    const Index total = std::accumulate(bytes.begin(), bytes.end(), Index{0});
     if (const auto plan = decide(graph, owner, bytes, ranks, terms)) {
       const double share = static_cast<double>(plan->moved) / static_cast<double>(total);
       owner = plan->owner;
