@@ -10,12 +10,13 @@
 
 namespace lahar {
 
-/// How patches are shared among ranks. Measured on a disc or ball that fills 190 to 2700 patches of
-/// a longer box: at the start, Scotch's edge cut is 12 to 22 % lower than the curve's (2D, 64
-/// ranks: equal), both are even to 1.1 %, Scotch takes 2 to 100 ms, the curve below 0.1 ms. Once
-/// the body moves, chunks of the curve stay near the old ones (4 ranks: at most 9 % of the
-/// particles per remap, edge cut as at the start), Scotch's parts mostly do not. Hence the curve is
-/// the default.
+/// How patches are shared among ranks. Measured on a disc or ball that fills 190 to 2000 patches of
+/// a longer box, 4 and 16 ranks: at the start Scotch's edge cut is 2 to 26 % lower than the
+/// curve's, both are even to 1.2 %; Scotch takes 2 to 400 ms, the curve 0.1 ms. When the body
+/// moves, chunks stay near the old ones (4 ranks: at most 9 % of the particles per remap, 2D and 16
+/// ranks: 16 %, edge cut as at the start), while Scotch's edge cut doubles; decisions take 0.1 to 3
+/// ms and 40 to 450 ms. Hence the curve is the default. Where chunks would have to move too much,
+/// in 3D on 16 ranks, Scotch's edge cut is half of theirs.
 enum class Partitioner {
   curve,   ///< consecutive chunks of the space-filling curve
   scotch,  ///< multilevel graph partitioning: fewer shared nodes, more time

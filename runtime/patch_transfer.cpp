@@ -43,7 +43,9 @@ class Transfers {
     for (;;) {
       const auto [load, heaviest] = *by_load_.rbegin();
       if (load <= most_) return;
-      const std::optional<Transfer> transfer = cheapest(heaviest);
+      std::optional<Transfer> transfer = cheapest(heaviest, most_);
+      // All others nearly full: the lightest then takes what still leaves it lighter than this one.
+      if (!transfer) transfer = cheapest(heaviest, load - 1);
       if (!transfer) return;
       most_bytes -= bytes_[index(transfer->patch)];
       if (most_bytes < 0) return;
@@ -93,7 +95,8 @@ class Transfers {
     shared.resize(n);
   }
 
-  std::optional<Transfer> cheapest(int from) const {
+  /// Of those after which the receiver weighs at most `limit`; beyond most_ only the lightest does.
+  std::optional<Transfer> cheapest(int from, Index limit) const {
     std::optional<Transfer> best;
     std::vector<std::pair<int, Index>> shared;
     const int lightest = by_load_.begin()->second;
@@ -104,12 +107,13 @@ class Transfers {
       for (const auto& [rank, nodes] : shared)
         if (rank == from) own = nodes;
       const auto offer = [&](int to, Index nodes) {
-        if (to == from || load_[index(to)] + weight(p) > most_) return;
+        if (to == from || load_[index(to)] + weight(p) > limit) return;
         const double price = static_cast<double>(own - nodes) / static_cast<double>(weight(p));
         if (!best || price < best->price) best = Transfer{p, to, price};
       };
       offer(lightest, 0);
-      for (const auto& [rank, nodes] : shared) offer(rank, nodes);
+      for (const auto& [rank, nodes] : shared)
+        if (limit <= most_ || rank == lightest) offer(rank, nodes);
     }
     return best;
   }

@@ -116,6 +116,17 @@ TEST_CASE("transfers move little more than the excess, to ranks with room") {
                   std::invalid_argument);
 }
 
+TEST_CASE("a heavy rank is relieved also where no patch fits below the mean") {
+  PatchGraph graph;
+  graph.weight.assign(26, 100);
+  graph.edges.resize(26);
+  std::vector<int> owner(26, 0);
+  for (std::size_t p = 8; p < 26; ++p) owner[p] = 1 + static_cast<int>(p - 8) / 6;
+  REQUIRE(shares_of(graph, owner, 4).imbalance() == doctest::Approx(8 / 6.5));
+  const std::vector<int> moved = transfer_patches(graph, owner, graph.weight, 4, 0.02, 1000);
+  CHECK(shares_of(graph, moved, 4).imbalance() == doctest::Approx(7 / 6.5));
+}
+
 TEST_CASE("a moving load stays balanced, and no remap moves a quarter of it") {
   BalanceTerms terms;
   terms.steps = 1000;
