@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/scenario.h"
+#include "runtime/balance.h"
 #include "runtime/simulation.h"
 
 namespace lahar {
@@ -23,6 +24,7 @@ struct RunArguments {
   bool quiet = false;
   double wall_time = 0;  ///< [s] stop before; 0 = no limit
   int ranks = 0;         ///< check: show the partition over so many; 0 = none
+  Partitioner partitioner = Partitioner::curve;  ///< check: of that partition
   std::vector<std::string> command;
 };
 

@@ -111,9 +111,19 @@ int run_program(int argc, char** argv) {
   auto* check_app =
       app.add_subcommand("check", "Validate a case, print sizes and limits, run nothing");
   add_scenario(*check_app, check.scenario, check.options);
-  check_app->add_option("--ranks", check.ranks, "Show how patches would be shared among MPI ranks")
-      ->check(CLI::Range(1, 1'000'000));
-  check_app->callback([&] { code = check_command(check); });
+  auto* ranks_option =
+      check_app
+          ->add_option("--ranks", check.ranks, "Show how patches would be shared among MPI ranks")
+          ->check(CLI::Range(1, 1'000'000));
+  std::string partitioner = "curve";
+  check_app->add_option("--partition", partitioner, "How: curve (default) or scotch")
+      ->needs(ranks_option)
+      ->check(CLI::IsMember({"curve", "scotch"}))
+      ->type_name("NAME");
+  check_app->callback([&] {
+    if (partitioner == "scotch") check.partitioner = Partitioner::scotch;
+    code = check_command(check);
+  });
 
   std::string source, format, step = "last", output;
   auto* export_app = app.add_subcommand("export", "Write particles as CSV or for ParaView");

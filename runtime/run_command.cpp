@@ -79,8 +79,8 @@ void describe(Console& console, const Model<Dim>& model, const SimulationInfo& i
 }
 
 /// The partition over ranks that a run would begin with.
-void describe_ranks(Console& console, const PatchGraph& graph, int ranks) {
-  const RankShares shares = shares_of(graph, curve_chunks(graph.weight, ranks), ranks);
+void describe_ranks(Console& console, const PatchGraph& graph, int ranks, Partitioner partitioner) {
+  const RankShares shares = shares_of(graph, partition(partitioner, graph, ranks), ranks);
   console.line(
       fmt::format("ranks      {}, heaviest {:.3f} times the mean, edge cut {} shared nodes",
                   format_count(ranks), shares.imbalance(), format_count(shares.edge_cut)));
@@ -426,7 +426,8 @@ int check_command(const RunArguments& arguments) {
         describe(console, header, simulation->info(), header.analysis.step);
         console.line(fmt::format("output     {}", folder));
         if (arguments.ranks > 0)
-          describe_ranks(console, simulation->patch_graph(), arguments.ranks);
+          describe_ranks(console, simulation->patch_graph(), arguments.ranks,
+                         arguments.partitioner);
       },
       scenario.model);
   console.line(fmt::format("next: lahar run {}", arguments.scenario));
