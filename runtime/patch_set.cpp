@@ -17,6 +17,7 @@
 #include "physics/partition_common.h"
 #include "runtime/parallel.h"
 #include "runtime/patch_filling.h"
+#include "runtime/patch_state.h"
 
 namespace lahar {
 
@@ -81,6 +82,20 @@ void sort_by_node(auto& entries) {
                    [](const auto& a, const auto& b) { return a.node < b.node; });
 }
 
+/// What patches take from the model's loads, in their order.
+template <int Dim>
+void prepare_loads(Model<Dim>& model) {
+  const std::size_t of_particles = model.tractions.size() + model.particle_velocities.size();
+  if (of_particles > max_particle_loads)
+    throw InputError("at most " + std::to_string(max_particle_loads) +
+                     " particle tractions and prescribed particle velocities together are "
+                     "supported; found " +
+                     std::to_string(of_particles) +
+                     ". Merge entries that share direction and value into one particle set.");
+  sort_by_node(model.node_velocities);
+  sort_by_node(model.node_forces);
+}
+
 /// A particle that comes so near to a patch that does not exist is noticed when it has changed its
 /// cell. It crosses at most one cell in each of the max_lead steps that may pass before a rebuild.
 constexpr Index watch_distance = max_lead + 1;
@@ -121,16 +136,23 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       rings_(support_rings),
       copies_(copies),
       layout_(layout_for(model)) {
-  if (model.tractions.size() + model.particle_velocities.size() > max_particle_loads)
-    throw InputError("at most " + std::to_string(max_particle_loads) +
-                     " particle tractions and prescribed particle velocities together are "
-                     "supported; found " +
-                     std::to_string(model.tractions.size() + model.particle_velocities.size()) +
-                     ". Merge entries that share direction and value into one particle set.");
-  sort_by_node(model.node_velocities);
-  sort_by_node(model.node_forces);
+  prepare_loads(model);
   distribute(model, threads);
   link();
+}
+
+template <int Dim>
+PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies,
+                        const SimulationState& state, int threads)
+    : model_(&model),
+      target_cells_(state.run.cells_per_patch),
+      partition_(*model.mesh, target_cells_),
+      rings_(support_rings),
+      copies_(copies),
+      layout_(layout_for(model)),
+      least_mass_(state.run.least_mass) {
+  prepare_loads(model);
+  restore(model, state, threads);
 }
 
 template <int Dim>
@@ -204,6 +226,26 @@ void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
   });
   const double lightest = fill_patches<Dim>(patches_, rows, model, threads);
   least_mass_ = std::min(least_nodal_mass, least_nodal_mass_share * lightest);
+}
+
+template <int Dim>
+void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int threads) {
+  if (state.run.dim != Dim || state.run.columns != column_text(layout_))
+    throw InputError("the state is one of another model: its particles have " + state.run.columns +
+                     " in " + std::to_string(state.run.dim) + "D, the model's have " +
+                     column_text(layout_) + " in " + std::to_string(Dim) + "D.");
+  for (const Index id : state.patches)
+    if (id < 0 || id >= partition_.n_patches())
+      throw InputError("the state is one of another model: it has a patch " + std::to_string(id) +
+                       ", the mesh is cut into " + std::to_string(partition_.n_patches()) + ".");
+  model.particles = {};
+  patches_.resize(state.patches.size());
+  parallel_for(threads, static_cast<int>(patches_.size()), [&](int i) {
+    const auto at = static_cast<std::size_t>(i);
+    patches_[at] = make_patch(state.patches[at]);
+    unpack<Dim>(state.bytes(at), *patches_[at], state.run.step);
+  });
+  rebuild();
 }
 
 template <int Dim>

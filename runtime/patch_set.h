@@ -9,6 +9,7 @@
 #include "graph/stage.h"
 #include "physics/patch.h"
 #include "runtime/rank_partition.h"
+#include "runtime/simulation_state.h"
 
 namespace lahar {
 
@@ -18,6 +19,10 @@ class PatchSet {
   /// Cut the mesh, place the model's particles in their patches (and release the model's table), on
   /// up to `threads` threads (0 = all).
   PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads = 1);
+  /// The same cut, with the patches of a state instead of the model's particles, which are
+  /// released. Throws InputError where the state is not one of this model.
+  PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, const SimulationState& state,
+           int threads = 1);
 
   const Partition<Dim>& partition() const { return partition_; }
   int size() const { return static_cast<int>(patches_.size()); }
@@ -37,12 +42,15 @@ class PatchSet {
   std::size_t bytes() const;
   /// Cells per patch that the partition aims at.
   Index target_cells() const { return target_cells_; }
+  double least_mass() const { return least_mass_; }  ///< Patch::least_mass [kg]
+  const ColumnLayout<Dim>& layout() const { return layout_; }
 
  private:
   using Patches = std::vector<std::unique_ptr<Patch<Dim>>>;
   using Brick = typename Partition<Dim>::Brick;
   std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
   void distribute(Model<Dim>& model, int threads);
+  void restore(Model<Dim>& model, const SimulationState& state, int threads);
   std::vector<Index> needed(std::span<const Brick> filled) const;
   std::vector<char> watched_cells(const Patch<Dim>& patch, std::span<const Index> existing) const;
   void link();

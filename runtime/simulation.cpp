@@ -18,6 +18,7 @@
 #include "runtime/failure.h"
 #include "runtime/frame_assembler.h"
 #include "runtime/patch_set.h"
+#include "runtime/patch_state.h"
 #include "runtime/snapshot.h"
 #include "runtime/stage_clock.h"
 #include "runtime/timestep.h"
@@ -79,14 +80,14 @@ Index history_interval(const OutputPlan& plan, double steps) {
 
 template <int Dim>
 struct Simulation<Dim>::Impl {
-  Impl(Model<Dim> model_in, ExecutionOptions options_in, Observer observer_in)
+  Impl(Model<Dim> model_in, ExecutionOptions options_in, Observer observer_in,
+       const SimulationState* state = nullptr)
       : options(options_in),
         observer(std::move(observer_in)),
         model(std::move(model_in)),
         stages(timestep<Dim>(model.analysis)),
         phases(phases_of(stage_list())),
-        patches(model, options.support_rings, node_sum_copies(model.analysis),
-                options.mode == ExecutionOptions::Mode::flow_graph ? options.threads : 1) {
+        patches(make_patches(state)) {
     seconds_per_tick();  // from now on
     if (options.threads <= 0) options.threads = available_threads();
     nsteps = model.analysis.nsteps;
@@ -98,15 +99,101 @@ struct Simulation<Dim>::Impl {
       frame_size = frame_bytes(patches[0].particles.layout(), model, patches.particles());
     if (observer.frame && !streams())
       assembler.emplace([this](Frame&& frame) { observer.frame(std::move(frame)); });
+    if (state)
+      restore(state->run);
+    else
+      start();
+#if defined(__GLIBC__)
+    malloc_trim(0);  // what the model's tables took goes back to the system
+#endif
+  }
+
+  PatchSet<Dim> make_patches(const SimulationState* state) {
+    const int threads = options.mode == ExecutionOptions::Mode::flow_graph ? options.threads : 1;
+    const NodeSumCopies copies = node_sum_copies(model.analysis);
+    return state ? PatchSet<Dim>(model, options.support_rings, copies, *state, threads)
+                 : PatchSet<Dim>(model, options.support_rings, copies, threads);
+  }
+
+  void start() {
     start_row = present_row();
     set_first_dt();
     for (int p = 0; p < patches.size(); ++p) map_first(patches[p], stages, context(0));
     history_steps = history_interval(
         model.output, std::min(static_cast<double>(nsteps), model.analysis.end_time / dt[0]));
     build_executor();
-#if defined(__GLIBC__)
-    malloc_trim(0);  // what the model's tables took goes back to the system
-#endif
+  }
+
+  // --- state ------------------------------------------------------------------------------------
+
+  /// Go on from the numbers of a state whose patches exist already.
+  void restore(const RunState& run) {
+    step = run.step;
+    removed = run.removed;
+    work = run.work;
+    start_row.kinetic = run.kinetic_at_start;
+    history_steps = model.output.history_steps > 0 ? model.output.history_steps : run.history_steps;
+    start_time[step] = run.time;
+    last_limit = run.dt_limit;
+    build_executor();
+    if (model.analysis.step.adaptive)
+      restore_dt(run.dt);
+    else
+      limit_steps_by_time();
+    if (step > nsteps)
+      throw InputError({Problem{
+          .where = "/analysis/nsteps",
+          .message = fmt::format("the run ends with step {}, but is to go on from step {}", nsteps,
+                                 step),
+          .hint = "raise nsteps, or go on from an earlier checkpoint"}});
+  }
+
+  void restore_dt(double last_dt) {
+    if (step > 0) dt[step - 1] = last_dt;
+    const double left = model.analysis.end_time - start_time[step];
+    if (left <= last_dt * rounding_of_time) nsteps = std::min(nsteps, step);
+    if (step < nsteps) set_dt_from(step, last_limit);
+  }
+
+  RunState run_state() const {
+    return {.dim = Dim,
+            .step = step,
+            .time = time_at(step),
+            .dt = step > 0 ? dt_of(step - 1) : 0.0,
+            .dt_limit = last_limit,
+            .particles = patches.particles(),
+            .removed = removed,
+            .history_steps = history_steps,
+            .work = work,
+            .kinetic_at_start = start_row.kinetic,
+            .cells_per_patch = patches.target_cells(),
+            .least_mass = patches.least_mass(),
+            .columns = column_text(patches.layout())};
+  }
+
+  SimulationState present_state() const {
+    SimulationState state{.run = run_state(), .patches = {}, .size = 0, .bytes = {}};
+    std::vector<int> position;
+    for (int i = 0; i < patches.size(); ++i) {
+      if (!has_state(patches[i])) continue;
+      position.push_back(i);
+      state.patches.push_back(patches[i].topology.patch);
+      state.size += packed_bytes(patches[i]);
+    }
+    state.bytes = [this, position](std::size_t i) { return pack(patches[position[i]], step); };
+    return state;
+  }
+
+  bool checkpoint_due() const {
+    const Index every = model.output.checkpoint_steps;
+    return observer.checkpoint && (checkpoint_asked || (every > 0 && step % every == 0));
+  }
+
+  /// Frames of steps before are handed on first: who continues from here has them.
+  void write_checkpoint() {
+    checkpoint_asked = false;
+    if (assembler) assembler->drain();
+    observer.checkpoint(present_state());
   }
 
   // --- time -------------------------------------------------------------------------------------
@@ -143,16 +230,29 @@ struct Simulation<Dim>::Impl {
                                   .message = unstable_message(plan.dt, limit, where),
                                   .hint = unstable_hint(limit)}});
       }
-      if (std::isfinite(model.analysis.end_time))
-        nsteps = std::min(nsteps, static_cast<Index>(std::ceil(model.analysis.end_time / plan.dt *
-                                                               (1 - rounding_of_time))));
+      limit_steps_by_time();
     }
   }
 
-  /// dt of `step` and, with it, the time at which the next one begins.
-  void set_dt(Step step) {
+  /// With a fixed step, the end time is a number of steps.
+  void limit_steps_by_time() {
+    const TimeStep& plan = model.analysis.step;
+    if (std::isfinite(model.analysis.end_time))
+      nsteps = std::min(nsteps, static_cast<Index>(std::ceil(model.analysis.end_time / plan.dt *
+                                                             (1 - rounding_of_time))));
+  }
+
+  /// The limit that the patches found in the last step.
+  double least_limit() const {
     double limit = std::numeric_limits<double>::infinity();
     for (int i = 0; i < patches.size(); ++i) limit = std::min(limit, patches[i].time_step_limit);
+    return limit;
+  }
+
+  /// dt of `step` and, with it, the time at which the next one begins.
+  void set_dt(Step step) { set_dt_from(step, least_limit()); }
+
+  void set_dt_from(Step step, double limit) {
     // Without particles there is no limit: go on as before.
     dt[step] = std::isfinite(limit) || step == 0 ? adaptive_dt(limit) : dt[step - 1];
     const double left = model.analysis.end_time - start_time[step];
@@ -306,10 +406,15 @@ struct Simulation<Dim>::Impl {
     return observer.stream && frame_size > options.copied_frame_bytes;
   }
 
-  /// Where the graph has to drain: at `end`, or before it at a frame that is not copied.
+  /// Where the graph has to drain: at `end`, or before it at a frame that is not copied or at a
+  /// checkpoint.
   Step drain_step(Step end) const {
-    const Index every = model.output.frame_steps;
-    return streams() && every > 0 ? std::min<Step>(end, (step / every + 1) * every) : end;
+    const auto before = [&](bool drains, Index every) {
+      if (drains && every > 0) end = std::min<Step>(end, (step / every + 1) * every);
+    };
+    before(streams(), model.output.frame_steps);
+    before(static_cast<bool>(observer.checkpoint), model.output.checkpoint_steps);
+    return end;
   }
 
   /// The output stage: copy what is due; nobody in the loop waits for more. (Frames too large to be
@@ -367,6 +472,10 @@ struct Simulation<Dim>::Impl {
     if (copy_due(step) && !failed) {
       assembler->add(std::move(pieces[step]));
       pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
+    }
+    if (observer.checkpoint_wanted && observer.checkpoint_wanted()) {
+      checkpoint_asked = true;
+      executor->request_stop(step);
     }
     if (observer.progress && !observer.progress(step + 1, time_at(step + 1))) {
       stop_requested = true;
@@ -449,9 +558,11 @@ struct Simulation<Dim>::Impl {
       settle();
       if (step >= nsteps) check_end();
       // dt of the next step, which the drained graph did not get to.
-      if (model.analysis.step.adaptive && step < nsteps) set_dt(step);
+      if (model.analysis.step.adaptive) last_limit = least_limit();
+      if (model.analysis.step.adaptive && step < nsteps) set_dt_from(step, last_limit);
       if (rebuild_needed) rebuild();
       if (streams() && frame_due(step - 1)) observer.stream(present_stream());
+      if (checkpoint_due()) write_checkpoint();
     }
     if (assembler) assembler->drain();
   }
@@ -533,6 +644,8 @@ struct Simulation<Dim>::Impl {
   double wave_speed_bound = 0;  ///< [m/s] of all materials
   Step step = 0;                ///< steps done
   PerStep<double> dt, start_time;
+  /// [s] least of all particles in the last step, when the graph is drained; adaptive runs.
+  double last_limit = std::numeric_limits<double>::infinity();
 
   std::vector<char> poisoned;
   FailureList failures;
@@ -540,6 +653,7 @@ struct Simulation<Dim>::Impl {
   std::exception_ptr output_failure;
   std::atomic<bool> rebuild_needed{false};
   std::atomic<bool> stop_requested{false};
+  std::atomic<bool> checkpoint_asked{false};
   Index removed = 0;
 
   HistoryRow start_row;
@@ -554,6 +668,11 @@ struct Simulation<Dim>::Impl {
 template <int Dim>
 Simulation<Dim>::Simulation(Model<Dim> model, ExecutionOptions options, Observer observer)
     : impl_(std::make_unique<Impl>(std::move(model), options, std::move(observer))) {}
+
+template <int Dim>
+Simulation<Dim>::Simulation(Model<Dim> model, ExecutionOptions options, Observer observer,
+                            const SimulationState& state)
+    : impl_(std::make_unique<Impl>(std::move(model), options, std::move(observer), &state)) {}
 
 template <int Dim>
 Simulation<Dim>::~Simulation() = default;
@@ -582,6 +701,11 @@ std::optional<FrameStream> Simulation<Dim>::stream() const {
 template <int Dim>
 HistoryRow Simulation<Dim>::history() const {
   return impl_->present_row();
+}
+
+template <int Dim>
+SimulationState Simulation<Dim>::state() const {
+  return impl_->present_state();
 }
 
 template <int Dim>

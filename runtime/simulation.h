@@ -13,6 +13,7 @@
 #include "physics/model.h"
 #include "runtime/rank_partition.h"
 #include "runtime/ranks.h"
+#include "runtime/simulation_state.h"
 
 namespace lahar {
 
@@ -40,6 +41,10 @@ struct Observer {
   std::function<void(const FrameStream&)> stream;
   /// After every step, in order: steps done and time [s]. Return false to stop soon.
   std::function<bool(Index step, double time)> progress;
+  /// The state to be kept: after every OutputPlan::checkpoint_steps, and soon after
+  /// `checkpoint_wanted`, asked after every step, said so. The state is good during the call.
+  std::function<void(const SimulationState&)> checkpoint;
+  std::function<bool()> checkpoint_wanted;
 };
 
 /// Time spent in one stage, summed over its tasks.
@@ -65,6 +70,11 @@ class Simulation {
  public:
   /// Cuts the mesh, places the particles. Throws InputError (fixed step above the limit, ...).
   explicit Simulation(Model<Dim> model, ExecutionOptions options = {}, Observer observer = {});
+  /// Goes on from the state() of a simulation of the same model, whose nsteps, end time and output
+  /// may be others: all that follows has the bits as if nothing had come between. Throws InputError
+  /// where the state is not one of this model, IoError where it is damaged.
+  Simulation(Model<Dim> model, ExecutionOptions options, Observer observer,
+             const SimulationState& state);
   ~Simulation();
 
   /// Take `steps` steps (fewer where the end time comes first, or progress() asked to stop).
@@ -79,6 +89,8 @@ class Simulation {
   /// enough to be copied.
   std::optional<FrameStream> stream() const;
   HistoryRow history() const;  ///< present sums
+  /// Present state, without a copy: good until the next call of advance().
+  SimulationState state() const;
   Index step() const;          ///< steps done
   double time() const;         ///< [s]
   bool finished() const;       ///< no step left to take
