@@ -205,15 +205,13 @@ void CheckpointReader::read_tables() {
   hsize_t stored = 0;
   {
     const HdfSession hdf(file_, "read");
-    const HdfHandle in =
-        hdf.own(H5Fopen(file_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    const HdfHandle in = hdf.own(H5Fopen(file_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
     if (H5Aexists(in, "header_checksum") <= 0) hdf.fail("it is not a checkpoint of Lahar");
     text = read_text(hdf, in, "header");
     if (checksum(std::as_bytes(std::span(text))) != read_attribute(hdf, in, "header_checksum"))
       hdf.fail("its header does not match its checksum");
     patches_ = read_table(hdf, in);
-    if (checksum(std::as_bytes(std::span(patches_))) !=
-        read_attribute(hdf, in, "patches_checksum"))
+    if (checksum(std::as_bytes(std::span(patches_))) != read_attribute(hdf, in, "patches_checksum"))
       hdf.fail("its table of patches does not match its checksum");
     const HdfHandle data = hdf.own(H5Dopen2(in, "data", H5P_DEFAULT), H5Dclose);
     const HdfHandle space = hdf.own(H5Dget_space(data), H5Sclose);

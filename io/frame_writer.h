@@ -45,7 +45,7 @@ class FrameWriter {
   std::vector<TimedFile> index_;  // of who writes: the thread, or its user while it has no frames
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Frame> queue_;             // the front one is being written
+  std::deque<Frame> queue_;               // the front one is being written
   std::size_t handed_ = 0, written_ = 0;  // frames, so far
   std::exception_ptr failure_;
   bool ending_ = false;

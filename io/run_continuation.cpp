@@ -44,8 +44,7 @@ void rewind_history(const fs::path& run, const RunContinuation& from) {
     const std::string_view line = rest.substr(0, end);
     Index step = 0;
     const auto number = std::from_chars(line.data(), line.data() + line.size(), step);
-    if (number.ec == std::errc{} && keeps(step, from.has_row, from))
-      (kept += line) += '\n';
+    if (number.ec == std::errc{} && keeps(step, from.has_row, from)) (kept += line) += '\n';
   }
   write_text_file(file, kept);
 }
@@ -64,8 +63,7 @@ std::vector<TimedFile> rewind_frames(const fs::path& run, const RunContinuation&
     }
     const std::string name = frame.file.filename().string();
     const auto listed = times.find(name);
-    kept.push_back(
-        {listed != times.end() ? listed->second : read_frame(frame.file).time, name});
+    kept.push_back({listed != times.end() ? listed->second : read_frame(frame.file).time, name});
   }
   if (!kept.empty() || fs::exists(series)) write_series(kept, series);
   for (const fs::path& file : dropped) {

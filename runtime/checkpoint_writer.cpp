@@ -29,8 +29,8 @@ void CheckpointWriter::write(const CheckpointHeader& header, const SimulationSta
   const std::vector<CheckpointPatch> all = lay_out_all(slabs);
   data_ = create(header, all);
   phase_ = Phase::writing;
-  const bool copied = std::all_of(slabs.begin(), slabs.end(),
-                                  [](const Slab& slab) { return !slab.bytes.empty(); });
+  const bool copied =
+      std::all_of(slabs.begin(), slabs.end(), [](const Slab& slab) { return !slab.bytes.empty(); });
   if (!copied) write_large(state, slabs);
   start([this, copied, slabs = std::move(slabs)] {
     if (failure_) return;
@@ -64,9 +64,9 @@ std::vector<CheckpointPatch> CheckpointWriter::lay_out_all(std::vector<Slab>& sl
   std::vector<CheckpointPatch> all = ranks_.gather_all<CheckpointPatch>(own);
   lay_out(all);
   for (Slab& slab : slabs)
-    slab.patch = *std::lower_bound(
-        all.begin(), all.end(), slab.patch.id,
-        [](const CheckpointPatch& patch, Index id) { return patch.id < id; });
+    slab.patch =
+        *std::lower_bound(all.begin(), all.end(), slab.patch.id,
+                          [](const CheckpointPatch& patch, Index id) { return patch.id < id; });
   return all;
 }
 
@@ -145,8 +145,8 @@ bool CheckpointWriter::progress() {
 void CheckpointWriter::agreed(bool all_written) {
   if (!all_written) {
     if (!failure_)
-      failure_ = std::make_exception_ptr(IoError(fmt::format(
-          "cannot write {}: another rank could not write its part", target_.string())));
+      failure_ = std::make_exception_ptr(IoError(
+          fmt::format("cannot write {}: another rank could not write its part", target_.string())));
     forget();
   } else if (ranks_.rank() == 0) {
     phase_ = Phase::completing;
@@ -171,8 +171,14 @@ void CheckpointWriter::forget() {
 }
 
 void CheckpointWriter::finish() {
-  if (thread_.joinable()) thread_done_.wait(false);
-  while (!progress()) std::this_thread::sleep_for(std::chrono::microseconds(100));
+  const bool alone = !ranks_.several() && !options_.while_waiting;
+  while (!progress()) {
+    if (options_.while_waiting) options_.while_waiting();
+    if (alone)
+      thread_done_.wait(false);
+    else
+      std::this_thread::sleep_for(std::chrono::microseconds(100));
+  }
 }
 
 }  // namespace lahar

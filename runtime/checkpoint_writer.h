@@ -28,12 +28,14 @@ struct CheckpointOptions {
   /// Brings to the disk what an undisturbed run has written before the checkpoint (RunFolder::
   /// sync()); called on rank 0 by the background thread before the checkpoint gets its name.
   std::function<void()> before_complete;
+  /// Called again and again by finish() while it waits: for what before_complete may need.
+  std::function<void()> while_waiting;
 };
 
-/// Writes FOLDER/checkpoint_STEP.h5. A checkpoint is complete or absent: it is written under another
-/// name, brought to the disk by every rank, and gets its name when all are done. The background
-/// thread never calls MPI. Members throw IoError of the checkpoint under way, on all ranks where
-/// one of them could not write its part.
+/// Writes FOLDER/checkpoint_STEP.h5. A checkpoint is complete or absent: it is written under
+/// another name, brought to the disk by every rank, and gets its name when all are done. The
+/// background thread never calls MPI. Members throw IoError of the checkpoint under way, on all
+/// ranks where one of them could not write its part.
 class CheckpointWriter {
  public:
   /// Collective.

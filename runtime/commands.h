@@ -25,7 +25,7 @@ struct RunArguments {
   std::string restart;   ///< go on from: a checkpoint, or "latest"; empty = from the beginning
   std::optional<Index> checkpoint_steps;     ///< instead of the scenario's
   std::optional<double> checkpoint_minutes;  ///< the same
-  int ranks = 0;         ///< check: show the partition over so many; 0 = none
+  int ranks = 0;                             ///< check: show the partition over so many; 0 = none
   std::vector<std::string> command;
 };
 

@@ -84,18 +84,21 @@ int run_program(int argc, char** argv) {
   run_app->add_flag("--serial", serial, "Plain loop instead of the task graph; same results");
   run_app->add_option("--output,-o", run.output, "Run folder (default: the scenario's)");
   run_app->add_flag("--overwrite", run.overwrite, "Replace the run folder's earlier results");
-  run_app->add_option("--wall-time", run.wall_time,
-                      "Stop after so many seconds, with a checkpoint and exit code 75")
+  run_app
+      ->add_option("--wall-time", run.wall_time,
+                   "Stop after so many seconds, with a checkpoint and exit code 75")
       ->check(CLI::PositiveNumber);
   auto* restart = run_app->add_option("--restart", run.restart,
                                       "Go on with the run in its folder, from its latest "
                                       "checkpoint or from a file");
   restart->type_name("latest|FILE")->excludes("--overwrite");
-  run_app->add_option("--checkpoint-steps", run.checkpoint_steps,
-                      "Steps between checkpoints, 0 for none (default: the scenario's)")
+  run_app
+      ->add_option("--checkpoint-steps", run.checkpoint_steps,
+                   "Steps between checkpoints, 0 for none (default: the scenario's)")
       ->check(CLI::NonNegativeNumber);
-  run_app->add_option("--checkpoint-minutes", run.checkpoint_minutes,
-                      "Minutes between checkpoints, 0 for none (default: the scenario's)")
+  run_app
+      ->add_option("--checkpoint-minutes", run.checkpoint_minutes,
+                   "Minutes between checkpoints, 0 for none (default: the scenario's)")
       ->check(CLI::NonNegativeNumber);
   run_app->add_flag("--quiet,-q", run.quiet, "Only warnings and errors on the terminal");
   run_app->callback([&] {

@@ -36,13 +36,11 @@ struct PackedRun {
 };
 static_assert(std::has_unique_object_representations_v<PackedRun>, "no padding");
 
+/// Runs stay loaded when their loaded particles have left.
 template <int Dim>
 bool any_loads(const Patch<Dim>& patch) {
-  bool any = false;
-  if (patch.particles.loads.empty()) return any;
-  patch.for_each_particle(
-      [&](Local p) { any = any || patch.particles.loads[static_cast<std::size_t>(p)] != 0; });
-  return any;
+  return std::any_of(patch.runs.begin(), patch.runs.end(),
+                     [](const Run& run) { return run.loaded; });
 }
 
 template <int Dim>
@@ -137,8 +135,9 @@ Head read_head(std::span<const std::byte> bytes, const Patch<Dim>& patch) {
   if (bytes.size() < sizeof(Head)) refuse(id, fmt::format("it has {} bytes only", bytes.size()));
   const Head head = Reader(bytes.data()).get<Head>();
   if (head.marker != marker)
-    refuse(id, "it was written by another version of Lahar, or on a machine with another order of "
-               "bytes");
+    refuse(id,
+           "it was written by another version of Lahar, or on a machine with another order of "
+           "bytes");
   const auto expect = [id](const char* what, Index found, Index expected) {
     if (found != expected)
       refuse(id, fmt::format("{} is {} there, {} here", what, found, expected));
@@ -210,9 +209,8 @@ template <int Dim>
 void read_sums(Reader& in, const Head& head, Patch<Dim>& patch, Index step) {
   find_active_nodes(patch);
   if (count_active_nodes(patch) != head.active_nodes)
-    refuse(patch.topology.patch,
-           fmt::format("it has sums of {} nodes, not of the {} of its runs", head.active_nodes,
-                       count_active_nodes(patch)));
+    refuse(patch.topology.patch, fmt::format("it has sums of {} nodes, not of the {} of its runs",
+                                             head.active_nodes, count_active_nodes(patch)));
   if (head.active_nodes == 0) return;
   double* sums = patch.own_sums(NodeSum::mass_momentum, step);
   for (const NodeRange& range : patch.active_nodes)
@@ -286,10 +284,10 @@ std::string column_text(const ColumnLayout<Dim>& layout) {
   return text;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                              \
-  template std::vector<std::byte> pack(const Patch<Dim>&, Index);           \
-  template std::size_t packed_bytes(const Patch<Dim>&);                     \
-  template void unpack(std::span<const std::byte>, Patch<Dim>&, Index);     \
+#define LAHAR_INSTANTIATE(Dim)                                          \
+  template std::vector<std::byte> pack(const Patch<Dim>&, Index);       \
+  template std::size_t packed_bytes(const Patch<Dim>&);                 \
+  template void unpack(std::span<const std::byte>, Patch<Dim>&, Index); \
   template std::string column_text(const ColumnLayout<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

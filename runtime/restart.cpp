@@ -28,8 +28,7 @@ std::string try_open(const fs::path& file, const Ranks& ranks,
 }
 
 [[noreturn]] void refuse(std::string message, std::string hint) {
-  throw InputError(
-      {Problem{.message = std::move(message), .hint = std::move(hint)}});
+  throw InputError({Problem{.message = std::move(message), .hint = std::move(hint)}});
 }
 
 }  // namespace
@@ -80,10 +79,10 @@ std::vector<std::string> check_same_scenario(const CheckpointReader& checkpoint,
   std::string may_differ;
   for (const char* key : allowed_differences())
     may_differ += fmt::format("{}{}", may_differ.empty() ? "" : ", ", key);
-  problems.back().hint =
-      fmt::format("{} was made with another scenario. A run can go on with the same one only; "
-                  "what may differ: {}",
-                  checkpoint.file().string(), may_differ);
+  problems.back().hint = fmt::format(
+      "{} was made with another scenario. A run can go on with the same one only; "
+      "what may differ: {}",
+      checkpoint.file().string(), may_differ);
   throw InputError(std::move(problems));
 }
 

@@ -22,11 +22,11 @@ std::unique_ptr<CheckpointReader> open_checkpoint(
     const std::string& which, const std::filesystem::path& folder, const Ranks& ranks,
     const std::function<void(const std::string&)>& warn);
 
-/// Compare a scenario, and its side files as in `now`, with those of the checkpoint. Returns what differs and may, as lines for
-/// the terminal. Throws InputError with all that must not (allowed_differences()).
+/// Compare a scenario, and its side files as in `now`, with those of the checkpoint. Returns what
+/// differs and may, as lines for the terminal. Throws InputError with all that must not
+/// (allowed_differences()).
 std::vector<std::string> check_same_scenario(const CheckpointReader& checkpoint,
-                                             const CheckpointHeader& now,
-                                             const Scenario& scenario);
+                                             const CheckpointHeader& now, const Scenario& scenario);
 
 /// The state in a checkpoint, of which only what is asked for is read. It must not outlive the
 /// reader.

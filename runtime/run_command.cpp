@@ -121,10 +121,10 @@ std::unique_ptr<Simulation<Dim>> make_simulation(const Scenario& scenario, Model
                                                  Observer observer = {},
                                                  const CheckpointReader* checkpoint = nullptr) {
   try {
-    return checkpoint ? std::make_unique<Simulation<Dim>>(std::move(model), options,
-                                                          std::move(observer), state_in(*checkpoint))
-                      : std::make_unique<Simulation<Dim>>(std::move(model), options,
-                                                          std::move(observer));
+    return checkpoint
+               ? std::make_unique<Simulation<Dim>>(std::move(model), options, std::move(observer),
+                                                   state_in(*checkpoint))
+               : std::make_unique<Simulation<Dim>>(std::move(model), options, std::move(observer));
   } catch (const InputError& error) {
     std::vector<Problem> placed;
     for (const Problem& problem : error.problems()) placed.push_back(scenario.place(problem));
@@ -183,7 +183,7 @@ class CaseRun {
     make_folder(simulation, {std::move(about), scenario_.text, scenario_.full});
     console_.log_to([this](const std::string& line) { folder_->log(line); });
     console_.line(fmt::format("output     {}", output_.folder));
-    if (restart_) describe_restart();
+    if (restart_) describe_restart(simulation);
     console_.line("");
     console_.line(progress_head());
     if (!restart_) {
@@ -202,9 +202,10 @@ class CaseRun {
     const CheckpointHeader& header = restart_->header();
     if (header.version != header_.version || header.commit != header_.commit ||
         header.compiler != header_.compiler)
-      warn(fmt::format("{} was written by another build of Lahar ({} {}, {}); results may differ "
-                       "from those of an undisturbed run by rounding.",
-                       restart_->file().string(), header.version, header.commit, header.compiler));
+      warn(
+          fmt::format("{} was written by another build of Lahar ({} {}, {}); results may differ "
+                      "from those of an undisturbed run by rounding.",
+                      restart_->file().string(), header.version, header.commit, header.compiler));
   }
 
   void warn(const std::string& text) {
@@ -245,11 +246,13 @@ class CaseRun {
                                        checkpoint_folder(output_.folder), error);
   }
 
-  void describe_restart() {
+  void describe_restart(const Simulation<Dim>& simulation) {
     const RunState& run = restart_->header().run;
     console_.line(fmt::format("restart    from step {}, {:.6g} s: {}", run.step, run.time,
                               restart_->file().string()));
     for (const std::string& text : allowed_differences_) console_.line("           " + text);
+    if (simulation.finished())
+      console_.line("           no step is left: to go on, raise analysis.nsteps or end_time");
   }
 
   void warn_of_unstable_step(const SimulationInfo& info) {
@@ -311,7 +314,8 @@ class CaseRun {
 
   void print_row(const HistoryRow& row) {
     const double done = std::min(1.0, share(row.step, row.time));
-    const double left = seconds_since(loop_begin_) * (1 - done) / (done - first_share_);
+    const double done_here = std::max(done - first_share_, 1e-9);
+    const double left = seconds_since(loop_begin_) * (1 - done) / done_here;
     console_.line(progress_line(row, energy_scale_, rate(row.step), left));
     printed_ = row.step;
   }
@@ -335,8 +339,7 @@ class CaseRun {
       simulation.run();
       if (!simulation.finished()) {
         end.status = RunStatus::stopped;
-        end.message =
-            stop_signal() != 0 ? fmt::format("signal {}", stop_signal()) : "wall time";
+        end.message = stop_signal() != 0 ? fmt::format("signal {}", stop_signal()) : "wall time";
         code = exit_stopped;
       }
     } catch (const SimulationError& error) {
@@ -434,7 +437,9 @@ int run_command(const RunArguments& arguments) {
   console.line("built with " + compiler_line());
   Scenario scenario = read(arguments, console);
   return std::visit(
-      [&]<int Dim>(const Model<Dim>&) { return CaseRun<Dim>(arguments, scenario, console).execute(); },
+      [&]<int Dim>(const Model<Dim>&) {
+        return CaseRun<Dim>(arguments, scenario, console).execute();
+      },
       scenario.model);
 }
 

@@ -141,17 +141,24 @@ struct Simulation<Dim>::Impl {
     else
       limit_steps_by_time();
     if (step > nsteps)
-      throw InputError({Problem{
-          .where = "/analysis/nsteps",
-          .message = fmt::format("the run ends with step {}, but is to go on from step {}", nsteps,
-                                 step),
-          .hint = "raise nsteps, or go on from an earlier checkpoint"}});
+      throw InputError(
+          {Problem{.where = "/analysis/nsteps",
+                   .message = fmt::format("the run ends with step {}, but is to go on from step {}",
+                                          nsteps, step),
+                   .hint = "raise nsteps, or go on from an earlier checkpoint"}});
   }
 
   void restore_dt(double last_dt) {
     if (step > 0) dt[step - 1] = last_dt;
-    const double left = model.analysis.end_time - start_time[step];
-    if (left <= last_dt * rounding_of_time) nsteps = std::min(nsteps, step);
+    const double left = model.analysis.end_time - start_time[step],
+                 rounding = last_dt * rounding_of_time;
+    if (left < -rounding)
+      throw InputError(
+          {Problem{.where = "/analysis/end_time",
+                   .message = fmt::format("the run ends at {:.6g} s, but is to go on from {:.6g} s",
+                                          model.analysis.end_time, start_time[step]),
+                   .hint = "raise end_time, or go on from an earlier checkpoint"}});
+    if (left <= rounding) nsteps = std::min(nsteps, step);
     if (step < nsteps) set_dt_from(step, last_limit);
   }
 
@@ -218,6 +225,7 @@ struct Simulation<Dim>::Impl {
   void set_first_dt() {
     const TimeStep& plan = model.analysis.step;
     const double limit = present_limit();
+    if (plan.adaptive) last_limit = limit;
     dt[0] = plan.adaptive ? std::min(adaptive_dt(limit), model.analysis.end_time) : plan.dt;
     start_time[0] = 0.0;
     start_time[1] = dt[0];
@@ -250,7 +258,9 @@ struct Simulation<Dim>::Impl {
   }
 
   /// dt of `step` and, with it, the time at which the next one begins.
-  void set_dt(Step step) { set_dt_from(step, least_limit()); }
+  void set_dt(Step step) {
+    set_dt_from(step, least_limit());
+  }
 
   void set_dt_from(Step step, double limit) {
     // Without particles there is no limit: go on as before.

@@ -91,9 +91,9 @@ class Simulation {
   HistoryRow history() const;  ///< present sums
   /// Present state, without a copy: good until the next call of advance().
   SimulationState state() const;
-  Index step() const;          ///< steps done
-  double time() const;         ///< [s]
-  bool finished() const;       ///< no step left to take
+  Index step() const;     ///< steps done
+  double time() const;    ///< [s]
+  bool finished() const;  ///< no step left to take
 
   SimulationInfo info() const;
   std::vector<StageTiming> timings() const;

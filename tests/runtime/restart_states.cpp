@@ -33,7 +33,9 @@ struct StoredState {
 };
 
 std::string difference(const StoredState& a, const StoredState& b) {
-  CheckpointHeader x{.run = a.run}, y{.run = b.run};
+  CheckpointHeader x, y;
+  x.run = a.run;
+  y.run = b.run;
   if (header_text(x) != header_text(y)) return header_text(x) + " against " + header_text(y);
   if (a.patches != b.patches) return "other patches";
   for (std::size_t i = 0; i < a.patches.size(); ++i)
