@@ -67,8 +67,8 @@ struct OnePatch {
     return x;
   }
   double sum(NodeSum which, Local n, int component) const {
-    return patch.own_sums(
-        which, 0)[static_cast<std::size_t>(n) * sum_stride + static_cast<std::size_t>(component)];
+    return patch.own_sums(which, 0)[static_cast<std::size_t>(n) * sum_stride +
+                                    static_cast<std::size_t>(component)];
   }
 
   StepContext<Dim> context() const { return {&model, &partition, 0, time, dt}; }
