@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -43,7 +44,8 @@ void CheckpointWriter::write(const CheckpointHeader& header, const SimulationSta
 
 /// Checksums of all patches; their bytes too where there is memory for them.
 std::vector<CheckpointWriter::Slab> CheckpointWriter::pack_all(const SimulationState& state) const {
-  const bool copy = state.size <= options_.copied_bytes;
+  const Index size = std::accumulate(state.sizes.begin(), state.sizes.end(), Index{0});
+  const bool copy = static_cast<std::size_t>(size) <= options_.copied_bytes;
   std::vector<Slab> slabs(state.patches.size());
   parallel_for(options_.threads, static_cast<int>(slabs.size()), [&](int k) {
     const auto i = static_cast<std::size_t>(k);

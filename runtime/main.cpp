@@ -30,14 +30,13 @@ void add_scenario(CLI::App& command, std::string& scenario, ScenarioOptions& opt
                    "Run what CB-Geo MPM would have run (it ignores \"stress_update\")");
 }
 
-/// One rank only, for now: refuse rather than run the same case several times.
-void refuse_several_ranks() {
-  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
-    if (const char* size = std::getenv(name); size && std::atoi(size) > 1)
-      throw InputError(
-          fmt::format("running on {} MPI ranks is not supported yet. Start lahar without "
-                      "mpirun; it uses all cores of the machine.",
-                      size));
+/// Refuse rather than do the same several times.
+void refuse_several_ranks(const char* command) {
+  if (const Ranks ranks = Ranks::world(); ranks.several())
+    throw InputError(
+        fmt::format("`lahar {}` is not for several ranks, found {}; only `lahar run` is. Start it "
+                    "without mpirun.",
+                    command, ranks.size()));
 }
 
 int export_command(const std::string& run, const std::string& format, const std::string& step,
@@ -64,14 +63,15 @@ int run_program(int argc, char** argv) {
   CLI::App app{
       "Material Point Method engine: large deformations of soils, fluids and solids.\n"
       "A time step is a graph of tasks over patches of the mesh; results are the same to the\n"
-      "last bit on any number of threads.",
+      "last bit on any number of threads and MPI ranks (mpirun lahar run ...).",
       "lahar"};
   app.set_version_flag("--version", "lahar " + version_line());
   app.require_subcommand(1);
   app.footer(
       "Start with:  lahar run examples/plate-with-hole.json\n"
       "Exit codes: 0 finished, 1 internal error or comparison failed, 2 invalid input,\n"
-      "3 simulation failed, 4 file failure, 75 stopped on request.");
+      "3 simulation failed, 4 file failure, 5 ranks of MPI cannot work together,\n"
+      "75 stopped on request.");
   int code = exit_ok;
 
   RunArguments run;
@@ -102,7 +102,7 @@ int run_program(int argc, char** argv) {
       ->check(CLI::NonNegativeNumber);
   run_app->add_flag("--quiet,-q", run.quiet, "Only warnings and errors on the terminal");
   run_app->callback([&] {
-    refuse_several_ranks();
+    run.execution.ranks = Ranks::world();
     if (serial) run.execution.mode = ExecutionOptions::Mode::serial;
     code = run_command(run);
   });
@@ -172,7 +172,7 @@ int run_program(int argc, char** argv) {
   verify_app->add_flag("--published", verify.published,
                        "Time step and duration as published: minutes instead of seconds");
   verify_app->callback([&] {
-    refuse_several_ranks();
+    refuse_several_ranks("verify");
     code = verify_command(verify);
   });
 
@@ -197,7 +197,7 @@ int run_program(int argc, char** argv) {
   bench_app->add_option("--compare", bench.compare, "Result (JSON) to compare with");
   bench_app->add_option("--from", bench.from, "Report a result (JSON) instead of measuring");
   bench_app->callback([&] {
-    refuse_several_ranks();
+    refuse_several_ranks("bench");
     code = bench_command(bench);
   });
 
@@ -224,33 +224,51 @@ int run_program(int argc, char** argv) {
 
 }  // namespace lahar
 
-int main(int argc, char** argv) {
-  using namespace lahar;
+namespace lahar {
+
+namespace {
+
+/// Says what went wrong, on all ranks that know; returns the exit code.
+int leave(int code, const std::string& message) {
+  MpiSession::leave(code, message);
+  return code;
+}
+
+int guarded(int argc, char** argv) {
   try {
     const int code = run_program(argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout))
       throw IoError("standard output could not be written");
     return code;
   } catch (const InputError& error) {
-    fmt::print(stderr, "{}", format_problems(error.problems(), "error", use_colour(STDERR_FILENO)));
-    return exit_input;
+    return leave(exit_input, format_problems(error.problems(), "error", use_colour(STDERR_FILENO)));
   } catch (const IoError& error) {
-    fmt::print(stderr, "lahar: error: {}\n", error.what());
-    return exit_file;
+    return leave(exit_file, fmt::format("lahar: error: {}\n", error.what()));
   } catch (const SimulationError& error) {
-    fmt::print(stderr, "lahar: error: {}\n", error.what());
-    return exit_simulation;
+    return leave(exit_simulation, fmt::format("lahar: error: {}\n", error.what()));
+  } catch (const RankError& error) {
+    return leave(exit_rank, fmt::format("lahar: error: {}\n", error.what()));
   } catch (const std::bad_alloc&) {
-    fmt::print(
-        stderr,
-        "lahar: error: not enough memory. Use fewer cells or particles; `lahar check` prints "
-        "what a case holds.\n");
-    return exit_file;
+    return leave(exit_file,
+                 "lahar: error: not enough memory. Use fewer cells or particles; `lahar check` "
+                 "prints what a case holds.\n");
   } catch (const std::system_error& error) {
-    fmt::print(stderr, "lahar: error: {}\n", error.what());
-    return exit_file;
+    return leave(exit_file, fmt::format("lahar: error: {}\n", error.what()));
   } catch (const std::exception& error) {
-    fmt::print(stderr, "lahar: internal error: {}\n", error.what());
-    return exit_internal;
+    return leave(exit_internal, fmt::format("lahar: internal error: {}\n", error.what()));
+  }
+}
+
+}  // namespace
+
+}  // namespace lahar
+
+int main(int argc, char** argv) {
+  try {
+    const lahar::MpiSession session(argc, argv);
+    return lahar::guarded(argc, argv);
+  } catch (const lahar::RankError& error) {
+    fmt::print(stderr, "lahar: error: {}\n", error.what());
+    return lahar::exit_rank;
   }
 }

@@ -87,10 +87,10 @@ std::vector<std::string> check_same_scenario(const CheckpointReader& checkpoint,
 }
 
 SimulationState state_in(const CheckpointReader& checkpoint) {
-  SimulationState state{.run = checkpoint.header().run, .patches = {}, .size = 0, .bytes = {}};
+  SimulationState state{.run = checkpoint.header().run, .patches = {}, .sizes = {}, .bytes = {}};
   for (const CheckpointPatch& patch : checkpoint.patches()) {
     state.patches.push_back(patch.id);
-    state.size += static_cast<std::size_t>(patch.bytes);
+    state.sizes.push_back(patch.bytes);
   }
   state.bytes = [&checkpoint](std::size_t i) { return checkpoint.patch(i); };
   return state;

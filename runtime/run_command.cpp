@@ -1,6 +1,7 @@
 /// `lahar run` and `lahar check`.
 #include <fmt/format.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -40,9 +41,10 @@ Model<Dim> without_particles(const Model<Dim>& model) {
 
 template <int Dim>
 void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
-              const TimeStep& plan) {
+              const TimeStep& plan, int ranks = 1) {
   console.line(fmt::format("case       {}", model.title.empty() ? "(untitled)" : model.title));
-  console.line(fmt::format("threads    {} on 1 rank", info.threads));
+  console.line(ranks == 1 ? fmt::format("threads    {} on 1 rank", info.threads)
+                          : fmt::format("threads    {} on each of {} ranks", info.threads, ranks));
   console.line(fmt::format("mesh       {} cells, {} nodes ({})", format_count(info.cells),
                            format_count(info.nodes),
                            model.mesh->is_structured()  ? "structured"
@@ -150,6 +152,7 @@ class CaseRun {
       : arguments_(arguments),
         scenario_(scenario),
         console_(console),
+        ranks_(arguments.execution.ranks),
         outline_(std::get<Model<Dim>>(scenario.model).analysis),
         output_(std::get<Model<Dim>>(scenario.model).output) {
     if (!arguments.output.empty()) output_.folder = arguments.output;
@@ -174,29 +177,26 @@ class CaseRun {
     first_step_ = simulation.step();
     first_share_ = share(simulation.step(), simulation.time());
     steps_ = planned_steps(info);
-    describe(console_, header, info, outline_.step);
+    describe(console_, header, info, outline_.step, ranks_.size());
     warn_of_unstable_step(info);
 
     RunInfo about = run_info(arguments_, scenario_);
     add_model(about, header, info);
     about.steps = steps_;
-    make_folder(simulation, {std::move(about), scenario_.text, scenario_.full});
-    console_.log_to([this](const std::string& line) { folder_->log(line); });
+    about.ranks = ranks_.size();
+    make_folder(std::move(about));
+    begin_checkpoints(info);
     console_.line(fmt::format("output     {}", output_.folder));
     if (restart_) describe_restart(simulation);
     console_.line("");
     console_.line(progress_head());
-    if (!restart_) {
-      folder_->history(simulation.history());
-      if (output_.frame_steps > 0) write_frame(simulation);
-    }
-    restart_.reset();
+    write_beginning(simulation);
     return step_to_the_end(simulation);
   }
 
  private:
   void open_checkpoint_to_restart() {
-    restart_ = open_checkpoint(arguments_.restart, output_.folder, arguments_.execution.ranks,
+    restart_ = open_checkpoint(arguments_.restart, output_.folder, ranks_,
                                [this](const std::string& text) { warn(text); });
     allowed_differences_ = check_same_scenario(*restart_, header_, scenario_);
     const CheckpointHeader& header = restart_->header();
@@ -213,31 +213,47 @@ class CaseRun {
     console_.warn("lahar: warning: " + text);
   }
 
-  /// A new folder, or the one of the run that goes on. Where an undisturbed run has a row and a
-  /// frame at the step of the checkpoint, so does this one.
-  void make_folder(const Simulation<Dim>& simulation, RunFolderContents contents) {
-    if (!restart_) {
-      folder_ = std::make_unique<RunFolder>(output_.folder, contents, arguments_.overwrite);
-    } else {
-      const RunState& run = restart_->header().run;
-      const auto due = [&](Index every) { return every > 0 && run.step % every == 0; };
-      const Index row_steps = output_.history_steps > 0 ? output_.history_steps : run.history_steps;
-      const RunContinuation from{.step = run.step,
-                                 .time = run.time,
-                                 .has_row = due(row_steps),
-                                 .has_frame = due(output_.frame_steps),
-                                 .checkpoint = restart_->file().string()};
-      folder_ = std::make_unique<RunFolder>(output_.folder, contents, from);
-      if (from.has_row) last_row_ = simulation.history();
-      if (from.has_frame) last_frame_ = run.step;
-    }
+  /// Where an undisturbed run has a row and a frame at the step of the checkpoint, so does this one.
+  RunContinuation continuation() const {
+    const RunState& run = restart_->header().run;
+    const auto due = [&](Index every) { return every > 0 && run.step % every == 0; };
+    return {.step = run.step,
+            .time = run.time,
+            .has_row = due(output_.history_steps > 0 ? output_.history_steps : run.history_steps),
+            .has_frame = due(output_.frame_steps),
+            .checkpoint = restart_->file().string()};
+  }
+
+  /// A new folder, or the one of the run that goes on.
+  std::unique_ptr<RunFolder> new_folder(RunInfo about) const {
+    const RunFolderContents contents{std::move(about), scenario_.text, scenario_.full};
+    return restart_ ? std::make_unique<RunFolder>(output_.folder, contents, continuation())
+                    : std::make_unique<RunFolder>(output_.folder, contents, arguments_.overwrite);
+  }
+
+  void begin_checkpoints(const SimulationInfo& info) {
     checkpoints_.emplace(header_, output_.checkpoint_minutes,
                          CheckpointOptions{.folder = checkpoint_folder(output_.folder),
                                            .kept = output_.checkpoints_kept,
-                                           .threads = simulation.info().threads,
-                                           .before_complete = [this] { folder_->sync(); }},
-                         arguments_.execution.ranks);
+                                           .threads = info.threads,
+                                           .before_complete = [this] { folder_->sync(); },
+                                           .while_waiting = {}},
+                         ranks_);
     if (restart_ && is_in_folder(*restart_)) checkpoints_->is_at(restart_->header().run.step);
+  }
+
+  /// The first row and frame; a run that goes on has them.
+  void write_beginning(Simulation<Dim>& simulation) {
+    const HistoryRow row = simulation.history();
+    if (!restart_) {
+      write_row(row);
+      if (output_.frame_steps > 0) write_frame(simulation);
+      return;
+    }
+    const RunContinuation from = continuation();
+    if (from.has_row) last_row_ = row;
+    if (from.has_frame) last_frame_ = from.step;
+    restart_.reset();
   }
 
   bool is_in_folder(const CheckpointReader& checkpoint) const {
@@ -253,6 +269,28 @@ class CaseRun {
     for (const std::string& text : allowed_differences_) console_.line("           " + text);
     if (simulation.finished())
       console_.line("           no step is left: to go on, raise analysis.nsteps or end_time");
+  }
+
+  /// Rank 0 has the folder; a mistake there is one of all.
+  void make_folder(RunInfo about) {
+    std::vector<Problem> problems;
+    if (ranks_.rank() == 0) {
+      try {
+        folder_ = new_folder(std::move(about));
+        console_.log_to([this](const std::string& line) { folder_->log(line); });
+      } catch (const InputError& error) {
+        problems = error.problems();
+      }
+    }
+    if (!ranks_.any(!problems.empty())) return;
+    std::string text = problems.empty() ? "" : problems.front().message;
+    ranks_.broadcast(text);
+    if (problems.empty()) problems.push_back({.message = text});
+    throw InputError(problems);
+  }
+
+  void write_row(const HistoryRow& row) {
+    if (folder_) folder_->history(row);
   }
 
   void warn_of_unstable_step(const SimulationInfo& info) {
@@ -274,27 +312,30 @@ class CaseRun {
   Observer observer() {
     return {[this](Frame&& frame) {
               last_frame_ = frame.step;
-              folder_->write(std::move(frame));
+              if (folder_) folder_->write(std::move(frame));
             },
             [this](const HistoryRow& row) { on_history(row); },
             [this](const FrameStream& frame) {
               last_frame_ = frame.header.step;
-              folder_->write(frame);
+              if (folder_) folder_->write(frame);
             },
             [this](Index step, double time) { return on_step(step, time); },
             [this](const SimulationState& state) { checkpoints_->write(state); },
-            [this] { return checkpoints_->wanted(); }};
+            [this] { return checkpoints_->wanted(); },
+            [this] { checkpoints_->progress(); }};
   }
 
   void write_frame(const Simulation<Dim>& simulation) {
-    if (const auto stream = simulation.stream())
+    if (const auto stream = simulation.stream()) {
       folder_->write(*stream);
-    else
-      folder_->write(simulation.frame());
+      return;
+    }
+    Frame frame = simulation.frame();
+    if (folder_) folder_->write(std::move(frame));
   }
 
   void on_history(const HistoryRow& row) {
-    folder_->history(row);
+    write_row(row);
     last_row_ = row;
     const double scale = std::max({row.kinetic, std::abs(row.internal), std::abs(row.external)});
     energy_scale_ = std::max(energy_scale_, scale);
@@ -352,7 +393,7 @@ class CaseRun {
       checkpoints_->write(simulation.state());
     if (code != exit_simulation) {
       const HistoryRow row = simulation.history();
-      if (last_row_.step != row.step) folder_->history(row);
+      if (last_row_.step != row.step) write_row(row);
       if (printed_ != row.step && row.step > 0) print_row(row);
     }
     if (last_frame_ != simulation.step()) write_frame(simulation);
@@ -362,7 +403,8 @@ class CaseRun {
     end.steps = simulation.step();
     end.time = simulation.time();
     for (const Problem& warning : scenario_.warnings) end.warnings.push_back(warning.message);
-    folder_->finish(end);
+    if (folder_) folder_->finish(end);
+    ranks_.wait_for_all();
     return code;
   }
 
@@ -406,6 +448,7 @@ class CaseRun {
   const RunArguments& arguments_;
   Scenario& scenario_;
   Console& console_;
+  Ranks ranks_;
   Analysis outline_;
   OutputPlan output_;
   CheckpointHeader header_;                    ///< of checkpoints that are written
@@ -428,14 +471,41 @@ Scenario read(const RunArguments& arguments, Console& console) {
   return scenario;
 }
 
+/// All ranks must compute the same, to the last bit, or the result would be nobody's.
+void check_alike(const RunArguments& arguments, const Scenario& scenario) {
+  const Ranks& ranks = arguments.execution.ranks;
+  if (!ranks.several()) return;
+  std::string options = scenario.full + fmt::format("{}", arguments.options.as_cbgeo);
+  for (const auto& file : scenario.side_files) options += sha256_of_file(file);
+  const std::array texts{version_line() + compiler_line(), scenario.text, options};
+  const std::array names{"programs (version, commit or compiler)", "scenario files",
+                         "options or side files"};
+  for (std::size_t k = 0; k < texts.size(); ++k) {
+    const std::string own = sha256(texts[k]);
+    const std::vector<char> all = ranks.gather_all(std::span<const char>(own));
+    std::string different;
+    for (std::size_t r = 1; r < static_cast<std::size_t>(ranks.size()); ++r)
+      if (!std::equal(all.begin(), all.begin() + 64, all.begin() + static_cast<int>(64 * r)))
+        different += fmt::format("{}{}", different.empty() ? "" : ", ", r);
+    if (!different.empty())
+      throw RankError(
+          fmt::format("the ranks were started with different {}: rank 0 against {}. "
+                      "Start all of them with the same.",
+                      names[k], different));
+  }
+}
+
 }  // namespace
 
 int run_command(const RunArguments& arguments) {
   watch_signals();
-  Console console(arguments.quiet);
+  Console console(arguments.execution.ranks.rank() > 0 ? Console::Voice::silent
+                  : arguments.quiet                    ? Console::Voice::quiet
+                                                       : Console::Voice::normal);
   console.line("Lahar " + version_line());
   console.line("built with " + compiler_line());
   Scenario scenario = read(arguments, console);
+  check_alike(arguments, scenario);
   return std::visit(
       [&]<int Dim>(const Model<Dim>&) {
         return CaseRun<Dim>(arguments, scenario, console).execute();

@@ -15,10 +15,12 @@
 #include "physics/error.h"
 #include "physics/kernels.h"
 #include "physics/law.h"
+#include "runtime/exact_sum.h"
 #include "runtime/failure.h"
 #include "runtime/frame_assembler.h"
 #include "runtime/patch_set.h"
 #include "runtime/patch_state.h"
+#include "runtime/rank_exchange.h"
 #include "runtime/snapshot.h"
 #include "runtime/stage_clock.h"
 #include "runtime/timestep.h"
@@ -70,6 +72,45 @@ class BorrowedNodalState {
   Patch<Dim>& patch_;
 };
 
+/// The sums of a history row, each exact, as elements that are added over patches and ranks in any
+/// order.
+class RowSums {
+ public:
+  void add(const HistoryRow& row) {
+    particles_ += row.particles;
+    const std::array<double, n_sums> terms{row.mass,        row.momentum[0], row.momentum[1],
+                                           row.momentum[2], row.kinetic,     row.internal,
+                                           row.external,    row.damping};
+    for (std::size_t k = 0; k < n_sums; ++k) sums_[k] += terms[k];
+  }
+  std::vector<Index> elements() const {
+    std::vector<Index> all{particles_};
+    for (const ExactSum& sum : sums_)
+      all.insert(all.end(), sum.elements().begin(), sum.elements().end());
+    return all;
+  }
+  static HistoryRow row(std::span<const Index> elements, double max_speed) {
+    std::array<double, n_sums> value;
+    for (std::size_t k = 0; k < n_sums; ++k)
+      value[k] = ExactSum(elements.subspan(1 + k * ExactSum::size).first<ExactSum::size>()).value();
+    HistoryRow row;
+    row.particles = elements[0];
+    row.mass = value[0];
+    row.momentum = {value[1], value[2], value[3]};
+    row.kinetic = value[4];
+    row.internal = value[5];
+    row.external = value[6];
+    row.damping = value[7];
+    row.max_speed = max_speed;
+    return row;
+  }
+
+ private:
+  static constexpr std::size_t n_sums = 8;
+  Index particles_ = 0;
+  std::array<ExactSum, n_sums> sums_;
+};
+
 /// A history row about every 1 % of the run where the scenario does not say.
 Index history_interval(const OutputPlan& plan, double steps) {
   return plan.history_steps > 0 ? plan.history_steps
@@ -87,6 +128,7 @@ struct Simulation<Dim>::Impl {
         model(std::move(model_in)),
         stages(timestep<Dim>(model.analysis)),
         phases(phases_of(stage_list())),
+        ranks(options.ranks),
         patches(make_patches(state)) {
     seconds_per_tick();  // from now on
     if (options.threads <= 0) options.threads = available_threads();
@@ -95,9 +137,10 @@ struct Simulation<Dim>::Impl {
       wave_speed_bound =
           std::max(wave_speed_bound,
                    wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
-    if (patches.size() > 0)
-      frame_size = frame_bytes(patches[0].particles.layout(), model, patches.particles());
-    if (observer.frame && !streams())
+    if (ranks.several() && options.mode != ExecutionOptions::Mode::flow_graph)
+      throw InputError("only the task graph runs on several ranks; leave out --serial");
+    frame_size = frame_bytes(patches.layout(), model, patches.particles());
+    if (observer.frame && !streams() && !ranks.several())
       assembler.emplace([this](Frame&& frame) { observer.frame(std::move(frame)); });
     if (state)
       restore(state->run);
@@ -111,8 +154,10 @@ struct Simulation<Dim>::Impl {
   PatchSet<Dim> make_patches(const SimulationState* state) {
     const int threads = options.mode == ExecutionOptions::Mode::flow_graph ? options.threads : 1;
     const NodeSumCopies copies = node_sum_copies(model.analysis);
-    return state ? PatchSet<Dim>(model, options.support_rings, copies, *state, threads)
-                 : PatchSet<Dim>(model, options.support_rings, copies, threads);
+    const SumMessages messages = message_of_sums(stages);
+    return state ? PatchSet<Dim>(model, options.support_rings, copies, *state, threads, ranks,
+                                 messages)
+                 : PatchSet<Dim>(model, options.support_rings, copies, threads, ranks, messages);
   }
 
   void start() {
@@ -129,7 +174,7 @@ struct Simulation<Dim>::Impl {
   /// Go on from the numbers of a state whose patches exist already.
   void restore(const RunState& run) {
     step = run.step;
-    removed = run.removed;
+    removed = ranks.rank() == 0 ? run.removed : 0;
     work = run.work;
     start_row.kinetic = run.kinetic_at_start;
     history_steps = model.output.history_steps > 0 ? model.output.history_steps : run.history_steps;
@@ -159,7 +204,7 @@ struct Simulation<Dim>::Impl {
                                           model.analysis.end_time, start_time[step]),
                    .hint = "raise end_time, or go on from an earlier checkpoint"}});
     if (left <= rounding) nsteps = std::min(nsteps, step);
-    if (step < nsteps) set_dt_from(step, last_limit);
+    if (step < nsteps) set_dt(step, last_limit);
   }
 
   RunState run_state() const {
@@ -168,8 +213,8 @@ struct Simulation<Dim>::Impl {
             .time = time_at(step),
             .dt = step > 0 ? dt_of(step - 1) : 0.0,
             .dt_limit = last_limit,
-            .particles = patches.particles(),
-            .removed = removed,
+            .particles = ranks.sum(patches.particles()),
+            .removed = ranks.sum(removed),
             .history_steps = history_steps,
             .work = work,
             .kinetic_at_start = start_row.kinetic,
@@ -179,13 +224,13 @@ struct Simulation<Dim>::Impl {
   }
 
   SimulationState present_state() const {
-    SimulationState state{.run = run_state(), .patches = {}, .size = 0, .bytes = {}};
+    SimulationState state{.run = run_state(), .patches = {}, .sizes = {}, .bytes = {}};
     std::vector<int> position;
     for (int i = 0; i < patches.size(); ++i) {
       if (!has_state(patches[i])) continue;
       position.push_back(i);
       state.patches.push_back(patches[i].topology.patch);
-      state.size += packed_bytes(patches[i]);
+      state.sizes.push_back(static_cast<Index>(packed_bytes(patches[i])));
     }
     state.bytes = [this, position](std::size_t i) { return pack(patches[position[i]], step); };
     return state;
@@ -193,12 +238,13 @@ struct Simulation<Dim>::Impl {
 
   bool checkpoint_due() const {
     const Index every = model.output.checkpoint_steps;
-    return observer.checkpoint && (checkpoint_asked || (every > 0 && step % every == 0));
+    return observer.checkpoint && (checkpoint_requested || (every > 0 && step % every == 0));
   }
 
   /// Frames of steps before are handed on first: who continues from here has them.
   void write_checkpoint() {
     checkpoint_asked = false;
+    checkpoint_requested = false;
     if (assembler) assembler->drain();
     observer.checkpoint(present_state());
   }
@@ -215,7 +261,16 @@ struct Simulation<Dim>::Impl {
       if (limit < least && p >= 0) *where = describe_particle(patches[i].particles, p);
       least = std::min(least, limit);
     }
-    return least;
+    const double of_all = ranks.min(least);
+    if (where && ranks.several()) of_one_rank(least == of_all, *where);
+    return of_all;
+  }
+
+  /// The text of the first rank that has it.
+  void of_one_rank(bool has, std::string& text) const {
+    const auto rank = static_cast<Index>(ranks.rank());
+    const Index first = ranks.min(has ? rank : static_cast<Index>(ranks.size()));
+    if (first < ranks.size()) ranks.broadcast(text, static_cast<int>(first));
   }
 
   double adaptive_dt(double limit) const {
@@ -250,8 +305,8 @@ struct Simulation<Dim>::Impl {
                                                              (1 - rounding_of_time))));
   }
 
-  /// The limit that the patches found in the last step.
-  double least_limit() const {
+  /// The least limit that this rank's patches found in the last step.
+  double own_limit() const {
     double limit = std::numeric_limits<double>::infinity();
     for (int i = 0; i < patches.size(); ++i) limit = std::min(limit, patches[i].time_step_limit);
     return limit;
@@ -259,10 +314,9 @@ struct Simulation<Dim>::Impl {
 
   /// dt of `step` and, with it, the time at which the next one begins.
   void set_dt(Step step) {
-    set_dt_from(step, least_limit());
+    set_dt(step, exchange ? agreed_limit[step] : own_limit());
   }
-
-  void set_dt_from(Step step, double limit) {
+  void set_dt(Step step, double limit) {
     // Without particles there is no limit: go on as before.
     dt[step] = std::isfinite(limit) || step == 0 ? adaptive_dt(limit) : dt[step - 1];
     const double left = model.analysis.end_time - start_time[step];
@@ -299,7 +353,8 @@ struct Simulation<Dim>::Impl {
   }
 
   void build_executor() {
-    TaskGraph graph = make_task_graph(tasks_of(phases), patches.neighbours());
+    TaskGraph graph = make_task_graph(tasks_of(phases), patches.neighbours(), ranks.several(),
+                                      static_cast<int>(patches.elsewhere().size()));
     const auto n = static_cast<std::size_t>(patches.size());
     poisoned.assign(n, 0);
     timing.resize(n * stages.size());
@@ -313,8 +368,9 @@ struct Simulation<Dim>::Impl {
         executor = make_random_executor(std::move(graph), std::move(bodies), options.seed);
         break;
       case ExecutionOptions::Mode::flow_graph:
+        connect_ranks();
         executor = make_flow_executor(std::move(graph), std::move(bodies), options.threads,
-                                      options.verify);
+                                      options.verify, exchange.get());
     }
     first_dt_stage = 0;
     for (std::size_t s = 0; s < stages.size(); ++s) {
@@ -324,8 +380,43 @@ struct Simulation<Dim>::Impl {
     }
   }
 
+  void connect_ranks() {
+    if (!ranks.several()) return;
+    exchange.reset();  // its messages are cancelled before there are new ones
+    exchange = std::make_unique<RankExchange<Dim>>(
+        ranks, patches, rank_messages(stages, phases), step,
+        ExchangeCalls{.give = [this](Step s) { return give(s); },
+                      .take = [this](Step s, const Agreement& found) { agreed[s] = found; },
+                      .give_limit = [this] { return own_limit(); },
+                      .take_limit = [this](Step s, double limit) { agreed_limit[s] = limit; },
+                      .failed_step = [this] { return failed_step.load(); },
+                      .failure_elsewhere = [this](Step s) { learn_of_failure(s); },
+                      .others = [this] { poll(); }},
+        InjectedLatency{options.latency});
+  }
+
+  /// By one thread at a time, the one that may call MPI.
+  void poll() {
+    if (!observer.poll || poll_failure) return;
+    try {
+      observer.poll();
+    } catch (...) {  // a full disk, for example
+      poll_failure = std::current_exception();
+      stop_asked = true;
+    }
+  }
+
+  void run_task(int phase, int p, Step step) {
+    if (p >= patches.size()) {
+      exchange->unpack(phase, p - patches.size(), step);
+      return;
+    }
+    run_own_task(phase, p, step);
+    if (exchange) exchange->send(phase, p, step);
+  }
+
   /// A task: one phase of one patch.
-  void run_task(int phase_index, int p, Step step) {
+  void run_own_task(int phase_index, int p, Step step) {
     const Phase& phase = phases[static_cast<std::size_t>(phase_index)];
     Patch<Dim>& patch = patches[p];
     char& poison = poisoned[static_cast<std::size_t>(p)];
@@ -377,7 +468,7 @@ struct Simulation<Dim>::Impl {
     }
     if (phase.first == 0 && patch.needs_surroundings) {
       rebuild_needed.store(true, std::memory_order_relaxed);
-      executor->request_stop(step);
+      request_stop(step);
     }
     if (phase.last > output_index) {
       output(p, step);
@@ -392,10 +483,49 @@ struct Simulation<Dim>::Impl {
     patches[p].mark = {};
     failures.add({step, static_cast<int>(s), p, stages[s].stage.name, time_at(step),
                   patches[p].topology.patch, cause});
-    Step earliest = failed_step.load();
-    while (step < earliest && !failed_step.compare_exchange_weak(earliest, step)) {
+    learn_of_failure(step);
+    request_stop(step);
+  }
+
+  void learn_of_failure(Step step) {
+    lower(failed_step, step);
+  }
+
+  static void lower(std::atomic<Step>& value, Step to) {
+    Step present = value.load();
+    while (to < present && !value.compare_exchange_weak(present, to)) {
     }
+  }
+
+  /// By a task of a step: patches stop together max_lead steps later, those of other ranks because
+  /// they hear of it when they agree that the step is done.
+  void request_stop(Step step) {
+    lower(stop_step, step + max_lead);
     executor->request_stop(step);
+  }
+
+  // --- agreement --------------------------------------------------------------------------------
+
+  /// What this rank knows when its patches have done `step`.
+  Agreement give(Step step) {
+    if (stop_asked.load() || checkpoint_asked.load()) lower(stop_step, step + max_lead);
+    Agreement own;
+    own.least.stop_before = stop_step.load();
+    own.least.failed_step = failed_step.load();
+    own.least.rebuild = rebuild_needed.load() ? -1 : 0;
+    own.least.checkpoint = checkpoint_asked.load() ? -1 : 0;
+    own.least.stop = stop_asked.load() ? -1 : 0;
+    if (history_due(step)) {
+      RowSums sums;
+      double fastest = 0;
+      for (const HistoryRow& part : rows[step]) {
+        sums.add(part);
+        fastest = std::max(fastest, part.max_speed);
+      }
+      own.least.minus_speed = -std::bit_cast<Index>(fastest);
+      own.sum = sums.elements();
+    }
+    return own;
   }
 
   // --- output -----------------------------------------------------------------------------------
@@ -404,7 +534,7 @@ struct Simulation<Dim>::Impl {
     return (step + 1) % history_steps == 0;
   }
   bool frame_due(Step step) const {
-    return (assembler || streams()) && model.output.frame_steps > 0 &&
+    return (assembler || drains_for_frames()) && model.output.frame_steps > 0 &&
            (step + 1) % model.output.frame_steps == 0;
   }
   bool copy_due(Step step) const {
@@ -413,7 +543,10 @@ struct Simulation<Dim>::Impl {
 
   /// Frames are too large to be copied.
   bool streams() const {
-    return observer.stream && frame_size > options.copied_frame_bytes;
+    return observer.stream && frame_size > options.copied_frame_bytes && !ranks.several();
+  }
+  bool drains_for_frames() const {
+    return streams() || (ranks.several() && observer.frame);
   }
 
   /// Where the graph has to drain: at `end`, or before it at a frame that is not copied or at a
@@ -422,7 +555,7 @@ struct Simulation<Dim>::Impl {
     const auto before = [&](bool drains, Index every) {
       if (drains && every > 0) end = std::min<Step>(end, (step / every + 1) * every);
     };
-    before(streams(), model.output.frame_steps);
+    before(drains_for_frames(), model.output.frame_steps);
     before(static_cast<bool>(observer.checkpoint), model.output.checkpoint_steps);
     return end;
   }
@@ -466,16 +599,22 @@ struct Simulation<Dim>::Impl {
       hand_on(step);
     } catch (...) {  // a full disk, for example
       if (!output_failure) output_failure = std::current_exception();
-      executor->request_stop(step);
+      stop_asked = true;
     }
   }
 
   void hand_on(Step step) {
+    if (!exchange) agreed[step] = give(step);
+    const Agreement::Least& least = agreed[step].least;
+    executor->stop_before(least.stop_before);
+    if (least.rebuild < 0) rebuild_needed = true;
+    if (least.checkpoint < 0) checkpoint_requested = true;
+    if (least.stop < 0) stop_requested = true;
+    learn_of_failure(least.failed_step);
     // Patches that are ahead may have failed in a later step: this one is still good.
-    const bool failed = failures.by(step);
+    const bool failed = least.failed_step <= step;
     if (history_due(step) && !failed) {
-      HistoryRow row;
-      for (const HistoryRow& part : rows[step]) add(row, part);
+      HistoryRow row = RowSums::row(agreed[step].sum, std::bit_cast<double>(-least.minus_speed));
       finish_row(row, step + 1);
       if (observer.history) observer.history(row);
     }
@@ -483,14 +622,8 @@ struct Simulation<Dim>::Impl {
       assembler->add(std::move(pieces[step]));
       pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
     }
-    if (observer.checkpoint_wanted && observer.checkpoint_wanted()) {
-      checkpoint_asked = true;
-      executor->request_stop(step);
-    }
-    if (observer.progress && !observer.progress(step + 1, time_at(step + 1))) {
-      stop_requested = true;
-      executor->request_stop(step);
-    }
+    if (observer.checkpoint_wanted && observer.checkpoint_wanted()) checkpoint_asked = true;
+    if (observer.progress && !observer.progress(step + 1, time_at(step + 1))) stop_asked = true;
   }
 
   /// Turn sums since the last row into sums since the start.
@@ -511,27 +644,56 @@ struct Simulation<Dim>::Impl {
 
   /// Sums at rest (between calls of advance()), leaving the patches' work untouched.
   HistoryRow present_row() {
-    HistoryRow row;
-    PatchWork all = work;
+    RowSums all;
+    double fastest = 0;
     for (int i = 0; i < patches.size(); ++i) {
       const PatchWork kept = patches[i].work;
       const HistoryRow part = sums(patches[i]);
       patches[i].work = kept;
-      add(row, part);
-      all += kept;
+      all.add(part);
+      fastest = std::max(fastest, part.max_speed);
     }
-    complete_row(row, step, all);
+    std::vector<Index> elements = all.elements();
+    ranks.sum(elements);
+    HistoryRow row = RowSums::row(elements, ranks.max(fastest));
+    PatchWork since_start = work;
+    since_start += PatchWork{row.internal, row.external, row.damping};
+    complete_row(row, step, since_start);
     return row;
   }
 
   Frame present_frame() const {
     std::vector<Frame> all;
+    if (patches.size() == 0) {
+      Patch<Dim> none;
+      none.particles = Particles<Dim>(patches.layout());
+      all.push_back(snapshot(none, model));
+    }
     for (int i = 0; i < patches.size(); ++i) {
       all.push_back(snapshot(patches[i], model));
       all.back().step = step;
       all.back().time = time_at(step);
     }
-    return merge(std::move(all));
+    return of_all_ranks(merge(std::move(all)));
+  }
+
+  Frame of_all_ranks(Frame own) const {
+    if (!ranks.several()) return own;
+    Frame all;
+    all.step = step;
+    all.time = time_at(step);
+    all.dim = Dim;
+    std::vector<Frame> parts;
+    const auto gather = [&](const auto& values) { return ranks.gather_all(std::span(values)); };
+    all.id = gather(std::as_const(own.id));
+    all.material = gather(std::as_const(own.material));
+    all.coordinates = gather(std::as_const(own.coordinates));
+    for (FrameColumn& column : own.columns) {
+      column.values = gather(std::as_const(column.values));
+      all.columns.push_back(std::move(column));
+    }
+    parts.push_back(std::move(all));
+    return merge(std::move(parts));
   }
 
   FrameStream present_stream() const {
@@ -550,6 +712,7 @@ struct Simulation<Dim>::Impl {
   void advance(Index steps) {
     const Step end = std::min<Step>(step + steps, nsteps);
     stop_requested = false;
+    stop_asked = false;
     while (step < end && step < nsteps && !stop_requested) {
       const auto n = static_cast<std::size_t>(patches.size());
       for (Step s = 0; s < max_lead + 2; ++s) {
@@ -557,30 +720,47 @@ struct Simulation<Dim>::Impl {
         pieces[s].assign(n, {});
       }
       rebuild_needed = false;
+      stop_step = std::numeric_limits<Step>::max();
       step = executor->run(step, drain_step(end));
       count_removed();
-      if (!failures.empty()) {
-        drain_after_failure();
-        step = failed_step;
-        throw SimulationError(failures.message());
-      }
-      if (output_failure) std::rethrow_exception(output_failure);
+      stop_where_failed();
       settle();
       if (step >= nsteps) check_end();
       // dt of the next step, which the drained graph did not get to.
-      if (model.analysis.step.adaptive) last_limit = least_limit();
-      if (model.analysis.step.adaptive && step < nsteps) set_dt_from(step, last_limit);
+      if (model.analysis.step.adaptive) last_limit = ranks.min(own_limit());
+      if (model.analysis.step.adaptive && step < nsteps) set_dt(step, last_limit);
       if (rebuild_needed) rebuild();
-      if (streams() && frame_due(step - 1)) observer.stream(present_stream());
+      if (drains_for_frames() && frame_due(step - 1)) {
+        if (streams())
+          observer.stream(present_stream());
+        else
+          observer.frame(present_frame());
+      }
       if (checkpoint_due()) write_checkpoint();
     }
     if (assembler) assembler->drain();
+  }
+
+  /// On all ranks, with the message of the rank that failed first.
+  void stop_where_failed() {
+    if (ranks.any(!failures.empty())) {
+      drain_after_failure();
+      step = ranks.min(failed_step.load());
+      std::string message = failures.empty() ? "" : failures.message();
+      of_one_rank(!failures.empty() && failures.by(step), message);
+      throw SimulationError(message);
+    }
+    if (!output_failure) output_failure = poll_failure;
+    if (!ranks.any(static_cast<bool>(output_failure))) return;
+    if (output_failure) std::rethrow_exception(output_failure);
+    throw IoError("another rank could not write its part of the results");
   }
 
   /// Deliver the particles that are on their way: what the first stage of the next step would do.
   void settle() {
     for (int p = 0; p < patches.size(); ++p) stages[0].begin(patches[p], context(step));
     for (int p = 0; p < patches.size(); ++p) clear_outboxes(patches[p]);
+    for (RemotePatch<Dim>& from : patches.elsewhere()) clear(from);
   }
 
   /// What the last step did and no other looked at.
@@ -590,9 +770,7 @@ struct Simulation<Dim>::Impl {
       if (patches[p].mark.kind != Mark::Kind::none)
         fail(output_index, p, step - 1, describe_mark(patches[p].mark, Dim));
     }
-    if (failures.empty()) return;
-    drain_after_failure();
-    throw SimulationError(failures.message());
+    stop_where_failed();
   }
 
   /// Frames of good steps are handed on before the failure is reported.
@@ -645,8 +823,12 @@ struct Simulation<Dim>::Impl {
   Model<Dim> model;
   std::vector<TimestepStage<Dim>> stages;
   std::vector<Phase> phases;
+  Ranks ranks;
   PatchSet<Dim> patches;
+  std::unique_ptr<RankExchange<Dim>> exchange;  ///< several ranks only
   std::unique_ptr<Executor> executor;
+  PerStep<Agreement> agreed;
+  PerStep<double> agreed_limit;
   std::size_t locate_index = 0, output_index = 0, first_dt_stage = 0;
 
   Index nsteps = 0, history_steps = 1;
@@ -660,10 +842,13 @@ struct Simulation<Dim>::Impl {
   std::vector<char> poisoned;
   FailureList failures;
   std::atomic<Step> failed_step{std::numeric_limits<Step>::max()};
-  std::exception_ptr output_failure;
+  std::exception_ptr output_failure, poll_failure;
   std::atomic<bool> rebuild_needed{false};
-  std::atomic<bool> stop_requested{false};
-  std::atomic<bool> checkpoint_asked{false};
+  std::atomic<bool> stop_asked{false};                            ///< of this rank
+  std::atomic<bool> stop_requested{false};                        ///< all ranks know of it
+  std::atomic<bool> checkpoint_asked{false};                      ///< of this rank
+  std::atomic<bool> checkpoint_requested{false};                  ///< all ranks know of it
+  std::atomic<Step> stop_step{std::numeric_limits<Step>::max()};  ///< not taken any more
   Index removed = 0;
 
   HistoryRow start_row;
@@ -740,14 +925,18 @@ SimulationInfo Simulation<Dim>::info() const {
       impl_->options.mode == ExecutionOptions::Mode::flow_graph ? impl_->options.threads : 1;
   info.cells = impl_->model.mesh->n_cells();
   info.nodes = impl_->model.mesh->n_nodes();
-  info.particles = impl_->patches.particles();
-  info.removed = impl_->removed;
-  info.patches = impl_->patches.size();
-  info.tasks_per_step = impl_->executor->graph().tasks();
+  const Ranks& ranks = impl_->ranks;
+  info.particles = ranks.sum(impl_->patches.particles());
+  info.removed = ranks.sum(impl_->removed);
+  info.patches = static_cast<int>(impl_->patches.all_patches().size());
+  info.tasks_per_step = static_cast<int>(impl_->phases.size()) * info.patches +
+                        (impl_->executor->graph().has_dt ? 1 : 0);
   info.cells_per_patch = impl_->patches.target_cells();
   info.dt_limit = impl_->present_limit();
   info.dt = impl_->dt_of(impl_->step);
-  info.bytes = impl_->patches.bytes();
+  const auto bytes = static_cast<Index>(impl_->patches.bytes());
+  info.bytes = static_cast<std::size_t>(ranks.sum(bytes));
+  info.most_bytes = static_cast<std::size_t>(ranks.max(bytes));
   return info;
 }
 

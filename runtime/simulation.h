@@ -20,8 +20,11 @@ namespace lahar {
 /// How the timestep's tasks are executed. Results are bitwise the same for all of them.
 struct ExecutionOptions {
   enum class Mode { flow_graph, serial, random_order } mode = Mode::flow_graph;
-  int threads = 0;         ///< flow graph only; 0 = all cores this process may use
-  Ranks ranks = {};        ///< flow graph only; all of them take part in all that is done
+  int threads = 0;  ///< flow graph only; 0 = all cores this process may use
+  /// Flow graph only. Each has a share of the patches, and all of them make the simulation and call
+  /// its member functions, apart from step(), time(), finished(), timings() and graph(), together.
+  Ranks ranks = {};
+  double latency = 0;      ///< [s] held back from each message between ranks, for studies
   std::uint64_t seed = 1;  ///< random order only
   int support_rings = 0;   ///< extra layers of nodes that patches exchange; 0 suits linear elements
   bool verify = false;     ///< check at every task that exactly what its edges promise was done
@@ -32,7 +35,8 @@ struct ExecutionOptions {
 };
 
 /// Receives what a simulation produces while it runs; called from worker threads, one call at a
-/// time each.
+/// time each. With several ranks frames are those of the rank, history and progress are the same on
+/// all.
 struct Observer {
   std::function<void(Frame&&)> frame;              ///< every OutputPlan::frame_steps
   std::function<void(const HistoryRow&)> history;  ///< every OutputPlan::history_steps
@@ -45,6 +49,9 @@ struct Observer {
   /// `checkpoint_wanted`, asked after every step, said so. The state is good during the call.
   std::function<void(const SimulationState&)> checkpoint;
   std::function<bool()> checkpoint_wanted;
+  /// Several ranks only: may call MPI and must not wait; called again and again while steps are
+  /// taken.
+  std::function<void()> poll;
 };
 
 /// Time spent in one stage, summed over its tasks.
@@ -60,9 +67,10 @@ struct SimulationInfo {
   Index cells = 0, nodes = 0, particles = 0, removed = 0;
   int patches = 0, tasks_per_step = 0;
   Index cells_per_patch = 0;
-  double dt_limit = 0;  ///< [s] smallest h / (c + |v|) at present
-  double dt = 0;        ///< [s] of the next step
-  std::size_t bytes = 0;
+  double dt_limit = 0;         ///< [s] smallest h / (c + |v|) at present
+  double dt = 0;               ///< [s] of the next step
+  std::size_t bytes = 0;       ///< of particles and nodes, of all ranks
+  std::size_t most_bytes = 0;  ///< of the rank that holds most
 };
 
 template <int Dim>

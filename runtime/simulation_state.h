@@ -13,8 +13,10 @@ namespace lahar {
 /// (runtime/patch_state.h) as bytes. Patches that are not named are as new.
 struct SimulationState {
   RunState run;
-  std::vector<Index> patches;  ///< ids, ascending; of several ranks, those of this one
-  std::size_t size = 0;        ///< [bytes] of all these
+  /// Ids, ascending. A simulation of several ranks gives those of each rank, and goes on from those
+  /// of all.
+  std::vector<Index> patches;
+  std::vector<Index> sizes;  ///< [bytes] of each
   /// The state of patches[i]. Any thread.
   std::function<std::vector<std::byte>(std::size_t i)> bytes;
 };

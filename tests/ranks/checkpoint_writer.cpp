@@ -51,7 +51,7 @@ SimulationState share_of(const Ranks& ranks, Index step) {
   for (Index patch = 0; patch < n_patches; ++patch)
     if (static_cast<int>(patch % owners) + (ranks.several() ? 1 : 0) == ranks.rank()) {
       state.patches.push_back(patch);
-      state.size += bytes_of(patch).size();
+      state.sizes.push_back(static_cast<Index>(bytes_of(patch).size()));
     }
   state.bytes = [ids = state.patches](std::size_t i) { return bytes_of(ids[i]); };
   return state;

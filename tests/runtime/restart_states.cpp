@@ -20,15 +20,15 @@ struct StoredState {
   std::vector<std::vector<std::byte>> bytes;
 
   explicit StoredState(const SimulationState& state) : run(state.run), patches(state.patches) {
-    std::size_t size = 0;
     for (std::size_t i = 0; i < patches.size(); ++i) {
       bytes.push_back(state.bytes(i));
-      size += bytes.back().size();
+      CHECK(static_cast<Index>(bytes.back().size()) == state.sizes.at(i));
     }
-    CHECK(size == state.size);
   }
   SimulationState view() const {
-    return {run, patches, 0, [this](std::size_t i) { return bytes[i]; }};
+    std::vector<Index> sizes;
+    for (const auto& state : bytes) sizes.push_back(static_cast<Index>(state.size()));
+    return {run, patches, sizes, [this](std::size_t i) { return bytes[i]; }};
   }
 };
 
