@@ -12,6 +12,7 @@ build_packages=(
   "libeigen3-dev:small vectors and matrices"
   "libtbb-dev:task graph and threads"
   "libhdf5-dev:output files for ParaView and Python"
+  "zlib1g-dev:checksums of checkpoints"
   "libfmt-dev:text formatting"
   "nlohmann-json3-dev:scenario files"
   "libcli11-dev:command line"

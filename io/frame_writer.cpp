@@ -8,8 +8,12 @@
 
 namespace lahar {
 
-FrameWriter::FrameWriter(std::filesystem::path folder, FrameFileOptions options)
-    : folder_(std::move(folder)), options_(options), thread_([this] { work(); }) {}
+FrameWriter::FrameWriter(std::filesystem::path folder, FrameFileOptions options,
+                         std::vector<TimedFile> earlier)
+    : folder_(std::move(folder)),
+      options_(options),
+      index_(std::move(earlier)),
+      thread_([this] { work(); }) {}
 
 FrameWriter::~FrameWriter() {
   {
@@ -25,6 +29,7 @@ void FrameWriter::write(Frame&& frame) {
   changed_.wait(lock, [this] { return failure_ || queue_.size() < slots; });
   if (failure_) std::rethrow_exception(failure_);
   queue_.push_back(std::move(frame));
+  ++handed_;
   changed_.notify_all();
 }
 
@@ -35,7 +40,7 @@ void FrameWriter::write(const FrameStream& frame) {
 
 void FrameWriter::finish() {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return queue_.empty(); });
+  changed_.wait(lock, [this, all = handed_] { return failure_ || written_ >= all; });
   if (failure_) std::rethrow_exception(failure_);
 }
 
@@ -55,6 +60,7 @@ void FrameWriter::work() {
     }
     lock.lock();
     queue_.pop_front();
+    ++written_;
     if (failure) {
       failure_ = failure;
       queue_.clear();

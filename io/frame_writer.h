@@ -22,7 +22,9 @@ class FrameWriter {
   /// Frames that may wait or be written at a time; the next write() blocks (memory is bounded).
   static constexpr std::size_t slots = 2;
 
-  explicit FrameWriter(std::filesystem::path folder, FrameFileOptions options = {});
+  /// `earlier` frames of the folder stay listed.
+  explicit FrameWriter(std::filesystem::path folder, FrameFileOptions options = {},
+                       std::vector<TimedFile> earlier = {});
   ~FrameWriter();  ///< writes what is queued; errors are lost, so call finish() first
 
   /// Hand a frame over and return. Blocks while all slots are taken. Throws the IoError of an
@@ -31,7 +33,7 @@ class FrameWriter {
   /// Write at once, in this thread, after those that wait. Throws as write() of a frame does, and
   /// the IoError of this one.
   void write(const FrameStream& frame);
-  /// Wait until everything is written. Throws as write() does.
+  /// Wait until everything that was handed over is written. Throws as write() does.
   void finish();
 
  private:
@@ -43,7 +45,8 @@ class FrameWriter {
   std::vector<TimedFile> index_;  // of who writes: the thread, or its user while it has no frames
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Frame> queue_;  // the front one is being written
+  std::deque<Frame> queue_;               // the front one is being written
+  std::size_t handed_ = 0, written_ = 0;  // frames, so far
   std::exception_ptr failure_;
   bool ending_ = false;
   std::thread thread_;

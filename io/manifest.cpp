@@ -103,6 +103,25 @@ Manifest::Manifest(const RunInfo& info) {
   start_ = dump(json);
 }
 
+Manifest::Manifest(const RunInfo& info, const std::string& earlier, const RunRestart& restart)
+    : Manifest(info) {
+  const Json before = Json::parse(earlier, nullptr, /*exceptions=*/false);
+  Json json = Json::parse(start_);
+  Json restarts = before.value("restarts", Json::array());
+  restarts.push_back({{"step", restart.step},
+                      {"time", restart.time},
+                      {"checkpoint", restart.checkpoint},
+                      {"restarted", json["started"]},
+                      {"command", info.command},
+                      {"version", info.version},
+                      {"commit", info.commit}});
+  for (const char* key : {"model", "started"})
+    if (before.contains(key)) json[key] = before[key];
+  json["model"]["steps"] = info.steps;
+  json["restarts"] = restarts;
+  start_ = dump(json);
+}
+
 std::string Manifest::with_end(const RunEnd* end) const {
   Json json = Json::parse(start_);
   json["status"] = status_name(end ? end->status : RunStatus::running);

@@ -27,6 +27,13 @@ struct RunInfo {
   std::vector<std::filesystem::path> inputs;  ///< scenario and side files; their hashes are stored
 };
 
+/// A run that went on from a checkpoint.
+struct RunRestart {
+  Index step = 0;
+  double time = 0;         ///< [s]
+  std::string checkpoint;  ///< file
+};
+
 enum class RunStatus { running, finished, failed, stopped };
 
 /// Known when it ends.
@@ -43,6 +50,9 @@ struct RunEnd {
 class Manifest {
  public:
   explicit Manifest(const RunInfo& info);  ///< status "running", start time, host, process
+  /// The same for a run that goes on, from the manifest that it has: what the model was at the
+  /// start stays, and the restart is added to the list of them.
+  Manifest(const RunInfo& info, const std::string& earlier, const RunRestart& restart);
   std::string text() const { return with_end(nullptr); }
   std::string text(const RunEnd& end) const { return with_end(&end); }
 

@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "io/atomic_file.h"
+#include "io/checkpoint.h"
 #include "physics/error.h"
 
 namespace lahar {
@@ -40,6 +41,8 @@ void remove_results(const fs::path& folder) {
     }
     remove_abandoned_parts(folder / name);
   }
+  prune_checkpoints(checkpoint_folder(folder), 0);
+  remove_abandoned_parts(checkpoint_folder(folder));
   remove_abandoned_parts(folder);
   fs::remove(folder / "manifest.json");
 }
@@ -60,7 +63,8 @@ OutputFile claim_folder(const fs::path& folder, bool overwrite) {
            "choose another output folder, or remove this one yourself");
   if (run && !overwrite)
     refuse(fmt::format("output folder {} holds the results of an earlier run", folder.string()),
-           "add --overwrite to replace them, or choose another output folder");
+           "add --restart latest to continue it, --overwrite to replace them, or choose another "
+           "output folder");
   OutputFile log(folder / "log.txt", OutputFile::Mode::append);
   lock_log(log, folder);
   if (run) remove_results(folder);
@@ -73,6 +77,31 @@ OutputFile claim(const fs::path& folder, bool overwrite) {
     return claim_folder(folder, overwrite);
   } catch (const fs::filesystem_error& error) {
     throw_io_error("replace", error.path1(), error.code().value());
+  }
+}
+
+/// The log of a run that goes on, locked.
+OutputFile claim_continued(const fs::path& folder) {
+  if (!is_run_folder(folder))
+    refuse(fmt::format("output folder {} holds no run that could be continued", folder.string()),
+           "start it without --restart, or name its folder with --output");
+  OutputFile log(folder / "log.txt", OutputFile::Mode::append);
+  lock_log(log, folder);
+  return log;
+}
+
+/// Later checkpoints go first: one that is left would be continued from without its frames.
+std::vector<TimedFile> rewind(const fs::path& folder, const RunContinuation& from) {
+  try {
+    const fs::path checkpoints = checkpoint_folder(folder);
+    remove_checkpoints_after(checkpoints, from.step);
+    remove_abandoned_parts(checkpoints);
+    remove_abandoned_parts(folder);
+    std::vector<TimedFile> frames = rewind_frames(folder, from);
+    rewind_history(folder, from);
+    return frames;
+  } catch (const fs::filesystem_error& error) {
+    throw_io_error("read", error.path1(), error.code().value());
   }
 }
 
@@ -91,13 +120,22 @@ std::optional<Index> step_of(const std::string& name) {
 struct RunFolder::Impl {
   Impl(fs::path path, const RunFolderContents& contents, bool overwrite, FrameFileOptions options)
       : folder(std::move(path)),
-        manifest(contents.info),
         log(claim(folder, overwrite)),
-        history((write_start(contents), folder / "history.csv"), OutputFile::Mode::truncate),
-        frames(folder / "frames", options) {
+        manifest(contents.info),
+        frames(folder / "frames", options),
+        history((write_start(contents), folder / "history.csv"), OutputFile::Mode::truncate) {
     history.write(history_header());
     history.flush();
   }
+
+  Impl(fs::path path, const RunFolderContents& contents, const RunContinuation& from,
+       FrameFileOptions options)
+      : folder(std::move(path)),
+        log(claim_continued(folder)),
+        manifest(contents.info, read_text_file(folder / "manifest.json"),
+                 {from.step, from.time, from.checkpoint}),
+        frames(folder / "frames", options, rewind(folder, from)),
+        history((write_start(contents), folder / "history.csv"), OutputFile::Mode::append) {}
 
   /// The manifest comes first, so that whatever happens next, this is known to be a run.
   void write_start(const RunFolderContents& contents) {
@@ -113,17 +151,21 @@ struct RunFolder::Impl {
   }
 
   fs::path folder;
-  Manifest manifest;
   std::mutex log_mutex, history_mutex;
   OutputFile log;
-  OutputFile history;
+  Manifest manifest;
   FrameWriter frames;
+  OutputFile history;
   bool finished = false;
 };
 
 RunFolder::RunFolder(fs::path folder, const RunFolderContents& contents, bool overwrite,
                      FrameFileOptions options)
     : impl_(std::make_unique<Impl>(std::move(folder), contents, overwrite, options)) {}
+
+RunFolder::RunFolder(fs::path folder, const RunFolderContents& contents,
+                     const RunContinuation& from, FrameFileOptions options)
+    : impl_(std::make_unique<Impl>(std::move(folder), contents, from, options)) {}
 
 RunFolder::~RunFolder() {
   if (impl_->finished) return;
@@ -153,6 +195,12 @@ void RunFolder::write(Frame&& frame) {
 
 void RunFolder::write(const FrameStream& frame) {
   impl_->frames.write(frame);
+}
+
+void RunFolder::sync() {
+  impl_->frames.finish();
+  const std::lock_guard lock(impl_->history_mutex);
+  impl_->history.sync();
 }
 
 void RunFolder::finish(const RunEnd& end) {

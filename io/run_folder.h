@@ -6,6 +6,7 @@
 ///     log.txt              what the terminal showed
 ///     history.csv          conservation laws, one row per interval (io/history.h)
 ///     frames/              particles_STEP.hdf and particles.hdf.series
+///     checkpoints/         checkpoint_STEP.h5, from which the run can be continued
 #pragma once
 
 #include <filesystem>
@@ -19,6 +20,7 @@
 #include "io/frame_writer.h"
 #include "io/history.h"
 #include "io/manifest.h"
+#include "io/run_continuation.h"
 
 namespace lahar {
 
@@ -38,6 +40,10 @@ class RunFolder {
   /// including a folder that another process is writing to.
   RunFolder(std::filesystem::path folder, const RunFolderContents& contents, bool overwrite = false,
             FrameFileOptions options = {});
+  /// Go on with the run that is in the folder: what it wrote after that step is removed, its log
+  /// goes on. Throws InputError where there is no run, or another process is writing to it.
+  RunFolder(std::filesystem::path folder, const RunFolderContents& contents,
+            const RunContinuation& from, FrameFileOptions options = {});
   /// Without finish(): completes the manifest as failed.
   ~RunFolder();
 
@@ -45,6 +51,8 @@ class RunFolder {
   void history(const HistoryRow& row);
   void write(Frame&& frame);             ///< in the background; blocks when two are pending
   void write(const FrameStream& frame);  ///< at once
+  /// Bring the frames and rows that were handed over to the disk.
+  void sync();
   /// Write what is pending, then complete the manifest. If a frame could not be written, the
   /// manifest says failed and the error is thrown.
   void finish(const RunEnd& end);

@@ -143,6 +143,9 @@ void ScenarioBuilder<Dim>::build_output() {
   const JsonValue& post = section("post_processing");
   out.frame_steps = get_integer(post, "output_steps").value_or(0);
   out.history_steps = get_integer(post, "history_steps").value_or(0);
+  out.checkpoint_steps = get_integer(post, "checkpoint_steps").value_or(0);
+  out.checkpoint_minutes = get_number(post, "checkpoint_minutes").value_or(0);
+  out.checkpoints_kept = get_integer(post, "checkpoints_kept").value_or(2);
   model_.title = get_text(root_, "title").value_or("");
   if (model_.title.empty()) model_.title = in_.stem;
   std::string name = get_text(section("analysis"), "uuid").value_or("");

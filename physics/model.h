@@ -115,6 +115,9 @@ struct OutputPlan {
   std::string folder;       ///< run folder
   Index frame_steps = 0;    ///< a frame every so many steps; 0 = only the end
   Index history_steps = 0;  ///< a history row every so many steps; 0 = automatic
+  Index checkpoint_steps = 0;     ///< a checkpoint every so many steps; 0 = none
+  double checkpoint_minutes = 0;  ///< [min] of wall time between checkpoints; 0 = none
+  Index checkpoints_kept = 2;     ///< the last so many; older ones are removed
 };
 
 template <int Dim>

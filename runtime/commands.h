@@ -23,6 +23,9 @@ struct RunArguments {
   bool overwrite = false;
   bool quiet = false;
   double wall_time = 0;  ///< [s] stop before; 0 = no limit
+  std::string restart;   ///< go on from: a checkpoint, or "latest"; empty = from the beginning
+  std::optional<Index> checkpoint_steps;     ///< instead of the scenario's
+  std::optional<double> checkpoint_minutes;  ///< the same
   int ranks = 0;         ///< check: show the partition over so many; 0 = none
   Partitioner partitioner = Partitioner::curve;  ///< check: of that partition
   std::vector<std::string> command;

@@ -40,6 +40,22 @@ void refuse_several_ranks(const char* command) {
                     command, ranks.size()));
 }
 
+const std::map<std::string, Partitioner> partitioners{{"curve", Partitioner::curve},
+                                                      {"scotch", Partitioner::scotch}};
+
+/// What --balance says.
+BalanceOptions balance_options(const std::string& text, Partitioner partitioner) {
+  using When = BalanceOptions::When;
+  if (text == "auto") return {.partitioner = partitioner};
+  if (text == "off") return {.when = When::never, .partitioner = partitioner};
+  const bool digits = !text.empty() && text.size() < 10 &&
+                      text.find_first_not_of("0123456789") == std::string::npos;
+  const Step every = digits ? std::stoll(text) : 0;
+  if (every <= 0)
+    throw InputError("--balance must be auto, off or a number of steps, found '" + text + "'.");
+  return {.when = When::forced, .every = every, .partitioner = partitioner};
+}
+
 int export_command(const std::string& run, const std::string& format, const std::string& step,
                    const std::string& output) {
   FrameChoice choice;
@@ -78,11 +94,22 @@ int run_program(int argc, char** argv) {
   RunArguments run;
   run.command.assign(argv, argv + argc);
   bool serial = false, bulk = false;
+  std::string balance = "auto";
   auto* run_app = app.add_subcommand("run", "Run a case");
   add_scenario(*run_app, run.scenario, run.options);
   run_app->add_option("--threads,-t", run.execution.threads, "Threads (default: all cores)")
       ->check(CLI::Range(1, 4096));
   run_app->add_flag("--serial", serial, "Plain loop instead of the task graph; same results");
+  run_app
+      ->add_option("--balance", balance,
+                   "Move patches between ranks: auto (where measured work says that it pays), off, "
+                   "or a number of steps after which they move at random, for tests")
+      ->default_str("auto");
+  run_app
+      ->add_option("--partition", run.execution.balance.partitioner,
+                   "Of patches among ranks: curve (default) or scotch")
+      ->transform(CLI::CheckedTransformer(partitioners))
+      ->type_name("NAME");
   run_app->add_flag("--bulk-synchronous", bulk,
                     "For comparison: wait for everybody after each phase; same results");
   run_app
@@ -95,8 +122,22 @@ int run_program(int argc, char** argv) {
       ->type_name("TIME");
   run_app->add_option("--output,-o", run.output, "Run folder (default: the scenario's)");
   run_app->add_flag("--overwrite", run.overwrite, "Replace the run folder's earlier results");
-  run_app->add_option("--wall-time", run.wall_time, "Stop after so many seconds, exit code 75")
+  run_app
+      ->add_option("--wall-time", run.wall_time,
+                   "Stop after so many seconds, with a checkpoint and exit code 75")
       ->check(CLI::PositiveNumber);
+  auto* restart = run_app->add_option("--restart", run.restart,
+                                      "Go on with the run in its folder, from its latest "
+                                      "checkpoint or from a file");
+  restart->type_name("latest|FILE")->excludes("--overwrite");
+  run_app
+      ->add_option("--checkpoint-steps", run.checkpoint_steps,
+                   "Steps between checkpoints, 0 for none (default: the scenario's)")
+      ->check(CLI::NonNegativeNumber);
+  run_app
+      ->add_option("--checkpoint-minutes", run.checkpoint_minutes,
+                   "Minutes between checkpoints, 0 for none (default: the scenario's)")
+      ->check(CLI::NonNegativeNumber);
   run_app->add_flag("--quiet,-q", run.quiet, "Only warnings and errors on the terminal");
   run_app->callback([&] {
     run.execution.ranks = Ranks::world();
@@ -104,6 +145,7 @@ int run_program(int argc, char** argv) {
       throw InputError("--serial and --bulk-synchronous exclude each other; give one of them.");
     if (serial) run.execution.mode = ExecutionOptions::Mode::serial;
     if (bulk) run.execution.mode = ExecutionOptions::Mode::bulk;
+    run.execution.balance = balance_options(balance, run.execution.balance.partitioner);
     code = run_command(run);
   });
 
@@ -115,15 +157,11 @@ int run_program(int argc, char** argv) {
       check_app
           ->add_option("--ranks", check.ranks, "Show how patches would be shared among MPI ranks")
           ->check(CLI::Range(1, 1'000'000));
-  std::string partitioner = "curve";
-  check_app->add_option("--partition", partitioner, "How: curve (default) or scotch")
+  check_app->add_option("--partition", check.partitioner, "How: curve (default) or scotch")
       ->needs(ranks_option)
-      ->check(CLI::IsMember({"curve", "scotch"}))
+      ->transform(CLI::CheckedTransformer(partitioners))
       ->type_name("NAME");
-  check_app->callback([&] {
-    if (partitioner == "scotch") check.partitioner = Partitioner::scotch;
-    code = check_command(check);
-  });
+  check_app->callback([&] { code = check_command(check); });
 
   std::string source, format, step = "last", output;
   auto* export_app = app.add_subcommand("export", "Write particles as CSV or for ParaView");

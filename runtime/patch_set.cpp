@@ -17,6 +17,7 @@
 #include "physics/partition_common.h"
 #include "runtime/parallel.h"
 #include "runtime/patch_filling.h"
+#include "runtime/patch_state.h"
 
 namespace lahar {
 
@@ -81,6 +82,20 @@ void sort_by_node(auto& entries) {
                    [](const auto& a, const auto& b) { return a.node < b.node; });
 }
 
+/// What patches take from the model's loads, in their order.
+template <int Dim>
+void prepare_loads(Model<Dim>& model) {
+  const std::size_t of_particles = model.tractions.size() + model.particle_velocities.size();
+  if (of_particles > max_particle_loads)
+    throw InputError("at most " + std::to_string(max_particle_loads) +
+                     " particle tractions and prescribed particle velocities together are "
+                     "supported; found " +
+                     std::to_string(of_particles) +
+                     ". Merge entries that share direction and value into one particle set.");
+  sort_by_node(model.node_velocities);
+  sort_by_node(model.node_forces);
+}
+
 /// A particle that comes so near to a patch that does not exist is noticed when it has changed its
 /// cell. It crosses at most one cell in each of the max_lead steps that may pass before a rebuild.
 constexpr Index watch_distance = max_lead + 1;
@@ -124,16 +139,26 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       layout_(layout_for(model)),
       ranks_(ranks),
       messages_(messages) {
-  if (model.tractions.size() + model.particle_velocities.size() > max_particle_loads)
-    throw InputError("at most " + std::to_string(max_particle_loads) +
-                     " particle tractions and prescribed particle velocities together are "
-                     "supported; found " +
-                     std::to_string(model.tractions.size() + model.particle_velocities.size()) +
-                     ". Merge entries that share direction and value into one particle set.");
-  sort_by_node(model.node_velocities);
-  sort_by_node(model.node_forces);
+  prepare_loads(model);
   distribute(model, threads);
   link();
+}
+
+template <int Dim>
+PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies,
+                        const SimulationState& state, int threads, Ranks ranks,
+                        SumMessages messages)
+    : model_(&model),
+      target_cells_(state.run.cells_per_patch),
+      partition_(*model.mesh, target_cells_),
+      rings_(support_rings),
+      copies_(copies),
+      layout_(layout_for(model)),
+      least_mass_(state.run.least_mass),
+      ranks_(ranks),
+      messages_(messages) {
+  prepare_loads(model);
+  restore(model, state, threads);
 }
 
 template <int Dim>
@@ -322,6 +347,31 @@ int position_of(const std::vector<Index>& ids, Index id) {
 }  // namespace
 
 template <int Dim>
+void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int threads) {
+  if (state.run.dim != Dim || state.run.columns != column_text(layout_))
+    throw InputError("the state is one of another model: its particles have " + state.run.columns +
+                     " in " + std::to_string(state.run.dim) + "D, the model's have " +
+                     column_text(layout_) + " in " + std::to_string(Dim) + "D.");
+  for (const Index id : state.patches)
+    if (id < 0 || id >= partition_.n_patches())
+      throw InputError("the state is one of another model: it has a patch " + std::to_string(id) +
+                       ", the mesh is cut into " + std::to_string(partition_.n_patches()) + ".");
+  model.particles = {};
+  all_ = state.patches;
+  if (all_.empty()) all_ = {0};  // a graph needs a patch
+  owner_ = curve_chunks(state.patches.empty() ? std::vector<Index>{1} : state.sizes, ranks_.size());
+  const std::vector<Index> ids = own_patches();
+  patches_.resize(ids.size());
+  parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
+    const auto at = static_cast<std::size_t>(i);
+    patches_[at] = make_patch(ids[at]);
+    if (const int stored = position_of(state.patches, ids[at]); stored >= 0)
+      unpack<Dim>(state.bytes(static_cast<std::size_t>(stored)), *patches_[at], state.run.step);
+  });
+  rebuild();
+}
+
+template <int Dim>
 void PatchSet<Dim>::link() {
   std::vector<PatchTopology<Dim>> remote = connect_all();
   for (auto& patch : patches_) {
@@ -474,12 +524,14 @@ void PatchSet<Dim>::rebuild() {
   }
   const std::vector<Index> around = needed(filled);
   ids.insert(ids.end(), around.begin(), around.end());
-  take(of_all_ranks(ids));
+  arrange(of_all_ranks(ids));
+  link();
 }
 
-/// These patches instead of those before. New ones belong to who has the one before them.
+/// These patches instead of those before, still to be linked. New ones belong to who has the one
+/// before them.
 template <int Dim>
-void PatchSet<Dim>::take(std::vector<Index> ids) {
+void PatchSet<Dim>::arrange(std::vector<Index> ids) {
   std::vector<int> owner;
   for (const Index id : ids) {
     const auto after = std::upper_bound(all_.begin(), all_.end(), id) - all_.begin();
@@ -497,6 +549,39 @@ void PatchSet<Dim>::take(std::vector<Index> ids) {
       patches_.back()->topology = make_topology(*model_->mesh, partition_, id, rings_);
     } else {
       patches_.push_back(make_patch(id));
+    }
+  }
+}
+
+template <int Dim>
+void PatchSet<Dim>::give_to(const std::vector<int>& owner, Index step) {
+  struct Parcel {
+    Index patch, bytes;
+  };
+  std::vector<std::vector<Parcel>> parcels(static_cast<std::size_t>(ranks_.size()));
+  std::vector<std::vector<std::byte>> states(parcels.size());
+  std::erase_if(patches_, [&](const auto& patch) {
+    const int at = position_of(all_, patch->topology.patch);
+    const auto to = static_cast<std::size_t>(owner[static_cast<std::size_t>(at)]);
+    if (static_cast<int>(to) == ranks_.rank()) return false;
+    if (has_state(*patch)) {
+      const std::vector<std::byte> state = pack(*patch, step);
+      parcels[to].push_back({patch->topology.patch, static_cast<Index>(state.size())});
+      states[to].insert(states[to].end(), state.begin(), state.end());
+    }
+    return true;
+  });
+  owner_ = owner;
+  arrange(all_);  // new patches are made empty
+  const auto parcels_come = ranks_.exchange(parcels);
+  const auto states_come = ranks_.exchange(states);
+  for (std::size_t r = 0; r < parcels_come.size(); ++r) {
+    std::span<const std::byte> rest(states_come[r]);
+    for (const Parcel& parcel : parcels_come[r]) {
+      const auto size = static_cast<std::size_t>(parcel.bytes);
+      const int at = position_of(patches_, parcel.patch);
+      unpack<Dim>(rest.first(size), *patches_[static_cast<std::size_t>(at)], step);
+      rest = rest.subspan(size);
     }
   }
   link();

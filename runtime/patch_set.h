@@ -10,6 +10,7 @@
 #include "physics/patch.h"
 #include "runtime/rank_partition.h"
 #include "runtime/ranks.h"
+#include "runtime/simulation_state.h"
 
 namespace lahar {
 
@@ -47,9 +48,13 @@ class PatchSet {
   /// up to `threads` threads (0 = all).
   PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads = 1,
            Ranks ranks = {}, SumMessages messages = {});
+  /// The same cut, with the patches of a state instead of the model's particles, which are
+  /// released; of several ranks, each takes a share of them. Throws InputError where the state is
+  /// not one of this model.
+  PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, const SimulationState& state,
+           int threads = 1, Ranks ranks = {}, SumMessages messages = {});
 
   const Partition<Dim>& partition() const { return partition_; }
-  const ColumnLayout<Dim>& layout() const { return layout_; }
   /// Patches of this rank.
   int size() const { return static_cast<int>(patches_.size()); }
   Patch<Dim>& operator[](int i) { return *patches_[static_cast<std::size_t>(i)]; }
@@ -82,18 +87,21 @@ class PatchSet {
   std::size_t bytes() const;
   /// Cells per patch that the partition aims at.
   Index target_cells() const { return target_cells_; }
+  double least_mass() const { return least_mass_; }  ///< Patch::least_mass [kg]
+  const ColumnLayout<Dim>& layout() const { return layout_; }
 
  private:
   using Patches = std::vector<std::unique_ptr<Patch<Dim>>>;
   using Brick = typename Partition<Dim>::Brick;
   std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
   void distribute(Model<Dim>& model, int threads);
+  void restore(Model<Dim>& model, const SimulationState& state, int threads);
   std::vector<Index> needed(std::span<const Brick> filled) const;
   std::vector<Index> of_all_ranks(const std::vector<Index>& ids) const;
   int owner_of(Index id) const;
   std::vector<Index> own_patches() const;
   std::vector<char> watched_cells(const Patch<Dim>& patch) const;
-  void take(std::vector<Index> ids);
+  void arrange(std::vector<Index> ids);
   void link();
   std::vector<PatchTopology<Dim>> connect_all();
   void link_own(Patch<Dim>& patch);

@@ -37,8 +37,8 @@ void RankBalance<Dim>::begin(const PatchSet<Dim>& patches) {
 
 template <int Dim>
 void RankBalance<Dim>::add(Step step, int patch, std::int64_t nanoseconds, Index particles) {
-  Work& work = of_step_[static_cast<std::size_t>(step) % of_step_.size()]
-                       [static_cast<std::size_t>(patch)];
+  Work& work =
+      of_step_[static_cast<std::size_t>(step) % of_step_.size()][static_cast<std::size_t>(patch)];
   work.nanoseconds += nanoseconds;
   work.particles = particles;
 }
@@ -57,9 +57,9 @@ void RankBalance<Dim>::finish(Step step) {
   if ((step + 1) % window != 0 || sampled_steps_ == 0) return;
   for (std::size_t p = 0; p < since_.size(); ++p) {
     if (particles_[p] > 0)
-      rates_[ids_[p]].add(1e-9 * static_cast<double>(since_[p].nanoseconds) /
-                              static_cast<double>(sampled_steps_),
-                          particles_[p]);
+      rates_[ids_[p]].add(
+          1e-9 * static_cast<double>(since_[p].nanoseconds) / static_cast<double>(sampled_steps_),
+          particles_[p]);
     since_[p] = {};
   }
   sampled_steps_ = 0;
@@ -78,12 +78,16 @@ Index RankBalance<Dim>::work() const {
 
 template <int Dim>
 bool RankBalance<Dim>::is_uneven(Index heaviest, Index all) {
-  const double imbalance = static_cast<double>(heaviest) * ranks_.size() /
-                           static_cast<double>(std::max<Index>(1, all));
+  const double imbalance =
+      static_cast<double>(heaviest) * ranks_.size() / static_cast<double>(std::max<Index>(1, all));
   report_.imbalance = (report_.imbalance * static_cast<double>(report_.windows) + imbalance) /
                       static_cast<double>(report_.windows + 1);
   ++report_.windows;
   report_.worst = std::max(report_.worst, imbalance);
+  if (wait_ > 0) {
+    --wait_;
+    return false;
+  }
   return imbalance > 1 + BalanceTerms{}.threshold;
 }
 
@@ -107,8 +111,7 @@ PatchGraph RankBalance<Dim>::graph_of_all(const PatchSet<Dim>& patches, std::vec
     const Index id = patch.topology.patch;
     const auto rate = rates_.find(id);
     const auto bytes = static_cast<Index>(patch.count > 0 ? patch.particles.bytes() : 0);
-    own.push_back({id, patch.count, bytes,
-                   rate == rates_.end() ? 0.0 : rate->second.value()});
+    own.push_back({id, patch.count, bytes, rate == rates_.end() ? 0.0 : rate->second.value()});
     std::vector<Index> nodes(patch.topology.neighbours.size(), 0);
     for (const auto& share : patch.topology.shares)
       if (share.neighbour >= 0) ++nodes[static_cast<std::size_t>(share.neighbour)];
@@ -142,6 +145,15 @@ PatchGraph RankBalance<Dim>::graph_of_all(const PatchSet<Dim>& patches, std::vec
 }
 
 template <int Dim>
+bool RankBalance<Dim>::share(PatchSet<Dim>& patches, Step step) {
+  if (!ranks_.several() || options_.partitioner == Partitioner::curve) return false;
+  std::vector<Index> bytes, particles;
+  const PatchGraph graph = graph_of_all(patches, bytes, particles);
+  patches.give_to(partition(options_.partitioner, graph, ranks_.size()), step);
+  return true;
+}
+
+template <int Dim>
 bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left) {
   using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();
@@ -158,6 +170,7 @@ bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left
   const auto plan = decide(graph, patches.owners(), bytes, ranks_.size(), terms);
   if (!plan || plan->owner == patches.owners()) {
     report_.seconds += ranks_.max(seconds_of(Clock::now() - begin));
+    wait_ = Index{1} << std::min<Index>(++refused_, 6);
     return false;
   }
   Index moved = 0, all = 0;
@@ -171,6 +184,7 @@ bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left
                   static_cast<double>(report_.remaps + 1);
   report_.most_moved = std::max(report_.most_moved, share);
   ++report_.remaps;
+  refused_ = 0;
   const double seconds = ranks_.max(seconds_of(Clock::now() - begin));
   report_.seconds += seconds;
   move_.measured(seconds, plan->busiest);

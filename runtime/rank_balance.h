@@ -22,13 +22,13 @@ struct BalanceOptions {
 
 /// What balancing did, for reports; the same on all ranks.
 struct BalanceReport {
-  Index windows = 0;         ///< in which the work of the ranks was compared
-  double imbalance = 0;      ///< heaviest rank over the mean, mean of all windows
-  double worst = 1;          ///< of a window
+  Index windows = 0;     ///< in which the work of the ranks was compared
+  double imbalance = 0;  ///< heaviest rank over the mean, mean of all windows
+  double worst = 1;      ///< of a window
   Index remaps = 0;
-  double moved = 0;          ///< share of the particles in a remap, mean
-  double most_moved = 0;     ///< in one remap
-  double seconds = 0;        ///< spent in remaps
+  double moved = 0;       ///< share of the particles in a remap, mean
+  double most_moved = 0;  ///< in one remap
+  double seconds = 0;     ///< spent in remaps
 };
 
 template <int Dim>
@@ -58,8 +58,16 @@ class RankBalance {
   /// The heaviest rank's work and that of all: true if a remap should be considered.
   bool is_uneven(Index heaviest, Index all);
 
+  /// Before the first step: share patches as the partitioner says, where it is not the curve, by
+  /// which they are shared already. True if that changed anything. Collective.
+  bool share(PatchSet<Dim>& patches, Step step);
   /// Between steps: move patches if it pays. True if the set of patches has changed. Collective.
   bool remap(PatchSet<Dim>& patches, Step step, Index steps_left);
+
+  Step forced_every() const {
+    return ranks_.several() && options_.when == BalanceOptions::When::forced ? options_.every : 0;
+  }
+  bool is_forced(Step step) const { return forced_every() > 0 && step % forced_every() == 0; }
 
   /// For patches as they are linked now.
   void begin(const PatchSet<Dim>& patches);
@@ -81,9 +89,10 @@ class RankBalance {
   };
   std::array<std::vector<Work>, max_lead + 2> of_step_;  ///< by patch
   std::vector<Work> since_;                              ///< in this window, by patch
-  Index sampled_steps_ = 0;                              ///< in this window
-  std::map<Index, WorkRate> rates_;                      ///< by patch id
-  std::vector<Index> particles_;                         ///< of each patch at the last sample
+  Index refused_ = 0, wait_ = 0;  ///< remaps that did not pay, and windows until the next attempt
+  Index sampled_steps_ = 0;       ///< in this window
+  std::map<Index, WorkRate> rates_;  ///< by patch id
+  std::vector<Index> particles_;     ///< of each patch at the last sample
   std::vector<Index> ids_;
 };
 

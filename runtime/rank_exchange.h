@@ -31,6 +31,7 @@ struct Agreement {
     Index checkpoint = 0;   ///< -1: some rank was asked for a checkpoint
     Index stop = 0;         ///< -1: some rank was asked to stop
     Index minus_speed = 0;  ///< the bits of the largest speed, negated
+    Index minus_work = 0;   ///< of the heaviest rank, negated [ns]
     Index begun = 0;        ///< minus the latest time at which a rank finished the step [ns]
   } least;
   std::vector<Index> sum;  ///< elements added over all ranks; as many on each, perhaps none

@@ -2,10 +2,8 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <filesystem>
 
 #include "io/run_folder.h"
@@ -13,6 +11,9 @@
 #include "runtime/commands.h"
 #include "runtime/console.h"
 #include "runtime/rank_watch.h"
+#include "runtime/restart.h"
+#include "runtime/run_checkpoints.h"
+#include "runtime/signals.h"
 
 namespace lahar {
 
@@ -22,19 +23,6 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-// Signal handlers can reach nothing but a global.
-volatile std::sig_atomic_t signal_received = 0;
-void on_signal(int number) {
-  signal_received = number;
-}
-
-void watch_signals() {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  std::signal(SIGPIPE, SIG_IGN);  // a reader of the progress that goes away does not end the run
-  for (const int number : {SIGINT, SIGTERM, SIGUSR1, SIGHUP}) sigaction(number, &action, nullptr);
 }
 
 const char* scheme_name(Scheme scheme) {
@@ -133,9 +121,13 @@ void add_model(RunInfo& info, const Model<Dim>& model, const SimulationInfo& siz
 template <int Dim>
 std::unique_ptr<Simulation<Dim>> make_simulation(const Scenario& scenario, Model<Dim> model,
                                                  const ExecutionOptions& options,
-                                                 Observer observer = {}) {
+                                                 Observer observer = {},
+                                                 const CheckpointReader* checkpoint = nullptr) {
   try {
-    return std::make_unique<Simulation<Dim>>(std::move(model), options, std::move(observer));
+    return checkpoint
+               ? std::make_unique<Simulation<Dim>>(std::move(model), options, std::move(observer),
+                                                   state_in(*checkpoint))
+               : std::make_unique<Simulation<Dim>>(std::move(model), options, std::move(observer));
   } catch (const InputError& error) {
     std::vector<Problem> placed;
     for (const Problem& problem : error.problems()) placed.push_back(scenario.place(problem));
@@ -143,11 +135,21 @@ std::unique_ptr<Simulation<Dim>> make_simulation(const Scenario& scenario, Model
   }
 }
 
+/// What the checkpoints of a run say of it.
+CheckpointHeader checkpoint_header(const Scenario& scenario) {
+  return {.version = LAHAR_VERSION,
+          .commit = LAHAR_COMMIT,
+          .compiler = compiler_line(),
+          .run = {},
+          .scenario = scenario.full,
+          .side_files = hashes_of(scenario.side_files)};
+}
+
 /// One run: what happens between the first and the last line on the terminal.
 template <int Dim>
-class Run {
+class CaseRun {
  public:
-  Run(const RunArguments& arguments, Scenario& scenario, Console& console)
+  CaseRun(const RunArguments& arguments, Scenario& scenario, Console& console)
       : arguments_(arguments),
         scenario_(scenario),
         console_(console),
@@ -155,20 +157,28 @@ class Run {
         outline_(std::get<Model<Dim>>(scenario.model).analysis),
         output_(std::get<Model<Dim>>(scenario.model).output) {
     if (!arguments.output.empty()) output_.folder = arguments.output;
+    OutputPlan& plan = std::get<Model<Dim>>(scenario.model).output;
+    if (arguments.checkpoint_steps) plan.checkpoint_steps = *arguments.checkpoint_steps;
+    if (arguments.checkpoint_minutes) plan.checkpoint_minutes = *arguments.checkpoint_minutes;
+    output_.checkpoint_steps = plan.checkpoint_steps;
+    output_.checkpoint_minutes = plan.checkpoint_minutes;
   }
 
   int execute() {
     begin_ = Clock::now();
     auto& model = std::get<Model<Dim>>(scenario_.model);
     const Model<Dim> header = without_particles(model);
-    const auto made =
-        make_simulation(scenario_, std::move(model), arguments_.execution, observer());
+    header_ = checkpoint_header(scenario_);
+    if (!arguments_.restart.empty()) open_checkpoint_to_restart();
+    const auto made = make_simulation(scenario_, std::move(model), arguments_.execution, observer(),
+                                      restart_.get());
     Simulation<Dim>& simulation = *made;
     const SimulationInfo info = simulation.info();
     particles_ = info.particles;
+    first_step_ = simulation.step();
+    first_share_ = share(simulation.step(), simulation.time());
     steps_ = planned_steps(info);
     describe(console_, header, info, outline_.step, ranks_.size());
-
     warn_of_unstable_step(info);
 
     RunInfo about = run_info(arguments_, scenario_);
@@ -176,23 +186,99 @@ class Run {
     about.steps = steps_;
     about.ranks = ranks_.size();
     make_folder(std::move(about));
+    begin_checkpoints(info);
     console_.line(fmt::format("output     {}", output_.folder));
+    if (restart_) describe_restart(simulation);
     console_.line("");
     console_.line(progress_head());
-    write_row(simulation.history());
-    if (output_.frame_steps > 0) write_frame(simulation);
+    write_beginning(simulation);
     return step_to_the_end(simulation);
   }
 
  private:
+  void open_checkpoint_to_restart() {
+    restart_ = open_checkpoint(arguments_.restart, output_.folder, ranks_,
+                               [this](const std::string& text) { warn(text); });
+    allowed_differences_ = check_same_scenario(*restart_, header_, scenario_);
+    const CheckpointHeader& header = restart_->header();
+    if (header.version != header_.version || header.commit != header_.commit ||
+        header.compiler != header_.compiler)
+      warn(
+          fmt::format("{} was written by another build of Lahar ({} {}, {}); results may differ "
+                      "from those of an undisturbed run by rounding.",
+                      restart_->file().string(), header.version, header.commit, header.compiler));
+  }
+
+  void warn(const std::string& text) {
+    scenario_.warnings.push_back({.message = text});
+    console_.warn("lahar: warning: " + text);
+  }
+
+  /// Where an undisturbed run has a row and a frame at the step of the checkpoint, so does this
+  /// one.
+  RunContinuation continuation() const {
+    const RunState& run = restart_->header().run;
+    const auto due = [&](Index every) { return every > 0 && run.step % every == 0; };
+    return {.step = run.step,
+            .time = run.time,
+            .has_row = due(output_.history_steps > 0 ? output_.history_steps : run.history_steps),
+            .has_frame = due(output_.frame_steps),
+            .checkpoint = restart_->file().string()};
+  }
+
+  /// A new folder, or the one of the run that goes on.
+  std::unique_ptr<RunFolder> new_folder(RunInfo about) const {
+    const RunFolderContents contents{std::move(about), scenario_.text, scenario_.full};
+    return restart_ ? std::make_unique<RunFolder>(output_.folder, contents, continuation())
+                    : std::make_unique<RunFolder>(output_.folder, contents, arguments_.overwrite);
+  }
+
+  void begin_checkpoints(const SimulationInfo& info) {
+    checkpoints_.emplace(header_, output_.checkpoint_minutes,
+                         CheckpointOptions{.folder = checkpoint_folder(output_.folder),
+                                           .kept = output_.checkpoints_kept,
+                                           .threads = info.threads,
+                                           .before_complete = [this] { folder_->sync(); },
+                                           .while_waiting = {}},
+                         ranks_);
+    if (restart_ && is_in_folder(*restart_)) checkpoints_->is_at(restart_->header().run.step);
+  }
+
+  /// The first row and frame; a run that goes on has them.
+  void write_beginning(Simulation<Dim>& simulation) {
+    const HistoryRow row = simulation.history();
+    if (!restart_) {
+      write_row(row);
+      if (output_.frame_steps > 0) write_frame(simulation);
+      return;
+    }
+    const RunContinuation from = continuation();
+    if (from.has_row) last_row_ = row;
+    if (from.has_frame) last_frame_ = from.step;
+    restart_.reset();
+  }
+
+  bool is_in_folder(const CheckpointReader& checkpoint) const {
+    std::error_code error;
+    return std::filesystem::equivalent(checkpoint.file().parent_path(),
+                                       checkpoint_folder(output_.folder), error);
+  }
+
+  void describe_restart(const Simulation<Dim>& simulation) {
+    const RunState& run = restart_->header().run;
+    console_.line(fmt::format("restart    from step {}, {:.6g} s: {}", run.step, run.time,
+                              restart_->file().string()));
+    for (const std::string& text : allowed_differences_) console_.line("           " + text);
+    if (simulation.finished())
+      console_.line("           no step is left: to go on, raise analysis.nsteps or end_time");
+  }
+
   /// Rank 0 has the folder; a mistake there is one of all.
   void make_folder(RunInfo about) {
     std::vector<Problem> problems;
     if (ranks_.rank() == 0) {
       try {
-        folder_ = std::make_unique<RunFolder>(
-            output_.folder, RunFolderContents{std::move(about), scenario_.text, scenario_.full},
-            arguments_.overwrite);
+        folder_ = new_folder(std::move(about));
         console_.log_to([this](const std::string& line) { folder_->log(line); });
       } catch (const InputError& error) {
         problems = error.problems();
@@ -235,7 +321,10 @@ class Run {
               last_frame_ = frame.header.step;
               if (folder_) folder_->write(frame);
             },
-            [this](Index step, double time) { return on_step(step, time); }};
+            [this](Index step, double time) { return on_step(step, time); },
+            [this](const SimulationState& state) { checkpoints_->write(state); },
+            [this] { return checkpoints_->wanted(); },
+            [this] { checkpoints_->progress(); }};
   }
 
   void write_frame(const Simulation<Dim>& simulation) {
@@ -268,7 +357,8 @@ class Run {
 
   void print_row(const HistoryRow& row) {
     const double done = std::min(1.0, share(row.step, row.time));
-    const double left = seconds_since(loop_begin_) * (1 - done) / done;
+    const double done_here = std::max(done - first_share_, 1e-9);
+    const double left = seconds_since(loop_begin_) * (1 - done) / done_here;
     console_.line(progress_line(row, energy_scale_, rate(row.step), left));
     printed_ = row.step;
   }
@@ -277,17 +367,18 @@ class Run {
     watch_->steps_done(step);
     MpiSession::steps_done(step);
     console_.bar(share(step, time), rate(step));
-    if (signal_received) return false;
+    if (stop_signal() != 0) return false;
     return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time;
   }
 
   double rate(Index step) const {
-    return static_cast<double>(step) * static_cast<double>(particles_) / seconds_since(loop_begin_);
+    return static_cast<double>(step - first_step_) * static_cast<double>(particles_) /
+           seconds_since(loop_begin_);
   }
 
   int step_to_the_end(Simulation<Dim>& simulation) {
     loop_begin_ = Clock::now();
-    RankWatch watch(ranks_, [] { return signal_received != 0; });
+    RankWatch watch(ranks_, [] { return stop_signal() != 0; });
     watch_ = &watch;
     RunEnd end;
     int code = exit_ok;
@@ -295,8 +386,7 @@ class Run {
       simulation.run();
       if (!simulation.finished()) {
         end.status = RunStatus::stopped;
-        end.message = signal_received ? fmt::format("signal {}", static_cast<int>(signal_received))
-                                      : "wall time";
+        end.message = stop_signal() != 0 ? fmt::format("signal {}", stop_signal()) : "wall time";
         code = exit_stopped;
       }
     } catch (const SimulationError& error) {
@@ -305,12 +395,15 @@ class Run {
       code = exit_simulation;
     }
     const double wall = seconds_since(loop_begin_);
+    if (code == exit_stopped || (code == exit_ok && plans_checkpoints()))
+      checkpoints_->write(simulation.state());
     if (code != exit_simulation) {
       const HistoryRow row = simulation.history();
       if (last_row_.step != row.step) write_row(row);
       if (printed_ != row.step && row.step > 0) print_row(row);
     }
     if (last_frame_ != simulation.step()) write_frame(simulation);
+    checkpoints_->finish();
     report(simulation, end, wall);
     end.wall_seconds = seconds_since(begin_);
     end.steps = simulation.step();
@@ -321,9 +414,24 @@ class Run {
     return code;
   }
 
+  void report_balance(const BalanceReport& balance, double wall) {
+    if (!ranks_.several()) return;
+    console_.line(
+        fmt::format("balance: heaviest rank {:.3f} times the mean, at worst {:.3f}; {} remap{}, "
+                    "moving {:.1f} % "
+                    "of the particles each, at most {:.1f} %; {:.2f} % of the time",
+                    balance.windows > 0 ? balance.imbalance : 1.0, balance.worst, balance.remaps,
+                    balance.remaps == 1 ? "" : "s", 100 * balance.moved, 100 * balance.most_moved,
+                    100 * balance.seconds / wall));
+  }
+
+  bool plans_checkpoints() const {
+    return output_.checkpoint_steps > 0 || output_.checkpoint_minutes > 0;
+  }
+
   void report(Simulation<Dim>& simulation, const RunEnd& end, double wall) {
     const SimulationInfo info = simulation.info();
-    const auto steps = static_cast<double>(simulation.step());
+    const auto steps = static_cast<double>(simulation.step() - first_step_);
     const double particle_steps = steps * static_cast<double>(particles_);
     console_.line("");
     if (end.status == RunStatus::failed) {
@@ -335,8 +443,8 @@ class Run {
     }
     if (end.status == RunStatus::stopped)
       console_.line(
-          fmt::format("stopped by {} after step {}; the state was written. Continuing "
-                      "from it is not supported yet.",
+          fmt::format("stopped by {} after step {}; the state was written. To continue: the same "
+                      "command with --restart latest.",
                       end.message, simulation.step()));
     if (info.removed > 0)
       console_.warn(fmt::format("lahar: warning: {} particle{} left the mesh and {} removed.",
@@ -345,8 +453,9 @@ class Run {
     console_.line(fmt::format(
         "{} steps in {}: {:.1f} steps/s, {:.2f} million particle-steps/s, {:.1f} ns per "
         "particle-step and core",
-        format_count(simulation.step()), format_seconds(wall), steps / wall,
+        format_count(simulation.step() - first_step_), format_seconds(wall), steps / wall,
         particle_steps / wall * 1e-6, wall * info.threads * 1e9 / std::max(1.0, particle_steps)));
+    report_balance(simulation.balance(), wall);
     console_.line(timing_table(simulation.timings(), wall, info.threads));
     console_.line("");
     console_.line(fmt::format(
@@ -360,8 +469,14 @@ class Run {
   Ranks ranks_;
   Analysis outline_;
   OutputPlan output_;
+  CheckpointHeader header_;                    ///< of checkpoints that are written
+  std::unique_ptr<CheckpointReader> restart_;  ///< until the state has been read
+  std::vector<std::string> allowed_differences_;
   std::unique_ptr<RunFolder> folder_;
   RankWatch* watch_ = nullptr;  ///< while steps are taken and results written
+  std::optional<RunCheckpoints> checkpoints_;
+  Index first_step_ = 0;
+  double first_share_ = 0;
   Index particles_ = 0, steps_ = 0, last_frame_ = -1, next_line_ = 1, printed_ = -1;
   HistoryRow last_row_;
   double energy_scale_ = 0;
@@ -411,7 +526,9 @@ int run_command(const RunArguments& arguments) {
   Scenario scenario = read(arguments, console);
   check_alike(arguments, scenario);
   return std::visit(
-      [&]<int Dim>(const Model<Dim>&) { return Run<Dim>(arguments, scenario, console).execute(); },
+      [&]<int Dim>(const Model<Dim>&) {
+        return CaseRun<Dim>(arguments, scenario, console).execute();
+      },
       scenario.model);
 }
 

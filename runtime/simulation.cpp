@@ -19,6 +19,7 @@
 #include "runtime/failure.h"
 #include "runtime/frame_assembler.h"
 #include "runtime/patch_set.h"
+#include "runtime/patch_state.h"
 #include "runtime/rank_exchange.h"
 #include "runtime/snapshot.h"
 #include "runtime/stage_clock.h"
@@ -76,6 +77,13 @@ bool is_parallel(const ExecutionOptions& options) {
          options.mode == ExecutionOptions::Mode::bulk;
 }
 
+/// CPU time of this thread [ns]: others on the same core do not count.
+std::int64_t thread_nanoseconds() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
+
 /// The sums of a history row, each exact, as elements that are added over patches and ranks in any
 /// order.
 class RowSums {
@@ -125,15 +133,16 @@ Index history_interval(const OutputPlan& plan, double steps) {
 
 template <int Dim>
 struct Simulation<Dim>::Impl {
-  Impl(Model<Dim> model_in, ExecutionOptions options_in, Observer observer_in)
+  Impl(Model<Dim> model_in, ExecutionOptions options_in, Observer observer_in,
+       const SimulationState* state = nullptr)
       : options(options_in),
         observer(std::move(observer_in)),
         model(std::move(model_in)),
         stages(timestep<Dim>(model.analysis)),
         phases(phases_of(stage_list())),
         ranks(options.ranks),
-        patches(model, options.support_rings, node_sum_copies(model.analysis),
-                is_parallel(options) ? options.threads : 1, ranks, message_of_sums(stages)) {
+        patches(make_patches(state)),
+        balance(ranks, options.balance, options.threads) {
     seconds_per_tick();  // from now on
     if (options.threads <= 0) options.threads = available_threads();
     nsteps = model.analysis.nsteps;
@@ -146,15 +155,112 @@ struct Simulation<Dim>::Impl {
     frame_size = frame_bytes(patches.layout(), model, patches.particles());
     if (observer.frame && !streams() && !ranks.several())
       assembler.emplace([this](Frame&& frame) { observer.frame(std::move(frame)); });
-    start_row = present_row();
-    set_first_dt();
-    for (int p = 0; p < patches.size(); ++p) map_first(patches[p], stages, context(0));
-    history_steps = history_interval(
-        model.output, std::min(static_cast<double>(nsteps), model.analysis.end_time / dt[0]));
-    build_executor();
+    if (state)
+      restore(state->run);
+    else
+      start();
 #if defined(__GLIBC__)
     malloc_trim(0);  // what the model's tables took goes back to the system
 #endif
+  }
+
+  PatchSet<Dim> make_patches(const SimulationState* state) {
+    const int threads = is_parallel(options) ? options.threads : 1;
+    const NodeSumCopies copies = node_sum_copies(model.analysis);
+    const SumMessages messages = message_of_sums(stages);
+    return state ? PatchSet<Dim>(model, options.support_rings, copies, *state, threads, ranks,
+                                 messages)
+                 : PatchSet<Dim>(model, options.support_rings, copies, threads, ranks, messages);
+  }
+
+  void start() {
+    start_row = present_row();
+    set_first_dt();
+    for (int p = 0; p < patches.size(); ++p) map_first(patches[p], stages, context(0));
+    balance.share(patches, 0);
+    history_steps = history_interval(
+        model.output, std::min(static_cast<double>(nsteps), model.analysis.end_time / dt[0]));
+    build_executor();
+  }
+
+  // --- state ------------------------------------------------------------------------------------
+
+  /// Go on from the numbers of a state whose patches exist already.
+  void restore(const RunState& run) {
+    step = run.step;
+    removed = ranks.rank() == 0 ? run.removed : 0;
+    work = run.work;
+    start_row.kinetic = run.kinetic_at_start;
+    history_steps = model.output.history_steps > 0 ? model.output.history_steps : run.history_steps;
+    start_time[step] = run.time;
+    last_limit = run.dt_limit;
+    build_executor();
+    if (model.analysis.step.adaptive)
+      restore_dt(run.dt);
+    else
+      limit_steps_by_time();
+    if (step > nsteps)
+      throw InputError(
+          {Problem{.where = "/analysis/nsteps",
+                   .message = fmt::format("the run ends with step {}, but is to go on from step {}",
+                                          nsteps, step),
+                   .hint = "raise nsteps, or go on from an earlier checkpoint"}});
+  }
+
+  void restore_dt(double last_dt) {
+    if (step > 0) dt[step - 1] = last_dt;
+    const double left = model.analysis.end_time - start_time[step],
+                 rounding = last_dt * rounding_of_time;
+    if (left < -rounding)
+      throw InputError(
+          {Problem{.where = "/analysis/end_time",
+                   .message = fmt::format("the run ends at {:.6g} s, but is to go on from {:.6g} s",
+                                          model.analysis.end_time, start_time[step]),
+                   .hint = "raise end_time, or go on from an earlier checkpoint"}});
+    if (left <= rounding) nsteps = std::min(nsteps, step);
+    if (step < nsteps) set_dt(step, last_limit);
+  }
+
+  RunState run_state() const {
+    return {.dim = Dim,
+            .step = step,
+            .time = time_at(step),
+            .dt = step > 0 ? dt_of(step - 1) : 0.0,
+            .dt_limit = last_limit,
+            .particles = ranks.sum(patches.particles()),
+            .removed = ranks.sum(removed),
+            .history_steps = history_steps,
+            .work = work,
+            .kinetic_at_start = start_row.kinetic,
+            .cells_per_patch = patches.target_cells(),
+            .least_mass = patches.least_mass(),
+            .columns = column_text(patches.layout())};
+  }
+
+  SimulationState present_state() const {
+    SimulationState state{.run = run_state(), .patches = {}, .sizes = {}, .bytes = {}};
+    std::vector<int> position;
+    for (int i = 0; i < patches.size(); ++i) {
+      if (!has_state(patches[i])) continue;
+      position.push_back(i);
+      state.patches.push_back(patches[i].topology.patch);
+      state.sizes.push_back(static_cast<Index>(packed_bytes(patches[i])));
+    }
+    state.bytes = [this, position](std::size_t i) { return pack(patches[position[i]], step); };
+    return state;
+  }
+
+  bool checkpoint_due() const {
+    const Index every = model.output.checkpoint_steps;
+    return observer.checkpoint && (checkpoint_requested || (every > 0 && step % every == 0));
+  }
+
+  /// Frames of steps before are handed on first: who continues from here has them.
+  void write_checkpoint() {
+    checkpoint_asked = false;
+    checkpoint_requested = false;
+    if (assembler) assembler->drain();
+    observer.checkpoint(present_state());
   }
 
   // --- time -------------------------------------------------------------------------------------
@@ -188,6 +294,7 @@ struct Simulation<Dim>::Impl {
   void set_first_dt() {
     const TimeStep& plan = model.analysis.step;
     const double limit = present_limit();
+    if (plan.adaptive) last_limit = limit;
     dt[0] = plan.adaptive ? std::min(adaptive_dt(limit), model.analysis.end_time) : plan.dt;
     start_time[0] = 0.0;
     start_time[1] = dt[0];
@@ -200,10 +307,16 @@ struct Simulation<Dim>::Impl {
                                   .message = unstable_message(plan.dt, limit, where),
                                   .hint = unstable_hint(limit)}});
       }
-      if (std::isfinite(model.analysis.end_time))
-        nsteps = std::min(nsteps, static_cast<Index>(std::ceil(model.analysis.end_time / plan.dt *
-                                                               (1 - rounding_of_time))));
+      limit_steps_by_time();
     }
+  }
+
+  /// With a fixed step, the end time is a number of steps.
+  void limit_steps_by_time() {
+    const TimeStep& plan = model.analysis.step;
+    if (std::isfinite(model.analysis.end_time))
+      nsteps = std::min(nsteps, static_cast<Index>(std::ceil(model.analysis.end_time / plan.dt *
+                                                             (1 - rounding_of_time))));
   }
 
   /// The least limit that this rank's patches found in the last step.
@@ -258,6 +371,7 @@ struct Simulation<Dim>::Impl {
                                       static_cast<int>(patches.elsewhere().size()));
     const auto n = static_cast<std::size_t>(patches.size());
     poisoned.assign(n, 0);
+    balance.begin(patches);
     timing.resize(n * stages.size());
     TaskBodies bodies{[this](int phase, int p, Step step) { run_task(phase, p, step); },
                       [this](Step step) { set_dt(step); }, [this](Step step) { complete(step); }};
@@ -297,8 +411,19 @@ struct Simulation<Dim>::Impl {
                       .take_limit = [this](Step s, double limit) { agreed_limit[s] = limit; },
                       .failed_step = [this] { return failed_step.load(); },
                       .failure_elsewhere = [this](Step s) { learn_of_failure(s); },
-                      .others = {}},
+                      .others = [this] { poll(); }},
         InjectedLatency{options.latency});
+  }
+
+  /// By one thread at a time, the one that may call MPI.
+  void poll() {
+    if (!observer.poll || poll_failure) return;
+    try {
+      observer.poll();
+    } catch (...) {  // a full disk, for example
+      poll_failure = std::current_exception();
+      stop_asked = true;
+    }
   }
 
   void run_task(int phase, int p, Step step) {
@@ -306,7 +431,13 @@ struct Simulation<Dim>::Impl {
       exchange->unpack(phase, p - patches.size(), step);
       return;
     }
-    run_own_task(phase, p, step);
+    if (balance.samples(step)) {
+      const std::int64_t begin = thread_nanoseconds();
+      run_own_task(phase, p, step);
+      balance.add(step, p, thread_nanoseconds() - begin, patches[p].count);
+    } else {
+      run_own_task(phase, p, step);
+    }
     if (exchange) exchange->send(phase, p, step);
   }
 
@@ -403,11 +534,12 @@ struct Simulation<Dim>::Impl {
 
   /// What this rank knows when its patches have done `step`.
   Agreement give(Step step) {
-    if (stop_asked.load()) lower(stop_step, step + max_lead);
+    if (stop_asked.load() || checkpoint_asked.load()) lower(stop_step, step + max_lead);
     Agreement own;
     own.least.stop_before = stop_step.load();
     own.least.failed_step = failed_step.load();
     own.least.rebuild = rebuild_needed.load() ? -1 : 0;
+    own.least.checkpoint = checkpoint_asked.load() ? -1 : 0;
     own.least.stop = stop_asked.load() ? -1 : 0;
     if (history_due(step)) {
       RowSums sums;
@@ -418,6 +550,12 @@ struct Simulation<Dim>::Impl {
       }
       own.least.minus_speed = -std::bit_cast<Index>(fastest);
       own.sum = sums.elements();
+    }
+    balance.finish(step);
+    if (balance.is_due(step)) {
+      const Index work = balance.work();
+      own.least.minus_work = -work;
+      own.sum.push_back(work);
     }
     return own;
   }
@@ -443,10 +581,16 @@ struct Simulation<Dim>::Impl {
     return streams() || (ranks.several() && observer.frame);
   }
 
-  /// Where the graph has to drain: at `end`, or before it at a frame that is not copied.
+  /// Where the graph has to drain: at `end`, or before it at a frame that is not copied or at a
+  /// checkpoint.
   Step drain_step(Step end) const {
-    const Index every = model.output.frame_steps;
-    return drains_for_frames() && every > 0 ? std::min<Step>(end, (step / every + 1) * every) : end;
+    const auto before = [&](bool drains, Index every) {
+      if (drains && every > 0) end = std::min<Step>(end, (step / every + 1) * every);
+    };
+    before(drains_for_frames(), model.output.frame_steps);
+    before(static_cast<bool>(observer.checkpoint), model.output.checkpoint_steps);
+    before(balance.forced_every() > 0, balance.forced_every());
+    return end;
   }
 
   /// The output stage: copy what is due; nobody in the loop waits for more. (Frames too large to be
@@ -497,8 +641,14 @@ struct Simulation<Dim>::Impl {
     const Agreement::Least& least = agreed[step].least;
     executor->stop_before(least.stop_before);
     if (least.rebuild < 0) rebuild_needed = true;
+    if (least.checkpoint < 0) checkpoint_requested = true;
     if (least.stop < 0) stop_requested = true;
     learn_of_failure(least.failed_step);
+    // All ranks find the same, and nobody has begun the step before which they stop.
+    if (balance.is_due(step) && balance.is_uneven(-least.minus_work, agreed[step].sum.back())) {
+      remap_needed = true;
+      executor->stop_before(step + max_lead);
+    }
     // Patches that are ahead may have failed in a later step: this one is still good.
     const bool failed = least.failed_step <= step;
     if (history_due(step) && !failed) {
@@ -510,6 +660,7 @@ struct Simulation<Dim>::Impl {
       assembler->add(std::move(pieces[step]));
       pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
     }
+    if (observer.checkpoint_wanted && observer.checkpoint_wanted()) checkpoint_asked = true;
     if (observer.progress && !observer.progress(step + 1, time_at(step + 1))) stop_asked = true;
   }
 
@@ -614,14 +765,17 @@ struct Simulation<Dim>::Impl {
       settle();
       if (step >= nsteps) check_end();
       // dt of the next step, which the drained graph did not get to.
-      if (model.analysis.step.adaptive && step < nsteps) set_dt(step, ranks.min(own_limit()));
+      if (model.analysis.step.adaptive) last_limit = ranks.min(own_limit());
+      if (model.analysis.step.adaptive && step < nsteps) set_dt(step, last_limit);
       if (rebuild_needed) rebuild();
+      if (std::exchange(remap_needed, false) || balance.is_forced(step)) remap();
       if (drains_for_frames() && frame_due(step - 1)) {
         if (streams())
           observer.stream(present_stream());
         else
           observer.frame(present_frame());
       }
+      if (checkpoint_due()) write_checkpoint();
     }
     if (assembler) assembler->drain();
   }
@@ -635,7 +789,10 @@ struct Simulation<Dim>::Impl {
       of_one_rank(!failures.empty() && failures.by(step), message);
       throw SimulationError(message);
     }
+    if (!output_failure) output_failure = poll_failure;
+    if (!ranks.any(static_cast<bool>(output_failure))) return;
     if (output_failure) std::rethrow_exception(output_failure);
+    throw IoError("another rank could not write its part of the results");
   }
 
   /// Deliver the particles that are on their way: what the first stage of the next step would do.
@@ -667,6 +824,12 @@ struct Simulation<Dim>::Impl {
   void rebuild() {
     keep_timings();
     patches.rebuild();
+    build_executor();
+  }
+
+  void remap() {
+    if (step >= nsteps || !balance.remap(patches, step, nsteps - step)) return;
+    keep_timings();
     build_executor();
   }
 
@@ -707,6 +870,8 @@ struct Simulation<Dim>::Impl {
   std::vector<Phase> phases;
   Ranks ranks;
   PatchSet<Dim> patches;
+  RankBalance<Dim> balance;
+  bool remap_needed = false;
   std::unique_ptr<RankExchange<Dim>> exchange;  ///< several ranks only
   std::unique_ptr<Executor> executor;
   PerStep<Agreement> agreed;
@@ -718,14 +883,18 @@ struct Simulation<Dim>::Impl {
   double wave_speed_bound = 0;  ///< [m/s] of all materials
   Step step = 0;                ///< steps done
   PerStep<double> dt, start_time;
+  /// [s] least of all particles in the last step, when the graph is drained; adaptive runs.
+  double last_limit = std::numeric_limits<double>::infinity();
 
   std::vector<char> poisoned;
   FailureList failures;
   std::atomic<Step> failed_step{std::numeric_limits<Step>::max()};
-  std::exception_ptr output_failure;
+  std::exception_ptr output_failure, poll_failure;
   std::atomic<bool> rebuild_needed{false};
   std::atomic<bool> stop_asked{false};                            ///< of this rank
   std::atomic<bool> stop_requested{false};                        ///< all ranks know of it
+  std::atomic<bool> checkpoint_asked{false};                      ///< of this rank
+  std::atomic<bool> checkpoint_requested{false};                  ///< all ranks know of it
   std::atomic<Step> stop_step{std::numeric_limits<Step>::max()};  ///< not taken any more
   Index removed = 0;
 
@@ -741,6 +910,11 @@ struct Simulation<Dim>::Impl {
 template <int Dim>
 Simulation<Dim>::Simulation(Model<Dim> model, ExecutionOptions options, Observer observer)
     : impl_(std::make_unique<Impl>(std::move(model), options, std::move(observer))) {}
+
+template <int Dim>
+Simulation<Dim>::Simulation(Model<Dim> model, ExecutionOptions options, Observer observer,
+                            const SimulationState& state)
+    : impl_(std::make_unique<Impl>(std::move(model), options, std::move(observer), &state)) {}
 
 template <int Dim>
 Simulation<Dim>::~Simulation() = default;
@@ -769,6 +943,11 @@ std::optional<FrameStream> Simulation<Dim>::stream() const {
 template <int Dim>
 HistoryRow Simulation<Dim>::history() const {
   return impl_->present_row();
+}
+
+template <int Dim>
+SimulationState Simulation<Dim>::state() const {
+  return impl_->present_state();
 }
 
 template <int Dim>
@@ -805,6 +984,11 @@ SimulationInfo Simulation<Dim>::info() const {
   info.bytes = static_cast<std::size_t>(ranks.sum(bytes));
   info.most_bytes = static_cast<std::size_t>(ranks.max(bytes));
   return info;
+}
+
+template <int Dim>
+const BalanceReport& Simulation<Dim>::balance() const {
+  return impl_->balance.report();
 }
 
 template <int Dim>

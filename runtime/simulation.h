@@ -11,8 +11,10 @@
 #include "io/frame.h"
 #include "io/history.h"
 #include "physics/model.h"
+#include "runtime/rank_balance.h"
 #include "runtime/rank_partition.h"
 #include "runtime/ranks.h"
+#include "runtime/simulation_state.h"
 
 namespace lahar {
 
@@ -24,6 +26,7 @@ struct ExecutionOptions {
   /// call its member functions, apart from step(), time(), finished(), timings() and graph(),
   /// together.
   Ranks ranks = {};
+  BalanceOptions balance = {};
   double latency = 0;      ///< [s] held back from each message between ranks, for studies
   std::uint64_t seed = 1;  ///< random order only
   int support_rings = 0;   ///< extra layers of nodes that patches exchange; 0 suits linear elements
@@ -45,6 +48,13 @@ struct Observer {
   std::function<void(const FrameStream&)> stream;
   /// After every step, in order: steps done and time [s]. Return false to stop soon.
   std::function<bool(Index step, double time)> progress;
+  /// The state to be kept: after every OutputPlan::checkpoint_steps, and soon after
+  /// `checkpoint_wanted`, asked after every step, said so. The state is good during the call.
+  std::function<void(const SimulationState&)> checkpoint;
+  std::function<bool()> checkpoint_wanted;
+  /// Several ranks only: may call MPI and must not wait; called again and again while steps are
+  /// taken.
+  std::function<void()> poll;
 };
 
 /// Time spent in one stage, summed over its tasks.
@@ -71,6 +81,11 @@ class Simulation {
  public:
   /// Cuts the mesh, places the particles. Throws InputError (fixed step above the limit, ...).
   explicit Simulation(Model<Dim> model, ExecutionOptions options = {}, Observer observer = {});
+  /// Goes on from the state() of a simulation of the same model, whose nsteps, end time and output
+  /// may be others: all that follows has the bits as if nothing had come between. Throws InputError
+  /// where the state is not one of this model, IoError where it is damaged.
+  Simulation(Model<Dim> model, ExecutionOptions options, Observer observer,
+             const SimulationState& state);
   ~Simulation();
 
   /// Take `steps` steps (fewer where the end time comes first, or progress() asked to stop).
@@ -85,11 +100,14 @@ class Simulation {
   /// enough to be copied.
   std::optional<FrameStream> stream() const;
   HistoryRow history() const;  ///< present sums
-  Index step() const;          ///< steps done
-  double time() const;         ///< [s]
-  bool finished() const;       ///< no step left to take
+  /// Present state, without a copy: good until the next call of advance().
+  SimulationState state() const;
+  Index step() const;     ///< steps done
+  double time() const;    ///< [s]
+  bool finished() const;  ///< no step left to take
 
   SimulationInfo info() const;
+  const BalanceReport& balance() const;  ///< what balancing the ranks did
   std::vector<StageTiming> timings() const;
   const TaskGraph& graph() const;
   std::vector<std::string> patch_names() const;

@@ -118,7 +118,8 @@ TEST_CASE("an earlier run is replaced only on request, and only its results") {
   write_text_file(path / "frames/picture.png", "mine");
   CHECK(refusal([&] { make_run(path, {1}); }) ==
         "output folder " + path.string() + " holds the results of an earlier run | " +
-            "add --overwrite to replace them, or choose another output folder");
+            "add --restart latest to continue it, --overwrite to replace them, or choose another "
+            "output folder");
   CHECK(frames_of_run(path).size() == 2);
   RunFolder(path, contents(), true).finish({});
   CHECK(frames_of_run(path).empty());

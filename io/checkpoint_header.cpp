@@ -1,0 +1,109 @@
+#include "io/checkpoint_header.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "io/manifest.h"
+#include "physics/error.h"
+
+namespace lahar {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// JSON has no infinity.
+Json or_null(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+double or_infinity(const Json& value) {
+  return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
+}
+
+Json run_json(const RunState& run) {
+  return {{"dim", run.dim},
+          {"step", run.step},
+          {"time", run.time},
+          {"dt", run.dt},
+          {"dt_limit", or_null(run.dt_limit)},
+          {"particles", run.particles},
+          {"removed", run.removed},
+          {"history_steps", run.history_steps},
+          {"work",
+           {{"internal", run.work.internal},
+            {"external", run.work.external},
+            {"damping", run.work.damping}}},
+          {"kinetic_at_start", run.kinetic_at_start},
+          {"cells_per_patch", run.cells_per_patch},
+          {"least_mass", run.least_mass},
+          {"columns", run.columns}};
+}
+
+RunState run_of(const Json& json) {
+  const Json& work = json.at("work");
+  return {.dim = json.at("dim"),
+          .step = json.at("step"),
+          .time = json.at("time"),
+          .dt = json.at("dt"),
+          .dt_limit = or_infinity(json.at("dt_limit")),
+          .particles = json.at("particles"),
+          .removed = json.at("removed"),
+          .history_steps = json.at("history_steps"),
+          .work = {work.at("internal"), work.at("external"), work.at("damping")},
+          .kinetic_at_start = json.at("kinetic_at_start"),
+          .cells_per_patch = json.at("cells_per_patch"),
+          .least_mass = json.at("least_mass"),
+          .columns = json.at("columns")};
+}
+
+}  // namespace
+
+std::string header_text(const CheckpointHeader& header) {
+  Json side_files = Json::array();
+  for (const SideFileHash& side : header.side_files)
+    side_files.push_back({{"file", side.file}, {"sha256", side.sha256}});
+  const Json json = {{"lahar_checkpoint", checkpoint_format},
+                     {"program",
+                      {{"name", "lahar"},
+                       {"version", header.version},
+                       {"commit", header.commit},
+                       {"compiler", header.compiler}}},
+                     {"run", run_json(header.run)},
+                     {"side_files", side_files},
+                     {"scenario", header.scenario}};
+  return json.dump(1, ' ', false, Json::error_handler_t::replace);
+}
+
+CheckpointHeader read_header(const std::string& text) {
+  try {
+    const Json json = Json::parse(text);
+    if (const int format = json.at("lahar_checkpoint"); format != checkpoint_format)
+      throw IoError(fmt::format(
+          "it has format {}, this version of Lahar reads format {}: continue with the version that "
+          "wrote it",
+          format, checkpoint_format));
+    const Json& program = json.at("program");
+    CheckpointHeader header{.version = program.at("version"),
+                            .commit = program.at("commit"),
+                            .compiler = program.at("compiler"),
+                            .run = run_of(json.at("run")),
+                            .scenario = json.at("scenario"),
+                            .side_files = {}};
+    for (const Json& side : json.at("side_files"))
+      header.side_files.push_back({side.at("file"), side.at("sha256")});
+    return header;
+  } catch (const Json::exception& error) {
+    throw IoError(fmt::format("its header is not one of a checkpoint ({})", error.what()));
+  }
+}
+
+std::vector<SideFileHash> hashes_of(const std::vector<std::filesystem::path>& files) {
+  std::vector<SideFileHash> hashes;
+  for (const auto& file : files) hashes.push_back({file.string(), sha256_of_file(file)});
+  return hashes;
+}
+
+}  // namespace lahar

@@ -1,0 +1,15 @@
+/// \file Signals by which a user, a terminal or a batch system speaks to a run.
+#pragma once
+
+namespace lahar {
+
+/// From now on, SIGINT, SIGTERM and SIGHUP ask the run to stop, and SIGUSR1 asks for a checkpoint.
+void watch_signals();
+
+/// The signal that asked the run to stop; 0 = none.
+int stop_signal();
+
+/// Whether a checkpoint was asked for since the last call.
+bool take_checkpoint_request();
+
+}  // namespace lahar

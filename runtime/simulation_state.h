@@ -1,0 +1,24 @@
+/// \file The whole state of a simulation between two steps.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "io/checkpoint_header.h"
+
+namespace lahar {
+
+/// What a simulation goes on from, bit by bit: its numbers, and the patches that have a state
+/// (runtime/patch_state.h) as bytes. Patches that are not named are as new.
+struct SimulationState {
+  RunState run;
+  /// Ids, ascending. A simulation of several ranks gives those of each rank, and goes on from those
+  /// of all.
+  std::vector<Index> patches;
+  std::vector<Index> sizes;  ///< [bytes] of each
+  /// The state of patches[i]. Any thread.
+  std::function<std::vector<std::byte>(std::size_t i)> bytes;
+};
+
+}  // namespace lahar
