@@ -290,6 +290,20 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
   --set /materials/0/density=-1
                              ^
 )"},
+    {"no checkpoint is kept",
+     {},
+     {"post_processing.checkpoints_kept=0"},
+     R"(command line: error: 'checkpoints_kept' must be at least 1 and at most 1000000, found 0 [/post_processing/checkpoints_kept]
+  --set post_processing.checkpoints_kept=0
+                                         ^
+)"},
+    {"checkpoints in the past",
+     {},
+     {"post_processing.checkpoint_minutes=-5"},
+     R"(command line: error: 'checkpoint_minutes' must be at least 0 [min], found -5 [/post_processing/checkpoint_minutes]
+  --set post_processing.checkpoint_minutes=-5
+                                           ^
+)"},
     {"an override beyond an array",
      {},
      {"materials.1.density=5"},
@@ -313,5 +327,5 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
                     ^
 )"},
   };
-  check(table, 39);
+  check(table, 41);
 }

@@ -238,6 +238,21 @@ TEST_CASE("overrides replace, add and are converted") {
   CHECK(m.output.frame_steps == 5);
 }
 
+TEST_CASE("checkpoints are planned in post_processing; without a plan there are none") {
+  const OutputPlan none = model({}).output;
+  CHECK(none.checkpoint_steps == 0);
+  CHECK(none.checkpoint_minutes == 0);
+  CHECK(none.checkpoints_kept == 2);
+  const OutputPlan plan =
+      model({}, {{"post_processing.checkpoint_steps=50", "post_processing.checkpoint_minutes=1.5",
+                  "post_processing.checkpoints_kept=7"},
+                 false})
+          .output;
+  CHECK(plan.checkpoint_steps == 50);
+  CHECK(plan.checkpoint_minutes == 1.5);
+  CHECK(plan.checkpoints_kept == 7);
+}
+
 TEST_CASE("keys that the reference ignores, and keys without effect, are warned about once each") {
   std::string text = scenario({.analysis = R"("dt": 1, "nsteps": 1, "nload_balance_steps": 1000)"});
   text.insert(text.find("\"density\": 10"), "\"porosity\": 0.3, \"tolerance\": 1e-9, ");
