@@ -18,6 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view frame_prefix = "particles_";
+constexpr std::string_view frames_folder = "frames";
 
 [[noreturn]] void refuse(std::string message, std::string hint) {
   Problem problem;
@@ -89,12 +90,11 @@ std::optional<Index> step_of(const std::string& name) {
 }  // namespace
 
 struct RunFolder::Impl {
-  Impl(fs::path path, const RunFolderContents& contents, bool overwrite, FrameFileOptions options)
+  Impl(fs::path path, const RunFolderContents& contents, bool overwrite)
       : folder(std::move(path)),
         manifest(contents.info),
         log(claim(folder, overwrite)),
-        history((write_start(contents), folder / "history.csv"), OutputFile::Mode::truncate),
-        frames(folder / "frames", options) {
+        history((write_start(contents), folder / "history.csv"), OutputFile::Mode::truncate) {
     history.write(history_header());
     history.flush();
   }
@@ -104,7 +104,7 @@ struct RunFolder::Impl {
     write_text_file(folder / "manifest.json", manifest.text());
     write_text_file(folder / "scenario.json", contents.scenario);
     write_text_file(folder / "scenario.full.json", contents.scenario_full);
-    make_folder(folder / "frames");
+    make_folder(folder / frames_folder);
   }
 
   void complete(const RunEnd& end) {
@@ -117,13 +117,11 @@ struct RunFolder::Impl {
   std::mutex log_mutex, history_mutex;
   OutputFile log;
   OutputFile history;
-  FrameWriter frames;
   bool finished = false;
 };
 
-RunFolder::RunFolder(fs::path folder, const RunFolderContents& contents, bool overwrite,
-                     FrameFileOptions options)
-    : impl_(std::make_unique<Impl>(std::move(folder), contents, overwrite, options)) {}
+RunFolder::RunFolder(fs::path folder, const RunFolderContents& contents, bool overwrite)
+    : impl_(std::make_unique<Impl>(std::move(folder), contents, overwrite)) {}
 
 RunFolder::~RunFolder() {
   if (impl_->finished) return;
@@ -147,17 +145,8 @@ void RunFolder::history(const HistoryRow& row) {
   impl_->history.flush();
 }
 
-void RunFolder::write(Frame&& frame) {
-  impl_->frames.write(std::move(frame));
-}
-
-void RunFolder::write(const FrameStream& frame) {
-  impl_->frames.write(frame);
-}
-
 void RunFolder::finish(const RunEnd& end) {
   try {
-    impl_->frames.finish();
     impl_->history.sync();
     impl_->log.sync();
   } catch (const IoError& error) {
@@ -167,7 +156,7 @@ void RunFolder::finish(const RunEnd& end) {
     try {
       impl_->complete(failed);
     } catch (const IoError&) {
-      // The disk that refused the frame may refuse this too; the first error says it.
+      // The disk that refused those may refuse this too; the first error says it.
     }
     throw;
   }
@@ -178,6 +167,10 @@ const fs::path& RunFolder::folder() const {
   return impl_->folder;
 }
 
+fs::path RunFolder::frames() const {
+  return impl_->folder / frames_folder;
+}
+
 std::string frame_name(Index step, std::string_view extension) {
   return fmt::format("{}{:010}{}", frame_prefix, step, extension);
 }
@@ -185,7 +178,7 @@ std::string frame_name(Index step, std::string_view extension) {
 std::vector<FrameFile> frames_of_run(const fs::path& folder) {
   std::vector<FrameFile> frames;
   std::error_code error;
-  const fs::path place = folder / "frames";
+  const fs::path place = folder / frames_folder;
   for (const auto& entry : fs::directory_iterator(place, error))
     if (const auto step = step_of(entry.path().filename().string()))
       frames.push_back({*step, entry.path()});

@@ -5,7 +5,8 @@
 ///     scenario.json        the input as it was; scenario.full.json: with every default
 ///     log.txt              what the terminal showed
 ///     history.csv          conservation laws, one row per interval (io/history.h)
-///     frames/              particles_STEP.hdf and particles.hdf.series
+///     frames/              particles_STEP.hdf and particles.hdf.series, by FrameOutput; their
+///                          format is in io/vtkhdf.h
 #pragma once
 
 #include <filesystem>
@@ -15,10 +16,9 @@
 #include <string_view>
 #include <vector>
 
-#include "io/frame.h"
-#include "io/frame_writer.h"
 #include "io/history.h"
 #include "io/manifest.h"
+#include "physics/types.h"
 
 namespace lahar {
 
@@ -29,27 +29,26 @@ struct RunFolderContents {
   std::string scenario_full;  ///< scenario.full.json
 };
 
-/// Output of one run. Member functions may be called from any thread. All throw IoError; a failure
-/// of the background writer surfaces at the next write() and at finish().
+/// Output of one run, but for its frames. Member functions may be called from any thread. All throw
+/// IoError.
 class RunFolder {
  public:
   /// Make the folder. An existing one must be empty, or a run of Lahar and `overwrite` be true: its
   /// old results are then removed, and only those. Throws InputError where it must not be touched,
   /// including a folder that another process is writing to.
-  RunFolder(std::filesystem::path folder, const RunFolderContents& contents, bool overwrite = false,
-            FrameFileOptions options = {});
+  RunFolder(std::filesystem::path folder, const RunFolderContents& contents,
+            bool overwrite = false);
   /// Without finish(): completes the manifest as failed.
   ~RunFolder();
 
   void log(std::string_view line);  ///< a newline is added where there is none
   void history(const HistoryRow& row);
-  void write(Frame&& frame);             ///< in the background; blocks when two are pending
-  void write(const FrameStream& frame);  ///< at once
-  /// Write what is pending, then complete the manifest. If a frame could not be written, the
-  /// manifest says failed and the error is thrown.
+  /// Bring everything to the disk and complete the manifest. If that cannot be done, the manifest
+  /// says failed and the error is thrown.
   void finish(const RunEnd& end);
 
   const std::filesystem::path& folder() const;
+  std::filesystem::path frames() const;  ///< where frames belong
 
  private:
   struct Impl;

@@ -20,6 +20,7 @@ class PatchSet {
   PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads = 1);
 
   const Partition<Dim>& partition() const { return partition_; }
+  const ColumnLayout<Dim>& layout() const { return layout_; }
   int size() const { return static_cast<int>(patches_.size()); }
   Patch<Dim>& operator[](int i) { return *patches_[static_cast<std::size_t>(i)]; }
   const Patch<Dim>& operator[](int i) const { return *patches_[static_cast<std::size_t>(i)]; }

@@ -11,6 +11,7 @@
 #include "lahar_version.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
+#include "runtime/frame_output.h"
 
 namespace lahar {
 
@@ -173,12 +174,13 @@ class Run {
     folder_ = std::make_unique<RunFolder>(
         output_.folder, RunFolderContents{std::move(about), scenario_.text, scenario_.full},
         arguments_.overwrite);
+    frames_ = std::make_unique<FrameOutput>(folder_->frames(), arguments_.execution.ranks);
     console_.log_to([this](const std::string& line) { folder_->log(line); });
     console_.line(fmt::format("output     {}", output_.folder));
     console_.line("");
     console_.line(progress_head());
     folder_->history(simulation.history());
-    if (output_.frame_steps > 0) write_frame(simulation);
+    if (output_.frame_steps > 0) frames_->write(simulation.frame_source());
     return step_to_the_end(simulation);
   }
 
@@ -200,23 +202,16 @@ class Run {
   }
 
   Observer observer() {
-    return {[this](Frame&& frame) {
-              last_frame_ = frame.step;
-              folder_->write(std::move(frame));
+    return {[this](FramePieces&& frame) {
+              last_frame_ = frame.header.step;
+              frames_->add(std::move(frame));
             },
             [this](const HistoryRow& row) { on_history(row); },
-            [this](const FrameStream& frame) {
+            [this](const FrameSource& frame) {
               last_frame_ = frame.header.step;
-              folder_->write(frame);
+              frames_->write(frame);
             },
             [this](Index step, double time) { return on_step(step, time); }};
-  }
-
-  void write_frame(const Simulation<Dim>& simulation) {
-    if (const auto stream = simulation.stream())
-      folder_->write(*stream);
-    else
-      folder_->write(simulation.frame());
   }
 
   void on_history(const HistoryRow& row) {
@@ -278,14 +273,31 @@ class Run {
       if (last_row_.step != row.step) folder_->history(row);
       if (printed_ != row.step && row.step > 0) print_row(row);
     }
-    if (last_frame_ != simulation.step()) write_frame(simulation);
+    if (last_frame_ != simulation.step()) frames_->write(simulation.frame_source());
     report(simulation, end, wall);
     end.wall_seconds = seconds_since(begin_);
     end.steps = simulation.step();
     end.time = simulation.time();
     for (const Problem& warning : scenario_.warnings) end.warnings.push_back(warning.message);
-    folder_->finish(end);
+    finish(end);
     return code;
+  }
+
+  /// If a frame could not be written, the manifest says failed and the error is thrown.
+  void finish(RunEnd& end) {
+    try {
+      frames_->finish();
+    } catch (const IoError& error) {
+      end.status = RunStatus::failed;
+      end.message += (end.message.empty() ? "" : "; ") + std::string(error.what());
+      try {
+        folder_->finish(end);
+      } catch (const IoError&) {
+        // The disk that refused the frame may refuse this too; the first error says it.
+      }
+      throw;
+    }
+    folder_->finish(end);
   }
 
   void report(Simulation<Dim>& simulation, const RunEnd& end, double wall) {
@@ -327,6 +339,7 @@ class Run {
   Analysis outline_;
   OutputPlan output_;
   std::unique_ptr<RunFolder> folder_;
+  std::unique_ptr<FrameOutput> frames_;
   Index particles_ = 0, steps_ = 0, last_frame_ = -1, next_line_ = 1, printed_ = -1;
   HistoryRow last_row_;
   double energy_scale_ = 0;

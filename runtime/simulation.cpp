@@ -16,7 +16,6 @@
 #include "physics/kernels.h"
 #include "physics/law.h"
 #include "runtime/failure.h"
-#include "runtime/frame_assembler.h"
 #include "runtime/patch_set.h"
 #include "runtime/snapshot.h"
 #include "runtime/stage_clock.h"
@@ -94,10 +93,8 @@ struct Simulation<Dim>::Impl {
       wave_speed_bound =
           std::max(wave_speed_bound,
                    wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
-    if (patches.size() > 0)
-      frame_size = frame_bytes(patches[0].particles.layout(), model, patches.particles());
-    if (observer.frame && !streams())
-      assembler.emplace([this](Frame&& frame) { observer.frame(std::move(frame)); });
+    const std::size_t own_frame = frame_bytes(patches.layout(), model, patches.particles());
+    frame_size = static_cast<std::size_t>(options.ranks.max(static_cast<Index>(own_frame)));
     start_row = present_row();
     set_first_dt();
     for (int p = 0; p < patches.size(); ++p) map_first(patches[p], stages, context(0));
@@ -294,22 +291,22 @@ struct Simulation<Dim>::Impl {
     return (step + 1) % history_steps == 0;
   }
   bool frame_due(Step step) const {
-    return (assembler || streams()) && model.output.frame_steps > 0 &&
+    return (observer.frame || observer.large_frame) && model.output.frame_steps > 0 &&
            (step + 1) % model.output.frame_steps == 0;
   }
   bool copy_due(Step step) const {
-    return assembler && frame_due(step);
+    return observer.frame && !frames_are_large() && frame_due(step);
   }
 
   /// Frames are too large to be copied.
-  bool streams() const {
-    return observer.stream && frame_size > options.copied_frame_bytes;
+  bool frames_are_large() const {
+    return observer.large_frame && frame_size > options.copied_frame_bytes;
   }
 
   /// Where the graph has to drain: at `end`, or before it at a frame that is not copied.
   Step drain_step(Step end) const {
     const Index every = model.output.frame_steps;
-    return streams() && every > 0 ? std::min<Step>(end, (step / every + 1) * every) : end;
+    return frames_are_large() && every > 0 ? std::min<Step>(end, (step / every + 1) * every) : end;
   }
 
   /// The output stage: copy what is due; nobody in the loop waits for more. (Frames too large to be
@@ -319,12 +316,7 @@ struct Simulation<Dim>::Impl {
     if (may_be_unstable(p, step)) check_limit(p, step);
     if (history_due(step) || frame_due(step)) check_finite(patches[p]);
     if (history_due(step)) rows[step][i] = sums(patches[p]);
-    if (copy_due(step)) {
-      Frame& piece = pieces[step][i];
-      piece = snapshot(patches[p], model);
-      piece.step = step + 1;
-      piece.time = time_at(step + 1);
-    }
+    if (copy_due(step)) pieces[step][i] = snapshot(patches[p], model);
   }
 
   bool may_be_unstable(int p, Step step) const {
@@ -365,7 +357,7 @@ struct Simulation<Dim>::Impl {
       if (observer.history) observer.history(row);
     }
     if (copy_due(step) && !failed) {
-      assembler->add(std::move(pieces[step]));
+      observer.frame({header_at(step + 1), std::move(pieces[step])});
       pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
     }
     if (observer.progress && !observer.progress(step + 1, time_at(step + 1))) {
@@ -405,22 +397,18 @@ struct Simulation<Dim>::Impl {
     return row;
   }
 
-  Frame present_frame() const {
-    std::vector<Frame> all;
-    for (int i = 0; i < patches.size(); ++i) {
-      all.push_back(snapshot(patches[i], model));
-      all.back().step = step;
-      all.back().time = time_at(step);
-    }
-    return merge(std::move(all));
+  FrameHeader header_at(Step at) const {
+    FrameHeader header = frame_header<Dim>(patches.layout(), model);
+    header.step = at;
+    header.time = time_at(at);
+    return header;
   }
 
-  FrameStream present_stream() const {
+  FrameSource present_frame() const {
     std::vector<const Patch<Dim>*> all;
     for (int i = 0; i < patches.size(); ++i) all.push_back(&patches[i]);
-    FrameStream frame = lahar::stream(all, model);
-    frame.header.step = step;
-    frame.header.time = time_at(step);
+    FrameSource frame = lahar::frame_source(all, header_at(step), model);
+    if (options.mode == ExecutionOptions::Mode::flow_graph) frame.threads = options.threads;
     return frame;
   }
 
@@ -441,19 +429,18 @@ struct Simulation<Dim>::Impl {
       step = executor->run(step, drain_step(end));
       count_removed();
       if (!failures.empty()) {
-        drain_after_failure();
         step = failed_step;
         throw SimulationError(failures.message());
       }
       if (output_failure) std::rethrow_exception(output_failure);
+      // Before particles are delivered: then it is in the order of frames that were copied.
+      if (frames_are_large() && frame_due(step - 1)) observer.large_frame(present_frame());
       settle();
       if (step >= nsteps) check_end();
       // dt of the next step, which the drained graph did not get to.
       if (model.analysis.step.adaptive && step < nsteps) set_dt(step);
       if (rebuild_needed) rebuild();
-      if (streams() && frame_due(step - 1)) observer.stream(present_stream());
     }
-    if (assembler) assembler->drain();
   }
 
   /// Deliver the particles that are on their way: what the first stage of the next step would do.
@@ -470,17 +457,7 @@ struct Simulation<Dim>::Impl {
         fail(output_index, p, step - 1, describe_mark(patches[p].mark, Dim));
     }
     if (failures.empty()) return;
-    drain_after_failure();
     throw SimulationError(failures.message());
-  }
-
-  /// Frames of good steps are handed on before the failure is reported.
-  void drain_after_failure() {
-    try {
-      if (assembler) assembler->drain();
-    } catch (...) {
-      output_failure = std::current_exception();
-    }
   }
 
   void rebuild() {
@@ -529,7 +506,7 @@ struct Simulation<Dim>::Impl {
   std::size_t locate_index = 0, output_index = 0, first_dt_stage = 0;
 
   Index nsteps = 0, history_steps = 1;
-  std::size_t frame_size = 0;   ///< [bytes] of a frame of all particles
+  std::size_t frame_size = 0;   ///< [bytes] of a frame, of the rank with most of it
   double wave_speed_bound = 0;  ///< [m/s] of all materials
   Step step = 0;                ///< steps done
   PerStep<double> dt, start_time;
@@ -546,9 +523,8 @@ struct Simulation<Dim>::Impl {
   PatchWork work;  ///< since the start, up to the last history row
   PerStep<std::vector<HistoryRow>> rows;
   PerStep<std::vector<Frame>> pieces;
-  std::vector<StageTicks> timing;           ///< per patch and stage
-  std::vector<StageTiming> kept_timing;     ///< of patch sets before
-  std::optional<FrameAssembler> assembler;  ///< last: stops before what it uses goes
+  std::vector<StageTicks> timing;        ///< per patch and stage
+  std::vector<StageTiming> kept_timing;  ///< of patch sets before
 };
 
 template <int Dim>
@@ -570,13 +546,12 @@ void Simulation<Dim>::run() {
 
 template <int Dim>
 Frame Simulation<Dim>::frame() const {
-  return impl_->present_frame();
+  return join(impl_->present_frame());
 }
 
 template <int Dim>
-std::optional<FrameStream> Simulation<Dim>::stream() const {
-  if (!impl_->streams()) return {};
-  return impl_->present_stream();
+FrameSource Simulation<Dim>::frame_source() const {
+  return impl_->present_frame();
 }
 
 template <int Dim>

@@ -177,7 +177,7 @@ template <int Dim>
 Outcome run(const Model<Dim>& model, const ExecutionOptions& options) {
   Outcome outcome;
   Observer observer;
-  observer.frame = [&](Frame&& frame) { outcome.frames.push_back(std::move(frame)); };
+  observer.frame = [&](FramePieces&& frame) { outcome.frames.push_back(join(frame)); };
   observer.history = [&](const HistoryRow& row) { outcome.rows.push_back(row); };
   Simulation<Dim> simulation(model, options, observer);
   try {
