@@ -1,0 +1,12 @@
+// Every rank runs every test case, in the same order. A check that fails on one rank must not keep
+// it from calls that the others make too: CHECK, not REQUIRE.
+#define DOCTEST_CONFIG_IMPLEMENT
+#include <doctest/doctest.h>
+
+#include "runtime/ranks.h"
+
+int main(int argc, char** argv) {
+  const lahar::MpiSession session(argc, argv);
+  doctest::Context context(argc, argv);
+  return context.run();
+}
