@@ -17,6 +17,7 @@ build_packages=(
   "libcli11-dev:command line"
   "robin-map-dev:hash map"
   "libopenmpi-dev:several processes, also on several machines"
+  "libscotch-dev:partition over processes"
   "openmpi-bin:mpirun, which starts them"
 )
 test_packages=("doctest-dev:test framework" "libbenchmark-dev:micro-benchmarks")

@@ -28,6 +28,26 @@ struct TaskBodies {
   std::function<void(Step step)> completed;
 };
 
+class Executor;
+
+/// What connects the graph of one rank with those of the others. Any thread may call; what takes
+/// time goes on while others work.
+class Remote {
+ public:
+  virtual ~Remote() = default;
+  /// Look for messages and agreements that are complete and hand them to the executor: arrived(),
+  /// dt_agreed(), step_agreed(). False = there was nothing.
+  virtual bool progress(Executor& executor) = 0;
+  /// This rank's patches have given dt of `step`: find the minimum of all ranks, for dt_agreed().
+  /// Steps in order.
+  virtual void give_dt(Step step) = 0;
+  /// This rank's patches have finished `step`: find out when all ranks have, for step_agreed().
+  /// Steps in order.
+  virtual void give_step(Step step) = 0;
+  /// Wait until all ranks have come here: not while steps are taken as a graph.
+  virtual void wait_for_all() = 0;
+};
+
 /// Executes steps [first, end) of a step graph. Results must not depend on the kind.
 class Executor {
  public:
@@ -44,6 +64,13 @@ class Executor {
 
   /// Called from set_dt of the step before: nobody takes `step` or a later one.
   void stop_before(Step step);
+
+  /// Several ranks: the message for a stage of a patch elsewhere (a column of the graph).
+  virtual void arrived(int /*stage*/, int /*patch*/) {}
+  /// Several ranks: dt of `step` can be set.
+  virtual void dt_agreed(Step /*step*/) {}
+  /// Several ranks: all have finished `step`, and all steps before.
+  virtual void step_agreed(Step /*step*/) {}
 
   const TaskGraph& graph() const { return graph_; }
 
@@ -62,7 +89,13 @@ std::unique_ptr<Executor> make_random_executor(TaskGraph graph, TaskBodies bodie
 
 /// A oneTBB flow graph on `threads` threads. `verify` checks at every firing that exactly the steps
 /// that the edges promise were done before, and throws std::logic_error from run() otherwise.
+/// `remote`: for a graph that is one rank's share (TaskGraph::shared); must outlive the executor.
 std::unique_ptr<Executor> make_flow_executor(TaskGraph graph, TaskBodies bodies, int threads,
-                                             bool verify = false);
+                                             bool verify = false, Remote* remote = nullptr);
+
+/// Phase after phase, all patches in parallel, and after each phase everybody waits for everybody,
+/// as codes without a graph do: for comparison.
+std::unique_ptr<Executor> make_bulk_executor(TaskGraph graph, TaskBodies bodies, int threads,
+                                             Remote* remote = nullptr);
 
 }  // namespace lahar

@@ -7,15 +7,22 @@
 /// Every task of the first stage needs one more message, the permit: its patch is less than
 /// max_lead steps ahead of the slowest one. Permits are the only thing that links patches far
 /// apart.
+///
+/// Several ranks: a message from elsewhere fires the task of its patch; that all ranks have
+/// finished a step releases permits. Every body ends with a look for messages, and a thread that
+/// leaves no task ready stays and looks on, because oneTBB does not say when it is idle. For that
+/// alone the messages of the graph are counted a second time, beside oneTBB's own counters.
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <array>
 #include <deque>
 #include <mutex>
 #include <stdexcept>
+#include <thread>
 
 #include "graph/executor.h"
 
@@ -31,9 +38,10 @@ struct alignas(64) Node : flow::continue_node<flow::continue_msg> {
 
 class FlowExecutor final : public Executor {
  public:
-  FlowExecutor(TaskGraph graph, TaskBodies bodies, int threads, bool verify)
+  FlowExecutor(TaskGraph graph, TaskBodies bodies, int threads, bool verify, Remote* remote)
       : Executor(std::move(graph), std::move(bodies)),
         verify_(verify),
+        remote_(remote),
         parallelism_(oneapi::tbb::global_control::max_allowed_parallelism,
                      static_cast<std::size_t>(threads)),
         arena_(threads) {
@@ -55,11 +63,29 @@ class FlowExecutor final : public Executor {
     first_ = first;
     parked_.clear();
     step_.assign(step_.size(), first);
-    for (auto& count : remaining_) count = graph_.patches;
+    for (auto& count : remaining_) count = graph_.own_patches();
     finished_.fill(false);
+    agreed_.fill(false);
+    next_given_ = first;
+    dt_known_ = first;
+    for (auto& done : done_) done = first;
     for (auto& stamp : stamps_) stamp = first;
     if (first < end) arena_.execute([this] { start_and_wait(); });
     return end_;
+  }
+
+  void arrived(int stage, int patch) override { put(graph_.task(stage, patch)); }
+  void dt_agreed(Step) override { put(graph_.dt_task()); }
+
+  /// Agreements may come to light in another order than they were made.
+  void step_agreed(Step step) override {
+    const std::scoped_lock lock(completion_);
+    agreed_[static_cast<std::size_t>(step % max_lead)] = true;
+    while (agreed_[static_cast<std::size_t>(next_completion_ % max_lead)]) {
+      agreed_[static_cast<std::size_t>(next_completion_ % max_lead)] = false;
+      complete_next();
+    }
+    if (graph_.own_patches() == 0) give_steps_without_patches();
   }
 
  private:
@@ -73,10 +99,17 @@ class FlowExecutor final : public Executor {
       for (const Edge& edge : graph_.edges)
         into_[static_cast<std::size_t>(edge.to)].push_back(edge);
     }
+    if (remote_) {
+      missing_ = std::vector<std::atomic<int>>(static_cast<std::size_t>(n));
+      find_boundary();
+    }
     for (int t = 0; t < n; ++t) {
-      const int permit = is_first_stage(t) ? 1 : 0;
-      nodes_.emplace_back(*flow_, graph_.in_lag[static_cast<std::size_t>(t)] + permit,
-                          [this, t](const flow::continue_msg&) { fire(t); });
+      const auto body = [this, t](const flow::continue_msg&) { guarded_fire(t); };
+      // What others wait for goes first. Without other ranks a priority would only cost time.
+      if (remote_ && is_urgent(t))
+        nodes_.emplace_back(*flow_, puts_into(t), body, flow::node_priority_t{1});
+      else
+        nodes_.emplace_back(*flow_, puts_into(t), body);
     }
     // A task's edges one after the other: their memory is walked in this order at every firing.
     for (const Edge& edge : graph_.edges)
@@ -88,37 +121,159 @@ class FlowExecutor final : public Executor {
   void start_and_wait() {
     // Counters keep what a stopped run left in them.
     flow_->reset();
+    if (remote_) {
+      for (int t = 0; t < graph_.tasks(); ++t) missing_[static_cast<std::size_t>(t)] = needs(t);
+      ready_ = 0;
+    }
     for (int t = 0; t < graph_.tasks(); ++t) {
-      const int messages = graph_.in_lag[static_cast<std::size_t>(t)] + (is_first_stage(t) ? 1 : 0);
+      if (graph_.is_elsewhere(t)) continue;
+      // The first step's dt is known.
+      const int messages = graph_.is_dt(t) ? puts_into(t) : first_puts_into(t);
       for (int k = 0; k < messages; ++k) put(t);
     }
+    if (remote_ && graph_.own_patches() == 0) {
+      const std::scoped_lock lock(completion_);
+      give_steps_without_patches();
+    }
     flow_->wait_for_all();
+    while (remote_ && !all_done()) {  // a rank without patches has no body to look for messages
+      look_until_ready();
+      flow_->wait_for_all();
+    }
   }
 
-  bool is_first_stage(int task) const { return task < graph_.patches; }
+  bool is_first_stage(int task) const {
+    return !graph_.is_global(task) && graph_.stage_of(task) == 0 && !graph_.is_elsewhere(task);
+  }
   bool is_last_stage(int task) const {
-    return !graph_.is_dt(task) &&
+    return !graph_.is_global(task) && !graph_.is_elsewhere(task) &&
            graph_.stage_of(task) + 1 == static_cast<int>(graph_.stages.size());
   }
-  void put(int task) { nodes_[static_cast<std::size_t>(task)].try_put(flow::continue_msg{}); }
+  /// Messages into a task that no make_edge edge brings: from the step before, a permit, from
+  /// elsewhere.
+  int first_puts_into(int task) const {
+    return graph_.in_lag[static_cast<std::size_t>(task)] + (needs_permit(task) ? 1 : 0);
+  }
+  /// What begins a step must know that it is taken by all.
+  bool needs_permit(int task) const { return is_first_stage(task) || graph_.collects_dt(task); }
+  int puts_into(int task) const {
+    const bool from_elsewhere = graph_.is_elsewhere(task) || (graph_.shared && graph_.is_dt(task));
+    return first_puts_into(task) + (from_elsewhere ? 1 : 0);
+  }
+  int needs(int task) const {
+    return puts_into(task) + graph_.in_step[static_cast<std::size_t>(task)];
+  }
+  void put(int task) {
+    if (remote_) count_message(task);
+    nodes_[static_cast<std::size_t>(task)].try_put(flow::continue_msg{});
+  }
+
+  /// Threads that look for messages must not do so for ever when the graph is cancelled.
+  void guarded_fire(int task) {
+    try {
+      fire(task);
+    } catch (...) {
+      broken_ = true;
+      throw;
+    }
+  }
 
   void fire(int task) {
     const auto t = static_cast<std::size_t>(task);
     const Step step = step_[t]++;
+    if (remote_) ready_.fetch_sub(1, std::memory_order_acq_rel);
     if (verify_) verify(task, step);
     if (graph_.is_dt(task)) {
       if (step > first_) bodies_.set_dt(step);  // dt of the first step is known
+      if (graph_.shared) set_dt_known(step);
+    } else if (graph_.collects_dt(task)) {
+      if (step > first_) remote_->give_dt(step);
     } else {
       bodies_.run(graph_.stage_of(task), graph_.patch_of(task), step);
     }
     fetch_successors(task);
     if (verify_) stamps_[t].store(step + 1, std::memory_order_release);
     if (is_last_stage(task)) finish(step);
+    if (remote_ && graph_.is_elsewhere(task)) done_[t].store(step + 1, std::memory_order_release);
     if (step + 1 < end_.load(std::memory_order_acquire))
       for (const Edge& edge : graph_.out(task))
         if (edge.lag == 1) put(edge.to);
-    if (is_first_stage(task)) request_permit(task, step + 1);
+    if (needs_permit(task)) request_permit(task, step + 1);
+    if (remote_) {
+      for (const Edge& edge : graph_.out(task))
+        if (edge.lag == 0) count_message(edge.to);
+      look_for_messages();
+    }
   }
+
+  // --- other ranks ------------------------------------------------------------------------------
+
+  /// A message to a task, counted before oneTBB gets it.
+  void count_message(int task) {
+    auto& missing = missing_[static_cast<std::size_t>(task)];
+    if (missing.fetch_sub(1, std::memory_order_acq_rel) > 1) return;
+    missing.store(needs(task), std::memory_order_relaxed);
+    ready_.fetch_add(1, std::memory_order_acq_rel);
+  }
+
+  /// At the end of a body. A thread that finds nothing ready looks on, so that at least one does
+  /// while messages are to come; oneTBB delivers what this body leads to when it returns, which is
+  /// not needed as long as nothing is ready.
+  void look_for_messages() {
+    remote_->progress(*this);
+    look_until_ready();
+  }
+
+  void look_until_ready() {
+    constexpr int patience = 20;
+    for (int empty = 0; ready_.load(std::memory_order_acquire) <= 0 && !all_done(); ++empty) {
+      if (remote_->progress(*this)) empty = 0;
+      if (empty >= patience) std::this_thread::yield();
+    }
+  }
+
+  /// All ranks have finished all steps, and this one has all messages of the last.
+  bool all_done() const {
+    if (broken_.load(std::memory_order_relaxed)) return true;
+    const Step end = end_.load(std::memory_order_acquire);
+    if (completed_.load(std::memory_order_acquire) < end) return false;
+    return std::all_of(messages_.begin(), messages_.end(), [&](int t) {
+      return done_[static_cast<std::size_t>(t)].load(std::memory_order_acquire) >= end;
+    });
+  }
+
+  /// A rank without patches finishes steps as soon as it may: not before it is known, from the
+  /// agreement max_lead steps before and from dt, that they are taken.
+  void give_steps_without_patches() {
+    const Step known = graph_.has_dt ? dt_known_.load() + 1 : end_.load();
+    while (next_given_ < std::min({known, end_.load(), next_completion_ + max_lead}))
+      remote_->give_step(next_given_++);
+  }
+  void set_dt_known(Step step) {
+    dt_known_ = step;
+    if (graph_.own_patches() > 0) return;
+    const std::scoped_lock lock(completion_);
+    give_steps_without_patches();
+  }
+
+  /// Patches that exchange with other ranks.
+  void find_boundary() {
+    boundary_.assign(static_cast<std::size_t>(graph_.patches), 0);
+    for (const Edge& edge : graph_.edges) {
+      if (!graph_.is_elsewhere(edge.from)) continue;
+      boundary_[static_cast<std::size_t>(graph_.patch_of(edge.from))] = 1;
+      boundary_[static_cast<std::size_t>(graph_.patch_of(edge.to))] = 1;
+      messages_.push_back(edge.from);
+    }
+    std::sort(messages_.begin(), messages_.end());
+    messages_.erase(std::unique(messages_.begin(), messages_.end()), messages_.end());
+    done_ = std::vector<std::atomic<Step>>(static_cast<std::size_t>(graph_.tasks()));
+  }
+  bool is_urgent(int task) const {
+    return graph_.is_global(task) || boundary_[static_cast<std::size_t>(graph_.patch_of(task))];
+  }
+
+  // --- single tasks -----------------------------------------------------------------------------
 
   /// Messages are locked one by one, so that nothing hides how long each successor takes to come
   /// from memory, where a phase's particles have pushed it: ask for all of them at once.
@@ -150,25 +305,33 @@ class FlowExecutor final : public Executor {
   void finish(Step step) {
     const auto slot = static_cast<std::size_t>(step % max_lead);
     if (remaining_[slot].fetch_sub(1, std::memory_order_acq_rel) > 1) return;
-    remaining_[slot].store(graph_.patches, std::memory_order_relaxed);
+    remaining_[slot].store(graph_.own_patches(), std::memory_order_relaxed);
     const std::scoped_lock lock(completion_);
     finished_[slot] = true;
-    while (finished_[static_cast<std::size_t>(next_completion_ % max_lead)]) {
-      finished_[static_cast<std::size_t>(next_completion_ % max_lead)] = false;
-      bodies_.completed(next_completion_);
-      release_up_to(++next_completion_);
+    while (finished_[static_cast<std::size_t>(next_given_ % max_lead)]) {
+      finished_[static_cast<std::size_t>(next_given_ % max_lead)] = false;
+      const Step given = next_given_++;
+      if (remote_)
+        remote_->give_step(given);
+      else
+        complete_next();
     }
   }
 
-  void request_permit(int patch, Step next) {
+  void complete_next() {
+    bodies_.completed(next_completion_);
+    release_up_to(++next_completion_);
+  }
+
+  void request_permit(int task, Step next) {
     if (next >= completed_.load(std::memory_order_acquire) + max_lead) {
       const std::scoped_lock lock(gate_);
       if (next >= completed_.load(std::memory_order_relaxed) + max_lead) {
-        parked_.push_back({patch, next});
+        parked_.push_back({task, next});
         return;
       }
     }
-    if (next < end_.load(std::memory_order_acquire)) put(patch);
+    if (next < end_.load(std::memory_order_acquire)) put(task);
   }
 
   void release_up_to(Step completed) {
@@ -183,15 +346,16 @@ class FlowExecutor final : public Executor {
       });
     }
     for (const Parked& p : free)
-      if (p.next < end_.load(std::memory_order_acquire)) put(p.patch);
+      if (p.next < end_.load(std::memory_order_acquire)) put(p.task);
   }
 
   struct Parked {
-    int patch;
+    int task;
     Step next;
   };
 
   bool verify_;
+  Remote* remote_;  ///< null = one rank
   oneapi::tbb::global_control parallelism_;
   oneapi::tbb::task_arena arena_;
   std::unique_ptr<flow::graph> flow_;
@@ -204,7 +368,17 @@ class FlowExecutor final : public Executor {
   std::array<std::atomic<int>, max_lead> remaining_{};  ///< patches that have not finished a step
   std::mutex completion_;
   std::array<bool, max_lead> finished_{};
-  Step next_completion_ = 0;
+  Step next_given_ = 0;       ///< of this rank's patches
+  Step next_completion_ = 0;  ///< of all
+  std::array<bool, max_lead> agreed_{};
+
+  std::vector<std::atomic<int>> missing_;  ///< messages until a task is ready
+  std::atomic<int> ready_{0};              ///< tasks that are ready and have not begun
+  std::vector<int> messages_;              ///< tasks that messages from other ranks fire
+  std::vector<std::atomic<Step>> done_;    ///< steps that these have done
+  std::vector<char> boundary_;             ///< patches that exchange with other ranks
+  std::atomic<bool> broken_{false};        ///< a body threw
+  std::atomic<Step> dt_known_{0};          ///< the last step whose dt is known
 
   std::atomic<Step> completed_{0};  ///< the first step that some patch has not finished
   std::mutex gate_;
@@ -218,8 +392,9 @@ int available_threads() {
 }
 
 std::unique_ptr<Executor> make_flow_executor(TaskGraph graph, TaskBodies bodies, int threads,
-                                             bool verify) {
-  return std::make_unique<FlowExecutor>(std::move(graph), std::move(bodies), threads, verify);
+                                             bool verify, Remote* remote) {
+  return std::make_unique<FlowExecutor>(std::move(graph), std::move(bodies), threads, verify,
+                                        remote);
 }
 
 }  // namespace lahar

@@ -36,6 +36,7 @@ std::vector<Stage> tasks_of(const std::vector<Phase>& phases) {
 
 std::string TaskGraph::name(int task) const {
   if (is_dt(task)) return "dt";
+  if (collects_dt(task)) return "collect dt";
   return fmt::format("{} {}", stages[static_cast<std::size_t>(stage_of(task))].name,
                      patch_of(task));
 }
@@ -48,7 +49,7 @@ void add_stage_edges(const TaskGraph& graph, int stage,
   const bool first = stage == 0;
   const int before = first ? n_stages - 1 : stage - 1;
   const int lag = first ? 1 : 0;
-  for (int p = 0; p < graph.patches; ++p) {
+  for (int p = 0; p < graph.own_patches(); ++p) {
     edges.push_back({graph.task(before, p), graph.task(stage, p), lag, false});
     if (graph.stages[static_cast<std::size_t>(stage)].exchange.empty()) continue;
     for (const int q : neighbours[static_cast<std::size_t>(p)])
@@ -57,21 +58,26 @@ void add_stage_edges(const TaskGraph& graph, int stage,
 }
 
 void add_dt_edges(const TaskGraph& graph, std::vector<Edge>& edges) {
+  const int collect = graph.shared ? graph.collect_dt_task() : graph.dt_task();
   for (int s = 0; s < static_cast<int>(graph.stages.size()); ++s)
-    for (int p = 0; p < graph.patches; ++p) {
+    for (int p = 0; p < graph.own_patches(); ++p) {
       const Stage& stage = graph.stages[static_cast<std::size_t>(s)];
-      if (stage.gives_dt) edges.push_back({graph.task(s, p), graph.dt_task(), 1, true});
+      if (stage.gives_dt) edges.push_back({graph.task(s, p), collect, 1, true});
       if (stage.needs_dt) edges.push_back({graph.dt_task(), graph.task(s, p), 0, true});
     }
+  if (graph.shared) edges.push_back({graph.dt_task(), collect, 1, true});  // also without patches
 }
 
 }  // namespace
 
 TaskGraph make_task_graph(std::vector<Stage> stages,
-                          const std::vector<std::vector<int>>& neighbours) {
+                          const std::vector<std::vector<int>>& neighbours, bool shared,
+                          int elsewhere) {
   TaskGraph graph;
   graph.stages = std::move(stages);
   graph.patches = static_cast<int>(neighbours.size());
+  graph.elsewhere = elsewhere;
+  graph.shared = shared;
   bool gives = false, needs = false;
   for (const Stage& stage : graph.stages) {
     gives = gives || stage.gives_dt;

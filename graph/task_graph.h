@@ -28,18 +28,33 @@ struct Edge {
 };
 
 /// Tasks are numbered stage-major: stage * patches + patch; then the dt task where there is one.
+///
+/// With several ranks the graph is one rank's share. Patches of others that its own exchange with
+/// are columns of it as well, the last ones: a task of theirs has no edge into it and fires when
+/// its message arrives. That no message overtakes what it has to wait for follows from the graph as
+/// a whole, whose edges are those of all shares. dt is then agreed on: a task collects it from the
+/// rank's own patches, and the dt task fires when all ranks have agreed.
 struct TaskGraph {
   std::vector<Stage> stages;
-  int patches = 0;
+  int patches = 0;      ///< columns, those of other ranks included
+  int elsewhere = 0;    ///< columns that are patches of other ranks
+  bool shared = false;  ///< one rank's share of a graph
   bool has_dt = false;
   std::vector<Edge> edges;           ///< by the task that they leave
   std::vector<int> first_out;        ///< edges of task t: [first_out[t], first_out[t + 1])
   std::vector<int> in_step, in_lag;  ///< number of lag-0 and lag-1 edges into each task
 
-  int tasks() const { return static_cast<int>(stages.size()) * patches + (has_dt ? 1 : 0); }
+  int tasks() const {
+    return static_cast<int>(stages.size()) * patches + (has_dt ? shared ? 2 : 1 : 0);
+  }
+  int own_patches() const { return patches - elsewhere; }
   int task(int stage, int patch) const { return stage * patches + patch; }
   int dt_task() const { return tasks() - 1; }
   bool is_dt(int task) const { return has_dt && task == dt_task(); }
+  int collect_dt_task() const { return tasks() - 2; }  ///< shared graphs only
+  bool collects_dt(int task) const { return has_dt && shared && task == collect_dt_task(); }
+  bool is_global(int task) const { return is_dt(task) || collects_dt(task); }
+  bool is_elsewhere(int task) const { return !is_global(task) && patch_of(task) >= own_patches(); }
   int stage_of(int task) const { return task / patches; }
   int patch_of(int task) const { return task % patches; }
   std::span<const Edge> out(int task) const {
@@ -54,9 +69,12 @@ struct TaskGraph {
 TaskGraph with_edges(TaskGraph graph, std::vector<Edge> edges);
 
 /// Build the step graph. `neighbours[p]` lists the patches that p exchanges with (symmetric,
-/// without p). The dt task exists if some stage gives and some stage needs dt.
+/// without p). The dt task exists if some stage gives and some stage needs dt. `shared`: one rank's
+/// share, in which the last `elsewhere` of the patches are those of others; their neighbours are
+/// not looked at.
 TaskGraph make_task_graph(std::vector<Stage> stages,
-                          const std::vector<std::vector<int>>& neighbours);
+                          const std::vector<std::vector<int>>& neighbours, bool shared = false,
+                          int elsewhere = 0);
 
 /// The condition under which a cyclic graph of message-counting nodes is correct: a safe marked
 /// graph, every edge on a cycle that holds exactly one token (lag-1 edges hold one, lag-0 none),

@@ -18,7 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view frame_prefix = "particles_";
-constexpr std::string_view frames_folder = "frames";
 
 [[noreturn]] void refuse(std::string message, std::string hint) {
   Problem problem;
@@ -104,7 +103,7 @@ struct RunFolder::Impl {
     write_text_file(folder / "manifest.json", manifest.text());
     write_text_file(folder / "scenario.json", contents.scenario);
     write_text_file(folder / "scenario.full.json", contents.scenario_full);
-    make_folder(folder / frames_folder);
+    make_folder(frames_folder(folder));
   }
 
   void complete(const RunEnd& end) {
@@ -167,8 +166,8 @@ const fs::path& RunFolder::folder() const {
   return impl_->folder;
 }
 
-fs::path RunFolder::frames() const {
-  return impl_->folder / frames_folder;
+fs::path frames_folder(const fs::path& run) {
+  return run / "frames";
 }
 
 std::string frame_name(Index step, std::string_view extension) {
@@ -178,7 +177,7 @@ std::string frame_name(Index step, std::string_view extension) {
 std::vector<FrameFile> frames_of_run(const fs::path& folder) {
   std::vector<FrameFile> frames;
   std::error_code error;
-  const fs::path place = folder / frames_folder;
+  const fs::path place = frames_folder(folder);
   for (const auto& entry : fs::directory_iterator(place, error))
     if (const auto step = step_of(entry.path().filename().string()))
       frames.push_back({*step, entry.path()});

@@ -48,12 +48,14 @@ class RunFolder {
   void finish(const RunEnd& end);
 
   const std::filesystem::path& folder() const;
-  std::filesystem::path frames() const;  ///< where frames belong
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Where the frames of a run belong.
+std::filesystem::path frames_folder(const std::filesystem::path& run);
 
 struct FrameFile {
   Index step;

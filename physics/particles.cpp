@@ -117,7 +117,7 @@ void Particles<Dim>::copy(std::span<const SlotCopy> copies, const Particles& oth
 }
 
 template <int Dim>
-void Particles<Dim>::append(const Particles& other, Local i) {
+Local Particles<Dim>::add_slot() {
   const Local at = size_;
   if (at == capacity_) reserve(std::max<Local>(16, 2 * capacity_));
   touched_ = std::max(touched_, ++size_);
@@ -125,8 +125,32 @@ void Particles<Dim>::append(const Particles& other, Local i) {
   cell.resize(static_cast<std::size_t>(size_));
   material.resize(static_cast<std::size_t>(size_));
   if (!loads.empty()) loads.resize(static_cast<std::size_t>(size_));
-  const SlotCopy one{i, at};
+  return at;
+}
+
+template <int Dim>
+void Particles<Dim>::append(const Particles& other, Local i) {
+  const SlotCopy one{i, add_slot()};
   copy({&one, 1}, other);
+}
+
+template <int Dim>
+void Particles<Dim>::get(Local i, double* rows) const {
+  for (int r = 0; r < layout_.rows(); ++r)
+    rows[r] = block_.get()[static_cast<std::size_t>(r) * stride_ + static_cast<std::size_t>(i)];
+}
+
+template <int Dim>
+void Particles<Dim>::append(const double* rows, Index particle_id, std::uint16_t particle_material,
+                            std::uint64_t particle_loads) {
+  const auto at = static_cast<std::size_t>(add_slot());
+  for (int r = 0; r < layout_.rows(); ++r)
+    block_.get()[static_cast<std::size_t>(r) * stride_ + at] = rows[r];
+  id[at] = particle_id;
+  material[at] = particle_material;
+  if (particle_loads == 0 && loads.empty()) return;
+  loads.resize(static_cast<std::size_t>(size_));
+  loads[at] = particle_loads;
 }
 
 template <int Dim>

@@ -63,6 +63,10 @@ class Particles {
   void clear() { resize(0); }
   /// Append particle `i` of `other` (same layout).
   void append(const Particles& other, Local i);
+  /// All rows of particle `i`, rows() of them, as append() takes them.
+  void get(Local i, double* rows) const;
+  void append(const double* rows, Index particle_id, std::uint16_t particle_material,
+              std::uint64_t particle_loads);
   /// Slots `to` become copies, one after the other, of particles of `other` (same layout, may be
   /// this block itself). Of many at once the waits for memory overlap.
   void copy(std::span<const SlotCopy> copies, const Particles& other);
@@ -79,6 +83,7 @@ class Particles {
   };
   using Block = std::unique_ptr<double[], Free>;
   static Block allocate_zeros(std::size_t bytes);
+  Local add_slot();  ///< with room for a particle; returns its position
 
   ColumnLayout<Dim> layout_;
   Block block_;

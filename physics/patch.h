@@ -97,6 +97,14 @@ struct StepContext {
   double dt = 0;    ///< [s]
 };
 
+/// Particles on their way from one patch to another.
+template <int Dim>
+struct Outbox {
+  Particles<Dim> particles;
+  std::vector<Index> cell;  ///< global id of the new cell
+  char* filled = nullptr;   ///< the flag of this outbox where it goes to: Patch::arrived
+};
+
 template <int Dim>
 struct Patch {
   PatchTopology<Dim> topology;
@@ -137,8 +145,8 @@ struct Patch {
   /// By parity of the step: a sum may be other than zero. Read by neighbours, as the sums are.
   std::array<char, 2> contributes{};
 
-  /// Sums of the neighbours, by position in topology.neighbours.
-  std::array<std::vector<std::vector<const NodeArray*>>, n_sum_arrays> neighbour_sums;
+  /// Sums of the neighbours, by kind, parity of the step, and position in topology.neighbours.
+  std::array<std::array<std::vector<const NodeArray*>, 2>, n_node_sums> neighbour_sums;
   std::vector<const std::array<char, 2>*> neighbour_contributes;
   std::vector<const double*> sum_sources;  ///< scratch of nodal kernels
 
@@ -158,14 +166,11 @@ struct Patch {
   std::vector<PointForce> forces;  ///< ascending nodes
 
   // Particles on their way to neighbours, by position in topology.neighbours.
-  struct Outbox {
-    Particles<Dim> particles;
-    std::vector<Index> cell;  ///< global id of the new cell
-    char* filled = nullptr;   ///< the flag of this outbox at the neighbour: Patch::arrived
-  };
+  using Outbox = lahar::Outbox<Dim>;
   std::vector<Outbox> outbox;
   std::vector<const Outbox*> inbox;    ///< by position in topology.neighbours
   std::vector<char> arrived;           ///< which of them hold particles; set by the neighbours
+  char left_rank = 0;                  ///< the flag of outboxes to patches of other ranks
   std::vector<Local> filled_outboxes;  ///< positions
   Particles<Dim> movers;               ///< left their cell in this step; `cell` is the old one
   std::vector<SlotCopy> leaving, filling, placing;  ///< scratch of locate() and receive()
@@ -192,8 +197,8 @@ struct Patch {
   /// Those of this patch and then of all neighbours, by position in topology.neighbours; null where
   /// all are zero. sum_offset() is still to be added. Valid until the next call.
   const double* const* all_sums(NodeSum which, Index step) {
-    const auto& copies = neighbour_sums[sum_array(which)];
-    const auto& sums_of = copies[static_cast<std::size_t>(step) % copies.size()];
+    const auto& sums_of =
+        neighbour_sums[static_cast<std::size_t>(which)][static_cast<std::size_t>(step % 2)];
     sum_sources.assign(1, own_sums(which, step) - sum_offset(which));
     for (std::size_t k = 0; k < sums_of.size(); ++k) {
       const bool any = (*neighbour_contributes[k])[static_cast<std::size_t>(step % 2)];

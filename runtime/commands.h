@@ -6,13 +6,14 @@
 #include <vector>
 
 #include "io/scenario.h"
+#include "runtime/balance.h"
 #include "runtime/simulation.h"
 
 namespace lahar {
 
 /// Exit codes.
 inline constexpr int exit_ok = 0, exit_internal = 1, exit_input = 2, exit_simulation = 3,
-                     exit_file = 4, exit_stopped = 75;
+                     exit_file = 4, exit_rank = 5, exit_stopped = 75;
 
 struct RunArguments {
   std::string scenario;
@@ -23,6 +24,7 @@ struct RunArguments {
   bool quiet = false;
   double wall_time = 0;  ///< [s] stop before; 0 = no limit
   int ranks = 0;         ///< check: show the partition over so many; 0 = none
+  Partitioner partitioner = Partitioner::curve;  ///< check: of that partition
   std::vector<std::string> command;
 };
 

@@ -15,7 +15,7 @@ bool use_colour(int file_descriptor) {
   return isatty(file_descriptor) && !(no_color && *no_color);
 }
 
-Console::Console(bool quiet) : quiet_(quiet), terminal_(isatty(STDOUT_FILENO) != 0) {}
+Console::Console(Voice voice) : voice_(voice), terminal_(isatty(STDOUT_FILENO) != 0) {}
 
 void Console::log_to(std::function<void(const std::string&)> sink) {
   sink_ = std::move(sink);
@@ -32,7 +32,7 @@ void Console::keep(const std::string& text) {
 
 void Console::line(const std::string& text) {
   clear_bar();
-  if (!quiet_) {
+  if (voice_ == Voice::normal) {
     std::fputs((text + "\n").c_str(), stdout);
     std::fflush(stdout);
   }
@@ -42,7 +42,7 @@ void Console::line(const std::string& text) {
 void Console::warn(const std::string& text) {
   clear_bar();
   const std::string end = text.ends_with('\n') ? "" : "\n";
-  std::fputs((text + end).c_str(), stderr);
+  if (voice_ != Voice::silent) std::fputs((text + end).c_str(), stderr);
   keep(text);
 }
 
@@ -57,7 +57,7 @@ std::string progress_bar(double share, double rate) {
 void Console::bar(double share, double rate) {
   constexpr auto redraw_every = std::chrono::milliseconds(200);
   const auto now = std::chrono::steady_clock::now();
-  if (quiet_ || !terminal_ || now - last_bar_ < redraw_every) return;
+  if (voice_ != Voice::normal || !terminal_ || now - last_bar_ < redraw_every) return;
   last_bar_ = now;
   std::fputs(("\r" + progress_bar(share, rate)).c_str(), stdout);
   std::fflush(stdout);

@@ -14,7 +14,9 @@ namespace lahar {
 /// Lines go to standard output (unless quiet) and to the log. On a terminal a bar shows progress.
 class Console {
  public:
-  explicit Console(bool quiet);
+  enum class Voice { normal, quiet, silent };  ///< silent: not even warnings, as on most ranks
+  explicit Console(Voice voice);
+  explicit Console(bool quiet) : Console(quiet ? Voice::quiet : Voice::normal) {}
   /// Also hand every line to `sink` from now on; lines said before are handed over at once.
   void log_to(std::function<void(const std::string&)> sink);
   void line(const std::string& text);
@@ -26,7 +28,8 @@ class Console {
  private:
   void keep(const std::string& text);
 
-  bool quiet_, terminal_;
+  Voice voice_;
+  bool terminal_;
   bool bar_shown_ = false;
   std::chrono::steady_clock::time_point last_bar_{};
   std::vector<std::string> early_;

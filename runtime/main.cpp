@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <new>
 #include <system_error>
 
@@ -30,14 +31,13 @@ void add_scenario(CLI::App& command, std::string& scenario, ScenarioOptions& opt
                    "Run what CB-Geo MPM would have run (it ignores \"stress_update\")");
 }
 
-/// One rank only, for now: refuse rather than run the same case several times.
-void refuse_several_ranks() {
-  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
-    if (const char* size = std::getenv(name); size && std::atoi(size) > 1)
-      throw InputError(
-          fmt::format("running on {} MPI ranks is not supported yet. Start lahar without "
-                      "mpirun; it uses all cores of the machine.",
-                      size));
+/// Refuse rather than do the same several times.
+void refuse_several_ranks(const char* command) {
+  if (const Ranks ranks = Ranks::world(); ranks.several())
+    throw InputError(
+        fmt::format("`lahar {}` is not for several ranks, found {}; only `lahar run` is. Start it "
+                    "without mpirun.",
+                    command, ranks.size()));
 }
 
 int export_command(const std::string& run, const std::string& format, const std::string& step,
@@ -64,32 +64,46 @@ int run_program(int argc, char** argv) {
   CLI::App app{
       "Material Point Method engine: large deformations of soils, fluids and solids.\n"
       "A time step is a graph of tasks over patches of the mesh; results are the same to the\n"
-      "last bit on any number of threads.",
+      "last bit on any number of threads and MPI ranks (mpirun lahar run ...).",
       "lahar"};
   app.set_version_flag("--version", "lahar " + version_line());
   app.require_subcommand(1);
   app.footer(
       "Start with:  lahar run examples/plate-with-hole.json\n"
       "Exit codes: 0 finished, 1 internal error or comparison failed, 2 invalid input,\n"
-      "3 simulation failed, 4 file failure, 75 stopped on request.");
+      "3 simulation failed, 4 file failure, 5 ranks of MPI cannot work together,\n"
+      "75 stopped on request.");
   int code = exit_ok;
 
   RunArguments run;
   run.command.assign(argv, argv + argc);
-  bool serial = false;
+  bool serial = false, bulk = false;
   auto* run_app = app.add_subcommand("run", "Run a case");
   add_scenario(*run_app, run.scenario, run.options);
   run_app->add_option("--threads,-t", run.execution.threads, "Threads (default: all cores)")
       ->check(CLI::Range(1, 4096));
   run_app->add_flag("--serial", serial, "Plain loop instead of the task graph; same results");
+  run_app->add_flag("--bulk-synchronous", bulk,
+                    "For comparison: wait for everybody after each phase; same results");
+  run_app
+      ->add_option("--inject-latency", run.execution.latency,
+                   "For studies: hold back each message between ranks, such as 200us; reductions "
+                   "by this times ceil(log2 ranks)")
+      ->transform(CLI::AsNumberWithUnit(
+          std::map<std::string, double>{{"us", 1e-6}, {"ms", 1e-3}, {"s", 1.0}},
+          CLI::AsNumberWithUnit::Options::UNIT_REQUIRED))
+      ->type_name("TIME");
   run_app->add_option("--output,-o", run.output, "Run folder (default: the scenario's)");
   run_app->add_flag("--overwrite", run.overwrite, "Replace the run folder's earlier results");
   run_app->add_option("--wall-time", run.wall_time, "Stop after so many seconds, exit code 75")
       ->check(CLI::PositiveNumber);
   run_app->add_flag("--quiet,-q", run.quiet, "Only warnings and errors on the terminal");
   run_app->callback([&] {
-    refuse_several_ranks();
+    run.execution.ranks = Ranks::world();
+    if (serial && bulk)
+      throw InputError("--serial and --bulk-synchronous exclude each other; give one of them.");
     if (serial) run.execution.mode = ExecutionOptions::Mode::serial;
+    if (bulk) run.execution.mode = ExecutionOptions::Mode::bulk;
     code = run_command(run);
   });
 
@@ -97,9 +111,19 @@ int run_program(int argc, char** argv) {
   auto* check_app =
       app.add_subcommand("check", "Validate a case, print sizes and limits, run nothing");
   add_scenario(*check_app, check.scenario, check.options);
-  check_app->add_option("--ranks", check.ranks, "Show how patches would be shared among MPI ranks")
-      ->check(CLI::Range(1, 1'000'000));
-  check_app->callback([&] { code = check_command(check); });
+  auto* ranks_option =
+      check_app
+          ->add_option("--ranks", check.ranks, "Show how patches would be shared among MPI ranks")
+          ->check(CLI::Range(1, 1'000'000));
+  std::string partitioner = "curve";
+  check_app->add_option("--partition", partitioner, "How: curve (default) or scotch")
+      ->needs(ranks_option)
+      ->check(CLI::IsMember({"curve", "scotch"}))
+      ->type_name("NAME");
+  check_app->callback([&] {
+    if (partitioner == "scotch") check.partitioner = Partitioner::scotch;
+    code = check_command(check);
+  });
 
   std::string source, format, step = "last", output;
   auto* export_app = app.add_subcommand("export", "Write particles as CSV or for ParaView");
@@ -158,7 +182,7 @@ int run_program(int argc, char** argv) {
   verify_app->add_flag("--published", verify.published,
                        "Time step and duration as published: minutes instead of seconds");
   verify_app->callback([&] {
-    refuse_several_ranks();
+    refuse_several_ranks("verify");
     code = verify_command(verify);
   });
 
@@ -183,7 +207,7 @@ int run_program(int argc, char** argv) {
   bench_app->add_option("--compare", bench.compare, "Result (JSON) to compare with");
   bench_app->add_option("--from", bench.from, "Report a result (JSON) instead of measuring");
   bench_app->callback([&] {
-    refuse_several_ranks();
+    refuse_several_ranks("bench");
     code = bench_command(bench);
   });
 
@@ -210,33 +234,51 @@ int run_program(int argc, char** argv) {
 
 }  // namespace lahar
 
-int main(int argc, char** argv) {
-  using namespace lahar;
+namespace lahar {
+
+namespace {
+
+/// Says what went wrong, on all ranks that know; returns the exit code.
+int leave(int code, const std::string& message) {
+  MpiSession::leave(code, message);
+  return code;
+}
+
+int guarded(int argc, char** argv) {
   try {
     const int code = run_program(argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout))
       throw IoError("standard output could not be written");
     return code;
   } catch (const InputError& error) {
-    fmt::print(stderr, "{}", format_problems(error.problems(), "error", use_colour(STDERR_FILENO)));
-    return exit_input;
+    return leave(exit_input, format_problems(error.problems(), "error", use_colour(STDERR_FILENO)));
   } catch (const IoError& error) {
-    fmt::print(stderr, "lahar: error: {}\n", error.what());
-    return exit_file;
+    return leave(exit_file, fmt::format("lahar: error: {}\n", error.what()));
   } catch (const SimulationError& error) {
-    fmt::print(stderr, "lahar: error: {}\n", error.what());
-    return exit_simulation;
+    return leave(exit_simulation, fmt::format("lahar: error: {}\n", error.what()));
+  } catch (const RankError& error) {
+    return leave(exit_rank, fmt::format("lahar: error: {}\n", error.what()));
   } catch (const std::bad_alloc&) {
-    fmt::print(
-        stderr,
-        "lahar: error: not enough memory. Use fewer cells or particles; `lahar check` prints "
-        "what a case holds.\n");
-    return exit_file;
+    return leave(exit_file,
+                 "lahar: error: not enough memory. Use fewer cells or particles; `lahar check` "
+                 "prints what a case holds.\n");
   } catch (const std::system_error& error) {
-    fmt::print(stderr, "lahar: error: {}\n", error.what());
-    return exit_file;
+    return leave(exit_file, fmt::format("lahar: error: {}\n", error.what()));
   } catch (const std::exception& error) {
-    fmt::print(stderr, "lahar: internal error: {}\n", error.what());
-    return exit_internal;
+    return leave(exit_internal, fmt::format("lahar: internal error: {}\n", error.what()));
+  }
+}
+
+}  // namespace
+
+}  // namespace lahar
+
+int main(int argc, char** argv) {
+  try {
+    const lahar::MpiSession session(argc, argv);
+    return lahar::guarded(argc, argv);
+  } catch (const lahar::RankError& error) {
+    fmt::print(stderr, "lahar: error: {}\n", error.what());
+    return lahar::exit_rank;
   }
 }

@@ -114,13 +114,16 @@ class CellsAround {
 }  // namespace
 
 template <int Dim>
-PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads)
+PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads,
+                        Ranks ranks, SumMessages messages)
     : model_(&model),
       target_cells_(cells_per_patch(model)),
       partition_(*model.mesh, target_cells_),
       rings_(support_rings),
       copies_(copies),
-      layout_(layout_for(model)) {
+      layout_(layout_for(model)),
+      ranks_(ranks),
+      messages_(messages) {
   if (model.tractions.size() + model.particle_velocities.size() > max_particle_loads)
     throw InputError("at most " + std::to_string(max_particle_loads) +
                      " particle tractions and prescribed particle velocities together are "
@@ -196,13 +199,21 @@ void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
       filled[at] = cells.brick();
     });
   }
-  const std::vector<Index> ids = needed(filled);
+  all_ = needed(filled);
+  std::vector<Index> weight;
+  for (const Index id : all_) {
+    Index particles = 0;
+    for (const auto& span : rows[id]) particles += span.end - span.begin;
+    weight.push_back(particles);
+  }
+  owner_ = curve_chunks(weight, ranks_.size());
+  const std::vector<Index> ids = own_patches();
   patches_.resize(ids.size());
   parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
     const auto at = static_cast<std::size_t>(i);
     patches_[at] = make_patch(ids[at]);
   });
-  const double lightest = fill_patches<Dim>(patches_, rows, model, threads);
+  const double lightest = ranks_.min(fill_patches<Dim>(patches_, rows, model, threads));
   least_mass_ = std::min(least_nodal_mass, least_nodal_mass_share * lightest);
 }
 
@@ -219,18 +230,38 @@ std::vector<Index> PatchSet<Dim>::needed(std::span<const Brick> filled) const {
     all.resize(static_cast<std::size_t>(partition_.n_patches()));
     std::iota(all.begin(), all.end(), Index{0});
   }
+  return of_all_ranks(all);
+}
+
+template <int Dim>
+std::vector<Index> PatchSet<Dim>::of_all_ranks(const std::vector<Index>& ids) const {
+  std::vector<Index> all = ranks_.gather_all(std::span(ids));
+  sort_unique(all);
   if (all.empty()) all = {0};  // a graph needs a patch
   return all;
 }
 
 template <int Dim>
-std::vector<char> PatchSet<Dim>::watched_cells(const Patch<Dim>& patch,
-                                               std::span<const Index> existing) const {
+int PatchSet<Dim>::owner_of(Index id) const {
+  const auto at = std::lower_bound(all_.begin(), all_.end(), id);
+  return at != all_.end() && *at == id ? owner_[static_cast<std::size_t>(at - all_.begin())] : -1;
+}
+
+template <int Dim>
+std::vector<Index> PatchSet<Dim>::own_patches() const {
+  std::vector<Index> own;
+  for (std::size_t i = 0; i < all_.size(); ++i)
+    if (owner_[i] == ranks_.rank()) own.push_back(all_[i]);
+  return own;
+}
+
+template <int Dim>
+std::vector<char> PatchSet<Dim>::watched_cells(const Patch<Dim>& patch) const {
   std::vector<char> watched;
   if (!model_->mesh->is_structured()) return watched;
   const Brick own = partition_.brick(patch.topology.patch);
   for (const Index near : partition_.patches_near(own, watch_distance)) {
-    if (std::binary_search(existing.begin(), existing.end(), near)) continue;
+    if (std::binary_search(all_.begin(), all_.end(), near)) continue;
     watched.resize(patch.topology.cells.size(), 0);
     Brick within = partition_.brick(near);
     for (std::size_t d = 0; d < Dim; ++d) {
@@ -244,60 +275,188 @@ std::vector<char> PatchSet<Dim>::watched_cells(const Patch<Dim>& patch,
 }
 
 template <int Dim>
-void PatchSet<Dim>::link() {
-  std::vector<PatchTopology<Dim>*> topologies;
+std::vector<PatchTopology<Dim>> PatchSet<Dim>::connect_all() {
   std::vector<Index> ids;
-  for (std::size_t i = 0; i < patches_.size(); ++i) {
-    topologies.push_back(&patches_[i]->topology);
-    ids.push_back(patches_[i]->topology.patch);
+  for (const auto& patch : patches_)
+    for (const Index id : patch->topology.neighbours)
+      if (const int owner = owner_of(id); owner >= 0 && owner != ranks_.rank()) ids.push_back(id);
+  sort_unique(ids);
+  std::vector<PatchTopology<Dim>> remote;
+  elsewhere_.clear();
+  for (const Index id : ids) {
+    remote.push_back(make_topology(*model_->mesh, partition_, id, rings_));
+    elsewhere_.emplace_back();
+    elsewhere_.back().patch = id;
+    elsewhere_.back().rank = owner_of(id);
   }
+  std::vector<PatchTopology<Dim>*> topologies;
+  for (auto& patch : patches_) topologies.push_back(&patch->topology);
+  for (auto& topology : remote) topologies.push_back(&topology);
+  std::sort(topologies.begin(), topologies.end(),
+            [](const auto* a, const auto* b) { return a->patch < b->patch; });
   connect(topologies);
-  for (std::size_t i = 0; i < patches_.size(); ++i) {
-    Patch<Dim>& patch = *patches_[i];
-    const auto& neighbours = patch.topology.neighbours;
-    patch.watched = watched_cells(patch, ids);
-    patch.needs_surroundings = false;
-    patch.outbox.clear();
-    patch.inbox.clear();
-    patch.arrived.assign(neighbours.size(), 0);
-    patch.filled_outboxes.clear();
-    patch.neighbour_contributes.clear();
-    find_active_nodes(patch);
-    patch.movers = Particles<Dim>(layout_);
-    for (std::size_t k = 0; k < n_sum_arrays; ++k)
-      patch.neighbour_sums[k].assign(static_cast<std::size_t>(copies_.of[k]), {});
-    patch.outbox.resize(neighbours.size());
-    for (auto& out : patch.outbox) out.particles = Particles<Dim>(layout_);
-  }
+  return remote;
+}
+
+namespace {
+
+/// Position of a patch in a list that is sorted by id; -1 = not there.
+template <class List>
+int position_of(const List& list, Index id, auto id_of) {
+  const auto at = std::lower_bound(list.begin(), list.end(), id,
+                                   [&](const auto& entry, Index i) { return id_of(entry) < i; });
+  return at != list.end() && id_of(*at) == id ? static_cast<int>(at - list.begin()) : -1;
+}
+template <int Dim>
+int position_of(const std::vector<std::unique_ptr<Patch<Dim>>>& patches, Index id) {
+  return position_of(patches, id, [](const auto& patch) { return patch->topology.patch; });
+}
+template <int Dim>
+int position_of(const std::vector<RemotePatch<Dim>>& patches, Index id) {
+  return position_of(patches, id, [](const auto& patch) { return patch.patch; });
+}
+int position_of(const std::vector<Index>& ids, Index id) {
+  return position_of(ids, id, [](Index i) { return i; });
+}
+
+}  // namespace
+
+template <int Dim>
+void PatchSet<Dim>::link() {
+  std::vector<PatchTopology<Dim>> remote = connect_all();
   for (auto& patch : patches_) {
+    const auto& neighbours = patch->topology.neighbours;
+    patch->watched = watched_cells(*patch);
+    patch->needs_surroundings = false;
+    patch->outbox.clear();
+    patch->inbox.clear();
+    patch->arrived.assign(neighbours.size(), 0);
+    patch->filled_outboxes.clear();
+    patch->neighbour_contributes.clear();
     patch->least_mass = least_mass_;
-    for (const Index id : patch->topology.neighbours) {
-      const auto at = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
-      Patch<Dim>& other = *patches_[static_cast<std::size_t>(at)];
-      for (std::size_t k = 0; k < n_sum_arrays; ++k)
-        for (std::size_t copy = 0; copy < other.sums[k].size(); ++copy)
-          patch->neighbour_sums[k][copy].push_back(&other.sums[k][copy]);
-      patch->neighbour_contributes.push_back(&other.contributes);
-      const auto& back = other.topology.neighbours;
-      const auto slot =
-          std::lower_bound(back.begin(), back.end(), patch->topology.patch) - back.begin();
-      auto& from = other.outbox[static_cast<std::size_t>(slot)];
-      from.filled = &patch->arrived[patch->inbox.size()];
-      patch->inbox.push_back(&from);
+    find_active_nodes(*patch);
+    patch->movers = Particles<Dim>(layout_);
+    for (auto& of_kind : patch->neighbour_sums)
+      for (auto& of_parity : of_kind) of_parity.clear();
+    patch->outbox.resize(neighbours.size());
+    for (auto& out : patch->outbox) out.particles = Particles<Dim>(layout_);
+  }
+  mirror_nodes(remote);
+  for (auto& patch : patches_) link_own(*patch);
+  find_sends();
+}
+
+/// Where a patch finds what its neighbours give.
+template <int Dim>
+void PatchSet<Dim>::link_own(Patch<Dim>& patch) {
+  for (const Index id : patch.topology.neighbours) {
+    const int at = position_of(patches_, id);
+    if (at < 0) {
+      link_elsewhere(patch, elsewhere_[static_cast<std::size_t>(position_of(elsewhere_, id))]);
+      continue;
+    }
+    Patch<Dim>& other = *patches_[static_cast<std::size_t>(at)];
+    for (std::size_t kind = 0; kind < n_node_sums; ++kind) {
+      auto& copies = other.sums[sum_array(static_cast<NodeSum>(kind))];
+      for (std::size_t parity = 0; parity < 2 && !copies.empty(); ++parity)
+        patch.neighbour_sums[kind][parity].push_back(&copies[parity % copies.size()]);
+    }
+    patch.neighbour_contributes.push_back(&other.contributes);
+    const int slot = position_of(other.topology.neighbours, patch.topology.patch);
+    auto& from = other.outbox[static_cast<std::size_t>(slot)];
+    from.filled = &patch.arrived[patch.inbox.size()];
+    patch.inbox.push_back(&from);
+  }
+}
+
+template <int Dim>
+void PatchSet<Dim>::link_elsewhere(Patch<Dim>& patch, RemotePatch<Dim>& other) {
+  for (std::size_t kind = 0; kind < n_node_sums; ++kind)
+    for (std::size_t parity = 0; parity < 2; ++parity)
+      patch.neighbour_sums[kind][parity].push_back(
+          &other.sums[static_cast<std::size_t>(messages_[kind])][parity]);
+  patch.neighbour_contributes.push_back(&other.contributes);
+  patch.outbox[patch.inbox.size()].filled = &patch.left_rank;
+  const int slot = position_of(other.outbox_patch, patch.topology.patch);
+  auto& from = other.outbox[static_cast<std::size_t>(slot)];
+  from.particles = Particles<Dim>(layout_);
+  from.filled = &patch.arrived[patch.inbox.size()];
+  patch.inbox.push_back(&from);
+}
+
+/// A message holds the nodes that its patch shares with any of this rank, in ascending order: give
+/// the shares the places there instead of those in the patch itself.
+template <int Dim>
+void PatchSet<Dim>::mirror_nodes(std::vector<PatchTopology<Dim>>& remote) {
+  std::vector<std::vector<Local>> mirrored(remote.size());
+  const auto for_each_share = [&](auto body) {
+    for (auto& patch : patches_) {
+      std::vector<int> at;
+      for (const Index id : patch->topology.neighbours) at.push_back(position_of(elsewhere_, id));
+      for (auto& share : patch->topology.shares)
+        if (share.neighbour >= 0)
+          if (const int r = at[static_cast<std::size_t>(share.neighbour)]; r >= 0)
+            body(static_cast<std::size_t>(r), share);
+    }
+  };
+  for_each_share([&](std::size_t r, const auto& share) { mirrored[r].push_back(share.node); });
+  for (std::size_t r = 0; r < remote.size(); ++r) {
+    sort_unique(mirrored[r]);
+    elsewhere_[r].mirrored = static_cast<Local>(mirrored[r].size());
+    for (const Index id : remote[r].neighbours)
+      if (position_of(patches_, id) >= 0) elsewhere_[r].outbox_patch.push_back(id);
+    elsewhere_[r].outbox.resize(elsewhere_[r].outbox_patch.size());
+  }
+  for_each_share([&](std::size_t r, auto& share) {
+    const auto& nodes = mirrored[r];
+    const auto at = std::lower_bound(nodes.begin(), nodes.end(), share.node) - nodes.begin();
+    share.node = static_cast<Local>(at) + 1;  // after the line of the header
+  });
+}
+
+/// The same nodes as the receiver finds in mirror_nodes().
+template <int Dim>
+void PatchSet<Dim>::find_sends() {
+  sends_.assign(patches_.size(), {});
+  for (std::size_t p = 0; p < patches_.size(); ++p) {
+    const auto& topology = patches_[p]->topology;
+    std::vector<int> rank_of;  // of each neighbour; -1 = this one
+    for (const Index id : topology.neighbours) {
+      const int at = position_of(elsewhere_, id);
+      rank_of.push_back(at < 0 ? -1 : elsewhere_[static_cast<std::size_t>(at)].rank);
+    }
+    std::vector<int> ranks = rank_of;
+    sort_unique(ranks);
+    std::erase(ranks, -1);
+    for (const int rank : ranks) {
+      RemoteNeighbour& to = sends_[p].emplace_back();
+      to.rank = rank;
+      for (std::size_t k = 0; k < rank_of.size(); ++k)
+        if (rank_of[k] == rank) to.neighbours.push_back(static_cast<Local>(k));
+      for (std::size_t s = 0; s < topology.shared_node.size(); ++s) {
+        const auto first = topology.shares.begin() + topology.first[s];
+        const auto last = topology.shares.begin() + topology.first[s + 1];
+        if (std::any_of(first, last, [&](const auto& share) {
+              return share.neighbour >= 0 &&
+                     rank_of[static_cast<std::size_t>(share.neighbour)] == rank;
+            }))
+          to.nodes.push_back(topology.shared_node[s]);
+      }
     }
   }
 }
 
 template <int Dim>
 std::vector<std::vector<int>> PatchSet<Dim>::neighbours() const {
-  std::vector<Index> ids;
-  for (const auto& patch : patches_) ids.push_back(patch->topology.patch);
   std::vector<std::vector<int>> result;
   for (const auto& patch : patches_) {
     auto& list = result.emplace_back();
-    for (const Index id : patch->topology.neighbours)
-      list.push_back(static_cast<int>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin()));
+    for (const Index id : patch->topology.neighbours) {
+      const int own = position_of(patches_, id);
+      list.push_back(own >= 0 ? own : size() + position_of(elsewhere_, id));
+    }
   }
+  result.resize(patches_.size() + elsewhere_.size());
   return result;
 }
 
@@ -315,11 +474,23 @@ void PatchSet<Dim>::rebuild() {
   }
   const std::vector<Index> around = needed(filled);
   ids.insert(ids.end(), around.begin(), around.end());
-  sort_unique(ids);
+  take(of_all_ranks(ids));
+}
+
+/// These patches instead of those before. New ones belong to who has the one before them.
+template <int Dim>
+void PatchSet<Dim>::take(std::vector<Index> ids) {
+  std::vector<int> owner;
+  for (const Index id : ids) {
+    const auto after = std::upper_bound(all_.begin(), all_.end(), id) - all_.begin();
+    owner.push_back(owner_[static_cast<std::size_t>(std::max<std::ptrdiff_t>(after, 1) - 1)]);
+  }
+  all_ = std::move(ids);
+  owner_ = std::move(owner);
   Patches old = std::move(patches_);
   patches_.clear();
   std::size_t next = 0;
-  for (const Index id : ids) {
+  for (const Index id : own_patches()) {
     while (next < old.size() && old[next]->topology.patch < id) ++next;
     if (next < old.size() && old[next]->topology.patch == id) {
       patches_.push_back(std::move(old[next++]));

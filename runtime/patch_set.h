@@ -9,24 +9,65 @@
 #include "graph/stage.h"
 #include "physics/patch.h"
 #include "runtime/rank_partition.h"
+#include "runtime/ranks.h"
 
 namespace lahar {
 
+/// Which message of a step brings each kind of node sum from other ranks.
+using SumMessages = std::array<int, n_node_sums>;
+
+/// A patch of another rank with which patches of this one exchange: what its messages bring, where
+/// the kernels look for it.
+template <int Dim>
+struct RemotePatch {
+  Index patch = -1;
+  int rank = -1;
+  Local mirrored = 0;  ///< nodes that it shares with patches of this rank, ascending
+  /// By message and parity of the step: a line for the message's header, then one for each mirrored
+  /// node, as in Patch::sums.
+  std::array<std::array<NodeArray, 2>, n_node_sums> sums;
+  std::array<char, 2> contributes{};
+  std::vector<Outbox<Dim>> outbox;  ///< to patches of this rank
+  std::vector<Index> outbox_patch;  ///< their ids, ascending
+};
+
+/// What an own patch sends to another rank.
+struct RemoteNeighbour {
+  int rank;
+  std::vector<Local> nodes;       ///< shared with patches of that rank, ascending
+  std::vector<Local> neighbours;  ///< positions of those patches in PatchTopology::neighbours
+};
+
+/// With several ranks each has some of the patches, and functions that change the set are
+/// collective.
 template <int Dim>
 class PatchSet {
  public:
   /// Cut the mesh, place the model's particles in their patches (and release the model's table), on
   /// up to `threads` threads (0 = all).
-  PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads = 1);
+  PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads = 1,
+           Ranks ranks = {}, SumMessages messages = {});
 
   const Partition<Dim>& partition() const { return partition_; }
   const ColumnLayout<Dim>& layout() const { return layout_; }
+  /// Patches of this rank.
   int size() const { return static_cast<int>(patches_.size()); }
   Patch<Dim>& operator[](int i) { return *patches_[static_cast<std::size_t>(i)]; }
   const Patch<Dim>& operator[](int i) const { return *patches_[static_cast<std::size_t>(i)]; }
 
-  /// Positions of the patches that each patch exchanges with, ascending.
+  /// Positions of the patches that each patch exchanges with, ascending ids. Those of other ranks
+  /// count on from size(); they have a list, too, which is empty.
   std::vector<std::vector<int>> neighbours() const;
+  /// Patches of other ranks that own ones exchange with, ascending ids.
+  std::vector<RemotePatch<Dim>>& elsewhere() { return elsewhere_; }
+  const std::vector<RemotePatch<Dim>>& elsewhere() const { return elsewhere_; }
+  /// The ranks that a patch sends to, ascending.
+  const std::vector<RemoteNeighbour>& sends(int i) const {
+    return sends_[static_cast<std::size_t>(i)];
+  }
+  /// All patches of all ranks, ascending ids, and who has them.
+  const std::vector<Index>& all_patches() const { return all_; }
+  const std::vector<int>& owners() const { return owner_; }
   /// Drop patches far from particles, create those that are near; to be called before max_lead
   /// steps after Patch::needs_surroundings. No particle may be on its way. Patches whose work
   /// no history row has yet stay, so that rows do not depend on when this is called.
@@ -45,8 +86,17 @@ class PatchSet {
   std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
   void distribute(Model<Dim>& model, int threads);
   std::vector<Index> needed(std::span<const Brick> filled) const;
-  std::vector<char> watched_cells(const Patch<Dim>& patch, std::span<const Index> existing) const;
+  std::vector<Index> of_all_ranks(const std::vector<Index>& ids) const;
+  int owner_of(Index id) const;
+  std::vector<Index> own_patches() const;
+  std::vector<char> watched_cells(const Patch<Dim>& patch) const;
+  void take(std::vector<Index> ids);
   void link();
+  std::vector<PatchTopology<Dim>> connect_all();
+  void link_own(Patch<Dim>& patch);
+  void link_elsewhere(Patch<Dim>& patch, RemotePatch<Dim>& other);
+  void mirror_nodes(std::vector<PatchTopology<Dim>>& remote);
+  void find_sends();
 
   const Model<Dim>* model_;
   Index target_cells_;
@@ -55,7 +105,13 @@ class PatchSet {
   NodeSumCopies copies_;
   ColumnLayout<Dim> layout_;
   double least_mass_ = 0;  ///< Patch::least_mass
-  Patches patches_;        ///< ascending patch id
+  Ranks ranks_;
+  SumMessages messages_;
+  Patches patches_;  ///< of this rank, ascending patch id
+  std::vector<Index> all_;
+  std::vector<int> owner_;
+  std::vector<RemotePatch<Dim>> elsewhere_;
+  std::vector<std::vector<RemoteNeighbour>> sends_;
 };
 
 extern template class PatchSet<2>;

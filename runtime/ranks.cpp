@@ -2,15 +2,24 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <chrono>
 #include <climits>
+#include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <numeric>
+#include <thread>
 
 #include "physics/error.h"
 
 namespace lahar {
 
 namespace {
+
+/// For MpiSession::leave(), when nothing is known of what others do.
+MPI_Comm farewell = MPI_COMM_NULL;
+std::atomic<Index> last_step{0};
 
 /// Set by the launchers of Open MPI, MPICH and Slurm's PMIx or PMI plugins for their processes.
 bool started_by_launcher() {
@@ -43,10 +52,45 @@ MpiSession::MpiSession(int& argc, char**& argv) {
         "this MPI library gives no thread level of MPI_THREAD_SERIALIZED or more, which is needed "
         "for several ranks. Use a build of MPI with thread support (Debian's Open MPI has it).");
   }
+  MPI_Comm_dup(MPI_COMM_WORLD, &farewell);
 }
 
 MpiSession::~MpiSession() {
   if (running()) MPI_Finalize();
+}
+
+void MpiSession::steps_done(Index step) {
+  last_step.store(step, std::memory_order_relaxed);
+}
+
+void MpiSession::leave(int code, const std::string& message) {
+  const Ranks ranks = Ranks::world();
+  if (!ranks.several()) {
+    std::fputs(message.c_str(), stderr);
+    return;
+  }
+  using Clock = std::chrono::steady_clock;
+  const std::size_t own = std::hash<std::string>{}(message);
+  std::vector<std::size_t> all(static_cast<std::size_t>(ranks.size()));
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Iallgather(&own, 1, MPI_UINT64_T, all.data(), 1, MPI_UINT64_T, farewell, &request);
+  int done = 0;
+  for (const auto begin = Clock::now(); !done && Clock::now() - begin < std::chrono::seconds(2);) {
+    MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+    if (!done) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  const auto first = std::find(all.begin(), all.end(), own) - all.begin();
+  if (!done) {
+    std::fputs(("lahar: rank " + std::to_string(ranks.rank()) +
+                " failed and ends the others; the last step that all finished is " +
+                std::to_string(last_step.load()) + ".\n" + message)
+                   .c_str(),
+               stderr);
+    std::fflush(nullptr);
+    MPI_Abort(MPI_COMM_WORLD, code);
+  } else if (first == ranks.rank()) {
+    std::fputs(message.c_str(), stderr);
+  }
 }
 
 Ranks Ranks::world() {

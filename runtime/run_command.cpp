@@ -1,6 +1,7 @@
 /// `lahar run` and `lahar check`.
 #include <fmt/format.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -12,6 +13,7 @@
 #include "runtime/commands.h"
 #include "runtime/console.h"
 #include "runtime/frame_output.h"
+#include "runtime/rank_watch.h"
 
 namespace lahar {
 
@@ -53,9 +55,10 @@ Model<Dim> without_particles(const Model<Dim>& model) {
 
 template <int Dim>
 void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
-              const TimeStep& plan) {
+              const TimeStep& plan, int ranks = 1) {
   console.line(fmt::format("case       {}", model.title.empty() ? "(untitled)" : model.title));
-  console.line(fmt::format("threads    {} on 1 rank", info.threads));
+  console.line(ranks == 1 ? fmt::format("threads    {} on 1 rank", info.threads)
+                          : fmt::format("threads    {} on each of {} ranks", info.threads, ranks));
   console.line(fmt::format("mesh       {} cells, {} nodes ({})", format_count(info.cells),
                            format_count(info.nodes),
                            model.mesh->is_structured()  ? "structured"
@@ -77,8 +80,8 @@ void describe(Console& console, const Model<Dim>& model, const SimulationInfo& i
 }
 
 /// The partition over ranks that a run would begin with.
-void describe_ranks(Console& console, const PatchGraph& graph, int ranks) {
-  const RankShares shares = shares_of(graph, curve_chunks(graph.weight, ranks), ranks);
+void describe_ranks(Console& console, const PatchGraph& graph, int ranks, Partitioner partitioner) {
+  const RankShares shares = shares_of(graph, partition(partitioner, graph, ranks), ranks);
   console.line(
       fmt::format("ranks      {}, heaviest {:.3f} times the mean, edge cut {} shared nodes",
                   format_count(ranks), shares.imbalance(), format_count(shares.edge_cut)));
@@ -149,6 +152,7 @@ class Run {
       : arguments_(arguments),
         scenario_(scenario),
         console_(console),
+        ranks_(arguments.execution.ranks),
         outline_(std::get<Model<Dim>>(scenario.model).analysis),
         output_(std::get<Model<Dim>>(scenario.model).output) {
     if (!arguments.output.empty()) output_.folder = arguments.output;
@@ -164,27 +168,50 @@ class Run {
     const SimulationInfo info = simulation.info();
     particles_ = info.particles;
     steps_ = planned_steps(info);
-    describe(console_, header, info, outline_.step);
+    describe(console_, header, info, outline_.step, ranks_.size());
 
     warn_of_unstable_step(info);
 
     RunInfo about = run_info(arguments_, scenario_);
     add_model(about, header, info);
     about.steps = steps_;
-    folder_ = std::make_unique<RunFolder>(
-        output_.folder, RunFolderContents{std::move(about), scenario_.text, scenario_.full},
-        arguments_.overwrite);
-    frames_ = std::make_unique<FrameOutput>(folder_->frames(), arguments_.execution.ranks);
-    console_.log_to([this](const std::string& line) { folder_->log(line); });
+    about.ranks = ranks_.size();
+    make_folder(std::move(about));
+    frames_ = std::make_unique<FrameOutput>(frames_folder(output_.folder), ranks_);
+    frames_->while_waiting([&simulation] { simulation.poll(); });
     console_.line(fmt::format("output     {}", output_.folder));
     console_.line("");
     console_.line(progress_head());
-    folder_->history(simulation.history());
+    write_row(simulation.history());
     if (output_.frame_steps > 0) frames_->write(simulation.frame_source());
     return step_to_the_end(simulation);
   }
 
  private:
+  /// Rank 0 has the folder; a mistake there is one of all.
+  void make_folder(RunInfo about) {
+    std::vector<Problem> problems;
+    if (ranks_.rank() == 0) {
+      try {
+        folder_ = std::make_unique<RunFolder>(
+            output_.folder, RunFolderContents{std::move(about), scenario_.text, scenario_.full},
+            arguments_.overwrite);
+        console_.log_to([this](const std::string& line) { folder_->log(line); });
+      } catch (const InputError& error) {
+        problems = error.problems();
+      }
+    }
+    if (!ranks_.any(!problems.empty())) return;
+    std::string text = problems.empty() ? "" : problems.front().message;
+    ranks_.broadcast(text);
+    if (problems.empty()) problems.push_back({.message = text});
+    throw InputError(problems);
+  }
+
+  void write_row(const HistoryRow& row) {
+    if (folder_) folder_->history(row);
+  }
+
   void warn_of_unstable_step(const SimulationInfo& info) {
     if (outline_.step.adaptive || info.dt <= info.dt_limit) return;
     scenario_.warnings.push_back(
@@ -211,11 +238,12 @@ class Run {
               last_frame_ = frame.header.step;
               frames_->write(frame);
             },
-            [this](Index step, double time) { return on_step(step, time); }};
+            [this](Index step, double time) { return on_step(step, time); },
+            [this] { frames_->progress(); }};
   }
 
   void on_history(const HistoryRow& row) {
-    folder_->history(row);
+    write_row(row);
     last_row_ = row;
     const double scale = std::max({row.kinetic, std::abs(row.internal), std::abs(row.external)});
     energy_scale_ = std::max(energy_scale_, scale);
@@ -241,6 +269,8 @@ class Run {
   }
 
   bool on_step(Index step, double time) {
+    watch_->steps_done(step);
+    MpiSession::steps_done(step);
     console_.bar(share(step, time), rate(step));
     if (signal_received) return false;
     return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time;
@@ -252,6 +282,8 @@ class Run {
 
   int step_to_the_end(Simulation<Dim>& simulation) {
     loop_begin_ = Clock::now();
+    RankWatch watch(ranks_, [] { return signal_received != 0; });
+    watch_ = &watch;
     RunEnd end;
     int code = exit_ok;
     try {
@@ -270,7 +302,7 @@ class Run {
     const double wall = seconds_since(loop_begin_);
     if (code != exit_simulation) {
       const HistoryRow row = simulation.history();
-      if (last_row_.step != row.step) folder_->history(row);
+      if (last_row_.step != row.step) write_row(row);
       if (printed_ != row.step && row.step > 0) print_row(row);
     }
     if (last_frame_ != simulation.step()) frames_->write(simulation.frame_source());
@@ -280,6 +312,7 @@ class Run {
     end.time = simulation.time();
     for (const Problem& warning : scenario_.warnings) end.warnings.push_back(warning.message);
     finish(end);
+    ranks_.wait_for_all();
     return code;
   }
 
@@ -291,13 +324,13 @@ class Run {
       end.status = RunStatus::failed;
       end.message += (end.message.empty() ? "" : "; ") + std::string(error.what());
       try {
-        folder_->finish(end);
+        if (folder_) folder_->finish(end);
       } catch (const IoError&) {
         // The disk that refused the frame may refuse this too; the first error says it.
       }
       throw;
     }
-    folder_->finish(end);
+    if (folder_) folder_->finish(end);
   }
 
   void report(Simulation<Dim>& simulation, const RunEnd& end, double wall) {
@@ -336,10 +369,12 @@ class Run {
   const RunArguments& arguments_;
   Scenario& scenario_;
   Console& console_;
+  Ranks ranks_;
   Analysis outline_;
   OutputPlan output_;
   std::unique_ptr<RunFolder> folder_;
   std::unique_ptr<FrameOutput> frames_;
+  RankWatch* watch_ = nullptr;  ///< while steps are taken and results written
   Index particles_ = 0, steps_ = 0, last_frame_ = -1, next_line_ = 1, printed_ = -1;
   HistoryRow last_row_;
   double energy_scale_ = 0;
@@ -353,14 +388,41 @@ Scenario read(const RunArguments& arguments, Console& console) {
   return scenario;
 }
 
+/// All ranks must compute the same, to the last bit, or the result would be nobody's.
+void check_alike(const RunArguments& arguments, const Scenario& scenario) {
+  const Ranks& ranks = arguments.execution.ranks;
+  if (!ranks.several()) return;
+  std::string options = scenario.full + fmt::format("{}", arguments.options.as_cbgeo);
+  for (const auto& file : scenario.side_files) options += sha256_of_file(file);
+  const std::array texts{version_line() + compiler_line(), scenario.text, options};
+  const std::array names{"programs (version, commit or compiler)", "scenario files",
+                         "options or side files"};
+  for (std::size_t k = 0; k < texts.size(); ++k) {
+    const std::string own = sha256(texts[k]);
+    const std::vector<char> all = ranks.gather_all(std::span<const char>(own));
+    std::string different;
+    for (std::size_t r = 1; r < static_cast<std::size_t>(ranks.size()); ++r)
+      if (!std::equal(all.begin(), all.begin() + 64, all.begin() + static_cast<int>(64 * r)))
+        different += fmt::format("{}{}", different.empty() ? "" : ", ", r);
+    if (!different.empty())
+      throw RankError(
+          fmt::format("the ranks were started with different {}: rank 0 against {}. "
+                      "Start all of them with the same.",
+                      names[k], different));
+  }
+}
+
 }  // namespace
 
 int run_command(const RunArguments& arguments) {
   watch_signals();
-  Console console(arguments.quiet);
+  Console console(arguments.execution.ranks.rank() > 0 ? Console::Voice::silent
+                  : arguments.quiet                    ? Console::Voice::quiet
+                                                       : Console::Voice::normal);
   console.line("Lahar " + version_line());
   console.line("built with " + compiler_line());
   Scenario scenario = read(arguments, console);
+  check_alike(arguments, scenario);
   return std::visit(
       [&]<int Dim>(const Model<Dim>&) { return Run<Dim>(arguments, scenario, console).execute(); },
       scenario.model);
@@ -377,7 +439,8 @@ int check_command(const RunArguments& arguments) {
         describe(console, header, simulation->info(), header.analysis.step);
         console.line(fmt::format("output     {}", folder));
         if (arguments.ranks > 0)
-          describe_ranks(console, simulation->patch_graph(), arguments.ranks);
+          describe_ranks(console, simulation->patch_graph(), arguments.ranks,
+                         arguments.partitioner);
       },
       scenario.model);
   console.line(fmt::format("next: lahar run {}", arguments.scenario));

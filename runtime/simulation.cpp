@@ -15,8 +15,10 @@
 #include "physics/error.h"
 #include "physics/kernels.h"
 #include "physics/law.h"
+#include "runtime/exact_sum.h"
 #include "runtime/failure.h"
 #include "runtime/patch_set.h"
+#include "runtime/rank_exchange.h"
 #include "runtime/snapshot.h"
 #include "runtime/stage_clock.h"
 #include "runtime/timestep.h"
@@ -68,6 +70,50 @@ class BorrowedNodalState {
   Patch<Dim>& patch_;
 };
 
+bool is_parallel(const ExecutionOptions& options) {
+  return options.mode == ExecutionOptions::Mode::flow_graph ||
+         options.mode == ExecutionOptions::Mode::bulk;
+}
+
+/// The sums of a history row, each exact, as elements that are added over patches and ranks in any
+/// order.
+class RowSums {
+ public:
+  void add(const HistoryRow& row) {
+    particles_ += row.particles;
+    const std::array<double, n_sums> terms{row.mass,        row.momentum[0], row.momentum[1],
+                                           row.momentum[2], row.kinetic,     row.internal,
+                                           row.external,    row.damping};
+    for (std::size_t k = 0; k < n_sums; ++k) sums_[k] += terms[k];
+  }
+  std::vector<Index> elements() const {
+    std::vector<Index> all{particles_};
+    for (const ExactSum& sum : sums_)
+      all.insert(all.end(), sum.elements().begin(), sum.elements().end());
+    return all;
+  }
+  static HistoryRow row(std::span<const Index> elements, double max_speed) {
+    std::array<double, n_sums> value;
+    for (std::size_t k = 0; k < n_sums; ++k)
+      value[k] = ExactSum(elements.subspan(1 + k * ExactSum::size).first<ExactSum::size>()).value();
+    HistoryRow row;
+    row.particles = elements[0];
+    row.mass = value[0];
+    row.momentum = {value[1], value[2], value[3]};
+    row.kinetic = value[4];
+    row.internal = value[5];
+    row.external = value[6];
+    row.damping = value[7];
+    row.max_speed = max_speed;
+    return row;
+  }
+
+ private:
+  static constexpr std::size_t n_sums = 8;
+  Index particles_ = 0;
+  std::array<ExactSum, n_sums> sums_;
+};
+
 /// A history row about every 1 % of the run where the scenario does not say.
 Index history_interval(const OutputPlan& plan, double steps) {
   return plan.history_steps > 0 ? plan.history_steps
@@ -84,8 +130,9 @@ struct Simulation<Dim>::Impl {
         model(std::move(model_in)),
         stages(timestep<Dim>(model.analysis)),
         phases(phases_of(stage_list())),
+        ranks(options.ranks),
         patches(model, options.support_rings, node_sum_copies(model.analysis),
-                options.mode == ExecutionOptions::Mode::flow_graph ? options.threads : 1) {
+                is_parallel(options) ? options.threads : 1, ranks, message_of_sums(stages)) {
     seconds_per_tick();  // from now on
     if (options.threads <= 0) options.threads = available_threads();
     nsteps = model.analysis.nsteps;
@@ -93,8 +140,10 @@ struct Simulation<Dim>::Impl {
       wave_speed_bound =
           std::max(wave_speed_bound,
                    wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
+    if (ranks.several() && !is_parallel(options))
+      throw InputError("only the task graph runs on several ranks; leave out --serial");
     const std::size_t own_frame = frame_bytes(patches.layout(), model, patches.particles());
-    frame_size = static_cast<std::size_t>(options.ranks.max(static_cast<Index>(own_frame)));
+    frame_size = static_cast<std::size_t>(ranks.max(static_cast<Index>(own_frame)));
     start_row = present_row();
     set_first_dt();
     for (int p = 0; p < patches.size(); ++p) map_first(patches[p], stages, context(0));
@@ -118,7 +167,16 @@ struct Simulation<Dim>::Impl {
       if (limit < least && p >= 0) *where = describe_particle(patches[i].particles, p);
       least = std::min(least, limit);
     }
-    return least;
+    const double of_all = ranks.min(least);
+    if (where && ranks.several()) of_one_rank(least == of_all, *where);
+    return of_all;
+  }
+
+  /// The text of the first rank that has it.
+  void of_one_rank(bool has, std::string& text) const {
+    const auto rank = static_cast<Index>(ranks.rank());
+    const Index first = ranks.min(has ? rank : static_cast<Index>(ranks.size()));
+    if (first < ranks.size()) ranks.broadcast(text, static_cast<int>(first));
   }
 
   double adaptive_dt(double limit) const {
@@ -146,10 +204,18 @@ struct Simulation<Dim>::Impl {
     }
   }
 
-  /// dt of `step` and, with it, the time at which the next one begins.
-  void set_dt(Step step) {
+  /// The least limit that this rank's patches found in the last step.
+  double own_limit() const {
     double limit = std::numeric_limits<double>::infinity();
     for (int i = 0; i < patches.size(); ++i) limit = std::min(limit, patches[i].time_step_limit);
+    return limit;
+  }
+
+  /// dt of `step` and, with it, the time at which the next one begins.
+  void set_dt(Step step) {
+    set_dt(step, exchange ? agreed_limit[step] : own_limit());
+  }
+  void set_dt(Step step, double limit) {
     // Without particles there is no limit: go on as before.
     dt[step] = std::isfinite(limit) || step == 0 ? adaptive_dt(limit) : dt[step - 1];
     const double left = model.analysis.end_time - start_time[step];
@@ -186,7 +252,8 @@ struct Simulation<Dim>::Impl {
   }
 
   void build_executor() {
-    TaskGraph graph = make_task_graph(tasks_of(phases), patches.neighbours());
+    TaskGraph graph = make_task_graph(tasks_of(phases), patches.neighbours(), ranks.several(),
+                                      static_cast<int>(patches.elsewhere().size()));
     const auto n = static_cast<std::size_t>(patches.size());
     poisoned.assign(n, 0);
     timing.resize(n * stages.size());
@@ -199,9 +266,15 @@ struct Simulation<Dim>::Impl {
       case ExecutionOptions::Mode::random_order:
         executor = make_random_executor(std::move(graph), std::move(bodies), options.seed);
         break;
+      case ExecutionOptions::Mode::bulk:
+        connect_ranks();
+        executor = make_bulk_executor(std::move(graph), std::move(bodies), options.threads,
+                                      exchange.get());
+        break;
       case ExecutionOptions::Mode::flow_graph:
+        connect_ranks();
         executor = make_flow_executor(std::move(graph), std::move(bodies), options.threads,
-                                      options.verify);
+                                      options.verify, exchange.get());
     }
     first_dt_stage = 0;
     for (std::size_t s = 0; s < stages.size(); ++s) {
@@ -211,8 +284,32 @@ struct Simulation<Dim>::Impl {
     }
   }
 
+  void connect_ranks() {
+    if (!ranks.several()) return;
+    exchange.reset();  // its messages are cancelled before there are new ones
+    exchange = std::make_unique<RankExchange<Dim>>(
+        ranks, patches, rank_messages(stages, phases), step,
+        ExchangeCalls{.give = [this](Step s) { return give(s); },
+                      .take = [this](Step s, const Agreement& found) { agreed[s] = found; },
+                      .give_limit = [this] { return own_limit(); },
+                      .take_limit = [this](Step s, double limit) { agreed_limit[s] = limit; },
+                      .failed_step = [this] { return failed_step.load(); },
+                      .failure_elsewhere = [this](Step s) { learn_of_failure(s); },
+                      .others = observer.poll},
+        InjectedLatency{options.latency});
+  }
+
+  void run_task(int phase, int p, Step step) {
+    if (p >= patches.size()) {
+      exchange->unpack(phase, p - patches.size(), step);
+      return;
+    }
+    run_own_task(phase, p, step);
+    if (exchange) exchange->send(phase, p, step);
+  }
+
   /// A task: one phase of one patch.
-  void run_task(int phase_index, int p, Step step) {
+  void run_own_task(int phase_index, int p, Step step) {
     const Phase& phase = phases[static_cast<std::size_t>(phase_index)];
     Patch<Dim>& patch = patches[p];
     char& poison = poisoned[static_cast<std::size_t>(p)];
@@ -264,7 +361,7 @@ struct Simulation<Dim>::Impl {
     }
     if (phase.first == 0 && patch.needs_surroundings) {
       rebuild_needed.store(true, std::memory_order_relaxed);
-      executor->request_stop(step);
+      request_stop(step);
     }
     if (phase.last > output_index) {
       output(p, step);
@@ -279,10 +376,48 @@ struct Simulation<Dim>::Impl {
     patches[p].mark = {};
     failures.add({step, static_cast<int>(s), p, stages[s].stage.name, time_at(step),
                   patches[p].topology.patch, cause});
-    Step earliest = failed_step.load();
-    while (step < earliest && !failed_step.compare_exchange_weak(earliest, step)) {
+    learn_of_failure(step);
+    request_stop(step);
+  }
+
+  void learn_of_failure(Step step) {
+    lower(failed_step, step);
+  }
+
+  static void lower(std::atomic<Step>& value, Step to) {
+    Step present = value.load();
+    while (to < present && !value.compare_exchange_weak(present, to)) {
     }
+  }
+
+  /// By a task of a step: patches stop together max_lead steps later, those of other ranks because
+  /// they hear of it when they agree that the step is done.
+  void request_stop(Step step) {
+    lower(stop_step, step + max_lead);
     executor->request_stop(step);
+  }
+
+  // --- agreement --------------------------------------------------------------------------------
+
+  /// What this rank knows when its patches have done `step`.
+  Agreement give(Step step) {
+    if (stop_asked.load()) lower(stop_step, step + max_lead);
+    Agreement own;
+    own.least.stop_before = stop_step.load();
+    own.least.failed_step = failed_step.load();
+    own.least.rebuild = rebuild_needed.load() ? -1 : 0;
+    own.least.stop = stop_asked.load() ? -1 : 0;
+    if (history_due(step)) {
+      RowSums sums;
+      double fastest = 0;
+      for (const HistoryRow& part : rows[step]) {
+        sums.add(part);
+        fastest = std::max(fastest, part.max_speed);
+      }
+      own.least.minus_speed = -std::bit_cast<Index>(fastest);
+      own.sum = sums.elements();
+    }
+    return own;
   }
 
   // --- output -----------------------------------------------------------------------------------
@@ -343,16 +478,21 @@ struct Simulation<Dim>::Impl {
       hand_on(step);
     } catch (...) {  // a full disk, for example
       if (!output_failure) output_failure = std::current_exception();
-      executor->request_stop(step);
+      stop_asked = true;
     }
   }
 
   void hand_on(Step step) {
+    if (!exchange) agreed[step] = give(step);
+    const Agreement::Least& least = agreed[step].least;
+    executor->stop_before(least.stop_before);
+    if (least.rebuild < 0) rebuild_needed = true;
+    if (least.stop < 0) stop_requested = true;
+    learn_of_failure(least.failed_step);
     // Patches that are ahead may have failed in a later step: this one is still good.
-    const bool failed = failures.by(step);
+    const bool failed = least.failed_step <= step;
     if (history_due(step) && !failed) {
-      HistoryRow row;
-      for (const HistoryRow& part : rows[step]) add(row, part);
+      HistoryRow row = RowSums::row(agreed[step].sum, std::bit_cast<double>(-least.minus_speed));
       finish_row(row, step + 1);
       if (observer.history) observer.history(row);
     }
@@ -360,10 +500,7 @@ struct Simulation<Dim>::Impl {
       observer.frame({header_at(step + 1), std::move(pieces[step])});
       pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
     }
-    if (observer.progress && !observer.progress(step + 1, time_at(step + 1))) {
-      stop_requested = true;
-      executor->request_stop(step);
-    }
+    if (observer.progress && !observer.progress(step + 1, time_at(step + 1))) stop_asked = true;
   }
 
   /// Turn sums since the last row into sums since the start.
@@ -384,16 +521,21 @@ struct Simulation<Dim>::Impl {
 
   /// Sums at rest (between calls of advance()), leaving the patches' work untouched.
   HistoryRow present_row() {
-    HistoryRow row;
-    PatchWork all = work;
+    RowSums all;
+    double fastest = 0;
     for (int i = 0; i < patches.size(); ++i) {
       const PatchWork kept = patches[i].work;
       const HistoryRow part = sums(patches[i]);
       patches[i].work = kept;
-      add(row, part);
-      all += kept;
+      all.add(part);
+      fastest = std::max(fastest, part.max_speed);
     }
-    complete_row(row, step, all);
+    std::vector<Index> elements = all.elements();
+    ranks.sum(elements);
+    HistoryRow row = RowSums::row(elements, ranks.max(fastest));
+    PatchWork since_start = work;
+    since_start += PatchWork{row.internal, row.external, row.damping};
+    complete_row(row, step, since_start);
     return row;
   }
 
@@ -404,11 +546,24 @@ struct Simulation<Dim>::Impl {
     return header;
   }
 
+  Frame of_all_ranks(Frame own) const {
+    if (!ranks.several()) return own;
+    const auto gather = [&](auto& values) {
+      values = ranks.gather_all(std::span(std::as_const(values)));
+    };
+    gather(own.id);
+    gather(own.material);
+    gather(own.coordinates);
+    for (FrameColumn& column : own.columns) gather(column.values);
+    sort_by_id(own);
+    return own;
+  }
+
   FrameSource present_frame() const {
     std::vector<const Patch<Dim>*> all;
     for (int i = 0; i < patches.size(); ++i) all.push_back(&patches[i]);
     FrameSource frame = lahar::frame_source(all, header_at(step), model);
-    if (options.mode == ExecutionOptions::Mode::flow_graph) frame.threads = options.threads;
+    if (is_parallel(options)) frame.threads = options.threads;
     return frame;
   }
 
@@ -419,6 +574,7 @@ struct Simulation<Dim>::Impl {
   void advance(Index steps) {
     const Step end = std::min<Step>(step + steps, nsteps);
     stop_requested = false;
+    stop_asked = false;
     while (step < end && step < nsteps && !stop_requested) {
       const auto n = static_cast<std::size_t>(patches.size());
       for (Step s = 0; s < max_lead + 2; ++s) {
@@ -426,27 +582,38 @@ struct Simulation<Dim>::Impl {
         pieces[s].assign(n, {});
       }
       rebuild_needed = false;
+      stop_step = std::numeric_limits<Step>::max();
       step = executor->run(step, drain_step(end));
       count_removed();
-      if (!failures.empty()) {
-        step = failed_step;
-        throw SimulationError(failures.message());
-      }
-      if (output_failure) std::rethrow_exception(output_failure);
+      stop_where_failed();
       // Before particles are delivered: then it is in the order of frames that were copied.
       if (frames_are_large() && frame_due(step - 1)) observer.large_frame(present_frame());
       settle();
       if (step >= nsteps) check_end();
       // dt of the next step, which the drained graph did not get to.
-      if (model.analysis.step.adaptive && step < nsteps) set_dt(step);
+      if (model.analysis.step.adaptive && step < nsteps) set_dt(step, ranks.min(own_limit()));
       if (rebuild_needed) rebuild();
     }
+  }
+
+  /// On all ranks, with the message of the rank that failed first.
+  void stop_where_failed() {
+    if (ranks.any(!failures.empty())) {
+      step = ranks.min(failed_step.load());
+      std::string message = failures.empty() ? "" : failures.message();
+      of_one_rank(!failures.empty() && failures.by(step), message);
+      throw SimulationError(message);
+    }
+    const bool no_output = ranks.any(output_failure != nullptr);
+    if (output_failure) std::rethrow_exception(output_failure);
+    if (no_output) throw IoError("another rank could not write its output");
   }
 
   /// Deliver the particles that are on their way: what the first stage of the next step would do.
   void settle() {
     for (int p = 0; p < patches.size(); ++p) stages[0].begin(patches[p], context(step));
     for (int p = 0; p < patches.size(); ++p) clear_outboxes(patches[p]);
+    for (RemotePatch<Dim>& from : patches.elsewhere()) clear(from);
   }
 
   /// What the last step did and no other looked at.
@@ -456,8 +623,7 @@ struct Simulation<Dim>::Impl {
       if (patches[p].mark.kind != Mark::Kind::none)
         fail(output_index, p, step - 1, describe_mark(patches[p].mark, Dim));
     }
-    if (failures.empty()) return;
-    throw SimulationError(failures.message());
+    stop_where_failed();
   }
 
   void rebuild() {
@@ -501,8 +667,12 @@ struct Simulation<Dim>::Impl {
   Model<Dim> model;
   std::vector<TimestepStage<Dim>> stages;
   std::vector<Phase> phases;
+  Ranks ranks;
   PatchSet<Dim> patches;
+  std::unique_ptr<RankExchange<Dim>> exchange;  ///< several ranks only
   std::unique_ptr<Executor> executor;
+  PerStep<Agreement> agreed;
+  PerStep<double> agreed_limit;
   std::size_t locate_index = 0, output_index = 0, first_dt_stage = 0;
 
   Index nsteps = 0, history_steps = 1;
@@ -516,7 +686,9 @@ struct Simulation<Dim>::Impl {
   std::atomic<Step> failed_step{std::numeric_limits<Step>::max()};
   std::exception_ptr output_failure;
   std::atomic<bool> rebuild_needed{false};
-  std::atomic<bool> stop_requested{false};
+  std::atomic<bool> stop_asked{false};                            ///< of this rank
+  std::atomic<bool> stop_requested{false};                        ///< all ranks know of it
+  std::atomic<Step> stop_step{std::numeric_limits<Step>::max()};  ///< not taken any more
   Index removed = 0;
 
   HistoryRow start_row;
@@ -546,12 +718,19 @@ void Simulation<Dim>::run() {
 
 template <int Dim>
 Frame Simulation<Dim>::frame() const {
-  return join(impl_->present_frame());
+  return impl_->of_all_ranks(join(impl_->present_frame()));
 }
 
 template <int Dim>
 FrameSource Simulation<Dim>::frame_source() const {
   return impl_->present_frame();
+}
+
+template <int Dim>
+void Simulation<Dim>::poll() {
+  if (!impl_->exchange) return;
+  const auto lock = impl_->exchange->lock_mpi();
+  if (impl_->observer.poll) impl_->observer.poll();
 }
 
 template <int Dim>
@@ -577,18 +756,21 @@ bool Simulation<Dim>::finished() const {
 template <int Dim>
 SimulationInfo Simulation<Dim>::info() const {
   SimulationInfo info;
-  info.threads =
-      impl_->options.mode == ExecutionOptions::Mode::flow_graph ? impl_->options.threads : 1;
+  info.threads = is_parallel(impl_->options) ? impl_->options.threads : 1;
   info.cells = impl_->model.mesh->n_cells();
   info.nodes = impl_->model.mesh->n_nodes();
-  info.particles = impl_->patches.particles();
-  info.removed = impl_->removed;
-  info.patches = impl_->patches.size();
-  info.tasks_per_step = impl_->executor->graph().tasks();
+  const Ranks& ranks = impl_->ranks;
+  info.particles = ranks.sum(impl_->patches.particles());
+  info.removed = ranks.sum(impl_->removed);
+  info.patches = static_cast<int>(impl_->patches.all_patches().size());
+  info.tasks_per_step = static_cast<int>(impl_->phases.size()) * info.patches +
+                        (impl_->executor->graph().has_dt ? 1 : 0);
   info.cells_per_patch = impl_->patches.target_cells();
   info.dt_limit = impl_->present_limit();
   info.dt = impl_->dt_of(impl_->step);
-  info.bytes = impl_->patches.bytes();
+  const auto bytes = static_cast<Index>(impl_->patches.bytes());
+  info.bytes = static_cast<std::size_t>(ranks.sum(bytes));
+  info.most_bytes = static_cast<std::size_t>(ranks.max(bytes));
   return info;
 }
 

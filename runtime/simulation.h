@@ -17,9 +17,13 @@ namespace lahar {
 
 /// How the timestep's tasks are executed. Results are bitwise the same for all of them.
 struct ExecutionOptions {
-  enum class Mode { flow_graph, serial, random_order } mode = Mode::flow_graph;
-  int threads = 0;         ///< flow graph only; 0 = all cores this process may use
-  Ranks ranks = {};        ///< flow graph only; all of them take part in all that is done
+  enum class Mode { flow_graph, bulk, serial, random_order } mode = Mode::flow_graph;
+  int threads = 0;  ///< flow graph and bulk; 0 = all cores this process may use
+  /// Flow graph and bulk. Each has a share of the patches, and all of them make the simulation and
+  /// call its member functions, apart from step(), time(), finished(), timings() and graph(),
+  /// together.
+  Ranks ranks = {};
+  double latency = 0;      ///< [s] held back from each message between ranks, for studies
   std::uint64_t seed = 1;  ///< random order only
   int support_rings = 0;   ///< extra layers of nodes that patches exchange; 0 suits linear elements
   bool verify = false;     ///< check at every task that exactly what its edges promise was done
@@ -30,7 +34,8 @@ struct ExecutionOptions {
 };
 
 /// Receives what a simulation produces while it runs; called from worker threads, one call at a
-/// time each.
+/// time each. With several ranks frames are those of the rank, history and progress are the same on
+/// all.
 struct Observer {
   /// Every OutputPlan::frame_steps; pieces are this rank's patches, ascending.
   std::function<void(FramePieces&&)> frame;
@@ -40,6 +45,9 @@ struct Observer {
   std::function<void(const FrameSource&)> large_frame;
   /// After every step, in order: steps done and time [s]. Return false to stop soon.
   std::function<bool(Index step, double time)> progress;
+  /// Several ranks: other work for MPI, called again and again while steps are taken, in turn with
+  /// all other calls of MPI. Must not wait.
+  std::function<void()> poll;
 };
 
 /// Time spent in one stage, summed over its tasks.
@@ -55,9 +63,10 @@ struct SimulationInfo {
   Index cells = 0, nodes = 0, particles = 0, removed = 0;
   int patches = 0, tasks_per_step = 0;
   Index cells_per_patch = 0;
-  double dt_limit = 0;  ///< [s] smallest h / (c + |v|) at present
-  double dt = 0;        ///< [s] of the next step
-  std::size_t bytes = 0;
+  double dt_limit = 0;         ///< [s] smallest h / (c + |v|) at present
+  double dt = 0;               ///< [s] of the next step
+  std::size_t bytes = 0;       ///< of particles and nodes, of all ranks
+  std::size_t most_bytes = 0;  ///< of the rank that holds most
 };
 
 template <int Dim>
@@ -74,9 +83,12 @@ class Simulation {
   /// Take all steps of the scenario.
   void run();
 
-  Frame frame() const;  ///< present state, ascending particle id
-  /// The same without a copy, by patches; good until the next call of advance().
+  Frame frame() const;  ///< present state of all ranks, ascending particle id
+  /// That of this rank without a copy, by patches; good until the next call of advance().
   FrameSource frame_source() const;
+  /// Several ranks: call Observer::poll when nobody else calls MPI. For whoever waits, while steps
+  /// are taken or not.
+  void poll();
   HistoryRow history() const;  ///< present sums
   Index step() const;          ///< steps done
   double time() const;         ///< [s]

@@ -103,6 +103,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
                      map_pressure(p, s, runs);
                    }},
               {.stage = {.name = "stress", .exchange = "pressure"},
+               .takes = {NodeSum::pressure},
                .begin = [](P& p, S& s) { nodal_pressure(p, s); },
                .runs =
                    [](P& p, S& s, Runs runs) {
@@ -123,16 +124,19 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
   add(arrivals);
   if (usf) {  // update stress first: strain from the velocities at the beginning of the step
     add({.stage = {.name = "velocity", .exchange = "mass, momentum"},
+         .takes = {NodeSum::mass_momentum},
          .begin = [](P& p, S& s) { nodal_velocity(p, s); }});
     add_stress();
     add(force);
     add({.stage = {.name = "integrate", .exchange = "force"},
+         .takes = {NodeSum::force},
          .begin = [](P& p, S& s) { integrate(p, s); }});
     add(g2p);
     add(locate);
     add(p2g);
   } else {  // update stress last: one exchange carries mass, momentum and force
     add({.stage = {.name = "integrate", .exchange = "mass, momentum, force", .needs_dt = true},
+         .takes = {NodeSum::mass_momentum, NodeSum::force},
          .begin = [](P& p, S& s) { velocity_and_integrate(p, s); }});
     if (musl) {  // nodal velocities again, from the updated particles
       add(g2p);
@@ -140,6 +144,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
            .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::momentum); },
            .runs = [](P& p, S& s, Runs runs) { map_momentum(p, s, runs); }});
       add({.stage = {.name = "velocity", .exchange = "momentum"},
+           .takes = {NodeSum::momentum},
            .begin = [](P& p, S& s) { nodal_velocity_again(p, s); }});
       add_stress();
     } else {  // stress and G2P take the same nodal velocities: stress comes before particles move
@@ -155,6 +160,35 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
 }
 
 template <int Dim>
+std::vector<RankMessage> rank_messages(const std::vector<TimestepStage<Dim>>& stages,
+                                       const std::vector<Phase>& phases) {
+  std::vector<RankMessage> messages;
+  int sums = 0;
+  for (std::size_t f = 0; f < phases.size(); ++f) {
+    const bool last = f + 1 == phases.size();
+    const auto& next = stages[last ? 0 : phases[f + 1].first];
+    if (next.stage.exchange.empty())
+      messages.push_back({});
+    else if (next.takes.empty())
+      messages.push_back({.kind = RankMessage::Kind::particles});
+    else
+      messages.push_back({RankMessage::Kind::sums, sums++, sum_array(next.takes.front())});
+  }
+  return messages;
+}
+
+template <int Dim>
+std::array<int, n_node_sums> message_of_sums(const std::vector<TimestepStage<Dim>>& stages) {
+  std::array<int, n_node_sums> message{};
+  int number = 0;
+  for (const auto& stage : stages) {
+    for (const NodeSum kind : stage.takes) message[static_cast<std::size_t>(kind)] = number;
+    if (!stage.takes.empty()) ++number;
+  }
+  return message;
+}
+
+template <int Dim>
 void map_first(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& stages,
                const StepContext<Dim>& step) {
   if (patch.count == 0) return;  // its sums are zero
@@ -167,6 +201,12 @@ void map_first(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& stages,
 
 template std::vector<TimestepStage<2>> timestep<2>(const Analysis&);
 template std::vector<TimestepStage<3>> timestep<3>(const Analysis&);
+template std::vector<RankMessage> rank_messages<2>(const std::vector<TimestepStage<2>>&,
+                                                   const std::vector<Phase>&);
+template std::vector<RankMessage> rank_messages<3>(const std::vector<TimestepStage<3>>&,
+                                                   const std::vector<Phase>&);
+template std::array<int, n_node_sums> message_of_sums<2>(const std::vector<TimestepStage<2>>&);
+template std::array<int, n_node_sums> message_of_sums<3>(const std::vector<TimestepStage<3>>&);
 template void map_first<2>(Patch<2>&, const std::vector<TimestepStage<2>>&, const StepContext<2>&);
 template void map_first<3>(Patch<3>&, const std::vector<TimestepStage<3>>&, const StepContext<3>&);
 

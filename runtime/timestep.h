@@ -1,6 +1,7 @@
 /// \file The whole timestep of every scheme, on one screen.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "graph/stage.h"
@@ -16,10 +17,11 @@ struct TimestepStage {
   using OnRuns = void (*)(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
 
   Stage stage;
-  OnPatch begin = nullptr;    ///< before any run of the phase: nodes
-  OnRuns runs = nullptr;      ///< particles, a few runs at a time
-  OnPatch end = nullptr;      ///< after all runs of the phase
-  bool of_next_step = false;  ///< is done for the step after the one in which it is called
+  std::vector<NodeSum> takes = {};  ///< sums of neighbours, where it exchanges them
+  OnPatch begin = nullptr;          ///< before any run of the phase: nodes
+  OnRuns runs = nullptr;            ///< particles, a few runs at a time
+  OnPatch end = nullptr;            ///< after all runs of the phase
+  bool of_next_step = false;        ///< is done for the step after the one in which it is called
 };
 
 /// Names of stages that the driver looks for.
@@ -34,6 +36,20 @@ inline constexpr const char* locate_stage = "locate";
 /// step, map_first() does what the step before would have done.
 template <int Dim>
 std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis);
+
+/// What patches of other ranks need of a phase when it is done: what the phase after it exchanges.
+struct RankMessage {
+  enum class Kind { none, sums, particles } kind = Kind::none;
+  int number = 0;             ///< of messages with sums, in the order of a step
+  std::size_t sum_array = 0;  ///< the array that holds the sums
+};
+/// One for each phase.
+template <int Dim>
+std::vector<RankMessage> rank_messages(const std::vector<TimestepStage<Dim>>& stages,
+                                       const std::vector<Phase>& phases);
+/// Number of the message that brings each kind of sum; 0 for those that no stage exchanges.
+template <int Dim>
+std::array<int, n_node_sums> message_of_sums(const std::vector<TimestepStage<Dim>>& stages);
 
 /// Nodal sums of which a patch may begin those of the next step while neighbours read these.
 NodeSumCopies node_sum_copies(const Analysis& analysis);

@@ -29,7 +29,6 @@ struct OnePatch {
     patch.topology = make_topology(m, partition, 0);
     std::vector<PatchTopology<Dim>*> alone{&patch.topology};
     connect(alone);
-    for (auto& neighbours : patch.neighbour_sums) neighbours.assign(1, {});
     patch.cartesian = m.is_cartesian();
     const ColumnLayout<Dim> layout({.size = true,
                                     .pressure = true,

@@ -1,0 +1,152 @@
+#include "runtime/balance.h"
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+
+#include "runtime/curve_shift.h"
+#include "runtime/patch_transfer.h"
+#include "runtime/scotch_partition.h"
+
+namespace lahar {
+
+namespace {
+
+/// How much heavier than the best chunks, or than the mean, the heaviest rank may remain: every
+/// percent less moves more patches, and as the load goes on changing is soon lost.
+constexpr double slack = 0.02;
+/// [shared nodes per byte] what moving weighs for Scotch.
+constexpr double migration_weight = 3e-3;
+
+/// Seconds that the heaviest rank works in a step.
+double work_time(const RankShares& shares, const BalanceTerms& terms) {
+  Index heaviest = 0;
+  for (const RankShare& rank : shares.ranks) heaviest = std::max(heaviest, rank.weight);
+  return 1e-9 * static_cast<double>(heaviest) / terms.threads;
+}
+
+/// The same with what ranks exchange.
+double step_time(const RankShares& shares, const BalanceTerms& terms) {
+  Index most = 0;
+  for (const RankShare& rank : shares.ranks) most = std::max(most, rank.shared_nodes);
+  return work_time(shares, terms) + terms.per_node * static_cast<double>(most);
+}
+
+void add_traffic(BalancePlan& plan, std::span<const int> owner, std::span<const Index> bytes,
+                 int ranks) {
+  std::vector<Index> traffic(static_cast<std::size_t>(ranks), 0);
+  for (std::size_t p = 0; p < owner.size(); ++p) {
+    if (plan.owner[p] == owner[p]) continue;
+    plan.moved += bytes[p];
+    traffic[static_cast<std::size_t>(owner[p])] += bytes[p];
+    traffic[static_cast<std::size_t>(plan.owner[p])] += bytes[p];
+  }
+  plan.busiest = *std::max_element(traffic.begin(), traffic.end());
+}
+
+/// One decision: the present state, and what other owners would mean.
+class Decision {
+ public:
+  Decision(const PatchGraph& costs, std::span<const int> owner, std::span<const Index> bytes,
+           int ranks, const BalanceTerms& terms)
+      : costs_(costs),
+        owner_(owner),
+        bytes_(bytes),
+        ranks_(ranks),
+        terms_(terms),
+        now_(shares_of(costs, owner, ranks)),
+        allowed_(terms.most_moved *
+                 static_cast<double>(std::accumulate(bytes.begin(), bytes.end(), Index{0}))) {}
+
+  /// Whether an even share would be worth a remap that moves nothing.
+  bool may_gain() const {
+    const double imbalance = now_.imbalance();
+    return imbalance > 1 + terms_.threshold &&
+           work_time(now_, terms_) * (1 - 1 / imbalance) * terms_.steps > terms_.move.of(0);
+  }
+
+  /// A partition near the present one, whose ranks keep few neighbours; where that moves too much
+  /// or does not pay, patches one by one.
+  BalancePlan best() const {
+    BalancePlan whole =
+        plan_of(terms_.partitioner == Partitioner::curve
+                    ? shift_chunks(costs_.weight, owner_, bytes_, ranks_, slack)
+                    : scotch_repartition(costs_, owner_, bytes_, ranks_, migration_weight));
+    if (static_cast<double>(whole.moved) <= allowed_ && whole.gain > whole.cost) return whole;
+    return transfers();
+  }
+
+ private:
+  BalancePlan plan_of(std::vector<int> owner) const {
+    BalancePlan plan;
+    plan.owner = std::move(owner);
+    add_traffic(plan, owner_, bytes_, ranks_);
+    const RankShares then = shares_of(costs_, plan.owner, ranks_);
+    plan.imbalance_before = now_.imbalance();
+    plan.imbalance_after = then.imbalance();
+    plan.gain = (step_time(now_, terms_) - step_time(then, terms_)) * terms_.steps;
+    plan.cost = terms_.move.of(plan.busiest);
+    return plan;
+  }
+
+  /// As even as the bytes allow that one remap may move; the rest is left to later ones.
+  BalancePlan transfers() const {
+    BalancePlan plan = plan_of(
+        transfer_patches(costs_, owner_, bytes_, ranks_, slack, static_cast<Index>(allowed_)));
+    plan.transferred = true;
+    return plan;
+  }
+
+  const PatchGraph& costs_;
+  std::span<const int> owner_;
+  std::span<const Index> bytes_;
+  int ranks_;
+  const BalanceTerms& terms_;
+  RankShares now_;
+  double allowed_;
+};
+
+void check(const PatchGraph& costs, std::span<const int> owner, std::span<const Index> bytes,
+           int ranks) {
+  if (ranks <= 0) throw std::invalid_argument("a partition needs at least one rank");
+  if (owner.size() != costs.weight.size() || bytes.size() != costs.weight.size())
+    throw std::invalid_argument("a partition needs one owner and one size for every patch");
+  for (const int rank : owner)
+    if (rank < 0 || rank >= ranks) throw std::invalid_argument("a patch has no rank of this run");
+}
+
+}  // namespace
+
+std::vector<int> partition(Partitioner partitioner, const PatchGraph& graph, int ranks) {
+  return partitioner == Partitioner::curve ? curve_chunks(graph.weight, ranks)
+                                           : scotch_partition(graph, ranks);
+}
+
+std::vector<int> owners_with_new(std::span<const int> owner) {
+  std::vector<int> all(owner.begin(), owner.end());
+  const auto owned = std::find_if(all.begin(), all.end(), [](int rank) { return rank >= 0; });
+  int last = owned == all.end() ? 0 : *owned;
+  for (int& rank : all) last = rank = rank >= 0 ? rank : last;
+  return all;
+}
+
+void MoveCost::measured(double seconds, Index bytes) {
+  const double ratio = std::clamp(seconds / of(bytes), 0.25, 4.0);
+  fixed *= 0.5 * (1 + ratio);
+  per_byte *= 0.5 * (1 + ratio);
+}
+
+std::optional<BalancePlan> decide(const PatchGraph& costs, std::span<const int> owner,
+                                  std::span<const Index> bytes, int ranks,
+                                  const BalanceTerms& terms) {
+  check(costs, owner, bytes, ranks);
+  if (ranks == 1 || owner.empty()) return std::nullopt;
+  const Decision decision(costs, owner, bytes, ranks, terms);
+  if (!terms.forced && !decision.may_gain()) return std::nullopt;
+  BalancePlan plan = decision.best();
+  if (std::equal(owner.begin(), owner.end(), plan.owner.begin())) return std::nullopt;
+  if (!terms.forced && plan.gain <= plan.cost) return std::nullopt;
+  return plan;
+}
+
+}  // namespace lahar

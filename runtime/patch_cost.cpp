@@ -1,0 +1,59 @@
+#include "runtime/patch_cost.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <stdexcept>
+
+namespace lahar {
+
+namespace {
+
+/// What firing the tasks of a patch costs, in particles: half a microsecond.
+constexpr double base_particles = 16;
+/// Weight of a new sample in the average.
+constexpr double newest = 0.2;
+/// By how much a sample may differ from the average before it.
+constexpr double sample_factor = 2;
+/// By how much a patch may differ from the median patch.
+constexpr double median_factor = 4;
+/// [s] per particle before anything was measured: only ratios matter then.
+constexpr double usual_rate = 30e-9;
+
+double median_rate(std::span<const double> rates) {
+  std::vector<double> measured;
+  std::copy_if(rates.begin(), rates.end(), std::back_inserter(measured),
+               [](double rate) { return rate > 0; });
+  if (measured.empty()) return usual_rate;
+  const auto middle = measured.begin() + static_cast<std::ptrdiff_t>(measured.size() / 2);
+  std::nth_element(measured.begin(), middle, measured.end());
+  return *middle;
+}
+
+}  // namespace
+
+void WorkRate::add(double seconds, Index particles) {
+  if (particles <= 0 || !(seconds > 0)) return;  // says nothing about particles
+  const double rate = seconds / (static_cast<double>(particles) + base_particles);
+  if (value_ == 0)
+    value_ = rate;
+  else
+    value_ += newest * (std::clamp(rate, value_ / sample_factor, value_ * sample_factor) - value_);
+}
+
+std::vector<Index> work_of(std::span<const Index> particles, std::span<const double> rates) {
+  if (rates.size() != particles.size())
+    throw std::invalid_argument("every patch needs a rate of work, 0 if it has none");
+  const double median = median_rate(rates);
+  std::vector<Index> work(particles.size());
+  for (std::size_t p = 0; p < work.size(); ++p) {
+    const double rate = rates[p] > 0
+                            ? std::clamp(rates[p], median / median_factor, median * median_factor)
+                            : median;
+    const double time = rate * (static_cast<double>(particles[p]) + base_particles);
+    work[p] = std::max(Index{1}, static_cast<Index>(std::llround(time * 1e9)));
+  }
+  return work;
+}
+
+}  // namespace lahar

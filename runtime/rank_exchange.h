@@ -1,0 +1,122 @@
+/// \file What the patches of a rank send to others and get from them while steps are taken, and
+/// what all ranks agree on. Nothing here waits: messages are looked for by the tasks of the graph.
+///
+/// A patch sends one message to each rank that has neighbours of it, after every phase whose
+/// successor takes something from neighbours: its sums at the nodes that it shares with patches
+/// there, or the particles that left for them. At the other side the message fires the task of that
+/// patch and phase in the graph of the receiver. Sums are received where kernels read them.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "graph/executor.h"
+#include "runtime/patch_set.h"
+#include "runtime/ranks.h"
+#include "runtime/timestep.h"
+
+namespace lahar {
+
+/// What ranks find out about a step that all have finished.
+struct Agreement {
+  /// The least that any rank gave.
+  struct Least {
+    Index stop_before = std::numeric_limits<Index>::max();  ///< a step that nobody takes
+    Index failed_step = std::numeric_limits<Index>::max();
+    Index rebuild = 0;      ///< -1: some rank needs patches that do not exist
+    Index checkpoint = 0;   ///< -1: some rank was asked for a checkpoint
+    Index stop = 0;         ///< -1: some rank was asked to stop
+    Index minus_speed = 0;  ///< the bits of the largest speed, negated
+    Index begun = 0;        ///< minus the latest time at which a rank finished the step [ns]
+  } least;
+  std::vector<Index> sum;  ///< elements added over all ranks; as many on each, perhaps none
+};
+
+/// Where an Exchange gets and leaves what is not its own; called from any thread.
+struct ExchangeCalls {
+  std::function<Agreement(Step)> give;               ///< what this rank knows of a finished step
+  std::function<void(Step, const Agreement&)> take;  ///< steps in order
+  std::function<double()> give_limit;                ///< of the time step, of this rank [s]
+  std::function<void(Step, double)> take_limit;      ///< the least of all ranks
+  std::function<Step()> failed_step;  ///< the first that this rank knows to have failed
+  std::function<void(Step)> failure_elsewhere;
+  std::function<void()> others;  ///< other work for MPI, whenever messages are looked for
+};
+
+/// Delays for studies of what latency does to a run; 0 = none.
+struct InjectedLatency {
+  double seconds = 0;  ///< of a message; an agreement takes this times ceil(log2 ranks)
+};
+
+/// Forget the particles that a patch elsewhere sent: they have been received.
+template <int Dim>
+void clear(RemotePatch<Dim>& from);
+
+template <int Dim>
+class RankExchange final : public Remote {
+ public:
+  /// For the patches as they are linked now; `first` is the step that is taken next. Collective.
+  RankExchange(Ranks ranks, PatchSet<Dim>& patches, std::vector<RankMessage> messages, Step first,
+               ExchangeCalls calls, InjectedLatency latency);
+  ~RankExchange() override;
+
+  /// A phase of an own patch is done.
+  void send(int phase, int patch, Step step);
+  /// The body of the task that a message fired.
+  void unpack(int phase, int elsewhere, Step step);
+
+  bool progress(Executor& executor) override;
+  void give_dt(Step step) override;
+  void give_step(Step step) override;
+  void wait_for_all() override { ranks_.wait_for_all(); }
+
+  /// To be held by whoever calls MPI while steps are taken.
+  std::unique_lock<std::mutex> lock_mpi() { return std::unique_lock(mpi_); }
+
+  /// Bytes and messages sent since the start.
+  Index bytes_sent() const { return bytes_; }
+  Index messages_sent() const { return sent_; }
+
+ private:
+  struct Send;
+  struct Receive;
+  struct Event;
+  class Agreements;
+
+  void make_sends(int phase);
+  void make_receives(int phase);
+  void make_send(int phase, int patch, const RemoteNeighbour& to, int tag);
+  void pack_sums(Send& send, int patch, Step step);
+  void pack_particles(Send& send, int patch, Step step);
+  void start(Send& send, Step step, std::size_t bytes);
+  void look_at_messages(std::vector<Event>& events);
+  void message_came(std::size_t receive, std::vector<Event>& events);
+  void deliver(const Event& event, Executor& executor);
+
+  Ranks ranks_, agreement_ranks_, limit_ranks_;
+  PatchSet<Dim>* patches_;
+  std::vector<RankMessage> messages_;
+  ExchangeCalls calls_;
+  std::int64_t latency_;            ///< [ns] of a message
+  std::int64_t agreement_latency_;  ///< [ns]
+
+  std::vector<std::vector<std::vector<Send>>> sends_;  ///< by phase and own patch
+  std::vector<Receive> receives_;
+  std::vector<std::vector<int>> receive_of_;  ///< by phase and patch elsewhere
+  std::vector<MPI_Request> requests_;  ///< of receives_, in the same order, then of their overflows
+  int overflows_ = 0;                  ///< that are being received
+  std::vector<int> completed_;         ///< scratch of MPI
+  std::vector<Event> delayed_;         ///< have come, but for the latency injected
+  std::unique_ptr<Agreements> agreements_;
+  std::mutex mpi_;  ///< one thread at a time is inside MPI
+  Index bytes_ = 0, sent_ = 0;
+};
+
+extern template class RankExchange<2>;
+extern template class RankExchange<3>;
+
+}  // namespace lahar
