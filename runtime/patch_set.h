@@ -73,6 +73,9 @@ class PatchSet {
   /// no history row has yet stay, so that rows do not depend on when this is called.
   void rebuild();
 
+  /// Give patches to other ranks, `owner` of each of all_patches(), between two steps. Collective.
+  void give_to(const std::vector<int>& owner, Index step);
+
   /// Patches, particles and shared nodes as a partition over ranks sees them.
   PatchGraph graph() const;
   Index particles() const;

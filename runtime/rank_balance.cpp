@@ -1,0 +1,183 @@
+#include "runtime/rank_balance.h"
+
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+#include <random>
+
+namespace lahar {
+
+namespace {
+
+double seconds_of(auto duration) {
+  return std::chrono::duration<double>(duration).count();
+}
+
+/// Weights that make patches change their ranks, the same on all ranks.
+void scatter(std::vector<Index>& weight, Step step) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(step) + 1);
+  for (Index& w : weight) w = 1000 + static_cast<Index>(random() % 4000);
+}
+
+}  // namespace
+
+template <int Dim>
+void RankBalance<Dim>::begin(const PatchSet<Dim>& patches) {
+  const auto n = static_cast<std::size_t>(patches.size());
+  for (auto& works : of_step_) works.assign(n, {});
+  since_.assign(n, {});
+  particles_.assign(n, 0);
+  sampled_steps_ = 0;
+  ids_.clear();
+  for (int p = 0; p < patches.size(); ++p) {
+    ids_.push_back(patches[p].topology.patch);
+    particles_[static_cast<std::size_t>(p)] = patches[p].count;
+  }
+}
+
+template <int Dim>
+void RankBalance<Dim>::add(Step step, int patch, std::int64_t nanoseconds, Index particles) {
+  Work& work = of_step_[static_cast<std::size_t>(step) % of_step_.size()]
+                       [static_cast<std::size_t>(patch)];
+  work.nanoseconds += nanoseconds;
+  work.particles = particles;
+}
+
+template <int Dim>
+void RankBalance<Dim>::finish(Step step) {
+  if (samples(step)) {
+    auto& works = of_step_[static_cast<std::size_t>(step) % of_step_.size()];
+    for (std::size_t p = 0; p < works.size(); ++p) {
+      since_[p].nanoseconds += works[p].nanoseconds;
+      particles_[p] = works[p].particles;
+      works[p] = {};
+    }
+    ++sampled_steps_;
+  }
+  if ((step + 1) % window != 0 || sampled_steps_ == 0) return;
+  for (std::size_t p = 0; p < since_.size(); ++p) {
+    if (particles_[p] > 0)
+      rates_[ids_[p]].add(1e-9 * static_cast<double>(since_[p].nanoseconds) /
+                              static_cast<double>(sampled_steps_),
+                          particles_[p]);
+    since_[p] = {};
+  }
+  sampled_steps_ = 0;
+}
+
+template <int Dim>
+Index RankBalance<Dim>::work() const {
+  std::vector<double> rates;
+  for (const Index id : ids_) {
+    const auto rate = rates_.find(id);
+    rates.push_back(rate == rates_.end() ? 0.0 : rate->second.value());
+  }
+  const std::vector<Index> work = work_of(particles_, rates);
+  return std::accumulate(work.begin(), work.end(), Index{0});
+}
+
+template <int Dim>
+bool RankBalance<Dim>::is_uneven(Index heaviest, Index all) {
+  const double imbalance = static_cast<double>(heaviest) * ranks_.size() /
+                           static_cast<double>(std::max<Index>(1, all));
+  report_.imbalance = (report_.imbalance * static_cast<double>(report_.windows) + imbalance) /
+                      static_cast<double>(report_.windows + 1);
+  ++report_.windows;
+  report_.worst = std::max(report_.worst, imbalance);
+  return imbalance > 1 + BalanceTerms{}.threshold;
+}
+
+/// What a rank knows of one of its patches.
+template <int Dim>
+struct RankBalance<Dim>::Known {
+  Index patch, particles, bytes;
+  double rate;
+};
+
+template <int Dim>
+PatchGraph RankBalance<Dim>::graph_of_all(const PatchSet<Dim>& patches, std::vector<Index>& bytes,
+                                          std::vector<Index>& particles) const {
+  struct Shared {
+    Index patch, other, nodes;
+  };
+  std::vector<Known> own;
+  std::vector<Shared> own_edges;
+  for (int p = 0; p < patches.size(); ++p) {
+    const Patch<Dim>& patch = patches[p];
+    const Index id = patch.topology.patch;
+    const auto rate = rates_.find(id);
+    const auto bytes = static_cast<Index>(patch.count > 0 ? patch.particles.bytes() : 0);
+    own.push_back({id, patch.count, bytes,
+                   rate == rates_.end() ? 0.0 : rate->second.value()});
+    std::vector<Index> nodes(patch.topology.neighbours.size(), 0);
+    for (const auto& share : patch.topology.shares)
+      if (share.neighbour >= 0) ++nodes[static_cast<std::size_t>(share.neighbour)];
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+      own_edges.push_back({id, patch.topology.neighbours[k], nodes[k]});
+  }
+  std::vector<Known> all = ranks_.gather_all(std::span<const Known>(own));
+  std::sort(all.begin(), all.end(),
+            [](const Known& a, const Known& b) { return a.patch < b.patch; });
+  std::vector<double> rates;
+  for (const Known& known : all) {
+    particles.push_back(known.particles);
+    bytes.push_back(known.bytes);
+    rates.push_back(known.rate);
+  }
+  PatchGraph graph;
+  graph.weight = work_of(particles, rates);
+  graph.edges.resize(all.size());
+  const auto place = [&](Index id) {
+    return std::lower_bound(all.begin(), all.end(), id,
+                            [](const Known& k, Index i) { return k.patch < i; }) -
+           all.begin();
+  };
+  for (const Shared& edge : ranks_.gather_all(std::span<const Shared>(own_edges)))
+    graph.edges[static_cast<std::size_t>(place(edge.patch))].push_back(
+        {static_cast<int>(place(edge.other)), edge.nodes});
+  for (auto& edges : graph.edges)
+    std::sort(edges.begin(), edges.end(),
+              [](const auto& a, const auto& b) { return a.patch < b.patch; });
+  return graph;
+}
+
+template <int Dim>
+bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left) {
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  std::vector<Index> bytes, particles;
+  PatchGraph graph = graph_of_all(patches, bytes, particles);
+  const bool forced = options_.when == BalanceOptions::When::forced;
+  if (forced) scatter(graph.weight, step);
+  BalanceTerms terms{.partitioner = options_.partitioner,
+                     .steps = static_cast<double>(std::min<Index>(steps_left, 10 * window)),
+                     .threads = threads_,
+                     .forced = forced,
+                     .move = move_};
+  if (forced) terms.threshold = 0;
+  const auto plan = decide(graph, patches.owners(), bytes, ranks_.size(), terms);
+  if (!plan || plan->owner == patches.owners()) {
+    report_.seconds += ranks_.max(seconds_of(Clock::now() - begin));
+    return false;
+  }
+  Index moved = 0, all = 0;
+  for (std::size_t p = 0; p < particles.size(); ++p) {
+    all += particles[p];
+    if (plan->owner[p] != patches.owners()[p]) moved += particles[p];
+  }
+  patches.give_to(plan->owner, step);
+  const double share = static_cast<double>(moved) / static_cast<double>(std::max<Index>(1, all));
+  report_.moved = (report_.moved * static_cast<double>(report_.remaps) + share) /
+                  static_cast<double>(report_.remaps + 1);
+  report_.most_moved = std::max(report_.most_moved, share);
+  ++report_.remaps;
+  const double seconds = ranks_.max(seconds_of(Clock::now() - begin));
+  report_.seconds += seconds;
+  move_.measured(seconds, plan->busiest);
+  return true;
+}
+
+template class RankBalance<2>;
+template class RankBalance<3>;
+
+}  // namespace lahar

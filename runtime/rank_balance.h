@@ -1,0 +1,93 @@
+/// \file Measuring the work of patches while steps are taken, and moving patches between ranks when
+/// it pays. Who has a patch changes no bit of a result, so what was measured may decide.
+#pragma once
+
+#include <array>
+#include <map>
+#include <vector>
+
+#include "graph/executor.h"
+#include "runtime/balance.h"
+#include "runtime/patch_cost.h"
+#include "runtime/patch_set.h"
+
+namespace lahar {
+
+/// When patches may change their ranks.
+struct BalanceOptions {
+  enum class When { measured, never, forced } when = When::measured;
+  Step every = 0;  ///< forced: after so many steps, whatever was measured; for tests
+  Partitioner partitioner = Partitioner::curve;
+};
+
+/// What balancing did, for reports; the same on all ranks.
+struct BalanceReport {
+  Index windows = 0;         ///< in which the work of the ranks was compared
+  double imbalance = 0;      ///< heaviest rank over the mean, mean of all windows
+  double worst = 1;          ///< of a window
+  Index remaps = 0;
+  double moved = 0;          ///< share of the particles in a remap, mean
+  double most_moved = 0;     ///< in one remap
+  double seconds = 0;        ///< spent in remaps
+};
+
+template <int Dim>
+class RankBalance {
+ public:
+  /// Steps whose work is compared.
+  static constexpr Step window = 20;
+  /// In one step of so many, tasks are timed.
+  static constexpr Step sampled = 4;
+
+  RankBalance(Ranks ranks, BalanceOptions options, int threads)
+      : ranks_(ranks), options_(options), threads_(threads) {}
+
+  bool samples(Step step) const { return ranks_.several() && step % sampled == 0; }
+  /// CPU time of a task [ns] in a sampled step, and the particles of its patch; tasks of different
+  /// patches may call at once.
+  void add(Step step, int patch, std::int64_t nanoseconds, Index particles);
+
+  /// The rank's work per step [ns] is due with the agreement of `step`.
+  bool is_due(Step step) const {
+    return ranks_.several() && options_.when == BalanceOptions::When::measured &&
+           (step + 1) % window == 0;
+  }
+  /// Take in what was measured of a step that this rank's patches have done.
+  void finish(Step step);
+  Index work() const;
+  /// The heaviest rank's work and that of all: true if a remap should be considered.
+  bool is_uneven(Index heaviest, Index all);
+
+  /// Between steps: move patches if it pays. True if the set of patches has changed. Collective.
+  bool remap(PatchSet<Dim>& patches, Step step, Index steps_left);
+
+  /// For patches as they are linked now.
+  void begin(const PatchSet<Dim>& patches);
+  const BalanceReport& report() const { return report_; }
+
+ private:
+  struct Known;
+  PatchGraph graph_of_all(const PatchSet<Dim>& patches, std::vector<Index>& bytes,
+                          std::vector<Index>& particles) const;
+
+  Ranks ranks_;
+  BalanceOptions options_;
+  int threads_;
+  MoveCost move_;
+  BalanceReport report_;
+  struct Work {
+    std::int64_t nanoseconds = 0;
+    Index particles = 0;
+  };
+  std::array<std::vector<Work>, max_lead + 2> of_step_;  ///< by patch
+  std::vector<Work> since_;                              ///< in this window, by patch
+  Index sampled_steps_ = 0;                              ///< in this window
+  std::map<Index, WorkRate> rates_;                      ///< by patch id
+  std::vector<Index> particles_;                         ///< of each patch at the last sample
+  std::vector<Index> ids_;
+};
+
+extern template class RankBalance<2>;
+extern template class RankBalance<3>;
+
+}  // namespace lahar
