@@ -3,11 +3,10 @@
 
 #include <doctest/doctest.h>
 
-#include <map>
-
 #include "io/run_folder.h"
 #include "io/vtkhdf.h"
 #include "physics/error.h"
+#include "tests/ranks/shared_folder.h"
 #include "tests/runtime/models.h"
 
 using namespace lahar;
@@ -17,12 +16,6 @@ namespace fs = std::filesystem;
 namespace {
 
 using Files = std::map<std::string, std::string>;
-
-Files contents_of(const fs::path& folder) {
-  Files files;
-  for (const std::string& name : names_in(folder)) files[name] = read_text_file(folder / name);
-  return files;
-}
 
 /// A run whose frames go to a folder; returns its files.
 template <int Dim>
