@@ -55,6 +55,9 @@ class State:
                 self.arrays = {name: data[()] for name, data in grid["PointData"].items()}
                 self.units = {name: text(data.attrs.get("unit", ""))
                               for name, data in grid["PointData"].items()}
+            order = np.argsort(self.arrays["id"])  # frames have the order of the patches
+            self.x = self.x[order]
+            self.arrays = {name: values[order] for name, values in self.arrays.items()}
         except OSError as error:
             raise PlotError(f"cannot read {path}: {error}") from None
         except KeyError:

@@ -134,10 +134,13 @@ void OutputFile::truncate() {
   if (::ftruncate(descriptor_, 0) != 0) throw_io_error("write", shown_, errno);
 }
 
-AtomicFile::AtomicFile(fs::path target) : target_(std::move(target)) {
-  temporary_ = target_.parent_path() /
-               fmt::format(".{}.{}{}", target_.filename().string(), ::getpid(), part_suffix);
+fs::path part_file(const fs::path& target, Index pid) {
+  return target.parent_path() /
+         fmt::format(".{}.{}{}", target.filename().string(), pid, part_suffix);
 }
+
+AtomicFile::AtomicFile(fs::path target)
+    : target_(std::move(target)), temporary_(part_file(target_, ::getpid())) {}
 
 AtomicFile::~AtomicFile() {
   if (committed_) return;

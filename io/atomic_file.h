@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "physics/types.h"
+
 namespace lahar {
 
 /// Throw IoError "cannot <action> <file>: <reason of error number>".
@@ -51,7 +53,7 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
   ~AtomicFile();
 
-  /// In the target's folder, hidden: .NAME.PID.part
+  /// The part_file() of this process, hidden in the target's folder.
   const std::filesystem::path& temporary() const { return temporary_; }
   const std::filesystem::path& target() const { return target_; }
   /// Bring the temporary file to the disk and give it its name, replacing an older file.
@@ -61,6 +63,9 @@ class AtomicFile {
   std::filesystem::path target_, temporary_;
   bool committed_ = false;
 };
+
+/// Where process `pid` of this machine or another writes what will become `target`: .NAME.PID.part
+std::filesystem::path part_file(const std::filesystem::path& target, Index pid);
 
 /// Remove temporary files of killed processes from a folder; errors are ignored.
 void remove_abandoned_parts(const std::filesystem::path& folder);

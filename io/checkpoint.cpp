@@ -162,16 +162,16 @@ Index create_checkpoint(const fs::path& file, const fs::path& shown, const Check
   return static_cast<Index>(begin);
 }
 
-SlabFile::SlabFile(const fs::path& file, fs::path shown) : shown_(std::move(shown)) {
+StateFile::StateFile(const fs::path& file, fs::path shown) : shown_(std::move(shown)) {
   descriptor_ = ::open(file.c_str(), O_WRONLY | O_CLOEXEC);
   if (descriptor_ < 0) throw_io_error("write", shown_, errno);
 }
 
-SlabFile::~SlabFile() {
+StateFile::~StateFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-void SlabFile::write(Index offset, std::span<const std::byte> bytes) {
+void StateFile::write(Index offset, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t count = ::pwrite(descriptor_, bytes.data(), bytes.size(), offset);
     if (count < 0 && errno == EINTR) continue;
@@ -181,7 +181,7 @@ void SlabFile::write(Index offset, std::span<const std::byte> bytes) {
   }
 }
 
-void SlabFile::sync() {
+void StateFile::sync() {
   if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOTSUP)
     throw_io_error("write", shown_, errno);
 }

@@ -39,13 +39,13 @@ Index create_checkpoint(const std::filesystem::path& file, const std::filesystem
                         const CheckpointHeader& header, std::span<const CheckpointPatch> patches);
 
 /// A file that several write to at places of their own.
-class SlabFile {
+class StateFile {
  public:
   /// Opens an existing file. Throws IoError naming `shown`.
-  SlabFile(const std::filesystem::path& file, std::filesystem::path shown);
-  SlabFile(const SlabFile&) = delete;
-  SlabFile& operator=(const SlabFile&) = delete;
-  ~SlabFile();
+  StateFile(const std::filesystem::path& file, std::filesystem::path shown);
+  StateFile(const StateFile&) = delete;
+  StateFile& operator=(const StateFile&) = delete;
+  ~StateFile();
   void write(Index offset, std::span<const std::byte> bytes);
   void sync();  ///< to the disk
 

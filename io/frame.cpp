@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 #include <stdexcept>
+#include <utility>
 
 namespace lahar {
 
@@ -13,24 +15,78 @@ const FrameColumn* Frame::find(std::string_view name) const {
   return it == columns.end() ? nullptr : &*it;
 }
 
-FrameStream stream_of(const Frame& frame) {
-  FrameStream stream;
-  stream.header.step = frame.step;
-  stream.header.time = frame.time;
-  stream.header.dim = frame.dim;
+FrameHeader header_of(const Frame& frame) {
+  FrameHeader header;
+  header.step = frame.step;
+  header.time = frame.time;
+  header.dim = frame.dim;
+  header.material = !frame.material.empty() || frame.id.empty();
   for (const FrameColumn& column : frame.columns)
-    stream.header.columns.push_back({column.name, column.unit, column.components, {}});
-  stream.size = frame.size();
-  stream.id = [&frame](Index first, Index) { return frame.id.data() + first; };
-  if (!frame.material.empty() || frame.id.empty())
-    stream.material = [&frame](Index first, Index) { return frame.material.data() + first; };
-  stream.coordinates = [&frame](Index first, Index) {
-    return frame.coordinates.data() + first * frame.dim;
+    header.columns.push_back({column.name, column.unit, column.components, {}});
+  return header;
+}
+
+Index FramePieces::size() const {
+  Index n = 0;
+  for (const Frame& piece : pieces) n += piece.size();
+  return n;
+}
+
+Index FrameSource::size() const {
+  return std::accumulate(sizes.begin(), sizes.end(), Index{0});
+}
+
+namespace {
+
+void append(auto& to, const auto& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+}  // namespace
+
+Frame join(const FramePieces& frame) {
+  const FrameHeader& header = frame.header;
+  Frame all;
+  all.step = header.step;
+  all.time = header.time;
+  all.dim = header.dim;
+  all.columns = header.columns;
+  for (const Frame& piece : frame.pieces) {
+    append(all.id, piece.id);
+    append(all.material, piece.material);
+    append(all.coordinates, piece.coordinates);
+    for (std::size_t k = 0; k < all.columns.size(); ++k)
+      append(all.columns[k].values, piece.columns.at(k).values);
+  }
+  check_consistent(all);
+  sort_by_id(all);
+  return all;
+}
+
+Frame join(const FrameSource& frame) {
+  FramePieces copies{frame.header, {}};
+  for (std::size_t i = 0; i < frame.sizes.size(); ++i) copies.pieces.push_back(frame.piece(i));
+  return join(copies);
+}
+
+void sort_by_id(Frame& frame) {
+  if (std::is_sorted(frame.id.begin(), frame.id.end())) return;
+  std::vector<std::pair<Index, std::size_t>> order;  // id, and where the particle is
+  order.reserve(frame.id.size());
+  for (const Index id : frame.id) order.emplace_back(id, order.size());
+  std::sort(order.begin(), order.end());
+  const auto rearrange = [&order](auto& values, int components) {
+    if (values.empty()) return;
+    auto sorted = values;
+    auto to = sorted.begin();
+    for (const auto& [id, at] : order)
+      to = std::copy_n(values.begin() + static_cast<Index>(at) * components, components, to);
+    values.swap(sorted);
   };
-  stream.values = [&frame](std::size_t k, Index first, Index) {
-    return frame.columns[k].values.data() + first * frame.columns[k].components;
-  };
-  return stream;
+  rearrange(frame.id, 1);
+  rearrange(frame.material, 1);
+  rearrange(frame.coordinates, frame.dim);
+  for (FrameColumn& column : frame.columns) rearrange(column.values, column.components);
 }
 
 std::span<const char* const> component_names(int components) {

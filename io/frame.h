@@ -21,7 +21,7 @@ struct FrameColumn {
   std::vector<double> values;
 };
 
-/// Particle state, ascending particle id.
+/// Particle state, ascending particle id; a piece of one in the order in which its patch holds it.
 struct Frame {
   Index step = 0;   ///< updates done
   double time = 0;  ///< [s]
@@ -34,20 +34,41 @@ struct Frame {
   const FrameColumn* find(std::string_view name) const;
 };
 
-/// A frame that is made block by block while it is written, so that it is never in memory as a
-/// whole.
-struct FrameStream {
-  Frame header;  ///< step, time, dim, and the columns without their values
-  Index size = 0;
-  // Values of particles [first, first + count), as in Frame; valid until the next call of anything.
-  std::function<const Index*(Index first, Index count)> id;
-  std::function<const std::int32_t*(Index first, Index count)> material;  ///< none = unknown
-  std::function<const double*(Index first, Index count)> coordinates;
-  std::function<const double*(std::size_t column, Index first, Index count)> values;
+/// What a frame says of itself, whichever particles it has.
+struct FrameHeader {
+  Index step = 0;   ///< updates done
+  double time = 0;  ///< [s]
+  int dim = 3;
+  bool material = true;              ///< material ids are known
+  std::vector<FrameColumn> columns;  ///< without values
+};
+FrameHeader header_of(const Frame& frame);
+
+/// A frame as the patches give it: its particles are those of all pieces, one after the other.
+struct FramePieces {
+  FrameHeader header;
+  std::vector<Frame> pieces;  ///< with the header's columns
+
+  Index size() const;
 };
 
-/// The values of a frame, which must outlive the stream.
-FrameStream stream_of(const Frame& frame);
+/// A frame whose pieces are copied only while they are written, because there is no memory for a
+/// copy of all of them.
+struct FrameSource {
+  FrameHeader header;
+  std::vector<Index> sizes;                 ///< particles of each piece
+  std::function<Frame(std::size_t)> piece;  ///< may be called by several threads at a time
+  int threads = 1;                          ///< that may call it
+
+  Index size() const;
+};
+
+/// One frame of all pieces, ascending particle id.
+Frame join(const FramePieces& frame);
+Frame join(const FrameSource& frame);
+
+/// Bring the particles into ascending order of their ids.
+void sort_by_id(Frame& frame);
 
 /// x y z for vectors of 2 or 3, xx yy zz xy yz xz for 6 components; empty for scalars.
 std::span<const char* const> component_names(int components);

@@ -118,23 +118,21 @@ std::optional<Index> step_of(const std::string& name) {
 }  // namespace
 
 struct RunFolder::Impl {
-  Impl(fs::path path, const RunFolderContents& contents, bool overwrite, FrameFileOptions options)
+  Impl(fs::path path, const RunFolderContents& contents, bool overwrite)
       : folder(std::move(path)),
         log(claim(folder, overwrite)),
         manifest(contents.info),
-        frames(folder / "frames", options),
         history((write_start(contents), folder / "history.csv"), OutputFile::Mode::truncate) {
     history.write(history_header());
     history.flush();
   }
 
-  Impl(fs::path path, const RunFolderContents& contents, const RunContinuation& from,
-       FrameFileOptions options)
+  Impl(fs::path path, const RunFolderContents& contents, const RunContinuation& from)
       : folder(std::move(path)),
         log(claim_continued(folder)),
         manifest(contents.info, read_text_file(folder / "manifest.json"),
                  {from.step, from.time, from.checkpoint}),
-        frames(folder / "frames", options, rewind(folder, from)),
+        kept(rewind(folder, from)),
         history((write_start(contents), folder / "history.csv"), OutputFile::Mode::append) {}
 
   /// The manifest comes first, so that whatever happens next, this is known to be a run.
@@ -142,7 +140,7 @@ struct RunFolder::Impl {
     write_text_file(folder / "manifest.json", manifest.text());
     write_text_file(folder / "scenario.json", contents.scenario);
     write_text_file(folder / "scenario.full.json", contents.scenario_full);
-    make_folder(folder / "frames");
+    make_folder(frames_folder(folder));
   }
 
   void complete(const RunEnd& end) {
@@ -154,18 +152,17 @@ struct RunFolder::Impl {
   std::mutex log_mutex, history_mutex;
   OutputFile log;
   Manifest manifest;
-  FrameWriter frames;
+  std::vector<TimedFile> kept;  ///< frames from before a run that goes on
   OutputFile history;
   bool finished = false;
 };
 
-RunFolder::RunFolder(fs::path folder, const RunFolderContents& contents, bool overwrite,
-                     FrameFileOptions options)
-    : impl_(std::make_unique<Impl>(std::move(folder), contents, overwrite, options)) {}
+RunFolder::RunFolder(fs::path folder, const RunFolderContents& contents, bool overwrite)
+    : impl_(std::make_unique<Impl>(std::move(folder), contents, overwrite)) {}
 
 RunFolder::RunFolder(fs::path folder, const RunFolderContents& contents,
-                     const RunContinuation& from, FrameFileOptions options)
-    : impl_(std::make_unique<Impl>(std::move(folder), contents, from, options)) {}
+                     const RunContinuation& from)
+    : impl_(std::make_unique<Impl>(std::move(folder), contents, from)) {}
 
 RunFolder::~RunFolder() {
   if (impl_->finished) return;
@@ -189,23 +186,17 @@ void RunFolder::history(const HistoryRow& row) {
   impl_->history.flush();
 }
 
-void RunFolder::write(Frame&& frame) {
-  impl_->frames.write(std::move(frame));
-}
-
-void RunFolder::write(const FrameStream& frame) {
-  impl_->frames.write(frame);
+std::vector<TimedFile> RunFolder::kept_frames() const {
+  return impl_->kept;
 }
 
 void RunFolder::sync() {
-  impl_->frames.finish();
   const std::lock_guard lock(impl_->history_mutex);
   impl_->history.sync();
 }
 
 void RunFolder::finish(const RunEnd& end) {
   try {
-    impl_->frames.finish();
     impl_->history.sync();
     impl_->log.sync();
   } catch (const IoError& error) {
@@ -215,7 +206,7 @@ void RunFolder::finish(const RunEnd& end) {
     try {
       impl_->complete(failed);
     } catch (const IoError&) {
-      // The disk that refused the frame may refuse this too; the first error says it.
+      // The disk that refused those may refuse this too; the first error says it.
     }
     throw;
   }
@@ -226,6 +217,10 @@ const fs::path& RunFolder::folder() const {
   return impl_->folder;
 }
 
+fs::path frames_folder(const fs::path& run) {
+  return run / "frames";
+}
+
 std::string frame_name(Index step, std::string_view extension) {
   return fmt::format("{}{:010}{}", frame_prefix, step, extension);
 }
@@ -233,7 +228,7 @@ std::string frame_name(Index step, std::string_view extension) {
 std::vector<FrameFile> frames_of_run(const fs::path& folder) {
   std::vector<FrameFile> frames;
   std::error_code error;
-  const fs::path place = folder / "frames";
+  const fs::path place = frames_folder(folder);
   for (const auto& entry : fs::directory_iterator(place, error))
     if (const auto step = step_of(entry.path().filename().string()))
       frames.push_back({*step, entry.path()});

@@ -5,7 +5,8 @@
 ///     scenario.json        the input as it was; scenario.full.json: with every default
 ///     log.txt              what the terminal showed
 ///     history.csv          conservation laws, one row per interval (io/history.h)
-///     frames/              particles_STEP.hdf and particles.hdf.series
+///     frames/              particles_STEP.hdf and particles.hdf.series, by FrameOutput; their
+///                          format is in io/vtkhdf.h
 ///     checkpoints/         checkpoint_STEP.h5, from which the run can be continued
 #pragma once
 
@@ -16,11 +17,11 @@
 #include <string_view>
 #include <vector>
 
-#include "io/frame.h"
-#include "io/frame_writer.h"
 #include "io/history.h"
 #include "io/manifest.h"
 #include "io/run_continuation.h"
+#include "io/series.h"
+#include "physics/types.h"
 
 namespace lahar {
 
@@ -31,38 +32,41 @@ struct RunFolderContents {
   std::string scenario_full;  ///< scenario.full.json
 };
 
-/// Output of one run. Member functions may be called from any thread. All throw IoError; a failure
-/// of the background writer surfaces at the next write() and at finish().
+/// Output of one run, but for its frames. Member functions may be called from any thread. All throw
+/// IoError.
 class RunFolder {
  public:
   /// Make the folder. An existing one must be empty, or a run of Lahar and `overwrite` be true: its
   /// old results are then removed, and only those. Throws InputError where it must not be touched,
   /// including a folder that another process is writing to.
-  RunFolder(std::filesystem::path folder, const RunFolderContents& contents, bool overwrite = false,
-            FrameFileOptions options = {});
+  RunFolder(std::filesystem::path folder, const RunFolderContents& contents,
+            bool overwrite = false);
   /// Go on with the run that is in the folder: what it wrote after that step is removed, its log
   /// goes on. Throws InputError where there is no run, or another process is writing to it.
   RunFolder(std::filesystem::path folder, const RunFolderContents& contents,
-            const RunContinuation& from, FrameFileOptions options = {});
+            const RunContinuation& from);
   /// Without finish(): completes the manifest as failed.
   ~RunFolder();
 
   void log(std::string_view line);  ///< a newline is added where there is none
   void history(const HistoryRow& row);
-  void write(Frame&& frame);             ///< in the background; blocks when two are pending
-  void write(const FrameStream& frame);  ///< at once
-  /// Bring the frames and rows that were handed over to the disk.
+  /// Bring the rows that were handed over to the disk.
   void sync();
-  /// Write what is pending, then complete the manifest. If a frame could not be written, the
-  /// manifest says failed and the error is thrown.
+  /// Bring everything to the disk and complete the manifest. If that cannot be done, the manifest
+  /// says failed and the error is thrown.
   void finish(const RunEnd& end);
 
   const std::filesystem::path& folder() const;
+  /// Frames that a run that goes on has from before, for its index.
+  std::vector<TimedFile> kept_frames() const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Where the frames of a run belong.
+std::filesystem::path frames_folder(const std::filesystem::path& run);
 
 struct FrameFile {
   Index step;

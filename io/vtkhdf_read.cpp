@@ -1,4 +1,4 @@
-// Reading frames back: the inverse of vtkhdf.cpp.
+// Reading frames back: the inverse of frame_layout.cpp and frame_slabs.cpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -155,6 +155,7 @@ Frame read_frame(const std::filesystem::path& file) {
     frame.material = in.integers<std::int32_t>("/VTKHDF/PointData/material", n);
   frame.coordinates = in.values("/VTKHDF/Points", n, 3, frame.dim);
   read_columns(hdf, in, frame);
+  sort_by_id(frame);
   return frame;
 }
 

@@ -14,8 +14,8 @@
 #include <optional>
 
 #include "io/atomic_file.h"
-#include "io/frame_writer.h"
 #include "runtime/bench_traffic.h"
+#include "runtime/frame_output.h"
 
 namespace lahar {
 
@@ -58,12 +58,11 @@ class Output {
     std::error_code ignored;
     std::filesystem::remove_all(folder_, ignored);
   }
-  void write(Frame&& frame) { frames_->write(std::move(frame)); }
-  void write(const FrameStream& frame) { frames_->write(frame); }
+  FrameOutput& frames() { return *frames_; }
 
  private:
   std::filesystem::path folder_;
-  std::optional<FrameWriter> frames_;
+  std::optional<FrameOutput> frames_;
 };
 
 /// Mean and standard deviation of the number of particles in a cell that has any.
@@ -120,8 +119,8 @@ class Worker {
       model.output.history_steps = 1;
       model.output.frame_steps = steps_per_frame;
       observer.history = [](const HistoryRow&) {};
-      observer.frame = [this](Frame&& frame) { output_->write(std::move(frame)); };
-      observer.stream = [this](const FrameStream& frame) { output_->write(frame); };
+      observer.frame = [this](FramePieces&& frame) { output_->frames().add(std::move(frame)); };
+      observer.large_frame = [this](const FrameSource& frame) { output_->frames().write(frame); };
     }
     const auto begin = Clock::now();
     simulation_.emplace(std::move(model), job_.execution, std::move(observer));

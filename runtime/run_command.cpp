@@ -10,6 +10,7 @@
 #include "lahar_version.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
+#include "runtime/frame_output.h"
 #include "runtime/rank_watch.h"
 #include "runtime/restart.h"
 #include "runtime/run_checkpoints.h"
@@ -186,6 +187,10 @@ class CaseRun {
     about.steps = steps_;
     about.ranks = ranks_.size();
     make_folder(std::move(about));
+    frames_ =
+        std::make_unique<FrameOutput>(frames_folder(output_.folder), ranks_,
+                                      folder_ ? folder_->kept_frames() : std::vector<TimedFile>{});
+    frames_->while_waiting([&simulation] { simulation.poll(); });
     begin_checkpoints(info);
     console_.line(fmt::format("output     {}", output_.folder));
     if (restart_) describe_restart(simulation);
@@ -238,8 +243,12 @@ class CaseRun {
                          CheckpointOptions{.folder = checkpoint_folder(output_.folder),
                                            .kept = output_.checkpoints_kept,
                                            .threads = info.threads,
-                                           .before_complete = [this] { folder_->sync(); },
-                                           .while_waiting = {}},
+                                           .before_complete =
+                                               [this] {
+                                                 frames_->wait_for_named();
+                                                 folder_->sync();
+                                               },
+                                           .while_waiting = [this] { frames_->progress(); }},
                          ranks_);
     if (restart_ && is_in_folder(*restart_)) checkpoints_->is_at(restart_->header().run.step);
   }
@@ -249,7 +258,7 @@ class CaseRun {
     const HistoryRow row = simulation.history();
     if (!restart_) {
       write_row(row);
-      if (output_.frame_steps > 0) write_frame(simulation);
+      if (output_.frame_steps > 0) frames_->write(simulation.frame_source());
       return;
     }
     const RunContinuation from = continuation();
@@ -312,28 +321,22 @@ class CaseRun {
   }
 
   Observer observer() {
-    return {[this](Frame&& frame) {
-              last_frame_ = frame.step;
-              if (folder_) folder_->write(std::move(frame));
+    return {[this](FramePieces&& frame) {
+              last_frame_ = frame.header.step;
+              frames_->add(std::move(frame));
             },
             [this](const HistoryRow& row) { on_history(row); },
-            [this](const FrameStream& frame) {
+            [this](const FrameSource& frame) {
               last_frame_ = frame.header.step;
-              if (folder_) folder_->write(frame);
+              frames_->write(frame);
             },
             [this](Index step, double time) { return on_step(step, time); },
             [this](const SimulationState& state) { checkpoints_->write(state); },
             [this] { return checkpoints_->wanted(); },
-            [this] { checkpoints_->progress(); }};
-  }
-
-  void write_frame(const Simulation<Dim>& simulation) {
-    if (const auto stream = simulation.stream()) {
-      folder_->write(*stream);
-      return;
-    }
-    Frame frame = simulation.frame();
-    if (folder_) folder_->write(std::move(frame));
+            [this] {
+              frames_->progress();
+              checkpoints_->progress();
+            }};
   }
 
   void on_history(const HistoryRow& row) {
@@ -402,14 +405,14 @@ class CaseRun {
       if (last_row_.step != row.step) write_row(row);
       if (printed_ != row.step && row.step > 0) print_row(row);
     }
-    if (last_frame_ != simulation.step()) write_frame(simulation);
+    if (last_frame_ != simulation.step()) frames_->write(simulation.frame_source());
     checkpoints_->finish();
     report(simulation, end, wall);
     end.wall_seconds = seconds_since(begin_);
     end.steps = simulation.step();
     end.time = simulation.time();
     for (const Problem& warning : scenario_.warnings) end.warnings.push_back(warning.message);
-    if (folder_) folder_->finish(end);
+    finish(end);
     ranks_.wait_for_all();
     return code;
   }
@@ -427,6 +430,23 @@ class CaseRun {
 
   bool plans_checkpoints() const {
     return output_.checkpoint_steps > 0 || output_.checkpoint_minutes > 0;
+  }
+
+  /// If a frame could not be written, the manifest says failed and the error is thrown.
+  void finish(RunEnd& end) {
+    try {
+      frames_->finish();
+    } catch (const IoError& error) {
+      end.status = RunStatus::failed;
+      end.message += (end.message.empty() ? "" : "; ") + std::string(error.what());
+      try {
+        if (folder_) folder_->finish(end);
+      } catch (const IoError&) {
+        // The disk that refused the frame may refuse this too; the first error says it.
+      }
+      throw;
+    }
+    if (folder_) folder_->finish(end);
   }
 
   void report(Simulation<Dim>& simulation, const RunEnd& end, double wall) {
@@ -473,6 +493,7 @@ class CaseRun {
   std::unique_ptr<CheckpointReader> restart_;  ///< until the state has been read
   std::vector<std::string> allowed_differences_;
   std::unique_ptr<RunFolder> folder_;
+  std::unique_ptr<FrameOutput> frames_;
   RankWatch* watch_ = nullptr;  ///< while steps are taken and results written
   std::optional<RunCheckpoints> checkpoints_;
   Index first_step_ = 0;

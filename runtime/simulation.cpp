@@ -17,7 +17,6 @@
 #include "physics/law.h"
 #include "runtime/exact_sum.h"
 #include "runtime/failure.h"
-#include "runtime/frame_assembler.h"
 #include "runtime/patch_set.h"
 #include "runtime/patch_state.h"
 #include "runtime/rank_exchange.h"
@@ -152,9 +151,8 @@ struct Simulation<Dim>::Impl {
                    wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
     if (ranks.several() && !is_parallel(options))
       throw InputError("only the task graph runs on several ranks; leave out --serial");
-    frame_size = frame_bytes(patches.layout(), model, patches.particles());
-    if (observer.frame && !streams() && !ranks.several())
-      assembler.emplace([this](Frame&& frame) { observer.frame(std::move(frame)); });
+    const std::size_t own_frame = frame_bytes(patches.layout(), model, patches.particles());
+    frame_size = static_cast<std::size_t>(ranks.max(static_cast<Index>(own_frame)));
     if (state)
       restore(state->run);
     else
@@ -255,11 +253,9 @@ struct Simulation<Dim>::Impl {
     return observer.checkpoint && (checkpoint_requested || (every > 0 && step % every == 0));
   }
 
-  /// Frames of steps before are handed on first: who continues from here has them.
   void write_checkpoint() {
     checkpoint_asked = false;
     checkpoint_requested = false;
-    if (assembler) assembler->drain();
     observer.checkpoint(present_state());
   }
 
@@ -566,19 +562,16 @@ struct Simulation<Dim>::Impl {
     return (step + 1) % history_steps == 0;
   }
   bool frame_due(Step step) const {
-    return (assembler || drains_for_frames()) && model.output.frame_steps > 0 &&
+    return (observer.frame || observer.large_frame) && model.output.frame_steps > 0 &&
            (step + 1) % model.output.frame_steps == 0;
   }
   bool copy_due(Step step) const {
-    return assembler && frame_due(step);
+    return observer.frame && !frames_are_large() && frame_due(step);
   }
 
   /// Frames are too large to be copied.
-  bool streams() const {
-    return observer.stream && frame_size > options.copied_frame_bytes && !ranks.several();
-  }
-  bool drains_for_frames() const {
-    return streams() || (ranks.several() && observer.frame);
+  bool frames_are_large() const {
+    return observer.large_frame && frame_size > options.copied_frame_bytes;
   }
 
   /// Where the graph has to drain: at `end`, or before it at a frame that is not copied or at a
@@ -587,7 +580,7 @@ struct Simulation<Dim>::Impl {
     const auto before = [&](bool drains, Index every) {
       if (drains && every > 0) end = std::min<Step>(end, (step / every + 1) * every);
     };
-    before(drains_for_frames(), model.output.frame_steps);
+    before(frames_are_large(), model.output.frame_steps);
     before(static_cast<bool>(observer.checkpoint), model.output.checkpoint_steps);
     before(balance.forced_every() > 0, balance.forced_every());
     return end;
@@ -600,12 +593,7 @@ struct Simulation<Dim>::Impl {
     if (may_be_unstable(p, step)) check_limit(p, step);
     if (history_due(step) || frame_due(step)) check_finite(patches[p]);
     if (history_due(step)) rows[step][i] = sums(patches[p]);
-    if (copy_due(step)) {
-      Frame& piece = pieces[step][i];
-      piece = snapshot(patches[p], model);
-      piece.step = step + 1;
-      piece.time = time_at(step + 1);
-    }
+    if (copy_due(step)) pieces[step][i] = snapshot(patches[p], model);
   }
 
   bool may_be_unstable(int p, Step step) const {
@@ -657,7 +645,7 @@ struct Simulation<Dim>::Impl {
       if (observer.history) observer.history(row);
     }
     if (copy_due(step) && !failed) {
-      assembler->add(std::move(pieces[step]));
+      observer.frame({header_at(step + 1), std::move(pieces[step])});
       pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
     }
     if (observer.checkpoint_wanted && observer.checkpoint_wanted()) checkpoint_asked = true;
@@ -700,46 +688,31 @@ struct Simulation<Dim>::Impl {
     return row;
   }
 
-  Frame present_frame() const {
-    std::vector<Frame> all;
-    if (patches.size() == 0) {
-      Patch<Dim> none;
-      none.particles = Particles<Dim>(patches.layout());
-      all.push_back(snapshot(none, model));
-    }
-    for (int i = 0; i < patches.size(); ++i) {
-      all.push_back(snapshot(patches[i], model));
-      all.back().step = step;
-      all.back().time = time_at(step);
-    }
-    return of_all_ranks(merge(std::move(all)));
+  FrameHeader header_at(Step at) const {
+    FrameHeader header = frame_header<Dim>(patches.layout(), model);
+    header.step = at;
+    header.time = time_at(at);
+    return header;
   }
 
   Frame of_all_ranks(Frame own) const {
     if (!ranks.several()) return own;
-    Frame all;
-    all.step = step;
-    all.time = time_at(step);
-    all.dim = Dim;
-    std::vector<Frame> parts;
-    const auto gather = [&](const auto& values) { return ranks.gather_all(std::span(values)); };
-    all.id = gather(std::as_const(own.id));
-    all.material = gather(std::as_const(own.material));
-    all.coordinates = gather(std::as_const(own.coordinates));
-    for (FrameColumn& column : own.columns) {
-      column.values = gather(std::as_const(column.values));
-      all.columns.push_back(std::move(column));
-    }
-    parts.push_back(std::move(all));
-    return merge(std::move(parts));
+    const auto gather = [&](auto& values) {
+      values = ranks.gather_all(std::span(std::as_const(values)));
+    };
+    gather(own.id);
+    gather(own.material);
+    gather(own.coordinates);
+    for (FrameColumn& column : own.columns) gather(column.values);
+    sort_by_id(own);
+    return own;
   }
 
-  FrameStream present_stream() const {
+  FrameSource present_frame() const {
     std::vector<const Patch<Dim>*> all;
     for (int i = 0; i < patches.size(); ++i) all.push_back(&patches[i]);
-    FrameStream frame = lahar::stream(all, model);
-    frame.header.step = step;
-    frame.header.time = time_at(step);
+    FrameSource frame = lahar::frame_source(all, header_at(step), model);
+    if (is_parallel(options)) frame.threads = options.threads;
     return frame;
   }
 
@@ -762,6 +735,8 @@ struct Simulation<Dim>::Impl {
       step = executor->run(step, drain_step(end));
       count_removed();
       stop_where_failed();
+      // Before particles are delivered: then it is in the order of frames that were copied.
+      if (frames_are_large() && frame_due(step - 1)) observer.large_frame(present_frame());
       settle();
       if (step >= nsteps) check_end();
       // dt of the next step, which the drained graph did not get to.
@@ -769,21 +744,13 @@ struct Simulation<Dim>::Impl {
       if (model.analysis.step.adaptive && step < nsteps) set_dt(step, last_limit);
       if (rebuild_needed) rebuild();
       if (std::exchange(remap_needed, false) || balance.is_forced(step)) remap();
-      if (drains_for_frames() && frame_due(step - 1)) {
-        if (streams())
-          observer.stream(present_stream());
-        else
-          observer.frame(present_frame());
-      }
       if (checkpoint_due()) write_checkpoint();
     }
-    if (assembler) assembler->drain();
   }
 
   /// On all ranks, with the message of the rank that failed first.
   void stop_where_failed() {
     if (ranks.any(!failures.empty())) {
-      drain_after_failure();
       step = ranks.min(failed_step.load());
       std::string message = failures.empty() ? "" : failures.message();
       of_one_rank(!failures.empty() && failures.by(step), message);
@@ -810,15 +777,6 @@ struct Simulation<Dim>::Impl {
         fail(output_index, p, step - 1, describe_mark(patches[p].mark, Dim));
     }
     stop_where_failed();
-  }
-
-  /// Frames of good steps are handed on before the failure is reported.
-  void drain_after_failure() {
-    try {
-      if (assembler) assembler->drain();
-    } catch (...) {
-      output_failure = std::current_exception();
-    }
   }
 
   void rebuild() {
@@ -879,7 +837,7 @@ struct Simulation<Dim>::Impl {
   std::size_t locate_index = 0, output_index = 0, first_dt_stage = 0;
 
   Index nsteps = 0, history_steps = 1;
-  std::size_t frame_size = 0;   ///< [bytes] of a frame of all particles
+  std::size_t frame_size = 0;   ///< [bytes] of a frame, of the rank with most of it
   double wave_speed_bound = 0;  ///< [m/s] of all materials
   Step step = 0;                ///< steps done
   PerStep<double> dt, start_time;
@@ -902,9 +860,8 @@ struct Simulation<Dim>::Impl {
   PatchWork work;  ///< since the start, up to the last history row
   PerStep<std::vector<HistoryRow>> rows;
   PerStep<std::vector<Frame>> pieces;
-  std::vector<StageTicks> timing;           ///< per patch and stage
-  std::vector<StageTiming> kept_timing;     ///< of patch sets before
-  std::optional<FrameAssembler> assembler;  ///< last: stops before what it uses goes
+  std::vector<StageTicks> timing;        ///< per patch and stage
+  std::vector<StageTiming> kept_timing;  ///< of patch sets before
 };
 
 template <int Dim>
@@ -931,13 +888,19 @@ void Simulation<Dim>::run() {
 
 template <int Dim>
 Frame Simulation<Dim>::frame() const {
+  return impl_->of_all_ranks(join(impl_->present_frame()));
+}
+
+template <int Dim>
+FrameSource Simulation<Dim>::frame_source() const {
   return impl_->present_frame();
 }
 
 template <int Dim>
-std::optional<FrameStream> Simulation<Dim>::stream() const {
-  if (!impl_->streams()) return {};
-  return impl_->present_stream();
+void Simulation<Dim>::poll() {
+  if (!impl_->exchange) return;
+  const auto lock = impl_->exchange->lock_mpi();
+  if (impl_->observer.poll) impl_->observer.poll();
 }
 
 template <int Dim>

@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,9 +30,9 @@ struct ExecutionOptions {
   std::uint64_t seed = 1;  ///< random order only
   int support_rings = 0;   ///< extra layers of nodes that patches exchange; 0 suits linear elements
   bool verify = false;     ///< check at every task that exactly what its edges promise was done
-  /// Frames up to this size [bytes] are copied by the tasks and put together in the background,
-  /// some of them at a time. For larger ones there is no memory to spare: the computation waits
-  /// while Observer::stream writes them from where the particles are.
+  /// Frames up to this size [bytes], of the rank with the most particles, are copied by the tasks,
+  /// a few of them at a time. For larger ones there is no memory to spare: the computation waits
+  /// while Observer::large_frame takes them from where the particles are.
   std::size_t copied_frame_bytes = std::size_t{64} << 20;
 };
 
@@ -41,11 +40,12 @@ struct ExecutionOptions {
 /// time each. With several ranks frames are those of the rank, history and progress are the same on
 /// all.
 struct Observer {
-  std::function<void(Frame&&)> frame;              ///< every OutputPlan::frame_steps
+  /// Every OutputPlan::frame_steps; pieces are this rank's patches, ascending.
+  std::function<void(FramePieces&&)> frame;
   std::function<void(const HistoryRow&)> history;  ///< every OutputPlan::history_steps
-  /// Instead of `frame` for frames above ExecutionOptions::copied_frame_bytes; the stream is good
-  /// during the call. Without this all frames are copied.
-  std::function<void(const FrameStream&)> stream;
+  /// Instead of `frame` for frames above ExecutionOptions::copied_frame_bytes; good during the
+  /// call, which all ranks make while no step is taken. Without this all frames are copied.
+  std::function<void(const FrameSource&)> large_frame;
   /// After every step, in order: steps done and time [s]. Return false to stop soon.
   std::function<bool(Index step, double time)> progress;
   /// The state to be kept: after every OutputPlan::checkpoint_steps, and soon after
@@ -95,10 +95,12 @@ class Simulation {
   /// Take all steps of the scenario.
   void run();
 
-  Frame frame() const;  ///< present state, ascending particle id
-  /// The same without a copy, good until the next call of advance(); nothing if frames are small
-  /// enough to be copied.
-  std::optional<FrameStream> stream() const;
+  Frame frame() const;  ///< present state of all ranks, ascending particle id
+  /// That of this rank without a copy, by patches; good until the next call of advance().
+  FrameSource frame_source() const;
+  /// Several ranks: call Observer::poll when nobody else calls MPI. For whoever waits, while steps
+  /// are taken or not.
+  void poll();
   HistoryRow history() const;  ///< present sums
   /// Present state, without a copy: good until the next call of advance().
   SimulationState state() const;

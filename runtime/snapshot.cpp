@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <numeric>
 #include <span>
+#include <utility>
 
 #include "physics/law.h"
 
@@ -99,8 +98,9 @@ std::vector<Shown<Dim>> shown_columns(const ColumnLayout<Dim>& layout, const Mod
   return columns;
 }
 
+/// `all`: particles that the frame will have.
 template <int Dim>
-void append(Frame& frame, const Block<Dim>& block, const Model<Dim>& model) {
+void append(Frame& frame, const Block<Dim>& block, Index all, const Model<Dim>& model) {
   const Particles<Dim>& particles = *block.particles;
   const std::size_t before = frame.id.size();
   block.for_each([&](Local p) {
@@ -115,6 +115,7 @@ void append(Frame& frame, const Block<Dim>& block, const Model<Dim>& model) {
     auto& values = k == 0 ? frame.coordinates : frame.columns[k - 1].values;
     const auto width = static_cast<std::size_t>(columns[k].components());
     const std::size_t at = values.size();
+    values.reserve(static_cast<std::size_t>(all) * width);
     values.resize(at + n * width);
     double* to = values.data() + at;
     block.for_each([&](Local p) {
@@ -130,101 +131,37 @@ template <int Dim>
 Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model) {
   Frame frame;
   frame.dim = Dim;
-  for (const Block<Dim>& block : blocks_of(patch)) append(frame, block, model);
+  const Index n = particles_of(patch);
+  frame.id.reserve(static_cast<std::size_t>(n));
+  frame.material.reserve(static_cast<std::size_t>(n));
+  for (const Block<Dim>& block : blocks_of(patch)) append(frame, block, n, model);
   return frame;
 }
 
-namespace {
-
-/// Where each particle is, ascending particle id.
 template <int Dim>
-class Places {
- public:
-  explicit Places(const std::vector<const Patch<Dim>*>& patches) {
-    for (const Patch<Dim>* patch : patches)
-      for (const Block<Dim>& block : blocks_of(*patch)) blocks_.push_back(block);
-    Index last = -1;
-    for (const Block<Dim>& block : blocks_)
-      block.for_each([&](Local p) { last = std::max(last, id_of(block, p)); });
-    places_.assign(static_cast<std::size_t>(last + 1), {});
-    for (std::size_t b = 0; b < blocks_.size(); ++b)
-      blocks_[b].for_each([&](Local p) {
-        places_[static_cast<std::size_t>(id_of(blocks_[b], p))] = {static_cast<Local>(b), p};
-      });
-    std::erase_if(places_, [](const Place& place) { return place.block < 0; });  // removed ones
-  }
-
-  Index size() const { return static_cast<Index>(places_.size()); }
-  const ColumnLayout<Dim>& layout() const { return blocks_.front().particles->layout(); }
-
-  /// Call `get(particles, p, to)` for `count` particles from `first` on; `to` advances by `width`.
-  void gather(Index first, Index count, auto* to, int width, auto&& get) const {
-    for (Index i = first; i < first + count; ++i, to += width) {
-      const Place& place = places_[static_cast<std::size_t>(i)];
-      get(*blocks_[static_cast<std::size_t>(place.block)].particles, place.position, to);
-    }
-  }
-
- private:
-  struct Place {
-    Local block = -1, position = -1;
-  };
-  static Index id_of(const Block<Dim>& block, Local p) {
-    return block.particles->id[static_cast<std::size_t>(p)];
-  }
-
-  std::vector<Block<Dim>> blocks_;
-  std::vector<Place> places_;
-};
-
-}  // namespace
+Index particles_of(const Patch<Dim>& patch) {
+  Index n = 0;
+  for (const Run& run : patch.runs) n += run.end - run.begin;
+  for (const auto& out : patch.outbox) n += out.particles.size();
+  return n;
+}
 
 template <int Dim>
-FrameStream stream(const std::vector<const Patch<Dim>*>& patches, const Model<Dim>& model) {
-  struct State {
-    explicit State(const std::vector<const Patch<Dim>*>& patches) : places(patches) {}
-    Places<Dim> places;
-    std::vector<Index> id;
-    std::vector<std::int32_t> material;
-    std::vector<double> values;
-  };
-  const auto state = std::make_shared<State>(patches);
-  FrameStream frame;
-  frame.header.dim = Dim;
-  frame.size = state->places.size();
-  frame.id = [state](Index first, Index count) {
-    state->id.resize(static_cast<std::size_t>(count));
-    state->places.gather(first, count, state->id.data(), 1,
-                         [](const Particles<Dim>& from, Local p, Index* to) {
-                           *to = from.id[static_cast<std::size_t>(p)];
-                         });
-    return state->id.data();
-  };
-  frame.material = [state, &model](Index first, Index count) {
-    state->material.resize(static_cast<std::size_t>(count));
-    state->places.gather(first, count, state->material.data(), 1,
-                         [&](const Particles<Dim>& from, Local p, std::int32_t* to) {
-                           const auto m = from.material[static_cast<std::size_t>(p)];
-                           *to = static_cast<std::int32_t>(model.materials[m].id);
-                         });
-    return state->material.data();
-  };
-  const auto values = [state](const Shown<Dim>& column, Index first, Index count) {
-    state->values.resize(static_cast<std::size_t>(count * column.components()));
-    state->places.gather(
-        first, count, state->values.data(), column.components(),
-        [&](const Particles<Dim>& from, Local p, double* to) { column.get(from, p, to); });
-    return state->values.data();
-  };
-  const auto columns = shown_columns<Dim>(state->places.layout(), model);
-  for (std::size_t k = 1; k < columns.size(); ++k)
-    frame.header.columns.push_back(columns[k].header());
-  frame.coordinates = [values, first_column = columns.front()](Index first, Index count) {
-    return values(first_column, first, count);
-  };
-  frame.values = [values, columns](std::size_t k, Index first, Index count) {
-    return values(columns[k + 1], first, count);
-  };
+FrameHeader frame_header(const ColumnLayout<Dim>& layout, const Model<Dim>& model) {
+  FrameHeader header;
+  header.dim = Dim;
+  const auto columns = shown_columns<Dim>(layout, model);
+  for (std::size_t k = 1; k < columns.size(); ++k) header.columns.push_back(columns[k].header());
+  return header;
+}
+
+template <int Dim>
+FrameSource frame_source(const std::vector<const Patch<Dim>*>& patches, FrameHeader header,
+                         const Model<Dim>& model) {
+  FrameSource frame;
+  frame.header = std::move(header);
+  for (const Patch<Dim>* patch : patches) frame.sizes.push_back(particles_of(*patch));
+  frame.piece = [patches, &model](std::size_t i) { return snapshot(*patches[i], model); };
   return frame;
 }
 
@@ -234,51 +171,6 @@ std::size_t frame_bytes(const ColumnLayout<Dim>& layout, const Model<Dim>& model
   for (const auto& column : shown_columns<Dim>(layout, model))
     bytes += static_cast<std::size_t>(column.components()) * sizeof(double);
   return bytes * static_cast<std::size_t>(particles);
-}
-
-Frame merge(std::vector<Frame> pieces) {
-  Frame all;
-  if (pieces.empty()) return all;
-  all.step = pieces.front().step;
-  all.time = pieces.front().time;
-  all.dim = pieces.front().dim;
-  struct Key {
-    Index id;
-    std::uint32_t piece, position;
-  };
-  std::vector<Key> keys;
-  for (std::size_t i = 0; i < pieces.size(); ++i)
-    for (std::size_t p = 0; p < pieces[i].id.size(); ++p)
-      keys.push_back(
-          {pieces[i].id[p], static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(p)});
-  std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) { return a.id < b.id; });
-
-  const auto gather = [&](auto& to, std::size_t components, auto member) {
-    to.resize(keys.size() * components);
-    auto* out = to.data();
-    for (const Key& key : keys) {
-      const auto* from = member(pieces[key.piece]).data() + key.position * components;
-      out = std::copy(from, from + components, out);
-    }
-  };
-  gather(
-      all.id, 1, [](const Frame& f) -> auto& { return f.id; });
-  gather(
-      all.material, 1, [](const Frame& f) -> auto& { return f.material; });
-  gather(
-      all.coordinates, static_cast<std::size_t>(all.dim),
-      [](const Frame& f) -> auto& { return f.coordinates; });
-  for (std::size_t k = 0; k < pieces.front().columns.size(); ++k) {
-    const FrameColumn& column = pieces.front().columns[k];
-    all.columns.push_back({column.name, column.unit, column.components, {}});
-    gather(
-        all.columns.back().values,
-        static_cast<std::size_t>(column.components), [k](const Frame& f) -> auto& {
-          return f.columns[k].values;
-        });
-    for (Frame& piece : pieces) std::vector<double>().swap(piece.columns[k].values);
-  }
-  return all;
 }
 
 namespace {
@@ -347,8 +239,14 @@ void add(HistoryRow& row, const HistoryRow& part) {
 
 template Frame snapshot<2>(const Patch<2>&, const Model<2>&);
 template Frame snapshot<3>(const Patch<3>&, const Model<3>&);
-template FrameStream stream<2>(const std::vector<const Patch<2>*>&, const Model<2>&);
-template FrameStream stream<3>(const std::vector<const Patch<3>*>&, const Model<3>&);
+template Index particles_of<2>(const Patch<2>&);
+template Index particles_of<3>(const Patch<3>&);
+template FrameHeader frame_header<2>(const ColumnLayout<2>&, const Model<2>&);
+template FrameHeader frame_header<3>(const ColumnLayout<3>&, const Model<3>&);
+template FrameSource frame_source<2>(const std::vector<const Patch<2>*>&, FrameHeader,
+                                     const Model<2>&);
+template FrameSource frame_source<3>(const std::vector<const Patch<3>*>&, FrameHeader,
+                                     const Model<3>&);
 template std::size_t frame_bytes<2>(const ColumnLayout<2>&, const Model<2>&, Index);
 template std::size_t frame_bytes<3>(const ColumnLayout<3>&, const Model<3>&, Index);
 template HistoryRow sums<2>(Patch<2>&);

@@ -13,18 +13,22 @@ namespace lahar {
 template <int Dim>
 Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model);
 
-/// All particles of patches at rest, ascending particle id, read from where they are: besides the
-/// patches, which must stay as they are, 8 bytes per particle and a block of values are in memory.
-/// Step and time are for the caller to fill in.
+/// How many particles that is.
 template <int Dim>
-FrameStream stream(const std::vector<const Patch<Dim>*>& patches, const Model<Dim>& model);
+Index particles_of(const Patch<Dim>& patch);
+
+/// What all snapshots of a model have in common. Step and time are for the caller to fill in.
+template <int Dim>
+FrameHeader frame_header(const ColumnLayout<Dim>& layout, const Model<Dim>& model);
+
+/// Patches at rest as a frame; they must outlive it and stay as they are.
+template <int Dim>
+FrameSource frame_source(const std::vector<const Patch<Dim>*>& patches, FrameHeader header,
+                         const Model<Dim>& model);
 
 /// Size of a frame in memory [bytes].
 template <int Dim>
 std::size_t frame_bytes(const ColumnLayout<Dim>& layout, const Model<Dim>& model, Index particles);
-
-/// One frame of all pieces, ascending particle id.
-Frame merge(std::vector<Frame> pieces);
 
 /// Sums over one patch's particles; work since the last row is moved out of the patch.
 template <int Dim>

@@ -59,6 +59,19 @@ Frame two_particles() {
   return frame;
 }
 
+Frame part_of(const Frame& frame, Index first, Index n) {
+  const auto cut = [&](const auto& values, Index components) {
+    return std::decay_t<decltype(values)>(values.begin() + first * components,
+                                          values.begin() + (first + n) * components);
+  };
+  Frame part = frame;
+  part.id = cut(frame.id, 1);
+  part.material = cut(frame.material, 1);
+  part.coordinates = cut(frame.coordinates, frame.dim);
+  for (FrameColumn& column : part.columns) column.values = cut(column.values, column.components);
+  return part;
+}
+
 bool same_bits(const Frame& a, const Frame& b) {
   const auto same = [](const std::vector<double>& x, const std::vector<double>& y) {
     return std::equal(x.begin(), x.end(), y.begin(), y.end(), [](double p, double q) {

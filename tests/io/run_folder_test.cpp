@@ -2,13 +2,10 @@
 
 #include <doctest/doctest.h>
 
-#include <atomic>
-#include <chrono>
-#include <future>
-
 #include "io/atomic_file.h"
 #include "io/compare.h"
 #include "io/export.h"
+#include "io/vtkhdf.h"
 #include "physics/error.h"
 #include "tests/io/frame_samples.h"
 
@@ -39,7 +36,8 @@ Frame frame_at(Index step) {
 /// A finished run with frames at these steps.
 void make_run(const fs::path& path, const std::vector<Index>& steps) {
   RunFolder run(path, contents());
-  for (const Index step : steps) run.write(frame_at(step));
+  for (const Index step : steps)
+    write_frame(frame_at(step), frames_folder(path) / frame_name(step, ".hdf"));
   run.finish({});
 }
 
@@ -57,20 +55,6 @@ std::string refusal(Action&& action) {
   }
   return "no error";
 }
-
-/// A run whose frames cannot be written: a file is where the folder was.
-struct Broken {
-  TemporaryFolder folder;
-  RunFolder run{folder.path / "run", contents()};
-  Broken() {
-    fs::remove(folder.path / "run/frames");
-    write_text_file(folder.path / "run/frames", "");
-  }
-  std::string message() const {
-    return "cannot write " + (folder.path / "run/frames/particles_0000000001.hdf").string() +
-           ": Not a directory";
-  }
-};
 
 }  // namespace
 
@@ -92,8 +76,6 @@ TEST_CASE("a run folder holds what the conventions promise, and nothing else") {
         "step,time,dt,particles,mass,momentum_x,momentum_y,momentum_z,kinetic,internal,external,"
         "damping,balance,max_speed\n"
         "3,0.1,0,0,0,1,-2,1e-30,0,0,0,0,0,0.5\n");
-  run.write(frame_at(0));
-  run.write(frame_at(5));
   run.finish({.status = RunStatus::finished, .message = "", .steps = 5, .warnings = {"watch out"}});
   CHECK(contains(path / "manifest.json", "\"status\": \"finished\""));
   CHECK(contains(path / "manifest.json", "\"watch out\""));
@@ -101,12 +83,7 @@ TEST_CASE("a run folder holds what the conventions promise, and nothing else") {
   CHECK(names_in(path) == std::vector<std::string>{"frames", "history.csv", "log.txt",
                                                    "manifest.json", "scenario.full.json",
                                                    "scenario.json"});
-  CHECK(names_in(path / "frames") == std::vector<std::string>{"particles.hdf.series",
-                                                              "particles_0000000000.hdf",
-                                                              "particles_0000000005.hdf"});
-  CHECK(contains(path / "frames/particles.hdf.series",
-                 "    {\"name\": \"particles_0000000000.hdf\", \"time\": 0},\n"
-                 "    {\"name\": \"particles_0000000005.hdf\", \"time\": 0.625}\n"));
+  CHECK(names_in(frames_folder(path)).empty());
 }
 
 TEST_CASE("an earlier run is replaced only on request, and only its results") {
@@ -161,45 +138,10 @@ TEST_CASE("an output folder that cannot be made is an error with the system's re
                        IoError);
 }
 
-TEST_CASE("a run that is not finished leaves its frames, and its manifest says failed") {
+TEST_CASE("the manifest of a run that is not finished says failed") {
   const TemporaryFolder folder;
-  {
-    RunFolder run(folder.path, contents());
-    run.write(frame_at(1));
-  }
-  CHECK(frames_of_run(folder.path).size() == 1);
+  { const RunFolder run(folder.path, contents()); }
   CHECK(contains(folder.path / "manifest.json", "\"status\": \"failed\""));
-}
-
-TEST_CASE("an error of the background writer surfaces at finish, and the manifest says why") {
-  Broken broken;
-  broken.run.write(frame_at(1));
-  CHECK_THROWS_WITH_AS(broken.run.finish({}), broken.message().c_str(), IoError);
-  CHECK(contains(broken.folder.path / "run/manifest.json", "\"status\": \"failed\""));
-  CHECK(contains(broken.folder.path / "run/manifest.json", "Not a directory"));
-}
-
-TEST_CASE("an error of the background writer surfaces at the next frame") {
-  Broken broken;
-  const auto write_many = [&] {
-    for (int i = 0; i < 10; ++i) broken.run.write(frame_at(1));
-  };
-  CHECK_THROWS_WITH_AS(write_many(), broken.message().c_str(), IoError);
-}
-
-TEST_CASE("frames are written in the background, in order, while at most two wait") {
-  const TemporaryFolder folder;
-  FrameWriter writer(folder.path);
-  for (Index step = 0; step < 20; ++step) {
-    Frame frame = sample_frame(3, 2000);
-    frame.step = step;
-    writer.write(std::move(frame));
-    // All but two are complete when the next one is accepted.
-    for (Index done = 0; done + 2 <= step; ++done)
-      REQUIRE(fs::exists(folder.path / frame_name(done, ".hdf")));
-  }
-  writer.finish();
-  CHECK(names_in(folder.path).size() == 21);
 }
 
 TEST_CASE("a frame of a run is found by its step; a missing one is answered with those there are") {

@@ -66,13 +66,11 @@ struct ByHand {
 
   /// All particles, as a frame after `steps` shows them; those on their way included.
   Frame frame() const {
-    std::vector<Frame> all;
-    for (int p = 0; p < patches.size(); ++p) {
-      all.push_back(snapshot(patches[p], model));
-      all.back().step = steps;
-      all.back().time = static_cast<double>(steps) * model.analysis.step.dt;
-    }
-    return merge(std::move(all));
+    FramePieces all{frame_header<Dim>(patches.layout(), model), {}};
+    all.header.step = steps;
+    all.header.time = static_cast<double>(steps) * model.analysis.step.dt;
+    for (int p = 0; p < patches.size(); ++p) all.pieces.push_back(snapshot(patches[p], model));
+    return join(all);
   }
 };
 

@@ -68,7 +68,7 @@ TEST_CASE("a run whose particles have all been removed goes on to its end, with 
                           ExecutionOptions::Mode::flow_graph}) {
     std::vector<Index> frames, rows;
     Observer observer;
-    observer.frame = [&](Frame&& frame) { frames.push_back(frame.step); };
+    observer.frame = [&](FramePieces&& frame) { frames.push_back(frame.header.step); };
     observer.history = [&](const HistoryRow& row) { rows.push_back(row.step); };
     ExecutionOptions options;
     options.mode = mode;

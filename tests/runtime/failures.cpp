@@ -229,8 +229,8 @@ TEST_CASE("what the receiver of frames or rows throws comes out of run()") {
   for (const ExecutionOptions& way : every_way()) {
     CAPTURE(describe(way));
     Observer frames;
-    frames.frame = [](Frame&& frame) {
-      if (frame.step == 20) throw IoError("no space left");
+    frames.frame = [](FramePieces&& frame) {
+      if (frame.header.step == 20) throw IoError("no space left");
     };
     Simulation<2> writing(two_discs(), way, frames);
     CHECK_THROWS_WITH_AS(writing.run(), "no space left", IoError);

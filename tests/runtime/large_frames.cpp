@@ -12,32 +12,13 @@ using namespace lahar::test;
 
 namespace {
 
-/// A stream as a writer reads it, in blocks.
-Frame frame_of(const FrameStream& stream) {
-  Frame frame = stream.header;
-  constexpr Index block = 100;
-  for (Index first = 0; first < stream.size; first += block) {
-    const Index n = std::min(block, stream.size - first);
-    const auto append = [n](auto& to, const auto* from, int width) {
-      to.insert(to.end(), from, from + n * width);
-    };
-    append(frame.id, stream.id(first, n), 1);
-    append(frame.material, stream.material(first, n), 1);
-    append(frame.coordinates, stream.coordinates(first, n), frame.dim);
-    for (std::size_t k = 0; k < frame.columns.size(); ++k)
-      append(frame.columns[k].values, stream.values(k, first, n), frame.columns[k].components);
-  }
-  check_consistent(frame);
-  return frame;
-}
-
 template <int Dim>
-Outcome run_with_streams(const Model<Dim>& model, ExecutionOptions options) {
+Outcome run_with_large_frames(const Model<Dim>& model, ExecutionOptions options) {
   options.copied_frame_bytes = 0;
   Outcome outcome;
   Observer observer;
-  observer.frame = [](Frame&&) { FAIL("a large frame was copied"); };
-  observer.stream = [&](const FrameStream& s) { outcome.frames.push_back(frame_of(s)); };
+  observer.frame = [](FramePieces&&) { FAIL("a large frame was copied"); };
+  observer.large_frame = [&](const FrameSource& frame) { outcome.frames.push_back(join(frame)); };
   observer.history = [&](const HistoryRow& row) { outcome.rows.push_back(row); };
   Simulation<Dim> simulation(model, options, observer);
   try {
@@ -45,7 +26,7 @@ Outcome run_with_streams(const Model<Dim>& model, ExecutionOptions options) {
   } catch (const SimulationError& error) {
     outcome.error = error.what();
   }
-  outcome.frames.push_back(frame_of(simulation.stream().value()));
+  outcome.frames.push_back(simulation.frame());
   outcome.rows.push_back(simulation.history());
   outcome.removed = simulation.info().removed;
   return outcome;
@@ -58,7 +39,7 @@ void check(Model<Dim> model, Index frame_steps) {
   CHECK(copied.frames.size() > 4);
   for (const ExecutionOptions& way : {serial(), flow(1), flow(3), random_order(1)}) {
     CAPTURE(describe(way));
-    CHECK(same_bits(run_with_streams(model, way), copied));
+    CHECK(same_bits(run_with_large_frames(model, way), copied));
   }
 }
 
@@ -82,7 +63,7 @@ TEST_CASE("large frames hold the particles that are left, and all of a run that 
   for (auto& v : model.particles.velocity) v *= 2;
   model.analysis.nsteps = 1000;
   model.output.frame_steps = 10;
-  const Outcome failed = run_with_streams(model, flow(3));
+  const Outcome failed = run_with_large_frames(model, flow(3));
   CHECK(failed.error == run(model, serial()).error);
   CHECK(failed.error.find("left the mesh") != std::string::npos);
   const Frame& last = failed.frames.back();
@@ -95,5 +76,5 @@ TEST_CASE("large frames hold the particles that are left, and all of a run that 
   const Outcome reference = run(model, serial());
   CHECK(reference.removed > 0);
   CHECK(reference.frames.back().size() > 0);
-  CHECK(same_bits(run_with_streams(model, flow(3)), reference));
+  CHECK(same_bits(run_with_large_frames(model, flow(3)), reference));
 }

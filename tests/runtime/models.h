@@ -14,6 +14,7 @@
 #include "io/scenario.h"
 #include "physics/partition.h"
 #include "runtime/simulation.h"
+#include "tests/io/frame_samples.h"
 
 namespace lahar::test {
 
@@ -121,16 +122,6 @@ inline bool same_bits(const std::vector<double>& a, const std::vector<double>& b
          (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0);
 }
 
-inline bool same_bits(const Frame& a, const Frame& b) {
-  bool same = a.step == b.step && a.time == b.time && a.dim == b.dim && a.id == b.id &&
-              a.material == b.material && same_bits(a.coordinates, b.coordinates) &&
-              a.columns.size() == b.columns.size();
-  for (std::size_t k = 0; same && k < a.columns.size(); ++k)
-    same = a.columns[k].name == b.columns[k].name &&
-           same_bits(a.columns[k].values, b.columns[k].values);
-  return same;
-}
-
 inline bool same_bits(const HistoryRow& a, const HistoryRow& b) {
   const auto numbers = [](const HistoryRow& r) {
     return std::vector<double>{r.time,        r.dt,          r.mass,    r.momentum[0],
@@ -177,7 +168,7 @@ template <int Dim>
 Outcome run(const Model<Dim>& model, const ExecutionOptions& options) {
   Outcome outcome;
   Observer observer;
-  observer.frame = [&](Frame&& frame) { outcome.frames.push_back(std::move(frame)); };
+  observer.frame = [&](FramePieces&& frame) { outcome.frames.push_back(join(frame)); };
   observer.history = [&](const HistoryRow& row) { outcome.rows.push_back(row); };
   Simulation<Dim> simulation(model, options, observer);
   try {

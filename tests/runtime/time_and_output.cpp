@@ -136,7 +136,7 @@ TEST_CASE("frames and rows come at their steps, in order, with their times and a
       std::vector<HistoryRow> rows;
       std::vector<std::pair<Index, double>> steps;
       Observer observer;
-      observer.frame = [&](Frame&& frame) { frames.push_back(std::move(frame)); };
+      observer.frame = [&](FramePieces&& frame) { frames.push_back(join(frame)); };
       observer.history = [&](const HistoryRow& row) { rows.push_back(row); };
       observer.progress = [&](Index step, double time) {
         steps.push_back({step, time});

@@ -1,0 +1,32 @@
+/// \file Particles written to their places in a frame file, by many threads and processes at a
+/// time.
+#pragma once
+
+#include <filesystem>
+#include <span>
+
+#include "io/frame_layout.h"
+
+namespace lahar {
+
+/// A file that lay_out_frame() has made, open for writing. Errors name `shown`.
+class SlabFile {
+ public:
+  /// Throws IoError.
+  SlabFile(const std::filesystem::path& file, std::filesystem::path shown);
+  SlabFile(const SlabFile&) = delete;
+  SlabFile& operator=(const SlabFile&) = delete;
+  ~SlabFile();
+
+  /// The particles of `pieces`, one after the other, become those from `first` on of the file.
+  /// Threads and processes may do so at the same time for different particles. Throws IoError.
+  void write(const FrameLayout& layout, Index first, std::span<const Frame> pieces) const;
+  /// Bring what this process wrote to the disk. Throws IoError.
+  void sync() const;
+
+ private:
+  std::filesystem::path shown_;
+  int descriptor_;
+};
+
+}  // namespace lahar

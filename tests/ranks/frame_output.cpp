@@ -1,0 +1,158 @@
+// Frames that all ranks write together.
+#include "runtime/frame_output.h"
+
+#include <doctest/doctest.h>
+
+#include <optional>
+
+#include "io/run_folder.h"
+#include "io/vtkhdf.h"
+#include "physics/error.h"
+#include "runtime/ranks.h"
+#include "tests/ranks/shared_folder.h"
+
+using namespace lahar;
+using namespace lahar::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr Index n_particles = 5000;
+
+/// What all ranks together have at a step.
+Frame whole(int dim, Index step) {
+  Frame frame = sample_frame(dim, n_particles);
+  frame.step = step;
+  frame.time = 0.5 * static_cast<double>(step);
+  frame.coordinates[0] = static_cast<double>(step);
+  return frame;
+}
+
+/// The pieces of this rank: parts of very different sizes; the first rank has none where there are
+/// several, so that rank 0 lays a file out without particles of its own.
+FramePieces pieces_of(const Frame& frame, const Ranks& ranks) {
+  FramePieces own{header_of(frame), {}};
+  const int owners = ranks.several() ? ranks.size() - 1 : 1;
+  const int place = ranks.several() ? ranks.rank() - 1 : 0;
+  if (place < 0) return own;
+  const Index first = place * frame.size() / owners, end = (place + 1) * frame.size() / owners;
+  for (Index at = first, n = 0; at < end; at += n, n = 3 * n + 1)
+    own.pieces.push_back(part_of(frame, at, n = std::min(n, end - at)));
+  return own;
+}
+
+/// The same, not copied before it is written.
+FrameSource source_of(const FramePieces& pieces) {
+  FrameSource source;
+  source.header = pieces.header;
+  for (const Frame& piece : pieces.pieces) source.sizes.push_back(piece.size());
+  source.piece = [&pieces](std::size_t i) { return pieces.pieces[i]; };
+  source.threads = 2;
+  return source;
+}
+
+std::string error_of(const auto& action) {
+  try {
+    action();
+  } catch (const IoError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("ranks write the file that one rank writes, whether they copy a frame or not") {
+  const Ranks ranks = Ranks::world();
+  const SharedFolder folder(ranks), alone(ranks);
+  for (const int dim : {2, 3}) {
+    FrameOutput output(folder.path, ranks);
+    for (const Index step : {0, 1, 2, 3, 4, 5}) {
+      const Frame frame = whole(dim, step);
+      FramePieces own = pieces_of(frame, ranks);
+      if (step % 3 == 1)
+        output.write(source_of(own));
+      else
+        output.add(std::move(own));
+      output.progress();
+      if (ranks.rank() == 0) write_frame(frame, alone.path / frame_name(step, ".hdf"));
+    }
+    output.finish();
+    if (ranks.rank() != 0) continue;
+    for (const Index step : {0, 1, 2, 3, 4, 5}) {
+      CAPTURE(step);
+      const std::string name = frame_name(step, ".hdf");
+      CHECK(read_text_file(folder.path / name) == read_text_file(alone.path / name));
+      CHECK(same_bits(read_frame(folder.path / name), whole(dim, step)));
+    }
+    CHECK(names_in(folder.path).size() == 7);  // and the index
+  }
+}
+
+TEST_CASE("a frame without any particle is written") {
+  const Ranks ranks = Ranks::world();
+  const SharedFolder folder(ranks);
+  FrameOutput output(folder.path, ranks);
+  const Frame nothing = sample_frame(3, 0);
+  output.add({header_of(nothing), {}});
+  output.finish();
+  if (ranks.rank() == 0)
+    CHECK(read_frame(folder.path / frame_name(nothing.step, ".hdf")).size() == 0);
+}
+
+TEST_CASE("ranks that wait for others do what they are told to do meanwhile") {
+  const Ranks ranks = Ranks::world();
+  const SharedFolder folder(ranks);
+  FrameOutput output(folder.path, ranks);
+  int polls = 0;
+  output.while_waiting([&] {
+    ++polls;
+    output.progress();
+  });
+  for (const Index step : {0, 1, 2, 3, 4}) output.add(pieces_of(whole(3, step), ranks));
+  output.finish();
+  CHECK((polls > 0) == ranks.several());
+}
+
+TEST_CASE("a disk that is full for one rank is an error on all, and finished frames stay") {
+  const Ranks ranks = Ranks::world();
+  const int last = ranks.size() - 1;
+  for (const int full : {0, last})
+    for (const bool copied : {true, false}) {
+      CAPTURE(full);
+      CAPTURE(copied);
+      const SharedFolder folder(ranks);
+      FrameOutput output(folder.path, ranks);
+      output.add(pieces_of(whole(3, 1), ranks));
+      output.finish();
+      FrameOutput failing(folder.path, ranks);
+      const auto write_many = [&] {
+        for (const Index step : {2, 3, 4, 5, 6, 7}) {
+          FramePieces own = pieces_of(whole(3, step), ranks);
+          if (copied)
+            failing.add(std::move(own));
+          else
+            failing.write(source_of(own));
+        }
+        failing.finish();
+      };
+      std::string error;
+      {
+        std::optional<SmallDisk> disk;
+        if (ranks.rank() == full) disk.emplace(20'000);
+        error = error_of(write_many);
+        CHECK(error == error_of([&] { failing.finish(); }));
+      }
+      const std::string file = (folder.path / frame_name(2, ".hdf")).string();
+      if (ranks.rank() == full)
+        CHECK(error == "cannot write " + file + ": File too large");
+      else
+        CHECK(error == "cannot write " + file + ": rank " + std::to_string(full) +
+                           " failed, whose message says why");
+      ranks.wait_for_all();
+      if (ranks.rank() != 0) continue;
+      CHECK(names_in(folder.path) ==
+            std::vector<std::string>{"particles.hdf.series", frame_name(1, ".hdf")});
+      CHECK(same_bits(read_frame(folder.path / frame_name(1, ".hdf")), whole(3, 1)));
+    }
+}

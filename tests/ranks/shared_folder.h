@@ -1,0 +1,41 @@
+/// \file A folder that all ranks of a test use.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "io/atomic_file.h"
+#include "runtime/ranks.h"
+#include "tests/io/frame_samples.h"
+
+namespace lahar::test {
+
+/// Made and removed by rank 0, when no rank needs it any more.
+class SharedFolder {
+ public:
+  explicit SharedFolder(const Ranks& ranks) : ranks_(ranks) {
+    if (ranks.rank() == 0) folder_.emplace();
+    std::string name = folder_ ? folder_->path.string() : "";
+    ranks.broadcast(name);
+    path = name;
+  }
+  SharedFolder(const SharedFolder&) = delete;
+  SharedFolder& operator=(const SharedFolder&) = delete;
+  ~SharedFolder() { ranks_.wait_for_all(); }
+  std::filesystem::path path;
+
+ private:
+  Ranks ranks_;
+  std::optional<TemporaryFolder> folder_;
+};
+
+/// Files of a folder by name.
+inline std::map<std::string, std::string> contents_of(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const std::string& name : names_in(folder)) files[name] = read_text_file(folder / name);
+  return files;
+}
+
+}  // namespace lahar::test

@@ -1,0 +1,66 @@
+// Frames of a simulation on several ranks.
+#include <doctest/doctest.h>
+
+#include "io/run_folder.h"
+#include "io/vtkhdf.h"
+#include "runtime/frame_output.h"
+#include "tests/ranks/shared_folder.h"
+#include "tests/runtime/models.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+/// The files of a run, written as `lahar run` does; empty on ranks other than 0.
+template <int Dim>
+std::map<std::string, std::string> files_of(const Model<Dim>& model, const Ranks& ranks,
+                                            ExecutionOptions options, bool copied) {
+  const SharedFolder folder(ranks);
+  FrameOutput output(folder.path, ranks);
+  options.ranks = ranks;
+  options.copied_frame_bytes = copied ? options.copied_frame_bytes : 0;
+  Observer observer;
+  observer.frame = [&](FramePieces&& frame) { output.add(std::move(frame)); };
+  observer.large_frame = [&](const FrameSource& frame) { output.write(frame); };
+  observer.poll = [&] { output.progress(); };
+  Simulation<Dim> simulation(model, options, observer);
+  output.while_waiting([&] { simulation.poll(); });
+  output.write(simulation.frame_source());
+  simulation.run();
+  output.write(simulation.frame_source());
+  output.finish();
+  const Frame last = simulation.frame();
+  if (ranks.rank() != 0) return {};
+  CHECK(same_bits(read_frame(folder.path / frame_name(simulation.step(), ".hdf")), last));
+  return contents_of(folder.path);
+}
+
+/// Every rank computes the reference for itself.
+template <int Dim>
+void check(const Model<Dim>& model, std::size_t frames) {
+  const Ranks ranks = Ranks::world();
+  const auto reference = files_of(model, Ranks(), serial(), true);
+  CHECK(reference.size() == frames + 1);  // and the index
+  for (const int threads : {1, 2})
+    for (const bool copied : {true, false}) {
+      CAPTURE(threads);
+      CAPTURE(copied);
+      const auto files = files_of(model, ranks, {.threads = threads}, copied);
+      if (ranks.rank() == 0) CHECK(files == reference);
+    }
+}
+
+}  // namespace
+
+TEST_CASE("frame files are the same for any number of ranks, byte by byte") {
+  Model<2> discs = two_discs();
+  discs.analysis.patch_particles = 16;
+  discs.analysis.nsteps = 60;
+  discs.output.frame_steps = 7;
+  check(discs, 10);
+  discs.output.frame_steps = 4;
+  discs.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.3};
+  check(discs, 16);
+  check(dam_break_3d(), 4);
+}
