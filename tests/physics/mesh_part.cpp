@@ -48,7 +48,7 @@ void check_cells(const Mesh<Dim>& whole, const Mesh<Dim>& part, std::mt19937& ra
 }
 
 /// A point that a particle of the cell may move to: in or beside the cell, often on the face, edge
-/// or corner of a cell or a rounding beyond; now and then several cells away.
+/// or corner of a cell or a little beyond; now and then several cells away.
 template <int Dim>
 Vec<Dim> moved_to(const Mesh<Dim>& mesh, Index cell, std::mt19937& random) {
   const double far = random() % 4 == 0 ? 9.0 : 3.0;
@@ -59,8 +59,8 @@ Vec<Dim> moved_to(const Mesh<Dim>& mesh, Index cell, std::mt19937& random) {
   if (random() % 2 == 0) {  // exactly on a node, or beside it
     const auto around = mesh.neighbours(cell);
     x = mesh.node(mesh.cell_nodes(around[random() % around.size()])[random() % corners<Dim>]);
-    if (random() % 2 == 0)
-      x += 1e-11 * random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones());
+    const double beside = std::array{0.0, 1e-11, 2e-6}[random() % 3];
+    x += beside * random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones());
   }
   return x;
 }

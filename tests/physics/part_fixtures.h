@@ -30,8 +30,9 @@ Tables<Dim> with_hole(Tables<Dim> t, const Vec<Dim>& low, const Vec<Dim>& high) 
   return t;
 }
 
-/// Meshes in which a cell's neighbourhood looks different: boxes, random corners, cells of very
-/// different size, inclined layers, and a hole.
+/// Meshes in which a cell's neighbourhood looks different: boxes, boxes that overlap and leave gaps
+/// as far as six digits allow, random corners, cells of very different size, inclined layers, and a
+/// hole.
 template <int Dim>
 std::vector<Mesh<Dim>> sample_meshes(std::mt19937& random) {
   std::array<Index, Dim> counts;
@@ -50,6 +51,7 @@ std::vector<Mesh<Dim>> sample_meshes(std::mt19937& random) {
   };
   std::vector<Mesh<Dim>> meshes;
   meshes.push_back(grid.mesh(false));
+  meshes.push_back(distorted<Dim>(grid, 3e-6, random).mesh(false));
   meshes.push_back(distorted<Dim>(grid, 0.15, random).mesh(true));
   meshes.push_back(mapped<Dim>(grid, graded).mesh(false));
   meshes.push_back(mapped<Dim>(distorted<Dim>(grid, 0.1, random), inclined).mesh(true));
