@@ -108,6 +108,11 @@ bool Mesh<Dim>::is_near(const Point& x, Index cell) const {
 }
 
 template <int Dim>
+std::vector<Index> Mesh<Dim>::widened(std::span<const Index> cells, int layers) const {
+  return std::get<CellTable<Dim>>(impl_->kind).widened(cells, layers);
+}
+
+template <int Dim>
 std::vector<Index> Mesh<Dim>::cells_near(std::span<const Index> cells) const {
   return std::get<CellTable<Dim>>(impl_->kind).cells_near(cells);
 }

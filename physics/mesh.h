@@ -113,7 +113,11 @@ class Mesh {
   /// that left `cell` is in no cell and this is false, a part of the mesh cannot tell whether it is
   /// outside: it has moved too far in one step.
   bool is_near(const Point& x, Index cell) const;
-  /// Every cell that may hold an x with is_near(x, one of `cells`), ascending. Meshes from tables.
+  /// `cells` and so many layers of cells around them, ascending. Meshes from tables; takes time for
+  /// `cells`, and a little for every cell held.
+  std::vector<Index> widened(std::span<const Index> cells, int layers) const;
+  /// Every cell that may hold an x with is_near(x, one of `cells`), ascending. Costs and
+  /// limits as widened().
   std::vector<Index> cells_near(std::span<const Index> cells) const;
 
   /// Cells sharing at least one node with `cell`, ascending, without itself. In a part: those held.

@@ -38,6 +38,19 @@ struct BoundingGrid {
   std::span<const Local> cells_at(const Vec<Dim>& x) const;
 };
 
+/// Call visit(position) for the bins from `from` to `to` inclusive, ascending.
+template <int Dim, class Visit>
+void for_each_position(const std::array<Index, Dim>& from, const std::array<Index, Dim>& to,
+                       Visit visit) {
+  auto p = from;
+  for (bool more = true; more;) {
+    visit(p);
+    int d = 0;
+    while (d < Dim && ++p[d] > to[d]) p[d] = from[d], ++d;
+    more = d < Dim;
+  }
+}
+
 /// Cells of a table on their way from one holder of a part of the mesh to another.
 template <int Dim>
 struct TablePiece {
@@ -77,6 +90,7 @@ class CellTable {
   Found locate(const Point& x) const;
   Found locate_from(const Point& x, Index cell) const;
   bool is_near(const Point& x, Index cell) const;
+  std::vector<Index> widened(std::span<const Index> cells, int layers) const;
   std::vector<Index> cells_near(std::span<const Index> cells) const;
   std::vector<Index> neighbours(Index cell) const;
   std::vector<Index> node_cells(Index node) const;
@@ -102,6 +116,7 @@ class CellTable {
   void fill_bins();
   TablePiece<Dim> piece(std::span<const Index> cells) const;
 
+  std::vector<Index> marked_cells(const std::vector<char>& marked) const;
   Index cell_row(Index cell) const;
   Index node_row(Index node) const;
   Rows corners_tensor(Index row) const;

@@ -1,7 +1,9 @@
 /// \file Parts of a mesh from tables: some of its cells, taken from here and there.
+#include <tsl/robin_set.h>
+
 #include <algorithm>
 #include <array>
-#include <cassert>
+#include <functional>
 #include <stdexcept>
 
 #include "physics/byte_stream.h"
@@ -57,21 +59,35 @@ template <int Dim>
 TablePiece<Dim> CellTable<Dim>::piece(std::span<const Index> cells) const {
   TablePiece<Dim> piece;
   piece.cells.assign(cells.begin(), cells.end());
-  std::vector<Local> rows;
+  std::vector<Local> position(nodes_.size(), -1);  // in the piece, of a row here
   for (Index cell : cells)
-    for (Local node : cells_[cell_row(cell)]) rows.push_back(node);
-  sort_unique(rows);
-  for (Local row : rows) {
+    for (Local node : cells_[cell_row(cell)]) position[node] = 0;
+  for (std::size_t row = 0; row < position.size(); ++row) {
+    if (position[row] < 0) continue;
+    position[row] = static_cast<Local>(piece.nodes.size());
     piece.nodes.push_back(node_ids_.id(row));
     piece.x.push_back(nodes_[row]);
   }
+  piece.corner_nodes.reserve(cells.size());
   for (Index cell : cells) {
-    auto& nodes = piece.corner_nodes.emplace_back();
-    for (int k = 0; k < corners<Dim>; ++k)
-      nodes[k] = static_cast<Local>(
-          std::lower_bound(rows.begin(), rows.end(), cells_[cell_row(cell)][k]) - rows.begin());
+    auto& nodes = piece.corner_nodes.emplace_back(cells_[cell_row(cell)]);
+    for (Local& node : nodes) node = position[node];
   }
   return piece;
+}
+
+/// Ids of the bins that the cells held touch, ascending.
+template <int Dim>
+std::vector<Index> CellTable<Dim>::touched_bins() const {
+  tsl::robin_set<Index> touched;
+  for (Index c = 0; c < cell_ids_.size(); ++c) {
+    const auto [low, high] = padded_bounds(c);
+    for_each_position<Dim>(grid_.position(low), grid_.position(high),
+                           [&](const Bins& p) { touched.insert(grid_.bin(p)); });
+  }
+  std::vector<Index> bins(touched.begin(), touched.end());
+  std::sort(bins.begin(), bins.end());
+  return bins;
 }
 
 /// The cells of the pieces; what is known of the whole mesh comes from `other`.
@@ -135,12 +151,55 @@ std::size_t CellTable<Dim>::bytes() const {
          grid_.cells.bytes();
 }
 
+template <int Dim>
+std::vector<Index> CellTable<Dim>::marked_cells(const std::vector<char>& marked) const {
+  std::vector<Index> cells;
+  for (std::size_t row = 0; row < marked.size(); ++row)
+    if (marked[row]) cells.push_back(cell_ids_.id(row));
+  return cells;
+}
+
+template <int Dim>
+std::vector<Index> CellTable<Dim>::widened(std::span<const Index> cells, int layers) const {
+  std::vector<char> cell(cells_.size(), 0), node(nodes_.size(), 0);
+  for (Index c : cells) cell[cell_row(c)] = 1;
+  for (int layer = 0; layer < layers; ++layer) {
+    for (std::size_t c = 0; c < cell.size(); ++c)
+      if (cell[c])
+        for (Local n : cells_[c]) node[n] = 1;
+    for (std::size_t n = 0; n < node.size(); ++n)
+      if (node[n])
+        for (Local c : node_cells_[n]) cell[c] = 1;
+  }
+  return marked_cells(cell);
+}
+
+/// All cells of the bins that the reach of some cell touches: those in which locate() looks.
+template <int Dim>
+std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index> cells) const {
+  std::vector<char> bin(grid_.bins.size(), 0), near(cells_.size(), 0);
+  for (Index cell : cells) {
+    const auto [low, high] = reach(cell_row(cell));
+    for_each_position<Dim>(grid_.position(low), grid_.position(high), [&](const Bins& p) {
+      if (const Index row = grid_.bins.row(grid_.bin(p)); row >= 0) bin[row] = 1;
+    });
+  }
+  for (std::size_t row = 0; row < bin.size(); ++row)
+    if (bin[row])
+      for (Local c : grid_.cells[row]) near[c] = 1;
+  return marked_cells(near);
+}
+
 #define LAHAR_INSTANTIATE(Dim)                                                                 \
   template CellTable<Dim>::CellTable(const CellTable&, std::span<const TablePiece<Dim>>);      \
   template CellTable<Dim> CellTable<Dim>::part(std::span<const Index>,                         \
                                                std::span<const std::vector<std::byte>>) const; \
   template std::vector<std::byte> CellTable<Dim>::pack(std::span<const Index>) const;          \
   template TablePiece<Dim> CellTable<Dim>::piece(std::span<const Index>) const;                \
+  template std::vector<Index> CellTable<Dim>::touched_bins() const;                            \
+  template std::vector<Index> CellTable<Dim>::marked_cells(const std::vector<char>&) const;    \
+  template std::vector<Index> CellTable<Dim>::widened(std::span<const Index>, int) const;      \
+  template std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index>) const;        \
   template std::size_t CellTable<Dim>::bytes() const;
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -8,7 +8,6 @@
 #include "physics/inverse_mapping.h"
 #include "physics/mesh_table.h"
 #include "physics/mesh_tolerance.h"
-#include "physics/partition_common.h"
 
 namespace lahar {
 namespace {
@@ -89,19 +88,6 @@ std::span<const Local> BoundingGrid<Dim>::cells_at(const Vec<Dim>& x) const {
   return row < 0 ? std::span<const Local>() : cells[row];
 }
 
-/// Call visit(position) for the bins from `from` to `to` inclusive, ascending.
-template <int Dim, class Visit>
-void for_each_position(const std::array<Index, Dim>& from, const std::array<Index, Dim>& to,
-                       Visit visit) {
-  auto p = from;
-  for (bool more = true; more;) {
-    visit(p);
-    int d = 0;
-    while (d < Dim && ++p[d] > to[d]) p[d] = from[d], ++d;
-    more = d < Dim;
-  }
-}
-
 /// Bounding box of a cell, widened by everything that counts as touching it.
 template <int Dim>
 std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::padded_bounds(Index row) const {
@@ -154,20 +140,6 @@ void CellTable<Dim>::fill_bins() {
   std::vector<Index> next(first.begin(), first.end() - 1);
   for (Index c = 0; c < n; ++c)
     for_each_row(c, [&](Index b) { grid_.cells.item[next[b]++] = static_cast<Local>(c); });
-}
-
-/// Ids of the bins that the cells held touch, ascending.
-template <int Dim>
-std::vector<Index> CellTable<Dim>::touched_bins() const {
-  std::vector<Index> touched;
-  for (Index c = 0; c < cell_ids_.size(); ++c) {
-    const auto [low, high] = padded_bounds(c);
-    for_each_position<Dim>(grid_.position(low), grid_.position(high),
-                           [&](const Bins& p) { touched.push_back(grid_.bin(p)); });
-  }
-  sort_unique(touched);
-  touched.shrink_to_fit();
-  return touched;
 }
 
 template <int Dim>
@@ -258,10 +230,12 @@ template <int Dim>
 std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::reach(Index row) const {
   auto [low, high] = cell_bounds(row);
   const Point beyond = high - low;
-  for (Local c : ring(row)) {
-    const auto [c_low, c_high] = cell_bounds(c);
-    low = low.cwiseMin(c_low);
-    high = high.cwiseMax(c_high);
+  for (Local node : cells_[row]) {
+    for (Local c : node_cells_[node]) {
+      const auto [c_low, c_high] = cell_bounds(c);
+      low = low.cwiseMin(c_low);
+      high = high.cwiseMax(c_high);
+    }
   }
   return {low - beyond, high + beyond};
 }
@@ -273,37 +247,6 @@ bool CellTable<Dim>::is_near(const Point& x, Index cell) const {
   return (x.array() >= low.array()).all() && (x.array() <= high.array()).all();
 }
 
-/// All cells of the bins that the reach of some cell touches: those in which locate() looks.
-template <int Dim>
-std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index> cells) const {
-  if (cells.empty()) return {};
-  std::vector<std::pair<Bins, Bins>> boxes;  // first and last bin along each axis
-  Bins from = grid_.counts, to{};
-  for (Index cell : cells) {
-    const auto [low, high] = reach(cell_row(cell));
-    const auto& [first, last] = boxes.emplace_back(grid_.position(low), grid_.position(high));
-    for (int d = 0; d < Dim; ++d)
-      from[d] = std::min(from[d], first[d]), to[d] = std::max(to[d], last[d]);
-  }
-  // Bins of all boxes, in the box around them.
-  const auto offset = [&](const Bins& p) {
-    Index at = 0;
-    for (int d = Dim - 1; d >= 0; --d) at = at * (to[d] - from[d] + 1) + p[d] - from[d];
-    return at;
-  };
-  std::vector<char> wanted(offset(to) + 1, 0);
-  for (const auto& [first, last] : boxes)
-    for_each_position<Dim>(first, last, [&](const Bins& p) { wanted[offset(p)] = 1; });
-  std::vector<Index> near;
-  for_each_position<Dim>(from, to, [&](const Bins& p) {
-    const Index row = wanted[offset(p)] ? grid_.bins.row(grid_.bin(p)) : -1;
-    if (row >= 0)
-      for (Local c : grid_.cells[row]) near.push_back(cell_ids_.id(c));
-  });
-  sort_unique(near);
-  return near;
-}
-
 #define LAHAR_INSTANTIATE(Dim)                                                                   \
   template struct BoundingGrid<Dim>;                                                             \
   template std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::padded_bounds(Index) const;             \
@@ -313,8 +256,6 @@ std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index> cells) cons
   template bool CellTable<Dim>::is_near(const Vec<Dim>&, Index) const;                           \
   template void CellTable<Dim>::choose_bins();                                                   \
   template void CellTable<Dim>::fill_bins();                                                     \
-  template std::vector<Index> CellTable<Dim>::touched_bins() const;                              \
-  template std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index>) const;          \
   template std::optional<Vec<Dim>> CellTable<Dim>::natural_of(Index, const Vec<Dim>&) const;     \
   template typename CellTable<Dim>::Found CellTable<Dim>::locate(const Vec<Dim>&) const;         \
   template typename CellTable<Dim>::Found CellTable<Dim>::walk(const Vec<Dim>&, Index, Vec<Dim>) \

@@ -16,21 +16,6 @@ void sort_unique(std::vector<T>& values) {
   values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
-/// `cells` and `layers` layers of cells around them, ascending.
-template <int Dim>
-std::vector<Index> widened(const Mesh<Dim>& mesh, std::vector<Index> cells, int layers) {
-  for (int layer = 0; layer < layers; ++layer) {
-    std::vector<Index> nodes;
-    for (Index c : cells)
-      for (Index n : mesh.cell_nodes(c)) nodes.push_back(n);
-    sort_unique(nodes);
-    for (Index n : nodes)
-      for (Index c : mesh.node_cells(n)) cells.push_back(c);
-    sort_unique(cells);
-  }
-  return cells;
-}
-
 /// Nodes of the given cells plus `rings` layers of cells around them, ascending.
 template <int Dim>
 std::vector<Index> nodes_around(const Mesh<Dim>& mesh, const std::vector<Index>& cells, int rings) {

@@ -143,12 +143,13 @@ std::vector<Index> surrounding_cells(const Mesh<Dim>& mesh, const Partition<Dim>
     const auto cells = partition.cells(patch);
     result.insert(result.end(), cells.begin(), cells.end());
   }
-  result = widened<Dim>(mesh, std::move(result), std::max(1, rings));
-  std::vector<Index> near;
+  result = mesh.widened(result, std::max(1, rings));
+  std::vector<Index> own;
   for (Index patch : patches) {
-    const auto cells = mesh.cells_near(partition.cells(patch));
-    near.insert(near.end(), cells.begin(), cells.end());
+    const auto cells = partition.cells(patch);
+    own.insert(own.end(), cells.begin(), cells.end());
   }
+  const auto near = mesh.cells_near(own);
   result.insert(result.end(), near.begin(), near.end());
   sort_unique(result);
   return result;
