@@ -234,6 +234,9 @@ void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
   const bool has_natural = movers.layout().has(Column::xi);
   const auto found = find_cell(patch, *step.model->mesh, x, old, has_natural);
   if (found.cell < 0) {
+    // A part of a mesh cannot tell what is far away: no mesh may, or ranks would make a difference.
+    if (!step.model->mesh->is_near(x, patch.topology.cells[static_cast<std::size_t>(old)]))
+      return stays(Mark::Kind::moved_too_far);
     if (!step.model->analysis.remove_leaving_particles) return stays(Mark::Kind::left_mesh);
     ++patch.removed;
     return;

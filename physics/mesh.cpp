@@ -72,8 +72,49 @@ Mesh<Dim> Mesh<Dim>::structured(const Point& origin, const Point& cell_size,
 template <int Dim>
 Mesh<Dim> Mesh<Dim>::from_tables(std::vector<Point> nodes, std::vector<Corners> cells,
                                  bool isoparametric) {
-  return Mesh(std::make_unique<Impl>(
-      Impl{CellTable<Dim>(std::move(nodes), std::move(cells), isoparametric)}));
+  return Mesh(std::make_unique<Impl>(Impl{CellTable<Dim>(std::move(nodes), cells, isoparametric)}));
+}
+
+template <int Dim>
+Mesh<Dim> Mesh<Dim>::part(std::span<const Index> cells,
+                          std::span<const std::vector<std::byte>> pieces) const {
+  const auto* table = std::get_if<CellTable<Dim>>(&impl_->kind);
+  if (!table) return Mesh(std::make_unique<Impl>(*impl_));
+  return Mesh(std::make_unique<Impl>(Impl{table->part(cells, pieces)}));
+}
+
+template <int Dim>
+std::vector<std::byte> Mesh<Dim>::pack(std::span<const Index> cells) const {
+  const auto* table = std::get_if<CellTable<Dim>>(&impl_->kind);
+  return table ? table->pack(cells) : std::vector<std::byte>();
+}
+
+template <int Dim>
+bool Mesh<Dim>::holds(Index cell) const {
+  const auto* table = std::get_if<CellTable<Dim>>(&impl_->kind);
+  return table ? table->holds(cell) : cell >= 0 && cell < n_cells();
+}
+
+template <int Dim>
+std::size_t Mesh<Dim>::bytes() const {
+  const auto* table = std::get_if<CellTable<Dim>>(&impl_->kind);
+  return table ? table->bytes() : 0;
+}
+
+template <int Dim>
+bool Mesh<Dim>::is_near(const Point& x, Index cell) const {
+  const auto* table = std::get_if<CellTable<Dim>>(&impl_->kind);
+  return !table || table->is_near(x, cell);
+}
+
+template <int Dim>
+std::vector<Index> Mesh<Dim>::widened(std::span<const Index> cells, int layers) const {
+  return std::get<CellTable<Dim>>(impl_->kind).widened(cells, layers);
+}
+
+template <int Dim>
+std::vector<Index> Mesh<Dim>::cells_near(std::span<const Index> cells) const {
+  return std::get<CellTable<Dim>>(impl_->kind).cells_near(cells);
 }
 
 template <int Dim>

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -25,6 +27,11 @@ struct CellGeometry {
 /// *file order* (CB-Geo: Q4 counter-clockwise, H8 bottom then top) and *tensor order*, in which
 /// bit d of the corner's number says whether it lies on the + side of natural axis d. In a
 /// Cartesian cell the natural axes are the global ones, whatever rotation the file order has.
+///
+/// A mesh from tables may be a *part*: it holds some of the cells, with their nodes, and says of
+/// them what the whole mesh would. Ids, numbers of cells and nodes, bounds and is_cartesian() are
+/// the whole mesh's; asking a part about a cell or node that it does not hold is a mistake of the
+/// caller's (an assertion), except where it is said what happens then.
 template <int Dim>
 class Mesh {
  public:
@@ -43,6 +50,18 @@ class Mesh {
   /// two cells on a face); at most 20 are listed, the rest is counted. Nodes without a cell are
   /// accepted.
   static Mesh from_tables(std::vector<Point> nodes, std::vector<Corners> cells, bool isoparametric);
+
+  /// These cells (ascending, held here) and those in pieces that pack() made of other parts of the
+  /// same mesh. The result depends on the cells alone, not on where they came from. A structured
+  /// mesh has no parts: returns all of it. Throws std::invalid_argument where a piece is damaged or
+  /// of another mesh.
+  Mesh part(std::span<const Index> cells,
+            std::span<const std::vector<std::byte>> pieces = {}) const;
+  /// Cells held here (ascending) with their nodes, for another process of the same run. Nothing of
+  /// a structured mesh.
+  std::vector<std::byte> pack(std::span<const Index> cells) const;
+  bool holds(Index cell) const;
+  std::size_t bytes() const;  ///< of memory that the tables take
 
   Mesh(Mesh&&) noexcept;
   Mesh& operator=(Mesh&&) noexcept;
@@ -73,7 +92,8 @@ class Mesh {
 
   /// The lowest cell id that contains x; -1 if none, or if x is not finite. A point outside every
   /// cell by rounding only (1e-10 in natural coordinates, more where the coordinates themselves are
-  /// coarser: mesh_tolerance.h) belongs to the cell it touches, lowest id first.
+  /// coarser: mesh_tolerance.h) belongs to the cell it touches, lowest id first. In a part: of the
+  /// cells held.
   struct Found {
     Index cell = -1;
     Point xi;  ///< natural coordinates, within 1 - 2.2e-16; zero if there is no cell
@@ -82,12 +102,27 @@ class Mesh {
 
   /// Where a particle that was in `cell` is now: that cell while it contains x, else the first of
   /// the cells sharing a node with it in ascending id, else locate(x). Walks through face
-  /// neighbours along the natural coordinates; the answer is the one of the rule.
+  /// neighbours along the natural coordinates; the answer is the one of the rule. A part that holds
+  /// the surroundings of `cell` (surrounding_cells() of its patch) gives the answer of the whole
+  /// mesh, to the bit, for all x with is_near(x, cell); for others too, if that is in the patch, in
+  /// one of its neighbours or outside the bounds; else it gives a cell of none of these, or -1.
   Found locate_from(const Point& x, Index cell) const;
 
-  /// Cells sharing at least one node with `cell`, ascending, without itself.
+  /// True if x is in the box around `cell` and the cells that share a node with it, widened by the
+  /// size of `cell`, or outside the mesh's bounds; always in a structured mesh. Where a particle
+  /// that left `cell` is in no cell and this is false, a part of the mesh cannot tell whether it is
+  /// outside: it has moved too far in one step.
+  bool is_near(const Point& x, Index cell) const;
+  /// `cells` and so many layers of cells around them, ascending. Meshes from tables; takes time for
+  /// `cells`, and a little for every cell held.
+  std::vector<Index> widened(std::span<const Index> cells, int layers) const;
+  /// Every cell that may hold an x with is_near(x, one of `cells`), ascending. Costs and
+  /// limits as widened().
+  std::vector<Index> cells_near(std::span<const Index> cells) const;
+
+  /// Cells sharing at least one node with `cell`, ascending, without itself. In a part: those held.
   std::vector<Index> neighbours(Index cell) const;
-  /// Cells that have this node, ascending.
+  /// Cells that have this node, ascending. In a part: those held.
   std::vector<Index> node_cells(Index node) const;
 
   /// Structured meshes only.

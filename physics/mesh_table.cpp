@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "physics/error.h"
@@ -14,9 +15,9 @@ namespace {
 
 /// The corners of face 2 d + side, in tensor order, sorted: the identity of the face.
 template <int Dim>
-std::array<Index, corners<Dim> / 2> face_nodes(const std::array<Index, corners<Dim>>& tensor,
+std::array<Local, corners<Dim> / 2> face_nodes(const std::array<Local, corners<Dim>>& tensor,
                                                int face) {
-  std::array<Index, corners<Dim> / 2> nodes;
+  std::array<Local, corners<Dim> / 2> nodes;
   int n = 0;
   for (int a = 0; a < corners<Dim>; ++a)
     if (((a >> (face / 2)) & 1) == face % 2) nodes[n++] = tensor[a];
@@ -38,27 +39,66 @@ std::array<int, corners<Dim>> box_orientation(const std::array<Vec<Dim>, corners
 }
 
 template <int Dim>
-CellTable<Dim>::CellTable(std::vector<Point> nodes, std::vector<Corners> cells, bool isoparametric)
-    : nodes_(std::move(nodes)), cells_(std::move(cells)) {
-  check(isoparametric);
+CellTable<Dim>::CellTable(std::vector<Point> nodes, const std::vector<Corners>& cells,
+                          bool isoparametric)
+    : nodes_(std::move(nodes)) {
+  check_tables<Dim>(nodes_, cells, isoparametric);
+  whole_.n_nodes = static_cast<Index>(nodes_.size());
+  whole_.n_cells = static_cast<Index>(cells.size());
   // Cells that are boxes to the last bit have the closed-form map whatever the file calls them.
-  cartesian_ = !isoparametric || all_boxes(0.0);
-  bounds_ = cell_bounds(0);
+  whole_.cartesian = !isoparametric || all_boxes<Dim>(nodes_, cells, 0.0);
+  cell_ids_ = IdMap::all(whole_.n_cells);
+  node_ids_ = IdMap::all(whole_.n_nodes);
+  cells_.resize(cells.size());
+  for (std::size_t c = 0; c < cells.size(); ++c)
+    for (int k = 0; k < corners<Dim>; ++k) cells_[c][k] = static_cast<Local>(cells[c][k]);
+  whole_.bounds = cell_bounds(0);
   for (Index c = 1; c < n_cells(); ++c) {
     const auto [low, high] = cell_bounds(c);
-    bounds_.first = bounds_.first.cwiseMin(low);
-    bounds_.second = bounds_.second.cwiseMax(high);
+    whole_.bounds.first = whole_.bounds.first.cwiseMin(low);
+    whole_.bounds.second = whole_.bounds.second.cwiseMax(high);
   }
   build_node_cells();
   build_face_neighbours();
-  build_bounding_grid();
+  choose_bins();
+  fill_bins();
+}
+
+template <int Dim>
+Index CellTable<Dim>::cell_row(Index cell) const {
+  const Index row = cell_ids_.row(cell);
+  assert(row >= 0 && "the cell is in another part of the mesh");
+  return row;
+}
+
+template <int Dim>
+Index CellTable<Dim>::node_row(Index node) const {
+  const Index row = node_ids_.row(node);
+  assert(row >= 0 && "the node is in another part of the mesh");
+  return row;
+}
+
+template <int Dim>
+std::array<Index, corners<Dim>> CellTable<Dim>::cell_nodes(Index cell) const {
+  const Rows& file = cells_[cell_row(cell)];
+  Corners nodes;
+  for (int k = 0; k < corners<Dim>; ++k) nodes[k] = node_ids_.id(file[k]);
+  return nodes;
 }
 
 template <int Dim>
 std::array<Index, corners<Dim>> CellTable<Dim>::cell_nodes_tensor(Index cell) const {
-  const Corners& file = cells_[cell];
+  const Rows tensor = corners_tensor(cell_row(cell));
   Corners nodes;
-  if (cartesian_) {
+  for (int a = 0; a < corners<Dim>; ++a) nodes[a] = node_ids_.id(tensor[a]);
+  return nodes;
+}
+
+template <int Dim>
+std::array<Local, corners<Dim>> CellTable<Dim>::corners_tensor(Index row) const {
+  const Rows& file = cells_[row];
+  Rows nodes;
+  if (is_cartesian()) {
     std::array<Point, corners<Dim>> corner;
     for (int k = 0; k < corners<Dim>; ++k) corner[k] = nodes_[file[k]];
     const auto tensor = box_orientation<Dim>(corner);
@@ -73,26 +113,26 @@ std::array<Index, corners<Dim>> CellTable<Dim>::cell_nodes_tensor(Index cell) co
 /// (0,1), (1,3), (1,5) in tensor order for x, y, z. Both to the last bit as in the reference code,
 /// because they decide which of two cells owns a particle on their common face.
 template <int Dim>
-CellGeometry<Dim> CellTable<Dim>::geometry(Index cell) const {
+CellGeometry<Dim> CellTable<Dim>::geometry_of(Index row) const {
   CellGeometry<Dim> g;
-  g.cartesian = cartesian_;
-  Point sum = nodes_[cells_[cell][0]];
-  for (int k = 1; k < corners<Dim>; ++k) sum += nodes_[cells_[cell][k]];
+  g.cartesian = is_cartesian();
+  Point sum = nodes_[cells_[row][0]];
+  for (int k = 1; k < corners<Dim>; ++k) sum += nodes_[cells_[row][k]];
   g.centre = sum / corners<Dim>;
-  const Corners nodes = cell_nodes_tensor(cell);
+  const Rows nodes = corners_tensor(row);
   for (int a = 0; a < corners<Dim>; ++a) g.corner[a] = nodes_[nodes[a]];
   constexpr int edge[3][2] = {{0, 1}, {1, 3}, {1, 5}};
   for (int d = 0; d < Dim; ++d)
-    g.length[d] = cartesian_ ? (g.corner[edge[d][0]] - g.corner[edge[d][1]]).norm() : 0.0;
+    g.length[d] = g.cartesian ? (g.corner[edge[d][0]] - g.corner[edge[d][1]]).norm() : 0.0;
   return g;
 }
 
 template <int Dim>
-std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::cell_bounds(Index cell) const {
-  Point low = nodes_[cells_[cell][0]], high = low;
+std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::cell_bounds(Index row) const {
+  Point low = nodes_[cells_[row][0]], high = low;
   for (int k = 1; k < corners<Dim>; ++k) {
-    low = low.cwiseMin(nodes_[cells_[cell][k]]);
-    high = high.cwiseMax(nodes_[cells_[cell][k]]);
+    low = low.cwiseMin(nodes_[cells_[row][k]]);
+    high = high.cwiseMax(nodes_[cells_[row][k]]);
   }
   return {low, high};
 }
@@ -101,30 +141,30 @@ template <int Dim>
 void CellTable<Dim>::build_node_cells() {
   auto& first = node_cells_.first;
   first.assign(nodes_.size() + 1, 0);
-  for (const Corners& cell : cells_)
-    for (Index node : cell) ++first[node + 1];
+  for (const Rows& cell : cells_)
+    for (Local node : cell) ++first[node + 1];
   for (std::size_t n = 0; n < nodes_.size(); ++n) first[n + 1] += first[n];
   node_cells_.item.resize(first.back());
   std::vector<Index> next(first.begin(), first.end() - 1);
-  for (Index c = 0; c < n_cells(); ++c)
-    for (Index node : cells_[c]) node_cells_.item[next[node]++] = static_cast<Local>(c);
+  for (std::size_t c = 0; c < cells_.size(); ++c)
+    for (Local node : cells_[c]) node_cells_.item[next[node]++] = static_cast<Local>(c);
 }
 
 /// Each face is looked at where its lowest node is: there are few faces around a node to compare.
 template <int Dim>
 void CellTable<Dim>::build_face_neighbours() {
   struct Face {
-    std::array<Index, corners<Dim> / 2> nodes;
+    std::array<Local, corners<Dim> / 2> nodes;
     Local cell;
     int face;
   };
   std::array<Local, faces> none;
   none.fill(-1);
   face_neighbour_.assign(cells_.size(), none);
-  std::vector<Corners> tensor(cells_.size());
-  for (Index c = 0; c < n_cells(); ++c) tensor[c] = cell_nodes_tensor(c);
+  std::vector<Rows> tensor(cells_.size());
+  for (std::size_t c = 0; c < cells_.size(); ++c) tensor[c] = corners_tensor(c);
   std::vector<Face> around;
-  for (Index n = 0; n < n_nodes(); ++n) {
+  for (Local n = 0; n < static_cast<Local>(nodes_.size()); ++n) {
     around.clear();
     for (Local c : node_cells_[n]) {
       const int corner =
@@ -152,26 +192,34 @@ void CellTable<Dim>::build_face_neighbours() {
 }
 
 template <int Dim>
-std::vector<Index> CellTable<Dim>::neighbours(Index cell) const {
-  std::vector<Index> result;
-  for (Index node : cells_[cell])
+std::vector<Local> CellTable<Dim>::ring(Index row) const {
+  std::vector<Local> result;
+  for (Local node : cells_[row])
     for (Local c : node_cells_[node])
-      if (c != cell) result.push_back(c);
+      if (c != row) result.push_back(c);
   std::sort(result.begin(), result.end());
   result.erase(std::unique(result.begin(), result.end()), result.end());
   return result;
 }
 
 template <int Dim>
+std::vector<Index> CellTable<Dim>::neighbours(Index cell) const {
+  std::vector<Index> result;
+  for (Local row : ring(cell_row(cell))) result.push_back(cell_ids_.id(row));
+  return result;
+}
+
+template <int Dim>
 std::vector<Index> CellTable<Dim>::node_cells(Index node) const {
-  const auto row = node_cells_[node];
-  return {row.begin(), row.end()};
+  std::vector<Index> result;
+  for (Local row : node_cells_[node_row(node)]) result.push_back(cell_ids_.id(row));
+  return result;
 }
 
 template std::array<int, 4> box_orientation<2>(const std::array<Vec<2>, 4>&);
 template std::array<int, 8> box_orientation<3>(const std::array<Vec<3>, 8>&);
 
-// Members in mesh_table_check.cpp and mesh_table_search.cpp are instantiated there.
+// Members in mesh_table_search.cpp and mesh_table_part.cpp are instantiated there.
 template class CellTable<2>;
 template class CellTable<3>;
 

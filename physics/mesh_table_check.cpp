@@ -146,42 +146,49 @@ std::array<Vec<Dim>, corners<Dim>> corner_positions(const std::array<Index, corn
 }  // namespace
 
 template <int Dim>
-bool CellTable<Dim>::all_boxes(double deviation) const {
-  return std::all_of(cells_.begin(), cells_.end(), [&](const Corners& cell) {
-    return is_box<Dim>(corner_positions<Dim>(cell, nodes_), deviation);
+bool all_boxes(const std::vector<Vec<Dim>>& nodes,
+               const std::vector<std::array<Index, corners<Dim>>>& cells, double deviation) {
+  return std::all_of(cells.begin(), cells.end(), [&](const auto& cell) {
+    return is_box<Dim>(corner_positions<Dim>(cell, nodes), deviation);
   });
 }
 
 template <int Dim>
-void CellTable<Dim>::check(bool isoparametric) const {
+void check_tables(const std::vector<Vec<Dim>>& nodes,
+                  const std::vector<std::array<Index, corners<Dim>>>& cells, bool isoparametric) {
   Report report;
-  if (nodes_.empty()) report.add("the mesh has no nodes");
-  if (cells_.empty()) report.add("the mesh has no cells");
+  const Index n_nodes = static_cast<Index>(nodes.size());
+  const Index n_cells = static_cast<Index>(cells.size());
+  if (nodes.empty()) report.add("the mesh has no nodes");
+  if (cells.empty()) report.add("the mesh has no cells");
   constexpr Index most = std::numeric_limits<Local>::max();
-  if (n_cells() > most || n_nodes() > most)
+  if (n_cells > most || n_nodes > most)
     report.add(fmt::format("{} nodes and {} cells: at most {} of each can come from a table",
-                           n_nodes(), n_cells(), most),
+                           n_nodes, n_cells, most),
                "a structured mesh has no such limit");
-  for (Index n = 0; n < n_nodes(); ++n)
-    if (!nodes_[n].allFinite())
+  for (Index n = 0; n < n_nodes; ++n)
+    if (!nodes[n].allFinite())
       report.add(fmt::format("node {} has coordinates {}; they must be finite numbers", n,
-                             text<Dim>(nodes_[n])));
+                             text<Dim>(nodes[n])));
   const bool coordinates_usable = report.empty();
-  for (Index c = 0; c < n_cells(); ++c) {
-    const Corners& cell = cells_[c];
-    if (!check_ids<Dim>(c, cell, n_nodes(), report) || !coordinates_usable) continue;
-    if (check_jacobian<Dim>(c, cell, nodes_, report) && !isoparametric &&
-        !is_box<Dim>(corner_positions<Dim>(cell, nodes_), box_deviation))
+  for (Index c = 0; c < n_cells; ++c) {
+    const auto& cell = cells[c];
+    if (!check_ids<Dim>(c, cell, n_nodes, report) || !coordinates_usable) continue;
+    if (check_jacobian<Dim>(c, cell, nodes, report) && !isoparametric &&
+        !is_box<Dim>(corner_positions<Dim>(cell, nodes), box_deviation))
       report.add(fmt::format("cell {} is not a box along the axes: nodes {}", c,
-                             list_nodes<Dim>(cell, nodes_)),
+                             list_nodes<Dim>(cell, nodes)),
                  "set isoparametric to true for cells of any shape");
   }
   report.finish();
 }
 
-template void CellTable<2>::check(bool) const;
-template void CellTable<3>::check(bool) const;
-template bool CellTable<2>::all_boxes(double) const;
-template bool CellTable<3>::all_boxes(double) const;
+#define LAHAR_INSTANTIATE(Dim)                                                               \
+  template bool all_boxes<Dim>(const std::vector<Vec<Dim>>&,                                 \
+                               const std::vector<std::array<Index, corners<Dim>>>&, double); \
+  template void check_tables<Dim>(const std::vector<Vec<Dim>>&,                              \
+                                  const std::vector<std::array<Index, corners<Dim>>>&, bool);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
 
 }  // namespace lahar

@@ -17,7 +17,7 @@ namespace {
 constexpr double box_padding = 1e-8;
 /// A walk ends for certain only this many touch tolerances away from every face of the cell.
 constexpr double clear_of_faces = 100;
-/// A particle moves less than a cell per step: a longer walk is left to the search.
+/// Walks that go round in circles, which distorted cells can cause, are left to the search.
 constexpr int longest_walk = 32;
 /// Where Newton fails: it came near the cell [natural coordinates] and near the point [cell sizes].
 constexpr double near_cell = 1.1, near_point = 1e-3;
@@ -81,10 +81,17 @@ Index BoundingGrid<Dim>::bin(const std::array<Index, Dim>& p) const {
   return id;
 }
 
+/// The cells held in the bin that x is in.
+template <int Dim>
+std::span<const Local> BoundingGrid<Dim>::cells_at(const Vec<Dim>& x) const {
+  const Index row = bins.row(bin(position(x)));
+  return row < 0 ? std::span<const Local>() : cells[row];
+}
+
 /// Bounding box of a cell, widened by everything that counts as touching it.
 template <int Dim>
-std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::padded_bounds(Index cell) const {
-  const auto [low, high] = cell_bounds(cell);
+std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::padded_bounds(Index row) const {
+  const auto [low, high] = cell_bounds(row);
   const double scale = std::max(magnitude<Dim>(low), magnitude<Dim>(high));
   const Point size = high - low;
   const Point pad = (box_padding + touch_tolerance(scale, size.minCoeff())) * size;
@@ -93,10 +100,10 @@ std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::padded_bounds(Index cell) const {
 
 /// Bins as large as the mean bounding box of a cell; fewer where the mesh fills its bounds badly.
 template <int Dim>
-void CellTable<Dim>::build_bounding_grid() {
+void CellTable<Dim>::choose_bins() {
   Point mean = Point::Zero();
-  grid_.low = bounds_.first;
-  grid_.high = bounds_.second;
+  grid_.low = bounds().first;
+  grid_.high = bounds().second;
   for (Index c = 0; c < n_cells(); ++c) {
     const auto [low, high] = padded_bounds(c);
     mean += high - low;
@@ -113,76 +120,89 @@ void CellTable<Dim>::build_bounding_grid() {
     grid_.bins_per_metre[d] = static_cast<double>(grid_.counts[d]) / extent[d];
     n_bins *= grid_.counts[d];
   }
+  grid_.bins = IdMap::all(n_bins);
+}
 
-  const auto for_each_bin = [&](Index c, auto&& visit) {
+/// Put the cells held into the bins that grid_.bins has rows for.
+template <int Dim>
+void CellTable<Dim>::fill_bins() {
+  const Index n = cell_ids_.size();
+  const auto for_each_row = [&](Index c, auto&& visit) {
     const auto [low, high] = padded_bounds(c);
-    const auto from = grid_.position(low), to = grid_.position(high);
-    auto p = from;
-    for (bool more = true; more;) {
-      visit(grid_.bin(p));
-      int d = 0;
-      while (d < Dim && ++p[d] > to[d]) p[d] = from[d], ++d;
-      more = d < Dim;
-    }
+    for_each_position<Dim>(grid_.position(low), grid_.position(high),
+                           [&](const Bins& p) { visit(grid_.bins.row(grid_.bin(p))); });
   };
   auto& first = grid_.cells.first;
-  first.assign(n_bins + 1, 0);
-  for (Index c = 0; c < n_cells(); ++c) for_each_bin(c, [&](Index b) { ++first[b + 1]; });
-  for (Index b = 0; b < n_bins; ++b) first[b + 1] += first[b];
+  first.assign(grid_.bins.size() + 1, 0);
+  for (Index c = 0; c < n; ++c) for_each_row(c, [&](Index b) { ++first[b + 1]; });
+  for (Index b = 0; b < grid_.bins.size(); ++b) first[b + 1] += first[b];
   grid_.cells.item.resize(first.back());
   std::vector<Index> next(first.begin(), first.end() - 1);
-  for (Index c = 0; c < n_cells(); ++c)
-    for_each_bin(c, [&](Index b) { grid_.cells.item[next[b]++] = static_cast<Local>(c); });
+  for (Index c = 0; c < n; ++c)
+    for_each_row(c, [&](Index b) { grid_.cells.item[next[b]++] = static_cast<Local>(c); });
 }
 
 template <int Dim>
-std::optional<Vec<Dim>> CellTable<Dim>::natural_coordinates(Index cell, const Point& x) const {
-  const CellGeometry<Dim> g = geometry(cell);
+std::optional<Vec<Dim>> CellTable<Dim>::natural_of(Index row, const Point& x) const {
+  const CellGeometry<Dim> g = geometry_of(row);
   Point xi;
-  if (!inverse_map<Dim>(g, x, xi) && !inverse_map_hard<Dim>(cell, g, x, xi)) return std::nullopt;
+  if (!inverse_map<Dim>(g, x, xi) && !inverse_map_hard<Dim>(cell_ids_.id(row), g, x, xi))
+    return std::nullopt;
   if (!in_closed_cell<Dim>(xi)) return std::nullopt;
   return clamp_to_cell<Dim>(xi);
 }
 
-/// False where natural_coordinates() and the touch tolerance cannot hold, at less cost.
+/// False where natural_of() and the touch tolerance cannot hold, at less cost.
 template <int Dim>
-bool CellTable<Dim>::may_contain(Index cell, const Point& x) const {
-  const auto [low, high] = padded_bounds(cell);
+bool CellTable<Dim>::may_contain(Index row, const Point& x) const {
+  const auto [low, high] = padded_bounds(row);
   return (x.array() >= low.array()).all() && (x.array() <= high.array()).all();
 }
 
 template <int Dim>
 typename CellTable<Dim>::Found CellTable<Dim>::locate(const Point& x) const {
   if (!grid_.contains(x)) return {-1, Point::Zero()};
-  const auto candidates = grid_.cells[grid_.bin(grid_.position(x))];
+  const auto candidates = grid_.cells_at(x);
   for (Local c : candidates) {
     if (!may_contain(c, x)) continue;
-    if (const auto xi = natural_coordinates(c, x)) return {c, *xi};
+    if (const auto xi = natural_of(c, x)) return {cell_ids_.id(c), *xi};
   }
   for (Local c : candidates) {
     if (!may_contain(c, x)) continue;
-    const CellGeometry<Dim> g = geometry(c);
+    const CellGeometry<Dim> g = geometry_of(c);
     const double limit = 1.0 + touch_tolerance(magnitude<Dim>(x), shortest_extent<Dim>(g));
     Point xi;
     if (inverse_map<Dim>(g, x, xi) && magnitude<Dim>(xi) <= limit)
-      return {c, clamp_to_cell<Dim>(xi)};
+      return {cell_ids_.id(c), clamp_to_cell<Dim>(xi)};
   }
   return {-1, Point::Zero()};
 }
 
 template <int Dim>
-typename CellTable<Dim>::Found CellTable<Dim>::walk(const Point& x, Index cell, Point xi) const {
+bool CellTable<Dim>::share_node(Index a, Index b) const {
+  for (Local node : cells_[b])
+    if (std::find(cells_[a].begin(), cells_[a].end(), node) != cells_[a].end()) return true;
+  return false;
+}
+
+/// Where a walk through face neighbours ends: the only cell around x, or none if not so simple. It
+/// stays among the cells around the first, so that any part of the mesh which has these answers
+/// alike.
+template <int Dim>
+typename CellTable<Dim>::Found CellTable<Dim>::walk(const Point& x, Index start, Point xi) const {
+  Index row = start;
   for (int step = 0; step < longest_walk; ++step) {
     int axis = 0;
     const double farthest = xi.cwiseAbs().maxCoeff(&axis);
     if (!std::isfinite(farthest)) break;
-    const Local next = face_neighbour_[cell][2 * axis + (xi[axis] > 0)];
-    if (next < 0) break;
-    cell = next;
-    const CellGeometry<Dim> g = geometry(cell);
+    const Local next = face_neighbour_[row][2 * axis + (xi[axis] > 0)];
+    if (next < 0 || !share_node(start, next)) break;
+    row = next;
+    const CellGeometry<Dim> g = geometry_of(row);
     const bool mapped = inverse_map<Dim>(g, x, xi);
     const double tolerance = touch_tolerance(magnitude<Dim>(x), shortest_extent<Dim>(g));
-    if (mapped && magnitude<Dim>(xi) < 1.0 - clear_of_faces * tolerance) return {cell, xi};
+    if (mapped && magnitude<Dim>(xi) < 1.0 - clear_of_faces * tolerance)
+      return {cell_ids_.id(row), xi};
     if (mapped && magnitude<Dim>(xi) < 1.0 + clear_of_faces * tolerance) break;  // on a face
   }
   return {-1, Point::Zero()};
@@ -191,34 +211,57 @@ typename CellTable<Dim>::Found CellTable<Dim>::walk(const Point& x, Index cell, 
 template <int Dim>
 typename CellTable<Dim>::Found CellTable<Dim>::locate_from(const Point& x, Index cell) const {
   if (!x.allFinite()) return {-1, Point::Zero()};
-  if (cell < 0 || cell >= n_cells()) return locate(x);
-  if (const auto xi = natural_coordinates(cell, x)) return {cell, *xi};
+  const Index row = cell_ids_.row(cell);
+  if (row < 0) return locate(x);
+  if (const auto xi = natural_of(row, x)) return {cell, *xi};
   Point xi;
-  inverse_map<Dim>(geometry(cell), x, xi);
+  inverse_map<Dim>(geometry_of(row), x, xi);
   // Strictly inside a cell, x is in no other one, and the order of the rule does not matter.
-  if (const Found found = walk(x, cell, xi); found.cell >= 0) return found;
-  for (Index c : neighbours(cell)) {
+  if (const Found found = walk(x, row, xi); found.cell >= 0) return found;
+  for (Local c : ring(row)) {
     if (!may_contain(c, x)) continue;
-    if (const auto inside = natural_coordinates(c, x)) return {c, *inside};
+    if (const auto inside = natural_of(c, x)) return {cell_ids_.id(c), *inside};
   }
   return locate(x);
 }
 
-template struct BoundingGrid<2>;
-template struct BoundingGrid<3>;
-template std::pair<Vec<2>, Vec<2>> CellTable<2>::padded_bounds(Index) const;
-template std::pair<Vec<3>, Vec<3>> CellTable<3>::padded_bounds(Index) const;
-template bool CellTable<2>::may_contain(Index, const Vec<2>&) const;
-template bool CellTable<3>::may_contain(Index, const Vec<3>&) const;
-template void CellTable<2>::build_bounding_grid();
-template void CellTable<3>::build_bounding_grid();
-template std::optional<Vec<2>> CellTable<2>::natural_coordinates(Index, const Vec<2>&) const;
-template std::optional<Vec<3>> CellTable<3>::natural_coordinates(Index, const Vec<3>&) const;
-template typename CellTable<2>::Found CellTable<2>::locate(const Vec<2>&) const;
-template typename CellTable<3>::Found CellTable<3>::locate(const Vec<3>&) const;
-template typename CellTable<2>::Found CellTable<2>::walk(const Vec<2>&, Index, Vec<2>) const;
-template typename CellTable<3>::Found CellTable<3>::walk(const Vec<3>&, Index, Vec<3>) const;
-template typename CellTable<2>::Found CellTable<2>::locate_from(const Vec<2>&, Index) const;
-template typename CellTable<3>::Found CellTable<3>::locate_from(const Vec<3>&, Index) const;
+/// A box around the cell and those that share a node with it, wider by the cell on every side.
+template <int Dim>
+std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::reach(Index row) const {
+  auto [low, high] = cell_bounds(row);
+  const Point beyond = high - low;
+  for (Local node : cells_[row]) {
+    for (Local c : node_cells_[node]) {
+      const auto [c_low, c_high] = cell_bounds(c);
+      low = low.cwiseMin(c_low);
+      high = high.cwiseMax(c_high);
+    }
+  }
+  return {low - beyond, high + beyond};
+}
+
+template <int Dim>
+bool CellTable<Dim>::is_near(const Point& x, Index cell) const {
+  if (!grid_.contains(x)) return true;
+  const auto [low, high] = reach(cell_row(cell));
+  return (x.array() >= low.array()).all() && (x.array() <= high.array()).all();
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                                   \
+  template struct BoundingGrid<Dim>;                                                             \
+  template std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::padded_bounds(Index) const;             \
+  template std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::reach(Index) const;                     \
+  template bool CellTable<Dim>::may_contain(Index, const Vec<Dim>&) const;                       \
+  template bool CellTable<Dim>::share_node(Index, Index) const;                                  \
+  template bool CellTable<Dim>::is_near(const Vec<Dim>&, Index) const;                           \
+  template void CellTable<Dim>::choose_bins();                                                   \
+  template void CellTable<Dim>::fill_bins();                                                     \
+  template std::optional<Vec<Dim>> CellTable<Dim>::natural_of(Index, const Vec<Dim>&) const;     \
+  template typename CellTable<Dim>::Found CellTable<Dim>::locate(const Vec<Dim>&) const;         \
+  template typename CellTable<Dim>::Found CellTable<Dim>::walk(const Vec<Dim>&, Index, Vec<Dim>) \
+      const;                                                                                     \
+  template typename CellTable<Dim>::Found CellTable<Dim>::locate_from(const Vec<Dim>&, Index) const;
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
 
 }  // namespace lahar

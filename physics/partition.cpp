@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <numeric>
 
@@ -73,10 +74,10 @@ class Bisection {
   }
 
   /// Cells of each part, ascending, parts in the order of the tree's leaves.
-  void cut(Index parts, std::vector<Index>& first, std::vector<Index>& cells) {
+  void cut(Index parts, std::vector<Index>& first, std::vector<Local>& cells) {
     first.assign(1, 0);
     split(0, static_cast<Index>(order_.size()), parts, first);
-    cells.assign(order_.begin(), order_.end());
+    cells = std::move(order_);
   }
 
  private:
@@ -179,16 +180,24 @@ void Partition<Dim>::cut_cells(Index target_cells) {
   const Index parts =
       std::max<Index>(1, std::llround(static_cast<double>(n) / static_cast<double>(target_cells)));
   Bisection<Dim>(*mesh_).cut(parts, first_cell_, cells_);
-  patch_of_cell_.resize(n);
-  for (Index p = 0; p < n_patches(); ++p)
-    for (Index i = first_cell_[p]; i < first_cell_[p + 1]; ++i)
-      patch_of_cell_[cells_[i]] = static_cast<Local>(p);
+  n_patches_ = parts;
+  patch_ids_ = IdMap::all(parts);
+  cell_ids_ = IdMap::all(n);
+  note_patches();
+}
+
+/// Fill patch_of_cell_ from the cells of the patches.
+template <int Dim>
+void Partition<Dim>::note_patches() {
+  patch_of_cell_.resize(cells_.size());
+  for (Index row = 0; row < patch_ids_.size(); ++row)
+    for (Index i = first_cell_[row]; i < first_cell_[row + 1]; ++i)
+      patch_of_cell_[cell_ids_.row(cells_[i])] = static_cast<Local>(patch_ids_.id(row));
 }
 
 template <int Dim>
 Index Partition<Dim>::n_patches() const {
-  const std::size_t n = mesh_->is_structured() ? patch_to_brick_.size() : first_cell_.size() - 1;
-  return static_cast<Index>(n);
+  return mesh_->is_structured() ? static_cast<Index>(patch_to_brick_.size()) : n_patches_;
 }
 
 template <int Dim>
@@ -214,7 +223,10 @@ typename Partition<Dim>::Brick Partition<Dim>::brick(Index patch) const {
 
 template <int Dim>
 Index Partition<Dim>::patch_of(Index cell) const {
-  if (!mesh_->is_structured()) return patch_of_cell_[cell];
+  if (!mesh_->is_structured()) {
+    const Index row = cell_ids_.row(cell);
+    return row < 0 ? -1 : patch_of_cell_[row];
+  }
   Index brick = 0, stride = 1;
   for (int d = 0; d < Dim; ++d) {
     brick += stride * part_of(counts_[d], bricks_[d], cell % counts_[d]);
@@ -226,9 +238,16 @@ Index Partition<Dim>::patch_of(Index cell) const {
 
 template <int Dim>
 std::vector<Index> Partition<Dim>::cells(Index patch) const {
-  if (!mesh_->is_structured())
-    return {cells_.begin() + first_cell_[patch], cells_.begin() + first_cell_[patch + 1]};
-  return cells_in(brick(patch));
+  if (mesh_->is_structured()) return cells_in(brick(patch));
+  const auto row = row_of(patch);
+  return {row.begin(), row.end()};
+}
+
+template <int Dim>
+std::span<const Local> Partition<Dim>::row_of(Index patch) const {
+  const Index row = patch_ids_.row(patch);
+  assert(row >= 0 && "the patch is in another part of the partition");
+  return {cells_.data() + first_cell_[row], cells_.data() + first_cell_[row + 1]};
 }
 
 template <int Dim>
@@ -287,10 +306,11 @@ std::vector<Index> Partition<Dim>::near_patches(Index patch, int rings) const {
   std::vector<Index> patches = {patch};
   for (Index n : nodes_around<Dim>(*mesh_, cells(patch), 2 * rings))
     for (Index c : mesh_->node_cells(n))
-      if (patch_of_cell_[c] != patches.back()) patches.push_back(patch_of_cell_[c]);
+      if (const Index p = patch_of(c); p >= 0 && p != patches.back()) patches.push_back(p);
   return patches;
 }
 
+// Members in partition_part.cpp are instantiated there.
 template class Partition<2>;
 template class Partition<3>;
 

@@ -1,8 +1,12 @@
 /// \file The cut of a mesh into patches, and the local view that one patch has of the mesh.
 #pragma once
 
+#include <cstddef>
+#include <span>
+#include <utility>
 #include <vector>
 
+#include "physics/id_map.h"
 #include "physics/mesh.h"
 
 namespace lahar {
@@ -11,17 +15,34 @@ namespace lahar {
 /// on a structured mesh (implicit, nothing stored per cell), recursive coordinate bisection of cell
 /// centres otherwise (O(n log patches)). Holds a pointer to the mesh. Depends on mesh and target
 /// alone. Patch ids run along a space-filling curve.
+///
+/// A partition of a mesh from tables may be a *part*: it knows the cells of some patches only.
+/// Patch ids and n_patches() are the whole partition's; asking for the cells or neighbours of a
+/// patch that it does not hold is a mistake of the caller's (an assertion).
 template <int Dim>
 class Partition {
  public:
   /// Throws InputError unless target_cells > 0.
   Partition(const Mesh<Dim>& mesh, Index target_cells);
 
+  /// These patches (ascending, held here) and those in pieces that pack() made of other parts of
+  /// the same partition, over a mesh that holds their cells. The result depends on the patches
+  /// alone. On a structured mesh: the whole partition. Throws std::invalid_argument where a piece
+  /// is damaged or of another partition.
+  Partition part(const Mesh<Dim>& mesh, std::span<const Index> patches,
+                 std::span<const std::vector<std::byte>> pieces = {}) const;
+  /// Patches held here (ascending), for another process of the same run. Nothing on a structured
+  /// mesh.
+  std::vector<std::byte> pack(std::span<const Index> patches) const;
+  bool holds(Index patch) const;
+  std::size_t bytes() const;  ///< of memory that the arrays take
+
   Index n_patches() const;
-  Index patch_of(Index cell) const;
+  Index patch_of(Index cell) const;             ///< -1 if this part does not hold it
   std::vector<Index> cells(Index patch) const;  ///< ascending
   /// Patches whose node sets, each widened by `rings` layers of cells, intersect this one's;
-  /// ascending, without itself. Symmetric. Proportional to the patch.
+  /// ascending, without itself. Symmetric. Proportional to the patch. In a part: all for a patch
+  /// whose neighbours it holds, else those that it holds.
   std::vector<Index> neighbours(Index patch, int rings = 0) const;
   /// Structured meshes only: the cells low[d] <= position along d < high[d] of a patch.
   struct Brick {
@@ -34,19 +55,44 @@ class Partition {
   std::vector<Index> patches_near(const Brick& cells, Index distance) const;
 
  private:
+  Partition(const Mesh<Dim>& mesh, const Partition& whole);
   void cut_bricks(Index target_cells);
   void cut_cells(Index target_cells);
   std::array<Index, Dim> brick_position(Index brick) const;
   std::vector<Index> near_patches(Index patch, int rings) const;
+  std::span<const Local> row_of(Index patch) const;
+  void note_patches();
+  void hold(std::span<const std::pair<Index, std::span<const Local>>> patches);
 
   const Mesh<Dim>* mesh_;
   // Structured: cells and bricks along each axis, and the curve order of bricks.
   std::array<Index, Dim> counts_{}, bricks_{};
   std::vector<Index> brick_to_patch_, patch_to_brick_;
-  // Tables: patch of each cell and the cells of each patch (compressed rows).
+  // Tables: the patches held and the cells of each (compressed rows), and the patch of each cell.
+  Index n_patches_ = 0;
+  IdMap patch_ids_, cell_ids_;
+  std::vector<Index> first_cell_;
+  std::vector<Local> cells_;
   std::vector<Local> patch_of_cell_;
-  std::vector<Index> first_cell_, cells_;
 };
+
+/// The patches that a process with these patches has to do with: themselves and all neighbours;
+/// ascending.
+template <int Dim>
+std::vector<Index> surrounding_patches(const Partition<Dim>& partition,
+                                       std::span<const Index> patches, int rings = 0);
+
+/// The cells that a process with these patches needs, ascending: those of surrounding_patches(),
+/// what lies around these (as many layers as nodes of patches are widened by, at least one), and
+/// Mesh::cells_near() the patches' own cells. A part of the mesh with these cells, and of the
+/// partition with those patches, has for the patches the topology of the whole, and for their
+/// neighbours the cells and nodes; it finds particles that leave the patches' cells as the whole
+/// mesh does; and it gives the same answer as the whole to this question, also for some of the
+/// patches. The union of these answers for single patches is the answer for all. Nothing if the
+/// mesh is structured.
+template <int Dim>
+std::vector<Index> surrounding_cells(const Mesh<Dim>& mesh, const Partition<Dim>& partition,
+                                     std::span<const Index> patches, int rings = 0);
 
 /// One patch's own numbering of cells and nodes. Local nodes are those of its cells plus `rings`
 /// layers of cells around them, ascending by global id; so are local cells (own cells only).
@@ -85,6 +131,14 @@ void connect(std::vector<PatchTopology<Dim>*>& patches);
 
 extern template class Partition<2>;
 extern template class Partition<3>;
+#define LAHAR_EXTERN(Dim)                                                                       \
+  extern template std::vector<Index> surrounding_patches(const Partition<Dim>&,                 \
+                                                         std::span<const Index>, int);          \
+  extern template std::vector<Index> surrounding_cells(const Mesh<Dim>&, const Partition<Dim>&, \
+                                                       std::span<const Index>, int);
+LAHAR_EXTERN(2)
+LAHAR_EXTERN(3)
+#undef LAHAR_EXTERN
 extern template PatchTopology<2> make_topology(const Mesh<2>&, const Partition<2>&, Index, int);
 extern template PatchTopology<3> make_topology(const Mesh<3>&, const Partition<3>&, Index, int);
 extern template void connect(std::vector<PatchTopology<2>*>&);

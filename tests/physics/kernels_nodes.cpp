@@ -223,6 +223,27 @@ TEST_CASE("a cell whose volume would vanish within a step is marked with its fir
     CHECK(f.patch.mark.position[static_cast<std::size_t>(d)] == f.at(Column::x, 0, d));
 }
 
+TEST_CASE("a particle that jumped out of a table mesh within its bounds has moved too far") {
+  // An L of unit cells: the quarter without cells lies within the bounds.
+  Tables<2> table = grid_tables<2>({12, 12});
+  std::erase_if(table.cells, [&](const auto& cell) {
+    return table.nodes[cell[0]][0] > 2 && table.nodes[cell[0]][1] > 2;
+  });
+  for (const double distance : {0.5, 5.0}) {
+    OnePatch<2> f(table.mesh(false));
+    f.model.analysis.remove_leaving_particles = true;
+    std::mt19937 random(1);
+    const Index cell = f.model.mesh->locate({2.5, 6.5}).cell;
+    f.add(random, static_cast<Local>(cell), {0, 0}, 0);
+    receive(f.patch);
+    f.at(Column::x, 0, 0) = 3 + distance;
+    locate(f.patch, f.context(), f.patch.runs);
+    place_movers(f.patch, f.context());
+    CHECK(f.patch.mark.kind == (distance < 1 ? Mark::Kind::none : Mark::Kind::moved_too_far));
+    CHECK(f.patch.removed == (distance < 1 ? 1 : 0));
+  }
+}
+
 TEST_CASE("a particle outside of the mesh is marked, or taken out where the model says so") {
   for (const bool remove : {false, true}) {
     OnePatch<2> f(boxes<2>());

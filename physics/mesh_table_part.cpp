@@ -1,0 +1,207 @@
+/// \file Parts of a mesh from tables: some of its cells, taken from here and there.
+#include <tsl/robin_set.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <stdexcept>
+
+#include "physics/byte_stream.h"
+#include "physics/mesh_table.h"
+#include "physics/partition_common.h"
+
+namespace lahar {
+namespace {
+
+/// The ids of all pieces, ascending, each once.
+template <int Dim>
+IdMap all_ids(std::span<const TablePiece<Dim>> pieces, std::vector<Index> TablePiece<Dim>::*ids) {
+  std::vector<Index> all;
+  for (const auto& piece : pieces) all.insert(all.end(), (piece.*ids).begin(), (piece.*ids).end());
+  sort_unique(all);
+  all.shrink_to_fit();
+  return IdMap::some(std::move(all));
+}
+
+bool ascending_below(std::span<const Index> ids, Index limit) {
+  return std::adjacent_find(ids.begin(), ids.end(), std::greater_equal<>()) == ids.end() &&
+         (ids.empty() || (ids.front() >= 0 && ids.back() < limit));
+}
+
+template <int Dim>
+TablePiece<Dim> read_piece(std::span<const std::byte> bytes, Index n_nodes, Index n_cells) {
+  ByteReader reader(bytes);
+  const auto sizes = reader.array<Index>();
+  if (sizes != std::vector<Index>{Dim, n_nodes, n_cells})
+    throw std::invalid_argument("cells from another rank are not of the same mesh");
+  TablePiece<Dim> piece;
+  piece.cells = reader.array<Index>();
+  piece.corner_nodes = reader.array<std::array<Local, corners<Dim>>>();
+  piece.nodes = reader.array<Index>();
+  const auto x = reader.array<double>();
+  reader.expect_end();
+  const auto n = static_cast<Local>(piece.nodes.size());
+  bool fits = piece.corner_nodes.size() == piece.cells.size() &&
+              x.size() == Dim * piece.nodes.size() && ascending_below(piece.cells, n_cells) &&
+              ascending_below(piece.nodes, n_nodes);
+  for (const auto& cell : piece.corner_nodes)
+    for (Local node : cell) fits &= node >= 0 && node < n;
+  if (!fits) throw std::invalid_argument("cells from another rank are damaged");
+  piece.x.resize(piece.nodes.size());
+  for (std::size_t i = 0; i < piece.x.size(); ++i)
+    piece.x[i] = Eigen::Map<const Vec<Dim>>(&x[Dim * i]);
+  return piece;
+}
+
+}  // namespace
+
+template <int Dim>
+TablePiece<Dim> CellTable<Dim>::piece(std::span<const Index> cells) const {
+  TablePiece<Dim> piece;
+  piece.cells.assign(cells.begin(), cells.end());
+  std::vector<Local> position(nodes_.size(), -1);  // in the piece, of a row here
+  for (Index cell : cells)
+    for (Local node : cells_[cell_row(cell)]) position[node] = 0;
+  for (std::size_t row = 0; row < position.size(); ++row) {
+    if (position[row] < 0) continue;
+    position[row] = static_cast<Local>(piece.nodes.size());
+    piece.nodes.push_back(node_ids_.id(row));
+    piece.x.push_back(nodes_[row]);
+  }
+  piece.corner_nodes.reserve(cells.size());
+  for (Index cell : cells) {
+    auto& nodes = piece.corner_nodes.emplace_back(cells_[cell_row(cell)]);
+    for (Local& node : nodes) node = position[node];
+  }
+  return piece;
+}
+
+/// Ids of the bins that the cells held touch, ascending.
+template <int Dim>
+std::vector<Index> CellTable<Dim>::touched_bins() const {
+  tsl::robin_set<Index> touched;
+  for (Index c = 0; c < cell_ids_.size(); ++c) {
+    const auto [low, high] = padded_bounds(c);
+    for_each_position<Dim>(grid_.position(low), grid_.position(high),
+                           [&](const Bins& p) { touched.insert(grid_.bin(p)); });
+  }
+  std::vector<Index> bins(touched.begin(), touched.end());
+  std::sort(bins.begin(), bins.end());
+  return bins;
+}
+
+/// The cells of the pieces; what is known of the whole mesh comes from `other`.
+template <int Dim>
+CellTable<Dim>::CellTable(const CellTable& other, std::span<const TablePiece<Dim>> pieces)
+    : whole_(other.whole_),
+      cell_ids_(all_ids(pieces, &TablePiece<Dim>::cells)),
+      node_ids_(all_ids(pieces, &TablePiece<Dim>::nodes)) {
+  cells_.resize(cell_ids_.size());
+  nodes_.resize(node_ids_.size());
+  for (const auto& piece : pieces) {
+    std::vector<Local> row(piece.nodes.size());
+    for (std::size_t n = 0; n < row.size(); ++n) {
+      row[n] = static_cast<Local>(node_ids_.row(piece.nodes[n]));
+      nodes_[row[n]] = piece.x[n];
+    }
+    for (std::size_t c = 0; c < piece.cells.size(); ++c) {
+      Rows& cell = cells_[cell_ids_.row(piece.cells[c])];
+      for (int k = 0; k < corners<Dim>; ++k) cell[k] = row[piece.corner_nodes[c][k]];
+    }
+  }
+  build_node_cells();
+  build_face_neighbours();
+  grid_.low = other.grid_.low;
+  grid_.high = other.grid_.high;
+  grid_.bins_per_metre = other.grid_.bins_per_metre;
+  grid_.counts = other.grid_.counts;
+  grid_.bins = IdMap::some(touched_bins());
+  fill_bins();
+}
+
+template <int Dim>
+CellTable<Dim> CellTable<Dim>::part(std::span<const Index> cells,
+                                    std::span<const std::vector<std::byte>> packed) const {
+  std::vector<TablePiece<Dim>> pieces = {piece(cells)};
+  for (const auto& bytes : packed) pieces.push_back(read_piece<Dim>(bytes, n_nodes(), n_cells()));
+  return CellTable(*this, pieces);
+}
+
+template <int Dim>
+std::vector<std::byte> CellTable<Dim>::pack(std::span<const Index> cells) const {
+  const TablePiece<Dim> packed = piece(cells);
+  std::vector<double> x;
+  x.reserve(Dim * packed.x.size());
+  for (const Point& point : packed.x) x.insert(x.end(), point.data(), point.data() + Dim);
+  const std::array<Index, 3> sizes = {Dim, n_nodes(), n_cells()};
+  ByteWriter writer;
+  writer.array<Index>(sizes);
+  writer.array<Index>(packed.cells);
+  writer.array<Rows>(packed.corner_nodes);
+  writer.array<Index>(packed.nodes);
+  writer.array<double>(x);
+  return writer.take();
+}
+
+template <int Dim>
+std::size_t CellTable<Dim>::bytes() const {
+  return cell_ids_.bytes() + node_ids_.bytes() + nodes_.capacity() * sizeof(Point) +
+         cells_.capacity() * sizeof(Rows) + node_cells_.bytes() +
+         face_neighbour_.capacity() * sizeof(face_neighbour_[0]) + grid_.bins.bytes() +
+         grid_.cells.bytes();
+}
+
+template <int Dim>
+std::vector<Index> CellTable<Dim>::marked_cells(const std::vector<char>& marked) const {
+  std::vector<Index> cells;
+  for (std::size_t row = 0; row < marked.size(); ++row)
+    if (marked[row]) cells.push_back(cell_ids_.id(row));
+  return cells;
+}
+
+template <int Dim>
+std::vector<Index> CellTable<Dim>::widened(std::span<const Index> cells, int layers) const {
+  std::vector<char> cell(cells_.size(), 0), node(nodes_.size(), 0);
+  for (Index c : cells) cell[cell_row(c)] = 1;
+  for (int layer = 0; layer < layers; ++layer) {
+    for (std::size_t c = 0; c < cell.size(); ++c)
+      if (cell[c])
+        for (Local n : cells_[c]) node[n] = 1;
+    for (std::size_t n = 0; n < node.size(); ++n)
+      if (node[n])
+        for (Local c : node_cells_[n]) cell[c] = 1;
+  }
+  return marked_cells(cell);
+}
+
+/// All cells of the bins that the reach of some cell touches: those in which locate() looks.
+template <int Dim>
+std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index> cells) const {
+  std::vector<char> bin(grid_.bins.size(), 0), near(cells_.size(), 0);
+  for (Index cell : cells) {
+    const auto [low, high] = reach(cell_row(cell));
+    for_each_position<Dim>(grid_.position(low), grid_.position(high), [&](const Bins& p) {
+      if (const Index row = grid_.bins.row(grid_.bin(p)); row >= 0) bin[row] = 1;
+    });
+  }
+  for (std::size_t row = 0; row < bin.size(); ++row)
+    if (bin[row])
+      for (Local c : grid_.cells[row]) near[c] = 1;
+  return marked_cells(near);
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                                 \
+  template CellTable<Dim>::CellTable(const CellTable&, std::span<const TablePiece<Dim>>);      \
+  template CellTable<Dim> CellTable<Dim>::part(std::span<const Index>,                         \
+                                               std::span<const std::vector<std::byte>>) const; \
+  template std::vector<std::byte> CellTable<Dim>::pack(std::span<const Index>) const;          \
+  template TablePiece<Dim> CellTable<Dim>::piece(std::span<const Index>) const;                \
+  template std::vector<Index> CellTable<Dim>::touched_bins() const;                            \
+  template std::vector<Index> CellTable<Dim>::marked_cells(const std::vector<char>&) const;    \
+  template std::vector<Index> CellTable<Dim>::widened(std::span<const Index>, int) const;      \
+  template std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index>) const;        \
+  template std::size_t CellTable<Dim>::bytes() const;
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+
+}  // namespace lahar
