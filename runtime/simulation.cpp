@@ -650,6 +650,11 @@ struct Simulation<Dim>::Impl {
     }
     if (observer.checkpoint_wanted && observer.checkpoint_wanted()) checkpoint_asked = true;
     if (observer.progress && !observer.progress(step + 1, time_at(step + 1))) stop_asked = true;
+    if (!exchange && (stop_asked || checkpoint_asked)) {  // no other rank has to hear of it first
+      stop_requested = stop_asked.load();
+      checkpoint_requested = checkpoint_asked.load();
+      executor->request_stop(step);
+    }
   }
 
   /// Turn sums since the last row into sums since the start.

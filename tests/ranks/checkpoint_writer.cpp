@@ -10,29 +10,13 @@
 #include "physics/error.h"
 #include "runtime/restart.h"
 #include "tests/io/frame_samples.h"
+#include "tests/ranks/shared_folder.h"
 
 using namespace lahar;
 using namespace lahar::test;
 namespace fs = std::filesystem;
 
 namespace {
-
-/// One folder for all ranks.
-class SharedFolder {
- public:
-  explicit SharedFolder(const Ranks& ranks) : ranks_(ranks) {
-    if (ranks.rank() == 0) folder_.emplace();
-    std::string name = folder_ ? folder_->path.string() : "";
-    ranks.broadcast(name);
-    path = name;
-  }
-  ~SharedFolder() { ranks_.wait_for_all(); }
-  fs::path path;
-
- private:
-  Ranks ranks_;
-  std::optional<TemporaryFolder> folder_;
-};
 
 constexpr Index n_patches = 50;
 

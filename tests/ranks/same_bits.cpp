@@ -1,0 +1,148 @@
+// Results on several ranks are those of one, to the last bit: checkpoint files are compared.
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+#include "io/atomic_file.h"
+#include "io/scenario.h"
+#include "runtime/bench_cases.h"
+#include "runtime/checkpoint_writer.h"
+#include "runtime/restart.h"
+#include "tests/ranks/shared_folder.h"
+#include "tests/runtime/models.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+/// Write the state of a simulation; every rank gets the file's bytes.
+template <int Dim>
+std::string checkpoint_of(const Simulation<Dim>& simulation, const Ranks& ranks,
+                          const std::filesystem::path& folder) {
+  CheckpointWriter writer({.folder = folder}, ranks);
+  CheckpointHeader header;
+  const SimulationState state = simulation.state();
+  header.run = state.run;
+  writer.write(header, state);
+  writer.finish();
+  ranks.wait_for_all();
+  std::string text = read_text_file(folder / checkpoint_name(state.run.step));
+  ranks.wait_for_all();
+  return text;
+}
+
+/// The reference: one rank and one thread, halfway and at the end.
+template <int Dim>
+struct Reference {
+  Reference(const Model<Dim>& model, Index steps, const SharedFolder& folder, const Ranks& ranks) {
+    if (ranks.rank() == 0) {
+      Simulation<Dim> simulation(model, {.threads = 1});
+      simulation.advance(steps / 2);
+      middle = checkpoint_of(simulation, {}, folder.path / "one");
+      simulation.advance(steps - steps / 2);
+      end = checkpoint_of(simulation, {}, folder.path / "one");
+    }
+    ranks.broadcast(middle);
+    ranks.broadcast(end);
+  }
+  std::string middle, end;
+};
+
+template <int Dim>
+void check(const Model<Dim>& model, Index steps, const std::vector<ExecutionOptions>& ways) {
+  const Ranks ranks = Ranks::world();
+  const SharedFolder folder(ranks);
+  const Reference<Dim> reference(model, steps, folder, ranks);
+  for (std::size_t k = 0; k < ways.size(); ++k) {
+    CAPTURE(k);
+    ExecutionOptions way = ways[k];
+    way.ranks = ranks;
+    const auto own = folder.path / std::to_string(k);
+    Simulation<Dim> simulation(model, way);
+    simulation.advance(steps / 2);
+    CHECK(checkpoint_of(simulation, ranks, own) == reference.middle);
+    simulation.advance(steps - steps / 2);
+    CHECK(checkpoint_of(simulation, ranks, own) == reference.end);
+  }
+  // Go on, on all ranks, from what one rank wrote halfway.
+  const CheckpointReader middle(folder.path / "one" / checkpoint_name(steps / 2));
+  ExecutionOptions way = ways.front();
+  way.ranks = ranks;
+  Simulation<Dim> simulation(model, way, {}, state_in(middle));
+  simulation.advance(steps - steps / 2);
+  CHECK(checkpoint_of(simulation, ranks, folder.path / "on") == reference.end);
+}
+
+const std::vector<ExecutionOptions> threads_only{{.threads = 1}, {.threads = 2}, {.threads = 4}};
+
+BalanceOptions every(Step steps, Partitioner partitioner = Partitioner::curve) {
+  return {BalanceOptions::When::forced, steps, partitioner};
+}
+
+/// Threads, patches that move between ranks, all waiting for all, late messages.
+const std::vector<ExecutionOptions> all_ways{
+    {.threads = 1},
+    {.threads = 2},
+    {.threads = 4},
+    {.threads = 1, .balance = every(50)},
+    {.threads = 2, .balance = every(20, Partitioner::scotch)},
+    {.mode = ExecutionOptions::Mode::bulk, .threads = 1},
+    {.threads = 1, .latency = 2e-4}};
+
+Model<2> example(const std::string& name, const std::vector<std::string>& overrides) {
+  return std::get<Model<2>>(
+      read_scenario(std::string(LAHAR_SOURCE_DIR) + "/examples/" + name, {.overrides = overrides})
+          .model);
+}
+
+/// Patches of `particles`, and an adaptive step for a model that has a fixed one, or the reverse.
+template <int Dim>
+Model<Dim> with_patches(Model<Dim> model, Index particles) {
+  model.analysis.patch_particles = particles;
+  return model;
+}
+template <int Dim>
+Model<Dim> adaptive(Model<Dim> model) {
+  model.analysis.step.adaptive = true;
+  model.analysis.step.safety = 0.4;
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("plate with a hole") {
+  const Model<2> plate = with_patches(bench_plate({}), 2000);
+  check(plate, 60, threads_only);
+  check(adaptive(plate), 40, threads_only);
+}
+
+TEST_CASE("plate of cells that are no boxes") {
+  check(with_patches(bench_plate_isoparametric(), 2000), 30, threads_only);
+}
+
+TEST_CASE("a collapse of water whose particles cross many patches") {
+  const Model<2> water = with_patches(example("dam-break.json", {}), 200);
+  check(water, 300, all_ways);
+  Model<2> fixed = water;
+  fixed.analysis.step.adaptive = false;
+  fixed.analysis.step.dt = 5e-5;
+  check(fixed, 300, all_ways);
+}
+
+TEST_CASE("discs that fly: ranks that have no particles at first, and none at last") {
+  const Model<2> discs = with_patches(two_discs(), 40);
+  check(discs, 400, all_ways);
+  check(adaptive(discs), 200, threads_only);
+}
+
+TEST_CASE("dam break in three dimensions") {
+  const Model<3> water = with_patches(dam_break_3d(), 100);
+  check(water, 120, all_ways);
+  check(adaptive(water), 60, threads_only);
+}
+
+TEST_CASE("fewer patches than ranks") {
+  check(with_patches(two_discs(), 100000), 60, threads_only);
+}
