@@ -292,7 +292,7 @@ class FlowExecutor final : public Executor {
       const Step done =
           stamps_[static_cast<std::size_t>(edge.from)].load(std::memory_order_acquire);
       const Step needed = step + 1 - edge.lag;
-      const bool first_dt = graph_.is_dt(task) && step == first_;
+      const bool first_dt = graph_.is_global(task) && step == first_;
       if (done != needed && !first_dt)
         throw std::logic_error("task " + graph_.name(task) + " ran step " + std::to_string(step) +
                                " when " + graph_.name(edge.from) + " had done " +

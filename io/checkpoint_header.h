@@ -22,7 +22,7 @@ struct RunState {
   double dt_limit = std::numeric_limits<double>::infinity();
   Index particles = 0, removed = 0;
   Index history_steps = 0;      ///< steps between rows of history.csv
-  PatchWork work;               ///< since the start, up to the last of these rows
+  PatchWork work = {};          ///< since the start, up to the last of these rows
   double kinetic_at_start = 0;  ///< [J]
   Index cells_per_patch = 0;    ///< that the cut of the mesh aims at
   double least_mass = 0;        ///< Patch::least_mass [kg]

@@ -27,9 +27,9 @@ struct CheckpointOptions {
   std::size_t copied_bytes = std::size_t{64} << 20;
   /// Brings to the disk what an undisturbed run has written before the checkpoint (RunFolder::
   /// sync()); called on rank 0 by the background thread before the checkpoint gets its name.
-  std::function<void()> before_complete;
+  std::function<void()> before_complete = {};
   /// Called again and again by finish() while it waits: for what before_complete may need.
-  std::function<void()> while_waiting;
+  std::function<void()> while_waiting = {};
 };
 
 /// Writes FOLDER/checkpoint_STEP.h5. A checkpoint is complete or absent: it is written under

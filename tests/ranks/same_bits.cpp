@@ -101,6 +101,7 @@ Model<2> example(const std::string& name, const std::vector<std::string>& overri
 template <int Dim>
 Model<Dim> with_patches(Model<Dim> model, Index particles) {
   model.analysis.patch_particles = particles;
+  model.analysis.nsteps = 100000;
   return model;
 }
 template <int Dim>
