@@ -24,13 +24,13 @@ struct Block {
   const Particles<Dim>* particles;
   const std::vector<Run>* runs = nullptr;
 
-  void for_each(auto&& body) const {
+  /// Call body(begin, end) with slots that follow each other.
+  void for_each_range(auto&& body) const {
     if (runs == nullptr) {
-      for (Local p = 0; p < particles->size(); ++p) body(p);
+      body(Local{0}, particles->size());
       return;
     }
-    for (const Run& run : *runs)
-      for (Local p = run.begin; p < run.end; ++p) body(p);
+    for (const Run& run : *runs) body(run.begin, run.end);
   }
 };
 
@@ -60,17 +60,26 @@ class Shown {
   }
   int components() const { return tensor_ ? 6 : stored_; }
   FrameColumn header() const { return {info_->name, info_->unit, components(), {}}; }
-  /// The components of a particle.
-  void get(const Particles<Dim>& particles, Local p, double* to) const {
-    if (derived_) return derive_strain(particles, p, to);
-    if (tensor_) std::fill_n(to, 6, 0.0);
-    for (int c = 0; c < stored_; ++c)
-      to[tensor_ ? voigt<Dim>(info_->column, c) : c] = particles.row(info_->column, c)[p];
+  /// The components of a block's particles, particle after particle; `to` is zero before.
+  void get(const Block<Dim>& block, double* to) const {
+    const Particles<Dim>& particles = *block.particles;
+    const int width = components();
+    block.for_each_range([&](Local begin, Local end) {
+      if (derived_)
+        for (Local p = begin; p < end; ++p) derive_strain(particles, p, to + (p - begin) * width);
+      else
+        for (int c = 0; c < stored_; ++c) {
+          const double* from = particles.row(info_->column, c);
+          double* at = to + (tensor_ ? voigt<Dim>(info_->column, c) : c);
+          for (Local p = begin; p < end; ++p, at += width) *at = from[p];
+        }
+      to += static_cast<std::ptrdiff_t>(end - begin) * width;
+    });
   }
 
  private:
-  /// Never inlined: compilers fuse products and sums as it suits the place, and frames that are
-  /// gathered in different ways would differ in the last bit.
+  /// Never inlined: in a loop compilers make vectors of some particles, and fuse products and sums
+  /// there as they do not in what is left over. The last bit would depend on a particle's place.
   [[gnu::noinline]] void derive_strain(const Particles<Dim>& particles, Local p, double* to) const {
     const auto material = particles.material[static_cast<std::size_t>(p)];
     std::array<double, stress_components<Dim>> stress;
@@ -78,7 +87,7 @@ class Shown {
       stress[k] = particles.row(Column::stress, static_cast<int>(k))[p];
     const auto strain =
         strain_of<Dim>(std::get<LinearElastic>(model_->materials[material].law), stress);
-    std::fill_n(std::copy(strain.begin(), strain.end(), to), 6 - strain.size(), 0.0);
+    std::copy(strain.begin(), strain.end(), to);
   }
 
   const ColumnInfo* info_;
@@ -103,10 +112,12 @@ template <int Dim>
 void append(Frame& frame, const Block<Dim>& block, Index all, const Model<Dim>& model) {
   const Particles<Dim>& particles = *block.particles;
   const std::size_t before = frame.id.size();
-  block.for_each([&](Local p) {
-    const auto i = static_cast<std::size_t>(p);
-    frame.id.push_back(particles.id[i]);
-    frame.material.push_back(static_cast<std::int32_t>(model.materials[particles.material[i]].id));
+  block.for_each_range([&](Local begin, Local end) {
+    for (auto p = static_cast<std::size_t>(begin); p < static_cast<std::size_t>(end); ++p) {
+      frame.id.push_back(particles.id[p]);
+      frame.material.push_back(
+          static_cast<std::int32_t>(model.materials[particles.material[p]].id));
+    }
   });
   const std::size_t n = frame.id.size() - before;
   const auto columns = shown_columns<Dim>(particles.layout(), model);
@@ -117,11 +128,7 @@ void append(Frame& frame, const Block<Dim>& block, Index all, const Model<Dim>& 
     const std::size_t at = values.size();
     values.reserve(static_cast<std::size_t>(all) * width);
     values.resize(at + n * width);
-    double* to = values.data() + at;
-    block.for_each([&](Local p) {
-      columns[k].get(particles, p, to);
-      to += width;
-    });
+    columns[k].get(block, values.data() + at);
   }
 }
 
