@@ -83,7 +83,10 @@ struct ParticleTable {
   std::vector<std::uint16_t> material;  ///< index into Model::materials; always filled
   std::vector<Vec<Dim>> velocity;       ///< [m/s]; empty = zero
   std::vector<Voigt> stress;            ///< [Pa]; empty = zero
+  std::vector<Index> id;                ///< ascending; empty = the position
+  std::vector<std::uint64_t> loads;     ///< as Particles::loads; empty = not yet set
   Index size() const { return static_cast<Index>(x.size()); }
+  Index id_of(std::size_t row) const { return id.empty() ? static_cast<Index>(row) : id[row]; }
 };
 
 /// How the time step is chosen. The limit of a particle is h / (c + |v|), h = Mesh::cell_size,
