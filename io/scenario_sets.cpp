@@ -20,13 +20,16 @@ std::optional<SideFile> ScenarioInput::open(const JsonValue& object, std::string
     file = open_side_file(name, (folder / name).string(), reason);
   if (file && !team->alone() && !file->regular())
     reason = "is no regular file: several processes cannot read it together";
-  for (const auto& said : team->gather(std::vector<char>(reason.begin(), reason.end())))
-    if (!said.empty()) {
-      const std::string why(said.begin(), said.end());
-      error(*value, fmt::format("file '{}' {}", name, why),
-            why == "does not exist" ? "file names are relative to the scenario's folder" : "");
-      return std::nullopt;
-    }
+  const std::vector<Index> sizes = team->each(file ? file->size : 0);
+  if (std::adjacent_find(sizes.begin(), sizes.end(), std::not_equal_to<>()) != sizes.end())
+    reason = reason.empty() ? "is not the same for all processes" : reason;
+  for (const auto& said : team->gather(std::vector<char>(reason.begin(), reason.end()))) {
+    if (said.empty()) continue;
+    const std::string why(said.begin(), said.end());
+    error(*value, fmt::format("file '{}' {}", name, why),
+          why == "does not exist" ? "file names are relative to the scenario's folder" : "");
+    return std::nullopt;
+  }
   side_files.push_back(folder / name);
   return file;
 }

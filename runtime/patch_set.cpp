@@ -1,7 +1,5 @@
 #include "runtime/patch_set.h"
 
-#include <tsl/robin_set.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,8 +11,8 @@
 #include "physics/error.h"
 #include "physics/kernels.h"
 #include "physics/law.h"
-#include "physics/loads.h"
 #include "physics/partition_common.h"
+#include "runtime/initial_particles.h"
 #include "runtime/parallel.h"
 #include "runtime/patch_filling.h"
 
@@ -22,40 +20,25 @@ namespace lahar {
 
 namespace {
 
-/// Different values in a list of cells. Particles of a cell usually follow each other, and cells
-/// ascend where a generator made them; otherwise each cell is remembered.
-Index count_different(const std::vector<Index>& cells) {
-  Index different = 0;
-  tsl::robin_set<Index> seen;
-  const bool ascending = std::is_sorted(cells.begin(), cells.end());
-  for (std::size_t p = 0; p < cells.size(); ++p)
-    if (p == 0 || cells[p] != cells[p - 1])
-      if (ascending || seen.insert(cells[p]).second) ++different;
-  return different;
-}
-
 /// Cells per patch so that patches of the initial filling hold about the wanted number of
 /// particles.
 template <int Dim>
-Index cells_per_patch(const Model<Dim>& model) {
-  const Index occupied = count_different(model.particles.cell);
-  if (occupied == 0) return model.analysis.patch_particles;
+Index cells_per_patch(const Model<Dim>& model, const ParticleCensus& census) {
+  if (census.occupied_cells == 0) return model.analysis.patch_particles;
   const double per_cell =
-      static_cast<double>(model.particles.size()) / static_cast<double>(occupied);
+      static_cast<double>(census.particles) / static_cast<double>(census.occupied_cells);
   return std::max<Index>(
       1, std::llround(static_cast<double>(model.analysis.patch_particles) / per_cell));
 }
 
 template <int Dim>
-ColumnLayout<Dim> layout_for(const Model<Dim>& model) {
+ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& census) {
   ColumnNeeds needs;
   needs.size = !model.tractions.empty();
   needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
-  needs.strain = !model.particles.stress.empty();
-  std::vector<char> used(model.materials.size(), 0);
-  for (const auto m : model.particles.material) used[m] = 1;
-  for (std::size_t m = 0; m < used.size(); ++m) {
-    if (!used[m]) continue;
+  needs.strain = census.stressed;
+  for (std::size_t m = 0; m < census.used.size(); ++m) {
+    if (!census.used[m]) continue;
     needs.pressure = needs.pressure || has_pressure(model.materials[m].law);
     needs.strain = needs.strain || !strain_follows_from_stress(model.materials[m].law);
   }
@@ -115,18 +98,17 @@ class CellsAround {
 
 template <int Dim>
 PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads)
+    : PatchSet(model, take_census(model, Ranks()), support_rings, copies, threads) {}
+
+template <int Dim>
+PatchSet<Dim>::PatchSet(Model<Dim>& model, const ParticleCensus& census, int support_rings,
+                        NodeSumCopies copies, int threads)
     : model_(&model),
-      target_cells_(cells_per_patch(model)),
+      target_cells_(cells_per_patch(model, census)),
       partition_(*model.mesh, target_cells_),
       rings_(support_rings),
       copies_(copies),
-      layout_(layout_for(model)) {
-  if (model.tractions.size() + model.particle_velocities.size() > max_particle_loads)
-    throw InputError("at most " + std::to_string(max_particle_loads) +
-                     " particle tractions and prescribed particle velocities together are "
-                     "supported; found " +
-                     std::to_string(model.tractions.size() + model.particle_velocities.size()) +
-                     ". Merge entries that share direction and value into one particle set.");
+      layout_(layout_for(model, census)) {
   sort_by_node(model.node_velocities);
   sort_by_node(model.node_forces);
   distribute(model, threads);

@@ -8,6 +8,7 @@
 
 #include "graph/stage.h"
 #include "physics/patch.h"
+#include "runtime/initial_particles.h"
 #include "runtime/rank_partition.h"
 
 namespace lahar {
@@ -18,6 +19,9 @@ class PatchSet {
   /// Cut the mesh, place the model's particles in their patches (and release the model's table), on
   /// up to `threads` threads (0 = all).
   PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads = 1);
+  /// The same where the census is that of the particles of all ranks.
+  PatchSet(Model<Dim>& model, const ParticleCensus& census, int support_rings, NodeSumCopies copies,
+           int threads);
 
   const Partition<Dim>& partition() const { return partition_; }
   int size() const { return static_cast<int>(patches_.size()); }
