@@ -122,60 +122,60 @@ void restore(const std::array<double, static_cast<std::size_t>(Dim)>& from, Vec<
   to = Vec<Dim>(from.data());
 }
 
-/// Where each row goes, and the order in which those that come are put.
+/// Where each row goes, and where those that come are put.
 class Delivery {
  public:
   Delivery(std::size_t rows, const std::function<int(std::size_t)>& owner, const Ranks& ranks)
-      : ranks_(ranks), rows_(static_cast<std::size_t>(ranks.size())), n_(rows) {
-    for (std::size_t row = 0; row < rows; ++row)
-      rows_[static_cast<std::size_t>(owner(row))].push_back(row);
+      : ranks_(ranks), to_(rows) {
+    for (std::size_t row = 0; row < rows; ++row) to_[row] = owner(row);
   }
 
   /// The ids go first.
   void send_ids(std::vector<Index>& ids) {
-    send(ids);
-    if (std::is_sorted(ids.begin(), ids.end())) return;
-    order_.resize(ids.size());
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
-    std::sort(order_.begin(), order_.end(),
-              [&](std::size_t a, std::size_t b) { return ids[a] < ids[b]; });
-    std::sort(ids.begin(), ids.end());
+    std::vector<Index> arrived;
+    send_rows(ids, [&](Index id) { arrived.push_back(id); });
+    std::vector<std::uint32_t> order(arrived.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return arrived[a] < arrived[b]; });
+    place_.resize(order.size());
+    ids.resize(order.size());
+    for (std::size_t row = 0; row < order.size(); ++row) {
+      place_[order[row]] = static_cast<std::uint32_t>(row);
+      ids[row] = arrived[order[row]];
+    }
+    ids.shrink_to_fit();
   }
 
   /// A column that is empty on all ranks stays so; where it is on some, it means zeros.
   template <class T>
   void send(std::vector<T>& column, const T& zero = {}) {
-    using Sent = decltype(plain(std::declval<const T&>()));
     if (!ranks_.any(!column.empty())) return;
-    column.resize(n_, zero);
-    std::vector<std::vector<Sent>> parts(rows_.size());
-    for (std::size_t r = 0; r < rows_.size(); ++r) {
-      parts[r].reserve(rows_[r].size());
-      for (const std::size_t row : rows_[r]) parts[r].push_back(plain(column[row]));
-    }
-    std::vector<T>().swap(column);
-    parts = ranks_.exchange(parts);
-    std::size_t size = 0;
-    for (const auto& part : parts) size += part.size();
-    std::vector<T> arrived;
-    arrived.reserve(size);
-    for (auto& part : parts) {
-      for (const Sent& value : part) restore(value, arrived.emplace_back(zero));
-      std::vector<Sent>().swap(part);
-    }
-    if (order_.empty()) {
-      column = std::move(arrived);
-    } else {
-      column.reserve(size);
-      for (const std::size_t from : order_) column.push_back(arrived[from]);
-    }
+    column.resize(to_.size(), zero);
+    std::vector<T> arrived(place_.size(), zero);
+    auto place = place_.begin();
+    send_rows(column, [&](const auto& value) { restore(value, arrived[*place++]); });
+    column = std::move(arrived);
   }
 
  private:
+  /// Calls `arrive(value)` for what comes, in an order that is the same for all columns. The rows
+  /// go in a few rounds: only so much of a column is in memory as copies on their way.
+  template <class T>
+  void send_rows(const std::vector<T>& column, auto&& arrive) const {
+    using Sent = decltype(plain(std::declval<const T&>()));
+    constexpr std::size_t rounds = 8;
+    for (std::size_t k = 0; k < rounds; ++k) {
+      std::vector<std::vector<Sent>> parts(static_cast<std::size_t>(ranks_.size()));
+      for (std::size_t row = to_.size() * k / rounds; row < to_.size() * (k + 1) / rounds; ++row)
+        parts[static_cast<std::size_t>(to_[row])].push_back(plain(column[row]));
+      for (const auto& part : ranks_.exchange(parts))
+        for (const Sent& value : part) arrive(value);
+    }
+  }
+
   const Ranks& ranks_;
-  std::vector<std::vector<std::size_t>> rows_;  ///< for each rank
-  std::size_t n_;
-  std::vector<std::size_t> order_;  ///< empty: as they come
+  std::vector<int> to_;               ///< rank of each row
+  std::vector<std::uint32_t> place_;  ///< of each row that comes
 };
 
 }  // namespace
