@@ -46,6 +46,10 @@ Index RowShares::row(Index local) const {
 
 std::vector<Index> RowShares::own_rows(Index first, Index end) const {
   std::vector<Index> rows;
+  Index n = 0;
+  for (const Range& range : own_ranges_)
+    n += std::max<Index>(std::min(end, range.end) - std::max(first, range.first), 0);
+  rows.reserve(static_cast<std::size_t>(n));
   for (const Range& range : own_ranges_)
     for (Index row = std::max(first, range.first); row < std::min(end, range.end); ++row)
       rows.push_back(row);
