@@ -68,6 +68,23 @@ TEST_CASE("a million bad lines are ten messages and a count") {
         std::string::npos);
 }
 
+TEST_CASE("lines may be longer than the pieces in which files are read") {
+  const std::string comment = "# " + std::string(1000000, '-') + "\n";
+  const std::string rows = "3\n" + comment + comment + "0.25 0.5\n0.75 0.5\n" + comment;
+  for (const int team : {1, 2, 5}) {
+    CAPTURE(team);
+    CHECK(read({write("particles.txt", comment + rows + "1.5 0.5")}, {}, team) == "accepted\n");
+    CHECK(read({write("particles.txt", comment + rows + "1.5 .5.\n")}, {}, team) ==
+          "particles.txt:8:5: error: y must be a finite number, found '.5.'\n"
+          "  1.5 .5.\n"
+          "      ^\n");
+    CHECK(read({write("particles.txt", comment + rows + "1.5 2.5\n")}, {}, team) ==
+          "particles.txt:8: error: particle 2 at (1.5, 2.5) lies outside the mesh\n"
+          "  1.5 2.5\n"
+          "  hint: the mesh extends from (0, 0) to (2, 1)\n");
+  }
+}
+
 TEST_CASE("a huge mesh costs nothing where it is empty") {
   const auto start = std::chrono::steady_clock::now();
   CHECK(read({replace("mpm.json", "\"mesh\": \"mesh.txt\",",
