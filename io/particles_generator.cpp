@@ -1,11 +1,10 @@
 #include "io/particles_generator.h"
 
-#include <tsl/robin_map.h>
-
 #include <Eigen/LU>
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 namespace lahar {
 
@@ -89,7 +88,7 @@ Vec<Dim> cell_point(const Mesh<Dim>& mesh, Index cell, const Vec<Dim>& xi) {
 }
 
 template <int Dim>
-NewParticles<Dim> fill_cells(const Mesh<Dim>& mesh, const std::vector<Index>& cells, int n) {
+NewParticles<Dim> fill_cells(const Mesh<Dim>& mesh, std::span<const Index> cells, int n) {
   const auto points = gauss_points<Dim>(n);
   NewParticles<Dim> out;
   out.x.reserve(cells.size() * points.size());
@@ -145,31 +144,87 @@ struct CellMap {
   }
 };
 
-}  // namespace
-
+// The parts of a cell whose centres lie in a region.
 template <int Dim>
-NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, int n) {
-  std::vector<double> centres;
-  for (int i = 0; i < n; ++i) centres.push_back(-1 + (2.0 * i + 1) / n);
-  const auto points = tensor_points<Dim>(centres, false);
-  const double share = std::pow(1.0 / n, Dim);
-  NewParticles<Dim> out;
-  for_cells_near(mesh, region, [&](Index cell) {
-    const auto geometry = mesh.geometry(cell);
+class RegionParts {
+ public:
+  RegionParts(const Mesh<Dim>& mesh, const Region<Dim>& region, int n)
+      : mesh_(mesh), region_(region), half_(1.0 / n), share_(std::pow(1.0 / n, Dim)) {
+    std::vector<double> centres;
+    for (int i = 0; i < n; ++i) centres.push_back(-1 + (2.0 * i + 1) / n);
+    points_ = tensor_points<Dim>(centres, false);
+  }
+
+  /// Call `visit(x, volume)` for each; volume() computes it.
+  void visit(Index cell, auto&& visit) const {
+    const auto geometry = mesh_.geometry(cell);
     const CellMap<Dim> map{geometry.corner};
-    for (const auto& xi : points) {
+    for (const auto& xi : points_) {
       Vec<Dim> x = geometry.centre;
       if (geometry.cartesian)
         x += 0.5 * geometry.length.cwiseProduct(xi);
       else
         x = map.point(xi);
-      if (!region.contains(x)) continue;
-      out.x.push_back(x);
-      out.cell.push_back(cell);
-      out.volume.push_back(geometry.cartesian ? geometry.length.prod() * share
-                                              : map.volume(xi, 1.0 / n));
+      if (!region_.contains(x)) continue;
+      visit(x, [&] {
+        return geometry.cartesian ? geometry.length.prod() * share_ : map.volume(xi, half_);
+      });
     }
-  });
+  }
+
+ private:
+  const Mesh<Dim>& mesh_;
+  const Region<Dim>& region_;
+  double half_, share_;
+  std::vector<Vec<Dim>> points_;
+};
+
+}  // namespace
+
+template <int Dim>
+NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, int n,
+                              const Team& team) {
+  // How many particles a cell has is not known before it has been looked at. So members first count
+  // those of some blocks of cells each, and then look at the blocks that have their own particles.
+  constexpr Index blocks_of_member = 64;
+  const RegionParts<Dim> parts(mesh, region, n);
+  const CellsNear<Dim> cells(mesh, region);
+  const Index blocks = team.alone() ? 1 : blocks_of_member * team.size();
+  const auto block_begin = [&](Index b) {
+    return cells.size() / blocks * b + cells.size() % blocks * b / blocks;
+  };
+  Index first = 0, end = std::numeric_limits<Index>::max();
+  std::vector<Index> counts(1, 1);  // particles of each block
+  if (!team.alone()) {
+    std::vector<Index> own(blocks_of_member, 0);
+    for (Index b = 0; b < blocks_of_member; ++b) {
+      const Index block = team.index() * blocks_of_member + b;
+      Index& count = own[static_cast<std::size_t>(b)];
+      cells.visit(block_begin(block), block_begin(block + 1),
+                  [&](Index cell) { parts.visit(cell, [&](const auto&, auto&&) { ++count; }); });
+    }
+    counts.clear();
+    for (const auto& member : team.gather(own))
+      counts.insert(counts.end(), member.begin(), member.end());
+    const Index total = std::accumulate(counts.begin(), counts.end(), Index{0});
+    first = team.part(total, team.index());
+    end = team.part(total, team.index() + 1);
+  }
+  NewParticles<Dim> out;
+  Index row = 0;
+  for (Index b = 0; b < blocks; ++b) {
+    const Index next = row + counts[static_cast<std::size_t>(b)];
+    if (next > first && row < end)
+      cells.visit(block_begin(b), block_begin(b + 1), [&](Index cell) {
+        parts.visit(cell, [&](const Vec<Dim>& x, auto&& volume) {
+          if (row++ < first || row > end) return;
+          out.x.push_back(x);
+          out.cell.push_back(cell);
+          out.volume.push_back(volume());
+        });
+      });
+    row = next;
+  }
   return out;
 }
 
@@ -190,61 +245,14 @@ std::vector<Index> place(const Mesh<Dim>& mesh, const std::vector<Index>& sugges
   return outside;
 }
 
-template <int Dim>
-void share_volumes(const Mesh<Dim>& mesh, ParticleTable<Dim>& particles) {
-  auto& volume = particles.volume;
-  if (std::find(volume.begin(), volume.end(), 0.0) == volume.end()) return;
-  tsl::robin_map<Index, std::int32_t> count;
-  // Particles of a cell usually follow each other, so it is looked up once.
-  const auto& cells = particles.cell;
-  for (std::size_t begin = 0, end; begin < cells.size(); begin = end) {
-    end = begin + 1;
-    while (end < cells.size() && cells[end] == cells[begin]) ++end;
-    count[cells[begin]] += static_cast<std::int32_t>(end - begin);
-  }
-  Index last = -1;
-  double share = 0;
-  for (std::size_t p = 0; p < cells.size(); ++p) {
-    if (volume[p] != 0 || cells[p] < 0) continue;
-    if (cells[p] != last) share = mesh.cell_volume(cells[p]) / count[cells[p]];
-    last = cells[p];
-    volume[p] = share;
-  }
-}
-
-template <int Dim>
-std::pair<Index, Index> find_coincident(const std::vector<Vec<Dim>>& points) {
-  // First point of each place, by a hash of the coordinates' bits; -1 = free.
-  std::vector<Index> first(std::bit_ceil(points.size() + points.size() / 2 + 2), -1);
-  const std::size_t mask = first.size() - 1;
-  std::pair<Index, Index> found{-1, -1};
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    std::uint64_t h = 0;
-    for (int d = 0; d < Dim; ++d) {
-      h ^= std::bit_cast<std::uint64_t>(points[i][d] + 0.0);  // + 0.0: -0 and 0 are the same place
-      h *= 0x9E3779B97F4A7C15u;
-      h ^= h >> 29;
-    }
-    std::size_t slot = h >> std::countl_zero(mask);  // the upper bits depend on all others
-    const auto at = [&] { return static_cast<std::size_t>(first[slot]); };
-    while (first[slot] >= 0 && points[at()] != points[i]) slot = (slot + 1) & mask;
-    if (first[slot] < 0)
-      first[slot] = static_cast<Index>(i);
-    else if (found.first < 0 || first[slot] < found.first)
-      found = {first[slot], static_cast<Index>(i)};
-  }
-  return found;
-}
-
-#define LAHAR_INSTANTIATE(Dim)                                                                  \
-  template std::vector<Vec<Dim>> gauss_points<Dim>(int);                                        \
-  template Vec<Dim> cell_point<Dim>(const Mesh<Dim>&, Index, const Vec<Dim>&);                  \
-  template NewParticles<Dim> fill_cells<Dim>(const Mesh<Dim>&, const std::vector<Index>&, int); \
-  template NewParticles<Dim> fill_region<Dim>(const Mesh<Dim>&, const Region<Dim>&, int);       \
-  template std::vector<Index> place<Dim>(const Mesh<Dim>&, const std::vector<Index>&,           \
-                                         ParticleTable<Dim>&);                                  \
-  template void share_volumes<Dim>(const Mesh<Dim>&, ParticleTable<Dim>&);                      \
-  template std::pair<Index, Index> find_coincident<Dim>(const std::vector<Vec<Dim>>&);
+#define LAHAR_INSTANTIATE(Dim)                                                               \
+  template std::vector<Vec<Dim>> gauss_points<Dim>(int);                                     \
+  template Vec<Dim> cell_point<Dim>(const Mesh<Dim>&, Index, const Vec<Dim>&);               \
+  template NewParticles<Dim> fill_cells<Dim>(const Mesh<Dim>&, std::span<const Index>, int); \
+  template NewParticles<Dim> fill_region<Dim>(const Mesh<Dim>&, const Region<Dim>&, int,     \
+                                              const Team&);                                  \
+  template std::vector<Index> place<Dim>(const Mesh<Dim>&, const std::vector<Index>&,        \
+                                         ParticleTable<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

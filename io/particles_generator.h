@@ -1,11 +1,12 @@
 /// \file Where particles start: Gauss points, regions, and the cell and volume of each.
 #pragma once
 
-#include <functional>
-#include <string>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "io/regions.h"
+#include "io/row_shares.h"
 #include "physics/mesh.h"
 #include "physics/model.h"
 
@@ -31,12 +32,14 @@ struct NewParticles {
 
 /// Particles at the Gauss points of the cells, in the order given.
 template <int Dim>
-NewParticles<Dim> fill_cells(const Mesh<Dim>& mesh, const std::vector<Index>& cells, int n);
+NewParticles<Dim> fill_cells(const Mesh<Dim>& mesh, std::span<const Index> cells, int n);
 
 /// Each cell is cut into n^Dim equal parts of the natural coordinates; those whose centre lies in
-/// the region get a particle with their volume (exact). The first axis runs fastest.
+/// the region get a particle with their volume (exact). The first axis runs fastest. Of a team,
+/// each member gets its part of the particles, equal to the others' but for one. Collective.
 template <int Dim>
-NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, int n);
+NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, int n,
+                              const Team& team = Team());
 
 /// Fill in the cells that are not known: the suggested one (-1 = none) if it contains the particle,
 /// else the lowest that does. Returns the particles that no cell contains.
@@ -44,12 +47,19 @@ template <int Dim>
 std::vector<Index> place(const Mesh<Dim>& mesh, const std::vector<Index>& suggested,
                          ParticleTable<Dim>& particles);
 
-/// Fill in the volumes that are not known (0): cell volume / number of particles in the cell.
+/// Fill in the volumes that are not known (0): cell volume / number of particles in the cell, those
+/// of all members of the team. Collective.
 template <int Dim>
-void share_volumes(const Mesh<Dim>& mesh, ParticleTable<Dim>& particles);
+void share_volumes(const Mesh<Dim>& mesh, const Team& team, ParticleTable<Dim>& particles);
 
-/// Two points at exactly the same place; {-1, -1} if there are none.
+/// Two points at exactly the same place; {-1, -1} if there are none. Of several pairs, the one with
+/// the lowest numbers.
 template <int Dim>
 std::pair<Index, Index> find_coincident(const std::vector<Vec<Dim>>& points);
+
+/// The same among the points of all members of a team. Collective.
+template <int Dim>
+std::pair<Index, Index> find_coincident(const std::vector<Vec<Dim>>& points,
+                                        const RowShares& shares, const Team& team);
 
 }  // namespace lahar

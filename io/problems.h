@@ -20,6 +20,10 @@ class ProblemList {
 
   bool empty() const { return errors_.empty(); }
   std::size_t count() const { return errors_.size() + dropped_; }
+  /// The errors kept, in the order in which they were found, and how many were not.
+  const std::vector<Problem>& kept() const { return errors_; }
+  std::size_t dropped() const { return dropped_; }
+  void drop(std::size_t more) { dropped_ += more; }
   /// The errors: the command line's, those of `file` in its order, then the side files'; the last
   /// one says how many more there are, if so.
   std::vector<Problem> errors(const std::string& file) const;

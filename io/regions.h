@@ -1,6 +1,7 @@
 /// \file Geometric predicates of the scenario: which points belong to a named set.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <utility>
@@ -44,6 +45,23 @@ template <int Dim>
 void for_nodes_near(const Mesh<Dim>& mesh, const Region<Dim>& region,
                     const std::function<void(Index)>& visit);
 
+/// The cells that for_cells_near() visits, numbered in its order, for those who share them out.
+template <int Dim>
+class CellsNear {
+ public:
+  CellsNear(const Mesh<Dim>& mesh, const Region<Dim>& region);
+  Index size() const { return size_; }
+  /// Call `visit(cell)` for the cells with these numbers.
+  void visit(Index begin, Index end, const std::function<void(Index)>& visit) const;
+
+ private:
+  bool grid_;
+  std::array<Index, Dim> counts_{}, low_{}, high_{};  ///< of a grid: cells low to high, both in
+  Index size_;
+};
+
+extern template class CellsNear<2>;
+extern template class CellsNear<3>;
 extern template class Region<2>;
 extern template class Region<3>;
 

@@ -145,22 +145,37 @@ Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options
   return scenario;
 }
 
+// The scenario's text, which one member of the team reads, so that all have the same.
+std::string read_scenario_file(const std::filesystem::path& file, const Team& team) {
+  std::vector<char> text;
+  all_or_none(team, [&] {
+    if (team.index() != 0) return;
+    std::string reason;
+    const auto read = read_text_file(file.string(), reason);
+    if (!read)
+      throw InputError({Problem{.file = file.string(), .message = "the scenario " + reason}});
+    text.assign(read->begin(), read->end());
+  });
+  const auto said = team.gather(text);
+  return {said.front().begin(), said.front().end()};
+}
+
+// Alone, unless the options say more.
+const Team& team_of(const ScenarioOptions& options) {
+  static const Team alone;
+  return options.team ? *options.team : alone;
+}
+
 }  // namespace
 
 Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options) {
-  std::string reason;
-  auto text = read_text_file(file.string(), reason);
-  if (!text) {
-    Problem p;
-    p.file = file.string();
-    p.message = "the scenario " + reason;
-    throw InputError({p});
-  }
+  std::string text = read_scenario_file(file, team_of(options));
   ProblemList problems;
-  JsonDocument document(file.string(), *text, problems);
+  JsonDocument document(file.string(), text, problems);
   ScenarioInput in{file.string(),      std::move(document),  std::move(problems),
-                   file.parent_path(), file.stem().string(), options.as_cbgeo};
-  Scenario scenario = read(std::move(in), std::move(*text), options);
+                   file.parent_path(), file.stem().string(), options.as_cbgeo,
+                   &team_of(options)};
+  Scenario scenario = read(std::move(in), std::move(text), options);
   scenario.file = file;
   return scenario;
 }
@@ -169,8 +184,8 @@ Scenario read_scenario_text(const std::string& text, const std::filesystem::path
                             const ScenarioOptions& options) {
   ProblemList problems;
   JsonDocument document("scenario", text, problems);
-  ScenarioInput in{"scenario", std::move(document), std::move(problems),
-                   folder,     "scenario",          options.as_cbgeo};
+  ScenarioInput in{"scenario", std::move(document), std::move(problems), folder,
+                   "scenario", options.as_cbgeo,    &team_of(options)};
   return read(std::move(in), text, options);
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "io/team.h"
 #include "physics/error.h"
 #include "physics/model.h"
 
@@ -14,6 +15,7 @@ namespace lahar {
 struct ScenarioOptions {
   std::vector<std::string> overrides;  ///< "--set" arguments: /json/pointer=value or a.b.c=value
   bool as_cbgeo = false;               ///< what CB-Geo would have run (ignores "stress_update")
+  const Team* team = nullptr;          ///< who reads it together; null = this process alone
 };
 
 /// A scenario that has been read completely.
@@ -31,6 +33,11 @@ struct Scenario {
 
 /// Read `file` with its side files. Throws InputError with every problem found; a file that cannot
 /// be read is one of them.
+///
+/// A team reads it together (collective): each member gets the same model but for the particles, of
+/// which it has about an equal share, with their ids (ParticleTable::id) ascending; in the lists of
+/// particles of loads and constraints are those of its own. All shares together are, bit for bit,
+/// what one process alone gets, and so are problems and warnings, which every member has.
 Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options = {});
 
 /// The same from text; side files are looked up in `folder`.

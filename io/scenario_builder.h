@@ -15,7 +15,7 @@ namespace lahar {
 template <int Dim>
 class ScenarioBuilder {
  public:
-  explicit ScenarioBuilder(ScenarioInput& in) : in_(in), root_(in.document.root) {}
+  explicit ScenarioBuilder(ScenarioInput& in) : in_(in), team_(*in.team), root_(in.document.root) {}
 
   /// The model; meaningful only if the input has no problems.
   Model<Dim> build();
@@ -43,10 +43,14 @@ class ScenarioBuilder {
   NewParticles<Dim> read_particles(const JsonValue& generator);
   NewParticles<Dim> fill_gauss(const JsonValue& generator);
   void name_particle_set(const JsonValue& generator, Index first, Index last);
+  void warn_of_coincident(const JsonValue& particles);
   void place_particles();
   void report_strays(const std::vector<Index>& strays);
   void assign_volumes();
   void assign_stresses();
+  /// The rows of all particles, if their number is known.
+  const RowShares* known_rows() const { return particles_complete_ ? &rows_ : nullptr; }
+  void collect_particle_sets();
   void build_particle_sets();
   void assign_material_sets();
   // scenario_loads.cpp
@@ -56,10 +60,10 @@ class ScenarioBuilder {
   void build_gravity();
   void build_tractions();
   void build_nodal_forces();
-  /// The ids that `id_key` or `name_key` of an object mean (-1 = all `n`); nothing if reported.
+  /// The ids that `id_key` or `name_key` of an object mean, ascending (-1 = all of them); nothing
+  /// if reported. Of particles, those of this member of the team.
   std::optional<std::vector<Index>> members(const JsonValue& object, std::string_view id_key,
-                                            std::string_view name_key, const EntitySets& sets,
-                                            Index n);
+                                            std::string_view name_key, const EntitySets& sets);
   std::optional<int> direction_of(const JsonValue& object);
   /// Report keys that a `file` entry replaces or that are missing without one; true = use the file.
   bool from_file(const JsonValue& object, const std::vector<std::string_view>& required);
@@ -76,16 +80,19 @@ class ScenarioBuilder {
   Index n_cells() const { return model_.mesh ? model_.mesh->n_cells() : -1; }
 
   ScenarioInput& in_;
+  const Team& team_;
   JsonValue& root_;
   JsonValue empty_;
   Model<Dim> model_;
   std::shared_ptr<const Mesh<Dim>> mesh_;
   EntityFile sets_;
   double region_tolerance_ = 0;     ///< [m]
+  RowShares rows_;                  ///< of model_.particles: who has which
   bool particles_complete_ = true;  ///< false: some generator failed, the number is not known
+  bool moving_ = false;             ///< some generator gave a velocity
   std::set<Index> generator_sets_;  ///< particle set ids that a generator made
   std::set<Index> shadowed_sets_;   ///< of those: also in entity_sets.json, with other members
-  /// A file of positions, kept for the line numbers of particles outside the mesh.
+  /// A file of positions and its rows, for the line numbers of particles outside the mesh.
   struct Source {
     SideFile file;
     Index first, last;

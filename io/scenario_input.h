@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "io/json_source.h"
 #include "io/side_files.h"
+#include "io/team.h"
 #include "io/values.h"
 
 namespace lahar {
@@ -22,6 +24,7 @@ struct ScenarioInput {
   std::filesystem::path folder;
   std::string stem;  ///< of the scenario's file name, for the run folder
   bool as_cbgeo = false;
+  const Team* team = nullptr;                          ///< never null
   std::vector<std::filesystem::path> side_files = {};  ///< opened so far
 
   void error(const JsonValue& at, std::string message, std::string hint = "") {
@@ -31,6 +34,7 @@ struct ScenarioInput {
     problems.warning(document.at(at, std::move(message), std::move(hint)));
   }
   /// The side file under `key` of `object`; nothing if there is no key, or no such file (reported).
+  /// Collective, if there is the key; all members get it, or none.
   std::optional<SideFile> open(const JsonValue& object, std::string_view key);
   /// The value under the first of two keys of the same meaning; both at once are an error.
   const JsonValue* either(const JsonValue& object, std::string_view key, std::string_view alias);
@@ -47,13 +51,36 @@ struct EntitySets {
   const std::vector<Index>* find(const JsonValue& value, ScenarioInput& in) const;
 };
 
-/// Sets of entity_sets.json.
+/// What is known of a set whose members are not kept.
+struct SetOutline {
+  Index first = -1;         ///< member
+  Index count = 0;          ///< members
+  bool consecutive = true;  ///< first, first + 1, ...
+  void add(Index id);
+};
+
+/// Sets of entity_sets.json. There may be as many members of particle sets as particles, so these
+/// are not kept: when the particles are there, each member of the team takes those that it holds.
 struct EntityFile {
   EntitySets nodes{"node", {}, {}}, cells{"cell", {}, {}}, particles{"particle", {}, {}};
+  std::unordered_map<Index, SetOutline> outlines;  ///< of particle sets, whose `by_id` are empty
+  // Where the members are: in a file, with its sets in order, or here.
+  std::optional<SideFile> file;
+  std::vector<Index> particle_sets;
+  std::unordered_map<Index, std::vector<Index>> listed;
 };
 
 /// Read mesh.entity_sets; ids of nodes and cells are checked against their numbers (-1: unknown).
+/// Collective.
 EntityFile read_entity_sets(const JsonValue& mesh, Index n_nodes, Index n_cells, ScenarioInput& in);
+
+/// The members of a file's particle sets: calls `visit(set, member)` in the order of the file.
+void visit_particle_sets(const EntityFile& sets, const std::function<void(Index, Index)>& visit);
+
+/// Read sets without keeping the file in memory. Only what is as it should be: nothing if there is
+/// anything to complain about, for any member of the team.
+std::optional<EntityFile> stream_entity_sets(const SideFile& file, Index n_nodes, Index n_cells,
+                                             const Team& team);
 
 /// "0, 1, 2, ... (12)" for messages.
 std::string list_some(const std::vector<std::string>& names);

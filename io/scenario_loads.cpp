@@ -12,7 +12,7 @@ template <int Dim>
 std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(const JsonValue& object,
                                                                 std::string_view id_key,
                                                                 std::string_view name_key,
-                                                                const EntitySets& sets, Index n) {
+                                                                const EntitySets& sets) {
   const JsonValue* value = in_.either(object, id_key, name_key);
   if (!value) {
     const auto& keys = object.as<JsonValue::Object>();
@@ -24,7 +24,8 @@ std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(const JsonValue&
   }
   std::vector<Index> ids;
   if (value->is_number() && value->number() == -1) {
-    ids.resize(static_cast<std::size_t>(std::max<Index>(n, 0)));
+    if (&sets == &sets_.particles) return rows_.own_rows(0, rows_.total());
+    ids.resize(static_cast<std::size_t>(std::max<Index>(n_nodes(), 0)));
     std::iota(ids.begin(), ids.end(), Index{0});
     return ids;
   }
@@ -83,7 +84,7 @@ void ScenarioBuilder<Dim>::build_constraints() {
     }
     const auto dir = direction_of(*c);
     const auto v = get_number(*c, "velocity");
-    const auto nodes = members(*c, "nset_id", "nset", sets_.nodes, n_nodes());
+    const auto nodes = members(*c, "nset_id", "nset", sets_.nodes);
     if (!dir || !v || !nodes) continue;
     for (const Index node : *nodes) out.push_back({node, *dir, *v});
   }
@@ -105,7 +106,7 @@ void ScenarioBuilder<Dim>::build_friction() {
       continue;
     }
     direction_of(*c);
-    members(*c, "nset_id", "nset", sets_.nodes, n_nodes());
+    members(*c, "nset_id", "nset", sets_.nodes);
   }
   if (const auto file = in_.open(boundary(), "nodal_euler_angles"))
     check_angle_file(*file, n_nodes(), Dim, in_.problems);
@@ -116,7 +117,7 @@ void ScenarioBuilder<Dim>::build_particle_constraints() {
   for (const JsonValue* c : get_list(boundary(), "particles_velocity_constraints")) {
     const auto dir = direction_of(*c);
     const auto v = get_number(*c, "velocity");
-    auto ids = members(*c, "pset_id", "pset", sets_.particles, model_.particles.size());
+    auto ids = members(*c, "pset_id", "pset", sets_.particles);
     if (dir && v && ids) model_.particle_velocities.push_back({std::move(*ids), *dir, *v});
   }
 }
@@ -134,7 +135,7 @@ void ScenarioBuilder<Dim>::build_tractions() {
     const auto dir = direction_of(*t);
     const auto value = get_number(*t, "traction");
     const int function = find_function(*t);
-    auto ids = members(*t, "pset_id", "pset", sets_.particles, model_.particles.size());
+    auto ids = members(*t, "pset_id", "pset", sets_.particles);
     if (dir && value && ids) model_.tractions.push_back({std::move(*ids), *dir, *value, function});
   }
 }
@@ -154,7 +155,7 @@ void ScenarioBuilder<Dim>::build_nodal_forces() {
     }
     const auto dir = direction_of(*f);
     const auto force = get_number(*f, "force");
-    const auto nodes = members(*f, "nset_id", "nset", sets_.nodes, n_nodes());
+    const auto nodes = members(*f, "nset_id", "nset", sets_.nodes);
     if (!dir || !force || !nodes) continue;
     for (const Index node : *nodes) out.push_back({node, *dir, *force, function});
   }
@@ -180,7 +181,7 @@ void ScenarioBuilder<Dim>::build_nodal_forces() {
 
 #define LAHAR_INSTANTIATE(Dim)                                                         \
   template std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(            \
-      const JsonValue&, std::string_view, std::string_view, const EntitySets&, Index); \
+      const JsonValue&, std::string_view, std::string_view, const EntitySets&);        \
   template std::optional<int> ScenarioBuilder<Dim>::direction_of(const JsonValue&);    \
   template bool ScenarioBuilder<Dim>::from_file(const JsonValue&,                      \
                                                 const std::vector<std::string_view>&); \

@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
+#include <array>
+#include <span>
 
+#include "io/particle_files.h"
 #include "io/scenario_builder.h"
 
 namespace lahar {
@@ -29,15 +31,21 @@ void ScenarioBuilder<Dim>::build_particles() {
     check_duplicates |= !different && get_bool(*generator, "check_duplicates").value_or(true);
   }
   if (!particles_complete_) sets_.particles.all_known = false;
-  if (check_duplicates) {
-    const auto [a, b] = find_coincident<Dim>(model_.particles.x);
-    if (a >= 0) in_.warning(*list, fmt::format("particles {} and {} are at the same place", a, b));
-  }
+  if (check_duplicates) warn_of_coincident(*list);
   place_particles();
   assign_volumes();
   assign_stresses();
+  collect_particle_sets();
   build_particle_sets();
   assign_material_sets();
+  if (!team_.alone()) model_.particles.id = rows_.own_rows(0, rows_.total());
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_coincident(const JsonValue& particles) {
+  const auto [a, b] = find_coincident<Dim>(model_.particles.x, rows_, team_);
+  if (a >= 0)
+    in_.warning(particles, fmt::format("particles {} and {} are at the same place", a, b));
 }
 
 template <int Dim>
@@ -54,14 +62,15 @@ void ScenarioBuilder<Dim>::generate(const JsonValue& generator) {
     const Region<Dim> region =
         shape ? Region<Dim>(*shape, region_tolerance_, in_.document, in_.problems) : Region<Dim>();
     const auto n = get_integer(generator, "per_cell");
-    if (n) fresh = fill_region<Dim>(*mesh_, region, static_cast<int>(*n));
-    if (n && fresh.x.empty() && in_.problems.empty())
+    if (n) fresh = fill_region<Dim>(*mesh_, region, static_cast<int>(*n), team_);
+    if (n && !team_.any(!fresh.x.empty()) && in_.problems.empty())
       in_.error(generator, "the region contains no particle",
                 "does it lie inside the mesh? per_cell may be too small for it");
   }
-  if (fresh.x.empty()) particles_complete_ = false;
   ParticleTable<Dim>& p = model_.particles;
-  const Index first = p.size();
+  const Index first = rows_.total(), own = p.size();
+  rows_.append(static_cast<Index>(fresh.x.size()), team_);
+  if (rows_.total() == first) particles_complete_ = false;
   const auto append = [](auto& to, auto& from) {
     if (to.empty())
       to = std::move(from);
@@ -73,25 +82,27 @@ void ScenarioBuilder<Dim>::generate(const JsonValue& generator) {
   append(p.volume, fresh.volume);
   p.material.resize(p.x.size(), static_cast<std::uint16_t>(std::max(material, 0)));
   const auto velocity = get_vector<Dim>(generator, "velocity");
-  if (velocity || !p.velocity.empty()) {
-    p.velocity.resize(static_cast<std::size_t>(first), Vec<Dim>::Zero());
+  moving_ = moving_ || velocity;
+  if (moving_) {
+    p.velocity.resize(static_cast<std::size_t>(own), Vec<Dim>::Zero());
     p.velocity.resize(p.x.size(), velocity.value_or(Vec<Dim>::Zero()));
   }
-  name_particle_set(generator, first, p.size());
+  name_particle_set(generator, first, rows_.total());
 }
 
 template <int Dim>
 NewParticles<Dim> ScenarioBuilder<Dim>::read_particles(const JsonValue& generator) {
   auto file = in_.open(generator, "location");
   if (!file) return {};
-  auto points = read_particle_file<Dim>(*file, in_.problems);
+  auto points = read_particle_file<Dim>(*file, team_, in_.problems);
   if (!points) return {};
   NewParticles<Dim> fresh;
   fresh.x = std::move(*points);
   fresh.cell.assign(fresh.x.size(), -1);
   fresh.volume.assign(fresh.x.size(), 0.0);
-  const Index first = model_.particles.size();
-  sources_.push_back({std::move(*file), first, first + static_cast<Index>(fresh.x.size())});
+  const Index first = rows_.total();
+  const Index n = team_.sum(static_cast<Index>(fresh.x.size()));
+  sources_.push_back({std::move(*file), first, first + n});
   return fresh;
 }
 
@@ -104,16 +115,17 @@ NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue& generator) {
               "'nparticles_per_dir' must be at most 3 in three dimensions, found 4");
     return {};
   }
-  std::vector<Index> all;
-  const std::vector<Index>* cells = &all;
+  const std::vector<Index>* listed = nullptr;  // none: all cells
   if (set && !(set->is_number() && set->number() == -1)) {
-    cells = sets_.cells.find(*set, in_);
-  } else if (mesh_) {
-    all.resize(static_cast<std::size_t>(n_cells()));
-    std::iota(all.begin(), all.end(), Index{0});
+    listed = sets_.cells.find(*set, in_);
+    if (!listed) return {};
   }
-  if (!mesh_ || !cells || !n || get_text(generator, "type") == "inject") return {};
-  return fill_cells<Dim>(*mesh_, *cells, static_cast<int>(*n));
+  if (!mesh_ || !n || get_text(generator, "type") == "inject") return {};
+  const Index count = listed ? static_cast<Index>(listed->size()) : n_cells();
+  std::vector<Index> cells;  // this member's
+  for (Index i = team_.part(count, team_.index()); i < team_.part(count, team_.index() + 1); ++i)
+    cells.push_back(listed ? (*listed)[static_cast<std::size_t>(i)] : i);
+  return fill_cells<Dim>(*mesh_, cells, static_cast<int>(*n));
 }
 
 template <int Dim>
@@ -121,8 +133,7 @@ void ScenarioBuilder<Dim>::name_particle_set(const JsonValue& generator, Index f
   const JsonValue* name = in_.either(generator, "pset_id", "pset");
   if (!name) return;
   EntitySets& sets = sets_.particles;
-  std::vector<Index> ids(static_cast<std::size_t>(last - first));
-  std::iota(ids.begin(), ids.end(), first);
+  std::vector<Index> ids = rows_.own_rows(first, last);
   if (name->is<std::string>()) {
     // Several generators may feed one set.
     auto& set = sets.by_name[name->as<std::string>()];
@@ -132,7 +143,12 @@ void ScenarioBuilder<Dim>::name_particle_set(const JsonValue& generator, Index f
   const auto id = static_cast<Index>(name->number());
   if (generator_sets_.insert(id).second) {
     // As in the reference, the generator's set comes first and keeps the id.
-    if (sets.by_id.count(id) && sets.by_id[id] != ids) shadowed_sets_.insert(id);
+    const auto file = sets_.outlines.find(id);
+    if (file != sets_.outlines.end()) {
+      const auto& [begin, count, consecutive] = file->second;
+      const bool same = count == last - first && (count == 0 || (consecutive && begin == first));
+      if (!same) shadowed_sets_.insert(id);
+    }
     sets.by_id[id] = std::move(ids);
   } else {
     auto& set = sets.by_id[id];
@@ -145,41 +161,72 @@ void ScenarioBuilder<Dim>::place_particles() {
   if (!mesh_) return;
   ParticleTable<Dim>& p = model_.particles;
   std::vector<Index> suggested;
-  const Index n = particles_complete_ ? p.size() : -1;
   if (const auto file = in_.open(section("mesh"), "particle_cells")) {
-    const auto rows = read_particle_cell_file(*file, n, n_cells(), in_.problems);
-    if (rows && n >= 0) {
-      suggested.assign(p.x.size(), -1);
-      for (const auto& [particle, cell] : *rows)
-        suggested[static_cast<std::size_t>(particle)] = cell;
-    }
+    suggested.assign(p.x.size(), -1);
+    const auto take = [&](Index i, Index cell) { suggested[static_cast<std::size_t>(i)] = cell; };
+    if (!read_particle_cell_file(*file, known_rows(), n_cells(), team_, in_.problems, take))
+      suggested.clear();
   }
-  report_strays(place<Dim>(*mesh_, suggested, p));
+  std::vector<Index> strays;
+  all_or_none(team_, [&] { strays = place<Dim>(*mesh_, suggested, p); });
+  report_strays(strays);
 }
+
+namespace {
+
+template <int Dim>
+struct Stray {
+  Index row;
+  std::array<double, Dim> x;
+};
+
+// The first of some rows of all members, ascending.
+template <int Dim>
+std::vector<Stray<Dim>> first_strays(const std::vector<Index>& strays,
+                                     const std::vector<Vec<Dim>>& x, const RowShares& rows,
+                                     const Team& team, std::size_t most) {
+  std::vector<Stray<Dim>> own, all;
+  for (const Index i : strays) {
+    if (own.size() == most) break;
+    auto& stray = own.emplace_back(Stray<Dim>{rows.row(i), {}});
+    for (std::size_t d = 0; d < Dim; ++d)
+      stray.x[d] = x[static_cast<std::size_t>(i)][static_cast<int>(d)];
+  }
+  for (const auto& part : team.gather(own)) all.insert(all.end(), part.begin(), part.end());
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.row < b.row; });
+  all.resize(std::min(all.size(), most));
+  return all;
+}
+
+}  // namespace
 
 template <int Dim>
 void ScenarioBuilder<Dim>::report_strays(const std::vector<Index>& strays) {
-  constexpr std::size_t shown = 5;
-  const auto& x = model_.particles.x;
-  const auto [low, high] = strays.empty() ? std::pair<Vec<Dim>, Vec<Dim>>() : mesh_->bounds();
-  const auto point = [](const Vec<Dim>& p) {
-    return fmt::format("({})", fmt::join(p.data(), p.data() + Dim, ", "));
-  };
-  for (std::size_t i = 0; i < std::min(shown, strays.size()); ++i) {
-    const Index id = strays[i];
-    const auto source = std::find_if(sources_.begin(), sources_.end(),
-                                     [&](const Source& s) { return s.first <= id && id < s.last; });
-    if (source == sources_.end()) continue;
-    const std::string message = fmt::format("particle {} at {} lies outside the mesh", id,
-                                            point(x[static_cast<std::size_t>(id)]));
-    in_.problems.error(source->file.at_line(
-        source->file.line_of_row(id - source->first + 1), message,
-        fmt::format("the mesh extends from {} to {}", point(low), point(high))));
-  }
-  if (strays.size() > shown) {
+  constexpr Index shown = 5;
+  const Index total = team_.sum(static_cast<Index>(strays.size()));
+  if (total == 0) return;
+  const auto point = [](const auto& p) { return fmt::format("({})", fmt::join(p, ", ")); };
+  const auto [low, high] = mesh_->bounds();
+  const std::string extent =
+      fmt::format("the mesh extends from {} to {}", point(std::span(low.data(), Dim)),
+                  point(std::span(high.data(), Dim)));
+  const auto first =
+      first_strays<Dim>(strays, model_.particles.x, rows_, team_, static_cast<std::size_t>(shown));
+  by_the_first(team_, in_.problems, [&](ProblemList& problems) {
+    for (const auto& [row, x] : first) {
+      const auto source = std::find_if(sources_.begin(), sources_.end(), [&](const Source& s) {
+        return s.first <= row && row < s.last;
+      });
+      if (source == sources_.end()) continue;
+      const int line = source->file.line_of_row(row - source->first + 1);
+      problems.error(source->file.at_line(
+          line, fmt::format("particle {} at {} lies outside the mesh", row, point(x)), extent));
+    }
+  });
+  if (total > shown) {
     Problem p;
     p.file = sources_.empty() ? "" : sources_.front().file.name;
-    p.message = fmt::format("and {} more particles lie outside the mesh", strays.size() - shown);
+    p.message = fmt::format("and {} more particles lie outside the mesh", total - shown);
     in_.problems.error(std::move(p));
   }
 }
@@ -187,38 +234,51 @@ void ScenarioBuilder<Dim>::report_strays(const std::vector<Index>& strays) {
 template <int Dim>
 void ScenarioBuilder<Dim>::assign_volumes() {
   ParticleTable<Dim>& p = model_.particles;
-  const Index n = particles_complete_ ? p.size() : -1;
-  if (const auto file = in_.open(section("mesh"), "particles_volumes")) {
-    const auto rows = read_volume_file(*file, n, in_.problems);
-    if (rows && n >= 0)
-      for (const auto& [particle, volume] : *rows)
-        p.volume[static_cast<std::size_t>(particle)] = volume;
-  }
-  if (mesh_) share_volumes<Dim>(*mesh_, p);
+  if (const auto file = in_.open(section("mesh"), "particles_volumes"))
+    read_volume_file(*file, known_rows(), team_, in_.problems, [&](Index i, double volume) {
+      p.volume[static_cast<std::size_t>(i)] = volume;
+    });
+  if (mesh_) share_volumes<Dim>(*mesh_, team_, p);
 }
 
 template <int Dim>
 void ScenarioBuilder<Dim>::assign_stresses() {
-  const Index n = particles_complete_ ? model_.particles.size() : -1;
-  if (const auto file = in_.open(section("mesh"), "particles_stresses"))
-    if (auto stresses = read_stress_file(*file, n, in_.problems))
-      model_.particles.stress = std::move(*stresses);
+  auto& stress = model_.particles.stress;
+  const auto file = in_.open(section("mesh"), "particles_stresses");
+  if (!file) return;
+  stress.resize(model_.particles.x.size());
+  read_stress_file(*file, known_rows(), team_, in_.problems, [&](Index i, const Voigt& value) {
+    stress[static_cast<std::size_t>(i)] = value;
+  });
+}
+
+// The members of the sets of entity_sets.json that this member of the team holds.
+template <int Dim>
+void ScenarioBuilder<Dim>::collect_particle_sets() {
+  EntitySets& sets = sets_.particles;
+  const Index n = rows_.total();
+  if (!particles_complete_) return;
+  std::unordered_map<Index, Index> beyond;  // first particle of a set that does not exist
+  all_or_none(team_, [&] {
+    visit_particle_sets(sets_, [&](Index set, Index particle) {
+      if (generator_sets_.count(set)) return;
+      if (particle >= n)
+        beyond.emplace(set, particle);
+      else if (rows_.holds(particle))
+        sets.by_id[set].push_back(particle);
+    });
+  });
+  for (const auto& [id, members] : sets.by_id)
+    if (beyond.count(id))
+      in_.error(*section("mesh").find("entity_sets"),
+                fmt::format("particle set {} has particle {}, but the ids are 0 to {}", id,
+                            beyond[id], n - 1));
 }
 
 template <int Dim>
 void ScenarioBuilder<Dim>::build_particle_sets() {
   const auto& x = model_.particles.x;
-  const auto n = static_cast<Index>(x.size());
   EntitySets& sets = sets_.particles;
-  // Ids of entity_sets.json could not be checked before the particles were there.
-  for (const auto& [id, members] : sets.by_id)
-    for (const Index i : members)
-      if (i >= n && particles_complete_) {
-        in_.error(
-            *section("mesh").find("entity_sets"),
-            fmt::format("particle set {} has particle {}, but the ids are 0 to {}", id, i, n - 1));
-        break;
-      }
   const JsonValue* regions = section("sets").find("particles");
   if (!regions) return;
   for (const auto& [name, offset, value] : regions->as<JsonValue::Object>()) {
@@ -226,9 +286,11 @@ void ScenarioBuilder<Dim>::build_particle_sets() {
     if (sets.by_name.count(name))
       in_.error(value, fmt::format("the particle set '{}' is made by a generator as well", name));
     auto& ids = sets.by_name[name];
-    for (Index i = 0; i < n; ++i)
-      if (region.contains(x[static_cast<std::size_t>(i)])) ids.push_back(i);
-    if (ids.empty() && particles_complete_ && value.valid())
+    for (const auto& range : rows_.own_ranges())
+      for (Index row = range.first; row < range.end; ++row)
+        if (region.contains(x[static_cast<std::size_t>(range.local + row - range.first)]))
+          ids.push_back(row);
+    if (!team_.any(!ids.empty()) && particles_complete_ && value.valid())
       in_.warning(value, fmt::format("the particle set '{}' is empty", name));
   }
 }
@@ -240,11 +302,10 @@ void ScenarioBuilder<Dim>::assign_material_sets() {
     if (get_integer(*entry, "phase_id").value_or(0) != 0)
       in_.error(*entry->find("phase_id"), "'phase_id': 1 is not supported yet");
     const int material = find_material(*entry);
-    const auto ids = members(*entry, "pset_id", "pset", sets_.particles, p.size());
-    if (material < 0 || !ids) continue;
+    const auto ids = members(*entry, "pset_id", "pset", sets_.particles);
+    if (material < 0 || !ids || !particles_complete_) continue;
     for (const Index i : *ids)
-      if (i < p.size())
-        p.material[static_cast<std::size_t>(i)] = static_cast<std::uint16_t>(material);
+      p.material[static_cast<std::size_t>(rows_.local(i))] = static_cast<std::uint16_t>(material);
   }
 }
 
@@ -254,6 +315,8 @@ void ScenarioBuilder<Dim>::assign_material_sets() {
   template NewParticles<Dim> ScenarioBuilder<Dim>::read_particles(const JsonValue&);     \
   template NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue&);         \
   template void ScenarioBuilder<Dim>::name_particle_set(const JsonValue&, Index, Index); \
+  template void ScenarioBuilder<Dim>::warn_of_coincident(const JsonValue&);              \
+  template void ScenarioBuilder<Dim>::collect_particle_sets();                           \
   template void ScenarioBuilder<Dim>::place_particles();                                 \
   template void ScenarioBuilder<Dim>::report_strays(const std::vector<Index>&);          \
   template void ScenarioBuilder<Dim>::assign_volumes();                                  \

@@ -2,26 +2,35 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "io/scenario_input.h"
 
 namespace lahar {
 
 std::optional<SideFile> ScenarioInput::open(const JsonValue& object, std::string_view key) {
-  const JsonValue* name = object.find(key);
-  if (!name || !name->is<std::string>()) return std::nullopt;
-  SideFile file{name->as<std::string>(), ""};
+  const JsonValue* value = object.find(key);
+  if (!value || !value->is<std::string>()) return std::nullopt;
+  const std::string& name = value->as<std::string>();
   std::string reason;
-  auto text =
-      file.name.empty() ? std::nullopt : read_text_file((folder / file.name).string(), reason);
-  if (file.name.empty()) reason = "has no name";
-  if (!text) {
-    error(*name, fmt::format("file '{}' {}", file.name, reason),
-          reason == "does not exist" ? "file names are relative to the scenario's folder" : "");
+  std::optional<SideFile> file;
+  if (name.empty())
+    reason = "has no name";
+  else
+    file = open_side_file(name, (folder / name).string(), reason);
+  if (file && !team->alone() && !file->regular())
+    reason = "is no regular file: several processes cannot read it together";
+  const std::vector<Index> sizes = team->each(file ? file->size : 0);
+  if (std::adjacent_find(sizes.begin(), sizes.end(), std::not_equal_to<>()) != sizes.end())
+    reason = reason.empty() ? "is not the same for all processes" : reason;
+  for (const auto& said : team->gather(std::vector<char>(reason.begin(), reason.end()))) {
+    if (said.empty()) continue;
+    const std::string why(said.begin(), said.end());
+    error(*value, fmt::format("file '{}' {}", name, why),
+          why == "does not exist" ? "file names are relative to the scenario's folder" : "");
     return std::nullopt;
   }
-  side_files.push_back(folder / file.name);
-  file.text = std::move(*text);
+  side_files.push_back(folder / name);
   return file;
 }
 
@@ -167,14 +176,21 @@ class EntityReader {
 
 }  // namespace
 
+void SetOutline::add(Index id) {
+  if (count++ == 0) first = id;
+  consecutive = consecutive && id == first + count - 1;
+}
+
 EntityFile read_entity_sets(const JsonValue& mesh, Index n_nodes, Index n_cells,
                             ScenarioInput& in) {
   EntityFile out;
   if (!mesh.find("entity_sets")) return out;
   auto file = in.open(mesh, "entity_sets");
+  if (file)
+    if (auto sets = stream_entity_sets(*file, n_nodes, n_cells, *in.team)) return std::move(*sets);
   const std::size_t before = in.problems.count();
   if (file) {
-    JsonDocument document(file->name, std::move(file->text), in.problems);
+    JsonDocument document(file->name, file->all(), in.problems);
     if (document.root.valid())
       EntityReader(document, in.problems).read(out, n_nodes, n_cells);
     else
@@ -182,6 +198,10 @@ EntityFile read_entity_sets(const JsonValue& mesh, Index n_nodes, Index n_cells,
   }
   if (!file || in.problems.count() != before)
     out.nodes.all_known = out.cells.all_known = out.particles.all_known = false;
+  for (auto& [id, set] : out.particles.by_id) {
+    for (const Index i : set) out.outlines[id].add(i);
+    out.listed[id] = std::exchange(set, {});
+  }
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -72,16 +73,85 @@ bool is_data(const char*& at, const char* end) {
 
 }  // namespace
 
-int SideFile::line_of_row(Index row) const {
-  const char* end = text.data() + text.size();
-  int line = 1;
-  for (const char* at = text.data(); at < end; ++line) {
-    const char* stop = row_end(at, end);
-    const char* first = at;
-    if (is_data(first, stop) && row-- == 0) return line;
-    at = stop + 1;
+std::optional<SideFile> open_side_file(std::string name, const std::string& path,
+                                       std::string& reason) {
+  SideFile file{std::move(name), path, 0, ""};
+  std::error_code error;
+  if (std::filesystem::is_regular_file(path, error)) {
+    const auto size = std::filesystem::file_size(path, error);
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(path.c_str(), "rb"),
+                                                             &std::fclose);
+    if (in && !error && size > 0) {
+      file.size = static_cast<Index>(size);
+      return file;
+    }
   }
-  return 0;
+  auto text = read_text_file(path, reason);
+  if (!text) return std::nullopt;
+  file.text = std::move(*text);
+  file.size = static_cast<Index>(file.text.size());
+  return file;
+}
+
+std::size_t SideFile::read(Index offset, char* to, std::size_t n) const {
+  if (offset >= size) return 0;
+  if (!regular()) return text.copy(to, n, static_cast<std::size_t>(offset));
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(path.c_str(), "rb"),
+                                                           &std::fclose);
+  const auto fail = [&] { throw IoError(fmt::format("{}: {}", path, std::strerror(errno))); };
+  if (!in || ::fseeko(in.get(), offset, SEEK_SET) != 0) fail();
+  std::setbuf(in.get(), nullptr);  // pieces are large
+  std::size_t have = 0, got;
+  while (have < n && (got = std::fread(to + have, 1, n - have, in.get())) > 0) have += got;
+  if (std::ferror(in.get())) fail();
+  return have;
+}
+
+std::string SideFile::all() const {
+  std::string out(static_cast<std::size_t>(size), '\0');
+  out.resize(read(0, out.data(), out.size()));
+  return out;
+}
+
+namespace {
+
+// Bytes of a file that are in memory at a time.
+constexpr std::size_t piece_size = std::size_t{1} << 18;
+
+// Call `visit(begin, end)` for each line of a file that begins at or after `offset`, until it
+// returns false. The file in pieces, a line as a whole.
+void for_lines(const SideFile& file, Index offset, auto&& visit) {
+  std::vector<char> piece(piece_size);
+  std::size_t held = 0;
+  while (true) {
+    const std::size_t got = file.read(offset, piece.data() + held, piece.size() - held);
+    offset += static_cast<Index>(got);
+    held += got;
+    const char *at = piece.data(), *end = at + held;
+    const bool last = held < piece.size();
+    while (at < end) {
+      const char* stop = row_end(at, end);
+      if (stop == end && !last) break;
+      if (!visit(at, stop)) return;
+      at = std::min(stop + 1, end);
+    }
+    if (last) return;
+    held = static_cast<std::size_t>(end - at);
+    std::memmove(piece.data(), at, held);
+    if (held == piece.size()) piece.resize(2 * piece.size());
+  }
+}
+
+}  // namespace
+
+int SideFile::line_of_row(Index row) const {
+  int line = 0, found = 0;
+  for_lines(*this, 0, [&](const char* at, const char* end) {
+    ++line;
+    if (is_data(at, end) && row-- == 0) found = line;
+    return found == 0;
+  });
+  return found;
 }
 
 Problem SideFile::at_line(int line, std::string message, std::string hint) const {
@@ -90,25 +160,34 @@ Problem SideFile::at_line(int line, std::string message, std::string hint) const
   p.line = line;
   p.message = std::move(message);
   p.hint = std::move(hint);
-  std::size_t begin = 0;
-  for (int i = 1; i < line; ++i) {
-    begin = text.find('\n', begin);
-    if (begin == std::string::npos) return p;
-    ++begin;
-  }
-  if (line > 0) p.source = text.substr(begin, text.find_first_of("\r\n", begin) - begin);
+  if (line == 0) return p;
+  for_lines(*this, 0, [&](const char* at, const char* end) {
+    if (--line > 0) return true;
+    p.source.assign(at, std::find(at, end, '\r'));
+    return false;
+  });
   return p;
 }
 
+Index SideFile::line_start(Index offset) const {
+  if (offset <= 0) return 0;
+  if (offset >= size) return size;
+  std::vector<char> piece(std::size_t{1} << 12);
+  for (--offset; offset < size;) {
+    const std::size_t got = read(offset, piece.data(), piece.size());
+    if (got == 0) break;
+    const char* stop = row_end(piece.data(), piece.data() + got);
+    offset += stop - piece.data();
+    if (stop < piece.data() + got) return offset + 1;
+  }
+  return size;
+}
+
 RowReader::RowReader(const SideFile& file, ProblemList& problems)
-    : file_(file),
-      problems_(problems),
-      at_(file.text.data()),
-      row_(at_),
-      row_end_(at_),
-      next_(at_),
-      end_(at_ + file.text.size()),
-      column_(at_) {}
+    : RowReader(file, problems, 0, file.size) {}
+
+RowReader::RowReader(const SideFile& file, ProblemList& problems, Index begin, Index end)
+    : file_(file), problems_(problems), filled_(begin), stop_(end) {}
 
 RowReader::~RowReader() {
   if (failures_ > cap) {
@@ -142,18 +221,38 @@ void RowReader::complain_file(std::string message, std::string hint) {
   problems_.error(std::move(p));
 }
 
+const char* RowReader::whole_line() {
+  const char* stop = next_ == end_ ? end_ : row_end(next_, end_);
+  while (stop == end_ && filled_ < stop_) {
+    const auto held = static_cast<std::size_t>(end_ - next_);
+    if (held > 0) std::memmove(piece_.data(), next_, held);
+    if (piece_.size() < 2 * held + 1) piece_.resize(std::max(piece_size, 2 * piece_.size()));
+    const auto room = std::min(static_cast<Index>(piece_.size() - held), stop_ - filled_);
+    const auto got = file_.read(filled_, piece_.data() + held, static_cast<std::size_t>(room));
+    filled_ += static_cast<Index>(got);
+    if (got == 0) stop_ = filled_;  // the file has become shorter
+    next_ = piece_.data();
+    end_ = next_ + held + got;
+    stop = row_end(next_ + held, end_);
+  }
+  return stop;
+}
+
 bool RowReader::next() {
-  while (next_ < end_) {
+  while (true) {
+    row_end_ = whole_line();
+    if (next_ == end_) {
+      row_ = at_ = column_ = row_end_ = next_;
+      return false;
+    }
     row_ = at_ = next_;
-    row_end_ = row_end(row_, end_);
-    next_ = row_end_ + 1;
+    next_ = row_end_ == end_ ? end_ : row_end_ + 1;
     ++line_;
     if (is_data(at_, row_end_)) {
       column_ = at_;
       return true;
     }
   }
-  return false;
 }
 
 bool RowReader::token(std::string_view what, std::string_view& out) {

@@ -1,6 +1,7 @@
 /// \file The ASCII side files of a scenario: whitespace-separated rows, # and ! comment lines.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,25 +12,44 @@
 
 namespace lahar {
 
-/// A file read as a whole.
+/// A side file that could be opened and is not empty. It is read in pieces, as often as needed;
+/// what can be read only once (a pipe) is kept.
 struct SideFile {
   std::string name;  ///< as the scenario names it
-  std::string text;
-  /// 1-based line of the n-th data row; 0 if there is none.
+  std::string path;
+  Index size = 0;    ///< [bytes]
+  std::string text;  ///< all of a file that can be read only once; else empty
+
+  /// Copies up to n bytes from `offset` on; fewer only at the end. Throws IoError.
+  std::size_t read(Index offset, char* to, std::size_t n) const;
+  /// Everything. Throws IoError.
+  std::string all() const;
+  bool regular() const { return text.empty(); }
+
+  /// 1-based line of the n-th data row; 0 if there is none. Reads the file.
   int line_of_row(Index row) const;
+  /// A problem with that line, which is read for it.
   Problem at_line(int line, std::string message, std::string hint = "") const;
+  /// Where the first line begins that begins at or after `offset`; the size if none does.
+  Index line_start(Index offset) const;
 };
+
+/// Open a side file; says why in `reason` if that fails (missing, a folder, empty, unreadable).
+std::optional<SideFile> open_side_file(std::string name, const std::string& path,
+                                       std::string& reason);
 
 /// Read a whole file; says why in `reason` if that fails (missing, a folder, empty, unreadable).
 std::optional<std::string> read_text_file(const std::string& path, std::string& reason);
 
-/// Reads a side file row by row. Every complaint goes to the problem list, with line and column;
-/// after `cap` of them the rest of the file's are counted only.
+/// Reads a side file row by row, of which it keeps a piece. Every complaint goes to the problem
+/// list, with line and column; after `cap` of them the rest of the file's are counted only.
 class RowReader {
  public:
   static constexpr int cap = 10;
 
   RowReader(const SideFile& file, ProblemList& problems);
+  /// Of the bytes [begin, end) alone, which are whole lines. Lines count from the first of them.
+  RowReader(const SideFile& file, ProblemList& problems, Index begin, Index end);
   ~RowReader();  ///< reports how many more problems there are
   RowReader(const RowReader&) = delete;
   RowReader& operator=(const RowReader&) = delete;
@@ -45,6 +65,8 @@ class RowReader {
   bool end_of_row(int optional = 0);
 
   int line() const { return line_; }
+  /// Where the next row begins [bytes from the beginning of the file].
+  Index offset() const { return filled_ - (end_ - next_); }
   /// A problem with the column read last, or the file as a whole.
   void complain(std::string message, std::string hint = "");
   void complain_file(std::string message, std::string hint = "");
@@ -52,14 +74,19 @@ class RowReader {
 
  private:
   bool token(std::string_view what, std::string_view& out);
+  /// Make the current piece hold all of the line that begins at next_; returns its end.
+  const char* whole_line();
   const SideFile& file_;
   ProblemList& problems_;
-  const char* at_;       // next byte of the current row
-  const char* row_;      // first byte of the current row
-  const char* row_end_;  // one past its last
-  const char* next_;     // first byte of the next row
-  const char* end_;
-  const char* column_;  // start of the column read last
+  std::vector<char> piece_;
+  Index filled_;                   ///< the piece ends here in the file
+  Index stop_;                     ///< end of what is to be read
+  const char* next_ = nullptr;     ///< first byte of the next row
+  const char* end_ = nullptr;      ///< of the piece
+  const char* at_ = nullptr;       ///< next byte of the current row
+  const char* row_ = nullptr;      ///< first byte of the current row
+  const char* row_end_ = nullptr;  ///< one past its last
+  const char* column_ = nullptr;   ///< start of the column read last
   int line_ = 0;
   int failures_ = 0;
 };
@@ -75,26 +102,6 @@ struct MeshTables {
 template <int Dim>
 std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, ProblemList& problems);
 
-/// The count, then coordinates.
-template <int Dim>
-std::optional<std::vector<Vec<Dim>>> read_particle_file(const SideFile& file,
-                                                        ProblemList& problems);
-
-/// The count, then six components per particle.
-std::optional<std::vector<Voigt>> read_stress_file(const SideFile& file, Index n_particles,
-                                                   ProblemList& problems);
-
-/// Rows `id value`, ids below n and each once; `positive` values only.
-std::optional<std::vector<std::pair<Index, double>>> read_volume_file(const SideFile& file,
-                                                                      Index n_particles,
-                                                                      ProblemList& problems);
-
-/// Rows `particle cell`.
-std::optional<std::vector<std::pair<Index, Index>>> read_particle_cell_file(const SideFile& file,
-                                                                            Index n_particles,
-                                                                            Index n_cells,
-                                                                            ProblemList& problems);
-
 /// Rows `node dir value`.
 struct NodeValue {
   Index node;
@@ -104,6 +111,22 @@ struct NodeValue {
 std::optional<std::vector<NodeValue>> read_node_values(const SideFile& file, std::string_view what,
                                                        Index n_nodes, int dim,
                                                        ProblemList& problems);
+
+/// Highest id allowed where n entities exist; any where their number is unknown (-1).
+inline Index last_id(Index n) {
+  return n < 0 ? std::numeric_limits<Index>::max() : n - 1;
+}
+
+/// The coordinates of a row, to its end.
+template <int Dim>
+bool read_point(RowReader& rows, Vec<Dim>& x);
+
+/// Whether there is room for `count` rows of at least two bytes: a wild count must not allocate.
+bool plausible(const SideFile& file, Index count);
+
+/// Complain that rows are missing, or that there are more than promised.
+void too_few(RowReader& rows, std::string_view what, Index found, Index promised);
+bool no_more_rows(RowReader& rows, std::string_view what, Index promised);
 
 /// Check the rows of files whose content is not supported yet: `node dir sign_n friction`,
 /// `node alpha beta [gamma]`.

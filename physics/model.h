@@ -61,7 +61,7 @@ struct NodeForce {
 
 /// Traction on particles: force = traction(t) * volume / size, size = initial volume^(1/Dim).
 struct ParticleTraction {
-  std::vector<Index> particles;  ///< particle ids, ascending
+  std::vector<Index> particles;  ///< particle ids, ascending; those of ParticleTable alone
   int dir;
   double traction;    ///< [Pa]
   int function = -1;  ///< index into Model::functions; -1 = constant
@@ -69,12 +69,13 @@ struct ParticleTraction {
 
 /// Prescribed velocity component of particles, applied at the end of G2P.
 struct ParticleVelocity {
-  std::vector<Index> particles;  ///< particle ids, ascending
+  std::vector<Index> particles;  ///< particle ids, ascending; those of ParticleTable alone
   int dir;
   double velocity;  ///< [m/s]
 };
 
-/// Initial particles, structure of arrays; the particle's id is its position unless `id` is given.
+/// Initial particles, structure of arrays; the particle's id is its position unless `id` is given:
+/// where several processes have a share each.
 template <int Dim>
 struct ParticleTable {
   std::vector<Vec<Dim>> x;              ///< [m]
@@ -83,7 +84,10 @@ struct ParticleTable {
   std::vector<std::uint16_t> material;  ///< index into Model::materials; always filled
   std::vector<Vec<Dim>> velocity;       ///< [m/s]; empty = zero
   std::vector<Voigt> stress;            ///< [Pa]; empty = zero
+  std::vector<Index> id;                ///< ascending; empty = the position
+  std::vector<std::uint64_t> loads;     ///< as Particles::loads; empty = not yet set
   Index size() const { return static_cast<Index>(x.size()); }
+  Index id_of(std::size_t row) const { return id.empty() ? static_cast<Index>(row) : id[row]; }
 };
 
 /// How the time step is chosen. The limit of a particle is h / (c + |v|), h = Mesh::cell_size,

@@ -10,6 +10,7 @@
 #include "physics/error.h"
 #include "physics/inverse_mapping.h"
 #include "physics/kernels.h"
+#include "runtime/initial_particles.h"
 #include "runtime/parallel.h"
 
 namespace lahar {
@@ -56,24 +57,6 @@ void for_each_row(Rows rows, auto&& body) {
       body(row++, i++);
 }
 
-/// Bit k of a particle's loads: load or constraint k acts. Empty if there are none.
-template <int Dim>
-std::vector<std::uint64_t> load_bits(const Model<Dim>& model) {
-  std::vector<std::uint64_t> bits;
-  if (model.tractions.empty() && model.particle_velocities.empty()) return bits;
-  bits.assign(static_cast<std::size_t>(model.particles.size()), 0);
-  std::size_t k = 0;
-  const auto mark = [&](const auto& loads) {
-    for (const auto& load : loads) {
-      for (const Index p : load.particles) bits[static_cast<std::size_t>(p)] |= 1ULL << k;
-      ++k;
-    }
-  };
-  mark(model.tractions);
-  mark(model.particle_velocities);
-  return bits;
-}
-
 /// Natural coordinates of x in a cell of a patch; nothing if it lies outside.
 template <int Dim>
 std::optional<Vec<Dim>> natural_coordinates(const Patch<Dim>& patch, const Mesh<Dim>& mesh,
@@ -95,15 +78,14 @@ std::optional<Vec<Dim>> touching(const Mesh<Dim>& mesh, Index cell, const Vec<Di
 
 /// Ids, materials, loads and places. Returns the first row that is not in its cell; -1 = none.
 template <int Dim>
-Index fill_places(Patch<Dim>& patch, Rows rows, const Model<Dim>& model,
-                  const std::vector<std::uint64_t>& bits) {
+Index fill_places(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
   const ParticleTable<Dim>& table = model.particles;
   Particles<Dim>& to = patch.particles;
   Local n = 0;
   for (const auto& span : rows) n += static_cast<Local>(span.end - span.begin);
   to.reserve(n);
   to.resize(n);
-  if (!bits.empty()) to.loads.resize(static_cast<std::size_t>(n));
+  if (!table.loads.empty()) to.loads.resize(static_cast<std::size_t>(n));
   const auto x = to.template rows<Dim>(Column::x);
   std::array<double*, Dim> xi{};
   if (to.layout().has(Column::xi)) xi = to.template rows<Dim>(Column::xi);
@@ -111,10 +93,10 @@ Index fill_places(Patch<Dim>& patch, Rows rows, const Model<Dim>& model,
   Local local = -1;
   for_each_row(rows, [&](std::size_t row, std::size_t i) {
     if (table.cell[row] != last_cell) local = patch.local_cell.at(last_cell = table.cell[row]);
-    to.id[i] = static_cast<Index>(row);
+    to.id[i] = table.id_of(row);
     to.cell[i] = local;
     to.material[i] = table.material[row];
-    if (!bits.empty()) to.loads[i] = bits[row];
+    if (!table.loads.empty()) to.loads[i] = table.loads[row];
     auto natural = natural_coordinates(patch, *model.mesh, local, table.x[row]);
     if (!natural) natural = touching(*model.mesh, last_cell, table.x[row]);
     if (!natural && stray < 0) stray = static_cast<Index>(row);
@@ -168,20 +150,19 @@ double fill_patches(std::span<const std::unique_ptr<Patch<Dim>>> patches, const 
     });
   };
   std::vector<Index> strays(patches.size());
-  {
-    const std::vector<std::uint64_t> bits = load_bits(model);
-    for_patches([&](Patch<Dim>& patch, Rows from, std::size_t i) {
-      strays[i] = fill_places(patch, from, model, bits);
-    });
-  }
+  set_loads(model);
+  for_patches([&](Patch<Dim>& patch, Rows from, std::size_t i) {
+    strays[i] = fill_places(patch, from, model);
+  });
   std::erase(strays, -1);
   if (!strays.empty()) {
-    const Index p = *std::min_element(strays.begin(), strays.end());
-    throw InputError("particle " + std::to_string(p) + " is not in its cell " +
-                     std::to_string(model.particles.cell[static_cast<std::size_t>(p)]) + ".");
+    const auto row = static_cast<std::size_t>(*std::min_element(strays.begin(), strays.end()));
+    throw InputError("particle " + std::to_string(model.particles.id_of(row)) +
+                     " is not in its cell " + std::to_string(model.particles.cell[row]) + ".");
   }
   model.particles.x = {};
   model.particles.cell = {};
+  model.particles.loads = {};
   std::vector<double> lightest(patches.size());
   for_patches([&](Patch<Dim>& patch, Rows from, std::size_t i) {
     lightest[i] = fill_state(patch, from, model);

@@ -33,11 +33,12 @@ class RowsByPatch {
   std::vector<Index> first_;  ///< of each patch, and one more
 };
 
-/// Fill patches with the particles of the model's table, on up to `threads` threads (0 = all);
-/// patches are the same for any number of them. Every particle is written to memory once, by the
-/// thread that fills its patch. Columns of the table are released as soon as they are not needed
-/// any more, so that table and patches are never in memory as a whole together. Throws InputError
-/// for a particle that is not in its cell. Returns the smallest mass of a particle [kg].
+/// Fill patches with the particles of the model's table (of several ranks: this one's), on up to
+/// `threads` threads (0 = all); patches are the same for any number of them. Every particle is
+/// written to memory once, by the thread that fills its patch. Columns of the table are released as
+/// soon as they are not needed any more, so that table and patches are never in memory as a whole
+/// together. Throws InputError for a particle that is not in its cell. Returns the smallest mass of
+/// a particle [kg].
 template <int Dim>
 double fill_patches(std::span<const std::unique_ptr<Patch<Dim>>> patches, const RowsByPatch& rows,
                     Model<Dim>& model, int threads);

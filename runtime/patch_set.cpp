@@ -1,7 +1,5 @@
 #include "runtime/patch_set.h"
 
-#include <tsl/robin_set.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,8 +11,8 @@
 #include "physics/error.h"
 #include "physics/kernels.h"
 #include "physics/law.h"
-#include "physics/loads.h"
 #include "physics/partition_common.h"
+#include "runtime/initial_particles.h"
 #include "runtime/parallel.h"
 #include "runtime/patch_filling.h"
 #include "runtime/patch_state.h"
@@ -23,40 +21,25 @@ namespace lahar {
 
 namespace {
 
-/// Different values in a list of cells. Particles of a cell usually follow each other, and cells
-/// ascend where a generator made them; otherwise each cell is remembered.
-Index count_different(const std::vector<Index>& cells) {
-  Index different = 0;
-  tsl::robin_set<Index> seen;
-  const bool ascending = std::is_sorted(cells.begin(), cells.end());
-  for (std::size_t p = 0; p < cells.size(); ++p)
-    if (p == 0 || cells[p] != cells[p - 1])
-      if (ascending || seen.insert(cells[p]).second) ++different;
-  return different;
-}
-
 /// Cells per patch so that patches of the initial filling hold about the wanted number of
 /// particles.
 template <int Dim>
-Index cells_per_patch(const Model<Dim>& model) {
-  const Index occupied = count_different(model.particles.cell);
-  if (occupied == 0) return model.analysis.patch_particles;
+Index cells_per_patch(const Model<Dim>& model, const ParticleCensus& census) {
+  if (census.occupied_cells == 0) return model.analysis.patch_particles;
   const double per_cell =
-      static_cast<double>(model.particles.size()) / static_cast<double>(occupied);
+      static_cast<double>(census.particles) / static_cast<double>(census.occupied_cells);
   return std::max<Index>(
       1, std::llround(static_cast<double>(model.analysis.patch_particles) / per_cell));
 }
 
 template <int Dim>
-ColumnLayout<Dim> layout_for(const Model<Dim>& model) {
+ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& census) {
   ColumnNeeds needs;
   needs.size = !model.tractions.empty();
   needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
-  needs.strain = !model.particles.stress.empty();
-  std::vector<char> used(model.materials.size(), 0);
-  for (const auto m : model.particles.material) used[m] = 1;
-  for (std::size_t m = 0; m < used.size(); ++m) {
-    if (!used[m]) continue;
+  needs.strain = census.stressed;
+  for (std::size_t m = 0; m < census.used.size(); ++m) {
+    if (!census.used[m]) continue;
     needs.pressure = needs.pressure || has_pressure(model.materials[m].law);
     needs.strain = needs.strain || !strain_follows_from_stress(model.materials[m].law);
   }
@@ -82,16 +65,12 @@ void sort_by_node(auto& entries) {
                    [](const auto& a, const auto& b) { return a.node < b.node; });
 }
 
-/// What patches take from the model's loads, in their order.
+/// Loads and constraints in the order in which patches look for them. Of several ranks that have the
+/// table of all particles each keeps a part, so that every particle is in one share.
 template <int Dim>
-void prepare_loads(Model<Dim>& model) {
-  const std::size_t of_particles = model.tractions.size() + model.particle_velocities.size();
-  if (of_particles > max_particle_loads)
-    throw InputError("at most " + std::to_string(max_particle_loads) +
-                     " particle tractions and prescribed particle velocities together are "
-                     "supported; found " +
-                     std::to_string(of_particles) +
-                     ". Merge entries that share direction and value into one particle set.");
+void prepare(Model<Dim>& model, const Ranks& ranks) {
+  set_loads(model);
+  if (ranks.several() && !ranks.any(!model.particles.id.empty())) keep_share(model.particles, ranks);
   sort_by_node(model.node_velocities);
   sort_by_node(model.node_forces);
 }
@@ -132,15 +111,16 @@ template <int Dim>
 PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads,
                         Ranks ranks, SumMessages messages)
     : model_(&model),
-      target_cells_(cells_per_patch(model)),
+      census_((prepare(model, ranks), take_census(model, ranks))),
+      target_cells_(cells_per_patch(model, census_)),
       partition_(*model.mesh, target_cells_),
       rings_(support_rings),
       copies_(copies),
-      layout_(layout_for(model)),
+      layout_(layout_for(model, census_)),
       ranks_(ranks),
       messages_(messages) {
-  prepare_loads(model);
   distribute(model, threads);
+  keep_own_mesh();
   link();
 }
 
@@ -149,15 +129,15 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
                         const SimulationState& state, int threads, Ranks ranks,
                         SumMessages messages)
     : model_(&model),
+      census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(state.run.cells_per_patch),
       partition_(*model.mesh, target_cells_),
       rings_(support_rings),
       copies_(copies),
-      layout_(layout_for(model)),
+      layout_(layout_for(model, census_)),
       least_mass_(state.run.least_mass),
       ranks_(ranks),
       messages_(messages) {
-  prepare_loads(model);
   restore(model, state, threads);
 }
 
@@ -208,30 +188,41 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   return patch;
 }
 
+/// Where particles are, by patch: bricks of a structured mesh, none of others.
+template <int Dim>
+std::vector<typename Partition<Dim>::Brick> PatchSet<Dim>::filled_bricks(const RowsByPatch& rows,
+                                                                         int threads) const {
+  std::vector<Brick> filled;
+  if (!model_->mesh->is_structured()) return filled;
+  const std::vector<Index> occupied = rows.occupied();
+  filled.resize(occupied.size());
+  parallel_for(threads, static_cast<int>(occupied.size()), [&](int i) {
+    const auto at = static_cast<std::size_t>(i);
+    CellsAround<Dim> cells(*model_->mesh);
+    for (const auto& span : rows[occupied[at]])
+      for (Index row = span.begin; row < span.end; ++row)
+        cells.add(model_->particles.cell[static_cast<std::size_t>(row)]);
+    filled[at] = cells.brick();
+  });
+  return filled;
+}
+
 template <int Dim>
 void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
-  const RowsByPatch rows(model.particles.cell, partition_);
-  const std::vector<Index> occupied = rows.occupied();
-  std::vector<Brick> filled;
-  if (model.mesh->is_structured()) {
-    filled.resize(occupied.size());
-    parallel_for(threads, static_cast<int>(occupied.size()), [&](int i) {
-      const auto at = static_cast<std::size_t>(i);
-      CellsAround<Dim> cells(*model.mesh);
-      for (const auto& span : rows[occupied[at]])
-        for (Index row = span.begin; row < span.end; ++row)
-          cells.add(model.particles.cell[static_cast<std::size_t>(row)]);
-      filled[at] = cells.brick();
-    });
-  }
-  all_ = needed(filled);
+  const auto by_patch = [&] { return RowsByPatch(model.particles.cell, partition_); };
+  RowsByPatch rows = by_patch();
+  all_ = needed(filled_bricks(rows, threads));
+  const std::vector<Index> particles = particles_of_patches(model.particles, partition_, ranks_);
   std::vector<Index> weight;
-  for (const Index id : all_) {
-    Index particles = 0;
-    for (const auto& span : rows[id]) particles += span.end - span.begin;
-    weight.push_back(particles);
-  }
+  for (const Index id : all_) weight.push_back(particles[static_cast<std::size_t>(id)]);
   owner_ = curve_chunks(weight, ranks_.size());
+  if (ranks_.several()) {
+    send_to_owners<Dim>(
+        model.particles,
+        [&](std::size_t row) { return owner_of(partition_.patch_of(model.particles.cell[row])); },
+        ranks_);
+    rows = by_patch();
+  }
   const std::vector<Index> ids = own_patches();
   patches_.resize(ids.size());
   parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
@@ -240,6 +231,47 @@ void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
   });
   const double lightest = ranks_.min(fill_patches<Dim>(patches_, rows, model, threads));
   least_mass_ = std::min(least_nodal_mass, least_nodal_mass_share * lightest);
+}
+
+/// Of a mesh from tables, what lies around the patches of this rank.
+template <int Dim>
+void PatchSet<Dim>::keep_own_mesh() {
+  if (!ranks_.several() || model_->mesh->is_structured()) return;
+  const std::vector<Index> own = own_patches();
+  const std::vector<Index> around = surrounding_patches(partition_, own, rings_);
+  auto mesh = std::make_shared<const Mesh<Dim>>(
+      model_->mesh->part(surrounding_cells(*model_->mesh, partition_, own, rings_)));
+  partition_ = partition_.part(*mesh, around);
+  model_->mesh = std::move(mesh);
+}
+
+/// The same when patches have changed their ranks: those that had a patch send its surroundings.
+template <int Dim>
+void PatchSet<Dim>::exchange_mesh(const std::vector<int>& owner) {
+  if (!ranks_.several() || model_->mesh->is_structured()) return;
+  std::vector<std::vector<Index>> given(static_cast<std::size_t>(ranks_.size()));
+  std::vector<Index> kept;
+  for (std::size_t i = 0; i < all_.size(); ++i)
+    if (owner_[i] == ranks_.rank())
+      (owner[i] == ranks_.rank() ? kept : given[static_cast<std::size_t>(owner[i])])
+          .push_back(all_[i]);
+  const Mesh<Dim>& whole = *model_->mesh;
+  std::vector<std::vector<std::byte>> cells(given.size()), cuts(given.size());
+  for (std::size_t r = 0; r < given.size(); ++r) {
+    if (given[r].empty()) continue;
+    cells[r] = whole.pack(surrounding_cells(whole, partition_, given[r], rings_));
+    cuts[r] = partition_.pack(surrounding_patches(partition_, given[r], rings_));
+  }
+  const auto some = [](std::vector<std::vector<std::byte>> pieces) {
+    std::erase_if(pieces, [](const auto& piece) { return piece.empty(); });
+    return pieces;
+  };
+  const auto new_cells = some(ranks_.exchange(cells)), new_cuts = some(ranks_.exchange(cuts));
+  auto mesh = std::make_shared<const Mesh<Dim>>(
+      whole.part(surrounding_cells(whole, partition_, kept, rings_), new_cells));
+  partition_ =
+      partition_.part(*mesh, surrounding_patches(partition_, kept, rings_), new_cuts);
+  model_->mesh = std::move(mesh);
 }
 
 template <int Dim>
@@ -368,6 +400,7 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
     if (const int stored = position_of(state.patches, ids[at]); stored >= 0)
       unpack<Dim>(state.bytes(static_cast<std::size_t>(stored)), *patches_[at], state.run.step);
   });
+  keep_own_mesh();
   rebuild();
 }
 
@@ -571,6 +604,7 @@ void PatchSet<Dim>::give_to(const std::vector<int>& owner, Index step) {
     }
     return true;
   });
+  exchange_mesh(owner);
   owner_ = owner;
   arrange(all_);  // new patches are made empty
   const auto parcels_come = ranks_.exchange(parcels);

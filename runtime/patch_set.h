@@ -8,6 +8,8 @@
 
 #include "graph/stage.h"
 #include "physics/patch.h"
+#include "runtime/initial_particles.h"
+#include "runtime/patch_filling.h"
 #include "runtime/rank_partition.h"
 #include "runtime/ranks.h"
 #include "runtime/simulation_state.h"
@@ -45,7 +47,8 @@ template <int Dim>
 class PatchSet {
  public:
   /// Cut the mesh, place the model's particles in their patches (and release the model's table), on
-  /// up to `threads` threads (0 = all).
+  /// up to `threads` threads (0 = all). Several ranks: tables with ids are shares, which together
+  /// have all particles; if no rank's has, each has the table of all, and takes its share of it.
   PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads = 1,
            Ranks ranks = {}, SumMessages messages = {});
   /// The same cut, with the patches of a state instead of the model's particles, which are
@@ -94,7 +97,10 @@ class PatchSet {
   using Patches = std::vector<std::unique_ptr<Patch<Dim>>>;
   using Brick = typename Partition<Dim>::Brick;
   std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
+  std::vector<Brick> filled_bricks(const RowsByPatch& rows, int threads) const;
   void distribute(Model<Dim>& model, int threads);
+  void keep_own_mesh();
+  void exchange_mesh(const std::vector<int>& owner);
   void restore(Model<Dim>& model, const SimulationState& state, int threads);
   std::vector<Index> needed(std::span<const Brick> filled) const;
   std::vector<Index> of_all_ranks(const std::vector<Index>& ids) const;
@@ -109,7 +115,8 @@ class PatchSet {
   void mirror_nodes(std::vector<PatchTopology<Dim>>& remote);
   void find_sends();
 
-  const Model<Dim>* model_;
+  Model<Dim>* model_;  ///< whose mesh is this rank's part where there are several
+  ParticleCensus census_;
   Index target_cells_;
   Partition<Dim> partition_;
   int rings_;

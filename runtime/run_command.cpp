@@ -11,6 +11,7 @@
 #include "runtime/commands.h"
 #include "runtime/console.h"
 #include "runtime/frame_output.h"
+#include "runtime/rank_team.h"
 #include "runtime/rank_watch.h"
 #include "runtime/restart.h"
 #include "runtime/run_checkpoints.h"
@@ -168,7 +169,7 @@ class CaseRun {
   int execute() {
     begin_ = Clock::now();
     auto& model = std::get<Model<Dim>>(scenario_.model);
-    const Model<Dim> header = without_particles(model);
+    Model<Dim> header = without_particles(model);
     header_ = checkpoint_header(scenario_);
     if (!arguments_.restart.empty()) open_checkpoint_to_restart();
     const auto made = make_simulation(scenario_, std::move(model), arguments_.execution, observer(),
@@ -184,6 +185,7 @@ class CaseRun {
 
     RunInfo about = run_info(arguments_, scenario_);
     add_model(about, header, info);
+    header.mesh.reset();  // of a mesh from tables, each rank keeps its part
     about.steps = steps_;
     about.ranks = ranks_.size();
     make_folder(std::move(about));
@@ -504,34 +506,42 @@ class CaseRun {
   Clock::time_point begin_, loop_begin_;
 };
 
-Scenario read(const RunArguments& arguments, Console& console) {
-  Scenario scenario = read_scenario(arguments.scenario, arguments.options);
+Scenario read(const RunArguments& arguments, Console& console, const Team* team = nullptr) {
+  ScenarioOptions options = arguments.options;
+  options.team = team;
+  Scenario scenario = read_scenario(arguments.scenario, options);
   if (!scenario.warnings.empty())
     console.warn(format_problems(scenario.warnings, "warning", use_colour(2)));
   return scenario;
 }
 
-/// All ranks must compute the same, to the last bit, or the result would be nobody's.
-void check_alike(const RunArguments& arguments, const Scenario& scenario) {
+/// All ranks must compute the same, to the last bit, or the result would be nobody's. Before the
+/// scenario is read, which they do together.
+void check_alike(const RunArguments& arguments) {
   const Ranks& ranks = arguments.execution.ranks;
   if (!ranks.several()) return;
-  std::string options = scenario.full + fmt::format("{}", arguments.options.as_cbgeo);
-  for (const auto& file : scenario.side_files) options += sha256_of_file(file);
-  const std::array texts{version_line() + compiler_line(), scenario.text, options};
-  const std::array names{"programs (version, commit or compiler)", "scenario files",
-                         "options or side files"};
+  std::string options = arguments.options.as_cbgeo ? "as CB-Geo" : "";
+  for (const std::string& text : arguments.options.overrides) options += "\n" + text;
+  std::string scenario;
+  try {
+    scenario = sha256_of_file(arguments.scenario);
+  } catch (const IoError&) {
+    // Reading it says so.
+  }
+  const std::array texts{version_line() + compiler_line(), scenario, options};
+  const std::array names{"programs (version, commit or compiler)", "scenario files", "options"};
   for (std::size_t k = 0; k < texts.size(); ++k) {
     const std::string own = sha256(texts[k]);
     const std::vector<char> all = ranks.gather_all(std::span<const char>(own));
     std::string different;
     for (std::size_t r = 1; r < static_cast<std::size_t>(ranks.size()); ++r)
-      if (!std::equal(all.begin(), all.begin() + 64, all.begin() + static_cast<int>(64 * r)))
+      if (!std::equal(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(own.size()),
+                      all.begin() + static_cast<std::ptrdiff_t>(own.size() * r)))
         different += fmt::format("{}{}", different.empty() ? "" : ", ", r);
     if (!different.empty())
-      throw RankError(
-          fmt::format("the ranks were started with different {}: rank 0 against {}. "
-                      "Start all of them with the same.",
-                      names[k], different));
+      throw RankError(fmt::format("the ranks were started with different {}: rank 0 against {}. "
+                                  "Start all of them with the same.",
+                                  names[k], different));
   }
 }
 
@@ -544,8 +554,9 @@ int run_command(const RunArguments& arguments) {
                                                        : Console::Voice::normal);
   console.line("Lahar " + version_line());
   console.line("built with " + compiler_line());
-  Scenario scenario = read(arguments, console);
-  check_alike(arguments, scenario);
+  check_alike(arguments);
+  const RankTeam team(arguments.execution.ranks);
+  Scenario scenario = read(arguments, console, &team);
   return std::visit(
       [&]<int Dim>(const Model<Dim>&) {
         return CaseRun<Dim>(arguments, scenario, console).execute();

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "io/scenario.h"
+#include "thread_team.h"
 
 namespace fs = std::filesystem;
 
@@ -110,28 +111,47 @@ std::string without(std::string text, const std::string& part) {
 
 }  // namespace
 
-std::string read(const std::vector<Edit>& edits, const std::vector<std::string>& overrides) {
+namespace {
+
+std::string read_file(const fs::path& file, const ScenarioOptions& options) {
+  try {
+    const Scenario s = read_scenario(file, options);
+    return "accepted\n" + format_problems(s.warnings, "warning");
+  } catch (const InputError& e) {
+    return format_problems(e.problems());
+  }
+}
+
+}  // namespace
+
+std::string read(const std::vector<Edit>& edits, const std::vector<std::string>& overrides,
+                 int team) {
   const TemporaryFolder folder;
   auto files = valid_case;
   for (const Edit& edit : edits) apply(edit, folder.path(), files);
   for (const auto& [name, text] : files)
     std::ofstream(folder.path() / name, std::ios::binary) << text;
-  std::string text;
-  try {
-    const Scenario s = read_scenario(folder.path() / "mpm.json", {overrides, false});
-    text = "accepted\n" + format_problems(s.warnings, "warning");
-  } catch (const InputError& e) {
-    text = format_problems(e.problems());
-  }
-  return without(text, folder.path().string() + "/");
+  std::vector<std::string> said(static_cast<std::size_t>(team));
+  const auto read_as = [&](const Team& member) {
+    said[static_cast<std::size_t>(member.index())] =
+        read_file(folder.path() / "mpm.json", {overrides, false, &member});
+  };
+  if (team == 1)
+    read_as(Team());
+  else
+    run_team(team, read_as);
+  for (const std::string& text : said) CHECK(text == said.front());
+  return without(said.front(), folder.path().string() + "/");
 }
 
 void check(const std::vector<Entry>& table, std::size_t size) {
   CHECK(table.size() == size);
-  for (const Entry& entry : table) {
-    CAPTURE(entry.name);
-    CHECK(read(entry.edits, entry.overrides) == entry.expected);
-  }
+  for (const Entry& entry : table)
+    for (const int team : {1, 2, 3}) {
+      CAPTURE(entry.name);
+      CAPTURE(team);
+      CHECK(read(entry.edits, entry.overrides, team) == entry.expected);
+    }
 }
 
 }  // namespace lahar::broken

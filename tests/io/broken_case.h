@@ -34,10 +34,13 @@ struct Entry {
 };
 
 /// Write the case, apply the edits and read it; the problems as text, paths without the folder.
-/// "accepted" and the warnings if there are none.
-std::string read(const std::vector<Edit>& edits, const std::vector<std::string>& overrides = {});
+/// "accepted" and the warnings if there are none. Where a team reads it, every member says the
+/// same.
+std::string read(const std::vector<Edit>& edits, const std::vector<std::string>& overrides = {},
+                 int team = 1);
 
-/// Check every entry of a table; its size is checked too, so that no entry is lost.
+/// Check every entry of a table, read by one and by several; its size is checked too, so that no
+/// entry is lost.
 void check(const std::vector<Entry>& table, std::size_t size);
 
 }  // namespace lahar::broken

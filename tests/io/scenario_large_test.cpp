@@ -47,22 +47,42 @@ TEST_CASE("one bad line among a million is reported with its place") {
   const auto at = text.find(good);
   REQUIRE(at != std::string::npos);
   text.replace(at, good.size(), "\n0.001 O.7775\n");
-  CHECK(read({replace("mpm.json", "\"mesh\": \"mesh.txt\",", structured),
-              write("particles.txt", text)}) ==
-        "particles.txt:777002:7: error: y must be a finite number, found 'O.7775'\n"
-        "  0.001 O.7775\n"
-        "        ^\n");
+  for (const int team : {1, 4})
+    CHECK(read({replace("mpm.json", "\"mesh\": \"mesh.txt\",", structured),
+                write("particles.txt", text)},
+               {}, team) ==
+          "particles.txt:777002:7: error: y must be a finite number, found 'O.7775'\n"
+          "  0.001 O.7775\n"
+          "        ^\n");
 }
 
 TEST_CASE("a million bad lines are ten messages and a count") {
   std::string text = fmt::format("{}\n", side * side);
   for (int i = 0; i < side * side; ++i) text += "0,5 0,5\n";
   const std::string said = read({write("particles.txt", text)});
+  CHECK(read({write("particles.txt", text)}, {}, 3) == said);
   CHECK(std::count(said.begin(), said.end(), '\n') == 3 * 10 + 1);
   CHECK(said.find("particles.txt:11:1: error: x must be a finite number, found '0,5'\n") !=
         std::string::npos);
   CHECK(said.find("particles.txt: error: and 999990 more problems in this file\n") !=
         std::string::npos);
+}
+
+TEST_CASE("lines may be longer than the pieces in which files are read") {
+  const std::string comment = "# " + std::string(1000000, '-') + "\n";
+  const std::string rows = "3\n" + comment + comment + "0.25 0.5\n0.75 0.5\n" + comment;
+  for (const int team : {1, 2, 5}) {
+    CAPTURE(team);
+    CHECK(read({write("particles.txt", comment + rows + "1.5 0.5")}, {}, team) == "accepted\n");
+    CHECK(read({write("particles.txt", comment + rows + "1.5 .5.\n")}, {}, team) ==
+          "particles.txt:8:5: error: y must be a finite number, found '.5.'\n"
+          "  1.5 .5.\n"
+          "      ^\n");
+    CHECK(read({write("particles.txt", comment + rows + "1.5 2.5\n")}, {}, team) ==
+          "particles.txt:8: error: particle 2 at (1.5, 2.5) lies outside the mesh\n"
+          "  1.5 2.5\n"
+          "  hint: the mesh extends from (0, 0) to (2, 1)\n");
+  }
 }
 
 TEST_CASE("a huge mesh costs nothing where it is empty") {

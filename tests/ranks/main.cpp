@@ -8,5 +8,6 @@
 int main(int argc, char** argv) {
   const lahar::MpiSession session(argc, argv);
   doctest::Context context(argc, argv);
-  return context.run();
+  const int result = context.run();
+  return lahar::Ranks::world().any(result != 0) ? 1 : 0;
 }

@@ -1,0 +1,98 @@
+/// \file The processes that read a scenario together, each its share of the particles.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <numeric>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "io/problems.h"
+#include "physics/types.h"
+
+namespace lahar {
+
+/// A group of readers, numbered from 0; this base class is one that is alone. Whoever has several
+/// processes (or threads) derives from it. Every function but index() and size() is collective: all
+/// members call it, in the same order, and none returns before all have called.
+class Team {
+ public:
+  using Bytes = std::vector<std::byte>;
+
+  virtual ~Team() = default;
+  virtual int index() const { return 0; }
+  virtual int size() const { return 1; }
+  bool alone() const { return size() == 1; }
+
+  /// What each member gives; all get everything.
+  virtual std::vector<Bytes> gather_bytes(Bytes own) const {
+    std::vector<Bytes> all;
+    all.push_back(std::move(own));
+    return all;
+  }
+  /// to[i] goes to member i; returns what each member had for this one.
+  virtual std::vector<Bytes> exchange_bytes(std::vector<Bytes> to) const { return to; }
+
+  /// The values of each member.
+  template <class T>
+  std::vector<std::vector<T>> gather(const std::vector<T>& own) const {
+    return values<T>(gather_bytes(bytes(own)));
+  }
+  template <class T>
+  std::vector<std::vector<T>> exchange(std::vector<std::vector<T>> to) const {
+    if (alone()) return to;
+    std::vector<Bytes> parts;
+    for (auto& part : to) parts.push_back(bytes(std::exchange(part, {})));
+    return values<T>(exchange_bytes(std::move(parts)));
+  }
+
+  /// One number of each member.
+  std::vector<Index> each(Index own) const {
+    std::vector<Index> all;
+    for (const auto& one : gather(std::vector<Index>{own})) all.push_back(one.front());
+    return all;
+  }
+  Index sum(Index own) const {
+    const auto all = each(own);
+    return std::accumulate(all.begin(), all.end(), Index{0});
+  }
+  Index max(Index own) const {
+    const auto all = each(own);
+    return *std::max_element(all.begin(), all.end());
+  }
+  bool any(bool own) const { return max(own) != 0; }
+  /// Where this member's part of [0, n) begins; part(n, size()) would be n.
+  Index part(Index n, int member) const {
+    return n / size() * member + n % size() * member / size();
+  }
+
+ private:
+  template <class T>
+  static Bytes bytes(const std::vector<T>& from) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const auto raw = std::as_bytes(std::span(from));
+    return {raw.begin(), raw.end()};
+  }
+  template <class T>
+  static std::vector<std::vector<T>> values(const std::vector<Bytes>& parts) {
+    std::vector<std::vector<T>> out;
+    for (const Bytes& part : parts) {
+      auto& to = out.emplace_back(part.size() / sizeof(T));
+      std::copy(part.begin(), part.end(), reinterpret_cast<std::byte*>(to.data()));
+    }
+    return out;
+  }
+};
+
+/// Let every member do its part; where one throws, all throw what the first of these threw.
+void all_or_none(const Team& team, const std::function<void()>& part);
+
+/// Let the first member alone look for problems; all members then have them. For what is slow or
+/// needs everything at once, once it is clear that something is wrong.
+void by_the_first(const Team& team, ProblemList& problems,
+                  const std::function<void(ProblemList&)>& look);
+
+}  // namespace lahar
