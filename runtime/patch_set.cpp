@@ -65,12 +65,13 @@ void sort_by_node(auto& entries) {
                    [](const auto& a, const auto& b) { return a.node < b.node; });
 }
 
-/// Loads and constraints in the order in which patches look for them. Of several ranks that have the
-/// table of all particles each keeps a part, so that every particle is in one share.
+/// Loads and constraints in the order in which patches look for them. Of several ranks that have
+/// the table of all particles each keeps a part, so that every particle is in one share.
 template <int Dim>
 void prepare(Model<Dim>& model, const Ranks& ranks) {
   set_loads(model);
-  if (ranks.several() && !ranks.any(!model.particles.id.empty())) keep_share(model.particles, ranks);
+  if (ranks.several() && !ranks.any(!model.particles.id.empty()))
+    keep_share(model.particles, ranks);
   sort_by_node(model.node_velocities);
   sort_by_node(model.node_forces);
 }
@@ -269,8 +270,7 @@ void PatchSet<Dim>::exchange_mesh(const std::vector<int>& owner) {
   const auto new_cells = some(ranks_.exchange(cells)), new_cuts = some(ranks_.exchange(cuts));
   auto mesh = std::make_shared<const Mesh<Dim>>(
       whole.part(surrounding_cells(whole, partition_, kept, rings_), new_cells));
-  partition_ =
-      partition_.part(*mesh, surrounding_patches(partition_, kept, rings_), new_cuts);
+  partition_ = partition_.part(*mesh, surrounding_patches(partition_, kept, rings_), new_cuts);
   model_->mesh = std::move(mesh);
 }
 

@@ -539,9 +539,10 @@ void check_alike(const RunArguments& arguments) {
                       all.begin() + static_cast<std::ptrdiff_t>(own.size() * r)))
         different += fmt::format("{}{}", different.empty() ? "" : ", ", r);
     if (!different.empty())
-      throw RankError(fmt::format("the ranks were started with different {}: rank 0 against {}. "
-                                  "Start all of them with the same.",
-                                  names[k], different));
+      throw RankError(
+          fmt::format("the ranks were started with different {}: rank 0 against {}. "
+                      "Start all of them with the same.",
+                      names[k], different));
   }
 }
 
