@@ -1,8 +1,12 @@
 // SHA-256 (FIPS 180-4), so that a manifest says which input a result belongs to.
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
+#include <string>
+#include <string_view>
 
 #include "io/atomic_file.h"
 #include "io/manifest.h"
@@ -60,33 +64,58 @@ void compress(Words8& hash, const unsigned char* block, const Words64& k) {
   for (int i = 0; i < 8; ++i) hash[i] += sum[i];
 }
 
+/// The hash of a text that comes in pieces.
+class Digest {
+ public:
+  /// Whole blocks of 64 bytes; what is behind them is left.
+  void add(std::string_view& text) {
+    for (; text.size() >= 64; text.remove_prefix(64)) {
+      compress(hash_, reinterpret_cast<const unsigned char*>(text.data()), constants().round);
+      size_ += 64;
+    }
+  }
+
+  /// The last piece: the rest, a one bit, zeros, and the length in bits.
+  std::string finish(std::string_view text) {
+    add(text);
+    std::array<unsigned char, 128> tail{};
+    std::copy(text.begin(), text.end(), tail.begin());
+    tail[text.size()] = 0x80;
+    const std::size_t size = text.size() < 56 ? 64 : 128;
+    for (int i = 0; i < 8; ++i)
+      tail[size - 1 - i] = static_cast<unsigned char>((size_ + text.size()) * 8 >> (8 * i));
+    for (std::size_t i = 0; i < size; i += 64) compress(hash_, tail.data() + i, constants().round);
+    std::string digits;
+    for (const std::uint32_t word : hash_)
+      for (int shift = 28; shift >= 0; shift -= 4) digits += "0123456789abcdef"[word >> shift & 15];
+    return digits;
+  }
+
+ private:
+  static const Constants& constants() {
+    static const Constants constants;
+    return constants;
+  }
+  Words8 hash_ = constants().start;
+  std::uint64_t size_ = 0;
+};
+
 }  // namespace
 
 std::string sha256(std::string_view text) {
-  static const Constants constants;
-  Words8 hash = constants.start;
-  const auto* bytes = reinterpret_cast<const unsigned char*>(text.data());
-  std::size_t done = 0;
-  for (; done + 64 <= text.size(); done += 64) compress(hash, bytes + done, constants.round);
-
-  // The rest, a one bit, zeros, and the length in bits.
-  std::array<unsigned char, 128> tail{};
-  const std::size_t rest = text.size() - done;
-  std::copy_n(bytes + done, rest, tail.begin());
-  tail[rest] = 0x80;
-  const std::size_t size = rest < 56 ? 64 : 128;
-  for (int i = 0; i < 8; ++i)
-    tail[size - 1 - i] = static_cast<unsigned char>(std::uint64_t{text.size()} * 8 >> (8 * i));
-  for (std::size_t i = 0; i < size; i += 64) compress(hash, tail.data() + i, constants.round);
-
-  std::string digits;
-  for (const std::uint32_t word : hash)
-    for (int shift = 28; shift >= 0; shift -= 4) digits += "0123456789abcdef"[word >> shift & 15];
-  return digits;
+  return Digest().finish(text);
 }
 
 std::string sha256_of_file(const std::filesystem::path& file) {
-  return sha256(read_text_file(file));
+  std::ifstream in(file, std::ios::binary);
+  std::string piece(std::size_t{1} << 20, '\0');
+  Digest digest;
+  while (in.read(piece.data(), static_cast<std::streamsize>(piece.size()))) {
+    std::string_view whole = piece;
+    digest.add(whole);
+  }
+  if (!in.eof()) return sha256(read_text_file(file));  // says why not
+  return digest.finish({piece.data(), static_cast<std::size_t>(in.gcount())});
 }
 
 }  // namespace lahar

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -106,6 +107,34 @@ class CellsAround {
   Index last_ = -1;
 };
 
+/// The bricks around the cells of each patch that have particles of any rank: those of some of the
+/// patches on each rank. `patch` and `brick` are what this rank knows.
+template <int Dim>
+std::vector<typename Partition<Dim>::Brick> bricks_of_all(
+    const std::vector<Index>& patch, const std::vector<typename Partition<Dim>::Brick>& brick,
+    const Ranks& ranks) {
+  struct Known {
+    Index patch;
+    typename Partition<Dim>::Brick brick;
+  };
+  const auto size = static_cast<std::size_t>(ranks.size());
+  std::vector<std::vector<Known>> to(size);
+  for (std::size_t i = 0; i < patch.size(); ++i)
+    to[static_cast<std::size_t>(patch[i]) % size].push_back({patch[i], brick[i]});
+  std::map<Index, typename Partition<Dim>::Brick> all;
+  for (const auto& part : ranks.exchange(to))
+    for (const Known& known : part) {
+      auto& around = all.emplace(known.patch, known.brick).first->second;
+      for (std::size_t d = 0; d < Dim; ++d) {
+        around.low[d] = std::min(around.low[d], known.brick.low[d]);
+        around.high[d] = std::max(around.high[d], known.brick.high[d]);
+      }
+    }
+  std::vector<typename Partition<Dim>::Brick> bricks;
+  for (const auto& [id, around] : all) bricks.push_back(around);
+  return bricks;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -205,7 +234,7 @@ std::vector<typename Partition<Dim>::Brick> PatchSet<Dim>::filled_bricks(const R
         cells.add(model_->particles.cell[static_cast<std::size_t>(row)]);
     filled[at] = cells.brick();
   });
-  return filled;
+  return ranks_.several() ? bricks_of_all<Dim>(occupied, filled, ranks_) : filled;
 }
 
 template <int Dim>

@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <fstream>
+
 #include "io/atomic_file.h"
 #include "io/compare.h"
 #include "io/export.h"
@@ -206,6 +208,17 @@ TEST_CASE("hashes are those of the standard") {
         "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
   CHECK(sha256(std::string(1'000'000, 'a')) ==
         "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+TEST_CASE("a file's hash is that of its text, however long it is") {
+  const TemporaryFolder folder;
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{100}, std::size_t{1} << 20, (std::size_t{5} << 19) + 57}) {
+    const std::string text(size, 'x');
+    std::ofstream(folder.path / "a", std::ios::binary) << text;
+    CHECK(sha256_of_file(folder.path / "a") == sha256(text));
+  }
+  CHECK_THROWS_AS(sha256_of_file(folder.path / "b"), IoError);
 }
 
 }  // namespace lahar
