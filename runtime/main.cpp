@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <new>
 #include <system_error>
@@ -12,6 +13,7 @@
 #include "io/compare.h"
 #include "io/export.h"
 #include "runtime/bench_command.h"
+#include "runtime/bench_ranks.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
 #include "runtime/verify_command.h"
@@ -244,7 +246,18 @@ int run_program(int argc, char** argv) {
   bench_app->add_option("--markdown", bench.markdown, "Write the report to a file as well");
   bench_app->add_option("--compare", bench.compare, "Result (JSON) to compare with");
   bench_app->add_option("--from", bench.from, "Report a result (JSON) instead of measuring");
+  std::string of_ranks;
+  bench_app
+      ->add_option("WHAT", of_ranks,
+                   "ranks or overlap: measure MPI ranks instead (starts itself under mpirun)")
+      ->check(CLI::IsMember({"ranks", "overlap"}));
   bench_app->callback([&] {
+    if (!of_ranks.empty()) {
+      const RankBenchArguments arguments{std::filesystem::read_symlink("/proc/self/exe").string(),
+                                         bench.quick, bench.repeats > 0 ? bench.repeats : 5};
+      code = of_ranks == "ranks" ? bench_ranks(arguments) : bench_overlap(arguments);
+      return;
+    }
     refuse_several_ranks("bench");
     code = bench_command(bench);
   });

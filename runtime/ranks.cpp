@@ -113,6 +113,17 @@ void Ranks::release() {
   communicator_ = MPI_COMM_NULL;
 }
 
+Ranks Ranks::first(int n) const {
+  Ranks group;
+  if (!several()) return group;
+  MPI_Comm_split(communicator_, rank_ < n ? 0 : MPI_UNDEFINED, rank_, &group.communicator_);
+  if (group.communicator_ == MPI_COMM_NULL) return group;
+  MPI_Comm_size(group.communicator_, &group.size_);
+  MPI_Comm_rank(group.communicator_, &group.rank_);
+  if (!group.several()) MPI_Comm_free(&group.communicator_);
+  return group;
+}
+
 void Ranks::wait_for_all() const {
   if (several()) MPI_Barrier(communicator_);
 }

@@ -51,6 +51,9 @@ class Ranks {
   /// The same processes, but messages of their own. To be released by release(), collectively.
   Ranks duplicate() const;
   void release();
+  /// The first `n` of them, as a group with messages of its own, to be released; the others get a
+  /// handle that must not be used.
+  Ranks first(int n) const;
 
   void wait_for_all() const;
   double min(double value) const;

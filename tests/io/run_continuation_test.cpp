@@ -8,6 +8,8 @@
 #include "io/atomic_file.h"
 #include "io/checkpoint.h"
 #include "io/run_folder.h"
+#include "io/series.h"
+#include "io/vtkhdf.h"
 #include "physics/error.h"
 #include "tests/io/frame_samples.h"
 
@@ -41,7 +43,13 @@ void write_step(RunFolder& run, Index step) {
   row.step = step;
   row.time = static_cast<double>(step) / 3;
   run.history(row);
-  run.write(frame_at(step));
+  const fs::path frames = frames_folder(run.folder());
+  write_frame(frame_at(step), frames / frame_name(step, ".hdf"));
+  std::vector<TimedFile> index = run.kept_frames();  // and those since
+  for (const FrameFile& frame : frames_of_run(run.folder()))
+    if (index.empty() || frame.file.filename() > index.back().name)
+      index.push_back({static_cast<double>(frame.step) / 3, frame.file.filename().string()});
+  write_series(index, frames / "particles.hdf.series");
 }
 
 /// A run with rows and frames at these steps, and checkpoints of that name.

@@ -37,13 +37,15 @@ std::string checkpoint_of(const Simulation<Dim>& simulation, const Ranks& ranks,
 template <int Dim>
 struct Reference {
   Reference(const Model<Dim>& model, Index steps, const SharedFolder& folder, const Ranks& ranks) {
-    if (ranks.rank() == 0) {
-      Simulation<Dim> simulation(model, {.threads = 1});
-      simulation.advance(steps / 2);
-      middle = checkpoint_of(simulation, {}, folder.path / "one");
-      simulation.advance(steps - steps / 2);
-      end = checkpoint_of(simulation, {}, folder.path / "one");
-    }
+    if (ranks.rank() == 0) try {
+        Simulation<Dim> simulation(model, {.threads = 1});
+        simulation.advance(steps / 2);
+        middle = checkpoint_of(simulation, {}, folder.path / "one");
+        simulation.advance(steps - steps / 2);
+        end = checkpoint_of(simulation, {}, folder.path / "one");
+      } catch (const std::exception& error) {  // others wait
+        FAIL_CHECK(error.what());
+      }
     ranks.broadcast(middle);
     ranks.broadcast(end);
   }
@@ -134,8 +136,8 @@ TEST_CASE("a collapse of water whose particles cross many patches") {
 
 TEST_CASE("discs that fly: ranks that have no particles at first, and none at last") {
   const Model<2> discs = with_patches(two_discs(), 40);
-  check(discs, 400, all_ways);
-  check(adaptive(discs), 200, threads_only);
+  check(discs, 116, all_ways);
+  check(adaptive(discs), 100, threads_only);
 }
 
 TEST_CASE("dam break in three dimensions") {

@@ -49,7 +49,7 @@ struct Output {
   std::vector<Frame> frames;
   Observer observer() {
     Observer observer;
-    observer.frame = [this](Frame&& frame) { frames.push_back(std::move(frame)); };
+    observer.frame = [this](FramePieces&& frame) { frames.push_back(join(frame)); };
     observer.history = [this](const HistoryRow& row) { rows.push_back(row); };
     return observer;
   }

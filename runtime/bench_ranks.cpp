@@ -1,0 +1,206 @@
+#include "runtime/bench_ranks.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "runtime/bench_cases.h"
+#include "runtime/commands.h"
+#include "runtime/console.h"
+
+namespace lahar {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Something that some of the ranks compute while the others sleep.
+struct RankJob {
+  std::string name;
+  Model<3> model;
+  ExecutionOptions execution;
+  int ranks;  ///< the first so many
+};
+
+class RankMeasurement {
+ public:
+  RankMeasurement(const RankBenchArguments& arguments, const Ranks& world)
+      : arguments_(arguments), world_(world) {}
+
+  /// Median time of a step [s] of each job, samples taken in turn.
+  std::vector<double> step_times(std::vector<RankJob> jobs) const {
+    std::vector<std::unique_ptr<Simulation<3>>> simulations;
+    std::vector<Ranks> groups;
+    for (RankJob& job : jobs) {
+      groups.push_back(world_.first(job.ranks));
+      simulations.emplace_back();
+      if (world_.rank() < job.ranks) {
+        job.execution.ranks = groups.back();
+        simulations.back() = std::make_unique<Simulation<3>>(job.model, job.execution);
+        simulations.back()->advance(5);
+      }
+      job.model = {};
+      rest();
+    }
+    std::vector<std::vector<double>> samples(jobs.size());
+    std::vector<Index> steps(jobs.size(), 3);  // of a first sample, that says how many it takes
+    for (int s = 0; s <= arguments_.repeats; ++s)
+      for (std::size_t k = 0; k < jobs.size(); ++k) {
+        const auto begin = Clock::now();
+        if (simulations[k]) simulations[k]->advance(steps[k]);
+        const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+        rest();
+        const double step =
+            world_.max(simulations[k] ? seconds : 0.0) / static_cast<double>(steps[k]);
+        if (s > 0) samples[k].push_back(step);
+        const double sample = arguments_.quick ? 0.2 : 1.0;
+        if (s == 0) steps[k] = std::max<Index>(4, static_cast<Index>(sample / step));
+      }
+    std::vector<double> medians;
+    for (auto& of_job : samples) {
+      std::nth_element(of_job.begin(), of_job.begin() + arguments_.repeats / 2, of_job.end());
+      medians.push_back(of_job[static_cast<std::size_t>(arguments_.repeats / 2)]);
+    }
+    simulations.clear();
+    for (Ranks& group : groups) group.release();
+    return medians;
+  }
+
+ private:
+  /// Wait for all without taking the cores of those that compute.
+  void rest() const {
+    MPI_Request request = MPI_REQUEST_NULL;
+    MPI_Ibarrier(world_.communicator(), &request);
+    for (int done = 0; !done;) {
+      MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+      if (!done) std::this_thread::sleep_for(std::chrono::microseconds(500));
+    }
+  }
+
+  const RankBenchArguments& arguments_;
+  Ranks world_;
+};
+
+Model<3> block(Index cells) {
+  return lattice_block<3>({.cells = cells});
+}
+
+double nanoseconds(double step, Index cells) {
+  return step * 1e9 / static_cast<double>(BlockSize{cells}.particles(3));
+}
+
+void measure_ranks(const RankBenchArguments& arguments, const Ranks& world) {
+  const RankMeasurement measurement(arguments, world);
+  const bool speaks = world.rank() == 0;
+  if (world.size() == 2) {
+    if (speaks)
+      fmt::print(
+          "## 2 ranks of one thread against one rank of 2 threads, H8, linear elastic, USL\n\n"
+          "| particles | 1 x 2 [ns] | 2 x 1 [ns] | ratio | 1 x 1 [ns] |\n"
+          "|---:|---:|---:|---:|---:|\n");
+    for (const Index cells : {25, 50}) {
+      const auto t = measurement.step_times({{"1 x 2", block(cells), {.threads = 2}, 1},
+                                             {"2 x 1", block(cells), {.threads = 1}, 2},
+                                             {"1 x 1", block(cells), {.threads = 1}, 1}});
+      if (speaks)
+        fmt::print("| {} | {:.1f} | {:.1f} | {:.3f} | {:.1f} |\n",
+                   format_count(BlockSize{cells}.particles(3)), nanoseconds(t[0], cells),
+                   nanoseconds(t[1], cells), t[1] / t[0], nanoseconds(t[2], cells));
+    }
+  }
+  // As many particles per rank, as nearly as whole cells allow.
+  const Index one = 25, all = world.size() == 2 ? 31 : 40;
+  const auto t = measurement.step_times(
+      {{"one", block(one), {.threads = 1}, 1}, {"all", block(all), {.threads = 1}, world.size()}});
+  if (!speaks) return;
+  const double per_rank = nanoseconds(t[1], all) * world.size();
+  const int cores = available_threads();
+  fmt::print(
+      "\n## Weak scaling, {} ranks of one thread{}\n\n"
+      "| ranks | particles | time per particle-step and rank [ns] | efficiency |\n"
+      "|---:|---:|---:|---:|\n"
+      "| 1 | {} | {:.1f} | 1 |\n| {} | {} | {:.1f} | {:.3f} |\n\n",
+      world.size(), world.size() > cores ? fmt::format(", oversubscribed: {} cores", cores) : "",
+      format_count(BlockSize{one}.particles(3)), nanoseconds(t[0], one), world.size(),
+      format_count(BlockSize{all}.particles(3)), per_rank,
+      nanoseconds(t[0], one) / per_rank * std::max(1.0, world.size() / double(cores)));
+}
+
+void measure_overlap(const RankBenchArguments& arguments, const Ranks& world) {
+  constexpr double latency = 600e-6;
+  constexpr Index cells = 40;
+  const RankMeasurement measurement(arguments, world);
+  const bool speaks = world.rank() == 0;
+  if (speaks)
+    fmt::print(
+        "## {} ranks{}: a step without and with {:.0f} us held back from each message, H8, {} "
+        "particles\n\n"
+        "| scheme | step | graph [ms] | with latency | growth | bulk [ms] | with latency | "
+        "growth |\n|---|---|---:|---:|---:|---:|---:|---:|\n",
+        world.size(), world.size() > available_threads() ? " (oversubscribed)" : "", latency * 1e6,
+        format_count(BlockSize{cells}.particles(3)));
+  for (const Scheme scheme : {Scheme::usl, Scheme::usf})
+    for (const bool adaptive : {false, true}) {
+      Model<3> model = block(cells);
+      model.analysis.scheme = scheme;
+      model.analysis.step.adaptive = adaptive;
+      model.analysis.step.safety = 0.5;
+      using Mode = ExecutionOptions::Mode;
+      const auto job = [&](Mode mode, double seconds) {
+        ExecutionOptions execution{.mode = mode, .threads = 1, .latency = seconds};
+        execution.balance.when = BalanceOptions::When::never;
+        return RankJob{"", model, execution, world.size()};
+      };
+      const auto t =
+          measurement.step_times({job(Mode::flow_graph, 0), job(Mode::flow_graph, latency),
+                                  job(Mode::bulk, 0), job(Mode::bulk, latency)});
+      if (speaks)
+        fmt::print("| {} | {} | {:.2f} | {:.2f} | {:+.1f} % | {:.2f} | {:.2f} | {:+.1f} % |\n",
+                   scheme == Scheme::usl ? "USL" : "USF", adaptive ? "adaptive" : "fixed",
+                   t[0] * 1e3, t[1] * 1e3, 100 * (t[1] / t[0] - 1), t[2] * 1e3, t[3] * 1e3,
+                   100 * (t[3] / t[2] - 1));
+    }
+  if (speaks) fmt::print("\n");
+}
+
+/// Start this command again, under mpirun.
+int start(const RankBenchArguments& arguments, const std::string& what) {
+  if (geteuid() == 0) {  // of which Open MPI wants to be sure
+    setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 0);
+    setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 0);
+  }
+  for (const int ranks : {2, 4}) {
+    std::fflush(stdout);
+    const std::string command = fmt::format(
+        "mpirun --oversubscribe --bind-to none -n {} '{}' bench {} --repeat {}{}", ranks,
+        arguments.program, what, arguments.repeats, arguments.quick ? " --quick" : "");
+    if (std::system(command.c_str()) != 0)
+      throw RankError("`" + command + "` failed. Is mpirun of Open MPI installed and in the PATH?");
+  }
+  return exit_ok;
+}
+
+int measured(const RankBenchArguments& arguments, const std::string& what, auto measure) {
+  const Ranks world = Ranks::world();
+  if (!world.several()) return start(arguments, what);
+  measure(arguments, world);
+  return exit_ok;
+}
+
+}  // namespace
+
+int bench_ranks(const RankBenchArguments& arguments) {
+  return measured(arguments, "ranks", measure_ranks);
+}
+
+int bench_overlap(const RankBenchArguments& arguments) {
+  return measured(arguments, "overlap", measure_overlap);
+}
+
+}  // namespace lahar

@@ -1,0 +1,134 @@
+#!/bin/bash
+# What users see when something happens to one of three ranks: all end soon, one message names the
+# rank and the last step, and the exit status is as documented.
+#
+#     failures_test.sh LAHAR MPIEXEC
+set -u
+lahar="$1"
+mpiexec="$2"
+here="$(cd "$(dirname "$0")" && pwd)"
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+work="$(mktemp -d)"
+trap 'rm -rf "$work"' EXIT
+failed=0
+
+fail() {
+  echo "FAILED: $1"
+  sed 's/^/    /' "$work/out"
+  failed=1
+}
+# on_ranks PROGRAM...: three ranks; output and exit status in $work/out and $status.
+on_ranks() {
+  timeout -k 5 60 "$mpiexec" --oversubscribe --bind-to none -n 3 "$@" >"$work/out" 2>&1
+  status=$?
+}
+# in_background PROGRAM...: the same, to be interfered with once it takes steps.
+in_background() {
+  : >"$work/out"
+  timeout -k 5 60 "$mpiexec" --oversubscribe --bind-to none -n 3 "$@" >"$work/out" 2>&1 &
+  job=$!
+  for _ in $(seq 200); do
+    [[ -s "$work/run/history.csv" && "$(wc -l <"$work/run/history.csv")" -gt 3 ]] && return
+    sleep 0.1
+  done
+  fail "the run did not begin"
+}
+# process_of RANK: of the run in $work.
+process_of() {
+  local process
+  for process in $(pgrep -f "$work/run"); do
+    if tr '\0' '\n' <"/proc/$process/environ" 2>/dev/null | grep -qx "OMPI_COMM_WORLD_RANK=$1" &&
+      [[ "$(readlink "/proc/$process/exe")" == "$(readlink -f "$lahar")" ]]; then
+      echo "$process"
+    fi
+  done
+}
+# ended_within SECONDS
+ended_within() {
+  local begin="$SECONDS"
+  wait "$job"
+  status=$?
+  ((SECONDS - begin <= $1)) || fail "$2 took $((SECONDS - begin)) s"
+}
+says() {
+  grep -q -- "$1" "$work/out" || fail "$2: no '$1'"
+}
+run=("$lahar" run "$here/tank.json" --threads 1 --output "$work/run" --overwrite)
+
+# A rank is killed.
+in_background "${run[@]}"
+kill -KILL "$(process_of 1)"
+ended_within 10 "the end after SIGKILL"
+[[ "$status" == 137 || "$status" == 5 ]] || fail "status after SIGKILL: $status"
+says "rank 1 (process [0-9]*) is gone" SIGKILL
+says "The last step that all ranks finished is [0-9]" SIGKILL
+[[ "$(grep -c "is gone" "$work/out")" == 1 ]] || fail "SIGKILL: more than one message"
+
+# All are told to stop: a checkpoint, and the documented status.
+rm -rf "$work/run"
+in_background "${run[@]}"
+for rank in 0 1 2; do kill -TERM "$(process_of "$rank")"; done
+ended_within 20 "the end after SIGTERM"
+[[ "$status" == 75 ]] || fail "status after SIGTERM: $status"
+compgen -G "$work/run/checkpoints/checkpoint_*.h5" >/dev/null || fail "SIGTERM: no checkpoint"
+
+# A rank does not answer any more when the others are told to stop.
+rm -rf "$work/run"
+in_background "${run[@]}"
+stopped="$(process_of 2)"
+kill -STOP "$stopped"
+for rank in 0 1; do kill -TERM "$(process_of "$rank")"; done
+ended_within 20 "the end after SIGTERM without rank 2"
+kill -KILL "$stopped" 2>/dev/null
+says "was asked to stop, but no step was completed for 10 s" "a rank that does not answer"
+
+# A rank has no memory left: it says so and the last step, and all end.
+cat >"$work/short_of_memory" <<END
+#!/bin/bash
+[[ "\$OMPI_COMM_WORLD_RANK" == 1 ]] && ulimit -v 700000
+exec "\$@"
+END
+chmod +x "$work/short_of_memory"
+rm -rf "$work/run"
+sed 's/"extent": .*}/"extent": [8, 6]}/; s/"max": .0.2, 0.1./"max": [5, 5]/; s/"nsteps": [0-9]*/"nsteps": 3/' \
+  "$here/tank.json" >"$work/large.json"
+on_ranks "$work/short_of_memory" "$lahar" run "$work/large.json" --threads 1 --output "$work/run"
+[[ "$status" != 0 && "$status" != 124 ]] || fail "status without memory: $status"
+says "memory" "a rank without memory"
+
+# A particle leaves the mesh on one of the ranks: the same status as on one rank, one message.
+rm -rf "$work/run"
+on_ranks "$lahar" run "$here/leaving.json" --threads 1 --output "$work/run" --overwrite
+[[ "$status" == 3 ]] || fail "status of a failing step: $status"
+[[ "$(grep -c "error:.*particle" "$work/out")" == 1 ]] || fail "a failing step: not one message"
+
+# Ranks are not alike.
+cat >"$work/other_options" <<END
+#!/bin/bash
+[[ "\$OMPI_COMM_WORLD_RANK" == 2 ]] && set -- "\$@" --set analysis.nsteps=7
+exec "\$@"
+END
+chmod +x "$work/other_options"
+on_ranks "$work/other_options" "${run[@]}"
+[[ "$status" == 5 ]] || fail "status of different options: $status"
+says "the ranks were started with different options: rank 0 against 2" "different options"
+sed 's/1000,/999,/' "$here/tank.json" >"$work/other.json"
+cat >"$work/other_scenario" <<END
+#!/bin/bash
+lahar="\$1"
+file="$here/tank.json"
+[[ "\$OMPI_COMM_WORLD_RANK" == 1 ]] && file="$work/other.json"
+exec "\$lahar" run "\$file" --output "$work/run" --overwrite
+END
+chmod +x "$work/other_scenario"
+on_ranks "$work/other_scenario" "$lahar"
+[[ "$status" == 5 ]] || fail "status of different scenarios: $status"
+says "different scenario files: rank 0 against 1" "different scenarios"
+
+# What is wrong with the input is said once.
+on_ranks "$lahar" run "$work/no-such-file.json"
+[[ "$status" == 2 ]] || fail "status of a missing scenario: $status"
+[[ "$(grep -c "no-such-file.json" "$work/out")" == 1 ]] || fail "a missing scenario: not one message"
+
+((failed)) || echo "all as documented"
+exit "$failed"
