@@ -65,18 +65,35 @@ class Decision {
            work_time(now_, terms_) * (1 - 1 / imbalance) * terms_.steps > terms_.move.of(0);
   }
 
-  /// A partition near the present one, whose ranks keep few neighbours; where that moves too much
-  /// or does not pay, patches one by one.
   BalancePlan best() const {
-    BalancePlan whole =
-        plan_of(terms_.partitioner == Partitioner::curve
-                    ? shift_chunks(costs_.weight, owner_, bytes_, ranks_, slack)
-                    : scotch_repartition(costs_, owner_, bytes_, ranks_, migration_weight));
-    if (static_cast<double>(whole.moved) <= allowed_ && whole.gain > whole.cost) return whole;
-    return transfers();
+    return terms_.partitioner == Partitioner::curve ? best_chunks() : best_parts();
   }
 
  private:
+  bool is_allowed(const BalancePlan& plan) const {
+    return static_cast<double>(plan.moved) <= allowed_;
+  }
+
+  /// Chunks of the curve as even as the bytes allow that one remap may move; the rest is left to
+  /// later ones. Patches of a rank stay together.
+  BalancePlan best_chunks() const {
+    double uneven = slack;
+    BalancePlan plan = plan_of(shift_chunks(costs_.weight, owner_, bytes_, ranks_, uneven));
+    while (!is_allowed(plan) && uneven < ranks_) {
+      uneven *= 1.5;
+      plan = plan_of(shift_chunks(costs_.weight, owner_, bytes_, ranks_, uneven));
+    }
+    return plan;
+  }
+
+  /// Scotch's partition near the present one; where that moves too much or does not pay, patches
+  /// one by one.
+  BalancePlan best_parts() const {
+    BalancePlan whole =
+        plan_of(scotch_repartition(costs_, owner_, bytes_, ranks_, migration_weight));
+    return is_allowed(whole) && whole.gain > whole.cost ? whole : transfers();
+  }
+
   BalancePlan plan_of(std::vector<int> owner) const {
     BalancePlan plan;
     plan.owner = std::move(owner);

@@ -63,14 +63,15 @@ struct BalancePlan {
   double cost = 0;    ///< [s] expected of the remap
 };
 
-/// New owners if they are worth it. Proposed is a partition near the present one; if that would
-/// move more than allowed or not pay, single patches are given away, which moves little at any
-/// number of ranks but scatters them: in 16 ranks of about 100 patches edge cuts grew to three
-/// times as much. Worth it means: the heaviest rank is above the mean by more than the threshold,
-/// and what it does more than the new heaviest rank would in the steps to come takes longer than
-/// moving. Weights of `costs` are nanoseconds of work per step (work_of), `owner` has no -1,
-/// `bytes` are what moving a patch moves. Throws std::invalid_argument if the arguments do not
-/// describe the same patches and ranks.
+/// New owners if they are worth it. Chunks of the curve stay chunks: if the best near the present
+/// ones would move more than allowed, less even ones are taken, and later remaps go on. With Scotch
+/// the partition is one near the present one; if that would move more than allowed or not pay,
+/// single patches are given away, which moves little but scatters them: in 16 ranks of about 100
+/// patches edge cuts grew to three times as much. Worth it means: the heaviest rank is above the
+/// mean by more than the threshold, and what it does more than the new heaviest rank would in the
+/// steps to come takes longer than moving. Weights of `costs` are nanoseconds of work per step
+/// (work_of), `owner` has no -1, `bytes` are what moving a patch moves. Throws
+/// std::invalid_argument if the arguments do not describe the same patches and ranks.
 std::optional<BalancePlan> decide(const PatchGraph& costs, std::span<const int> owner,
                                   std::span<const Index> bytes, int ranks,
                                   const BalanceTerms& terms);

@@ -174,13 +174,25 @@ void CheckpointWriter::forget() {
 
 void CheckpointWriter::finish() {
   const bool alone = !ranks_.several() && !options_.while_waiting;
-  while (!progress()) {
-    if (options_.while_waiting) options_.while_waiting();
-    if (alone)
-      thread_done_.wait(false);
-    else
-      std::this_thread::sleep_for(std::chrono::microseconds(100));
-  }
+  const auto wait = [&](auto is_done) {
+    while (!is_done()) {
+      if (options_.while_waiting) options_.while_waiting();
+      if (alone)
+        thread_done_.wait(false);
+      else
+        std::this_thread::sleep_for(std::chrono::microseconds(100));
+    }
+  };
+  wait([&] { return progress(); });
+  if (!ranks_.several()) return;
+  // Rank 0 may still need others for what comes before a checkpoint.
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Ibarrier(ranks_.communicator(), &request);
+  wait([&] {
+    int done = 0;
+    MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+    return done != 0;
+  });
 }
 
 }  // namespace lahar

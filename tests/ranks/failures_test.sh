@@ -90,7 +90,7 @@ exec "\$@"
 END
 chmod +x "$work/short_of_memory"
 rm -rf "$work/run"
-sed 's/"extent": .*}/"extent": [8, 6]}/; s/"max": .0.2, 0.1./"max": [5, 5]/; s/"nsteps": [0-9]*/"nsteps": 3/' \
+sed 's/"extent": .*}/"extent": [8, 6]}/; s/"max": .0.2, 0.1./"max": [8, 6]/; s/"nsteps": [0-9]*/"nsteps": 3/' \
   "$here/tank.json" >"$work/large.json"
 on_ranks "$work/short_of_memory" "$lahar" run "$work/large.json" --threads 1 --output "$work/run"
 [[ "$status" != 0 && "$status" != 124 ]] || fail "status without memory: $status"
