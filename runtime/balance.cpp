@@ -77,13 +77,22 @@ class Decision {
   /// Chunks of the curve as even as the bytes allow that one remap may move; the rest is left to
   /// later ones. Patches of a rank stay together.
   BalancePlan best_chunks() const {
-    double uneven = slack;
-    BalancePlan plan = plan_of(shift_chunks(costs_.weight, owner_, bytes_, ranks_, uneven));
-    while (!is_allowed(plan) && uneven < ranks_) {
-      uneven *= 1.5;
-      plan = plan_of(shift_chunks(costs_.weight, owner_, bytes_, ranks_, uneven));
+    BalancePlan best = chunks(slack);
+    if (is_allowed(best)) return best;
+    double too_even = slack, uneven = slack;
+    while (!is_allowed(best) && uneven < ranks_) best = chunks(uneven = 2 * (too_even = uneven));
+    constexpr int refinements = 5;
+    for (int k = 0; k < refinements; ++k) {
+      const double middle = 0.5 * (too_even + uneven);
+      BalancePlan plan = chunks(middle);
+      const bool allowed = is_allowed(plan);
+      (allowed ? uneven : too_even) = middle;
+      if (allowed) best = std::move(plan);
     }
-    return plan;
+    return best;
+  }
+  BalancePlan chunks(double uneven) const {
+    return plan_of(shift_chunks(costs_.weight, owner_, bytes_, ranks_, uneven));
   }
 
   /// Scotch's partition near the present one; where that moves too much or does not pay, patches
