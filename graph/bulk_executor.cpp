@@ -17,8 +17,7 @@ class BulkExecutor final : public Executor {
   BulkExecutor(TaskGraph graph, TaskBodies bodies, int threads, Remote* remote)
       : Executor(std::move(graph), std::move(bodies)),
         remote_(remote),
-        parallelism_(oneapi::tbb::global_control::max_allowed_parallelism,
-                     static_cast<std::size_t>(threads)),
+        threads_(static_cast<std::size_t>(threads)),
         arena_(threads) {
     const auto stages = graph_.stages.size();
     came_.assign(stages, 0);
@@ -29,6 +28,8 @@ class BulkExecutor final : public Executor {
 
   Step run(Step first, Step end) override {
     end_ = end;
+    const oneapi::tbb::global_control parallelism(
+        oneapi::tbb::global_control::max_allowed_parallelism, threads_);
     arena_.execute([&] {
       for (Step step = first; step < end_; ++step) take(step, first);
     });
@@ -70,7 +71,7 @@ class BulkExecutor final : public Executor {
   }
 
   Remote* remote_;
-  oneapi::tbb::global_control parallelism_;
+  std::size_t threads_;
   oneapi::tbb::task_arena arena_;
   std::vector<int> came_, expected_;  ///< messages after each stage
   bool agreed_ = false;

@@ -161,9 +161,9 @@ void FrameOutput::wait_until(std::unique_lock<std::mutex>& lock,
 // --- what ranks tell each other ---------------------------------------------------------------
 
 void FrameOutput::advance() {
-  while (!queue_.empty() && advance_front()) {
-  }
-  changed_.notify_all();
+  bool moved = false;
+  while (!queue_.empty() && advance_front()) moved = true;
+  if (moved) changed_.notify_all();  // not at every look: the thread would wake for nothing
 }
 
 /// True if the frame reached its next stage.
