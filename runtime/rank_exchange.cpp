@@ -162,19 +162,19 @@ class RankExchange<Dim>::Agreements {
 };
 
 template <int Dim>
-RankExchange<Dim>::RankExchange(Ranks ranks, PatchSet<Dim>& patches,
+RankExchange<Dim>::RankExchange(const ExchangeGroups& groups, PatchSet<Dim>& patches,
                                 std::vector<RankMessage> messages, Step first, ExchangeCalls calls,
                                 InjectedLatency latency)
-    : ranks_(ranks.duplicate()),
-      agreement_ranks_(ranks.duplicate()),
-      limit_ranks_(ranks.duplicate()),
+    : ranks_(groups.patches),
+      agreement_ranks_(groups.steps),
+      limit_ranks_(groups.limits),
       patches_(&patches),
       messages_(std::move(messages)),
       calls_(std::move(calls)),
       latency_(static_cast<std::int64_t>(latency.seconds * 1e9)),
       agreements_(std::make_unique<Agreements>()) {
   int hops = 0;
-  while ((1 << hops) < ranks.size()) ++hops;
+  while ((1 << hops) < ranks_.size()) ++hops;
   agreement_latency_ = latency_ * hops;
   const auto phases = static_cast<int>(messages_.size());
   sends_.resize(messages_.size());
@@ -211,9 +211,6 @@ RankExchange<Dim>::~RankExchange() {
           for (MPI_Request* request : {&send.full[parity], &send.header[parity]})
             if (*request != MPI_REQUEST_NULL) MPI_Request_free(request);
         }
-  ranks_.release();
-  agreement_ranks_.release();
-  limit_ranks_.release();
 }
 
 /// Both sides count the patches that one rank sends to the other, in ascending order: this gives

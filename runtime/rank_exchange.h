@@ -8,7 +8,7 @@
 #pragma once
 
 #include <chrono>
-#include <deque>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -53,6 +53,23 @@ struct InjectedLatency {
   double seconds = 0;  ///< of a message; an agreement takes this times ceil(log2 ranks)
 };
 
+/// Groups of the same ranks for the messages of a run: of patches, of steps that are done, of time
+/// steps. Collective to make and to release; there is none with one rank.
+class ExchangeGroups {
+ public:
+  explicit ExchangeGroups(const Ranks& ranks)
+      : patches(ranks.duplicate()), steps(ranks.duplicate()), limits(ranks.duplicate()) {}
+  ExchangeGroups(const ExchangeGroups&) = delete;
+  ExchangeGroups& operator=(const ExchangeGroups&) = delete;
+  ~ExchangeGroups() {
+    if (std::uncaught_exceptions() > 0) return;  // others may never come here
+    patches.release();
+    steps.release();
+    limits.release();
+  }
+  Ranks patches, steps, limits;
+};
+
 /// Forget the particles that a patch elsewhere sent: they have been received.
 template <int Dim>
 void clear(RemotePatch<Dim>& from);
@@ -60,9 +77,11 @@ void clear(RemotePatch<Dim>& from);
 template <int Dim>
 class RankExchange final : public Remote {
  public:
-  /// For the patches as they are linked now; `first` is the step that is taken next. Collective.
-  RankExchange(Ranks ranks, PatchSet<Dim>& patches, std::vector<RankMessage> messages, Step first,
-               ExchangeCalls calls, InjectedLatency latency);
+  /// For the patches as they are linked now; `first` is the step that is taken next. All ranks make
+  /// theirs anew when patches have changed, after all messages for the one before have come.
+  RankExchange(const ExchangeGroups& groups, PatchSet<Dim>& patches,
+               std::vector<RankMessage> messages, Step first, ExchangeCalls calls,
+               InjectedLatency latency);
   ~RankExchange() override;
 
   /// A phase of an own patch is done.

@@ -398,9 +398,12 @@ struct Simulation<Dim>::Impl {
 
   void connect_ranks() {
     if (!ranks.several()) return;
-    exchange.reset();  // its messages are cancelled before there are new ones
+    // Receives of the one before must be cancelled on all ranks before any sends by the new one.
+    exchange.reset();
+    ranks.wait_for_all();
+    if (!groups) groups.emplace(ranks);
     exchange = std::make_unique<RankExchange<Dim>>(
-        ranks, patches, rank_messages(stages, phases), step,
+        *groups, patches, rank_messages(stages, phases), step,
         ExchangeCalls{.give = [this](Step s) { return give(s); },
                       .take = [this](Step s, const Agreement& found) { agreed[s] = found; },
                       .give_limit = [this] { return own_limit(); },
@@ -835,6 +838,7 @@ struct Simulation<Dim>::Impl {
   PatchSet<Dim> patches;
   RankBalance<Dim> balance;
   bool remap_needed = false;
+  std::optional<ExchangeGroups> groups;         ///< several ranks only
   std::unique_ptr<RankExchange<Dim>> exchange;  ///< several ranks only
   std::unique_ptr<Executor> executor;
   PerStep<Agreement> agreed;
