@@ -1,6 +1,7 @@
 /// \file Sums of doubles that do not depend on the order of their terms.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
