@@ -126,7 +126,7 @@ int run_program(int argc, char** argv) {
   run_app->add_flag("--overwrite", run.overwrite, "Replace the run folder's earlier results");
   run_app
       ->add_option("--wall-time", run.wall_time,
-                   "Stop after so many seconds, with a checkpoint and exit code 75")
+                   "Stop in time to have written a checkpoint after so many seconds; exit code 75")
       ->check(CLI::PositiveNumber);
   auto* restart = run_app->add_option("--restart", run.restart,
                                       "Go on with the run in its folder, from its latest "

@@ -33,6 +33,11 @@ std::int64_t now() {
   return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds{1};
 }
 
+/// When something that was sent has come. Clocks of other machines may be ahead.
+std::int64_t due(std::int64_t sent, std::int64_t latency) {
+  return latency > 0 ? std::min(sent, now()) + latency : sent;
+}
+
 template <class T>
 void put(std::byte*& to, const T& value) {
   std::memcpy(to, &value, sizeof value);
@@ -128,7 +133,7 @@ class RankExchange<Dim>::Agreements {
       if (done) {
         events.push_back({.kind = Event::Kind::limit,
                           .step = limit_step_,
-                          .due = -static_cast<std::int64_t>(limit_found_[1]) + latency,
+                          .due = due(-static_cast<std::int64_t>(limit_found_[1]), latency),
                           .limit = limit_found_[0]});
         limit_step_ = -1;
       }
@@ -139,7 +144,7 @@ class RankExchange<Dim>::Agreements {
       if (!done) continue;
       events.push_back({.kind = Event::Kind::step,
                         .step = pending.step,
-                        .due = -pending.found.least.begun + latency});
+                        .due = due(-pending.found.least.begun, latency)});
       pending.step = -1;
     }
   }
@@ -433,7 +438,7 @@ void RankExchange<Dim>::look_at_messages(std::vector<Event>& events) {
       const std::byte* from = receive.particles[parity].data();
       events.push_back({.kind = Event::Kind::message,
                         .step = receive.expected - 1,
-                        .due = get<Header>(from).sent + latency_,
+                        .due = due(get<Header>(from).sent, latency_),
                         .phase = receive.phase,
                         .elsewhere = receive.elsewhere});
     }
@@ -470,7 +475,7 @@ void RankExchange<Dim>::message_came(std::size_t r, std::vector<Event>& events) 
   }
   events.push_back({.kind = Event::Kind::message,
                     .step = step,
-                    .due = header.sent + latency_,
+                    .due = due(header.sent, latency_),
                     .phase = receive.phase,
                     .elsewhere = receive.elsewhere});
 }

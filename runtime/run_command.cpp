@@ -177,6 +177,7 @@ class CaseRun {
     Simulation<Dim>& simulation = *made;
     const SimulationInfo info = simulation.info();
     particles_ = info.particles;
+    reserve_ = time_to_write(info);
     first_step_ = simulation.step();
     first_share_ = share(simulation.step(), simulation.time());
     steps_ = planned_steps(info);
@@ -316,6 +317,14 @@ class CaseRun {
     console_.warn("lahar: warning: " + scenario_.warnings.back().message);
   }
 
+  /// [s] kept of --wall-time for writing the last state, but not more than a tenth of it:
+  /// checkpoint and frame by all ranks to one disk, and some more.
+  double time_to_write(const SimulationInfo& info) const {
+    constexpr double bytes_per_second = 100e6;
+    return std::min(0.1 * arguments_.wall_time,
+                    2.0 * static_cast<double>(info.bytes) / bytes_per_second);
+  }
+
   Index planned_steps(const SimulationInfo& info) const {
     const double by_time = std::ceil(outline_.end_time / info.dt * (1 - 1e-12));
     return by_time < static_cast<double>(outline_.nsteps) ? static_cast<Index>(by_time)
@@ -373,7 +382,7 @@ class CaseRun {
     MpiSession::steps_done(step);
     console_.bar(share(step, time), rate(step));
     if (stop_signal() != 0) return false;
-    return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time;
+    return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time - reserve_;
   }
 
   double rate(Index step) const {
@@ -500,6 +509,7 @@ class CaseRun {
   std::optional<RunCheckpoints> checkpoints_;
   Index first_step_ = 0;
   double first_share_ = 0;
+  double reserve_ = 0;
   Index particles_ = 0, steps_ = 0, last_frame_ = -1, next_line_ = 1, printed_ = -1;
   HistoryRow last_row_;
   double energy_scale_ = 0;
