@@ -171,7 +171,7 @@ std::optional<BalancePlan> decide(const PatchGraph& costs, std::span<const int> 
   if (!terms.forced && !decision.may_gain()) return std::nullopt;
   BalancePlan plan = decision.best();
   if (std::equal(owner.begin(), owner.end(), plan.owner.begin())) return std::nullopt;
-  if (!terms.forced && plan.gain <= plan.cost) return std::nullopt;
+  if (!terms.forced && !(plan.gain > plan.cost)) return std::nullopt;
   return plan;
 }
 

@@ -183,16 +183,25 @@ void CheckpointWriter::finish() {
         std::this_thread::sleep_for(std::chrono::microseconds(100));
     }
   };
-  wait([&] { return progress(); });
+  std::exception_ptr failure;
+  try {
+    wait([&] { return progress(); });
+  } catch (...) {
+    if (!ranks_.several()) throw;
+    failure = std::current_exception();
+  }
   if (!ranks_.several()) return;
-  // Rank 0 may still need others for what comes before a checkpoint.
+  // Rank 0 may still need others for what comes before a checkpoint, and it alone completes it.
+  int any = failure != nullptr;
   MPI_Request request = MPI_REQUEST_NULL;
-  MPI_Ibarrier(ranks_.communicator(), &request);
+  MPI_Iallreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, ranks_.communicator(), &request);
   wait([&] {
     int done = 0;
     MPI_Test(&request, &done, MPI_STATUS_IGNORE);
     return done != 0;
   });
+  if (failure) std::rethrow_exception(failure);
+  if (any) throw IoError("another rank could not complete " + target_.string());
 }
 
 }  // namespace lahar

@@ -25,19 +25,26 @@ bool FailureList::by(Step step) const {
                      [&](const Failure& f) { return f.step <= step; });
 }
 
-std::string FailureList::message() const {
+Failure FailureList::earliest() const {
   const std::scoped_lock lock(mutex_);
-  const auto first =
-      std::min_element(failures_.begin(), failures_.end(), [](const Failure& a, const Failure& b) {
-        return std::tuple(a.step, a.stage_index, a.patch_index) <
-               std::tuple(b.step, b.stage_index, b.patch_index);
-      });
-  const auto same = std::count_if(failures_.begin(), failures_.end(),
-                                  [&](const Failure& f) { return f.step == first->step; });
+  return *std::min_element(failures_.begin(), failures_.end(),
+                           [](const Failure& a, const Failure& b) {
+                             return std::tuple(a.step, a.stage_index, a.patch) <
+                                    std::tuple(b.step, b.stage_index, b.patch);
+                           });
+}
+
+Index FailureList::count(Step step) const {
+  const std::scoped_lock lock(mutex_);
+  return std::count_if(failures_.begin(), failures_.end(),
+                       [&](const Failure& f) { return f.step == step; });
+}
+
+std::string failure_message(const Failure& first, int rank, Index failed) {
   std::string text =
-      fmt::format("step {} (t = {:.6g} s), rank 0, patch {}, stage {}: {}", first->step,
-                  first->time, first->patch, first->stage, first->cause);
-  if (same > 1) text += fmt::format(" ({} more patches failed in this step)", same - 1);
+      fmt::format("step {} (t = {:.6g} s), rank {}, patch {}, stage {}: {}", first.step, first.time,
+                  rank, first.patch, first.stage, first.cause);
+  if (failed > 1) text += fmt::format(" ({} more patches failed in this step)", failed - 1);
   return text;
 }
 

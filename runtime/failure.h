@@ -11,8 +11,8 @@
 namespace lahar {
 
 struct Failure {
-  Step step = 0;                         ///< steps done before the failing one
-  int stage_index = 0, patch_index = 0;  ///< decide among failures of one step
+  Step step = 0;        ///< steps done before the failing one
+  int stage_index = 0;  ///< decides, then the patch, among failures of one step
   std::string stage;
   double time = 0;  ///< [s] at the beginning of the step
   Index patch = -1;
@@ -27,13 +27,18 @@ class FailureList {
   bool empty() const;
   /// True if some patch failed in `step` or before. Known for good once all have done `step`.
   bool by(Step step) const;
-  /// The earliest failure and the number of patches that failed with it.
-  std::string message() const;
+  /// The earliest failure, by step, stage and patch; not of an empty list.
+  Failure earliest() const;
+  /// Patches that failed in a step.
+  Index count(Step step) const;
 
  private:
   mutable std::mutex mutex_;
   std::vector<Failure> failures_;
 };
+
+/// The first failure of a run, of `failed` patches in its step.
+std::string failure_message(const Failure& first, int rank, Index failed);
 
 /// "particle 12 at (1, 2) m, velocity (0, 3) m/s"
 template <int Dim>

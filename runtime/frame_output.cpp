@@ -131,7 +131,17 @@ void FrameOutput::finish() {
 
 void FrameOutput::wait_for_named() {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this, all = handed_] { return ended_ >= all; });
+  const Index all = handed_;
+  changed_.wait(lock, [&] { return ended_ >= all || (given_up_ && agreement_.several()); });
+  if (ended_ < all) throw IoError("the run ended before its frames were written");
+}
+
+void FrameOutput::give_up() {
+  {
+    const std::lock_guard lock(mutex_);
+    given_up_ = true;
+  }
+  changed_.notify_all();
 }
 
 void FrameOutput::push(Job job) {

@@ -59,6 +59,8 @@ class FrameOutput {
   /// Wait until the frames that were handed over by now have their names, or never will. From a
   /// thread of its own, while others call progress().
   void wait_for_named();
+  /// Nobody will call progress() any more: wait_for_named() throws IoError.
+  void give_up();
   /// Wait until everything is written, and all ranks know. Collective, and the last call.
   void finish();
   /// Where add(), write() and finish() have to wait for other ranks, they call progress() again and
@@ -114,7 +116,7 @@ class FrameOutput {
   Index handed_ = 0, ended_ = 0;     ///< frames
   Index named_step_ = 0;             ///< of the frame that this may be about
   std::exception_ptr failure_;       ///< known to all ranks
-  bool stopping_ = false, released_ = false;
+  bool stopping_ = false, released_ = false, given_up_ = false;
   std::thread thread_;
 };
 

@@ -121,6 +121,7 @@ int run_program(int argc, char** argv) {
       ->transform(CLI::AsNumberWithUnit(
           std::map<std::string, double>{{"us", 1e-6}, {"ms", 1e-3}, {"s", 1.0}},
           CLI::AsNumberWithUnit::Options::UNIT_REQUIRED))
+      ->check(CLI::Range(0.0, 10.0))
       ->type_name("TIME");
   run_app->add_option("--output,-o", run.output, "Run folder (default: the scenario's)");
   run_app->add_flag("--overwrite", run.overwrite, "Replace the run folder's earlier results");
@@ -143,6 +144,8 @@ int run_program(int argc, char** argv) {
   run_app->add_flag("--quiet,-q", run.quiet, "Only warnings and errors on the terminal");
   run_app->callback([&] {
     run.execution.ranks = Ranks::world();
+    if (serial && run.execution.ranks.several())
+      throw InputError("--serial is for one rank: on several, only the task graph runs.");
     if (serial && bulk)
       throw InputError("--serial and --bulk-synchronous exclude each other; give one of them.");
     if (serial) run.execution.mode = ExecutionOptions::Mode::serial;
@@ -163,7 +166,10 @@ int run_program(int argc, char** argv) {
       ->needs(ranks_option)
       ->transform(CLI::CheckedTransformer(partitioners))
       ->type_name("NAME");
-  check_app->callback([&] { code = check_command(check); });
+  check_app->callback([&] {
+    refuse_several_ranks("check");
+    code = check_command(check);
+  });
 
   std::string source, format, step = "last", output;
   auto* export_app = app.add_subcommand("export", "Write particles as CSV or for ParaView");
@@ -176,7 +182,10 @@ int run_program(int argc, char** argv) {
         return number || text == "all" || text == "last" ? "" : "must be a step, last or all";
       });
   export_app->add_option("--output,-o", output, "File or folder to write (default: RUN/export)");
-  export_app->callback([&] { code = export_command(source, format, step, output); });
+  export_app->callback([&] {
+    refuse_several_ranks("export");
+    code = export_command(source, format, step, output);
+  });
 
   std::string a, b;
   Tolerances tolerances;
@@ -197,6 +206,7 @@ int run_program(int argc, char** argv) {
       ->capture_default_str();
   compare_app->add_option("--step", compare_step, "Step of run folders (default: the last)");
   compare_app->callback([&] {
+    refuse_several_ranks("compare");
     // No tolerance asked for, none given: only equal values are equal.
     if (tolerances.rtol == 0 && compare_app->count("--floor") == 0) tolerances.floor = 0;
     code = compare_command(a, b, tolerances, compare_step);
@@ -209,7 +219,10 @@ int run_program(int argc, char** argv) {
   graph_app->add_option("--output,-o", graph.output,
                         "File .dot, .svg, .png or .pdf (default: DOT text)");
   graph_app->add_flag("--all", graph.all, "All patches, not only one and its neighbours");
-  graph_app->callback([&] { code = graph_command(graph); });
+  graph_app->callback([&] {
+    refuse_several_ranks("graph");
+    code = graph_command(graph);
+  });
 
   VerifyArguments verify;
   auto* verify_app =
@@ -276,6 +289,7 @@ int run_program(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    if (Ranks::world().rank() > 0) return error.get_exit_code() == 0 ? exit_ok : exit_input;
     return app.exit(error) == 0 ? exit_ok : exit_input;
   }
   return code;

@@ -200,14 +200,19 @@ RankExchange<Dim>::RankExchange(const ExchangeGroups& groups, PatchSet<Dim>& pat
 
 template <int Dim>
 RankExchange<Dim>::~RankExchange() {
-  // After a failure others may never receive what was sent; the process is about to end.
-  if (std::uncaught_exceptions() > 0) return;
-  // Receives for a step that is not taken any more; sends have all been received.
+  // Receives for a step that is not taken any more.
   for (std::size_t r = 0; r < receives_.size(); ++r) {
     MPI_Cancel(&requests_[r]);
     MPI_Wait(&requests_[r], MPI_STATUS_IGNORE);
     for (MPI_Request& request : receives_[r].request) MPI_Request_free(&request);
   }
+  if (std::uncaught_exceptions() > 0) {
+    // Others may never receive what was sent. The process is about to end: MPI keeps the buffers.
+    static_cast<void>(new auto(std::move(sends_)));
+    static_cast<void>(agreements_.release());
+    return;
+  }
+  // Sends have all been received.
   for (auto& of_phase : sends_)
     for (auto& of_patch : of_phase)
       for (Send& send : of_patch)

@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -12,6 +13,7 @@
 #include <cstring>
 #include <fstream>
 #include <string>
+#include <utility>
 
 #include "runtime/commands.h"
 
@@ -91,24 +93,28 @@ void RankWatch::look_at_peers() const {
       }
     end(fmt::format(
         "rank {} (process {}) is gone: it was killed, for example because memory ran out, or it "
-        "crashed. The last step that all ranks finished is {}.",
+        "crashed. The last step that all ranks finished is {}. If there are checkpoints, "
+        "`--restart latest` goes on, on any number of ranks.",
         lost.rank, lost.process, steps_done_.load()));
   }
 }
 
 void RankWatch::look_at_clock() {
-  if (!stop_asked_()) return;
+  if (ended_.load(std::memory_order_relaxed)) return;
   const Step done = steps_done_.load();
   const auto now = std::chrono::steady_clock::now();
-  if (done != moved_step_) {
+  const bool first_asked = stop_asked_() && !std::exchange(asked_, stop_asked_());
+  if (done != moved_step_ || first_asked) {
+    if (!asked_) longest_ = std::max(longest_, now - moved_);
     moved_step_ = done;
     moved_ = now;
   }
-  if (now - moved_ > patience)
-    end(
-        fmt::format("rank {} was asked to stop, but no step was completed for {} s. It ends "
-                    "without writing its state; the last step that all ranks finished is {}.",
-                    rank_, patience.count(), done));
+  const auto allowed = std::max<std::chrono::steady_clock::duration>(patience, 3 * longest_);
+  if (asked_ && now - moved_ > allowed)
+    end(fmt::format(
+        "rank {} was asked to stop, but no step was completed for {} s. It ends "
+        "without writing its state; the last step that all ranks finished is {}.",
+        rank_, std::chrono::duration_cast<std::chrono::seconds>(allowed).count(), done));
 }
 
 void RankWatch::end(const std::string& message) const {

@@ -31,6 +31,10 @@ class RankWatch {
   /// All ranks have finished the steps before `step`.
   void steps_done(Step step) { steps_done_.store(step, std::memory_order_relaxed); }
 
+  /// What follows, such as writing the last state, takes its time.
+  void steps_ended() { ended_.store(true, std::memory_order_relaxed); }
+
+  /// At least; a run whose steps take longer gets three times the longest.
   static constexpr std::chrono::seconds patience{10};
 
  private:
@@ -47,8 +51,11 @@ class RankWatch {
   std::vector<Peer> peers_;  ///< on this machine, ascending rank
   std::function<bool()> stop_asked_;
   std::atomic<Step> steps_done_{0};
-  std::chrono::steady_clock::time_point moved_{};  ///< when a step was done after the signal
-  Step moved_step_ = -1;                           ///< -1 = there was no signal
+  std::atomic<bool> ended_{false};
+  std::chrono::steady_clock::time_point moved_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::duration longest_{};  ///< between two looks at which steps were done
+  Step moved_step_ = 0;                            ///< when it was last looked at
+  bool asked_ = false;
 
   std::mutex mutex_;
   std::condition_variable ending_;

@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <filesystem>
 
 #include "io/run_folder.h"
@@ -166,6 +167,13 @@ class CaseRun {
     output_.checkpoint_minutes = plan.checkpoint_minutes;
   }
 
+  ~CaseRun() {
+    // A checkpoint under way waits for frames that nobody brings forward any more.
+    if (std::uncaught_exceptions() > 0 && frames_) frames_->give_up();
+  }
+  CaseRun(const CaseRun&) = delete;
+  CaseRun& operator=(const CaseRun&) = delete;
+
   int execute() {
     begin_ = Clock::now();
     auto& model = std::get<Model<Dim>>(scenario_.model);
@@ -253,7 +261,9 @@ class CaseRun {
                                                },
                                            .while_waiting = [this] { frames_->progress(); }},
                          ranks_);
-    if (restart_ && is_in_folder(*restart_)) checkpoints_->is_at(restart_->header().run.step);
+    // As rank 0 sees it: all must begin the same checkpoints.
+    const bool own = ranks_.rank() == 0 && restart_ && is_in_folder(*restart_);
+    if (ranks_.any(own)) checkpoints_->is_at(restart_->header().run.step);
   }
 
   /// The first row and frame; a run that goes on has them.
@@ -297,10 +307,10 @@ class CaseRun {
       }
     }
     if (!ranks_.any(!problems.empty())) return;
-    std::string text = problems.empty() ? "" : problems.front().message;
-    ranks_.broadcast(text);
-    if (problems.empty()) problems.push_back({.message = text});
-    throw InputError(problems);
+    Problem problem = problems.empty() ? Problem{} : problems.front();
+    ranks_.broadcast(problem.message);  // the same on all ranks, so that it is said once
+    ranks_.broadcast(problem.hint);
+    throw InputError({Problem{.message = problem.message, .hint = problem.hint}});
   }
 
   void write_row(const HistoryRow& row) {
@@ -400,7 +410,8 @@ class CaseRun {
       simulation.run();
       if (!simulation.finished()) {
         end.status = RunStatus::stopped;
-        end.message = stop_signal() != 0 ? fmt::format("signal {}", stop_signal()) : "wall time";
+        const Index signal = ranks_.max(Index{stop_signal()});  // not every rank may have got it
+        end.message = signal != 0 ? fmt::format("signal {}", signal) : "wall time";
         code = exit_stopped;
       }
     } catch (const SimulationError& error) {
@@ -408,6 +419,7 @@ class CaseRun {
       end.message = error.what();
       code = exit_simulation;
     }
+    watch.steps_ended();
     const double wall = seconds_since(loop_begin_);
     if (code == exit_stopped || (code == exit_ok && plans_checkpoints()))
       checkpoints_->write(simulation.state());
@@ -426,6 +438,28 @@ class CaseRun {
     finish(end);
     ranks_.wait_for_all();
     return code;
+  }
+
+  /// Sums over the ranks.
+  std::vector<StageTiming> timings_of_all(std::vector<StageTiming> all) const {
+    struct Numbers {
+      Index calls;
+      double total, shortest, longest;
+    };
+    std::vector<Numbers> own;
+    for (const StageTiming& t : all) own.push_back({t.calls, t.total, t.shortest, t.longest});
+    const std::vector<Numbers> numbers = ranks_.gather_all(std::span<const Numbers>(own));
+    for (StageTiming& t : all) t = {.name = t.name};
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      StageTiming& sum = all[i % all.size()];
+      const Numbers& n = numbers[i];
+      if (n.calls == 0) continue;
+      sum.shortest = sum.calls == 0 ? n.shortest : std::min(sum.shortest, n.shortest);
+      sum.longest = std::max(sum.longest, n.longest);
+      sum.calls += n.calls;
+      sum.total += n.total;
+    }
+    return all;
   }
 
   void report_balance(const BalanceReport& balance, double wall) {
@@ -485,9 +519,11 @@ class CaseRun {
         "{} steps in {}: {:.1f} steps/s, {:.2f} million particle-steps/s, {:.1f} ns per "
         "particle-step and core",
         format_count(simulation.step() - first_step_), format_seconds(wall), steps / wall,
-        particle_steps / wall * 1e-6, wall * info.threads * 1e9 / std::max(1.0, particle_steps)));
+        particle_steps / wall * 1e-6,
+        wall * info.threads * ranks_.size() * 1e9 / std::max(1.0, particle_steps)));
     report_balance(simulation.balance(), wall);
-    console_.line(timing_table(simulation.timings(), wall, info.threads));
+    console_.line(
+        timing_table(timings_of_all(simulation.timings()), wall, info.threads * ranks_.size()));
     console_.line("");
     console_.line(fmt::format(
         "next: lahar export {} --to csv, or open {} in ParaView", output_.folder,
@@ -530,8 +566,14 @@ Scenario read(const RunArguments& arguments, Console& console, const Team* team 
 void check_alike(const RunArguments& arguments) {
   const Ranks& ranks = arguments.execution.ranks;
   if (!ranks.several()) return;
-  std::string options = arguments.options.as_cbgeo ? "as CB-Geo" : "";
-  for (const std::string& text : arguments.options.overrides) options += "\n" + text;
+  std::string options;  // but for the program's name, and for threads, which may differ
+  for (std::size_t k = 1; k < arguments.command.size(); ++k) {
+    const std::string& word = arguments.command[k];
+    if (word == "-t" || word == "--threads")
+      ++k;
+    else if (!word.starts_with("-t") && !word.starts_with("--threads="))
+      options += word + "\n";
+  }
   std::string scenario;
   try {
     scenario = sha256_of_file(arguments.scenario);

@@ -76,6 +76,11 @@ bool is_parallel(const ExecutionOptions& options) {
          options.mode == ExecutionOptions::Mode::bulk;
 }
 
+ExecutionOptions with_threads(ExecutionOptions options) {
+  if (options.threads <= 0) options.threads = available_threads();
+  return options;
+}
+
 /// CPU time of this thread [ns]: others on the same core do not count.
 std::int64_t thread_nanoseconds() {
   timespec time{};
@@ -134,16 +139,15 @@ template <int Dim>
 struct Simulation<Dim>::Impl {
   Impl(Model<Dim> model_in, ExecutionOptions options_in, Observer observer_in,
        const SimulationState* state = nullptr)
-      : options(options_in),
+      : options(with_threads(options_in)),
         observer(std::move(observer_in)),
         model(std::move(model_in)),
         stages(timestep<Dim>(model.analysis)),
         phases(phases_of(stage_list())),
         ranks(options.ranks),
         patches(make_patches(state)),
-        balance(ranks, options.balance, options.threads) {
+        balance(ranks, options.balance, static_cast<int>(ranks.min(Index{options.threads}))) {
     seconds_per_tick();  // from now on
-    if (options.threads <= 0) options.threads = available_threads();
     nsteps = model.analysis.nsteps;
     for (const Material& material : model.materials)
       wave_speed_bound =
@@ -506,7 +510,7 @@ struct Simulation<Dim>::Impl {
   void fail(std::size_t s, int p, Step step, const std::string& cause) {
     poisoned[static_cast<std::size_t>(p)] = 1;
     patches[p].mark = {};
-    failures.add({step, static_cast<int>(s), p, stages[s].stage.name, time_at(step),
+    failures.add({step, static_cast<int>(s), stages[s].stage.name, time_at(step),
                   patches[p].topology.patch, cause});
     learn_of_failure(step);
     request_stop(step);
@@ -580,6 +584,7 @@ struct Simulation<Dim>::Impl {
   /// Where the graph has to drain: at `end`, or before it at a frame that is not copied or at a
   /// checkpoint.
   Step drain_step(Step end) const {
+    end = std::min<Step>(end, nsteps);  // dt of the last step may have shown that it is the last
     const auto before = [&](bool drains, Index every) {
       if (drains && every > 0) end = std::min<Step>(end, (step / every + 1) * every);
     };
@@ -619,9 +624,14 @@ struct Simulation<Dim>::Impl {
 
   /// All patches are done with `step`. Steps arrive in order, one call at a time.
   void complete(Step step) {
+    attempt([&] { hand_on(step); });
+  }
+
+  /// What fails on one rank, as on a full disk, must not keep it from what all ranks do.
+  void attempt(auto action) {
     try {
-      hand_on(step);
-    } catch (...) {  // a full disk, for example
+      action();
+    } catch (...) {
       if (!output_failure) output_failure = std::current_exception();
       stop_asked = true;
     }
@@ -645,10 +655,10 @@ struct Simulation<Dim>::Impl {
     if (history_due(step) && !failed) {
       HistoryRow row = RowSums::row(agreed[step].sum, std::bit_cast<double>(-least.minus_speed));
       finish_row(row, step + 1);
-      if (observer.history) observer.history(row);
+      if (observer.history) attempt([&] { observer.history(row); });
     }
     if (copy_due(step) && !failed) {
-      observer.frame({header_at(step + 1), std::move(pieces[step])});
+      attempt([&] { observer.frame({header_at(step + 1), std::move(pieces[step])}); });
       pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
     }
     if (observer.checkpoint_wanted && observer.checkpoint_wanted()) checkpoint_asked = true;
@@ -750,19 +760,31 @@ struct Simulation<Dim>::Impl {
       // dt of the next step, which the drained graph did not get to.
       if (model.analysis.step.adaptive) last_limit = ranks.min(own_limit());
       if (model.analysis.step.adaptive && step < nsteps) set_dt(step, last_limit);
-      if (rebuild_needed) rebuild();
+      if (ranks.any(rebuild_needed || needs_surroundings())) rebuild();
       if (std::exchange(remap_needed, false) || balance.is_forced(step)) remap();
       if (checkpoint_due()) write_checkpoint();
     }
+  }
+
+  /// The message of the failure that comes first of all ranks.
+  std::string first_failure() const {
+    constexpr Index none = std::numeric_limits<Index>::max();
+    const bool own = failures.by(step);
+    const Failure first = own ? failures.earliest() : Failure{};
+    const Index stage = ranks.min(own ? Index{first.stage_index} : none);
+    const bool in_stage = own && first.stage_index == stage;
+    const Index patch = ranks.min(in_stage ? first.patch : none);
+    const Index failed = ranks.sum(failures.count(step));
+    std::string message = own ? failure_message(first, ranks.rank(), failed) : "";
+    of_one_rank(in_stage && first.patch == patch, message);
+    return message;
   }
 
   /// On all ranks, with the message of the rank that failed first.
   void stop_where_failed() {
     if (ranks.any(!failures.empty())) {
       step = ranks.min(failed_step.load());
-      std::string message = failures.empty() ? "" : failures.message();
-      of_one_rank(!failures.empty() && failures.by(step), message);
-      throw SimulationError(message);
+      throw SimulationError(first_failure());
     }
     if (!output_failure) output_failure = poll_failure;
     if (!ranks.any(static_cast<bool>(output_failure))) return;
@@ -785,6 +807,13 @@ struct Simulation<Dim>::Impl {
         fail(output_index, p, step - 1, describe_mark(patches[p].mark, Dim));
     }
     stop_where_failed();
+  }
+
+  /// Also where a particle came near in the last step.
+  bool needs_surroundings() const {
+    for (int p = 0; p < patches.size(); ++p)
+      if (patches[p].needs_surroundings) return true;
+    return false;
   }
 
   void rebuild() {

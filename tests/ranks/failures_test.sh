@@ -62,6 +62,7 @@ ended_within 10 "the end after SIGKILL"
 [[ "$status" == 137 || "$status" == 5 ]] || fail "status after SIGKILL: $status"
 says "rank 1 (process [0-9]*) is gone" SIGKILL
 says "The last step that all ranks finished is [0-9]" SIGKILL
+says "restart latest" SIGKILL
 [[ "$(grep -c "is gone" "$work/out")" == 1 ]] || fail "SIGKILL: more than one message"
 
 # All are told to stop: a checkpoint, and the documented status.
@@ -105,7 +106,7 @@ on_ranks "$lahar" run "$here/leaving.json" --threads 1 --output "$work/run" --ov
 # Ranks are not alike.
 cat >"$work/other_options" <<END
 #!/bin/bash
-[[ "\$OMPI_COMM_WORLD_RANK" == 2 ]] && set -- "\$@" --set analysis.nsteps=7
+[[ "\$OMPI_COMM_WORLD_RANK" == 2 ]] && set -- "\$@" --balance off
 exec "\$@"
 END
 chmod +x "$work/other_options"
@@ -126,6 +127,13 @@ on_ranks "$work/other_scenario" "$lahar"
 says "different scenario files: rank 0 against 1" "different scenarios"
 
 # What is wrong with the input is said once.
+rm -rf "$work/run"
+mkdir -p "$work/run" && touch "$work/run/mine"
+on_ranks "$lahar" run "$here/tank.json" --output "$work/run"
+[[ "$status" == 2 ]] || fail "status of a folder that is not empty: $status"
+[[ "$(grep -c "error:" "$work/out")" == 1 ]] || fail "a folder that is not empty: not one message"
+on_ranks "$lahar" run "$here/tank.json" --threads 0
+[[ "$(grep -c -- "--threads" "$work/out")" == 1 ]] || fail "a wrong option: not one message"
 on_ranks "$lahar" run "$work/no-such-file.json"
 [[ "$status" == 2 ]] || fail "status of a missing scenario: $status"
 [[ "$(grep -c "no-such-file.json" "$work/out")" == 1 ]] || fail "a missing scenario: not one message"

@@ -279,3 +279,24 @@ TEST_CASE("a patch's state refuses what it is not") {
   CHECK(changed(16, 1'000'000).find("run 0 is not one") != std::string::npos);
   CHECK(message(state.bytes(1)).find("the patch is") != std::string::npos);
 }
+
+TEST_CASE("an adaptive run ends at the same step wherever the graph drains before") {
+  Model<2> model = two_discs();
+  model.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.3};
+  model.analysis.nsteps = 100000;
+  model.analysis.end_time = 0.2;
+  Simulation<2> undisturbed(model, serial());
+  undisturbed.run();
+  const Index last = undisturbed.step();
+  REQUIRE(last > 5);
+  for (const ExecutionOptions& way : {serial(), flow(2)})
+    for (const Index before : {1, 2, 3}) {
+      model.output.checkpoint_steps = last - before;
+      Observer observer;
+      observer.checkpoint = [](const SimulationState&) {};
+      Simulation<2> simulation(model, way, observer);
+      simulation.run();
+      CHECK(simulation.step() == last);
+      CHECK(same_bits(simulation.frame(), undisturbed.frame()));
+    }
+}
