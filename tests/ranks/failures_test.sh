@@ -19,15 +19,15 @@ fail() {
 }
 # on_ranks PROGRAM...: three ranks; output and exit status in $work/out and $status.
 on_ranks() {
-  timeout -k 5 60 "$mpiexec" --oversubscribe --bind-to none -n 3 "$@" >"$work/out" 2>&1
+  timeout -k 5 150 "$mpiexec" --oversubscribe --bind-to none -n 3 "$@" >"$work/out" 2>&1
   status=$?
 }
 # in_background PROGRAM...: the same, to be interfered with once it takes steps.
 in_background() {
   : >"$work/out"
-  timeout -k 5 60 "$mpiexec" --oversubscribe --bind-to none -n 3 "$@" >"$work/out" 2>&1 &
+  timeout -k 5 150 "$mpiexec" --oversubscribe --bind-to none -n 3 "$@" >"$work/out" 2>&1 &
   job=$!
-  for _ in $(seq 200); do
+  for _ in $(seq 600); do
     [[ -s "$work/run/history.csv" && "$(wc -l <"$work/run/history.csv")" -gt 3 ]] && return
     sleep 0.1
   done
@@ -43,7 +43,8 @@ process_of() {
     fi
   done
 }
-# ended_within SECONDS
+# ended_within SECONDS WHAT: generous, as machines are busy; it takes a second, or ten where the others
+# wait for a rank that does not answer.
 ended_within() {
   local begin="$SECONDS"
   wait "$job"
@@ -58,7 +59,7 @@ run=("$lahar" run "$here/tank.json" --threads 1 --output "$work/run" --overwrite
 # A rank is killed.
 in_background "${run[@]}"
 kill -KILL "$(process_of 1)"
-ended_within 10 "the end after SIGKILL"
+ended_within 30 "the end after SIGKILL"
 [[ "$status" == 137 || "$status" == 5 ]] || fail "status after SIGKILL: $status"
 says "rank 1 (process [0-9]*) is gone" SIGKILL
 says "The last step that all ranks finished is [0-9]" SIGKILL
@@ -69,7 +70,7 @@ says "restart latest" SIGKILL
 rm -rf "$work/run"
 in_background "${run[@]}"
 for rank in 0 1 2; do kill -TERM "$(process_of "$rank")"; done
-ended_within 20 "the end after SIGTERM"
+ended_within 60 "the end after SIGTERM"
 [[ "$status" == 75 ]] || fail "status after SIGTERM: $status"
 compgen -G "$work/run/checkpoints/checkpoint_*.h5" >/dev/null || fail "SIGTERM: no checkpoint"
 
@@ -79,7 +80,7 @@ in_background "${run[@]}"
 stopped="$(process_of 2)"
 kill -STOP "$stopped"
 for rank in 0 1; do kill -TERM "$(process_of "$rank")"; done
-ended_within 20 "the end after SIGTERM without rank 2"
+ended_within 60 "the end after SIGTERM without rank 2"
 kill -KILL "$stopped" 2>/dev/null
 says "was asked to stop, but no step was completed for 10 s" "a rank that does not answer"
 
