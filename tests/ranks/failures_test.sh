@@ -35,11 +35,12 @@ in_background() {
 }
 # process_of RANK: of the run in $work.
 process_of() {
-  local process
-  for process in $(pgrep -f "$work/run"); do
-    if tr '\0' '\n' <"/proc/$process/environ" 2>/dev/null | grep -qx "OMPI_COMM_WORLD_RANK=$1" &&
-      [[ "$(readlink "/proc/$process/exe")" == "$(readlink -f "$lahar")" ]]; then
-      echo "$process"
+  local directory
+  for directory in /proc/[0-9]*; do
+    [[ "$(readlink "$directory/exe")" == "$(readlink -f "$lahar")" ]] || continue
+    if tr '\0' '\n' <"$directory/environ" 2>/dev/null | grep -qx "OMPI_COMM_WORLD_RANK=$1" &&
+      tr '\0' '\n' <"$directory/cmdline" | grep -qx "$work/run"; then
+      echo "${directory#/proc/}"
     fi
   done
 }
@@ -69,7 +70,8 @@ says "restart latest" SIGKILL
 # All are told to stop: a checkpoint, and the documented status.
 rm -rf "$work/run"
 in_background "${run[@]}"
-for rank in 0 1 2; do kill -TERM "$(process_of "$rank")"; done
+all=("$(process_of 0)" "$(process_of 1)" "$(process_of 2)")
+kill -TERM "${all[@]}"
 ended_within 60 "the end after SIGTERM"
 [[ "$status" == 75 ]] || fail "status after SIGTERM: $status"
 compgen -G "$work/run/checkpoints/checkpoint_*.h5" >/dev/null || fail "SIGTERM: no checkpoint"
@@ -78,8 +80,9 @@ compgen -G "$work/run/checkpoints/checkpoint_*.h5" >/dev/null || fail "SIGTERM: 
 rm -rf "$work/run"
 in_background "${run[@]}"
 stopped="$(process_of 2)"
+others=("$(process_of 0)" "$(process_of 1)")
 kill -STOP "$stopped"
-for rank in 0 1; do kill -TERM "$(process_of "$rank")"; done
+kill -TERM "${others[@]}"
 ended_within 60 "the end after SIGTERM without rank 2"
 kill -KILL "$stopped" 2>/dev/null
 says "was asked to stop, but no step was completed for 10 s" "a rank that does not answer"

@@ -25,6 +25,17 @@ run_on() {
   timeout 120 "$mpiexec" --oversubscribe --bind-to none -n "$ranks" \
     "$lahar" "${common[@]}" --threads 1 "$@" >/dev/null 2>errors.txt
 }
+# A process that PROCESS started, if there is one; without ps, which small systems lack.
+child_of() {
+  local status
+  for status in /proc/[0-9]*/status; do
+    if grep -qs "^PPid:[[:space:]]*$1\$" "$status"; then
+      status="${status#/proc/}"
+      echo "${status%/status}"
+      return
+    fi
+  done
+}
 # Files of a run in which all results are, and the file's name is the step.
 compare_finished() {
   local file
@@ -68,8 +79,8 @@ while [[ "$killed" -lt "$kills" ]]; do
     "$lahar" "${common[@]}" --threads 1 --output killed "${restart[@]}" >/dev/null 2>&1 &
   job="$!"
   sleep "$((1 + RANDOM % 2)).$((RANDOM % 10))"
-  rank="$(ps -o pid= --ppid "$job" | head -n 1 || true)"
-  if [[ -n "$rank" ]]; then kill -KILL $rank 2>/dev/null || true; fi
+  rank="$(child_of "$job")"
+  if [[ -n "$rank" ]]; then kill -KILL "$rank" 2>/dev/null || true; fi
   wait "$job" 2>/dev/null || true
   killed="$((killed + 1))"
   compare_finished killed
