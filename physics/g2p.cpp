@@ -109,12 +109,12 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs
 
 template <int Dim>
 void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
-  if (step.model->tractions.empty()) return;
+  if (step.model->tractions.empty() && !step.model->body_force) return;
   for_each_run(patch, runs, [&](const auto& map, const Run& run) {
-    if (!run.loaded) return;
+    if (!has_particle_forces(run, *step.model)) return;
     const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
     for (Local p = run.begin; p < run.end; ++p) {
-      const Vec<Dim> f = traction_on(patch.particles, p, step);
+      const Vec<Dim> f = force_on(patch.particles, p, step);
       if (f.isZero(0.0)) continue;
       const auto w = weights_at<Dim, Scalar>(map, p);
       for (int i = 0; i < corners<Dim>; ++i)

@@ -32,4 +32,23 @@ Vec<Dim> traction_on(const Particles<Dim>& particles, Local p, const StepContext
   return f;
 }
 
+/// True if particles of a run may have forces of their own.
+template <int Dim>
+bool has_particle_forces(const Run& run, const Model<Dim>& model) {
+  return run.loaded || model.body_force;
+}
+
+/// Force of tractions and of Model::body_force on particle p [N].
+template <int Dim>
+Vec<Dim> force_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step) {
+  Vec<Dim> f = traction_on(particles, p, step);
+  if (step.model->body_force) {
+    Vec<Dim> X;
+    for (int d = 0; d < Dim; ++d)
+      X[d] = particles.row(Column::x, d)[p] - particles.row(Column::u, d)[p];
+    f += particles.row(Column::mass)[p] * step.model->body_force(X, step.time);
+  }
+  return f;
+}
+
 }  // namespace lahar

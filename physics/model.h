@@ -1,6 +1,7 @@
 /// \file Everything a run needs, with names resolved and units SI: what io/ makes of a scenario.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -132,6 +133,9 @@ struct Model {
   std::vector<Material> materials;
   std::vector<MathFunction> functions;
   Vec<Dim> gravity = Vec<Dim>::Zero();  ///< [m/s^2]
+  /// Force per mass [m/s^2] at time t [s] on the material that began at X [m], beside gravity; what
+  /// makes a given motion a solution (`lahar verify`). No scenario sets it.
+  std::function<Vec<Dim>(const Vec<Dim>& X, double t)> body_force;
   std::vector<NodeVelocity> node_velocities;
   std::vector<NodeForce> node_forces;
   std::vector<ParticleTraction> tractions;

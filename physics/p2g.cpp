@@ -270,13 +270,13 @@ LAHAR_INLINE void internal_force(const Map& map, const PulledStress<3>& stress, 
   add_to_nodes(nodes, corner, force);
 }
 
-/// Tractions on the particles of one run: N_i t V / size.
+/// Forces of the particles of one run on its nodes: N_i f.
 template <int Dim, class Map>
-void traction_force(const Map& map, const Patch<Dim>& patch, const Run& run,
+void particle_force(const Map& map, const Patch<Dim>& patch, const Run& run,
                     const StepContext<Dim>& step, double* nodes) {
   const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
   for (Local p = run.begin; p < run.end; ++p) {
-    const Vec<Dim> f = traction_on(patch.particles, p, step);
+    const Vec<Dim> f = force_on(patch.particles, p, step);
     if (f.isZero(0.0)) continue;
     const Weights<Dim, Scalar> w = weights_at<Dim, Scalar>(map, p);
     for (int i = 0; i < corners<Dim>; ++i) {
@@ -299,7 +299,7 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
         internal_force<Real>(map, stress, run,
                              patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)],
                              nodes);
-        if (run.loaded) traction_force(map, patch, run, step, nodes);
+        if (has_particle_forces(run, *step.model)) particle_force(map, patch, run, step, nodes);
       });
 }
 
