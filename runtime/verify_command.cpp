@@ -14,6 +14,9 @@ constexpr VerificationCase cases[] = {
     {"plate-with-hole",
      "stress at a hole in a pulled plate against Howland (1930); time by threads",
      verify_plate_with_hole},
+    {"manufactured",
+     "convergence of every kind of shape function to manufactured solutions",
+     verify_manufactured},
 };
 
 }  // namespace

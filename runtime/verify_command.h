@@ -23,5 +23,6 @@ struct VerificationCase {
 };
 
 bool verify_plate_with_hole(const VerifyArguments& arguments);
+bool verify_manufactured(const VerifyArguments& arguments);
 
 }  // namespace lahar
