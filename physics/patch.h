@@ -14,6 +14,7 @@
 #include "physics/particles.h"
 #include "physics/partition.h"
 #include "physics/simd.h"
+#include "physics/wall_node.h"
 
 namespace lahar {
 
@@ -157,6 +158,7 @@ struct Patch {
     double velocity;  ///< [m/s]
   };
   std::vector<FixedVelocity> fixed;  ///< one per node and direction, ascending nodes
+  std::vector<WallNode<Dim>> walls;  ///< ascending; their prescribed velocities are not in `fixed`
   struct PointForce {
     Local node;
     int dir;

@@ -15,6 +15,7 @@
 #include "physics/partition_common.h"
 #include "runtime/initial_particles.h"
 #include "runtime/parallel.h"
+#include "runtime/patch_constraints.h"
 #include "runtime/patch_filling.h"
 #include "runtime/patch_state.h"
 
@@ -47,25 +48,6 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
   return ColumnLayout<Dim>(needs);
 }
 
-/// The entries of a list sorted by node that belong to `node`.
-template <class Entry>
-std::span<const Entry> entries_of(const std::vector<Entry>& sorted, Index node) {
-  const auto before = [](const auto& a, const auto& b) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(a)>, Index>)
-      return a < b.node;
-    else
-      return a.node < b;
-  };
-  const auto first = std::lower_bound(sorted.begin(), sorted.end(), node, before);
-  const auto last = std::upper_bound(first, sorted.end(), node, before);
-  return {first, last};
-}
-
-void sort_by_node(auto& entries) {
-  std::stable_sort(entries.begin(), entries.end(),
-                   [](const auto& a, const auto& b) { return a.node < b.node; });
-}
-
 /// Loads and constraints in the order in which patches look for them. Of several ranks that have
 /// the table of all particles each keeps a part, so that every particle is in one share.
 template <int Dim>
@@ -73,8 +55,7 @@ void prepare(Model<Dim>& model, const Ranks& ranks) {
   set_loads(model);
   if (ranks.several() && !ranks.any(!model.particles.id.empty()))
     keep_share(model.particles, ranks);
-  sort_by_node(model.node_velocities);
-  sort_by_node(model.node_forces);
+  sort_constraints(model);
 }
 
 /// A particle that comes so near to a patch that does not exist is noticed when it has changed its
@@ -199,16 +180,7 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
     for (std::size_t i = 0; i < nodes.size(); ++i)
       Eigen::Map<Vec<Dim>>(&patch->node_position[i * node_width]) = mesh.node(nodes[i]);
   }
-
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const auto node = static_cast<Local>(i);
-    bool taken[Dim] = {};
-    for (const NodeVelocity& v : entries_of(model_->node_velocities, nodes[i]))
-      if (!std::exchange(taken[v.dir], true)) patch->fixed.push_back({node, v.dir, v.velocity});
-    for (const NodeForce& f : entries_of(model_->node_forces, nodes[i]))
-      patch->forces.push_back({node, f.dir, f.force, f.function});
-  }
-
+  set_constraints(*patch, *model_);
   for (std::size_t k = 0; k < n_sum_arrays; ++k)
     patch->sums[k].resize(static_cast<std::size_t>(copies_.of[k]));
   patch->idle = true;  // until particles come
