@@ -13,8 +13,10 @@
 #include "physics/kernels.h"
 #include "physics/law.h"
 #include "physics/partition_common.h"
+#include "physics/support.h"
 #include "runtime/initial_particles.h"
 #include "runtime/parallel.h"
+#include "runtime/patch_constraints.h"
 #include "runtime/patch_filling.h"
 #include "runtime/patch_state.h"
 
@@ -39,31 +41,14 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
   needs.size = !model.tractions.empty();
   needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
   needs.strain = census.stressed;
+  needs.domain = basis_kind(model.analysis.functions) == BasisKind::gimp;
+  needs.next_domain = model.analysis.functions == ShapeFunctions::gimp;
   for (std::size_t m = 0; m < census.used.size(); ++m) {
     if (!census.used[m]) continue;
     needs.pressure = needs.pressure || has_pressure(model.materials[m].law);
     needs.strain = needs.strain || !strain_follows_from_stress(model.materials[m].law);
   }
   return ColumnLayout<Dim>(needs);
-}
-
-/// The entries of a list sorted by node that belong to `node`.
-template <class Entry>
-std::span<const Entry> entries_of(const std::vector<Entry>& sorted, Index node) {
-  const auto before = [](const auto& a, const auto& b) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(a)>, Index>)
-      return a < b.node;
-    else
-      return a.node < b;
-  };
-  const auto first = std::lower_bound(sorted.begin(), sorted.end(), node, before);
-  const auto last = std::upper_bound(first, sorted.end(), node, before);
-  return {first, last};
-}
-
-void sort_by_node(auto& entries) {
-  std::stable_sort(entries.begin(), entries.end(),
-                   [](const auto& a, const auto& b) { return a.node < b.node; });
 }
 
 /// Loads and constraints in the order in which patches look for them. Of several ranks that have
@@ -73,8 +58,7 @@ void prepare(Model<Dim>& model, const Ranks& ranks) {
   set_loads(model);
   if (ranks.several() && !ranks.any(!model.particles.id.empty()))
     keep_share(model.particles, ranks);
-  sort_by_node(model.node_velocities);
-  sort_by_node(model.node_forces);
+  sort_constraints(model);
 }
 
 /// A particle that comes so near to a patch that does not exist is noticed when it has changed its
@@ -144,7 +128,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(cells_per_patch(model, census_)),
       partition_(*model.mesh, target_cells_),
-      rings_(support_rings),
+      rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
       ranks_(ranks),
@@ -162,7 +146,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(state.run.cells_per_patch),
       partition_(*model.mesh, target_cells_),
-      rings_(support_rings),
+      rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
       least_mass_(state.run.least_mass),
@@ -176,6 +160,8 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   auto patch = std::make_unique<Patch<Dim>>();
   const Mesh<Dim>& mesh = *model_->mesh;
   patch->topology = make_topology(mesh, partition_, id, rings_);
+  add_support(mesh, model_->analysis.functions, patch->topology);
+  patch->basis = basis_kind(model_->analysis.functions);
   patch->particles = Particles<Dim>(layout_);
   patch->cartesian = mesh.is_cartesian();
   const auto& cells = patch->topology.cells;
@@ -199,16 +185,7 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
     for (std::size_t i = 0; i < nodes.size(); ++i)
       Eigen::Map<Vec<Dim>>(&patch->node_position[i * node_width]) = mesh.node(nodes[i]);
   }
-
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const auto node = static_cast<Local>(i);
-    bool taken[Dim] = {};
-    for (const NodeVelocity& v : entries_of(model_->node_velocities, nodes[i]))
-      if (!std::exchange(taken[v.dir], true)) patch->fixed.push_back({node, v.dir, v.velocity});
-    for (const NodeForce& f : entries_of(model_->node_forces, nodes[i]))
-      patch->forces.push_back({node, f.dir, f.force, f.function});
-  }
-
+  set_constraints(*patch, *model_);
   for (std::size_t k = 0; k < n_sum_arrays; ++k)
     patch->sums[k].resize(static_cast<std::size_t>(copies_.of[k]));
   patch->idle = true;  // until particles come
