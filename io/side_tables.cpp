@@ -140,7 +140,7 @@ std::optional<std::vector<NodeFrame<Dim>>> read_angle_file(const SideFile& file,
       continue;
     }
     if (rows.real(alpha, "alpha") && rows.real(beta, "beta") &&
-        (Dim == 2 || rows.real(gamma, "gamma")) && rows.end_of_row())
+        (Dim == 2 || rows.real(gamma, "gamma")) && rows.end_of_row(Dim == 2 ? 1 : 0))
       frames.push_back({node, euler_axes<Dim>(alpha, beta, gamma)});
   }
   if (rows.failed()) return std::nullopt;

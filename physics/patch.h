@@ -69,7 +69,7 @@ struct NodeRange {
 
 /// What one patch contributes to a row of history.csv (HistoryRow), reset after each row.
 struct PatchWork {
-  double internal = 0, external = 0, damping = 0;  ///< [J]
+  double internal = 0, external = 0, damping = 0;  ///< [J] the last with friction
   PatchWork& operator+=(const PatchWork& other) {
     internal += other.internal;
     external += other.external;

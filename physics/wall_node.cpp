@@ -30,7 +30,7 @@ Vec<Dim> with_friction(const WallNode<Dim>& wall, const Vec<Dim>& v, const Vec<D
     if (pull <= most)
       a_t.setZero();
     else
-      a_t -= most / (Dim == 3 && as_cbgeo ? pull - most : pull) * a_t;
+      a_t -= most * (a_t / (Dim == 3 && as_cbgeo ? pull - most : pull));
   }
   a_t[wall.normal] = pressed;
   return a_t;
