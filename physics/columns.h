@@ -8,8 +8,9 @@
 
 namespace lahar {
 
-/// Floating-point columns of a particle. Each has a fixed number of components per dimension.
-enum class Column : int { x, xi, v, u, stress, strain, volume, mass, size, pressure };
+/// Floating-point columns of a particle. Each but `state` has a fixed number of components per
+/// dimension.
+enum class Column : int { x, xi, v, u, stress, strain, volume, mass, size, state };
 inline constexpr int n_columns = 10;
 
 struct ColumnInfo {
@@ -32,7 +33,7 @@ inline constexpr std::array<ColumnInfo, n_columns> column_table{{
     {Column::volume,   "volume",       "m^3", 1, 1, false, true},
     {Column::mass,     "mass",         "kg",  1, 1, false, true},
     {Column::size,     "size",         "m",   1, 1, true,  false},  // initial volume^(1/Dim), for tractions
-    {Column::pressure, "pressure",     "Pa",  1, 1, true,  true},   // state variable of fluids
+    {Column::state,    "state",        "",    0, 0, true,  true},   // of the law; components by model
 }};
 // clang-format on
 
@@ -40,7 +41,7 @@ inline constexpr std::array<ColumnInfo, n_columns> column_table{{
 /// bytes is what limits a step.
 struct ColumnNeeds {
   bool size = false;
-  bool pressure = false;
+  int state = 0;         ///< most state variables of any material that particles have
   bool natural = false;  ///< natural coordinates of the step's beginning: isoparametric cells, or
                          ///< needed when x has moved on (MUSL); else they follow from x
   bool strain = false;   ///< not where all laws give it as a function of stress (strain_of())
@@ -51,25 +52,28 @@ struct ColumnNeeds {
 template <int Dim>
 class ColumnLayout {
  public:
-  explicit ColumnLayout(ColumnNeeds needs = {}) {
+  explicit ColumnLayout(ColumnNeeds needs = {}) : state_(needs.state) {
     for (const ColumnInfo& info : column_table) {
       const bool present = !info.optional || (info.column == Column::size && needs.size) ||
-                           (info.column == Column::pressure && needs.pressure) ||
+                           (info.column == Column::state && needs.state > 0) ||
                            (info.column == Column::xi && needs.natural) ||
                            (info.column == Column::strain && needs.strain);
       row_[static_cast<int>(info.column)] = present ? rows_ : -1;
       if (present) rows_ += components(info);
     }
   }
-  static constexpr int components(const ColumnInfo& info) {
+  int components(const ColumnInfo& info) const {
+    if (info.column == Column::state) return state_;
     return Dim == 2 ? info.components_2d : info.components_3d;
   }
+  int components(Column c) const { return components(column_table[static_cast<std::size_t>(c)]); }
   int row(Column c) const { return row_[static_cast<int>(c)]; }
   bool has(Column c) const { return row(c) >= 0; }
   int rows() const { return rows_; }
 
  private:
   std::array<int, n_columns> row_{};
+  int state_;
   int rows_ = 0;
 };
 

@@ -160,9 +160,9 @@ void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
 
 template <int Dim, class Real>
 void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
-  if (!patch.particles.layout().has(Column::pressure)) return;
+  if (!patch.particles.layout().has(Column::state)) return;
   const double* m = patch.particles.row(Column::mass);
-  const double* pressure = patch.particles.row(Column::pressure);
+  const double* pressure = patch.particles.row(Column::state);
   const auto& materials = step.model->materials;
   scatter_runs<1u, Dim, Real>(
       patch, runs, patch.own_sums(NodeSum::pressure, step.step),

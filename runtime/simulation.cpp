@@ -96,7 +96,7 @@ class RowSums {
     particles_ += row.particles;
     const std::array<double, n_sums> terms{row.mass,        row.momentum[0], row.momentum[1],
                                            row.momentum[2], row.kinetic,     row.internal,
-                                           row.external,    row.damping};
+                                           row.external,    row.damping,     row.divided};
     for (std::size_t k = 0; k < n_sums; ++k) sums_[k] += terms[k];
   }
   std::vector<Index> elements() const {
@@ -117,12 +117,13 @@ class RowSums {
     row.internal = value[5];
     row.external = value[6];
     row.damping = value[7];
+    row.divided = value[8];
     row.max_speed = max_speed;
     return row;
   }
 
  private:
-  static constexpr std::size_t n_sums = 8;
+  static constexpr std::size_t n_sums = 9;
   Index particles_ = 0;
   std::array<ExactSum, n_sums> sums_;
 };
@@ -490,7 +491,7 @@ struct Simulation<Dim>::Impl {
           patch, stages, phase.first, phase.last, context(step, has_dt),
           locates ? context(step + 1) : StepContext<Dim>{}, [&](std::size_t s) { clock.lap(s); });
       if (patch.mark.kind != Mark::Kind::none) {
-        fail(failed, p, step, describe_mark(patch.mark, Dim));
+        fail(failed, p, step, describe_mark(patch.mark, model));
         if (locates) take_back_movers(patch, step);
         return;
       }
@@ -503,7 +504,7 @@ struct Simulation<Dim>::Impl {
       output(p, step);
       clock.lap(output_index);
       if (patch.mark.kind != Mark::Kind::none)
-        fail(output_index, p, step, describe_mark(patch.mark, Dim));
+        fail(output_index, p, step, describe_mark(patch.mark, model));
     }
   }
 
@@ -672,7 +673,7 @@ struct Simulation<Dim>::Impl {
 
   /// Turn sums since the last row into sums since the start.
   void finish_row(HistoryRow& row, Step step) {
-    work += PatchWork{row.internal, row.external, row.damping};
+    work += PatchWork{row.internal, row.external, row.damping, row.divided};
     complete_row(row, step, work);
   }
 
@@ -683,6 +684,7 @@ struct Simulation<Dim>::Impl {
     row.internal = since_start.internal;
     row.external = since_start.external;
     row.damping = since_start.damping;
+    row.divided = since_start.divided;
     row.balance = row.kinetic + row.internal + row.damping - row.external - start_row.kinetic;
   }
 
@@ -701,7 +703,7 @@ struct Simulation<Dim>::Impl {
     ranks.sum(elements);
     HistoryRow row = RowSums::row(elements, ranks.max(fastest));
     PatchWork since_start = work;
-    since_start += PatchWork{row.internal, row.external, row.damping};
+    since_start += PatchWork{row.internal, row.external, row.damping, row.divided};
     complete_row(row, step, since_start);
     return row;
   }
@@ -804,7 +806,7 @@ struct Simulation<Dim>::Impl {
     for (int p = 0; p < patches.size(); ++p) {
       check_finite(patches[p]);
       if (patches[p].mark.kind != Mark::Kind::none)
-        fail(output_index, p, step - 1, describe_mark(patches[p].mark, Dim));
+        fail(output_index, p, step - 1, describe_mark(patches[p].mark, model));
     }
     stop_where_failed();
   }
@@ -975,6 +977,9 @@ SimulationInfo Simulation<Dim>::info() const {
   const Ranks& ranks = impl_->ranks;
   info.particles = ranks.sum(impl_->patches.particles());
   info.removed = ranks.sum(impl_->removed);
+  double divided = 0;
+  for (int i = 0; i < impl_->patches.size(); ++i) divided += impl_->patches[i].work.divided;
+  info.divided = static_cast<Index>(impl_->work.divided) + ranks.sum(static_cast<Index>(divided));
   info.patches = static_cast<int>(impl_->patches.all_patches().size());
   info.tasks_per_step = static_cast<int>(impl_->phases.size()) * info.patches +
                         (impl_->executor->graph().has_dt ? 1 : 0);

@@ -42,7 +42,7 @@ struct Refused {
 };
 
 const std::vector<Refused> refused{
-    {"2d_mc_uniaxial_compression", {"MohrCoulomb2D"}},
+    
     {"2d_sliding_block", {"friction_constraints", "nodal_euler_angles"}},
 };
 
