@@ -6,15 +6,19 @@
 #include <variant>
 
 #include "physics/materials/linear_elastic.h"
+#include "physics/materials/modified_cam_clay.h"
 #include "physics/materials/mohr_coulomb.h"
 #include "physics/materials/newtonian.h"
+#include "physics/materials/norsand.h"
 
 namespace lahar {
 
 using Law = std::variant<  //
     LinearElastic,         //
     Newtonian,             //
-    MohrCoulomb>;
+    MohrCoulomb,           //
+    ModifiedCamClay,       //
+    NorSand>;
 
 /// What every law has; besides, one of the functions that update() (law_input.h) calls. Optional:
 /// `initial_state(const double* stress, double* state)` with the initial stress (Voigt, zero if

@@ -64,18 +64,18 @@ struct ModifiedCamClay {
       {"three_invariants", "true: the strength depends on the Lode angle", &Self::three_invariants},
       {"subloading", "true: plastic strain inside of the yield surface too", &Self::subloading},
       {"subloading_u", "-", "rate at which the subloading surface approaches the yield surface",
-       &Self::subloading_u, Bound::positive, Default{0}},
+       &Self::subloading_u, Bound::positive, no_default},
       {"bonding", "true: bonds between grains", &Self::bonding},
       {"s_h", "-", "saturation with the bonding agent at the start, 0 to 1", &Self::s_h,
-       Bound::not_negative, Default{0}},
-      {"mc_a", "Pa", "pcd = mc_a (chi s_h)^mc_b", &Self::mc_a, Bound::not_negative, Default{0}},
-      {"mc_b", "-", "exponent of pcd", &Self::mc_b, Bound::positive, Default{1}},
-      {"mc_c", "Pa", "pcc = mc_c (chi s_h)^mc_d", &Self::mc_c, Bound::not_negative, Default{0}},
-      {"mc_d", "-", "exponent of pcc", &Self::mc_d, Bound::positive, Default{1}},
+       Bound::not_negative, no_default},
+      {"mc_a", "Pa", "pcd = mc_a (chi s_h)^mc_b", &Self::mc_a, Bound::not_negative, no_default},
+      {"mc_b", "-", "exponent of pcd", &Self::mc_b, Bound::positive, no_default},
+      {"mc_c", "Pa", "pcc = mc_c (chi s_h)^mc_d", &Self::mc_c, Bound::not_negative, no_default},
+      {"mc_d", "-", "exponent of pcc", &Self::mc_d, Bound::positive, no_default},
       {"m_degradation", "-", "loss of bonds per deviatoric plastic strain", &Self::m_degradation,
-       Bound::not_negative, Default{0}},
+       Bound::not_negative, no_default},
       {"m_shear", "Pa", "shear modulus that whole bonds add", &Self::m_shear, Bound::not_negative,
-       Default{0}},
+       no_default},
   });
   enum State {
     bulk_modulus,
@@ -129,8 +129,11 @@ struct ModifiedCamClay {
     if (initial_void_ratio() <= 0)
       return "e_ref, lambda, kappa, pc0, p_ref and ocr give a void ratio that is not positive";
     if (three_invariants && m >= 3) return "m must be less than 3 with three_invariants";
-    if (subloading && !(subloading_u > 0)) return "subloading needs subloading_u";
-    if (bonding && !(s_h > 0 && s_h <= 1)) return "bonding needs s_h between 0 and 1";
+    if (subloading && !(subloading_u > 0)) return "\"subloading\": true needs subloading_u";
+    for (const auto& p : parameters)
+      if (bonding && p.number && std::isnan(this->*p.number) && p.key != "subloading_u")
+        return "\"bonding\": true needs " + std::string(p.key);
+    if (bonding && !(s_h > 0 && s_h <= 1)) return "s_h must be more than 0 and at most 1";
     return "";
   }
 

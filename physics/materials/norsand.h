@@ -72,17 +72,17 @@ struct NorSand {
        &Self::p_image_initial, Bound::positive},
       {"bond_model", "true: bonds between grains", &Self::bond_model},
       {"p_cohesion_initial", "Pa", "strength in isotropic tension by bonds",
-       &Self::p_cohesion_initial, Bound::not_negative, Default{0}},
+       &Self::p_cohesion_initial, Bound::not_negative, no_default},
       {"p_dilation_initial", "Pa", "pressure by which bonds enlarge the yield surface",
-       &Self::p_dilation_initial, Bound::not_negative, Default{0}},
+       &Self::p_dilation_initial, Bound::not_negative, no_default},
       {"m_cohesion", "-", "loss of p_cohesion per deviatoric plastic strain", &Self::m_cohesion,
-       Bound::not_negative, Default{0}},
+       Bound::not_negative, no_default},
       {"m_dilation", "-", "loss of p_dilation per deviatoric plastic strain", &Self::m_dilation,
-       Bound::not_negative, Default{0}},
+       Bound::not_negative, no_default},
       {"m_modulus", "-", "bulk modulus that bonds add, per p_cohesion + p_dilation",
-       &Self::m_modulus, Bound::not_negative, Default{0}},
+       &Self::m_modulus, Bound::not_negative, no_default},
       {"tolerance", "-", "of CB-Geo MPM's yield function; here without effect", &Self::tolerance,
-       Bound::not_negative, Default{0}},
+       Bound::not_negative, no_default},
   });
   enum State {
     M_theta,
@@ -136,8 +136,9 @@ struct NorSand {
     if (N >= 1) return "N must be less than 1";
     if (chi * lambda >= M_tc())
       return "chi * lambda must be less than 6 sin(friction_cs) / (3 - sin(friction_cs))";
-    if (!bond_model && (p_cohesion_initial > 0 || p_dilation_initial > 0))
-      return "p_cohesion_initial and p_dilation_initial need \"bond_model\": true";
+    for (const auto& p : parameters)
+      if (bond_model && p.number && std::isnan(this->*p.number) && p.key != "tolerance")
+        return "\"bond_model\": true needs " + std::string(p.key);
     return "";
   }
 
@@ -185,29 +186,27 @@ struct NorSand {
     r.K = bulk_modulus(-(sigma[0] + sigma[1] + sigma[2]) / 3, s);
     r.G = shear_modulus(r.K);
     r.trial = with_lode_angle(soil_stress(elastic_trial(sigma, strain, r.K, r.G)));
-    s[void_ratio] = (1 + s[void_ratio]) * std::exp(strain[0] + strain[1] + strain[2]) - 1;
     r.M_tc = M_tc();
     r.chi_i = chi_image();
     r.s = s;
     r.scale =
         std::max({s[p_image] + s[p_cohesion] + s[p_dilation], std::abs(r.trial.p), r.trial.q});
-    r.ln_p_i = std::log(s[p_image]);
-    const double at_cap = inner_cap(r), M = strength_ratio(r.M_tc, r.trial.theta);
-    const bool capped = at_cap < r.ln_p_i;
-    if (elastic(r, M, std::min(at_cap, r.ln_p_i))) {
+    const double ln_p_i = std::log(s[p_image]);
+    const bool held = held_by_cap(r, sigma, ln_p_i);
+    r.e = (1 + s[void_ratio]) * std::exp(strain[0] + strain[1] + strain[2]) - 1;
+    r.ln_p_i = held ? std::min(inner_cap(r, r.trial.p, ln_p_i), ln_p_i) : ln_p_i;
+    r.capped = r.ln_p_i < ln_p_i;
+    s[void_ratio] = r.e;
+    if (yield_function(r, r.trial, r.ln_p_i) <= newton_tolerance * r.scale) {
       sigma = stress_of(r.trial, r.trial.p, r.trial.q, r.trial.theta);
-      finish(M, s);
+      finish(strength_ratio(r.M_tc, r.trial.theta), s);
       return true;
     }
     Point end;
-    r.capped = capped;
-    r.start = std::min(at_cap, r.ln_p_i);
     bool done = solve(r, end);
-    // The cap follows the pressure: whether it holds p_i is seen at the end of the step.
-    const bool wrong = done && (capped ? end.ln_p_i.v > r.ln_p_i : end.above_cap.v > cap_slack);
-    if (wrong || !done) {
-      r.capped = !capped;
-      r.start = r.ln_p_i;
+    if (done && r.capped && end.ln_p_i.v > ln_p_i) {  // the pressure grew: not on the cap after all
+      r.capped = false;
+      r.ln_p_i = ln_p_i;
       done = solve(r, end);
     }
     if (!done) return false;
@@ -216,22 +215,22 @@ struct NorSand {
   }
 
  private:
-  /// By less than this a p_i is not above its cap [-]: both come together at the peak.
-  static constexpr double cap_slack = 1e-9;
+  /// A stress is inside of the yield surface, a p_i above its cap, if by this share of it.
+  static constexpr double margin = 1e-9;
 
   /// What the equations of a plastic step are made of.
   struct Return {
     SoilStress trial;
     double K, G, M_tc, chi_i;
-    double scale;     ///< [Pa] of stresses in the equations
-    const double* s;  ///< state at the beginning, with the void ratio of the end
-    double ln_p_i;    ///< at the beginning, p_i in Pa
-    double start;     ///< where the search begins
-    bool capped;      ///< p_i is on its cap; else it hardens
+    double scale;         ///< [Pa] of stresses in the equations
+    const double* s;      ///< state at the beginning
+    double e = 0;         ///< void ratio of the end
+    double ln_p_i = 0;    ///< at the beginning, p_i in Pa; capped: at the trial pressure
+    bool capped = false;  ///< p_i is on its cap; else it hardens
   };
   /// The end of a step.
   struct Point {
-    Dual<3> P, q, theta, ln_p_i, p_cohesion, p_dilation, deviatoric, above_cap;
+    Dual<3> P, q, theta, ln_p_i, p_cohesion, p_dilation, deviatoric;
   };
 
   double bulk_modulus(double p, const double* s) const {
@@ -245,7 +244,7 @@ struct NorSand {
 
   template <class D>
   D state_parameter(const Return& r, const D& ln_p_i) const {
-    return r.s[State::void_ratio] - gamma + lambda * (ln_p_i - std::log(reference_pressure));
+    return r.e - gamma + lambda * (ln_p_i - std::log(reference_pressure));
   }
   template <class D>
   D strength_share(const Return& r, const D& psi) const {
@@ -259,31 +258,44 @@ struct NorSand {
     return (-r.chi_i / r.M_tc) * psi / strength_share(r, psi);
   }
 
-  /// ln p_i of the inner cap at the trial pressure, or p_i itself where that is less.
-  double inner_cap(const Return& r) const {
-    const double ln_p = std::log(std::max(r.trial.p, least_p * p_image_initial));
+  /// ln p_i of the inner cap at a pressure, or the given one where that is less.
+  double inner_cap(const Return& r, double p, double ln_p_i) const {
+    const double ln_p = std::log(std::max(p, least_p * p_image_initial));
     const auto above = [&](const auto& y) { return y - ln_p - cap(r, y); };
-    if (!(above(r.ln_p_i) > cap_slack)) return r.ln_p_i;
-    std::array<double, 1> y{r.ln_p_i};
+    if (!(above(ln_p_i) > margin)) return ln_p_i;
+    std::array<double, 1> y{ln_p_i};
     const auto residual = [&](const Duals<1>& x) { return Duals<1>{above(x[0])}; };
-    return newton<1>(residual, y, {10.0}) ? y[0] : r.ln_p_i;
+    return newton<1>(residual, y, {10.0}) ? y[0] : ln_p_i;
   }
 
-  bool elastic(const Return& r, double M, double ln_p_i) const {
-    const double P = r.trial.p + r.s[p_cohesion];
-    if (!(P > 0)) return false;
+  double yield_function(const Return& r, const SoilStress& at, double ln_p_i) const {
+    const double P = at.p + r.s[p_cohesion];
+    if (!(P > 0)) return r.scale;
     const double P_i = std::exp(ln_p_i) + r.s[p_cohesion] + r.s[p_dilation];
-    const double M_i = M * strength_share(r, state_parameter(r, ln_p_i));
-    return r.trial.q - M_i * P * (1 - std::log(P / P_i)) <= newton_tolerance * r.scale;
+    const double M_i =
+        strength_ratio(r.M_tc, at.theta) * strength_share(r, state_parameter(r, ln_p_i));
+    return at.q - M_i * P * (1 - std::log(P / P_i));
+  }
+
+  /// Whether the inner cap limits p_i in a step: at its trial pressure p_i is above the cap, and
+  /// the stress at its beginning is inside of the yield surface and of what the cap leaves of it.
+  /// (While soil yields, p_i follows its law, to which the cap is the limit.)
+  bool held_by_cap(Return r, const Voigt& sigma, double ln_p_i) const {
+    r.e = r.s[State::void_ratio];
+    const double ln_p = std::log(std::max(r.trial.p, least_p * p_image_initial));
+    if (ln_p_i - ln_p <= cap(r, ln_p_i)) return false;  // the cap does not matter
+    const SoilStress now = with_lode_angle(soil_stress(sigma));
+    return yield_function(r, now, ln_p_i) < -margin * r.scale &&
+           yield_function(r, now, inner_cap(r, now.p, ln_p_i)) <= margin * r.scale;
   }
 
   /// To the smooth surface, or where that leads beyond q = 0, to its tip.
   bool solve(const Return& r, Point& end) const {
     const double P = r.trial.p + r.s[p_cohesion];
     // From a trial stress without pressure: from where the yield surface is flat.
-    const double begin = P > 0 ? std::log(P) : r.start;
+    const double begin = P > 0 ? std::log(P) : r.ln_p_i;
     for (const bool tip : {false, true}) {
-      std::array<double, 3> x{0, begin, r.start};
+      std::array<double, 3> x{0, begin, r.ln_p_i};
       const auto residual = [&](const Duals<3>& unknown) {
         Point point;
         return plastic(r, unknown, tip, point);
@@ -332,7 +344,7 @@ struct NorSand {
     const D M_i = M * strength_share(r, state_parameter(r, x[2]));
     const D ln_cap = cap(r, x[2]);
     const D floor(least_p * p_image_initial);
-    e.above_cap = x[2] - log(max(p, floor)) - ln_cap;
+    const D above_cap = x[2] - log(max(p, floor)) - ln_cap;
     Duals<3> residual;
     const double per_scale = 1 / r.scale;
     if (tip) {
@@ -343,7 +355,7 @@ struct NorSand {
       residual[1] = per_scale * (e.q - M_i * (1.0 - ln_ratio) * e.P);
     }
     const D share = max(p, D(0)) / p_i;
-    residual[2] = r.capped ? e.above_cap
+    residual[2] = r.capped ? above_cap
                            : x[2] - r.ln_p_i -
                                  (hardening_modulus / r.M_tc) * M * e.deviatoric *
                                      (share * share * exp(ln_cap) - share);

@@ -320,8 +320,10 @@ TEST_CASE("Cam-Clay: parameters that exclude each other are named") {
   CHECK(m.problem().find("void ratio that is not positive") != std::string::npos);
   m = clay();
   m.subloading = true;
-  CHECK(m.problem() == "subloading needs subloading_u");
+  CHECK(m.problem() == "\"subloading\": true needs subloading_u");
   m = bonded();
   m.s_h = 0;
-  CHECK(m.problem() == "bonding needs s_h between 0 and 1");
+  CHECK(m.problem() == "s_h must be more than 0 and at most 1");
+  m.mc_b = std::nan("");
+  CHECK(m.problem() == "\"bonding\": true needs mc_b");
 }
