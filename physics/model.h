@@ -14,6 +14,16 @@ namespace lahar {
 
 enum class Scheme { usf, usl, musl };
 
+/// Functions that map between particles and nodes: those of the mesh's elements, or functions that
+/// reach beyond the cell, for structured meshes.
+enum class ShapeFunctions {
+  element,
+  gimp,          ///< domains of particles stretch with them (contiguous particles)
+  uniform_gimp,  ///< domains keep their size
+  quadratic_spline,
+  cubic_spline
+};
+
 /// Isotropic linear elasticity; 2D is plane strain.
 struct LinearElastic {
   double youngs_modulus;  ///< [Pa] > 0
@@ -101,6 +111,7 @@ struct TimeStep {
 
 struct Analysis {
   Scheme scheme = Scheme::usf;
+  ShapeFunctions functions = ShapeFunctions::element;
   TimeStep step;
   Index nsteps = 0;  ///< steps to take; with end_time whichever comes first
   double end_time = std::numeric_limits<double>::infinity();  ///< [s]

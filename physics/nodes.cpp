@@ -148,8 +148,11 @@ void collect_active_nodes(Patch<Dim>& patch) {
 
 template <int Dim>
 void mark_nodes(Patch<Dim>& patch, std::size_t cell) {
-  for (const Local node : patch.topology.corner_nodes[cell])
-    patch.node_is_active[static_cast<std::size_t>(node)] = 1;
+  const auto mark = [&](std::span<const Local> nodes) {
+    for (const Local node : nodes) patch.node_is_active[static_cast<std::size_t>(node)] = 1;
+  };
+  mark(patch.topology.corner_nodes[cell]);
+  mark(patch.topology.support(cell));
 }
 
 }  // namespace

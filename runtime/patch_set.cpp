@@ -13,6 +13,7 @@
 #include "physics/kernels.h"
 #include "physics/law.h"
 #include "physics/partition_common.h"
+#include "physics/support.h"
 #include "runtime/initial_particles.h"
 #include "runtime/parallel.h"
 #include "runtime/patch_filling.h"
@@ -39,6 +40,8 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
   needs.size = !model.tractions.empty();
   needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
   needs.strain = census.stressed;
+  needs.domain = basis_kind(model.analysis.functions) == BasisKind::gimp;
+  needs.next_domain = model.analysis.functions == ShapeFunctions::gimp;
   for (std::size_t m = 0; m < census.used.size(); ++m) {
     if (!census.used[m]) continue;
     needs.pressure = needs.pressure || has_pressure(model.materials[m].law);
@@ -144,7 +147,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(cells_per_patch(model, census_)),
       partition_(*model.mesh, target_cells_),
-      rings_(support_rings),
+      rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
       ranks_(ranks),
@@ -162,7 +165,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(state.run.cells_per_patch),
       partition_(*model.mesh, target_cells_),
-      rings_(support_rings),
+      rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
       least_mass_(state.run.least_mass),
@@ -176,6 +179,8 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   auto patch = std::make_unique<Patch<Dim>>();
   const Mesh<Dim>& mesh = *model_->mesh;
   patch->topology = make_topology(mesh, partition_, id, rings_);
+  add_support(mesh, model_->analysis.functions, patch->topology);
+  patch->basis = basis_kind(model_->analysis.functions);
   patch->particles = Particles<Dim>(layout_);
   patch->cartesian = mesh.is_cartesian();
   const auto& cells = patch->topology.cells;
