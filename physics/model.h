@@ -62,6 +62,21 @@ struct NodeVelocity {
   double velocity;  ///< [m/s]
 };
 
+/// Coulomb friction of a node on a rigid wall. One per node.
+struct NodeFriction {
+  Index node;
+  int normal;       ///< direction of the wall's normal, in the node's frame
+  int outward;      ///< sign of the normal that points out of the body: 1 or -1
+  double friction;  ///< coefficient [-]
+};
+
+/// Rotated axes in which the constraints of a node act. One per node.
+template <int Dim>
+struct NodeFrame {
+  Index node;
+  Eigen::Matrix<double, Dim, Dim, Eigen::DontAlign> axes;  ///< columns: local axes
+};
+
 struct NodeForce {
   Index node;
   int dir;
@@ -120,6 +135,7 @@ struct Analysis {
   bool pressure_smoothing = false;
   bool remove_leaving_particles =
       false;                     ///< particles that leave the mesh are removed, not an error
+  bool as_cbgeo = false;  ///< what CB-Geo MPM computes where that deviates (io/cbgeo_deviations.h)
   /// Target particles per patch; part of the result's identity. Measured on one core, plate and H8 of
   /// 125 thousand and 1 million particles, against 4096: 1024 20 % slower, 2048 8 %; 8192 and 16384
   /// 3 to 7 % faster, but half and a quarter of the patches to share among threads.
@@ -144,6 +160,8 @@ struct Model {
   std::vector<MathFunction> functions;
   Vec<Dim> gravity = Vec<Dim>::Zero();  ///< [m/s^2]
   std::vector<NodeVelocity> node_velocities;
+  std::vector<NodeFriction> node_frictions;
+  std::vector<NodeFrame<Dim>> node_frames;
   std::vector<NodeForce> node_forces;
   std::vector<ParticleTraction> tractions;
   std::vector<ParticleVelocity> particle_velocities;

@@ -14,6 +14,7 @@
 #include "physics/particles.h"
 #include "physics/partition.h"
 #include "physics/simd.h"
+#include "physics/wall_node.h"
 
 namespace lahar {
 
@@ -68,7 +69,7 @@ struct NodeRange {
 
 /// What one patch contributes to a row of history.csv (HistoryRow), reset after each row.
 struct PatchWork {
-  double internal = 0, external = 0, damping = 0;  ///< [J]
+  double internal = 0, external = 0, damping = 0;  ///< [J] the last with friction
   PatchWork& operator+=(const PatchWork& other) {
     internal += other.internal;
     external += other.external;
@@ -161,6 +162,7 @@ struct Patch {
     double velocity;  ///< [m/s]
   };
   std::vector<FixedVelocity> fixed;  ///< one per node and direction, ascending nodes
+  std::vector<WallNode<Dim>> walls;  ///< ascending; their prescribed velocities are not in `fixed`
   struct PointForce {
     Local node;
     int dir;
