@@ -140,7 +140,7 @@ std::string escaped(const std::string& text) {
 
 std::string scenario_reference() {
   std::string out = introduction;
-  for (const Section* section : all_sections()) {
+  const auto add = [&](const Section* section) {
     out += fmt::format(
         "\n## {}\n\n{}\n\n| key | value | unit | default | meaning |\n"
         "|---|---|---|---|---|\n",
@@ -148,8 +148,11 @@ std::string scenario_reference() {
     for (const Field& f : section->fields)
       out += fmt::format("| `{}` | {} | {} | {} | {} |\n", f.key, escaped(value_of(f)), f.unit,
                          escaped(default_of(f)), escaped(meaning_of(f)));
-  }
-  return out + side_files;
+  };
+  for (const Section* section : all_sections()) add(section);
+  out += side_files;
+  for (const Section* section : {&driver_section(), &path_section()}) add(section);
+  return out;
 }
 
 }  // namespace lahar
