@@ -8,9 +8,11 @@
 #include "physics/materials/bingham.h"
 #include "physics/materials/drucker_prager.h"
 #include "physics/materials/linear_elastic.h"
+#include "physics/materials/modified_cam_clay.h"
 #include "physics/materials/mohr_coulomb.h"
 #include "physics/materials/neo_hookean.h"
 #include "physics/materials/newtonian.h"
+#include "physics/materials/norsand.h"
 #include "physics/materials/von_mises.h"
 
 namespace lahar {
@@ -20,6 +22,8 @@ using Law = std::variant<  //
     Newtonian,             //
     Bingham,               //
     MohrCoulomb,           //
+    ModifiedCamClay,       //
+    NorSand,               //
     DruckerPrager,         //
     VonMises,              //
     NeoHookean>;

@@ -24,6 +24,28 @@ inline std::vector<Law> sample_laws() {
   softening.residual_cohesion = 500;
   softening.peak_pdstrain = 1e-4;
   softening.residual_pdstrain = 5e-3;
+  ModifiedCamClay clay{};
+  clay.youngs_modulus = 1e7;
+  clay.poisson_ratio = 0.3;
+  clay.p_ref = 1e5;
+  clay.e_ref = 1.12;
+  clay.pc0 = 1.5e4;
+  clay.ocr = 1.5;
+  clay.m = 1.2;
+  clay.lambda = 0.1;
+  clay.kappa = 0.03;
+  NorSand sand{};
+  sand.poisson_ratio = 0.3;
+  sand.reference_pressure = 1000;
+  sand.friction_cs = 30;
+  sand.N = 0.3;
+  sand.lambda = 0.1;
+  sand.kappa = 0.03;
+  sand.gamma = 1.3;
+  sand.chi = 3.5;
+  sand.hardening_modulus = 200;
+  sand.void_ratio_initial = 0.85;
+  sand.p_image_initial = 8000;
   return {LinearElastic{.youngs_modulus = 1e7, .poisson_ratio = 0.3},
           Newtonian{.bulk_modulus = 2e6, .dynamic_viscosity = 50},
           Bingham{.youngs_modulus = 1e6,
@@ -33,6 +55,8 @@ inline std::vector<Law> sample_laws() {
                   .critical_shear_rate = 0.01},
           soil,
           softening,
+          clay,
+          sand,
           DruckerPrager{.youngs_modulus = 1e7,
                         .poisson_ratio = 0.3,
                         .friction = 30,

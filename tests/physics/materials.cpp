@@ -31,6 +31,12 @@ PointState rotated(const PointState& point, const Law& law, const Eigen::Matrix3
   const auto variables = state_variables(law);
   for (std::size_t k = 0; k + 5 < variables.size(); ++k)
     if (variables[k].name.ends_with("_xx")) turn(&turned.state[k]);
+  for (std::size_t k = 0; k + 5 < variables.size(); ++k) {
+    if (variables[k].name != "plastic_strain0") continue;
+    for (std::size_t c = 3; c < 6; ++c) turned.state[k + c] *= 0.5;  // engineering shear
+    turn(&turned.state[k]);
+    for (std::size_t c = 3; c < 6; ++c) turned.state[k + c] *= 2;
+  }
   return turned;
 }
 

@@ -2,7 +2,7 @@
 """Constitutive laws against transcriptions of their equations: `lahar material` is led along random
 strain increments, and every one of them is computed again here from the state before it.
 
-    material_transcriptions.py LAHAR [INCREMENTS]
+    material_laws.py LAHAR [INCREMENTS]
 
 Derivatives are taken by a complex step, so that nothing is shared with the program but the yield
 functions and potentials themselves (CB-Geo MPM, theory/material). Needs no packages.
