@@ -13,6 +13,7 @@
 #include "io/compare.h"
 #include "io/export.h"
 #include "runtime/bench_command.h"
+#include "runtime/bench_locate.h"
 #include "runtime/bench_ranks.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
@@ -262,9 +263,15 @@ int run_program(int argc, char** argv) {
   std::string of_ranks;
   bench_app
       ->add_option("WHAT", of_ranks,
-                   "ranks or overlap: measure MPI ranks instead (starts itself under mpirun)")
-      ->check(CLI::IsMember({"ranks", "overlap"}));
+                   "ranks or overlap: measure MPI ranks instead (starts itself under mpirun); "
+                   "locate: how long it takes to find the cells of particles")
+      ->check(CLI::IsMember({"ranks", "overlap", "locate"}));
   bench_app->callback([&] {
+    if (of_ranks == "locate") {
+      refuse_several_ranks("bench");
+      code = bench_locate({bench.quick, bench.repeats > 0 ? bench.repeats : 5});
+      return;
+    }
     if (!of_ranks.empty()) {
       const RankBenchArguments arguments{std::filesystem::read_symlink("/proc/self/exe").string(),
                                          bench.quick, bench.repeats > 0 ? bench.repeats : 5};

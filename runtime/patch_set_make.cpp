@@ -13,7 +13,8 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   const Mesh<Dim>& mesh = *model_->mesh;
   patch->topology = make_topology(mesh, partition_, id, rings_);
   add_support(mesh, model_->analysis.functions, patch->topology);
-  patch->basis = basis_kind(model_->analysis.functions);
+  patch->basis = basis_kind(mesh, model_->analysis.functions);
+  patch->element = mesh.element();
   patch->particles = Particles<Dim>(layout_);
   patch->cartesian = mesh.is_cartesian();
   const auto& cells = patch->topology.cells;

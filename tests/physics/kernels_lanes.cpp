@@ -30,6 +30,7 @@ void on_every_twin(Check check) {
   };
   with_every_kind(with);
   with_wide_functions(with);
+  with_elements(with);
 }
 
 /// Every row of the particles, and the nodal sums.
