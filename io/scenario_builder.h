@@ -49,6 +49,7 @@ class ScenarioBuilder {
   void report_strays(const std::vector<Index>& strays);
   void assign_volumes();
   void assign_stresses();
+  void assign_stress(const JsonValue& given);
   /// The rows of all particles, if their number is known.
   const RowShares* known_rows() const { return particles_complete_ ? &rows_ : nullptr; }
   void collect_particle_sets();

@@ -220,6 +220,18 @@ typename Mesh<Dim>::Found find_cell(const Patch<Dim>& patch, const Mesh<Dim>& me
   return mesh.locate_from(x, patch.topology.cells[static_cast<std::size_t>(old)]);
 }
 
+template <int Dim>
+void remove(Patch<Dim>& patch, const Particles<Dim>& movers, Local i, Index step) {
+  RemovedParticle& removed = patch.removed.emplace_back();
+  removed.step = step;
+  removed.id = movers.id[static_cast<std::size_t>(i)];
+  removed.mass = movers.row(Column::mass)[i];
+  for (int d = 0; d < Dim; ++d) {
+    removed.position[static_cast<std::size_t>(d)] = movers.row(Column::x, d)[i];
+    removed.velocity[static_cast<std::size_t>(d)] = movers.row(Column::v, d)[i];
+  }
+}
+
 /// Find the new cell of a mover and bring it there.
 template <int Dim>
 void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
@@ -238,8 +250,7 @@ void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
     if (!step.model->mesh->is_near(x, patch.topology.cells[static_cast<std::size_t>(old)]))
       return stays(Mark::Kind::moved_too_far);
     if (!step.model->analysis.remove_leaving_particles) return stays(Mark::Kind::left_mesh);
-    ++patch.removed;
-    return;
+    return remove(patch, movers, i, step.step + 1);
   }
   if (has_natural)
     for (int d = 0; d < Dim; ++d) movers.row(Column::xi, d)[i] = found.xi[d];

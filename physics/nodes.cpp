@@ -229,7 +229,8 @@ class Integrator {
   Integrator(Patch<Dim>& patch, const StepContext<Dim>& step)
       : patch_(patch), step_(step), point_(patch.forces.begin()), wall_(patch.walls.begin()) {
     double g[node_width] = {};
-    for (int d = 0; d < Dim; ++d) g[d] = step.model->gravity[d];
+    const double factor = load_factor(*step.model, step.model->gravity_function, step.time);
+    for (int d = 0; d < Dim; ++d) g[d] = factor * step.model->gravity[d];
     gravity_ = load<NodeVector>(g);
   }
 

@@ -13,6 +13,7 @@
 #include "physics/model.h"
 #include "physics/particles.h"
 #include "physics/partition.h"
+#include "physics/removed_particle.h"
 #include "physics/simd.h"
 #include "physics/wall_node.h"
 
@@ -113,7 +114,7 @@ template <int Dim>
 struct Patch {
   PatchTopology<Dim> topology;
   BasisKind basis = BasisKind::linear;  ///< others need topology.support_nodes
-  Particles<Dim> particles;  ///< slots, of which those in runs are in use
+  Particles<Dim> particles;             ///< slots, of which those in runs are in use
   std::vector<Run> runs;
   std::vector<Local> first_run;  ///< by local cell, -1 = none
   Local count = 0;               ///< particles in runs
@@ -186,8 +187,8 @@ struct Patch {
   double least_mass = 0;  ///< [kg] nodes of at most this mass are not accelerated
   PatchWork work;
   double time_step_limit = std::numeric_limits<double>::infinity();  ///< [s], adaptive runs
-  double max_speed = 0;  ///< [m/s] of the particles, at most; by G2P
-  Index removed = 0;     ///< particles that left the mesh and were removed
+  double max_speed = 0;                  ///< [m/s] of the particles, at most; by G2P
+  std::vector<RemovedParticle> removed;  ///< left the mesh, since the driver took the list
   Mark mark;
 
   Local n_nodes() const { return static_cast<Local>(topology.nodes.size()); }

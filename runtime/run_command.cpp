@@ -357,6 +357,9 @@ class CaseRun {
             [this] {
               frames_->progress();
               checkpoints_->progress();
+            },
+            [this](std::span<const RemovedParticle> particles) {
+              if (folder_) folder_->removed(particles);
             }};
   }
 
@@ -512,9 +515,10 @@ class CaseRun {
                       "command with --restart latest.",
                       end.message, simulation.step()));
     if (info.removed > 0)
-      console_.warn(fmt::format("lahar: warning: {} particle{} left the mesh and {} removed.",
-                                info.removed, info.removed == 1 ? "" : "s",
-                                info.removed == 1 ? "was" : "were"));
+      console_.warn(
+          fmt::format("lahar: warning: {} particle{} left the mesh and {} removed; {} lists them.",
+                      info.removed, info.removed == 1 ? "" : "s",
+                      info.removed == 1 ? "was" : "were", removed_file));
     console_.line(fmt::format(
         "{} steps in {}: {:.1f} steps/s, {:.2f} million particle-steps/s, {:.1f} ns per "
         "particle-step and core",

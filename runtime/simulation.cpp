@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <tuple>
 
 #include "graph/executor.h"
 #include "physics/error.h"
@@ -751,7 +752,7 @@ struct Simulation<Dim>::Impl {
       rebuild_needed = false;
       stop_step = std::numeric_limits<Step>::max();
       step = executor->run(step, drain_step(end));
-      count_removed();
+      take_removed();
       stop_where_failed();
       // Before particles are delivered: then it is in the order of frames that were copied.
       if (frames_are_large() && frame_due(step - 1)) observer.large_frame(present_frame());
@@ -828,11 +829,22 @@ struct Simulation<Dim>::Impl {
     build_executor();
   }
 
-  void count_removed() {
+  /// All particles that have left the mesh since the last call, on all ranks alike: in an order
+  /// that does not depend on when this is called.
+  void take_removed() {
+    if (!model.analysis.remove_leaving_particles) return;
+    std::vector<RemovedParticle> all;
     for (int i = 0; i < patches.size(); ++i) {
-      removed += patches[i].removed;
-      patches[i].removed = 0;
+      all.insert(all.end(), patches[i].removed.begin(), patches[i].removed.end());
+      patches[i].removed.clear();
     }
+    removed += static_cast<Index>(all.size());
+    if (ranks.several()) all = ranks.gather_all(std::span<const RemovedParticle>(all));
+    if (all.empty() || !observer.removed) return;
+    std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+      return std::tie(a.step, a.id) < std::tie(b.step, b.id);
+    });
+    attempt([&] { observer.removed(all); });
   }
 
   void keep_timings() {

@@ -55,6 +55,9 @@ struct Observer {
   /// Several ranks only: may call MPI and must not wait; called again and again while steps are
   /// taken.
   std::function<void()> poll;
+  /// Particles that left the mesh since the last call, ascending by step and id, the same on all
+  /// ranks; while no step is taken, before a checkpoint of that step.
+  std::function<void(std::span<const RemovedParticle>)> removed;
 };
 
 /// Time spent in one stage, summed over its tasks.

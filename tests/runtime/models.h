@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "io/removed.h"
 #include "io/scenario.h"
 #include "physics/partition.h"
 #include "runtime/simulation.h"
@@ -134,7 +135,8 @@ struct Outcome {
   std::vector<Frame> frames;  ///< those of the scenario, then the last state
   std::vector<HistoryRow> rows;
   Index removed = 0;
-  std::string error;  ///< of a run that failed
+  std::string removed_rows;  ///< of removed.csv
+  std::string error;         ///< of a run that failed
 };
 
 inline bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
@@ -158,7 +160,7 @@ inline bool same_bits(const Outcome& a, const Outcome& b) {
                       [](const auto& i, const auto& j) { return same_bits(i, j); });
   };
   return equal(a.frames, b.frames) && equal(a.rows, b.rows) && a.removed == b.removed &&
-         a.error == b.error;
+         a.removed_rows == b.removed_rows && a.error == b.error;
 }
 
 using Mode = ExecutionOptions::Mode;
@@ -190,6 +192,10 @@ Outcome run(const Model<Dim>& model, const ExecutionOptions& options) {
   Observer observer;
   observer.frame = [&](FramePieces&& frame) { outcome.frames.push_back(join(frame)); };
   observer.history = [&](const HistoryRow& row) { outcome.rows.push_back(row); };
+  observer.removed = [&](std::span<const RemovedParticle> particles) {
+    for (const RemovedParticle& particle : particles)
+      outcome.removed_rows += removed_line(particle);
+  };
   Simulation<Dim> simulation(model, options, observer);
   try {
     simulation.run();
