@@ -22,6 +22,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_tractions();
   build_nodal_forces();
   build_analysis();
+  build_contact();
   build_output();
   return std::move(model_);
 }

@@ -38,6 +38,10 @@ class ScenarioBuilder {
   void build_velocity_update(const JsonValue& analysis);
   void build_time_step(const JsonValue& analysis);
   void build_output();
+  // scenario_contact.cpp
+  void build_contact();
+  void add_body(const JsonValue& body, int number);
+  void number_bodies();
   // scenario_particles.cpp
   void build_particles();
   void generate(const JsonValue& generator);

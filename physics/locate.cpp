@@ -255,7 +255,8 @@ void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
   if (has_natural)
     for (int d = 0; d < Dim; ++d) movers.row(Column::xi, d)[i] = found.xi[d];
   if (const auto local = patch.local_cell.find(found.cell); local != patch.local_cell.end())
-    return place(patch, movers, i, local->second);
+    return place(patch, movers, i,
+                 patch.cell_of(local->second, movers.material[static_cast<std::size_t>(i)]));
   const Index target = step.partition->patch_of(found.cell);
   const auto& neighbours = patch.topology.neighbours;
   const auto at = std::lower_bound(neighbours.begin(), neighbours.end(), target);
@@ -403,8 +404,11 @@ void receive(Patch<Dim>& patch) {
   for (std::size_t k = 0; k < patch.arrived.size(); ++k) {
     if (patch.arrived[k] == 0) continue;
     const auto& in = *patch.inbox[k];
-    for (Local i = 0; i < in.particles.size(); ++i)
-      place(patch, in.particles, i, patch.local_cell.at(in.cell[static_cast<std::size_t>(i)]));
+    for (Local i = 0; i < in.particles.size(); ++i) {
+      const auto row = static_cast<std::size_t>(i);
+      place(patch, in.particles, i,
+            patch.cell_of(patch.local_cell.at(in.cell[row]), in.particles.material[row]));
+    }
     move_in(patch, in.particles);
   }
 }

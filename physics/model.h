@@ -43,6 +43,7 @@ struct Material {
   Index id = 0;        ///< as in the scenario
   std::string name;    ///< as in the scenario; the id's digits where it has no name
   double density = 0;  ///< [kg/m^3] initial
+  int body = 0;        ///< of Contact::bodies
   Law law;
 };
 
@@ -124,6 +125,12 @@ struct TimeStep {
   bool accept_unstable = false;  ///< a fixed step above the limit is a warning, not an error
 };
 
+/// Bodies that have velocities of their own at nodes, and meet there.
+struct Contact {
+  int bodies = 1;       ///< one has no contact
+  double friction = 0;  ///< Coulomb's coefficient [-]
+};
+
 struct Analysis {
   Scheme scheme = Scheme::usf;
   ShapeFunctions functions = ShapeFunctions::element;
@@ -133,6 +140,7 @@ struct Analysis {
   double flip = 1.0;     ///< velocity update: 1 = FLIP, 0 = PIC, between = blend
   double damping = 0.0;  ///< Cundall factor [-]; 0 = none
   bool pressure_smoothing = false;
+  Contact contact;
   bool remove_leaving_particles =
       false;              ///< particles that leave the mesh are removed, not an error
   bool as_cbgeo = false;  ///< what CB-Geo MPM computes where that deviates (io/cbgeo_deviations.h)

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "graph/executor.h"
+#include "physics/contact.h"
 #include "physics/error.h"
 #include "physics/kernels.h"
 #include "physics/law.h"
@@ -155,12 +156,22 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
   restore(model, state, threads);
 }
 
+/// Nodes and cells as kernels see them: with those of wider functions, and once for each body.
+template <int Dim>
+PatchTopology<Dim> PatchSet<Dim>::topology_of(Index id) const {
+  const Mesh<Dim>& mesh = *model_->mesh;
+  PatchTopology<Dim> topology = make_topology(mesh, partition_, id, rings_);
+  add_support(mesh, model_->analysis.functions, topology);
+  repeat_for_bodies(topology, model_->analysis.contact.bodies, mesh.n_nodes());
+  return topology;
+}
+
 template <int Dim>
 std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   auto patch = std::make_unique<Patch<Dim>>();
   const Mesh<Dim>& mesh = *model_->mesh;
-  patch->topology = make_topology(mesh, partition_, id, rings_);
-  add_support(mesh, model_->analysis.functions, patch->topology);
+  patch->topology = topology_of(id);
+  set_bodies(*patch, *model_);
   patch->basis = basis_kind(model_->analysis.functions);
   patch->particles = Particles<Dim>(layout_);
   patch->cartesian = mesh.is_cartesian();
@@ -168,7 +179,7 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   const auto& nodes = patch->topology.nodes;
   patch->local_cell.reserve(cells.size());
   for (std::size_t c = 0; c < cells.size(); ++c) {
-    patch->local_cell[cells[c]] = static_cast<Local>(c);
+    patch->local_cell.try_emplace(cells[c], static_cast<Local>(c));
     patch->cell_size.push_back(mesh.cell_size(cells[c]));
     if (!patch->cartesian) continue;
     const CellGeometry<Dim> geometry = mesh.geometry(cells[c]);
@@ -183,7 +194,8 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   if (!patch->cartesian) {
     patch->node_position.assign(size, 0.0);
     for (std::size_t i = 0; i < nodes.size(); ++i)
-      Eigen::Map<Vec<Dim>>(&patch->node_position[i * node_width]) = mesh.node(nodes[i]);
+      Eigen::Map<Vec<Dim>>(&patch->node_position[i * node_width]) =
+          mesh.node(nodes[i] % mesh.n_nodes());
   }
   set_constraints(*patch, *model_);
   for (std::size_t k = 0; k < n_sum_arrays; ++k)
@@ -331,8 +343,10 @@ std::vector<char> PatchSet<Dim>::watched_cells(const Patch<Dim>& patch) const {
       within.low[d] = std::max(own.low[d], within.low[d] - watch_distance);
       within.high[d] = std::min(own.high[d], within.high[d] + watch_distance);
     }
+    const std::size_t bodies = patch.bodies(), body_cells = watched.size() / bodies;
     for (const Index cell : partition_.cells_in(within))
-      watched[static_cast<std::size_t>(patch.local_cell.at(cell))] = 1;
+      for (std::size_t b = 0; b < bodies; ++b)
+        watched[static_cast<std::size_t>(patch.local_cell.at(cell)) + b * body_cells] = 1;
   }
   return watched;
 }
@@ -347,7 +361,7 @@ std::vector<PatchTopology<Dim>> PatchSet<Dim>::connect_all() {
   std::vector<PatchTopology<Dim>> remote;
   elsewhere_.clear();
   for (const Index id : ids) {
-    remote.push_back(make_topology(*model_->mesh, partition_, id, rings_));
+    remote.push_back(topology_of(id));
     elsewhere_.emplace_back();
     elsewhere_.back().patch = id;
     elsewhere_.back().rank = owner_of(id);
@@ -585,7 +599,7 @@ void PatchSet<Dim>::arrange(std::vector<Index> ids) {
     while (next < old.size() && old[next]->topology.patch < id) ++next;
     if (next < old.size() && old[next]->topology.patch == id) {
       patches_.push_back(std::move(old[next++]));
-      patches_.back()->topology = make_topology(*model_->mesh, partition_, id, rings_);
+      patches_.back()->topology = topology_of(id);
     } else {
       patches_.push_back(make_patch(id));
     }

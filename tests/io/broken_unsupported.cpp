@@ -56,13 +56,6 @@ mpm.json:16:59: error: 'tau0' must be at least 0 [Pa], found -1 [/materials/0/ta
                              ^
   hint: supported: file, gauss, region
 )"},
-    {"contact",
-     {replace("mpm.json", "\"dt\"", "\"interface\": true, \"dt\"")},
-     {},
-     R"(mpm.json:19:54: error: 'interface': true is not supported yet [/analysis/interface]
-    "analysis": {"type": "MPMExplicit2D", "interface": true, "dt": 0.001, "nsteps": 10},
-                                                       ^
-)"},
     {"resuming",
      {replace("mpm.json", "\"dt\"", "\"resume\": {\"resume\": true, \"uuid\": \"x\", \"step\": 5}, \"dt\"")},
      {},
@@ -87,5 +80,5 @@ mpm.json:16:59: error: 'tau0' must be at least 0 [Pa], found -1 [/materials/0/ta
   hint: supported: N2D, N3D
 )"},
   };
-  check(table, 9);
+  check(table, 8);
 }

@@ -173,6 +173,11 @@ TEST_CASE("friction and rotated axes of nodes that patches of several ranks shar
   check(with_patches(with_walls(two_discs()), 40), 80, threads_only);
 }
 
+TEST_CASE("bodies in contact across patches of several ranks") {
+  check(with_patches(in_contact(two_discs()), 40), 80, all_ways);
+  check(with_patches(in_contact(dam_break_3d()), 100), 40, threads_only);
+}
+
 TEST_CASE("fewer patches than ranks") {
   check(with_patches(two_discs(), 100000), 60, threads_only);
 }

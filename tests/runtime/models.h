@@ -105,6 +105,25 @@ Model<Dim> with_walls(Model<Dim> model) {
   return model;
 }
 
+/// Each material is a body; of one material, every second row of cells along the last axis is
+/// another.
+template <int Dim>
+Model<Dim> in_contact(Model<Dim> model, double friction = 0.3) {
+  if (model.materials.size() == 1) {
+    model.materials.push_back(model.materials[0]);
+    for (std::size_t p = 0; p < model.particles.x.size(); ++p) {
+      const Index cell = model.particles.cell[p];
+      const Index row = Dim == 2 ? cell / model.mesh->counts()[0]
+                                 : cell / (model.mesh->counts()[0] * model.mesh->counts()[1]);
+      model.particles.material[p] = row % 2 == 0 ? 0 : 1;
+    }
+  }
+  for (std::size_t m = 0; m < model.materials.size(); ++m)
+    model.materials[m].body = static_cast<int>(m);
+  model.analysis.contact = {static_cast<int>(model.materials.size()), friction};
+  return model;
+}
+
 /// The structured mesh as a table of cells that are no boxes: every inner node moves by up to
 /// `amount`.
 template <int Dim>
@@ -135,8 +154,8 @@ struct Outcome {
   std::vector<Frame> frames;  ///< those of the scenario, then the last state
   std::vector<HistoryRow> rows;
   Index removed = 0;
-  std::string removed_rows;  ///< of removed.csv
   std::string error;         ///< of a run that failed
+  std::string removed_rows;  ///< of removed.csv
 };
 
 inline bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
