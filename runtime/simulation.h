@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "io/frame.h"
 #include "io/history.h"
 #include "physics/model.h"
+#include "physics/removed_particle.h"
 #include "runtime/rank_balance.h"
 #include "runtime/rank_partition.h"
 #include "runtime/ranks.h"
@@ -75,8 +77,7 @@ struct SimulationInfo {
   Index cells_per_patch = 0;
   double dt_limit = 0;         ///< [s] smallest h / (c + |v|) at present
   double dt = 0;               ///< [s] of the next step
-  std::size_t bytes = 0;       ///< of particles and nodes, of all ranks
-  std::size_t most_bytes = 0;  ///< of the rank that holds most
+  std::size_t bytes = 0;  ///< of particles and nodes, of all ranks
 };
 
 template <int Dim>
