@@ -5,6 +5,7 @@
 
 #include "io/fields.h"
 #include "io/scenario_builder.h"
+#include "physics/materials.h"
 
 namespace lahar {
 
@@ -21,13 +22,39 @@ bool is_new(const std::map<T, const JsonValue*>& seen, const T& key, const JsonV
   return false;
 }
 
-Law make_law(const JsonValue& m, std::string_view type) {
-  if (type == "Newtonian")
-    return Newtonian{get_number(m, "bulk_modulus").value_or(1),
-                     get_number(m, "dynamic_viscosity").value_or(0),
-                     get_bool(m, "incompressible").value_or(false)};
-  return LinearElastic{get_number(m, "youngs_modulus").value_or(1),
-                       get_number(m, "poisson_ratio").value_or(0)};
+// A law from the keys of its table. Bad values have been reported; what stands for them is not used.
+template <class LawType>
+LawType read_law(const JsonValue& m, bool as_cbgeo) {
+  LawType law{};
+  for (const auto& p : LawType::parameters) {
+    if (p.flag) law.*p.flag = get_bool(m, p.key).value_or(false);
+    if (p.number) law.*p.number = get_number(m, p.key).value_or(p.required ? 1.0 : p.fallback);
+  }
+  if constexpr (requires { law.as_cbgeo; }) law.as_cbgeo = as_cbgeo;
+  return law;
+}
+
+// True if all keys of the law have values: only then can their combination be judged.
+template <class LawType>
+bool is_complete(const JsonValue& m) {
+  return std::all_of(LawType::parameters.begin(), LawType::parameters.end(), [&](const auto& p) {
+    const JsonValue* value = m.find(p.key);
+    return value ? value->valid() : !p.required;
+  });
+}
+
+template <class... Laws>
+Law make_law(const JsonValue& m, std::string_view type, ScenarioInput& in, const std::variant<Laws...>*) {
+  Law law;
+  const auto make = [&]<class LawType>(const LawType*) {
+    if (type != LawType::name) return;
+    const auto made = read_law<LawType>(m, in.as_cbgeo);
+    law = made;
+    if (!is_complete<LawType>(m)) return;
+    if (const std::string problem = made.problem(); !problem.empty()) in.error(m, problem);
+  };
+  (make(static_cast<const Laws*>(nullptr)), ...);
+  return law;
 }
 
 // The entry with this id or name; reports one that does not exist.
@@ -68,7 +95,8 @@ void ScenarioBuilder<Dim>::build_materials() {
     material.name = name.value_or(fmt::format("{}", material.id));
     if (name && is_new(names, *name, *m->find("name"), "material name", in_)) names[*name] = m;
     material.density = get_number(*m, "density").value_or(1);
-    material.law = make_law(*m, without_dimension(get_text(*m, "type").value_or("")));
+    material.law = make_law(*m, without_dimension(get_text(*m, "type").value_or("")), in_,
+                            static_cast<const Law*>(nullptr));
   }
   const JsonValue* list = root_.find("materials");
   if (list && model_.materials.empty() && list->is<JsonValue::Array>())

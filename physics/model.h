@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "physics/materials.h"
 #include "physics/mesh.h"
 #include "physics/types.h"
 
@@ -23,21 +24,6 @@ enum class ShapeFunctions {
   quadratic_spline,
   cubic_spline
 };
-
-/// Isotropic linear elasticity; 2D is plane strain.
-struct LinearElastic {
-  double youngs_modulus;  ///< [Pa] > 0
-  double poisson_ratio;   ///< [-] -1 < nu < 0.5
-};
-
-/// Weakly compressible Newtonian fluid; state variable: pressure [Pa].
-struct Newtonian {
-  double bulk_modulus;          ///< [Pa] > 0
-  double dynamic_viscosity;     ///< [Pa s] >= 0
-  bool incompressible = false;  ///< true: no volumetric (pressure) stress, as in the reference
-};
-
-using Law = std::variant<LinearElastic, Newtonian>;
 
 struct Material {
   Index id = 0;        ///< as in the scenario

@@ -162,12 +162,12 @@ void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
 
 template <int Dim, class Real>
 void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
-  if (!patch.particles.layout().has(Column::pressure)) return;
+  if (!patch.particles.layout().has(Column::state)) return;
   if (supported::is(patch))
     return supported::map_pressure<Dim, Real>(patch, step, runs,
                                               patch.own_sums(NodeSum::pressure, step.step));
   const double* m = patch.particles.row(Column::mass);
-  const double* pressure = patch.particles.row(Column::pressure);
+  const double* pressure = patch.particles.row(Column::state);
   const auto& materials = step.model->materials;
   scatter_runs<1u, Dim, Real>(
       patch, runs, patch.own_sums(NodeSum::pressure, step.step),

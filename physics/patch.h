@@ -71,10 +71,12 @@ struct NodeRange {
 /// What one patch contributes to a row of history.csv (HistoryRow), reset after each row.
 struct PatchWork {
   double internal = 0, external = 0, damping = 0;  ///< [J] the last with friction
+  double divided = 0;  ///< increments that a law could only do in parts (update_in_parts())
   PatchWork& operator+=(const PatchWork& other) {
     internal += other.internal;
     external += other.external;
     damping += other.damping;
+    divided += other.divided;
     return *this;
   }
   bool operator==(const PatchWork&) const = default;
@@ -82,10 +84,12 @@ struct PatchWork {
 
 /// Something that a kernel found wrong with a particle or node; kernels mark, the step reports.
 struct Mark {
-  enum class Kind { none, left_mesh, not_finite, volume, moved_too_far } kind = Kind::none;
+  enum class Kind { none, left_mesh, not_finite, volume, moved_too_far, law } kind = Kind::none;
   Index particle = -1;
   std::array<double, 3> position{};
   std::array<double, 3> velocity{};
+  std::array<double, 6> stress{};  ///< [Pa] before the increment; of Kind::law
+  std::uint16_t material = 0;      ///< index into the materials; of Kind::law
   Index count = 0;  ///< particles marked in this patch and step
 };
 

@@ -301,7 +301,7 @@ void map_momentum(Patch<Dim>& patch, Runs runs, double* sums) {
 template <int Dim, class Real>
 void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, double* sums) {
   const double* m = patch.particles.row(Column::mass);
-  const double* pressure = patch.particles.row(Column::pressure);
+  const double* pressure = patch.particles.row(Column::state);
   for_each_supported_run(
       patch, runs,
       [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {

@@ -10,6 +10,7 @@
 #include "physics/error.h"
 #include "physics/inverse_mapping.h"
 #include "physics/kernels.h"
+#include "physics/law.h"
 #include "runtime/initial_particles.h"
 #include "runtime/parallel.h"
 
@@ -128,6 +129,20 @@ void fill_domains(Patch<Dim>& patch) {
   }
 }
 
+/// State variables of the materials.
+template <int Dim>
+void fill_law_state(Particles<Dim>& to, Rows rows, const Model<Dim>& model) {
+  if (!to.layout().has(Column::state)) return;
+  const ParticleTable<Dim>& table = model.particles;
+  std::vector<double> state(most_state_variables(model.materials));
+  for_each_row(rows, [&](std::size_t row, std::size_t i) {
+    const Law& law = model.materials[table.material[row]].law;
+    initial_state(law, table.stress.empty() ? Voigt{} : table.stress[row], state.data());
+    for (std::size_t k = 0; k < state_variables(law).size(); ++k)
+      to.row(Column::state, static_cast<int>(k))[i] = state[k];
+  });
+}
+
 /// Everything that is known of a particle besides its place. Returns the smallest mass [kg].
 template <int Dim>
 double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
@@ -155,6 +170,7 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
     if (size) size[i] = std::pow(table.volume[row], 1.0 / Dim);
     lightest = std::min(lightest, mass[i]);
   });
+  fill_law_state(to, rows, model);
   if (to.layout().has(Column::domain)) fill_domains(patch);
   return lightest;
 }

@@ -46,7 +46,8 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
   needs.next_domain = model.analysis.functions == ShapeFunctions::gimp;
   for (std::size_t m = 0; m < census.used.size(); ++m) {
     if (!census.used[m]) continue;
-    needs.pressure = needs.pressure || has_pressure(model.materials[m].law);
+    needs.state =
+        std::max(needs.state, static_cast<int>(state_variables(model.materials[m].law).size()));
     needs.strain = needs.strain || !strain_follows_from_stress(model.materials[m].law);
   }
   return ColumnLayout<Dim>(needs);

@@ -130,7 +130,7 @@ class Reader {
 template <int Dim>
 void for_each_row(const ColumnLayout<Dim>& layout, auto&& body) {
   for (const ColumnInfo& info : column_table)
-    for (int k = 0; layout.has(info.column) && k < ColumnLayout<Dim>::components(info); ++k)
+    for (int k = 0; layout.has(info.column) && k < layout.components(info); ++k)
       body(info.column, k);
 }
 
@@ -248,7 +248,8 @@ std::vector<std::byte> pack(const Patch<Dim>& patch, Index step) {
   std::vector<std::byte> bytes(bytes_of(head));
   Writer out(bytes.data());
   out.put(head);
-  for (const double work : {patch.work.internal, patch.work.external, patch.work.damping})
+  for (const double work :
+       {patch.work.internal, patch.work.external, patch.work.damping, patch.work.divided})
     out.put(work);
   for (const Run& run : patch.runs)
     out.put(PackedRun{run.cell, run.begin, run.end, run.limit, run.material, run.loaded});
@@ -274,7 +275,8 @@ template <int Dim>
 void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step) {
   const Head head = read_head(bytes, patch);
   Reader in(bytes.data() + sizeof(Head));
-  for (double* work : {&patch.work.internal, &patch.work.external, &patch.work.damping})
+  for (double* work : {&patch.work.internal, &patch.work.external, &patch.work.damping,
+                       &patch.work.divided})
     *work = in.get<double>();
   read_runs(in, head, patch);
   read_particles(in, head, patch);
@@ -295,7 +297,7 @@ std::string column_text(const ColumnLayout<Dim>& layout) {
   for (const ColumnInfo& info : column_table)
     if (layout.has(info.column))
       text += fmt::format("{}{} {}", text.empty() ? "" : ", ", info.name,
-                          ColumnLayout<Dim>::components(info));
+                          layout.components(info));
   return text;
 }
 

@@ -73,6 +73,7 @@ struct StageTiming {
 struct SimulationInfo {
   int threads = 1;
   Index cells = 0, nodes = 0, particles = 0, removed = 0;
+  Index divided = 0;  ///< increments that materials could only do in parts, since the start
   int patches = 0, tasks_per_step = 0;
   Index cells_per_patch = 0;
   double dt_limit = 0;         ///< [s] smallest h / (c + |v|) at present

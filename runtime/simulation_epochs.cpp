@@ -138,7 +138,7 @@ void Simulation<Dim>::Impl::check_end() {
   for (int p = 0; p < patches.size(); ++p) {
     check_finite(patches[p]);
     if (patches[p].mark.kind != Mark::Kind::none)
-      fail(output_index, p, step - 1, describe_mark(patches[p].mark, Dim));
+      fail(output_index, p, step - 1, describe_mark(patches[p].mark, model));
   }
   stop_where_failed();
 }

@@ -36,7 +36,7 @@ struct OnePatch {
     connect(alone);
     patch.cartesian = m.is_cartesian();
     const ColumnLayout<Dim> layout({.size = true,
-                                    .pressure = true,
+                                    .state = 1,
                                     .natural = !patch.cartesian || natural == Natural::stored,
                                     .domain = patch.basis == BasisKind::gimp,
                                     .next_domain = functions == ShapeFunctions::gimp,
@@ -90,7 +90,7 @@ struct OnePatch {
     p.material.back() = material;
     for (const ColumnInfo& info : column_table)
       if (p.layout().has(info.column))
-        for (int k = 0; k < ColumnLayout<Dim>::components(info); ++k)
+        for (int k = 0; k < p.layout().components(info); ++k)
           p.row(info.column, k)[i] = uniform(random, -1, 1);
     for (const Column c : {Column::volume, Column::mass, Column::size})
       if (p.layout().has(c)) p.row(c)[i] = uniform(random, 0.5, 1.5);

@@ -170,7 +170,7 @@ TEST_CASE("a uniform pressure stays uniform when it is smoothed, and only fluids
     bool both[2] = {false, false};
     for (const Local p : f.slots()) {
       const int material = f.patch.particles.material[static_cast<std::size_t>(p)];
-      f.at(Column::pressure, p) = material == 1 ? 12.5 : -3;
+      f.at(Column::state, p) = material == 1 ? 12.5 : -3;
       both[material] = true;
     }
     REQUIRE((both[0] && both[1]));
@@ -187,9 +187,9 @@ TEST_CASE("a uniform pressure stays uniform when it is smoothed, and only fluids
     for (const Local p : f.slots()) {
       const bool fluid = f.patch.particles.material[static_cast<std::size_t>(p)] == 1;
       if (fluid)
-        worst = std::max(worst, std::abs(f.at(Column::pressure, p) - 12.5));
+        worst = std::max(worst, std::abs(f.at(Column::state, p) - 12.5));
       else
-        solids_kept = solids_kept && f.at(Column::pressure, p) == -3;
+        solids_kept = solids_kept && f.at(Column::state, p) == -3;
     }
     CHECK(worst < 1e-12);
     CHECK(solids_kept);

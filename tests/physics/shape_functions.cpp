@@ -208,7 +208,7 @@ TEST_CASE("kernels of wide functions add what the functions say") {
         mass[i] += at.N[i] * f.at(Column::mass, p);
         momentum[i] += at.N[i] * f.at(Column::mass, p) * f.vector(Column::v, p);
         if (f.patch.particles.material[static_cast<std::size_t>(p)] == 1)
-          pressure[i] += at.N[i] * f.at(Column::mass, p) * f.at(Column::pressure, p);
+          pressure[i] += at.N[i] * f.at(Column::mass, p) * f.at(Column::state, p);
         for (int d = 0; d < Dim; ++d) {
           for (int b = 0; b < Dim; ++b)
             force[i][d] -=

@@ -315,7 +315,7 @@ TEST_CASE("particles have the columns that their own materials, mesh, scheme and
     return names;
   };
   CHECK(columns(two_discs()) == "");
-  CHECK(columns(dam_break()) == "strain pressure ");
+  CHECK(columns(dam_break()) == "strain state ");
   CHECK(columns(distorted(two_discs(), 0.012)) == "natural ");
   Model<2> musl = two_discs();
   musl.analysis.scheme = Scheme::musl;
@@ -331,5 +331,5 @@ TEST_CASE("particles have the columns that their own materials, mesh, scheme and
   CHECK(columns(unused) == "");
   Model<2> mixed = unused;
   mixed.particles.material[5] = 2;
-  CHECK(columns(mixed) == "strain pressure ");
+  CHECK(columns(mixed) == "strain state ");
 }
