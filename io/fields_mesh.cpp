@@ -50,14 +50,20 @@ const Section& stresses_section() {
       .name = "mesh.particles_stresses",
       .path = "mesh.particles_stresses",
       .help = "Initial stresses as an object (dialect of the fork).",
+      .discriminator = "type",
       .fields = {
           {.key = "type",
            .kinds = text,
            .help = "where they come from",
            .required = true,
            .allowed = {"file", "isotropic"}},
-          {.key = "location", .kinds = file, .help = "file of stresses"},
-          {.key = "values", .kinds = numbers, .help = "stress components", .unit = "Pa"},
+          {.key = "location", .kinds = file, .help = "file of stresses", .only = {"file"}},
+          {.key = "values",
+           .kinds = numbers,
+           .help =
+               "the stress of all particles: xx yy zz xy yz xz, or one number for xx, yy and zz",
+           .unit = "Pa",
+           .only = {"isotropic"}},
       }};
   return section;
 }
@@ -129,7 +135,6 @@ const Section& mesh_section() {
            .kinds = file | object,
            .help = "initial stresses: the "
                    "count, then a line xx yy zz xy yz xz per particle [Pa]",
-           .planned_kinds = object,
            .section = stresses_section},
           {.key = "particles_tractions",
            .kinds = file,

@@ -159,7 +159,9 @@ namespace {
 const Section& gravity_section() {
   static const Section section{.name = "gravity",
                                .path = "external_loading_conditions.gravity",
-                               .help = "Gravity that grows from zero (dialect of the fork).",
+                               .help =
+                                   "Gravity that grows linearly from zero until `ramping_time` "
+                                   "(dialect of the fork).",
                                .fields = {
                                    {.key = "gravity",
                                     .kinds = vector,
@@ -239,7 +241,6 @@ const Section& loading_section() {
                                     .unit = "m/s^2",
                                     .fallback = "[0, 0]",
                                     .fallback_3d = "[0, 0, 0]",
-                                    .planned_kinds = object,
                                     .section = gravity_section},
                                    {.key = "particle_surface_traction",
                                     .kinds = list,

@@ -39,6 +39,10 @@ class ScenarioBuilder {
   void build_velocity_update(const JsonValue& analysis);
   void build_time_step(const JsonValue& analysis);
   void build_output();
+  // scenario_contact.cpp
+  void build_contact();
+  void add_body(const JsonValue& body, int number);
+  void number_bodies();
   // scenario_particles.cpp
   void build_particles();
   void generate(const JsonValue& generator);
@@ -50,6 +54,7 @@ class ScenarioBuilder {
   void report_strays(const std::vector<Index>& strays);
   void assign_volumes();
   void assign_stresses();
+  void assign_stress(const JsonValue& given);
   /// The rows of all particles, if their number is known.
   const RowShares* known_rows() const { return particles_complete_ ? &rows_ : nullptr; }
   void collect_particle_sets();

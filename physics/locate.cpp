@@ -252,6 +252,18 @@ typename Mesh<Dim>::Found find_cell(const Patch<Dim>& patch, const Mesh<Dim>& me
   return mesh.locate_from(x, patch.topology.cells[static_cast<std::size_t>(old)]);
 }
 
+template <int Dim>
+void remove(Patch<Dim>& patch, const Particles<Dim>& movers, Local i, Index step) {
+  RemovedParticle& removed = patch.removed.emplace_back();
+  removed.step = step;
+  removed.id = movers.id[static_cast<std::size_t>(i)];
+  removed.mass = movers.row(Column::mass)[i];
+  for (int d = 0; d < Dim; ++d) {
+    removed.position[static_cast<std::size_t>(d)] = movers.row(Column::x, d)[i];
+    removed.velocity[static_cast<std::size_t>(d)] = movers.row(Column::v, d)[i];
+  }
+}
+
 /// Find the new cell of a mover and bring it there.
 template <int Dim>
 void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
@@ -270,13 +282,13 @@ void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
     if (!step.model->mesh->is_near(x, patch.topology.cells[static_cast<std::size_t>(old)]))
       return stays(Mark::Kind::moved_too_far);
     if (!step.model->analysis.remove_leaving_particles) return stays(Mark::Kind::left_mesh);
-    ++patch.removed;
-    return;
+    return remove(patch, movers, i, step.step + 1);
   }
   if (has_natural)
     for (int d = 0; d < Dim; ++d) movers.row(Column::xi, d)[i] = found.xi[d];
   if (const auto local = patch.local_cell.find(found.cell); local != patch.local_cell.end())
-    return place(patch, movers, i, local->second);
+    return place(patch, movers, i,
+                 patch.cell_of(local->second, movers.material[static_cast<std::size_t>(i)]));
   const Index target = step.partition->patch_of(found.cell);
   const auto& neighbours = patch.topology.neighbours;
   const auto at = std::lower_bound(neighbours.begin(), neighbours.end(), target);
@@ -428,8 +440,11 @@ void receive(Patch<Dim>& patch) {
   for (std::size_t k = 0; k < patch.arrived.size(); ++k) {
     if (patch.arrived[k] == 0) continue;
     const auto& in = *patch.inbox[k];
-    for (Local i = 0; i < in.particles.size(); ++i)
-      place(patch, in.particles, i, patch.local_cell.at(in.cell[static_cast<std::size_t>(i)]));
+    for (Local i = 0; i < in.particles.size(); ++i) {
+      const auto row = static_cast<std::size_t>(i);
+      place(patch, in.particles, i,
+            patch.cell_of(patch.local_cell.at(in.cell[row]), in.particles.material[row]));
+    }
     move_in(patch, in.particles);
   }
 }

@@ -29,6 +29,7 @@ struct Material {
   Index id = 0;        ///< as in the scenario
   std::string name;    ///< as in the scenario; the id's digits where it has no name
   double density = 0;  ///< [kg/m^3] initial
+  int body = 0;        ///< of Contact::bodies
   Law law;
 };
 
@@ -110,6 +111,12 @@ struct TimeStep {
   bool accept_unstable = false;  ///< a fixed step above the limit is a warning, not an error
 };
 
+/// Bodies that have velocities of their own at nodes, and meet there.
+struct Contact {
+  int bodies = 1;       ///< one has no contact
+  double friction = 0;  ///< Coulomb's coefficient [-]
+};
+
 struct Analysis {
   Scheme scheme = Scheme::usf;
   ShapeFunctions functions = ShapeFunctions::element;
@@ -119,19 +126,20 @@ struct Analysis {
   double flip = 1.0;     ///< velocity update: 1 = FLIP, 0 = PIC, between = blend
   double damping = 0.0;  ///< Cundall factor [-]; 0 = none
   bool pressure_smoothing = false;
+  Contact contact;
   bool remove_leaving_particles =
-      false;                     ///< particles that leave the mesh are removed, not an error
+      false;              ///< particles that leave the mesh are removed, not an error
   bool as_cbgeo = false;  ///< what CB-Geo MPM computes where that deviates (io/cbgeo_deviations.h)
-  /// Target particles per patch; part of the result's identity. Measured on one core, plate and H8 of
-  /// 125 thousand and 1 million particles, against 4096: 1024 20 % slower, 2048 8 %; 8192 and 16384
-  /// 3 to 7 % faster, but half and a quarter of the patches to share among threads.
+  /// Target particles per patch; part of the result's identity. Measured on one core, plate and H8
+  /// of 125 thousand and 1 million particles, against 4096: 1024 20 % slower, 2048 8 %; 8192 and
+  /// 16384 3 to 7 % faster, but half and a quarter of the patches to share among threads.
   Index patch_particles = 4096;
 };
 
 struct OutputPlan {
-  std::string folder;       ///< run folder
-  Index frame_steps = 0;    ///< a frame every so many steps; 0 = only the end
-  Index history_steps = 0;  ///< a history row every so many steps; 0 = automatic
+  std::string folder;             ///< run folder
+  Index frame_steps = 0;          ///< a frame every so many steps; 0 = only the end
+  Index history_steps = 0;        ///< a history row every so many steps; 0 = automatic
   Index checkpoint_steps = 0;     ///< a checkpoint every so many steps; 0 = none
   double checkpoint_minutes = 0;  ///< [min] of wall time between checkpoints; 0 = none
   Index checkpoints_kept = 2;     ///< the last so many; older ones are removed
@@ -145,6 +153,7 @@ struct Model {
   std::vector<Material> materials;
   std::vector<MathFunction> functions;
   Vec<Dim> gravity = Vec<Dim>::Zero();  ///< [m/s^2]
+  int gravity_function = -1;            ///< index into functions; -1 = constant
   std::vector<NodeVelocity> node_velocities;
   std::vector<NodeFriction> node_frictions;
   std::vector<NodeFrame<Dim>> node_frames;

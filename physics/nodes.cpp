@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/contact.h"
 #include "physics/kernels.h"
 #include "physics/loads.h"
 
@@ -159,8 +160,12 @@ void mark_nodes(Patch<Dim>& patch, std::size_t cell) {
   const auto mark = [&](std::span<const Local> nodes) {
     for (const Local node : nodes) patch.node_is_active[static_cast<std::size_t>(node)] = 1;
   };
-  if (!patch.topology.corner_nodes.empty()) mark(patch.topology.corner_nodes[cell]);
-  mark(patch.topology.support(cell));
+  // Of all bodies: contact asks for them all.
+  const std::size_t bodies = patch.bodies(), cells = patch.topology.cells.size() / bodies;
+  for (std::size_t c = cell % cells; c < cells * bodies; c += cells) {
+    if (!patch.topology.corner_nodes.empty()) mark(patch.topology.corner_nodes[c]);
+    mark(patch.topology.support(c));
+  }
 }
 
 }  // namespace
@@ -186,6 +191,15 @@ void activate_nodes(Patch<Dim>& patch) {
     mark_nodes(patch, static_cast<std::size_t>(cell));
   patch.cells_to_activate.clear();
   collect_active_nodes(patch);
+}
+
+template <int Dim>
+void nodal_gradient(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  patch.gradient.resize(static_cast<std::size_t>(patch.n_nodes()) * node_width);
+  for_each_node(
+      patch,
+      [&](Local i, const NodeVector&, const NodeVector& sum) { store(sum, at(patch.gradient, i)); },
+      SumOverPatches<Dim>(patch, NodeSum::gradient, step.step));
 }
 
 template <int Dim>
@@ -236,7 +250,8 @@ class Integrator {
   Integrator(Patch<Dim>& patch, const StepContext<Dim>& step)
       : patch_(patch), step_(step), point_(patch.forces.begin()), wall_(patch.walls.begin()) {
     double g[node_width] = {};
-    for (int d = 0; d < Dim; ++d) g[d] = step.model->gravity[d];
+    const double factor = load_factor(*step.model, step.model->gravity_function, step.time);
+    for (int d = 0; d < Dim; ++d) g[d] = factor * step.model->gravity[d];
     gravity_ = load<NodeVector>(g);
   }
 
@@ -251,7 +266,7 @@ class Integrator {
     while (point_ != patch_.forces.end() && point_->node < i) ++point_;  // not active
     while (point_ != patch_.forces.end() && point_->node == i) {
       double f[node_width] = {};
-      f[point_->dir] = point_force(*point_);
+      f[point_->dir] = is_first_body(i) ? point_force(*point_) : 0.0;
       force += load<NodeVector>(f);
       ++point_;
     }
@@ -284,6 +299,11 @@ class Integrator {
       patch_.work.external += step_.dt * gravity_[d] * weight_work_[d];
       patch_.work.damping += step_.dt * damping_work_[d];
     }
+    if (patch_.bodies() > 1) {
+      Vec<Dim> g;
+      for (int d = 0; d < Dim; ++d) g[d] = gravity_[d];
+      apply_contact(patch_, step_, g);
+    }
     const double* own_mass = patch_.own_sums(NodeSum::mass_momentum, step_.step) + mass_lane;
     for (const auto& fixed : patch_.fixed) {
       double& v = at(patch_.velocity, fixed.node)[fixed.dir];
@@ -303,7 +323,7 @@ class Integrator {
     }
     for (const auto& point : patch_.forces)
       if (const double m = at(patch_.velocity, point.node)[mass_lane];
-          more_than(m, patch_.least_mass))
+          more_than(m, patch_.least_mass) && is_first_body(point.node))
         patch_.work.external += own_mass[point.node * sum_stride] / m * point_force(point) *
                                 mean_move(point.node, point.dir);
   }
@@ -315,6 +335,14 @@ class Integrator {
 
   double point_force(const PointForce& point) const {
     return point.force * load_factor(*step_.model, point.function, step_.time);
+  }
+
+  /// A point force acts on the first of the bodies that are at its node.
+  bool is_first_body(Local i) const {
+    if (patch_.bodies() == 1) return true;
+    for (Local other = i - patch_.body_nodes; other >= 0; other -= patch_.body_nodes)
+      if (at(patch_.velocity, other)[mass_lane] > patch_.least_mass) return false;
+    return true;
   }
 
   /// Cundall's force alpha |f| sign(v), against the velocity. The force has no mass lane.
@@ -406,6 +434,7 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
 #define LAHAR_INSTANTIATE(Dim)                                                   \
   template void find_active_nodes<Dim>(Patch<Dim>&);                             \
   template void activate_nodes<Dim>(Patch<Dim>&);                                \
+  template void nodal_gradient<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void nodal_velocity<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void nodal_velocity_again<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
   template void nodal_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \

@@ -95,7 +95,7 @@ Index fill_places(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
   for_each_row(rows, [&](std::size_t row, std::size_t i) {
     if (table.cell[row] != last_cell) local = patch.local_cell.at(last_cell = table.cell[row]);
     to.id[i] = table.id_of(row);
-    to.cell[i] = local;
+    to.cell[i] = patch.cell_of(local, table.material[row]);
     to.material[i] = table.material[row];
     if (!table.loads.empty()) to.loads[i] = table.loads[row];
     auto natural = natural_coordinates(patch, *model.mesh, local, table.x[row]);

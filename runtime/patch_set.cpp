@@ -295,7 +295,7 @@ void PatchSet<Dim>::arrange(std::vector<Index> ids) {
     while (next < old.size() && old[next]->topology.patch < id) ++next;
     if (next < old.size() && old[next]->topology.patch == id) {
       patches_.push_back(std::move(old[next++]));
-      patches_.back()->topology = make_topology(*model_->mesh, partition_, id, rings_);
+      patches_.back()->topology = topology_of(id);
     } else {
       patches_.push_back(make_patch(id));
     }

@@ -95,6 +95,29 @@ TEST_CASE("a polygon in three dimensions is extruded along its axis") {
   CHECK(p.x[1] == Vec<3>(1.5, 1.5, 0.5));
 }
 
+TEST_CASE("gravity may grow until its ramping time, in the dialect of the fork") {
+  const auto m = model({.loads = R"({"gravity": {"gravity": [1, -10], "ramping_time": 4}})"});
+  CHECK(m.gravity == Vec<2>(1, -10));
+  REQUIRE(m.gravity_function == 0);
+  CHECK(m.functions[0](0) == 0);
+  CHECK(m.functions[0](1) == 0.25);
+  CHECK(m.functions[0](9) == 1);
+  CHECK(model({.loads = R"({"gravity": {"gravity": [1, -10]}})"}).gravity_function == -1);
+}
+
+TEST_CASE("initial stresses may be one for all particles, in the dialect of the fork") {
+  const auto stress = [](const std::string& values) {
+    const auto m = model(
+        {.mesh = R"(, "particles_stresses": {"type": "isotropic", "values": )" + values + "}"});
+    CHECK(m.particles.stress.size() == 8);
+    return m.particles.stress.at(5);
+  };
+  CHECK(stress("[-7]") == Voigt{-7, -7, -7, 0, 0, 0});
+  CHECK(stress("[1, 2, 3, 4, 5, 6]") == Voigt{1, 2, 3, 4, 5, 6});
+  CHECK_THROWS_AS(stress("[1, 2]"), InputError);
+  CHECK_THROWS_AS(model({.mesh = R"(, "particles_stresses": {"type": "file"})"}), InputError);
+}
+
 TEST_CASE("a region is filled with equal parts of cells, the first axis fastest") {
   const auto m = model({.generator = R"({"type": "region", "per_cell": 2, "material": "b",
     "velocity": [1, 2], "region": {"box": {"min": [1, 0], "max": [2, 1]}}})"});

@@ -1,6 +1,7 @@
 // Results on several ranks are those of one, to the last bit: checkpoint files are compared.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -146,8 +147,35 @@ TEST_CASE("dam break in three dimensions") {
   check(adaptive(water), 40, threads_only);
 }
 
+TEST_CASE("particles that leave the mesh are listed alike, in the same order") {
+  Model<2> discs = with_patches(two_discs(), 40);
+  discs.analysis.remove_leaving_particles = true;
+  discs.particles.velocity.assign(static_cast<std::size_t>(discs.particles.size()), {3, 1});
+  const auto listed = [&](const ExecutionOptions& way) {
+    std::string rows;
+    Observer observer;
+    observer.removed = [&](std::span<const RemovedParticle> particles) {
+      for (const RemovedParticle& particle : particles) rows += removed_line(particle);
+    };
+    Simulation<2> simulation(discs, way, observer);
+    simulation.advance(110);
+    return rows;
+  };
+  const std::string alone = listed({.threads = 1});
+  CHECK(std::count(alone.begin(), alone.end(), '\n') > 10);
+  for (ExecutionOptions way : all_ways) {
+    way.ranks = Ranks::world();
+    CHECK(listed(way) == alone);
+  }
+}
+
 TEST_CASE("friction and rotated axes of nodes that patches of several ranks share") {
   check(with_patches(with_walls(two_discs()), 40), 80, threads_only);
+}
+
+TEST_CASE("bodies in contact across patches of several ranks") {
+  check(with_patches(in_contact(two_discs()), 40), 80, all_ways);
+  check(with_patches(in_contact(dam_break_3d()), 100), 40, threads_only);
 }
 
 TEST_CASE("fewer patches than ranks") {
