@@ -17,6 +17,7 @@
 #include "runtime/bench_ranks.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
+#include "runtime/material_command.h"
 #include "runtime/verify_command.h"
 
 namespace lahar {
@@ -223,6 +224,24 @@ int run_program(int argc, char** argv) {
   graph_app->callback([&] {
     refuse_several_ranks("graph");
     code = graph_command(graph);
+  });
+
+  MaterialArguments material;
+  auto* material_app = app.add_subcommand(
+      "material", "Lead one material point along a path of strains, stresses or both");
+  material_app->add_option("DRIVER", material.driver, "Input (JSON): material and path")->required();
+  material_app
+      ->add_option("--set", material.options.overrides,
+                   "Replace a value: material.friction=30 (repeatable)")
+      ->type_name("KEY=VALUE");
+  material_app->add_flag("--as-cbgeo", material.options.as_cbgeo,
+                         "Return mappings and laws as CB-Geo MPM computes them");
+  material_app->add_option("--output,-o", material.output,
+                           "Write OUTPUT.csv and OUTPUT.svg (default: beside the driver)");
+  material_app->add_flag("--no-plot", material.no_plot, "Only the table");
+  material_app->callback([&] {
+    refuse_several_ranks("material");
+    code = material_command(material);
   });
 
   VerifyArguments verify;

@@ -186,7 +186,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
     {"an unknown material",
      {replace("mpm.json", "LinearElastic2D", "LinearPlastic2D")},
      {},
-     R"(mpm.json:15:23: error: 'type' must be one of "LinearElastic", "Newtonian", found "LinearPlastic2D" [/materials/0/type]
+     R"(mpm.json:15:23: error: 'type' must be one of "LinearElastic", "Newtonian", "Bingham", "MohrCoulomb", "ModifiedCamClay", "NorSand", "DruckerPrager", "VonMises", "NeoHookean", found "LinearPlastic2D" [/materials/0/type]
       {"id": 0, "type": "LinearPlastic2D", "density": 1000,
                         ^
   hint: did you mean "LinearElastic"?
@@ -205,7 +205,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
      R"(mpm.json:15:59: error: 'cohesion' does not apply to a material of type "LinearElastic" [/materials/0/cohesion]
       {"id": 0, "type": "LinearElastic2D", "density": 1000, "cohesion": 1,
                                                             ^
-  hint: it belongs to "MohrCoulomb"
+  hint: it belongs to "MohrCoulomb", "DruckerPrager"
 )"},
     {"a 3D material in a 2D case",
      {replace("mpm.json", "LinearElastic2D", "LinearElastic3D")},
