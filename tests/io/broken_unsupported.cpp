@@ -8,12 +8,12 @@ using namespace lahar::broken;
 TEST_CASE("what a later version will do is refused, never ignored") {
   const std::vector<Entry> table = {
     {"another element",
-     {replace("mpm.json", "ED2Q4", "ED2T3")},
+     {replace("mpm.json", "ED2Q4", "ED2T3L")},
      {},
-     R"(mpm.json:6:18: error: 'cell_type': "ED2T3" is not supported yet [/mesh/cell_type]
-      "cell_type": "ED2T3",
+     R"(mpm.json:6:18: error: 'cell_type': "ED2T3L" is not supported yet [/mesh/cell_type]
+      "cell_type": "ED2T3L",
                    ^
-  hint: supported: ED2Q4, ED3H8
+  hint: supported: ED2T3, ED2T6, ED2Q4, ED2Q8, ED2Q9, ED3T4, ED3H8, ED3H20, ED3H27
 )"},
     {"another material",
      {replace("mpm.json", R"("LinearElastic2D", "density": 1000,
