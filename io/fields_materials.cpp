@@ -14,8 +14,7 @@ namespace {
 template <class LawType>
 inline constexpr bool is_native = false;
 template <class LawType>
-  requires LawType::native
-inline constexpr bool is_native<LawType> = true;
+requires LawType::native inline constexpr bool is_native<LawType> = true;
 
 // A default as JSON. Fields view texts that live as long as the program.
 std::string_view as_json(double value) {
@@ -137,10 +136,10 @@ std::vector<Field> fields() {
                  .kinds = number,
                  .help = "ignored by the reference",
                  .support = Support::ignored});
-  all.push_back(planned("shear_modulus", "Pa", "shear modulus (dialect of the fork)",
-                        {"ModifiedCamClay"}));
-  all.push_back(planned("volumetric_gamma", "-", "compressibility (dialect of the fork)",
-                        {"Bingham"}));
+  all.push_back(
+      planned("shear_modulus", "Pa", "shear modulus (dialect of the fork)", {"ModifiedCamClay"}));
+  all.push_back(
+      planned("volumetric_gamma", "-", "compressibility (dialect of the fork)", {"Bingham"}));
   all.push_back(planned("regularization_parameter", "s", "regularization (dialect of the fork)",
                         {"Bingham"}));
   all.push_back({.key = "stress_rate",

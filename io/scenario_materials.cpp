@@ -22,7 +22,8 @@ bool is_new(const std::map<T, const JsonValue*>& seen, const T& key, const JsonV
   return false;
 }
 
-// A law from the keys of its table. Bad values have been reported; what stands for them is not used.
+// A law from the keys of its table. Bad values have been reported; what stands for them is not
+// used.
 template <class LawType>
 LawType read_law(const JsonValue& m, bool as_cbgeo) {
   LawType law{};
@@ -44,7 +45,8 @@ bool is_complete(const JsonValue& m) {
 }
 
 template <class... Laws>
-Law make_law(const JsonValue& m, std::string_view type, ScenarioInput& in, const std::variant<Laws...>*) {
+Law make_law(const JsonValue& m, std::string_view type, ScenarioInput& in,
+             const std::variant<Laws...>*) {
   Law law;
   const auto make = [&]<class LawType>(const LawType*) {
     if (type != LawType::name) return;

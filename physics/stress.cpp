@@ -91,8 +91,8 @@ template <int Dim, class Real>
   }
 }
 
-/// The state variables that a law keeps, from their rows and back; those that follow from the stress
-/// stay where they are.
+/// The state variables that a law keeps, from their rows and back; those that follow from the
+/// stress stay where they are.
 template <class LawType, class Real>
 LAHAR_INLINE void load_state(const std::array<double*, most_state>& rows, Local p, Real* state) {
   LAHAR_UNROLL
@@ -110,7 +110,8 @@ LAHAR_INLINE void store_state(const Real* state, const std::array<double*, most_
 /// One run with its law and cell map; returns the sum of V sigma : d(eps) with the mean stress.
 template <int Dim, class Real, class Map, class LawType>
 LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Map& map, const Run& run,
-                             const Rows<Dim>& rows, double dt, StressPart part, const LawType& law) {
+                             const Rows<Dim>& rows, double dt, StressPart part,
+                             const LawType& law) {
   const CornerDifferences<Dim> difference(
       patch.velocity.data(), patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)]);
   double Gc[Dim][Dim], Lc[Dim][Dim];

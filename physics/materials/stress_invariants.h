@@ -4,7 +4,7 @@
 #include <limits>
 #include <numbers>
 
-#include "physics/simd.h"
+#include "physics/materials/law_input.h"
 
 namespace lahar {
 
@@ -12,8 +12,19 @@ inline constexpr double root3 = std::numbers::sqrt3;
 inline constexpr double root2_3 = 0.81649658092772603;  ///< sqrt(2/3)
 inline constexpr double root3_2 = 1.2247448713915890;   ///< sqrt(3/2)
 
-/// A stress with Rows components (4: no yz and xz), its deviator s, t = dJ3/dsigma = s s - 2/3 J2 I,
-/// and invariants; theta is the Lode angle of Haigh and Westergaard, cos(3 theta) = 3 sqrt(3)/2
+/// Stress after an elastic increment with bulk and shear modulus K and G [Pa].
+template <int Dim, class Real>
+LAHAR_INLINE void elastic_trial(const LawInput<Dim, Real>& in, double K, double G, Real* stress) {
+  Real volumetric = in.rate[0] + in.rate[1];
+  if constexpr (Dim == 3) volumetric += in.rate[2];
+  volumetric *= (K - 2.0 / 3.0 * G) * in.dt;
+  LAHAR_UNROLL
+  for (int k = 0; k < in.rows; ++k)
+    stress[k] += k < 3 ? volumetric + (2.0 * G * in.dt) * in.rate[k] : (G * in.dt) * in.rate[k];
+}
+
+/// A stress with Rows components (4: no yz and xz), its deviator s, t = dJ3/dsigma = s s - 2/3 J2
+/// I, and invariants; theta is the Lode angle of Haigh and Westergaard, cos(3 theta) = 3 sqrt(3)/2
 /// J3 / J2^1.5, from 0 (one principal stress above two equal ones) to 60 degrees.
 template <int Rows, class Real>
 struct StressPoint {
@@ -31,8 +42,7 @@ LAHAR_INLINE void third_of_angle(const Real& r, Real& cos, Real& sin) {
   const Real a = max(r, -r);
   Real c = 0.5 * root3 + (1.0 - 0.5 * root3) * a;
   LAHAR_UNROLL
-  for (int step = 0; step < 3; ++step)
-    c -= (c * (4.0 * c * c - 3.0) - a) / (12.0 * c * c - 3.0);
+  for (int step = 0; step < 3; ++step) c -= (c * (4.0 * c * c - 3.0) - a) / (12.0 * c * c - 3.0);
   const Real s = lahar::sqrt((1.0 - a) * (1.0 + a)) / (4.0 * c * c - 1.0);  // sin(3x) / sin(x)
   const unsigned below = greater(Real(0.0), r);  // theta = 60 degrees - that of |r|
   cos = select(below, 0.5 * c + (0.5 * root3) * s, c);

@@ -169,8 +169,8 @@ TEST_CASE("a run's last pack does not touch the particles of the next run") {
     for (const Local p : reference.slots()) {
       bool same = true;
       for (const ColumnInfo& info : column_table)
-        for (int k = 0;
-             f.patch.particles.layout().has(info.column) && k < f.patch.particles.layout().components(info);
+        for (int k = 0; f.patch.particles.layout().has(info.column) &&
+                        k < f.patch.particles.layout().components(info);
              ++k)
           same = same && f.at(info.column, p, k) == reference.at(info.column, p, k);
       if (given[static_cast<std::size_t>(p)])
