@@ -22,11 +22,11 @@ using Law = std::variant<  //
     Newtonian,             //
     Bingham,               //
     MohrCoulomb,           //
+    ModifiedCamClay,       //
+    NorSand,               //
     DruckerPrager,         //
     VonMises,              //
-    NeoHookean,            //
-    ModifiedCamClay,       //
-    NorSand>;
+    NeoHookean>;
 
 /// What every law has; besides, one of the functions that update() (law_input.h) calls. Optional:
 /// `initial_state(const double* stress, double* state)` with the initial stress (Voigt, zero if

@@ -109,6 +109,26 @@ Index fill_places(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
   return stray;
 }
 
+/// The domain of a particle is a box of its volume with the proportions of its cell: those of
+/// particles that fill cells regularly touch each other.
+template <int Dim>
+void fill_domains(Patch<Dim>& patch) {
+  Particles<Dim>& particles = patch.particles;
+  const double* volume = particles.row(Column::volume);
+  const auto domain = particles.template rows<Dim>(Column::domain);
+  const bool stretches = particles.layout().has(Column::next_domain);
+  for (std::size_t i = 0; i < particles.id.size(); ++i) {
+    const auto& box = patch.box[static_cast<std::size_t>(particles.cell[i])];
+    double cell_volume = 1.0;
+    for (std::size_t d = 0; d < Dim; ++d) cell_volume *= 2.0 / box[Dim + d];
+    const double share = std::pow(volume[i] / cell_volume, 1.0 / Dim);
+    for (std::size_t d = 0; d < Dim; ++d) domain[d][i] = share * 2.0 / box[Dim + d];
+    if (stretches)
+      for (int d = 0; d < Dim; ++d)
+        particles.row(Column::next_domain, d)[i] = domain[static_cast<std::size_t>(d)][i];
+  }
+}
+
 /// State variables of the materials.
 template <int Dim>
 void fill_law_state(Particles<Dim>& to, Rows rows, const Model<Dim>& model) {
@@ -151,6 +171,7 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
     lightest = std::min(lightest, mass[i]);
   });
   fill_law_state(to, rows, model);
+  if (to.layout().has(Column::domain)) fill_domains(patch);
   return lightest;
 }
 

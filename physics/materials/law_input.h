@@ -15,7 +15,8 @@ struct LawInput {
   Real rate[rows];           ///< strain rate [1/s], engineering shear; 2D: zz = 0
   Real gradient[Dim][Dim];   ///< velocity gradient dv_a/dx_b [1/s]
   double dt;                 ///< [s]
-  double volumetric;         ///< volumetric strain increment at the cell's centre [-]
+  Real volumetric;           ///< volumetric strain increment at the cell's centre [-], of splines at
+                             ///< the particle
   unsigned active = all_of;  ///< bit per lane: of the others (beyond a run) nothing is kept
   static constexpr unsigned all_of = (1u << lanes<Real>)-1;
 };
@@ -74,7 +75,7 @@ template <int Dim, class Real, class LawType>
   Failures failures;
   for (int lane = 0; lane < lanes<Real>; ++lane) {
     if (!(which >> lane & 1)) continue;
-    Increment increment{{}, in.dt, in.volumetric};
+    Increment increment{{}, in.dt, in.volumetric[lane]};
     Voigt s{};
     std::array<double, n> q;
     for (int k = 0; k < rows; ++k) {

@@ -6,7 +6,7 @@
 #include "physics/materials/law_input.h"
 #include "physics/materials/soil_stress.h"
 #include "physics/materials/table.h"
-#include "physics/newton.h"
+#include "physics/materials/newton.h"
 
 namespace lahar {
 
