@@ -9,15 +9,24 @@ const Section& resume_section() {
   static const Section section{
       .name = "analysis.resume",
       .path = "analysis.resume",
-      .help = "Start from a checkpoint of an earlier run.",
+      .help =
+          "Go on from a particle file of CB-Geo MPM, particlesNNN.h5 in the folder `uuid` of "
+          "post_processing.path (of a parallel run: those of all its ranks). Positions, velocities, "
+          "stresses, strains, masses, volumes, materials and state variables are those of the file; "
+          "ids too, so that sets and loads act on the same particles. The run begins with step "
+          "`step` + 1, and `nsteps` counts the steps before. `lahar export --to cbgeo` writes such "
+          "files.",
       .fields = {
           {.key = "resume",
            .kinds = boolean,
            .help = "false: start from the beginning",
-           .fallback = "false",
-           .planned = {"true"}},
+           .fallback = "false"},
           {.key = "uuid", .kinds = text, .help = "run to continue"},
-          {.key = "step", .kinds = integer, .help = "step to continue from", .min = 0},
+          {.key = "step",
+           .kinds = integer,
+           .help = "step of the file, counted from 0: after it, step + 1 steps are done",
+           .min = 0,
+           .max = 9e15},
           {.key = "repartition",
            .kinds = boolean,
            .help = "no meaning here: patches do not depend "

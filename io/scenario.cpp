@@ -22,6 +22,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_nodal_forces();
   build_analysis();
   build_output();
+  build_resume();
   return std::move(model_);
 }
 

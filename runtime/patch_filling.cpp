@@ -125,13 +125,31 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
       for (std::size_t k = 0; k < stress.size(); ++k) stress[k][i] = table.stress[row][k];
     });
   }
+  if (!table.displacement.empty()) {
+    const auto u = to.template rows<Dim>(Column::u);
+    for_each_row(rows, [&](std::size_t row, std::size_t i) {
+      for (std::size_t d = 0; d < Dim; ++d) u[d][i] = table.displacement[row][d];
+    });
+  }
+  if (!table.strain.empty()) {  // 2D: xx yy xy
+    const auto strain = to.template rows<strain_components<Dim>>(Column::strain);
+    for_each_row(rows, [&](std::size_t row, std::size_t i) {
+      for (std::size_t k = 0; k < strain.size(); ++k)
+        strain[k][i] = table.strain[row][Dim == 2 && k == 2 ? 3 : k];
+    });
+  }
+  if (!table.pressure.empty() && to.layout().has(Column::pressure)) {
+    double* pressure = to.row(Column::pressure);
+    for_each_row(rows, [&](std::size_t row, std::size_t i) { pressure[i] = table.pressure[row]; });
+  }
   double* volume = to.row(Column::volume);
   double* mass = to.row(Column::mass);
   double* size = to.layout().has(Column::size) ? to.row(Column::size) : nullptr;
   double lightest = std::numeric_limits<double>::infinity();
   for_each_row(rows, [&](std::size_t row, std::size_t i) {
     volume[i] = table.volume[row];
-    mass[i] = table.volume[row] * model.materials[table.material[row]].density;
+    mass[i] = table.mass.empty() ? table.volume[row] * model.materials[table.material[row]].density
+                                 : table.mass[row];
     if (size) size[i] = std::pow(table.volume[row], 1.0 / Dim);
     lightest = std::min(lightest, mass[i]);
   });

@@ -186,7 +186,7 @@ class CaseRun {
     const SimulationInfo info = simulation.info();
     particles_ = info.particles;
     reserve_ = time_to_write(info);
-    first_step_ = simulation.step();
+    first_step_ = counted_ = simulation.step();
     first_share_ = share(simulation.step(), simulation.time());
     steps_ = planned_steps(info);
     describe(console_, header, info, outline_.step, ranks_.size());
@@ -363,6 +363,9 @@ class CaseRun {
   void on_history(const HistoryRow& row) {
     write_row(row);
     last_row_ = row;
+    particle_steps_ = particle_steps(row.step);
+    counted_ = row.step;
+    particles_ = row.particles;
     const double scale = std::max({row.kinetic, std::abs(row.internal), std::abs(row.external)});
     energy_scale_ = std::max(energy_scale_, scale);
     // About twenty lines per run.
@@ -395,9 +398,11 @@ class CaseRun {
     return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time - reserve_;
   }
 
-  double rate(Index step) const {
-    return static_cast<double>(step - first_step_) * static_cast<double>(particles_) /
-           seconds_since(loop_begin_);
+  double rate(Index step) const { return particle_steps(step) / seconds_since(loop_begin_); }
+
+  /// Particles may come and go: their number is that of the last history row.
+  double particle_steps(Index step) const {
+    return particle_steps_ + static_cast<double>(step - counted_) * static_cast<double>(particles_);
   }
 
   int step_to_the_end(Simulation<Dim>& simulation) {
@@ -497,7 +502,7 @@ class CaseRun {
   void report(Simulation<Dim>& simulation, const RunEnd& end, double wall) {
     const SimulationInfo info = simulation.info();
     const auto steps = static_cast<double>(simulation.step() - first_step_);
-    const double particle_steps = steps * static_cast<double>(particles_);
+    const double particle_steps = this->particle_steps(simulation.step());
     console_.line("");
     if (end.status == RunStatus::failed) {
       console_.warn("lahar: error: " + end.message);
@@ -546,7 +551,8 @@ class CaseRun {
   Index first_step_ = 0;
   double first_share_ = 0;
   double reserve_ = 0;
-  Index particles_ = 0, steps_ = 0, last_frame_ = -1, next_line_ = 1, printed_ = -1;
+  double particle_steps_ = 0;  ///< up to `counted_`
+  Index particles_ = 0, counted_ = 0, steps_ = 0, last_frame_ = -1, next_line_ = 1, printed_ = -1;
   HistoryRow last_row_;
   double energy_scale_ = 0;
   Clock::time_point begin_, loop_begin_;

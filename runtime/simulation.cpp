@@ -17,6 +17,7 @@
 #include "physics/law.h"
 #include "runtime/exact_sum.h"
 #include "runtime/failure.h"
+#include "runtime/injection_log.h"
 #include "runtime/patch_set.h"
 #include "runtime/patch_state.h"
 #include "runtime/rank_exchange.h"
@@ -92,6 +93,8 @@ std::int64_t thread_nanoseconds() {
 /// order.
 class RowSums {
  public:
+  static constexpr std::size_t n_sums = 8;
+  static constexpr std::size_t n_elements = 1 + n_sums * ExactSum::size;
   void add(const HistoryRow& row) {
     particles_ += row.particles;
     const std::array<double, n_sums> terms{row.mass,        row.momentum[0], row.momentum[1],
@@ -122,7 +125,6 @@ class RowSums {
   }
 
  private:
-  static constexpr std::size_t n_sums = 8;
   Index particles_ = 0;
   std::array<ExactSum, n_sums> sums_;
 };
@@ -142,9 +144,10 @@ struct Simulation<Dim>::Impl {
       : options(with_threads(options_in)),
         observer(std::move(observer_in)),
         model(std::move(model_in)),
-        stages(timestep<Dim>(model.analysis)),
+        stages(timestep<Dim>(model.analysis, !model.injections.empty())),
         phases(phases_of(stage_list())),
         ranks(options.ranks),
+        injection_limits(limits_of_injections(model)),
         patches(make_patches(state)),
         balance(ranks, options.balance, static_cast<int>(ranks.min(Index{options.threads}))) {
     seconds_per_tick();  // from now on
@@ -155,8 +158,8 @@ struct Simulation<Dim>::Impl {
                    wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
     if (ranks.several() && !is_parallel(options))
       throw InputError("only the task graph runs on several ranks; leave out --serial");
-    const std::size_t own_frame = frame_bytes(patches.layout(), model, patches.particles());
-    frame_size = static_cast<std::size_t>(ranks.max(static_cast<Index>(own_frame)));
+    measure_frame();
+    log = InjectionLog(model.injections, state ? state->run.next_id : patches.next_id());
     if (state)
       restore(state->run);
     else
@@ -164,6 +167,18 @@ struct Simulation<Dim>::Impl {
 #if defined(__GLIBC__)
     malloc_trim(0);  // what the model's tables took goes back to the system
 #endif
+  }
+
+  static std::vector<double> limits_of_injections(const Model<Dim>& model) {
+    std::vector<double> limits;
+    for (const auto& injection : model.injections)
+      limits.push_back(lahar::injection_limit(injection, model));
+    return limits;
+  }
+
+  void measure_frame() {
+    const std::size_t own = frame_bytes(patches.layout(), model, patches.particles());
+    frame_size = static_cast<std::size_t>(ranks.max(static_cast<Index>(own)));
   }
 
   PatchSet<Dim> make_patches(const SimulationState* state) {
@@ -176,10 +191,11 @@ struct Simulation<Dim>::Impl {
   }
 
   void start() {
+    step = model.analysis.first_step;
     start_row = present_row();
     set_first_dt();
-    for (int p = 0; p < patches.size(); ++p) map_first(patches[p], stages, context(0));
-    balance.share(patches, 0);
+    for (int p = 0; p < patches.size(); ++p) map_first(patches[p], stages, context(step));
+    balance.share(patches, step);
     history_steps = history_interval(
         model.output, std::min(static_cast<double>(nsteps), model.analysis.end_time / dt[0]));
     build_executor();
@@ -231,6 +247,7 @@ struct Simulation<Dim>::Impl {
             .dt_limit = last_limit,
             .particles = ranks.sum(patches.particles()),
             .removed = ranks.sum(removed),
+            .next_id = log.next_id(),
             .history_steps = history_steps,
             .work = work,
             .kinetic_at_start = start_row.kinetic,
@@ -291,22 +308,46 @@ struct Simulation<Dim>::Impl {
     return std::min(model.analysis.step.safety * limit, model.analysis.step.dt);
   }
 
+  /// The limit that particles have which may come in at the beginning of a step; where nothing else
+  /// limits it, of those that come later, too.
+  double limit_with_injections(Step step, double limit) const {
+    double any = std::numeric_limits<double>::infinity();
+    for (std::size_t g = 0; g < injection_limits.size(); ++g) {
+      const auto& injection = model.injections[g];
+      if (injection.active(time_at(step))) limit = std::min(limit, injection_limits[g]);
+      if (time_at(step) < injection.end) any = std::min(any, injection_limits[g]);
+    }
+    return std::isfinite(limit) ? limit : any;
+  }
+
+  void check_first_dt(double limit) const {
+    const TimeStep& plan = model.analysis.step;
+    if (plan.accept_unstable) return;
+    const auto refuse = [&](double least, const std::string& where) {
+      throw InputError({Problem{.where = "/analysis/dt",
+                                .message = unstable_message(plan.dt, least, where),
+                                .hint = unstable_hint(least)}});
+    };
+    if (plan.dt > limit) {
+      std::string where;  // looked for only now: that takes longer than the limit itself
+      present_limit(&where);
+      refuse(limit, where);
+    }
+    for (const double injected : injection_limits)
+      if (plan.dt > injected) refuse(injected, "particles that are injected");
+  }
+
   void set_first_dt() {
     const TimeStep& plan = model.analysis.step;
-    const double limit = present_limit();
+    double limit = present_limit();
     if (plan.adaptive) last_limit = limit;
+    if (plan.adaptive) limit = limit_with_injections(0, limit);
     dt[0] = plan.adaptive ? std::min(adaptive_dt(limit), model.analysis.end_time) : plan.dt;
     start_time[0] = 0.0;
     start_time[1] = dt[0];
     if (plan.adaptive && dt[0] >= model.analysis.end_time) nsteps = std::min<Index>(nsteps, 1);
     if (!plan.adaptive) {
-      if (plan.dt > limit && !plan.accept_unstable) {
-        std::string where;  // looked for only now: that takes longer than the limit itself
-        present_limit(&where);
-        throw InputError({Problem{.where = "/analysis/dt",
-                                  .message = unstable_message(plan.dt, limit, where),
-                                  .hint = unstable_hint(limit)}});
-      }
+      check_first_dt(limit);
       limit_steps_by_time();
     }
   }
@@ -331,6 +372,7 @@ struct Simulation<Dim>::Impl {
     set_dt(step, exchange ? agreed_limit[step] : own_limit());
   }
   void set_dt(Step step, double limit) {
+    limit = limit_with_injections(step, limit);
     // Without particles there is no limit: go on as before.
     dt[step] = std::isfinite(limit) || step == 0 ? adaptive_dt(limit) : dt[step - 1];
     const double left = model.analysis.end_time - start_time[step];
@@ -495,6 +537,8 @@ struct Simulation<Dim>::Impl {
         return;
       }
     }
+    if (phase.first == 0 && !patch.injected.empty())
+      injected[step][static_cast<std::size_t>(p)] = std::exchange(patch.injected, {});
     if (phase.first == 0 && patch.needs_surroundings) {
       rebuild_needed.store(true, std::memory_order_relaxed);
       request_stop(step);
@@ -553,6 +597,13 @@ struct Simulation<Dim>::Impl {
       }
       own.least.minus_speed = -std::bit_cast<Index>(fastest);
       own.sum = sums.elements();
+    }
+    if (log.due(time_at(step))) {
+      std::vector<Index> events;
+      for (auto& of_patch : injected[step])
+        for (const Index event : std::exchange(of_patch, {})) events.push_back(event);
+      const std::vector<Index> elements = log.elements(events);
+      own.sum.insert(own.sum.end(), elements.begin(), elements.end());
     }
     balance.finish(step);
     if (balance.is_due(step)) {
@@ -650,6 +701,9 @@ struct Simulation<Dim>::Impl {
       remap_needed = true;
       executor->stop_before(step + max_lead);
     }
+    if (log.due(time_at(step)))
+      log.take(step, std::span(std::as_const(agreed[step].sum))
+                         .subspan(history_due(step) ? RowSums::n_elements : 0, log.n_elements()));
     // Patches that are ahead may have failed in a later step: this one is still good.
     const bool failed = least.failed_step <= step;
     if (history_due(step) && !failed) {
@@ -658,6 +712,7 @@ struct Simulation<Dim>::Impl {
       if (observer.history) attempt([&] { observer.history(row); });
     }
     if (copy_due(step) && !failed) {
+      for (Frame& piece : pieces[step]) log.make_dense(piece.id);
       attempt([&] { observer.frame({header_at(step + 1), std::move(pieces[step])}); });
       pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
     }
@@ -730,6 +785,12 @@ struct Simulation<Dim>::Impl {
     std::vector<const Patch<Dim>*> all;
     for (int i = 0; i < patches.size(); ++i) all.push_back(&patches[i]);
     FrameSource frame = lahar::frame_source(all, header_at(step), model);
+    if (!log.empty())
+      frame.piece = [this, piece = std::move(frame.piece)](std::size_t i) {
+        Frame one = piece(i);
+        log.make_dense(one.id);
+        return one;
+      };
     if (is_parallel(options)) frame.threads = options.threads;
     return frame;
   }
@@ -747,6 +808,7 @@ struct Simulation<Dim>::Impl {
       for (Step s = 0; s < max_lead + 2; ++s) {
         rows[s].assign(n, {});
         pieces[s].assign(n, {});
+        injected[s].assign(n, {});
       }
       rebuild_needed = false;
       stop_step = std::numeric_limits<Step>::max();
@@ -756,6 +818,7 @@ struct Simulation<Dim>::Impl {
       // Before particles are delivered: then it is in the order of frames that were copied.
       if (frames_are_large() && frame_due(step - 1)) observer.large_frame(present_frame());
       settle();
+      take_dense_ids();
       if (step >= nsteps) check_end();
       // dt of the next step, which the drained graph did not get to.
       if (model.analysis.step.adaptive) last_limit = ranks.min(own_limit());
@@ -797,6 +860,15 @@ struct Simulation<Dim>::Impl {
     for (int p = 0; p < patches.size(); ++p) stages[0].begin(patches[p], context(step));
     for (int p = 0; p < patches.size(); ++p) clear_outboxes(patches[p]);
     for (RemotePatch<Dim>& from : patches.elsewhere()) clear(from);
+  }
+
+  /// While no particle is on its way: then a checkpoint needs no log of injections, and what has
+  /// been written so far is forgotten.
+  void take_dense_ids() {
+    if (log.empty()) return;
+    for (int p = 0; p < patches.size(); ++p) log.make_dense(patches[p].particles.id);
+    log.clear();
+    measure_frame();
   }
 
   /// What the last step did and no other looked at.
@@ -864,7 +936,9 @@ struct Simulation<Dim>::Impl {
   std::vector<TimestepStage<Dim>> stages;
   std::vector<Phase> phases;
   Ranks ranks;
+  std::vector<double> injection_limits;  ///< [s] by generator
   PatchSet<Dim> patches;
+  InjectionLog log;
   RankBalance<Dim> balance;
   bool remap_needed = false;
   std::optional<ExchangeGroups> groups;         ///< several ranks only
@@ -898,8 +972,9 @@ struct Simulation<Dim>::Impl {
   PatchWork work;  ///< since the start, up to the last history row
   PerStep<std::vector<HistoryRow>> rows;
   PerStep<std::vector<Frame>> pieces;
-  std::vector<StageTicks> timing;        ///< per patch and stage
-  std::vector<StageTiming> kept_timing;  ///< of patch sets before
+  PerStep<std::vector<std::vector<Index>>> injected;  ///< events, by patch
+  std::vector<StageTicks> timing;                     ///< per patch and stage
+  std::vector<StageTiming> kept_timing;               ///< of patch sets before
 };
 
 template <int Dim>

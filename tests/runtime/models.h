@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <memory>
 #include <random>
@@ -11,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "io/particles_generator.h"
 #include "io/scenario.h"
 #include "physics/partition.h"
 #include "runtime/simulation.h"
@@ -84,6 +86,26 @@ inline Model<3> dam_break_3d() {
     "post_processing": {"output_steps": 20, "history_steps": 10}})");
 }
 
+/// Water that comes out of a wall, falls, and leaves the mesh, in which there is nothing at first.
+inline Model<2> water_jet(const std::string& scheme, bool adaptive) {
+  return model_of_text<2>(R"({
+    "mesh": {"structured": {"cell_size": 0.1, "extent": [2, 1.5]}},
+    "sets": {"cells": {"inlet": {"box": {"min": [0, 1], "max": [0.1, 1.4]}},
+                       "drip": {"box": {"min": [1.2, 1.2], "max": [1.4, 1.3]}}}},
+    "materials": [{"type": "Newtonian", "density": 1000, "bulk_modulus": 4e4,
+                   "dynamic_viscosity": 0.5}],
+    "particles": [
+      {"generator": {"type": "inject", "cset": "inlet", "nparticles_per_dir": 2,
+                     "velocity": [2, 0], "material": 0, "duration": [0.05, 0.6]}},
+      {"generator": {"type": "inject", "cset": "drip", "nparticles_per_dir": 3,
+                     "velocity": [0, -1], "material": 0}}],
+    "external_loading_conditions": {"gravity": [0, -9.81]},
+    "analysis": {"dt": 5e-3, "nsteps": 150, "patch_particles": 24, "locate_particles": false,
+                 "mpm_scheme": ")" + scheme + R"(",
+                 "time_step": {"adaptive": )" + (adaptive ? "true" : "false") + R"(}},
+    "post_processing": {"output_steps": 10, "history_steps": 10}})");
+}
+
 /// The structured mesh as a table of cells that are no boxes: every inner node moves by up to
 /// `amount`.
 template <int Dim>
@@ -106,6 +128,13 @@ Model<Dim> distorted(Model<Dim> model, double amount) {
       Mesh<Dim>::from_tables(std::move(nodes), std::move(cells), true));
   for (std::size_t p = 0; p < model.particles.x.size(); ++p)
     model.particles.cell[p] = model.mesh->locate(model.particles.x[p]).cell;
+  for (Injection<Dim>& injection : model.injections) {
+    const auto per_cell = static_cast<double>(injection.per_cell);
+    const auto points = static_cast<int>(std::lround(std::pow(per_cell, 1.0 / Dim)));
+    injection.x = fill_cells<Dim>(*model.mesh, injection.cells, points).x;
+    for (std::size_t i = 0; i < injection.cells.size(); ++i)
+      injection.volume[i] = model.mesh->cell_volume(injection.cells[i]) / per_cell;
+  }
   return model;
 }
 
