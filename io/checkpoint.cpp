@@ -162,30 +162,6 @@ Index create_checkpoint(const fs::path& file, const fs::path& shown, const Check
   return static_cast<Index>(begin);
 }
 
-StateFile::StateFile(const fs::path& file, fs::path shown) : shown_(std::move(shown)) {
-  descriptor_ = ::open(file.c_str(), O_WRONLY | O_CLOEXEC);
-  if (descriptor_ < 0) throw_io_error("write", shown_, errno);
-}
-
-StateFile::~StateFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
-void StateFile::write(Index offset, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::pwrite(descriptor_, bytes.data(), bytes.size(), offset);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw_io_error("write", shown_, errno);
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
-    offset += count;
-  }
-}
-
-void StateFile::sync() {
-  if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOTSUP)
-    throw_io_error("write", shown_, errno);
-}
-
 CheckpointReader::CheckpointReader(fs::path file) : file_(std::move(file)) {
   read_tables();
   descriptor_ = ::open(file_.c_str(), O_RDONLY | O_CLOEXEC);

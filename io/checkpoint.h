@@ -38,22 +38,6 @@ Index lay_out(std::vector<CheckpointPatch>& patches);
 Index create_checkpoint(const std::filesystem::path& file, const std::filesystem::path& shown,
                         const CheckpointHeader& header, std::span<const CheckpointPatch> patches);
 
-/// A file that several write to at places of their own.
-class StateFile {
- public:
-  /// Opens an existing file. Throws IoError naming `shown`.
-  StateFile(const std::filesystem::path& file, std::filesystem::path shown);
-  StateFile(const StateFile&) = delete;
-  StateFile& operator=(const StateFile&) = delete;
-  ~StateFile();
-  void write(Index offset, std::span<const std::byte> bytes);
-  void sync();  ///< to the disk
-
- private:
-  std::filesystem::path shown_;
-  int descriptor_ = -1;
-};
-
 /// Reads a checkpoint. Every member throws IoError where the file is not a whole checkpoint.
 class CheckpointReader {
  public:

@@ -66,8 +66,7 @@ const Section& generator_section() {
            .native = true},
           {.key = "nparticles_per_dir",
            .kinds = integer,
-           .help = "Gauss points per direction: 1 "
-                   "to 4 in 2D, 1 to 3 in 3D, in the reference's order",
+           .help = "Gauss points per direction, in the reference's order",
            .required = true,
            .min = 1,
            .max = 4,

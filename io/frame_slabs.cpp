@@ -1,20 +1,14 @@
 #include "io/frame_slabs.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cerrno>
 #include <cstring>
 #include <memory>
 #include <numeric>
 #include <stdexcept>
-#include <string>
-
-#include "io/atomic_file.h"
 
 namespace lahar {
 
@@ -31,8 +25,7 @@ constexpr Index block = 1 << 10;  // values that are made at a time
 /// Collects bytes that follow each other in a file.
 class SequentialWriter {
  public:
-  SequentialWriter(int descriptor, const std::filesystem::path& shown)
-      : descriptor_(descriptor), shown_(shown) {}
+  explicit SequentialWriter(const SharedFile& file) : file_(file) {}
 
   /// Go on at byte `place`.
   void begin(Index place) {
@@ -51,20 +44,13 @@ class SequentialWriter {
     }
   }
   void flush() {
-    const std::byte* from = buffer_.get();
-    while (used_ > 0) {
-      const ssize_t n = ::pwrite(descriptor_, from, used_, place_);
-      if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) throw_io_error("write", shown_, n < 0 ? errno : ENOSPC);
-      from += n;
-      place_ += n;
-      used_ -= static_cast<std::size_t>(n);
-    }
+    file_.write(place_, {buffer_.get(), used_});
+    place_ += static_cast<Index>(used_);
+    used_ = 0;
   }
 
  private:
-  int descriptor_;
-  const std::filesystem::path& shown_;
+  const SharedFile& file_;
   std::unique_ptr<std::byte[]> buffer_ = std::make_unique_for_overwrite<std::byte[]>(buffer_bytes);
   std::size_t used_ = 0;
   Index place_ = 0;
@@ -123,15 +109,6 @@ void check_piece(const FrameLayout& layout, const Frame& piece) {
 
 }  // namespace
 
-SlabFile::SlabFile(const std::filesystem::path& file, std::filesystem::path shown)
-    : shown_(std::move(shown)), descriptor_(::open(file.c_str(), O_WRONLY | O_CLOEXEC)) {
-  if (descriptor_ < 0) throw_io_error("write", shown_, errno);
-}
-
-SlabFile::~SlabFile() {
-  ::close(descriptor_);
-}
-
 void SlabFile::write(const FrameLayout& layout, Index first, std::span<const Frame> pieces) const {
   Index count = 0;
   for (const Frame& piece : pieces) {
@@ -142,7 +119,7 @@ void SlabFile::write(const FrameLayout& layout, Index first, std::span<const Fra
     throw std::logic_error(
         fmt::format("frame: particles {} to {} of {}", first, first + count, layout.total));
   if (count == 0) return;
-  SequentialWriter out(descriptor_, shown_);
+  SequentialWriter out(file_);
   const auto begin = [&](Index place, std::size_t bytes_per_particle) {
     out.begin(place + first * static_cast<Index>(bytes_per_particle));
   };
@@ -164,12 +141,6 @@ void SlabFile::write(const FrameLayout& layout, Index first, std::span<const Fra
     for (const Frame& piece : pieces) append_values(out, piece.columns[at].values, components);
   }
   out.flush();
-}
-
-void SlabFile::sync() const {
-  // Some file systems cannot sync; that is no failure of ours.
-  if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOTSUP)
-    throw_io_error("write", shown_, errno);
 }
 
 }  // namespace lahar

@@ -4,8 +4,10 @@
 
 #include <filesystem>
 #include <span>
+#include <utility>
 
 #include "io/frame_layout.h"
+#include "io/shared_file.h"
 
 namespace lahar {
 
@@ -13,20 +15,17 @@ namespace lahar {
 class SlabFile {
  public:
   /// Throws IoError.
-  SlabFile(const std::filesystem::path& file, std::filesystem::path shown);
-  SlabFile(const SlabFile&) = delete;
-  SlabFile& operator=(const SlabFile&) = delete;
-  ~SlabFile();
+  SlabFile(const std::filesystem::path& file, std::filesystem::path shown)
+      : file_(file, std::move(shown)) {}
 
   /// The particles of `pieces`, one after the other, become those from `first` on of the file.
   /// Threads and processes may do so at the same time for different particles. Throws IoError.
   void write(const FrameLayout& layout, Index first, std::span<const Frame> pieces) const;
   /// Bring what this process wrote to the disk. Throws IoError.
-  void sync() const;
+  void sync() const { file_.sync(); }
 
  private:
-  std::filesystem::path shown_;
-  int descriptor_;
+  SharedFile file_;
 };
 
 }  // namespace lahar

@@ -71,7 +71,11 @@ std::vector<Vec<Dim>> gauss_points(int n) {
       return points;
     }
   }
-  return tensor_points<Dim>(a, true);
+  auto points_of_cell = tensor_points<Dim>(a, true);
+  if (Dim == 3 && n == 4)  // layer by layer, each as in 2D
+    std::stable_sort(points_of_cell.begin(), points_of_cell.end(),
+                     [](const auto& p, const auto& q) { return p[Dim - 1] < q[Dim - 1]; });
+  return points_of_cell;
 }
 
 template <int Dim>

@@ -13,8 +13,8 @@
 namespace lahar {
 
 /// Natural coordinates of n Gauss points per direction, in the reference's order: n = 2 counter-
-/// clockwise, layer by layer; n = 3 in 2D corners, mid-sides (each counter-clockwise) and centre;
-/// otherwise the last axis runs fastest. n is 1 to 4 in 2D, 1 to 3 in 3D.
+/// clockwise, layer by layer; n = 3 in 2D corners, mid-sides (each counter-clockwise) and centre,
+/// in 3D the last axis runs fastest; n = 4 in 2D the same, in 3D layer by layer as in 2D.
 template <int Dim>
 std::vector<Vec<Dim>> gauss_points(int n);
 

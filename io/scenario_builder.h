@@ -40,6 +40,7 @@ class ScenarioBuilder {
   int find_material(const JsonValue& object);  ///< index; -1 = reported
   int find_function(const JsonValue& object);  ///< index; -1 = none
   // scenario_analysis.cpp
+  void build_as_cbgeo();  ///< first of all: others depend on it
   void build_analysis();
   void build_scheme(JsonValue& analysis);
   void build_velocity_update(const JsonValue& analysis);
@@ -51,7 +52,6 @@ class ScenarioBuilder {
   NewParticles<Dim> read_particles(const JsonValue& generator);
   NewParticles<Dim> fill_gauss(const JsonValue& generator);
   // scenario_injection.cpp
-  std::optional<int> points_per_direction(const JsonValue& generator);
   std::optional<CellList> cells_of(const JsonValue& generator);
   void build_injection(const JsonValue& generator);
   // scenario_particles.cpp

@@ -6,18 +6,6 @@
 namespace lahar {
 
 template <int Dim>
-std::optional<int> ScenarioBuilder<Dim>::points_per_direction(const JsonValue& generator) {
-  const auto n = get_integer(generator, "nparticles_per_dir");
-  if (!n) return std::nullopt;
-  if (Dim == 3 && n == 4) {
-    in_.error(*generator.find("nparticles_per_dir"),
-              "'nparticles_per_dir' must be at most 3 in three dimensions, found 4");
-    return std::nullopt;
-  }
-  return static_cast<int>(*n);
-}
-
-template <int Dim>
 std::optional<CellList> ScenarioBuilder<Dim>::cells_of(const JsonValue& generator) {
   const JsonValue* set = in_.either(generator, "cset_id", "cset");
   if (!set || (set->is_number() && set->number() == -1))
@@ -46,12 +34,12 @@ void ScenarioBuilder<Dim>::build_injection(const JsonValue& generator) {
     else
       injection.start = times[0], injection.end = times[1];
   }
-  const auto n = points_per_direction(generator);
+  const auto n = get_integer(generator, "nparticles_per_dir");
   const auto cells = cells_of(generator);
   if (!mesh_ || !n || !cells) return;
   for (Index i = 0; i < cells->size; ++i) injection.cells.push_back((*cells)[i]);
   if (injection.cells.empty()) in_.error(generator, "there is no cell to inject particles into");
-  auto points = fill_cells<Dim>(*mesh_, injection.cells, *n);
+  auto points = fill_cells<Dim>(*mesh_, injection.cells, static_cast<int>(*n));
   if (injection.cells.empty()) return;
   injection.x = std::move(points.x);
   injection.per_cell =
@@ -61,9 +49,8 @@ void ScenarioBuilder<Dim>::build_injection(const JsonValue& generator) {
   model_.injections.push_back(std::move(injection));
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                              \
-  template std::optional<int> ScenarioBuilder<Dim>::points_per_direction(const JsonValue&); \
-  template std::optional<CellList> ScenarioBuilder<Dim>::cells_of(const JsonValue&);        \
+#define LAHAR_INSTANTIATE(Dim)                                                       \
+  template std::optional<CellList> ScenarioBuilder<Dim>::cells_of(const JsonValue&); \
   template void ScenarioBuilder<Dim>::build_injection(const JsonValue&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -112,14 +112,14 @@ NewParticles<Dim> ScenarioBuilder<Dim>::read_particles(const JsonValue& generato
 
 template <int Dim>
 NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue& generator) {
-  const auto n = points_per_direction(generator);
+  const auto n = get_integer(generator, "nparticles_per_dir");
   const auto all = cells_of(generator);
   if (!mesh_ || !n || !all) return {};
   std::vector<Index> cells;  // this member's
   for (Index i = team_.part(all->size, team_.index()); i < team_.part(all->size, team_.index() + 1);
        ++i)
     cells.push_back((*all)[i]);
-  return fill_cells<Dim>(*mesh_, cells, *n);
+  return fill_cells<Dim>(*mesh_, cells, static_cast<int>(*n));
 }
 
 template <int Dim>

@@ -5,6 +5,7 @@
 #include "physics/kernels.h"
 #include "physics/law.h"
 #include "physics/loads.h"
+#include "physics/particle_domain.h"
 
 namespace lahar {
 
@@ -29,7 +30,8 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
   const InjectionCounts counts = count_injections(model.injections);
   const double volume = source.volume[at.position];
   const std::uint64_t loads = loads_of_all(model);
-  const bool has_size = to.layout().has(Column::size), has_xi = to.layout().has(Column::xi);
+  const bool has_size = to.layout().has(Column::size), has_xi = to.layout().has(Column::xi),
+             has_domain = to.layout().has(Column::domain);
   to.resize(0);  // what is not set below is zero
   to.resize(static_cast<Local>(source.per_cell));
   if (loads != 0) to.loads.assign(static_cast<std::size_t>(source.per_cell), loads);
@@ -45,6 +47,7 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
       to.row(Column::x, d)[p] = x[d];
       to.row(Column::v, d)[p] = source.velocity[d];
     }
+    if (has_domain) set_domain(to, p, patch.box[static_cast<std::size_t>(at.cell)]);
     if (!has_xi) continue;
     const auto xi =
         model.mesh->natural_coordinates(patch.topology.cells[static_cast<std::size_t>(at.cell)], x);

@@ -93,7 +93,7 @@ Index CheckpointWriter::create(const CheckpointHeader& header,
   const std::size_t space = news.find(' ');
   failure_ = nullptr;
   try {
-    slab_file_ = std::make_unique<StateFile>(news.substr(space + 1), target_);
+    slab_file_ = std::make_unique<SharedFile>(news.substr(space + 1), target_);
   } catch (...) {
     failure_ = std::current_exception();  // told when all are asked
   }

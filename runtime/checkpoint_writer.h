@@ -12,6 +12,7 @@
 
 #include "io/atomic_file.h"
 #include "io/checkpoint.h"
+#include "io/shared_file.h"
 #include "runtime/ranks.h"
 #include "runtime/simulation_state.h"
 
@@ -78,7 +79,7 @@ class CheckpointWriter {
   Phase phase_ = Phase::idle;
   std::filesystem::path target_;
   std::optional<AtomicFile> file_;  ///< rank 0's
-  std::unique_ptr<StateFile> slab_file_;
+  std::unique_ptr<SharedFile> slab_file_;
   Index data_ = 0;  ///< where the patches' states begin in the file
   std::exception_ptr failure_;
   int failed_ = 0;  ///< of any rank, in the making

@@ -10,6 +10,7 @@
 #include "physics/error.h"
 #include "physics/inverse_mapping.h"
 #include "physics/kernels.h"
+#include "physics/particle_domain.h"
 #include "runtime/initial_particles.h"
 #include "runtime/parallel.h"
 
@@ -108,6 +109,14 @@ Index fill_places(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
   return stray;
 }
 
+template <int Dim>
+void fill_domains(Patch<Dim>& patch) {
+  Particles<Dim>& particles = patch.particles;
+  for (Local p = 0; p < particles.size(); ++p)
+    set_domain(particles, p,
+               patch.box[static_cast<std::size_t>(particles.cell[static_cast<std::size_t>(p)])]);
+}
+
 /// Everything that is known of a particle besides its place. Returns the smallest mass [kg].
 template <int Dim>
 double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
@@ -153,6 +162,7 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
     if (size) size[i] = std::pow(table.volume[row], 1.0 / Dim);
     lightest = std::min(lightest, mass[i]);
   });
+  if (to.layout().has(Column::domain)) fill_domains(patch);
   return lightest;
 }
 

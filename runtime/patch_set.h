@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "graph/stage.h"
+#include "graph/executor.h"
 #include "physics/patch.h"
 #include "runtime/initial_particles.h"
 #include "runtime/patch_filling.h"
@@ -15,6 +15,10 @@
 #include "runtime/simulation_state.h"
 
 namespace lahar {
+
+/// A particle that comes so near to a patch that does not exist is noticed when it has changed its
+/// cell. It crosses at most one cell in each of the max_lead steps that may pass before a rebuild.
+constexpr Index watch_distance = max_lead + 1;
 
 /// Which message of a step brings each kind of node sum from other ranks.
 using SumMessages = std::array<int, n_node_sums>;
@@ -144,6 +148,10 @@ class PatchSet {
   std::vector<RemotePatch<Dim>> elsewhere_;
   std::vector<std::vector<RemoteNeighbour>> sends_;
 };
+
+/// How many nodes a patch shares with each of its neighbours.
+template <int Dim>
+std::vector<Index> shared_nodes(const PatchTopology<Dim>& topology);
 
 extern template class PatchSet<2>;
 extern template class PatchSet<3>;

@@ -112,9 +112,7 @@ PatchGraph RankBalance<Dim>::graph_of_all(const PatchSet<Dim>& patches, std::vec
     const auto rate = rates_.find(id);
     const auto bytes = static_cast<Index>(patch.count > 0 ? patch.particles.bytes() : 0);
     own.push_back({id, patch.count, bytes, rate == rates_.end() ? 0.0 : rate->second.value()});
-    std::vector<Index> nodes(patch.topology.neighbours.size(), 0);
-    for (const auto& share : patch.topology.shares)
-      if (share.neighbour >= 0) ++nodes[static_cast<std::size_t>(share.neighbour)];
+    const std::vector<Index> nodes = shared_nodes(patch.topology);
     for (std::size_t k = 0; k < nodes.size(); ++k)
       own_edges.push_back({id, patch.topology.neighbours[k], nodes[k]});
   }

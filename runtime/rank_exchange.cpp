@@ -332,8 +332,6 @@ void RankExchange<Dim>::pack_sums(Send& send, int patch, Step step) {
   const std::scoped_lock lock(mpi_);
   send.active[parity] = any ? &send.full[parity] : &send.header[parity];
   MPI_Start(send.active[parity]);
-  ++sent_;
-  bytes_ += static_cast<Index>(any ? send.sums[parity].size() * sizeof(double) : line);
 }
 
 template <int Dim>
@@ -380,8 +378,6 @@ void RankExchange<Dim>::pack_particles(Send& send, int patch, Step step) {
   if (!fits)
     MPI_Isend(buffer.data() + line, static_cast<int>(payload), MPI_BYTE, send.rank, send.tag + 1,
               ranks_.communicator(), &send.overflow[parity]);
-  ++sent_;
-  bytes_ += static_cast<Index>(buffer.size());
 }
 
 template <int Dim>
@@ -398,12 +394,11 @@ void RankExchange<Dim>::give_step(Step step) {
   agreements_->give(agreement_ranks_, step, std::move(own));
 }
 
-// --- receiving
-// ------------------------------------------------------------------------------------
+// --- receiving ----------------------------------------------------------------------------------
 
 template <int Dim>
 bool RankExchange<Dim>::progress(Executor& executor) {
-  std::vector<Event> events, due;
+  std::vector<Event> events;
   {
     const std::unique_lock lock(mpi_, std::try_to_lock);
     if (!lock.owns_lock()) return false;

@@ -97,10 +97,6 @@ class RankExchange final : public Remote {
   /// To be held by whoever calls MPI while steps are taken.
   std::unique_lock<std::mutex> lock_mpi() { return std::unique_lock(mpi_); }
 
-  /// Bytes and messages sent since the start.
-  Index bytes_sent() const { return bytes_; }
-  Index messages_sent() const { return sent_; }
-
  private:
   struct Send;
   struct Receive;
@@ -133,7 +129,6 @@ class RankExchange final : public Remote {
   std::vector<Event> delayed_;         ///< have come, but for the latency injected
   std::unique_ptr<Agreements> agreements_;
   std::mutex mpi_;  ///< one thread at a time is inside MPI
-  Index bytes_ = 0, sent_ = 0;
 };
 
 extern template class RankExchange<2>;

@@ -154,12 +154,6 @@ Index Ranks::sum(Index value) const {
   return reduce(*this, value, MPI_INT64_T, MPI_SUM);
 }
 
-Index Ranks::sum_before(Index value) const {
-  Index before = 0;
-  if (several()) MPI_Exscan(&value, &before, 1, MPI_INT64_T, MPI_SUM, communicator_);
-  return rank_ == 0 ? 0 : before;  // Exscan leaves rank 0's undefined
-}
-
 void Ranks::sum(std::span<Index> values) const {
   if (several())
     MPI_Allreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), MPI_INT64_T, MPI_SUM,

@@ -62,8 +62,6 @@ class Ranks {
   Index max(Index value) const;
   Index sum(Index value) const;
   bool any(bool value) const { return max(Index{value}) != 0; }
-  /// Sum of `value` over the ranks before this one.
-  Index sum_before(Index value) const;
   /// Sums of each element; all ranks give as many.
   void sum(std::span<Index> values) const;
 

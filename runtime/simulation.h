@@ -72,8 +72,7 @@ struct SimulationInfo {
   Index cells_per_patch = 0;
   double dt_limit = 0;         ///< [s] smallest h / (c + |v|) at present
   double dt = 0;               ///< [s] of the next step
-  std::size_t bytes = 0;       ///< of particles and nodes, of all ranks
-  std::size_t most_bytes = 0;  ///< of the rank that holds most
+  std::size_t bytes = 0;  ///< of particles and nodes, of all ranks
 };
 
 template <int Dim>

@@ -233,17 +233,6 @@ HistoryRow sums(Patch<Dim>& patch) {
   return row;
 }
 
-void add(HistoryRow& row, const HistoryRow& part) {
-  row.particles += part.particles;
-  row.mass += part.mass;
-  for (std::size_t d = 0; d < 3; ++d) row.momentum[d] += part.momentum[d];
-  row.kinetic += part.kinetic;
-  row.internal += part.internal;
-  row.external += part.external;
-  row.damping += part.damping;
-  row.max_speed = std::max(row.max_speed, part.max_speed);
-}
-
 template Frame snapshot<2>(const Patch<2>&, const Model<2>&);
 template Frame snapshot<3>(const Patch<3>&, const Model<3>&);
 template Index particles_of<2>(const Patch<2>&);

@@ -34,7 +34,4 @@ std::size_t frame_bytes(const ColumnLayout<Dim>& layout, const Model<Dim>& model
 template <int Dim>
 HistoryRow sums(Patch<Dim>& patch);
 
-/// Add a patch's sums to a row (patch order keeps the bits).
-void add(HistoryRow& row, const HistoryRow& part);
-
 }  // namespace lahar

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "io/atomic_file.h"
+#include "io/shared_file.h"
 #include "io/vtkhdf.h"
 #include "physics/error.h"
 #include "tests/io/frame_samples.h"
@@ -54,7 +55,7 @@ fs::path write_sample(const fs::path& file, const CheckpointHeader& header = sam
   CHECK(lay_out(patches) == 16000);
   make_folder(file.parent_path());
   const Index data = create_checkpoint(file, file, header, patches);
-  StateFile slabs(file, file);
+  SharedFile slabs(file, file);
   for (auto patch = patches.rbegin(); patch != patches.rend(); ++patch)
     slabs.write(data + patch->offset,
                 bytes_of(static_cast<std::size_t>(patch->bytes), static_cast<int>(patch->id)));

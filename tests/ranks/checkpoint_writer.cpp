@@ -67,16 +67,6 @@ std::vector<Index> steps_in(const fs::path& folder) {
   return steps;
 }
 
-template <class Action>
-std::string failure_of(Action&& action) {
-  try {
-    action();
-  } catch (const IoError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 }  // namespace
 
 TEST_CASE("the bytes of a checkpoint do not depend on ranks, nor on whether it was copied") {
@@ -142,7 +132,7 @@ TEST_CASE("what one rank cannot do fails on all, leaves no file, and the next ma
   const SharedFolder folder(ranks);
   CheckpointWriter writer({.folder = folder.path / "checkpoints"}, ranks);
   if (ranks.rank() == 0) write_text_file(folder.path / "checkpoints", "not a folder");
-  const std::string no_folder = failure_of([&] { write(writer, share_of(ranks, 1)); });
+  const std::string no_folder = error_of([&] { write(writer, share_of(ranks, 1)); });
   CHECK(no_folder.find("checkpoints: Not a directory") != std::string::npos);
   ranks.wait_for_all();
   if (ranks.rank() == 0) fs::remove(folder.path / "checkpoints");
@@ -156,7 +146,7 @@ TEST_CASE("what one rank cannot do fails on all, leaves no file, and the next ma
       if (++calls > static_cast<int>(n)) throw IoError("the disk is gone");
       return good(i);
     };
-  const std::string failure = failure_of([&] {
+  const std::string failure = error_of([&] {
     write(large, state);
     large.finish();
   });
@@ -178,7 +168,7 @@ TEST_CASE("what has to come before a checkpoint and fails keeps it from being co
   CheckpointWriter writer(
       {.folder = folder.path, .before_complete = [] { throw IoError("a frame is missing"); }},
       ranks);
-  CHECK(failure_of([&] {
+  CHECK(error_of([&] {
           write(writer, share_of(ranks, 1));
           writer.finish();
         }) == "a frame is missing");
@@ -206,7 +196,7 @@ TEST_CASE("a damaged latest checkpoint is passed over by all ranks, a damaged fi
   CHECK(reader->header().run.step == 10);
   REQUIRE(warnings.size() == 1);
   CHECK(warnings[0].find(checkpoint_name(20)) != std::string::npos);
-  CHECK(failure_of([&] { open_checkpoint(latest.string(), folder.path, ranks, warn); }) != "");
+  CHECK(error_of([&] { open_checkpoint(latest.string(), folder.path, ranks, warn); }) != "");
   ranks.wait_for_all();
   if (ranks.rank() == 0) fs::resize_file(place / checkpoint_name(10), 50);
   ranks.wait_for_all();

@@ -51,15 +51,6 @@ FrameSource source_of(const FramePieces& pieces) {
   return source;
 }
 
-std::string error_of(const auto& action) {
-  try {
-    action();
-  } catch (const IoError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 }  // namespace
 
 TEST_CASE("ranks write the file that one rank writes, whether they copy a frame or not") {

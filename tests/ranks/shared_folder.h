@@ -7,6 +7,7 @@
 #include <string>
 
 #include "io/atomic_file.h"
+#include "physics/error.h"
 #include "runtime/ranks.h"
 #include "tests/io/frame_samples.h"
 
@@ -36,6 +37,16 @@ inline std::map<std::string, std::string> contents_of(const std::filesystem::pat
   std::map<std::string, std::string> files;
   for (const std::string& name : names_in(folder)) files[name] = read_text_file(folder / name);
   return files;
+}
+
+/// The message of the IoError that `action` throws; "" = none.
+inline std::string error_of(const auto& action) {
+  try {
+    action();
+  } catch (const IoError& error) {
+    return error.what();
+  }
+  return "";
 }
 
 }  // namespace lahar::test

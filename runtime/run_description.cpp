@@ -1,0 +1,98 @@
+#include "runtime/run_description.h"
+
+#include <fmt/format.h>
+
+#include "physics/error.h"
+
+namespace lahar {
+
+const char* scheme_name(Scheme scheme) {
+  return scheme == Scheme::usf ? "USF" : scheme == Scheme::usl ? "USL" : "MUSL";
+}
+
+template <int Dim>
+Model<Dim> without_particles(const Model<Dim>& model) {
+  Model<Dim> header;
+  header.title = model.title;
+  header.mesh = model.mesh;
+  header.materials = model.materials;
+  header.analysis = model.analysis;
+  return header;
+}
+
+template <int Dim>
+void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
+              const TimeStep& plan, int ranks) {
+  console.line(fmt::format("case       {}", model.title.empty() ? "(untitled)" : model.title));
+  console.line(ranks == 1 ? fmt::format("threads    {} on 1 rank", info.threads)
+                          : fmt::format("threads    {} on each of {} ranks", info.threads, ranks));
+  console.line(fmt::format("mesh       {} cells, {} nodes ({})", format_count(info.cells),
+                           format_count(info.nodes),
+                           model.mesh->is_structured()  ? "structured"
+                           : model.mesh->is_cartesian() ? "from a table, Cartesian"
+                                                        : "from a table, isoparametric"));
+  console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles),
+                           model.materials.size(), model.materials.size() == 1 ? "" : "s"));
+  console.line(fmt::format("scheme     {}, {}", scheme_name(model.analysis.scheme),
+                           model.analysis.flip == 1.0 ? "FLIP"
+                           : model.analysis.flip == 0.0
+                               ? "PIC"
+                               : fmt::format("{:g} FLIP", model.analysis.flip)));
+  console.line(fmt::format("time step  {:.4g} s{}, stability limit {:.4g} s", info.dt,
+                           plan.adaptive ? " (adaptive)" : "", info.dt_limit));
+  console.line(fmt::format("patches    {} of about {} cells, {} tasks per step", info.patches,
+                           format_count(info.cells_per_patch), format_count(info.tasks_per_step)));
+  console.line(fmt::format("memory     {} for particles and nodes",
+                           format_bytes(static_cast<double>(info.bytes))));
+}
+
+void describe_ranks(Console& console, const PatchGraph& graph, int ranks, Partitioner partitioner) {
+  const RankShares shares = shares_of(graph, partition(partitioner, graph, ranks), ranks);
+  console.line(
+      fmt::format("ranks      {}, heaviest {:.3f} times the mean, edge cut {} shared nodes",
+                  format_count(ranks), shares.imbalance(), format_count(shares.edge_cut)));
+  console.line(fmt::format("  {:>9} {:>9} {:>13} {:>13} {:>11}", "rank", "patches", "particles",
+                           "shared nodes", "neighbours"));
+  Index idle = 0;
+  for (std::size_t r = 0; r < shares.ranks.size(); ++r) {
+    const RankShare& rank = shares.ranks[r];
+    idle += rank.weight == 0;
+    console.line(fmt::format("  {:>9} {:>9} {:>13} {:>13} {:>11}", r, format_count(rank.patches),
+                             format_count(rank.weight), format_count(rank.shared_nodes),
+                             rank.neighbours));
+  }
+  if (idle > 0)
+    console.warn(
+        fmt::format("lahar: warning: {} of {} ranks would have no particles: a patch is "
+                    "the least that a rank can own. Use fewer ranks, or smaller patches "
+                    "(analysis.patch_particles).",
+                    format_count(idle), format_count(ranks)));
+}
+
+template <int Dim>
+std::unique_ptr<Simulation<Dim>> make_simulation(const Scenario& scenario, Model<Dim> model,
+                                                 const ExecutionOptions& options, Observer observer,
+                                                 const CheckpointReader* checkpoint) {
+  try {
+    return checkpoint
+               ? std::make_unique<Simulation<Dim>>(std::move(model), options, std::move(observer),
+                                                   state_in(*checkpoint))
+               : std::make_unique<Simulation<Dim>>(std::move(model), options, std::move(observer));
+  } catch (const InputError& error) {
+    std::vector<Problem> placed;
+    for (const Problem& problem : error.problems()) placed.push_back(scenario.place(problem));
+    throw InputError(std::move(placed));
+  }
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                                \
+  template Model<Dim> without_particles(const Model<Dim>&);                                   \
+  template void describe(Console&, const Model<Dim>&, const SimulationInfo&, const TimeStep&, \
+                         int);                                                                \
+  template std::unique_ptr<Simulation<Dim>> make_simulation(                                  \
+      const Scenario&, Model<Dim>, const ExecutionOptions&, Observer, const CheckpointReader*);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

@@ -1,0 +1,32 @@
+/// \file A model made ready to run, and what is said about it: for `lahar run` and `lahar check`.
+#pragma once
+
+#include <memory>
+
+#include "runtime/commands.h"
+#include "runtime/console.h"
+#include "runtime/restart.h"
+
+namespace lahar {
+
+const char* scheme_name(Scheme scheme);
+
+/// What is said about a model, kept when the simulation takes the model itself.
+template <int Dim>
+Model<Dim> without_particles(const Model<Dim>& model);
+
+template <int Dim>
+void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
+              const TimeStep& plan, int ranks = 1);
+
+/// The partition over ranks that a run would begin with.
+void describe_ranks(Console& console, const PatchGraph& graph, int ranks, Partitioner partitioner);
+
+/// What only the simulation can find out about the input gets its place in the file.
+template <int Dim>
+std::unique_ptr<Simulation<Dim>> make_simulation(const Scenario& scenario, Model<Dim> model,
+                                                 const ExecutionOptions& options,
+                                                 Observer observer = {},
+                                                 const CheckpointReader* checkpoint = nullptr);
+
+}  // namespace lahar

@@ -1,0 +1,203 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "physics/error.h"
+#include "physics/kernels.h"
+#include "runtime/patch_state.h"
+#include "runtime/simulation_impl.h"
+
+namespace lahar {
+
+template <int Dim>
+void Simulation<Dim>::Impl::restore(const RunState& run) {
+  step = run.step;
+  removed = ranks.rank() == 0 ? run.removed : 0;
+  work = run.work;
+  start_row.kinetic = run.kinetic_at_start;
+  history_steps = model.output.history_steps > 0 ? model.output.history_steps : run.history_steps;
+  start_time[step] = run.time;
+  last_limit = run.dt_limit;
+  build_executor();
+  if (model.analysis.step.adaptive)
+    restore_dt(run.dt);
+  else
+    limit_steps_by_time();
+  if (step > nsteps)
+    throw InputError(
+        {Problem{.where = "/analysis/nsteps",
+                 .message = fmt::format("the run ends with step {}, but is to go on from step {}",
+                                        nsteps, step),
+                 .hint = "raise nsteps, or go on from an earlier checkpoint"}});
+}
+
+template <int Dim>
+RunState Simulation<Dim>::Impl::run_state() const {
+  return {.dim = Dim,
+          .step = step,
+          .time = time_at(step),
+          .dt = step > 0 ? dt_of(step - 1) : 0.0,
+          .dt_limit = last_limit,
+          .particles = ranks.sum(patches.particles()),
+          .removed = ranks.sum(removed),
+          .next_id = log.next_id(),
+          .history_steps = history_steps,
+          .work = work,
+          .kinetic_at_start = start_row.kinetic,
+          .cells_per_patch = patches.target_cells(),
+          .least_mass = patches.least_mass(),
+          .columns = column_text(patches.layout())};
+}
+
+template <int Dim>
+SimulationState Simulation<Dim>::Impl::present_state() const {
+  SimulationState state{.run = run_state(), .patches = {}, .sizes = {}, .bytes = {}};
+  std::vector<int> position;
+  for (int i = 0; i < patches.size(); ++i) {
+    if (!has_state(patches[i])) continue;
+    position.push_back(i);
+    state.patches.push_back(patches[i].topology.patch);
+    state.sizes.push_back(static_cast<Index>(packed_bytes(patches[i])));
+  }
+  state.bytes = [this, position](std::size_t i) { return pack(patches[position[i]], step); };
+  return state;
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::write_checkpoint() {
+  checkpoint_asked = false;
+  checkpoint_requested = false;
+  observer.checkpoint(present_state());
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::advance(Index steps) {
+  const Step end = std::min<Step>(step + steps, nsteps);
+  stop_requested = false;
+  stop_asked = false;
+  while (step < end && step < nsteps && !stop_requested) {
+    const auto n = static_cast<std::size_t>(patches.size());
+    for (Step s = 0; s < max_lead + 2; ++s) {
+      rows[s].assign(n, {});
+      pieces[s].assign(n, {});
+      injected[s].assign(n, {});
+    }
+    rebuild_needed = false;
+    stop_step = std::numeric_limits<Step>::max();
+    step = executor->run(step, drain_step(end));
+    count_removed();
+    stop_where_failed();
+    // Before particles are delivered: then it is in the order of frames that were copied.
+    if (frames_are_large() && frame_due(step - 1)) observer.large_frame(present_frame());
+    settle();
+    take_dense_ids();
+    if (step >= nsteps) check_end();
+    // dt of the next step, which the drained graph did not get to.
+    if (model.analysis.step.adaptive) last_limit = ranks.min(own_limit());
+    if (model.analysis.step.adaptive && step < nsteps) set_dt(step, last_limit);
+    if (ranks.any(rebuild_needed || needs_surroundings())) rebuild();
+    if (std::exchange(remap_needed, false) || balance.is_forced(step)) remap();
+    if (checkpoint_due()) write_checkpoint();
+  }
+}
+
+template <int Dim>
+std::string Simulation<Dim>::Impl::first_failure() const {
+  constexpr Index none = std::numeric_limits<Index>::max();
+  const bool own = failures.by(step);
+  const Failure first = own ? failures.earliest() : Failure{};
+  const Index stage = ranks.min(own ? Index{first.stage_index} : none);
+  const bool in_stage = own && first.stage_index == stage;
+  const Index patch = ranks.min(in_stage ? first.patch : none);
+  const Index failed = ranks.sum(failures.count(step));
+  std::string message = own ? failure_message(first, ranks.rank(), failed) : "";
+  of_one_rank(in_stage && first.patch == patch, message);
+  return message;
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::stop_where_failed() {
+  if (ranks.any(!failures.empty())) {
+    step = ranks.min(failed_step.load());
+    throw SimulationError(first_failure());
+  }
+  if (!output_failure) output_failure = poll_failure;
+  if (!ranks.any(static_cast<bool>(output_failure))) return;
+  if (output_failure) std::rethrow_exception(output_failure);
+  throw IoError("another rank could not write its part of the results");
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::settle() {
+  for (int p = 0; p < patches.size(); ++p) stages[0].begin(patches[p], context(step));
+  for (int p = 0; p < patches.size(); ++p) clear_outboxes(patches[p]);
+  for (RemotePatch<Dim>& from : patches.elsewhere()) clear(from);
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::take_dense_ids() {
+  if (log.empty()) return;
+  for (int p = 0; p < patches.size(); ++p) log.make_dense(patches[p].particles.id);
+  log.clear();
+  measure_frame();
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::check_end() {
+  for (int p = 0; p < patches.size(); ++p) {
+    check_finite(patches[p]);
+    if (patches[p].mark.kind != Mark::Kind::none)
+      fail(output_index, p, step - 1, describe_mark(patches[p].mark, Dim));
+  }
+  stop_where_failed();
+}
+
+template <int Dim>
+bool Simulation<Dim>::Impl::needs_surroundings() const {
+  for (int p = 0; p < patches.size(); ++p)
+    if (patches[p].needs_surroundings) return true;
+  return false;
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::rebuild() {
+  keep_timings();
+  patches.rebuild();
+  build_executor();
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::remap() {
+  if (step >= nsteps || !balance.remap(patches, step, nsteps - step)) return;
+  keep_timings();
+  build_executor();
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::count_removed() {
+  for (int i = 0; i < patches.size(); ++i) {
+    removed += patches[i].removed;
+    patches[i].removed = 0;
+  }
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                           \
+  template void Simulation<Dim>::Impl::restore(const RunState&);         \
+  template RunState Simulation<Dim>::Impl::run_state() const;            \
+  template SimulationState Simulation<Dim>::Impl::present_state() const; \
+  template void Simulation<Dim>::Impl::write_checkpoint();               \
+  template void Simulation<Dim>::Impl::advance(Index);                   \
+  template std::string Simulation<Dim>::Impl::first_failure() const;     \
+  template void Simulation<Dim>::Impl::stop_where_failed();              \
+  template void Simulation<Dim>::Impl::settle();                         \
+  template void Simulation<Dim>::Impl::take_dense_ids();                 \
+  template void Simulation<Dim>::Impl::check_end();                      \
+  template bool Simulation<Dim>::Impl::needs_surroundings() const;       \
+  template void Simulation<Dim>::Impl::rebuild();                        \
+  template void Simulation<Dim>::Impl::remap();                          \
+  template void Simulation<Dim>::Impl::count_removed();
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

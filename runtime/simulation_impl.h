@@ -1,0 +1,298 @@
+/// \file What a simulation consists of, for the files that implement it: beginning and what users
+/// see (simulation.cpp), time (simulation_time.cpp), tasks of a step (simulation_tasks.cpp), what
+/// leaves it (simulation_output.cpp), and what is done while no step is taken
+/// (simulation_epochs.cpp).
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "graph/executor.h"
+#include "runtime/failure.h"
+#include "runtime/injection_log.h"
+#include "runtime/patch_set.h"
+#include "runtime/rank_exchange.h"
+#include "runtime/simulation.h"
+#include "runtime/stage_clock.h"
+#include "runtime/timestep.h"
+
+namespace lahar {
+
+/// Values that belong to a step: patches may be max_lead steps apart, and dt of the next is set
+/// early.
+template <class T>
+class PerStep {
+ public:
+  T& operator[](Step step) { return values_[static_cast<std::size_t>(step) % values_.size()]; }
+  const T& operator[](Step step) const {
+    return values_[static_cast<std::size_t>(step) % values_.size()];
+  }
+
+ private:
+  std::array<T, max_lead + 2> values_{};
+};
+
+inline bool is_parallel(const ExecutionOptions& options) {
+  return options.mode == ExecutionOptions::Mode::flow_graph ||
+         options.mode == ExecutionOptions::Mode::bulk;
+}
+
+template <int Dim>
+struct Simulation<Dim>::Impl {
+  Impl(Model<Dim> model_in, ExecutionOptions options_in, Observer observer_in,
+       const SimulationState* state = nullptr);
+  PatchSet<Dim> make_patches(const SimulationState* state);
+  void measure_frame();
+  void start();
+
+  // --- state ------------------------------------------------------------------------------------
+
+  /// Go on from the numbers of a state whose patches exist already.
+  void restore(const RunState& run);
+  void restore_dt(double last_dt);
+  RunState run_state() const;
+  SimulationState present_state() const;
+  bool checkpoint_due() const {
+    const Index every = model.output.checkpoint_steps;
+    return observer.checkpoint && (checkpoint_requested || (every > 0 && step % every == 0));
+  }
+
+  void write_checkpoint();
+
+  // --- time -------------------------------------------------------------------------------------
+
+  /// The smallest limit of all patches; `where` receives a description of the limiting particle.
+  double present_limit(std::string* where = nullptr) const;
+
+  /// The text of the first rank that has it.
+  void of_one_rank(bool has, std::string& text) const {
+    const auto rank = static_cast<Index>(ranks.rank());
+    const Index first = ranks.min(has ? rank : static_cast<Index>(ranks.size()));
+    if (first < ranks.size()) ranks.broadcast(text, static_cast<int>(first));
+  }
+
+  double adaptive_dt(double limit) const {
+    return std::min(model.analysis.step.safety * limit, model.analysis.step.dt);
+  }
+
+  void set_first_dt();
+
+  /// The limit that particles have which may come in at the beginning of a step; where nothing else
+  /// limits it, of those that come later, too.
+  double limit_with_injections(Step step, double limit) const;
+  /// Throws InputError where a fixed step is above the limit.
+  void check_first_dt(double limit) const;
+
+  /// With a fixed step, the end time is a number of steps.
+  void limit_steps_by_time();
+
+  /// The least limit that this rank's patches found in the last step.
+  double own_limit() const {
+    double limit = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < patches.size(); ++i) limit = std::min(limit, patches[i].time_step_limit);
+    return limit;
+  }
+
+  /// dt of `step` and, with it, the time at which the next one begins.
+  void set_dt(Step step) { set_dt(step, exchange ? agreed_limit[step] : own_limit()); }
+  void set_dt(Step step, double limit);
+
+  double time_at(Step step) const {
+    return model.analysis.step.adaptive ? start_time[step]
+                                        : static_cast<double>(step) * model.analysis.step.dt;
+  }
+
+  double dt_of(Step step) const {
+    return model.analysis.step.adaptive ? dt[step] : model.analysis.step.dt;
+  }
+
+  /// What the stages of a step may read, but for dt where it may not be known yet.
+  StepContext<Dim> context(Step step, bool has_dt = false) const {
+    return {&model, &patches.partition(), step, time_at(step),
+            has_dt ? dt_of(step) : std::numeric_limits<double>::quiet_NaN()};
+  }
+
+  // --- tasks ------------------------------------------------------------------------------------
+
+  std::vector<Stage> stage_list() const {
+    std::vector<Stage> list;
+    for (const auto& stage : stages) list.push_back(stage.stage);
+    return list;
+  }
+
+  void build_executor();
+  void connect_ranks();
+
+  /// By one thread at a time, the one that may call MPI.
+  void poll();
+  void run_task(int phase, int p, Step step);
+
+  /// A task: one phase of one patch.
+  void run_own_task(int phase_index, int p, Step step);
+
+  /// So that no particle is missing from the last state.
+  static void take_unmapped(Patch<Dim>& patch);
+
+  /// The same for those that were taken out of their runs before a stage failed on a later chunk.
+  void take_back_movers(Patch<Dim>& patch, Step step) const;
+  void run_stages(const Phase& phase, int p, Step step, StageClock& clock);
+  void fail(std::size_t s, int p, Step step, const std::string& cause);
+  void learn_of_failure(Step step) { lower(failed_step, step); }
+
+  static void lower(std::atomic<Step>& value, Step to) {
+    Step present = value.load();
+    while (to < present && !value.compare_exchange_weak(present, to)) {
+    }
+  }
+
+  /// By a task of a step: patches stop together max_lead steps later, those of other ranks because
+  /// they hear of it when they agree that the step is done.
+  void request_stop(Step step) {
+    lower(stop_step, step + max_lead);
+    executor->request_stop(step);
+  }
+
+  // --- agreement --------------------------------------------------------------------------------
+
+  /// What this rank knows when its patches have done `step`.
+  Agreement give(Step step);
+
+  // --- output -----------------------------------------------------------------------------------
+
+  bool history_due(Step step) const { return (step + 1) % history_steps == 0; }
+  bool frame_due(Step step) const {
+    return (observer.frame || observer.large_frame) && model.output.frame_steps > 0 &&
+           (step + 1) % model.output.frame_steps == 0;
+  }
+  bool copy_due(Step step) const {
+    return observer.frame && !frames_are_large() && frame_due(step);
+  }
+
+  /// Frames are too large to be copied.
+  bool frames_are_large() const {
+    return observer.large_frame && frame_size > options.copied_frame_bytes;
+  }
+
+  /// Where the graph has to drain: at `end`, or before it at a frame that is not copied or at a
+  /// checkpoint.
+  Step drain_step(Step end) const;
+
+  /// The output stage: copy what is due; nobody in the loop waits for more. (Frames too large to be
+  /// copied: advance().)
+  void output(int p, Step step);
+  bool may_be_unstable(int p, Step step) const;
+  void check_limit(int p, Step step);
+
+  /// All patches are done with `step`. Steps arrive in order, one call at a time.
+  void complete(Step step) {
+    attempt([&] { hand_on(step); });
+  }
+
+  /// What fails on one rank, as on a full disk, must not keep it from what all ranks do.
+  void attempt(auto action) {
+    try {
+      action();
+    } catch (...) {
+      if (!output_failure) output_failure = std::current_exception();
+      stop_asked = true;
+    }
+  }
+
+  void hand_on(Step step);
+
+  /// Turn sums since the last row into sums since the start.
+  void finish_row(HistoryRow& row, Step step);
+  void complete_row(HistoryRow& row, Step step, const PatchWork& since_start) const;
+
+  /// Sums at rest (between calls of advance()), leaving the patches' work untouched.
+  HistoryRow present_row();
+  FrameHeader header_at(Step at) const;
+  Frame of_all_ranks(Frame own) const;
+  FrameSource present_frame() const;
+
+  // --- epochs -----------------------------------------------------------------------------------
+
+  /// Between two calls the graph drains only where patches have to be created, or where a frame is
+  /// written that is too large to be copied.
+  void advance(Index steps);
+
+  /// The message of the failure that comes first of all ranks.
+  std::string first_failure() const;
+
+  /// On all ranks, with the message of the rank that failed first.
+  void stop_where_failed();
+
+  /// Deliver the particles that are on their way: what the first stage of the next step would do.
+  void settle();
+
+  /// While no particle is on its way: then a checkpoint needs no log of injections, and what has
+  /// been written so far is forgotten.
+  void take_dense_ids();
+
+  /// What the last step did and no other looked at.
+  void check_end();
+
+  /// Also where a particle came near in the last step.
+  bool needs_surroundings() const;
+  void rebuild();
+  void remap();
+  void count_removed();
+  void keep_timings() {
+    kept_timing = timings();
+    timing.clear();
+  }
+
+  std::vector<StageTiming> timings() const;
+
+  ExecutionOptions options;
+  Observer observer;
+  Model<Dim> model;
+  std::vector<TimestepStage<Dim>> stages;
+  std::vector<Phase> phases;
+  Ranks ranks;
+  std::vector<double> injection_limits;  ///< [s] by generator
+  PatchSet<Dim> patches;
+  InjectionLog log;
+  RankBalance<Dim> balance;
+  bool remap_needed = false;
+  std::optional<ExchangeGroups> groups;         ///< several ranks only
+  std::unique_ptr<RankExchange<Dim>> exchange;  ///< several ranks only
+  std::unique_ptr<Executor> executor;
+  PerStep<Agreement> agreed;
+  PerStep<double> agreed_limit;
+  std::size_t locate_index = 0, output_index = 0, first_dt_stage = 0;
+  Index nsteps = 0, history_steps = 1;
+  std::size_t frame_size = 0;   ///< [bytes] of a frame, of the rank with most of it
+  double wave_speed_bound = 0;  ///< [m/s] of all materials
+  Step step = 0;                ///< steps done
+  PerStep<double> dt, start_time;
+  /// [s] least of all particles in the last step, when the graph is drained; adaptive runs.
+  double last_limit = std::numeric_limits<double>::infinity();
+  std::vector<char> poisoned;
+  FailureList failures;
+  std::atomic<Step> failed_step{std::numeric_limits<Step>::max()};
+  std::exception_ptr output_failure, poll_failure;
+  std::atomic<bool> rebuild_needed{false};
+  std::atomic<bool> stop_asked{false};                            ///< of this rank
+  std::atomic<bool> stop_requested{false};                        ///< all ranks know of it
+  std::atomic<bool> checkpoint_asked{false};                      ///< of this rank
+  std::atomic<bool> checkpoint_requested{false};                  ///< all ranks know of it
+  std::atomic<Step> stop_step{std::numeric_limits<Step>::max()};  ///< not taken any more
+  Index removed = 0;
+  HistoryRow start_row;
+  PatchWork work;  ///< since the start, up to the last history row
+  PerStep<std::vector<HistoryRow>> rows;
+  PerStep<std::vector<Frame>> pieces;
+  PerStep<std::vector<std::vector<Index>>> injected;  ///< events, by patch
+  std::vector<StageTicks> timing;                     ///< per patch and stage
+  std::vector<StageTiming> kept_timing;               ///< of patch sets before
+};
+
+}  // namespace lahar

@@ -1,0 +1,233 @@
+#include <algorithm>
+#include <ctime>
+#include <optional>
+#include <utility>
+
+#include "physics/kernels.h"
+#include "runtime/simulation_impl.h"
+
+namespace lahar {
+
+namespace {
+
+/// State of the nodes of the patch that a thread works on, where no other phase needs it: it stays
+/// in the thread's cache, and patches need no memory for it.
+template <int Dim>
+class BorrowedNodalState {
+ public:
+  explicit BorrowedNodalState(Patch<Dim>& patch) : patch_(patch) { exchange(); }
+  ~BorrowedNodalState() { exchange(); }
+  BorrowedNodalState(const BorrowedNodalState&) = delete;
+  BorrowedNodalState& operator=(const BorrowedNodalState&) = delete;
+
+ private:
+  void exchange() {
+    thread_local NodeArray velocity, acceleration;
+    velocity.swap(patch_.velocity);
+    acceleration.swap(patch_.acceleration);
+  }
+
+  Patch<Dim>& patch_;
+};
+
+/// CPU time of this thread [ns]: others on the same core do not count.
+std::int64_t thread_nanoseconds() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
+
+}  // namespace
+
+template <int Dim>
+void Simulation<Dim>::Impl::build_executor() {
+  TaskGraph graph = make_task_graph(tasks_of(phases), patches.neighbours(), ranks.several(),
+                                    static_cast<int>(patches.elsewhere().size()));
+  const auto n = static_cast<std::size_t>(patches.size());
+  poisoned.assign(n, 0);
+  balance.begin(patches);
+  timing.resize(n * stages.size());
+  TaskBodies bodies{[this](int phase, int p, Step step) { run_task(phase, p, step); },
+                    [this](Step step) { set_dt(step); }, [this](Step step) { complete(step); }};
+  switch (options.mode) {
+    case ExecutionOptions::Mode::serial:
+      executor = make_serial_executor(std::move(graph), std::move(bodies));
+      break;
+    case ExecutionOptions::Mode::random_order:
+      executor = make_random_executor(std::move(graph), std::move(bodies), options.seed);
+      break;
+    case ExecutionOptions::Mode::bulk:
+      connect_ranks();
+      executor =
+          make_bulk_executor(std::move(graph), std::move(bodies), options.threads, exchange.get());
+      break;
+    case ExecutionOptions::Mode::flow_graph:
+      connect_ranks();
+      executor = make_flow_executor(std::move(graph), std::move(bodies), options.threads,
+                                    options.verify, exchange.get());
+  }
+  first_dt_stage = 0;
+  for (std::size_t s = 0; s < stages.size(); ++s) {
+    if (stages[s].stage.needs_dt && first_dt_stage == 0) first_dt_stage = s;
+    if (stages[s].stage.name == locate_stage) locate_index = s;
+    if (stages[s].stage.name == output_stage) output_index = s;
+  }
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::connect_ranks() {
+  if (!ranks.several()) return;
+  // Receives of the one before must be cancelled on all ranks before any sends by the new one.
+  exchange.reset();
+  ranks.wait_for_all();
+  if (!groups) groups.emplace(ranks);
+  exchange = std::make_unique<RankExchange<Dim>>(
+      *groups, patches, rank_messages(stages, phases), step,
+      ExchangeCalls{.give = [this](Step s) { return give(s); },
+                    .take = [this](Step s, const Agreement& found) { agreed[s] = found; },
+                    .give_limit = [this] { return own_limit(); },
+                    .take_limit = [this](Step s, double limit) { agreed_limit[s] = limit; },
+                    .failed_step = [this] { return failed_step.load(); },
+                    .failure_elsewhere = [this](Step s) { learn_of_failure(s); },
+                    .others = [this] { poll(); }},
+      InjectedLatency{options.latency});
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::poll() {
+  if (!observer.poll || poll_failure) return;
+  try {
+    observer.poll();
+  } catch (...) {  // a full disk, for example
+    poll_failure = std::current_exception();
+    stop_asked = true;
+  }
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::run_task(int phase, int p, Step step) {
+  if (p >= patches.size()) {
+    exchange->unpack(phase, p - patches.size(), step);
+    return;
+  }
+  if (balance.samples(step)) {
+    const std::int64_t begin = thread_nanoseconds();
+    run_own_task(phase, p, step);
+    balance.add(step, p, thread_nanoseconds() - begin, patches[p].count);
+  } else {
+    run_own_task(phase, p, step);
+  }
+  if (exchange) exchange->send(phase, p, step);
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::run_own_task(int phase_index, int p, Step step) {
+  const Phase& phase = phases[static_cast<std::size_t>(phase_index)];
+  Patch<Dim>& patch = patches[p];
+  char& poison = poisoned[static_cast<std::size_t>(p)];
+  StageClock clock(&timing[static_cast<std::size_t>(p) * stages.size()]);
+  try {
+    if (poison || step > failed_step.load()) {
+      // A failed patch does no work but still takes part, so that everybody can stop together.
+      // Nor do others in later steps, which would read what the failed patch did not write.
+      if (phase.first == 0) take_unmapped(patch);
+      if (phase.first <= locate_index && locate_index < phase.last) clear_outboxes(patch);
+    } else {
+      run_stages(phase, p, step, clock);
+    }
+  } catch (const std::exception& error) {
+    fail(phase.first, p, step, error.what());
+  } catch (...) {
+    fail(phase.first, p, step, "unknown exception");
+  }
+  clock.finish(phase.first, phase.last);
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::take_unmapped(Patch<Dim>& patch) {
+  receive(patch);
+  patch.late.clear();
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::take_back_movers(Patch<Dim>& patch, Step step) const {
+  place_movers(patch, context(step));
+  patch.mark = {};
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, StageClock& clock) {
+  Patch<Dim>& patch = patches[p];
+  if (phase.first == 0 || !patch.idle) {
+    const bool has_dt = !model.analysis.step.adaptive || phase.first >= first_dt_stage;
+    const bool locates = phase.last > locate_index;  // then dt of this step is known
+    std::optional<BorrowedNodalState<Dim>> borrowed;
+    if (phase.first > 0 && !keeps_nodal_state(model.analysis)) borrowed.emplace(patch);
+    const std::size_t failed = run_phase(
+        patch, stages, phase.first, phase.last, context(step, has_dt),
+        locates ? context(step + 1) : StepContext<Dim>{}, [&](std::size_t s) { clock.lap(s); });
+    if (patch.mark.kind != Mark::Kind::none) {
+      fail(failed, p, step, describe_mark(patch.mark, Dim));
+      if (locates) take_back_movers(patch, step);
+      return;
+    }
+  }
+  if (phase.first == 0 && !patch.injected.empty())
+    injected[step][static_cast<std::size_t>(p)] = std::exchange(patch.injected, {});
+  if (phase.first == 0 && patch.needs_surroundings) {
+    rebuild_needed.store(true, std::memory_order_relaxed);
+    request_stop(step);
+  }
+  if (phase.last > output_index) {
+    output(p, step);
+    clock.lap(output_index);
+    if (patch.mark.kind != Mark::Kind::none)
+      fail(output_index, p, step, describe_mark(patch.mark, Dim));
+  }
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::fail(std::size_t s, int p, Step step, const std::string& cause) {
+  poisoned[static_cast<std::size_t>(p)] = 1;
+  patches[p].mark = {};
+  failures.add({step, static_cast<int>(s), stages[s].stage.name, time_at(step),
+                patches[p].topology.patch, cause});
+  learn_of_failure(step);
+  request_stop(step);
+}
+
+template <int Dim>
+std::vector<StageTiming> Simulation<Dim>::Impl::timings() const {
+  std::vector<StageTiming> all = kept_timing;
+  all.resize(stages.size());
+  for (std::size_t s = 0; s < stages.size(); ++s) all[s].name = stages[s].stage.name;
+  const double second = seconds_per_tick();
+  for (std::size_t i = 0; i < timing.size(); ++i) {
+    const StageTicks& t = timing[i];
+    StageTiming& sum = all[i % stages.size()];
+    if (t.calls == 0) continue;
+    const double shortest = second * static_cast<double>(t.shortest);
+    sum.shortest = sum.calls == 0 ? shortest : std::min(sum.shortest, shortest);
+    sum.longest = std::max(sum.longest, second * static_cast<double>(t.longest));
+    sum.calls += t.calls;
+    sum.total += second * static_cast<double>(t.total);
+  }
+  return all;
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                           \
+  template void Simulation<Dim>::Impl::build_executor();                                 \
+  template void Simulation<Dim>::Impl::connect_ranks();                                  \
+  template void Simulation<Dim>::Impl::poll();                                           \
+  template void Simulation<Dim>::Impl::run_task(int, int, Step);                         \
+  template void Simulation<Dim>::Impl::run_own_task(int, int, Step);                     \
+  template void Simulation<Dim>::Impl::take_unmapped(Patch<Dim>&);                       \
+  template void Simulation<Dim>::Impl::take_back_movers(Patch<Dim>&, Step) const;        \
+  template void Simulation<Dim>::Impl::run_stages(const Phase&, int, Step, StageClock&); \
+  template void Simulation<Dim>::Impl::fail(std::size_t, int, Step, const std::string&); \
+  template std::vector<StageTiming> Simulation<Dim>::Impl::timings() const;
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

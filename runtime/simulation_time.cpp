@@ -1,0 +1,130 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "physics/error.h"
+#include "physics/kernels.h"
+#include "runtime/simulation_impl.h"
+
+namespace lahar {
+
+namespace {
+
+/// An end time that is missed by this share of a step is reached: sums of steps are rounded.
+constexpr double rounding_of_time = 1e-9;
+
+}  // namespace
+
+template <int Dim>
+void Simulation<Dim>::Impl::restore_dt(double last_dt) {
+  if (step > 0) dt[step - 1] = last_dt;
+  const double left = model.analysis.end_time - start_time[step],
+               rounding = last_dt * rounding_of_time;
+  if (left < -rounding)
+    throw InputError(
+        {Problem{.where = "/analysis/end_time",
+                 .message = fmt::format("the run ends at {:.6g} s, but is to go on from {:.6g} s",
+                                        model.analysis.end_time, start_time[step]),
+                 .hint = "raise end_time, or go on from an earlier checkpoint"}});
+  if (left <= rounding) nsteps = std::min(nsteps, step);
+  if (step < nsteps) set_dt(step, last_limit);
+}
+
+template <int Dim>
+double Simulation<Dim>::Impl::present_limit(std::string* where) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < patches.size(); ++i) {
+    Local p = -1;
+    const double limit =
+        time_step_limit<Dim>(patches[i], model, patches[i].runs, where ? &p : nullptr);
+    if (limit < least && p >= 0) *where = describe_particle(patches[i].particles, p);
+    least = std::min(least, limit);
+  }
+  const double of_all = ranks.min(least);
+  if (where && ranks.several()) of_one_rank(least == of_all, *where);
+  return of_all;
+}
+
+template <int Dim>
+double Simulation<Dim>::Impl::limit_with_injections(Step step, double limit) const {
+  double any = std::numeric_limits<double>::infinity();
+  for (std::size_t g = 0; g < injection_limits.size(); ++g) {
+    const auto& injection = model.injections[g];
+    if (injection.active(time_at(step))) limit = std::min(limit, injection_limits[g]);
+    if (time_at(step) < injection.end) any = std::min(any, injection_limits[g]);
+  }
+  return std::isfinite(limit) ? limit : any;
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::check_first_dt(double limit) const {
+  const TimeStep& plan = model.analysis.step;
+  if (plan.accept_unstable) return;
+  const auto refuse = [&](double least, const std::string& where) {
+    throw InputError({Problem{.where = "/analysis/dt",
+                              .message = unstable_message(plan.dt, least, where),
+                              .hint = unstable_hint(least)}});
+  };
+  if (plan.dt > limit) {
+    std::string where;  // looked for only now: that takes longer than the limit itself
+    present_limit(&where);
+    refuse(limit, where);
+  }
+  for (const double injected : injection_limits)
+    if (plan.dt > injected) refuse(injected, "particles that are injected");
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::set_first_dt() {
+  const TimeStep& plan = model.analysis.step;
+  double limit = present_limit();
+  if (plan.adaptive) {
+    last_limit = limit;
+    limit = limit_with_injections(0, limit);
+  }
+  dt[0] = plan.adaptive ? std::min(adaptive_dt(limit), model.analysis.end_time) : plan.dt;
+  start_time[0] = 0.0;
+  start_time[1] = dt[0];
+  if (plan.adaptive && dt[0] >= model.analysis.end_time) nsteps = std::min<Index>(nsteps, 1);
+  if (!plan.adaptive) {
+    check_first_dt(limit);
+    limit_steps_by_time();
+  }
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::limit_steps_by_time() {
+  const TimeStep& plan = model.analysis.step;
+  if (std::isfinite(model.analysis.end_time))
+    nsteps = std::min(nsteps, static_cast<Index>(std::ceil(model.analysis.end_time / plan.dt *
+                                                           (1 - rounding_of_time))));
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::set_dt(Step step, double limit) {
+  limit = limit_with_injections(step, limit);
+  // Without particles there is no limit: go on as before.
+  dt[step] = std::isfinite(limit) || step == 0 ? adaptive_dt(limit) : dt[step - 1];
+  const double left = model.analysis.end_time - start_time[step];
+  const bool last = left <= dt[step] * (1 + rounding_of_time);
+  if (last) dt[step] = left;
+  start_time[step + 1] = start_time[step] + dt[step];
+  if (last) {  // nobody has begun the step after this one: it needs this dt
+    nsteps = step + 1;
+    executor->stop_before(step + 1);
+  }
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                      \
+  template void Simulation<Dim>::Impl::restore_dt(double);                          \
+  template double Simulation<Dim>::Impl::present_limit(std::string*) const;         \
+  template double Simulation<Dim>::Impl::limit_with_injections(Step, double) const; \
+  template void Simulation<Dim>::Impl::check_first_dt(double) const;                \
+  template void Simulation<Dim>::Impl::set_first_dt();                              \
+  template void Simulation<Dim>::Impl::limit_steps_by_time();                       \
+  template void Simulation<Dim>::Impl::set_dt(Step, double);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar
