@@ -11,11 +11,10 @@ const Section& resume_section() {
       .path = "analysis.resume",
       .help =
           "Go on from a particle file of CB-Geo MPM, particlesNNN.h5 in the folder `uuid` of "
-          "post_processing.path (of a parallel run: those of all its ranks). Positions, velocities, "
-          "stresses, strains, masses, volumes, materials and state variables are those of the file; "
-          "ids too, so that sets and loads act on the same particles. The run begins with step "
-          "`step` + 1, and `nsteps` counts the steps before. `lahar export --to cbgeo` writes such "
-          "files.",
+          "post_processing.path (of a parallel run: those of all its ranks). The file has the "
+          "state of the particles, and their ids, so that sets and loads act on the same ones. "
+          "The run begins with step `step` + 1, and `nsteps` counts the steps before. "
+          "`lahar export --to cbgeo` writes such files.",
       .fields = {
           {.key = "resume",
            .kinds = boolean,
@@ -143,6 +142,10 @@ const Section& analysis_section() {
            .kinds = text,
            .help = "older spelling of mpm_scheme, honoured "
                    "with a warning (CB-Geo ignores it and runs usf; so does --as-cbgeo)",
+           .allowed = {"usf", "usl", "musl"}},
+          {.key = "stress_analysis",
+           .kinds = text,
+           .help = "the same as stress_update, in some published cases",
            .allowed = {"usf", "usl", "musl"}},
           {.key = "velocity_update",
            .kinds = boolean | text,

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/inverse_mapping.h"
 #include "physics/kernels.h"
 #include "physics/law.h"
 #include "physics/loads.h"
@@ -19,6 +20,18 @@ bool is_empty(const Patch<Dim>& patch, Local cell) {
     r = run.next;
   }
   return true;
+}
+
+/// Of a point inside a cell.
+template <int Dim>
+Vec<Dim> natural_coordinates(const Patch<Dim>& patch, const Mesh<Dim>& mesh, Local cell,
+                             const Vec<Dim>& x) {
+  const auto c = static_cast<std::size_t>(cell);
+  if (!patch.cartesian)
+    return mesh.natural_coordinates(patch.topology.cells[c], x).value_or(Vec<Dim>::Zero());
+  Vec<Dim> xi;
+  for (std::size_t d = 0; d < Dim; ++d) xi[d] = (x[d] - patch.box[c][d]) * patch.box[c][Dim + d];
+  return clamp_to_cell<Dim>(xi);
 }
 
 /// The particles of one event: at rest in their cell but for the velocity, without stress.
@@ -49,9 +62,8 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
     }
     if (has_domain) set_domain(to, p, patch.box[static_cast<std::size_t>(at.cell)]);
     if (!has_xi) continue;
-    const auto xi =
-        model.mesh->natural_coordinates(patch.topology.cells[static_cast<std::size_t>(at.cell)], x);
-    for (int d = 0; d < Dim && xi; ++d) to.row(Column::xi, d)[p] = (*xi)[d];
+    const Vec<Dim> xi = natural_coordinates(patch, *model.mesh, at.cell, x);
+    for (int d = 0; d < Dim; ++d) to.row(Column::xi, d)[p] = xi[d];
   }
 }
 

@@ -86,22 +86,23 @@ inline Model<3> dam_break_3d() {
     "post_processing": {"output_steps": 20, "history_steps": 10}})");
 }
 
-/// Water that comes out of a wall, falls, and leaves the mesh, in which there is nothing at first.
-inline Model<2> water_jet(const std::string& scheme, bool adaptive) {
+/// A soft jet that comes out of a wall, falls, and leaves the mesh, in which there is nothing at
+/// first.
+inline Model<2> jet(const std::string& scheme, bool adaptive) {
   return model_of_text<2>(R"({
     "mesh": {"structured": {"cell_size": 0.1, "extent": [2, 1.5]}},
     "sets": {"cells": {"inlet": {"box": {"min": [0, 1], "max": [0.1, 1.4]}},
                        "drip": {"box": {"min": [1.2, 1.2], "max": [1.4, 1.3]}}}},
-    "materials": [{"type": "Newtonian", "density": 1000, "bulk_modulus": 4e4,
-                   "dynamic_viscosity": 0.5}],
+    "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e4,
+                   "poisson_ratio": 0.2}],
     "particles": [
       {"generator": {"type": "inject", "cset": "inlet", "nparticles_per_dir": 2,
                      "velocity": [2, 0], "material": 0, "duration": [0.05, 0.6]}},
       {"generator": {"type": "inject", "cset": "drip", "nparticles_per_dir": 3,
                      "velocity": [0, -1], "material": 0}}],
     "external_loading_conditions": {"gravity": [0, -9.81]},
-    "analysis": {"dt": 5e-3, "nsteps": 150, "patch_particles": 24, "locate_particles": false,
-                 "mpm_scheme": ")" + scheme + R"(",
+    "analysis": {"dt": 5e-3, "nsteps": 120, "patch_particles": 24, "locate_particles": false,
+                 "velocity_update": "pic", "mpm_scheme": ")" + scheme + R"(",
                  "time_step": {"adaptive": )" + (adaptive ? "true" : "false") + R"(}},
     "post_processing": {"output_steps": 10, "history_steps": 10}})");
 }

@@ -135,10 +135,10 @@ TEST_CASE("restart: water with smoothed pressure, whose patch sets are rebuilt o
     }
 }
 
-TEST_CASE("restart: water that is injected, into nothing at first") {
+TEST_CASE("restart: a jet that is injected, into nothing at first") {
   for (const char* scheme : {"usf", "usl", "musl"})
     for (const bool adaptive : {false, true}) {
-      Model<2> model = water_jet(scheme, adaptive);
+      Model<2> model = jet(scheme, adaptive);
       CAPTURE(scheme);
       CAPTURE(adaptive);
       check_restart(model, 60, 120);
