@@ -31,6 +31,7 @@ Json run_json(const RunState& run) {
           {"dt_limit", or_null(run.dt_limit)},
           {"particles", run.particles},
           {"removed", run.removed},
+          {"next_id", run.next_id},
           {"history_steps", run.history_steps},
           {"work",
            {{"internal", run.work.internal},
@@ -52,6 +53,7 @@ RunState run_of(const Json& json) {
           .dt_limit = or_infinity(json.at("dt_limit")),
           .particles = json.at("particles"),
           .removed = json.at("removed"),
+          .next_id = json.value("next_id", Index{0}),  // before there were injections: not needed
           .history_steps = json.at("history_steps"),
           .work = {work.at("internal"), work.at("external"), work.at("damping"),
                    work.at("divided")},

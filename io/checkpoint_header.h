@@ -21,6 +21,7 @@ struct RunState {
   /// [s] least of all particles in the last step, from which an adaptive run takes its next one.
   double dt_limit = std::numeric_limits<double>::infinity();
   Index particles = 0, removed = 0;
+  Index next_id = 0;        ///< of a particle that is injected next
   Index history_steps = 0;      ///< steps between rows of history.csv
   PatchWork work = {};          ///< since the start, up to the last of these rows
   double kinetic_at_start = 0;  ///< [J]

@@ -9,15 +9,23 @@ const Section& resume_section() {
   static const Section section{
       .name = "analysis.resume",
       .path = "analysis.resume",
-      .help = "Start from a checkpoint of an earlier run.",
+      .help =
+          "Go on from a particle file of CB-Geo MPM, particlesNNN.h5 in the folder `uuid` of "
+          "post_processing.path (of a parallel run: those of all its ranks). The file has the "
+          "state of the particles, and their ids, so that sets and loads act on the same ones. "
+          "The run begins with step `step` + 1, and `nsteps` counts the steps before. "
+          "`lahar export --to cbgeo` writes such files.",
       .fields = {
           {.key = "resume",
            .kinds = boolean,
            .help = "false: start from the beginning",
-           .fallback = "false",
-           .planned = {"true"}},
+           .fallback = "false"},
           {.key = "uuid", .kinds = text, .help = "run to continue"},
-          {.key = "step", .kinds = integer, .help = "step to continue from", .min = 0},
+          {.key = "step",
+           .kinds = integer,
+           .help = "step of the file, counted from 0: after it, step + 1 steps are done",
+           .min = 0,
+           .max = 9e15},
           {.key = "repartition",
            .kinds = boolean,
            .help = "no meaning here: patches do not depend "
@@ -190,6 +198,10 @@ const Section& analysis_section() {
            .kinds = text,
            .help = "older spelling of mpm_scheme, honoured "
                    "with a warning (CB-Geo ignores it and runs usf; so does --as-cbgeo)",
+           .allowed = {"usf", "usl", "musl"}},
+          {.key = "stress_analysis",
+           .kinds = text,
+           .help = "the same as stress_update, in some published cases",
            .allowed = {"usf", "usl", "musl"}},
           {.key = "velocity_update",
            .kinds = boolean | text,

@@ -28,15 +28,17 @@ const Section& generator_section() {
       .help =
           "`file` reads positions; `gauss` puts particles at the Gauss points of cells; "
           "`region` fills a region with equally spaced particles; `inject` adds particles "
-          "during the run. Particle ids count on from one generator to the next.",
+          "during the run: at the beginning of every step in `duration`, each cell of the set that "
+          "holds no particle gets particles at its Gauss points, which share the cell's volume. "
+          "Particle ids count on from one generator to the next, and those of injected particles "
+          "count on from these, step by step.",
       .discriminator = "type",
       .fields = {
           {.key = "type",
            .kinds = text,
            .help = "kind of generator",
            .required = true,
-           .allowed = {"file", "gauss", "region"},
-           .planned = {"inject"}},
+           .allowed = {"file", "gauss", "region", "inject"}},
           {.key = "location",
            .kinds = file,
            .help = "file of positions: the count, then a line of "
@@ -90,12 +92,11 @@ const Section& generator_section() {
            .native = true},
           {.key = "velocity",
            .kinds = vector,
-           .help = "initial velocity",
-           .unit = "m/s",
-           .native = true},
+           .help = "initial velocity; default 0 (CB-Geo: of `inject` alone)",
+           .unit = "m/s"},
           {.key = "duration",
            .kinds = numbers,
-           .help = "[start, end) of the injection",
+           .help = "[start, end) of the injection; default: the whole run",
            .unit = "s",
            .only = {"inject"}},
           {.key = "material_id",

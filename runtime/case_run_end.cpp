@@ -106,7 +106,7 @@ template <int Dim>
 void CaseRun<Dim>::report(Simulation<Dim>& simulation, const RunEnd& end, double wall) {
   const SimulationInfo info = simulation.info();
   const auto steps = static_cast<double>(simulation.step() - first_step_);
-  const double particle_steps = steps * static_cast<double>(particles_);
+  const double particle_steps = this->particle_steps(simulation.step());
   console_.line("");
   if (end.status == RunStatus::failed) {
     console_.warn("lahar: error: " + end.message);

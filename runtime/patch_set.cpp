@@ -29,9 +29,11 @@ namespace {
 /// particles.
 template <int Dim>
 Index cells_per_patch(const Model<Dim>& model, const ParticleCensus& census) {
-  if (census.occupied_cells == 0) return model.analysis.patch_particles;
-  const double per_cell =
-      static_cast<double>(census.particles) / static_cast<double>(census.occupied_cells);
+  double per_cell = 1;
+  if (census.occupied_cells > 0)
+    per_cell = static_cast<double>(census.particles) / static_cast<double>(census.occupied_cells);
+  else if (!model.injections.empty())
+    per_cell = static_cast<double>(count_injections(model.injections).points);
   return std::max<Index>(
       1, std::llround(static_cast<double>(model.analysis.patch_particles) / per_cell));
 }
@@ -89,6 +91,32 @@ class CellsAround {
   Index last_ = -1;
 };
 
+/// Into which cells of which patches particles are injected, ascending patches and events.
+template <int Dim>
+std::vector<PatchInjection> find_injections(const Model<Dim>& model,
+                                            const Partition<Dim>& partition) {
+  std::vector<PatchInjection> all;
+  Index event = 0;
+  for (std::size_t g = 0; g < model.injections.size(); ++g) {
+    const auto& cells = model.injections[g].cells;
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      all.push_back({partition.patch_of(cells[i]), cells[i], {g, i, event++, -1}});
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const auto& a, const auto& b) { return a.patch < b.patch; });
+  return all;
+}
+
+/// Smallest mass of a particle that is injected [kg].
+template <int Dim>
+double lightest_injected(const Model<Dim>& model) {
+  double lightest = std::numeric_limits<double>::infinity();
+  for (const auto& injection : model.injections)
+    for (const double volume : injection.volume)
+      lightest = std::min(lightest, volume * model.materials[injection.material].density);
+  return lightest;
+}
+
 /// The bricks around the cells of each patch that have particles of any rank: those of some of the
 /// patches on each rank. `patch` and `brick` are what this rank knows.
 template <int Dim>
@@ -126,6 +154,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(cells_per_patch(model, census_)),
       partition_(*model.mesh, target_cells_),
+      injections_(find_injections(model, partition_)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
@@ -144,6 +173,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(state.run.cells_per_patch),
       partition_(*model.mesh, target_cells_),
+      injections_(find_injections(model, partition_)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
@@ -194,7 +224,8 @@ void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
     const auto at = static_cast<std::size_t>(i);
     patches_[at] = make_patch(ids[at]);
   });
-  const double lightest = ranks_.min(fill_patches<Dim>(patches_, rows, model, threads));
+  const double lightest = std::min(lightest_injected(model),
+                                   ranks_.min(fill_patches<Dim>(patches_, rows, model, threads)));
   least_mass_ = std::min(least_nodal_mass, least_nodal_mass_share * lightest);
 }
 
@@ -202,9 +233,16 @@ template <int Dim>
 std::vector<Index> PatchSet<Dim>::needed(std::span<const Brick> filled) const {
   std::vector<Index> all;
   if (model_->mesh->is_structured()) {
-    for (const Brick& cells : filled) {
+    const auto add = [&](const Brick& cells) {
       const std::vector<Index> near = partition_.patches_near(cells, watch_distance);
       all.insert(all.end(), near.begin(), near.end());
+    };
+    for (const Brick& cells : filled) add(cells);
+    for (auto at = injections_.begin(); at != injections_.end();) {  // as if they were filled
+      CellsAround<Dim> cells(*model_->mesh);
+      for (const Index patch = at->patch; at != injections_.end() && at->patch == patch; ++at)
+        cells.add(at->cell);
+      add(cells.brick());
     }
     sort_unique(all);
   } else {  // cells of table meshes are stored anyway

@@ -45,6 +45,16 @@ struct RemoteNeighbour {
   std::vector<Local> neighbours;  ///< positions of those patches in PatchTopology::neighbours
 };
 
+/// A cell of a patch into which particles are injected.
+struct PatchInjection {
+  Index patch, cell;
+  InjectionCell at;  ///< without its local cell
+  struct ByPatch {
+    bool operator()(const PatchInjection& a, Index patch) const { return a.patch < patch; }
+    bool operator()(Index patch, const PatchInjection& a) const { return patch < a.patch; }
+  };
+};
+
 /// With several ranks each has some of the patches, and functions that change the set are
 /// collective.
 template <int Dim>
@@ -95,6 +105,8 @@ class PatchSet {
   /// Cells per patch that the partition aims at.
   Index target_cells() const { return target_cells_; }
   double least_mass() const { return least_mass_; }  ///< Patch::least_mass [kg]
+  /// Of the first particle that comes in addition to the model's.
+  Index next_id() const { return census_.next_id; }
   const ColumnLayout<Dim>& layout() const { return layout_; }
 
  private:
@@ -124,6 +136,7 @@ class PatchSet {
   ParticleCensus census_;
   Index target_cells_;
   Partition<Dim> partition_;
+  std::vector<PatchInjection> injections_;  ///< of all ranks, ascending patches and events
   int rings_;
   NodeSumCopies copies_;
   ColumnLayout<Dim> layout_;

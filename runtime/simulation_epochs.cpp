@@ -42,6 +42,7 @@ RunState Simulation<Dim>::Impl::run_state() const {
           .dt_limit = last_limit,
           .particles = ranks.sum(patches.particles()),
           .removed = ranks.sum(removed),
+          .next_id = log.next_id(),
           .history_steps = history_steps,
           .work = work,
           .kinetic_at_start = start_row.kinetic,
@@ -81,6 +82,7 @@ void Simulation<Dim>::Impl::advance(Index steps) {
     for (Step s = 0; s < max_lead + 2; ++s) {
       rows[s].assign(n, {});
       pieces[s].assign(n, {});
+      injected[s].assign(n, {});
     }
     rebuild_needed = false;
     stop_step = std::numeric_limits<Step>::max();
@@ -90,6 +92,7 @@ void Simulation<Dim>::Impl::advance(Index steps) {
     // Before particles are delivered: then it is in the order of frames that were copied.
     if (frames_are_large() && frame_due(step - 1)) observer.large_frame(present_frame());
     settle();
+    take_dense_ids();
     if (step >= nsteps) check_end();
     // dt of the next step, which the drained graph did not get to.
     if (model.analysis.step.adaptive) last_limit = ranks.min(own_limit());
@@ -131,6 +134,14 @@ void Simulation<Dim>::Impl::settle() {
   for (int p = 0; p < patches.size(); ++p) stages[0].begin(patches[p], context(step));
   for (int p = 0; p < patches.size(); ++p) clear_outboxes(patches[p]);
   for (RemotePatch<Dim>& from : patches.elsewhere()) clear(from);
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::take_dense_ids() {
+  if (log.empty()) return;
+  for (int p = 0; p < patches.size(); ++p) log.make_dense(patches[p].particles.id);
+  log.clear();
+  measure_frame();
 }
 
 template <int Dim>
@@ -190,6 +201,7 @@ void Simulation<Dim>::Impl::take_removed() {
   template std::string Simulation<Dim>::Impl::first_failure() const;     \
   template void Simulation<Dim>::Impl::stop_where_failed();              \
   template void Simulation<Dim>::Impl::settle();                         \
+  template void Simulation<Dim>::Impl::take_dense_ids();                 \
   template void Simulation<Dim>::Impl::check_end();                      \
   template bool Simulation<Dim>::Impl::needs_surroundings() const;       \
   template void Simulation<Dim>::Impl::rebuild();                        \

@@ -16,6 +16,7 @@
 
 #include "graph/executor.h"
 #include "runtime/failure.h"
+#include "runtime/injection_log.h"
 #include "runtime/patch_set.h"
 #include "runtime/rank_exchange.h"
 #include "runtime/simulation.h"
@@ -48,6 +49,7 @@ struct Simulation<Dim>::Impl {
   Impl(Model<Dim> model_in, ExecutionOptions options_in, Observer observer_in,
        const SimulationState* state = nullptr);
   PatchSet<Dim> make_patches(const SimulationState* state);
+  void measure_frame();
   void start();
 
   // --- state ------------------------------------------------------------------------------------
@@ -81,6 +83,12 @@ struct Simulation<Dim>::Impl {
   }
 
   void set_first_dt();
+
+  /// The limit that particles have which may come in at the beginning of a step; where nothing else
+  /// limits it, of those that come later, too.
+  double limit_with_injections(Step step, double limit) const;
+  /// Throws InputError where a fixed step is above the limit.
+  void check_first_dt(double limit) const;
 
   /// With a fixed step, the end time is a number of steps.
   void limit_steps_by_time();
@@ -224,6 +232,10 @@ struct Simulation<Dim>::Impl {
   /// Deliver the particles that are on their way: what the first stage of the next step would do.
   void settle();
 
+  /// While no particle is on its way: then a checkpoint needs no log of injections, and what has
+  /// been written so far is forgotten.
+  void take_dense_ids();
+
   /// What the last step did and no other looked at.
   void check_end();
 
@@ -247,7 +259,9 @@ struct Simulation<Dim>::Impl {
   std::vector<TimestepStage<Dim>> stages;
   std::vector<Phase> phases;
   Ranks ranks;
+  std::vector<double> injection_limits;  ///< [s] by generator
   PatchSet<Dim> patches;
+  InjectionLog log;
   RankBalance<Dim> balance;
   bool remap_needed = false;
   std::optional<ExchangeGroups> groups;         ///< several ranks only
@@ -278,8 +292,9 @@ struct Simulation<Dim>::Impl {
   PatchWork work;  ///< since the start, up to the last history row
   PerStep<std::vector<HistoryRow>> rows;
   PerStep<std::vector<Frame>> pieces;
-  std::vector<StageTicks> timing;        ///< per patch and stage
-  std::vector<StageTiming> kept_timing;  ///< of patch sets before
+  PerStep<std::vector<std::vector<Index>>> injected;  ///< events, by patch
+  std::vector<StageTicks> timing;                     ///< per patch and stage
+  std::vector<StageTiming> kept_timing;               ///< of patch sets before
 };
 
 }  // namespace lahar

@@ -35,6 +35,13 @@ Agreement Simulation<Dim>::Impl::give(Step step) {
     own.least.minus_speed = -std::bit_cast<Index>(fastest);
     own.sum = sums.elements();
   }
+  if (log.due(time_at(step))) {
+    std::vector<Index> events;
+    for (auto& of_patch : injected[step])
+      for (const Index event : std::exchange(of_patch, {})) events.push_back(event);
+    const std::vector<Index> elements = log.elements(events);
+    own.sum.insert(own.sum.end(), elements.begin(), elements.end());
+  }
   balance.finish(step);
   if (balance.is_due(step)) {
     const Index work = balance.work();
@@ -99,6 +106,9 @@ void Simulation<Dim>::Impl::hand_on(Step step) {
     remap_needed = true;
     executor->stop_before(step + max_lead);
   }
+  if (log.due(time_at(step)))
+    log.take(step, std::span(std::as_const(agreed[step].sum))
+                       .subspan(history_due(step) ? RowSums::n_elements : 0, log.n_elements()));
   // Patches that are ahead may have failed in a later step: this one is still good.
   const bool failed = least.failed_step <= step;
   if (history_due(step) && !failed) {
@@ -107,6 +117,7 @@ void Simulation<Dim>::Impl::hand_on(Step step) {
     if (observer.history) attempt([&] { observer.history(row); });
   }
   if (copy_due(step) && !failed) {
+    for (Frame& piece : pieces[step]) log.make_dense(piece.id);
     attempt([&] { observer.frame({header_at(step + 1), std::move(pieces[step])}); });
     pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
   }
@@ -185,6 +196,12 @@ FrameSource Simulation<Dim>::Impl::present_frame() const {
   std::vector<const Patch<Dim>*> all;
   for (int i = 0; i < patches.size(); ++i) all.push_back(&patches[i]);
   FrameSource frame = lahar::frame_source(all, header_at(step), model);
+  if (!log.empty())
+    frame.piece = [this, piece = std::move(frame.piece)](std::size_t i) {
+      Frame one = piece(i);
+      log.make_dense(one.id);
+      return one;
+    };
   if (is_parallel(options)) frame.threads = options.threads;
   return frame;
 }

@@ -135,6 +135,19 @@ TEST_CASE("restart: water with smoothed pressure, whose patch sets are rebuilt o
     }
 }
 
+TEST_CASE("restart: a jet that is injected, into nothing at first") {
+  for (const char* scheme : {"usf", "usl", "musl"})
+    for (const bool adaptive : {false, true}) {
+      Model<2> model = jet(scheme, adaptive);
+      CAPTURE(scheme);
+      CAPTURE(adaptive);
+      check_restart(model, 60, 120);
+      check_restart(model, 0, 30, {flow(2)});
+      check_restart(model, 7, 40, {flow(2)});  // before anything flows out of the wall
+      if (adaptive) check_restart(distorted(std::move(model), 0.02), 50, 100, {flow(2)});
+    }
+}
+
 TEST_CASE("restart: hexahedra, and distorted cells") {
   for (const Scheme scheme : schemes) {
     Model<3> model = dam_break_3d();
