@@ -183,7 +183,7 @@ class Checker {
     std::vector<std::string_view> owners;
     for (const Field& f : section.fields)
       if (f.key == field.key) owners.insert(owners.end(), f.only.begin(), f.only.end());
-    if (one_of(variant, type->allowed) || one_of(variant, type->planned))
+    if (one_of(variant, type->allowed))
       problems_.error(document_.at_key(
           object, member,
           fmt::format("'{}' does not apply to {} of type \"{}\"", field.key, section.name, variant),

@@ -14,8 +14,7 @@ namespace {
 template <class LawType>
 inline constexpr bool is_native = false;
 template <class LawType>
-  requires LawType::native
-inline constexpr bool is_native<LawType> = true;
+requires LawType::native inline constexpr bool is_native<LawType> = true;
 
 // A default as JSON. Fields view texts that live as long as the program.
 std::string_view as_json(double value) {
@@ -123,8 +122,7 @@ std::vector<Field> fields() {
        .above_min = true},
   };
   // Of the reference code and of its fork.
-  for (const std::string_view later :
-       {"Bingham", "ModifiedCamClay", "NorSand", "HenckyHyperElastic", "BinghamViscoPlastic"})
+  for (const std::string_view later : {"Bingham", "HenckyHyperElastic", "BinghamViscoPlastic"})
     if (std::find(all[2].allowed.begin(), all[2].allowed.end(), later) == all[2].allowed.end())
       all[2].planned.push_back(later);
   add_laws(all, static_cast<const Law*>(nullptr));
@@ -137,10 +135,10 @@ std::vector<Field> fields() {
                  .kinds = number,
                  .help = "ignored by the reference",
                  .support = Support::ignored});
-  all.push_back(planned("shear_modulus", "Pa", "shear modulus (dialect of the fork)",
-                        {"ModifiedCamClay"}));
-  all.push_back(planned("volumetric_gamma", "-", "compressibility (dialect of the fork)",
-                        {"Bingham"}));
+  all.push_back(
+      planned("shear_modulus", "Pa", "shear modulus (dialect of the fork)", {"ModifiedCamClay"}));
+  all.push_back(
+      planned("volumetric_gamma", "-", "compressibility (dialect of the fork)", {"Bingham"}));
   all.push_back(planned("regularization_parameter", "s", "regularization (dialect of the fork)",
                         {"Bingham"}));
   all.push_back({.key = "stress_rate",

@@ -23,7 +23,8 @@ class ScenarioBuilder {
  private:
   // scenario_mesh.cpp
   void build_mesh();
-  void build_structured_mesh(const JsonValue& structured);
+  void warn_of_negative_masses(const JsonValue& mesh);
+  void build_structured_mesh(const JsonValue& mesh, const JsonValue& structured);
   void build_table_mesh(const JsonValue& mesh);
   void build_sets();
   // scenario_materials.cpp

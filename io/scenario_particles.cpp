@@ -110,9 +110,14 @@ template <int Dim>
 NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue& generator) {
   const JsonValue* set = in_.either(generator, "cset_id", "cset");
   const auto n = get_integer(generator, "nparticles_per_dir");
-  if (Dim == 3 && n == 4) {
+  const Element element = mesh_ ? mesh_->element() : multilinear<Dim>;
+  if (n && *n > most_gauss_points(element)) {
     in_.error(*generator.find("nparticles_per_dir"),
-              "'nparticles_per_dir' must be at most 3 in three dimensions, found 4");
+              fmt::format("'nparticles_per_dir' must be at most {} {}, found {}",
+                          most_gauss_points(element),
+                          info(element).simplex ? fmt::format("in a {}", info(element).noun)
+                                                : std::string("in three dimensions"),
+                          *n));
     return {};
   }
   const std::vector<Index>* listed = nullptr;  // none: all cells

@@ -9,9 +9,10 @@
 
 namespace lahar {
 
-/// A node of at most this mass [kg] is not accelerated, one of at most a tenth of it has no
-/// velocity: the reference code's values, 1e-15 and 1e-16 kg, but for models whose particles are so
-/// light that these would be more than rounding (see Patch::least_mass).
+/// A node of at most this mass [kg], whatever its sign (quadratic functions have negative parts),
+/// is not accelerated, one of at most a tenth of it has no velocity: the reference code's values,
+/// 1e-15 and 1e-16 kg, but for models whose particles are so light that these would be more than
+/// rounding (see Patch::least_mass).
 inline constexpr double least_nodal_mass = 1e-15;
 /// The same as a share of the lightest particle's mass; a particle contributes less than this to a
 /// node only where its shape function there is rounding.

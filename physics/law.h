@@ -12,9 +12,7 @@ namespace lahar {
 /// The state variables of a law, in the order of their components of Column::state.
 inline std::span<const StateVariable> state_variables(const Law& law) {
   return std::visit(
-      [](const auto& m) {
-        return std::span<const StateVariable>(m.state.data(), m.state.size());
-      },
+      [](const auto& m) { return std::span<const StateVariable>(m.state.data(), m.state.size()); },
       law);
 }
 

@@ -8,6 +8,7 @@
 #include "physics/cell_polynomial.h"
 #include "physics/inverse_mapping.h"
 #include "physics/kernels.h"
+#include "physics/lagrange_basis.h"
 #include "physics/law.h"
 
 namespace lahar {
@@ -86,6 +87,37 @@ LAHAR_INLINE void locate_run_isoparametric(Patch<Dim>& patch, const Run& run, co
     if (const unsigned out =
             locate_singly(patch, mesh.geometry(patch.topology.cells[c]), p, singly))
       outside(p, out);
+  }
+}
+
+/// As locate_run_isoparametric, in cells of other elements.
+template <int Dim, class Real, class Cells, class Outside>
+LAHAR_INLINE void locate_run_element(Patch<Dim>& patch, const Cells& cells, const Run& run,
+                                     const Mesh<Dim>& mesh, Outside outside) {
+  const auto cell = cells[run.cell];
+  const auto x = patch.particles.template rows<Dim>(Column::x);
+  const auto natural = patch.particles.template rows<Dim>(Column::xi);
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    const Local n = run.end - p;
+    Real at[Dim], xi[Dim];
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d) {
+      at[d] = load<Real>(x[d] + p);
+      xi[d] = load<Real>(natural[d] + p);
+    }
+    unsigned singly = cell.inverse_map(at, xi, n);
+    singly |= cell.near_faces(xi, n);
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d) store_first(xi[d], natural[d] + p, n);
+    unsigned out = 0;
+    for (; singly != 0; singly &= singly - 1) {
+      const Local q = p + std::countr_zero(singly);
+      const auto found = mesh.natural_coordinates(
+          patch.topology.cells[static_cast<std::size_t>(run.cell)], position(patch.particles, q));
+      if (!found) out |= singly & -singly;
+      for (int d = 0; d < Dim && found; ++d) patch.particles.row(Column::xi, d)[q] = (*found)[d];
+    }
+    if (out != 0) outside(p, out);
   }
 }
 
@@ -301,7 +333,11 @@ void locate(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   for (Run& run : runs) {
     if (run.begin == run.end) continue;
     const auto outside = [&](Local p, unsigned bits) { left.emplace_back(p, bits); };
-    if (patch.cartesian)
+    if (patch.basis == BasisKind::element)
+      with_lagrange(patch, [&](const auto& cells) {
+        locate_run_element<Dim, Real>(patch, cells, run, *step.model->mesh, outside);
+      });
+    else if (patch.cartesian)
       locate_run_cartesian<Dim, Real>(patch, run, outside);
     else
       locate_run_isoparametric<Dim, Real>(patch, run, *step.model->mesh, outside);

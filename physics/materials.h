@@ -5,16 +5,28 @@
 #include <concepts>
 #include <variant>
 
+#include "physics/materials/bingham.h"
+#include "physics/materials/drucker_prager.h"
 #include "physics/materials/linear_elastic.h"
+#include "physics/materials/modified_cam_clay.h"
 #include "physics/materials/mohr_coulomb.h"
+#include "physics/materials/neo_hookean.h"
 #include "physics/materials/newtonian.h"
+#include "physics/materials/norsand.h"
+#include "physics/materials/von_mises.h"
 
 namespace lahar {
 
 using Law = std::variant<  //
     LinearElastic,         //
     Newtonian,             //
-    MohrCoulomb>;
+    Bingham,               //
+    MohrCoulomb,           //
+    ModifiedCamClay,       //
+    NorSand,               //
+    DruckerPrager,         //
+    VonMises,              //
+    NeoHookean>;
 
 /// What every law has; besides, one of the functions that update() (law_input.h) calls. Optional:
 /// `initial_state(const double* stress, double* state)` with the initial stress (Voigt, zero if
@@ -28,9 +40,9 @@ concept MaterialLaw = requires(const T law) {
   { T::help } -> std::convertible_to<std::string_view>;
   T::parameters.size();
   T::state.size();
-  { law.problem() } -> std::same_as<std::string>;       // parameters that exclude each other
-  { law.wave_modulus() } -> std::same_as<double>;       // [Pa] of longitudinal waves
-  { law.viscosity() } -> std::same_as<double>;          // [Pa s] of shear; 0 for solids
+  { law.problem() } -> std::same_as<std::string>;  // parameters that exclude each other
+  { law.wave_modulus() } -> std::same_as<double>;  // [Pa] of longitudinal waves
+  { law.viscosity() } -> std::same_as<double>;     // [Pa s] of shear; 0 for solids
 };
 
 template <class T>

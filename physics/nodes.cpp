@@ -103,12 +103,18 @@ LAHAR_INLINE NodeVector with_component(const NodeVector& v, int component, doubl
   return load<NodeVector>(values);
 }
 
+/// Where an element's functions are negative in places, so may be the mass of a node: what is
+/// divided by it still moves with the body, as linear and angular momentum demand.
+LAHAR_INLINE bool more_than(double m, double least) {
+  return std::abs(m) > least;
+}
+
 /// {v, m} of a node from the sums {m v} and the mass {., m}.
 template <int Dim>
 LAHAR_INLINE NodeVector velocity_of(const Patch<Dim>& patch, const NodeVector& momentum,
                                     const NodeVector& mass) {
   const double m = mass[mass_lane];
-  if (!(m > 0.1 * patch.least_mass)) return with_mass(NodeVector(0.0), mass);
+  if (!more_than(m, 0.1 * patch.least_mass)) return with_mass(NodeVector(0.0), mass);
   return with_mass(flushed(momentum * NodeVector(1.0 / m), least_nodal_velocity), mass);
 }
 
@@ -157,7 +163,7 @@ void mark_nodes(Patch<Dim>& patch, std::size_t cell) {
   // Of all bodies: contact asks for them all.
   const std::size_t bodies = patch.bodies(), cells = patch.topology.cells.size() / bodies;
   for (std::size_t c = cell % cells; c < cells * bodies; c += cells) {
-    mark(patch.topology.corner_nodes[c]);
+    if (!patch.topology.corner_nodes.empty()) mark(patch.topology.corner_nodes[c]);
     mark(patch.topology.support(c));
   }
 }
@@ -228,7 +234,8 @@ void nodal_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
       patch,
       [&](Local i, const NodeVector&, const NodeVector& sum) {
         const double m = at(patch.velocity, i)[mass_lane];
-        patch.pressure[static_cast<std::size_t>(i)] = m > 0.1 * patch.least_mass ? sum[0] / m : 0.0;
+        patch.pressure[static_cast<std::size_t>(i)] =
+            more_than(m, 0.1 * patch.least_mass) ? sum[0] / m : 0.0;
       },
       SumOverPatches<Dim>(patch, NodeSum::pressure, step.step));
 }
@@ -265,7 +272,7 @@ class Integrator {
       force += load<NodeVector>(f);
       ++point_;
     }
-    if (!(m > patch_.least_mass)) {
+    if (!more_than(m, patch_.least_mass)) {
       store(NodeVector(0.0), at(patch_.acceleration, i));
       store(old, at(patch_.velocity, i));
       return;
@@ -306,7 +313,7 @@ class Integrator {
       const double own = own_mass[fixed.node * sum_stride];
       const double m = at(patch_.velocity, fixed.node)[mass_lane];
       patch_.work.external += own * (fixed.velocity - v) * fixed.velocity;  // of the reaction
-      if (m > patch_.least_mass) {
+      if (more_than(m, patch_.least_mass)) {
         // Weight and damping do their work along the prescribed velocity.
         const double other = step_.dt * (fixed.velocity - (v - 0.5 * step_.dt * a));
         patch_.work.external += own * gravity_[fixed.dir] * other;
@@ -318,7 +325,7 @@ class Integrator {
     }
     for (const auto& point : patch_.forces)
       if (const double m = at(patch_.velocity, point.node)[mass_lane];
-          m > patch_.least_mass && is_first_body(point.node))
+          more_than(m, patch_.least_mass) && is_first_body(point.node))
         patch_.work.external += own_mass[point.node * sum_stride] / m * point_force(point) *
                                 mean_move(point.node, point.dir);
   }

@@ -112,12 +112,13 @@ struct Outbox {
 };
 
 /// Shape functions as kernels see them: linear ones of Q4 and H8, or a basis (basis.h).
-enum class BasisKind { linear, gimp, quadratic_spline, cubic_spline };
+enum class BasisKind { linear, element, gimp, quadratic_spline, cubic_spline };
 
 template <int Dim>
 struct Patch {
   PatchTopology<Dim> topology;
   BasisKind basis = BasisKind::linear;  ///< others need topology.support_nodes
+  Element element = multilinear<Dim>;   ///< of the mesh
   Particles<Dim> particles;             ///< slots, of which those in runs are in use
   std::vector<Run> runs;
   std::vector<Local> first_run;  ///< by local cell, -1 = none

@@ -99,8 +99,8 @@ template <int Dim, class Real>
   }
 }
 
-/// The state variables that a law keeps, from their rows and back; those that follow from the stress
-/// stay where they are.
+/// The state variables that a law keeps, from their rows and back; those that follow from the
+/// stress stay where they are.
 template <class LawType, class Real>
 LAHAR_INLINE void load_state(const std::array<double*, most_state>& rows, Local p, Real* state) {
   LAHAR_UNROLL
@@ -179,7 +179,8 @@ LAHAR_INLINE void stretch_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim
 /// One run with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
 template <int Dim, class Real, class Gradient, class LawType>
 LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const Run& run,
-                             const Rows<Dim>& rows, double dt, StressPart part, const LawType& law) {
+                             const Rows<Dim>& rows, double dt, StressPart part,
+                             const LawType& law) {
   const double least = dt * gradient.least_trace(run.end - run.begin);
   if (!(1.0 + least > 0.0)) mark_collapse(patch, run, least);
 

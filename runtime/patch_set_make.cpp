@@ -24,7 +24,8 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   const Mesh<Dim>& mesh = *model_->mesh;
   patch->topology = topology_of(id);
   set_bodies(*patch, *model_);
-  patch->basis = basis_kind(model_->analysis.functions);
+  patch->basis = basis_kind(mesh, model_->analysis.functions);
+  patch->element = mesh.element();
   patch->particles = Particles<Dim>(layout_);
   patch->cartesian = mesh.is_cartesian();
   const auto& cells = patch->topology.cells;

@@ -64,9 +64,8 @@ class Shown {
         variable_(&variable) {
     for (const Material& material : model.materials) {
       const auto all = state_variables(material.law);
-      const auto found = std::find_if(all.begin(), all.end(), [&](const StateVariable& v) {
-        return v.name == variable.name;
-      });
+      const auto found = std::find_if(
+          all.begin(), all.end(), [&](const StateVariable& v) { return v.name == variable.name; });
       component_.push_back(found == all.end() ? -1 : static_cast<int>(found - all.begin()));
     }
   }
@@ -108,7 +107,8 @@ class Shown {
     if (k < 0) return 0;
     const Law& law = model_->materials[material].law;
     const auto variables = state_variables(law);
-    if (!variables[static_cast<std::size_t>(k)].of_stress) return particles.row(Column::state, k)[p];
+    if (!variables[static_cast<std::size_t>(k)].of_stress)
+      return particles.row(Column::state, k)[p];
     Voigt stress{};
     for (int c = 0; c < stress_components<Dim>; ++c)
       stress[static_cast<std::size_t>(c)] = particles.row(Column::stress, c)[p];

@@ -18,7 +18,7 @@ struct LawInput {
   Real volumetric;           ///< volumetric strain increment at the cell's centre [-], of splines at
                              ///< the particle
   unsigned active = all_of;  ///< bit per lane: of the others (beyond a run) nothing is kept
-  static constexpr unsigned all_of = (1u << lanes<Real>) - 1;
+  static constexpr unsigned all_of = (1u << lanes<Real>)-1;
 };
 
 /// Lanes whose increment was not done as a whole; a bit for each.
@@ -118,7 +118,7 @@ LAHAR_INLINE Failures update(const LawType& law, const LawInput<Dim, Real>& in, 
 template <class LawType, int Dim, class Real>
 inline constexpr bool can_fail =
     !requires(const LawType law, LawInput<Dim, Real> in, Real* stress, Real* state) {
-      { law.template update<Dim>(in, stress, state) } -> std::same_as<void>;
-    };
+  { law.template update<Dim>(in, stress, state) } -> std::same_as<void>;
+};
 
 }  // namespace lahar

@@ -127,12 +127,11 @@ class MohrCoulombUpdate {
   LAHAR_INLINE Yield yielding(const StressPoint<Rows, Real>& at, const Strength<Real>& s,
                               const Real& ft, const Real& fs, const Real& above) const;
   template <int Rows, class Real>
-  LAHAR_INLINE Direction<Real> direction(const StressPoint<Rows, Real>& at,
-                                         const Strength<Real>& s, const Real& pdstrain,
-                                         unsigned tension) const;
+  LAHAR_INLINE Direction<Real> direction(const StressPoint<Rows, Real>& at, const Strength<Real>& s,
+                                         const Real& pdstrain, unsigned tension) const;
   template <int Rows, class Real>
   LAHAR_INLINE void potential(const StressPoint<Rows, Real>& at, const Strength<Real>& s,
-                              unsigned tension, Direction<Real>& to) const;
+                              unsigned tension, const Real& lode, Direction<Real>& to) const;
   template <int Rows, class Real>
   [[gnu::noinline]] unsigned return_to_surface(const Real* start, Real* stress,
                                                const Strength<Real>& s, Real& pdstrain,
@@ -141,7 +140,7 @@ class MohrCoulombUpdate {
 
   double K_, G_, cutoff_;
   bool softening_, as_cbgeo_;
-  double hyperbola_;                 ///< 0.1 c0 [Pa]
+  double hyperbola_;                  ///< 0.1 c0 [Pa]
   Strength<double> peak_, residual_;  // tan_psi, ...
   double peak_psi_, residual_psi_, peak_pdstrain_, residual_pdstrain_;
 };

@@ -6,6 +6,9 @@
 namespace lahar {
 
 inline std::string MohrCoulomb::problem() const {
+  if (cohesion == 0 && friction == 0)
+    return "'cohesion' and 'friction' must not both be 0: the material would have no strength; a "
+           "fluid is \"type\": \"Newtonian\"";
   if (dilation > friction)
     return "'dilation' must be at most 'friction' = " + text_of(friction) + " degrees, found " +
            text_of(dilation);
@@ -21,9 +24,13 @@ inline std::string MohrCoulomb::problem() const {
   for (const auto& p : parameters)
     if (p.number && std::isnan(this->*p.number))
       return "'" + std::string(p.key) + "' is needed where 'softening' is true";
+  if (residual_cohesion == 0 && residual_friction == 0)
+    return "'residual_cohesion' and 'residual_friction' must not both be 0: the material would "
+           "have "
+           "no strength";
   if (!(peak_pdstrain < residual_pdstrain))
-    return "'residual_pdstrain' must be greater than 'peak_pdstrain' = " +
-           text_of(peak_pdstrain) + ", found " + text_of(residual_pdstrain);
+    return "'residual_pdstrain' must be greater than 'peak_pdstrain' = " + text_of(peak_pdstrain) +
+           ", found " + text_of(residual_pdstrain);
   return "";
 }
 
@@ -34,7 +41,7 @@ inline void MohrCoulomb::derive(const double* stress, double* to) const {
   point_of(sigma, at);
   to[3] = root3 * at.p[0];
   to[4] = at.rho[0];
-  to[5] = std::acos(at.r[0]) / 3.0;
+  to[5] = std::atan2(at.sin[0], at.cos[0]);
 }
 
 inline MohrCoulombUpdate::MohrCoulombUpdate(const MohrCoulomb& law)
@@ -66,8 +73,8 @@ LAHAR_INLINE MohrCoulombStrength<Real> MohrCoulombUpdate::strength(Real* q) cons
   if (softer == 0) return s;
   for (int lane = 0; lane < lanes<Real>; ++lane) {
     if (!(softer >> lane & 1)) continue;
-    const double share = std::max(
-        0.0, (q[6][lane] - residual_pdstrain_) / (peak_pdstrain_ - residual_pdstrain_));
+    const double share =
+        std::max(0.0, (q[6][lane] - residual_pdstrain_) / (peak_pdstrain_ - residual_pdstrain_));
     const double phi = residual_.phi + (peak_.phi - residual_.phi) * share,
                  psi = residual_psi_ + (peak_psi_ - residual_psi_) * share,
                  c = residual_.cohesion + (peak_.cohesion - residual_.cohesion) * share;
@@ -98,9 +105,10 @@ LAHAR_INLINE void MohrCoulombUpdate::yield_functions(const StressPoint<Rows, Rea
 
 /// Beyond both surfaces, the one on whose side of the bisector through their edge the stress lies.
 template <int Rows, class Real>
-LAHAR_INLINE MohrCoulombUpdate::Yield MohrCoulombUpdate::yielding(
-    const StressPoint<Rows, Real>& at, const Strength<Real>& s, const Real& ft, const Real& fs,
-    const Real& above) const {
+LAHAR_INLINE MohrCoulombUpdate::Yield MohrCoulombUpdate::yielding(const StressPoint<Rows, Real>& at,
+                                                                  const Strength<Real>& s,
+                                                                  const Real& ft, const Real& fs,
+                                                                  const Real& above) const {
   Yield yield{greater(ft, above), greater(fs, above)};
   const unsigned both = yield.tension & yield.shear;
   if (both == 0) return yield;
@@ -108,8 +116,7 @@ LAHAR_INLINE MohrCoulombUpdate::Yield MohrCoulombUpdate::yielding(
   const Real edge = cutoff_ * n - 2.0 * s.cohesion * lahar::sqrt(n);
   const Real least = at.p - root2_3 * at.rho * (0.5 * at.cos + (0.5 * root3) * at.sin);
   const Real h = ft + (lahar::sqrt(1.0 + n * n) + n) * (least - edge);
-  const unsigned tensile =
-      both & greater(h, Real(std::numeric_limits<double>::epsilon()));
+  const unsigned tensile = both & greater(h, Real(std::numeric_limits<double>::epsilon()));
   yield.shear &= ~tensile;
   yield.tension &= ~(both & ~tensile);
   return yield;
@@ -121,10 +128,9 @@ LAHAR_INLINE MohrCoulombUpdate::Yield MohrCoulombUpdate::yielding(
 template <int Rows, class Real>
 LAHAR_INLINE void MohrCoulombUpdate::potential(const StressPoint<Rows, Real>& at,
                                                const Strength<Real>& s, unsigned tension,
-                                               Direction<Real>& to) const {
+                                               const Real& lode, Direction<Real>& to) const {
   constexpr double tension_eccentricity = 0.6;
-  const Real e = select(tension, Real(tension_eccentricity),
-                        (3.0 - s.sin_phi) / (3.0 + s.sin_phi));
+  const Real e = select(tension, Real(tension_eccentricity), (3.0 - s.sin_phi) / (3.0 + s.sin_phi));
   const Real scale = select(tension, Real(1.0 / 3.0), (3.0 - s.sin_phi) / (6.0 * s.cos_phi));
   const Real off = select(tension, Real(0.1 * cutoff_), hyperbola_ * s.tan_psi);
   const Real k = 1.0 - e * e, two_e = 2.0 * e - 1.0, cos2 = at.cos * at.cos;
@@ -137,12 +143,11 @@ LAHAR_INLINE void MohrCoulombUpdate::potential(const StressPoint<Rows, Real>& at
   // In shear without dilation and stress the reference code's value; in tension the cone's tip.
   const Real omega = off * off + 1.5 * R * R * at.rho * at.rho;
   const Real w = lahar::sqrt(select(greater(omega, Real(least)), omega, Real(1e-5)));
-  const LodeGradient<Real> lode(at);
   const Real per_rho = 1.5 * R * R / w;  // (dg/drho) / rho
   const Real per_theta = 1.5 * at.rho * at.rho * R * dR / w;
   to.g.a = select(tension, Real(1.0 / 3.0), (1.0 / 3.0) * s.tan_psi);
-  to.g.b = per_rho + per_theta * lode.on_s;
-  to.g.c = per_theta * lode.on_t;
+  to.g.b = per_rho;
+  to.g.c = per_theta * lode;
   to.per_strain = root2_3 * per_rho * at.rho;
 }
 
@@ -158,15 +163,15 @@ LAHAR_INLINE MohrCoulombUpdate::Direction<Real> MohrCoulombUpdate::direction(
       select(tension, root2_3 * at.cos,
              root3_2 * per_cos * (sin60 * (1.0 / root3) + cos60 * s.sin_phi * (1.0 / 3.0)));
   const Real per_theta =
-      at.rho * select(tension, -root2_3 * at.sin,
-                      root3_2 * per_cos *
-                          (cos60 * (1.0 / root3) - sin60 * s.sin_phi * (1.0 / 3.0)));
-  const LodeGradient<Real> lode(at);
+      at.rho *
+      select(tension, -root2_3 * at.sin,
+             root3_2 * per_cos * (cos60 * (1.0 / root3) - sin60 * s.sin_phi * (1.0 / 3.0)));
+  const Real lode = lode_gradient(at);
   const Real rho = select(greater(at.rho, Real(0.0)), at.rho, Real(1.0));
   to.f.a = (1.0 / 3.0) * select(tension, Real(1.0), s.sin_phi * per_cos);
-  to.f.b = per_rho / rho + per_theta * lode.on_s;
-  to.f.c = per_theta * lode.on_t;
-  potential(at, s, tension, to);
+  to.f.b = per_rho / rho;
+  to.f.c = per_theta * lode;
+  potential(at, s, tension, lode, to);
   to.softening = Real(0.0);
   if (softening_) {
     const unsigned falls =
@@ -174,10 +179,9 @@ LAHAR_INLINE MohrCoulombUpdate::Direction<Real> MohrCoulombUpdate::direction(
     const double range = residual_pdstrain_ - peak_pdstrain_;
     const double dphi = (residual_.phi - peak_.phi) / range,
                  dc = (residual_.cohesion - peak_.cohesion) / range;
-    const Real df_dphi = per_cos * per_cos *
-                         (root3_2 * at.rho *
-                              (s.sin_phi * sin60 * (1.0 / root3) + cos60 * (1.0 / 3.0)) +
-                          at.p);
+    const Real df_dphi =
+        per_cos * per_cos *
+        (root3_2 * at.rho * (s.sin_phi * sin60 * (1.0 / root3) + cos60 * (1.0 / 3.0)) + at.p);
     to.softening = select(falls, -(df_dphi * dphi - dc) * to.per_strain, Real(0.0));
   }
   return to;
@@ -189,13 +193,9 @@ LAHAR_INLINE Failures MohrCoulombUpdate::update(const LawInput<Dim, Real>& in, R
   constexpr int rows = stress_components<Dim>;
   const Strength<Real> s = strength(q);
   Real trial[rows];
-  Real volumetric = in.rate[0] + in.rate[1];
-  if constexpr (Dim == 3) volumetric += in.rate[2];
-  volumetric *= (K_ - 2.0 / 3.0 * G_) * in.dt;
   LAHAR_UNROLL
-  for (int k = 0; k < rows; ++k)
-    trial[k] = k < 3 ? stress[k] + volumetric + (2.0 * G_ * in.dt) * in.rate[k]
-                     : stress[k] + (G_ * in.dt) * in.rate[k];
+  for (int k = 0; k < rows; ++k) trial[k] = stress[k];
+  elastic_trial<Dim>(in, K_, G_, trial);
   StressPoint<rows, Real> at;
   deviator_of(trial, at);
   // Inside cones that lie inside the yield surfaces: elastic without looking at the Lode angle.
@@ -221,13 +221,11 @@ LAHAR_INLINE Failures MohrCoulombUpdate::update(const LawInput<Dim, Real>& in, R
   return failures;
 }
 
-inline bool MohrCoulombUpdate::update_one(const Increment& in, Voigt& stress,
-                                          double* state) const {
+inline bool MohrCoulombUpdate::update_one(const Increment& in, Voigt& stress, double* state) const {
   Scalar q[7], start[6], trial[6];
   for (int k = 0; k < 7; ++k) q[k] = Scalar(state[k]);
   const Strength<Scalar> s = strength(q);
-  const double volumetric =
-      (K_ - 2.0 / 3.0 * G_) * (in.strain[0] + in.strain[1] + in.strain[2]);
+  const double volumetric = (K_ - 2.0 / 3.0 * G_) * (in.strain[0] + in.strain[1] + in.strain[2]);
   for (int k = 0; k < 6; ++k) {
     const double strain = in.strain[static_cast<std::size_t>(k)];
     start[k] = Scalar(stress[static_cast<std::size_t>(k)]);
@@ -275,16 +273,18 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
     const Real near = as_cbgeo_ ? Real(cbgeo_tolerance) : on_surface * size;
     const Yield begins = yielding(begin, s, bt, bs, -near);
     const Real f = select(begins.tension, bt, bs);
-    tangent = begins.any() & greater(near, max(f, -f)) & left;
+    // At the apex there is no tangent.
+    const Real least_rho = as_cbgeo_ ? Real(0.0) : near;
+    tangent = begins.any() & greater(near, max(f, -f)) & greater(begin.rho, least_rho) & left;
     if (tangent) {
       const Direction<Real> d = direction(begin, s, before, begins.tension);
       Real increment[Rows];
       for (int k = 0; k < Rows; ++k) increment[k] = stress[k] - start[k];
-      const Real multiplier = along(d.f, begin, increment) /
-                              (stiffness_between(d.f, d.g, begin, K_, G_) + d.softening);
+      const Real multiplier =
+          along(d.f, begin, increment) / (stiffness_between(d.f, d.g, begin, K_, G_) + d.softening);
       for (int k = 0; k < Rows; ++k)
-        stress[k] = select(tangent, stress[k] - multiplier * stress_of(d.g, begin, K_, G_, k),
-                           stress[k]);
+        stress[k] =
+            select(tangent, stress[k] - multiplier * stress_of(d.g, begin, K_, G_, k), stress[k]);
       pdstrain = select(tangent, pdstrain + multiplier * d.per_strain, pdstrain);
     }
   }
@@ -302,13 +302,14 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
     }
     first = false;
     const Direction<Real> d = direction(at, s, before, yield.tension);
-    const Real multiplier = select(yield.tension, ft, fs) /
-                            (stiffness_between(d.f, d.g, at, K_, G_) + d.softening);
-    // Where the deviator would be reversed and the trial stress is beyond the apex, it returns there.
+    const Real multiplier =
+        select(yield.tension, ft, fs) / (stiffness_between(d.f, d.g, at, K_, G_) + d.softening);
+    // Where the deviator would be reversed and the trial stress is beyond the apex, it returns
+    // there.
     const unsigned to_apex =
-        as_cbgeo_ ? 0u
-                  : left & greater((2.0 * G_) * multiplier * d.g.b, Real(1.0)) &
-                        greater(trial_p, apex);
+        as_cbgeo_
+            ? 0u
+            : left & greater((2.0 * G_) * multiplier * d.g.b, Real(1.0)) & greater(trial_p, apex);
     for (int k = 0; k < Rows; ++k) {
       const Real next = stress[k] - multiplier * stress_of(d.g, at, K_, G_, k);
       const Real tip = k < 3 ? apex : Real(0.0);

@@ -1,5 +1,5 @@
-/// \file What a material says of itself: its parameters and state variables, as data that io/ reads.
-/// The input's keys, bounds, help, JSON Schema and reference page follow from these tables.
+/// \file What a material says of itself: its parameters and state variables, as data that io/
+/// reads. The input's keys, bounds, help, JSON Schema and reference page follow from these tables.
 #pragma once
 
 #include <array>

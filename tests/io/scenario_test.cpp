@@ -159,22 +159,22 @@ TEST_CASE("Gauss points integrate as they should and come in the reference's ord
   // The points of each rule are symmetric, so that odd moments vanish, and the mean of xi^2 over
   // points is that of the rule.
   for (int n = 1; n <= 4; ++n) {
-    const auto points = gauss_points<2>(n);
+    const auto points = gauss_points<2>(Element::Q4, n);
     CHECK(points.size() == static_cast<std::size_t>(n * n));
     Vec<2> sum = Vec<2>::Zero();
     for (const auto& xi : points) sum += xi;
     CHECK(sum.norm() < 1e-14);
   }
   const double g = 1 / std::sqrt(3.0), h = std::sqrt(0.6);
-  const auto two = gauss_points<3>(2);
+  const auto two = gauss_points<3>(Element::H8, 2);
   CHECK((two[2] - Vec<3>(g, g, -g)).norm() < 1e-15);
   CHECK((two[7] - Vec<3>(-g, g, g)).norm() < 1e-15);
-  const auto three = gauss_points<2>(3);
+  const auto three = gauss_points<2>(Element::Q9, 3);
   CHECK((three[1] - Vec<2>(h, -h)).norm() < 1e-15);
   CHECK((three[4] - Vec<2>(0, -h)).norm() < 1e-15);
   CHECK((three[5] - Vec<2>(h, 0)).norm() < 1e-15);
   CHECK((three[8] - Vec<2>(0, 0)).norm() < 1e-15);
-  CHECK((gauss_points<3>(3)[1] - Vec<3>(-h, -h, 0)).norm() < 1e-15);
+  CHECK((gauss_points<3>(Element::H20, 3)[1] - Vec<3>(-h, -h, 0)).norm() < 1e-15);
 }
 
 TEST_CASE("functions of time are linear between their points and constant outside, or a sine") {

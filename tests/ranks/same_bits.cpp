@@ -126,6 +126,15 @@ TEST_CASE("plate of cells that are no boxes") {
   check(with_patches(bench_plate_isoparametric(), 2000), 30, threads_only);
 }
 
+TEST_CASE("discs in cells of other elements") {
+  for (const char* element : {"ED2T3", "ED2Q9"}) {
+    CAPTURE(element);
+    Model<2> discs =
+        with_patches(example("two-discs.json", {std::string("mesh.cell_type=") + element}), 40);
+    check(discs, 80, {{.threads = 1}, {.threads = 4}, {.threads = 1, .balance = every(20)}});
+  }
+}
+
 TEST_CASE("a collapse of water whose particles cross many patches") {
   const Model<2> water = with_patches(example("dam-break.json", {}), 200);
   check(water, 300, all_ways);
