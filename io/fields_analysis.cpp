@@ -189,6 +189,12 @@ const Section& analysis_section() {
            .kinds = boolean,
            .help = "contact between materials",
            .planned = {"true"}},
+          {.key = "as_cbgeo",
+           .kinds = boolean,
+           .help = "reproduce what CB-Geo MPM computes where that deviates from its documentation "
+                   "or from physics (see \"What --as-cbgeo changes\"); --as-cbgeo sets it",
+           .fallback = "false",
+           .native = true},
           {.key = "patch_particles",
            .kinds = integer,
            .help = "target number of particles per "

@@ -174,14 +174,18 @@ const Section& friction_section() {
   static const Section section{
       .name = "a friction constraint",
       .path = "mesh.boundary_conditions.friction_constraints[]",
-      .help = "Coulomb friction of a set of nodes on a rigid wall.",
+      .help =
+          "Coulomb friction of a set of nodes on a rigid wall, or a `file` of lines `node dir "
+          "sign_n friction`. It acts where the acceleration presses a node against the wall. A "
+          "node has one friction; of several the last counts. What keeps the node from leaving "
+          "through the wall is a velocity constraint.",
       .fields = {
           {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
           {.key = "dir", .kinds = direction, .help = "normal direction in the node's frame"},
           {.key = "sign_n",
            .kinds = integer,
-           .help = "sign of the outward normal",
+           .help = "sign of the direction that points out of the body: -1 for a floor below it",
            .min = -1,
            .max = 1},
           {.key = "friction",
@@ -228,13 +232,12 @@ const Section& boundary_section() {
                                    {.key = "friction_constraints",
                                     .kinds = list,
                                     .help = "friction at nodes",
-                                    .support = Support::planned,
                                     .section = friction_section},
                                    {.key = "nodal_euler_angles",
                                     .kinds = file,
-                                    .help = "rotated frames of nodes: lines "
-                                            "`node alpha beta [gamma]` in radians",
-                                    .support = Support::planned},
+                                    .help = "rotated frames of nodes, in which their velocity and "
+                                            "friction constraints act: lines `node alpha beta "
+                                            "[gamma]` in radians"},
                                    {.key = "particles_velocity_constraints",
                                     .kinds = list,
                                     .help = "prescribed particle velocities",

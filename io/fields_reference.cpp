@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "io/cbgeo_deviations.h"
 #include "io/fields.h"
 #include "io/scenario.h"
 
@@ -136,6 +137,16 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
+std::string deviations() {
+  std::string out =
+      "\n## What --as-cbgeo changes\n\nWhere CB-Geo MPM computes something else than its "
+      "documentation or the physics say, `--as-cbgeo`\n(or `analysis.as_cbgeo`) reproduces it, to "
+      "compare results:\n\n| what | with `--as-cbgeo`, as CB-Geo MPM | without |\n|---|---|---|\n";
+  for (const CbgeoDeviation& d : cbgeo_deviations())
+    out += fmt::format("| {} | {} | {} |\n", d.what, d.there, d.here);
+  return out;
+}
+
 }  // namespace
 
 std::string scenario_reference() {
@@ -149,7 +160,7 @@ std::string scenario_reference() {
       out += fmt::format("| `{}` | {} | {} | {} | {} |\n", f.key, escaped(value_of(f)), f.unit,
                          escaped(default_of(f)), escaped(meaning_of(f)));
   }
-  return out + side_files;
+  return out + side_files + deviations();
 }
 
 }  // namespace lahar

@@ -17,7 +17,7 @@ std::span<const HistoryColumn> history_columns() {
       {"kinetic", "J", "kinetic energy"},
       {"internal", "J", "work of the stresses since the start"},
       {"external", "J", "work of gravity, loads and prescribed velocities since the start"},
-      {"damping", "J", "energy taken by damping since the start"},
+      {"damping", "J", "energy taken by damping and friction since the start"},
       {"balance", "J", "kinetic + internal + damping - external - kinetic at the start"},
       {"max_speed", "m/s", "largest particle speed"},
   };

@@ -9,6 +9,7 @@ namespace lahar {
 
 template <int Dim>
 Model<Dim> ScenarioBuilder<Dim>::build() {
+  build_as_cbgeo();
   build_mesh();
   build_sets();
   build_materials();

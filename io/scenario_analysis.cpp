@@ -15,7 +15,7 @@ Scheme scheme_of(const std::string& name) {
 }
 
 // Set a key of an object, for scenario.full.json.
-void set(JsonValue& object, std::string_view key, std::string value) {
+void set(JsonValue& object, std::string_view key, auto value) {
   auto& members = std::get<JsonValue::Object>(object.data);
   auto it =
       std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.key == key; });
@@ -45,6 +45,15 @@ std::string folder_name(const std::string& title) {
 }
 
 }  // namespace
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_as_cbgeo() {
+  JsonValue* analysis = root_.find("analysis");
+  if (!analysis) return;
+  in_.as_cbgeo = in_.as_cbgeo || get_bool(*analysis, "as_cbgeo").value_or(false);
+  set(*analysis, "as_cbgeo", in_.as_cbgeo);
+  model_.analysis.as_cbgeo = in_.as_cbgeo;
+}
 
 template <int Dim>
 void ScenarioBuilder<Dim>::build_analysis() {
@@ -157,6 +166,7 @@ void ScenarioBuilder<Dim>::build_output() {
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                 \
+  template void ScenarioBuilder<Dim>::build_as_cbgeo();                        \
   template void ScenarioBuilder<Dim>::build_analysis();                        \
   template void ScenarioBuilder<Dim>::build_scheme(JsonValue&);                \
   template void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue&); \

@@ -32,6 +32,7 @@ class ScenarioBuilder {
   int find_material(const JsonValue& object);  ///< index; -1 = reported
   int find_function(const JsonValue& object);  ///< index; -1 = none
   // scenario_analysis.cpp
+  void build_as_cbgeo();  ///< first of all: others depend on it
   void build_analysis();
   void build_scheme(JsonValue& analysis);
   void build_velocity_update(const JsonValue& analysis);

@@ -99,17 +99,29 @@ void ScenarioBuilder<Dim>::build_constraints() {
 
 template <int Dim>
 void ScenarioBuilder<Dim>::build_friction() {
+  auto& out = model_.node_frictions;
   for (const JsonValue* c : get_list(boundary(), "friction_constraints")) {
     if (from_file(*c, {"dir", "sign_n", "friction"})) {
-      if (const auto file = in_.open(*c, "file"))
-        check_friction_file(*file, n_nodes(), Dim, in_.problems);
+      const auto file = in_.open(*c, "file");
+      if (!file) continue;
+      if (const auto rows = read_friction_file(*file, n_nodes(), Dim, in_.problems))
+        out.insert(out.end(), rows->begin(), rows->end());
       continue;
     }
-    direction_of(*c);
-    members(*c, "nset_id", "nset", sets_.nodes);
+    const auto dir = direction_of(*c);
+    auto sign = get_integer(*c, "sign_n");
+    const auto friction = get_number(*c, "friction");
+    const auto nodes = members(*c, "nset_id", "nset", sets_.nodes);
+    if (sign && *sign == 0) {
+      in_.error(*c->find("sign_n"), "'sign_n' must be 1 or -1, found 0", sign_hint);
+      continue;
+    }
+    if (!dir || !sign || !friction || !nodes) continue;
+    for (const Index node : *nodes) out.push_back({node, *dir, static_cast<int>(*sign), *friction});
   }
   if (const auto file = in_.open(boundary(), "nodal_euler_angles"))
-    check_angle_file(*file, n_nodes(), Dim, in_.problems);
+    if (auto frames = read_angle_file<Dim>(*file, n_nodes(), in_.problems))
+      model_.node_frames = std::move(*frames);
 }
 
 template <int Dim>

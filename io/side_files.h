@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/problems.h"
-#include "physics/types.h"
+#include "physics/model.h"
 
 namespace lahar {
 
@@ -128,9 +128,18 @@ bool plausible(const SideFile& file, Index count);
 void too_few(RowReader& rows, std::string_view what, Index found, Index promised);
 bool no_more_rows(RowReader& rows, std::string_view what, Index promised);
 
-/// Check the rows of files whose content is not supported yet: `node dir sign_n friction`,
-/// `node alpha beta [gamma]`.
-void check_friction_file(const SideFile& file, Index n_nodes, int dim, ProblemList& problems);
-void check_angle_file(const SideFile& file, Index n_nodes, int dim, ProblemList& problems);
+/// What a friction's sign means, for messages.
+inline constexpr const char* sign_hint =
+    "the sign of the direction that points out of the body: -1 for a floor below it";
+
+/// Rows `node dir sign_n friction`.
+std::optional<std::vector<NodeFriction>> read_friction_file(const SideFile& file, Index n_nodes,
+                                                            int dim, ProblemList& problems);
+
+/// Rows `node alpha beta [gamma]` in radians: in 2D the rotation by alpha + beta, in 3D
+/// Rz(alpha) Rx(gamma) Rz(beta). A node occurs at most once.
+template <int Dim>
+std::optional<std::vector<NodeFrame<Dim>>> read_angle_file(const SideFile& file, Index n_nodes,
+                                                           ProblemList& problems);
 
 }  // namespace lahar

@@ -9,8 +9,21 @@
 namespace lahar {
 
 /// Floating-point columns of a particle. Each has a fixed number of components per dimension.
-enum class Column : int { x, xi, v, u, stress, strain, volume, mass, size, pressure };
-inline constexpr int n_columns = 10;
+enum class Column : int {
+  x,
+  xi,
+  v,
+  u,
+  stress,
+  strain,
+  volume,
+  mass,
+  size,
+  pressure,
+  domain,
+  next_domain
+};
+inline constexpr int n_columns = 12;
 
 struct ColumnInfo {
   Column column;
@@ -33,6 +46,8 @@ inline constexpr std::array<ColumnInfo, n_columns> column_table{{
     {Column::mass,     "mass",         "kg",  1, 1, false, true},
     {Column::size,     "size",         "m",   1, 1, true,  false},  // initial volume^(1/Dim), for tractions
     {Column::pressure, "pressure",     "Pa",  1, 1, true,  true},   // state variable of fluids
+    {Column::domain,   "domain",       "m",   2, 3, true,  true},   // GIMP: edges of the particle's box
+    {Column::next_domain, "next_domain", "m", 2, 3, true, false},   // the same from the next step on
 }};
 // clang-format on
 
@@ -43,6 +58,8 @@ struct ColumnNeeds {
   bool pressure = false;
   bool natural = false;  ///< natural coordinates of the step's beginning: isoparametric cells, or
                          ///< needed when x has moved on (MUSL); else they follow from x
+  bool domain = false;   ///< GIMP
+  bool next_domain = false;  ///< GIMP with domains that stretch
   bool strain = false;   ///< not where all laws give it as a function of stress (strain_of())
   bool operator==(const ColumnNeeds&) const = default;
 };
@@ -56,6 +73,8 @@ class ColumnLayout {
       const bool present = !info.optional || (info.column == Column::size && needs.size) ||
                            (info.column == Column::pressure && needs.pressure) ||
                            (info.column == Column::xi && needs.natural) ||
+                           (info.column == Column::domain && needs.domain) ||
+                           (info.column == Column::next_domain && needs.next_domain) ||
                            (info.column == Column::strain && needs.strain);
       row_[static_cast<int>(info.column)] = present ? rows_ : -1;
       if (present) rows_ += components(info);

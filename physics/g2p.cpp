@@ -3,33 +3,17 @@
 #include "physics/kernels.h"
 #include "physics/law.h"
 #include "physics/loads.h"
+#include "physics/particle_update.h"
+#include "physics/support_kernels.h"
 
 namespace lahar {
 
 namespace {
 
-/// What of the nodal fields the velocity update takes.
-struct VelocityUpdate {
-  double keep;          ///< factor of the particle's own velocity (FLIP fraction)
-  double acceleration;  ///< factor of the interpolated acceleration [s]
-  double velocity;      ///< factor of the interpolated velocity (PIC fraction)
-};
-
-/// Rows of the columns that the stage changes.
-template <int Dim>
-struct Rows {
-  std::array<double*, Dim> v, x, u;
-
-  explicit Rows(Particles<Dim>& particles)
-      : v(particles.template rows<Dim>(Column::v)),
-        x(particles.template rows<Dim>(Column::x)),
-        u(particles.template rows<Dim>(Column::u)) {}
-};
-
 /// Returns the largest speed squared at each lane.
 template <int Dim, class Real, class Map>
 LAHAR_INLINE Real update_run(const Patch<Dim>& patch, const Map& map, const Run& run,
-                             const Rows<Dim>& rows, const VelocityUpdate& update, double dt) {
+                             const MovedRows<Dim>& rows, const VelocityUpdate& update, double dt) {
   const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
   const double *node_v[corners<Dim>], *node_a[corners<Dim>];
   LAHAR_UNROLL
@@ -54,24 +38,13 @@ LAHAR_INLINE Real update_run(const Patch<Dim>& patch, const Map& map, const Run&
       for (int d = 0; d < Dim; ++d)
         a[d] = i == 0 ? multiply(N, node_a[i] + d) : multiply_add(a[d], N, node_a[i] + d);
     }
-    Real speed2(0.0);
-    LAHAR_UNROLL
-    for (std::size_t d = 0; d < Dim; ++d) {
-      // Factors of exactly 0 and 1 leave pure FLIP and pure PIC unchanged to the last bit.
-      const Real blended = update.keep * load<Real>(rows.v[d] + p) + update.acceleration * a[d] +
-                           update.velocity * v[d];
-      store_first(blended, rows.v[d] + p, n);
-      speed2 += blended * blended;
-      const Real move = dt * v[d];
-      store_first(load<Real>(rows.x[d] + p) + move, rows.x[d] + p, n);
-      store_first(load<Real>(rows.u[d] + p) + move, rows.u[d] + p, n);
-    }
-    fastest = max(fastest, first_lanes(speed2, n));
+    fastest = max(fastest, advance(rows, p, n, v, a, update, dt));
   }
   return fastest;
 }
 
-/// Prescribed velocities of the particles of one run.
+}  // namespace
+
 template <int Dim>
 void prescribe_velocities(Patch<Dim>& patch, const Run& run, const StepContext<Dim>& step) {
   const Model<Dim>& model = *step.model;
@@ -90,26 +63,24 @@ void prescribe_velocities(Patch<Dim>& patch, const Run& run, const StepContext<D
   }
 }
 
-}  // namespace
-
 template <int Dim, class Real>
 void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
-  const double flip = step.model->analysis.flip;
-  const VelocityUpdate update{flip, flip * step.dt, 1.0 - flip};
-  const Rows<Dim> rows(patch.particles);
+  if (supported::is(patch)) return supported::update_particles<Dim, Real>(patch, step, runs);
+  const VelocityUpdate update(step.model->analysis.flip, step.dt);
+  const MovedRows<Dim> rows(patch.particles);
   Real fastest(0.0);
   for_each_run(
       patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
         fastest = max(fastest, update_run<Dim, Real>(patch, map, run, rows, update, step.dt));
         if (run.loaded) prescribe_velocities(patch, run, step);
       });
-  for (int lane = 0; lane < lanes<Real>; ++lane)
-    patch.max_speed = std::max(patch.max_speed, std::sqrt(fastest[lane]));
+  note_speeds(patch, fastest);
 }
 
 template <int Dim>
 void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   if (step.model->tractions.empty()) return;
+  if (supported::is(patch)) return supported::add_work_of_tractions(patch, step, runs);
   for_each_run(patch, runs, [&](const auto& map, const Run& run) {
     if (!run.loaded) return;
     const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
@@ -131,6 +102,7 @@ void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
 
 template <int Dim, class Real>
 void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+  if (supported::is(patch)) return supported::smooth_pressure<Dim, Real>(patch, step, runs);
   Particles<Dim>& particles = patch.particles;
   for_each_run(patch, runs, [&](const auto& map, const Run& run) {
     if (!has_pressure(step.model->materials[run.material].law)) return;
@@ -154,6 +126,8 @@ LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)
 LAHAR_INSTANTIATE(2, Scalar)
 LAHAR_INSTANTIATE(3, Scalar)
+template void prescribe_velocities<2>(Patch<2>&, const Run&, const StepContext<2>&);
+template void prescribe_velocities<3>(Patch<3>&, const Run&, const StepContext<3>&);
 template void add_work_of_tractions<2>(Patch<2>&, const StepContext<2>&, Runs);
 template void add_work_of_tractions<3>(Patch<3>&, const StepContext<3>&, Runs);
 

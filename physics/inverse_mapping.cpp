@@ -1,12 +1,11 @@
 /// \file Inverse mapping of the bilinear quadrilateral (closed form) and the trilinear hexahedron.
 #include "physics/inverse_mapping.h"
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "physics/cell_polynomial.h"
+#include "physics/newton.h"
 
 namespace lahar {
 namespace {
@@ -55,26 +54,6 @@ struct Multilinear {
   }
 };
 
-double cross(const Vec<2>& a, const Vec<2>& b) {
-  return a[0] * b[1] - a[1] * b[0];
-}
-
-/// Solve J s = r by Cramer's rule; false if det J is not positive (beyond the region where the map
-/// is one to one).
-bool solve_positive(const Matrix<2>& J, const Vec<2>& r, Vec<2>& s) {
-  const double det = cross(J.col(0), J.col(1));
-  s = Vec<2>(cross(r, J.col(1)), cross(J.col(0), r)) / det;
-  return det > 0 && s.allFinite();
-}
-
-bool solve_positive(const Matrix<3>& J, const Vec<3>& r, Vec<3>& s) {
-  const Vec<3> a = J.col(0), b = J.col(1), c = J.col(2);
-  const Vec<3> bc = b.cross(c);
-  const double det = a.dot(bc);
-  s = Vec<3>(r.dot(bc), r.dot(c.cross(a)), r.dot(a.cross(b))) / det;
-  return det > 0 && s.allFinite();
-}
-
 /// With x(xi) - x = -r + b xi + c eta + d xi eta = 0, eliminating eta leaves A xi^2 + B xi + C = 0.
 /// At a root 2 A xi + B = -det J, so that the root sought has the negative sign of the square root.
 bool invert_quadrilateral(const Multilinear<2>& map, Vec<2>& xi) {
@@ -95,37 +74,6 @@ bool invert_quadrilateral(const Multilinear<2>& map, Vec<2>& xi) {
   Vec<2> step;
   if (solve_positive(map.gradient(xi), map.value(xi), step)) xi -= step;
   return true;
-}
-
-template <int Dim>
-bool newton(const Multilinear<Dim>& map, Vec<Dim>& xi, double& residual) {
-  Vec<Dim> f = map.value(xi), step;
-  residual = f.norm();
-  if (!solve_positive(map.gradient(xi), f, step)) return false;
-  for (int iteration = 0; iteration < newton_max_steps; ++iteration) {
-    if (step.template lpNorm<Eigen::Infinity>() < newton_step_tolerance) {
-      xi -= step;
-      return true;
-    }
-    // Halve the step until the residual shrinks and the next step exists.
-    bool accepted = false;
-    for (int halving = 0; halving < newton_max_halvings && !accepted; ++halving) {
-      const Vec<Dim> trial = xi - step;
-      f = map.value(trial);
-      const double smaller = f.norm();
-      Vec<Dim> next;
-      accepted = smaller < residual && solve_positive(map.gradient(trial), f, next);
-      if (accepted) {
-        xi = trial;
-        residual = smaller;
-        step = next;
-      } else {
-        step *= 0.5;
-      }
-    }
-    if (!accepted) return false;
-  }
-  return false;
 }
 
 bool invert_hexahedron(const Multilinear<3>& map, const Vec<3>& guess, Vec<3>& xi) {

@@ -17,7 +17,8 @@ struct LawInput {
   static constexpr int rows = stress_components<Dim>;
   Real rate[rows];    ///< strain rate [1/s], engineering shear; 2D: zz = 0
   double dt;          ///< [s]
-  double volumetric;  ///< volumetric strain increment at the cell's centre [-]
+  Real volumetric;    ///< volumetric strain increment at the cell's centre [-]; splines: at the
+                      ///< particle
 };
 
 /// Isotropic Hooke's law in rate form, sigma += lambda tr(de) I + 2 G de (engineering shear: G).

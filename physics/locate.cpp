@@ -271,9 +271,21 @@ void clear_outboxes(Patch<Dim>& patch) {
   patch.filled_outboxes.clear();
 }
 
+/// All functions of the step have been used: domains become those that its strain left.
+template <int Dim>
+void adopt_domains(Patch<Dim>& patch, Runs runs) {
+  for (const Run& run : runs)
+    for (int d = 0; d < Dim; ++d) {
+      const double* from = patch.particles.row(Column::next_domain, d);
+      std::copy(from + run.begin, from + run.end,
+                patch.particles.row(Column::domain, d) + run.begin);
+    }
+}
+
 template <int Dim, class Real>
 void locate(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   std::vector<std::pair<Local, unsigned>> left;
+  if (patch.particles.layout().has(Column::next_domain)) adopt_domains(patch, runs);
   for (Run& run : runs) {
     if (run.begin == run.end) continue;
     const auto outside = [&](Local p, unsigned bits) { left.emplace_back(p, bits); };

@@ -14,6 +14,16 @@ namespace lahar {
 
 enum class Scheme { usf, usl, musl };
 
+/// Functions that map between particles and nodes: those of the mesh's elements, or functions that
+/// reach beyond the cell, for structured meshes.
+enum class ShapeFunctions {
+  element,
+  gimp,          ///< domains of particles stretch with them (contiguous particles)
+  uniform_gimp,  ///< domains keep their size
+  quadratic_spline,
+  cubic_spline
+};
+
 /// Isotropic linear elasticity; 2D is plane strain.
 struct LinearElastic {
   double youngs_modulus;  ///< [Pa] > 0
@@ -50,6 +60,21 @@ struct NodeVelocity {
   Index node;
   int dir;
   double velocity;  ///< [m/s]
+};
+
+/// Coulomb friction of a node on a rigid wall. One per node.
+struct NodeFriction {
+  Index node;
+  int normal;       ///< direction of the wall's normal, in the node's frame
+  int outward;      ///< sign of the normal that points out of the body: 1 or -1
+  double friction;  ///< coefficient [-]
+};
+
+/// Rotated axes in which the constraints of a node act. One per node.
+template <int Dim>
+struct NodeFrame {
+  Index node;
+  Eigen::Matrix<double, Dim, Dim, Eigen::DontAlign> axes;  ///< columns: local axes
 };
 
 struct NodeForce {
@@ -101,6 +126,7 @@ struct TimeStep {
 
 struct Analysis {
   Scheme scheme = Scheme::usf;
+  ShapeFunctions functions = ShapeFunctions::element;
   TimeStep step;
   Index nsteps = 0;  ///< steps to take; with end_time whichever comes first
   double end_time = std::numeric_limits<double>::infinity();  ///< [s]
@@ -109,6 +135,7 @@ struct Analysis {
   bool pressure_smoothing = false;
   bool remove_leaving_particles =
       false;                     ///< particles that leave the mesh are removed, not an error
+  bool as_cbgeo = false;  ///< what CB-Geo MPM computes where that deviates (io/cbgeo_deviations.h)
   /// Target particles per patch; part of the result's identity. Measured on one core, plate and H8 of
   /// 125 thousand and 1 million particles, against 4096: 1024 20 % slower, 2048 8 %; 8192 and 16384
   /// 3 to 7 % faster, but half and a quarter of the patches to share among threads.
@@ -133,6 +160,8 @@ struct Model {
   std::vector<MathFunction> functions;
   Vec<Dim> gravity = Vec<Dim>::Zero();  ///< [m/s^2]
   std::vector<NodeVelocity> node_velocities;
+  std::vector<NodeFriction> node_frictions;
+  std::vector<NodeFrame<Dim>> node_frames;
   std::vector<NodeForce> node_forces;
   std::vector<ParticleTraction> tractions;
   std::vector<ParticleVelocity> particle_velocities;

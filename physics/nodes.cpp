@@ -2,6 +2,7 @@
 /// same sums, so that all copies of a node are identical.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "physics/kernels.h"
 #include "physics/loads.h"
@@ -123,6 +124,7 @@ void make_room(Patch<Dim>& patch) {
 template <int Dim>
 void prescribe_velocities(Patch<Dim>& patch) {
   for (const auto& fixed : patch.fixed) at(patch.velocity, fixed.node)[fixed.dir] = fixed.velocity;
+  for (const auto& wall : patch.walls) prescribe_velocity(wall, at(patch.velocity, wall.node));
 }
 
 /// Ranges of the nodes that are marked as active. Sums exist from the first of them on: most
@@ -148,8 +150,11 @@ void collect_active_nodes(Patch<Dim>& patch) {
 
 template <int Dim>
 void mark_nodes(Patch<Dim>& patch, std::size_t cell) {
-  for (const Local node : patch.topology.corner_nodes[cell])
-    patch.node_is_active[static_cast<std::size_t>(node)] = 1;
+  const auto mark = [&](std::span<const Local> nodes) {
+    for (const Local node : nodes) patch.node_is_active[static_cast<std::size_t>(node)] = 1;
+  };
+  mark(patch.topology.corner_nodes[cell]);
+  mark(patch.topology.support(cell));
 }
 
 }  // namespace
@@ -222,10 +227,15 @@ template <int Dim>
 class Integrator {
  public:
   Integrator(Patch<Dim>& patch, const StepContext<Dim>& step)
-      : patch_(patch), step_(step), point_(patch.forces.begin()) {
+      : patch_(patch), step_(step), point_(patch.forces.begin()), wall_(patch.walls.begin()) {
     double g[node_width] = {};
     for (int d = 0; d < Dim; ++d) g[d] = step.model->gravity[d];
     gravity_ = load<NodeVector>(g);
+  }
+
+  /// {v, m} with the prescribed velocities of a wall; nodes in order.
+  LAHAR_INLINE NodeVector prescribed_at_wall(Local i, const NodeVector& v) {
+    return i < next_wall() ? v : at_wall(i, v);
   }
 
   /// `old` is {v, m} before the step, `own` this patch's {., m}.
@@ -251,8 +261,9 @@ class Integrator {
       store(against, at(patch_.damping, i));
       force -= against;
     }
-    const NodeVector a = force * per_mass;
-    const NodeVector v = with_mass(flushed(old + step_.dt * a, least_nodal_velocity), old);
+    NodeVector a = force * per_mass;
+    NodeVector v = with_mass(flushed(old + step_.dt * a, least_nodal_velocity), old);
+    if (i >= next_wall()) advance_at_wall(i, own[mass_lane], old, a, v);
     store(a, at(patch_.acceleration, i));
     store(v, at(patch_.velocity, i));
     const NodeVector mean = v - (0.5 * step_.dt) * a;
@@ -306,6 +317,36 @@ class Integrator {
     return with_mass(NodeVector::of(signed_force), zero);
   }
 
+  /// The next node of a wall that has not been passed.
+  Local next_wall() const {
+    return wall_ == patch_.walls.end() ? std::numeric_limits<Local>::max() : wall_->node;
+  }
+  /// Whether node i is one; passes those before it, which are not active.
+  bool is_at_wall(Local i) {
+    while (next_wall() < i) ++wall_;
+    return next_wall() == i;
+  }
+  [[gnu::noinline]] NodeVector at_wall(Local i, const NodeVector& v) {
+    double values[node_width];
+    store(v, values);
+    if (is_at_wall(i)) prescribe_velocity(*wall_, values);
+    return load<NodeVector>(values);
+  }
+  /// `a` is that of all forces but the wall's; `v` is written only.
+  [[gnu::noinline]] void advance_at_wall(Local i, double own_mass, const NodeVector& old,
+                                         NodeVector& a, NodeVector& v) {
+    if (!is_at_wall(i)) return;
+    double velocity[node_width], acceleration[node_width];
+    store(old, velocity);
+    store(a, acceleration);
+    const WallWork done = lahar::advance_at_wall(*wall_, step_.dt, step_.model->analysis.as_cbgeo,
+                                                 velocity, acceleration);
+    patch_.work.external += own_mass * done.reaction;
+    patch_.work.damping += own_mass * done.friction;
+    v = load<NodeVector>(velocity);
+    a = load<NodeVector>(acceleration);
+  }
+
   double mean_move(Local i, int d) const {
     return step_.dt * (at(patch_.velocity, i)[d] - 0.5 * step_.dt * at(patch_.acceleration, i)[d]);
   }
@@ -313,6 +354,7 @@ class Integrator {
   Patch<Dim>& patch_;
   const StepContext<Dim>& step_;
   typename std::vector<PointForce>::const_iterator point_;
+  typename std::vector<WallNode<Dim>>::const_iterator wall_;
   NodeVector gravity_;
   NodeVector weight_work_ = NodeVector(0.0);   ///< of unit gravity and a step of 1 s
   NodeVector damping_work_ = NodeVector(0.0);  ///< of a step of 1 s
@@ -347,7 +389,7 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
         while (fixed != patch.fixed.end() && fixed->node < i) ++fixed;  // not active
         for (; fixed != patch.fixed.end() && fixed->node == i; ++fixed)
           v = with_component(v, fixed->dir, fixed->velocity);
-        integrator.node(i, own, v, force);
+        integrator.node(i, own, integrator.prescribed_at_wall(i, v), force);
       },
       momentum, momentum.beside(NodeSum::force));
   integrator.finish();

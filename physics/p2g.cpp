@@ -10,6 +10,7 @@
 #include "physics/kernels.h"
 #include "physics/law.h"
 #include "physics/loads.h"
+#include "physics/support_kernels.h"
 
 namespace lahar {
 
@@ -119,6 +120,7 @@ LAHAR_INLINE void scatter_runs(const Patch<Dim>& patch, Runs runs, double* nodes
 
 template <int Dim, class Real>
 LAHAR_INLINE void map_momentum_to(Patch<Dim>& patch, Runs runs, double* nodes) {
+  if (supported::is(patch)) return supported::map_momentum<Dim, Real>(patch, runs, nodes);
   const double* m = patch.particles.row(Column::mass);
   const auto v = patch.particles.template rows<Dim>(Column::v);
   scatter_runs<vector_and_mass<Dim>, Dim, Real>(
@@ -161,6 +163,9 @@ void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
 template <int Dim, class Real>
 void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   if (!patch.particles.layout().has(Column::pressure)) return;
+  if (supported::is(patch))
+    return supported::map_pressure<Dim, Real>(patch, step, runs,
+                                              patch.own_sums(NodeSum::pressure, step.step));
   const double* m = patch.particles.row(Column::mass);
   const double* pressure = patch.particles.row(Column::pressure);
   const auto& materials = step.model->materials;
@@ -293,6 +298,7 @@ void traction_force(const Map& map, const Patch<Dim>& patch, const Run& run,
 template <int Dim, class Real>
 void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   double* nodes = patch.own_sums(NodeSum::force, step.step);
+  if (supported::is(patch)) return supported::map_force<Dim, Real>(patch, step, runs, nodes);
   const PulledStress<Dim> stress(patch.particles);
   for_each_run(
       patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
@@ -103,6 +104,19 @@ struct PatchTopology {
   std::vector<Index> nodes;  ///< global id of each local node, ascending
   std::vector<std::array<Local, corners<Dim>>> corner_nodes;  ///< per local cell, tensor order
   std::vector<Index> neighbours;                              ///< patch ids, ascending
+
+  /// Nodes whose functions may not be zero in a cell, support_size per local cell in the order of
+  /// the basis (basis.h); none for linear functions, whose nodes are corner_nodes. Nodes beyond the
+  /// mesh are stood in for by others: their functions are zero.
+  std::vector<Local> support_nodes;
+  int support_size = 0;
+  /// Bases of more than the cell's nodes, by local cell: bit 2 d (2 d + 1) = first (last) along
+  /// axis d.
+  std::vector<std::uint8_t> support_border;
+  std::span<const Local> support(std::size_t cell) const {
+    const auto size = static_cast<std::size_t>(support_size);
+    return std::span(support_nodes).subspan(cell * size, size);
+  }
 
   /// Shared nodes: for local node shared_node[s], the contributions to sum, in ascending patch id
   /// and *including this patch itself*, are entries first[s] .. first[s+1].

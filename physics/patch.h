@@ -14,6 +14,7 @@
 #include "physics/particles.h"
 #include "physics/partition.h"
 #include "physics/simd.h"
+#include "physics/wall_node.h"
 
 namespace lahar {
 
@@ -68,7 +69,7 @@ struct NodeRange {
 
 /// What one patch contributes to a row of history.csv (HistoryRow), reset after each row.
 struct PatchWork {
-  double internal = 0, external = 0, damping = 0;  ///< [J]
+  double internal = 0, external = 0, damping = 0;  ///< [J] the last with friction
   PatchWork& operator+=(const PatchWork& other) {
     internal += other.internal;
     external += other.external;
@@ -105,9 +106,13 @@ struct Outbox {
   char* filled = nullptr;   ///< the flag of this outbox where it goes to: Patch::arrived
 };
 
+/// Shape functions as kernels see them: linear ones of Q4 and H8, or a basis (basis.h).
+enum class BasisKind { linear, gimp, quadratic_spline, cubic_spline };
+
 template <int Dim>
 struct Patch {
   PatchTopology<Dim> topology;
+  BasisKind basis = BasisKind::linear;  ///< others need topology.support_nodes
   Particles<Dim> particles;  ///< slots, of which those in runs are in use
   std::vector<Run> runs;
   std::vector<Local> first_run;  ///< by local cell, -1 = none
@@ -157,6 +162,7 @@ struct Patch {
     double velocity;  ///< [m/s]
   };
   std::vector<FixedVelocity> fixed;  ///< one per node and direction, ascending nodes
+  std::vector<WallNode<Dim>> walls;  ///< ascending; their prescribed velocities are not in `fixed`
   struct PointForce {
     Local node;
     int dir;

@@ -1,7 +1,10 @@
 /// Strain increment and constitutive update.
+#include <algorithm>
+
 #include "physics/cell_map.h"
 #include "physics/kernels.h"
 #include "physics/law.h"
+#include "physics/support_kernels.h"
 
 namespace lahar {
 
@@ -37,6 +40,7 @@ struct Rows {
   std::array<double*, stress_components<Dim>> stress;
   std::array<double*, strain_components<Dim>> strain{};
   double *volume, *pressure = nullptr;
+  std::array<double*, Dim> domain{}, next_domain{};
 
   explicit Rows(Particles<Dim>& particles)
       : stress(particles.template rows<stress_components<Dim>>(Column::stress)),
@@ -44,6 +48,10 @@ struct Rows {
     if (particles.layout().has(Column::strain))
       strain = particles.template rows<strain_components<Dim>>(Column::strain);
     if (particles.layout().has(Column::pressure)) pressure = particles.row(Column::pressure);
+    if (particles.layout().has(Column::next_domain)) {
+      domain = particles.template rows<Dim>(Column::domain);
+      next_domain = particles.template rows<Dim>(Column::next_domain);
+    }
   }
 };
 
@@ -57,41 +65,94 @@ void mark_collapse(Patch<Dim>& patch, const Run& run, double volumetric) {
     patch.mark.position[static_cast<std::size_t>(d)] = patch.particles.row(Column::x, d)[run.begin];
 }
 
-/// One run with its law and cell map; returns the sum of V sigma : d(eps) with the mean stress.
-template <int Dim, class Real, class Map, class LawType>
-LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Map& map, const Run& run,
-                             const Rows<Dim>& rows, double dt, StressPart part, LawType law) {
-  const CornerDifferences<Dim> difference(
-      patch.velocity.data(), patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)]);
-  double Gc[Dim][Dim], Lc[Dim][Dim];
-  difference.centre_gradient(Gc);
-  map.to_physical_centre(Gc, Lc);
-  double volumetric = 0.0;
+/// Velocity gradient in a run's cell with linear functions, and its trace at the cell's centre.
+template <int Dim, class Map>
+struct LinearGradient {
+  static constexpr bool domains = false;  ///< particles may have a domain
+  const Map& map;
+  CornerDifferences<Dim> difference;
+  double centre_trace = 0.0;
+
+  LAHAR_INLINE LinearGradient(const Patch<Dim>& patch, const Map& cell_map, const Run& run)
+      : map(cell_map),
+        difference(patch.velocity.data(),
+                   patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)]) {
+    double Gc[Dim][Dim], Lc[Dim][Dim];
+    difference.centre_gradient(Gc);
+    map.to_physical_centre(Gc, Lc);
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) centre_trace += Lc[d][d];
+  }
+  template <class Real>
+  LAHAR_INLINE Real at(Local p, Real (&L)[Dim][Dim]) const {
+    Real G[Dim][Dim];
+    difference.gradient(weights_at<Dim, Real>(map, p), G);
+    map.to_physical(p, G, L);
+    return Real(centre_trace);
+  }
+  double least_trace(Local) const { return centre_trace; }
+};
+
+/// The same from rows that hold the gradients of a run's particles.
+template <int Dim>
+struct StoredGradient {
+  static constexpr bool domains = true;
+  std::array<const double*, static_cast<std::size_t>(Dim) * Dim> rows;
+  const double* trace;
+  Local begin;
+
+  StoredGradient(const supported::VelocityGradients<Dim>& from, Local first, Local run_begin)
+      : trace(from.trace.data() + first), begin(run_begin) {
+    for (std::size_t k = 0; k < rows.size(); ++k) rows[k] = from.L[k].data() + first;
+  }
+  template <class Real>
+  LAHAR_INLINE Real at(Local p, Real (&L)[Dim][Dim]) const {
+    LAHAR_UNROLL
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      L[k / Dim][k % Dim] = load<Real>(rows[k] + (p - begin));
+    return load<Real>(trace + (p - begin));
+  }
+  double least_trace(Local n) const { return *std::min_element(trace, trace + n); }
+};
+
+/// The box that is a particle's domain stretches along its axes, e_d *= 1 + dt L_dd: so that its
+/// volume changes as the particle's, and rotations leave it as it is. Functions of this step remain
+/// those of the old one.
+template <int Dim, class Real>
+LAHAR_INLINE void stretch_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
+                                 Local p, Local n) {
   LAHAR_UNROLL
-  for (int d = 0; d < Dim; ++d) volumetric += Lc[d][d];
-  volumetric *= dt;
-  if (!(1.0 + volumetric > 0.0)) mark_collapse(patch, run, volumetric);
+  for (std::size_t d = 0; d < Dim; ++d)
+    store_first(load<Real>(rows.domain[d] + p) * (1.0 + dt * L[d][d]), rows.next_domain[d] + p, n);
+}
+
+/// One run with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
+template <int Dim, class Real, class Gradient, class LawType>
+LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const Run& run,
+                             const Rows<Dim>& rows, double dt, StressPart part, LawType law) {
+  const double least = dt * gradient.least_trace(run.end - run.begin);
+  if (!(1.0 + least > 0.0)) mark_collapse(patch, run, least);
 
   Real work(0.0);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = run.end - p;
     prefetch(rows.stress, p);
-    Real G[Dim][Dim], L[Dim][Dim];
-    difference.gradient(weights_at<Dim, Real>(map, p), G);
-    map.to_physical(p, G, L);
+    Real L[Dim][Dim];
     LawInput<Dim, Real> in;
+    in.volumetric = gradient.at(p, L) * dt;
     strain_rate<Dim, Real>(L, in.rate);
     in.dt = dt;
-    in.volumetric = volumetric;
 
     if (part != StressPart::law) {
+      if constexpr (Gradient::domains)
+        if (rows.next_domain[0]) stretch_domain(rows, L, dt, p, n);
       if (rows.strain[0]) {
         LAHAR_UNROLL
         for (std::size_t k = 0; k < strain_components<Dim>; ++k)
           store_first(load<Real>(rows.strain[k] + p) + dt * in.rate[strain_voigt<Dim>[k]],
                       rows.strain[k] + p, n);
       }
-      store_first(load<Real>(rows.volume + p) * (1.0 + volumetric), rows.volume + p, n);
+      store_first(load<Real>(rows.volume + p) * (1.0 + in.volumetric), rows.volume + p, n);
     }
     if (part != StressPart::strain) {
       Real stress[stress_components<Dim>], pressure(0.0), power(0.0);
@@ -120,15 +181,27 @@ template <int Dim, class Real>
 void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, StressPart part) {
   const Rows<Dim> rows(patch.particles);
   Real work(0.0);
+  // A buffer that all patches of a thread share stays in its cache.
+  static thread_local supported::VelocityGradients<Dim> gradients;
+  if (supported::is(patch)) supported::find_gradients<Dim, Real>(patch, runs, gradients);
   // Runs of one material together: its law is found once.
   for (std::size_t from = 0, to = 0; from < runs.size(); from = to) {
     while (to < runs.size() && runs[to].material == runs[from].material) ++to;
     std::visit(
         [&](const auto& law) {
+          if (supported::is(patch)) {
+            for (std::size_t r = from; r < to; ++r)
+              if (const Run& run = runs[r]; run.begin < run.end)
+                work += update_run<Dim, Real>(
+                    patch, StoredGradient<Dim>(gradients, gradients.first[r], run.begin), run, rows,
+                    step.dt, part, law);
+            return;
+          }
           for_each_run(
               patch, runs.subspan(from, to - from),
               [&](const auto& map, const Run& run) __attribute__((always_inline)) {
-                work += update_run<Dim, Real>(patch, map, run, rows, step.dt, part, law);
+                const LinearGradient<Dim, std::decay_t<decltype(map)>> gradient(patch, map, run);
+                work += update_run<Dim, Real>(patch, gradient, run, rows, step.dt, part, law);
               });
         },
         step.model->materials[runs[from].material].law);

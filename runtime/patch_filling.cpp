@@ -108,6 +108,26 @@ Index fill_places(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
   return stray;
 }
 
+/// The domain of a particle is a box of its volume with the proportions of its cell: those of
+/// particles that fill cells regularly touch each other.
+template <int Dim>
+void fill_domains(Patch<Dim>& patch) {
+  Particles<Dim>& particles = patch.particles;
+  const double* volume = particles.row(Column::volume);
+  const auto domain = particles.template rows<Dim>(Column::domain);
+  const bool stretches = particles.layout().has(Column::next_domain);
+  for (std::size_t i = 0; i < particles.id.size(); ++i) {
+    const auto& box = patch.box[static_cast<std::size_t>(particles.cell[i])];
+    double cell_volume = 1.0;
+    for (std::size_t d = 0; d < Dim; ++d) cell_volume *= 2.0 / box[Dim + d];
+    const double share = std::pow(volume[i] / cell_volume, 1.0 / Dim);
+    for (std::size_t d = 0; d < Dim; ++d) domain[d][i] = share * 2.0 / box[Dim + d];
+    if (stretches)
+      for (int d = 0; d < Dim; ++d)
+        particles.row(Column::next_domain, d)[i] = domain[static_cast<std::size_t>(d)][i];
+  }
+}
+
 /// Everything that is known of a particle besides its place. Returns the smallest mass [kg].
 template <int Dim>
 double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
@@ -135,6 +155,7 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
     if (size) size[i] = std::pow(table.volume[row], 1.0 / Dim);
     lightest = std::min(lightest, mass[i]);
   });
+  if (to.layout().has(Column::domain)) fill_domains(patch);
   return lightest;
 }
 

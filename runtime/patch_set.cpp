@@ -12,9 +12,11 @@
 #include "physics/kernels.h"
 #include "physics/law.h"
 #include "physics/partition_common.h"
+#include "physics/support.h"
 #include "runtime/balance.h"
 #include "runtime/initial_particles.h"
 #include "runtime/parallel.h"
+#include "runtime/patch_constraints.h"
 #include "runtime/patch_filling.h"
 #include "runtime/patch_positions.h"
 #include "runtime/patch_state.h"
@@ -40,17 +42,14 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
   needs.size = !model.tractions.empty();
   needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
   needs.strain = census.stressed;
+  needs.domain = basis_kind(model.analysis.functions) == BasisKind::gimp;
+  needs.next_domain = model.analysis.functions == ShapeFunctions::gimp;
   for (std::size_t m = 0; m < census.used.size(); ++m) {
     if (!census.used[m]) continue;
     needs.pressure = needs.pressure || has_pressure(model.materials[m].law);
     needs.strain = needs.strain || !strain_follows_from_stress(model.materials[m].law);
   }
   return ColumnLayout<Dim>(needs);
-}
-
-void sort_by_node(auto& entries) {
-  std::stable_sort(entries.begin(), entries.end(),
-                   [](const auto& a, const auto& b) { return a.node < b.node; });
 }
 
 /// Loads and constraints in the order in which patches look for them. Of several ranks that have
@@ -60,8 +59,7 @@ void prepare(Model<Dim>& model, const Ranks& ranks) {
   set_loads(model);
   if (ranks.several() && !ranks.any(!model.particles.id.empty()))
     keep_share(model.particles, ranks);
-  sort_by_node(model.node_velocities);
-  sort_by_node(model.node_forces);
+  sort_constraints(model);
 }
 
 /// The smallest brick around some cells of a structured mesh.
@@ -127,7 +125,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(cells_per_patch(model, census_)),
       partition_(*model.mesh, target_cells_),
-      rings_(support_rings),
+      rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
       ranks_(ranks),
@@ -145,7 +143,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(state.run.cells_per_patch),
       partition_(*model.mesh, target_cells_),
-      rings_(support_rings),
+      rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
       least_mass_(state.run.least_mass),
@@ -296,7 +294,7 @@ void PatchSet<Dim>::arrange(std::vector<Index> ids) {
     while (next < old.size() && old[next]->topology.patch < id) ++next;
     if (next < old.size() && old[next]->topology.patch == id) {
       patches_.push_back(std::move(old[next++]));
-      patches_.back()->topology = make_topology(*model_->mesh, partition_, id, rings_);
+      patches_.back()->topology = topology_of(id);
     } else {
       patches_.push_back(make_patch(id));
     }

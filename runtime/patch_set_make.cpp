@@ -1,35 +1,25 @@
 /// \file A patch as it is without particles.
 #include <algorithm>
-#include <span>
-#include <utility>
 
+#include "physics/support.h"
+#include "runtime/patch_constraints.h"
 #include "runtime/patch_set.h"
 
 namespace lahar {
 
-namespace {
-
-/// The entries of a list sorted by node that belong to `node`.
-template <class Entry>
-std::span<const Entry> entries_of(const std::vector<Entry>& sorted, Index node) {
-  const auto before = [](const auto& a, const auto& b) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(a)>, Index>)
-      return a < b.node;
-    else
-      return a.node < b;
-  };
-  const auto first = std::lower_bound(sorted.begin(), sorted.end(), node, before);
-  const auto last = std::upper_bound(first, sorted.end(), node, before);
-  return {first, last};
+template <int Dim>
+PatchTopology<Dim> PatchSet<Dim>::topology_of(Index id) const {
+  PatchTopology<Dim> topology = make_topology(*model_->mesh, partition_, id, rings_);
+  add_support(*model_->mesh, model_->analysis.functions, topology);
+  return topology;
 }
-
-}  // namespace
 
 template <int Dim>
 std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   auto patch = std::make_unique<Patch<Dim>>();
   const Mesh<Dim>& mesh = *model_->mesh;
-  patch->topology = make_topology(mesh, partition_, id, rings_);
+  patch->topology = topology_of(id);
+  patch->basis = basis_kind(model_->analysis.functions);
   patch->particles = Particles<Dim>(layout_);
   patch->cartesian = mesh.is_cartesian();
   const auto& cells = patch->topology.cells;
@@ -53,16 +43,7 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
     for (std::size_t i = 0; i < nodes.size(); ++i)
       Eigen::Map<Vec<Dim>>(&patch->node_position[i * node_width]) = mesh.node(nodes[i]);
   }
-
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const auto node = static_cast<Local>(i);
-    bool taken[Dim] = {};
-    for (const NodeVelocity& v : entries_of(model_->node_velocities, nodes[i]))
-      if (!std::exchange(taken[v.dir], true)) patch->fixed.push_back({node, v.dir, v.velocity});
-    for (const NodeForce& f : entries_of(model_->node_forces, nodes[i]))
-      patch->forces.push_back({node, f.dir, f.force, f.function});
-  }
-
+  set_constraints(*patch, *model_);
   for (std::size_t k = 0; k < n_sum_arrays; ++k)
     patch->sums[k].resize(static_cast<std::size_t>(copies_.of[k]));
   patch->idle = true;  // until particles come
@@ -72,7 +53,8 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   return patch;
 }
 
-#define LAHAR_INSTANTIATE(Dim) \
+#define LAHAR_INSTANTIATE(Dim)                                         \
+  template PatchTopology<Dim> PatchSet<Dim>::topology_of(Index) const; \
   template std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index) const;
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

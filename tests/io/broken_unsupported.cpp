@@ -56,28 +56,6 @@ mpm.json:16:59: error: 'tau0' must be at least 0 [Pa], found -1 [/materials/0/ta
                              ^
   hint: supported: file, gauss, region
 )"},
-    {"friction",
-     {replace("mpm.json", "\"velocity_constraints\": [{\"nset_id\": 0, \"dir\": 1, \"velocity\": 0.0}]", R"("velocity_constraints": [{"nset_id": 0, "dir": 1, "velocity": 0.0}],
-      "friction_constraints": [{"nset_id": 0, "dir": 1, "sign_n": -1, "friction": 0.3}])")},
-     {},
-     R"(mpm.json:9:7: error: 'friction_constraints' is not supported yet [/mesh/boundary_conditions/friction_constraints]
-        "friction_constraints": [{"nset_id": 0, "dir": 1, "sign_n": -1, "friction": 0.3}]
-        ^
-)"},
-    {"rotated nodes with a bad file",
-     {replace("mpm.json", "\"velocity_constraints\": [{\"nset_id\": 0, \"dir\": 1, \"velocity\": 0.0}]", R"("velocity_constraints": [{"nset_id": 0, "dir": 1, "velocity": 0.0}],
-      "nodal_euler_angles": "angles.txt")"),
-      write("angles.txt", R"(0 0.5 0
-9 0.5 0
-)")},
-     {},
-     R"(mpm.json:9:7: error: 'nodal_euler_angles' is not supported yet [/mesh/boundary_conditions/nodal_euler_angles]
-        "nodal_euler_angles": "angles.txt"
-        ^
-angles.txt:2:1: error: a node id must be an integer from 0 to 5, found '9'
-  9 0.5 0
-  ^
-)"},
     {"contact",
      {replace("mpm.json", "\"dt\"", "\"interface\": true, \"dt\"")},
      {},
@@ -124,5 +102,5 @@ angles.txt:2:1: error: a node id must be an integer from 0 to 5, found '9'
   hint: supported: N2D, N3D
 )"},
   };
-  check(table, 13);
+  check(table, 11);
 }

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "physics/kernels.h"
+#include "physics/support.h"
 #include "tests/physics/mesh_fixtures.h"
 
 namespace lahar::test {
@@ -23,16 +24,22 @@ struct OnePatch {
   Patch<Dim> patch;
   double dt = 0.01, time = 0.0;
 
-  explicit OnePatch(Mesh<Dim>&& mesh, Natural natural = Natural::computed)
+  explicit OnePatch(Mesh<Dim>&& mesh, Natural natural = Natural::computed,
+                    ShapeFunctions functions = ShapeFunctions::element)
       : model(with(std::move(mesh))), partition(*model.mesh, model.mesh->n_cells()) {
     const Mesh<Dim>& m = *model.mesh;
+    model.analysis.functions = functions;
     patch.topology = make_topology(m, partition, 0);
+    add_support(m, functions, patch.topology);
+    patch.basis = basis_kind(functions);
     std::vector<PatchTopology<Dim>*> alone{&patch.topology};
     connect(alone);
     patch.cartesian = m.is_cartesian();
     const ColumnLayout<Dim> layout({.size = true,
                                     .pressure = true,
                                     .natural = !patch.cartesian || natural == Natural::stored,
+                                    .domain = patch.basis == BasisKind::gimp,
+                                    .next_domain = functions == ShapeFunctions::gimp,
                                     .strain = true});
     patch.particles = Particles<Dim>(layout);
     patch.movers = Particles<Dim>(layout);
@@ -87,6 +94,10 @@ struct OnePatch {
           p.row(info.column, k)[i] = uniform(random, -1, 1);
     for (const Column c : {Column::volume, Column::mass, Column::size})
       if (p.layout().has(c)) p.row(c)[i] = uniform(random, 0.5, 1.5);
+    if (p.layout().has(Column::domain))
+      for (int d = 0; d < Dim; ++d)  // a tenth of the cell to nearly two cells
+        p.row(Column::domain, d)[i] =
+            uniform(random, 0.1, 1.9) * model.mesh->geometry(cell).length[d];
     const auto x = physical(cell, xi);
     for (int d = 0; d < Dim; ++d) {
       if (p.layout().has(Column::xi)) p.row(Column::xi, d)[i] = xi[d];
@@ -205,6 +216,20 @@ void with_every_kind(auto with) {
   with([] { return OnePatch<3>(boxes<3>()); });
   with([] { return OnePatch<3>(boxes<3>(), Natural::stored); });
   with([] { return OnePatch<3>(skewed<3>()); });
+}
+
+/// The functions that reach beyond a cell.
+inline constexpr ShapeFunctions wide_functions[] = {
+    ShapeFunctions::gimp, ShapeFunctions::uniform_gimp, ShapeFunctions::quadratic_spline,
+    ShapeFunctions::cubic_spline};
+
+/// The same for these functions.
+void with_wide_functions(auto with) {
+  for (const ShapeFunctions functions : wide_functions)
+    for (const Natural natural : {Natural::computed, Natural::stored}) {
+      with([=] { return OnePatch<2>(boxes<2>(), natural, functions); });
+      with([=] { return OnePatch<3>(boxes<3>(), natural, functions); });
+    }
 }
 
 /// Call with a filled patch of each dimension and kind of cell.

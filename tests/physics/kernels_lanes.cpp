@@ -13,7 +13,7 @@ namespace {
 /// Call with two patches of equal state, for each dimension and kind of cell.
 template <class Check>
 void on_every_twin(Check check) {
-  with_every_kind([&](auto make) {
+  const auto with = [&](auto make) {
     for (unsigned seed = 30; seed < 34; ++seed) {
       auto a = make(), b = make();
       for (auto* f : {&a, &b}) {
@@ -27,7 +27,9 @@ void on_every_twin(Check check) {
       }
       check(a, b);
     }
-  });
+  };
+  with_every_kind(with);
+  with_wide_functions(with);
 }
 
 /// Every row of the particles, and the nodal sums.

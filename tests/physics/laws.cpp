@@ -173,7 +173,7 @@ TEST_CASE("every lane of a pack gets what a single particle gets") {
   update(fluid, in, viscous, &pressure);
   for (int k = 0; k < lanes<Pack>; ++k) {
     of(k).dt = in.dt;
-    of(k).volumetric = in.volumetric;
+    of(k).volumetric = in.volumetric[0];
     double p = of(k).pressure, none = 0;
     const Tensor s = of(k).after(solid, none), f = of(k).after(fluid, p);
     const int row[6] = {0, 1, 2, 0, 1, 0}, column[6] = {0, 1, 2, 1, 2, 2};

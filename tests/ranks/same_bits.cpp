@@ -146,6 +146,10 @@ TEST_CASE("dam break in three dimensions") {
   check(adaptive(water), 40, threads_only);
 }
 
+TEST_CASE("friction and rotated axes of nodes that patches of several ranks share") {
+  check(with_patches(with_walls(two_discs()), 40), 80, threads_only);
+}
+
 TEST_CASE("fewer patches than ranks") {
   check(with_patches(two_discs(), 100000), 60, threads_only);
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <memory>
 #include <random>
@@ -82,6 +83,25 @@ inline Model<3> dam_break_3d() {
     "external_loading_conditions": {"gravity": [0, 0, -9.81]},
     "analysis": {"dt": 8e-3, "nsteps": 60, "patch_particles": 64},
     "post_processing": {"output_steps": 20, "history_steps": 10}})");
+}
+
+/// Friction at all nodes whose velocity is prescribed along one axis, and, for the bits alone, at
+/// every third node, with axes that are turned there.
+template <int Dim>
+Model<Dim> with_walls(Model<Dim> model) {
+  for (const NodeVelocity& fixed : model.node_velocities)
+    model.node_frictions.push_back({fixed.node, fixed.dir, -1, 0.3});
+  Eigen::Matrix<double, Dim, Dim> turn = Eigen::Matrix<double, Dim, Dim>::Identity();
+  turn(0, 0) = turn(1, 1) = std::cos(0.4);
+  turn(1, 0) = std::sin(0.4);
+  turn(0, 1) = -turn(1, 0);
+  for (Index n = 0; n < model.mesh->n_nodes(); n += 3) {
+    model.node_frictions.push_back({n, 1, n % 2 == 0 ? 1 : -1, 0.2});
+    const auto fixed = std::any_of(model.node_velocities.begin(), model.node_velocities.end(),
+                                   [&](const NodeVelocity& v) { return v.node == n; });
+    if (!fixed) model.node_frames.push_back({n, turn});
+  }
+  return model;
 }
 
 /// The structured mesh as a table of cells that are no boxes: every inner node moves by up to

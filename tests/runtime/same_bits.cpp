@@ -107,6 +107,17 @@ TEST_CASE("distorted cells: every scheme gives the serial loop's bits") {
   check_all_ways(water, {flow(2), flow(8), random_order(9)});
 }
 
+TEST_CASE("friction and rotated axes give the serial loop's bits") {
+  for (const Scheme scheme : schemes) {
+    Model<2> discs = with_walls(two_discs());
+    discs.analysis.scheme = scheme;
+    if (scheme == Scheme::usl) discs.analysis.nsteps = usl_discs;
+    CAPTURE(static_cast<int>(scheme));
+    check_all_ways(discs, other_ways());
+  }
+  check_all_ways(with_walls(dam_break_3d()), {flow(2), flow(8), random_order(9)});
+}
+
 TEST_CASE("loads and prescribed velocities that travel with particles give the serial bits") {
   Model<2> model = two_discs();
   const Index n = model.particles.size();

@@ -1,0 +1,68 @@
+/// \file Shape functions of any support, for kernels: what a *basis* is, and which one a patch has.
+///
+/// Linear functions on Q4 and H8 have kernels of their own (shape.h, cell_map.h). All others give
+/// kernels a basis: an object made for one cell, with
+///
+///     static constexpr int nodes;               functions that may not be zero in the cell
+///     template <class Real>                     N_i at the particles from p on,
+///     void functions(Local p, Real (&N)[nodes]) const;
+///     template <class Real>                     and dN[d][i] = dN_i/dx_d there [1/m]
+///     void gradients(Local p, Real (&dN)[Dim][nodes]) const;
+///     static constexpr bool volume_at_centre;   the volumetric strain increment is that of
+///     void centre_gradients(double (&dN)[Dim][nodes]) const;      the gradients at the centre
+///
+/// Particles come in packs of one run, whose lanes beyond its end may hold anything. Function i
+/// belongs to node PatchTopology::support_nodes[support_size * cell + i]. Where volume_at_centre is
+/// false, the increment is that at each particle, and there is no centre_gradients().
+///
+/// A tensor basis has functions that are products of one function per axis, and also
+///
+///     static constexpr int per_axis = 4;        nodes = per_axis^Dim, first axis fastest
+///     template <class Real>                     w[d][k] and dw[d][k] = dw/dx_d [1/m]
+///     void weights(Local p, Real (&w)[Dim][per_axis]) const;
+///     void weights(Local p, Real (&w)[Dim][per_axis], Real (&dw)[Dim][per_axis]) const;
+///
+/// for which kernels take fewer operations. A new kind is a row of BasisKind and of with_bases().
+#pragma once
+
+#include <cstddef>
+
+#include "physics/patch.h"
+#include "physics/tensor_basis.h"
+
+namespace lahar {
+
+template <class B>
+concept TensorBasis = requires {
+  B::per_axis;
+};
+
+/// Call body(cells) with what makes the bases of a patch's cells: cells[local cell] is a basis.
+/// Only for patches with support_nodes.
+template <int Dim, class Body>
+LAHAR_INLINE void with_bases(const Patch<Dim>& patch, Body body) {
+  switch (patch.basis) {
+    case BasisKind::linear:
+      break;  // has kernels of its own
+    case BasisKind::quadratic_spline:
+      return body(SplineCells<Dim, QuadraticSpline>(patch));
+    case BasisKind::cubic_spline:
+      return body(SplineCells<Dim, CubicSpline>(patch));
+    case BasisKind::gimp:
+      return body(GimpCells<Dim>(patch));
+  }
+}
+
+/// Call body(basis, run, nodes) for every run that is not empty, with the local nodes of the basis.
+template <int Dim, class Body>
+LAHAR_INLINE void for_each_supported_run(const Patch<Dim>& patch, Runs runs, Body body) {
+  const Local* nodes = patch.topology.support_nodes.data();
+  const auto stride = static_cast<std::ptrdiff_t>(patch.topology.support_size);
+  with_bases(
+      patch, [&](const auto& cells) __attribute__((always_inline)) {
+        for (Run& run : runs)
+          if (run.begin < run.end) body(cells[run.cell], run, nodes + stride * run.cell);
+      });
+}
+
+}  // namespace lahar

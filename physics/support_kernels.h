@@ -1,0 +1,56 @@
+/// \file The kernels of a step for bases other than linear Q4 and H8 (basis.h): what those of
+/// kernels.h do for a patch that has topology.support_nodes.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "physics/patch.h"
+
+namespace lahar::supported {
+
+/// Whether a patch's particles are mapped by these.
+template <int Dim>
+LAHAR_INLINE bool is(const Patch<Dim>& patch) {
+  return patch.basis != BasisKind::linear;
+}
+
+/// {m v, m}_i += sum_p N_i {m_p v_p, m_p} into nodal sums.
+template <int Dim, class Real>
+void map_momentum(Patch<Dim>& patch, Runs runs, double* sums);
+
+/// (m p)_i += sum_p N_i m_p p_p over runs whose law has a pressure.
+template <int Dim, class Real>
+void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, double* sums);
+
+/// f_i += -sum_p V_p sigma_p grad N_i + tractions.
+template <int Dim, class Real>
+void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, double* sums);
+
+/// Velocities and accelerations of the nodes at the particles from p on of a run, until the next
+/// call.
+template <int Dim, class Real>
+void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+
+/// Work of the tractions over the step.
+template <int Dim>
+void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+
+/// p_p = sum_i N_i p_i.
+template <int Dim, class Real>
+void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+
+/// Velocity gradients at particles, which laws take from here: they are compiled for one kind of
+/// cell more, not for every basis.
+template <int Dim>
+struct VelocityGradients {
+  std::vector<Local> first;  ///< by position of the run: where its particles begin, in whole packs
+  std::array<NodeArray, static_cast<std::size_t>(Dim) * Dim> L;  ///< Dim a + b: dv_a/dx_b [1/s]
+  NodeArray trace;  ///< [1/s] where the basis takes it at the cell's centre, else at the particle
+};
+
+/// Fill `gradients` for these runs.
+template <int Dim, class Real>
+void find_gradients(const Patch<Dim>& patch, Runs runs, VelocityGradients<Dim>& gradients);
+
+}  // namespace lahar::supported

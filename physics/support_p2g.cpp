@@ -1,0 +1,324 @@
+/// Particle to grid for bases of any support. Lanes are particles where functions are given one by
+/// one; where they are products of functions of one axis, lanes are nodes: four along the first
+/// axis times two along the second, so that a particle costs the same whatever else is in its cell.
+#include <algorithm>
+
+#include "physics/basis.h"
+#include "physics/law.h"
+#include "physics/loads.h"
+#include "physics/support_kernels.h"
+
+namespace lahar::supported {
+
+namespace {
+
+LAHAR_INLINE void add_to_node(double* sums, Local node, const NodeVector& value) {
+  double* at = sums + static_cast<std::ptrdiff_t>(node) * sum_stride;
+  store(load<NodeVector>(at) + value, at);
+}
+
+/// Lanes of node values: nodes (k, l) of the first two axes, k = 0..3 and l = 2 h, 2 h + 1.
+using EightNodes = PackOf<8>;
+inline constexpr int halves = 2;
+/// Nodes along the third axis.
+template <int Dim>
+inline constexpr int layers = Dim == 3 ? axis_nodes : 1;
+
+/// Weights of one axis of the particles of a pack, each a row.
+template <class Real>
+struct AxisRows {
+  alignas(64) double row[lanes<Real>][axis_nodes];
+
+  LAHAR_INLINE void set(const Real (&w)[axis_nodes]) {
+    if constexpr (lanes<Real> == 8) {
+      PackOf<4> rows[8];
+      transpose(w, rows);
+      LAHAR_UNROLL
+      for (int j = 0; j < 8; ++j) store(rows[j], row[j]);
+    } else {
+      for (int j = 0; j < lanes<Real>; ++j)
+        for (int k = 0; k < axis_nodes; ++k) row[j][k] = w[k][j];
+    }
+  }
+  /// Of particle j along the first axis, at the lanes.
+  LAHAR_INLINE EightNodes first(Local j) const {
+    const auto v = load<PackOf<4>>(row[j]).v;
+    return EightNodes::of(__builtin_shufflevector(v, v, 0, 1, 2, 3, 0, 1, 2, 3));
+  }
+  /// Of particle j along the second axis, at the lanes of a half.
+  LAHAR_INLINE EightNodes second(Local j, int half) const {
+    const auto v = load<PackOf<4>>(row[j]).v;
+    return EightNodes::of(half == 0 ? __builtin_shufflevector(v, v, 0, 0, 0, 0, 1, 1, 1, 1)
+                                    : __builtin_shufflevector(v, v, 2, 2, 2, 2, 3, 3, 3, 3));
+  }
+};
+
+/// Sums of `Width` components at the nodes of a cell.
+template <int Dim, int Width>
+struct TensorSums {
+  EightNodes at[halves][layers<Dim>][Width];
+
+  TensorSums() {
+    for (auto& half : at)
+      for (auto& layer : half)
+        for (EightNodes& sum : layer) sum = EightNodes(0.0);
+  }
+  /// Add them to nodes; component k goes to lane `lane(k)`.
+  template <class Lane>
+  LAHAR_INLINE void add_to(double* sums, const Local* nodes, Lane lane) const {
+    for (int h = 0; h < halves; ++h)
+      for (int z = 0; z < layers<Dim>; ++z) {
+        EightNodes value[node_width];
+        LAHAR_UNROLL
+        for (EightNodes& v : value) v = EightNodes(0.0);
+        LAHAR_UNROLL
+        for (int k = 0; k < Width; ++k) value[lane(k)] = at[h][z][k];
+        NodeVector rows[8];
+        transpose(value, rows);
+        const Local* node = nodes + 16 * z + 8 * h;
+        LAHAR_UNROLL
+        for (int i = 0; i < 8; ++i) add_to_node(sums, node[i], rows[i]);
+      }
+  }
+};
+
+/// Add sum_p N_i q_p over a run to components `lane(k)`, k < Width, of its cell's nodes.
+/// `values(p, n, q)` fills q for the particles from p on.
+template <int Dim, int Width, class Real, TensorBasis Basis, class Values, class Lane>
+LAHAR_INLINE void scatter(const Basis& basis, const Run& run, const Local* nodes, double* sums,
+                          Values values, Lane lane) {
+  TensorSums<Dim, Width> sum;
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    const Local n = std::min<Local>(run.end - p, lanes<Real>);
+    Real w[Dim][axis_nodes], q[Width];
+    basis.weights(p, w);
+    values(p, n, q);
+    AxisRows<Real> rows[Dim];
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) rows[d].set(w[d]);
+    alignas(64) double value[Width][lanes<Real>];
+    LAHAR_UNROLL
+    for (int k = 0; k < Width; ++k) store(q[k], value[k]);
+    for (int h = 0; h < halves; ++h) {
+      EightNodes s[layers<Dim>][Width];
+      LAHAR_UNROLL
+      for (int z = 0; z < layers<Dim>; ++z) LAHAR_UNROLL
+      for (int k = 0; k < Width; ++k) s[z][k] = sum.at[h][z][k];
+      for (Local j = 0; j < n; ++j) {
+        const EightNodes N = rows[0].first(j) * rows[1].second(j, h);
+        LAHAR_UNROLL
+        for (int k = 0; k < Width; ++k) {
+          const EightNodes Nq = multiply(N, &value[k][j]);
+          LAHAR_UNROLL
+          for (int z = 0; z < layers<Dim>; ++z) {
+            if constexpr (Dim == 3)
+              s[z][k] = multiply_add(s[z][k], Nq, &rows[2].row[j][z]);
+            else
+              s[z][k] += Nq;
+          }
+        }
+      }
+      LAHAR_UNROLL
+      for (int z = 0; z < layers<Dim>; ++z) LAHAR_UNROLL
+      for (int k = 0; k < Width; ++k) sum.at[h][z][k] = s[z][k];
+    }
+  }
+  sum.add_to(sums, nodes, lane);
+}
+
+/// The same where functions are given one by one.
+template <int Dim, int Width, class Real, class Basis, class Values, class Lane>
+LAHAR_INLINE void scatter(const Basis& basis, const Run& run, const Local* nodes, double* sums,
+                          Values values, Lane lane) {
+  constexpr int n_sums = (Basis::nodes * Width + 7) / 8 * 8;  // reduced eight at a time
+  Real sum[n_sums];
+  for (Real& s : sum) s = Real(0.0);
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    Real N[Basis::nodes], q[Width];
+    basis.functions(p, N);
+    values(p, run.end - p, q);
+    LAHAR_UNROLL
+    for (int i = 0; i < Basis::nodes; ++i) LAHAR_UNROLL
+    for (int k = 0; k < Width; ++k) sum[i * Width + k] += N[i] * q[k];
+  }
+  alignas(64) double total[n_sums];
+  reduce_all(sum, total);
+  for (int i = 0; i < Basis::nodes; ++i) {
+    double value[node_width] = {};
+    for (int k = 0; k < Width; ++k) value[lane(k)] = total[i * Width + k];
+    add_to_node(sums, nodes[i], load<NodeVector>(value));
+  }
+}
+
+/// V sigma of the first n particles from p on.
+template <int Dim>
+struct ParticleStress {
+  const double* V;
+  std::array<const double*, stress_components<Dim>> stress;
+
+  explicit ParticleStress(const Particles<Dim>& particles)
+      : V(particles.row(Column::volume)),
+        stress(particles.template rows<stress_components<Dim>>(Column::stress)) {}
+
+  template <class Real>
+  LAHAR_INLINE void at(Local p, Local n, Real (&S)[Dim][Dim]) const {
+    constexpr std::size_t voigt[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+    const Real volume = load_first<Real>(V + p, n);
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int b = 0; b < Dim; ++b) S[a][b] = volume * load<Real>(stress[voigt[a][b]] + p);
+  }
+};
+
+/// Internal force of a run: -sum_p S_p grad N_i. Of each component, S_ax dN/dx + S_ay dN/dy goes
+/// with the weight of the third axis and S_az N with its slope.
+template <int Dim, class Real, TensorBasis Basis>
+LAHAR_INLINE void internal_force(const Basis& basis, const ParticleStress<Dim>& stress,
+                                 const Run& run, const Local* nodes, double* sums) {
+  TensorSums<Dim, Dim> sum;
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    const Local n = std::min<Local>(run.end - p, lanes<Real>);
+    Real w[Dim][axis_nodes], dw[Dim][axis_nodes], S[Dim][Dim];
+    basis.weights(p, w, dw);
+    stress.at(p, n, S);
+    AxisRows<Real> rows[Dim], slopes[Dim];
+    alignas(64) double value[Dim][Dim][lanes<Real>];
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) {
+      rows[d].set(w[d]);
+      slopes[d].set(dw[d]);
+      LAHAR_UNROLL
+      for (int b = 0; b < Dim; ++b) store(S[d][b], value[d][b]);
+    }
+    for (int h = 0; h < halves; ++h) {
+      EightNodes s[layers<Dim>][Dim];
+      LAHAR_UNROLL
+      for (int z = 0; z < layers<Dim>; ++z) LAHAR_UNROLL
+      for (int a = 0; a < Dim; ++a) s[z][a] = sum.at[h][z][a];
+      for (Local j = 0; j < n; ++j) {
+        const EightNodes wx = rows[0].first(j), wy = rows[1].second(j, h),
+                         gx = slopes[0].first(j) * wy, gy = wx * slopes[1].second(j, h);
+        [[maybe_unused]] const EightNodes N = wx * wy;
+        LAHAR_UNROLL
+        for (int a = 0; a < Dim; ++a) {
+          const EightNodes plane = multiply_add(multiply(gx, &value[a][0][j]), gy, &value[a][1][j]);
+          if constexpr (Dim == 2) {
+            s[0][a] -= plane;
+          } else {
+            const EightNodes along = multiply(N, &value[a][2][j]);
+            LAHAR_UNROLL
+            for (int z = 0; z < layers<Dim>; ++z)
+              s[z][a] = multiply_add(multiply_add(s[z][a], plane, &rows[2].row[j][z]), along,
+                                     &slopes[2].row[j][z]);
+          }
+        }
+      }
+      LAHAR_UNROLL
+      for (int z = 0; z < layers<Dim>; ++z) LAHAR_UNROLL
+      for (int a = 0; a < Dim; ++a) sum.at[h][z][a] = s[z][a];
+    }
+  }
+  if constexpr (Dim == 3)
+    for (auto& half : sum.at)
+      for (auto& layer : half)
+        for (EightNodes& f : layer) f = -f;
+  sum.add_to(sums, nodes, [](int a) { return a; });
+}
+
+template <int Dim, class Real, class Basis>
+LAHAR_INLINE void internal_force(const Basis& basis, const ParticleStress<Dim>& stress,
+                                 const Run& run, const Local* nodes, double* sums) {
+  constexpr int n_sums = (Basis::nodes * Dim + 7) / 8 * 8;
+  Real sum[n_sums];
+  for (Real& s : sum) s = Real(0.0);
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    Real dN[Dim][Basis::nodes], S[Dim][Dim];
+    basis.gradients(p, dN);
+    stress.at(p, run.end - p, S);
+    LAHAR_UNROLL
+    for (int i = 0; i < Basis::nodes; ++i) LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int b = 0; b < Dim; ++b) sum[i * Dim + a] -= S[a][b] * dN[b][i];
+  }
+  alignas(64) double total[n_sums];
+  reduce_all(sum, total);
+  for (int i = 0; i < Basis::nodes; ++i) {
+    double f[node_width] = {};
+    for (int a = 0; a < Dim; ++a) f[a] = total[i * Dim + a];
+    add_to_node(sums, nodes[i], load<NodeVector>(f));
+  }
+}
+
+/// Tractions on the particles of one run: N_i t V / size.
+template <int Dim, class Basis>
+void traction_force(const Basis& basis, const Patch<Dim>& patch, const Run& run, const Local* nodes,
+                    const StepContext<Dim>& step, double* sums) {
+  for (Local p = run.begin; p < run.end; ++p) {
+    const Vec<Dim> f = traction_on(patch.particles, p, step);
+    if (f.isZero(0.0)) continue;
+    Scalar N[Basis::nodes];
+    basis.functions(p, N);
+    for (int i = 0; i < Basis::nodes; ++i)
+      for (int d = 0; d < Dim; ++d)
+        sums[static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride + d] += N[i][0] * f[d];
+  }
+}
+
+}  // namespace
+
+template <int Dim, class Real>
+void map_momentum(Patch<Dim>& patch, Runs runs, double* sums) {
+  const double* m = patch.particles.row(Column::mass);
+  const auto v = patch.particles.template rows<Dim>(Column::v);
+  for_each_supported_run(
+      patch, runs,
+      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
+        scatter<Dim, Dim + 1, Real>(
+            basis, run, nodes, sums,
+            [=](Local p, Local n, Real(&q)[Dim + 1]) __attribute__((always_inline)) {
+              q[Dim] = load_first<Real>(m + p, n);
+              LAHAR_UNROLL
+              for (std::size_t d = 0; d < Dim; ++d) q[d] = q[Dim] * load<Real>(v[d] + p);
+            },
+            [](int k) { return k == Dim ? mass_lane : k; });
+      });
+}
+
+template <int Dim, class Real>
+void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, double* sums) {
+  const double* m = patch.particles.row(Column::mass);
+  const double* pressure = patch.particles.row(Column::pressure);
+  for_each_supported_run(
+      patch, runs,
+      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
+        if (!has_pressure(step.model->materials[run.material].law)) return;
+        scatter<Dim, 1, Real>(
+            basis, run, nodes, sums,
+            [=](Local p, Local n, Real(&q)[1]) __attribute__((always_inline)) {
+              q[0] = load_first<Real>(m + p, n) * load<Real>(pressure + p);
+            },
+            [](int k) { return k; });
+      });
+}
+
+template <int Dim, class Real>
+void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, double* sums) {
+  const ParticleStress<Dim> stress(patch.particles);
+  for_each_supported_run(
+      patch, runs,
+      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
+        internal_force<Dim, Real>(basis, stress, run, nodes, sums);
+        if (run.loaded) traction_force(basis, patch, run, nodes, step, sums);
+      });
+}
+
+#define LAHAR_INSTANTIATE(Dim, Real)                                                          \
+  template void map_momentum<Dim, Real>(Patch<Dim>&, Runs, double*);                          \
+  template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, double*); \
+  template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, double*);
+LAHAR_INSTANTIATE(2, Pack)
+LAHAR_INSTANTIATE(3, Pack)
+LAHAR_INSTANTIATE(2, Scalar)
+LAHAR_INSTANTIATE(3, Scalar)
+
+}  // namespace lahar::supported

@@ -1,0 +1,86 @@
+// Every copy of a node runs this very code, so that all are equal to the last bit.
+#include "physics/wall_node.h"
+
+#include <cmath>
+
+#include "physics/kernels.h"
+
+namespace lahar {
+
+namespace {
+
+/// Acceleration `a` with friction, in the wall's axes; `v` is the velocity before the step.
+template <int Dim>
+Vec<Dim> with_friction(const WallNode<Dim>& wall, const Vec<Dim>& v, const Vec<Dim>& a, double dt,
+                       bool as_cbgeo) {
+  const double pressed = a[wall.normal];
+  if (!(pressed * wall.outward > 0.0)) return a;
+  const double most = wall.friction * std::abs(pressed);
+  Vec<Dim> v_t = v, a_t = a;
+  v_t[wall.normal] = a_t[wall.normal] = 0.0;
+  if (!v_t.isZero(0.0)) {
+    const Vec<Dim> next = v_t + dt * a_t;
+    const double speed = next.norm();
+    if (speed <= dt * most)
+      a_t = -v_t / dt;
+    else
+      a_t -= most * (next / speed);
+  } else {
+    const double pull = a_t.norm();
+    if (pull <= most)
+      a_t.setZero();
+    else
+      a_t -= most * (a_t / (Dim == 3 && as_cbgeo ? pull - most : pull));
+  }
+  a_t[wall.normal] = pressed;
+  return a_t;
+}
+
+/// The reference code's threshold, for velocities and accelerations alike.
+template <int Dim>
+void store_flushed(const Vec<Dim>& values, double* to) {
+  for (int d = 0; d < Dim; ++d)
+    to[d] = std::abs(values[d]) < least_nodal_velocity ? 0.0 : values[d];
+}
+
+}  // namespace
+
+template <int Dim>
+void prescribe_velocity(const WallNode<Dim>& wall, double* velocity) {
+  Eigen::Map<Vec<Dim>> global(velocity);
+  Vec<Dim> v = wall.axes.transpose() * global;
+  bool any = false;
+  for (std::size_t d = 0; d < Dim; ++d)
+    if (wall.fixed[d]) v[static_cast<int>(d)] = wall.velocity[d], any = true;
+  if (any) global = wall.axes * v;  // else not even rounding changes it
+}
+
+template <int Dim>
+WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, double* velocity,
+                         double* acceleration) {
+  Eigen::Map<Vec<Dim>> global_v(velocity), global_a(acceleration);
+  const Vec<Dim> before = wall.axes.transpose() * global_v;
+  const Vec<Dim> free = wall.axes.transpose() * global_a;
+  Vec<Dim> a = wall.normal < 0 ? free : with_friction<Dim>(wall, before, free, dt, as_cbgeo);
+  const Vec<Dim> rubbed = free - a;
+  Vec<Dim> v = before + dt * a;
+  WallWork work;
+  for (std::size_t k = 0; k < Dim; ++k) {
+    if (!wall.fixed[k]) continue;
+    const int d = static_cast<int>(k);
+    work.reaction += (wall.velocity[k] - v[d]) * wall.velocity[k];
+    v[d] = wall.velocity[k];
+    a[d] = 0.0;
+  }
+  work.friction = dt * rubbed.dot(v - 0.5 * dt * a);  // with the mean velocity of the step
+  store_flushed<Dim>(wall.axes * v, velocity);
+  store_flushed<Dim>(wall.axes * a, acceleration);
+  return work;
+}
+
+template void prescribe_velocity(const WallNode<2>&, double*);
+template void prescribe_velocity(const WallNode<3>&, double*);
+template WallWork advance_at_wall(const WallNode<2>&, double, bool, double*, double*);
+template WallWork advance_at_wall(const WallNode<3>&, double, bool, double*, double*);
+
+}  // namespace lahar

@@ -1,0 +1,54 @@
+/// \file Constraints of one node that has rotated axes, or friction on a rigid wall.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "physics/types.h"
+
+namespace lahar {
+
+/// A node whose constraints act along axes of its own, or that rubs against a wall. All of its
+/// prescribed velocities are here.
+template <int Dim>
+struct WallNode {
+  using Axes = Eigen::Matrix<double, Dim, Dim, Eigen::DontAlign>;
+  Local node = -1;
+  Axes axes = Axes::Identity();        ///< columns: local axes
+  std::array<bool, Dim> fixed{};       ///< velocity is prescribed along that axis
+  std::array<double, Dim> velocity{};  ///< [m/s] prescribed, by local axis
+  int normal = -1;                     ///< local axis along the wall's normal; -1 = no friction
+  double outward = 1;                  ///< sign of the normal that points out of the body
+  double friction = 0;                 ///< Coulomb's coefficient [-]
+};
+
+/// Work at a wall per mass of the node [J/kg].
+struct WallWork {
+  double reaction = 0;  ///< of what holds prescribed velocities, on the node
+  double friction = 0;  ///< taken from the node
+};
+
+/// Prescribe the velocity of a node: its component along each fixed axis.
+template <int Dim>
+void prescribe_velocity(const WallNode<Dim>& wall, double* velocity);
+
+/// Advance the velocity of a node by its acceleration: first friction changes the acceleration,
+/// then v += dt a, then prescribed velocities, which also zero the acceleration.
+/// `velocity` [m/s] is that before the step, with prescribed components, and becomes that after it;
+/// `acceleration` [m/s^2] is that of all forces but the wall's, and becomes the final one.
+///
+/// Friction acts where the acceleration presses the node against the wall, and is limited by
+/// mu |a_n| along the tangential velocity v_t + dt a_t that the node would get: it stops the node
+/// if that suffices, else it slows it (CB-Geo MPM). A node at rest stays where |a_t| <= mu |a_n|.
+/// `as_cbgeo`: in 3D a node that begins to slip is slowed by mu |a_n| |a_t| / (|a_t| - mu |a_n|),
+/// as there.
+template <int Dim>
+WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, double* velocity,
+                         double* acceleration);
+
+extern template void prescribe_velocity(const WallNode<2>&, double*);
+extern template void prescribe_velocity(const WallNode<3>&, double*);
+extern template WallWork advance_at_wall(const WallNode<2>&, double, bool, double*, double*);
+extern template WallWork advance_at_wall(const WallNode<3>&, double, bool, double*, double*);
+
+}  // namespace lahar

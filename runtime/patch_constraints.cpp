@@ -1,0 +1,82 @@
+#include "runtime/patch_constraints.h"
+
+#include <algorithm>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace lahar {
+
+namespace {
+
+/// The entries of a list sorted by node that belong to `node`.
+template <class Entry>
+std::span<const Entry> entries_of(const std::vector<Entry>& sorted, Index node) {
+  const auto before = [](const auto& a, const auto& b) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(a)>, Index>)
+      return a < b.node;
+    else
+      return a.node < b;
+  };
+  const auto first = std::lower_bound(sorted.begin(), sorted.end(), node, before);
+  const auto last = std::upper_bound(first, sorted.end(), node, before);
+  return {first, last};
+}
+
+void sort_by_node(auto& entries) {
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const auto& a, const auto& b) { return a.node < b.node; });
+}
+
+/// Of several velocities for a node and direction the first counts, of several frictions the last.
+template <int Dim>
+void constrain(Patch<Dim>& patch, Local local, Index node, const Model<Dim>& model) {
+  const auto velocities = entries_of(model.node_velocities, node);
+  const auto frames = entries_of(model.node_frames, node);
+  const auto frictions = entries_of(model.node_frictions, node);
+  if (frictions.empty() && (frames.empty() || velocities.empty())) {
+    bool taken[Dim] = {};
+    for (const NodeVelocity& v : velocities)
+      if (!std::exchange(taken[v.dir], true)) patch.fixed.push_back({local, v.dir, v.velocity});
+    return;
+  }
+  WallNode<Dim>& wall = patch.walls.emplace_back();
+  wall.node = local;
+  if (!frames.empty()) wall.axes = frames.front().axes;
+  for (const NodeVelocity& v : velocities)
+    if (const auto d = static_cast<std::size_t>(v.dir); !std::exchange(wall.fixed[d], true))
+      wall.velocity[d] = v.velocity;
+  if (frictions.empty()) return;
+  wall.normal = frictions.back().normal;
+  wall.outward = frictions.back().outward;
+  wall.friction = frictions.back().friction;
+}
+
+}  // namespace
+
+template <int Dim>
+void sort_constraints(Model<Dim>& model) {
+  sort_by_node(model.node_velocities);
+  sort_by_node(model.node_frictions);
+  sort_by_node(model.node_frames);
+  sort_by_node(model.node_forces);
+}
+
+template <int Dim>
+void set_constraints(Patch<Dim>& patch, const Model<Dim>& model) {
+  const auto& nodes = patch.topology.nodes;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const auto local = static_cast<Local>(i);
+    constrain(patch, local, nodes[i], model);
+    for (const NodeForce& f : entries_of(model.node_forces, nodes[i]))
+      patch.forces.push_back({local, f.dir, f.force, f.function});
+  }
+}
+
+template void sort_constraints(Model<2>&);
+template void sort_constraints(Model<3>&);
+template void set_constraints(Patch<2>&, const Model<2>&);
+template void set_constraints(Patch<3>&, const Model<3>&);
+
+}  // namespace lahar
