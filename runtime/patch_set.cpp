@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 #include <span>
+#include <stdexcept>
 #include <utility>
 
 #include "physics/error.h"
@@ -241,6 +242,14 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
     throw InputError("the state is one of another model: its particles have " + state.run.columns +
                      " in " + std::to_string(state.run.dim) + "D, the model's have " +
                      column_text(layout_) + " in " + std::to_string(Dim) + "D.");
+  try {
+    partition_.split(state.run.splits);
+  } catch (const std::invalid_argument&) {
+    throw InputError(
+        "the state is one of another model: its patches were split otherwise than those "
+        "of this mesh can be.");
+  }
+  splits_ = state.run.splits;
   for (const Index id : state.patches)
     if (id < 0 || id >= partition_.n_patches())
       throw InputError("the state is one of another model: it has a patch " + std::to_string(id) +

@@ -10,6 +10,7 @@
 #include "physics/patch.h"
 #include "runtime/initial_particles.h"
 #include "runtime/patch_filling.h"
+#include "runtime/patch_renumbering.h"
 #include "runtime/rank_partition.h"
 #include "runtime/ranks.h"
 #include "runtime/simulation_state.h"
@@ -85,6 +86,12 @@ class PatchSet {
   /// no history row has yet stay, so that rows do not depend on when this is called.
   void rebuild();
 
+  /// Split patches with more than `most` particles (choose_splits()), between two steps, and tell
+  /// the ids that follow; rebuild() must be next. The parts' particles are in an order that depends
+  /// on that of the patch only; their sums are still to be mapped. Collective.
+  PatchRenumbering split(Index most);
+  const std::vector<PatchSplit>& splits() const { return splits_; }  ///< since the start
+
   /// Give patches to other ranks, `owner` of each of all_patches(), between two steps. Collective.
   void give_to(const std::vector<int>& owner, Index step);
 
@@ -119,6 +126,8 @@ class PatchSet {
   void link_elsewhere(Patch<Dim>& patch, RemotePatch<Dim>& other);
   void mirror_nodes(std::vector<PatchTopology<Dim>>& remote);
   void find_sends();
+  void renumber(const PatchRenumbering& ids);
+  Patches parts_of(Patch<Dim>& patch, Index first, Index n) const;
 
   Model<Dim>* model_;  ///< whose mesh is this rank's part where there are several
   ParticleCensus census_;
@@ -135,6 +144,7 @@ class PatchSet {
   std::vector<int> owner_;
   std::vector<RemotePatch<Dim>> elsewhere_;
   std::vector<std::vector<RemoteNeighbour>> sends_;
+  std::vector<PatchSplit> splits_;
 };
 
 /// How many nodes a patch shares with each of its neighbours.

@@ -70,6 +70,7 @@ struct SimulationInfo {
   Index cells = 0, nodes = 0, particles = 0, removed = 0;
   int patches = 0, tasks_per_step = 0;
   Index cells_per_patch = 0;
+  Index splits = 0;  ///< of patches, since the start
   double dt_limit = 0;         ///< [s] smallest h / (c + |v|) at present
   double dt = 0;               ///< [s] of the next step
   std::size_t bytes = 0;  ///< of particles and nodes, of all ranks
