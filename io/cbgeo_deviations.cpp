@@ -20,6 +20,23 @@ std::span<const CbgeoDeviation> cbgeo_deviations() {
        "simple shear",
        "wherever the shear rate is above the critical one"},
       {"`Bingham` in 2D, stress across the plane", "zero", "minus the pressure"},
+      {"void ratio of `ModifiedCamClay`",
+       "changes in plastic increments only, by (1 + initial void ratio) d(eps_v)",
+       "always, by (1 + void ratio) d(eps_v)"},
+      {"elastic moduli of `ModifiedCamClay` where p <= 0",
+       "those of the increment before; at first K and G of youngs_modulus exchanged",
+       "K and G of youngs_modulus and poisson_ratio"},
+      {"increments of `NorSand`",
+       "explicit, with the tangent of the beginning, also if that is inside of the yield surface; "
+       "the tangent takes M_image as constant, so that p_image does not follow the hardening law",
+       "implicit, divided if an increment is large"},
+      {"hardening limit of `NorSand`", "p exp(-chi_image psi_image / M_tc)",
+       "p exp(-chi_image psi_image / M_image_tc) (Jefferies and Been), which is its inner cap too"},
+      {"void ratio of `NorSand`", "changes by (1 + initial void ratio) d(eps_v)",
+       "by (1 + void ratio) d(eps_v)"},
+      {"`pdstrain` of `NorSand`, by which bonds degrade",
+       "of the sum of plastic strains: bonds heal when loading is reversed",
+       "the sum of the norms of its increments"},
   };
   return deviations;
 }

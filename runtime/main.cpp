@@ -13,6 +13,7 @@
 #include "io/compare.h"
 #include "io/export.h"
 #include "runtime/bench_command.h"
+#include "runtime/bench_locate.h"
 #include "runtime/bench_ranks.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
@@ -173,9 +174,9 @@ int run_program(int argc, char** argv) {
   });
 
   std::string source, format, step = "last", output;
-  auto* export_app = app.add_subcommand("export", "Write particles as CSV or for ParaView");
+  auto* export_app = app.add_subcommand("export", "Write particles as CSV, for ParaView or for CB-Geo MPM");
   export_app->add_option("RUN", source, "Run folder or frame")->required();
-  export_app->add_option("--to", format, "csv or vtu")->required();
+  export_app->add_option("--to", format, "csv, vtu or cbgeo")->required();
   export_app->add_option("--step", step, "A step, last (default) or all")
       ->check([](const std::string& text) -> std::string {
         const bool number = !text.empty() && text.size() < 19 &&
@@ -281,9 +282,15 @@ int run_program(int argc, char** argv) {
   std::string of_ranks;
   bench_app
       ->add_option("WHAT", of_ranks,
-                   "ranks or overlap: measure MPI ranks instead (starts itself under mpirun)")
-      ->check(CLI::IsMember({"ranks", "overlap"}));
+                   "ranks or overlap: measure MPI ranks instead (starts itself under mpirun); "
+                   "locate: how long it takes to find the cells of particles")
+      ->check(CLI::IsMember({"ranks", "overlap", "locate"}));
   bench_app->callback([&] {
+    if (of_ranks == "locate") {
+      refuse_several_ranks("bench");
+      code = bench_locate({bench.quick, bench.repeats > 0 ? bench.repeats : 5});
+      return;
+    }
     if (!of_ranks.empty()) {
       const RankBenchArguments arguments{std::filesystem::read_symlink("/proc/self/exe").string(),
                                          bench.quick, bench.repeats > 0 ? bench.repeats : 5};

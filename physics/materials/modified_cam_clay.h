@@ -28,6 +28,16 @@ namespace lahar {
 /// deviatoric plane.
 ///
 /// A step is implicit (backward Euler) with the moduli of its beginning.
+///
+/// CB-Geo MPM solves the same equations of a step for plain Cam-Clay, but changes the void ratio in
+/// plastic increments only, by (1 + e0) d(eps_v), and where p <= 0 keeps the moduli that it had, at
+/// first with K and G exchanged: so also here with --as-cbgeo. Not reproduced are its errors in
+/// - three invariants: the deviator of the trial stress is taken at the returned pressure, so that
+///   the stress it ends with is not the one that it solved for;
+/// - bonds: pcd is left out where p is returned, moduli grow in every step where p <= 0, and chi
+///   falls in elastic increments too, by the plastic strain of the last plastic one;
+/// - subloading: the flow is that of the yield surface, R begins without q and anew whenever it
+///   reaches 1, and never falls. (Its unit test of it has q = 1e-6 Pa after shearing.)
 struct ModifiedCamClay {
   double youngs_modulus;  ///< [Pa] where p <= 0
   double poisson_ratio;
@@ -42,6 +52,7 @@ struct ModifiedCamClay {
   bool subloading = false;
   double subloading_u = 0;
   bool bonding = false;
+  bool as_cbgeo = false;  ///< see above
   double s_h = 0, mc_a = 0, mc_b = 1, mc_c = 0, mc_d = 1, m_degradation = 0, m_shear = 0;
 
   static constexpr std::string_view name = "ModifiedCamClay";
@@ -145,6 +156,8 @@ struct ModifiedCamClay {
     const SoilStress now = of(stress);
     std::fill_n(s, states, 0.0);
     s[pc] = pc0;
+    s[bulk_modulus] = youngs_modulus / (2 * (1 + poisson_ratio));  // as CB-Geo MPM has them
+    s[shear_modulus] = 3 * youngs_modulus * (1 - 2 * poisson_ratio) / (2 * (1 + poisson_ratio));
     s[void_ratio] = initial_void_ratio();
     s[chi] = 1;
     set_bonds(s);
@@ -174,6 +187,7 @@ struct ModifiedCamClay {
   double viscosity() const { return 0; }
 
   bool update_one(const Increment& increment, Voigt& sigma, double* s) const {
+    if (as_cbgeo) return step(increment.strain, sigma, s);
     const double before = -(sigma[0] + sigma[1] + sigma[2]) / 3;
     set_moduli(before, s);
     const Voigt trial = elastic_trial(sigma, increment.strain, s[bulk_modulus], s[shear_modulus]);
@@ -195,7 +209,8 @@ struct ModifiedCamClay {
     Return r{trial, M, s[bulk_modulus], s[shear_modulus], (1 + s[void_ratio]) / (lambda - kappa)};
     r.scale = std::max({s[pc] + s[pcd] + 2 * s[pcc], std::abs(trial.p), trial.q / M});
     r.s = s;
-    s[void_ratio] = (1 + s[void_ratio]) * std::exp(strain[0] + strain[1] + strain[2]) - 1;
+    const double volumetric = strain[0] + strain[1] + strain[2];
+    if (!as_cbgeo) s[void_ratio] = (1 + s[void_ratio]) * std::exp(volumetric) - 1;
     s[delta_phi] = s[dpvstrain] = s[dpdstrain] = 0;
     const double R = subloading ? s[subloading_r] : 1;
     const double size = R * (s[pc] + s[pcd] + s[pcc]);
@@ -223,6 +238,7 @@ struct ModifiedCamClay {
     s[delta_phi] = x[0] / r.scale;
     s[dpvstrain] = end.volumetric.v;
     s[dpdstrain] = end.deviatoric.v;
+    if (as_cbgeo) s[void_ratio] += (1 + initial_void_ratio()) * volumetric;
     s[pvstrain] += s[dpvstrain];
     s[pdstrain] += s[dpdstrain];
     s[f_function] = yield_function(now, M, s);
@@ -312,6 +328,7 @@ struct ModifiedCamClay {
   }
 
   void set_moduli(double pressure, double* s) const {
+    if (as_cbgeo && !(pressure > 0)) return;
     const double G_of_K = 3 * (1 - 2 * poisson_ratio) / (2 * (1 + poisson_ratio));
     double K = pressure > 0 ? (1 + s[void_ratio]) / kappa * pressure
                             : youngs_modulus / (3 * (1 - 2 * poisson_ratio));

@@ -273,7 +273,9 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
     const Real near = as_cbgeo_ ? Real(cbgeo_tolerance) : on_surface * size;
     const Yield begins = yielding(begin, s, bt, bs, -near);
     const Real f = select(begins.tension, bt, bs);
-    tangent = begins.any() & greater(near, max(f, -f)) & left;
+    // At the apex there is no tangent.
+    const Real least_rho = as_cbgeo_ ? Real(0.0) : near;
+    tangent = begins.any() & greater(near, max(f, -f)) & greater(begin.rho, least_rho) & left;
     if (tangent) {
       const Direction<Real> d = direction(begin, s, before, begins.tension);
       Real increment[Rows];
