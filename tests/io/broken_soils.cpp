@@ -116,10 +116,10 @@ TEST_CASE("critical state soils of the reference's documentation are accepted") 
      "m": 1.07, "lambda": 0.11, "kappa": 0.008, "p_ref": 6.0E+6, "e_ref": 0.38,
      "three_invariants": false, "subloading": true, "subloading_u": 100, "bonding": true,
      "mc_a": 1.2E+7, "mc_b": 1, "mc_c": 1.2E+7, "mc_d": 10, "s_h": 1, "m_degradation": 1,
-     "m_shear": 2.4E+9)")) == "accepted");
+     "m_shear": 2.4E+9)")) == "accepted\n");
   CHECK(read(with("NorSand2D", R"("poisson_ratio": 0.17, "reference_pressure": 1.0E+5, "friction_cs": 27.0, "N": 0.3,
      "lambda": 0.3, "kappa": 0.08, "gamma": 1.0, "chi": 3.5, "hardening_modulus": 200,
      "void_ratio_initial": 0.38, "p_image_initial": 3000000, "bond_model": true,
      "p_cohesion_initial": 1.2E+4, "p_dilation_initial": 2.0E+4, "m_cohesion": 10,
-     "m_dilation": 1, "m_modulus": 100, "tolerance": 1.0E-15)")) == "accepted");
+     "m_dilation": 1, "m_modulus": 100, "tolerance": 1.0E-15)")) == "accepted\n");
 }
