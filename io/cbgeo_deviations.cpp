@@ -11,6 +11,15 @@ std::span<const CbgeoDeviation> cbgeo_deviations() {
        "slowed by mu a_n a_t / (a_t - mu a_n), which grows without limit as the pull comes near to "
        "mu a_n",
        "slowed by mu a_n, as in 2D"},
+      {"`MohrCoulomb`, return to the yield surface",
+       "stresses within 0.1 Pa of the surface, on either side, are taken as lying on it; what has not "
+       "come so near in 100 steps is done in parts (there it is accepted)",
+       "within rounding of it"},
+      {"`Bingham`, shear stress",
+       "none unless half the sum of squares of its normal components is at least tau0^2: none in "
+       "simple shear",
+       "wherever the shear rate is above the critical one"},
+      {"`Bingham` in 2D, stress across the plane", "zero", "minus the pressure"},
       {"void ratio of `ModifiedCamClay`",
        "changes in plastic increments only, by (1 + initial void ratio) d(eps_v)",
        "always, by (1 + void ratio) d(eps_v)"},

@@ -266,6 +266,7 @@ Mapped inverse_map(const ElementGeometry<Dim>& cell, const Vec<Dim>& x, Vec<Dim>
     constexpr Element E = decltype(element)::value;
     const ElementMap<E> map(cell, x);
     xi = centre_xi<Dim>(E);
+    if (!x.allFinite()) return Mapped::no;
     Vec<Dim> step;
     const bool affine = solve_positive(map.gradient(xi), map.value(xi), step);
     if (affine) xi -= step;
