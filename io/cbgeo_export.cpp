@@ -9,15 +9,27 @@
 #include "io/cbgeo_table.h"
 #include "io/fields.h"
 #include "physics/error.h"
+#include "physics/materials.h"
 
 namespace lahar {
 
 namespace {
 
+static_assert(most_state <= CbgeoParticle::max_states, "a law has more than the file holds");
+
 /// State variables of a law, by its name in scenarios.
+template <class... Laws>
+std::vector<std::string> states_of(std::string_view type, const std::variant<Laws...>*) {
+  std::vector<std::string> names;
+  const auto add = [&](std::string_view law, const auto& variables) {
+    if (law == type)
+      for (const StateVariable& variable : variables) names.emplace_back(variable.name);
+  };
+  (add(Laws::name, Laws::state), ...);
+  return names;
+}
 std::vector<std::string> states_of(std::string_view type) {
-  if (type == "Newtonian") return {"pressure"};
-  return {};
+  return states_of(type, static_cast<const Law*>(nullptr));
 }
 
 /// The columns of a frame where the rows of the table come from; null = the frame has none.

@@ -59,6 +59,8 @@ struct Field {
   const Section& (*section)() = nullptr;    ///< of object, list and map
   std::vector<std::string_view> only = {};  ///< values of the discriminator that have this key
   bool native = false;                      ///< Lahar's own, not in the CB-Geo format
+  /// True if it may be in an object with this value of the discriminator.
+  bool applies(std::string_view variant) const;
 };
 
 /// The keys of one kind of object.
@@ -69,7 +71,9 @@ struct Section {
   std::string_view discriminator = "";  ///< key that says which variant this is
   std::vector<Field> fields;
   bool dimension_suffix = false;  ///< the discriminator's values may end in 2D or 3D
-  const Field* find(std::string_view key) const;
+  /// The row of a key; of several the one that applies to this value of the discriminator, or else
+  /// the first. Null if there is none.
+  const Field* find(std::string_view key, std::string_view variant = "") const;
 };
 
 const Section& scenario_section();
@@ -85,6 +89,8 @@ const Section& sets_section();
 const Section& region_section();
 const Section& analysis_section();
 const Section& post_processing_section();
+const Section& driver_section();  ///< not of a scenario: of `lahar material`
+const Section& path_section();
 
 /// Every section that the scenario reaches, each once, in reading order.
 std::vector<const Section*> all_sections();

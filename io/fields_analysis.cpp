@@ -59,6 +59,62 @@ const Section& damping_section() {
   return section;
 }
 
+const Section& body_section() {
+  static const Section section{
+      .name = "a body",
+      .path = "analysis.contact.bodies[]",
+      .help =
+          "The particles of a material, or of a particle set, which need not be all of their "
+          "material. Of several bodies that name a particle the last set counts, and any set "
+          "counts before materials.",
+      .fields = {
+          {.key = "material_id", .kinds = id, .help = "material: an id or a name", .min = 0},
+          {.key = "material",
+           .kinds = id,
+           .help = "the same as material_id",
+           .min = 0,
+           .native = true},
+          {.key = "pset_id",
+           .kinds = id,
+           .help = "particle set: an id or a name of sets.particles",
+           .min = 0},
+          {.key = "pset", .kinds = id, .help = "the same as pset_id", .min = 0, .native = true},
+      }};
+  return section;
+}
+
+const Section& contact_section() {
+  static const Section section{
+      .name = "analysis.contact",
+      .path = "analysis.contact",
+      .help =
+          "Bodies that approach each other at a node, along the normal of the one with the larger "
+          "gradient of volume there, get the impulses that make their normal velocities equal, and "
+          "Coulomb friction along the surface (Bardenhagen et al. 2001); bodies that part are "
+          "free. "
+          "More than two bodies at a node meet two at a time, in the order of the list, several "
+          "times. As nodes are what they share, bodies meet up to about a cell before they touch. "
+          "A "
+          "nodal force acts on the first body that is at its node; constraints hold all of them. "
+          "What contact takes of the energy is in history.csv under damping.",
+      .fields = {
+          {.key = "friction",
+           .kinds = number,
+           .help = "Coulomb's friction coefficient",
+           .unit = "-",
+           .fallback = "0",
+           .min = 0,
+           .native = true},
+          {.key = "bodies",
+           .kinds = list,
+           .help = "the bodies; all particles that no entry names are one more, the first. Without "
+                   "the list each material is a body",
+           .section = body_section,
+           .native = true},
+      }};
+  return section;
+}
+
 const Section& blending_section() {
   static const Section section{.name = "analysis.velocity_update_settings",
                                .path = "analysis.velocity_update_settings",
@@ -199,8 +255,14 @@ const Section& analysis_section() {
            .fallback = "false"},
           {.key = "interface",
            .kinds = boolean,
-           .help = "contact between materials",
-           .planned = {"true"}},
+           .help = "contact between bodies: each has velocities of its own at the nodes, and they "
+                   "meet where it shares a node with another",
+           .fallback = "false"},
+          {.key = "contact",
+           .kinds = object,
+           .help = "which bodies there are, and their friction",
+           .section = contact_section,
+           .native = true},
           {.key = "as_cbgeo",
            .kinds = boolean,
            .help = "reproduce what CB-Geo MPM computes where that deviates from its documentation "

@@ -133,10 +133,10 @@ class Checker {
     const std::string variant = variant_of(section, value);
     std::vector<std::string> misspelt;
     for (auto& member : members) {
-      const Field* field = section.find(member.key);
+      const Field* field = section.find(member.key, variant);
       if (!field)
         misspelt.push_back(unknown(section, variant, value, member));
-      else if (!applies(*field, variant))
+      else if (!field->applies(variant))
         misplaced(section, *field, variant, value, member);
       else
         check(section, *field, value, member);
@@ -145,7 +145,7 @@ class Checker {
     for (auto& key : misspelt)
       if (!key.empty()) members.push_back({std::move(key), value.offset, {}});
     for (const Field& field : section.fields)
-      if (applies(field, variant)) fill_in(section, field, value);
+      if (field.applies(variant)) fill_in(section, field, value);
   }
 
  private:
@@ -159,10 +159,6 @@ class Checker {
     return std::string(name);
   }
 
-  static bool applies(const Field& field, const std::string& variant) {
-    return field.only.empty() || one_of(variant, field.only);
-  }
-
   void error(const JsonValue& at, std::string message, std::string hint = "") {
     problems_.error(document_.at(at, std::move(message), std::move(hint)));
   }
@@ -172,7 +168,7 @@ class Checker {
                       JsonValue::Member& member) {
     std::vector<std::string> keys;
     for (const Field& f : section.fields)
-      if (applies(f, variant)) keys.emplace_back(f.key);
+      if (f.applies(variant)) keys.emplace_back(f.key);
     problems_.error(document_.at_key(
         object, member, fmt::format("unknown key '{}' in {}", member.key, section.name),
         suggest(member.key, keys, "known keys")));
@@ -184,11 +180,14 @@ class Checker {
   void misplaced(const Section& section, const Field& field, const std::string& variant,
                  const JsonValue& object, JsonValue::Member& member) {
     const Field* type = section.find(section.discriminator);
-    if (one_of(variant, type->allowed) || one_of(variant, type->planned))
+    std::vector<std::string_view> owners;
+    for (const Field& f : section.fields)
+      if (f.key == field.key) owners.insert(owners.end(), f.only.begin(), f.only.end());
+    if (one_of(variant, type->allowed))
       problems_.error(document_.at_key(
           object, member,
           fmt::format("'{}' does not apply to {} of type \"{}\"", field.key, section.name, variant),
-          fmt::format("it belongs to {}", quoted_list(field.only))));
+          fmt::format("it belongs to {}", quoted_list(owners))));
     member.value.invalidate();
   }
 

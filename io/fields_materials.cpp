@@ -1,77 +1,106 @@
-// Table of materials.
+// Table of materials: rows of all of them, and those of each law's own table.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
 #include "io/fields.h"
+#include "physics/materials.h"
 
 namespace lahar {
 
 namespace {
 
-using Types = std::vector<std::string_view>;
+template <class LawType>
+inline constexpr bool is_native = false;
+template <class LawType>
+requires LawType::native inline constexpr bool is_native<LawType> = true;
 
-const Types elastic = {"LinearElastic", "Bingham", "MohrCoulomb", "ModifiedCamClay",
-                       "HenckyHyperElastic"};
-const Types with_nu = {"LinearElastic",   "Bingham", "MohrCoulomb",
-                       "ModifiedCamClay", "NorSand", "HenckyHyperElastic"};
-const Types fluid = {"Newtonian", "Bingham"};
-const Types mohr_coulomb = {"MohrCoulomb"};
-const Types cam_clay = {"ModifiedCamClay"};
-const Types nor_sand = {"NorSand"};
-
-Field positive(std::string_view key, std::string_view unit, std::string_view help,
-               const Types& only) {
-  return {.key = key,
-          .kinds = number,
-          .help = help,
-          .unit = unit,
-          .required = true,
-          .min = 0,
-          .above_min = true,
-          .only = only};
+// A default as JSON. Fields view texts that live as long as the program.
+std::string_view as_json(double value) {
+  static std::vector<std::unique_ptr<const std::string>> texts;
+  texts.push_back(std::make_unique<const std::string>(fmt::format("{}", value)));
+  return *texts.back();
 }
 
-Field not_negative(std::string_view key, std::string_view unit, std::string_view help,
-                   const Types& only) {
-  return {.key = key,
-          .kinds = number,
-          .help = help,
-          .unit = unit,
-          .required = true,
-          .min = 0,
-          .only = only};
+template <class LawType>
+Field field_of(const Parameter<LawType>& p) {
+  Field f{.key = p.key, .kinds = p.flag ? boolean : number, .help = p.help, .unit = p.unit};
+  f.required = p.required;
+  f.native = is_native<LawType>;
+  f.only = {LawType::name};
+  if (p.flag) f.fallback = "false";
+  if (p.number && !p.required && p.fallback == p.fallback) f.fallback = as_json(p.fallback);
+  switch (p.bound) {
+    case Bound::none:
+      break;
+    case Bound::positive:
+      f.min = 0, f.above_min = true;
+      break;
+    case Bound::not_negative:
+      f.min = 0;
+      break;
+    case Bound::angle:
+      f.min = 0, f.max = 90, f.below_max = true;
+      break;
+    case Bound::poisson:
+      f.min = -1, f.max = 0.5, f.above_min = f.below_max = true;
+      break;
+  }
+  return f;
 }
 
-Field optional(std::string_view key, std::string_view unit, std::string_view help,
-               const Types& only) {
-  return {.key = key, .kinds = number, .help = help, .unit = unit, .only = only};
+// True if the rows say the same of their keys.
+bool agree(const Field& a, const Field& b) {
+  return a.key == b.key && a.kinds == b.kinds && a.help == b.help && a.unit == b.unit &&
+         a.fallback == b.fallback && a.required == b.required && a.min == b.min && a.max == b.max &&
+         a.above_min == b.above_min && a.below_max == b.below_max && a.support == b.support &&
+         a.native == b.native;
+}
+
+// A row for the keys of each law; laws of which the rows agree share one.
+template <class... Laws>
+void add_laws(std::vector<Field>& fields, const std::variant<Laws...>*) {
+  const auto add = [&]<class LawType>(const Parameter<LawType>& p) {
+    Field field = field_of(p);
+    const auto same = std::find_if(fields.begin(), fields.end(),
+                                   [&](const Field& other) { return agree(field, other); });
+    if (same == fields.end())
+      fields.push_back(std::move(field));
+    else
+      same->only.push_back(LawType::name);
+  };
+  const auto add_all = [&](const auto& parameters) {
+    for (const auto& p : parameters) add(p);
+  };
+  (add_all(Laws::parameters), ...);
+}
+
+template <class... Laws>
+std::vector<std::string_view> names_of(const std::variant<Laws...>*) {
+  return {Laws::name...};
+}
+
+std::vector<std::string_view> laws_without(std::string_view key, const std::vector<Field>& fields) {
+  std::vector<std::string_view> names = names_of(static_cast<const Law*>(nullptr));
+  for (const Field& f : fields)
+    if (f.key == key)
+      for (const auto owner : f.only) std::erase(names, owner);
+  return names;
 }
 
 Field planned(std::string_view key, std::string_view unit, std::string_view help,
-              const Types& only) {
+              std::vector<std::string_view> only) {
   return {.key = key,
           .kinds = number,
           .help = help,
           .unit = unit,
           .support = Support::planned,
-          .only = only};
-}
-
-Field angle(std::string_view key, std::string_view help, const Types& only) {
-  return {.key = key,
-          .kinds = number,
-          .help = help,
-          .unit = "degrees",
-          .required = true,
-          .min = 0,
-          .max = 90,
-          .below_max = true,
-          .only = only};
-}
-
-Field flag(std::string_view key, std::string_view help, const Types& only) {
-  return {.key = key, .kinds = boolean, .help = help, .fallback = "false", .only = only};
+          .only = std::move(only)};
 }
 
 std::vector<Field> fields() {
-  return {
+  std::vector<Field> all = {
       {.key = "id",
        .kinds = integer,
        .help = "id; default: the position in the list",
@@ -82,9 +111,8 @@ std::vector<Field> fields() {
        .kinds = text,
        .help = "constitutive law; may end in 2D or 3D",
        .required = true,
-       .allowed = {"LinearElastic", "Newtonian"},
-       .planned = {"Bingham", "MohrCoulomb", "ModifiedCamClay", "NorSand", "HenckyHyperElastic",
-                   "BinghamViscoPlastic"}},
+       .allowed = names_of(static_cast<const Law*>(nullptr)),
+       .planned = {}},
       {.key = "density",
        .kinds = number,
        .help = "initial density",
@@ -92,85 +120,33 @@ std::vector<Field> fields() {
        .required = true,
        .min = 0,
        .above_min = true},
-      positive("youngs_modulus", "Pa", "Young's modulus", elastic),
-      {.key = "poisson_ratio",
-       .kinds = number,
-       .help = "Poisson's ratio",
-       .unit = "-",
-       .required = true,
-       .min = -1,
-       .max = 0.5,
-       .above_min = true,
-       .below_max = true,
-       .only = with_nu},
-      positive("bulk_modulus", "Pa", "bulk modulus of the fluid", {"Newtonian"}),
-      not_negative("dynamic_viscosity", "Pa s", "viscosity", {"Newtonian"}),
-      flag("incompressible", "true: the law adds no pressure", fluid),
-      not_negative("tau0", "Pa", "yield stress", {"Bingham"}),
-      not_negative("mu", "Pa s", "plastic viscosity", {"Bingham"}),
-      positive("critical_shear_rate", "1/s", "shear rate below which it is rigid", {"Bingham"}),
-      angle("friction", "friction angle", mohr_coulomb),
-      angle("dilation", "dilation angle", mohr_coulomb),
-      not_negative("cohesion", "Pa", "cohesion", mohr_coulomb),
-      not_negative("tension_cutoff", "Pa", "largest tension", mohr_coulomb),
-      flag("softening", "true: strength falls with plastic strain", mohr_coulomb),
-      angle("residual_friction", "friction angle after softening", mohr_coulomb),
-      angle("residual_dilation", "dilation angle after softening", mohr_coulomb),
-      not_negative("residual_cohesion", "Pa", "cohesion after softening", mohr_coulomb),
-      not_negative("peak_pdstrain", "-", "plastic deviatoric strain where softening begins",
-                   mohr_coulomb),
-      not_negative("residual_pdstrain", "-", "plastic deviatoric strain where it ends",
-                   mohr_coulomb),
-      positive("p_ref", "Pa", "reference pressure", cam_clay),
-      positive("e_ref", "-", "void ratio at the reference pressure", cam_clay),
-      positive("pc0", "Pa", "initial preconsolidation pressure", cam_clay),
-      positive("ocr", "-", "overconsolidation ratio", cam_clay),
-      positive("m", "-", "slope of the critical state line in p-q", cam_clay),
-      positive("lambda", "-", "slope of the compression line", {"ModifiedCamClay", "NorSand"}),
-      positive("kappa", "-", "slope of the swelling line", {"ModifiedCamClay", "NorSand"}),
-      flag("three_invariants", "true: strength depends on the Lode angle", cam_clay),
-      flag("subloading", "true: subloading surface", cam_clay),
-      optional("subloading_u", "-", "rate of the subloading surface", cam_clay),
-      flag("bonding", "true: bonded soil", cam_clay),
-      optional("s_h", "-", "hydrate saturation", cam_clay),
-      optional("mc_a", "-", "bonding parameter a", cam_clay),
-      optional("mc_b", "-", "bonding parameter b", cam_clay),
-      optional("mc_c", "-", "bonding parameter c", cam_clay),
-      optional("mc_d", "-", "bonding parameter d", cam_clay),
-      optional("m_degradation", "-", "rate of degradation", cam_clay),
-      optional("m_shear", "-", "stiffness per hydrate saturation", cam_clay),
-      positive("reference_pressure", "Pa", "reference pressure", nor_sand),
-      angle("friction_cs", "friction angle at the critical state", nor_sand),
-      not_negative("N", "-", "volumetric coupling", nor_sand),
-      positive("gamma", "-", "void ratio of the critical state line", nor_sand),
-      not_negative("chi", "-", "dilatancy coefficient", nor_sand),
-      positive("hardening_modulus", "-", "hardening modulus", nor_sand),
-      positive("void_ratio_initial", "-", "initial void ratio", nor_sand),
-      positive("p_image_initial", "Pa", "initial image pressure", nor_sand),
-      flag("bond_model", "true: bonded sand", nor_sand),
-      optional("p_cohesion_initial", "Pa", "initial cohesion pressure", nor_sand),
-      optional("p_dilation_initial", "Pa", "initial dilation pressure", nor_sand),
-      optional("m_cohesion", "-", "degradation of cohesion", nor_sand),
-      optional("m_dilation", "-", "degradation of dilation", nor_sand),
-      optional("m_modulus", "-", "stiffness per bond pressure", nor_sand),
-      {.key = "tolerance",
-       .kinds = number,
-       .help = "tolerance of the return mapping (NorSand); "
-               "elsewhere ignored by the reference",
-       .support = Support::ignored},
-      {.key = "porosity",
-       .kinds = number,
-       .help = "ignored by the reference",
-       .support = Support::ignored},
-      planned("shear_modulus", "Pa", "shear modulus (dialect of the fork)", cam_clay),
-      planned("volumetric_gamma", "-", "compressibility (dialect of the fork)", {"Bingham"}),
-      planned("regularization_parameter", "s", "regularization (dialect of the fork)", {"Bingham"}),
-      {.key = "stress_rate",
-       .kinds = text,
-       .help = "objective stress rate (dialect of the fork)",
-       .support = Support::planned,
-       .only = {"LinearElastic"}},
   };
+  // Of the reference code and of its fork.
+  for (const std::string_view later : {"Bingham", "HenckyHyperElastic", "BinghamViscoPlastic"})
+    if (std::find(all[2].allowed.begin(), all[2].allowed.end(), later) == all[2].allowed.end())
+      all[2].planned.push_back(later);
+  add_laws(all, static_cast<const Law*>(nullptr));
+  all.push_back({.key = "tolerance",
+                 .kinds = number,
+                 .help = "ignored by the reference",
+                 .support = Support::ignored,
+                 .only = laws_without("tolerance", all)});
+  all.push_back({.key = "porosity",
+                 .kinds = number,
+                 .help = "ignored by the reference",
+                 .support = Support::ignored});
+  all.push_back(
+      planned("shear_modulus", "Pa", "shear modulus (dialect of the fork)", {"ModifiedCamClay"}));
+  all.push_back(
+      planned("volumetric_gamma", "-", "compressibility (dialect of the fork)", {"Bingham"}));
+  all.push_back(planned("regularization_parameter", "s", "regularization (dialect of the fork)",
+                        {"Bingham"}));
+  all.push_back({.key = "stress_rate",
+                 .kinds = text,
+                 .help = "objective stress rate (dialect of the fork)",
+                 .support = Support::planned,
+                 .only = {"LinearElastic"}});
+  return all;
 }
 
 }  // namespace

@@ -66,7 +66,9 @@ const Section& generator_section() {
            .native = true},
           {.key = "nparticles_per_dir",
            .kinds = integer,
-           .help = "Gauss points per direction, in the reference's order",
+           .help = "Gauss points per direction: 1 "
+                   "to 4 in 2D, 1 to 3 in 3D, 1 (one point) or 2 (a point per corner) in triangles "
+                   "and tetrahedra, in the reference's order",
            .required = true,
            .min = 1,
            .max = 4,
@@ -158,7 +160,9 @@ namespace {
 const Section& gravity_section() {
   static const Section section{.name = "gravity",
                                .path = "external_loading_conditions.gravity",
-                               .help = "Gravity that grows from zero (dialect of the fork).",
+                               .help =
+                                   "Gravity that grows linearly from zero until `ramping_time` "
+                                   "(dialect of the fork).",
                                .fields = {
                                    {.key = "gravity",
                                     .kinds = vector,
@@ -238,7 +242,6 @@ const Section& loading_section() {
                                     .unit = "m/s^2",
                                     .fallback = "[0, 0]",
                                     .fallback_3d = "[0, 0, 0]",
-                                    .planned_kinds = object,
                                     .section = gravity_section},
                                    {.key = "particle_surface_traction",
                                     .kinds = list,

@@ -69,7 +69,8 @@ const Section& statevars_section() {
   static const Section section{
       .name = "post_processing.vtk_statevars",
       .path = "post_processing.vtk_statevars[]",
-      .help = "State variables for ParaView. Frames always hold all of them.",
+      .help = "State variables for ParaView. Frames always hold those of all materials, each as a "
+              "field with its name, 0 for particles whose material does not have it.",
       .fields = {
           {.key = "phase_id",
            .kinds = integer,
@@ -149,10 +150,18 @@ const Section& post_processing_section() {
   return section;
 }
 
-const Field* Section::find(std::string_view key) const {
-  const auto it =
-      std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.key == key; });
-  return it == fields.end() ? nullptr : &*it;
+bool Field::applies(std::string_view variant) const {
+  return only.empty() || std::find(only.begin(), only.end(), variant) != only.end();
+}
+
+const Field* Section::find(std::string_view key, std::string_view variant) const {
+  const Field* found = nullptr;
+  for (const Field& field : fields) {
+    if (field.key != key) continue;
+    if (field.applies(variant)) return &field;
+    if (!found) found = &field;
+  }
+  return found;
 }
 
 namespace {

@@ -118,6 +118,14 @@ std::string field_schema(const Section& section, const Field& f) {
   return object_of(members);
 }
 
+// The schema of a key: of all rows that it has, for different values of the discriminator.
+std::string key_schema(const Section& section, const Field& first) {
+  std::vector<std::string> all;
+  for (const Field& f : section.fields)
+    if (f.key == first.key) all.push_back(field_schema(section, f));
+  return all.size() == 1 ? all.front() : object_of({pair("anyOf", array_of(all))});
+}
+
 // {"if": {"properties": {"type": {"enum": [...]}}}, "then": {"required": [...]}}
 std::string variant_rule(const Section& section, const Field& f) {
   std::vector<std::string> names;
@@ -137,7 +145,7 @@ std::string section_schema(const Section& section) {
   std::vector<std::string> properties, rules;
   std::vector<std::string_view> required;
   for (const Field& f : section.fields) {
-    properties.push_back(pair(f.key, field_schema(section, f)));
+    if (section.find(f.key) == &f) properties.push_back(pair(f.key, key_schema(section, f)));
     if (f.required && f.only.empty()) required.push_back(f.key);
     if (f.required && !f.only.empty()) rules.push_back(variant_rule(section, f));
   }

@@ -20,6 +20,7 @@ std::span<const HistoryColumn> history_columns() {
       {"damping", "J", "energy taken by damping and friction since the start"},
       {"balance", "J", "kinetic + internal + damping - external - kinetic at the start"},
       {"max_speed", "m/s", "largest particle speed"},
+      {"divided", "-", "increments that materials could only do in parts, since the start"},
   };
   return columns;
 }
@@ -51,6 +52,7 @@ std::string history_line(const HistoryRow& row) {
   add(row.damping);
   add(row.balance);
   add(row.max_speed);
+  add(row.divided);
   return line + '\n';
 }
 

@@ -27,6 +27,7 @@ struct HistoryRow {
   double balance =
       0;  ///< kinetic + internal + damping - external - kinetic at start: numerical drift
   double max_speed = 0;  ///< [m/s]
+  double divided = 0;    ///< increments of materials that were done in parts, since the start
 };
 
 struct HistoryColumn {

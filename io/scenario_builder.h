@@ -31,7 +31,8 @@ class ScenarioBuilder {
  private:
   // scenario_mesh.cpp
   void build_mesh();
-  void build_structured_mesh(const JsonValue& structured);
+  void warn_of_negative_masses(const JsonValue& mesh);
+  void build_structured_mesh(const JsonValue& mesh, const JsonValue& structured);
   void build_table_mesh(const JsonValue& mesh);
   void build_sets();
   // scenario_materials.cpp
@@ -46,10 +47,15 @@ class ScenarioBuilder {
   void build_velocity_update(const JsonValue& analysis);
   void build_time_step(const JsonValue& analysis);
   void build_output();
+  // scenario_contact.cpp
+  void build_contact();
+  void add_body(const JsonValue& body, int number);
+  void number_bodies();
   // scenario_particles.cpp
   void build_particles();
   void generate(const JsonValue& generator);
   NewParticles<Dim> read_particles(const JsonValue& generator);
+  bool check_gauss_points(const JsonValue& generator);
   NewParticles<Dim> fill_gauss(const JsonValue& generator);
   // scenario_injection.cpp
   std::optional<CellList> cells_of(const JsonValue& generator);
@@ -61,6 +67,7 @@ class ScenarioBuilder {
   void report_strays(const std::vector<Index>& strays);
   void assign_volumes();
   void assign_stresses();
+  void assign_stress(const JsonValue& given);
   /// The rows of all particles, if their number is known.
   const RowShares* known_rows() const { return particles_complete_ ? &rows_ : nullptr; }
   void collect_particle_sets();

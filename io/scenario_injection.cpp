@@ -36,7 +36,7 @@ void ScenarioBuilder<Dim>::build_injection(const JsonValue& generator) {
   }
   const auto n = get_integer(generator, "nparticles_per_dir");
   const auto cells = cells_of(generator);
-  if (!mesh_ || !n || !cells) return;
+  if (!check_gauss_points(generator) || !mesh_ || !n || !cells) return;
   for (Index i = 0; i < cells->size; ++i) injection.cells.push_back((*cells)[i]);
   if (injection.cells.empty()) in_.error(generator, "there is no cell to inject particles into");
   auto points = fill_cells<Dim>(*mesh_, injection.cells, static_cast<int>(*n));

@@ -144,8 +144,14 @@ void ScenarioBuilder<Dim>::build_particle_constraints() {
 
 template <int Dim>
 void ScenarioBuilder<Dim>::build_gravity() {
-  model_.gravity =
-      get_vector<Dim>(section("external_loading_conditions"), "gravity").value_or(Vec<Dim>::Zero());
+  const JsonValue& loads = section("external_loading_conditions");
+  const JsonValue* gravity = loads.find("gravity");
+  const bool ramped = gravity && gravity->is<JsonValue::Object>();
+  model_.gravity = get_vector<Dim>(ramped ? *gravity : loads, "gravity").value_or(Vec<Dim>::Zero());
+  const double ramp = ramped ? get_number(*gravity, "ramping_time").value_or(0) : 0;
+  if (ramp <= 0) return;
+  model_.gravity_function = static_cast<int>(model_.functions.size());
+  model_.functions.push_back({.kind = MathFunction::Kind::linear, .x = {0, ramp}, .f = {0, 1}});
 }
 
 template <int Dim>

@@ -4,7 +4,9 @@
 #include <algorithm>
 
 #include "io/fields.h"
+#include "io/law_reader.h"
 #include "io/scenario_builder.h"
+#include "physics/law.h"
 
 namespace lahar {
 
@@ -19,15 +21,6 @@ bool is_new(const std::map<T, const JsonValue*>& seen, const T& key, const JsonV
   in.error(at, fmt::format("{} '{}' occurs twice; first on line {}", what, key,
                            in.document.line(*it->second)));
   return false;
-}
-
-Law make_law(const JsonValue& m, std::string_view type) {
-  if (type == "Newtonian")
-    return Newtonian{get_number(m, "bulk_modulus").value_or(1),
-                     get_number(m, "dynamic_viscosity").value_or(0),
-                     get_bool(m, "incompressible").value_or(false)};
-  return LinearElastic{get_number(m, "youngs_modulus").value_or(1),
-                       get_number(m, "poisson_ratio").value_or(0)};
 }
 
 // The entry with this id or name; reports one that does not exist.
@@ -52,6 +45,25 @@ int find_entry(const JsonValue& value, const Entries& entries, Id id, Name name,
   return -1;
 }
 
+// Frames hold all state variables; a name that no material has is probably misspelt.
+void check_names_of_state_variables(const JsonValue& post, std::span<const Material> materials,
+                                    ScenarioInput& in) {
+  std::vector<std::string> known;
+  for (const StateVariable* variable : state_variables(materials))
+    known.emplace_back(variable->name);
+  for (const JsonValue* entry : get_list(post, "vtk_statevars")) {
+    const JsonValue* names = entry->find("statevars");
+    if (!names) continue;
+    for (const JsonValue& name : names->as<JsonValue::Array>()) {
+      if (!name.is<std::string>()) continue;
+      const auto& text = name.as<std::string>();
+      if (std::find(known.begin(), known.end(), text) == known.end())
+        in.warning(name, fmt::format("no material has a state variable '{}'", text),
+                   known.empty() ? "" : suggest(text, known, "state variables"));
+    }
+  }
+}
+
 }  // namespace
 
 template <int Dim>
@@ -68,11 +80,12 @@ void ScenarioBuilder<Dim>::build_materials() {
     material.name = name.value_or(fmt::format("{}", material.id));
     if (name && is_new(names, *name, *m->find("name"), "material name", in_)) names[*name] = m;
     material.density = get_number(*m, "density").value_or(1);
-    material.law = make_law(*m, without_dimension(get_text(*m, "type").value_or("")));
+    material.law = read_law(*m, in_);
   }
   const JsonValue* list = root_.find("materials");
   if (list && model_.materials.empty() && list->is<JsonValue::Array>())
     in_.error(*list, "there are no materials");
+  check_names_of_state_variables(section("post_processing"), model_.materials, in_);
 }
 
 template <int Dim>

@@ -6,6 +6,7 @@
 
 #include "io/cbgeo_table.h"
 #include "io/scenario_builder.h"
+#include "physics/law.h"
 
 namespace lahar {
 
@@ -192,7 +193,11 @@ void ScenarioBuilder<Dim>::add_resumed(const CbgeoParticle& row, const std::stri
     to.stress.back()[k] = row.stress[k];
     to.strain.back()[k] = row.strain[k];
   }
-  to.pressure.push_back(row.nstate_vars > 0 ? row.svars[0] : row.pressure);
+  const std::size_t n = state_variables(material->law).size();
+  if (row.nstate_vars != n)
+    refuse(file, fmt::format("particle {} has {} state variables, its material {} has {}", row.id,
+                             row.nstate_vars, row.material_id, n));
+  std::copy_n(row.svars, n, to.state.emplace_back().begin());
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                \

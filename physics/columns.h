@@ -8,7 +8,8 @@
 
 namespace lahar {
 
-/// Floating-point columns of a particle. Each has a fixed number of components per dimension.
+/// Floating-point columns of a particle. Each but `state` has a fixed number of components per
+/// dimension.
 enum class Column : int {
   x,
   xi,
@@ -19,7 +20,7 @@ enum class Column : int {
   volume,
   mass,
   size,
-  pressure,
+  state,
   domain,
   next_domain
 };
@@ -45,7 +46,7 @@ inline constexpr std::array<ColumnInfo, n_columns> column_table{{
     {Column::volume,   "volume",       "m^3", 1, 1, false, true},
     {Column::mass,     "mass",         "kg",  1, 1, false, true},
     {Column::size,     "size",         "m",   1, 1, true,  false},  // initial volume^(1/Dim), for tractions
-    {Column::pressure, "pressure",     "Pa",  1, 1, true,  true},   // state variable of fluids
+    {Column::state,    "state",        "",    0, 0, true,  true},   // of the law; components by model
     {Column::domain,   "domain",       "m",   2, 3, true,  true},   // GIMP: edges of the particle's box
     {Column::next_domain, "next_domain", "m", 2, 3, true, false},   // the same from the next step on
 }};
@@ -55,7 +56,7 @@ inline constexpr std::array<ColumnInfo, n_columns> column_table{{
 /// bytes is what limits a step.
 struct ColumnNeeds {
   bool size = false;
-  bool pressure = false;
+  int state = 0;         ///< most state variables of any material that particles have
   bool natural = false;  ///< natural coordinates of the step's beginning: isoparametric cells, or
                          ///< needed when x has moved on (MUSL); else they follow from x
   bool domain = false;   ///< GIMP
@@ -68,10 +69,10 @@ struct ColumnNeeds {
 template <int Dim>
 class ColumnLayout {
  public:
-  explicit ColumnLayout(ColumnNeeds needs = {}) {
+  explicit ColumnLayout(ColumnNeeds needs = {}) : state_(needs.state) {
     for (const ColumnInfo& info : column_table) {
       const bool present = !info.optional || (info.column == Column::size && needs.size) ||
-                           (info.column == Column::pressure && needs.pressure) ||
+                           (info.column == Column::state && needs.state > 0) ||
                            (info.column == Column::xi && needs.natural) ||
                            (info.column == Column::domain && needs.domain) ||
                            (info.column == Column::next_domain && needs.next_domain) ||
@@ -80,15 +81,18 @@ class ColumnLayout {
       if (present) rows_ += components(info);
     }
   }
-  static constexpr int components(const ColumnInfo& info) {
+  int components(const ColumnInfo& info) const {
+    if (info.column == Column::state) return state_;
     return Dim == 2 ? info.components_2d : info.components_3d;
   }
+  int components(Column c) const { return components(column_table[static_cast<std::size_t>(c)]); }
   int row(Column c) const { return row_[static_cast<int>(c)]; }
   bool has(Column c) const { return row(c) >= 0; }
   int rows() const { return rows_; }
 
  private:
   std::array<int, n_columns> row_{};
+  int state_;
   int rows_ = 0;
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "physics/inverse_mapping.h"
 
@@ -160,9 +161,9 @@ double outside_by(Element element, const Vec<Dim>& xi) {
   double most = info(element).simplex ? xi.sum() - 1.0 : -1.0;
   for (int d = 0; d < Dim; ++d) {
     const double beyond = info(element).simplex ? -xi[d] : std::abs(xi[d]) - 1.0;
-    if (!(beyond <= most)) most = beyond;
+    most = std::max(most, beyond);
   }
-  return most;
+  return xi.allFinite() ? most : std::numeric_limits<double>::quiet_NaN();
 }
 
 /// Coordinates are compared with 1 one by one, not by their distance from it: that is 0 for the

@@ -114,7 +114,7 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs)
       for (std::size_t i = 0; i < corners<Dim>; ++i)
         pressure = multiply_add(pressure, w.N(static_cast<int>(i)),
                                 &patch.pressure[static_cast<std::size_t>(corner[i])]);
-      store_first(pressure, particles.row(Column::pressure) + p, run.end - p);
+      store_first(pressure, particles.row(Column::state) + p, run.end - p);
     }
   });
 }

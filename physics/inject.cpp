@@ -12,14 +12,27 @@ namespace lahar {
 
 namespace {
 
+/// True if no body has a particle in this cell.
 template <int Dim>
 bool is_empty(const Patch<Dim>& patch, Local cell) {
-  for (Local r = patch.first_run[static_cast<std::size_t>(cell)]; r >= 0;) {
-    const Run& run = patch.runs[static_cast<std::size_t>(r)];
-    if (run.begin < run.end) return false;
-    r = run.next;
-  }
+  const std::size_t cells = patch.topology.cells.size() / patch.bodies();
+  for (std::size_t c = static_cast<std::size_t>(cell) % cells; c < patch.first_run.size(); c += cells)
+    for (Local r = patch.first_run[c]; r >= 0;) {
+      const Run& run = patch.runs[static_cast<std::size_t>(r)];
+      if (run.begin < run.end) return false;
+      r = run.next;
+    }
   return true;
+}
+
+/// State variables of a material that has seen nothing yet.
+template <int Dim>
+void set_law_state(Particles<Dim>& to, const Law& law) {
+  if (!to.layout().has(Column::state)) return;
+  std::vector<double> state(state_variables(law).size());
+  initial_state(law, Voigt{}, state.data());
+  for (std::size_t k = 0; k < state.size(); ++k)
+    std::fill_n(to.row(Column::state, static_cast<int>(k)), to.size(), state[k]);
 }
 
 /// Of a point inside a cell.
@@ -48,6 +61,7 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
   to.resize(0);  // what is not set below is zero
   to.resize(static_cast<Local>(source.per_cell));
   if (loads != 0) to.loads.assign(static_cast<std::size_t>(source.per_cell), loads);
+  set_law_state(to, model.materials[source.material].law);
   for (Local p = 0; p < to.size(); ++p) {
     const auto i = static_cast<std::size_t>(p);
     const Vec<Dim>& x = source.x[at.position * static_cast<std::size_t>(source.per_cell) + i];

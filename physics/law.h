@@ -1,46 +1,66 @@
-/// \file Constitutive laws: value types, one call per pack of particles of one material.
-/// A new law is one struct in model.h, one update() here and its name in the scenario's material
-/// table.
+/// \file What may be asked of any constitutive law.
 #pragma once
 
 #include <algorithm>
-#include <cmath>
+#include <span>
+#include <vector>
 
 #include "physics/model.h"
-#include "physics/simd.h"
 
 namespace lahar {
 
-/// What a law sees of a pack of particles. Voigt rows: 2D xx yy zz xy, 3D xx yy zz xy yz xz.
-template <int Dim, class Real>
-struct LawInput {
-  static constexpr int rows = stress_components<Dim>;
-  Real rate[rows];    ///< strain rate [1/s], engineering shear; 2D: zz = 0
-  double dt;          ///< [s]
-  Real volumetric;    ///< volumetric strain increment at the cell's centre [-]; splines: at the
-                      ///< particle
-};
+/// The state variables of a law, in the order of their components of Column::state.
+inline std::span<const StateVariable> state_variables(const Law& law) {
+  return std::visit(
+      [](const auto& m) { return std::span<const StateVariable>(m.state.data(), m.state.size()); },
+      law);
+}
 
-/// Isotropic Hooke's law in rate form, sigma += lambda tr(de) I + 2 G de (engineering shear: G).
-/// 2D is plane strain, so sigma_zz follows.
-template <int Dim, class Real>
-LAHAR_INLINE void update(const LinearElastic& m, const LawInput<Dim, Real>& in, Real* stress,
-                         Real*) {
-  const double G = m.youngs_modulus / (2.0 * (1.0 + m.poisson_ratio));
-  const double lambda = m.youngs_modulus * m.poisson_ratio /
-                        ((1.0 + m.poisson_ratio) * (1.0 - 2.0 * m.poisson_ratio));
-  Real trace = in.rate[0] + in.rate[1];
-  if constexpr (Dim == 3) trace += in.rate[2];
-  const Real volumetric = (lambda * in.dt) * trace;
-  LAHAR_UNROLL
-  for (int k = 0; k < 3; ++k) {
-    if (Dim == 2 && k == 2)
-      stress[k] += volumetric;
-    else
-      stress[k] += volumetric + (2.0 * G * in.dt) * in.rate[k];
-  }
-  LAHAR_UNROLL
-  for (int k = 3; k < in.rows; ++k) stress[k] += (G * in.dt) * in.rate[k];
+/// Those of some materials, each name once, in the order in which they occur.
+inline std::vector<const StateVariable*> state_variables(std::span<const Material> materials) {
+  std::vector<const StateVariable*> all;
+  for (const Material& m : materials)
+    for (const StateVariable& variable : state_variables(m.law))
+      if (std::none_of(all.begin(), all.end(),
+                       [&](const StateVariable* other) { return other->name == variable.name; }))
+        all.push_back(&variable);
+  return all;
+}
+
+/// The most that any of some materials has.
+inline std::size_t most_state_variables(std::span<const Material> materials) {
+  std::size_t most = 0;
+  for (const Material& m : materials) most = std::max(most, state_variables(m.law).size());
+  return most;
+}
+
+/// State of a particle before its first step; `state` has room for state_variables().
+inline void initial_state(const Law& law, const Voigt& stress, double* state) {
+  std::visit(
+      [&](const auto& m) {
+        std::fill_n(state, m.state.size(), 0.0);
+        if constexpr (requires { m.initial_state(stress.data(), state); })
+          m.initial_state(stress.data(), state);
+      },
+      law);
+}
+
+/// Set the state variables that follow from the stress.
+inline void derive_state(const Law& law, const Voigt& stress, double* state) {
+  std::visit(
+      [&](const auto& m) {
+        if constexpr (requires { m.derive(stress.data(), state); }) m.derive(stress.data(), state);
+      },
+      law);
+}
+
+/// What update() takes for a law: the law itself, or what it computes once for many particles.
+template <class LawType>
+LAHAR_INLINE auto prepare(const LawType& law) {
+  if constexpr (requires { law.prepared(); })
+    return law.prepared();
+  else
+    return law;
 }
 
 /// True if strain is a function of stress, so that it need not be stored where the initial stress
@@ -67,52 +87,21 @@ std::array<double, stress_components<Dim>> strain_of(
   return strain;
 }
 
-/// Weakly compressible Newtonian fluid (CB-Geo MPM, theory/material): p -= K d(eps_v) with the
-/// volumetric increment at the cell's centre; sigma = -p I + 2 mu (rate - tr(rate)/3 I).
-/// 2D: sigma_zz carries no deviatoric term beyond -2/3 mu tr(rate), which is what it is at rate_zz
-/// = 0.
-template <int Dim, class Real>
-LAHAR_INLINE void update(const Newtonian& m, const LawInput<Dim, Real>& in, Real* stress,
-                         Real* pressure) {
-  const double compressible = m.incompressible ? 0.0 : 1.0;
-  const double mu = m.dynamic_viscosity;
-  Real trace = in.rate[0] + in.rate[1];
-  if constexpr (Dim == 3) trace += in.rate[2];
-  *pressure -= compressible * m.bulk_modulus * in.volumetric;
-  const Real volumetric = compressible * (-*pressure - (2.0 / 3.0) * mu * trace);
-  LAHAR_UNROLL
-  for (int k = 0; k < 3; ++k) {
-    if (Dim == 2 && k == 2)
-      stress[k] = volumetric;
-    else
-      stress[k] = volumetric + (2.0 * mu) * in.rate[k];
-  }
-  LAHAR_UNROLL
-  for (int k = 3; k < in.rows; ++k) stress[k] = mu * in.rate[k];
-}
-
-/// True if the law has the state variable `pressure`, which pressure smoothing averages.
+/// True if the law's first state variable is the pressure, which pressure smoothing averages.
 inline bool has_pressure(const Law& law) {
-  return std::holds_alternative<Newtonian>(law);
+  const auto state = state_variables(law);
+  return !state.empty() && state.front().name == "pressure";
 }
 
 /// Modulus of longitudinal waves M [Pa]; wave speed c = sqrt(M / density).
 inline double wave_modulus(const Law& law) {
-  struct {
-    double operator()(const LinearElastic& m) const {
-      return m.youngs_modulus * (1.0 - m.poisson_ratio) /
-             ((1.0 + m.poisson_ratio) * (1.0 - 2.0 * m.poisson_ratio));
-    }
-    double operator()(const Newtonian& m) const { return m.incompressible ? 0.0 : m.bulk_modulus; }
-  } modulus;
-  return std::visit(modulus, law);
+  return std::visit([](const auto& m) { return m.wave_modulus(); }, law);
 }
 
 /// Viscosity 4/3 mu [Pa s] of longitudinal motion, whose diffusion limits the step too; 0 for
 /// solids.
 inline double viscosity(const Law& law) {
-  const auto* fluid = std::get_if<Newtonian>(&law);
-  return fluid ? 4.0 / 3.0 * fluid->dynamic_viscosity : 0.0;
+  return std::visit([](const auto& m) { return 4.0 / 3.0 * m.viscosity(); }, law);
 }
 
 }  // namespace lahar

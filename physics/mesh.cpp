@@ -72,7 +72,16 @@ Mesh<Dim> Mesh<Dim>::structured(const Point& origin, const Point& cell_size,
 template <int Dim>
 Mesh<Dim> Mesh<Dim>::from_tables(std::vector<Point> nodes, std::vector<Corners> cells,
                                  bool isoparametric) {
-  return Mesh(std::make_unique<Impl>(Impl{CellTable<Dim>(std::move(nodes), cells, isoparametric)}));
+  const Index* ids = cells.empty() ? nullptr : cells.front().data();
+  return from_tables(std::move(nodes), multilinear<Dim>,
+                     std::span<const Index>(ids, cells.size() * corners<Dim>), isoparametric);
+}
+
+template <int Dim>
+Mesh<Dim> Mesh<Dim>::from_tables(std::vector<Point> nodes, Element element,
+                                 std::span<const Index> cells, bool isoparametric) {
+  return Mesh(std::make_unique<Impl>(
+      Impl{CellTable<Dim>(std::move(nodes), element, cells, isoparametric)}));
 }
 
 template <int Dim>
@@ -131,6 +140,11 @@ Index Mesh<Dim>::n_cells() const {
   return std::visit([](const auto& m) { return m.n_cells(); }, impl_->kind);
 }
 template <int Dim>
+Element Mesh<Dim>::element() const {
+  const auto* table = std::get_if<CellTable<Dim>>(&impl_->kind);
+  return table ? table->element() : multilinear<Dim>;
+}
+template <int Dim>
 bool Mesh<Dim>::is_cartesian() const {
   return std::visit([](const auto& m) { return m.is_cartesian(); }, impl_->kind);
 }
@@ -149,6 +163,31 @@ typename Mesh<Dim>::Corners Mesh<Dim>::cell_nodes_tensor(Index cell) const {
 template <int Dim>
 CellGeometry<Dim> Mesh<Dim>::geometry(Index cell) const {
   return std::visit([&](const auto& m) { return m.geometry(cell); }, impl_->kind);
+}
+template <int Dim>
+CellNodes<Dim> Mesh<Dim>::element_nodes(Index cell) const {
+  if (const auto* table = std::get_if<CellTable<Dim>>(&impl_->kind))
+    return table->element_nodes(cell);
+  CellNodes<Dim> nodes{{}, corners<Dim>};
+  std::ranges::copy(cell_nodes(cell), nodes.id.begin());
+  return nodes;
+}
+template <int Dim>
+ElementGeometry<Dim> Mesh<Dim>::element_geometry(Index cell) const {
+  ElementGeometry<Dim> geometry{element(), {}};
+  const CellNodes<Dim> nodes = element_nodes(cell);
+  for (int a = 0; a < nodes.count; ++a) geometry.X[a] = node(nodes.id[a]);
+  return geometry;
+}
+template <int Dim>
+Vec<Dim> Mesh<Dim>::cell_centre(Index cell) const {
+  return is_multilinear() ? geometry(cell).centre : element_geometry(cell).centre();
+}
+template <int Dim>
+std::pair<Vec<Dim>, Vec<Dim>> Mesh<Dim>::cell_bounds(Index cell) const {
+  if (const auto* table = std::get_if<CellTable<Dim>>(&impl_->kind)) return table->bounds(cell);
+  const CellGeometry<Dim> g = geometry(cell);
+  return {g.corner.front(), g.corner.back()};
 }
 template <int Dim>
 std::pair<Vec<Dim>, Vec<Dim>> Mesh<Dim>::bounds() const {
@@ -182,9 +221,10 @@ std::optional<Vec<Dim>> Mesh<Dim>::natural_coordinates(Index cell, const Point& 
 }
 
 /// Cartesian: the product of the edges. Isoparametric quadrilateral: half the cross product of its
-/// diagonals; hexahedron: the exact volume under its trilinear map.
+/// diagonals; hexahedron: the exact volume under its trilinear map; other elements: likewise exact.
 template <int Dim>
 double Mesh<Dim>::cell_volume(Index cell) const {
+  if (!is_multilinear()) return element_geometry(cell).volume();
   const CellGeometry<Dim> g = geometry(cell);
   if (g.cartesian) return g.length.prod();
   if constexpr (Dim == 2) {
@@ -201,6 +241,7 @@ double Mesh<Dim>::cell_volume(Index cell) const {
 /// from it does too.
 template <int Dim>
 double Mesh<Dim>::cell_size(Index cell) const {
+  if (!is_multilinear()) return element_geometry(cell).size();
   const CellGeometry<Dim> g = geometry(cell);
   if (g.cartesian) return g.length.minCoeff();
   double size = smallest_height<Dim>(g, 0);

@@ -1,4 +1,5 @@
-/// \file The background mesh: Q4 and H8 cells, structured (nothing stored) or from tables.
+/// \file The background mesh: structured boxes (nothing stored), or cells of any Lagrange element
+/// from tables.
 #pragma once
 
 #include <array>
@@ -9,11 +10,12 @@
 #include <utility>
 #include <vector>
 
+#include "physics/element_map.h"
 #include "physics/types.h"
 
 namespace lahar {
 
-/// What the inverse mapping of one cell needs.
+/// What the inverse mapping of one Q4 or H8 cell needs.
 /// Cartesian: xi = 2 (x - centre) / length per axis. Isoparametric: corner coordinates.
 template <int Dim>
 struct CellGeometry {
@@ -23,10 +25,22 @@ struct CellGeometry {
   bool cartesian;
 };
 
-/// Background mesh. Node and cell ids are 0-based and dense. Two orders of a cell's corners occur:
-/// *file order* (CB-Geo: Q4 counter-clockwise, H8 bottom then top) and *tensor order*, in which
-/// bit d of the corner's number says whether it lies on the + side of natural axis d. In a
-/// Cartesian cell the natural axes are the global ones, whatever rotation the file order has.
+/// The nodes of one cell, in file order.
+template <int Dim>
+struct CellNodes {
+  std::array<Index, static_cast<std::size_t>(most_nodes<Dim>)> id;
+  int count;
+
+  const Index* begin() const { return id.data(); }
+  const Index* end() const { return id.data() + count; }
+};
+
+/// Background mesh. Node and cell ids are 0-based and dense. All cells are of one element. Two
+/// orders of the corners of Q4 and H8 cells occur: *file order* (CB-Geo: Q4 counter-clockwise, H8
+/// bottom then top) and *tensor order*, in which bit d of the corner's number says whether it lies
+/// on the + side of natural axis d. In a Cartesian cell the natural axes are the global ones,
+/// whatever rotation the file order has. What is said to be of multilinear meshes is for Q4 and H8
+/// alone.
 ///
 /// A mesh from tables may be a *part*: it holds some of the cells, with their nodes, and says of
 /// them what the whole mesh would. Ids, numbers of cells and nodes, bounds and is_cartesian() are
@@ -50,6 +64,10 @@ class Mesh {
   /// two cells on a face); at most 20 are listed, the rest is counted. Nodes without a cell are
   /// accepted.
   static Mesh from_tables(std::vector<Point> nodes, std::vector<Corners> cells, bool isoparametric);
+  /// The same of any element; the nodes of the cells one after the other. Simplices cannot be
+  /// boxes.
+  static Mesh from_tables(std::vector<Point> nodes, Element element, std::span<const Index> cells,
+                          bool isoparametric);
 
   /// These cells (ascending, held here) and those in pieces that pack() made of other parts of the
   /// same mesh. The result depends on the cells alone, not on where they came from. A structured
@@ -70,24 +88,32 @@ class Mesh {
   Index n_nodes() const;
   Index n_cells() const;
   bool is_structured() const;
-  /// Closed-form affine inverse mapping in every cell: structured, declared so, or boxes to the
-  /// bit.
+  Element element() const;
+  bool is_multilinear() const { return element() == multilinear<Dim>; }
+  /// Multilinear, with the closed-form affine inverse mapping in every cell: structured, declared
+  /// so, or boxes to the bit.
   bool is_cartesian() const;
 
-  Point node(Index id) const;                   ///< [m]
-  Corners cell_nodes(Index cell) const;         ///< file order
-  Corners cell_nodes_tensor(Index cell) const;  ///< tensor order
-  CellGeometry<Dim> geometry(Index cell) const;
+  Point node(Index id) const;  ///< [m]
+  CellNodes<Dim> element_nodes(Index cell) const;
+  ElementGeometry<Dim> element_geometry(Index cell) const;
+  Corners cell_nodes(Index cell) const;          ///< file order; multilinear meshes
+  Corners cell_nodes_tensor(Index cell) const;   ///< tensor order; multilinear meshes
+  CellGeometry<Dim> geometry(Index cell) const;  ///< multilinear meshes
+  Point cell_centre(Index cell) const;           ///< [m] mean of the corners
+  /// A box that holds the cell [m].
+  std::pair<Point, Point> cell_bounds(Index cell) const;
   double cell_volume(Index cell) const;  ///< [m^2 per m of thickness, or m^3]
   /// Distance between opposite faces, for the time step limit [m]. Cartesian: the shortest edge.
-  /// Isoparametric: the smallest height of the parallelepipeds that the edges span at each corner.
+  /// Isoparametric: the smallest height of the parallelepipeds that the edges span at each corner
+  /// (other elements: ElementGeometry::size()).
   double cell_size(Index cell) const;
   /// Smallest box around the mesh.
   std::pair<Point, Point> bounds() const;
 
   /// Natural coordinates of x if x is in the closed cell (-1 <= xi <= 1 without tolerance), clamped
-  /// to 1 - 2.2e-16; none otherwise. Throws SimulationError where Newton does not converge for a
-  /// point near the cell.
+  /// to 1 - 2.2e-16; none otherwise. Throws SimulationError where the inverse map can neither be
+  /// found nor be shown not to exist.
   std::optional<Point> natural_coordinates(Index cell, const Point& x) const;
 
   /// The lowest cell id that contains x; -1 if none, or if x is not finite. A point outside every

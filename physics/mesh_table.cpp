@@ -11,21 +11,6 @@
 #include "physics/inverse_mapping.h"
 
 namespace lahar {
-namespace {
-
-/// The corners of face 2 d + side, in tensor order, sorted: the identity of the face.
-template <int Dim>
-std::array<Local, corners<Dim> / 2> face_nodes(const std::array<Local, corners<Dim>>& tensor,
-                                               int face) {
-  std::array<Local, corners<Dim> / 2> nodes;
-  int n = 0;
-  for (int a = 0; a < corners<Dim>; ++a)
-    if (((a >> (face / 2)) & 1) == face % 2) nodes[n++] = tensor[a];
-  std::sort(nodes.begin(), nodes.end());
-  return nodes;
-}
-
-}  // namespace
 
 template <int Dim>
 std::array<int, corners<Dim>> box_orientation(const std::array<Vec<Dim>, corners<Dim>>& corner) {
@@ -39,27 +24,26 @@ std::array<int, corners<Dim>> box_orientation(const std::array<Vec<Dim>, corners
 }
 
 template <int Dim>
-CellTable<Dim>::CellTable(std::vector<Point> nodes, const std::vector<Corners>& cells,
+CellTable<Dim>::CellTable(std::vector<Point> nodes, Element element, std::span<const Index> ids,
                           bool isoparametric)
     : nodes_(std::move(nodes)) {
+  const CellList cells{element, ids};
   check_tables<Dim>(nodes_, cells, isoparametric);
   whole_.n_nodes = static_cast<Index>(nodes_.size());
-  whole_.n_cells = static_cast<Index>(cells.size());
+  whole_.n_cells = cells.size();
+  whole_.element = element;
   // Cells that are boxes to the last bit have the closed-form map whatever the file calls them.
-  whole_.cartesian = !isoparametric || all_boxes<Dim>(nodes_, cells, 0.0);
+  whole_.cartesian = is_multilinear() && (!isoparametric || all_boxes<Dim>(nodes_, cells, 0.0));
   cell_ids_ = IdMap::all(whole_.n_cells);
   node_ids_ = IdMap::all(whole_.n_nodes);
-  cells_.resize(cells.size());
-  for (std::size_t c = 0; c < cells.size(); ++c)
-    for (int k = 0; k < corners<Dim>; ++k) cells_[c][k] = static_cast<Local>(cells[c][k]);
+  cells_.assign(ids.begin(), ids.end());
+  build_connectivity();
   whole_.bounds = cell_bounds(0);
   for (Index c = 1; c < n_cells(); ++c) {
     const auto [low, high] = cell_bounds(c);
     whole_.bounds.first = whole_.bounds.first.cwiseMin(low);
     whole_.bounds.second = whole_.bounds.second.cwiseMax(high);
   }
-  build_node_cells();
-  build_face_neighbours();
   choose_bins();
   fill_bins();
 }
@@ -79,8 +63,17 @@ Index CellTable<Dim>::node_row(Index node) const {
 }
 
 template <int Dim>
+CellNodes<Dim> CellTable<Dim>::element_nodes(Index cell) const {
+  const auto file = nodes_of(cell_row(cell));
+  CellNodes<Dim> nodes{{}, static_cast<int>(file.size())};
+  for (std::size_t k = 0; k < file.size(); ++k) nodes.id[k] = node_ids_.id(file[k]);
+  return nodes;
+}
+
+template <int Dim>
 std::array<Index, corners<Dim>> CellTable<Dim>::cell_nodes(Index cell) const {
-  const Rows& file = cells_[cell_row(cell)];
+  assert(is_multilinear());
+  const auto file = nodes_of(cell_row(cell));
   Corners nodes;
   for (int k = 0; k < corners<Dim>; ++k) nodes[k] = node_ids_.id(file[k]);
   return nodes;
@@ -96,7 +89,8 @@ std::array<Index, corners<Dim>> CellTable<Dim>::cell_nodes_tensor(Index cell) co
 
 template <int Dim>
 std::array<Local, corners<Dim>> CellTable<Dim>::corners_tensor(Index row) const {
-  const Rows& file = cells_[row];
+  assert(is_multilinear());
+  const auto file = nodes_of(row);
   Rows nodes;
   if (is_cartesian()) {
     std::array<Point, corners<Dim>> corner;
@@ -116,8 +110,9 @@ template <int Dim>
 CellGeometry<Dim> CellTable<Dim>::geometry_of(Index row) const {
   CellGeometry<Dim> g;
   g.cartesian = is_cartesian();
-  Point sum = nodes_[cells_[row][0]];
-  for (int k = 1; k < corners<Dim>; ++k) sum += nodes_[cells_[row][k]];
+  const auto file = nodes_of(row);
+  Point sum = nodes_[file[0]];
+  for (int k = 1; k < corners<Dim>; ++k) sum += nodes_[file[k]];
   g.centre = sum / corners<Dim>;
   const Rows nodes = corners_tensor(row);
   for (int a = 0; a < corners<Dim>; ++a) g.corner[a] = nodes_[nodes[a]];
@@ -128,53 +123,92 @@ CellGeometry<Dim> CellTable<Dim>::geometry_of(Index row) const {
 }
 
 template <int Dim>
+ElementGeometry<Dim> CellTable<Dim>::element_geometry_of(Index row) const {
+  ElementGeometry<Dim> geometry{element(), {}};
+  const auto file = nodes_of(row);
+  for (std::size_t a = 0; a < file.size(); ++a) geometry.X[a] = nodes_[file[a]];
+  return geometry;
+}
+
+template <int Dim>
 std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::cell_bounds(Index row) const {
-  Point low = nodes_[cells_[row][0]], high = low;
-  for (int k = 1; k < corners<Dim>; ++k) {
-    low = low.cwiseMin(nodes_[cells_[row][k]]);
-    high = high.cwiseMax(nodes_[cells_[row][k]]);
+  if (!curved_bounds_.empty()) return curved_bounds_[row];
+  const auto file = nodes_of(row);
+  Point low = nodes_[file[0]], high = low;
+  for (Local node : file.subspan(1)) {
+    low = low.cwiseMin(nodes_[node]);
+    high = high.cwiseMax(nodes_[node]);
   }
   return {low, high};
+}
+
+/// Everything that follows from the nodes and cells held.
+template <int Dim>
+void CellTable<Dim>::build_connectivity() {
+  if (info(element()).order > 1) {
+    curved_bounds_.reserve(static_cast<std::size_t>(cell_ids_.size()));
+    for (Index c = 0; c < cell_ids_.size(); ++c)
+      curved_bounds_.push_back(element_geometry_of(c).bounds());
+  }
+  build_node_cells();
+  build_face_neighbours();
 }
 
 template <int Dim>
 void CellTable<Dim>::build_node_cells() {
   auto& first = node_cells_.first;
   first.assign(nodes_.size() + 1, 0);
-  for (const Rows& cell : cells_)
-    for (Local node : cell) ++first[node + 1];
+  for (Local node : cells_) ++first[node + 1];
   for (std::size_t n = 0; n < nodes_.size(); ++n) first[n + 1] += first[n];
   node_cells_.item.resize(first.back());
   std::vector<Index> next(first.begin(), first.end() - 1);
-  for (std::size_t c = 0; c < cells_.size(); ++c)
-    for (Local node : cells_[c]) node_cells_.item[next[node]++] = static_cast<Local>(c);
+  for (Index c = 0; c < cell_ids_.size(); ++c)
+    for (Local node : nodes_of(c)) node_cells_.item[next[node]++] = static_cast<Local>(c);
+}
+
+/// The corners of each face, sorted: its identity. Behind them, -1.
+template <int Dim>
+std::array<std::array<Local, most_face_corners>, static_cast<std::size_t>(most_faces<Dim>)>
+CellTable<Dim>::faces_of(Index row) const {
+  std::array<Face, static_cast<std::size_t>(most_faces<Dim>)> faces;
+  for (Face& face : faces) face.fill(-1);
+  if (is_multilinear()) {
+    const Rows tensor = corners_tensor(row);
+    for (int face = 0; face < most_faces<Dim>; ++face) {
+      int n = 0;
+      for (int a = 0; a < corners<Dim>; ++a)
+        if (((a >> (face / 2)) & 1) == face % 2) faces[face][n++] = tensor[a];
+    }
+  } else {
+    const auto file = nodes_of(row);
+    for (int face = 0; face < info(element()).faces; ++face)
+      for (int k = 0; k < most_face_corners; ++k)
+        if (const int corner = info(element()).face[face][k]; corner >= 0)
+          faces[face][k] = file[corner];
+  }
+  for (Face& face : faces) std::sort(face.begin(), std::find(face.begin(), face.end(), -1));
+  return faces;
 }
 
 /// Each face is looked at where its lowest node is: there are few faces around a node to compare.
 template <int Dim>
 void CellTable<Dim>::build_face_neighbours() {
-  struct Face {
-    std::array<Local, corners<Dim> / 2> nodes;
+  struct Side {
+    Face nodes;
     Local cell;
     int face;
   };
-  std::array<Local, faces> none;
-  none.fill(-1);
-  face_neighbour_.assign(cells_.size(), none);
-  std::vector<Rows> tensor(cells_.size());
-  for (std::size_t c = 0; c < cells_.size(); ++c) tensor[c] = corners_tensor(c);
-  std::vector<Face> around;
+  const auto n_cells = static_cast<std::size_t>(cell_ids_.size());
+  face_neighbour_.resize(n_cells);
+  for (auto& neighbours : face_neighbour_) neighbours.fill(-1);
+  std::vector<std::array<Face, static_cast<std::size_t>(most_faces<Dim>)>> faces(n_cells);
+  for (std::size_t c = 0; c < n_cells; ++c) faces[c] = faces_of(static_cast<Index>(c));
+  std::vector<Side> around;
   for (Local n = 0; n < static_cast<Local>(nodes_.size()); ++n) {
     around.clear();
-    for (Local c : node_cells_[n]) {
-      const int corner =
-          static_cast<int>(std::find(tensor[c].begin(), tensor[c].end(), n) - tensor[c].begin());
-      for (int d = 0; d < Dim; ++d) {
-        const int face = 2 * d + ((corner >> d) & 1);
-        const auto nodes = face_nodes<Dim>(tensor[c], face);
-        if (nodes[0] == n) around.push_back({nodes, c, face});
-      }
-    }
+    for (Local c : node_cells_[n])
+      for (int face = 0; face < info(element()).faces; ++face)
+        if (faces[c][face][0] == n) around.push_back({faces[c][face], c, face});
     for (std::size_t i = 0; i < around.size(); ++i) {
       for (std::size_t j = i + 1; j < around.size(); ++j) {
         if (around[i].nodes != around[j].nodes) continue;
@@ -194,7 +228,7 @@ void CellTable<Dim>::build_face_neighbours() {
 template <int Dim>
 std::vector<Local> CellTable<Dim>::ring(Index row) const {
   std::vector<Local> result;
-  for (Local node : cells_[row])
+  for (Local node : nodes_of(row))
     for (Local c : node_cells_[node])
       if (c != row) result.push_back(c);
   std::sort(result.begin(), result.end());

@@ -1,4 +1,5 @@
-/// \file A mesh of arbitrary Q4 or H8 cells from tables, with its connectivity. Private to Mesh.
+/// \file A mesh of arbitrary cells of one element from tables, with its connectivity. Private to
+/// Mesh.
 #pragma once
 
 #include <cstddef>
@@ -54,10 +55,10 @@ void for_each_position(const std::array<Index, Dim>& from, const std::array<Inde
 /// Cells of a table on their way from one holder of a part of the mesh to another.
 template <int Dim>
 struct TablePiece {
-  std::vector<Index> cells;                                   ///< global ids, ascending
-  std::vector<std::array<Local, corners<Dim>>> corner_nodes;  ///< file order, positions in `nodes`
-  std::vector<Index> nodes;                                   ///< global ids, ascending
-  std::vector<Vec<Dim>> x;                                    ///< [m] of `nodes`
+  std::vector<Index> cells;       ///< global ids, ascending
+  std::vector<Local> cell_nodes;  ///< of each cell, file order, positions in `nodes`
+  std::vector<Index> nodes;       ///< global ids, ascending
+  std::vector<Vec<Dim>> x;        ///< [m] of `nodes`
 };
 
 /// All cells of a mesh, or some. Ids are those of the whole mesh; a *row* is the position of a cell
@@ -68,9 +69,9 @@ class CellTable {
   using Point = Vec<Dim>;
   using Corners = std::array<Index, corners<Dim>>;
   using Found = typename Mesh<Dim>::Found;
-  static constexpr int faces = 2 * Dim;
 
-  CellTable(std::vector<Point> nodes, const std::vector<Corners>& cells, bool isoparametric);
+  CellTable(std::vector<Point> nodes, Element element, std::span<const Index> cells,
+            bool isoparametric);
 
   /// mesh_table_part.cpp: see Mesh::part and Mesh::pack.
   CellTable part(std::span<const Index> cells,
@@ -81,12 +82,15 @@ class CellTable {
   Index n_nodes() const { return whole_.n_nodes; }
   Index n_cells() const { return whole_.n_cells; }
   bool holds(Index cell) const { return cell_ids_.row(cell) >= 0; }
+  Element element() const { return whole_.element; }
   bool is_cartesian() const { return whole_.cartesian; }
   Point node(Index id) const { return nodes_[node_row(id)]; }
+  CellNodes<Dim> element_nodes(Index cell) const;
   Corners cell_nodes(Index cell) const;
   Corners cell_nodes_tensor(Index cell) const;
   CellGeometry<Dim> geometry(Index cell) const { return geometry_of(cell_row(cell)); }
   std::pair<Point, Point> bounds() const { return whole_.bounds; }
+  std::pair<Point, Point> bounds(Index cell) const { return cell_bounds(cell_row(cell)); }
   Found locate(const Point& x) const;
   Found locate_from(const Point& x, Index cell) const;
   bool is_near(const Point& x, Index cell) const;
@@ -100,27 +104,43 @@ class CellTable {
 
  private:
   using Rows = std::array<Local, corners<Dim>>;
+  using Face = std::array<Local, most_face_corners>;
   using Bins = std::array<Index, Dim>;
   /// What a part knows of all cells.
   struct Whole {
     Index n_nodes, n_cells;
+    Element element;
     bool cartesian;
     std::pair<Point, Point> bounds;
   };
 
   CellTable(const CellTable& other, std::span<const TablePiece<Dim>> pieces);
+  void build_connectivity();
   void build_node_cells();
   void build_face_neighbours();
   void choose_bins();
   std::vector<Index> touched_bins() const;
   void fill_bins();
   TablePiece<Dim> piece(std::span<const Index> cells) const;
+  /// What all parts of one mesh have in common.
+  std::array<Index, 4> identity() const {
+    return {Dim, static_cast<Index>(element()), n_nodes(), n_cells()};
+  }
 
   std::vector<Index> marked_cells(const std::vector<char>& marked) const;
   Index cell_row(Index cell) const;
   Index node_row(Index node) const;
+  bool is_multilinear() const { return whole_.element == multilinear<Dim>; }
+  std::span<const Local> nodes_of(Index row) const {
+    const auto n = static_cast<std::size_t>(info(whole_.element).nodes);
+    return {cells_.data() + static_cast<std::size_t>(row) * n, n};
+  }
   Rows corners_tensor(Index row) const;
+  std::array<Face, static_cast<std::size_t>(most_faces<Dim>)> faces_of(Index row) const;
   CellGeometry<Dim> geometry_of(Index row) const;
+  ElementGeometry<Dim> element_geometry_of(Index row) const;
+  double shortest_extent(Index row) const;
+  bool map_to(Index row, const Point& x, Point& xi) const;
   std::optional<Point> natural_of(Index row, const Point& x) const;
   std::vector<Local> ring(Index row) const;
   std::pair<Point, Point> cell_bounds(Index row) const;
@@ -133,22 +153,36 @@ class CellTable {
   Whole whole_;
   IdMap cell_ids_, node_ids_;
   std::vector<Point> nodes_;
-  std::vector<Rows> cells_;  ///< rows of the corners, file order
+  std::vector<Local> cells_;  ///< rows of the nodes of each cell, file order
+  /// Of cells whose faces may bulge beyond their nodes; else empty.
+  std::vector<std::pair<Point, Point>> curved_bounds_;
   CompressedRows node_cells_;
-  /// Neighbour across face 2 d + (0: minus side, 1: plus side) of natural axis d; -1 = none held.
-  std::vector<std::array<Local, faces>> face_neighbour_;
+  /// Neighbour across each face (ElementInfo::face); -1 = none held.
+  std::vector<std::array<Local, static_cast<std::size_t>(most_faces<Dim>)>> face_neighbour_;
   BoundingGrid<Dim> grid_;
+};
+
+/// The nodes of all cells of a mesh, one cell after the other.
+struct CellList {
+  Element element;
+  std::span<const Index> ids;
+
+  Index size() const {
+    return static_cast<Index>(ids.size()) / static_cast<Index>(info(element).nodes);
+  }
+  std::span<const Index> operator[](Index cell) const {
+    const auto n = static_cast<std::size_t>(info(element).nodes);
+    return ids.subspan(static_cast<std::size_t>(cell) * n, n);
+  }
 };
 
 /// Throw InputError with everything that is wrong with the tables of a mesh.
 template <int Dim>
-void check_tables(const std::vector<Vec<Dim>>& nodes,
-                  const std::vector<std::array<Index, corners<Dim>>>& cells, bool isoparametric);
+void check_tables(const std::vector<Vec<Dim>>& nodes, const CellList& cells, bool isoparametric);
 
-/// True if every cell is an axis-aligned box to within `deviation` of its edges.
+/// True if every cell (Q4 or H8) is an axis-aligned box to within `deviation` of its edges.
 template <int Dim>
-bool all_boxes(const std::vector<Vec<Dim>>& nodes,
-               const std::vector<std::array<Index, corners<Dim>>>& cells, double deviation);
+bool all_boxes(const std::vector<Vec<Dim>>& nodes, const CellList& cells, double deviation);
 
 /// Tensor order of the corners of a box, from their coordinates in file order: entry k is the
 /// tensor number of corner k. Corners that share a number mean that this is no box.

@@ -51,8 +51,7 @@ std::string text(const Vec<Dim>& x) {
 
 /// "node 3 (0, 1), node 7 (1, 1), ..."
 template <int Dim>
-std::string list_nodes(const std::array<Index, corners<Dim>>& cell,
-                       const std::vector<Vec<Dim>>& nodes) {
+std::string list_nodes(std::span<const Index> cell, const std::vector<Vec<Dim>>& nodes) {
   std::string list;
   for (Index n : cell)
     list += fmt::format("{}{} {}", list.empty() ? "" : ", ", n, text<Dim>(nodes[n]));
@@ -60,9 +59,8 @@ std::string list_nodes(const std::array<Index, corners<Dim>>& cell,
 }
 
 /// Node ids within range and different from each other.
-template <int Dim>
-bool check_ids(Index c, const std::array<Index, corners<Dim>>& cell, Index n_nodes,
-               Report& report) {
+bool check_ids(Index c, const CellList& cells, Index n_nodes, Report& report) {
+  const auto cell = cells[c];
   for (Index node : cell) {
     if (node >= 0 && node < n_nodes) continue;
     report.add(fmt::format("cell {} has node {}, but the {} nodes are numbered 0 to {}", c, node,
@@ -71,50 +69,97 @@ bool check_ids(Index c, const std::array<Index, corners<Dim>>& cell, Index n_nod
   }
   for (std::size_t i = 0; i < cell.size(); ++i) {
     if (std::find(cell.begin() + i + 1, cell.end(), cell[i]) == cell.end()) continue;
-    report.add(fmt::format("cell {} has node {} twice; a {} has {} different nodes", c, cell[i],
-                           Dim == 2 ? "quadrilateral" : "hexahedron", cell.size()));
+    const ElementInfo& about = info(cells.element);
+    report.add(fmt::format("cell {} has node {} twice; a {}{} has {} different nodes", c, cell[i],
+                           about.noun, about.order > 1 ? fmt::format(" {}", about.name) : "",
+                           cell.size()));
     return false;
   }
   return true;
 }
 
+template <int Dim>
+ElementGeometry<Dim> geometry_of(Index c, const CellList& cells,
+                                 const std::vector<Vec<Dim>>& nodes) {
+  ElementGeometry<Dim> geometry{cells.element, {}};
+  const auto cell = cells[c];
+  for (std::size_t a = 0; a < cell.size(); ++a) geometry.X[a] = nodes[cell[a]];
+  return geometry;
+}
+
 /// Jacobian divided by the lengths of its columns: 1 in a box, 0 in a flat cell.
 template <int Dim>
-double shape_quality(const CellGeometry<Dim>& g, const Vec<Dim>& xi) {
-  const auto J = jacobian<Dim>(g, xi);
+double shape_quality(const ElementGeometry<Dim>& g, const Vec<Dim>& xi) {
+  const auto J = g.jacobian(xi);
   const double scale = J.colwise().norm().prod();
   return scale > 0 ? J.determinant() / scale : 0.0;
 }
 
-/// Positive Jacobian at the corners; in a hexahedron, where that is not sufficient, also at the
-/// Gauss points and the centre.
+/// How the nodes of a cell are to be listed.
+std::string_view node_order(Element element) {
+  switch (element) {
+    case Element::T3:
+    case Element::Q4:
+      return "list the corners counter-clockwise";
+    case Element::T6:
+    case Element::Q8:
+    case Element::Q9:
+      return "list the corners counter-clockwise, then the middles of the sides in this order";
+    case Element::Tet4:
+      return "list a face counter-clockwise seen from the fourth corner, then that corner";
+    case Element::H8:
+      return "list the bottom face counter-clockwise seen from the top face, then the top";
+    default:
+      return "list the bottom face counter-clockwise seen from the top face, then the top, then "
+             "the "
+             "middles of the edges 0-1 0-3 0-4 1-2 1-5 2-3 2-6 3-7 4-5 4-7 5-6 6-7";
+  }
+}
+
+/// Positive Jacobian at the nodes; where that is not sufficient, also at Gauss points and the
+/// centre.
 template <int Dim>
-bool check_jacobian(Index c, const std::array<Index, corners<Dim>>& cell,
-                    const std::vector<Vec<Dim>>& nodes, Report& report) {
-  CellGeometry<Dim> g;
-  g.cartesian = false;
-  for (int k = 0; k < corners<Dim>; ++k) g.corner[tensor_corner(k)] = nodes[cell[k]];
+bool check_jacobian(Index c, const CellList& cells, const std::vector<Vec<Dim>>& nodes,
+                    Report& report) {
+  const Element element = cells.element;
+  const auto geometry = geometry_of<Dim>(c, cells, nodes);
   double worst = std::numeric_limits<double>::infinity();
   std::string place;
   const auto test = [&](const Vec<Dim>& xi, auto&& name) {
-    const double quality = shape_quality<Dim>(g, xi);
+    const double quality = shape_quality<Dim>(geometry, xi);
     if (quality < worst) worst = quality, place = quality <= degenerate_jacobian ? name() : "";
   };
-  for (int k = 0; k < corners<Dim>; ++k) {
-    Vec<Dim> xi;
-    for (int d = 0; d < Dim; ++d) xi[d] = corner_sign(tensor_corner(k), d);
-    test(xi, [&] { return fmt::format("its corner at node {}", cell[k]); });
-    if (Dim == 3) test(xi / std::sqrt(3.0), [&] { return fmt::format("its Gauss point {}", k); });
+  const bool more = info(element).order > 1 || element == Element::H8;
+  for (int k = 0; k < geometry.nodes(); ++k)
+    test(node_xi<Dim>(element, k), [&] {
+      return fmt::format("its {} at node {}", k < info(element).corners ? "corner" : "side",
+                         cells[c][k]);
+    });
+  if (more) {
+    const auto points = gauss_points<Dim>(element, 2);
+    for (std::size_t k = 0; k < points.size(); ++k)
+      test(points[k], [&] { return fmt::format("its Gauss point {}", k); });
+    test(centre_xi<Dim>(element), [&] { return std::string("its centre"); });
   }
-  if (Dim == 3) test(Vec<Dim>::Zero(), [&] { return std::string("its centre"); });
   if (worst > degenerate_jacobian) return true;
   report.add(fmt::format("cell {} is {} at {}: nodes {}", c,
                          worst < -degenerate_jacobian ? "inverted" : "flat", place,
-                         list_nodes<Dim>(cell, nodes)),
-             Dim == 2
-                 ? "list the corners counter-clockwise"
-                 : "list the bottom face counter-clockwise seen from the top face, then the top");
+                         list_nodes<Dim>(cells[c], nodes)),
+             std::string(node_order(element)));
   return false;
+}
+
+/// All nodes of a cell of second order lie where those of the box lie that its corners span.
+template <int Dim>
+bool are_in_place(const ElementGeometry<Dim>& g, double deviation) {
+  ElementGeometry<Dim> straight{multilinear<Dim>, {}};
+  std::copy_n(g.X.begin(), info(g.element).corners, straight.X.begin());
+  const auto [low, high] = straight.bounds();
+  for (int a = info(g.element).corners; a < g.nodes(); ++a) {
+    const Vec<Dim> off = g.X[a] - straight.point(node_xi<Dim>(g.element, a));
+    if ((off.cwiseAbs().array() > deviation * (high - low).array()).any()) return false;
+  }
+  return true;
 }
 
 template <int Dim>
@@ -136,7 +181,7 @@ bool is_box(const std::array<Vec<Dim>, corners<Dim>>& corner, double deviation) 
 }
 
 template <int Dim>
-std::array<Vec<Dim>, corners<Dim>> corner_positions(const std::array<Index, corners<Dim>>& cell,
+std::array<Vec<Dim>, corners<Dim>> corner_positions(std::span<const Index> cell,
                                                     const std::vector<Vec<Dim>>& nodes) {
   std::array<Vec<Dim>, corners<Dim>> corner;
   for (int k = 0; k < corners<Dim>; ++k) corner[k] = nodes[cell[k]];
@@ -146,21 +191,19 @@ std::array<Vec<Dim>, corners<Dim>> corner_positions(const std::array<Index, corn
 }  // namespace
 
 template <int Dim>
-bool all_boxes(const std::vector<Vec<Dim>>& nodes,
-               const std::vector<std::array<Index, corners<Dim>>>& cells, double deviation) {
-  return std::all_of(cells.begin(), cells.end(), [&](const auto& cell) {
-    return is_box<Dim>(corner_positions<Dim>(cell, nodes), deviation);
-  });
+bool all_boxes(const std::vector<Vec<Dim>>& nodes, const CellList& cells, double deviation) {
+  for (Index c = 0; c < cells.size(); ++c)
+    if (!is_box<Dim>(corner_positions<Dim>(cells[c], nodes), deviation)) return false;
+  return true;
 }
 
 template <int Dim>
-void check_tables(const std::vector<Vec<Dim>>& nodes,
-                  const std::vector<std::array<Index, corners<Dim>>>& cells, bool isoparametric) {
+void check_tables(const std::vector<Vec<Dim>>& nodes, const CellList& cells, bool isoparametric) {
   Report report;
   const Index n_nodes = static_cast<Index>(nodes.size());
-  const Index n_cells = static_cast<Index>(cells.size());
+  const Index n_cells = cells.size();
   if (nodes.empty()) report.add("the mesh has no nodes");
-  if (cells.empty()) report.add("the mesh has no cells");
+  if (n_cells == 0) report.add("the mesh has no cells");
   constexpr Index most = std::numeric_limits<Local>::max();
   if (n_cells > most || n_nodes > most)
     report.add(fmt::format("{} nodes and {} cells: at most {} of each can come from a table",
@@ -171,23 +214,25 @@ void check_tables(const std::vector<Vec<Dim>>& nodes,
       report.add(fmt::format("node {} has coordinates {}; they must be finite numbers", n,
                              text<Dim>(nodes[n])));
   const bool coordinates_usable = report.empty();
+  if (!isoparametric && info(cells.element).simplex)
+    report.add(fmt::format("a {} is no box along the axes", info(cells.element).noun),
+               "set isoparametric to true");
+  const bool boxes = !isoparametric && !info(cells.element).simplex;
   for (Index c = 0; c < n_cells; ++c) {
-    const auto& cell = cells[c];
-    if (!check_ids<Dim>(c, cell, n_nodes, report) || !coordinates_usable) continue;
-    if (check_jacobian<Dim>(c, cell, nodes, report) && !isoparametric &&
-        !is_box<Dim>(corner_positions<Dim>(cell, nodes), box_deviation))
+    if (!check_ids(c, cells, n_nodes, report) || !coordinates_usable) continue;
+    if (check_jacobian<Dim>(c, cells, nodes, report) && boxes &&
+        !(is_box<Dim>(corner_positions<Dim>(cells[c], nodes), box_deviation) &&
+          are_in_place<Dim>(geometry_of<Dim>(c, cells, nodes), box_deviation)))
       report.add(fmt::format("cell {} is not a box along the axes: nodes {}", c,
-                             list_nodes<Dim>(cell, nodes)),
+                             list_nodes<Dim>(cells[c], nodes)),
                  "set isoparametric to true for cells of any shape");
   }
   report.finish();
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                               \
-  template bool all_boxes<Dim>(const std::vector<Vec<Dim>>&,                                 \
-                               const std::vector<std::array<Index, corners<Dim>>>&, double); \
-  template void check_tables<Dim>(const std::vector<Vec<Dim>>&,                              \
-                                  const std::vector<std::array<Index, corners<Dim>>>&, bool);
+#define LAHAR_INSTANTIATE(Dim)                                                         \
+  template bool all_boxes<Dim>(const std::vector<Vec<Dim>>&, const CellList&, double); \
+  template void check_tables<Dim>(const std::vector<Vec<Dim>>&, const CellList&, bool);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 

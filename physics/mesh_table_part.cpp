@@ -29,23 +29,24 @@ bool ascending_below(std::span<const Index> ids, Index limit) {
 }
 
 template <int Dim>
-TablePiece<Dim> read_piece(std::span<const std::byte> bytes, Index n_nodes, Index n_cells) {
+TablePiece<Dim> read_piece(std::span<const std::byte> bytes, std::span<const Index> expected) {
   ByteReader reader(bytes);
   const auto sizes = reader.array<Index>();
-  if (sizes != std::vector<Index>{Dim, n_nodes, n_cells})
+  if (!std::ranges::equal(sizes, expected))
     throw std::invalid_argument("cells from another rank are not of the same mesh");
   TablePiece<Dim> piece;
   piece.cells = reader.array<Index>();
-  piece.corner_nodes = reader.array<std::array<Local, corners<Dim>>>();
+  piece.cell_nodes = reader.array<Local>();
   piece.nodes = reader.array<Index>();
   const auto x = reader.array<double>();
   reader.expect_end();
   const auto n = static_cast<Local>(piece.nodes.size());
-  bool fits = piece.corner_nodes.size() == piece.cells.size() &&
+  const auto [dim, element, n_nodes, n_cells] = std::array{sizes[0], sizes[1], sizes[2], sizes[3]};
+  const auto per_cell = static_cast<std::size_t>(info(static_cast<Element>(element)).nodes);
+  bool fits = piece.cell_nodes.size() == per_cell * piece.cells.size() &&
               x.size() == Dim * piece.nodes.size() && ascending_below(piece.cells, n_cells) &&
               ascending_below(piece.nodes, n_nodes);
-  for (const auto& cell : piece.corner_nodes)
-    for (Local node : cell) fits &= node >= 0 && node < n;
+  for (Local node : piece.cell_nodes) fits &= node >= 0 && node < n;
   if (!fits) throw std::invalid_argument("cells from another rank are damaged");
   piece.x.resize(piece.nodes.size());
   for (std::size_t i = 0; i < piece.x.size(); ++i)
@@ -61,18 +62,16 @@ TablePiece<Dim> CellTable<Dim>::piece(std::span<const Index> cells) const {
   piece.cells.assign(cells.begin(), cells.end());
   std::vector<Local> position(nodes_.size(), -1);  // in the piece, of a row here
   for (Index cell : cells)
-    for (Local node : cells_[cell_row(cell)]) position[node] = 0;
+    for (Local node : nodes_of(cell_row(cell))) position[node] = 0;
   for (std::size_t row = 0; row < position.size(); ++row) {
     if (position[row] < 0) continue;
     position[row] = static_cast<Local>(piece.nodes.size());
     piece.nodes.push_back(node_ids_.id(row));
     piece.x.push_back(nodes_[row]);
   }
-  piece.corner_nodes.reserve(cells.size());
-  for (Index cell : cells) {
-    auto& nodes = piece.corner_nodes.emplace_back(cells_[cell_row(cell)]);
-    for (Local& node : nodes) node = position[node];
-  }
+  piece.cell_nodes.reserve(cells.size() * static_cast<std::size_t>(info(element()).nodes));
+  for (Index cell : cells)
+    for (Local node : nodes_of(cell_row(cell))) piece.cell_nodes.push_back(position[node]);
   return piece;
 }
 
@@ -96,7 +95,8 @@ CellTable<Dim>::CellTable(const CellTable& other, std::span<const TablePiece<Dim
     : whole_(other.whole_),
       cell_ids_(all_ids(pieces, &TablePiece<Dim>::cells)),
       node_ids_(all_ids(pieces, &TablePiece<Dim>::nodes)) {
-  cells_.resize(cell_ids_.size());
+  const auto per_cell = static_cast<std::size_t>(info(element()).nodes);
+  cells_.resize(static_cast<std::size_t>(cell_ids_.size()) * per_cell);
   nodes_.resize(node_ids_.size());
   for (const auto& piece : pieces) {
     std::vector<Local> row(piece.nodes.size());
@@ -105,12 +105,11 @@ CellTable<Dim>::CellTable(const CellTable& other, std::span<const TablePiece<Dim
       nodes_[row[n]] = piece.x[n];
     }
     for (std::size_t c = 0; c < piece.cells.size(); ++c) {
-      Rows& cell = cells_[cell_ids_.row(piece.cells[c])];
-      for (int k = 0; k < corners<Dim>; ++k) cell[k] = row[piece.corner_nodes[c][k]];
+      Local* cell = &cells_[static_cast<std::size_t>(cell_ids_.row(piece.cells[c])) * per_cell];
+      for (std::size_t k = 0; k < per_cell; ++k) cell[k] = row[piece.cell_nodes[c * per_cell + k]];
     }
   }
-  build_node_cells();
-  build_face_neighbours();
+  build_connectivity();
   grid_.low = other.grid_.low;
   grid_.high = other.grid_.high;
   grid_.bins_per_metre = other.grid_.bins_per_metre;
@@ -123,7 +122,7 @@ template <int Dim>
 CellTable<Dim> CellTable<Dim>::part(std::span<const Index> cells,
                                     std::span<const std::vector<std::byte>> packed) const {
   std::vector<TablePiece<Dim>> pieces = {piece(cells)};
-  for (const auto& bytes : packed) pieces.push_back(read_piece<Dim>(bytes, n_nodes(), n_cells()));
+  for (const auto& bytes : packed) pieces.push_back(read_piece<Dim>(bytes, identity()));
   return CellTable(*this, pieces);
 }
 
@@ -133,11 +132,10 @@ std::vector<std::byte> CellTable<Dim>::pack(std::span<const Index> cells) const 
   std::vector<double> x;
   x.reserve(Dim * packed.x.size());
   for (const Point& point : packed.x) x.insert(x.end(), point.data(), point.data() + Dim);
-  const std::array<Index, 3> sizes = {Dim, n_nodes(), n_cells()};
   ByteWriter writer;
-  writer.array<Index>(sizes);
+  writer.array<Index>(identity());
   writer.array<Index>(packed.cells);
-  writer.array<Rows>(packed.corner_nodes);
+  writer.array<Local>(packed.cell_nodes);
   writer.array<Index>(packed.nodes);
   writer.array<double>(x);
   return writer.take();
@@ -146,7 +144,8 @@ std::vector<std::byte> CellTable<Dim>::pack(std::span<const Index> cells) const 
 template <int Dim>
 std::size_t CellTable<Dim>::bytes() const {
   return cell_ids_.bytes() + node_ids_.bytes() + nodes_.capacity() * sizeof(Point) +
-         cells_.capacity() * sizeof(Rows) + node_cells_.bytes() +
+         cells_.capacity() * sizeof(Local) + node_cells_.bytes() +
+         curved_bounds_.capacity() * sizeof(curved_bounds_[0]) +
          face_neighbour_.capacity() * sizeof(face_neighbour_[0]) + grid_.bins.bytes() +
          grid_.cells.bytes();
 }
@@ -161,12 +160,12 @@ std::vector<Index> CellTable<Dim>::marked_cells(const std::vector<char>& marked)
 
 template <int Dim>
 std::vector<Index> CellTable<Dim>::widened(std::span<const Index> cells, int layers) const {
-  std::vector<char> cell(cells_.size(), 0), node(nodes_.size(), 0);
+  std::vector<char> cell(cell_ids_.size(), 0), node(nodes_.size(), 0);
   for (Index c : cells) cell[cell_row(c)] = 1;
   for (int layer = 0; layer < layers; ++layer) {
     for (std::size_t c = 0; c < cell.size(); ++c)
       if (cell[c])
-        for (Local n : cells_[c]) node[n] = 1;
+        for (Local n : nodes_of(static_cast<Index>(c))) node[n] = 1;
     for (std::size_t n = 0; n < node.size(); ++n)
       if (node[n])
         for (Local c : node_cells_[n]) cell[c] = 1;
@@ -177,7 +176,7 @@ std::vector<Index> CellTable<Dim>::widened(std::span<const Index> cells, int lay
 /// All cells of the bins that the reach of some cell touches: those in which locate() looks.
 template <int Dim>
 std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index> cells) const {
-  std::vector<char> bin(grid_.bins.size(), 0), near(cells_.size(), 0);
+  std::vector<char> bin(grid_.bins.size(), 0), near(cell_ids_.size(), 0);
   for (Index cell : cells) {
     const auto [low, high] = reach(cell_row(cell));
     for_each_position<Dim>(grid_.position(low), grid_.position(high), [&](const Bins& p) {

@@ -27,13 +27,11 @@ double magnitude(const Vec<Dim>& x) {
   return x.template lpNorm<Eigen::Infinity>();
 }
 
-/// Shortest extent of a cell [m], the length that the tolerance is relative to.
 template <int Dim>
-double shortest_extent(const CellGeometry<Dim>& cell) {
-  if (cell.cartesian) return cell.length.minCoeff();
-  Vec<Dim> low = cell.corner[0], high = low;
-  for (const auto& X : cell.corner) low = low.cwiseMin(X), high = high.cwiseMax(X);
-  return (high - low).minCoeff();
+[[noreturn]] void undecided(Index id, const Vec<Dim>& x) {
+  throw SimulationError(fmt::format(
+      "the inverse mapping of cell {} does not converge at ({}): the cell is too distorted there",
+      id, fmt::join(x.data(), x.data() + Dim, ", ")));
 }
 
 /// The point is inside the cell's bounding box and the inverse map failed. Try again from several
@@ -51,10 +49,8 @@ bool inverse_map_hard(Index id, const CellGeometry<Dim>& cell, const Vec<Dim>& x
     if (inverse_map_newton<Dim>(cell, x, xi, residual)) return true;
     near |= magnitude<Dim>(xi) <= near_cell && residual < near_point * size;
   }
-  if (!near) return false;
-  throw SimulationError(fmt::format(
-      "the inverse mapping of cell {} does not converge at ({}): the cell is too distorted there",
-      id, fmt::join(x.data(), x.data() + Dim, ", ")));
+  if (near) undecided<Dim>(id, x);
+  return false;
 }
 
 }  // namespace
@@ -142,8 +138,30 @@ void CellTable<Dim>::fill_bins() {
     for_each_row(c, [&](Index b) { grid_.cells.item[next[b]++] = static_cast<Local>(c); });
 }
 
+/// The length that the tolerance is relative to [m].
+template <int Dim>
+double CellTable<Dim>::shortest_extent(Index row) const {
+  if (is_cartesian()) return geometry_of(row).length.minCoeff();
+  const auto [low, high] = cell_bounds(row);
+  return (high - low).minCoeff();
+}
+
+/// Natural coordinates, also beyond the cell; false where there are none, and xi is an estimate.
+template <int Dim>
+bool CellTable<Dim>::map_to(Index row, const Point& x, Point& xi) const {
+  if (is_multilinear()) return inverse_map<Dim>(geometry_of(row), x, xi);
+  return inverse_map<Dim>(element_geometry_of(row), x, xi) == Mapped::yes;
+}
+
 template <int Dim>
 std::optional<Vec<Dim>> CellTable<Dim>::natural_of(Index row, const Point& x) const {
+  if (!is_multilinear()) {
+    Point xi;
+    const Mapped mapped = inverse_map<Dim>(element_geometry_of(row), x, xi);
+    if (mapped == Mapped::undecided) undecided<Dim>(cell_ids_.id(row), x);
+    if (mapped == Mapped::no || !in_closed_cell<Dim>(element(), xi)) return std::nullopt;
+    return clamp_to_cell<Dim>(element(), xi);
+  }
   const CellGeometry<Dim> g = geometry_of(row);
   Point xi;
   if (!inverse_map<Dim>(g, x, xi) && !inverse_map_hard<Dim>(cell_ids_.id(row), g, x, xi))
@@ -169,19 +187,19 @@ typename CellTable<Dim>::Found CellTable<Dim>::locate(const Point& x) const {
   }
   for (Local c : candidates) {
     if (!may_contain(c, x)) continue;
-    const CellGeometry<Dim> g = geometry_of(c);
-    const double limit = 1.0 + touch_tolerance(magnitude<Dim>(x), shortest_extent<Dim>(g));
+    const double tolerance = touch_tolerance(magnitude<Dim>(x), shortest_extent(c));
     Point xi;
-    if (inverse_map<Dim>(g, x, xi) && magnitude<Dim>(xi) <= limit)
-      return {cell_ids_.id(c), clamp_to_cell<Dim>(xi)};
+    if (map_to(c, x, xi) && outside_by<Dim>(element(), xi) <= tolerance)
+      return {cell_ids_.id(c), clamp_to_cell<Dim>(element(), xi)};
   }
   return {-1, Point::Zero()};
 }
 
 template <int Dim>
 bool CellTable<Dim>::share_node(Index a, Index b) const {
-  for (Local node : cells_[b])
-    if (std::find(cells_[a].begin(), cells_[a].end(), node) != cells_[a].end()) return true;
+  const auto of_a = nodes_of(a);
+  for (Local node : nodes_of(b))
+    if (std::find(of_a.begin(), of_a.end(), node) != of_a.end()) return true;
   return false;
 }
 
@@ -192,18 +210,15 @@ template <int Dim>
 typename CellTable<Dim>::Found CellTable<Dim>::walk(const Point& x, Index start, Point xi) const {
   Index row = start;
   for (int step = 0; step < longest_walk; ++step) {
-    int axis = 0;
-    const double farthest = xi.cwiseAbs().maxCoeff(&axis);
-    if (!std::isfinite(farthest)) break;
-    const Local next = face_neighbour_[row][2 * axis + (xi[axis] > 0)];
+    if (!xi.allFinite()) break;
+    const Local next = face_neighbour_[row][nearest_face<Dim>(element(), xi)];
     if (next < 0 || !share_node(start, next)) break;
     row = next;
-    const CellGeometry<Dim> g = geometry_of(row);
-    const bool mapped = inverse_map<Dim>(g, x, xi);
-    const double tolerance = touch_tolerance(magnitude<Dim>(x), shortest_extent<Dim>(g));
-    if (mapped && magnitude<Dim>(xi) < 1.0 - clear_of_faces * tolerance)
-      return {cell_ids_.id(row), xi};
-    if (mapped && magnitude<Dim>(xi) < 1.0 + clear_of_faces * tolerance) break;  // on a face
+    const bool mapped = map_to(row, x, xi);
+    const double outside = outside_by<Dim>(element(), xi);
+    const double tolerance = touch_tolerance(magnitude<Dim>(x), shortest_extent(row));
+    if (mapped && outside < -clear_of_faces * tolerance) return {cell_ids_.id(row), xi};
+    if (mapped && outside < clear_of_faces * tolerance) break;  // on a face
   }
   return {-1, Point::Zero()};
 }
@@ -215,7 +230,7 @@ typename CellTable<Dim>::Found CellTable<Dim>::locate_from(const Point& x, Index
   if (row < 0) return locate(x);
   if (const auto xi = natural_of(row, x)) return {cell, *xi};
   Point xi;
-  inverse_map<Dim>(geometry_of(row), x, xi);
+  map_to(row, x, xi);
   // Strictly inside a cell, x is in no other one, and the order of the rule does not matter.
   if (const Found found = walk(x, row, xi); found.cell >= 0) return found;
   for (Local c : ring(row)) {
@@ -230,7 +245,7 @@ template <int Dim>
 std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::reach(Index row) const {
   auto [low, high] = cell_bounds(row);
   const Point beyond = high - low;
-  for (Local node : cells_[row]) {
+  for (Local node : nodes_of(row)) {
     for (Local c : node_cells_[node]) {
       const auto [c_low, c_high] = cell_bounds(c);
       low = low.cwiseMin(c_low);
@@ -256,6 +271,8 @@ bool CellTable<Dim>::is_near(const Point& x, Index cell) const {
   template bool CellTable<Dim>::is_near(const Vec<Dim>&, Index) const;                           \
   template void CellTable<Dim>::choose_bins();                                                   \
   template void CellTable<Dim>::fill_bins();                                                     \
+  template double CellTable<Dim>::shortest_extent(Index) const;                                  \
+  template bool CellTable<Dim>::map_to(Index, const Vec<Dim>&, Vec<Dim>&) const;                 \
   template std::optional<Vec<Dim>> CellTable<Dim>::natural_of(Index, const Vec<Dim>&) const;     \
   template typename CellTable<Dim>::Found CellTable<Dim>::locate(const Vec<Dim>&) const;         \
   template typename CellTable<Dim>::Found CellTable<Dim>::walk(const Vec<Dim>&, Index, Vec<Dim>) \

@@ -1,6 +1,7 @@
 /// \file Everything a run needs, with names resolved and units SI: what io/ makes of a scenario.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <memory>
 #include <string>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "physics/injection.h"
+#include "physics/materials.h"
 #include "physics/mesh.h"
 #include "physics/types.h"
 
@@ -25,25 +27,11 @@ enum class ShapeFunctions {
   cubic_spline
 };
 
-/// Isotropic linear elasticity; 2D is plane strain.
-struct LinearElastic {
-  double youngs_modulus;  ///< [Pa] > 0
-  double poisson_ratio;   ///< [-] -1 < nu < 0.5
-};
-
-/// Weakly compressible Newtonian fluid; state variable: pressure [Pa].
-struct Newtonian {
-  double bulk_modulus;          ///< [Pa] > 0
-  double dynamic_viscosity;     ///< [Pa s] >= 0
-  bool incompressible = false;  ///< true: no volumetric (pressure) stress, as in the reference
-};
-
-using Law = std::variant<LinearElastic, Newtonian>;
-
 struct Material {
   Index id = 0;        ///< as in the scenario
   std::string name;    ///< as in the scenario; the id's digits where it has no name
   double density = 0;  ///< [kg/m^3] initial
+  int body = 0;        ///< of Contact::bodies
   Law law;
 };
 
@@ -116,7 +104,8 @@ struct ParticleTable {
   std::vector<Vec<Dim>> displacement;   ///< [m]; empty = zero
   std::vector<Voigt> strain;            ///< engineering shear; empty = zero
   std::vector<double> mass;             ///< [kg]; empty = volume times the material's density
-  std::vector<double> pressure;         ///< [Pa] state variable; empty = zero
+  /// State variables of the particle's material, in its order; empty = those of its beginning.
+  std::vector<std::array<double, most_state>> state;
   std::vector<Index> id;                ///< ascending; empty = the position
   std::vector<std::uint64_t> loads;     ///< as Particles::loads; empty = not yet set
   Index size() const { return static_cast<Index>(x.size()); }
@@ -132,6 +121,12 @@ struct TimeStep {
   bool accept_unstable = false;  ///< a fixed step above the limit is a warning, not an error
 };
 
+/// Bodies that have velocities of their own at nodes, and meet there.
+struct Contact {
+  int bodies = 1;       ///< one has no contact
+  double friction = 0;  ///< Coulomb's coefficient [-]
+};
+
 struct Analysis {
   Scheme scheme = Scheme::usf;
   ShapeFunctions functions = ShapeFunctions::element;
@@ -142,19 +137,20 @@ struct Analysis {
   double flip = 1.0;     ///< velocity update: 1 = FLIP, 0 = PIC, between = blend
   double damping = 0.0;  ///< Cundall factor [-]; 0 = none
   bool pressure_smoothing = false;
+  Contact contact;
   bool remove_leaving_particles =
-      false;                     ///< particles that leave the mesh are removed, not an error
+      false;              ///< particles that leave the mesh are removed, not an error
   bool as_cbgeo = false;  ///< what CB-Geo MPM computes where that deviates (io/cbgeo_deviations.h)
-  /// Target particles per patch; part of the result's identity. Measured on one core, plate and H8 of
-  /// 125 thousand and 1 million particles, against 4096: 1024 20 % slower, 2048 8 %; 8192 and 16384
-  /// 3 to 7 % faster, but half and a quarter of the patches to share among threads.
+  /// Target particles per patch; part of the result's identity. Measured on one core, plate and H8
+  /// of 125 thousand and 1 million particles, against 4096: 1024 20 % slower, 2048 8 %; 8192 and
+  /// 16384 3 to 7 % faster, but half and a quarter of the patches to share among threads.
   Index patch_particles = 4096;
 };
 
 struct OutputPlan {
-  std::string folder;       ///< run folder
-  Index frame_steps = 0;    ///< a frame every so many steps; 0 = only the end
-  Index history_steps = 0;  ///< a history row every so many steps; 0 = automatic
+  std::string folder;             ///< run folder
+  Index frame_steps = 0;          ///< a frame every so many steps; 0 = only the end
+  Index history_steps = 0;        ///< a history row every so many steps; 0 = automatic
   Index checkpoint_steps = 0;     ///< a checkpoint every so many steps; 0 = none
   double checkpoint_minutes = 0;  ///< [min] of wall time between checkpoints; 0 = none
   Index checkpoints_kept = 2;     ///< the last so many; older ones are removed
@@ -169,6 +165,7 @@ struct Model {
   std::vector<Material> materials;
   std::vector<MathFunction> functions;
   Vec<Dim> gravity = Vec<Dim>::Zero();  ///< [m/s^2]
+  int gravity_function = -1;            ///< index into functions; -1 = constant
   std::vector<NodeVelocity> node_velocities;
   std::vector<NodeFriction> node_frictions;
   std::vector<NodeFrame<Dim>> node_frames;

@@ -62,10 +62,8 @@ class Bisection {
   Bisection(const Mesh<Dim>& mesh) : centre_(mesh.n_cells()), order_(mesh.n_cells()) {
     Vec<Dim> mean = Vec<Dim>::Zero();
     for (Index c = 0; c < mesh.n_cells(); ++c) {
-      const CellGeometry<Dim> g = mesh.geometry(c);
-      Vec<Dim> low = g.corner[0], high = low;
-      for (const auto& X : g.corner) low = low.cwiseMin(X), high = high.cwiseMax(X);
-      centre_[c] = g.centre;
+      const auto [low, high] = mesh.cell_bounds(c);
+      centre_[c] = mesh.cell_centre(c);
       mean += high - low;
     }
     mean /= static_cast<double>(mesh.n_cells());

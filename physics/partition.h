@@ -102,7 +102,8 @@ struct PatchTopology {
   Index patch = -1;
   std::vector<Index> cells;  ///< global id of each local cell, ascending
   std::vector<Index> nodes;  ///< global id of each local node, ascending
-  std::vector<std::array<Local, corners<Dim>>> corner_nodes;  ///< per local cell, tensor order
+  /// Per local cell, tensor order; of multilinear meshes.
+  std::vector<std::array<Local, corners<Dim>>> corner_nodes;
   std::vector<Index> neighbours;                              ///< patch ids, ascending
 
   /// Nodes whose functions may not be zero in a cell, support_size per local cell in the order of

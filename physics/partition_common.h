@@ -22,7 +22,7 @@ std::vector<Index> nodes_around(const Mesh<Dim>& mesh, const std::vector<Index>&
   std::vector<Index> nodes;
   const auto add_nodes_of = [&](const std::vector<Index>& some) {
     for (Index c : some)
-      for (Index n : mesh.cell_nodes(c)) nodes.push_back(n);
+      for (Index n : mesh.element_nodes(c)) nodes.push_back(n);
     sort_unique(nodes);
   };
   add_nodes_of(cells);

@@ -324,6 +324,19 @@ LAHAR_INLINE Real select(unsigned bits, const Real& a, const Real& b) {
   }
 }
 
+/// Bit per lane: a > b.
+template <class Real>
+LAHAR_INLINE unsigned greater(const Real& a, const Real& b) {
+#if defined(__AVX512F__)
+  if constexpr (lanes<Real> == 8)
+    return _mm512_cmp_pd_mask(__m512d(a.v), __m512d(b.v), _CMP_GT_OQ);
+#endif
+  unsigned bits = 0;
+  for (int lane = 0; lane < lanes<Real>; ++lane)
+    if (a[lane] > b[lane]) bits |= 1u << lane;
+  return bits;
+}
+
 /// The larger of two values, lane by lane.
 template <class Real>
 LAHAR_INLINE Real max(const Real& a, const Real& b) {

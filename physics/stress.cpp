@@ -39,7 +39,8 @@ template <int Dim>
 struct Rows {
   std::array<double*, stress_components<Dim>> stress;
   std::array<double*, strain_components<Dim>> strain{};
-  double *volume, *pressure = nullptr;
+  double* volume;
+  std::array<double*, most_state> state{};
   std::array<double*, Dim> domain{}, next_domain{};
 
   explicit Rows(Particles<Dim>& particles)
@@ -47,7 +48,9 @@ struct Rows {
         volume(particles.row(Column::volume)) {
     if (particles.layout().has(Column::strain))
       strain = particles.template rows<strain_components<Dim>>(Column::strain);
-    if (particles.layout().has(Column::pressure)) pressure = particles.row(Column::pressure);
+    if (particles.layout().has(Column::state))
+      for (int k = 0; k < particles.layout().components(Column::state); ++k)
+        state[static_cast<std::size_t>(k)] = particles.row(Column::state, k);
     if (particles.layout().has(Column::next_domain)) {
       domain = particles.template rows<Dim>(Column::domain);
       next_domain = particles.template rows<Dim>(Column::next_domain);
@@ -63,6 +66,45 @@ void mark_collapse(Patch<Dim>& patch, const Run& run, double volumetric) {
   patch.mark.count = run.end - run.begin;
   for (int d = 0; d < Dim; ++d)
     patch.mark.position[static_cast<std::size_t>(d)] = patch.particles.row(Column::x, d)[run.begin];
+}
+
+/// Lanes of the particles from p on for which the law failed, `before` with their stress before.
+template <int Dim, class Real>
+[[gnu::noinline]] void mark_failures(Patch<Dim>& patch, const Run& run, Local p,
+                                     const Failures& failures, const Real* before) {
+  for (int lane = 0; lane < lanes<Real>; ++lane) {
+    patch.work.divided += failures.divided >> lane & 1;
+    if (!(failures.failed >> lane & 1)) continue;
+    Mark& mark = patch.mark;
+    if (mark.kind == Mark::Kind::law) ++mark.count;
+    if (mark.kind != Mark::Kind::none) continue;
+    mark.kind = Mark::Kind::law;
+    mark.particle = patch.particles.id[static_cast<std::size_t>(p + lane)];
+    mark.material = run.material;
+    mark.count = 1;
+    for (std::size_t k = 0; k < stress_components<Dim>; ++k) mark.stress[k] = before[k][lane];
+    for (int d = 0; d < Dim; ++d) {
+      const auto at = static_cast<std::size_t>(d);
+      mark.position[at] = patch.particles.row(Column::x, d)[p + lane];
+      mark.velocity[at] = patch.particles.row(Column::v, d)[p + lane];
+    }
+  }
+}
+
+/// The state variables that a law keeps, from their rows and back; those that follow from the
+/// stress stay where they are.
+template <class LawType, class Real>
+LAHAR_INLINE void load_state(const std::array<double*, most_state>& rows, Local p, Real* state) {
+  LAHAR_UNROLL
+  for (std::size_t k = 0; k < LawType::state.size(); ++k)
+    if (!LawType::state[k].of_stress) state[k] = load<Real>(rows[k] + p);
+}
+template <class LawType, class Real>
+LAHAR_INLINE void store_state(const Real* state, const std::array<double*, most_state>& rows,
+                              Local p, Local n) {
+  LAHAR_UNROLL
+  for (std::size_t k = 0; k < LawType::state.size(); ++k)
+    if (!LawType::state[k].of_stress) store_first(state[k], rows[k] + p, n);
 }
 
 /// Velocity gradient in a run's cell with linear functions, and its trace at the cell's centre.
@@ -129,7 +171,8 @@ LAHAR_INLINE void stretch_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim
 /// One run with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
 template <int Dim, class Real, class Gradient, class LawType>
 LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const Run& run,
-                             const Rows<Dim>& rows, double dt, StressPart part, LawType law) {
+                             const Rows<Dim>& rows, double dt, StressPart part,
+                             const LawType& law) {
   const double least = dt * gradient.least_trace(run.end - run.begin);
   if (!(1.0 + least > 0.0)) mark_collapse(patch, run, least);
 
@@ -137,15 +180,14 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = run.end - p;
     prefetch(rows.stress, p);
-    Real L[Dim][Dim];
     LawInput<Dim, Real> in;
-    in.volumetric = gradient.at(p, L) * dt;
-    strain_rate<Dim, Real>(L, in.rate);
+    in.volumetric = gradient.at(p, in.gradient) * dt;
+    strain_rate<Dim, Real>(in.gradient, in.rate);
     in.dt = dt;
 
     if (part != StressPart::law) {
       if constexpr (Gradient::domains)
-        if (rows.next_domain[0]) stretch_domain(rows, L, dt, p, n);
+        if (rows.next_domain[0]) stretch_domain(rows, in.gradient, dt, p, n);
       if (rows.strain[0]) {
         LAHAR_UNROLL
         for (std::size_t k = 0; k < strain_components<Dim>; ++k)
@@ -155,15 +197,24 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
       store_first(load<Real>(rows.volume + p) * (1.0 + in.volumetric), rows.volume + p, n);
     }
     if (part != StressPart::strain) {
-      Real stress[stress_components<Dim>], pressure(0.0), power(0.0);
+      constexpr bool may_fail = can_fail<LawType, Dim, Real>;
+      Real stress[stress_components<Dim>], power(0.0), state[most_state];
+      Real before[may_fail ? stress_components<Dim> : 1];
       LAHAR_UNROLL
       for (std::size_t k = 0; k < stress_components<Dim>; ++k) {
         stress[k] = load<Real>(rows.stress[k] + p);
         power += stress[k] * in.rate[k];
+        if constexpr (may_fail) before[k] = stress[k];
       }
-      if (rows.pressure) pressure = load<Real>(rows.pressure + p);
-      update(law, in, stress, &pressure);
-      if (rows.pressure) store_first(pressure, rows.pressure + p, n);
+      load_state<LawType>(rows.state, p, state);
+      if constexpr (may_fail) {
+        if (n < lanes<Real>) in.active = (1u << n) - 1;
+        const Failures failures = update(law, in, stress, state);
+        if (failures.failed | failures.divided) mark_failures(patch, run, p, failures, before);
+      } else {
+        update(law, in, stress, state);
+      }
+      store_state<LawType>(state, rows.state, p, n);
       LAHAR_UNROLL
       for (std::size_t k = 0; k < stress_components<Dim>; ++k) {
         power += stress[k] * in.rate[k];
@@ -188,7 +239,8 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, S
   for (std::size_t from = 0, to = 0; from < runs.size(); from = to) {
     while (to < runs.size() && runs[to].material == runs[from].material) ++to;
     std::visit(
-        [&](const auto& law) {
+        [&](const auto& given) {
+          const auto law = prepare(given);
           if (supported::is(patch)) {
             for (std::size_t r = from; r < to; ++r)
               if (const Run& run = runs[r]; run.begin < run.end)

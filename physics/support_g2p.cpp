@@ -101,7 +101,7 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs)
       for (int i = 0; i < n_nodes; ++i)
         pressure =
             multiply_add(pressure, N[i], &patch.pressure[static_cast<std::size_t>(nodes[i])]);
-      store_first(pressure, particles.row(Column::pressure) + p, run.end - p);
+      store_first(pressure, particles.row(Column::state) + p, run.end - p);
     }
   });
 }

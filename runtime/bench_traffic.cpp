@@ -43,8 +43,9 @@ template <int Dim>
 double bytes_per_particle_step(Scheme scheme, bool cartesian) {
   int components = 0;
   const auto add = [&](const std::vector<Column>& columns) {
+    const ColumnLayout<Dim> layout;
     for (const Column column : columns)
-      components += ColumnLayout<Dim>::components(column_table[static_cast<std::size_t>(column)]);
+      components += layout.components(column_table[static_cast<std::size_t>(column)]);
   };
   for (const TrafficPhase& phase : traffic_phases(scheme, cartesian)) {
     add(phase.reads);

@@ -247,6 +247,9 @@ Observer CaseRun<Dim>::observer() {
           [this] {
             frames_->progress();
             checkpoints_->progress();
+          },
+          [this](std::span<const RemovedParticle> particles) {
+            if (folder_) folder_->removed(particles);
           }};
 }
 

@@ -121,9 +121,12 @@ void CaseRun<Dim>::report(Simulation<Dim>& simulation, const RunEnd& end, double
                     "command with --restart latest.",
                     end.message, simulation.step()));
   if (info.removed > 0)
-    console_.warn(fmt::format("lahar: warning: {} particle{} left the mesh and {} removed.",
-                              info.removed, info.removed == 1 ? "" : "s",
-                              info.removed == 1 ? "was" : "were"));
+    console_.warn(fmt::format(
+        "lahar: warning: {} particle{} left the mesh and {} removed; {} lists them.", info.removed,
+        info.removed == 1 ? "" : "s", info.removed == 1 ? "was" : "were", removed_file));
+  if (info.divided > 0)
+    console_.warn(fmt::format("lahar: warning: materials could only do {} increment{} in parts.",
+                              info.divided, info.divided == 1 ? "" : "s"));
   console_.line(
       fmt::format("{} steps in {}: {:.1f} steps/s, {:.2f} million particle-steps/s, {:.1f} ns per "
                   "particle-step and core",

@@ -72,8 +72,9 @@ std::string describe_particle(const Particles<Dim>& particles, Local p) {
                      name_of(particles.id[static_cast<std::size_t>(p)]), tuple(x), tuple(v));
 }
 
-std::string describe_mark(const Mark& mark, int dim) {
-  const auto n = static_cast<std::size_t>(dim);
+template <int Dim>
+std::string describe_mark(const Mark& mark, const Model<Dim>& model) {
+  constexpr std::size_t n = Dim;
   const std::string particle = fmt::format("{} at {} m, velocity {} m/s", name_of(mark.particle),
                                            tuple(std::span(mark.position).first(n)),
                                            tuple(std::span(mark.velocity).first(n)));
@@ -97,6 +98,12 @@ std::string describe_mark(const Mark& mark, int dim) {
     case Mark::Kind::moved_too_far:
       return particle + more +
              " moved beyond the neighbouring patches within one step. Reduce the time step.";
+    case Mark::Kind::law:
+      return fmt::format(
+          "{}{}: material '{}' found no stress that it allows after stress {} Pa (xx yy zz xy yz "
+          "xz), not even in {} parts of the increment. Check its parameters, or reduce the time "
+          "step.",
+          particle, more, model.materials[mark.material].name, tuple(mark.stress), most_parts);
     default:
       return particle;
   }
@@ -118,6 +125,8 @@ std::string unstable_hint(double limit) {
       limit);
 }
 
+template std::string describe_mark<2>(const Mark&, const Model<2>&);
+template std::string describe_mark<3>(const Mark&, const Model<3>&);
 template std::string describe_particle<2>(const Particles<2>&, Local);
 template std::string describe_particle<3>(const Particles<3>&, Local);
 

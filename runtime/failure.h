@@ -45,7 +45,8 @@ template <int Dim>
 std::string describe_particle(const Particles<Dim>& particles, Local p);
 
 /// What a mark says, and what to do.
-std::string describe_mark(const Mark& mark, int dim);
+template <int Dim>
+std::string describe_mark(const Mark& mark, const Model<Dim>& model);
 
 std::string unstable_message(double dt, double limit, const std::string& particle);
 std::string unstable_hint(double limit);

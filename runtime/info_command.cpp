@@ -12,7 +12,7 @@
 #include "graph/executor.h"
 #include "io/vtkhdf.h"
 #include "lahar_version.h"
-#include "physics/simd.h"
+#include "physics/materials.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
 
@@ -36,6 +36,18 @@ std::vector<std::pair<std::string, std::string>> library_versions() {
                               FMT_VERSION % 100)}};
 }
 
+namespace {
+
+std::string material_names() {
+  return [&]<class... Laws>(const std::variant<Laws...>*) {
+    std::string names;
+    ((names += (names.empty() ? "" : ", ") + std::string(Laws::name)), ...);
+    return names;
+  }(static_cast<const Law*>(nullptr));
+}
+
+}  // namespace
+
 int info_command() {
   std::string libraries;
   for (const auto& [name, version] : library_versions())
@@ -45,11 +57,11 @@ int info_command() {
       "build      {}\n"
       "libraries  {}\n"
       "threads    {} available\n"
-      "elements   ED2Q4, ED3H8 (Cartesian and isoparametric)\n"
-      "materials  LinearElastic2D, LinearElastic3D, Newtonian2D, Newtonian3D\n"
+      "elements   ED2T3, ED2T6, ED2Q4, ED2Q8, ED2Q9, ED3T4, ED3H8, ED3H20, ED3H27\n"
+      "materials  {}\n"
       "schemes    usf, usl, musl; velocity update: flip, pic and their blend\n"
       "input      lahar info --reference (every key), lahar info --schema (JSON Schema)\n",
-      version_line(), compiler_line(), libraries, available_threads());
+      version_line(), compiler_line(), libraries, available_threads(), material_names());
   return exit_ok;
 }
 

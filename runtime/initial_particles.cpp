@@ -127,7 +127,7 @@ void keep_share(ParticleTable<Dim>& particles, const Ranks& ranks) {
   cut(particles.displacement);
   cut(particles.strain);
   cut(particles.mass);
-  cut(particles.pressure);
+  cut(particles.state);
   cut(particles.id);
   cut(particles.loads);
 }
@@ -227,7 +227,7 @@ void send_to_owners(ParticleTable<Dim>& particles, const std::function<int(std::
   delivery.send(particles.displacement, Vec<Dim>(Vec<Dim>::Zero()));
   delivery.send(particles.strain);
   delivery.send(particles.mass);
-  delivery.send(particles.pressure);
+  delivery.send(particles.state);
   delivery.send(particles.loads);
 }
 

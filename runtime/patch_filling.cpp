@@ -10,6 +10,7 @@
 #include "physics/error.h"
 #include "physics/inverse_mapping.h"
 #include "physics/kernels.h"
+#include "physics/law.h"
 #include "physics/particle_domain.h"
 #include "runtime/initial_particles.h"
 #include "runtime/parallel.h"
@@ -95,7 +96,7 @@ Index fill_places(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
   for_each_row(rows, [&](std::size_t row, std::size_t i) {
     if (table.cell[row] != last_cell) local = patch.local_cell.at(last_cell = table.cell[row]);
     to.id[i] = table.id_of(row);
-    to.cell[i] = local;
+    to.cell[i] = patch.cell_of(local, table.material[row]);
     to.material[i] = table.material[row];
     if (!table.loads.empty()) to.loads[i] = table.loads[row];
     auto natural = natural_coordinates(patch, *model.mesh, local, table.x[row]);
@@ -115,6 +116,23 @@ void fill_domains(Patch<Dim>& patch) {
   for (Local p = 0; p < particles.size(); ++p)
     set_domain(particles, p,
                patch.box[static_cast<std::size_t>(particles.cell[static_cast<std::size_t>(p)])]);
+}
+
+/// State variables of the materials.
+template <int Dim>
+void fill_law_state(Particles<Dim>& to, Rows rows, const Model<Dim>& model) {
+  if (!to.layout().has(Column::state)) return;
+  const ParticleTable<Dim>& table = model.particles;
+  std::vector<double> state(most_state_variables(model.materials));
+  for_each_row(rows, [&](std::size_t row, std::size_t i) {
+    const Law& law = model.materials[table.material[row]].law;
+    if (table.state.empty())
+      initial_state(law, table.stress.empty() ? Voigt{} : table.stress[row], state.data());
+    else
+      std::copy_n(table.state[row].begin(), state.size(), state.begin());
+    for (std::size_t k = 0; k < state_variables(law).size(); ++k)
+      to.row(Column::state, static_cast<int>(k))[i] = state[k];
+  });
 }
 
 /// Everything that is known of a particle besides its place. Returns the smallest mass [kg].
@@ -147,10 +165,6 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
         strain[k][i] = table.strain[row][Dim == 2 && k == 2 ? 3 : k];
     });
   }
-  if (!table.pressure.empty() && to.layout().has(Column::pressure)) {
-    double* pressure = to.row(Column::pressure);
-    for_each_row(rows, [&](std::size_t row, std::size_t i) { pressure[i] = table.pressure[row]; });
-  }
   double* volume = to.row(Column::volume);
   double* mass = to.row(Column::mass);
   double* size = to.layout().has(Column::size) ? to.row(Column::size) : nullptr;
@@ -162,6 +176,7 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
     if (size) size[i] = std::pow(table.volume[row], 1.0 / Dim);
     lightest = std::min(lightest, mass[i]);
   });
+  fill_law_state(to, rows, model);
   if (to.layout().has(Column::domain)) fill_domains(patch);
   return lightest;
 }

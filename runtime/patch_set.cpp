@@ -48,7 +48,8 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
   needs.next_domain = model.analysis.functions == ShapeFunctions::gimp;
   for (std::size_t m = 0; m < census.used.size(); ++m) {
     if (!census.used[m]) continue;
-    needs.pressure = needs.pressure || has_pressure(model.materials[m].law);
+    needs.state =
+        std::max(needs.state, static_cast<int>(state_variables(model.materials[m].law).size()));
     needs.strain = needs.strain || !strain_follows_from_stress(model.materials[m].law);
   }
   return ColumnLayout<Dim>(needs);
@@ -332,7 +333,7 @@ void PatchSet<Dim>::arrange(std::vector<Index> ids) {
     while (next < old.size() && old[next]->topology.patch < id) ++next;
     if (next < old.size() && old[next]->topology.patch == id) {
       patches_.push_back(std::move(old[next++]));
-      patches_.back()->topology = make_topology(*model_->mesh, partition_, id, rings_);
+      patches_.back()->topology = topology_of(id);
     } else {
       patches_.push_back(make_patch(id));
     }

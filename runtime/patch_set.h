@@ -112,6 +112,7 @@ class PatchSet {
  private:
   using Patches = std::vector<std::unique_ptr<Patch<Dim>>>;
   using Brick = typename Partition<Dim>::Brick;
+  PatchTopology<Dim> topology_of(Index id) const;
   std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
   std::vector<Brick> filled_bricks(const RowsByPatch& rows, int threads) const;
   void distribute(Model<Dim>& model, int threads);

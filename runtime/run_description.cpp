@@ -26,11 +26,12 @@ void describe(Console& console, const Model<Dim>& model, const SimulationInfo& i
   console.line(fmt::format("case       {}", model.title.empty() ? "(untitled)" : model.title));
   console.line(ranks == 1 ? fmt::format("threads    {} on 1 rank", info.threads)
                           : fmt::format("threads    {} on each of {} ranks", info.threads, ranks));
-  console.line(fmt::format("mesh       {} cells, {} nodes ({})", format_count(info.cells),
-                           format_count(info.nodes),
-                           model.mesh->is_structured()  ? "structured"
-                           : model.mesh->is_cartesian() ? "from a table, Cartesian"
-                                                        : "from a table, isoparametric"));
+  console.line(fmt::format(
+      "mesh       {} cells, {} nodes ({})", format_count(info.cells), format_count(info.nodes),
+      model.mesh->is_structured()    ? "structured"
+      : model.mesh->is_cartesian()   ? "from a table, Cartesian"
+      : model.mesh->is_multilinear() ? "from a table, isoparametric"
+                                     : lahar::info(model.mesh->element()).name));
   console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles),
                            model.materials.size(), model.materials.size() == 1 ? "" : "s"));
   console.line(fmt::format("scheme     {}, {}", scheme_name(model.analysis.scheme),

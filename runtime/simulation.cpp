@@ -174,6 +174,9 @@ SimulationInfo Simulation<Dim>::info() const {
   const Ranks& ranks = impl_->ranks;
   info.particles = ranks.sum(impl_->patches.particles());
   info.removed = ranks.sum(impl_->removed);
+  double divided = 0;
+  for (int i = 0; i < impl_->patches.size(); ++i) divided += impl_->patches[i].work.divided;
+  info.divided = static_cast<Index>(impl_->work.divided) + ranks.sum(static_cast<Index>(divided));
   info.patches = static_cast<int>(impl_->patches.all_patches().size());
   info.tasks_per_step = static_cast<int>(impl_->phases.size()) * info.patches +
                         (impl_->executor->graph().has_dt ? 1 : 0);

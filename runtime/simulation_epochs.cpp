@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
+#include <tuple>
 
 #include "physics/error.h"
 #include "physics/kernels.h"
@@ -85,7 +87,7 @@ void Simulation<Dim>::Impl::advance(Index steps) {
     rebuild_needed = false;
     stop_step = std::numeric_limits<Step>::max();
     step = executor->run(step, drain_step(end));
-    count_removed();
+    take_removed();
     stop_where_failed();
     // Before particles are delivered: then it is in the order of frames that were copied.
     if (frames_are_large() && frame_due(step - 1)) observer.large_frame(present_frame());
@@ -147,7 +149,7 @@ void Simulation<Dim>::Impl::check_end() {
   for (int p = 0; p < patches.size(); ++p) {
     check_finite(patches[p]);
     if (patches[p].mark.kind != Mark::Kind::none)
-      fail(output_index, p, step - 1, describe_mark(patches[p].mark, Dim));
+      fail(output_index, p, step - 1, describe_mark(patches[p].mark, model));
   }
   stop_where_failed();
 }
@@ -174,11 +176,20 @@ void Simulation<Dim>::Impl::remap() {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::count_removed() {
+void Simulation<Dim>::Impl::take_removed() {
+  if (!model.analysis.remove_leaving_particles) return;
+  std::vector<RemovedParticle> all;
   for (int i = 0; i < patches.size(); ++i) {
-    removed += patches[i].removed;
-    patches[i].removed = 0;
+    all.insert(all.end(), patches[i].removed.begin(), patches[i].removed.end());
+    patches[i].removed.clear();
   }
+  removed += static_cast<Index>(all.size());
+  if (ranks.several()) all = ranks.gather_all(std::span<const RemovedParticle>(all));
+  if (all.empty() || !observer.removed) return;
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.step, a.id) < std::tie(b.step, b.id);
+  });
+  attempt([&] { observer.removed(all); });
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                           \
@@ -195,7 +206,7 @@ void Simulation<Dim>::Impl::count_removed() {
   template bool Simulation<Dim>::Impl::needs_surroundings() const;       \
   template void Simulation<Dim>::Impl::rebuild();                        \
   template void Simulation<Dim>::Impl::remap();                          \
-  template void Simulation<Dim>::Impl::count_removed();
+  template void Simulation<Dim>::Impl::take_removed();
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

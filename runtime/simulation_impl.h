@@ -243,7 +243,9 @@ struct Simulation<Dim>::Impl {
   bool needs_surroundings() const;
   void rebuild();
   void remap();
-  void count_removed();
+  /// All particles that have left the mesh since the last call, on all ranks alike: in an order
+  /// that does not depend on when this is called.
+  void take_removed();
   void keep_timings() {
     kept_timing = timings();
     timing.clear();

@@ -132,7 +132,7 @@ void Simulation<Dim>::Impl::hand_on(Step step) {
 
 template <int Dim>
 void Simulation<Dim>::Impl::finish_row(HistoryRow& row, Step step) {
-  work += PatchWork{row.internal, row.external, row.damping};
+  work += PatchWork{row.internal, row.external, row.damping, row.divided};
   complete_row(row, step, work);
 }
 
@@ -145,6 +145,7 @@ void Simulation<Dim>::Impl::complete_row(HistoryRow& row, Step step,
   row.internal = since_start.internal;
   row.external = since_start.external;
   row.damping = since_start.damping;
+  row.divided = since_start.divided;
   row.balance = row.kinetic + row.internal + row.damping - row.external - start_row.kinetic;
 }
 
@@ -163,7 +164,7 @@ HistoryRow Simulation<Dim>::Impl::present_row() {
   ranks.sum(elements);
   HistoryRow row = RowSums::row(elements, ranks.max(fastest));
   PatchWork since_start = work;
-  since_start += PatchWork{row.internal, row.external, row.damping};
+  since_start += PatchWork{row.internal, row.external, row.damping, row.divided};
   complete_row(row, step, since_start);
   return row;
 }

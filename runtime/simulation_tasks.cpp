@@ -167,7 +167,7 @@ void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, Sta
         patch, stages, phase.first, phase.last, context(step, has_dt),
         locates ? context(step + 1) : StepContext<Dim>{}, [&](std::size_t s) { clock.lap(s); });
     if (patch.mark.kind != Mark::Kind::none) {
-      fail(failed, p, step, describe_mark(patch.mark, Dim));
+      fail(failed, p, step, describe_mark(patch.mark, model));
       if (locates) take_back_movers(patch, step);
       return;
     }
@@ -182,7 +182,7 @@ void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, Sta
     output(p, step);
     clock.lap(output_index);
     if (patch.mark.kind != Mark::Kind::none)
-      fail(output_index, p, step, describe_mark(patch.mark, Dim));
+      fail(output_index, p, step, describe_mark(patch.mark, model));
   }
 }
 

@@ -50,22 +50,44 @@ class Shown {
   Shown(const ColumnInfo& info, const ColumnLayout<Dim>& layout, const Model<Dim>& model)
       : info_(&info),
         model_(&model),
-        stored_(ColumnLayout<Dim>::components(info)),
+        stored_(layout.components(info)),
         tensor_(info.column == Column::stress || info.column == Column::strain),
         derived_(!layout.has(info.column)) {}
 
+  /// A state variable, as a field of its own.
+  Shown(const StateVariable& variable, const Model<Dim>& model)
+      : info_(&column_table[static_cast<std::size_t>(Column::state)]),
+        model_(&model),
+        stored_(1),
+        tensor_(false),
+        derived_(false),
+        variable_(&variable) {
+    for (const Material& material : model.materials) {
+      const auto all = state_variables(material.law);
+      const auto found = std::find_if(
+          all.begin(), all.end(), [&](const StateVariable& v) { return v.name == variable.name; });
+      component_.push_back(found == all.end() ? -1 : static_cast<int>(found - all.begin()));
+    }
+  }
+
   /// Strain is shown even where it is not stored.
   static bool is_shown(const ColumnInfo& info, const ColumnLayout<Dim>& layout) {
-    return info.exported && (layout.has(info.column) || info.column == Column::strain);
+    return info.exported && info.column != Column::state &&
+           (layout.has(info.column) || info.column == Column::strain);
   }
   int components() const { return tensor_ ? 6 : stored_; }
-  FrameColumn header() const { return {info_->name, info_->unit, components(), {}}; }
+  FrameColumn header() const {
+    if (variable_) return {std::string(variable_->name), std::string(variable_->unit), 1, {}};
+    return {info_->name, info_->unit, components(), {}};
+  }
   /// The components of a block's particles, particle after particle; `to` is zero before.
   void get(const Block<Dim>& block, double* to) const {
     const Particles<Dim>& particles = *block.particles;
     const int width = components();
     block.for_each_range([&](Local begin, Local end) {
-      if (derived_)
+      if (variable_)
+        for (Local p = begin; p < end; ++p) to[p - begin] = state_variable(particles, p);
+      else if (derived_)
         for (Local p = begin; p < end; ++p) derive_strain(particles, p, to + (p - begin) * width);
       else
         for (int c = 0; c < stored_; ++c) {
@@ -78,6 +100,23 @@ class Shown {
   }
 
  private:
+  /// 0 for particles whose material does not have it.
+  [[gnu::noinline]] double state_variable(const Particles<Dim>& particles, Local p) const {
+    const auto material = particles.material[static_cast<std::size_t>(p)];
+    const int k = component_[material];
+    if (k < 0) return 0;
+    const Law& law = model_->materials[material].law;
+    const auto variables = state_variables(law);
+    if (!variables[static_cast<std::size_t>(k)].of_stress)
+      return particles.row(Column::state, k)[p];
+    Voigt stress{};
+    for (int c = 0; c < stress_components<Dim>; ++c)
+      stress[static_cast<std::size_t>(c)] = particles.row(Column::stress, c)[p];
+    std::vector<double> values(variables.size());
+    derive_state(law, stress, values.data());
+    return values[static_cast<std::size_t>(k)];
+  }
+
   /// Never inlined: in a loop compilers make vectors of some particles, and fuse products and sums
   /// there as they do not in what is left over. The last bit would depend on a particle's place.
   [[gnu::noinline]] void derive_strain(const Particles<Dim>& particles, Local p, double* to) const {
@@ -94,6 +133,8 @@ class Shown {
   const Model<Dim>* model_;
   int stored_;
   bool tensor_, derived_;
+  const StateVariable* variable_ = nullptr;  ///< null: a column
+  std::vector<int> component_;               ///< of the variable, by material; -1 = has none
 };
 
 /// The columns of a frame: coordinates first, then the others.
@@ -104,6 +145,9 @@ std::vector<Shown<Dim>> shown_columns(const ColumnLayout<Dim>& layout, const Mod
     if (Shown<Dim>::is_shown(info, layout))
       columns.insert(info.column == Column::x ? columns.begin() : columns.end(),
                      Shown<Dim>(info, layout, model));
+  if (layout.has(Column::state))
+    for (const StateVariable* variable : state_variables(model.materials))
+      columns.push_back(Shown<Dim>(*variable, model));
   return columns;
 }
 
@@ -229,6 +273,7 @@ HistoryRow sums(Patch<Dim>& patch) {
   row.internal = patch.work.internal;
   row.external = patch.work.external;
   row.damping = patch.work.damping;
+  row.divided = patch.work.divided;
   patch.work = {};
   return row;
 }

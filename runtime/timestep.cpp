@@ -16,6 +16,7 @@ void map_late(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (!patch.late.empty()) {
     map_mass_momentum(patch, step, patch.late);
     if (WithForce) map_force(patch, step, patch.late);
+    if (patch.bodies() > 1) map_gradient(patch, step, patch.late);
     patch.late.clear();
     patch.contributes[static_cast<std::size_t>(step.step % 2)] = 1;
     patch.idle = false;
@@ -54,7 +55,8 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
   // With one exchange per step nothing else keeps a patch from overtaking its neighbours' reading.
   const int copies = analysis.scheme == Scheme::usl ? 2 : 1;
   const bool more = analysis.scheme == Scheme::musl || analysis.pressure_smoothing;
-  return {{copies, more ? 1 : 0}};
+  // Gradients are read before the phase in which the next ones are mapped is begun anywhere near.
+  return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0}};
 }
 
 bool keeps_nodal_state(const Analysis& analysis) {
@@ -99,6 +101,13 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
                                .begin = usf ? begin_mapping<Dim, false> : begin_mapping<Dim, true>,
                                .runs = [](P& p, S& s, Runs runs) { map_mass_momentum(p, s, runs); },
                                .of_next_step = true};
+  const TimestepStage<Dim> surface{.stage = {.name = "surface"},
+                                   .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::gradient); },
+                                   .runs = [](P& p, S& s, Runs runs) { map_gradient(p, s, runs); },
+                                   .of_next_step = true};
+  const TimestepStage<Dim> normals{.stage = {.name = "normals", .exchange = "gradient"},
+                                   .takes = {NodeSum::gradient},
+                                   .begin = [](P& p, S& s) { nodal_gradient(p, s); }};
   const TimestepStage<Dim> force{
       .stage = {.name = "force"},
       .begin = usf ? +[](P& p, S& s) { clear_sums(p, s, NodeSum::force); } : nullptr,
@@ -136,8 +145,11 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
   const auto add = [&](const TimestepStage<Dim>& stage) { list.push_back(stage); };
   const auto add_stress = [&] { list.insert(list.end(), stress.begin(), stress.end()); };
 
+  const bool contact = analysis.contact.bodies > 1;
+
   add(arrivals);
   if (injects) add(injection);  // into cells that are empty when everybody has arrived
+  if (contact) add(normals);
   if (usf) {  // update stress first: strain from the velocities at the beginning of the step
     add({.stage = {.name = "velocity", .exchange = "mass, momentum"},
          .takes = {NodeSum::mass_momentum},
@@ -171,6 +183,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
     add(p2g);
     add(force);
   }
+  if (contact) add(surface);
   add(output);
   return list;
 }

@@ -30,6 +30,7 @@ void on_every_twin(Check check) {
   };
   with_every_kind(with);
   with_wide_functions(with);
+  with_elements(with);
 }
 
 /// Every row of the particles, and the nodal sums.
@@ -39,7 +40,7 @@ std::vector<double> state_of(const Patch<Dim>& patch) {
   const Particles<Dim>& particles = patch.particles;
   for (const ColumnInfo& info : column_table)
     if (particles.layout().has(info.column))
-      for (int k = 0; k < ColumnLayout<Dim>::components(info); ++k)
+      for (int k = 0; k < particles.layout().components(info); ++k)
         patch.for_each_particle(
             [&, row = particles.row(info.column, k)](Local p) { all.push_back(row[p]); });
   for (const auto& copies : patch.sums)
@@ -132,6 +133,11 @@ TEST_CASE("locate on packs finds the same cells, coordinates and order, to the l
     CHECK(same(packs.patch.late, singles.patch.late));
     CHECK(packs.ids() == singles.ids());
     const bool stored = packs.patch.particles.layout().has(Column::xi);
+    // Functions of other elements are rounded as the compiler sees fit.
+    const double rounding = packs.patch.basis == BasisKind::element ? 1e-14 : 0.0;
+    CAPTURE(info(packs.patch.element).name);
+    CAPTURE(static_cast<int>(packs.patch.basis));
+    CAPTURE(packs.patch.cartesian);
     double worst = 0;
     bool equal = true;
     int moved = 0;
@@ -139,7 +145,8 @@ TEST_CASE("locate on packs finds the same cells, coordinates and order, to the l
       const auto i = static_cast<std::size_t>(p);
       const Local cell = packs.patch.particles.cell[i];
       equal = equal && cell == singles.patch.particles.cell[i] &&
-              (!stored || packs.vector(Column::xi, p) == singles.vector(Column::xi, p));
+              (!stored ||
+               (packs.vector(Column::xi, p) - singles.vector(Column::xi, p)).norm() <= rounding);
       moved += cell != before.at(packs.patch.particles.id[i]);
       const Vec<Dim> xi = packs.natural(p);
       for (int d = 0; d < Dim; ++d) CHECK(std::abs(xi[d]) <= 1 + 1e-14);
@@ -153,7 +160,6 @@ TEST_CASE("locate on packs finds the same cells, coordinates and order, to the l
 
 TEST_CASE("a run's last pack does not touch the particles of the next run") {
   on_every_twin([](auto& f, auto& reference) {
-    constexpr int Dim = std::decay_t<decltype(f)>::dim;
     REQUIRE(f.patch.runs.size() > 4);
     // Only every other run is given to the kernels; the particles of the rest must stay.
     std::vector<Run> some;
@@ -172,8 +178,8 @@ TEST_CASE("a run's last pack does not touch the particles of the next run") {
     for (const Local p : reference.slots()) {
       bool same = true;
       for (const ColumnInfo& info : column_table)
-        for (int k = 0;
-             f.patch.particles.layout().has(info.column) && k < ColumnLayout<Dim>::components(info);
+        for (int k = 0; f.patch.particles.layout().has(info.column) &&
+                        k < f.patch.particles.layout().components(info);
              ++k)
           same = same && f.at(info.column, p, k) == reference.at(info.column, p, k);
       if (given[static_cast<std::size_t>(p)])
@@ -195,7 +201,7 @@ TEST_CASE("what lies in free slots or beyond the last has no influence and is no
     std::vector<double*> unused;
     for (const ColumnInfo& info : column_table)
       for (int c = 0;
-           particles.layout().has(info.column) && c < ColumnLayout<Dim>::components(info); ++c)
+           particles.layout().has(info.column) && c < particles.layout().components(info); ++c)
         for (std::size_t p = 0; p < used.size(); ++p)
           if (!used[p]) unused.push_back(particles.row(info.column, c) + p);
     for (double* value : unused) *value = untouched;
@@ -266,7 +272,7 @@ TEST_CASE("sorting into runs keeps every particle, and each run is of one cell a
         auto& values = all[fixture.patch.particles.id[static_cast<std::size_t>(p)]];
         for (const ColumnInfo& info : column_table)
           for (int k = 0; fixture.patch.particles.layout().has(info.column) &&
-                          k < ColumnLayout<Dim>::components(info);
+                          k < fixture.patch.particles.layout().components(info);
                ++k)
             values.push_back(fixture.at(info.column, p, k));
         values.push_back(fixture.patch.particles.cell[static_cast<std::size_t>(p)]);

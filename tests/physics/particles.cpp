@@ -18,7 +18,7 @@ std::vector<double> values_of(const Particles<Dim>& particles, Local p) {
   std::vector<double> values;
   for (const ColumnInfo& info : column_table)
     if (particles.layout().has(info.column))
-      for (int k = 0; k < ColumnLayout<Dim>::components(info); ++k)
+      for (int k = 0; k < particles.layout().components(info); ++k)
         values.push_back(particles.row(info.column, k)[p]);
   const auto i = static_cast<std::size_t>(p);
   values.push_back(particles.cell[i]);
@@ -51,7 +51,7 @@ void add(Particles<Dim>& particles, Index id, bool loads, std::mt19937& random) 
   if (loads) particles.loads[i] = random() % 4096;
   for (const ColumnInfo& info : column_table)
     if (particles.layout().has(info.column))
-      for (int k = 0; k < ColumnLayout<Dim>::components(info); ++k) {
+      for (int k = 0; k < particles.layout().components(info); ++k) {
         CHECK(particles.row(info.column, k)[p] == 0.0);  // new particles are zero
         particles.row(info.column, k)[p] = uniform(random, -1, 1);
       }
@@ -143,9 +143,9 @@ void check_operations(ColumnNeeds needs, bool loads) {
 
 TEST_CASE("particles stay intact however they are added, sent, removed and rearranged") {
   for (const ColumnNeeds needs :
-       {ColumnNeeds{}, ColumnNeeds{.size = true}, ColumnNeeds{.pressure = true, .strain = true},
+       {ColumnNeeds{}, ColumnNeeds{.size = true}, ColumnNeeds{.state = 3, .strain = true},
         ColumnNeeds{.natural = true},
-        ColumnNeeds{.size = true, .pressure = true, .natural = true, .strain = true}})
+        ColumnNeeds{.size = true, .state = 3, .natural = true, .strain = true}})
     for (const bool loads : {false, true}) {
       check_operations<2>(needs, loads);
       check_operations<3>(needs, loads);
@@ -154,10 +154,10 @@ TEST_CASE("particles stay intact however they are added, sent, removed and rearr
 
 TEST_CASE("rows start on cache lines and may be read a vector beyond the last particle") {
   Particles<3> particles{
-      ColumnLayout<3>({.size = true, .pressure = true, .natural = true, .strain = true})};
+      ColumnLayout<3>({.size = true, .state = 3, .natural = true, .strain = true})};
   for (const Local n : {1, 7, 8, 56, 64, 1000, 4096}) {
     particles.resize(n);
-    const double* last = particles.row(Column::pressure);
+    const double* last = particles.row(Column::state, 2);
     const double* first = particles.row(Column::x);
     for (const ColumnInfo& info : column_table)
       CHECK(reinterpret_cast<std::uintptr_t>(particles.row(info.column)) % 64 == 0);
@@ -170,9 +170,9 @@ TEST_CASE("rows start on cache lines and may be read a vector beyond the last pa
 
 TEST_CASE("columns that a model does not need take no memory") {
   const ColumnLayout<2> least;
-  for (const Column c : {Column::size, Column::pressure, Column::xi, Column::strain})
+  for (const Column c : {Column::size, Column::state, Column::xi, Column::strain})
     CHECK(!least.has(c));
   CHECK(least.rows() == 2 + 2 + 2 + 4 + 1 + 1);
-  const ColumnLayout<3> most({.size = true, .pressure = true, .natural = true, .strain = true});
-  CHECK(most.rows() == 3 + 3 + 3 + 3 + 6 + 6 + 1 + 1 + 1 + 1);
+  const ColumnLayout<3> most({.size = true, .state = 3, .natural = true, .strain = true});
+  CHECK(most.rows() == 3 + 3 + 3 + 3 + 6 + 6 + 1 + 1 + 1 + 3);
 }

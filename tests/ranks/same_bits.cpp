@@ -1,6 +1,7 @@
 // Results on several ranks are those of one, to the last bit: checkpoint files are compared.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -125,6 +126,15 @@ TEST_CASE("plate of cells that are no boxes") {
   check(with_patches(bench_plate_isoparametric(), 2000), 30, threads_only);
 }
 
+TEST_CASE("discs in cells of other elements") {
+  for (const char* element : {"ED2T3", "ED2Q9"}) {
+    CAPTURE(element);
+    Model<2> discs =
+        with_patches(example("two-discs.json", {std::string("mesh.cell_type=") + element}), 40);
+    check(discs, 80, {{.threads = 1}, {.threads = 4}, {.threads = 1, .balance = every(20)}});
+  }
+}
+
 TEST_CASE("a collapse of water whose particles cross many patches") {
   const Model<2> water = with_patches(example("dam-break.json", {}), 200);
   check(water, 300, all_ways);
@@ -146,6 +156,26 @@ TEST_CASE("dam break in three dimensions") {
   check(adaptive(water), 40, threads_only);
 }
 
+TEST_CASE("particles that leave the mesh are listed alike, in the same order") {
+  Model<2> discs = with_patches(two_discs(), 40);
+  discs.analysis.remove_leaving_particles = true;
+  discs.particles.velocity.assign(static_cast<std::size_t>(discs.particles.size()), {3, 1});
+  const auto listed = [&](const ExecutionOptions& way) {
+    std::string rows;
+    Observer observer;
+    observer.removed = [&](std::span<const RemovedParticle> particles) {
+      for (const RemovedParticle& particle : particles) rows += removed_line(particle);
+    };
+    Simulation<2> simulation(discs, way, observer);
+    simulation.advance(110);
+    return rows;
+  };
+  const std::string alone = listed({.threads = 1});
+  CHECK(std::count(alone.begin(), alone.end(), '\n') > 10);
+  for (ExecutionOptions way : all_ways) {
+    way.ranks = Ranks::world();
+    CHECK(listed(way) == alone);
+  }
 TEST_CASE("a jet that is injected, into nothing at first") {
   const Model<2> soft = with_patches(jet("usl", false), 16);
   check(soft, 120, all_ways);
@@ -155,6 +185,11 @@ TEST_CASE("a jet that is injected, into nothing at first") {
 
 TEST_CASE("friction and rotated axes of nodes that patches of several ranks share") {
   check(with_patches(with_walls(two_discs()), 40), 80, threads_only);
+}
+
+TEST_CASE("bodies in contact across patches of several ranks") {
+  check(with_patches(in_contact(two_discs()), 40), 80, all_ways);
+  check(with_patches(in_contact(dam_break_3d()), 100), 40, threads_only);
 }
 
 TEST_CASE("fewer patches than ranks") {

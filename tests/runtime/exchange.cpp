@@ -91,7 +91,7 @@ void check_sums(Model<Dim> model, int rings) {
 /// What nodal_velocity() and so on compute is the sum of all patches in ascending order.
 template <int Dim>
 void check_velocities(Model<Dim> model, int rings) {
-  PatchSet<Dim> patches(model, rings, {{1, 1}});
+  PatchSet<Dim> patches(model, rings, {{1, 1, 1}});
   const StepContext<Dim> context{&model, &patches.partition(), 0, 0, 1};
   std::map<Index, std::array<std::array<double, node_width>, n_node_sums>> expected;
   for (int i = 0; i < patches.size(); ++i) {
@@ -315,7 +315,7 @@ TEST_CASE("particles have the columns that their own materials, mesh, scheme and
     return names;
   };
   CHECK(columns(two_discs()) == "");
-  CHECK(columns(dam_break()) == "strain pressure ");
+  CHECK(columns(dam_break()) == "strain state ");
   CHECK(columns(distorted(two_discs(), 0.012)) == "natural ");
   Model<2> musl = two_discs();
   musl.analysis.scheme = Scheme::musl;
@@ -331,5 +331,5 @@ TEST_CASE("particles have the columns that their own materials, mesh, scheme and
   CHECK(columns(unused) == "");
   Model<2> mixed = unused;
   mixed.particles.material[5] = 2;
-  CHECK(columns(mixed) == "strain pressure ");
+  CHECK(columns(mixed) == "strain state ");
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "io/particles_generator.h"
+#include "io/removed.h"
 #include "io/scenario.h"
 #include "physics/partition.h"
 #include "runtime/simulation.h"
@@ -126,6 +127,25 @@ Model<Dim> with_walls(Model<Dim> model) {
   return model;
 }
 
+/// Each material is a body; of one material, every second row of cells along the last axis is
+/// another.
+template <int Dim>
+Model<Dim> in_contact(Model<Dim> model, double friction = 0.3) {
+  if (model.materials.size() == 1) {
+    model.materials.push_back(model.materials[0]);
+    for (std::size_t p = 0; p < model.particles.x.size(); ++p) {
+      const Index cell = model.particles.cell[p];
+      const Index row = Dim == 2 ? cell / model.mesh->counts()[0]
+                                 : cell / (model.mesh->counts()[0] * model.mesh->counts()[1]);
+      model.particles.material[p] = row % 2 == 0 ? 0 : 1;
+    }
+  }
+  for (std::size_t m = 0; m < model.materials.size(); ++m)
+    model.materials[m].body = static_cast<int>(m);
+  model.analysis.contact = {static_cast<int>(model.materials.size()), friction};
+  return model;
+}
+
 /// The structured mesh as a table of cells that are no boxes: every inner node moves by up to
 /// `amount`.
 template <int Dim>
@@ -163,7 +183,8 @@ struct Outcome {
   std::vector<Frame> frames;  ///< those of the scenario, then the last state
   std::vector<HistoryRow> rows;
   Index removed = 0;
-  std::string error;  ///< of a run that failed
+  std::string error;         ///< of a run that failed
+  std::string removed_rows;  ///< of removed.csv
 };
 
 inline bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
@@ -187,7 +208,7 @@ inline bool same_bits(const Outcome& a, const Outcome& b) {
                       [](const auto& i, const auto& j) { return same_bits(i, j); });
   };
   return equal(a.frames, b.frames) && equal(a.rows, b.rows) && a.removed == b.removed &&
-         a.error == b.error;
+         a.removed_rows == b.removed_rows && a.error == b.error;
 }
 
 using Mode = ExecutionOptions::Mode;
@@ -219,6 +240,10 @@ Outcome run(const Model<Dim>& model, const ExecutionOptions& options) {
   Observer observer;
   observer.frame = [&](FramePieces&& frame) { outcome.frames.push_back(join(frame)); };
   observer.history = [&](const HistoryRow& row) { outcome.rows.push_back(row); };
+  observer.removed = [&](std::span<const RemovedParticle> particles) {
+    for (const RemovedParticle& particle : particles)
+      outcome.removed_rows += removed_line(particle);
+  };
   Simulation<Dim> simulation(model, options, observer);
   try {
     simulation.run();

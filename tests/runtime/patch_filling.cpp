@@ -48,7 +48,7 @@ void check_same(const Particles<Dim>& a, const Particles<Dim>& b) {
   CHECK(a.loads == b.loads);
   bool same = true;
   for (const ColumnInfo& info : column_table)
-    for (int k = 0; a.layout().has(info.column) && k < ColumnLayout<Dim>::components(info); ++k)
+    for (int k = 0; a.layout().has(info.column) && k < a.layout().components(info); ++k)
       same = same && std::equal(a.row(info.column, k), a.row(info.column, k) + a.size(),
                                 b.row(info.column, k));
   CHECK(same);

@@ -28,6 +28,8 @@ struct Case {
 constexpr Case agreeing[] = {
     {"2d_hydrostatic_quad", 1e-8},
     {"2d_hydrostatic_quad_usl", 1e-8},
+    // Stays elastic, with stresses that are rounding about zero: measured 3e-6, angles 1.2e-5.
+    {"2d_mc_uniaxial_compression", 1e-4},
     {"2d_plate_with_hole_cartesian_1000", 1e-8},
     {"2d_sliding_block", 1e-8},
     {"2d_uniaxial_stress", 1e-8},
@@ -35,15 +37,6 @@ constexpr Case agreeing[] = {
     {"3d_dam_break_1000", 1e-6},
     {"3d_hydrostatic_mesh1_1000_usl", 1e-8},
     {"3d_uniaxial_stress", 1e-8},
-};
-
-struct Refused {
-  const char* name;
-  std::vector<const char*> what;
-};
-
-const std::vector<Refused> refused{
-    {"2d_mc_uniaxial_compression", {"MohrCoulomb2D"}},
 };
 
 }  // namespace
@@ -76,33 +69,14 @@ TEST_CASE("published cases end in the state that the reference code computed") {
   }
 }
 
-TEST_CASE("published cases that need what is not there yet are refused with its name") {
-  const fs::path folder = cases();
-  if (folder.empty()) return;
-  for (const Refused& c : refused) {
-    CAPTURE(c.name);
-    std::string text;
-    try {
-      read_scenario(folder / c.name / "case.json");
-    } catch (const InputError& error) {
-      text = format_problems(error.problems());
-      CHECK(error.problems().size() == c.what.size());
-    }
-    CHECK(text.find("is not supported yet") != std::string::npos);
-    for (const char* what : c.what) CHECK(text.find(what) != std::string::npos);
-  }
-}
-
-TEST_CASE("every published case is known to agree or to be refused") {
+TEST_CASE("every published case is compared") {
   const fs::path folder = cases();
   if (folder.empty()) return;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (!entry.is_directory()) continue;
     const std::string name = entry.path().filename();
     CAPTURE(name);
-    CHECK((std::any_of(std::begin(agreeing), std::end(agreeing),
-                       [&](const Case& c) { return c.name == name; }) ||
-           std::any_of(refused.begin(), refused.end(),
-                       [&](const Refused& c) { return c.name == name; })));
+    CHECK(std::any_of(std::begin(agreeing), std::end(agreeing),
+                      [&](const Case& c) { return c.name == name; }));
   }
 }

@@ -82,8 +82,8 @@ void check_restart(const Model<Dim>& model, Index middle, Index end,
     second.advance(end - middle);
     CHECK(difference(StoredState(second.state()), last) == "");
     CHECK(same_bits(second.history(), reference.history()));
-    CHECK(same_bits(Outcome{output.frames, output.rows, 0, ""},
-                    Outcome{undisturbed.frames, undisturbed.rows, 0, ""}));
+    CHECK(same_bits(Outcome{output.frames, output.rows, 0, "", ""},
+                    Outcome{undisturbed.frames, undisturbed.rows, 0, "", ""}));
   }
 }
 
@@ -191,6 +191,14 @@ TEST_CASE("restart: loads travel with particles, and particles that left stay aw
   whole.advance(140);
   CHECK(whole.info().particles == 0);
   check_restart(leaving, 199, 200, {flow(2)});
+}
+
+TEST_CASE("restart: bodies in contact") {
+  for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+    Model<2> discs = in_contact(two_discs());
+    discs.analysis.scheme = scheme;
+    check_restart(discs, 20, 34);
+  }
 }
 
 TEST_CASE("restart after restart, at every step, leaves no trace") {

@@ -20,7 +20,7 @@ std::vector<double> belongings(const Particles<Dim>& particles, Local p) {
   std::vector<double> values;
   for (const ColumnInfo& info : column_table)
     for (int k = 0; info.column != Column::xi && particles.layout().has(info.column) &&
-                    k < ColumnLayout<Dim>::components(info);
+                    k < particles.layout().components(info);
          ++k)
       values.push_back(particles.row(info.column, k)[p]);
   const auto i = static_cast<std::size_t>(p);

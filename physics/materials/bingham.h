@@ -1,0 +1,72 @@
+/// \file Bingham fluid.
+#pragma once
+
+#include <string>
+
+#include "physics/materials/law_input.h"
+#include "physics/materials/table.h"
+
+namespace lahar {
+
+/// Weakly compressible Bingham fluid: rigid (without shear stress) at shear rates up to a critical
+/// one, a yield stress and a plastic viscosity beyond.
+struct Bingham {
+  double youngs_modulus, poisson_ratio;  ///< their bulk modulus compresses it
+  double tau0, mu, critical_shear_rate;
+  bool incompressible = false;
+  bool as_cbgeo = false;  ///< what the reference code computes, see update()
+
+  static constexpr std::string_view name = "Bingham";
+  static constexpr std::string_view help = "viscous fluid with a yield stress";
+  static constexpr auto parameters = std::to_array<Parameter<Bingham>>({
+      {"youngs_modulus", "Pa", "Young's modulus", &Bingham::youngs_modulus, Bound::positive},
+      {"poisson_ratio", "-", "Poisson's ratio", &Bingham::poisson_ratio, Bound::poisson},
+      {"tau0", "Pa", "yield stress", &Bingham::tau0, Bound::not_negative},
+      {"mu", "Pa s", "plastic viscosity", &Bingham::mu, Bound::not_negative},
+      {"critical_shear_rate", "1/s", "shear rate below which there is no shear stress",
+       &Bingham::critical_shear_rate, Bound::positive},
+      {"incompressible", "true: the law adds no pressure", &Bingham::incompressible},
+  });
+  static constexpr auto state = std::to_array<StateVariable>({{"pressure", "Pa", "pressure"}});
+
+  std::string problem() const { return ""; }
+  double bulk_modulus() const { return youngs_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio)); }
+  double wave_modulus() const { return incompressible ? 0.0 : bulk_modulus(); }
+  /// The largest apparent viscosity.
+  double viscosity() const { return mu + tau0 / critical_shear_rate; }
+
+  /// With D the rate of deformation and g = sqrt(2 D:D): p -= K d(eps_v) with the volumetric
+  /// increment at the cell's centre; sigma = -p I + 2 (tau0 / g + mu) D where g is above the
+  /// critical rate, -p I elsewhere (CB-Geo MPM, theory/material).
+  ///
+  /// The reference code asks in addition that half the sum of squares of the normal components of
+  /// that shear stress be at least tau0^2, where its documentation has all components (for which it
+  /// is always true), so that nothing is left of it in simple shear; and in 2D it leaves the
+  /// pressure out of sigma_zz.
+  template <int Dim, class Real>
+  LAHAR_INLINE void update(const LawInput<Dim, Real>& in, Real* stress, Real* pressure) const {
+    Real normal2 = in.rate[0] * in.rate[0] + in.rate[1] * in.rate[1], shear2(0.0);
+    if constexpr (Dim == 3) normal2 += in.rate[2] * in.rate[2];
+    LAHAR_UNROLL
+    for (int k = 3; k < in.rows; ++k) shear2 += in.rate[k] * in.rate[k];
+    const Real g = lahar::sqrt(2.0 * normal2 + shear2);
+    unsigned flows = greater(g, Real(std::max(critical_shear_rate, 1e-15)));
+    const Real apparent = 2.0 * (tau0 / select(flows, g, Real(1.0)) + mu);
+    if (as_cbgeo) flows &= ~greater(Real(tau0 * tau0), 0.5 * apparent * apparent * normal2);
+    const Real twice = select(flows, apparent, Real(0.0));
+    const double compressible = incompressible ? 0.0 : 1.0;
+    *pressure -= compressible * bulk_modulus() * in.volumetric;
+    const Real volumetric = -compressible * *pressure;
+    LAHAR_UNROLL
+    for (int k = 0; k < 3; ++k) {
+      if (Dim == 2 && k == 2)
+        stress[k] = as_cbgeo ? Real(0.0) : volumetric;
+      else
+        stress[k] = volumetric + twice * in.rate[k];
+    }
+    LAHAR_UNROLL
+    for (int k = 3; k < in.rows; ++k) stress[k] = 0.5 * twice * in.rate[k];
+  }
+};
+
+}  // namespace lahar

@@ -1,0 +1,124 @@
+/// \file What a law is given and what it answers; laws that are evaluated particle by particle.
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+
+#include "physics/simd.h"
+
+namespace lahar {
+
+/// What a law sees of a pack of particles. Voigt rows: 2D xx yy zz xy, 3D xx yy zz xy yz xz.
+template <int Dim, class Real>
+struct LawInput {
+  static constexpr int rows = stress_components<Dim>;
+  Real rate[rows];           ///< strain rate [1/s], engineering shear; 2D: zz = 0
+  Real gradient[Dim][Dim];   ///< velocity gradient dv_a/dx_b [1/s]
+  double dt;                 ///< [s]
+  Real volumetric;           ///< volumetric strain increment at the cell's centre [-], of splines at
+                             ///< the particle
+  unsigned active = all_of;  ///< bit per lane: of the others (beyond a run) nothing is kept
+  static constexpr unsigned all_of = (1u << lanes<Real>)-1;
+};
+
+/// Lanes whose increment was not done as a whole; a bit for each.
+struct Failures {
+  unsigned failed = 0;   ///< no stress that the law allows was found: the run ends
+  unsigned divided = 0;  ///< found, but only in parts: counted and reported
+};
+
+/// What a law that is evaluated particle by particle sees, in two dimensions too (yz = xz = 0).
+struct Increment {
+  Voigt strain;       ///< [-] engineering shear
+  double dt;          ///< [s]
+  double volumetric;  ///< volumetric strain increment at the cell's centre [-]
+};
+
+/// An increment that does not converge is done in 2, 4, ... parts, at most as many as this.
+inline constexpr int most_parts = 1 << 10;
+
+template <class Real>
+LAHAR_INLINE void set_lane(Real& pack, int lane, double value) {
+  if constexpr (lanes<Real> == 1)
+    pack.v = value;
+  else
+    pack.v[lane] = value;
+}
+
+/// One increment of one particle: as a whole by `law.update_one(increment, stress, state)`, which
+/// returns whether it converged, or else in equal parts. Returns their number; 0 = none was small
+/// enough, stress and state are then as before.
+template <class LawType>
+int update_in_parts(const LawType& law, const Increment& whole, Voigt& stress, double* state) {
+  constexpr std::size_t n = LawType::state.size();
+  for (int parts = 1; parts <= most_parts; parts *= 2) {
+    Increment part{{}, whole.dt / parts, whole.volumetric / parts};
+    for (std::size_t k = 0; k < 6; ++k) part.strain[k] = whole.strain[k] / parts;
+    Voigt s = stress;
+    std::array<double, n> q;
+    std::copy_n(state, n, q.begin());
+    bool converged = true;
+    for (int i = 0; i < parts && converged; ++i) converged = law.update_one(part, s, q.data());
+    if (!converged) continue;
+    stress = s;
+    std::copy_n(q.begin(), n, state);
+    return parts;
+  }
+  return 0;
+}
+
+/// The lanes of `which`, one after the other: what a lane gets does not depend on the others.
+template <int Dim, class Real, class LawType>
+[[gnu::noinline]] Failures update_lane_by_lane(const LawType& law, const LawInput<Dim, Real>& in,
+                                               Real* stress, Real* state, unsigned which) {
+  constexpr int rows = stress_components<Dim>, n = static_cast<int>(LawType::state.size());
+  Failures failures;
+  for (int lane = 0; lane < lanes<Real>; ++lane) {
+    if (!(which >> lane & 1)) continue;
+    Increment increment{{}, in.dt, in.volumetric[lane]};
+    Voigt s{};
+    std::array<double, n> q;
+    for (int k = 0; k < rows; ++k) {
+      increment.strain[static_cast<std::size_t>(k)] = in.dt * in.rate[k][lane];
+      s[static_cast<std::size_t>(k)] = stress[k][lane];
+    }
+    for (int k = 0; k < n; ++k) q[static_cast<std::size_t>(k)] = state[k][lane];
+    const int parts = update_in_parts(law, increment, s, q.data());
+    if (parts == 0) failures.failed |= 1u << lane;
+    if (parts > 1) failures.divided |= 1u << lane;
+    for (int k = 0; k < rows; ++k) set_lane(stress[k], lane, s[static_cast<std::size_t>(k)]);
+    for (int k = 0; k < n; ++k) set_lane(state[k], lane, q[static_cast<std::size_t>(k)]);
+  }
+  return failures;
+}
+
+/// One increment of a pack of particles, whichever way the law gives it:
+/// - `update<Dim>(in, stress, state)`, all lanes at once; returns Failures or nothing;
+/// - else `update_one(increment, stress, state)`, one particle; returns whether it converged;
+///   beside it, optionally, `update_elastic<Dim>(in, stress, state)` for all lanes at once, which
+///   changes only lanes whose increment is elastic and returns them, a bit for each.
+template <int Dim, class Real, class LawType>
+LAHAR_INLINE Failures update(const LawType& law, const LawInput<Dim, Real>& in, Real* stress,
+                             Real* state) {
+  if constexpr (requires { law.template update<Dim>(in, stress, state).failed; }) {
+    return law.template update<Dim>(in, stress, state);
+  } else if constexpr (requires { law.template update<Dim>(in, stress, state); }) {
+    law.template update<Dim>(in, stress, state);
+    return {};
+  } else {
+    unsigned left = in.active;
+    if constexpr (requires { law.template update_elastic<Dim>(in, stress, state); })
+      left &= ~law.template update_elastic<Dim>(in, stress, state);
+    if (left == 0) return {};
+    return update_lane_by_lane<Dim>(law, in, stress, state, left);
+  }
+}
+
+/// Whether update() of a law may have failures to tell of.
+template <class LawType, int Dim, class Real>
+inline constexpr bool can_fail =
+    !requires(const LawType law, LawInput<Dim, Real> in, Real* stress, Real* state) {
+  { law.template update<Dim>(in, stress, state) } -> std::same_as<void>;
+};
+
+}  // namespace lahar

@@ -1,0 +1,351 @@
+/// \file Modified Cam-Clay with bonds and a subloading surface.
+#pragma once
+
+#include <string>
+
+#include "physics/materials/law_input.h"
+#include "physics/materials/soil_stress.h"
+#include "physics/materials/table.h"
+#include "physics/materials/newton.h"
+
+namespace lahar {
+
+/// Modified Cam-Clay (Roscoe and Burland 1968), with the bonds and the subloading surface of
+/// hydrate-bearing soil (Uchida, Soga and Yamamoto 2012; subloading: Hashiguchi 1989).
+///
+/// Pressures and p_v below are positive in compression, e the void ratio:
+///   yield       F = (q / M)^2 + (p + pcc) (p - R (pc + pcd + pcc)) <= 0
+///   flow        d(eps_v^p) = dphi dF/dp,  d(eps^p) radial, d(eps_q^p) = dphi 2 q / M^2
+///   hardening   d(pc) / pc = (1 + e) / (lambda - kappa) d(eps_v^p)
+///   elasticity  K = (1 + e) p / kappa, G = 3 K (1 - 2 nu) / (2 (1 + nu)) + m_shear chi s_h (then K
+///               from G); youngs_modulus instead of (1 + e) p / kappa where p <= 0
+///   void ratio  d(e) = (1 + e) d(eps_v)
+///   bonds       pcd = mc_a (chi s_h)^mc_b, pcc = mc_c (chi s_h)^mc_d, d(chi) = -m chi |d(e^p)|
+///   subloading  loading: dR = -u (1 + (pcd + pcc) / pc) ln(R) |d(eps^p)|; else R from the stress
+/// with |d(e^p)| = dphi sqrt(6) q / M^2, the norm of the deviatoric plastic strain, and
+/// |d(eps^p)|^2 = d(eps_v^p)^2 + |d(e^p)|^2. Three invariants: M depends on theta
+/// (strength_ratio()), m is that of triaxial compression; plastic flow stays radial in the
+/// deviatoric plane.
+///
+/// A step is implicit (backward Euler) with the moduli of its beginning.
+///
+/// CB-Geo MPM solves the same equations of a step for plain Cam-Clay, but changes the void ratio in
+/// plastic increments only, by (1 + e0) d(eps_v), and where p <= 0 keeps the moduli that it had, at
+/// first with K and G exchanged: so also here with --as-cbgeo. Not reproduced are its errors in
+/// - three invariants: the deviator of the trial stress is taken at the returned pressure, so that
+///   the stress it ends with is not the one that it solved for;
+/// - bonds: pcd is left out where p is returned, moduli grow in every step where p <= 0, and chi
+///   falls in elastic increments too, by the plastic strain of the last plastic one;
+/// - subloading: the flow is that of the yield surface, R begins without q and anew whenever it
+///   reaches 1, and never falls. (Its unit test of it has q = 1e-6 Pa after shearing.)
+struct ModifiedCamClay {
+  double youngs_modulus;  ///< [Pa] where p <= 0
+  double poisson_ratio;
+  double p_ref;   ///< [Pa]
+  double e_ref;   ///< void ratio at p_ref
+  double pc0;     ///< [Pa]
+  double ocr;     ///< over-consolidation ratio
+  double m;       ///< slope of the critical state line in p, q
+  double lambda;  ///< of virgin compression, e against ln p
+  double kappa;   ///< of swelling
+  bool three_invariants = false;
+  bool subloading = false;
+  double subloading_u = 0;
+  bool bonding = false;
+  bool as_cbgeo = false;  ///< see above
+  double s_h = 0, mc_a = 0, mc_b = 1, mc_c = 0, mc_d = 1, m_degradation = 0, m_shear = 0;
+
+  static constexpr std::string_view name = "ModifiedCamClay";
+  static constexpr std::string_view help =
+      "critical state model of clay, with bonds and a subloading surface";
+  using Self = ModifiedCamClay;
+  static constexpr auto parameters = std::to_array<Parameter<Self>>({
+      {"youngs_modulus", "Pa", "Young's modulus where the mean pressure is not positive",
+       &Self::youngs_modulus, Bound::positive},
+      {"poisson_ratio", "-", "Poisson's ratio", &Self::poisson_ratio, Bound::poisson},
+      {"p_ref", "Pa", "pressure at which e_ref is given", &Self::p_ref, Bound::positive},
+      {"e_ref", "-", "void ratio of normal consolidation at p_ref", &Self::e_ref, Bound::positive},
+      {"pc0", "Pa", "preconsolidation pressure at the start", &Self::pc0, Bound::positive},
+      {"ocr", "-", "over-consolidation ratio, at least 1", &Self::ocr, Bound::positive},
+      {"m", "-", "slope q/p of the critical state line (three invariants: in triaxial compression)",
+       &Self::m, Bound::positive},
+      {"lambda", "-", "slope of virgin compression, void ratio against ln p", &Self::lambda,
+       Bound::positive},
+      {"kappa", "-", "slope of swelling, less than lambda", &Self::kappa, Bound::positive},
+      {"three_invariants", "true: the strength depends on the Lode angle", &Self::three_invariants},
+      {"subloading", "true: plastic strain inside of the yield surface too", &Self::subloading},
+      {"subloading_u", "-", "rate at which the subloading surface approaches the yield surface",
+       &Self::subloading_u, Bound::positive, no_default},
+      {"bonding", "true: bonds between grains", &Self::bonding},
+      {"s_h", "-", "saturation with the bonding agent at the start, 0 to 1", &Self::s_h,
+       Bound::not_negative, no_default},
+      {"mc_a", "Pa", "pcd = mc_a (chi s_h)^mc_b", &Self::mc_a, Bound::not_negative, no_default},
+      {"mc_b", "-", "exponent of pcd", &Self::mc_b, Bound::positive, no_default},
+      {"mc_c", "Pa", "pcc = mc_c (chi s_h)^mc_d", &Self::mc_c, Bound::not_negative, no_default},
+      {"mc_d", "-", "exponent of pcc", &Self::mc_d, Bound::positive, no_default},
+      {"m_degradation", "-", "loss of bonds per deviatoric plastic strain", &Self::m_degradation,
+       Bound::not_negative, no_default},
+      {"m_shear", "Pa", "shear modulus that whole bonds add", &Self::m_shear, Bound::not_negative,
+       no_default},
+  });
+  enum State {
+    bulk_modulus,
+    shear_modulus,
+    p,
+    q,
+    theta,
+    pc,
+    void_ratio,
+    delta_phi,
+    m_theta,
+    f_function,
+    dpvstrain,
+    dpdstrain,
+    pvstrain,
+    pdstrain,
+    chi,
+    pcd,
+    pcc,
+    subloading_r,
+    states
+  };
+  static constexpr auto state = std::to_array<StateVariable>({
+      {"bulk_modulus", "Pa", "elastic bulk modulus of the last increment"},
+      {"shear_modulus", "Pa", "elastic shear modulus of the last increment"},
+      {"p", "Pa", "mean pressure", true},
+      {"q", "Pa", "deviatoric stress", true},
+      {"theta", "rad", "Lode angle: 0 in triaxial extension, pi/3 in compression", true},
+      {"pc", "Pa", "preconsolidation pressure"},
+      {"void_ratio", "-", "void ratio"},
+      {"delta_phi", "1/Pa", "plastic multiplier of the last increment"},
+      {"m_theta", "-", "slope of the critical state line at theta", true},
+      {"f_function", "Pa^2", "yield function"},
+      {"dpvstrain", "-", "plastic volumetric strain of the last increment"},
+      {"dpdstrain", "-", "plastic deviatoric strain of the last increment"},
+      {"pvstrain", "-", "plastic volumetric strain, positive in compression"},
+      {"pdstrain", "-", "plastic deviatoric strain, the sum of its increments' norms"},
+      {"chi", "-", "share of the bonds that is whole"},
+      {"pcd", "Pa", "pressure by which bonds enlarge the yield surface"},
+      {"pcc", "Pa", "strength in isotropic tension by bonds"},
+      {"subloading_r", "-", "size of the subloading surface relative to the yield surface"},
+  });
+
+  /// pc is not less than this share of pc0, R not less than this: softened clay keeps a trace of
+  /// strength, so that it can be compressed again.
+  static constexpr double least_pc = 1e-6, least_r = 1e-5;
+
+  std::string problem() const {
+    if (kappa >= lambda) return "kappa must be less than lambda";
+    if (ocr < 1) return "ocr must be at least 1";
+    if (initial_void_ratio() <= 0)
+      return "e_ref, lambda, kappa, pc0, p_ref and ocr give a void ratio that is not positive";
+    if (three_invariants && m >= 3) return "m must be less than 3 with three_invariants";
+    if (subloading && !(subloading_u > 0)) return "\"subloading\": true needs subloading_u";
+    for (const auto& p : parameters)
+      if (bonding && p.number && std::isnan(this->*p.number) && p.key != "subloading_u")
+        return "\"bonding\": true needs " + std::string(p.key);
+    if (bonding && !(s_h > 0 && s_h <= 1)) return "s_h must be more than 0 and at most 1";
+    return "";
+  }
+
+  double initial_void_ratio() const {
+    return e_ref - lambda * std::log(pc0 / ocr / p_ref) - kappa * std::log(ocr);
+  }
+
+  void initial_state(const double* stress, double* s) const {
+    const SoilStress now = of(stress);
+    std::fill_n(s, states, 0.0);
+    s[pc] = pc0;
+    s[bulk_modulus] = youngs_modulus / (2 * (1 + poisson_ratio));  // as CB-Geo MPM has them
+    s[shear_modulus] = 3 * youngs_modulus * (1 - 2 * poisson_ratio) / (2 * (1 + poisson_ratio));
+    s[void_ratio] = initial_void_ratio();
+    s[chi] = 1;
+    set_bonds(s);
+    set_moduli(now.p, s);
+    s[subloading_r] = subloading ? ratio(now, slope(now), s) : 1;
+    s[f_function] = yield_function(now, slope(now), s);
+    derive(stress, s);
+  }
+
+  void derive(const double* stress, double* s) const {
+    const SoilStress now = with_lode_angle(of(stress));
+    s[p] = now.p;
+    s[q] = now.q;
+    s[theta] = now.theta;
+    s[m_theta] = slope(now);
+  }
+
+  /// At the pressure pc0, the largest elastic one of the beginning.
+  double wave_modulus() const {
+    double s[states];
+    const Voigt isotropic{-pc0, -pc0, -pc0, 0, 0, 0};
+    initial_state(isotropic.data(), s);
+    const double at_pc0 = s[bulk_modulus] + 4.0 / 3 * s[shear_modulus];
+    set_moduli(-pc0, s);
+    return std::max(at_pc0, s[bulk_modulus] + 4.0 / 3 * s[shear_modulus]);
+  }
+  double viscosity() const { return 0; }
+
+  bool update_one(const Increment& increment, Voigt& sigma, double* s) const {
+    if (as_cbgeo) return step(increment.strain, sigma, s);
+    const double before = -(sigma[0] + sigma[1] + sigma[2]) / 3;
+    set_moduli(before, s);
+    const Voigt trial = elastic_trial(sigma, increment.strain, s[bulk_modulus], s[shear_modulus]);
+    // What errors are compared with: the pressure, or a share of the strength where that is small.
+    const double pressure = std::max(before, 0.0) + s[pcc] + 0.01 * (s[pc] + s[pcd]);
+    // Elasticity is not continuous at p = 0: no steps are small enough there.
+    const double change = before > 0 ? distance(trial, sigma) : 0;
+    const auto take = [this](const Voigt& strain, Voigt& stress, double* state_variables) {
+      return step(strain, stress, state_variables);
+    };
+    return accurate_step<states>(take, increment.strain, change, pressure, sigma, s);
+  }
+
+  /// One implicit step, however large. Returns whether it converged.
+  bool step(const Voigt& strain, Voigt& sigma, double* s) const {
+    set_moduli(-(sigma[0] + sigma[1] + sigma[2]) / 3, s);
+    const SoilStress trial = of(elastic_trial(sigma, strain, s[bulk_modulus], s[shear_modulus]));
+    const double M = slope(trial);
+    Return r{trial, M, s[bulk_modulus], s[shear_modulus], (1 + s[void_ratio]) / (lambda - kappa)};
+    r.scale = std::max({s[pc] + s[pcd] + 2 * s[pcc], std::abs(trial.p), trial.q / M});
+    r.s = s;
+    const double volumetric = strain[0] + strain[1] + strain[2];
+    if (!as_cbgeo) s[void_ratio] = (1 + s[void_ratio]) * std::exp(volumetric) - 1;
+    s[delta_phi] = s[dpvstrain] = s[dpdstrain] = 0;
+    const double R = subloading ? s[subloading_r] : 1;
+    const double size = R * (s[pc] + s[pcd] + s[pcc]);
+    const double F = trial.q * trial.q / (M * M) + (trial.p + s[pcc]) * (trial.p - size);
+    if (F <= newton_tolerance * r.scale * r.scale) {
+      if (subloading) s[subloading_r] = ratio(trial, M, s);
+      s[f_function] = yield_function(trial, M, s);
+      sigma = stress_of(trial, trial.p, trial.q, trial.theta);
+      return true;
+    }
+    std::array<double, 2> x{0, 0};
+    // pc changes at most e-fold in an iteration.
+    const double most = s[bulk_modulus] / (r.upsilon * r.scale);
+    const auto residual = [&](const Duals<2>& unknown) { return plastic(r, unknown).residual; };
+    if (!newton<2>(residual, x, {1e3, most}) || x[0] < 0) return false;
+    const Plastic end = plastic(r, {Dual<2>(x[0]), Dual<2>(x[1])});
+    SoilStress now = trial;
+    now.p = end.p.v;
+    now.q = end.q.v;
+    sigma = stress_of(trial, now.p, now.q, trial.theta);
+    s[pc] = end.pc.v;
+    s[chi] = end.chi.v;
+    set_bonds(s);
+    s[subloading_r] = end.R.v;
+    s[delta_phi] = x[0] / r.scale;
+    s[dpvstrain] = end.volumetric.v;
+    s[dpdstrain] = end.deviatoric.v;
+    if (as_cbgeo) s[void_ratio] += (1 + initial_void_ratio()) * volumetric;
+    s[pvstrain] += s[dpvstrain];
+    s[pdstrain] += s[dpdstrain];
+    s[f_function] = yield_function(now, M, s);
+    return true;
+  }
+
+ private:
+  /// A stress, with its Lode angle where the law depends on it.
+  SoilStress of(const Voigt& sigma) const {
+    const SoilStress s = soil_stress(sigma);
+    return three_invariants ? with_lode_angle(s) : s;
+  }
+  SoilStress of(const double* stress) const {
+    Voigt sigma;
+    std::copy_n(stress, 6, sigma.begin());
+    return of(sigma);
+  }
+
+  /// What the equations of a plastic step are made of.
+  struct Return {
+    const SoilStress& trial;
+    double M, K, G, upsilon;
+    double scale = 0;           ///< [Pa] of stresses in the equations
+    const double* s = nullptr;  ///< state at the beginning
+  };
+  struct Plastic {
+    Duals<2> residual;
+    Dual<2> p, q, pc, chi, R, volumetric, deviatoric;
+  };
+
+  /// Equations of a step, in units of `scale`: flow and yield. Unknowns: scale * dphi and K
+  /// d(eps_v^p) / scale.
+  Plastic plastic(const Return& r, const Duals<2>& x) const {
+    using D = Dual<2>;
+    Plastic e;
+    const D phi = x[0] * (1 / r.scale);
+    e.volumetric = x[1] * (r.scale / r.K);
+    e.p = r.trial.p - x[1] * r.scale;
+    e.q = r.trial.q / (1.0 + 6 * r.G / (r.M * r.M) * phi);
+    e.deviatoric = std::sqrt(6.0) / (r.M * r.M) * phi * e.q;
+    e.pc = max(D(least_pc * pc0), r.s[State::pc] * exp(r.upsilon * e.volumetric));
+    e.chi = D(r.s[State::chi]);
+    D pcd_end(0), pcc_end(0);
+    if (bonding) {
+      e.chi = r.s[State::chi] * exp(-m_degradation * e.deviatoric);
+      pcd_end = mc_a * pow(s_h * e.chi, mc_b);
+      pcc_end = mc_c * pow(s_h * e.chi, mc_d);
+    }
+    e.R = D(1);
+    if (subloading) {
+      // The square root of nothing has no derivative; added is what no strain could show.
+      const D strain = sqrt(e.volumetric * e.volumetric + e.deviatoric * e.deviatoric + 1e-40);
+      e.R = grown(r.s[State::subloading_r],
+                  subloading_u * (1.0 + (pcd_end + pcc_end) / e.pc) * strain);
+    }
+    const D size = e.R * (e.pc + pcd_end + pcc_end);
+    const D dF_dp = 2.0 * e.p + pcc_end - size;
+    e.residual[0] = x[1] - (r.K / r.scale) * phi * dF_dp;
+    const D F = e.q * e.q * (1 / (r.M * r.M)) + (e.p + pcc_end) * (e.p - size);
+    e.residual[1] = F * (1 / (r.scale * r.scale));
+    return e;
+  }
+
+  /// R at the end of a step: R + c ln R = R_n, c = u (1 + ...) |d(eps^p)|. The left side is concave
+  /// and grows, so that Newton's method from R_n, which is below the root, does not pass it.
+  static Dual<2> grown(double R_n, const Dual<2>& c) {
+    double R = R_n;
+    if (R_n >= 1) return Dual<2>(1);
+    for (int i = 0; i < newton_iterations; ++i) {
+      const double change = (R_n - R - c.v * std::log(R)) / (1 + c.v / R);
+      R = std::min(R + change, 1.0);
+      if (std::abs(change) <= 1e-15 * R) break;
+    }
+    return c.chain(R, -std::log(R) / (1 + c.v / R));
+  }
+
+  /// R of the subloading surface through a stress.
+  double ratio(const SoilStress& now, double M, const double* s) const {
+    const double size = s[pc] + s[pcd] + s[pcc];
+    const double R =
+        now.p + s[pcc] > 0 ? (now.q * now.q / (M * M) / (now.p + s[pcc]) + now.p) / size : 0;
+    return std::clamp(R, least_r, 1.0);
+  }
+
+  double slope(const SoilStress& now) const {
+    return three_invariants ? strength_ratio(m, now.theta) : m;
+  }
+
+  void set_moduli(double pressure, double* s) const {
+    if (as_cbgeo && !(pressure > 0)) return;
+    const double G_of_K = 3 * (1 - 2 * poisson_ratio) / (2 * (1 + poisson_ratio));
+    double K = pressure > 0 ? (1 + s[void_ratio]) / kappa * pressure
+                            : youngs_modulus / (3 * (1 - 2 * poisson_ratio));
+    if (bonding) K += m_shear * s[chi] * s_h / G_of_K;
+    s[bulk_modulus] = K;
+    s[shear_modulus] = G_of_K * K;
+  }
+
+  void set_bonds(double* s) const {
+    s[pcd] = bonding ? mc_a * std::pow(s[chi] * s_h, mc_b) : 0;
+    s[pcc] = bonding ? mc_c * std::pow(s[chi] * s_h, mc_d) : 0;
+  }
+
+  double yield_function(const SoilStress& now, double M, const double* s) const {
+    return now.q * now.q / (M * M) +
+           (now.p + s[pcc]) * (now.p - s[subloading_r] * (s[pc] + s[pcd] + s[pcc]));
+  }
+};
+
+}  // namespace lahar

@@ -1,0 +1,326 @@
+/// \file The return mapping of Mohr-Coulomb; included by mohr_coulomb.h.
+#pragma once
+
+#include "physics/materials/mohr_coulomb.h"
+
+namespace lahar {
+
+inline std::string MohrCoulomb::problem() const {
+  if (cohesion == 0 && friction == 0)
+    return "'cohesion' and 'friction' must not both be 0: the material would have no strength; a "
+           "fluid is \"type\": \"Newtonian\"";
+  if (dilation > friction)
+    return "'dilation' must be at most 'friction' = " + text_of(friction) + " degrees, found " +
+           text_of(dilation);
+  const auto above_apex = [&](double degrees, double c, const char* which) -> std::string {
+    const double apex = c / std::tan(degrees * std::numbers::pi / 180.0);
+    if (degrees == 0 || tension_cutoff <= apex * (1 + 1e-12)) return "";
+    return "'tension_cutoff' must be at most the tension at the apex, " + std::string(which) +
+           " = " + text_of(apex) + " Pa, found " + text_of(tension_cutoff);
+  };
+  if (std::string text = above_apex(friction, cohesion, "cohesion cot(friction)"); !text.empty())
+    return text;
+  if (!softening) return "";
+  for (const auto& p : parameters)
+    if (p.number && std::isnan(this->*p.number))
+      return "'" + std::string(p.key) + "' is needed where 'softening' is true";
+  if (residual_cohesion == 0 && residual_friction == 0)
+    return "'residual_cohesion' and 'residual_friction' must not both be 0: the material would "
+           "have "
+           "no strength";
+  if (!(peak_pdstrain < residual_pdstrain))
+    return "'residual_pdstrain' must be greater than 'peak_pdstrain' = " + text_of(peak_pdstrain) +
+           ", found " + text_of(residual_pdstrain);
+  return "";
+}
+
+inline void MohrCoulomb::derive(const double* stress, double* to) const {
+  Scalar sigma[6];
+  for (int k = 0; k < 6; ++k) sigma[k] = Scalar(stress[k]);
+  StressPoint<6, Scalar> at;
+  point_of(sigma, at);
+  to[3] = root3 * at.p[0];
+  to[4] = at.rho[0];
+  to[5] = std::atan2(at.sin[0], at.cos[0]);
+}
+
+inline MohrCoulombUpdate::MohrCoulombUpdate(const MohrCoulomb& law)
+    : K_(law.bulk_modulus()),
+      G_(law.shear_modulus()),
+      cutoff_(law.tension_cutoff),
+      softening_(law.softening),
+      as_cbgeo_(law.as_cbgeo) {
+  constexpr double radian = std::numbers::pi / 180.0;
+  const auto of = [](double phi, double psi, double c) {
+    return Strength<double>{phi, std::sin(phi), std::cos(phi), std::tan(psi), c};
+  };
+  peak_psi_ = law.dilation * radian;
+  residual_psi_ = law.residual_dilation * radian;
+  hyperbola_ = 0.1 * law.cohesion;
+  peak_ = of(law.friction * radian, peak_psi_, law.cohesion);
+  residual_ = of(law.residual_friction * radian, residual_psi_, law.residual_cohesion);
+  peak_pdstrain_ = law.peak_pdstrain;
+  residual_pdstrain_ = law.residual_pdstrain;
+}
+
+/// Strength at the plastic strain before the increment, as in the reference code; it stays the same
+/// during the increment. Sets phi, psi and cohesion of the state.
+template <class Real>
+LAHAR_INLINE MohrCoulombStrength<Real> MohrCoulombUpdate::strength(Real* q) const {
+  Strength<Real> s{peak_.phi, peak_.sin_phi, peak_.cos_phi, peak_.tan_psi, peak_.cohesion};
+  if (!softening_) return s;
+  const unsigned softer = greater(q[6], Real(peak_pdstrain_));
+  if (softer == 0) return s;
+  for (int lane = 0; lane < lanes<Real>; ++lane) {
+    if (!(softer >> lane & 1)) continue;
+    const double share =
+        std::max(0.0, (q[6][lane] - residual_pdstrain_) / (peak_pdstrain_ - residual_pdstrain_));
+    const double phi = residual_.phi + (peak_.phi - residual_.phi) * share,
+                 psi = residual_psi_ + (peak_psi_ - residual_psi_) * share,
+                 c = residual_.cohesion + (peak_.cohesion - residual_.cohesion) * share;
+    set_lane(s.phi, lane, phi);
+    set_lane(s.sin_phi, lane, share > 0 ? std::sin(phi) : residual_.sin_phi);
+    set_lane(s.cos_phi, lane, share > 0 ? std::cos(phi) : residual_.cos_phi);
+    set_lane(s.tan_psi, lane, share > 0 ? std::tan(psi) : residual_.tan_psi);
+    set_lane(s.cohesion, lane, c);
+    set_lane(q[1], lane, psi);
+  }
+  q[0] = s.phi;
+  q[2] = s.cohesion;
+  return s;
+}
+
+template <int Rows, class Real>
+LAHAR_INLINE void MohrCoulombUpdate::yield_functions(const StressPoint<Rows, Real>& at,
+                                                     const Strength<Real>& s, Real& tension,
+                                                     Real& shear) const {
+  const Real sin60 = 0.5 * at.sin + (0.5 * root3) * at.cos;  // sin(theta + 60 degrees)
+  const Real cos60 = 0.5 * at.cos - (0.5 * root3) * at.sin;
+  tension = root2_3 * at.cos * at.rho + at.p - cutoff_;
+  shear = (root3_2 * at.rho * (sin60 * (1.0 / root3) + cos60 * s.sin_phi * (1.0 / 3.0)) +
+           at.p * s.sin_phi) /
+              s.cos_phi -
+          s.cohesion;
+}
+
+/// Beyond both surfaces, the one on whose side of the bisector through their edge the stress lies.
+template <int Rows, class Real>
+LAHAR_INLINE MohrCoulombUpdate::Yield MohrCoulombUpdate::yielding(const StressPoint<Rows, Real>& at,
+                                                                  const Strength<Real>& s,
+                                                                  const Real& ft, const Real& fs,
+                                                                  const Real& above) const {
+  Yield yield{greater(ft, above), greater(fs, above)};
+  const unsigned both = yield.tension & yield.shear;
+  if (both == 0) return yield;
+  const Real n = (1.0 + s.sin_phi) / (1.0 - s.sin_phi);
+  const Real edge = cutoff_ * n - 2.0 * s.cohesion * lahar::sqrt(n);
+  const Real least = at.p - root2_3 * at.rho * (0.5 * at.cos + (0.5 * root3) * at.sin);
+  const Real h = ft + (lahar::sqrt(1.0 + n * n) + n) * (least - edge);
+  const unsigned tensile = both & greater(h, Real(std::numeric_limits<double>::epsilon()));
+  yield.shear &= ~tensile;
+  yield.tension &= ~(both & ~tensile);
+  return yield;
+}
+
+/// Gradient of the potential; R and dR/dtheta of Menetrey and Willam's ellipse with eccentricity e:
+/// R = l / m, l = 4 (1 - e^2) cos^2 + (2e - 1)^2, m = 2 (1 - e^2) cos + (2e - 1) sqrt(4 (1 - e^2)
+/// cos^2 + 5 e^2 - 4 e).
+template <int Rows, class Real>
+LAHAR_INLINE void MohrCoulombUpdate::potential(const StressPoint<Rows, Real>& at,
+                                               const Strength<Real>& s, unsigned tension,
+                                               const Real& lode, Direction<Real>& to) const {
+  constexpr double tension_eccentricity = 0.6;
+  const Real e = select(tension, Real(tension_eccentricity), (3.0 - s.sin_phi) / (3.0 + s.sin_phi));
+  const Real scale = select(tension, Real(1.0 / 3.0), (3.0 - s.sin_phi) / (6.0 * s.cos_phi));
+  const Real off = select(tension, Real(0.1 * cutoff_), hyperbola_ * s.tan_psi);
+  const Real k = 1.0 - e * e, two_e = 2.0 * e - 1.0, cos2 = at.cos * at.cos;
+  constexpr double least = std::numeric_limits<double>::epsilon();
+  const Real square = 4.0 * k * cos2 + 5.0 * e * e - 4.0 * e;
+  const Real root = lahar::sqrt(select(greater(square, Real(least)), square, Real(1e-5)));
+  const Real l = 4.0 * k * cos2 + two_e * two_e, m = 2.0 * k * at.cos + two_e * root;
+  const Real dl = -8.0 * k * at.cos * at.sin, dm = -2.0 * k * at.sin + 0.5 * two_e * dl / root;
+  const Real R = scale * l / m, dR = scale * (m * dl - l * dm) / (m * m);
+  // In shear without dilation and stress the reference code's value; in tension the cone's tip.
+  const Real omega = off * off + 1.5 * R * R * at.rho * at.rho;
+  const Real w = lahar::sqrt(select(greater(omega, Real(least)), omega, Real(1e-5)));
+  const Real per_rho = 1.5 * R * R / w;  // (dg/drho) / rho
+  const Real per_theta = 1.5 * at.rho * at.rho * R * dR / w;
+  to.g.a = select(tension, Real(1.0 / 3.0), (1.0 / 3.0) * s.tan_psi);
+  to.g.b = per_rho;
+  to.g.c = per_theta * lode;
+  to.per_strain = root2_3 * per_rho * at.rho;
+}
+
+template <int Rows, class Real>
+LAHAR_INLINE MohrCoulombUpdate::Direction<Real> MohrCoulombUpdate::direction(
+    const StressPoint<Rows, Real>& at, const Strength<Real>& s, const Real& pdstrain,
+    unsigned tension) const {
+  Direction<Real> to;
+  const Real sin60 = 0.5 * at.sin + (0.5 * root3) * at.cos;
+  const Real cos60 = 0.5 * at.cos - (0.5 * root3) * at.sin;
+  const Real per_cos = 1.0 / s.cos_phi;
+  const Real per_rho =
+      select(tension, root2_3 * at.cos,
+             root3_2 * per_cos * (sin60 * (1.0 / root3) + cos60 * s.sin_phi * (1.0 / 3.0)));
+  const Real per_theta =
+      at.rho *
+      select(tension, -root2_3 * at.sin,
+             root3_2 * per_cos * (cos60 * (1.0 / root3) - sin60 * s.sin_phi * (1.0 / 3.0)));
+  const Real lode = lode_gradient(at);
+  const Real rho = select(greater(at.rho, Real(0.0)), at.rho, Real(1.0));
+  to.f.a = (1.0 / 3.0) * select(tension, Real(1.0), s.sin_phi * per_cos);
+  to.f.b = per_rho / rho;
+  to.f.c = per_theta * lode;
+  potential(at, s, tension, lode, to);
+  to.softening = Real(0.0);
+  if (softening_) {
+    const unsigned falls =
+        greater(pdstrain, Real(peak_pdstrain_)) & greater(Real(residual_pdstrain_), pdstrain);
+    const double range = residual_pdstrain_ - peak_pdstrain_;
+    const double dphi = (residual_.phi - peak_.phi) / range,
+                 dc = (residual_.cohesion - peak_.cohesion) / range;
+    const Real df_dphi =
+        per_cos * per_cos *
+        (root3_2 * at.rho * (s.sin_phi * sin60 * (1.0 / root3) + cos60 * (1.0 / 3.0)) + at.p);
+    to.softening = select(falls, -(df_dphi * dphi - dc) * to.per_strain, Real(0.0));
+  }
+  return to;
+}
+
+template <int Dim, class Real>
+LAHAR_INLINE Failures MohrCoulombUpdate::update(const LawInput<Dim, Real>& in, Real* stress,
+                                                Real* q) const {
+  constexpr int rows = stress_components<Dim>;
+  const Strength<Real> s = strength(q);
+  Real trial[rows];
+  LAHAR_UNROLL
+  for (int k = 0; k < rows; ++k) trial[k] = stress[k];
+  elastic_trial<Dim>(in, K_, G_, trial);
+  StressPoint<rows, Real> at;
+  deviator_of(trial, at);
+  // Inside cones that lie inside the yield surfaces: elastic without looking at the Lode angle.
+  const Real widest = lahar::sqrt((1.0 / 3.0) + s.sin_phi * s.sin_phi * (1.0 / 9.0));
+  const double margin = as_cbgeo_ ? cbgeo_tolerance : 0.0;
+  const unsigned near_tension = greater(root2_3 * at.rho + at.p, Real(cutoff_ - margin));
+  const unsigned near_shear =
+      greater(root3_2 * widest * at.rho + at.p * s.sin_phi, (s.cohesion - margin) * s.cos_phi);
+  unsigned left = 0;
+  Failures failures;
+  if ((near_tension | near_shear) & in.active) {
+    Real start[rows], returned[rows], pdstrain = q[6];
+    LAHAR_UNROLL
+    for (int k = 0; k < rows; ++k) start[k] = stress[k], returned[k] = trial[k];
+    left = return_to_surface<rows>(start, returned, s, pdstrain, at, in.active, pack_steps);
+    if (left) failures = update_lane_by_lane<Dim>(*this, in, start, q, left);
+    q[6] = select(left, q[6], pdstrain);
+    LAHAR_UNROLL
+    for (int k = 0; k < rows; ++k) trial[k] = select(left, start[k], returned[k]);
+  }
+  LAHAR_UNROLL
+  for (int k = 0; k < rows; ++k) stress[k] = trial[k];
+  return failures;
+}
+
+inline bool MohrCoulombUpdate::update_one(const Increment& in, Voigt& stress, double* state) const {
+  Scalar q[7], start[6], trial[6];
+  for (int k = 0; k < 7; ++k) q[k] = Scalar(state[k]);
+  const Strength<Scalar> s = strength(q);
+  const double volumetric = (K_ - 2.0 / 3.0 * G_) * (in.strain[0] + in.strain[1] + in.strain[2]);
+  for (int k = 0; k < 6; ++k) {
+    const double strain = in.strain[static_cast<std::size_t>(k)];
+    start[k] = Scalar(stress[static_cast<std::size_t>(k)]);
+    trial[k] = start[k] + (k < 3 ? volumetric + 2.0 * G_ * strain : G_ * strain);
+  }
+  StressPoint<6, Scalar> at;
+  deviator_of(trial, at);
+  if (return_to_surface<6>(start, trial, s, q[6], at, 1, single_steps)) return false;
+  for (int k = 0; k < 6; ++k) stress[static_cast<std::size_t>(k)] = trial[k][0];
+  for (int k = 0; k < 7; ++k) state[k] = q[k][0];
+  return true;
+}
+
+/// `stress` is the trial stress before and the stress that the law allows after; `trial` is that
+/// point with deviator_of(). Returns the lanes of `lanes_to_do` that need more than `steps` steps,
+/// whose results are not meant to be used.
+template <int Rows, class Real>
+unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
+                                              const Strength<Real>& s, Real& pdstrain,
+                                              const StressPoint<Rows, Real>& trial,
+                                              unsigned lanes_to_do, int steps) const {
+  StressPoint<Rows, Real> at = trial;
+  lode_of(at);
+  const Real size = at.rho + max(at.p, -at.p) + s.cohesion;
+  const Real tolerance = as_cbgeo_ ? Real(cbgeo_tolerance) : rounding * size;
+  const Real apex_of_shear = s.cohesion * s.cos_phi / max(s.sin_phi, Real(1e-300));
+  const Real apex = -max(Real(-cutoff_), -apex_of_shear);
+  Real ft, fs;
+  yield_functions(at, s, ft, fs);
+  // The reference code takes what is within its tolerance of the surface as yielding.
+  const Real trial_above = as_cbgeo_ ? Real(-cbgeo_tolerance) : tolerance;
+  Yield yield = yielding(at, s, ft, fs, trial_above);
+  const unsigned plastic = yield.any() & lanes_to_do;
+  unsigned left = plastic;
+  if (left == 0) return 0;
+  const Real trial_p = at.p, before = pdstrain;
+
+  // First step: along the tangent at the stress before, where that lies on the surface.
+  unsigned tangent;
+  {
+    StressPoint<Rows, Real> begin;
+    point_of(start, begin);
+    Real bt, bs;
+    yield_functions(begin, s, bt, bs);
+    const Real near = as_cbgeo_ ? Real(cbgeo_tolerance) : on_surface * size;
+    const Yield begins = yielding(begin, s, bt, bs, -near);
+    const Real f = select(begins.tension, bt, bs);
+    // At the apex there is no tangent.
+    const Real least_rho = as_cbgeo_ ? Real(0.0) : near;
+    tangent = begins.any() & greater(near, max(f, -f)) & greater(begin.rho, least_rho) & left;
+    if (tangent) {
+      const Direction<Real> d = direction(begin, s, before, begins.tension);
+      Real increment[Rows];
+      for (int k = 0; k < Rows; ++k) increment[k] = stress[k] - start[k];
+      const Real multiplier =
+          along(d.f, begin, increment) / (stiffness_between(d.f, d.g, begin, K_, G_) + d.softening);
+      for (int k = 0; k < Rows; ++k)
+        stress[k] =
+            select(tangent, stress[k] - multiplier * stress_of(d.g, begin, K_, G_, k), stress[k]);
+      pdstrain = select(tangent, pdstrain + multiplier * d.per_strain, pdstrain);
+    }
+  }
+  bool first = true;
+  for (int step = 0; step <= steps; ++step) {
+    if (!first || tangent) {
+      point_of(stress, at);
+      yield_functions(at, s, ft, fs);
+      yield = yielding(at, s, ft, fs, as_cbgeo_ ? Real(-cbgeo_tolerance) : tolerance);
+      const unsigned beyond = greater(ft, tolerance) | greater(fs, tolerance) |
+                              outside(ft + fs, std::numeric_limits<double>::max(), lanes<Real>);
+      // At the first step lanes without a tangent go on from the trial stress, beyond or not.
+      left &= first ? beyond | ~tangent : beyond;
+      if (left == 0) return 0;
+    }
+    first = false;
+    const Direction<Real> d = direction(at, s, before, yield.tension);
+    const Real multiplier =
+        select(yield.tension, ft, fs) / (stiffness_between(d.f, d.g, at, K_, G_) + d.softening);
+    // Where the deviator would be reversed and the trial stress is beyond the apex, it returns
+    // there.
+    const unsigned to_apex =
+        as_cbgeo_
+            ? 0u
+            : left & greater((2.0 * G_) * multiplier * d.g.b, Real(1.0)) & greater(trial_p, apex);
+    for (int k = 0; k < Rows; ++k) {
+      const Real next = stress[k] - multiplier * stress_of(d.g, at, K_, G_, k);
+      const Real tip = k < 3 ? apex : Real(0.0);
+      stress[k] = select(left, select(to_apex, tip, next), stress[k]);
+    }
+    const Real whole = before + (0.5 / G_ * root2_3) * trial.rho;
+    pdstrain = select(left, select(to_apex, whole, pdstrain + multiplier * d.per_strain), pdstrain);
+    left &= ~to_apex;
+    if (left == 0) return 0;
+  }
+  return left;
+}
+
+}  // namespace lahar

@@ -1,0 +1,55 @@
+/// \file Weakly compressible Newtonian fluid.
+#pragma once
+
+#include <string>
+
+#include "physics/materials/law_input.h"
+#include "physics/materials/table.h"
+
+namespace lahar {
+
+/// Weakly compressible Newtonian fluid.
+struct Newtonian {
+  double bulk_modulus;          ///< [Pa]
+  double dynamic_viscosity;     ///< [Pa s]
+  bool incompressible = false;  ///< true: no volumetric (pressure) stress, as in the reference
+
+  static constexpr std::string_view name = "Newtonian";
+  static constexpr std::string_view help = "weakly compressible viscous fluid";
+  static constexpr auto parameters = std::to_array<Parameter<Newtonian>>({
+      {"bulk_modulus", "Pa", "bulk modulus of the fluid", &Newtonian::bulk_modulus,
+       Bound::positive},
+      {"dynamic_viscosity", "Pa s", "viscosity", &Newtonian::dynamic_viscosity,
+       Bound::not_negative},
+      {"incompressible", "true: the law adds no pressure", &Newtonian::incompressible},
+  });
+  static constexpr auto state = std::to_array<StateVariable>({{"pressure", "Pa", "pressure"}});
+
+  std::string problem() const { return ""; }
+  double wave_modulus() const { return incompressible ? 0.0 : bulk_modulus; }
+  double viscosity() const { return dynamic_viscosity; }
+
+  /// p -= K d(eps_v) with the volumetric increment at the cell's centre; sigma = -p I + 2 mu (rate
+  /// - tr(rate)/3 I) (CB-Geo MPM, theory/material). 2D: sigma_zz carries no deviatoric term beyond
+  /// -2/3 mu tr(rate), which is what it is at rate_zz = 0.
+  template <int Dim, class Real>
+  LAHAR_INLINE void update(const LawInput<Dim, Real>& in, Real* stress, Real* pressure) const {
+    const double compressible = incompressible ? 0.0 : 1.0;
+    const double mu = dynamic_viscosity;
+    Real trace = in.rate[0] + in.rate[1];
+    if constexpr (Dim == 3) trace += in.rate[2];
+    *pressure -= compressible * bulk_modulus * in.volumetric;
+    const Real volumetric = compressible * (-*pressure - (2.0 / 3.0) * mu * trace);
+    LAHAR_UNROLL
+    for (int k = 0; k < 3; ++k) {
+      if (Dim == 2 && k == 2)
+        stress[k] = volumetric;
+      else
+        stress[k] = volumetric + (2.0 * mu) * in.rate[k];
+    }
+    LAHAR_UNROLL
+    for (int k = 3; k < in.rows; ++k) stress[k] = mu * in.rate[k];
+  }
+};
+
+}  // namespace lahar
