@@ -23,6 +23,18 @@ double or_infinity(const Json& value) {
   return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
 }
 
+Json splits_json(const std::vector<PatchSplit>& splits) {
+  Json list = Json::array();
+  for (const PatchSplit& split : splits) list.push_back({split.patch, split.axis, split.at});
+  return list;
+}
+
+std::vector<PatchSplit> splits_of(const Json& list) {
+  std::vector<PatchSplit> splits;
+  for (const Json& split : list) splits.push_back({split.at(0), split.at(1), split.at(2)});
+  return splits;
+}
+
 Json run_json(const RunState& run) {
   return {{"dim", run.dim},
           {"step", run.step},
@@ -41,7 +53,9 @@ Json run_json(const RunState& run) {
           {"kinetic_at_start", run.kinetic_at_start},
           {"cells_per_patch", run.cells_per_patch},
           {"least_mass", run.least_mass},
-          {"columns", run.columns}};
+          {"columns", run.columns},
+          {"splits", splits_json(run.splits)},
+          {"split_step", run.split_step}};
 }
 
 RunState run_of(const Json& json) {
@@ -60,7 +74,9 @@ RunState run_of(const Json& json) {
           .kinetic_at_start = json.at("kinetic_at_start"),
           .cells_per_patch = json.at("cells_per_patch"),
           .least_mass = json.at("least_mass"),
-          .columns = json.at("columns")};
+          .columns = json.at("columns"),
+          .splits = splits_of(json.at("splits")),
+          .split_step = json.at("split_step")};
 }
 
 }  // namespace

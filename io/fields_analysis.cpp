@@ -1,9 +1,12 @@
 // Tables of the analysis: scheme, time step, damping, restart.
 #include "io/fields.h"
+#include "physics/patch_split.h"
 
 namespace lahar {
 
 namespace {
+
+static_assert(split_factor == 4, "the help of split_steps says so");
 
 const Section& resume_section() {
   static const Section section{
@@ -276,6 +279,15 @@ const Section& analysis_section() {
            .fallback = "4096",
            .min = 1,
            .max = 1e9,
+           .native = true},
+          {.key = "split_steps",
+           .kinds = integer,
+           .help = "every so many steps, patches that hold more than 4 times patch_particles are "
+                   "looked for; they are split 4 steps later. 0: never; part of the result's "
+                   "identity",
+           .fallback = "100",
+           .min = 0,
+           .max = 9e15,
            .native = true},
           {.key = "nload_balance_steps",
            .kinds = integer,

@@ -61,6 +61,7 @@ void ScenarioBuilder<Dim>::build_analysis() {
   a.pressure_smoothing = get_bool(*analysis, "pressure_smoothing").value_or(false);
   a.remove_leaving_particles = !get_bool(*analysis, "locate_particles").value_or(true);
   a.patch_particles = get_integer(*analysis, "patch_particles").value_or(4096);
+  a.split_steps = get_integer(*analysis, "split_steps").value_or(100);
   if (const JsonValue* steps = analysis->find("nload_balance_steps"))
     in_.warning(*steps, "'nload_balance_steps' has no effect on one rank");
 }

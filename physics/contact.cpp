@@ -53,15 +53,18 @@ namespace {
 template <int Dim>
 class NodeContact {
  public:
-  NodeContact(Patch<Dim>& patch, double dt, double friction)
-      : patch_(patch), dt_(dt), friction_(friction) {}
+  NodeContact(Patch<Dim>& patch, const StepContext<Dim>& step)
+      : patch_(patch), friction_(step.model->analysis.contact.friction) {}
 
-  /// Returns whether anything changed; then before() is the velocity of a field without contact.
-  bool apply(Local node) {
+  /// Find the fields at a node of the first body; returns whether there are several.
+  bool find(Local node) {
     fields_.clear();
     for (Local f = node; f < patch_.n_nodes(); f += patch_.body_nodes)
       if (mass(f) > patch_.least_mass) fields_.push_back({f, velocity(f)});
-    if (fields_.size() < 2) return false;
+    return fields_.size() > 1;
+  }
+  /// Let them meet; returns whether any velocity changed.
+  bool meet() {
     bool any = false;
     for (int sweep = 0; sweep < (fields_.size() == 2 ? 1 : contact_sweeps); ++sweep)
       for (std::size_t a = 0; a < fields_.size(); ++a)
@@ -72,15 +75,16 @@ class NodeContact {
 
   struct Field {
     Local node;
-    Vec<Dim> before;  ///< [m/s]
+    Vec<Dim> before;  ///< [m/s] velocity without contact
   };
-  const std::vector<Field>& fields() const { return fields_; }
+  std::vector<Field>& fields() { return fields_; }
 
   double mass(Local f) const { return at(patch_.velocity, f)[mass_lane]; }
   Eigen::Map<Vec<Dim>> velocity(Local f) { return Eigen::Map<Vec<Dim>>(at(patch_.velocity, f)); }
   Eigen::Map<Vec<Dim>> acceleration(Local f) {
     return Eigen::Map<Vec<Dim>>(at(patch_.acceleration, f));
   }
+  Eigen::Map<Vec<Dim>> met(Local f) { return Eigen::Map<Vec<Dim>>(at(patch_.met, f)); }
 
  private:
   static double* at(NodeArray& values, Local f) {
@@ -93,20 +97,22 @@ class NodeContact {
   bool meet(Local a, Local b) {
     const Vec<Dim> impulse = contact_impulse<Dim>(body(a), body(b), friction_);
     if (impulse.isZero(0.0)) return false;
-    push(a, -impulse);
-    push(b, impulse);
+    velocity(a) -= impulse / mass(a);
+    velocity(b) += impulse / mass(b);
     return true;
-  }
-  void push(Local f, const Vec<Dim>& impulse) {
-    const Vec<Dim> change = impulse / mass(f);
-    velocity(f) += change;
-    acceleration(f) += change / dt_;
   }
 
   Patch<Dim>& patch_;
-  double dt_, friction_;
+  double friction_;
   std::vector<Field> fields_;
 };
+
+/// Call body(node of the first body) for all active nodes.
+template <int Dim>
+void for_each_mesh_node(const Patch<Dim>& patch, auto body) {
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < std::min(range.end, patch.body_nodes); ++i) body(i);
+}
 
 /// Hold the prescribed velocities of a wall that contact has changed; others are held with all
 /// nodes. Returns the work of what holds them per mass [J/kg].
@@ -122,34 +128,52 @@ double hold_at_wall(const Patch<Dim>& patch, Local node, Eigen::Map<Vec<Dim>> ve
 }  // namespace
 
 template <int Dim>
+void meet_velocities(Patch<Dim>& patch, const StepContext<Dim>& step, bool remember) {
+  if (remember) patch.met.assign(static_cast<std::size_t>(patch.n_nodes()) * node_width, 0.0);
+  NodeContact<Dim> contact(patch, step);
+  for_each_mesh_node(patch, [&](Local i) {
+    if (!contact.find(i) || !contact.meet() || !remember) return;
+    for (const auto& field : contact.fields())
+      contact.met(field.node) = contact.velocity(field.node) - field.before;
+  });
+}
+
+template <int Dim>
 void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Dim>& gravity) {
   const double dt = step.dt;
-  NodeContact<Dim> contact(patch, dt, step.model->analysis.contact.friction);
+  NodeContact<Dim> contact(patch, step);
   const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
-  for (const NodeRange& range : patch.active_nodes) {
-    for (Local i = range.begin; i < std::min(range.end, patch.body_nodes); ++i) {
-      if (!contact.apply(i)) continue;
-      // All work is taken with the mean velocity of the step, which contact has changed.
-      for (const auto& field : contact.fields()) {
-        const double own_mass = own[static_cast<std::ptrdiff_t>(field.node) * sum_stride];
-        auto v = contact.velocity(field.node), a = contact.acceleration(field.node);
-        const Vec<Dim> change = v - field.before;
-        patch.work.damping -= own_mass * change.dot(v - 0.5 * dt * a);
-        patch.work.external += 0.5 * dt * own_mass * gravity.dot(change);
-        if (step.model->analysis.damping > 0.0) {
-          const Eigen::Map<const Vec<Dim>> drag(
-              &patch.damping[static_cast<std::size_t>(field.node) * node_width]);
-          patch.work.damping += 0.5 * dt * own_mass / contact.mass(field.node) * drag.dot(change);
-        }
-        patch.work.external += own_mass * hold_at_wall<Dim>(patch, field.node, v, a);
+  for_each_mesh_node(patch, [&](Local i) {
+    if (!contact.find(i)) return;
+    bool any = contact.meet();
+    if (!patch.met.empty())
+      for (auto& field : contact.fields()) {
+        any = any || !contact.met(field.node).isZero(0.0);
+        field.before -= contact.met(field.node);
       }
+    if (!any) return;
+    // All work is taken with the mean velocity of the step, which contact changes.
+    for (const auto& field : contact.fields()) {
+      const double own_mass = own[static_cast<std::ptrdiff_t>(field.node) * sum_stride];
+      auto v = contact.velocity(field.node), a = contact.acceleration(field.node);
+      const Vec<Dim> change = v - field.before;
+      a += change / dt;
+      patch.work.damping -= own_mass * change.dot(v - 0.5 * dt * a);
+      patch.work.external += 0.5 * dt * own_mass * gravity.dot(change);
+      if (step.model->analysis.damping > 0.0) {
+        const Eigen::Map<const Vec<Dim>> drag(
+            &patch.damping[static_cast<std::size_t>(field.node) * node_width]);
+        patch.work.damping += 0.5 * dt * own_mass / contact.mass(field.node) * drag.dot(change);
+      }
+      patch.work.external += own_mass * hold_at_wall<Dim>(patch, field.node, v, a);
     }
-  }
+  });
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                               \
   template void repeat_for_bodies(PatchTopology<Dim>&, int, Index);                          \
   template Vec<Dim> contact_impulse(const BodyAtNode<Dim>&, const BodyAtNode<Dim>&, double); \
+  template void meet_velocities(Patch<Dim>&, const StepContext<Dim>&, bool);                 \
   template void apply_contact(Patch<Dim>&, const StepContext<Dim>&, const Vec<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -145,6 +145,9 @@ struct Analysis {
   /// of 125 thousand and 1 million particles, against 4096: 1024 20 % slower, 2048 8 %; 8192 and
   /// 16384 3 to 7 % faster, but half and a quarter of the patches to share among threads.
   Index patch_particles = 4096;
+  /// Every so many steps, patches that hold more than split_factor times as many are looked for, and
+  /// split; 0 = never. Part of the result's identity.
+  Index split_steps = 100;
 };
 
 struct OutputPlan {

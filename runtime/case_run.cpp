@@ -37,6 +37,8 @@ void add_model(RunInfo& info, const Model<Dim>& model, const SimulationInfo& siz
   info.particles = sizes.particles;
   info.materials = static_cast<Index>(model.materials.size());
   info.patches = sizes.patches;
+  info.patch_particles = model.analysis.patch_particles;
+  info.split_steps = model.analysis.split_steps;
   info.dt = sizes.dt;
   info.dt_limit = sizes.dt_limit;
 }

@@ -104,7 +104,8 @@ class CaseRun {
 
   /// If a frame could not be written, the manifest says failed and the error is thrown.
   void finish(RunEnd& end);
-  void report(Simulation<Dim>& simulation, const RunEnd& end, double wall);
+  void report(Simulation<Dim>& simulation, const SimulationInfo& info, const RunEnd& end,
+              double wall);
 
   const RunArguments& arguments_;
   Scenario& scenario_;

@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 #include <span>
+#include <stdexcept>
 #include <utility>
 
 #include "physics/error.h"
@@ -91,19 +92,17 @@ class CellsAround {
   Index last_ = -1;
 };
 
-/// Into which cells of which patches particles are injected, ascending patches and events.
+/// Into which cells particles are injected, ascending cells.
 template <int Dim>
-std::vector<PatchInjection> find_injections(const Model<Dim>& model,
-                                            const Partition<Dim>& partition) {
-  std::vector<PatchInjection> all;
+std::vector<CellInjection> find_injections(const Model<Dim>& model) {
+  std::vector<CellInjection> all;
   Index event = 0;
   for (std::size_t g = 0; g < model.injections.size(); ++g) {
     const auto& cells = model.injections[g].cells;
-    for (std::size_t i = 0; i < cells.size(); ++i)
-      all.push_back({partition.patch_of(cells[i]), cells[i], {g, i, event++, -1}});
+    for (std::size_t i = 0; i < cells.size(); ++i) all.push_back({cells[i], {g, i, event++, -1}});
   }
   std::stable_sort(all.begin(), all.end(),
-                   [](const auto& a, const auto& b) { return a.patch < b.patch; });
+                   [](const auto& a, const auto& b) { return a.cell < b.cell; });
   return all;
 }
 
@@ -154,7 +153,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(cells_per_patch(model, census_)),
       partition_(*model.mesh, target_cells_),
-      injections_(find_injections(model, partition_)),
+      injections_(find_injections(model)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
@@ -173,7 +172,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(state.run.cells_per_patch),
       partition_(*model.mesh, target_cells_),
-      injections_(find_injections(model, partition_)),
+      injections_(find_injections(model)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
@@ -238,12 +237,11 @@ std::vector<Index> PatchSet<Dim>::needed(std::span<const Brick> filled) const {
       all.insert(all.end(), near.begin(), near.end());
     };
     for (const Brick& cells : filled) add(cells);
-    for (auto at = injections_.begin(); at != injections_.end();) {  // as if they were filled
-      CellsAround<Dim> cells(*model_->mesh);
-      for (const Index patch = at->patch; at != injections_.end() && at->patch == patch; ++at)
-        cells.add(at->cell);
-      add(cells.brick());
-    }
+    std::map<Index, CellsAround<Dim>> injected;  // as if they were filled
+    for (const CellInjection& into : injections_)
+      injected.try_emplace(partition_.patch_of(into.cell), *model_->mesh)
+          .first->second.add(into.cell);
+    for (const auto& [patch, cells] : injected) add(cells.brick());
     sort_unique(all);
   } else {  // cells of table meshes are stored anyway
     all.resize(static_cast<std::size_t>(partition_.n_patches()));
@@ -280,6 +278,14 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
     throw InputError("the state is one of another model: its particles have " + state.run.columns +
                      " in " + std::to_string(state.run.dim) + "D, the model's have " +
                      column_text(layout_) + " in " + std::to_string(Dim) + "D.");
+  try {
+    partition_.split(state.run.splits);
+  } catch (const std::invalid_argument&) {
+    throw InputError(
+        "the state is one of another model: its patches were split otherwise than those "
+        "of this mesh can be.");
+  }
+  splits_ = state.run.splits;
   for (const Index id : state.patches)
     if (id < 0 || id >= partition_.n_patches())
       throw InputError("the state is one of another model: it has a patch " + std::to_string(id) +

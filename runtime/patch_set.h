@@ -10,6 +10,7 @@
 #include "physics/patch.h"
 #include "runtime/initial_particles.h"
 #include "runtime/patch_filling.h"
+#include "runtime/patch_renumbering.h"
 #include "runtime/rank_partition.h"
 #include "runtime/ranks.h"
 #include "runtime/simulation_state.h"
@@ -45,13 +46,13 @@ struct RemoteNeighbour {
   std::vector<Local> neighbours;  ///< positions of those patches in PatchTopology::neighbours
 };
 
-/// A cell of a patch into which particles are injected.
-struct PatchInjection {
-  Index patch, cell;
+/// A cell into which particles are injected.
+struct CellInjection {
+  Index cell;
   InjectionCell at;  ///< without its local cell
-  struct ByPatch {
-    bool operator()(const PatchInjection& a, Index patch) const { return a.patch < patch; }
-    bool operator()(Index patch, const PatchInjection& a) const { return patch < a.patch; }
+  struct ByCell {
+    bool operator()(const CellInjection& a, Index cell) const { return a.cell < cell; }
+    bool operator()(Index cell, const CellInjection& a) const { return cell < a.cell; }
   };
 };
 
@@ -95,6 +96,12 @@ class PatchSet {
   /// no history row has yet stay, so that rows do not depend on when this is called.
   void rebuild();
 
+  /// Split patches with more than `most` particles (choose_splits()), between two steps, and tell
+  /// the ids that follow; rebuild() must be next. The parts' particles are in an order that depends
+  /// on that of the patch only; their sums are still to be mapped. Collective.
+  PatchRenumbering split(Index most);
+  const std::vector<PatchSplit>& splits() const { return splits_; }  ///< since the start
+
   /// Give patches to other ranks, `owner` of each of all_patches(), between two steps. Collective.
   void give_to(const std::vector<int>& owner, Index step);
 
@@ -131,12 +138,14 @@ class PatchSet {
   void link_elsewhere(Patch<Dim>& patch, RemotePatch<Dim>& other);
   void mirror_nodes(std::vector<PatchTopology<Dim>>& remote);
   void find_sends();
+  void renumber(const PatchRenumbering& ids);
+  Patches parts_of(Patch<Dim>& patch, Index first, Index n) const;
 
   Model<Dim>* model_;  ///< whose mesh is this rank's part where there are several
   ParticleCensus census_;
   Index target_cells_;
   Partition<Dim> partition_;
-  std::vector<PatchInjection> injections_;  ///< of all ranks, ascending patches and events
+  std::vector<CellInjection> injections_;  ///< of all ranks, ascending cells and events
   int rings_;
   NodeSumCopies copies_;
   ColumnLayout<Dim> layout_;
@@ -148,6 +157,7 @@ class PatchSet {
   std::vector<int> owner_;
   std::vector<RemotePatch<Dim>> elsewhere_;
   std::vector<std::vector<RemoteNeighbour>> sends_;
+  std::vector<PatchSplit> splits_;
 };
 
 /// How many nodes a patch shares with each of its neighbours.

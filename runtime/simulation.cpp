@@ -181,6 +181,7 @@ SimulationInfo Simulation<Dim>::info() const {
   info.tasks_per_step = static_cast<int>(impl_->phases.size()) * info.patches +
                         (impl_->executor->graph().has_dt ? 1 : 0);
   info.cells_per_patch = impl_->patches.target_cells();
+  info.splits = static_cast<Index>(impl_->patches.splits().size());
   info.dt_limit = impl_->present_limit();
   info.dt = impl_->dt_of(impl_->step);
   info.bytes = static_cast<std::size_t>(ranks.sum(static_cast<Index>(impl_->patches.bytes())));

@@ -14,6 +14,7 @@ namespace lahar {
 template <int Dim>
 void Simulation<Dim>::Impl::restore(const RunState& run) {
   step = run.step;
+  split_step = run.split_step;
   removed = ranks.rank() == 0 ? run.removed : 0;
   work = run.work;
   start_row.kinetic = run.kinetic_at_start;
@@ -48,7 +49,9 @@ RunState Simulation<Dim>::Impl::run_state() const {
           .kinetic_at_start = start_row.kinetic,
           .cells_per_patch = patches.target_cells(),
           .least_mass = patches.least_mass(),
-          .columns = column_text(patches.layout())};
+          .columns = column_text(patches.layout()),
+          .splits = patches.splits(),
+          .split_step = split_step};
 }
 
 template <int Dim>
@@ -97,7 +100,7 @@ void Simulation<Dim>::Impl::advance(Index steps) {
     // dt of the next step, which the drained graph did not get to.
     if (model.analysis.step.adaptive) last_limit = ranks.min(own_limit());
     if (model.analysis.step.adaptive && step < nsteps) set_dt(step, last_limit);
-    if (ranks.any(rebuild_needed || needs_surroundings())) rebuild();
+    if (!split_patches() && ranks.any(rebuild_needed || needs_surroundings())) rebuild();
     if (std::exchange(remap_needed, false) || balance.is_forced(step)) remap();
     if (checkpoint_due()) write_checkpoint();
   }
@@ -162,6 +165,25 @@ bool Simulation<Dim>::Impl::needs_surroundings() const {
 }
 
 template <int Dim>
+bool Simulation<Dim>::Impl::split_patches() {
+  if (step != split_step) return false;
+  split_step = -1;
+  const PatchRenumbering ids = patches.split(most_particles());
+  if (ids.empty()) return false;
+  balance.renumber(ids);
+  rebuild();
+  map_parts(ids.parts());
+  return true;
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::map_parts(const std::vector<Index>& parts) {
+  for (int p = 0; p < patches.size(); ++p)
+    if (std::binary_search(parts.begin(), parts.end(), patches[p].topology.patch))
+      map_first(patches[p], stages, context(step));
+}
+
+template <int Dim>
 void Simulation<Dim>::Impl::rebuild() {
   keep_timings();
   patches.rebuild();
@@ -192,20 +214,22 @@ void Simulation<Dim>::Impl::take_removed() {
   attempt([&] { observer.removed(all); });
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                           \
-  template void Simulation<Dim>::Impl::restore(const RunState&);         \
-  template RunState Simulation<Dim>::Impl::run_state() const;            \
-  template SimulationState Simulation<Dim>::Impl::present_state() const; \
-  template void Simulation<Dim>::Impl::write_checkpoint();               \
-  template void Simulation<Dim>::Impl::advance(Index);                   \
-  template std::string Simulation<Dim>::Impl::first_failure() const;     \
-  template void Simulation<Dim>::Impl::stop_where_failed();              \
-  template void Simulation<Dim>::Impl::settle();                         \
-  template void Simulation<Dim>::Impl::take_dense_ids();                 \
-  template void Simulation<Dim>::Impl::check_end();                      \
-  template bool Simulation<Dim>::Impl::needs_surroundings() const;       \
-  template void Simulation<Dim>::Impl::rebuild();                        \
-  template void Simulation<Dim>::Impl::remap();                          \
+#define LAHAR_INSTANTIATE(Dim)                                               \
+  template void Simulation<Dim>::Impl::restore(const RunState&);             \
+  template RunState Simulation<Dim>::Impl::run_state() const;                \
+  template SimulationState Simulation<Dim>::Impl::present_state() const;     \
+  template void Simulation<Dim>::Impl::write_checkpoint();                   \
+  template void Simulation<Dim>::Impl::advance(Index);                       \
+  template std::string Simulation<Dim>::Impl::first_failure() const;         \
+  template void Simulation<Dim>::Impl::stop_where_failed();                  \
+  template void Simulation<Dim>::Impl::settle();                             \
+  template void Simulation<Dim>::Impl::take_dense_ids();                     \
+  template void Simulation<Dim>::Impl::check_end();                          \
+  template bool Simulation<Dim>::Impl::needs_surroundings() const;           \
+  template bool Simulation<Dim>::Impl::split_patches();                      \
+  template void Simulation<Dim>::Impl::map_parts(const std::vector<Index>&); \
+  template void Simulation<Dim>::Impl::rebuild();                            \
+  template void Simulation<Dim>::Impl::remap();                              \
   template void Simulation<Dim>::Impl::take_removed();
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

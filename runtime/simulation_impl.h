@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "graph/executor.h"
+#include "physics/patch_split.h"
 #include "runtime/failure.h"
 #include "runtime/injection_log.h"
 #include "runtime/patch_set.h"
@@ -217,6 +218,13 @@ struct Simulation<Dim>::Impl {
   Frame of_all_ranks(Frame own) const;
   FrameSource present_frame() const;
 
+  /// Whether patches with too many particles are looked for after `step`.
+  bool split_due(Step step) const {
+    return model.analysis.split_steps > 0 && (step + 1) % model.analysis.split_steps == 0;
+  }
+  /// Particles up to which a patch is not split.
+  Index most_particles() const { return split_factor * model.analysis.patch_particles; }
+
   // --- epochs -----------------------------------------------------------------------------------
 
   /// Between two calls the graph drains only where patches have to be created, or where a frame is
@@ -241,7 +249,11 @@ struct Simulation<Dim>::Impl {
 
   /// Also where a particle came near in the last step.
   bool needs_surroundings() const;
+  /// Split what was found crowded max_lead steps ago. True if anything was.
+  bool split_patches();
   void rebuild();
+  /// Map the particles of patches that a split has made.
+  void map_parts(const std::vector<Index>& parts);
   void remap();
   /// All particles that have left the mesh since the last call, on all ranks alike: in an order
   /// that does not depend on when this is called.
@@ -282,6 +294,12 @@ struct Simulation<Dim>::Impl {
   std::atomic<Step> failed_step{std::numeric_limits<Step>::max()};
   std::exception_ptr output_failure, poll_failure;
   std::atomic<bool> rebuild_needed{false};
+  /// By step: a patch of this rank is to be split.
+  PerStep<std::atomic<bool>> crowded;
+  /// Patches are split when so many steps are done, which follows from what was found max_lead
+  /// steps before: the same step for any ranks and threads, whatever else makes the graph drain. -1
+  /// = none.
+  Step split_step = -1;
   std::atomic<bool> stop_asked{false};                            ///< of this rank
   std::atomic<bool> stop_requested{false};                        ///< all ranks know of it
   std::atomic<bool> checkpoint_asked{false};                      ///< of this rank

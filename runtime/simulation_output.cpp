@@ -25,6 +25,7 @@ Agreement Simulation<Dim>::Impl::give(Step step) {
   own.least.rebuild = rebuild_needed.load() ? -1 : 0;
   own.least.checkpoint = checkpoint_asked.load() ? -1 : 0;
   own.least.stop = stop_asked.load() ? -1 : 0;
+  own.least.crowded = crowded[step].exchange(false) ? -1 : 0;
   if (history_due(step)) {
     RowSums sums;
     double fastest = 0;
@@ -59,6 +60,7 @@ Step Simulation<Dim>::Impl::drain_step(Step end) const {
   };
   before(frames_are_large(), model.output.frame_steps);
   before(static_cast<bool>(observer.checkpoint), model.output.checkpoint_steps);
+  if (split_step > step) end = std::min(end, split_step);
   before(balance.forced_every() > 0, balance.forced_every());
   return end;
 }
@@ -70,6 +72,7 @@ void Simulation<Dim>::Impl::output(int p, Step step) {
   if (history_due(step) || frame_due(step)) check_finite(patches[p]);
   if (history_due(step)) rows[step][i] = sums(patches[p]);
   if (copy_due(step)) pieces[step][i] = snapshot(patches[p], model);
+  if (split_due(step) && is_crowded(patches[p], most_particles())) crowded[step] = true;
 }
 
 template <int Dim>
@@ -102,6 +105,10 @@ void Simulation<Dim>::Impl::hand_on(Step step) {
   if (least.stop < 0) stop_requested = true;
   learn_of_failure(least.failed_step);
   // All ranks find the same, and nobody has begun the step before which they stop.
+  if (least.crowded < 0 && split_step < 0) {
+    split_step = step + max_lead;
+    executor->stop_before(split_step);
+  }
   if (balance.is_due(step) && balance.is_uneven(-least.minus_work, agreed[step].sum.back())) {
     remap_needed = true;
     executor->stop_before(step + max_lead);
