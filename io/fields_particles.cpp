@@ -66,9 +66,9 @@ const Section& generator_section() {
            .native = true},
           {.key = "nparticles_per_dir",
            .kinds = integer,
-           .help = "Gauss points per direction: 1 "
-                   "to 4 in 2D, 1 to 3 in 3D, 1 (one point) or 2 (a point per corner) in triangles "
-                   "and tetrahedra, in the reference's order",
+           .help =
+               "Gauss points per direction: 1 to 4, in triangles and tetrahedra 1 (one point) or 2 "
+               "(a point per corner), in the reference's order",
            .required = true,
            .min = 1,
            .max = 4,

@@ -23,13 +23,6 @@ void set(JsonValue& object, std::string_view key, auto value) {
   it->value.data = std::move(value);
 }
 
-// Whether the user wrote the key, validly or not.
-bool written(const JsonValue& object, std::string_view key) {
-  if (!object.is<JsonValue::Object>()) return false;
-  const auto& members = object.as<JsonValue::Object>();
-  return std::any_of(members.begin(), members.end(), [&](const auto& m) { return m.key == key; });
-}
-
 // A title as a folder name: letters, digits, '-', '_' and '.', the rest becomes '-'.
 std::string folder_name(const std::string& title) {
   std::string out;

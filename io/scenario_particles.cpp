@@ -302,8 +302,11 @@ void ScenarioBuilder<Dim>::collect_particle_sets() {
   for (const auto& [id, members] : sets.by_id)
     if (beyond.count(id))
       in_.error(*section("mesh").find("entity_sets"),
-                fmt::format("particle set {} has particle {}, but the ids are 0 to {}", id,
-                            beyond[id], n - 1));
+                n > 0 ? fmt::format("particle set {} has particle {}, but the ids are 0 to {}", id,
+                                    beyond[id], n - 1)
+                      : fmt::format("particle set {} has particle {}, but at the start there are "
+                                    "no particles",
+                                    id, beyond[id]));
 }
 
 template <int Dim>

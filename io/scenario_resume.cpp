@@ -75,10 +75,14 @@ std::vector<std::filesystem::path> ScenarioBuilder<Dim>::find_resume_files(const
     files = find_cbgeo_files(folder, step);
     if (!files.empty()) return;
     const auto steps = cbgeo_steps(folder);
+    std::string hint = "CB-Geo MPM writes particlesNNN.h5 to post_processing.path / uuid";
+    if (std::binary_search(steps.begin(), steps.end(), step))
+      hint = "of a parallel run the files of all ranks are needed";
+    else if (!steps.empty())
+      hint = "there are those of steps " + list_steps(steps);
     problems.error(in_.document.at(
         resume, fmt::format("there is no particle file of step {} in {}", step, folder.string()),
-        steps.empty() ? "CB-Geo MPM writes particlesNNN.h5 to post_processing.path / uuid"
-                      : "there are those of steps " + list_steps(steps)));
+        hint));
   });
   std::vector<char> names;
   for (const auto& file : files) {
@@ -103,7 +107,7 @@ void ScenarioBuilder<Dim>::build_resume() {
   const auto run = get_text(*resume, "uuid");
   const auto step = get_integer(*resume, "step");
   for (const char* key : {"uuid", "step"})
-    if (!resume->find(key) && in_.problems.empty())
+    if (!written(*resume, key))
       in_.error(*resume, fmt::format("'{}' is missing in analysis.resume", key),
                 "uuid: the run to go on from; step: that of its particle file");
   if (!run || !step) return;
@@ -114,11 +118,13 @@ void ScenarioBuilder<Dim>::build_resume() {
     return;
   }
   a.first_step = *step + 1;
-  if (a.nsteps < a.first_step)
+  if (a.nsteps < a.first_step) {
     in_.error(*resume,
               fmt::format("the run ends with step {}, but is to go on from step {}", a.nsteps,
                           a.first_step),
               "raise nsteps: it counts the steps before as well");
+    return;
+  }
   const auto files = find_resume_files(*resume, *run, *step);
   if (!in_.problems.empty()) return;
   try {
