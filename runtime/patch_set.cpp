@@ -291,9 +291,14 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
       throw InputError("the state is one of another model: it has a patch " + std::to_string(id) +
                        ", the mesh is cut into " + std::to_string(partition_.n_patches()) + ".");
   model.particles = {};
-  all_ = state.patches;
-  if (all_.empty()) all_ = {0};  // a graph needs a patch
-  owner_ = curve_chunks(state.patches.empty() ? std::vector<Index>{1} : state.sizes, ranks_.size());
+  // Of a mesh from tables all patches exist, so that each rank's part of it is around all it has.
+  all_ = model.mesh->is_structured() && !state.patches.empty() ? state.patches : needed({});
+  std::vector<Index> weight;
+  for (const Index id : all_) {
+    const int stored = position_of(state.patches, id);
+    weight.push_back(stored >= 0 ? state.sizes[static_cast<std::size_t>(stored)] : 1);
+  }
+  owner_ = curve_chunks(weight, ranks_.size());
   const std::vector<Index> ids = own_patches();
   patches_.resize(ids.size());
   parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
