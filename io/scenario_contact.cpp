@@ -23,6 +23,13 @@ void ScenarioBuilder<Dim>::build_contact() {
   if (contact && !interface)
     in_.error(*contact, "'contact' needs \"interface\": true", "or leave it out");
   if (!interface) return;
+  if (model_.mesh && info(model_.mesh->element()).order > 1)
+    in_.error(
+        *analysis.find("interface"),
+        fmt::format("'interface' does not go together with {} cells: their nodal masses may be "
+                    "negative",
+                    info(model_.mesh->element()).name),
+        "take linear elements, or GIMP or B-splines on a structured mesh");
   Contact& plan = model_.analysis.contact;
   if (contact) plan.friction = get_number(*contact, "friction").value_or(0);
   const auto bodies = contact ? get_list(*contact, "bodies") : std::vector<const JsonValue*>{};

@@ -16,6 +16,7 @@ void repeat_for_bodies(PatchTopology<Dim>& topology, int bodies, Index mesh_node
     const auto shift = static_cast<Local>(static_cast<std::size_t>(b) * nodes);
     for (std::size_t c = 0; c < cells; ++c) {
       topology.cells.push_back(topology.cells[c]);
+      if (topology.corner_nodes.empty()) continue;  // not of multilinear elements
       auto& corner = topology.corner_nodes.emplace_back(topology.corner_nodes[c]);
       for (Local& node : corner) node += shift;
     }
@@ -53,18 +54,15 @@ namespace {
 template <int Dim>
 class NodeContact {
  public:
-  NodeContact(Patch<Dim>& patch, const StepContext<Dim>& step)
-      : patch_(patch), friction_(step.model->analysis.contact.friction) {}
+  NodeContact(Patch<Dim>& patch, double dt, double friction)
+      : patch_(patch), dt_(dt), friction_(friction) {}
 
-  /// Find the fields at a node of the first body; returns whether there are several.
-  bool find(Local node) {
+  /// Returns whether anything changed; then before() is the velocity of a field without contact.
+  bool apply(Local node) {
     fields_.clear();
     for (Local f = node; f < patch_.n_nodes(); f += patch_.body_nodes)
       if (mass(f) > patch_.least_mass) fields_.push_back({f, velocity(f)});
-    return fields_.size() > 1;
-  }
-  /// Let them meet; returns whether any velocity changed.
-  bool meet() {
+    if (fields_.size() < 2) return false;
     bool any = false;
     for (int sweep = 0; sweep < (fields_.size() == 2 ? 1 : contact_sweeps); ++sweep)
       for (std::size_t a = 0; a < fields_.size(); ++a)
@@ -75,16 +73,15 @@ class NodeContact {
 
   struct Field {
     Local node;
-    Vec<Dim> before;  ///< [m/s] velocity without contact
+    Vec<Dim> before;  ///< [m/s]
   };
-  std::vector<Field>& fields() { return fields_; }
+  const std::vector<Field>& fields() const { return fields_; }
 
   double mass(Local f) const { return at(patch_.velocity, f)[mass_lane]; }
   Eigen::Map<Vec<Dim>> velocity(Local f) { return Eigen::Map<Vec<Dim>>(at(patch_.velocity, f)); }
   Eigen::Map<Vec<Dim>> acceleration(Local f) {
     return Eigen::Map<Vec<Dim>>(at(patch_.acceleration, f));
   }
-  Eigen::Map<Vec<Dim>> met(Local f) { return Eigen::Map<Vec<Dim>>(at(patch_.met, f)); }
 
  private:
   static double* at(NodeArray& values, Local f) {
@@ -97,22 +94,20 @@ class NodeContact {
   bool meet(Local a, Local b) {
     const Vec<Dim> impulse = contact_impulse<Dim>(body(a), body(b), friction_);
     if (impulse.isZero(0.0)) return false;
-    velocity(a) -= impulse / mass(a);
-    velocity(b) += impulse / mass(b);
+    push(a, -impulse);
+    push(b, impulse);
     return true;
+  }
+  void push(Local f, const Vec<Dim>& impulse) {
+    const Vec<Dim> change = impulse / mass(f);
+    velocity(f) += change;
+    acceleration(f) += change / dt_;
   }
 
   Patch<Dim>& patch_;
-  double friction_;
+  double dt_, friction_;
   std::vector<Field> fields_;
 };
-
-/// Call body(node of the first body) for all active nodes.
-template <int Dim>
-void for_each_mesh_node(const Patch<Dim>& patch, auto body) {
-  for (const NodeRange& range : patch.active_nodes)
-    for (Local i = range.begin; i < std::min(range.end, patch.body_nodes); ++i) body(i);
-}
 
 /// Hold the prescribed velocities of a wall that contact has changed; others are held with all
 /// nodes. Returns the work of what holds them per mass [J/kg].
@@ -128,52 +123,34 @@ double hold_at_wall(const Patch<Dim>& patch, Local node, Eigen::Map<Vec<Dim>> ve
 }  // namespace
 
 template <int Dim>
-void meet_velocities(Patch<Dim>& patch, const StepContext<Dim>& step, bool remember) {
-  if (remember) patch.met.assign(static_cast<std::size_t>(patch.n_nodes()) * node_width, 0.0);
-  NodeContact<Dim> contact(patch, step);
-  for_each_mesh_node(patch, [&](Local i) {
-    if (!contact.find(i) || !contact.meet() || !remember) return;
-    for (const auto& field : contact.fields())
-      contact.met(field.node) = contact.velocity(field.node) - field.before;
-  });
-}
-
-template <int Dim>
 void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Dim>& gravity) {
   const double dt = step.dt;
-  NodeContact<Dim> contact(patch, step);
+  NodeContact<Dim> contact(patch, dt, step.model->analysis.contact.friction);
   const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
-  for_each_mesh_node(patch, [&](Local i) {
-    if (!contact.find(i)) return;
-    bool any = contact.meet();
-    if (!patch.met.empty())
-      for (auto& field : contact.fields()) {
-        any = any || !contact.met(field.node).isZero(0.0);
-        field.before -= contact.met(field.node);
+  for (const NodeRange& range : patch.active_nodes) {
+    for (Local i = range.begin; i < std::min(range.end, patch.body_nodes); ++i) {
+      if (!contact.apply(i)) continue;
+      // All work is taken with the mean velocity of the step, which contact has changed.
+      for (const auto& field : contact.fields()) {
+        const double own_mass = own[static_cast<std::ptrdiff_t>(field.node) * sum_stride];
+        auto v = contact.velocity(field.node), a = contact.acceleration(field.node);
+        const Vec<Dim> change = v - field.before;
+        patch.work.damping -= own_mass * change.dot(v - 0.5 * dt * a);
+        patch.work.external += 0.5 * dt * own_mass * gravity.dot(change);
+        if (step.model->analysis.damping > 0.0) {
+          const Eigen::Map<const Vec<Dim>> drag(
+              &patch.damping[static_cast<std::size_t>(field.node) * node_width]);
+          patch.work.damping += 0.5 * dt * own_mass / contact.mass(field.node) * drag.dot(change);
+        }
+        patch.work.external += own_mass * hold_at_wall<Dim>(patch, field.node, v, a);
       }
-    if (!any) return;
-    // All work is taken with the mean velocity of the step, which contact changes.
-    for (const auto& field : contact.fields()) {
-      const double own_mass = own[static_cast<std::ptrdiff_t>(field.node) * sum_stride];
-      auto v = contact.velocity(field.node), a = contact.acceleration(field.node);
-      const Vec<Dim> change = v - field.before;
-      a += change / dt;
-      patch.work.damping -= own_mass * change.dot(v - 0.5 * dt * a);
-      patch.work.external += 0.5 * dt * own_mass * gravity.dot(change);
-      if (step.model->analysis.damping > 0.0) {
-        const Eigen::Map<const Vec<Dim>> drag(
-            &patch.damping[static_cast<std::size_t>(field.node) * node_width]);
-        patch.work.damping += 0.5 * dt * own_mass / contact.mass(field.node) * drag.dot(change);
-      }
-      patch.work.external += own_mass * hold_at_wall<Dim>(patch, field.node, v, a);
     }
-  });
+  }
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                               \
   template void repeat_for_bodies(PatchTopology<Dim>&, int, Index);                          \
   template Vec<Dim> contact_impulse(const BodyAtNode<Dim>&, const BodyAtNode<Dim>&, double); \
-  template void meet_velocities(Patch<Dim>&, const StepContext<Dim>&, bool);                 \
   template void apply_contact(Patch<Dim>&, const StepContext<Dim>&, const Vec<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -32,16 +32,10 @@ struct BodyAtNode {
 template <int Dim>
 Vec<Dim> contact_impulse(const BodyAtNode<Dim>& a, const BodyAtNode<Dim>& b, double friction);
 
-/// Contact on velocities alone, before strains are taken from them: else bodies would press each
-/// other as if there were none. `remember` what it changes in Patch::met, for apply_contact().
-template <int Dim>
-void meet_velocities(Patch<Dim>& patch, const StepContext<Dim>& step, bool remember);
-
 /// Contact at all nodes that several bodies share, on velocities and accelerations at the end of
 /// the step, and its work. Impulses act on two bodies at a time, ascending, so that the momentum of
 /// all is kept to rounding; where there are more than two bodies all pairs are gone through several
-/// times (contact_sweeps). What contact changed at the beginning of the step is part of the
-/// acceleration, too, so that particles get it. `gravity` [m/s^2] is that of the step.
+/// times (contact_sweeps). `gravity` [m/s^2] is that of the step.
 template <int Dim>
 void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Dim>& gravity);
 
@@ -51,7 +45,6 @@ inline constexpr int contact_sweeps = 4;
   extern template void repeat_for_bodies(PatchTopology<Dim>&, int, Index);                 \
   extern template Vec<Dim> contact_impulse(const BodyAtNode<Dim>&, const BodyAtNode<Dim>&, \
                                            double);                                        \
-  extern template void meet_velocities(Patch<Dim>&, const StepContext<Dim>&, bool);        \
   extern template void apply_contact(Patch<Dim>&, const StepContext<Dim>&, const Vec<Dim>&);
 LAHAR_EXTERN(2)
 LAHAR_EXTERN(3)

@@ -211,7 +211,6 @@ void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
         store(velocity_of(patch, sum, sum), at(patch.velocity, i));
       },
       SumOverPatches<Dim>(patch, NodeSum::mass_momentum, step.step));
-  if (patch.bodies() > 1) meet_velocities(patch, step, true);
   prescribe_velocities(patch);
 }
 
@@ -224,7 +223,6 @@ void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
         store(velocity_of(patch, sum, load<NodeVector>(v)), v);
       },
       SumOverPatches<Dim>(patch, NodeSum::momentum, step.step));
-  if (patch.bodies() > 1) meet_velocities(patch, step, false);
   prescribe_velocities(patch);
 }
 

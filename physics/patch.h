@@ -147,7 +147,6 @@ struct Patch {
   NodeArray velocity;            ///< {v [m/s], m [kg]}, m summed over all patches
   NodeArray acceleration;        ///< {a [m/s^2], 0}
   std::vector<double> pressure;  ///< [Pa]; only with pressure smoothing
-  NodeArray met;                 ///< {change by contact at the step's beginning [m/s], 0}; USF
   NodeArray gradient;            ///< {sum_p V_p grad N [m^2], 0}; only with contact
   NodeArray damping;             ///< {damping force [N], 0}; only where there is damping
   // Bodies in contact have nodes and cells of their own (contact.h).

@@ -96,14 +96,17 @@ TEST_CASE("a block slides down another body as Coulomb says, or sticks to it") {
     }
 }
 
+// With FLIP, nodes at which a body has hardly any mass make contact stiff: 0.5 ms, 16 % of the
+// limit, is too long a step for these (USF gains half of the energy; 0.1 ms 11 %; 0.02 ms loses 4
+// %).
 TEST_CASE("blocks that collide bounce: they exchange their velocities and lose little energy") {
   for (const Scheme scheme : schemes) {
     CAPTURE(static_cast<int>(scheme));
     const double v = 0.5;  // m/s; waves travel at 31.6 m/s, 63 ms through a block and back
     Model<2> model = two_blocks(0.3, v);
     model.analysis.scheme = scheme;
-    model.analysis.step.dt = scheme == Scheme::usl ? 2e-4 : 5e-4;
-    model.analysis.nsteps = scheme == Scheme::usl ? 2250 : 900;  // 0.45 s
+    model.analysis.step.dt = scheme == Scheme::usl ? 2e-4 : 2e-5;
+    model.analysis.nsteps = scheme == Scheme::usl ? 2250 : 22500;  // 0.45 s
     const Index left = model.particles.size() / 2;
     Simulation<2> simulation(std::move(model));
     const HistoryRow start = simulation.history();
@@ -113,10 +116,10 @@ TEST_CASE("blocks that collide bounce: they exchange their velocities and lose l
     const double after = mean(
         state, [&](Index p) { return p < left; },
         [&](Index p) { return state.get("velocity", p, 0); });
-    MESSAGE("v after " << after << " kinetic " << end.kinetic / start.kinetic << " internal "
-                       << end.internal << " damping " << end.damping << " balance " << end.balance);
     CHECK(after < -0.9 * v);
-    CHECK(after > -1.0001 * v);
+    CHECK(after > -v);
+    CHECK(end.kinetic > 0.9 * start.kinetic);
+    CHECK(end.kinetic < start.kinetic);
     CHECK(std::abs(end.momentum[0]) < 1e-12 * end.mass * v);
   }
 }
