@@ -12,7 +12,8 @@ std::span<const CbgeoDeviation> cbgeo_deviations() {
        "mu a_n",
        "slowed by mu a_n, as in 2D"},
       {"`MohrCoulomb`, return to the yield surface",
-       "stresses within 0.1 Pa of the surface, on either side, are taken as lying on it; what has not "
+       "stresses within 0.1 Pa of the surface, on either side, are taken as lying on it; what has "
+       "not "
        "come so near in 100 steps is done in parts (there it is accepted)",
        "within rounding of it"},
       {"`Bingham`, shear stress",
@@ -25,7 +26,9 @@ std::span<const CbgeoDeviation> cbgeo_deviations() {
        "always, by (1 + void ratio) d(eps_v)"},
       {"elastic moduli of `ModifiedCamClay` where p <= 0",
        "those of the increment before; at first K and G of youngs_modulus exchanged",
-       "K and G of youngs_modulus and poisson_ratio"},
+       "of soil without stress those of youngs_modulus and poisson_ratio; else those at 0.1 % of "
+       "pc0, "
+       "as everywhere below it"},
       {"increments of `NorSand`",
        "explicit, with the tangent of the beginning, also if that is inside of the yield surface; "
        "the tangent takes M_image as constant, so that p_image does not follow the hardening law",

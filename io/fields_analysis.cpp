@@ -1,23 +1,34 @@
 // Tables of the analysis: scheme, time step, damping, restart.
 #include "io/fields.h"
+#include "physics/patch_split.h"
 
 namespace lahar {
 
 namespace {
 
+static_assert(split_factor == 4, "the help of split_steps says so");
+
 const Section& resume_section() {
   static const Section section{
       .name = "analysis.resume",
       .path = "analysis.resume",
-      .help = "Start from a checkpoint of an earlier run.",
+      .help =
+          "Go on from a particle file of CB-Geo MPM, particlesNNN.h5 in the folder `uuid` of "
+          "post_processing.path (of a parallel run: those of all its ranks). The file has the "
+          "state of the particles, and their ids, so that sets and loads act on the same ones. "
+          "The run begins with step `step` + 1, and `nsteps` counts the steps before. "
+          "`lahar export --to cbgeo` writes such files.",
       .fields = {
           {.key = "resume",
            .kinds = boolean,
            .help = "false: start from the beginning",
-           .fallback = "false",
-           .planned = {"true"}},
+           .fallback = "false"},
           {.key = "uuid", .kinds = text, .help = "run to continue"},
-          {.key = "step", .kinds = integer, .help = "step to continue from", .min = 0},
+          {.key = "step",
+           .kinds = integer,
+           .help = "step of the file, counted from 0: after it, step + 1 steps are done",
+           .min = 0,
+           .max = 9e15},
           {.key = "repartition",
            .kinds = boolean,
            .help = "no meaning here: patches do not depend "
@@ -191,6 +202,10 @@ const Section& analysis_section() {
            .help = "older spelling of mpm_scheme, honoured "
                    "with a warning (CB-Geo ignores it and runs usf; so does --as-cbgeo)",
            .allowed = {"usf", "usl", "musl"}},
+          {.key = "stress_analysis",
+           .kinds = text,
+           .help = "the same as stress_update, in some published cases",
+           .allowed = {"usf", "usl", "musl"}},
           {.key = "velocity_update",
            .kinds = boolean | text,
            .help = "particle velocity: false or "
@@ -264,6 +279,15 @@ const Section& analysis_section() {
            .fallback = "4096",
            .min = 1,
            .max = 1e9,
+           .native = true},
+          {.key = "split_steps",
+           .kinds = integer,
+           .help = "every so many steps, patches that hold more than 4 times patch_particles are "
+                   "looked for; they are split 4 steps later. 0: never; part of the result's "
+                   "identity",
+           .fallback = "100",
+           .min = 0,
+           .max = 9e15,
            .native = true},
           {.key = "nload_balance_steps",
            .kinds = integer,

@@ -24,6 +24,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_analysis();
   build_contact();
   build_output();
+  build_resume();
   return std::move(model_);
 }
 

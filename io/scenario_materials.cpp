@@ -92,7 +92,6 @@ template <int Dim>
 int ScenarioBuilder<Dim>::find_material(const JsonValue& object) {
   const JsonValue* value = in_.either(object, "material_id", "material");
   if (!value) {
-    if (object.find("type") && get_text(object, "type") == "inject") return -1;
     const auto& members = object.as<JsonValue::Object>();
     if (std::none_of(members.begin(), members.end(),
                      [](const auto& m) { return m.key == "material_id" || m.key == "material"; }))

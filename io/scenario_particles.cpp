@@ -24,6 +24,10 @@ void ScenarioBuilder<Dim>::build_particles() {
       particles_complete_ = false;
       continue;
     }
+    if (get_text(*generator, "type") == "inject") {
+      build_injection(*generator);
+      continue;
+    }
     generate(*generator);
     // Particles of one region lie in parts of their own of the cells of a grid.
     const bool different = entries.size() == 1 && get_text(*generator, "type") == "region" &&
@@ -55,7 +59,7 @@ void ScenarioBuilder<Dim>::generate(const JsonValue& generator) {
   NewParticles<Dim> fresh;
   if (type == "file")
     fresh = read_particles(generator);
-  else if (type == "gauss" || type == "inject")
+  else if (type == "gauss")
     fresh = fill_gauss(generator);
   else if (type == "region" && mesh_) {
     const JsonValue* shape = generator.find("region");
@@ -107,29 +111,28 @@ NewParticles<Dim> ScenarioBuilder<Dim>::read_particles(const JsonValue& generato
 }
 
 template <int Dim>
-NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue& generator) {
-  const JsonValue* set = in_.either(generator, "cset_id", "cset");
+bool ScenarioBuilder<Dim>::check_gauss_points(const JsonValue& generator) {
   const auto n = get_integer(generator, "nparticles_per_dir");
   const Element element = mesh_ ? mesh_->element() : multilinear<Dim>;
-  if (n && *n > most_gauss_points(element)) {
-    in_.error(*generator.find("nparticles_per_dir"),
-              fmt::format("'nparticles_per_dir' must be at most {} {}, found {}",
-                          most_gauss_points(element),
-                          info(element).simplex ? fmt::format("in a {}", info(element).noun)
-                                                : std::string("in three dimensions"),
-                          *n));
-    return {};
-  }
-  const std::vector<Index>* listed = nullptr;  // none: all cells
-  if (set && !(set->is_number() && set->number() == -1)) {
-    listed = sets_.cells.find(*set, in_);
-    if (!listed) return {};
-  }
-  if (!mesh_ || !n || get_text(generator, "type") == "inject") return {};
-  const Index count = listed ? static_cast<Index>(listed->size()) : n_cells();
+  if (!n || *n <= most_gauss_points(element)) return true;
+  in_.error(*generator.find("nparticles_per_dir"),
+            fmt::format("'nparticles_per_dir' must be at most {} {}, found {}",
+                        most_gauss_points(element),
+                        info(element).simplex ? fmt::format("in a {}", info(element).noun)
+                                              : std::string("in three dimensions"),
+                        *n));
+  return false;
+}
+
+template <int Dim>
+NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue& generator) {
+  const auto n = get_integer(generator, "nparticles_per_dir");
+  const auto all = cells_of(generator);
+  if (!check_gauss_points(generator) || !mesh_ || !n || !all) return {};
   std::vector<Index> cells;  // this member's
-  for (Index i = team_.part(count, team_.index()); i < team_.part(count, team_.index() + 1); ++i)
-    cells.push_back(listed ? (*listed)[static_cast<std::size_t>(i)] : i);
+  for (Index i = team_.part(all->size, team_.index()); i < team_.part(all->size, team_.index() + 1);
+       ++i)
+    cells.push_back((*all)[i]);
   return fill_cells<Dim>(*mesh_, cells, static_cast<int>(*n));
 }
 
@@ -299,8 +302,11 @@ void ScenarioBuilder<Dim>::collect_particle_sets() {
   for (const auto& [id, members] : sets.by_id)
     if (beyond.count(id))
       in_.error(*section("mesh").find("entity_sets"),
-                fmt::format("particle set {} has particle {}, but the ids are 0 to {}", id,
-                            beyond[id], n - 1));
+                n > 0 ? fmt::format("particle set {} has particle {}, but the ids are 0 to {}", id,
+                                    beyond[id], n - 1)
+                      : fmt::format("particle set {} has particle {}, but at the start there are "
+                                    "no particles",
+                                    id, beyond[id]));
 }
 
 template <int Dim>

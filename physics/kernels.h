@@ -27,6 +27,19 @@ inline constexpr double least_nodal_velocity = 1e-15;
 template <int Dim>
 void receive(Patch<Dim>& patch);
 
+/// Give a cell of the patch new particles, as receive() does with those that neighbours sent.
+template <int Dim>
+void place_new(Patch<Dim>& patch, const Particles<Dim>& from, Local cell);
+
+/// The particles that Model::injections bring at the beginning of the step, after receive() has
+/// shown which cells are empty. They are listed in Patch::late, their events in Patch::injected.
+template <int Dim>
+void inject(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// The limit of the time step [s] that the particles of a generator have when they come.
+template <int Dim>
+double injection_limit(const Injection<Dim>& injection, const Model<Dim>& model);
+
 /// Sort particles again where too many runs had to be added for cells without a free slot; forget
 /// the runs of a patch that has become empty. When depends on what is in the patch only.
 /// Patch::late must be empty.

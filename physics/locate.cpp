@@ -449,6 +449,12 @@ void receive(Patch<Dim>& patch) {
   }
 }
 
+template <int Dim>
+void place_new(Patch<Dim>& patch, const Particles<Dim>& from, Local cell) {
+  for (Local i = 0; i < from.size(); ++i) place(patch, from, i, cell);
+  move_in(patch, from);
+}
+
 /// Particles that come back to a patch find it as those do that come to a new one: whether it has
 /// been dropped in between, which depends on when others caused a rebuild, changes no bit.
 template <int Dim>
@@ -568,6 +574,7 @@ double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, std::sp
   template void locate<Dim, Scalar>(Patch<Dim>&, const StepContext<Dim>&, Runs);                   \
   template void place_movers<Dim>(Patch<Dim>&, const StepContext<Dim>&);                           \
   template void receive<Dim>(Patch<Dim>&);                                                         \
+  template void place_new<Dim>(Patch<Dim>&, const Particles<Dim>&, Local);                         \
   template void sort_if_scattered<Dim>(Patch<Dim>&);                                               \
   template void check_finite<Dim>(Patch<Dim>&);                                                    \
   template double time_step_limit<Dim>(const Patch<Dim>&, const Model<Dim>&, std::span<const Run>, \

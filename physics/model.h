@@ -1,12 +1,14 @@
 /// \file Everything a run needs, with names resolved and units SI: what io/ makes of a scenario.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <memory>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "physics/injection.h"
 #include "physics/materials.h"
 #include "physics/mesh.h"
 #include "physics/types.h"
@@ -77,13 +79,15 @@ struct ParticleTraction {
   int dir;
   double traction;    ///< [Pa]
   int function = -1;  ///< index into Model::functions; -1 = constant
+  bool all = false;   ///< on all particles, those that are injected too
 };
 
 /// Prescribed velocity component of particles, applied at the end of G2P.
 struct ParticleVelocity {
   std::vector<Index> particles;  ///< particle ids, ascending; those of ParticleTable alone
   int dir;
-  double velocity;  ///< [m/s]
+  double velocity;   ///< [m/s]
+  bool all = false;  ///< of all particles, those that are injected too
 };
 
 /// Initial particles, structure of arrays; the particle's id is its position unless `id` is given:
@@ -96,6 +100,12 @@ struct ParticleTable {
   std::vector<std::uint16_t> material;  ///< index into Model::materials; always filled
   std::vector<Vec<Dim>> velocity;       ///< [m/s]; empty = zero
   std::vector<Voigt> stress;            ///< [Pa]; empty = zero
+  // What particles of an earlier run bring with them.
+  std::vector<Vec<Dim>> displacement;   ///< [m]; empty = zero
+  std::vector<Voigt> strain;            ///< engineering shear; empty = zero
+  std::vector<double> mass;             ///< [kg]; empty = volume times the material's density
+  /// State variables of the particle's material, in its order; empty = those of its beginning.
+  std::vector<std::array<double, most_state>> state;
   std::vector<Index> id;                ///< ascending; empty = the position
   std::vector<std::uint64_t> loads;     ///< as Particles::loads; empty = not yet set
   Index size() const { return static_cast<Index>(x.size()); }
@@ -121,7 +131,8 @@ struct Analysis {
   Scheme scheme = Scheme::usf;
   ShapeFunctions functions = ShapeFunctions::element;
   TimeStep step;
-  Index nsteps = 0;  ///< steps to take; with end_time whichever comes first
+  Index first_step = 0;  ///< steps that an earlier run did, from which this one goes on
+  Index nsteps = 0;  ///< steps to take, these included; with end_time whichever comes first
   double end_time = std::numeric_limits<double>::infinity();  ///< [s]
   double flip = 1.0;     ///< velocity update: 1 = FLIP, 0 = PIC, between = blend
   double damping = 0.0;  ///< Cundall factor [-]; 0 = none
@@ -134,6 +145,9 @@ struct Analysis {
   /// of 125 thousand and 1 million particles, against 4096: 1024 20 % slower, 2048 8 %; 8192 and
   /// 16384 3 to 7 % faster, but half and a quarter of the patches to share among threads.
   Index patch_particles = 4096;
+  /// Every so many steps, patches that hold more than split_factor times as many are looked for, and
+  /// split; 0 = never. Part of the result's identity.
+  Index split_steps = 100;
 };
 
 struct OutputPlan {
@@ -150,6 +164,7 @@ struct Model {
   std::string title;
   std::shared_ptr<const Mesh<Dim>> mesh;
   ParticleTable<Dim> particles;
+  std::vector<Injection<Dim>> injections;
   std::vector<Material> materials;
   std::vector<MathFunction> functions;
   Vec<Dim> gravity = Vec<Dim>::Zero();  ///< [m/s^2]

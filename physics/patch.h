@@ -193,6 +193,9 @@ struct Patch {
   std::vector<Local> placing_cell;
   std::vector<Run> late;  ///< placed after their runs were mapped: still to be mapped
 
+  std::vector<InjectionCell> injection_cells;  ///< ascending events
+  std::vector<Index> injected;                 ///< events of this step; for whoever counts them
+
   double least_mass = 0;  ///< [kg] nodes of at most this mass are not accelerated
   PatchWork work;
   double time_step_limit = std::numeric_limits<double>::infinity();  ///< [s], adaptive runs

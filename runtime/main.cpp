@@ -174,9 +174,9 @@ int run_program(int argc, char** argv) {
   });
 
   std::string source, format, step = "last", output;
-  auto* export_app = app.add_subcommand("export", "Write particles as CSV or for ParaView");
+  auto* export_app = app.add_subcommand("export", "Write particles as CSV, for ParaView or for CB-Geo MPM");
   export_app->add_option("RUN", source, "Run folder or frame")->required();
-  export_app->add_option("--to", format, "csv or vtu")->required();
+  export_app->add_option("--to", format, "csv, vtu or cbgeo")->required();
   export_app->add_option("--step", step, "A step, last (default) or all")
       ->check([](const std::string& text) -> std::string {
         const bool number = !text.empty() && text.size() < 19 &&

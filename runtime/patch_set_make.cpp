@@ -51,6 +51,18 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
           mesh.node(nodes[i] % mesh.n_nodes());
   }
   set_constraints(*patch, *model_);
+  // Whatever cuts were made, cells are looked for, not patches.
+  for (std::size_t c = 0; c < cells.size() / patch->bodies(); ++c) {
+    const auto [first, last] = std::equal_range(injections_.begin(), injections_.end(), cells[c],
+                                                CellInjection::ByCell{});
+    for (auto at = first; at != last; ++at) {
+      InjectionCell& cell = patch->injection_cells.emplace_back(at->at);
+      cell.cell = patch->cell_of(static_cast<Local>(c),
+                                 model_->injections[cell.generator].material);
+    }
+  }
+  std::sort(patch->injection_cells.begin(), patch->injection_cells.end(),
+            [](const auto& a, const auto& b) { return a.event < b.event; });
   for (std::size_t k = 0; k < n_sum_arrays; ++k)
     patch->sums[k].resize(static_cast<std::size_t>(copies_.of[k]));
   patch->idle = true;  // until particles come

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "physics/error.h"
+#include "physics/patch_split.h"
 
 namespace lahar {
 
@@ -43,6 +44,11 @@ void describe(Console& console, const Model<Dim>& model, const SimulationInfo& i
                            plan.adaptive ? " (adaptive)" : "", info.dt_limit));
   console.line(fmt::format("patches    {} of about {} cells, {} tasks per step", info.patches,
                            format_count(info.cells_per_patch), format_count(info.tasks_per_step)));
+  if (model.analysis.split_steps > 0)
+    console.line(fmt::format(
+        "  split    where they hold more than {} particles after a multiple of {} steps",
+        format_count(split_factor * model.analysis.patch_particles),
+        format_count(model.analysis.split_steps)));
   console.line(fmt::format("memory     {} for particles and nodes",
                            format_bytes(static_cast<double>(info.bytes))));
 }

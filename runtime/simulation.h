@@ -76,6 +76,7 @@ struct SimulationInfo {
   Index divided = 0;  ///< increments that materials could only do in parts, since the start
   int patches = 0, tasks_per_step = 0;
   Index cells_per_patch = 0;
+  Index splits = 0;  ///< of patches, since the start
   double dt_limit = 0;         ///< [s] smallest h / (c + |v|) at present
   double dt = 0;               ///< [s] of the next step
   std::size_t bytes = 0;  ///< of particles and nodes, of all ranks

@@ -14,6 +14,7 @@ namespace lahar {
 template <int Dim>
 void Simulation<Dim>::Impl::restore(const RunState& run) {
   step = run.step;
+  split_step = run.split_step;
   removed = ranks.rank() == 0 ? run.removed : 0;
   work = run.work;
   start_row.kinetic = run.kinetic_at_start;
@@ -42,12 +43,15 @@ RunState Simulation<Dim>::Impl::run_state() const {
           .dt_limit = last_limit,
           .particles = ranks.sum(patches.particles()),
           .removed = ranks.sum(removed),
+          .next_id = log.next_id(),
           .history_steps = history_steps,
           .work = work,
           .kinetic_at_start = start_row.kinetic,
           .cells_per_patch = patches.target_cells(),
           .least_mass = patches.least_mass(),
-          .columns = column_text(patches.layout())};
+          .columns = column_text(patches.layout()),
+          .splits = patches.splits(),
+          .split_step = split_step};
 }
 
 template <int Dim>
@@ -81,6 +85,7 @@ void Simulation<Dim>::Impl::advance(Index steps) {
     for (Step s = 0; s < max_lead + 2; ++s) {
       rows[s].assign(n, {});
       pieces[s].assign(n, {});
+      injected[s].assign(n, {});
     }
     rebuild_needed = false;
     stop_step = std::numeric_limits<Step>::max();
@@ -90,11 +95,12 @@ void Simulation<Dim>::Impl::advance(Index steps) {
     // Before particles are delivered: then it is in the order of frames that were copied.
     if (frames_are_large() && frame_due(step - 1)) observer.large_frame(present_frame());
     settle();
+    take_dense_ids();
     if (step >= nsteps) check_end();
     // dt of the next step, which the drained graph did not get to.
     if (model.analysis.step.adaptive) last_limit = ranks.min(own_limit());
     if (model.analysis.step.adaptive && step < nsteps) set_dt(step, last_limit);
-    if (ranks.any(rebuild_needed || needs_surroundings())) rebuild();
+    if (!split_patches() && ranks.any(rebuild_needed || needs_surroundings())) rebuild();
     if (std::exchange(remap_needed, false) || balance.is_forced(step)) remap();
     if (checkpoint_due()) write_checkpoint();
   }
@@ -134,6 +140,14 @@ void Simulation<Dim>::Impl::settle() {
 }
 
 template <int Dim>
+void Simulation<Dim>::Impl::take_dense_ids() {
+  if (log.empty()) return;
+  for (int p = 0; p < patches.size(); ++p) log.make_dense(patches[p].particles.id);
+  log.clear();
+  measure_frame();
+}
+
+template <int Dim>
 void Simulation<Dim>::Impl::check_end() {
   for (int p = 0; p < patches.size(); ++p) {
     check_finite(patches[p]);
@@ -148,6 +162,25 @@ bool Simulation<Dim>::Impl::needs_surroundings() const {
   for (int p = 0; p < patches.size(); ++p)
     if (patches[p].needs_surroundings) return true;
   return false;
+}
+
+template <int Dim>
+bool Simulation<Dim>::Impl::split_patches() {
+  if (step != split_step) return false;
+  split_step = -1;
+  const PatchRenumbering ids = patches.split(most_particles());
+  if (ids.empty()) return false;
+  balance.renumber(ids);
+  rebuild();
+  map_parts(ids.parts());
+  return true;
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::map_parts(const std::vector<Index>& parts) {
+  for (int p = 0; p < patches.size(); ++p)
+    if (std::binary_search(parts.begin(), parts.end(), patches[p].topology.patch))
+      map_first(patches[p], stages, context(step));
 }
 
 template <int Dim>
@@ -181,19 +214,22 @@ void Simulation<Dim>::Impl::take_removed() {
   attempt([&] { observer.removed(all); });
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                           \
-  template void Simulation<Dim>::Impl::restore(const RunState&);         \
-  template RunState Simulation<Dim>::Impl::run_state() const;            \
-  template SimulationState Simulation<Dim>::Impl::present_state() const; \
-  template void Simulation<Dim>::Impl::write_checkpoint();               \
-  template void Simulation<Dim>::Impl::advance(Index);                   \
-  template std::string Simulation<Dim>::Impl::first_failure() const;     \
-  template void Simulation<Dim>::Impl::stop_where_failed();              \
-  template void Simulation<Dim>::Impl::settle();                         \
-  template void Simulation<Dim>::Impl::check_end();                      \
-  template bool Simulation<Dim>::Impl::needs_surroundings() const;       \
-  template void Simulation<Dim>::Impl::rebuild();                        \
-  template void Simulation<Dim>::Impl::remap();                          \
+#define LAHAR_INSTANTIATE(Dim)                                               \
+  template void Simulation<Dim>::Impl::restore(const RunState&);             \
+  template RunState Simulation<Dim>::Impl::run_state() const;                \
+  template SimulationState Simulation<Dim>::Impl::present_state() const;     \
+  template void Simulation<Dim>::Impl::write_checkpoint();                   \
+  template void Simulation<Dim>::Impl::advance(Index);                       \
+  template std::string Simulation<Dim>::Impl::first_failure() const;         \
+  template void Simulation<Dim>::Impl::stop_where_failed();                  \
+  template void Simulation<Dim>::Impl::settle();                             \
+  template void Simulation<Dim>::Impl::take_dense_ids();                     \
+  template void Simulation<Dim>::Impl::check_end();                          \
+  template bool Simulation<Dim>::Impl::needs_surroundings() const;           \
+  template bool Simulation<Dim>::Impl::split_patches();                      \
+  template void Simulation<Dim>::Impl::map_parts(const std::vector<Index>&); \
+  template void Simulation<Dim>::Impl::rebuild();                            \
+  template void Simulation<Dim>::Impl::remap();                              \
   template void Simulation<Dim>::Impl::take_removed();
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

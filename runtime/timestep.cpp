@@ -9,11 +9,9 @@ namespace lahar {
 
 namespace {
 
-/// Particles that neighbours sent: the part of the mapping for this step that could not be done at
-/// the end of the one before.
+/// The part of the mapping for this step that could not be done at the end of the one before.
 template <int Dim, bool WithForce>
-void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  receive(patch);
+void map_late(Patch<Dim>& patch, const StepContext<Dim>& step) {
   activate_nodes(patch);
   if (!patch.late.empty()) {
     map_mass_momentum(patch, step, patch.late);
@@ -25,6 +23,20 @@ void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
     patch.clear_sums = 0;
   }
   sort_if_scattered(patch);
+}
+
+/// Particles that neighbours sent.
+template <int Dim, bool WithForce>
+void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  receive(patch);
+  map_late<Dim, WithForce>(patch, step);
+}
+
+/// Particles that come from nowhere.
+template <int Dim, bool WithForce>
+void take_injected(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  inject(patch, step);
+  if (!patch.late.empty()) map_late<Dim, WithForce>(patch, step);
 }
 
 /// Sums for the next step begin at zero. A patch without particles is idle once all of its sums
@@ -52,7 +64,7 @@ bool keeps_nodal_state(const Analysis& analysis) {
 }
 
 template <int Dim>
-std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
+std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   using List = std::vector<TimestepStage<Dim>>;
@@ -61,6 +73,9 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
   const TimestepStage<Dim> arrivals{
       .stage = {.name = "arrivals", .exchange = "particles"},
       .begin = usf ? take_arrivals<Dim, false> : take_arrivals<Dim, true>};
+  const TimestepStage<Dim> injection{
+      .stage = {.name = "inject"},
+      .begin = usf ? take_injected<Dim, false> : take_injected<Dim, true>};
   const TimestepStage<Dim> g2p{
       .stage = {.name = "G2P"},
       .begin = [](P& p, S&) { p.max_speed = 0; },
@@ -133,6 +148,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
   const bool contact = analysis.contact.bodies > 1;
 
   add(arrivals);
+  if (injects) add(injection);  // into cells that are empty when everybody has arrived
   if (contact) add(normals);
   if (usf) {  // update stress first: strain from the velocities at the beginning of the step
     add({.stage = {.name = "velocity", .exchange = "mass, momentum"},
@@ -212,8 +228,8 @@ void map_first(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& stages,
   }
 }
 
-template std::vector<TimestepStage<2>> timestep<2>(const Analysis&);
-template std::vector<TimestepStage<3>> timestep<3>(const Analysis&);
+template std::vector<TimestepStage<2>> timestep<2>(const Analysis&, bool);
+template std::vector<TimestepStage<3>> timestep<3>(const Analysis&, bool);
 template std::vector<RankMessage> rank_messages<2>(const std::vector<TimestepStage<2>>&,
                                                    const std::vector<Phase>&);
 template std::vector<RankMessage> rank_messages<3>(const std::vector<TimestepStage<3>>&,

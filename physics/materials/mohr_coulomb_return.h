@@ -288,14 +288,23 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
       pdstrain = select(tangent, pdstrain + multiplier * d.per_strain, pdstrain);
     }
   }
+  // The tangent may end inside of the surface, where it is curved: then it goes back to it, unless
+  // the surface itself comes to meet it in the next increment.
+  unsigned hard = as_cbgeo_ ? 0u : left;
+  if (softening_)
+    hard &= ~(greater(before, Real(peak_pdstrain_)) & greater(Real(residual_pdstrain_), before));
   bool first = true;
   for (int step = 0; step <= steps; ++step) {
     if (!first || tangent) {
       point_of(stress, at);
       yield_functions(at, s, ft, fs);
       yield = yielding(at, s, ft, fs, as_cbgeo_ ? Real(-cbgeo_tolerance) : tolerance);
-      const unsigned beyond = greater(ft, tolerance) | greater(fs, tolerance) |
-                              outside(ft + fs, std::numeric_limits<double>::max(), lanes<Real>);
+      const Real worst = max(ft, fs);
+      unsigned beyond = greater(worst, tolerance) |
+                        outside(ft + fs, std::numeric_limits<double>::max(), lanes<Real>);
+      const unsigned inside = hard & greater(-tolerance, worst);
+      yield.tension |= inside & greater(ft, fs);
+      beyond |= inside;
       // At the first step lanes without a tangent go on from the trial stress, beyond or not.
       left &= first ? beyond | ~tangent : beyond;
       if (left == 0) return 0;

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "physics/materials/law_input.h"
+#include "physics/materials/newton.h"
 #include "physics/materials/soil_stress.h"
 #include "physics/materials/table.h"
-#include "physics/materials/newton.h"
 
 namespace lahar {
 
@@ -132,9 +132,10 @@ struct NorSand {
 
   /// mu is not less than this, however far a state is from the critical one.
   static constexpr double least_mu = 0.1;
-  /// The stiffness is at least that at this share of p_image_initial, so that soil without stress
-  /// can be compressed; for the inner cap p counts as at least as much.
-  static constexpr double least_p = 1e-3;
+  /// |ln(p_i / p)| of the limit of hardening is not more than this.
+  static constexpr double most_ln_cap = 3;
+  /// Where P falls to this share of P_i the stress is that of the apex, without deviator.
+  static constexpr double apex = 1e-6;
   /// p_i is at least this share of p_image_initial.
   static constexpr double least_p_image = 1e-6;
 
@@ -190,7 +191,8 @@ struct NorSand {
     const double p = -(sigma[0] + sigma[1] + sigma[2]) / 3, K = bulk_modulus(p, s);
     const double change =
         distance(elastic_trial(sigma, increment.strain, K, shear_modulus(K)), sigma);
-    const double pressure = std::max(p + s[p_cohesion], 0.0) + 0.01 * (s[p_image] + s[p_dilation]);
+    const double pressure = std::max(p + s[p_cohesion], 0.0) + 0.01 * (s[p_image] + s[p_dilation]) +
+                            least_pressure * p_image_initial;
     const auto take = [this](const Voigt& strain, Voigt& stress, double* state_variables) {
       return step(strain, stress, state_variables);
     };
@@ -205,8 +207,7 @@ struct NorSand {
   friend bool norsand_as_cbgeo(const NorSand&, const Voigt&, Voigt&, double*);
 
   double bulk_modulus(double p, const double* s) const {
-    const double least = least_p * p_image_initial;
-    return (1 + s[void_ratio]) / kappa * std::max(p, least) +
+    return swelling_modulus(s[void_ratio], kappa, p, p_image_initial) +
            (bond_model ? m_modulus * (s[p_cohesion] + s[p_dilation]) : 0);
   }
   double shear_modulus(double K) const {

@@ -79,12 +79,12 @@ class NorSandReturn {
   template <class D>
   D cap(const D& ln_p_i) const {
     const D psi = state_parameter(ln_p_i);
-    return (-chi_i_ / M_tc_) * psi / strength_share(psi);
+    return bounded((-chi_i_ / M_tc_) * psi / strength_share(psi), law_.most_ln_cap);
   }
 
   /// ln p_i of the inner cap at a pressure, or the given one where that is less.
   double inner_cap(double p, double ln_p_i) const {
-    const double ln_p = std::log(std::max(p, law_.least_p * law_.p_image_initial));
+    const double ln_p = std::log(std::max(p, least_pressure * law_.p_image_initial));
     const auto above = [&](const auto& y) { return y - ln_p - cap(y); };
     if (!(above(ln_p_i) > margin)) return ln_p_i;
     std::array<double, 1> y{ln_p_i};
@@ -104,7 +104,7 @@ class NorSandReturn {
   /// the stress at its beginning is inside of the yield surface and of what the cap leaves of it.
   /// (While soil yields, p_i follows its law, to which the cap is the limit.)
   bool held_by_cap(const Voigt& sigma) const {
-    const double ln_p = std::log(std::max(trial_.p, law_.least_p * law_.p_image_initial));
+    const double ln_p = std::log(std::max(trial_.p, least_pressure * law_.p_image_initial));
     if (ln_p_i_ - ln_p <= cap(ln_p_i_)) return false;
     const SoilStress now = with_lode_angle(soil_stress(sigma));
     return yield_function(now, ln_p_i_) < -margin * scale_ &&
@@ -113,6 +113,7 @@ class NorSandReturn {
 
   /// To the smooth surface, or where that leads beyond q = 0, to its tip.
   bool solve(Point& end) const {
+    if (to_apex(end)) return true;
     const double P = trial_.p + s_[S::p_cohesion];
     // From a trial stress without pressure: from where the yield surface is flat.
     const double begin = P > 0 ? std::log(P) : ln_p_i_;
@@ -129,6 +130,33 @@ class NorSandReturn {
       if (tip ? in_cone_of_tip(end) : x[0] >= 0 && end.q.v >= 0) return true;
     }
     return false;
+  }
+
+  /// To the apex, where soil is torn apart, if the plastic strain dilates more than the flow there.
+  bool to_apex(Point& end) const {
+    const double deviatoric = trial_.q / (3 * G_);
+    end.deviatoric = deviatoric;
+    set_bonds(end);
+    const double p_i = std::exp(ln_p_i_), cohesion = end.p_cohesion.v;
+    const double P = law_.apex * (p_i + cohesion + end.p_dilation.v);
+    const double volumetric = (trial_.p - (P - cohesion)) / K_;
+    const double M_i =
+        strength_ratio(M_tc_, trial_.theta) * strength_share(state_parameter(ln_p_i_));
+    if (!(volumetric < 0 && volumetric <= M_i * std::log(law_.apex) * deviatoric)) return false;
+    end.P = P;
+    end.q = 0;
+    end.theta = trial_.theta;
+    end.ln_p_i = ln_p_i_;
+    return true;
+  }
+
+  /// p_cohesion and p_dilation after the plastic strain of a step.
+  void set_bonds(Point& e) const {
+    e.p_cohesion = Dual<3>(s_[S::p_cohesion]);
+    e.p_dilation = Dual<3>(s_[S::p_dilation]);
+    if (!law_.bond_model) return;
+    e.p_cohesion = e.p_cohesion * exp(-law_.m_cohesion * e.deviatoric);
+    e.p_dilation = e.p_dilation * exp(-law_.m_dilation * e.deviatoric);
   }
 
   /// Whether the plastic strain of a return to the tip lies between the flow of all sides.
@@ -152,12 +180,7 @@ class NorSandReturn {
     // Radial and tangential part of the plastic strain; the latter turns the stress.
     const D radial = tip ? D(trial.q) : flow, tangential = trial.q * sin(turn);
     e.deviatoric = (1 / (3 * G_)) * sqrt(radial * radial + tangential * tangential + 1e-300);
-    e.p_cohesion = s_[S::p_cohesion] * D(1);
-    e.p_dilation = s_[S::p_dilation] * D(1);
-    if (law_.bond_model) {
-      e.p_cohesion = e.p_cohesion * exp(-law_.m_cohesion * e.deviatoric);
-      e.p_dilation = e.p_dilation * exp(-law_.m_dilation * e.deviatoric);
-    }
+    set_bonds(e);
     e.P = exp(x[1]);
     e.ln_p_i = x[2];
     const D p_i = exp(x[2]), p = e.P - e.p_cohesion;
@@ -165,7 +188,7 @@ class NorSandReturn {
     const D M = strength_ratio_of(M_tc_, e.theta);
     const D M_i = M * strength_share(state_parameter(x[2]));
     const D ln_cap = cap(x[2]);
-    const D floor(law_.least_p * law_.p_image_initial);
+    const D floor(least_pressure * law_.p_image_initial);
     const D above_cap = x[2] - log(max(p, floor)) - ln_cap;
     Duals<3> residual;
     const double per_scale = 1 / scale_;
@@ -204,12 +227,10 @@ class NorSandReturn {
     };
     if (!(equation(corner) > 0)) return Dual<3>(corner);
     for (int i = 0; i < 2 * newton_iterations; ++i) {
-      const double value = equation(theta);
+      const double value = equation(theta), next = theta - value / slope;
+      if (std::abs(next - theta) <= 1e-15) break;
       (value > 0 ? high : low) = theta;
-      const double next = theta - value / slope;
-      const double at = next > low && next < high ? next : (low + high) / 2;
-      if (std::abs(at - theta) <= 1e-15 || value == 0) break;
-      theta = at;
+      theta = next > low && next < high ? next : (low + high) / 2;
     }
     equation(theta);
     return flow.chain(theta, turned / slope);

@@ -175,6 +175,15 @@ TEST_CASE("Gauss points integrate as they should and come in the reference's ord
   CHECK((three[5] - Vec<2>(h, 0)).norm() < 1e-15);
   CHECK((three[8] - Vec<2>(0, 0)).norm() < 1e-15);
   CHECK((gauss_points<3>(Element::H20, 3)[1] - Vec<3>(-h, -h, 0)).norm() < 1e-15);
+  // 64 points: layers along z, in each of them y runs fastest.
+  const auto four = gauss_points<3>(Element::H8, 4);
+  REQUIRE(four.size() == 64);
+  CHECK((four[1] - Vec<3>(four[0][0], four[5][1], four[0][2])).norm() < 1e-15);
+  for (std::size_t k = 1; k < 64; ++k) {
+    CHECK((k % 16 == 0) == (four[k][2] > four[k - 1][2]));
+    CHECK((k % 4 == 0) == (four[k][0] != four[k - 1][0]));
+    if (k % 4 != 0) CHECK(four[k][1] > four[k - 1][1]);
+  }
 }
 
 TEST_CASE("functions of time are linear between their points and constant outside, or a sine") {

@@ -318,6 +318,20 @@ TEST_CASE("NorSand: any increment converges, to a state that is allowed and boun
     }
 }
 
+TEST_CASE("NorSand: torn apart it has no stress, pressed together again it has") {
+  const NorSand plain = sand(), with_bonds = bonded();
+  Sand s(plain, soil::isotropic(1e5)), b(with_bonds, soil::isotropic(1e5));
+  s.strain({0.05, 0.05, 0.05, 0, 0, 0}, 1000);
+  CHECK(s.p() >= 0);
+  CHECK(s.p() < 1);
+  CHECK(s.q() < 1);
+  s.strain({-0.2, -0.2, -0.2, 0, 0, 0}, 4000);
+  CHECK(s.p() > 500);
+  // Bonds hold p_cohesion in isotropic tension.
+  b.strain({0.05, 0.05, 0.05, 0, 0, 0}, 1000);
+  CHECK(b.p() == doctest::Approx(-1e4).epsilon(1e-4));
+}
+
 TEST_CASE("NorSand: parameters that exclude each other are named") {
   CHECK(sand().problem() == "");
   CHECK(bonded().problem() == "");

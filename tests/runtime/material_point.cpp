@@ -95,7 +95,7 @@ TEST_CASE("Mohr-Coulomb softens to its residual strength, with state variables t
     const double s = std::sin(phi * radian);
     return (6 * s * p + 6 * c * std::cos(phi * radian)) / (3 - s);
   };
-  const MaterialPoint before = triaxial(law, 1e5, -0.015), after = triaxial(law, 1e5, -0.15, 2000);
+  const MaterialPoint before = triaxial(law, 1e5, -0.035), after = triaxial(law, 1e5, -0.15, 2000);
   CHECK(relative(deviatoric_stress(before.stress()),
                  strength(35, 4000, mean_pressure(before.stress()))) < 1e-8);
   CHECK(before.state()[6] < 0.01);

@@ -177,6 +177,13 @@ class MohrCoulomb:
             tensile = h > sys.float_info.epsilon
         return ft > above or fs > above, tensile, ft if tensile else fs
 
+    def off_surface(self, s, tolerance):
+        """The same after a step: also where that ended inside, unless the surface comes to meet it."""
+        ft, fs = self.tension(s).real, self.shear(s).real
+        if self.fall == (0, 0) and max(ft, fs) < -tolerance:
+            return True, ft > fs, max(ft, fs)
+        return self.kind(s, tolerance)
+
     def step(self, s, tensile):
         """Df, Dg, plastic strain per multiplier, and f:D:g with the softening."""
         f = gradient(self.tension if tensile else self.shear, s)
@@ -205,14 +212,14 @@ class MohrCoulomb:
                 f, Dg, per, K = self.step(s, kind)
                 k = dot(f, self.D(e)) / K
                 now, gained = [a - k * b for a, b in zip(trial, Dg)], k * per
-                yields, tensile, value = self.kind(now, tolerance)
+                yields, tensile, value = self.off_surface(now, tolerance)
         for _ in range(200):
             if not yields:
                 return now, x + gained
             f, Dg, per, K = self.step(now, tensile)
             k = value / K
             now, gained = [a - k * b for a, b in zip(now, Dg)], gained + k * per
-            yields, tensile, value = self.kind(now, tolerance)
+            yields, tensile, value = self.off_surface(now, tolerance)
         raise RuntimeError("no convergence")
 
 
