@@ -23,6 +23,18 @@ double or_infinity(const Json& value) {
   return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
 }
 
+Json splits_json(const std::vector<PatchSplit>& splits) {
+  Json list = Json::array();
+  for (const PatchSplit& split : splits) list.push_back({split.patch, split.axis, split.at});
+  return list;
+}
+
+std::vector<PatchSplit> splits_of(const Json& list) {
+  std::vector<PatchSplit> splits;
+  for (const Json& split : list) splits.push_back({split.at(0), split.at(1), split.at(2)});
+  return splits;
+}
+
 Json run_json(const RunState& run) {
   return {{"dim", run.dim},
           {"step", run.step},
@@ -31,6 +43,7 @@ Json run_json(const RunState& run) {
           {"dt_limit", or_null(run.dt_limit)},
           {"particles", run.particles},
           {"removed", run.removed},
+          {"next_id", run.next_id},
           {"history_steps", run.history_steps},
           {"work",
            {{"internal", run.work.internal},
@@ -40,7 +53,9 @@ Json run_json(const RunState& run) {
           {"kinetic_at_start", run.kinetic_at_start},
           {"cells_per_patch", run.cells_per_patch},
           {"least_mass", run.least_mass},
-          {"columns", run.columns}};
+          {"columns", run.columns},
+          {"splits", splits_json(run.splits)},
+          {"split_step", run.split_step}};
 }
 
 RunState run_of(const Json& json) {
@@ -52,13 +67,16 @@ RunState run_of(const Json& json) {
           .dt_limit = or_infinity(json.at("dt_limit")),
           .particles = json.at("particles"),
           .removed = json.at("removed"),
+          .next_id = json.value("next_id", Index{0}),  // before there were injections: not needed
           .history_steps = json.at("history_steps"),
           .work = {work.at("internal"), work.at("external"), work.at("damping"),
                    work.at("divided")},
           .kinetic_at_start = json.at("kinetic_at_start"),
           .cells_per_patch = json.at("cells_per_patch"),
           .least_mass = json.at("least_mass"),
-          .columns = json.at("columns")};
+          .columns = json.at("columns"),
+          .splits = splits_of(json.at("splits")),
+          .split_step = json.at("split_step")};
 }
 
 }  // namespace

@@ -21,12 +21,16 @@ struct RunState {
   /// [s] least of all particles in the last step, from which an adaptive run takes its next one.
   double dt_limit = std::numeric_limits<double>::infinity();
   Index particles = 0, removed = 0;
-  Index history_steps = 0;      ///< steps between rows of history.csv
-  PatchWork work = {};          ///< since the start, up to the last of these rows
-  double kinetic_at_start = 0;  ///< [J]
-  Index cells_per_patch = 0;    ///< that the cut of the mesh aims at
-  double least_mass = 0;        ///< Patch::least_mass [kg]
-  std::string columns;          ///< of a particle, and their components
+  Index next_id = 0;                    ///< of a particle that is injected next
+  Index history_steps = 0;              ///< steps between rows of history.csv
+  PatchWork work = {};                  ///< since the start, up to the last of these rows
+  double kinetic_at_start = 0;          ///< [J]
+  Index cells_per_patch = 0;            ///< that the cut of the mesh aims at
+  double least_mass = 0;                ///< Patch::least_mass [kg]
+  std::string columns;                  ///< of a particle, and their components
+  std::vector<PatchSplit> splits = {};  ///< of patches, since the start, in order
+  /// Steps after which patches are to be split, as was decided before; -1 = none.
+  Index split_step = -1;
 };
 
 /// A file that the scenario refers to.
@@ -44,7 +48,7 @@ struct CheckpointHeader {
 };
 
 /// Version of the file's layout; other versions are refused.
-inline constexpr int checkpoint_format = 1;
+inline constexpr int checkpoint_format = 2;
 
 std::string header_text(const CheckpointHeader& header);
 /// Throws IoError without a file name: what is wrong with the text.

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include "io/atomic_file.h"
+#include "io/cbgeo_export.h"
+#include "io/cbgeo_table.h"
 #include "io/csv.h"
 #include "io/run_folder.h"
 #include "io/series.h"
@@ -45,18 +47,35 @@ Destination destination(const fs::path& source, const fs::path& output, std::str
   return {output.parent_path(), output};
 }
 
+const char* extension_of(ExportFormat format) {
+  switch (format) {
+    case ExportFormat::csv:
+      return ".csv";
+    case ExportFormat::vtu:
+      return ".vtu";
+    default:
+      return ".h5";
+  }
+}
+
 }  // namespace
 
 ExportFormat export_format(const std::string& name) {
   if (name == "csv") return ExportFormat::csv;
   if (name == "vtu") return ExportFormat::vtu;
-  throw InputError(fmt::format("unknown export format '{}'; there are csv and vtu", name));
+  if (name == "cbgeo") return ExportFormat::cbgeo;
+  throw InputError(fmt::format("unknown export format '{}'; there are csv, vtu and cbgeo", name));
 }
 
 std::vector<fs::path> export_run(const fs::path& source, ExportFormat format, FrameChoice choice,
                                  fs::path output) {
-  const std::string_view extension = format == ExportFormat::csv ? ".csv" : ".vtu";
-  const std::vector<FrameFile> frames = chosen_frames(source, choice);
+  const std::string_view extension = extension_of(format);
+  std::vector<FrameFile> frames = chosen_frames(source, choice);
+  CbgeoRun run;
+  if (format == ExportFormat::cbgeo) {
+    run = read_cbgeo_run(source);
+    if (frames.size() > 1) std::erase_if(frames, [](const FrameFile& f) { return f.step == 0; });
+  }
   const Destination to = destination(source, output, extension, frames.size());
   if (!to.folder.empty()) make_folder(to.folder);
 
@@ -64,11 +83,14 @@ std::vector<fs::path> export_run(const fs::path& source, ExportFormat format, Fr
   std::vector<TimedFile> index;
   for (const FrameFile& entry : frames) {
     const Frame frame = read_frame(entry.file);
-    const fs::path file = to.file.empty() ? to.folder / frame_name(frame.step, extension) : to.file;
-    if (format == ExportFormat::csv)
-      write_csv(frame, file);
-    else
-      write_vtu(frame, file);
+    fs::path file = to.file;
+    if (file.empty())
+      file =
+          to.folder / (format == ExportFormat::cbgeo ? cbgeo_file_name(frame.step - 1, run.nsteps)
+                                                     : frame_name(frame.step, extension));
+    if (format == ExportFormat::csv) write_csv(frame, file);
+    if (format == ExportFormat::vtu) write_vtu(frame, file);
+    if (format == ExportFormat::cbgeo) write_cbgeo(frame, run, file);
     written.push_back(file);
     index.push_back({frame.time, file.filename().string()});
   }

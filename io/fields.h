@@ -89,6 +89,8 @@ const Section& sets_section();
 const Section& region_section();
 const Section& analysis_section();
 const Section& post_processing_section();
+const Section& driver_section();  ///< not of a scenario: of `lahar material`
+const Section& path_section();
 
 /// Every section that the scenario reaches, each once, in reading order.
 std::vector<const Section*> all_sections();

@@ -1,23 +1,34 @@
 // Tables of the analysis: scheme, time step, damping, restart.
 #include "io/fields.h"
+#include "physics/patch_split.h"
 
 namespace lahar {
 
 namespace {
 
+static_assert(split_factor == 4, "the help of split_steps says so");
+
 const Section& resume_section() {
   static const Section section{
       .name = "analysis.resume",
       .path = "analysis.resume",
-      .help = "Start from a checkpoint of an earlier run.",
+      .help =
+          "Go on from a particle file of CB-Geo MPM, particlesNNN.h5 in the folder `uuid` of "
+          "post_processing.path (of a parallel run: those of all its ranks). The file has the "
+          "state of the particles, and their ids, so that sets and loads act on the same ones. "
+          "The run begins with step `step` + 1, and `nsteps` counts the steps before. "
+          "`lahar export --to cbgeo` writes such files.",
       .fields = {
           {.key = "resume",
            .kinds = boolean,
            .help = "false: start from the beginning",
-           .fallback = "false",
-           .planned = {"true"}},
+           .fallback = "false"},
           {.key = "uuid", .kinds = text, .help = "run to continue"},
-          {.key = "step", .kinds = integer, .help = "step to continue from", .min = 0},
+          {.key = "step",
+           .kinds = integer,
+           .help = "step of the file, counted from 0: after it, step + 1 steps are done",
+           .min = 0,
+           .max = 9e15},
           {.key = "repartition",
            .kinds = boolean,
            .help = "no meaning here: patches do not depend "
@@ -47,6 +58,62 @@ const Section& damping_section() {
            .required = true,
            .min = 0,
            .max = 1},
+      }};
+  return section;
+}
+
+const Section& body_section() {
+  static const Section section{
+      .name = "a body",
+      .path = "analysis.contact.bodies[]",
+      .help =
+          "The particles of a material, or of a particle set, which need not be all of their "
+          "material. Of several bodies that name a particle the last set counts, and any set "
+          "counts before materials.",
+      .fields = {
+          {.key = "material_id", .kinds = id, .help = "material: an id or a name", .min = 0},
+          {.key = "material",
+           .kinds = id,
+           .help = "the same as material_id",
+           .min = 0,
+           .native = true},
+          {.key = "pset_id",
+           .kinds = id,
+           .help = "particle set: an id or a name of sets.particles",
+           .min = 0},
+          {.key = "pset", .kinds = id, .help = "the same as pset_id", .min = 0, .native = true},
+      }};
+  return section;
+}
+
+const Section& contact_section() {
+  static const Section section{
+      .name = "analysis.contact",
+      .path = "analysis.contact",
+      .help =
+          "Bodies that approach each other at a node, along the normal of the one with the larger "
+          "gradient of volume there, get the impulses that make their normal velocities equal, and "
+          "Coulomb friction along the surface (Bardenhagen et al. 2001); bodies that part are "
+          "free. "
+          "More than two bodies at a node meet two at a time, in the order of the list, several "
+          "times. As nodes are what they share, bodies meet up to about a cell before they touch. "
+          "A "
+          "nodal force acts on the first body that is at its node; constraints hold all of them. "
+          "What contact takes of the energy is in history.csv under damping.",
+      .fields = {
+          {.key = "friction",
+           .kinds = number,
+           .help = "Coulomb's friction coefficient",
+           .unit = "-",
+           .fallback = "0",
+           .min = 0,
+           .native = true},
+          {.key = "bodies",
+           .kinds = list,
+           .help = "the bodies; all particles that no entry names are one more, the first. Without "
+                   "the list each material is a body",
+           .section = body_section,
+           .native = true},
       }};
   return section;
 }
@@ -135,6 +202,10 @@ const Section& analysis_section() {
            .help = "older spelling of mpm_scheme, honoured "
                    "with a warning (CB-Geo ignores it and runs usf; so does --as-cbgeo)",
            .allowed = {"usf", "usl", "musl"}},
+          {.key = "stress_analysis",
+           .kinds = text,
+           .help = "the same as stress_update, in some published cases",
+           .allowed = {"usf", "usl", "musl"}},
           {.key = "velocity_update",
            .kinds = boolean | text,
            .help = "particle velocity: false or "
@@ -187,8 +258,14 @@ const Section& analysis_section() {
            .fallback = "false"},
           {.key = "interface",
            .kinds = boolean,
-           .help = "contact between materials",
-           .planned = {"true"}},
+           .help = "contact between bodies: each has velocities of its own at the nodes, and they "
+                   "meet where it shares a node with another",
+           .fallback = "false"},
+          {.key = "contact",
+           .kinds = object,
+           .help = "which bodies there are, and their friction",
+           .section = contact_section,
+           .native = true},
           {.key = "as_cbgeo",
            .kinds = boolean,
            .help = "reproduce what CB-Geo MPM computes where that deviates from its documentation "
@@ -202,6 +279,15 @@ const Section& analysis_section() {
            .fallback = "4096",
            .min = 1,
            .max = 1e9,
+           .native = true},
+          {.key = "split_steps",
+           .kinds = integer,
+           .help = "every so many steps, patches that hold more than 4 times patch_particles are "
+                   "looked for; they are split 4 steps later. 0: never; part of the result's "
+                   "identity",
+           .fallback = "100",
+           .min = 0,
+           .max = 9e15,
            .native = true},
           {.key = "nload_balance_steps",
            .kinds = integer,

@@ -122,8 +122,7 @@ std::vector<Field> fields() {
        .above_min = true},
   };
   // Of the reference code and of its fork.
-  for (const std::string_view later :
-       {"Bingham", "ModifiedCamClay", "NorSand", "HenckyHyperElastic", "BinghamViscoPlastic"})
+  for (const std::string_view later : {"Bingham", "HenckyHyperElastic", "BinghamViscoPlastic"})
     if (std::find(all[2].allowed.begin(), all[2].allowed.end(), later) == all[2].allowed.end())
       all[2].planned.push_back(later);
   add_laws(all, static_cast<const Law*>(nullptr));

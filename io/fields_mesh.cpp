@@ -50,14 +50,20 @@ const Section& stresses_section() {
       .name = "mesh.particles_stresses",
       .path = "mesh.particles_stresses",
       .help = "Initial stresses as an object (dialect of the fork).",
+      .discriminator = "type",
       .fields = {
           {.key = "type",
            .kinds = text,
            .help = "where they come from",
            .required = true,
            .allowed = {"file", "isotropic"}},
-          {.key = "location", .kinds = file, .help = "file of stresses"},
-          {.key = "values", .kinds = numbers, .help = "stress components", .unit = "Pa"},
+          {.key = "location", .kinds = file, .help = "file of stresses", .only = {"file"}},
+          {.key = "values",
+           .kinds = numbers,
+           .help =
+               "the stress of all particles: xx yy zz xy yz xz, or one number for xx, yy and zz",
+           .unit = "Pa",
+           .only = {"isotropic"}},
       }};
   return section;
 }
@@ -74,11 +80,10 @@ const Section& mesh_section() {
            .kinds = file,
            .help = "mesh file: `nnodes ncells`, a line of coordinates "
                    "per node, a line of node ids per cell (counter-clockwise; hexahedra bottom "
-                   "face, then "
-                   "top)"},
+                   "face, then top; then the middles of sides, edges and faces in Gmsh's order)"},
           {.key = "structured",
            .kinds = object,
-           .help = "a grid of equal boxes",
+           .help = "a grid of equal boxes; each is a cell, or cut into 2 triangles or 6 tetrahedra",
            .section = structured_section,
            .native = true},
           {.key = "entity_sets",
@@ -92,9 +97,9 @@ const Section& mesh_section() {
                    "dimension",
            .fallback = "\"ED2Q4\"",
            .fallback_3d = "\"ED3H8\"",
-           .allowed = {"ED2Q4", "ED3H8"},
-           .planned = {"ED2T3", "ED2T6", "ED2Q8", "ED2Q9", "ED2Q16G", "ED3H20", "ED3H27", "ED3H64G",
-                       "ED3T4", "ED2Q4P2B", "ED3H8P2B", "ED2Q4L", "ED2T3L", "ED3H8L"}},
+           .allowed = {"ED2T3", "ED2T6", "ED2Q4", "ED2Q8", "ED2Q9", "ED3T4", "ED3H8", "ED3H20",
+                       "ED3H27"},
+           .planned = {"ED2Q16G", "ED3H64G", "ED2Q4P2B", "ED3H8P2B", "ED2Q4L", "ED2T3L", "ED3H8L"}},
           {.key = "isoparametric",
            .kinds = boolean,
            .help = "false: every cell is a box along the "
@@ -130,7 +135,6 @@ const Section& mesh_section() {
            .kinds = file | object,
            .help = "initial stresses: the "
                    "count, then a line xx yy zz xy yz xz per particle [Pa]",
-           .planned_kinds = object,
            .section = stresses_section},
           {.key = "particles_tractions",
            .kinds = file,

@@ -28,15 +28,17 @@ const Section& generator_section() {
       .help =
           "`file` reads positions; `gauss` puts particles at the Gauss points of cells; "
           "`region` fills a region with equally spaced particles; `inject` adds particles "
-          "during the run. Particle ids count on from one generator to the next.",
+          "during the run: at the beginning of every step in `duration`, each cell of the set that "
+          "holds no particle gets particles at its Gauss points, which share the cell's volume. "
+          "Particle ids count on from one generator to the next, and those of injected particles "
+          "count on from these, step by step.",
       .discriminator = "type",
       .fields = {
           {.key = "type",
            .kinds = text,
            .help = "kind of generator",
            .required = true,
-           .allowed = {"file", "gauss", "region"},
-           .planned = {"inject"}},
+           .allowed = {"file", "gauss", "region", "inject"}},
           {.key = "location",
            .kinds = file,
            .help = "file of positions: the count, then a line of "
@@ -64,8 +66,9 @@ const Section& generator_section() {
            .native = true},
           {.key = "nparticles_per_dir",
            .kinds = integer,
-           .help = "Gauss points per direction: 1 "
-                   "to 4 in 2D, 1 to 3 in 3D, in the reference's order",
+           .help =
+               "Gauss points per direction: 1 to 4, in triangles and tetrahedra 1 (one point) or 2 "
+               "(a point per corner), in the reference's order",
            .required = true,
            .min = 1,
            .max = 4,
@@ -89,12 +92,11 @@ const Section& generator_section() {
            .native = true},
           {.key = "velocity",
            .kinds = vector,
-           .help = "initial velocity",
-           .unit = "m/s",
-           .native = true},
+           .help = "initial velocity; default 0 (CB-Geo: of `inject` alone)",
+           .unit = "m/s"},
           {.key = "duration",
            .kinds = numbers,
-           .help = "[start, end) of the injection",
+           .help = "[start, end) of the injection; default: the whole run",
            .unit = "s",
            .only = {"inject"}},
           {.key = "material_id",
@@ -158,7 +160,9 @@ namespace {
 const Section& gravity_section() {
   static const Section section{.name = "gravity",
                                .path = "external_loading_conditions.gravity",
-                               .help = "Gravity that grows from zero (dialect of the fork).",
+                               .help =
+                                   "Gravity that grows linearly from zero until `ramping_time` "
+                                   "(dialect of the fork).",
                                .fields = {
                                    {.key = "gravity",
                                     .kinds = vector,
@@ -238,7 +242,6 @@ const Section& loading_section() {
                                     .unit = "m/s^2",
                                     .fallback = "[0, 0]",
                                     .fallback_3d = "[0, 0, 0]",
-                                    .planned_kinds = object,
                                     .section = gravity_section},
                                    {.key = "particle_surface_traction",
                                     .kinds = list,

@@ -151,7 +151,7 @@ std::string deviations() {
 
 std::string scenario_reference() {
   std::string out = introduction;
-  for (const Section* section : all_sections()) {
+  const auto add = [&](const Section* section) {
     out += fmt::format(
         "\n## {}\n\n{}\n\n| key | value | unit | default | meaning |\n"
         "|---|---|---|---|---|\n",
@@ -159,8 +159,11 @@ std::string scenario_reference() {
     for (const Field& f : section->fields)
       out += fmt::format("| `{}` | {} | {} | {} | {} |\n", f.key, escaped(value_of(f)), f.unit,
                          escaped(default_of(f)), escaped(meaning_of(f)));
-  }
-  return out + side_files + deviations();
+  };
+  for (const Section* section : all_sections()) add(section);
+  out += side_files;
+  for (const Section* section : {&driver_section(), &path_section()}) add(section);
+  return out + deviations();
 }
 
 }  // namespace lahar

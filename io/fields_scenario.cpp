@@ -69,7 +69,8 @@ const Section& statevars_section() {
   static const Section section{
       .name = "post_processing.vtk_statevars",
       .path = "post_processing.vtk_statevars[]",
-      .help = "State variables for ParaView. Frames always hold all of them.",
+      .help = "State variables for ParaView. Frames always hold those of all materials, each as a "
+              "field with its name, 0 for particles whose material does not have it.",
       .fields = {
           {.key = "phase_id",
            .kinds = integer,

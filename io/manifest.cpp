@@ -9,6 +9,7 @@
 #include "io/atomic_file.h"
 #include "io/history.h"
 #include "physics/error.h"
+#include "physics/patch_split.h"
 
 namespace lahar {
 
@@ -81,11 +82,19 @@ std::string dump(const Json& json) {
 }  // namespace
 
 Manifest::Manifest(const RunInfo& info) {
-  const Json model = {
-      {"dim", info.dim},          {"scheme", info.scheme},       {"nodes", info.nodes},
-      {"cells", info.cells},      {"particles", info.particles}, {"materials", info.materials},
-      {"patches", info.patches},  {"steps", info.steps},         {"dt", info.dt},
-      {"dt_limit", info.dt_limit}};
+  const Json model = {{"dim", info.dim},
+                      {"scheme", info.scheme},
+                      {"nodes", info.nodes},
+                      {"cells", info.cells},
+                      {"particles", info.particles},
+                      {"materials", info.materials},
+                      {"patches", info.patches},
+                      {"steps", info.steps},
+                      {"dt", info.dt},
+                      {"dt_limit", info.dt_limit},
+                      {"patch_particles", info.patch_particles},
+                      {"split_steps", info.split_steps},
+                      {"split_factor", split_factor}};
   const Json json = {
       {"lahar_run", manifest_format},
       {"title", info.title},
@@ -131,6 +140,8 @@ std::string Manifest::with_end(const RunEnd* end) const {
     json["wall_seconds"] = end->wall_seconds;
     json["steps"] = end->steps;
     json["time"] = end->time;
+    json["patches"] = end->patches;
+    json["splits"] = end->splits;
     json["warnings"] = end->warnings;
   }
   return dump(json);

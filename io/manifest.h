@@ -21,6 +21,8 @@ struct RunInfo {
   int dim = 0;
   std::string scheme;
   Index nodes = 0, cells = 0, particles = 0, materials = 0, patches = 0;
+  Index patch_particles = 0;                  ///< wanted in a patch
+  Index split_steps = 0;                      ///< Analysis::split_steps
   Index steps = 0;                            ///< planned; 0 = until end_time
   double dt = 0;                              ///< [s] the first one
   double dt_limit = 0;                        ///< [s] CFL limit at the start
@@ -43,6 +45,7 @@ struct RunEnd {
   double wall_seconds = 0;
   Index steps = 0;  ///< updates done
   double time = 0;  ///< [s] simulated
+  Index patches = 0, splits = 0;  ///< there are then; were made since the start of the run
   std::vector<std::string> warnings;
 };
 

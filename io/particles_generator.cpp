@@ -21,61 +21,24 @@ Vec<Dim> corner_xi(int k) {
   return xi;
 }
 
-// Abscissae of the Gauss-Legendre rule on [-1, 1], ascending.
-std::vector<double> gauss_abscissae(int n) {
-  switch (n) {
-    case 1:
-      return {0.0};
-    case 2:
-      return {-1.0 / std::sqrt(3.0), 1.0 / std::sqrt(3.0)};
-    case 3:
-      return {-std::sqrt(3.0 / 5.0), 0.0, std::sqrt(3.0 / 5.0)};
-    default: {
-      const double inner = std::sqrt(3.0 / 7.0 - 2.0 / 7.0 * std::sqrt(6.0 / 5.0));
-      const double outer = std::sqrt(3.0 / 7.0 + 2.0 / 7.0 * std::sqrt(6.0 / 5.0));
-      return {-outer, -inner, inner, outer};
-    }
-  }
-}
-
-// All tuples of n values; `last_fastest` says which axis runs fastest.
+// All tuples of n values, the first axis runs fastest.
 template <int Dim>
-std::vector<Vec<Dim>> tensor_points(const std::vector<double>& a, bool last_fastest) {
+std::vector<Vec<Dim>> tensor_points(const std::vector<double>& a) {
   const int n = static_cast<int>(a.size());
   int total = 1;
   for (int d = 0; d < Dim; ++d) total *= n;
   std::vector<Vec<Dim>> points(static_cast<std::size_t>(total));
   for (int p = 0; p < total; ++p)
     for (int d = 0, rest = p; d < Dim; ++d, rest /= n)
-      points[static_cast<std::size_t>(p)][last_fastest ? Dim - 1 - d : d] =
-          a[static_cast<std::size_t>(rest % n)];
+      points[static_cast<std::size_t>(p)][d] = a[static_cast<std::size_t>(rest % n)];
   return points;
 }
 
 }  // namespace
 
 template <int Dim>
-std::vector<Vec<Dim>> gauss_points(int n) {
-  const auto a = gauss_abscissae(n);
-  std::vector<Vec<Dim>> points;
-  if (n == 2) {
-    for (int k = 0; k < corners<Dim>; ++k) points.push_back(corner_xi<Dim>(k) * a[1]);
-    return points;
-  }
-  if constexpr (Dim == 2) {
-    if (n == 3) {
-      for (int k = 0; k < 4; ++k) points.push_back(corner_xi<2>(k) * a[2]);
-      for (int k = 0; k < 4; ++k)
-        points.push_back((corner_xi<2>(k) + corner_xi<2>((k + 1) % 4)) * (0.5 * a[2]));
-      points.push_back(Vec<2>::Zero());
-      return points;
-    }
-  }
-  return tensor_points<Dim>(a, true);
-}
-
-template <int Dim>
 Vec<Dim> cell_point(const Mesh<Dim>& mesh, Index cell, const Vec<Dim>& xi) {
+  if (!mesh.is_multilinear()) return mesh.element_geometry(cell).point(xi);
   const auto nodes = mesh.cell_nodes(cell);
   Vec<Dim> x = Vec<Dim>::Zero();
   for (int k = 0; k < corners<Dim>; ++k) {
@@ -89,7 +52,7 @@ Vec<Dim> cell_point(const Mesh<Dim>& mesh, Index cell, const Vec<Dim>& xi) {
 
 template <int Dim>
 NewParticles<Dim> fill_cells(const Mesh<Dim>& mesh, std::span<const Index> cells, int n) {
-  const auto points = gauss_points<Dim>(n);
+  const auto points = gauss_points<Dim>(mesh.element(), n);
   NewParticles<Dim> out;
   out.x.reserve(cells.size() * points.size());
   out.cell.reserve(cells.size() * points.size());
@@ -150,13 +113,18 @@ class RegionParts {
  public:
   RegionParts(const Mesh<Dim>& mesh, const Region<Dim>& region, int n)
       : mesh_(mesh), region_(region), half_(1.0 / n), share_(std::pow(1.0 / n, Dim)) {
+    if (!mesh.is_multilinear()) {
+      parts_ = cut_cell<Dim>(mesh.element(), n);
+      return;
+    }
     std::vector<double> centres;
     for (int i = 0; i < n; ++i) centres.push_back(-1 + (2.0 * i + 1) / n);
-    points_ = tensor_points<Dim>(centres, false);
+    points_ = tensor_points<Dim>(centres);
   }
 
   /// Call `visit(x, volume)` for each; volume() computes it.
   void visit(Index cell, auto&& visit) const {
+    if (!mesh_.is_multilinear()) return visit_parts(mesh_.element_geometry(cell), visit);
     const auto geometry = mesh_.geometry(cell);
     const CellMap<Dim> map{geometry.corner};
     for (const auto& xi : points_) {
@@ -173,10 +141,24 @@ class RegionParts {
   }
 
  private:
+  void visit_parts(const ElementGeometry<Dim>& cell, auto&& visit) const {
+    for (const auto& part : parts_) {
+      const Vec<Dim> x = cell.point(part.centre);
+      if (!region_.contains(x)) continue;
+      visit(x, [&] {
+        double volume = 0;
+        for (const auto& q : part.quadrature)
+          volume += q.weight * cell.jacobian(q.xi).determinant();
+        return volume;
+      });
+    }
+  }
+
   const Mesh<Dim>& mesh_;
   const Region<Dim>& region_;
   double half_, share_;
-  std::vector<Vec<Dim>> points_;
+  std::vector<Vec<Dim>> points_;      // of Q4 and H8
+  std::vector<CellPart<Dim>> parts_;  // of other elements
 };
 
 }  // namespace
@@ -246,7 +228,6 @@ std::vector<Index> place(const Mesh<Dim>& mesh, const std::vector<Index>& sugges
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                               \
-  template std::vector<Vec<Dim>> gauss_points<Dim>(int);                                     \
   template Vec<Dim> cell_point<Dim>(const Mesh<Dim>&, Index, const Vec<Dim>&);               \
   template NewParticles<Dim> fill_cells<Dim>(const Mesh<Dim>&, std::span<const Index>, int); \
   template NewParticles<Dim> fill_region<Dim>(const Mesh<Dim>&, const Region<Dim>&, int,     \

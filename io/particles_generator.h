@@ -12,13 +12,7 @@
 
 namespace lahar {
 
-/// Natural coordinates of n Gauss points per direction, in the reference's order: n = 2 counter-
-/// clockwise, layer by layer; n = 3 in 2D corners, mid-sides (each counter-clockwise) and centre;
-/// otherwise the last axis runs fastest. n is 1 to 4 in 2D, 1 to 3 in 3D.
-template <int Dim>
-std::vector<Vec<Dim>> gauss_points(int n);
-
-/// Positions sum_i N_i(xi) X_i in one cell, corners in file order.
+/// Positions sum_i N_i(xi) X_i in one cell, nodes in file order.
 template <int Dim>
 Vec<Dim> cell_point(const Mesh<Dim>& mesh, Index cell, const Vec<Dim>& xi);
 
@@ -30,7 +24,7 @@ struct NewParticles {
   std::vector<double> volume;  ///< 0 = not yet known
 };
 
-/// Particles at the Gauss points of the cells, in the order given.
+/// Particles at the Gauss points (physics/element.h) of the cells, in the order given.
 template <int Dim>
 NewParticles<Dim> fill_cells(const Mesh<Dim>& mesh, std::span<const Index> cells, int n);
 

@@ -7,6 +7,7 @@
 
 #include "io/atomic_file.h"
 #include "io/history.h"
+#include "io/removed.h"
 #include "io/run_folder.h"
 #include "io/vtkhdf.h"
 #include "physics/error.h"
@@ -33,20 +34,34 @@ std::map<std::string, double> listed_times(const fs::path& series) {
   return times;
 }
 
-}  // namespace
-
-void rewind_history(const fs::path& run, const RunContinuation& from) {
-  const fs::path file = run / "history.csv";
+/// Whole rows of a table that begin with a step.
+std::string rows_to_keep(const fs::path& file, bool due, const RunContinuation& from) {
   const std::string text = fs::exists(file) ? read_text_file(file) : "";
-  std::string kept = history_header();
+  std::string kept;
   std::string_view rest = text;
   for (std::size_t end = 0; (end = rest.find('\n')) != rest.npos; rest.remove_prefix(end + 1)) {
     const std::string_view line = rest.substr(0, end);
     Index step = 0;
     const auto number = std::from_chars(line.data(), line.data() + line.size(), step);
-    if (number.ec == std::errc{} && keeps(step, from.has_row, from)) (kept += line) += '\n';
+    if (number.ec == std::errc{} && keeps(step, due, from)) (kept += line) += '\n';
   }
-  write_text_file(file, kept);
+  return kept;
+}
+
+}  // namespace
+
+void rewind_history(const fs::path& run, const RunContinuation& from) {
+  const fs::path file = run / "history.csv";
+  write_text_file(file, history_header() + rows_to_keep(file, from.has_row, from));
+}
+
+void rewind_removed(const fs::path& run, const RunContinuation& from) {
+  const fs::path file = run / removed_file;
+  const std::string kept = rows_to_keep(file, true, from);
+  if (!kept.empty()) return write_text_file(file, removed_header() + kept);
+  std::error_code error;
+  fs::remove(file, error);
+  if (error) throw_io_error("remove", file, error.value());
 }
 
 std::vector<TimedFile> rewind_frames(const fs::path& run, const RunContinuation& from) {

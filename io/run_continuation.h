@@ -22,6 +22,9 @@ struct RunContinuation {
 /// Remove rows of history.csv that an undisturbed run would not have written by then.
 void rewind_history(const std::filesystem::path& run, const RunContinuation& from);
 
+/// The same with removed.csv, which goes where no row is left.
+void rewind_removed(const std::filesystem::path& run, const RunContinuation& from);
+
 /// The same with frames; returns those that are left, and lists them in the series.
 std::vector<TimedFile> rewind_frames(const std::filesystem::path& run, const RunContinuation& from);
 

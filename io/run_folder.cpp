@@ -30,8 +30,8 @@ constexpr std::string_view frame_prefix = "particles_";
 /// Remove what earlier runs wrote, and only that; a user may keep notes and pictures here.
 void remove_results(const fs::path& folder) {
   // The manifest goes last: a folder half removed is still recognised as a run.
-  for (const char* name :
-       {"scenario.json", "scenario.full.json", "history.csv", "frames/particles.hdf.series"})
+  for (const char* name : {"scenario.json", "scenario.full.json", "history.csv", removed_file,
+                           "frames/particles.hdf.series"})
     fs::remove(folder / name);
   for (const char* name : {"frames", "export"}) {
     if (!fs::is_directory(folder / name)) continue;
@@ -99,6 +99,7 @@ std::vector<TimedFile> rewind(const fs::path& folder, const RunContinuation& fro
     remove_abandoned_parts(folder);
     std::vector<TimedFile> frames = rewind_frames(folder, from);
     rewind_history(folder, from);
+    rewind_removed(folder, from);
     return frames;
   } catch (const fs::filesystem_error& error) {
     throw_io_error("read", error.path1(), error.code().value());
@@ -154,6 +155,7 @@ struct RunFolder::Impl {
   Manifest manifest;
   std::vector<TimedFile> kept;  ///< frames from before a run that goes on
   OutputFile history;
+  std::optional<OutputFile> removed;  ///< where there are any in this process
   bool finished = false;
 };
 
@@ -186,6 +188,19 @@ void RunFolder::history(const HistoryRow& row) {
   impl_->history.flush();
 }
 
+void RunFolder::removed(std::span<const RemovedParticle> particles) {
+  if (particles.empty()) return;
+  const std::lock_guard lock(impl_->history_mutex);
+  if (!impl_->removed) {
+    const fs::path file = impl_->folder / removed_file;
+    const bool goes_on = fs::exists(file);
+    impl_->removed.emplace(file, goes_on ? OutputFile::Mode::append : OutputFile::Mode::truncate);
+    if (!goes_on) impl_->removed->write(removed_header());
+  }
+  for (const RemovedParticle& particle : particles) impl_->removed->write(removed_line(particle));
+  impl_->removed->flush();
+}
+
 std::vector<TimedFile> RunFolder::kept_frames() const {
   return impl_->kept;
 }
@@ -193,11 +208,13 @@ std::vector<TimedFile> RunFolder::kept_frames() const {
 void RunFolder::sync() {
   const std::lock_guard lock(impl_->history_mutex);
   impl_->history.sync();
+  if (impl_->removed) impl_->removed->sync();
 }
 
 void RunFolder::finish(const RunEnd& end) {
   try {
     impl_->history.sync();
+    if (impl_->removed) impl_->removed->sync();
     impl_->log.sync();
   } catch (const IoError& error) {
     RunEnd failed = end;

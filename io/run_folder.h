@@ -5,6 +5,7 @@
 ///     scenario.json        the input as it was; scenario.full.json: with every default
 ///     log.txt              what the terminal showed
 ///     history.csv          conservation laws, one row per interval (io/history.h)
+///     removed.csv          particles that left the mesh, where there are any (io/removed.h)
 ///     frames/              particles_STEP.hdf and particles.hdf.series, by FrameOutput; their
 ///                          format is in io/vtkhdf.h
 ///     checkpoints/         checkpoint_STEP.h5, from which the run can be continued
@@ -13,12 +14,14 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "io/history.h"
 #include "io/manifest.h"
+#include "io/removed.h"
 #include "io/run_continuation.h"
 #include "io/series.h"
 #include "physics/types.h"
@@ -50,6 +53,7 @@ class RunFolder {
 
   void log(std::string_view line);  ///< a newline is added where there is none
   void history(const HistoryRow& row);
+  void removed(std::span<const RemovedParticle> particles);
   /// Bring the rows that were handed over to the disk.
   void sync();
   /// Bring everything to the disk and complete the manifest. If that cannot be done, the manifest

@@ -22,7 +22,9 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_tractions();
   build_nodal_forces();
   build_analysis();
+  build_contact();
   build_output();
+  build_resume();
   return std::move(model_);
 }
 
@@ -57,7 +59,10 @@ class Claims {
         for (const char* key : {"counts", "cell_size", "extent", "origin"})
           length(*structured, key);
     }
-    if (const auto* loads = root.find("external_loading_conditions")) length(*loads, "gravity");
+    if (const auto* loads = root.find("external_loading_conditions")) {
+      length(*loads, "gravity");
+      if (const auto* ramped = loads->find("gravity")) length(*ramped, "gravity");
+    }
     for (const auto* material : get_list(root, "materials")) name(*material, "type", "type");
     for (const auto* entry : get_list(root, "particles"))
       if (const auto* generator = entry->find("generator"))

@@ -23,13 +23,6 @@ void set(JsonValue& object, std::string_view key, auto value) {
   it->value.data = std::move(value);
 }
 
-// Whether the user wrote the key, validly or not.
-bool written(const JsonValue& object, std::string_view key) {
-  if (!object.is<JsonValue::Object>()) return false;
-  const auto& members = object.as<JsonValue::Object>();
-  return std::any_of(members.begin(), members.end(), [&](const auto& m) { return m.key == key; });
-}
-
 // A title as a folder name: letters, digits, '-', '_' and '.', the rest becomes '-'.
 std::string folder_name(const std::string& title) {
   std::string out;
@@ -68,6 +61,7 @@ void ScenarioBuilder<Dim>::build_analysis() {
   a.pressure_smoothing = get_bool(*analysis, "pressure_smoothing").value_or(false);
   a.remove_leaving_particles = !get_bool(*analysis, "locate_particles").value_or(true);
   a.patch_particles = get_integer(*analysis, "patch_particles").value_or(4096);
+  a.split_steps = get_integer(*analysis, "split_steps").value_or(100);
   if (const JsonValue* steps = analysis->find("nload_balance_steps"))
     in_.warning(*steps, "'nload_balance_steps' has no effect on one rank");
 }
@@ -75,23 +69,22 @@ void ScenarioBuilder<Dim>::build_analysis() {
 template <int Dim>
 void ScenarioBuilder<Dim>::build_scheme(JsonValue& analysis) {
   const JsonValue* scheme = analysis.find("mpm_scheme");
-  const JsonValue* older = analysis.find("stress_update");
+  const char* key = analysis.find("stress_update") ? "stress_update" : "stress_analysis";
+  const JsonValue* older = analysis.find(key);
   std::string name = "usf";
   if (scheme) name = scheme->as<std::string>();
   if (older) {
     const std::string wanted = older->as<std::string>();
     if (scheme && wanted != name)
-      in_.warning(*older, fmt::format("'stress_update' says {}, but 'mpm_scheme' says {}, which "
-                                      "counts",
+      in_.warning(*older, fmt::format("'{}' says {}, but 'mpm_scheme' says {}, which counts", key,
                                       wanted, name));
     else if (!scheme && in_.as_cbgeo)
       in_.warning(*older,
-                  fmt::format("'stress_update': {} is ignored; usf is run, as by CB-Geo", wanted));
+                  fmt::format("'{}': {} is ignored; usf is run, as by CB-Geo", key, wanted));
     else if (!scheme && wanted != "usf")
-      in_.warning(
-          *older,
-          fmt::format("'stress_update' is the older spelling of 'mpm_scheme'; {} is run", wanted),
-          "CB-Geo ignores this key and runs usf; --as-cbgeo does the same");
+      in_.warning(*older,
+                  fmt::format("'{}' is the older spelling of 'mpm_scheme'; {} is run", key, wanted),
+                  "CB-Geo ignores this key and runs usf; --as-cbgeo does the same");
     if (!scheme && !in_.as_cbgeo) name = wanted;
   }
   if (in_.as_cbgeo && name == "musl") {
@@ -101,7 +94,9 @@ void ScenarioBuilder<Dim>::build_scheme(JsonValue& analysis) {
   model_.analysis.scheme = scheme_of(name);
   set(analysis, "mpm_scheme", name);
   auto& members = std::get<JsonValue::Object>(analysis.data);
-  std::erase_if(members, [](const auto& m) { return m.key == "stress_update"; });
+  std::erase_if(members, [](const auto& m) {
+    return m.key == "stress_update" || m.key == "stress_analysis";
+  });
 }
 
 template <int Dim>
@@ -160,6 +155,11 @@ void ScenarioBuilder<Dim>::build_output() {
   std::string name = get_text(section("analysis"), "uuid").value_or("");
   if (name.empty()) name = folder_name(get_text(root_, "title").value_or(""));
   if (name.empty()) name = in_.stem;
+  // The files that a run goes on from stay where they are.
+  if (const JsonValue* resume = section("analysis").find("resume");
+      resume && resume->is<JsonValue::Object>() && get_bool(*resume, "resume").value_or(false) &&
+      get_text(*resume, "uuid") == name)
+    name += "-resumed";
   if (JsonValue* analysis = root_.find("analysis")) set(*analysis, "uuid", name);
   const std::string path = get_text(post, "path").value_or("results/");
   out.folder = (in_.folder / path / name).lexically_normal().string();

@@ -4,11 +4,19 @@
 #include <memory>
 #include <set>
 
+#include "io/cbgeo_table.h"
 #include "io/particles_generator.h"
 #include "io/scenario_input.h"
 #include "physics/model.h"
 
 namespace lahar {
+
+/// The cells of a generator: a set, or all of the mesh.
+struct CellList {
+  const std::vector<Index>* listed;  ///< null: all
+  Index size;
+  Index operator[](Index i) const { return listed ? (*listed)[static_cast<std::size_t>(i)] : i; }
+};
 
 /// Builds the model part by part. A part that cannot be built is reported and left empty; the parts
 /// that depend on it check what they can without it, so that one run finds every problem.
@@ -23,7 +31,8 @@ class ScenarioBuilder {
  private:
   // scenario_mesh.cpp
   void build_mesh();
-  void build_structured_mesh(const JsonValue& structured);
+  void warn_of_negative_masses(const JsonValue& mesh);
+  void build_structured_mesh(const JsonValue& mesh, const JsonValue& structured);
   void build_table_mesh(const JsonValue& mesh);
   void build_sets();
   // scenario_materials.cpp
@@ -38,22 +47,38 @@ class ScenarioBuilder {
   void build_velocity_update(const JsonValue& analysis);
   void build_time_step(const JsonValue& analysis);
   void build_output();
+  // scenario_contact.cpp
+  void build_contact();
+  void add_body(const JsonValue& body, int number);
+  void number_bodies();
   // scenario_particles.cpp
   void build_particles();
   void generate(const JsonValue& generator);
   NewParticles<Dim> read_particles(const JsonValue& generator);
+  bool check_gauss_points(const JsonValue& generator);
   NewParticles<Dim> fill_gauss(const JsonValue& generator);
+  // scenario_injection.cpp
+  std::optional<CellList> cells_of(const JsonValue& generator);
+  void build_injection(const JsonValue& generator);
+  // scenario_particles.cpp
   void name_particle_set(const JsonValue& generator, Index first, Index last);
   void warn_of_coincident(const JsonValue& particles);
   void place_particles();
   void report_strays(const std::vector<Index>& strays);
   void assign_volumes();
   void assign_stresses();
+  void assign_stress(const JsonValue& given);
   /// The rows of all particles, if their number is known.
   const RowShares* known_rows() const { return particles_complete_ ? &rows_ : nullptr; }
   void collect_particle_sets();
   void build_particle_sets();
   void assign_material_sets();
+  // scenario_resume.cpp
+  void build_resume();
+  std::vector<std::filesystem::path> find_resume_files(const JsonValue& resume,
+                                                       const std::string& run, Index step);
+  void resume_from(const std::vector<std::filesystem::path>& files);
+  void add_resumed(const CbgeoParticle& row, const std::string& file);
   // scenario_loads.cpp
   void build_constraints();
   void build_friction();
@@ -65,6 +90,9 @@ class ScenarioBuilder {
   /// if reported. Of particles, those of this member of the team.
   std::optional<std::vector<Index>> members(const JsonValue& object, std::string_view id_key,
                                             std::string_view name_key, const EntitySets& sets);
+  /// Whether these keys mean all particles (-1), those that are still to come too.
+  static bool means_all(const JsonValue& object, std::string_view id_key,
+                        std::string_view name_key);
   std::optional<int> direction_of(const JsonValue& object);
   /// Report keys that a `file` entry replaces or that are missing without one; true = use the file.
   bool from_file(const JsonValue& object, const std::vector<std::string_view>& required);

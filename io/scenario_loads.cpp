@@ -45,6 +45,12 @@ std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(const JsonValue&
 }
 
 template <int Dim>
+bool ScenarioBuilder<Dim>::means_all(const JsonValue& object, std::string_view id_key,
+                                     std::string_view name_key) {
+  return get_integer(object, id_key) == -1 || get_integer(object, name_key) == -1;
+}
+
+template <int Dim>
 std::optional<int> ScenarioBuilder<Dim>::direction_of(const JsonValue& object) {
   const auto dir = get_direction(object, "dir");
   if (!dir || *dir < Dim) return dir;
@@ -130,14 +136,22 @@ void ScenarioBuilder<Dim>::build_particle_constraints() {
     const auto dir = direction_of(*c);
     const auto v = get_number(*c, "velocity");
     auto ids = members(*c, "pset_id", "pset", sets_.particles);
-    if (dir && v && ids) model_.particle_velocities.push_back({std::move(*ids), *dir, *v});
+    if (dir && v && ids)
+      model_.particle_velocities.push_back(
+          {std::move(*ids), *dir, *v, means_all(*c, "pset_id", "pset")});
   }
 }
 
 template <int Dim>
 void ScenarioBuilder<Dim>::build_gravity() {
-  model_.gravity =
-      get_vector<Dim>(section("external_loading_conditions"), "gravity").value_or(Vec<Dim>::Zero());
+  const JsonValue& loads = section("external_loading_conditions");
+  const JsonValue* gravity = loads.find("gravity");
+  const bool ramped = gravity && gravity->is<JsonValue::Object>();
+  model_.gravity = get_vector<Dim>(ramped ? *gravity : loads, "gravity").value_or(Vec<Dim>::Zero());
+  const double ramp = ramped ? get_number(*gravity, "ramping_time").value_or(0) : 0;
+  if (ramp <= 0) return;
+  model_.gravity_function = static_cast<int>(model_.functions.size());
+  model_.functions.push_back({.kind = MathFunction::Kind::linear, .x = {0, ramp}, .f = {0, 1}});
 }
 
 template <int Dim>
@@ -148,7 +162,9 @@ void ScenarioBuilder<Dim>::build_tractions() {
     const auto value = get_number(*t, "traction");
     const int function = find_function(*t);
     auto ids = members(*t, "pset_id", "pset", sets_.particles);
-    if (dir && value && ids) model_.tractions.push_back({std::move(*ids), *dir, *value, function});
+    if (dir && value && ids)
+      model_.tractions.push_back(
+          {std::move(*ids), *dir, *value, function, means_all(*t, "pset_id", "pset")});
   }
 }
 
@@ -194,6 +210,8 @@ void ScenarioBuilder<Dim>::build_nodal_forces() {
 #define LAHAR_INSTANTIATE(Dim)                                                         \
   template std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(            \
       const JsonValue&, std::string_view, std::string_view, const EntitySets&);        \
+  template bool ScenarioBuilder<Dim>::means_all(const JsonValue&, std::string_view,    \
+                                                std::string_view);                     \
   template std::optional<int> ScenarioBuilder<Dim>::direction_of(const JsonValue&);    \
   template bool ScenarioBuilder<Dim>::from_file(const JsonValue&,                      \
                                                 const std::vector<std::string_view>&); \

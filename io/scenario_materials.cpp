@@ -4,8 +4,9 @@
 #include <algorithm>
 
 #include "io/fields.h"
+#include "io/law_reader.h"
 #include "io/scenario_builder.h"
-#include "physics/materials.h"
+#include "physics/law.h"
 
 namespace lahar {
 
@@ -20,43 +21,6 @@ bool is_new(const std::map<T, const JsonValue*>& seen, const T& key, const JsonV
   in.error(at, fmt::format("{} '{}' occurs twice; first on line {}", what, key,
                            in.document.line(*it->second)));
   return false;
-}
-
-// A law from the keys of its table. Bad values have been reported; what stands for them is not
-// used.
-template <class LawType>
-LawType read_law(const JsonValue& m, bool as_cbgeo) {
-  LawType law{};
-  for (const auto& p : LawType::parameters) {
-    if (p.flag) law.*p.flag = get_bool(m, p.key).value_or(false);
-    if (p.number) law.*p.number = get_number(m, p.key).value_or(p.required ? 1.0 : p.fallback);
-  }
-  if constexpr (requires { law.as_cbgeo; }) law.as_cbgeo = as_cbgeo;
-  return law;
-}
-
-// True if all keys of the law have values: only then can their combination be judged.
-template <class LawType>
-bool is_complete(const JsonValue& m) {
-  return std::all_of(LawType::parameters.begin(), LawType::parameters.end(), [&](const auto& p) {
-    const JsonValue* value = m.find(p.key);
-    return value ? value->valid() : !p.required;
-  });
-}
-
-template <class... Laws>
-Law make_law(const JsonValue& m, std::string_view type, ScenarioInput& in,
-             const std::variant<Laws...>*) {
-  Law law;
-  const auto make = [&]<class LawType>(const LawType*) {
-    if (type != LawType::name) return;
-    const auto made = read_law<LawType>(m, in.as_cbgeo);
-    law = made;
-    if (!is_complete<LawType>(m)) return;
-    if (const std::string problem = made.problem(); !problem.empty()) in.error(m, problem);
-  };
-  (make(static_cast<const Laws*>(nullptr)), ...);
-  return law;
 }
 
 // The entry with this id or name; reports one that does not exist.
@@ -81,6 +45,25 @@ int find_entry(const JsonValue& value, const Entries& entries, Id id, Name name,
   return -1;
 }
 
+// Frames hold all state variables; a name that no material has is probably misspelt.
+void check_names_of_state_variables(const JsonValue& post, std::span<const Material> materials,
+                                    ScenarioInput& in) {
+  std::vector<std::string> known;
+  for (const StateVariable* variable : state_variables(materials))
+    known.emplace_back(variable->name);
+  for (const JsonValue* entry : get_list(post, "vtk_statevars")) {
+    const JsonValue* names = entry->find("statevars");
+    if (!names) continue;
+    for (const JsonValue& name : names->as<JsonValue::Array>()) {
+      if (!name.is<std::string>()) continue;
+      const auto& text = name.as<std::string>();
+      if (std::find(known.begin(), known.end(), text) == known.end())
+        in.warning(name, fmt::format("no material has a state variable '{}'", text),
+                   known.empty() ? "" : suggest(text, known, "state variables"));
+    }
+  }
+}
+
 }  // namespace
 
 template <int Dim>
@@ -97,19 +80,18 @@ void ScenarioBuilder<Dim>::build_materials() {
     material.name = name.value_or(fmt::format("{}", material.id));
     if (name && is_new(names, *name, *m->find("name"), "material name", in_)) names[*name] = m;
     material.density = get_number(*m, "density").value_or(1);
-    material.law = make_law(*m, without_dimension(get_text(*m, "type").value_or("")), in_,
-                            static_cast<const Law*>(nullptr));
+    material.law = read_law(*m, in_);
   }
   const JsonValue* list = root_.find("materials");
   if (list && model_.materials.empty() && list->is<JsonValue::Array>())
     in_.error(*list, "there are no materials");
+  check_names_of_state_variables(section("post_processing"), model_.materials, in_);
 }
 
 template <int Dim>
 int ScenarioBuilder<Dim>::find_material(const JsonValue& object) {
   const JsonValue* value = in_.either(object, "material_id", "material");
   if (!value) {
-    if (object.find("type") && get_text(object, "type") == "inject") return -1;
     const auto& members = object.as<JsonValue::Object>();
     if (std::none_of(members.begin(), members.end(),
                      [](const auto& m) { return m.key == "material_id" || m.key == "material"; }))

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "io/scenario_builder.h"
+#include "physics/element_grid.h"
 
 namespace lahar {
 
@@ -18,7 +19,16 @@ constexpr double region_tolerance = 1e-9;
 constexpr double count_tolerance = 1e-6;
 
 // Beyond this, going once through the nodes of a mesh takes minutes.
-constexpr double most_nodes = 1e10;
+constexpr double most_grid_nodes = 1e10;
+
+// A mesh that is stored takes some 200 bytes per node.
+constexpr double most_stored_nodes = 1e9;
+
+// The element that the mesh names.
+template <int Dim>
+Element element_of(const JsonValue& mesh) {
+  return element_named(get_text(mesh, "cell_type").value_or("")).value_or(multilinear<Dim>);
+}
 
 }  // namespace
 
@@ -31,13 +41,14 @@ void ScenarioBuilder<Dim>::build_mesh() {
   if (structured && file)
     in_.error(*structured, "'structured' and 'mesh' are two meshes; give one of them");
   else if (structured)
-    build_structured_mesh(*structured);
+    build_structured_mesh(*mesh, *structured);
   else if (file)
     build_table_mesh(*mesh);
   else if (in_.problems.empty())
     in_.error(*mesh, "there is no mesh",
               "give a mesh file (\"mesh\": \"mesh.txt\") or a grid (\"structured\": {...})");
   mesh_ = model_.mesh;
+  if (mesh_) warn_of_negative_masses(*mesh);
   if (mesh_) {
     double size = mesh_->cell_size(0);
     if (!mesh_->is_structured())
@@ -46,8 +57,22 @@ void ScenarioBuilder<Dim>::build_mesh() {
   }
 }
 
+/// The integral of a corner's function over a cell is zero (T6) or negative (Q8, H20).
 template <int Dim>
-void ScenarioBuilder<Dim>::build_structured_mesh(const JsonValue& s) {
+void ScenarioBuilder<Dim>::warn_of_negative_masses(const JsonValue& mesh) {
+  const Element element = mesh_->element();
+  if (element != Element::T6 && element != Element::Q8 && element != Element::H20) return;
+  in_.warning(*mesh.find("cell_type"),
+              fmt::format("corner nodes of {} have masses of zero or below, with which waves in a "
+                          "solid grow instead of passing",
+                          info(element).name),
+              element == Element::T6   ? "ED2T3 and ED2Q9 have no such nodes"
+              : element == Element::Q8 ? "ED2Q9 has no such nodes"
+                                       : "ED3H27 has no such nodes");
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_structured_mesh(const JsonValue& mesh, const JsonValue& s) {
   const auto origin = get_vector<Dim>(s, "origin");
   const auto extent = get_vector<Dim>(s, "extent"), counts = get_vector<Dim>(s, "counts");
   auto cell = get_vector<Dim>(s, "cell_size");
@@ -74,15 +99,23 @@ void ScenarioBuilder<Dim>::build_structured_mesh(const JsonValue& s) {
                                    (*extent)[d], (*cell)[d]));
   }
   if (!cell) cell = extent->cwiseQuotient(*counts);
+  const Element element = element_of<Dim>(mesh);
   double total = 1;
-  for (const Index c : n) total *= static_cast<double>(c) + 1;
-  if (total > most_nodes)
+  for (const Index c : n) total *= static_cast<double>(c) * info(element).order + 1;
+  const double most = element == multilinear<Dim> ? most_grid_nodes : most_stored_nodes;
+  if (total > most)
     return in_.error(s, fmt::format("a mesh of {:.4g} nodes is too large; at most {:.0e} are "
                                     "possible",
-                                    total, most_nodes));
+                                    total, most));
   if (!origin) return;
   try {
-    model_.mesh = std::make_shared<const Mesh<Dim>>(Mesh<Dim>::structured(*origin, *cell, n));
+    if (element == multilinear<Dim>) {
+      model_.mesh = std::make_shared<const Mesh<Dim>>(Mesh<Dim>::structured(*origin, *cell, n));
+    } else {
+      const auto tables = element_grid<Dim>(element, *origin, *cell, n);
+      model_.mesh = std::make_shared<const Mesh<Dim>>(
+          Mesh<Dim>::from_tables(tables.nodes, element, tables.cells, true));
+    }
   } catch (const InputError& e) {
     in_.error(s, e.what());
   }
@@ -92,7 +125,8 @@ template <int Dim>
 void ScenarioBuilder<Dim>::build_table_mesh(const JsonValue& mesh) {
   auto file = in_.open(mesh, "mesh");
   if (!file) return;
-  auto tables = read_mesh_file<Dim>(*file, in_.problems);
+  const Element element = element_of<Dim>(mesh);
+  auto tables = read_mesh_file<Dim>(*file, info(element).nodes, in_.problems);
   if (!tables) return;
   if (get_bool(mesh, "check_duplicates").value_or(true)) {
     const auto [a, b] = find_coincident<Dim>(tables->nodes);
@@ -104,7 +138,7 @@ void ScenarioBuilder<Dim>::build_table_mesh(const JsonValue& mesh) {
   const auto lines = tables->cell_lines;
   try {
     model_.mesh = std::make_shared<const Mesh<Dim>>(
-        Mesh<Dim>::from_tables(std::move(tables->nodes), std::move(tables->cells),
+        Mesh<Dim>::from_tables(std::move(tables->nodes), element, tables->cells,
                                get_bool(mesh, "isoparametric").value_or(true)));
   } catch (const InputError& e) {
     for (Problem p : e.problems()) {
@@ -139,16 +173,17 @@ void ScenarioBuilder<Dim>::build_sets() {
     }
   };
   each("nodes", sets_.nodes, for_nodes_near<Dim>, [&](Index i) { return mesh_->node(i); });
-  each("cells", sets_.cells, for_cells_near<Dim>,
-       [&](Index i) { return mesh_->geometry(i).centre; });
+  each("cells", sets_.cells, for_cells_near<Dim>, [&](Index i) { return mesh_->cell_centre(i); });
 }
 
 template void ScenarioBuilder<2>::build_mesh();
 template void ScenarioBuilder<3>::build_mesh();
-template void ScenarioBuilder<2>::build_structured_mesh(const JsonValue&);
-template void ScenarioBuilder<3>::build_structured_mesh(const JsonValue&);
+template void ScenarioBuilder<2>::build_structured_mesh(const JsonValue&, const JsonValue&);
+template void ScenarioBuilder<3>::build_structured_mesh(const JsonValue&, const JsonValue&);
 template void ScenarioBuilder<2>::build_table_mesh(const JsonValue&);
 template void ScenarioBuilder<3>::build_table_mesh(const JsonValue&);
+template void ScenarioBuilder<2>::warn_of_negative_masses(const JsonValue&);
+template void ScenarioBuilder<3>::warn_of_negative_masses(const JsonValue&);
 template void ScenarioBuilder<2>::build_sets();
 template void ScenarioBuilder<3>::build_sets();
 

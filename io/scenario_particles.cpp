@@ -24,6 +24,10 @@ void ScenarioBuilder<Dim>::build_particles() {
       particles_complete_ = false;
       continue;
     }
+    if (get_text(*generator, "type") == "inject") {
+      build_injection(*generator);
+      continue;
+    }
     generate(*generator);
     // Particles of one region lie in parts of their own of the cells of a grid.
     const bool different = entries.size() == 1 && get_text(*generator, "type") == "region" &&
@@ -55,7 +59,7 @@ void ScenarioBuilder<Dim>::generate(const JsonValue& generator) {
   NewParticles<Dim> fresh;
   if (type == "file")
     fresh = read_particles(generator);
-  else if (type == "gauss" || type == "inject")
+  else if (type == "gauss")
     fresh = fill_gauss(generator);
   else if (type == "region" && mesh_) {
     const JsonValue* shape = generator.find("region");
@@ -107,24 +111,28 @@ NewParticles<Dim> ScenarioBuilder<Dim>::read_particles(const JsonValue& generato
 }
 
 template <int Dim>
-NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue& generator) {
-  const JsonValue* set = in_.either(generator, "cset_id", "cset");
+bool ScenarioBuilder<Dim>::check_gauss_points(const JsonValue& generator) {
   const auto n = get_integer(generator, "nparticles_per_dir");
-  if (Dim == 3 && n == 4) {
-    in_.error(*generator.find("nparticles_per_dir"),
-              "'nparticles_per_dir' must be at most 3 in three dimensions, found 4");
-    return {};
-  }
-  const std::vector<Index>* listed = nullptr;  // none: all cells
-  if (set && !(set->is_number() && set->number() == -1)) {
-    listed = sets_.cells.find(*set, in_);
-    if (!listed) return {};
-  }
-  if (!mesh_ || !n || get_text(generator, "type") == "inject") return {};
-  const Index count = listed ? static_cast<Index>(listed->size()) : n_cells();
+  const Element element = mesh_ ? mesh_->element() : multilinear<Dim>;
+  if (!n || *n <= most_gauss_points(element)) return true;
+  in_.error(*generator.find("nparticles_per_dir"),
+            fmt::format("'nparticles_per_dir' must be at most {} {}, found {}",
+                        most_gauss_points(element),
+                        info(element).simplex ? fmt::format("in a {}", info(element).noun)
+                                              : std::string("in three dimensions"),
+                        *n));
+  return false;
+}
+
+template <int Dim>
+NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue& generator) {
+  const auto n = get_integer(generator, "nparticles_per_dir");
+  const auto all = cells_of(generator);
+  if (!check_gauss_points(generator) || !mesh_ || !n || !all) return {};
   std::vector<Index> cells;  // this member's
-  for (Index i = team_.part(count, team_.index()); i < team_.part(count, team_.index() + 1); ++i)
-    cells.push_back(listed ? (*listed)[static_cast<std::size_t>(i)] : i);
+  for (Index i = team_.part(all->size, team_.index()); i < team_.part(all->size, team_.index() + 1);
+       ++i)
+    cells.push_back((*all)[i]);
   return fill_cells<Dim>(*mesh_, cells, static_cast<int>(*n));
 }
 
@@ -244,12 +252,35 @@ void ScenarioBuilder<Dim>::assign_volumes() {
 template <int Dim>
 void ScenarioBuilder<Dim>::assign_stresses() {
   auto& stress = model_.particles.stress;
-  const auto file = in_.open(section("mesh"), "particles_stresses");
+  const JsonValue* given = section("mesh").find("particles_stresses");
+  if (!given) return;
+  const bool from_object = given->is<JsonValue::Object>();
+  if (from_object && get_text(*given, "type") == "isotropic") return assign_stress(*given);
+  if (from_object && !given->find("location"))
+    return in_.error(*given, "'location' is missing", "the file of stresses");
+  const auto file =
+      from_object ? in_.open(*given, "location") : in_.open(section("mesh"), "particles_stresses");
   if (!file) return;
   stress.resize(model_.particles.x.size());
   read_stress_file(*file, known_rows(), team_, in_.problems, [&](Index i, const Voigt& value) {
     stress[static_cast<std::size_t>(i)] = value;
   });
+}
+
+// The same stress for all particles.
+template <int Dim>
+void ScenarioBuilder<Dim>::assign_stress(const JsonValue& given) {
+  const std::vector<double> values = get_numbers(given, "values");
+  Voigt stress{};
+  if (values.size() == 1)
+    stress[0] = stress[1] = stress[2] = values[0];
+  else if (values.size() == stress.size())
+    std::copy(values.begin(), values.end(), stress.begin());
+  else
+    return in_.error(given,
+                     fmt::format("'values' must have 1 or 6 numbers, found {}", values.size()),
+                     "xx yy zz xy yz xz, or one number for xx, yy and zz [Pa]");
+  model_.particles.stress.assign(model_.particles.x.size(), stress);
 }
 
 // The members of the sets of entity_sets.json that this member of the team holds.
@@ -271,8 +302,11 @@ void ScenarioBuilder<Dim>::collect_particle_sets() {
   for (const auto& [id, members] : sets.by_id)
     if (beyond.count(id))
       in_.error(*section("mesh").find("entity_sets"),
-                fmt::format("particle set {} has particle {}, but the ids are 0 to {}", id,
-                            beyond[id], n - 1));
+                n > 0 ? fmt::format("particle set {} has particle {}, but the ids are 0 to {}", id,
+                                    beyond[id], n - 1)
+                      : fmt::format("particle set {} has particle {}, but at the start there are "
+                                    "no particles",
+                                    id, beyond[id]));
 }
 
 template <int Dim>
@@ -321,6 +355,7 @@ void ScenarioBuilder<Dim>::assign_material_sets() {
   template void ScenarioBuilder<Dim>::report_strays(const std::vector<Index>&);          \
   template void ScenarioBuilder<Dim>::assign_volumes();                                  \
   template void ScenarioBuilder<Dim>::assign_stresses();                                 \
+  template void ScenarioBuilder<Dim>::assign_stress(const JsonValue&);                   \
   template void ScenarioBuilder<Dim>::build_particle_sets();                             \
   template void ScenarioBuilder<Dim>::assign_material_sets();
 LAHAR_INSTANTIATE(2)

@@ -94,13 +94,15 @@ class RowReader {
 template <int Dim>
 struct MeshTables {
   std::vector<Vec<Dim>> nodes;
-  std::vector<std::array<Index, corners<Dim>>> cells;
+  std::vector<Index> cells;     ///< the nodes of each cell, one cell after the other
   std::vector<int> cell_lines;  ///< line of each cell in the file
 };
 
-/// `nnodes ncells`, then coordinates, then node ids; nothing if anything is wrong.
+/// `nnodes ncells`, then coordinates, then the ids of so many nodes per cell; nothing if anything
+/// is wrong.
 template <int Dim>
-std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, ProblemList& problems);
+std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, int nodes_per_cell,
+                                              ProblemList& problems);
 
 /// Rows `node dir value`.
 struct NodeValue {

@@ -32,7 +32,8 @@ bool no_more_rows(RowReader& rows, std::string_view what, Index promised) {
 }
 
 template <int Dim>
-std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, ProblemList& problems) {
+std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, int nodes_per_cell,
+                                              ProblemList& problems) {
   RowReader rows(file, problems);
   Index n_nodes = 0, n_cells = 0;
   if (!rows.next()) {
@@ -51,16 +52,18 @@ std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, ProblemList&
     }
     read_point<Dim>(rows, mesh.nodes.emplace_back());
   }
-  if (plausible(file, n_cells)) mesh.cells.reserve(static_cast<std::size_t>(n_cells));
+  if (plausible(file, n_cells))
+    mesh.cells.reserve(static_cast<std::size_t>(n_cells) *
+                       static_cast<std::size_t>(nodes_per_cell));
   for (Index i = 0; i < n_cells; ++i) {
     if (!rows.next()) {
       too_few(rows, "cells", i, n_cells);
       return std::nullopt;
     }
-    auto& cell = mesh.cells.emplace_back();
     mesh.cell_lines.push_back(rows.line());
     bool ok = true;
-    for (Index& node : cell) ok = ok && rows.integer(node, "a node id", 0, n_nodes - 1);
+    for (int k = 0; k < nodes_per_cell; ++k)
+      ok = ok && rows.integer(mesh.cells.emplace_back(), "a node id", 0, n_nodes - 1);
     if (ok) rows.end_of_row();
   }
   no_more_rows(rows, "cells", n_cells);
@@ -147,8 +150,8 @@ std::optional<std::vector<NodeFrame<Dim>>> read_angle_file(const SideFile& file,
   return frames;
 }
 
-template std::optional<MeshTables<2>> read_mesh_file<2>(const SideFile&, ProblemList&);
-template std::optional<MeshTables<3>> read_mesh_file<3>(const SideFile&, ProblemList&);
+template std::optional<MeshTables<2>> read_mesh_file<2>(const SideFile&, int, ProblemList&);
+template std::optional<MeshTables<3>> read_mesh_file<3>(const SideFile&, int, ProblemList&);
 template std::optional<std::vector<NodeFrame<2>>> read_angle_file<2>(const SideFile&, Index,
                                                                      ProblemList&);
 template std::optional<std::vector<NodeFrame<3>>> read_angle_file<3>(const SideFile&, Index,

@@ -55,6 +55,14 @@ std::optional<Vec<Dim>> get_vector(const JsonValue& object, std::string_view key
   return Vec<Dim>(numbers.data());
 }
 
+/// Whether the user wrote the key, validly or not.
+inline bool written(const JsonValue& object, std::string_view key) {
+  if (!object.is<JsonValue::Object>()) return false;
+  for (const auto& member : object.as<JsonValue::Object>())
+    if (member.key == key) return true;
+  return false;
+}
+
 /// The elements of an array of objects that are still valid; none if there is no such array.
 inline std::vector<const JsonValue*> get_list(const JsonValue& object, std::string_view key) {
   std::vector<const JsonValue*> out;

@@ -27,6 +27,7 @@
 
 #include <cstddef>
 
+#include "physics/lagrange_basis.h"
 #include "physics/patch.h"
 #include "physics/tensor_basis.h"
 
@@ -44,6 +45,8 @@ LAHAR_INLINE void with_bases(const Patch<Dim>& patch, Body body) {
   switch (patch.basis) {
     case BasisKind::linear:
       break;  // has kernels of its own
+    case BasisKind::element:
+      return with_lagrange(patch, body);
     case BasisKind::quadratic_spline:
       return body(SplineCells<Dim, QuadraticSpline>(patch));
     case BasisKind::cubic_spline:

@@ -229,8 +229,7 @@ std::vector<CellPart<Dim>> cut_cell(Element element, int n) {
 }
 
 int most_gauss_points(Element element) {
-  if (info(element).simplex) return 2;
-  return info(element).dim == 2 ? 4 : 3;
+  return info(element).simplex ? 2 : 4;
 }
 
 template <int Dim>
@@ -250,6 +249,9 @@ std::vector<Vec<Dim>> gauss_points(Element element, int n) {
       if (d == 0) points.emplace_back();
       points.back()[d] = a[static_cast<std::size_t>(at[static_cast<std::size_t>(d)])];
     }
+  if (Dim == 3 && n == 4)  // layer by layer, each as in 2D
+    std::stable_sort(points.begin(), points.end(),
+                     [](const Vec<Dim>& p, const Vec<Dim>& q) { return p[Dim - 1] < q[Dim - 1]; });
   return points;
 }
 

@@ -343,8 +343,9 @@ std::vector<CellPart<Dim>> cut_cell(Element element, int n);
 
 /// Gauss points in the reference code's order, for n particles per direction. Quadrilaterals and
 /// hexahedra: n = 2 counter-clockwise, layer by layer; n = 3 in 2D corners, mid-sides (each
-/// counter-clockwise) and centre; otherwise the last axis runs fastest; n is 1 to 4 in 2D, 1 to 3
-/// in 3D. Triangles and tetrahedra: n = 1 the centre, n = 2 three or four points.
+/// counter-clockwise) and centre, in 3D the last axis fastest; n = 4 in 2D the last axis fastest,
+/// in 3D the same layer by layer. Triangles and tetrahedra: n = 1 the centre, n = 2 three or four
+/// points.
 template <int Dim>
 std::vector<Vec<Dim>> gauss_points(Element element, int n);
 /// The largest n that gauss_points() knows.

@@ -260,31 +260,66 @@ double ElementGeometry<Dim>::size() const {
   return least / info(element).order;
 }
 
+namespace {
+
+/// The inverse of the map's affine part at the middle of the cell; false if that is folded.
+template <Element E>
+bool affine_estimate(const ElementMap<E>& map, Vec<info(E).dim>& xi) {
+  constexpr int dim = info(E).dim;
+  xi = centre_xi<dim>(E);
+  Vec<dim> step;
+  if (!solve_positive(map.gradient(xi), map.value(xi), step)) return false;
+  xi -= step;
+  return true;
+}
+
+template <Element E>
+constexpr bool is_affine = info(E).order == 1 && info(E).simplex;
+
+}  // namespace
+
 template <int Dim>
 Mapped inverse_map(const ElementGeometry<Dim>& cell, const Vec<Dim>& x, Vec<Dim>& xi) {
   return with_element<Dim>(cell.element, [&](auto element) {
     constexpr Element E = decltype(element)::value;
     const ElementMap<E> map(cell, x);
-    xi = centre_xi<Dim>(E);
-    Vec<Dim> step;
-    const bool affine = solve_positive(map.gradient(xi), map.value(xi), step);
-    if (affine) xi -= step;
-    if constexpr (info(E).order == 1 && info(E).simplex) {
-      return affine ? Mapped::yes : Mapped::undecided;
+    if (!x.allFinite()) {
+      xi = centre_xi<Dim>(E);
+      return Mapped::no;
+    }
+    if constexpr (is_affine<E>) {
+      return affine_estimate(map, xi) ? Mapped::yes : Mapped::undecided;
     } else {
       Search<E> search(map);
       if (search.solve(centre_xi<Dim>(E))) {
         xi = search.nearest();
         return Mapped::yes;
       }
+      affine_estimate(map, xi);
       return search.run(xi);
     }
   });
 }
 
-#define LAHAR_INSTANTIATE(Dim)          \
-  template struct ElementGeometry<Dim>; \
-  template Mapped inverse_map<Dim>(const ElementGeometry<Dim>&, const Vec<Dim>&, Vec<Dim>&);
+template <int Dim>
+bool quick_inverse_map(const ElementGeometry<Dim>& cell, const Vec<Dim>& x, Vec<Dim>& xi) {
+  return with_element<Dim>(cell.element, [&](auto element) {
+    constexpr Element E = decltype(element)::value;
+    const ElementMap<E> map(cell, x);
+    const bool estimated = affine_estimate(map, xi);
+    if constexpr (is_affine<E>) return estimated;
+    Vec<Dim> found = centre_xi<Dim>(E);
+    double residual;
+    if (!newton<Dim>(map, found, residual)) return false;
+    xi = found;
+    return true;
+  });
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                               \
+  template struct ElementGeometry<Dim>;                                                      \
+  template Mapped inverse_map<Dim>(const ElementGeometry<Dim>&, const Vec<Dim>&, Vec<Dim>&); \
+  template bool quick_inverse_map<Dim>(const ElementGeometry<Dim>&, const Vec<Dim>&, Vec<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 

@@ -42,4 +42,9 @@ enum class Mapped {
 template <int Dim>
 Mapped inverse_map(const ElementGeometry<Dim>& cell, const Vec<Dim>& x, Vec<Dim>& xi);
 
+/// The same by Newton's method alone: true if xi maps to x. Another point of the cell might, too,
+/// where xi is outside; and where it is false.
+template <int Dim>
+bool quick_inverse_map(const ElementGeometry<Dim>& cell, const Vec<Dim>& x, Vec<Dim>& xi);
+
 }  // namespace lahar

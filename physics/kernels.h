@@ -9,9 +9,10 @@
 
 namespace lahar {
 
-/// A node of at most this mass [kg] is not accelerated, one of at most a tenth of it has no
-/// velocity: the reference code's values, 1e-15 and 1e-16 kg, but for models whose particles are so
-/// light that these would be more than rounding (see Patch::least_mass).
+/// A node of at most this mass [kg], whatever its sign (quadratic functions have negative parts),
+/// is not accelerated, one of at most a tenth of it has no velocity: the reference code's values,
+/// 1e-15 and 1e-16 kg, but for models whose particles are so light that these would be more than
+/// rounding (see Patch::least_mass).
 inline constexpr double least_nodal_mass = 1e-15;
 /// The same as a share of the lightest particle's mass; a particle contributes less than this to a
 /// node only where its shape function there is rounding.
@@ -25,6 +26,19 @@ inline constexpr double least_nodal_velocity = 1e-15;
 /// listed in Patch::late until they are mapped.
 template <int Dim>
 void receive(Patch<Dim>& patch);
+
+/// Give a cell of the patch new particles, as receive() does with those that neighbours sent.
+template <int Dim>
+void place_new(Patch<Dim>& patch, const Particles<Dim>& from, Local cell);
+
+/// The particles that Model::injections bring at the beginning of the step, after receive() has
+/// shown which cells are empty. They are listed in Patch::late, their events in Patch::injected.
+template <int Dim>
+void inject(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// The limit of the time step [s] that the particles of a generator have when they come.
+template <int Dim>
+double injection_limit(const Injection<Dim>& injection, const Model<Dim>& model);
 
 /// Sort particles again where too many runs had to be added for cells without a free slot; forget
 /// the runs of a patch that has become empty. When depends on what is in the patch only.
@@ -63,6 +77,14 @@ void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
 template <int Dim, class Real = Pack>
 void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
 
+/// g_i += sum_p V_p grad N_i: points out of a body, for contact.
+template <int Dim, class Real = Pack>
+void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+
+/// g_i with sums over all patches that share a node.
+template <int Dim>
+void nodal_gradient(Patch<Dim>& patch, const StepContext<Dim>& step);
+
 /// v_i = (m v)_i / m_i with sums over all patches that share a node, in ascending patch id; then
 /// prescribed velocities.
 template <int Dim>
@@ -77,7 +99,8 @@ template <int Dim>
 void nodal_pressure(Patch<Dim>& patch, const StepContext<Dim>& step);
 
 /// a_i = (f_i + m_i g + point forces - alpha |f_i| sign(v_i)) / m_i;  v_i += dt a_i; prescribed
-/// velocities, which also zero the acceleration.
+/// velocities, which also zero the acceleration. Where bodies share nodes, contact comes before
+/// prescribed velocities (contact.h).
 template <int Dim>
 void integrate(Patch<Dim>& patch, const StepContext<Dim>& step);
 

@@ -15,6 +15,17 @@ double load_factor(const Model<Dim>& model, int function, double t) {
   return function < 0 ? 1.0 : model.functions[static_cast<std::size_t>(function)](t);
 }
 
+/// The loads and prescribed velocities of a particle that comes during the run: those of all
+/// particles.
+template <int Dim>
+std::uint64_t loads_of_all(const Model<Dim>& model) {
+  std::uint64_t bits = 0;
+  std::size_t k = 0;
+  for (const auto& traction : model.tractions) bits |= std::uint64_t{traction.all} << k++;
+  for (const auto& velocity : model.particle_velocities) bits |= std::uint64_t{velocity.all} << k++;
+  return bits;
+}
+
 /// Force of all tractions on particle p [N]: traction(t) * volume / size, size = initial
 /// volume^(1/Dim), volume the present one (CB-Geo MPM). Of several for a direction the last wins.
 template <int Dim>

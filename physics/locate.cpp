@@ -8,6 +8,7 @@
 #include "physics/cell_polynomial.h"
 #include "physics/inverse_mapping.h"
 #include "physics/kernels.h"
+#include "physics/lagrange_basis.h"
 #include "physics/law.h"
 
 namespace lahar {
@@ -86,6 +87,37 @@ LAHAR_INLINE void locate_run_isoparametric(Patch<Dim>& patch, const Run& run, co
     if (const unsigned out =
             locate_singly(patch, mesh.geometry(patch.topology.cells[c]), p, singly))
       outside(p, out);
+  }
+}
+
+/// As locate_run_isoparametric, in cells of other elements.
+template <int Dim, class Real, class Cells, class Outside>
+LAHAR_INLINE void locate_run_element(Patch<Dim>& patch, const Cells& cells, const Run& run,
+                                     const Mesh<Dim>& mesh, Outside outside) {
+  const auto cell = cells[run.cell];
+  const auto x = patch.particles.template rows<Dim>(Column::x);
+  const auto natural = patch.particles.template rows<Dim>(Column::xi);
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    const Local n = run.end - p;
+    Real at[Dim], xi[Dim];
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d) {
+      at[d] = load<Real>(x[d] + p);
+      xi[d] = load<Real>(natural[d] + p);
+    }
+    unsigned singly = cell.inverse_map(at, xi, n);
+    singly |= cell.near_faces(xi, n);
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d) store_first(xi[d], natural[d] + p, n);
+    unsigned out = 0;
+    for (; singly != 0; singly &= singly - 1) {
+      const Local q = p + std::countr_zero(singly);
+      const auto found = mesh.natural_coordinates(
+          patch.topology.cells[static_cast<std::size_t>(run.cell)], position(patch.particles, q));
+      if (!found) out |= singly & -singly;
+      for (int d = 0; d < Dim && found; ++d) patch.particles.row(Column::xi, d)[q] = (*found)[d];
+    }
+    if (out != 0) outside(p, out);
   }
 }
 
@@ -220,6 +252,18 @@ typename Mesh<Dim>::Found find_cell(const Patch<Dim>& patch, const Mesh<Dim>& me
   return mesh.locate_from(x, patch.topology.cells[static_cast<std::size_t>(old)]);
 }
 
+template <int Dim>
+void remove(Patch<Dim>& patch, const Particles<Dim>& movers, Local i, Index step) {
+  RemovedParticle& removed = patch.removed.emplace_back();
+  removed.step = step;
+  removed.id = movers.id[static_cast<std::size_t>(i)];
+  removed.mass = movers.row(Column::mass)[i];
+  for (int d = 0; d < Dim; ++d) {
+    removed.position[static_cast<std::size_t>(d)] = movers.row(Column::x, d)[i];
+    removed.velocity[static_cast<std::size_t>(d)] = movers.row(Column::v, d)[i];
+  }
+}
+
 /// Find the new cell of a mover and bring it there.
 template <int Dim>
 void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
@@ -238,13 +282,13 @@ void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
     if (!step.model->mesh->is_near(x, patch.topology.cells[static_cast<std::size_t>(old)]))
       return stays(Mark::Kind::moved_too_far);
     if (!step.model->analysis.remove_leaving_particles) return stays(Mark::Kind::left_mesh);
-    ++patch.removed;
-    return;
+    return remove(patch, movers, i, step.step + 1);
   }
   if (has_natural)
     for (int d = 0; d < Dim; ++d) movers.row(Column::xi, d)[i] = found.xi[d];
   if (const auto local = patch.local_cell.find(found.cell); local != patch.local_cell.end())
-    return place(patch, movers, i, local->second);
+    return place(patch, movers, i,
+                 patch.cell_of(local->second, movers.material[static_cast<std::size_t>(i)]));
   const Index target = step.partition->patch_of(found.cell);
   const auto& neighbours = patch.topology.neighbours;
   const auto at = std::lower_bound(neighbours.begin(), neighbours.end(), target);
@@ -289,7 +333,11 @@ void locate(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   for (Run& run : runs) {
     if (run.begin == run.end) continue;
     const auto outside = [&](Local p, unsigned bits) { left.emplace_back(p, bits); };
-    if (patch.cartesian)
+    if (patch.basis == BasisKind::element)
+      with_lagrange(patch, [&](const auto& cells) {
+        locate_run_element<Dim, Real>(patch, cells, run, *step.model->mesh, outside);
+      });
+    else if (patch.cartesian)
       locate_run_cartesian<Dim, Real>(patch, run, outside);
     else
       locate_run_isoparametric<Dim, Real>(patch, run, *step.model->mesh, outside);
@@ -392,10 +440,19 @@ void receive(Patch<Dim>& patch) {
   for (std::size_t k = 0; k < patch.arrived.size(); ++k) {
     if (patch.arrived[k] == 0) continue;
     const auto& in = *patch.inbox[k];
-    for (Local i = 0; i < in.particles.size(); ++i)
-      place(patch, in.particles, i, patch.local_cell.at(in.cell[static_cast<std::size_t>(i)]));
+    for (Local i = 0; i < in.particles.size(); ++i) {
+      const auto row = static_cast<std::size_t>(i);
+      place(patch, in.particles, i,
+            patch.cell_of(patch.local_cell.at(in.cell[row]), in.particles.material[row]));
+    }
     move_in(patch, in.particles);
   }
+}
+
+template <int Dim>
+void place_new(Patch<Dim>& patch, const Particles<Dim>& from, Local cell) {
+  for (Local i = 0; i < from.size(); ++i) place(patch, from, i, cell);
+  move_in(patch, from);
 }
 
 /// Particles that come back to a patch find it as those do that come to a new one: whether it has
@@ -517,6 +574,7 @@ double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, std::sp
   template void locate<Dim, Scalar>(Patch<Dim>&, const StepContext<Dim>&, Runs);                   \
   template void place_movers<Dim>(Patch<Dim>&, const StepContext<Dim>&);                           \
   template void receive<Dim>(Patch<Dim>&);                                                         \
+  template void place_new<Dim>(Patch<Dim>&, const Particles<Dim>&, Local);                         \
   template void sort_if_scattered<Dim>(Patch<Dim>&);                                               \
   template void check_finite<Dim>(Patch<Dim>&);                                                    \
   template double time_step_limit<Dim>(const Patch<Dim>&, const Model<Dim>&, std::span<const Run>, \

@@ -2,6 +2,7 @@
 /// line here; CONTRIBUTING.md has an example.
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <variant>
 
@@ -50,5 +51,13 @@ inline constexpr bool all_are_laws = false;
 template <class... Laws>
 inline constexpr bool all_are_laws<std::variant<Laws...>> = (MaterialLaw<Laws> && ...);
 static_assert(all_are_laws<Law>, "a member of Law lacks something that MaterialLaw lists");
+
+template <class T>
+inline constexpr std::size_t most_state_of = 0;
+template <class... Laws>
+inline constexpr std::size_t most_state_of<std::variant<Laws...>> =
+    std::max({std::size_t{1}, Laws::state.size()...});
+/// State variables that a law may have.
+inline constexpr std::size_t most_state = most_state_of<Law>;
 
 }  // namespace lahar

@@ -150,6 +150,8 @@ void CellTable<Dim>::build_connectivity() {
     for (Index c = 0; c < cell_ids_.size(); ++c)
       curved_bounds_.push_back(element_geometry_of(c).bounds());
   }
+  padded_bounds_.reserve(static_cast<std::size_t>(cell_ids_.size()));
+  for (Index c = 0; c < cell_ids_.size(); ++c) padded_bounds_.push_back(padded(cell_bounds(c)));
   build_node_cells();
   build_face_neighbours();
 }

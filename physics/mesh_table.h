@@ -144,7 +144,7 @@ class CellTable {
   std::optional<Point> natural_of(Index row, const Point& x) const;
   std::vector<Local> ring(Index row) const;
   std::pair<Point, Point> cell_bounds(Index row) const;
-  std::pair<Point, Point> padded_bounds(Index row) const;
+  std::pair<Point, Point> padded(const std::pair<Point, Point>& bounds) const;
   std::pair<Point, Point> reach(Index row) const;
   bool may_contain(Index row, const Point& x) const;
   bool share_node(Index a, Index b) const;
@@ -156,6 +156,8 @@ class CellTable {
   std::vector<Local> cells_;  ///< rows of the nodes of each cell, file order
   /// Of cells whose faces may bulge beyond their nodes; else empty.
   std::vector<std::pair<Point, Point>> curved_bounds_;
+  /// Bounding boxes, widened by everything that counts as touching the cell.
+  std::vector<std::pair<Point, Point>> padded_bounds_;
   CompressedRows node_cells_;
   /// Neighbour across each face (ElementInfo::face); -1 = none held.
   std::vector<std::array<Local, static_cast<std::size_t>(most_faces<Dim>)>> face_neighbour_;

@@ -80,7 +80,7 @@ template <int Dim>
 std::vector<Index> CellTable<Dim>::touched_bins() const {
   tsl::robin_set<Index> touched;
   for (Index c = 0; c < cell_ids_.size(); ++c) {
-    const auto [low, high] = padded_bounds(c);
+    const auto [low, high] = padded_bounds_[c];
     for_each_position<Dim>(grid_.position(low), grid_.position(high),
                            [&](const Bins& p) { touched.insert(grid_.bin(p)); });
   }
@@ -145,7 +145,7 @@ template <int Dim>
 std::size_t CellTable<Dim>::bytes() const {
   return cell_ids_.bytes() + node_ids_.bytes() + nodes_.capacity() * sizeof(Point) +
          cells_.capacity() * sizeof(Local) + node_cells_.bytes() +
-         curved_bounds_.capacity() * sizeof(curved_bounds_[0]) +
+         (curved_bounds_.capacity() + padded_bounds_.capacity()) * sizeof(padded_bounds_[0]) +
          face_neighbour_.capacity() * sizeof(face_neighbour_[0]) + grid_.bins.bytes() +
          grid_.cells.bytes();
 }

@@ -84,10 +84,10 @@ std::span<const Local> BoundingGrid<Dim>::cells_at(const Vec<Dim>& x) const {
   return row < 0 ? std::span<const Local>() : cells[row];
 }
 
-/// Bounding box of a cell, widened by everything that counts as touching it.
+/// A cell's bounding box, widened by everything that counts as touching it.
 template <int Dim>
-std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::padded_bounds(Index row) const {
-  const auto [low, high] = cell_bounds(row);
+std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::padded(const std::pair<Point, Point>& bounds) const {
+  const auto& [low, high] = bounds;
   const double scale = std::max(magnitude<Dim>(low), magnitude<Dim>(high));
   const Point size = high - low;
   const Point pad = (box_padding + touch_tolerance(scale, size.minCoeff())) * size;
@@ -101,7 +101,7 @@ void CellTable<Dim>::choose_bins() {
   grid_.low = bounds().first;
   grid_.high = bounds().second;
   for (Index c = 0; c < n_cells(); ++c) {
-    const auto [low, high] = padded_bounds(c);
+    const auto [low, high] = padded_bounds_[c];
     mean += high - low;
     grid_.low = grid_.low.cwiseMin(low);
     grid_.high = grid_.high.cwiseMax(high);
@@ -124,7 +124,7 @@ template <int Dim>
 void CellTable<Dim>::fill_bins() {
   const Index n = cell_ids_.size();
   const auto for_each_row = [&](Index c, auto&& visit) {
-    const auto [low, high] = padded_bounds(c);
+    const auto [low, high] = padded_bounds_[c];
     for_each_position<Dim>(grid_.position(low), grid_.position(high),
                            [&](const Bins& p) { visit(grid_.bins.row(grid_.bin(p))); });
   };
@@ -146,16 +146,17 @@ double CellTable<Dim>::shortest_extent(Index row) const {
   return (high - low).minCoeff();
 }
 
-/// Natural coordinates, also beyond the cell; false where there are none, and xi is an estimate.
+/// Natural coordinates, also beyond the cell; false where none are found, and xi is an estimate.
 template <int Dim>
 bool CellTable<Dim>::map_to(Index row, const Point& x, Point& xi) const {
   if (is_multilinear()) return inverse_map<Dim>(geometry_of(row), x, xi);
-  return inverse_map<Dim>(element_geometry_of(row), x, xi) == Mapped::yes;
+  return quick_inverse_map<Dim>(element_geometry_of(row), x, xi);
 }
 
 template <int Dim>
 std::optional<Vec<Dim>> CellTable<Dim>::natural_of(Index row, const Point& x) const {
   if (!is_multilinear()) {
+    if (!may_contain(row, x)) return std::nullopt;
     Point xi;
     const Mapped mapped = inverse_map<Dim>(element_geometry_of(row), x, xi);
     if (mapped == Mapped::undecided) undecided<Dim>(cell_ids_.id(row), x);
@@ -173,7 +174,7 @@ std::optional<Vec<Dim>> CellTable<Dim>::natural_of(Index row, const Point& x) co
 /// False where natural_of() and the touch tolerance cannot hold, at less cost.
 template <int Dim>
 bool CellTable<Dim>::may_contain(Index row, const Point& x) const {
-  const auto [low, high] = padded_bounds(row);
+  const auto& [low, high] = padded_bounds_[row];
   return (x.array() >= low.array()).all() && (x.array() <= high.array()).all();
 }
 
@@ -189,7 +190,10 @@ typename CellTable<Dim>::Found CellTable<Dim>::locate(const Point& x) const {
     if (!may_contain(c, x)) continue;
     const double tolerance = touch_tolerance(magnitude<Dim>(x), shortest_extent(c));
     Point xi;
-    if (map_to(c, x, xi) && outside_by<Dim>(element(), xi) <= tolerance)
+    const bool mapped = is_multilinear()
+                            ? inverse_map<Dim>(geometry_of(c), x, xi)
+                            : inverse_map<Dim>(element_geometry_of(c), x, xi) == Mapped::yes;
+    if (mapped && outside_by<Dim>(element(), xi) <= tolerance)
       return {cell_ids_.id(c), clamp_to_cell<Dim>(element(), xi)};
   }
   return {-1, Point::Zero()};
@@ -264,7 +268,8 @@ bool CellTable<Dim>::is_near(const Point& x, Index cell) const {
 
 #define LAHAR_INSTANTIATE(Dim)                                                                   \
   template struct BoundingGrid<Dim>;                                                             \
-  template std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::padded_bounds(Index) const;             \
+  template std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::padded(                                 \
+      const std::pair<Vec<Dim>, Vec<Dim>>&) const;                                               \
   template std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::reach(Index) const;                     \
   template bool CellTable<Dim>::may_contain(Index, const Vec<Dim>&) const;                       \
   template bool CellTable<Dim>::share_node(Index, Index) const;                                  \

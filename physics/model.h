@@ -1,6 +1,7 @@
 /// \file Everything a run needs, with names resolved and units SI: what io/ makes of a scenario.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -8,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "physics/injection.h"
 #include "physics/materials.h"
 #include "physics/mesh.h"
 #include "physics/types.h"
@@ -30,6 +32,7 @@ struct Material {
   Index id = 0;        ///< as in the scenario
   std::string name;    ///< as in the scenario; the id's digits where it has no name
   double density = 0;  ///< [kg/m^3] initial
+  int body = 0;        ///< of Contact::bodies
   Law law;
 };
 
@@ -77,13 +80,15 @@ struct ParticleTraction {
   int dir;
   double traction;    ///< [Pa]
   int function = -1;  ///< index into Model::functions; -1 = constant
+  bool all = false;   ///< on all particles, those that are injected too
 };
 
 /// Prescribed velocity component of particles, applied at the end of G2P.
 struct ParticleVelocity {
   std::vector<Index> particles;  ///< particle ids, ascending; those of ParticleTable alone
   int dir;
-  double velocity;  ///< [m/s]
+  double velocity;   ///< [m/s]
+  bool all = false;  ///< of all particles, those that are injected too
 };
 
 /// Initial particles, structure of arrays; the particle's id is its position unless `id` is given:
@@ -96,6 +101,12 @@ struct ParticleTable {
   std::vector<std::uint16_t> material;  ///< index into Model::materials; always filled
   std::vector<Vec<Dim>> velocity;       ///< [m/s]; empty = zero
   std::vector<Voigt> stress;            ///< [Pa]; empty = zero
+  // What particles of an earlier run bring with them.
+  std::vector<Vec<Dim>> displacement;   ///< [m]; empty = zero
+  std::vector<Voigt> strain;            ///< engineering shear; empty = zero
+  std::vector<double> mass;             ///< [kg]; empty = volume times the material's density
+  /// State variables of the particle's material, in its order; empty = those of its beginning.
+  std::vector<std::array<double, most_state>> state;
   std::vector<Index> id;                ///< ascending; empty = the position
   std::vector<std::uint64_t> loads;     ///< as Particles::loads; empty = not yet set
   Index size() const { return static_cast<Index>(x.size()); }
@@ -111,28 +122,39 @@ struct TimeStep {
   bool accept_unstable = false;  ///< a fixed step above the limit is a warning, not an error
 };
 
+/// Bodies that have velocities of their own at nodes, and meet there.
+struct Contact {
+  int bodies = 1;       ///< one has no contact
+  double friction = 0;  ///< Coulomb's coefficient [-]
+};
+
 struct Analysis {
   Scheme scheme = Scheme::usf;
   ShapeFunctions functions = ShapeFunctions::element;
   TimeStep step;
-  Index nsteps = 0;  ///< steps to take; with end_time whichever comes first
+  Index first_step = 0;  ///< steps that an earlier run did, from which this one goes on
+  Index nsteps = 0;  ///< steps to take, these included; with end_time whichever comes first
   double end_time = std::numeric_limits<double>::infinity();  ///< [s]
   double flip = 1.0;     ///< velocity update: 1 = FLIP, 0 = PIC, between = blend
   double damping = 0.0;  ///< Cundall factor [-]; 0 = none
   bool pressure_smoothing = false;
+  Contact contact;
   bool remove_leaving_particles =
-      false;                     ///< particles that leave the mesh are removed, not an error
+      false;              ///< particles that leave the mesh are removed, not an error
   bool as_cbgeo = false;  ///< what CB-Geo MPM computes where that deviates (io/cbgeo_deviations.h)
-  /// Target particles per patch; part of the result's identity. Measured on one core, plate and H8 of
-  /// 125 thousand and 1 million particles, against 4096: 1024 20 % slower, 2048 8 %; 8192 and 16384
-  /// 3 to 7 % faster, but half and a quarter of the patches to share among threads.
+  /// Target particles per patch; part of the result's identity. Measured on one core, plate and H8
+  /// of 125 thousand and 1 million particles, against 4096: 1024 20 % slower, 2048 8 %; 8192 and
+  /// 16384 3 to 7 % faster, but half and a quarter of the patches to share among threads.
   Index patch_particles = 4096;
+  /// Every so many steps, patches that hold more than split_factor times as many are looked for, and
+  /// split; 0 = never. Part of the result's identity.
+  Index split_steps = 100;
 };
 
 struct OutputPlan {
-  std::string folder;       ///< run folder
-  Index frame_steps = 0;    ///< a frame every so many steps; 0 = only the end
-  Index history_steps = 0;  ///< a history row every so many steps; 0 = automatic
+  std::string folder;             ///< run folder
+  Index frame_steps = 0;          ///< a frame every so many steps; 0 = only the end
+  Index history_steps = 0;        ///< a history row every so many steps; 0 = automatic
   Index checkpoint_steps = 0;     ///< a checkpoint every so many steps; 0 = none
   double checkpoint_minutes = 0;  ///< [min] of wall time between checkpoints; 0 = none
   Index checkpoints_kept = 2;     ///< the last so many; older ones are removed
@@ -143,9 +165,11 @@ struct Model {
   std::string title;
   std::shared_ptr<const Mesh<Dim>> mesh;
   ParticleTable<Dim> particles;
+  std::vector<Injection<Dim>> injections;
   std::vector<Material> materials;
   std::vector<MathFunction> functions;
   Vec<Dim> gravity = Vec<Dim>::Zero();  ///< [m/s^2]
+  int gravity_function = -1;            ///< index into functions; -1 = constant
   /// Force per mass [m/s^2] at time t [s] on the material that began at X [m], beside gravity; what
   /// makes a given motion a solution (`lahar verify`). No scenario sets it.
   std::function<Vec<Dim>(const Vec<Dim>& X, double t)> body_force;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/contact.h"
 #include "physics/kernels.h"
 #include "physics/loads.h"
 
@@ -102,12 +103,18 @@ LAHAR_INLINE NodeVector with_component(const NodeVector& v, int component, doubl
   return load<NodeVector>(values);
 }
 
+/// Where an element's functions are negative in places, so may be the mass of a node: what is
+/// divided by it still moves with the body, as linear and angular momentum demand.
+LAHAR_INLINE bool more_than(double m, double least) {
+  return std::abs(m) > least;
+}
+
 /// {v, m} of a node from the sums {m v} and the mass {., m}.
 template <int Dim>
 LAHAR_INLINE NodeVector velocity_of(const Patch<Dim>& patch, const NodeVector& momentum,
                                     const NodeVector& mass) {
   const double m = mass[mass_lane];
-  if (!(m > 0.1 * patch.least_mass)) return with_mass(NodeVector(0.0), mass);
+  if (!more_than(m, 0.1 * patch.least_mass)) return with_mass(NodeVector(0.0), mass);
   return with_mass(flushed(momentum * NodeVector(1.0 / m), least_nodal_velocity), mass);
 }
 
@@ -153,8 +160,12 @@ void mark_nodes(Patch<Dim>& patch, std::size_t cell) {
   const auto mark = [&](std::span<const Local> nodes) {
     for (const Local node : nodes) patch.node_is_active[static_cast<std::size_t>(node)] = 1;
   };
-  mark(patch.topology.corner_nodes[cell]);
-  mark(patch.topology.support(cell));
+  // Of all bodies: contact asks for them all.
+  const std::size_t bodies = patch.bodies(), cells = patch.topology.cells.size() / bodies;
+  for (std::size_t c = cell % cells; c < cells * bodies; c += cells) {
+    if (!patch.topology.corner_nodes.empty()) mark(patch.topology.corner_nodes[c]);
+    mark(patch.topology.support(c));
+  }
 }
 
 }  // namespace
@@ -180,6 +191,15 @@ void activate_nodes(Patch<Dim>& patch) {
     mark_nodes(patch, static_cast<std::size_t>(cell));
   patch.cells_to_activate.clear();
   collect_active_nodes(patch);
+}
+
+template <int Dim>
+void nodal_gradient(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  patch.gradient.resize(static_cast<std::size_t>(patch.n_nodes()) * node_width);
+  for_each_node(
+      patch,
+      [&](Local i, const NodeVector&, const NodeVector& sum) { store(sum, at(patch.gradient, i)); },
+      SumOverPatches<Dim>(patch, NodeSum::gradient, step.step));
 }
 
 template <int Dim>
@@ -212,7 +232,8 @@ void nodal_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
       patch,
       [&](Local i, const NodeVector&, const NodeVector& sum) {
         const double m = at(patch.velocity, i)[mass_lane];
-        patch.pressure[static_cast<std::size_t>(i)] = m > 0.1 * patch.least_mass ? sum[0] / m : 0.0;
+        patch.pressure[static_cast<std::size_t>(i)] =
+            more_than(m, 0.1 * patch.least_mass) ? sum[0] / m : 0.0;
       },
       SumOverPatches<Dim>(patch, NodeSum::pressure, step.step));
 }
@@ -229,7 +250,8 @@ class Integrator {
   Integrator(Patch<Dim>& patch, const StepContext<Dim>& step)
       : patch_(patch), step_(step), point_(patch.forces.begin()), wall_(patch.walls.begin()) {
     double g[node_width] = {};
-    for (int d = 0; d < Dim; ++d) g[d] = step.model->gravity[d];
+    const double factor = load_factor(*step.model, step.model->gravity_function, step.time);
+    for (int d = 0; d < Dim; ++d) g[d] = factor * step.model->gravity[d];
     gravity_ = load<NodeVector>(g);
   }
 
@@ -244,11 +266,11 @@ class Integrator {
     while (point_ != patch_.forces.end() && point_->node < i) ++point_;  // not active
     while (point_ != patch_.forces.end() && point_->node == i) {
       double f[node_width] = {};
-      f[point_->dir] = point_force(*point_);
+      f[point_->dir] = is_first_body(i) ? point_force(*point_) : 0.0;
       force += load<NodeVector>(f);
       ++point_;
     }
-    if (!(m > patch_.least_mass)) {
+    if (!more_than(m, patch_.least_mass)) {
       store(NodeVector(0.0), at(patch_.acceleration, i));
       store(old, at(patch_.velocity, i));
       return;
@@ -277,6 +299,11 @@ class Integrator {
       patch_.work.external += step_.dt * gravity_[d] * weight_work_[d];
       patch_.work.damping += step_.dt * damping_work_[d];
     }
+    if (patch_.bodies() > 1) {
+      Vec<Dim> g;
+      for (int d = 0; d < Dim; ++d) g[d] = gravity_[d];
+      apply_contact(patch_, step_, g);
+    }
     const double* own_mass = patch_.own_sums(NodeSum::mass_momentum, step_.step) + mass_lane;
     for (const auto& fixed : patch_.fixed) {
       double& v = at(patch_.velocity, fixed.node)[fixed.dir];
@@ -284,7 +311,7 @@ class Integrator {
       const double own = own_mass[fixed.node * sum_stride];
       const double m = at(patch_.velocity, fixed.node)[mass_lane];
       patch_.work.external += own * (fixed.velocity - v) * fixed.velocity;  // of the reaction
-      if (m > patch_.least_mass) {
+      if (more_than(m, patch_.least_mass)) {
         // Weight and damping do their work along the prescribed velocity.
         const double other = step_.dt * (fixed.velocity - (v - 0.5 * step_.dt * a));
         patch_.work.external += own * gravity_[fixed.dir] * other;
@@ -295,7 +322,8 @@ class Integrator {
       a = 0.0;
     }
     for (const auto& point : patch_.forces)
-      if (const double m = at(patch_.velocity, point.node)[mass_lane]; m > patch_.least_mass)
+      if (const double m = at(patch_.velocity, point.node)[mass_lane];
+          more_than(m, patch_.least_mass) && is_first_body(point.node))
         patch_.work.external += own_mass[point.node * sum_stride] / m * point_force(point) *
                                 mean_move(point.node, point.dir);
   }
@@ -307,6 +335,14 @@ class Integrator {
 
   double point_force(const PointForce& point) const {
     return point.force * load_factor(*step_.model, point.function, step_.time);
+  }
+
+  /// A point force acts on the first of the bodies that are at its node.
+  bool is_first_body(Local i) const {
+    if (patch_.bodies() == 1) return true;
+    for (Local other = i - patch_.body_nodes; other >= 0; other -= patch_.body_nodes)
+      if (at(patch_.velocity, other)[mass_lane] > patch_.least_mass) return false;
+    return true;
   }
 
   /// Cundall's force alpha |f| sign(v), against the velocity. The force has no mass lane.
@@ -398,6 +434,7 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
 #define LAHAR_INSTANTIATE(Dim)                                                   \
   template void find_active_nodes<Dim>(Patch<Dim>&);                             \
   template void activate_nodes<Dim>(Patch<Dim>&);                                \
+  template void nodal_gradient<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void nodal_velocity<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void nodal_velocity_again<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
   template void nodal_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \

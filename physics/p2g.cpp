@@ -203,10 +203,28 @@ struct PulledStress {
   }
 };
 
+/// The same of a pressure of 1 everywhere, whose internal force is sum_p V_p grad N_i.
+template <int Dim>
+struct PulledPressure {
+  const double* V;
+
+  explicit PulledPressure(const Particles<Dim>& particles) : V(particles.row(Column::volume)) {}
+
+  template <class Real, class Map>
+  LAHAR_INLINE void at(const Map& map, Local p, Local n, Real (&T)[Dim][Dim]) const {
+    const Real volume = load_first<Real>(V + p, n);
+    Real S[Dim][Dim];
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int b = 0; b < Dim; ++b) S[a][b] = a == b ? -volume : Real(0.0);
+    map.pull_back(p, S, T);
+  }
+};
+
 /// Internal force of one run in 2D. With corners paired across each axis the gradient is +- face
 /// weight, so that one sum serves both corners of a pair.
-template <class Real, class Map>
-LAHAR_INLINE void internal_force(const Map& map, const PulledStress<2>& stress, const Run& run,
+template <class Real, class Map, class Stress>
+LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const Run& run,
                                  const std::array<Local, 4>& corner, double* nodes) {
   Real sum[8];  // 4 k + 2 c + a: axis, corner of the face normal to it, component
   LAHAR_UNROLL
@@ -235,8 +253,8 @@ LAHAR_INLINE void internal_force(const Map& map, const PulledStress<2>& stress, 
 }
 
 /// The same in 3D, lanes are the cell's nodes.
-template <class Real, class Map>
-LAHAR_INLINE void internal_force(const Map& map, const PulledStress<3>& stress, const Run& run,
+template <class Real, class Map, class Stress>
+LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const Run& run,
                                  const std::array<Local, 8>& corner, double* nodes) {
   EightNodes sum[9];  // 3 a + k: component, axis
   LAHAR_UNROLL
@@ -309,7 +327,21 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
       });
 }
 
+template <int Dim, class Real>
+void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+  double* nodes = patch.own_sums(NodeSum::gradient, step.step);
+  if (supported::is(patch)) return supported::map_gradient<Dim, Real>(patch, runs, nodes);
+  const PulledPressure<Dim> pressure(patch.particles);
+  for_each_run(
+      patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
+        internal_force<Real>(map, pressure, run,
+                             patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)],
+                             nodes);
+      });
+}
+
 #define LAHAR_INSTANTIATE(Dim, Real)                                                      \
+  template void map_gradient<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);      \
   template void map_mass_momentum<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs); \
   template void map_momentum<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);      \
   template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);      \

@@ -210,7 +210,15 @@ std::array<Index, Dim> Partition<Dim>::brick_position(Index brick) const {
 
 template <int Dim>
 typename Partition<Dim>::Brick Partition<Dim>::brick(Index patch) const {
-  const auto p = brick_position(patch_to_brick_[patch]);
+  const Index brick = patch_to_brick_[patch];
+  if (const auto parts = parts_.find(brick); parts != parts_.end())
+    return parts->second[patch - brick_to_patch_[brick]];
+  return whole_brick(brick);
+}
+
+template <int Dim>
+typename Partition<Dim>::Brick Partition<Dim>::whole_brick(Index brick) const {
+  const auto p = brick_position(brick);
   Brick b;
   for (int d = 0; d < Dim; ++d) {
     b.low[d] = part_begin(counts_[d], bricks_[d], p[d]);
@@ -226,12 +234,23 @@ Index Partition<Dim>::patch_of(Index cell) const {
     return row < 0 ? -1 : patch_of_cell_[row];
   }
   Index brick = 0, stride = 1;
+  std::array<Index, Dim> position;
   for (int d = 0; d < Dim; ++d) {
-    brick += stride * part_of(counts_[d], bricks_[d], cell % counts_[d]);
+    position[d] = cell % counts_[d];
+    brick += stride * part_of(counts_[d], bricks_[d], position[d]);
     cell /= counts_[d];
     stride *= bricks_[d];
   }
-  return brick_to_patch_[brick];
+  const Index first = brick_to_patch_[brick];
+  if (parts_.empty()) return first;
+  const auto parts = parts_.find(brick);
+  if (parts == parts_.end()) return first;
+  const auto holds = [&](const Brick& part) {
+    for (int d = 0; d < Dim; ++d)
+      if (position[d] < part.low[d] || position[d] >= part.high[d]) return false;
+    return true;
+  };
+  return first + (std::ranges::find_if(parts->second, holds) - parts->second.begin());
 }
 
 template <int Dim>
@@ -283,12 +302,25 @@ std::vector<Index> Partition<Dim>::patches_near(const Brick& cells, Index distan
     from[d] = part_of(counts_[d], bricks_[d], before);
     to[d] = part_of(counts_[d], bricks_[d], after);
   }
+  const auto is_near = [&](const Brick& part) {
+    for (int d = 0; d < Dim; ++d)
+      if (part.high[d] - 1 < cells.low[d] - distance || part.low[d] > cells.high[d] - 1 + distance)
+        return false;
+    return true;
+  };
   std::vector<Index> patches;
+  const auto add_near = [&](Index brick) {
+    const Index first = brick_to_patch_[brick];
+    const auto parts = parts_.find(brick);
+    if (parts == parts_.end()) return patches.push_back(first);
+    for (std::size_t k = 0; k < parts->second.size(); ++k)
+      if (is_near(parts->second[k])) patches.push_back(first + static_cast<Index>(k));
+  };
   auto p = from;
   for (bool more = true; more;) {
     Index brick = 0;
     for (int d = Dim - 1; d >= 0; --d) brick = brick * bricks_[d] + p[d];
-    patches.push_back(brick_to_patch_[brick]);
+    add_near(brick);
     int d = 0;
     while (d < Dim && ++p[d] > to[d]) p[d] = from[d], ++d;
     more = d < Dim;
@@ -308,7 +340,7 @@ std::vector<Index> Partition<Dim>::near_patches(Index patch, int rings) const {
   return patches;
 }
 
-// Members in partition_part.cpp are instantiated there.
+// Members in partition_part.cpp and partition_split.cpp are instantiated there.
 template class Partition<2>;
 template class Partition<3>;
 

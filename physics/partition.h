@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -12,10 +13,25 @@
 
 namespace lahar {
 
+/// A cut of one patch in two: of its cells those before `at` along an axis stay patch `patch`, the
+/// others become patch + 1, and larger ids grow by one. So ids go on without gaps along the curve,
+/// parts of a patch lie where the patch was, and two patches that were not split keep their order:
+/// sums over patches in ascending id, chunks of the curve and tables by id need to know nothing of
+/// splits. (Ids that never change would need either gaps, whose size bounds how often a patch can
+/// be split, or an order beside the ids.) What is kept by id is renumbered when patches are split.
+struct PatchSplit {
+  Index patch = 0;
+  Index axis = 0;
+  /// Structured: the position along the axis of the first layer of cells of patch + 1. Tables: its
+  /// first cell, by the position of centres and, where they are level, by id.
+  Index at = 0;
+  bool operator==(const PatchSplit&) const = default;
+};
+
 /// The cut of a mesh into compact groups of about `target_cells` cells: bricks of nearly equal size
 /// on a structured mesh (implicit, nothing stored per cell), recursive coordinate bisection of cell
 /// centres otherwise (O(n log patches)). Holds a pointer to the mesh. Depends on mesh and target
-/// alone. Patch ids run along a space-filling curve.
+/// alone, until patches are split. Patch ids run along a space-filling curve.
 ///
 /// A partition of a mesh from tables may be a *part*: it knows the cells of some patches only.
 /// Patch ids and n_patches() are the whole partition's; asking for the cells or neighbours of a
@@ -37,6 +53,9 @@ class Partition {
   std::vector<std::byte> pack(std::span<const Index> patches) const;
   bool holds(Index patch) const;
   std::size_t bytes() const;  ///< of memory that the arrays take
+  /// Split patches, one after the other; all parts of a partition are to be split alike. Throws
+  /// std::invalid_argument for what does not leave cells on both sides, before anything is changed.
+  void split(std::span<const PatchSplit> splits);
 
   Index n_patches() const;
   Index patch_of(Index cell) const;             ///< -1 if this part does not hold it
@@ -60,15 +79,20 @@ class Partition {
   void cut_bricks(Index target_cells);
   void cut_cells(Index target_cells);
   std::array<Index, Dim> brick_position(Index brick) const;
+  Brick whole_brick(Index brick) const;
+  void split_bricks(std::span<const PatchSplit> splits);
+  void split_rows(std::span<const PatchSplit> splits);
   std::vector<Index> near_patches(Index patch, int rings) const;
   std::span<const Local> row_of(Index patch) const;
   void note_patches();
   void hold(std::span<const std::pair<Index, std::span<const Local>>> patches);
 
   const Mesh<Dim>* mesh_;
-  // Structured: cells and bricks along each axis, and the curve order of bricks.
+  // Structured: cells and bricks along each axis, and the curve order of bricks. A brick that was
+  // split is several patches, of which brick_to_patch_ has the first.
   std::array<Index, Dim> counts_{}, bricks_{};
   std::vector<Index> brick_to_patch_, patch_to_brick_;
+  std::unordered_map<Index, std::vector<Brick>> parts_;  ///< of bricks that were split, by id
   // Tables: the patches held and the cells of each (compressed rows), and the patch of each cell.
   Index n_patches_ = 0;
   IdMap patch_ids_, cell_ids_;
@@ -102,7 +126,8 @@ struct PatchTopology {
   Index patch = -1;
   std::vector<Index> cells;  ///< global id of each local cell, ascending
   std::vector<Index> nodes;  ///< global id of each local node, ascending
-  std::vector<std::array<Local, corners<Dim>>> corner_nodes;  ///< per local cell, tensor order
+  /// Per local cell, tensor order; of multilinear meshes.
+  std::vector<std::array<Local, corners<Dim>>> corner_nodes;
   std::vector<Index> neighbours;                              ///< patch ids, ascending
 
   /// Nodes whose functions may not be zero in a cell, support_size per local cell in the order of

@@ -47,6 +47,7 @@ Partition<Dim>::Partition(const Mesh<Dim>& mesh, const Partition& whole)
       bricks_(whole.bricks_),
       brick_to_patch_(whole.brick_to_patch_),
       patch_to_brick_(whole.patch_to_brick_),
+      parts_(whole.parts_),
       n_patches_(whole.n_patches_) {}
 
 template <int Dim>
@@ -84,8 +85,9 @@ void Partition<Dim>::hold(std::span<const std::pair<Index, std::span<const Local
   for (const auto& [id, cells] : patches) cells_.insert(cells_.end(), cells.begin(), cells.end());
   std::vector<Index> all(cells_.begin(), cells_.end());
   std::sort(all.begin(), all.end());
-  patch_ids_ = IdMap::some(std::move(ids));
-  cell_ids_ = IdMap::some(std::move(all));
+  const bool whole = static_cast<Index>(all.size()) == mesh_->n_cells();
+  patch_ids_ = whole ? IdMap::all(n_patches_) : IdMap::some(std::move(ids));
+  cell_ids_ = whole ? IdMap::all(mesh_->n_cells()) : IdMap::some(std::move(all));
   note_patches();
 }
 

@@ -13,6 +13,7 @@
 #include "physics/model.h"
 #include "physics/particles.h"
 #include "physics/partition.h"
+#include "physics/removed_particle.h"
 #include "physics/simd.h"
 #include "physics/wall_node.h"
 
@@ -33,19 +34,19 @@ using Runs = std::span<Run>;
 
 /// Node quantities that neighbours sum. Each is a private partial sum of this patch, exchanged once
 /// per step where the scheme says so.
-enum class NodeSum : int { mass_momentum, force, momentum, pressure };
-inline constexpr int n_node_sums = 4;
+enum class NodeSum : int { mass_momentum, force, momentum, pressure, gradient };
+inline constexpr int n_node_sums = 5;
 /// Doubles of every quantity of a node, one vector: {m v, m}, {f, 0}, {m v, m} (MUSL's second
-/// mapping), {m p, 0, 0, 0}; nodal state {v, m} and {a, 0}.
+/// mapping), {m p, 0, 0, 0}, {V grad N, 0} (contact); nodal state {v, m} and {a, 0}.
 inline constexpr int node_width = 4;
 inline constexpr int mass_lane = 3;
 using NodeVector = PackOf<node_width>;
 using NodeArray = std::vector<double, Eigen::aligned_allocator<double>>;
 
-/// Sums lie in pairs, {mass_momentum, force} and {momentum, pressure}: what is exchanged together
+/// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure} and {gradient, -}: what is exchanged together
 /// is one cache line per node.
 inline constexpr int sum_stride = 2 * node_width;
-inline constexpr int n_sum_arrays = n_node_sums / 2;
+inline constexpr int n_sum_arrays = (n_node_sums + 1) / 2;
 /// Array that holds a kind of sum, and where in a node's line it begins.
 constexpr std::size_t sum_array(NodeSum which) {
   return static_cast<std::size_t>(which) / 2;
@@ -57,7 +58,7 @@ constexpr int sum_offset(NodeSum which) {
 /// How many copies of each array of sums there are, used in turn by step. Two where a patch may
 /// begin to sum for the next step while neighbours still read the sums of this one.
 struct NodeSumCopies {
-  std::array<int, n_sum_arrays> of{1, 0};
+  std::array<int, n_sum_arrays> of{1, 0, 0};
   bool operator==(const NodeSumCopies&) const = default;
 };
 
@@ -111,13 +112,14 @@ struct Outbox {
 };
 
 /// Shape functions as kernels see them: linear ones of Q4 and H8, or a basis (basis.h).
-enum class BasisKind { linear, gimp, quadratic_spline, cubic_spline };
+enum class BasisKind { linear, element, gimp, quadratic_spline, cubic_spline };
 
 template <int Dim>
 struct Patch {
   PatchTopology<Dim> topology;
   BasisKind basis = BasisKind::linear;  ///< others need topology.support_nodes
-  Particles<Dim> particles;  ///< slots, of which those in runs are in use
+  Element element = multilinear<Dim>;   ///< of the mesh
+  Particles<Dim> particles;             ///< slots, of which those in runs are in use
   std::vector<Run> runs;
   std::vector<Local> first_run;  ///< by local cell, -1 = none
   Local count = 0;               ///< particles in runs
@@ -137,7 +139,7 @@ struct Patch {
   NodeArray node_position;                       ///< isoparametric only [m], node_width per node
   double smallest_cell = 0;                      ///< [m] least of cell_size
   std::vector<double> cell_size;                 ///< [m], for the time step limit
-  tsl::robin_map<Index, Local> local_cell;       ///< local number of a global cell id
+  tsl::robin_map<Index, Local> local_cell;       ///< local number of a global cell id; first body
 
   // Node arrays by local node, node_width doubles each, sums sum_stride apart.
   std::array<std::vector<NodeArray>, n_sum_arrays> sums;  ///< private; read by neighbours; empty
@@ -145,7 +147,11 @@ struct Patch {
   NodeArray velocity;            ///< {v [m/s], m [kg]}, m summed over all patches
   NodeArray acceleration;        ///< {a [m/s^2], 0}
   std::vector<double> pressure;  ///< [Pa]; only with pressure smoothing
+  NodeArray gradient;            ///< {sum_p V_p grad N [m^2], 0}; only with contact
   NodeArray damping;             ///< {damping force [N], 0}; only where there is damping
+  // Bodies in contact have nodes and cells of their own (contact.h).
+  Local body_nodes = 0;          ///< nodes of one body; 0 = not set, there is one
+  std::vector<Local> body_cell;  ///< by material: first local cell of its body; empty = one body
   /// Nodes of cells that have runs: of a patch that is filled in part, or lies around the body,
   /// nothing else is summed and integrated. Sums at other nodes are zero, their state is undefined.
   std::vector<NodeRange> active_nodes;
@@ -187,14 +193,25 @@ struct Patch {
   std::vector<Local> placing_cell;
   std::vector<Run> late;  ///< placed after their runs were mapped: still to be mapped
 
+  std::vector<InjectionCell> injection_cells;  ///< ascending events
+  std::vector<Index> injected;                 ///< events of this step; for whoever counts them
+
   double least_mass = 0;  ///< [kg] nodes of at most this mass are not accelerated
   PatchWork work;
   double time_step_limit = std::numeric_limits<double>::infinity();  ///< [s], adaptive runs
-  double max_speed = 0;  ///< [m/s] of the particles, at most; by G2P
-  Index removed = 0;     ///< particles that left the mesh and were removed
+  double max_speed = 0;                  ///< [m/s] of the particles, at most; by G2P
+  std::vector<RemovedParticle> removed;  ///< left the mesh, since the driver took the list
   Mark mark;
 
   Local n_nodes() const { return static_cast<Local>(topology.nodes.size()); }
+
+  std::size_t bodies() const {
+    return body_nodes == 0 ? 1 : topology.nodes.size() / static_cast<std::size_t>(body_nodes);
+  }
+  /// Local number of a cell of this patch for particles of a material.
+  Local cell_of(Local first, std::uint16_t material) const {
+    return body_cell.empty() ? first : first + body_cell[material];
+  }
 
   /// This patch's own sums for a step, sum_stride apart.
   double* own_sums(NodeSum which, Index step) {

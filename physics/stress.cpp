@@ -34,14 +34,6 @@ LAHAR_INLINE void strain_rate(const Real (&L)[Dim][Dim], Real (&rate)[stress_com
   }
 }
 
-template <class T>
-inline constexpr std::size_t most_state_of = 0;
-template <class... Laws>
-inline constexpr std::size_t most_state_of<std::variant<Laws...>> =
-    std::max({std::size_t{1}, Laws::state.size()...});
-/// State variables that a law may have.
-inline constexpr std::size_t most_state = most_state_of<Law>;
-
 /// Rows of the columns that the stage changes; null where there is no such column.
 template <int Dim>
 struct Rows {

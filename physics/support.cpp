@@ -27,8 +27,34 @@ BasisKind basis_kind(ShapeFunctions functions) {
 }
 
 template <int Dim>
+BasisKind basis_kind(const Mesh<Dim>& mesh, ShapeFunctions functions) {
+  const bool other = functions == ShapeFunctions::element && !mesh.is_multilinear();
+  return other ? BasisKind::element : basis_kind(functions);
+}
+
+namespace {
+
+/// The nodes of the cells themselves.
+template <int Dim>
+void add_nodes_of_cells(const Mesh<Dim>& mesh, PatchTopology<Dim>& topology) {
+  const auto begin = topology.nodes.begin(), end = topology.nodes.end();
+  topology.support_size = info(mesh.element()).nodes;
+  topology.support_nodes.reserve(topology.cells.size() *
+                                 static_cast<std::size_t>(topology.support_size));
+  for (const Index cell : topology.cells)
+    for (const Index node : mesh.element_nodes(cell))
+      topology.support_nodes.push_back(
+          static_cast<Local>(std::lower_bound(begin, end, node) - begin));
+}
+
+}  // namespace
+
+template <int Dim>
 void add_support(const Mesh<Dim>& mesh, ShapeFunctions functions, PatchTopology<Dim>& topology) {
-  if (functions == ShapeFunctions::element) return;
+  if (functions == ShapeFunctions::element) {
+    if (!mesh.is_multilinear()) add_nodes_of_cells(mesh, topology);
+    return;
+  }
   if (!mesh.is_structured())
     throw InputError("GIMP and B-splines need a structured mesh, of equal boxes.");
   const auto counts = mesh.counts();
@@ -59,6 +85,8 @@ void add_support(const Mesh<Dim>& mesh, ShapeFunctions functions, PatchTopology<
   }
 }
 
+template BasisKind basis_kind<2>(const Mesh<2>&, ShapeFunctions);
+template BasisKind basis_kind<3>(const Mesh<3>&, ShapeFunctions);
 template void add_support<2>(const Mesh<2>&, ShapeFunctions, PatchTopology<2>&);
 template void add_support<3>(const Mesh<3>&, ShapeFunctions, PatchTopology<3>&);
 

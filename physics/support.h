@@ -11,9 +11,12 @@ int support_rings(ShapeFunctions functions);
 /// The basis that a patch needs for these functions.
 BasisKind basis_kind(ShapeFunctions functions);
 
+template <int Dim>
+BasisKind basis_kind(const Mesh<Dim>& mesh, ShapeFunctions functions);
+
 /// Fill support_nodes and support_border of a topology that was made with at least support_rings()
-/// rings. Nothing for the functions of the elements themselves. Throws InputError unless the mesh
-/// is structured.
+/// rings. Nothing for the functions of Q4 and H8 themselves. Throws InputError unless the mesh
+/// is structured, or the functions are those of its elements.
 template <int Dim>
 void add_support(const Mesh<Dim>& mesh, ShapeFunctions functions, PatchTopology<Dim>& topology);
 

@@ -27,6 +27,10 @@ void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, do
 template <int Dim, class Real>
 void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, double* sums);
 
+/// g_i += sum_p V_p grad N_i.
+template <int Dim, class Real>
+void map_gradient(Patch<Dim>& patch, Runs runs, double* sums);
+
 /// Velocities and accelerations of the nodes at the particles from p on of a run, until the next
 /// call.
 template <int Dim, class Real>

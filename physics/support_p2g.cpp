@@ -170,11 +170,25 @@ struct ParticleStress {
   }
 };
 
+/// The same of a pressure of 1 everywhere, whose internal force is sum_p V_p grad N_i.
+template <int Dim>
+struct UnitPressure {
+  const double* V;
+
+  template <class Real>
+  LAHAR_INLINE void at(Local p, Local n, Real (&S)[Dim][Dim]) const {
+    const Real volume = load_first<Real>(V + p, n);
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int b = 0; b < Dim; ++b) S[a][b] = a == b ? -volume : Real(0.0);
+  }
+};
+
 /// Internal force of a run: -sum_p S_p grad N_i. Of each component, S_ax dN/dx + S_ay dN/dy goes
 /// with the weight of the third axis and S_az N with its slope.
-template <int Dim, class Real, TensorBasis Basis>
-LAHAR_INLINE void internal_force(const Basis& basis, const ParticleStress<Dim>& stress,
-                                 const Run& run, const Local* nodes, double* sums) {
+template <int Dim, class Real, TensorBasis Basis, class Stress>
+LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const Run& run,
+                                 const Local* nodes, double* sums) {
   TensorSums<Dim, Dim> sum;
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = std::min<Local>(run.end - p, lanes<Real>);
@@ -225,9 +239,9 @@ LAHAR_INLINE void internal_force(const Basis& basis, const ParticleStress<Dim>& 
   sum.add_to(sums, nodes, [](int a) { return a; });
 }
 
-template <int Dim, class Real, class Basis>
-LAHAR_INLINE void internal_force(const Basis& basis, const ParticleStress<Dim>& stress,
-                                 const Run& run, const Local* nodes, double* sums) {
+template <int Dim, class Real, class Basis, class Stress>
+LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const Run& run,
+                                 const Local* nodes, double* sums) {
   constexpr int n_sums = (Basis::nodes * Dim + 7) / 8 * 8;
   Real sum[n_sums];
   for (Real& s : sum) s = Real(0.0);
@@ -313,8 +327,19 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, doubl
       });
 }
 
+template <int Dim, class Real>
+void map_gradient(Patch<Dim>& patch, Runs runs, double* sums) {
+  const UnitPressure<Dim> pressure{patch.particles.row(Column::volume)};
+  for_each_supported_run(
+      patch, runs,
+      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
+        internal_force<Dim, Real>(basis, pressure, run, nodes, sums);
+      });
+}
+
 #define LAHAR_INSTANTIATE(Dim, Real)                                                          \
   template void map_momentum<Dim, Real>(Patch<Dim>&, Runs, double*);                          \
+  template void map_gradient<Dim, Real>(Patch<Dim>&, Runs, double*);                          \
   template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, double*); \
   template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, double*);
 LAHAR_INSTANTIATE(2, Pack)

@@ -48,6 +48,7 @@ void number_brick(const Mesh<Dim>& mesh, const typename Partition<Dim>::Brick& b
 template <int Dim>
 void number_cells(const Mesh<Dim>& mesh, int rings, PatchTopology<Dim>& topology) {
   topology.nodes = nodes_around<Dim>(mesh, topology.cells, rings);
+  if (!mesh.is_multilinear()) return;
   const auto begin = topology.nodes.begin(), end = topology.nodes.end();
   topology.corner_nodes.resize(topology.cells.size());
   for (std::size_t c = 0; c < topology.cells.size(); ++c) {

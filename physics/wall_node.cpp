@@ -56,6 +56,23 @@ void prescribe_velocity(const WallNode<Dim>& wall, double* velocity) {
 }
 
 template <int Dim>
+double hold_velocity(const WallNode<Dim>& wall, double* velocity, double* acceleration) {
+  Eigen::Map<Vec<Dim>> global_v(velocity), global_a(acceleration);
+  Vec<Dim> v = wall.axes.transpose() * global_v, a = wall.axes.transpose() * global_a;
+  double work = 0;
+  for (std::size_t k = 0; k < Dim; ++k) {
+    if (!wall.fixed[k]) continue;
+    const int d = static_cast<int>(k);
+    work += (wall.velocity[k] - v[d]) * wall.velocity[k];
+    v[d] = wall.velocity[k];
+    a[d] = 0.0;
+  }
+  store_flushed<Dim>(wall.axes * v, velocity);
+  store_flushed<Dim>(wall.axes * a, acceleration);
+  return work;
+}
+
+template <int Dim>
 WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, double* velocity,
                          double* acceleration) {
   Eigen::Map<Vec<Dim>> global_v(velocity), global_a(acceleration);
@@ -80,6 +97,8 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
 
 template void prescribe_velocity(const WallNode<2>&, double*);
 template void prescribe_velocity(const WallNode<3>&, double*);
+template double hold_velocity(const WallNode<2>&, double*, double*);
+template double hold_velocity(const WallNode<3>&, double*, double*);
 template WallWork advance_at_wall(const WallNode<2>&, double, bool, double*, double*);
 template WallWork advance_at_wall(const WallNode<3>&, double, bool, double*, double*);
 

@@ -32,6 +32,11 @@ struct WallWork {
 template <int Dim>
 void prescribe_velocity(const WallNode<Dim>& wall, double* velocity);
 
+/// The same at the end of a step, where the prescribed components also have no acceleration.
+/// Returns the work of what holds them per mass [J/kg].
+template <int Dim>
+double hold_velocity(const WallNode<Dim>& wall, double* velocity, double* acceleration);
+
 /// Advance the velocity of a node by its acceleration: first friction changes the acceleration,
 /// then v += dt a, then prescribed velocities, which also zero the acceleration.
 /// `velocity` [m/s] is that before the step, with prescribed components, and becomes that after it;
@@ -48,6 +53,8 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
 
 extern template void prescribe_velocity(const WallNode<2>&, double*);
 extern template void prescribe_velocity(const WallNode<3>&, double*);
+extern template double hold_velocity(const WallNode<2>&, double*, double*);
+extern template double hold_velocity(const WallNode<3>&, double*, double*);
 extern template WallWork advance_at_wall(const WallNode<2>&, double, bool, double*, double*);
 extern template WallWork advance_at_wall(const WallNode<3>&, double, bool, double*, double*);
 

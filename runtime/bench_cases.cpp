@@ -136,6 +136,25 @@ Model<Dim> deformed_block(const BlockSize& size) {
   return model;
 }
 
+Model<3> soil_block(const BlockSize& size, SoilState state) {
+  Model<3> model = lattice_block<3>(size);
+  const double pressure = 1e-3, rate = 1e-3;  // [Pa], [1/s]: an elastic strain of 1e-3, 1e-5 a step
+  model.materials[0].law = MohrCoulomb{.youngs_modulus = 1,
+                                       .poisson_ratio = 0.3,
+                                       .friction = 30,
+                                       .dilation = 5,
+                                       .cohesion = state == SoilState::yielding ? 1e-4 : 1.0,
+                                       .tension_cutoff = 0};
+  // Mohr's circle touches the line: shear c cos(phi) + p sin(phi) on a pressure that is the same in
+  // all directions.
+  const double shear = 1e-4 * std::cos(std::numbers::pi / 6) + 0.5 * pressure;
+  ParticleTable<3>& particles = model.particles;
+  particles.stress.assign(particles.x.size(), {-pressure, -pressure, -pressure, shear, 0, 0});
+  for (std::size_t p = 0; p < particles.x.size(); ++p)
+    particles.velocity[p] = {rate * particles.x[p][1], 0, 0};
+  return model;
+}
+
 Model<2> bench_plate(const std::vector<std::string>& overrides) {
   constexpr Index steps = 1000;  // of a sample
   Model<2> model = published_plate(overrides);

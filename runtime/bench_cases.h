@@ -39,6 +39,11 @@ inline constexpr Index flight_steps = 10'000;
 template <int Dim>
 Vec<Dim> deformed(const Vec<Dim>& x, double edge);
 
+/// The lattice block of Mohr-Coulomb soil under pressure, sheared as a whole: at yield from the
+/// first step on, or far from it.
+enum class SoilState { elastic, yielding };
+Model<3> soil_block(const BlockSize& size, SoilState state);
+
 /// The plate of examples/plate-with-hole.json, all 40,155 particles; overrides as for --set.
 Model<2> bench_plate(const std::vector<std::string>& overrides);
 /// Its mesh as a table of cells that are no boxes: inner nodes are moved by up to 15 % of a cell.

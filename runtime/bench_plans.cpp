@@ -75,6 +75,19 @@ BenchPlan block(const std::string& size_name, const BlockSize& size, double goal
       .ratios = {{"deformed / lattice", 1, 0, deformed_goal}}};
 }
 
+BenchPlan soil(const std::string& size_name, const BlockSize& size) {
+  const auto job = [&](const char* name, SoilState state) {
+    BenchJob one = lattice<3>(name, size, one_thread, 80);
+    one.model = [size, state] { return AnyModel(soil_block(size, state)); };
+    one.life = 400;  // steps until the block's sides have relaxed too far into it
+    return one;
+  };
+  return {.name = "h8-soil-" + size_name,
+          .title = fmt::format("Block, H8, Mohr-Coulomb, USL, {} particles",
+                               format_count(size.particles(3))),
+          .jobs = {job("all yielding", SoilState::yielding), job("elastic", SoilState::elastic)}};
+}
+
 template <int Dim>
 BenchPlan large_block(const std::string& size_name, const BlockSize& size) {
   BenchPlan plan = block<Dim>(size_name, size);
@@ -205,6 +218,7 @@ std::vector<BenchPlan> bench_plans(int threads) {
       block<3>("125k", h8_125k, 30),
       block<3>("1m", h8_1m, 35),
       large_block<3>("10m", h8_10m),
+      soil("125k", h8_125k),
       stages<2>(q4_4k, q4_1m),
       stages<3>(h8_4k, h8_1m),
       graph_overhead("graph-plate", "Task graph against the serial loop, plate with a hole, USF",

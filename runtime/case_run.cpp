@@ -37,6 +37,8 @@ void add_model(RunInfo& info, const Model<Dim>& model, const SimulationInfo& siz
   info.particles = sizes.particles;
   info.materials = static_cast<Index>(model.materials.size());
   info.patches = sizes.patches;
+  info.patch_particles = model.analysis.patch_particles;
+  info.split_steps = model.analysis.split_steps;
   info.dt = sizes.dt;
   info.dt_limit = sizes.dt_limit;
 }
@@ -82,7 +84,7 @@ int CaseRun<Dim>::execute() {
   const SimulationInfo info = simulation.info();
   particles_ = info.particles;
   reserve_ = time_to_write(info);
-  first_step_ = simulation.step();
+  first_step_ = counted_ = simulation.step();
   first_share_ = share(simulation.step(), simulation.time());
   steps_ = planned_steps(info);
   describe(console_, header, info, outline_.step, ranks_.size());
@@ -247,6 +249,9 @@ Observer CaseRun<Dim>::observer() {
           [this] {
             frames_->progress();
             checkpoints_->progress();
+          },
+          [this](std::span<const RemovedParticle> particles) {
+            if (folder_) folder_->removed(particles);
           }};
 }
 
@@ -254,6 +259,9 @@ template <int Dim>
 void CaseRun<Dim>::on_history(const HistoryRow& row) {
   write_row(row);
   last_row_ = row;
+  particle_steps_ = particle_steps(row.step);
+  counted_ = row.step;
+  particles_ = row.particles;
   const double scale = std::max({row.kinetic, std::abs(row.internal), std::abs(row.external)});
   energy_scale_ = std::max(energy_scale_, scale);
   // About twenty lines per run.

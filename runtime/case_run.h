@@ -86,10 +86,12 @@ class CaseRun {
   void print_row(const HistoryRow& row);
   bool on_step(Index step, double time);
 
-  double rate(Index step) const {
-    return static_cast<double>(step - first_step_) * static_cast<double>(particles_) /
-           seconds_since(loop_begin_);
+  /// Particles may come and go: their number is that of the last history row.
+  double particle_steps(Index step) const {
+    return particle_steps_ + static_cast<double>(step - counted_) * static_cast<double>(particles_);
   }
+
+  double rate(Index step) const { return particle_steps(step) / seconds_since(loop_begin_); }
 
   int step_to_the_end(Simulation<Dim>& simulation);
 
@@ -102,7 +104,8 @@ class CaseRun {
 
   /// If a frame could not be written, the manifest says failed and the error is thrown.
   void finish(RunEnd& end);
-  void report(Simulation<Dim>& simulation, const RunEnd& end, double wall);
+  void report(Simulation<Dim>& simulation, const SimulationInfo& info, const RunEnd& end,
+              double wall);
 
   const RunArguments& arguments_;
   Scenario& scenario_;
@@ -120,7 +123,8 @@ class CaseRun {
   Index first_step_ = 0;
   double first_share_ = 0;
   double reserve_ = 0;
-  Index particles_ = 0, steps_ = 0, last_frame_ = -1, next_line_ = 1, printed_ = -1;
+  double particle_steps_ = 0;  ///< up to `counted_`
+  Index particles_ = 0, counted_ = 0, steps_ = 0, last_frame_ = -1, next_line_ = 1, printed_ = -1;
   HistoryRow last_row_;
   double energy_scale_ = 0;
   Clock::time_point begin_, loop_begin_;

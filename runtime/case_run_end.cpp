@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "physics/error.h"
+#include "physics/patch_split.h"
 #include "runtime/case_run.h"
 #include "runtime/run_description.h"
 #include "runtime/signals.h"
@@ -41,10 +42,13 @@ int CaseRun<Dim>::step_to_the_end(Simulation<Dim>& simulation) {
   }
   if (last_frame_ != simulation.step()) frames_->write(simulation.frame_source());
   checkpoints_->finish();
-  report(simulation, end, wall);
+  const SimulationInfo info = simulation.info();
+  report(simulation, info, end, wall);
   end.wall_seconds = seconds_since(begin_);
   end.steps = simulation.step();
   end.time = simulation.time();
+  end.patches = info.patches;
+  end.splits = info.splits;
   for (const Problem& warning : scenario_.warnings) end.warnings.push_back(warning.message);
   finish(end);
   ranks_.wait_for_all();
@@ -103,10 +107,10 @@ void CaseRun<Dim>::finish(RunEnd& end) {
 }
 
 template <int Dim>
-void CaseRun<Dim>::report(Simulation<Dim>& simulation, const RunEnd& end, double wall) {
-  const SimulationInfo info = simulation.info();
+void CaseRun<Dim>::report(Simulation<Dim>& simulation, const SimulationInfo& info,
+                          const RunEnd& end, double wall) {
   const auto steps = static_cast<double>(simulation.step() - first_step_);
-  const double particle_steps = steps * static_cast<double>(particles_);
+  const double particle_steps = this->particle_steps(simulation.step());
   console_.line("");
   if (end.status == RunStatus::failed) {
     console_.warn("lahar: error: " + end.message);
@@ -121,9 +125,9 @@ void CaseRun<Dim>::report(Simulation<Dim>& simulation, const RunEnd& end, double
                     "command with --restart latest.",
                     end.message, simulation.step()));
   if (info.removed > 0)
-    console_.warn(fmt::format("lahar: warning: {} particle{} left the mesh and {} removed.",
-                              info.removed, info.removed == 1 ? "" : "s",
-                              info.removed == 1 ? "was" : "were"));
+    console_.warn(fmt::format(
+        "lahar: warning: {} particle{} left the mesh and {} removed; {} lists them.", info.removed,
+        info.removed == 1 ? "" : "s", info.removed == 1 ? "was" : "were", removed_file));
   if (info.divided > 0)
     console_.warn(fmt::format("lahar: warning: materials could only do {} increment{} in parts.",
                               info.divided, info.divided == 1 ? "" : "s"));
@@ -133,6 +137,11 @@ void CaseRun<Dim>::report(Simulation<Dim>& simulation, const RunEnd& end, double
                   format_count(simulation.step() - first_step_), format_seconds(wall), steps / wall,
                   particle_steps / wall * 1e-6,
                   wall * info.threads * ranks_.size() * 1e9 / std::max(1.0, particle_steps)));
+  if (info.splits > 0)
+    console_.line(fmt::format(
+        "patches: {} cut{} through patches of more than {} particles; there are {} now",
+        format_count(info.splits), info.splits == 1 ? "" : "s",
+        format_count(split_factor * outline_.patch_particles), format_count(info.patches)));
   report_balance(simulation.balance(), wall);
   console_.line(
       timing_table(timings_of_all(simulation.timings()), wall, info.threads * ranks_.size()));
@@ -147,7 +156,8 @@ void CaseRun<Dim>::report(Simulation<Dim>& simulation, const RunEnd& end, double
   template std::vector<StageTiming> CaseRun<Dim>::timings_of_all(std::vector<StageTiming>) const; \
   template void CaseRun<Dim>::report_balance(const BalanceReport&, double);                       \
   template void CaseRun<Dim>::finish(RunEnd&);                                                    \
-  template void CaseRun<Dim>::report(Simulation<Dim>&, const RunEnd&, double);
+  template void CaseRun<Dim>::report(Simulation<Dim>&, const SimulationInfo&, const RunEnd&,      \
+                                     double);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

@@ -54,6 +54,11 @@ std::string tuple(std::span<const double> values) {
   return fmt::format("({:.6g})", fmt::join(values, ", "));
 }
 
+/// Particles that came in lately have no id yet that frames know (physics/injection.h).
+std::string name_of(Index id) {
+  return id >= first_injected_id ? "an injected particle" : fmt::format("particle {}", id);
+}
+
 }  // namespace
 
 template <int Dim>
@@ -63,14 +68,14 @@ std::string describe_particle(const Particles<Dim>& particles, Local p) {
     x[static_cast<std::size_t>(d)] = particles.row(Column::x, d)[p];
     v[static_cast<std::size_t>(d)] = particles.row(Column::v, d)[p];
   }
-  return fmt::format("particle {} at {} m, velocity {} m/s",
-                     particles.id[static_cast<std::size_t>(p)], tuple(x), tuple(v));
+  return fmt::format("{} at {} m, velocity {} m/s",
+                     name_of(particles.id[static_cast<std::size_t>(p)]), tuple(x), tuple(v));
 }
 
 template <int Dim>
 std::string describe_mark(const Mark& mark, const Model<Dim>& model) {
   constexpr std::size_t n = Dim;
-  const std::string particle = fmt::format("particle {} at {} m, velocity {} m/s", mark.particle,
+  const std::string particle = fmt::format("{} at {} m, velocity {} m/s", name_of(mark.particle),
                                            tuple(std::span(mark.position).first(n)),
                                            tuple(std::span(mark.velocity).first(n)));
   const std::string more = mark.count > 1 ? fmt::format(" (and {} more here)", mark.count - 1) : "";
@@ -86,10 +91,10 @@ std::string describe_mark(const Mark& mark, const Model<Dim>& model) {
              "material parameters and loads.";
     case Mark::Kind::volume:
       return fmt::format(
-          "particle {} at {} m{} would get a volume of zero or less within one step: "
+          "{} at {} m{} would get a volume of zero or less within one step: "
           "its cell collapses. Reduce the time step, or use \"mpm_scheme\": \"musl\", "
           "which bears nodes of little mass better.",
-          mark.particle, tuple(std::span(mark.position).first(n)), more);
+          name_of(mark.particle), tuple(std::span(mark.position).first(n)), more);
     case Mark::Kind::moved_too_far:
       return particle + more +
              " moved beyond the neighbouring patches within one step. Reduce the time step.";

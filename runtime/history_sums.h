@@ -14,6 +14,8 @@ namespace lahar {
 /// order.
 class RowSums {
  public:
+  static constexpr std::size_t n_sums = 9;
+  static constexpr std::size_t n_elements = 1 + n_sums * ExactSum::size;
   void add(const HistoryRow& row) {
     particles_ += row.particles;
     const std::array<double, n_sums> terms{row.mass,        row.momentum[0], row.momentum[1],
@@ -45,7 +47,6 @@ class RowSums {
   }
 
  private:
-  static constexpr std::size_t n_sums = 9;
   Index particles_ = 0;
   std::array<ExactSum, n_sums> sums_;
 };

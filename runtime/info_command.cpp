@@ -57,7 +57,7 @@ int info_command() {
       "build      {}\n"
       "libraries  {}\n"
       "threads    {} available\n"
-      "elements   ED2Q4, ED3H8 (Cartesian and isoparametric)\n"
+      "elements   ED2T3, ED2T6, ED2Q4, ED2Q8, ED2Q9, ED3T4, ED3H8, ED3H20, ED3H27\n"
       "materials  {}\n"
       "schemes    usf, usl, musl; velocity update: flip, pic and their blend\n"
       "input      lahar info --reference (every key), lahar info --schema (JSON Schema)\n",

@@ -49,10 +49,14 @@ template <int Dim>
 ParticleCensus take_census(const Model<Dim>& model, const Ranks& ranks) {
   ParticleCensus census;
   census.particles = ranks.sum(model.particles.size());
+  const auto& ids = model.particles.id;
+  const Index next = ids.empty() ? model.particles.size() : ids.back() + 1;  // they ascend
+  census.next_id = -ranks.min(-next);
   census.occupied_cells = count_different(model.particles.cell, ranks);
   census.stressed = ranks.any(!model.particles.stress.empty());
   std::vector<Index> used(model.materials.size(), 0);
   for (const auto m : model.particles.material) used[m] = 1;
+  for (const auto& injection : model.injections) used[injection.material] = 1;
   ranks.sum(used);
   for (const Index n : used) census.used.push_back(n > 0);
   return census;
@@ -120,6 +124,10 @@ void keep_share(ParticleTable<Dim>& particles, const Ranks& ranks) {
   cut(particles.material);
   cut(particles.velocity);
   cut(particles.stress);
+  cut(particles.displacement);
+  cut(particles.strain);
+  cut(particles.mass);
+  cut(particles.state);
   cut(particles.id);
   cut(particles.loads);
 }
@@ -216,6 +224,10 @@ void send_to_owners(ParticleTable<Dim>& particles, const std::function<int(std::
   delivery.send(particles.material);
   delivery.send(particles.velocity, Vec<Dim>(Vec<Dim>::Zero()));
   delivery.send(particles.stress);
+  delivery.send(particles.displacement, Vec<Dim>(Vec<Dim>::Zero()));
+  delivery.send(particles.strain);
+  delivery.send(particles.mass);
+  delivery.send(particles.state);
   delivery.send(particles.loads);
 }
 

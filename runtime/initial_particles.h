@@ -16,9 +16,10 @@ namespace lahar {
 /// rank, and on any number of ranks.
 struct ParticleCensus {
   Index particles = 0;
+  Index next_id = 0;         ///< above all ids
   Index occupied_cells = 0;  ///< cells with particles
   bool stressed = false;     ///< initial stresses are given
-  std::vector<char> used;    ///< by material: some particle is made of it
+  std::vector<char> used;    ///< by material: some particle is made of it, or will be
 };
 template <int Dim>
 ParticleCensus take_census(const Model<Dim>& model, const Ranks& ranks);

@@ -13,9 +13,11 @@
 #include "io/compare.h"
 #include "io/export.h"
 #include "runtime/bench_command.h"
+#include "runtime/bench_locate.h"
 #include "runtime/bench_ranks.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
+#include "runtime/material_command.h"
 #include "runtime/verify_command.h"
 
 namespace lahar {
@@ -172,9 +174,9 @@ int run_program(int argc, char** argv) {
   });
 
   std::string source, format, step = "last", output;
-  auto* export_app = app.add_subcommand("export", "Write particles as CSV or for ParaView");
+  auto* export_app = app.add_subcommand("export", "Write particles as CSV, for ParaView or for CB-Geo MPM");
   export_app->add_option("RUN", source, "Run folder or frame")->required();
-  export_app->add_option("--to", format, "csv or vtu")->required();
+  export_app->add_option("--to", format, "csv, vtu or cbgeo")->required();
   export_app->add_option("--step", step, "A step, last (default) or all")
       ->check([](const std::string& text) -> std::string {
         const bool number = !text.empty() && text.size() < 19 &&
@@ -224,6 +226,24 @@ int run_program(int argc, char** argv) {
     code = graph_command(graph);
   });
 
+  MaterialArguments material;
+  auto* material_app = app.add_subcommand(
+      "material", "Lead one material point along a path of strains, stresses or both");
+  material_app->add_option("DRIVER", material.driver, "Input (JSON): material and path")->required();
+  material_app
+      ->add_option("--set", material.options.overrides,
+                   "Replace a value: material.friction=30 (repeatable)")
+      ->type_name("KEY=VALUE");
+  material_app->add_flag("--as-cbgeo", material.options.as_cbgeo,
+                         "Return mappings and laws as CB-Geo MPM computes them");
+  material_app->add_option("--output,-o", material.output,
+                           "Write OUTPUT.csv and OUTPUT.svg (default: beside the driver)");
+  material_app->add_flag("--no-plot", material.no_plot, "Only the table");
+  material_app->callback([&] {
+    refuse_several_ranks("material");
+    code = material_command(material);
+  });
+
   VerifyArguments verify;
   auto* verify_app =
       app.add_subcommand("verify", "Run a case against its solution in the literature");
@@ -262,9 +282,15 @@ int run_program(int argc, char** argv) {
   std::string of_ranks;
   bench_app
       ->add_option("WHAT", of_ranks,
-                   "ranks or overlap: measure MPI ranks instead (starts itself under mpirun)")
-      ->check(CLI::IsMember({"ranks", "overlap"}));
+                   "ranks or overlap: measure MPI ranks instead (starts itself under mpirun); "
+                   "locate: how long it takes to find the cells of particles")
+      ->check(CLI::IsMember({"ranks", "overlap", "locate"}));
   bench_app->callback([&] {
+    if (of_ranks == "locate") {
+      refuse_several_ranks("bench");
+      code = bench_locate({bench.quick, bench.repeats > 0 ? bench.repeats : 5});
+      return;
+    }
     if (!of_ranks.empty()) {
       const RankBenchArguments arguments{std::filesystem::read_symlink("/proc/self/exe").string(),
                                          bench.quick, bench.repeats > 0 ? bench.repeats : 5};

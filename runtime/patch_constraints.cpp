@@ -64,18 +64,30 @@ void sort_constraints(Model<Dim>& model) {
 }
 
 template <int Dim>
+void set_bodies(Patch<Dim>& patch, const Model<Dim>& model) {
+  const int bodies = model.analysis.contact.bodies;
+  if (bodies == 1) return;
+  patch.body_nodes = patch.n_nodes() / bodies;
+  const auto cells = static_cast<Local>(patch.topology.cells.size()) / bodies;
+  for (const Material& material : model.materials) patch.body_cell.push_back(material.body * cells);
+}
+
+template <int Dim>
 void set_constraints(Patch<Dim>& patch, const Model<Dim>& model) {
   const auto& nodes = patch.topology.nodes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const auto local = static_cast<Local>(i);
-    constrain(patch, local, nodes[i], model);
-    for (const NodeForce& f : entries_of(model.node_forces, nodes[i]))
+    const Index node = nodes[i] % model.mesh->n_nodes();  // the same for every body
+    constrain(patch, local, node, model);
+    for (const NodeForce& f : entries_of(model.node_forces, node))
       patch.forces.push_back({local, f.dir, f.force, f.function});
   }
 }
 
 template void sort_constraints(Model<2>&);
 template void sort_constraints(Model<3>&);
+template void set_bodies(Patch<2>&, const Model<2>&);
+template void set_bodies(Patch<3>&, const Model<3>&);
 template void set_constraints(Patch<2>&, const Model<2>&);
 template void set_constraints(Patch<3>&, const Model<3>&);
 

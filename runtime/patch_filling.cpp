@@ -11,6 +11,7 @@
 #include "physics/inverse_mapping.h"
 #include "physics/kernels.h"
 #include "physics/law.h"
+#include "physics/particle_domain.h"
 #include "runtime/initial_particles.h"
 #include "runtime/parallel.h"
 
@@ -95,7 +96,7 @@ Index fill_places(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
   for_each_row(rows, [&](std::size_t row, std::size_t i) {
     if (table.cell[row] != last_cell) local = patch.local_cell.at(last_cell = table.cell[row]);
     to.id[i] = table.id_of(row);
-    to.cell[i] = local;
+    to.cell[i] = patch.cell_of(local, table.material[row]);
     to.material[i] = table.material[row];
     if (!table.loads.empty()) to.loads[i] = table.loads[row];
     auto natural = natural_coordinates(patch, *model.mesh, local, table.x[row]);
@@ -109,24 +110,12 @@ Index fill_places(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
   return stray;
 }
 
-/// The domain of a particle is a box of its volume with the proportions of its cell: those of
-/// particles that fill cells regularly touch each other.
 template <int Dim>
 void fill_domains(Patch<Dim>& patch) {
   Particles<Dim>& particles = patch.particles;
-  const double* volume = particles.row(Column::volume);
-  const auto domain = particles.template rows<Dim>(Column::domain);
-  const bool stretches = particles.layout().has(Column::next_domain);
-  for (std::size_t i = 0; i < particles.id.size(); ++i) {
-    const auto& box = patch.box[static_cast<std::size_t>(particles.cell[i])];
-    double cell_volume = 1.0;
-    for (std::size_t d = 0; d < Dim; ++d) cell_volume *= 2.0 / box[Dim + d];
-    const double share = std::pow(volume[i] / cell_volume, 1.0 / Dim);
-    for (std::size_t d = 0; d < Dim; ++d) domain[d][i] = share * 2.0 / box[Dim + d];
-    if (stretches)
-      for (int d = 0; d < Dim; ++d)
-        particles.row(Column::next_domain, d)[i] = domain[static_cast<std::size_t>(d)][i];
-  }
+  for (Local p = 0; p < particles.size(); ++p)
+    set_domain(particles, p,
+               patch.box[static_cast<std::size_t>(particles.cell[static_cast<std::size_t>(p)])]);
 }
 
 /// State variables of the materials.
@@ -137,7 +126,10 @@ void fill_law_state(Particles<Dim>& to, Rows rows, const Model<Dim>& model) {
   std::vector<double> state(most_state_variables(model.materials));
   for_each_row(rows, [&](std::size_t row, std::size_t i) {
     const Law& law = model.materials[table.material[row]].law;
-    initial_state(law, table.stress.empty() ? Voigt{} : table.stress[row], state.data());
+    if (table.state.empty())
+      initial_state(law, table.stress.empty() ? Voigt{} : table.stress[row], state.data());
+    else
+      std::copy_n(table.state[row].begin(), state.size(), state.begin());
     for (std::size_t k = 0; k < state_variables(law).size(); ++k)
       to.row(Column::state, static_cast<int>(k))[i] = state[k];
   });
@@ -160,13 +152,27 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
       for (std::size_t k = 0; k < stress.size(); ++k) stress[k][i] = table.stress[row][k];
     });
   }
+  if (!table.displacement.empty()) {
+    const auto u = to.template rows<Dim>(Column::u);
+    for_each_row(rows, [&](std::size_t row, std::size_t i) {
+      for (std::size_t d = 0; d < Dim; ++d) u[d][i] = table.displacement[row][d];
+    });
+  }
+  if (!table.strain.empty()) {  // 2D: xx yy xy
+    const auto strain = to.template rows<strain_components<Dim>>(Column::strain);
+    for_each_row(rows, [&](std::size_t row, std::size_t i) {
+      for (std::size_t k = 0; k < strain.size(); ++k)
+        strain[k][i] = table.strain[row][Dim == 2 && k == 2 ? 3 : k];
+    });
+  }
   double* volume = to.row(Column::volume);
   double* mass = to.row(Column::mass);
   double* size = to.layout().has(Column::size) ? to.row(Column::size) : nullptr;
   double lightest = std::numeric_limits<double>::infinity();
   for_each_row(rows, [&](std::size_t row, std::size_t i) {
     volume[i] = table.volume[row];
-    mass[i] = table.volume[row] * model.materials[table.material[row]].density;
+    mass[i] = table.mass.empty() ? table.volume[row] * model.materials[table.material[row]].density
+                                 : table.mass[row];
     if (size) size[i] = std::pow(table.volume[row], 1.0 / Dim);
     lightest = std::min(lightest, mass[i]);
   });

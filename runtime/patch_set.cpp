@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 #include <span>
+#include <stdexcept>
 #include <utility>
 
 #include "physics/error.h"
@@ -29,9 +30,11 @@ namespace {
 /// particles.
 template <int Dim>
 Index cells_per_patch(const Model<Dim>& model, const ParticleCensus& census) {
-  if (census.occupied_cells == 0) return model.analysis.patch_particles;
-  const double per_cell =
-      static_cast<double>(census.particles) / static_cast<double>(census.occupied_cells);
+  double per_cell = 1;
+  if (census.occupied_cells > 0)
+    per_cell = static_cast<double>(census.particles) / static_cast<double>(census.occupied_cells);
+  else if (!model.injections.empty())
+    per_cell = static_cast<double>(count_injections(model.injections).points);
   return std::max<Index>(
       1, std::llround(static_cast<double>(model.analysis.patch_particles) / per_cell));
 }
@@ -89,6 +92,30 @@ class CellsAround {
   Index last_ = -1;
 };
 
+/// Into which cells particles are injected, ascending cells.
+template <int Dim>
+std::vector<CellInjection> find_injections(const Model<Dim>& model) {
+  std::vector<CellInjection> all;
+  Index event = 0;
+  for (std::size_t g = 0; g < model.injections.size(); ++g) {
+    const auto& cells = model.injections[g].cells;
+    for (std::size_t i = 0; i < cells.size(); ++i) all.push_back({cells[i], {g, i, event++, -1}});
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const auto& a, const auto& b) { return a.cell < b.cell; });
+  return all;
+}
+
+/// Smallest mass of a particle that is injected [kg].
+template <int Dim>
+double lightest_injected(const Model<Dim>& model) {
+  double lightest = std::numeric_limits<double>::infinity();
+  for (const auto& injection : model.injections)
+    for (const double volume : injection.volume)
+      lightest = std::min(lightest, volume * model.materials[injection.material].density);
+  return lightest;
+}
+
 /// The bricks around the cells of each patch that have particles of any rank: those of some of the
 /// patches on each rank. `patch` and `brick` are what this rank knows.
 template <int Dim>
@@ -126,6 +153,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(cells_per_patch(model, census_)),
       partition_(*model.mesh, target_cells_),
+      injections_(find_injections(model)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
@@ -144,6 +172,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(state.run.cells_per_patch),
       partition_(*model.mesh, target_cells_),
+      injections_(find_injections(model)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
@@ -194,7 +223,8 @@ void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
     const auto at = static_cast<std::size_t>(i);
     patches_[at] = make_patch(ids[at]);
   });
-  const double lightest = ranks_.min(fill_patches<Dim>(patches_, rows, model, threads));
+  const double lightest = std::min(lightest_injected(model),
+                                   ranks_.min(fill_patches<Dim>(patches_, rows, model, threads)));
   least_mass_ = std::min(least_nodal_mass, least_nodal_mass_share * lightest);
 }
 
@@ -202,10 +232,16 @@ template <int Dim>
 std::vector<Index> PatchSet<Dim>::needed(std::span<const Brick> filled) const {
   std::vector<Index> all;
   if (model_->mesh->is_structured()) {
-    for (const Brick& cells : filled) {
+    const auto add = [&](const Brick& cells) {
       const std::vector<Index> near = partition_.patches_near(cells, watch_distance);
       all.insert(all.end(), near.begin(), near.end());
-    }
+    };
+    for (const Brick& cells : filled) add(cells);
+    std::map<Index, CellsAround<Dim>> injected;  // as if they were filled
+    for (const CellInjection& into : injections_)
+      injected.try_emplace(partition_.patch_of(into.cell), *model_->mesh)
+          .first->second.add(into.cell);
+    for (const auto& [patch, cells] : injected) add(cells.brick());
     sort_unique(all);
   } else {  // cells of table meshes are stored anyway
     all.resize(static_cast<std::size_t>(partition_.n_patches()));
@@ -242,14 +278,27 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
     throw InputError("the state is one of another model: its particles have " + state.run.columns +
                      " in " + std::to_string(state.run.dim) + "D, the model's have " +
                      column_text(layout_) + " in " + std::to_string(Dim) + "D.");
+  try {
+    partition_.split(state.run.splits);
+  } catch (const std::invalid_argument&) {
+    throw InputError(
+        "the state is one of another model: its patches were split otherwise than those "
+        "of this mesh can be.");
+  }
+  splits_ = state.run.splits;
   for (const Index id : state.patches)
     if (id < 0 || id >= partition_.n_patches())
       throw InputError("the state is one of another model: it has a patch " + std::to_string(id) +
                        ", the mesh is cut into " + std::to_string(partition_.n_patches()) + ".");
   model.particles = {};
-  all_ = state.patches;
-  if (all_.empty()) all_ = {0};  // a graph needs a patch
-  owner_ = curve_chunks(state.patches.empty() ? std::vector<Index>{1} : state.sizes, ranks_.size());
+  // Of a mesh from tables all patches exist, so that each rank's part of it is around all it has.
+  all_ = model.mesh->is_structured() && !state.patches.empty() ? state.patches : needed({});
+  std::vector<Index> weight;
+  for (const Index id : all_) {
+    const int stored = position_of(state.patches, id);
+    weight.push_back(stored >= 0 ? state.sizes[static_cast<std::size_t>(stored)] : 1);
+  }
+  owner_ = curve_chunks(weight, ranks_.size());
   const std::vector<Index> ids = own_patches();
   patches_.resize(ids.size());
   parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
@@ -295,7 +344,7 @@ void PatchSet<Dim>::arrange(std::vector<Index> ids) {
     while (next < old.size() && old[next]->topology.patch < id) ++next;
     if (next < old.size() && old[next]->topology.patch == id) {
       patches_.push_back(std::move(old[next++]));
-      patches_.back()->topology = make_topology(*model_->mesh, partition_, id, rings_);
+      patches_.back()->topology = topology_of(id);
     } else {
       patches_.push_back(make_patch(id));
     }

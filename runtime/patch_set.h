@@ -10,6 +10,7 @@
 #include "physics/patch.h"
 #include "runtime/initial_particles.h"
 #include "runtime/patch_filling.h"
+#include "runtime/patch_renumbering.h"
 #include "runtime/rank_partition.h"
 #include "runtime/ranks.h"
 #include "runtime/simulation_state.h"
@@ -43,6 +44,16 @@ struct RemoteNeighbour {
   int rank;
   std::vector<Local> nodes;       ///< shared with patches of that rank, ascending
   std::vector<Local> neighbours;  ///< positions of those patches in PatchTopology::neighbours
+};
+
+/// A cell into which particles are injected.
+struct CellInjection {
+  Index cell;
+  InjectionCell at;  ///< without its local cell
+  struct ByCell {
+    bool operator()(const CellInjection& a, Index cell) const { return a.cell < cell; }
+    bool operator()(Index cell, const CellInjection& a) const { return cell < a.cell; }
+  };
 };
 
 /// With several ranks each has some of the patches, and functions that change the set are
@@ -85,6 +96,12 @@ class PatchSet {
   /// no history row has yet stay, so that rows do not depend on when this is called.
   void rebuild();
 
+  /// Split patches with more than `most` particles (choose_splits()), between two steps, and tell
+  /// the ids that follow; rebuild() must be next. The parts' particles are in an order that depends
+  /// on that of the patch only; their sums are still to be mapped. Collective.
+  PatchRenumbering split(Index most);
+  const std::vector<PatchSplit>& splits() const { return splits_; }  ///< since the start
+
   /// Give patches to other ranks, `owner` of each of all_patches(), between two steps. Collective.
   void give_to(const std::vector<int>& owner, Index step);
 
@@ -95,11 +112,14 @@ class PatchSet {
   /// Cells per patch that the partition aims at.
   Index target_cells() const { return target_cells_; }
   double least_mass() const { return least_mass_; }  ///< Patch::least_mass [kg]
+  /// Of the first particle that comes in addition to the model's.
+  Index next_id() const { return census_.next_id; }
   const ColumnLayout<Dim>& layout() const { return layout_; }
 
  private:
   using Patches = std::vector<std::unique_ptr<Patch<Dim>>>;
   using Brick = typename Partition<Dim>::Brick;
+  PatchTopology<Dim> topology_of(Index id) const;
   std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
   std::vector<Brick> filled_bricks(const RowsByPatch& rows, int threads) const;
   void distribute(Model<Dim>& model, int threads);
@@ -118,11 +138,14 @@ class PatchSet {
   void link_elsewhere(Patch<Dim>& patch, RemotePatch<Dim>& other);
   void mirror_nodes(std::vector<PatchTopology<Dim>>& remote);
   void find_sends();
+  void renumber(const PatchRenumbering& ids);
+  Patches parts_of(Patch<Dim>& patch, Index first, Index n) const;
 
   Model<Dim>* model_;  ///< whose mesh is this rank's part where there are several
   ParticleCensus census_;
   Index target_cells_;
   Partition<Dim> partition_;
+  std::vector<CellInjection> injections_;  ///< of all ranks, ascending cells and events
   int rings_;
   NodeSumCopies copies_;
   ColumnLayout<Dim> layout_;
@@ -134,6 +157,7 @@ class PatchSet {
   std::vector<int> owner_;
   std::vector<RemotePatch<Dim>> elsewhere_;
   std::vector<std::vector<RemoteNeighbour>> sends_;
+  std::vector<PatchSplit> splits_;
 };
 
 /// How many nodes a patch shares with each of its neighbours.

@@ -20,7 +20,7 @@ std::vector<PatchTopology<Dim>> PatchSet<Dim>::connect_all() {
   std::vector<PatchTopology<Dim>> remote;
   elsewhere_.clear();
   for (const Index id : ids) {
-    remote.push_back(make_topology(*model_->mesh, partition_, id, rings_));
+    remote.push_back(topology_of(id));
     elsewhere_.emplace_back();
     elsewhere_.back().patch = id;
     elsewhere_.back().rank = owner_of(id);
@@ -186,8 +186,10 @@ std::vector<char> PatchSet<Dim>::watched_cells(const Patch<Dim>& patch) const {
       within.low[d] = std::max(own.low[d], within.low[d] - watch_distance);
       within.high[d] = std::min(own.high[d], within.high[d] + watch_distance);
     }
+    const std::size_t bodies = patch.bodies(), body_cells = watched.size() / bodies;
     for (const Index cell : partition_.cells_in(within))
-      watched[static_cast<std::size_t>(patch.local_cell.at(cell))] = 1;
+      for (std::size_t b = 0; b < bodies; ++b)
+        watched[static_cast<std::size_t>(patch.local_cell.at(cell)) + b * body_cells] = 1;
   }
   return watched;
 }

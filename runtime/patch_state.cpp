@@ -17,7 +17,7 @@ namespace {
 
 /// First of all bytes: "Lahar" and the version of the layout. Bytes of a machine that orders them
 /// the other way do not begin with it.
-constexpr Index marker = 0x4c61686172'0001;
+constexpr Index marker = 0x4c61686172'0002;
 
 /// What a patch's state begins with.
 struct Head {
@@ -26,6 +26,7 @@ struct Head {
   Index cells = 0, nodes = 0, rows = 0;  ///< of the patch, and of a particle
   Index slots = 0, runs = 0, particles = 0, active_nodes = 0;
   Index added_runs = 0, moving = 0, loads = 0;
+  Index sums = 1;  ///< arrays of sums that are mapped for the next step
 };
 static_assert(std::has_unique_object_representations_v<Head>, "no padding");
 
@@ -50,6 +51,13 @@ Index count_active_nodes(const Patch<Dim>& patch) {
   return n;
 }
 
+/// Sums, one of each array, that are mapped for the next step at the end of a step.
+template <int Dim>
+std::vector<NodeSum> mapped_sums(const Patch<Dim>& patch) {
+  if (patch.bodies() == 1) return {NodeSum::mass_momentum};
+  return {NodeSum::mass_momentum, NodeSum::gradient};
+}
+
 template <int Dim>
 Head head_of(const Patch<Dim>& patch) {
   return {.dim = Dim,
@@ -63,7 +71,8 @@ Head head_of(const Patch<Dim>& patch) {
           .active_nodes = count_active_nodes(patch),
           .added_runs = patch.added_runs,
           .moving = patch.moving,
-          .loads = any_loads(patch)};
+          .loads = any_loads(patch),
+          .sums = static_cast<Index>(mapped_sums(patch).size())};
 }
 
 std::size_t bytes_of(const Head& head) {
@@ -74,7 +83,7 @@ std::size_t bytes_of(const Head& head) {
          n(head.particles, sizeof(Index)) +
          n(head.loads != 0 ? head.particles : 0, sizeof(std::uint64_t)) +
          n(head.rows * head.particles, sizeof(double)) +
-         n(head.active_nodes, sum_stride * sizeof(double));
+         n(head.active_nodes * head.sums, sum_stride * sizeof(double));
 }
 
 /// Appends the bytes of values to memory that is large enough.
@@ -146,6 +155,8 @@ Head read_head(std::span<const std::byte> bytes, const Patch<Dim>& patch) {
   expect("the patch", head.patch, id);
   expect("the number of cells", head.cells, static_cast<Index>(patch.topology.cells.size()));
   expect("the number of nodes", head.nodes, patch.n_nodes());
+  expect("the number of arrays of nodal sums", head.sums,
+         static_cast<Index>(mapped_sums(patch).size()));
   expect("the number of values of a particle", head.rows, patch.particles.layout().rows());
   constexpr Index most = std::numeric_limits<Local>::max();
   for (const Index n : {head.slots, head.runs, head.particles, head.active_nodes, head.added_runs})
@@ -212,10 +223,12 @@ void read_sums(Reader& in, const Head& head, Patch<Dim>& patch, Index step) {
     refuse(patch.topology.patch, fmt::format("it has sums of {} nodes, not of the {} of its runs",
                                              head.active_nodes, count_active_nodes(patch)));
   if (head.active_nodes == 0) return;
-  double* sums = patch.own_sums(NodeSum::mass_momentum, step);
-  for (const NodeRange& range : patch.active_nodes)
-    in.get(sums + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
-           static_cast<std::size_t>(range.end - range.begin) * sum_stride);
+  for (const NodeSum which : mapped_sums(patch)) {
+    double* sums = patch.own_sums(which, step);
+    for (const NodeRange& range : patch.active_nodes)
+      in.get(sums + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
+             static_cast<std::size_t>(range.end - range.begin) * sum_stride);
+  }
 }
 
 }  // namespace
@@ -249,10 +262,12 @@ std::vector<std::byte> pack(const Patch<Dim>& patch, Index step) {
   if (head.loads != 0) add(particles.loads.data());
   for_each_row(particles.layout(), [&](Column column, int k) { add(particles.row(column, k)); });
   if (head.active_nodes == 0) return bytes;
-  const double* sums = patch.own_sums(NodeSum::mass_momentum, step);
-  for (const NodeRange& range : patch.active_nodes)
-    out.put(sums + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
-            static_cast<std::size_t>(range.end - range.begin) * sum_stride);
+  for (const NodeSum which : mapped_sums(patch)) {
+    const double* sums = patch.own_sums(which, step);
+    for (const NodeRange& range : patch.active_nodes)
+      out.put(sums + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
+              static_cast<std::size_t>(range.end - range.begin) * sum_stride);
+  }
   return bytes;
 }
 

@@ -36,6 +36,14 @@ void RankBalance<Dim>::begin(const PatchSet<Dim>& patches) {
 }
 
 template <int Dim>
+void RankBalance<Dim>::renumber(const PatchRenumbering& ids) {
+  std::map<Index, WorkRate> rates;
+  for (const auto& [id, rate] : rates_)
+    for (Index part = ids.first(id); part < ids.first(id + 1); ++part) rates[part] = rate;
+  rates_ = std::move(rates);
+}
+
+template <int Dim>
 void RankBalance<Dim>::add(Step step, int patch, std::int64_t nanoseconds, Index particles) {
   Work& work =
       of_step_[static_cast<std::size_t>(step) % of_step_.size()][static_cast<std::size_t>(patch)];

@@ -69,6 +69,8 @@ class RankBalance {
   }
   bool is_forced(Step step) const { return forced_every() > 0 && step % forced_every() == 0; }
 
+  /// Patches were split: their parts cost per particle what they did.
+  void renumber(const PatchRenumbering& ids);
   /// For patches as they are linked now.
   void begin(const PatchSet<Dim>& patches);
   const BalanceReport& report() const { return report_; }

@@ -30,6 +30,7 @@ struct Agreement {
     Index rebuild = 0;      ///< -1: some rank needs patches that do not exist
     Index checkpoint = 0;   ///< -1: some rank was asked for a checkpoint
     Index stop = 0;         ///< -1: some rank was asked to stop
+    Index crowded = 0;      ///< -1: some patch is to be split
     Index minus_speed = 0;  ///< the bits of the largest speed, negated
     Index minus_work = 0;   ///< of the heaviest rank, negated [ns]
     Index begun = 0;        ///< minus the latest time at which a rank finished the step [ns]

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "physics/error.h"
+#include "physics/patch_split.h"
 
 namespace lahar {
 
@@ -26,11 +27,12 @@ void describe(Console& console, const Model<Dim>& model, const SimulationInfo& i
   console.line(fmt::format("case       {}", model.title.empty() ? "(untitled)" : model.title));
   console.line(ranks == 1 ? fmt::format("threads    {} on 1 rank", info.threads)
                           : fmt::format("threads    {} on each of {} ranks", info.threads, ranks));
-  console.line(fmt::format("mesh       {} cells, {} nodes ({})", format_count(info.cells),
-                           format_count(info.nodes),
-                           model.mesh->is_structured()  ? "structured"
-                           : model.mesh->is_cartesian() ? "from a table, Cartesian"
-                                                        : "from a table, isoparametric"));
+  console.line(fmt::format(
+      "mesh       {} cells, {} nodes ({})", format_count(info.cells), format_count(info.nodes),
+      model.mesh->is_structured()    ? "structured"
+      : model.mesh->is_cartesian()   ? "from a table, Cartesian"
+      : model.mesh->is_multilinear() ? "from a table, isoparametric"
+                                     : lahar::info(model.mesh->element()).name));
   console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles),
                            model.materials.size(), model.materials.size() == 1 ? "" : "s"));
   console.line(fmt::format("scheme     {}, {}", scheme_name(model.analysis.scheme),
@@ -42,6 +44,11 @@ void describe(Console& console, const Model<Dim>& model, const SimulationInfo& i
                            plan.adaptive ? " (adaptive)" : "", info.dt_limit));
   console.line(fmt::format("patches    {} of about {} cells, {} tasks per step", info.patches,
                            format_count(info.cells_per_patch), format_count(info.tasks_per_step)));
+  if (model.analysis.split_steps > 0)
+    console.line(fmt::format(
+        "  split    where they hold more than {} particles after a multiple of {} steps",
+        format_count(split_factor * model.analysis.patch_particles),
+        format_count(model.analysis.split_steps)));
   console.line(fmt::format("memory     {} for particles and nodes",
                            format_bytes(static_cast<double>(info.bytes))));
 }

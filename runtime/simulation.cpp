@@ -32,6 +32,14 @@ Index history_interval(const OutputPlan& plan, double steps) {
                                 : std::max<Index>(1, static_cast<Index>(steps / 100));
 }
 
+template <int Dim>
+std::vector<double> limits_of_injections(const Model<Dim>& model) {
+  std::vector<double> limits;
+  for (const auto& injection : model.injections)
+    limits.push_back(injection_limit(injection, model));
+  return limits;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -40,9 +48,10 @@ Simulation<Dim>::Impl::Impl(Model<Dim> model_in, ExecutionOptions options_in, Ob
     : options(with_threads(options_in)),
       observer(std::move(observer_in)),
       model(std::move(model_in)),
-      stages(timestep<Dim>(model.analysis)),
+      stages(timestep<Dim>(model.analysis, !model.injections.empty())),
       phases(phases_of(stage_list())),
       ranks(options.ranks),
+      injection_limits(limits_of_injections(model)),
       patches(make_patches(state)),
       balance(ranks, options.balance, static_cast<int>(ranks.min(Index{options.threads}))) {
   seconds_per_tick();  // from now on
@@ -53,8 +62,8 @@ Simulation<Dim>::Impl::Impl(Model<Dim> model_in, ExecutionOptions options_in, Ob
                  wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
   if (ranks.several() && !is_parallel(options))
     throw InputError("only the task graph runs on several ranks; leave out --serial");
-  const std::size_t own_frame = frame_bytes(patches.layout(), model, patches.particles());
-  frame_size = static_cast<std::size_t>(ranks.max(static_cast<Index>(own_frame)));
+  measure_frame();
+  log = InjectionLog(model.injections, state ? state->run.next_id : patches.next_id());
   if (state)
     restore(state->run);
   else
@@ -75,11 +84,18 @@ PatchSet<Dim> Simulation<Dim>::Impl::make_patches(const SimulationState* state) 
 }
 
 template <int Dim>
+void Simulation<Dim>::Impl::measure_frame() {
+  const std::size_t own = frame_bytes(patches.layout(), model, patches.particles());
+  frame_size = static_cast<std::size_t>(ranks.max(static_cast<Index>(own)));
+}
+
+template <int Dim>
 void Simulation<Dim>::Impl::start() {
+  step = model.analysis.first_step;
   start_row = present_row();
   set_first_dt();
-  for (int p = 0; p < patches.size(); ++p) map_first(patches[p], stages, context(0));
-  balance.share(patches, 0);
+  for (int p = 0; p < patches.size(); ++p) map_first(patches[p], stages, context(step));
+  balance.share(patches, step);
   history_steps = history_interval(
       model.output, std::min(static_cast<double>(nsteps), model.analysis.end_time / dt[0]));
   build_executor();
@@ -165,6 +181,7 @@ SimulationInfo Simulation<Dim>::info() const {
   info.tasks_per_step = static_cast<int>(impl_->phases.size()) * info.patches +
                         (impl_->executor->graph().has_dt ? 1 : 0);
   info.cells_per_patch = impl_->patches.target_cells();
+  info.splits = static_cast<Index>(impl_->patches.splits().size());
   info.dt_limit = impl_->present_limit();
   info.dt = impl_->dt_of(impl_->step);
   info.bytes = static_cast<std::size_t>(ranks.sum(static_cast<Index>(impl_->patches.bytes())));

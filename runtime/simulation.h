@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "io/frame.h"
 #include "io/history.h"
 #include "physics/model.h"
+#include "physics/removed_particle.h"
 #include "runtime/rank_balance.h"
 #include "runtime/rank_partition.h"
 #include "runtime/ranks.h"
@@ -55,6 +57,9 @@ struct Observer {
   /// Several ranks only: may call MPI and must not wait; called again and again while steps are
   /// taken.
   std::function<void()> poll;
+  /// Particles that left the mesh since the last call, ascending by step and id, the same on all
+  /// ranks; while no step is taken, before a checkpoint of that step.
+  std::function<void(std::span<const RemovedParticle>)> removed;
 };
 
 /// Time spent in one stage, summed over its tasks.
@@ -71,6 +76,7 @@ struct SimulationInfo {
   Index divided = 0;  ///< increments that materials could only do in parts, since the start
   int patches = 0, tasks_per_step = 0;
   Index cells_per_patch = 0;
+  Index splits = 0;  ///< of patches, since the start
   double dt_limit = 0;         ///< [s] smallest h / (c + |v|) at present
   double dt = 0;               ///< [s] of the next step
   std::size_t bytes = 0;  ///< of particles and nodes, of all ranks

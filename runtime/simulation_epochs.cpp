@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
+#include <tuple>
 
 #include "physics/error.h"
 #include "physics/kernels.h"
@@ -12,6 +14,7 @@ namespace lahar {
 template <int Dim>
 void Simulation<Dim>::Impl::restore(const RunState& run) {
   step = run.step;
+  split_step = run.split_step;
   removed = ranks.rank() == 0 ? run.removed : 0;
   work = run.work;
   start_row.kinetic = run.kinetic_at_start;
@@ -40,12 +43,15 @@ RunState Simulation<Dim>::Impl::run_state() const {
           .dt_limit = last_limit,
           .particles = ranks.sum(patches.particles()),
           .removed = ranks.sum(removed),
+          .next_id = log.next_id(),
           .history_steps = history_steps,
           .work = work,
           .kinetic_at_start = start_row.kinetic,
           .cells_per_patch = patches.target_cells(),
           .least_mass = patches.least_mass(),
-          .columns = column_text(patches.layout())};
+          .columns = column_text(patches.layout()),
+          .splits = patches.splits(),
+          .split_step = split_step};
 }
 
 template <int Dim>
@@ -79,20 +85,22 @@ void Simulation<Dim>::Impl::advance(Index steps) {
     for (Step s = 0; s < max_lead + 2; ++s) {
       rows[s].assign(n, {});
       pieces[s].assign(n, {});
+      injected[s].assign(n, {});
     }
     rebuild_needed = false;
     stop_step = std::numeric_limits<Step>::max();
     step = executor->run(step, drain_step(end));
-    count_removed();
+    take_removed();
     stop_where_failed();
     // Before particles are delivered: then it is in the order of frames that were copied.
     if (frames_are_large() && frame_due(step - 1)) observer.large_frame(present_frame());
     settle();
+    take_dense_ids();
     if (step >= nsteps) check_end();
     // dt of the next step, which the drained graph did not get to.
     if (model.analysis.step.adaptive) last_limit = ranks.min(own_limit());
     if (model.analysis.step.adaptive && step < nsteps) set_dt(step, last_limit);
-    if (ranks.any(rebuild_needed || needs_surroundings())) rebuild();
+    if (!split_patches() && ranks.any(rebuild_needed || needs_surroundings())) rebuild();
     if (std::exchange(remap_needed, false) || balance.is_forced(step)) remap();
     if (checkpoint_due()) write_checkpoint();
   }
@@ -132,6 +140,14 @@ void Simulation<Dim>::Impl::settle() {
 }
 
 template <int Dim>
+void Simulation<Dim>::Impl::take_dense_ids() {
+  if (log.empty()) return;
+  for (int p = 0; p < patches.size(); ++p) log.make_dense(patches[p].particles.id);
+  log.clear();
+  measure_frame();
+}
+
+template <int Dim>
 void Simulation<Dim>::Impl::check_end() {
   for (int p = 0; p < patches.size(); ++p) {
     check_finite(patches[p]);
@@ -149,6 +165,25 @@ bool Simulation<Dim>::Impl::needs_surroundings() const {
 }
 
 template <int Dim>
+bool Simulation<Dim>::Impl::split_patches() {
+  if (step != split_step) return false;
+  split_step = -1;
+  const PatchRenumbering ids = patches.split(most_particles());
+  if (ids.empty()) return false;
+  balance.renumber(ids);
+  rebuild();
+  map_parts(ids.parts());
+  return true;
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::map_parts(const std::vector<Index>& parts) {
+  for (int p = 0; p < patches.size(); ++p)
+    if (std::binary_search(parts.begin(), parts.end(), patches[p].topology.patch))
+      map_first(patches[p], stages, context(step));
+}
+
+template <int Dim>
 void Simulation<Dim>::Impl::rebuild() {
   keep_timings();
   patches.rebuild();
@@ -163,27 +198,39 @@ void Simulation<Dim>::Impl::remap() {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::count_removed() {
+void Simulation<Dim>::Impl::take_removed() {
+  if (!model.analysis.remove_leaving_particles) return;
+  std::vector<RemovedParticle> all;
   for (int i = 0; i < patches.size(); ++i) {
-    removed += patches[i].removed;
-    patches[i].removed = 0;
+    all.insert(all.end(), patches[i].removed.begin(), patches[i].removed.end());
+    patches[i].removed.clear();
   }
+  removed += static_cast<Index>(all.size());
+  if (ranks.several()) all = ranks.gather_all(std::span<const RemovedParticle>(all));
+  if (all.empty() || !observer.removed) return;
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.step, a.id) < std::tie(b.step, b.id);
+  });
+  attempt([&] { observer.removed(all); });
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                           \
-  template void Simulation<Dim>::Impl::restore(const RunState&);         \
-  template RunState Simulation<Dim>::Impl::run_state() const;            \
-  template SimulationState Simulation<Dim>::Impl::present_state() const; \
-  template void Simulation<Dim>::Impl::write_checkpoint();               \
-  template void Simulation<Dim>::Impl::advance(Index);                   \
-  template std::string Simulation<Dim>::Impl::first_failure() const;     \
-  template void Simulation<Dim>::Impl::stop_where_failed();              \
-  template void Simulation<Dim>::Impl::settle();                         \
-  template void Simulation<Dim>::Impl::check_end();                      \
-  template bool Simulation<Dim>::Impl::needs_surroundings() const;       \
-  template void Simulation<Dim>::Impl::rebuild();                        \
-  template void Simulation<Dim>::Impl::remap();                          \
-  template void Simulation<Dim>::Impl::count_removed();
+#define LAHAR_INSTANTIATE(Dim)                                               \
+  template void Simulation<Dim>::Impl::restore(const RunState&);             \
+  template RunState Simulation<Dim>::Impl::run_state() const;                \
+  template SimulationState Simulation<Dim>::Impl::present_state() const;     \
+  template void Simulation<Dim>::Impl::write_checkpoint();                   \
+  template void Simulation<Dim>::Impl::advance(Index);                       \
+  template std::string Simulation<Dim>::Impl::first_failure() const;         \
+  template void Simulation<Dim>::Impl::stop_where_failed();                  \
+  template void Simulation<Dim>::Impl::settle();                             \
+  template void Simulation<Dim>::Impl::take_dense_ids();                     \
+  template void Simulation<Dim>::Impl::check_end();                          \
+  template bool Simulation<Dim>::Impl::needs_surroundings() const;           \
+  template bool Simulation<Dim>::Impl::split_patches();                      \
+  template void Simulation<Dim>::Impl::map_parts(const std::vector<Index>&); \
+  template void Simulation<Dim>::Impl::rebuild();                            \
+  template void Simulation<Dim>::Impl::remap();                              \
+  template void Simulation<Dim>::Impl::take_removed();
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

@@ -15,7 +15,9 @@
 #include <vector>
 
 #include "graph/executor.h"
+#include "physics/patch_split.h"
 #include "runtime/failure.h"
+#include "runtime/injection_log.h"
 #include "runtime/patch_set.h"
 #include "runtime/rank_exchange.h"
 #include "runtime/simulation.h"
@@ -48,6 +50,7 @@ struct Simulation<Dim>::Impl {
   Impl(Model<Dim> model_in, ExecutionOptions options_in, Observer observer_in,
        const SimulationState* state = nullptr);
   PatchSet<Dim> make_patches(const SimulationState* state);
+  void measure_frame();
   void start();
 
   // --- state ------------------------------------------------------------------------------------
@@ -81,6 +84,12 @@ struct Simulation<Dim>::Impl {
   }
 
   void set_first_dt();
+
+  /// The limit that particles have which may come in at the beginning of a step; where nothing else
+  /// limits it, of those that come later, too.
+  double limit_with_injections(Step step, double limit) const;
+  /// Throws InputError where a fixed step is above the limit.
+  void check_first_dt(double limit) const;
 
   /// With a fixed step, the end time is a number of steps.
   void limit_steps_by_time();
@@ -209,6 +218,13 @@ struct Simulation<Dim>::Impl {
   Frame of_all_ranks(Frame own) const;
   FrameSource present_frame() const;
 
+  /// Whether patches with too many particles are looked for after `step`.
+  bool split_due(Step step) const {
+    return model.analysis.split_steps > 0 && (step + 1) % model.analysis.split_steps == 0;
+  }
+  /// Particles up to which a patch is not split.
+  Index most_particles() const { return split_factor * model.analysis.patch_particles; }
+
   // --- epochs -----------------------------------------------------------------------------------
 
   /// Between two calls the graph drains only where patches have to be created, or where a frame is
@@ -224,14 +240,24 @@ struct Simulation<Dim>::Impl {
   /// Deliver the particles that are on their way: what the first stage of the next step would do.
   void settle();
 
+  /// While no particle is on its way: then a checkpoint needs no log of injections, and what has
+  /// been written so far is forgotten.
+  void take_dense_ids();
+
   /// What the last step did and no other looked at.
   void check_end();
 
   /// Also where a particle came near in the last step.
   bool needs_surroundings() const;
+  /// Split what was found crowded max_lead steps ago. True if anything was.
+  bool split_patches();
   void rebuild();
+  /// Map the particles of patches that a split has made.
+  void map_parts(const std::vector<Index>& parts);
   void remap();
-  void count_removed();
+  /// All particles that have left the mesh since the last call, on all ranks alike: in an order
+  /// that does not depend on when this is called.
+  void take_removed();
   void keep_timings() {
     kept_timing = timings();
     timing.clear();
@@ -245,7 +271,9 @@ struct Simulation<Dim>::Impl {
   std::vector<TimestepStage<Dim>> stages;
   std::vector<Phase> phases;
   Ranks ranks;
+  std::vector<double> injection_limits;  ///< [s] by generator
   PatchSet<Dim> patches;
+  InjectionLog log;
   RankBalance<Dim> balance;
   bool remap_needed = false;
   std::optional<ExchangeGroups> groups;         ///< several ranks only
@@ -266,6 +294,12 @@ struct Simulation<Dim>::Impl {
   std::atomic<Step> failed_step{std::numeric_limits<Step>::max()};
   std::exception_ptr output_failure, poll_failure;
   std::atomic<bool> rebuild_needed{false};
+  /// By step: a patch of this rank is to be split.
+  PerStep<std::atomic<bool>> crowded;
+  /// Patches are split when so many steps are done, which follows from what was found max_lead
+  /// steps before: the same step for any ranks and threads, whatever else makes the graph drain. -1
+  /// = none.
+  Step split_step = -1;
   std::atomic<bool> stop_asked{false};                            ///< of this rank
   std::atomic<bool> stop_requested{false};                        ///< all ranks know of it
   std::atomic<bool> checkpoint_asked{false};                      ///< of this rank
@@ -276,8 +310,9 @@ struct Simulation<Dim>::Impl {
   PatchWork work;  ///< since the start, up to the last history row
   PerStep<std::vector<HistoryRow>> rows;
   PerStep<std::vector<Frame>> pieces;
-  std::vector<StageTicks> timing;        ///< per patch and stage
-  std::vector<StageTiming> kept_timing;  ///< of patch sets before
+  PerStep<std::vector<std::vector<Index>>> injected;  ///< events, by patch
+  std::vector<StageTicks> timing;                     ///< per patch and stage
+  std::vector<StageTiming> kept_timing;               ///< of patch sets before
 };
 
 }  // namespace lahar

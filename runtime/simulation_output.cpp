@@ -25,6 +25,7 @@ Agreement Simulation<Dim>::Impl::give(Step step) {
   own.least.rebuild = rebuild_needed.load() ? -1 : 0;
   own.least.checkpoint = checkpoint_asked.load() ? -1 : 0;
   own.least.stop = stop_asked.load() ? -1 : 0;
+  own.least.crowded = crowded[step].exchange(false) ? -1 : 0;
   if (history_due(step)) {
     RowSums sums;
     double fastest = 0;
@@ -34,6 +35,13 @@ Agreement Simulation<Dim>::Impl::give(Step step) {
     }
     own.least.minus_speed = -std::bit_cast<Index>(fastest);
     own.sum = sums.elements();
+  }
+  if (log.due(time_at(step))) {
+    std::vector<Index> events;
+    for (auto& of_patch : injected[step])
+      for (const Index event : std::exchange(of_patch, {})) events.push_back(event);
+    const std::vector<Index> elements = log.elements(events);
+    own.sum.insert(own.sum.end(), elements.begin(), elements.end());
   }
   balance.finish(step);
   if (balance.is_due(step)) {
@@ -52,6 +60,7 @@ Step Simulation<Dim>::Impl::drain_step(Step end) const {
   };
   before(frames_are_large(), model.output.frame_steps);
   before(static_cast<bool>(observer.checkpoint), model.output.checkpoint_steps);
+  if (split_step > step) end = std::min(end, split_step);
   before(balance.forced_every() > 0, balance.forced_every());
   return end;
 }
@@ -63,6 +72,7 @@ void Simulation<Dim>::Impl::output(int p, Step step) {
   if (history_due(step) || frame_due(step)) check_finite(patches[p]);
   if (history_due(step)) rows[step][i] = sums(patches[p]);
   if (copy_due(step)) pieces[step][i] = snapshot(patches[p], model);
+  if (split_due(step) && is_crowded(patches[p], most_particles())) crowded[step] = true;
 }
 
 template <int Dim>
@@ -95,10 +105,17 @@ void Simulation<Dim>::Impl::hand_on(Step step) {
   if (least.stop < 0) stop_requested = true;
   learn_of_failure(least.failed_step);
   // All ranks find the same, and nobody has begun the step before which they stop.
+  if (least.crowded < 0 && split_step < 0) {
+    split_step = step + max_lead;
+    executor->stop_before(split_step);
+  }
   if (balance.is_due(step) && balance.is_uneven(-least.minus_work, agreed[step].sum.back())) {
     remap_needed = true;
     executor->stop_before(step + max_lead);
   }
+  if (log.due(time_at(step)))
+    log.take(step, std::span(std::as_const(agreed[step].sum))
+                       .subspan(history_due(step) ? RowSums::n_elements : 0, log.n_elements()));
   // Patches that are ahead may have failed in a later step: this one is still good.
   const bool failed = least.failed_step <= step;
   if (history_due(step) && !failed) {
@@ -107,6 +124,7 @@ void Simulation<Dim>::Impl::hand_on(Step step) {
     if (observer.history) attempt([&] { observer.history(row); });
   }
   if (copy_due(step) && !failed) {
+    for (Frame& piece : pieces[step]) log.make_dense(piece.id);
     attempt([&] { observer.frame({header_at(step + 1), std::move(pieces[step])}); });
     pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
   }
@@ -185,6 +203,12 @@ FrameSource Simulation<Dim>::Impl::present_frame() const {
   std::vector<const Patch<Dim>*> all;
   for (int i = 0; i < patches.size(); ++i) all.push_back(&patches[i]);
   FrameSource frame = lahar::frame_source(all, header_at(step), model);
+  if (!log.empty())
+    frame.piece = [this, piece = std::move(frame.piece)](std::size_t i) {
+      Frame one = piece(i);
+      log.make_dense(one.id);
+      return one;
+    };
   if (is_parallel(options)) frame.threads = options.threads;
   return frame;
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <ctime>
 #include <optional>
+#include <utility>
 
 #include "physics/kernels.h"
 #include "runtime/simulation_impl.h"
@@ -171,6 +172,8 @@ void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, Sta
       return;
     }
   }
+  if (phase.first == 0 && !patch.injected.empty())
+    injected[step][static_cast<std::size_t>(p)] = std::exchange(patch.injected, {});
   if (phase.first == 0 && patch.needs_surroundings) {
     rebuild_needed.store(true, std::memory_order_relaxed);
     request_stop(step);

@@ -46,22 +46,48 @@ double Simulation<Dim>::Impl::present_limit(std::string* where) const {
 }
 
 template <int Dim>
+double Simulation<Dim>::Impl::limit_with_injections(Step step, double limit) const {
+  double any = std::numeric_limits<double>::infinity();
+  for (std::size_t g = 0; g < injection_limits.size(); ++g) {
+    const auto& injection = model.injections[g];
+    if (injection.active(time_at(step))) limit = std::min(limit, injection_limits[g]);
+    if (time_at(step) < injection.end) any = std::min(any, injection_limits[g]);
+  }
+  return std::isfinite(limit) ? limit : any;
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::check_first_dt(double limit) const {
+  const TimeStep& plan = model.analysis.step;
+  if (plan.accept_unstable) return;
+  const auto refuse = [&](double least, const std::string& where) {
+    throw InputError({Problem{.where = "/analysis/dt",
+                              .message = unstable_message(plan.dt, least, where),
+                              .hint = unstable_hint(least)}});
+  };
+  if (plan.dt > limit) {
+    std::string where;  // looked for only now: that takes longer than the limit itself
+    present_limit(&where);
+    refuse(limit, where);
+  }
+  for (const double injected : injection_limits)
+    if (plan.dt > injected) refuse(injected, "particles that are injected");
+}
+
+template <int Dim>
 void Simulation<Dim>::Impl::set_first_dt() {
   const TimeStep& plan = model.analysis.step;
-  const double limit = present_limit();
-  if (plan.adaptive) last_limit = limit;
+  double limit = present_limit();
+  if (plan.adaptive) {
+    last_limit = limit;
+    limit = limit_with_injections(0, limit);
+  }
   dt[0] = plan.adaptive ? std::min(adaptive_dt(limit), model.analysis.end_time) : plan.dt;
   start_time[0] = 0.0;
   start_time[1] = dt[0];
   if (plan.adaptive && dt[0] >= model.analysis.end_time) nsteps = std::min<Index>(nsteps, 1);
   if (!plan.adaptive) {
-    if (plan.dt > limit && !plan.accept_unstable) {
-      std::string where;  // looked for only now: that takes longer than the limit itself
-      present_limit(&where);
-      throw InputError({Problem{.where = "/analysis/dt",
-                                .message = unstable_message(plan.dt, limit, where),
-                                .hint = unstable_hint(limit)}});
-    }
+    check_first_dt(limit);
     limit_steps_by_time();
   }
 }
@@ -76,6 +102,7 @@ void Simulation<Dim>::Impl::limit_steps_by_time() {
 
 template <int Dim>
 void Simulation<Dim>::Impl::set_dt(Step step, double limit) {
+  limit = limit_with_injections(step, limit);
   // Without particles there is no limit: go on as before.
   dt[step] = std::isfinite(limit) || step == 0 ? adaptive_dt(limit) : dt[step - 1];
   const double left = model.analysis.end_time - start_time[step];
@@ -88,11 +115,13 @@ void Simulation<Dim>::Impl::set_dt(Step step, double limit) {
   }
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                              \
-  template void Simulation<Dim>::Impl::restore_dt(double);                  \
-  template double Simulation<Dim>::Impl::present_limit(std::string*) const; \
-  template void Simulation<Dim>::Impl::set_first_dt();                      \
-  template void Simulation<Dim>::Impl::limit_steps_by_time();               \
+#define LAHAR_INSTANTIATE(Dim)                                                      \
+  template void Simulation<Dim>::Impl::restore_dt(double);                          \
+  template double Simulation<Dim>::Impl::present_limit(std::string*) const;         \
+  template double Simulation<Dim>::Impl::limit_with_injections(Step, double) const; \
+  template void Simulation<Dim>::Impl::check_first_dt(double) const;                \
+  template void Simulation<Dim>::Impl::set_first_dt();                              \
+  template void Simulation<Dim>::Impl::limit_steps_by_time();                       \
   template void Simulation<Dim>::Impl::set_dt(Step, double);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

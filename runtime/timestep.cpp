@@ -9,21 +9,34 @@ namespace lahar {
 
 namespace {
 
-/// Particles that neighbours sent: the part of the mapping for this step that could not be done at
-/// the end of the one before.
+/// The part of the mapping for this step that could not be done at the end of the one before.
 template <int Dim, bool WithForce>
-void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  receive(patch);
+void map_late(Patch<Dim>& patch, const StepContext<Dim>& step) {
   activate_nodes(patch);
   if (!patch.late.empty()) {
     map_mass_momentum(patch, step, patch.late);
     if (WithForce) map_force(patch, step, patch.late);
+    if (patch.bodies() > 1) map_gradient(patch, step, patch.late);
     patch.late.clear();
     patch.contributes[static_cast<std::size_t>(step.step % 2)] = 1;
     patch.idle = false;
     patch.clear_sums = 0;
   }
   sort_if_scattered(patch);
+}
+
+/// Particles that neighbours sent.
+template <int Dim, bool WithForce>
+void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  receive(patch);
+  map_late<Dim, WithForce>(patch, step);
+}
+
+/// Particles that come from nowhere.
+template <int Dim, bool WithForce>
+void take_injected(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  inject(patch, step);
+  if (!patch.late.empty()) map_late<Dim, WithForce>(patch, step);
 }
 
 /// Sums for the next step begin at zero. A patch without particles is idle once all of its sums
@@ -42,7 +55,8 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
   // With one exchange per step nothing else keeps a patch from overtaking its neighbours' reading.
   const int copies = analysis.scheme == Scheme::usl ? 2 : 1;
   const bool more = analysis.scheme == Scheme::musl || analysis.pressure_smoothing;
-  return {{copies, more ? 1 : 0}};
+  // Gradients are read before the phase in which the next ones are mapped is begun anywhere near.
+  return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0}};
 }
 
 bool keeps_nodal_state(const Analysis& analysis) {
@@ -50,7 +64,7 @@ bool keeps_nodal_state(const Analysis& analysis) {
 }
 
 template <int Dim>
-std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
+std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   using List = std::vector<TimestepStage<Dim>>;
@@ -59,6 +73,9 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
   const TimestepStage<Dim> arrivals{
       .stage = {.name = "arrivals", .exchange = "particles"},
       .begin = usf ? take_arrivals<Dim, false> : take_arrivals<Dim, true>};
+  const TimestepStage<Dim> injection{
+      .stage = {.name = "inject"},
+      .begin = usf ? take_injected<Dim, false> : take_injected<Dim, true>};
   const TimestepStage<Dim> g2p{
       .stage = {.name = "G2P"},
       .begin = [](P& p, S&) { p.max_speed = 0; },
@@ -84,6 +101,13 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
                                .begin = usf ? begin_mapping<Dim, false> : begin_mapping<Dim, true>,
                                .runs = [](P& p, S& s, Runs runs) { map_mass_momentum(p, s, runs); },
                                .of_next_step = true};
+  const TimestepStage<Dim> surface{.stage = {.name = "surface"},
+                                   .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::gradient); },
+                                   .runs = [](P& p, S& s, Runs runs) { map_gradient(p, s, runs); },
+                                   .of_next_step = true};
+  const TimestepStage<Dim> normals{.stage = {.name = "normals", .exchange = "gradient"},
+                                   .takes = {NodeSum::gradient},
+                                   .begin = [](P& p, S& s) { nodal_gradient(p, s); }};
   const TimestepStage<Dim> force{
       .stage = {.name = "force"},
       .begin = usf ? +[](P& p, S& s) { clear_sums(p, s, NodeSum::force); } : nullptr,
@@ -121,7 +145,11 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
   const auto add = [&](const TimestepStage<Dim>& stage) { list.push_back(stage); };
   const auto add_stress = [&] { list.insert(list.end(), stress.begin(), stress.end()); };
 
+  const bool contact = analysis.contact.bodies > 1;
+
   add(arrivals);
+  if (injects) add(injection);  // into cells that are empty when everybody has arrived
+  if (contact) add(normals);
   if (usf) {  // update stress first: strain from the velocities at the beginning of the step
     add({.stage = {.name = "velocity", .exchange = "mass, momentum"},
          .takes = {NodeSum::mass_momentum},
@@ -155,6 +183,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis) {
     add(p2g);
     add(force);
   }
+  if (contact) add(surface);
   add(output);
   return list;
 }
@@ -199,8 +228,8 @@ void map_first(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& stages,
   }
 }
 
-template std::vector<TimestepStage<2>> timestep<2>(const Analysis&);
-template std::vector<TimestepStage<3>> timestep<3>(const Analysis&);
+template std::vector<TimestepStage<2>> timestep<2>(const Analysis&, bool);
+template std::vector<TimestepStage<3>> timestep<3>(const Analysis&, bool);
 template std::vector<RankMessage> rank_messages<2>(const std::vector<TimestepStage<2>>&,
                                                    const std::vector<Phase>&);
 template std::vector<RankMessage> rank_messages<3>(const std::vector<TimestepStage<3>>&,

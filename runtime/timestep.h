@@ -33,9 +33,10 @@ inline constexpr const char* locate_stage = "locate";
 ///
 /// The mapping of a step to the nodes is done at the end of the step before, while the particles
 /// are in cache; the first stage adds what came from other cells and patches. Before the first
-/// step, map_first() does what the step before would have done.
+/// step, map_first() does what the step before would have done. `injects`: particles may come in
+/// during the run.
 template <int Dim>
-std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis);
+std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects = false);
 
 /// What patches of other ranks need of a phase when it is done: what the phase after it exchanges.
 struct RankMessage {

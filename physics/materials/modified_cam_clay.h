@@ -4,9 +4,9 @@
 #include <string>
 
 #include "physics/materials/law_input.h"
+#include "physics/materials/newton.h"
 #include "physics/materials/soil_stress.h"
 #include "physics/materials/table.h"
-#include "physics/materials/newton.h"
 
 namespace lahar {
 
@@ -18,7 +18,7 @@ namespace lahar {
 ///   flow        d(eps_v^p) = dphi dF/dp,  d(eps^p) radial, d(eps_q^p) = dphi 2 q / M^2
 ///   hardening   d(pc) / pc = (1 + e) / (lambda - kappa) d(eps_v^p)
 ///   elasticity  K = (1 + e) p / kappa, G = 3 K (1 - 2 nu) / (2 (1 + nu)) + m_shear chi s_h (then K
-///               from G); youngs_modulus instead of (1 + e) p / kappa where p <= 0
+///               from G); youngs_modulus instead of (1 + e) p / kappa for the first stress
 ///   void ratio  d(e) = (1 + e) d(eps_v)
 ///   bonds       pcd = mc_a (chi s_h)^mc_b, pcc = mc_c (chi s_h)^mc_d, d(chi) = -m chi |d(e^p)|
 ///   subloading  loading: dR = -u (1 + (pcd + pcc) / pc) ln(R) |d(eps^p)|; else R from the stress
@@ -28,8 +28,18 @@ namespace lahar {
 /// deviatoric plane.
 ///
 /// A step is implicit (backward Euler) with the moduli of its beginning.
+///
+/// CB-Geo MPM solves the same equations of a step for plain Cam-Clay, but changes the void ratio in
+/// plastic increments only, by (1 + e0) d(eps_v), and where p <= 0 keeps the moduli that it had, at
+/// first with K and G exchanged: so also here with --as-cbgeo. Not reproduced are its errors in
+/// - three invariants: the deviator of the trial stress is taken at the returned pressure, so that
+///   the stress it ends with is not the one that it solved for;
+/// - bonds: pcd is left out where p is returned, moduli grow in every step where p <= 0, and chi
+///   falls in elastic increments too, by the plastic strain of the last plastic one;
+/// - subloading: the flow is that of the yield surface, R begins without q and anew whenever it
+///   reaches 1, and never falls. (Its unit test of it has q = 1e-6 Pa after shearing.)
 struct ModifiedCamClay {
-  double youngs_modulus;  ///< [Pa] where p <= 0
+  double youngs_modulus;  ///< [Pa] of soil without stress
   double poisson_ratio;
   double p_ref;   ///< [Pa]
   double e_ref;   ///< void ratio at p_ref
@@ -42,6 +52,7 @@ struct ModifiedCamClay {
   bool subloading = false;
   double subloading_u = 0;
   bool bonding = false;
+  bool as_cbgeo = false;  ///< see above
   double s_h = 0, mc_a = 0, mc_b = 1, mc_c = 0, mc_d = 1, m_degradation = 0, m_shear = 0;
 
   static constexpr std::string_view name = "ModifiedCamClay";
@@ -49,7 +60,7 @@ struct ModifiedCamClay {
       "critical state model of clay, with bonds and a subloading surface";
   using Self = ModifiedCamClay;
   static constexpr auto parameters = std::to_array<Parameter<Self>>({
-      {"youngs_modulus", "Pa", "Young's modulus where the mean pressure is not positive",
+      {"youngs_modulus", "Pa", "Young's modulus of soil without stress, for its first increment",
        &Self::youngs_modulus, Bound::positive},
       {"poisson_ratio", "-", "Poisson's ratio", &Self::poisson_ratio, Bound::poisson},
       {"p_ref", "Pa", "pressure at which e_ref is given", &Self::p_ref, Bound::positive},
@@ -142,13 +153,17 @@ struct ModifiedCamClay {
   }
 
   void initial_state(const double* stress, double* s) const {
-    const SoilStress now = of(stress);
+    Voigt sigma;
+    std::copy_n(stress, 6, sigma.begin());
+    const SoilStress now = of(sigma);
     std::fill_n(s, states, 0.0);
     s[pc] = pc0;
+    s[bulk_modulus] = youngs_modulus / (2 * (1 + poisson_ratio));  // as CB-Geo MPM has them
+    s[shear_modulus] = 3 * youngs_modulus * (1 - 2 * poisson_ratio) / (2 * (1 + poisson_ratio));
     s[void_ratio] = initial_void_ratio();
     s[chi] = 1;
     set_bonds(s);
-    set_moduli(now.p, s);
+    set_moduli(sigma, s);
     s[subloading_r] = subloading ? ratio(now, slope(now), s) : 1;
     s[f_function] = yield_function(now, slope(now), s);
     derive(stress, s);
@@ -168,19 +183,20 @@ struct ModifiedCamClay {
     const Voigt isotropic{-pc0, -pc0, -pc0, 0, 0, 0};
     initial_state(isotropic.data(), s);
     const double at_pc0 = s[bulk_modulus] + 4.0 / 3 * s[shear_modulus];
-    set_moduli(-pc0, s);
+    set_moduli(Voigt{}, s);
     return std::max(at_pc0, s[bulk_modulus] + 4.0 / 3 * s[shear_modulus]);
   }
   double viscosity() const { return 0; }
 
   bool update_one(const Increment& increment, Voigt& sigma, double* s) const {
-    const double before = -(sigma[0] + sigma[1] + sigma[2]) / 3;
-    set_moduli(before, s);
+    if (as_cbgeo) return step(increment.strain, sigma, s);
+    set_moduli(sigma, s);
     const Voigt trial = elastic_trial(sigma, increment.strain, s[bulk_modulus], s[shear_modulus]);
     // What errors are compared with: the pressure, or a share of the strength where that is small.
-    const double pressure = std::max(before, 0.0) + s[pcc] + 0.01 * (s[pc] + s[pcd]);
-    // Elasticity is not continuous at p = 0: no steps are small enough there.
-    const double change = before > 0 ? distance(trial, sigma) : 0;
+    const double pressure = std::max(-(sigma[0] + sigma[1] + sigma[2]) / 3, 0.0) + s[pcc] +
+                            0.01 * (s[pc] + s[pcd]) + least_pressure * pc0;
+    // The first stress has moduli of its own: no steps are small enough there.
+    const double change = sigma == Voigt{} ? 0 : distance(trial, sigma);
     const auto take = [this](const Voigt& strain, Voigt& stress, double* state_variables) {
       return step(strain, stress, state_variables);
     };
@@ -189,13 +205,15 @@ struct ModifiedCamClay {
 
   /// One implicit step, however large. Returns whether it converged.
   bool step(const Voigt& strain, Voigt& sigma, double* s) const {
-    set_moduli(-(sigma[0] + sigma[1] + sigma[2]) / 3, s);
+    set_moduli(sigma, s);
     const SoilStress trial = of(elastic_trial(sigma, strain, s[bulk_modulus], s[shear_modulus]));
     const double M = slope(trial);
-    Return r{trial, M, s[bulk_modulus], s[shear_modulus], (1 + s[void_ratio]) / (lambda - kappa)};
+    Return r{trial, M, s[bulk_modulus], s[shear_modulus],
+             std::min(1 + s[void_ratio], most_specific_volume) / (lambda - kappa)};
     r.scale = std::max({s[pc] + s[pcd] + 2 * s[pcc], std::abs(trial.p), trial.q / M});
     r.s = s;
-    s[void_ratio] = (1 + s[void_ratio]) * std::exp(strain[0] + strain[1] + strain[2]) - 1;
+    const double volumetric = strain[0] + strain[1] + strain[2];
+    if (!as_cbgeo) s[void_ratio] = (1 + s[void_ratio]) * std::exp(volumetric) - 1;
     s[delta_phi] = s[dpvstrain] = s[dpdstrain] = 0;
     const double R = subloading ? s[subloading_r] : 1;
     const double size = R * (s[pc] + s[pcd] + s[pcc]);
@@ -223,6 +241,7 @@ struct ModifiedCamClay {
     s[delta_phi] = x[0] / r.scale;
     s[dpvstrain] = end.volumetric.v;
     s[dpdstrain] = end.deviatoric.v;
+    if (as_cbgeo) s[void_ratio] += (1 + initial_void_ratio()) * volumetric;
     s[pvstrain] += s[dpvstrain];
     s[pdstrain] += s[dpdstrain];
     s[f_function] = yield_function(now, M, s);
@@ -311,10 +330,14 @@ struct ModifiedCamClay {
     return three_invariants ? strength_ratio(m, now.theta) : m;
   }
 
-  void set_moduli(double pressure, double* s) const {
+  /// Those of the stress at the beginning of a step.
+  void set_moduli(const Voigt& sigma, double* s) const {
+    const double before = -(sigma[0] + sigma[1] + sigma[2]) / 3;
+    if (as_cbgeo && !(before > 0)) return;
     const double G_of_K = 3 * (1 - 2 * poisson_ratio) / (2 * (1 + poisson_ratio));
-    double K = pressure > 0 ? (1 + s[void_ratio]) / kappa * pressure
-                            : youngs_modulus / (3 * (1 - 2 * poisson_ratio));
+    double K = as_cbgeo           ? (1 + s[void_ratio]) / kappa * before
+               : sigma == Voigt{} ? youngs_modulus / (3 * (1 - 2 * poisson_ratio))
+                                  : swelling_modulus(s[void_ratio], kappa, before, pc0);
     if (bonding) K += m_shear * s[chi] * s_h / G_of_K;
     s[bulk_modulus] = K;
     s[shear_modulus] = G_of_K * K;

@@ -131,7 +131,7 @@ class MohrCoulombUpdate {
                                          const Real& pdstrain, unsigned tension) const;
   template <int Rows, class Real>
   LAHAR_INLINE void potential(const StressPoint<Rows, Real>& at, const Strength<Real>& s,
-                              unsigned tension, Direction<Real>& to) const;
+                              unsigned tension, const Real& lode, Direction<Real>& to) const;
   template <int Rows, class Real>
   [[gnu::noinline]] unsigned return_to_surface(const Real* start, Real* stress,
                                                const Strength<Real>& s, Real& pdstrain,

@@ -6,6 +6,9 @@
 namespace lahar {
 
 inline std::string MohrCoulomb::problem() const {
+  if (cohesion == 0 && friction == 0)
+    return "'cohesion' and 'friction' must not both be 0: the material would have no strength; a "
+           "fluid is \"type\": \"Newtonian\"";
   if (dilation > friction)
     return "'dilation' must be at most 'friction' = " + text_of(friction) + " degrees, found " +
            text_of(dilation);
@@ -21,6 +24,10 @@ inline std::string MohrCoulomb::problem() const {
   for (const auto& p : parameters)
     if (p.number && std::isnan(this->*p.number))
       return "'" + std::string(p.key) + "' is needed where 'softening' is true";
+  if (residual_cohesion == 0 && residual_friction == 0)
+    return "'residual_cohesion' and 'residual_friction' must not both be 0: the material would "
+           "have "
+           "no strength";
   if (!(peak_pdstrain < residual_pdstrain))
     return "'residual_pdstrain' must be greater than 'peak_pdstrain' = " + text_of(peak_pdstrain) +
            ", found " + text_of(residual_pdstrain);
@@ -34,7 +41,7 @@ inline void MohrCoulomb::derive(const double* stress, double* to) const {
   point_of(sigma, at);
   to[3] = root3 * at.p[0];
   to[4] = at.rho[0];
-  to[5] = std::acos(at.r[0]) / 3.0;
+  to[5] = std::atan2(at.sin[0], at.cos[0]);
 }
 
 inline MohrCoulombUpdate::MohrCoulombUpdate(const MohrCoulomb& law)
@@ -121,7 +128,7 @@ LAHAR_INLINE MohrCoulombUpdate::Yield MohrCoulombUpdate::yielding(const StressPo
 template <int Rows, class Real>
 LAHAR_INLINE void MohrCoulombUpdate::potential(const StressPoint<Rows, Real>& at,
                                                const Strength<Real>& s, unsigned tension,
-                                               Direction<Real>& to) const {
+                                               const Real& lode, Direction<Real>& to) const {
   constexpr double tension_eccentricity = 0.6;
   const Real e = select(tension, Real(tension_eccentricity), (3.0 - s.sin_phi) / (3.0 + s.sin_phi));
   const Real scale = select(tension, Real(1.0 / 3.0), (3.0 - s.sin_phi) / (6.0 * s.cos_phi));
@@ -136,12 +143,11 @@ LAHAR_INLINE void MohrCoulombUpdate::potential(const StressPoint<Rows, Real>& at
   // In shear without dilation and stress the reference code's value; in tension the cone's tip.
   const Real omega = off * off + 1.5 * R * R * at.rho * at.rho;
   const Real w = lahar::sqrt(select(greater(omega, Real(least)), omega, Real(1e-5)));
-  const LodeGradient<Real> lode(at);
   const Real per_rho = 1.5 * R * R / w;  // (dg/drho) / rho
   const Real per_theta = 1.5 * at.rho * at.rho * R * dR / w;
   to.g.a = select(tension, Real(1.0 / 3.0), (1.0 / 3.0) * s.tan_psi);
-  to.g.b = per_rho + per_theta * lode.on_s;
-  to.g.c = per_theta * lode.on_t;
+  to.g.b = per_rho;
+  to.g.c = per_theta * lode;
   to.per_strain = root2_3 * per_rho * at.rho;
 }
 
@@ -160,12 +166,12 @@ LAHAR_INLINE MohrCoulombUpdate::Direction<Real> MohrCoulombUpdate::direction(
       at.rho *
       select(tension, -root2_3 * at.sin,
              root3_2 * per_cos * (cos60 * (1.0 / root3) - sin60 * s.sin_phi * (1.0 / 3.0)));
-  const LodeGradient<Real> lode(at);
+  const Real lode = lode_gradient(at);
   const Real rho = select(greater(at.rho, Real(0.0)), at.rho, Real(1.0));
   to.f.a = (1.0 / 3.0) * select(tension, Real(1.0), s.sin_phi * per_cos);
-  to.f.b = per_rho / rho + per_theta * lode.on_s;
-  to.f.c = per_theta * lode.on_t;
-  potential(at, s, tension, to);
+  to.f.b = per_rho / rho;
+  to.f.c = per_theta * lode;
+  potential(at, s, tension, lode, to);
   to.softening = Real(0.0);
   if (softening_) {
     const unsigned falls =
@@ -267,7 +273,9 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
     const Real near = as_cbgeo_ ? Real(cbgeo_tolerance) : on_surface * size;
     const Yield begins = yielding(begin, s, bt, bs, -near);
     const Real f = select(begins.tension, bt, bs);
-    tangent = begins.any() & greater(near, max(f, -f)) & left;
+    // At the apex there is no tangent.
+    const Real least_rho = as_cbgeo_ ? Real(0.0) : near;
+    tangent = begins.any() & greater(near, max(f, -f)) & greater(begin.rho, least_rho) & left;
     if (tangent) {
       const Direction<Real> d = direction(begin, s, before, begins.tension);
       Real increment[Rows];
@@ -280,14 +288,23 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
       pdstrain = select(tangent, pdstrain + multiplier * d.per_strain, pdstrain);
     }
   }
+  // The tangent may end inside of the surface, where it is curved: then it goes back to it, unless
+  // the surface itself comes to meet it in the next increment.
+  unsigned hard = as_cbgeo_ ? 0u : left;
+  if (softening_)
+    hard &= ~(greater(before, Real(peak_pdstrain_)) & greater(Real(residual_pdstrain_), before));
   bool first = true;
   for (int step = 0; step <= steps; ++step) {
     if (!first || tangent) {
       point_of(stress, at);
       yield_functions(at, s, ft, fs);
       yield = yielding(at, s, ft, fs, as_cbgeo_ ? Real(-cbgeo_tolerance) : tolerance);
-      const unsigned beyond = greater(ft, tolerance) | greater(fs, tolerance) |
-                              outside(ft + fs, std::numeric_limits<double>::max(), lanes<Real>);
+      const Real worst = max(ft, fs);
+      unsigned beyond = greater(worst, tolerance) |
+                        outside(ft + fs, std::numeric_limits<double>::max(), lanes<Real>);
+      const unsigned inside = hard & greater(-tolerance, worst);
+      yield.tension |= inside & greater(ft, fs);
+      beyond |= inside;
       // At the first step lanes without a tangent go on from the trial stress, beyond or not.
       left &= first ? beyond | ~tangent : beyond;
       if (left == 0) return 0;

@@ -61,7 +61,15 @@ struct Dual {
   friend Dual abs(const Dual& a) { return a.chain(std::abs(a.v), a.v < 0 ? -1 : 1); }
   /// The larger one, with its derivatives.
   friend Dual max(const Dual& a, const Dual& b) { return a.v < b.v ? b : a; }
+  /// Within -most and most.
+  friend Dual bounded(const Dual& a, double most) {
+    return std::abs(a.v) <= most ? a : Dual(std::copysign(most, a.v));
+  }
 };
+
+inline double bounded(double a, double most) {
+  return std::clamp(a, -most, most);
+}
 
 /// Residuals are dimensionless and of order one at most where the unknowns are wrong; this is a few
 /// thousand roundings.

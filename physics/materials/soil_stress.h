@@ -90,6 +90,19 @@ inline double distance(const Voigt& a, const Voigt& b) {
   return std::sqrt(contract(difference, difference));
 }
 
+/// 1 + e, as stiffness depends on it, is not more than this: soil that was torn apart is not
+/// stiffer for its gaps.
+inline constexpr double most_specific_volume = 10;
+/// Stiffness is at least that at this share of a soil's initial size of the yield surface, so that
+/// it can be compressed where it has no stress; errors are compared with no less either.
+inline constexpr double least_pressure = 1e-3;
+
+/// K = (1 + e) p / kappa [Pa], bounded by the two above; `size` is that of the yield surface [Pa].
+inline double swelling_modulus(double void_ratio, double kappa, double p, double size) {
+  return std::min(1 + void_ratio, most_specific_volume) / kappa *
+         std::max(p, least_pressure * size);
+}
+
 /// Largest error of a stress by the size of one step, as a share of the pressure.
 inline constexpr double step_error = 1e-4;
 /// Steps whose elastic stress changes at most by this share of the pressure are accurate enough

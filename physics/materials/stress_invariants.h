@@ -23,28 +23,31 @@ LAHAR_INLINE void elastic_trial(const LawInput<Dim, Real>& in, double K, double 
     stress[k] += k < 3 ? volumetric + (2.0 * G * in.dt) * in.rate[k] : (G * in.dt) * in.rate[k];
 }
 
-/// A stress with Rows components (4: no yz and xz), its deviator s, t = dJ3/dsigma = s s - 2/3 J2
-/// I, and invariants; theta is the Lode angle of Haigh and Westergaard, cos(3 theta) = 3 sqrt(3)/2
-/// J3 / J2^1.5, from 0 (one principal stress above two equal ones) to 60 degrees.
+/// A stress with Rows components (4: no yz and xz), its deviator s and invariants. theta is the
+/// Lode angle of Haigh and Westergaard, cos(3 theta) = 3 sqrt(3)/2 J3 / J2^1.5, from 0 (one
+/// principal stress above two equal ones) to 60 degrees. v is the direction in which theta alone
+/// changes: t = s s - 2/3 J2 I without its part along s.
 template <int Rows, class Real>
 struct StressPoint {
-  Real s[Rows], t[Rows];
-  Real p;            ///< mean stress [Pa], positive in tension
-  Real J2, J3, rho;  ///< rho = sqrt(2 J2) [Pa]
-  Real r;            ///< cos(3 theta)
-  Real cos, sin;     ///< of theta
+  Real s[Rows], v[Rows];
+  Real p;         ///< mean stress [Pa], positive in tension
+  Real J2, rho;   ///< rho = sqrt(2 J2) [Pa]
+  Real v2;        ///< v:v = 2/3 (J2 sin(3 theta))^2
+  Real sin3;      ///< sin(3 theta)
+  Real cos, sin;  ///< of theta
 };
 
-/// cos and sin of acos(r)/3. With |r|: the root c near 1 of 4 c^3 - 3 c = |r| by Newton's method,
-/// from a straight line that is within 0.005 of it: three steps leave rounding.
+/// cos and sin of theta from those of 3 theta. With |cos(3 theta)|: the root c near 1 of 4 c^3 - 3
+/// c by Newton's method, from a straight line that is within 0.005 of it: three steps leave
+/// rounding.
 template <class Real>
-LAHAR_INLINE void third_of_angle(const Real& r, Real& cos, Real& sin) {
-  const Real a = max(r, -r);
+LAHAR_INLINE void third_of_angle(const Real& cos3, const Real& sin3, Real& cos, Real& sin) {
+  const Real a = max(cos3, -cos3);
   Real c = 0.5 * root3 + (1.0 - 0.5 * root3) * a;
   LAHAR_UNROLL
   for (int step = 0; step < 3; ++step) c -= (c * (4.0 * c * c - 3.0) - a) / (12.0 * c * c - 3.0);
-  const Real s = lahar::sqrt((1.0 - a) * (1.0 + a)) / (4.0 * c * c - 1.0);  // sin(3x) / sin(x)
-  const unsigned below = greater(Real(0.0), r);  // theta = 60 degrees - that of |r|
+  const Real s = sin3 / (4.0 * c * c - 1.0);
+  const unsigned below = greater(Real(0.0), cos3);  // theta = 60 degrees - that of |cos3|
   cos = select(below, 0.5 * c + (0.5 * root3) * s, c);
   sin = select(below, (0.5 * root3) * c - 0.5 * s, s);
 }
@@ -61,33 +64,42 @@ LAHAR_INLINE void deviator_of(const Real* stress, StressPoint<Rows, Real>& at) {
   at.rho = lahar::sqrt(2.0 * at.J2);
 }
 
-/// The rest, after deviator_of(). Where J2 is below the reference code's limit [Pa^2] the angle is
-/// 30 degrees, as there.
+/// The rest, after deviator_of(). sin(3 theta) is that of v, because from 1 - cos^2 half of the
+/// digits would be lost where two principal stresses are equal. Where J2 is below the reference
+/// code's limit [Pa^2] the angle is 30 degrees, as there.
 template <int Rows, class Real>
 LAHAR_INLINE void lode_of(StressPoint<Rows, Real>& at) {
   const Real* s = at.s;
   const Real xy2 = s[3] * s[3], twice = (2.0 / 3.0) * at.J2;
-  at.J3 = s[0] * s[1] * s[2] - s[2] * xy2;
-  at.t[0] = s[0] * s[0] + xy2 - twice;
-  at.t[1] = s[1] * s[1] + xy2 - twice;
-  at.t[2] = s[2] * s[2] - twice;
-  at.t[3] = s[3] * (s[0] + s[1]);
+  Real J3 = s[0] * s[1] * s[2] - s[2] * xy2;
+  Real* v = at.v;
+  v[0] = s[0] * s[0] + xy2 - twice;
+  v[1] = s[1] * s[1] + xy2 - twice;
+  v[2] = s[2] * s[2] - twice;
+  v[3] = s[3] * (s[0] + s[1]);
   if constexpr (Rows == 6) {
     const Real yz2 = s[4] * s[4], xz2 = s[5] * s[5];
-    at.J3 += 2.0 * s[3] * s[4] * s[5] - s[0] * yz2 - s[1] * xz2;
-    at.t[0] += xz2;
-    at.t[1] += yz2;
-    at.t[2] += yz2 + xz2;
-    at.t[3] += s[4] * s[5];
-    at.t[4] = s[3] * s[5] + s[4] * (s[1] + s[2]);
-    at.t[5] = s[3] * s[4] + s[5] * (s[0] + s[2]);
+    J3 += 2.0 * s[3] * s[4] * s[5] - s[0] * yz2 - s[1] * xz2;
+    v[0] += xz2;
+    v[1] += yz2;
+    v[2] += yz2 + xz2;
+    v[3] += s[4] * s[5];
+    v[4] = s[3] * s[5] + s[4] * (s[1] + s[2]);
+    v[5] = s[3] * s[4] + s[5] * (s[0] + s[2]);
   }
   constexpr double least = std::numeric_limits<double>::epsilon();
   const unsigned some = greater(at.J2, Real(least));
-  const Real safe = select(some, at.J2, Real(1.0));
-  const Real r = clamp((1.5 * root3) * at.J3 / (safe * lahar::sqrt(safe)), 1.0);
-  at.r = select(some, r, Real(0.0));
-  third_of_angle(at.r, at.cos, at.sin);
+  const Real J2 = select(some, at.J2, Real(1.0));
+  const Real along_s = 1.5 * J3 / J2;
+  at.v2 = Real(0.0);
+  LAHAR_UNROLL
+  for (int k = 0; k < Rows; ++k) {
+    v[k] = select(some, v[k] - along_s * s[k], Real(0.0));
+    at.v2 += (k < 3 ? 1.0 : 2.0) * v[k] * v[k];
+  }
+  const Real cos3 = clamp(root3 * along_s / lahar::sqrt(J2), 1.0);
+  at.sin3 = select(some, lahar::sqrt(1.5 * at.v2) / J2, Real(1.0));
+  third_of_angle(select(some, cos3, Real(0.0)), at.sin3, at.cos, at.sin);
 }
 
 template <int Rows, class Real>
@@ -96,37 +108,27 @@ LAHAR_INLINE void point_of(const Real* stress, StressPoint<Rows, Real>& at) {
   lode_of(at);
 }
 
-/// d theta / d sigma = on_s s + on_t t. At an edge, where two principal stresses are equal and the
-/// angle has no derivative, it is bounded as in the reference code: 1 - r^2 is at least rounding.
-template <class Real>
-struct LodeGradient {
-  Real on_s, on_t;
-  template <int Rows>
-  LAHAR_INLINE explicit LodeGradient(const StressPoint<Rows, Real>& at) {
-    constexpr double least = std::numeric_limits<double>::epsilon();
-    const unsigned some = greater(at.J2, Real(least));
-    const Real J2 = select(some, at.J2, Real(1.0));
-    const Real sin3 = lahar::sqrt(max((1.0 - at.r) * (1.0 + at.r), Real(least)));
-    const Real per_r = -1.0 / (3.0 * sin3);
-    on_s = select(some, per_r * (-1.5) * at.r / J2, Real(0.0));
-    on_t = select(some, per_r * (1.5 * root3) / (J2 * lahar::sqrt(J2)), Real(0.0));
-  }
-};
+/// d theta / d sigma = this times v. At an edge, where two principal stresses are equal, theta has
+/// no derivative and v is rounding; there it goes to zero.
+template <int Rows, class Real>
+LAHAR_INLINE Real lode_gradient(const StressPoint<Rows, Real>& at) {
+  constexpr double least = std::numeric_limits<double>::epsilon(), at_edge = 1.5e-8;
+  const Real J2 = max(at.J2, Real(least));
+  return -(0.5 * root3) / (J2 * lahar::sqrt(J2) * max(at.sin3, Real(at_edge)));
+}
 
-/// Gradient of an isotropic function of stress: a I + b s + c t.
+/// Gradient of an isotropic function of stress: a I + b s + c v.
 template <class Real>
 struct IsotropicGradient {
   Real a, b, c;
 };
 
-/// f : D : g for isotropic elasticity with K and G [Pa].
+/// f : D : g for isotropic elasticity with K and G [Pa]; s and v are orthogonal.
 template <int Rows, class Real>
 LAHAR_INLINE Real stiffness_between(const IsotropicGradient<Real>& f,
                                     const IsotropicGradient<Real>& g,
                                     const StressPoint<Rows, Real>& at, double K, double G) {
-  return (9.0 * K) * f.a * g.a +
-         (2.0 * G) * (2.0 * f.b * g.b * at.J2 + 3.0 * (f.b * g.c + f.c * g.b) * at.J3 +
-                      (2.0 / 3.0) * f.c * g.c * at.J2 * at.J2);
+  return (9.0 * K) * f.a * g.a + (2.0 * G) * (2.0 * f.b * g.b * at.J2 + f.c * g.c * at.v2);
 }
 
 /// f : (an increment of stress).
@@ -136,7 +138,7 @@ LAHAR_INLINE Real along(const IsotropicGradient<Real>& f, const StressPoint<Rows
   Real sum = f.a * (increment[0] + increment[1] + increment[2]);
   LAHAR_UNROLL
   for (int k = 0; k < Rows; ++k)
-    sum += (k < 3 ? 1.0 : 2.0) * (f.b * at.s[k] + f.c * at.t[k]) * increment[k];
+    sum += (k < 3 ? 1.0 : 2.0) * (f.b * at.s[k] + f.c * at.v[k]) * increment[k];
   return sum;
 }
 
@@ -144,7 +146,7 @@ LAHAR_INLINE Real along(const IsotropicGradient<Real>& f, const StressPoint<Rows
 template <int Rows, class Real>
 LAHAR_INLINE Real stress_of(const IsotropicGradient<Real>& g, const StressPoint<Rows, Real>& at,
                             double K, double G, int k) {
-  const Real deviator = (2.0 * G) * (g.b * at.s[k] + g.c * at.t[k]);
+  const Real deviator = (2.0 * G) * (g.b * at.s[k] + g.c * at.v[k]);
   return k < 3 ? (3.0 * K) * g.a + deviator : deviator;
 }
 

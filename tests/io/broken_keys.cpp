@@ -186,7 +186,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
     {"an unknown material",
      {replace("mpm.json", "LinearElastic2D", "LinearPlastic2D")},
      {},
-     R"(mpm.json:15:23: error: 'type' must be one of "LinearElastic", "Newtonian", found "LinearPlastic2D" [/materials/0/type]
+     R"(mpm.json:15:23: error: 'type' must be one of "LinearElastic", "Newtonian", "Bingham", "MohrCoulomb", "ModifiedCamClay", "NorSand", "DruckerPrager", "VonMises", "NeoHookean", found "LinearPlastic2D" [/materials/0/type]
       {"id": 0, "type": "LinearPlastic2D", "density": 1000,
                         ^
   hint: did you mean "LinearElastic"?
@@ -194,7 +194,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
     {"an unknown element",
      {replace("mpm.json", "ED2Q4", "ED2Q5")},
      {},
-     R"(mpm.json:6:18: error: 'cell_type' must be one of "ED2Q4", "ED3H8", found "ED2Q5" [/mesh/cell_type]
+     R"(mpm.json:6:18: error: 'cell_type' must be one of "ED2T3", "ED2T6", "ED2Q4", "ED2Q8", "ED2Q9", "ED3T4", "ED3H8", "ED3H20", "ED3H27", found "ED2Q5" [/mesh/cell_type]
       "cell_type": "ED2Q5",
                    ^
   hint: did you mean "ED2Q4"?
@@ -205,7 +205,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
      R"(mpm.json:15:59: error: 'cohesion' does not apply to a material of type "LinearElastic" [/materials/0/cohesion]
       {"id": 0, "type": "LinearElastic2D", "density": 1000, "cohesion": 1,
                                                             ^
-  hint: it belongs to "MohrCoulomb"
+  hint: it belongs to "MohrCoulomb", "DruckerPrager"
 )"},
     {"a 3D material in a 2D case",
      {replace("mpm.json", "LinearElastic2D", "LinearElastic3D")},

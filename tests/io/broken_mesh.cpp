@@ -179,6 +179,77 @@ mesh.txt:10: error: cell 1 is flat at its corner at node 1: nodes 1 (1, 0), 2 (2
   1 2 5 4
   hint: list the corners counter-clockwise
 )"},
+    {"an inverted triangle",
+     {replace("mpm.json", "ED2Q4", "ED2T3"), write("mesh.txt", R"(4 2
+0 0
+2 0
+0 1
+2 1
+0 1 2
+1 2 3
+)")},
+     {},
+     R"(mesh.txt:7: error: cell 1 is inverted at its corner at node 1: nodes 1 (2, 0), 2 (0, 1), 3 (2, 1)
+  1 2 3
+  hint: list the corners counter-clockwise
+)"},
+    {"quadrilaterals said to be triangles",
+     {replace("mpm.json", "ED2Q4", "ED2T3")},
+     {},
+     R"(mesh.txt:9:7: error: unexpected '3' at the end of the row
+  0 1 4 3
+        ^
+mesh.txt:10:7: error: unexpected '4' at the end of the row
+  1 2 5 4
+        ^
+)"},
+    {"triangles along the axes",
+     {replace("mpm.json", "\"ED2Q4\"", "\"ED2T3\", \"isoparametric\": false"), write("mesh.txt", R"(3 1
+0 0
+2 0
+0 1
+0 1 2
+)")},
+     {},
+     R"(mesh.txt: error: a triangle is no box along the axes
+  hint: set isoparametric to true
+)"},
+    {"the middle of a side too near to a corner",
+     {replace("mpm.json", "ED2Q4", "ED2Q8"), write("mesh.txt", R"(8 1
+0 0
+2 0
+2 1
+0 1
+0.5 0
+2 0.5
+1 1
+0 0.5
+0 1 2 3 4 5 6 7
+)")},
+     {},
+     R"(mesh.txt:10: error: cell 0 is flat at its corner at node 0: nodes 0 (0, 0), 1 (2, 0), 2 (2, 1), 3 (0, 1), 4 (0.5, 0), 5 (2, 0.5), 6 (1, 1), 7 (0, 0.5)
+  0 1 2 3 4 5 6 7
+  hint: list the corners counter-clockwise, then the middles of the sides in this order
+)"},
+    {"more points than triangles have",
+     {replace("mpm.json", "\"mesh\": \"mesh.txt\",", "\"structured\": {\"cell_size\": 1, \"counts\": [2, 1]},"),
+      replace("mpm.json", "ED2Q4", "ED2T3"),
+      replace("mpm.json", "{\"type\": \"file\", \"location\": \"particles.txt\", \"material_id\": 0}", "{\"type\": \"gauss\", \"cset_id\": -1, \"nparticles_per_dir\": 3, \"material_id\": 0}")},
+     {},
+     R"(mpm.json:12:70: error: 'nparticles_per_dir' must be at most 2 in a triangle, found 3 [/particles/0/generator/nparticles_per_dir]
+      {"generator": {"type": "gauss", "cset_id": -1, "nparticles_per_dir": 3, "material_id": 0}}
+                                                                         ^
+)"},
+    {"an element with nodes of negative mass",
+     {replace("mpm.json", "\"mesh\": \"mesh.txt\",", "\"structured\": {\"cell_size\": 1, \"counts\": [2, 1]},"),
+      replace("mpm.json", "ED2Q4", "ED2Q8")},
+     {},
+     R"(accepted
+mpm.json:6:18: warning: corner nodes of ED2Q8 have masses of zero or below, with which waves in a solid grow instead of passing [/mesh/cell_type]
+      "cell_type": "ED2Q8",
+                   ^
+  hint: ED2Q9 has no such nodes
+)"},
   };
-  check(table, 22);
+  check(table, 28);
 }

@@ -115,6 +115,43 @@ TEST_CASE("what is due at the step of the checkpoint stays, what is later goes")
   CHECK(manifest["restarts"].size() == 2);
 }
 
+TEST_CASE("particles that left before the checkpoint stay listed, later ones are listed again") {
+  const TemporaryFolder folder;
+  const fs::path run = folder.path / "run";
+  make_run(run, {0, 10, 20, 30});
+  CHECK_FALSE(fs::exists(run / removed_file));
+  RemovedParticle particle;
+  const auto row = [&](Index step, Index id) {
+    particle.step = step;
+    particle.id = id;
+    return removed_line(particle);
+  };
+  const std::string kept = removed_header() + row(15, 7) + row(20, 3);
+  write_text_file(run / removed_file, kept + row(20, 4).substr(0, 3));  // killed while writing
+  {
+    RunFolder again(run, contents(), RunContinuation{20, 20.0 / 3, true, true, "c"});
+    CHECK(read_text_file(run / removed_file) == kept);
+    const std::vector<RemovedParticle> more{particle};
+    again.removed(more);
+    again.removed({});
+    again.finish({});
+  }
+  CHECK(read_text_file(run / removed_file) == kept + removed_line(particle));
+  {
+    RunFolder earlier(run, contents(), RunContinuation{10, 10.0 / 3, true, true, "c"});
+    earlier.finish({});
+  }
+  CHECK_FALSE(fs::exists(run / removed_file));
+  {
+    RunFolder fresh(run, contents(), true);
+    fresh.removed(std::vector<RemovedParticle>{particle});
+    fresh.finish({});
+  }
+  CHECK(read_text_file(run / removed_file) == removed_header() + removed_line(particle));
+  RunFolder replaced(run, contents(), true);
+  CHECK_FALSE(fs::exists(run / removed_file));
+}
+
 TEST_CASE("a half row and a series that is lost are made good") {
   const TemporaryFolder folder;
   const fs::path run = folder.path / "run";

@@ -95,6 +95,29 @@ TEST_CASE("a polygon in three dimensions is extruded along its axis") {
   CHECK(p.x[1] == Vec<3>(1.5, 1.5, 0.5));
 }
 
+TEST_CASE("gravity may grow until its ramping time, in the dialect of the fork") {
+  const auto m = model({.loads = R"({"gravity": {"gravity": [1, -10], "ramping_time": 4}})"});
+  CHECK(m.gravity == Vec<2>(1, -10));
+  REQUIRE(m.gravity_function == 0);
+  CHECK(m.functions[0](0) == 0);
+  CHECK(m.functions[0](1) == 0.25);
+  CHECK(m.functions[0](9) == 1);
+  CHECK(model({.loads = R"({"gravity": {"gravity": [1, -10]}})"}).gravity_function == -1);
+}
+
+TEST_CASE("initial stresses may be one for all particles, in the dialect of the fork") {
+  const auto stress = [](const std::string& values) {
+    const auto m = model(
+        {.mesh = R"(, "particles_stresses": {"type": "isotropic", "values": )" + values + "}"});
+    CHECK(m.particles.stress.size() == 8);
+    return m.particles.stress.at(5);
+  };
+  CHECK(stress("[-7]") == Voigt{-7, -7, -7, 0, 0, 0});
+  CHECK(stress("[1, 2, 3, 4, 5, 6]") == Voigt{1, 2, 3, 4, 5, 6});
+  CHECK_THROWS_AS(stress("[1, 2]"), InputError);
+  CHECK_THROWS_AS(model({.mesh = R"(, "particles_stresses": {"type": "file"})"}), InputError);
+}
+
 TEST_CASE("a region is filled with equal parts of cells, the first axis fastest") {
   const auto m = model({.generator = R"({"type": "region", "per_cell": 2, "material": "b",
     "velocity": [1, 2], "region": {"box": {"min": [1, 0], "max": [2, 1]}}})"});
@@ -136,22 +159,31 @@ TEST_CASE("Gauss points integrate as they should and come in the reference's ord
   // The points of each rule are symmetric, so that odd moments vanish, and the mean of xi^2 over
   // points is that of the rule.
   for (int n = 1; n <= 4; ++n) {
-    const auto points = gauss_points<2>(n);
+    const auto points = gauss_points<2>(Element::Q4, n);
     CHECK(points.size() == static_cast<std::size_t>(n * n));
     Vec<2> sum = Vec<2>::Zero();
     for (const auto& xi : points) sum += xi;
     CHECK(sum.norm() < 1e-14);
   }
   const double g = 1 / std::sqrt(3.0), h = std::sqrt(0.6);
-  const auto two = gauss_points<3>(2);
+  const auto two = gauss_points<3>(Element::H8, 2);
   CHECK((two[2] - Vec<3>(g, g, -g)).norm() < 1e-15);
   CHECK((two[7] - Vec<3>(-g, g, g)).norm() < 1e-15);
-  const auto three = gauss_points<2>(3);
+  const auto three = gauss_points<2>(Element::Q9, 3);
   CHECK((three[1] - Vec<2>(h, -h)).norm() < 1e-15);
   CHECK((three[4] - Vec<2>(0, -h)).norm() < 1e-15);
   CHECK((three[5] - Vec<2>(h, 0)).norm() < 1e-15);
   CHECK((three[8] - Vec<2>(0, 0)).norm() < 1e-15);
-  CHECK((gauss_points<3>(3)[1] - Vec<3>(-h, -h, 0)).norm() < 1e-15);
+  CHECK((gauss_points<3>(Element::H20, 3)[1] - Vec<3>(-h, -h, 0)).norm() < 1e-15);
+  // 64 points: layers along z, in each of them y runs fastest.
+  const auto four = gauss_points<3>(Element::H8, 4);
+  REQUIRE(four.size() == 64);
+  CHECK((four[1] - Vec<3>(four[0][0], four[5][1], four[0][2])).norm() < 1e-15);
+  for (std::size_t k = 1; k < 64; ++k) {
+    CHECK((k % 16 == 0) == (four[k][2] > four[k - 1][2]));
+    CHECK((k % 4 == 0) == (four[k][0] != four[k - 1][0]));
+    if (k % 4 != 0) CHECK(four[k][1] > four[k - 1][1]);
+  }
 }
 
 TEST_CASE("functions of time are linear between their points and constant outside, or a sine") {

@@ -5,7 +5,7 @@
 
 #include "physics/kernels.h"
 #include "physics/support.h"
-#include "tests/physics/mesh_fixtures.h"
+#include "tests/physics/element_fixtures.h"
 
 namespace lahar::test {
 
@@ -31,7 +31,8 @@ struct OnePatch {
     model.analysis.functions = functions;
     patch.topology = make_topology(m, partition, 0);
     add_support(m, functions, patch.topology);
-    patch.basis = basis_kind(functions);
+    patch.basis = basis_kind(m, functions);
+    patch.element = m.element();
     std::vector<PatchTopology<Dim>*> alone{&patch.topology};
     connect(alone);
     patch.cartesian = m.is_cartesian();
@@ -46,6 +47,7 @@ struct OnePatch {
     for (Index c = 0; c < m.n_cells(); ++c) {
       patch.local_cell[c] = static_cast<Local>(c);
       patch.cell_size.push_back(m.cell_size(c));
+      if (!m.is_multilinear()) continue;
       auto& box = patch.box.emplace_back();
       for (int d = 0; d < Dim; ++d) {
         box[static_cast<std::size_t>(d)] = m.geometry(c).centre[d];
@@ -113,13 +115,23 @@ struct OnePatch {
       cells.insert(cells.end(), static_cast<std::size_t>(c * 7 % 22), static_cast<Local>(c));
     std::shuffle(cells.begin(), cells.end(), random);
     for (const Local cell : cells)
-      add(random, cell, random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones()),
-          static_cast<std::uint16_t>(random() % 2));
+      add(random, cell, inside(random), static_cast<std::uint16_t>(random() % 2));
     patch.moving = slots == Slots::with_free;
     receive(patch);
   }
 
+  /// Natural coordinates anywhere in a cell.
+  Vec<Dim> inside(std::mt19937& random) const {
+    Vec<Dim> xi = random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones());
+    if (!info(patch.element).simplex) return xi;
+    do {
+      xi = random_point<Dim>(random, Vec<Dim>::Zero(), Vec<Dim>::Ones());
+    } while (!in_closed_cell<Dim>(patch.element, xi));
+    return xi;
+  }
+
   Vec<Dim> physical(Local cell, const Vec<Dim>& xi) const {
+    if (!model.mesh->is_multilinear()) return model.mesh->element_geometry(cell).point(xi);
     const CellGeometry<Dim> geometry = model.mesh->geometry(cell);
     Vec<Dim> x = Vec<Dim>::Zero();
     for (int a = 0; a < corners<Dim>; ++a) {
@@ -230,6 +242,26 @@ void with_wide_functions(auto with) {
       with([=] { return OnePatch<2>(boxes<2>(), natural, functions); });
       with([=] { return OnePatch<3>(boxes<3>(), natural, functions); });
     }
+}
+
+/// A grid of cells of any element whose faces are bent.
+template <int Dim>
+Mesh<Dim> bent(Element element) {
+  std::mt19937 random(3);
+  std::array<Index, Dim> counts;
+  counts.fill(Dim == 2 ? 6 : 3);
+  auto t = element_grid<Dim>(element, Vec<Dim>::Zero(), Vec<Dim>::Ones(), counts);
+  for (auto& x : t.nodes)
+    x += random_point<Dim>(random, Vec<Dim>::Constant(-0.06), Vec<Dim>::Constant(0.06));
+  return Mesh<Dim>::from_tables(t.nodes, element, t.cells, true);
+}
+
+/// The same for the elements that have no kernels of their own.
+void with_elements(auto with) {
+  for (const Element element : elements_of(2))
+    if (element != multilinear<2>) with([=] { return OnePatch<2>(bent<2>(element)); });
+  for (const Element element : elements_of(3))
+    if (element != multilinear<3>) with([=] { return OnePatch<3>(bent<3>(element)); });
 }
 
 /// Call with a filled patch of each dimension and kind of cell.

@@ -30,6 +30,7 @@ void on_every_twin(Check check) {
   };
   with_every_kind(with);
   with_wide_functions(with);
+  with_elements(with);
 }
 
 /// Every row of the particles, and the nodal sums.
@@ -132,6 +133,11 @@ TEST_CASE("locate on packs finds the same cells, coordinates and order, to the l
     CHECK(same(packs.patch.late, singles.patch.late));
     CHECK(packs.ids() == singles.ids());
     const bool stored = packs.patch.particles.layout().has(Column::xi);
+    // Functions of other elements are rounded as the compiler sees fit.
+    const double rounding = packs.patch.basis == BasisKind::element ? 1e-14 : 0.0;
+    CAPTURE(info(packs.patch.element).name);
+    CAPTURE(static_cast<int>(packs.patch.basis));
+    CAPTURE(packs.patch.cartesian);
     double worst = 0;
     bool equal = true;
     int moved = 0;
@@ -139,7 +145,8 @@ TEST_CASE("locate on packs finds the same cells, coordinates and order, to the l
       const auto i = static_cast<std::size_t>(p);
       const Local cell = packs.patch.particles.cell[i];
       equal = equal && cell == singles.patch.particles.cell[i] &&
-              (!stored || packs.vector(Column::xi, p) == singles.vector(Column::xi, p));
+              (!stored ||
+               (packs.vector(Column::xi, p) - singles.vector(Column::xi, p)).norm() <= rounding);
       moved += cell != before.at(packs.patch.particles.id[i]);
       const Vec<Dim> xi = packs.natural(p);
       for (int d = 0; d < Dim; ++d) CHECK(std::abs(xi[d]) <= 1 + 1e-14);

@@ -76,6 +76,23 @@ TEST_CASE("Cam-Clay: values frozen in the reference's unit tests") {
   CHECK(with_bonds.state[S::pc] == 3e5);
 }
 
+TEST_CASE("Cam-Clay: as CB-Geo MPM, the void ratio changes in plastic increments only") {
+  ModifiedCamClay m = clay();
+  m.as_cbgeo = true;
+  Clay c(m, soil::isotropic(2e5));
+  const double e0 = c.state[S::void_ratio], K = 2e5 * (1 + e0) / m.kappa;
+  c.strain({1e-3, 1e-3, 1e-3, 0, 0, 0});
+  CHECK(c.state[S::void_ratio] == e0);
+  CHECK(c.p() == doctest::Approx(2e5 - K * 3e-3).epsilon(1e-12));
+  c.strain({-2e-3, -2e-3, -2e-3, 0, 0, 0});
+  CHECK(c.state[S::pvstrain] > 0);
+  CHECK(c.state[S::void_ratio] == doctest::Approx(e0 - (1 + e0) * 6e-3).epsilon(1e-12));
+  // Its initial moduli, exchanged.
+  Clay free(m, soil::isotropic(0));
+  CHECK(free.state[S::bulk_modulus] == doctest::Approx(3846153.846).epsilon(1e-9));
+  CHECK(free.state[S::shear_modulus] == doctest::Approx(4615384.61538462).epsilon(1e-9));
+}
+
 TEST_CASE("Cam-Clay: swelling follows de = -kappa ln(p / p0)") {
   const ModifiedCamClay m = clay();
   for (const int n : {1000, 10000}) {

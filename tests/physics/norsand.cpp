@@ -87,6 +87,52 @@ TEST_CASE("NorSand: values frozen in the reference's unit tests") {
             -11.6615384615, -17.4923076923});
 }
 
+TEST_CASE("NorSand: as CB-Geo MPM, the plastic values frozen in its unit tests") {
+  // In them rounding is multiplied by 1e8 (its derivative of the Lode angle in triaxial
+  // compression); they are compared to 1e-7 there too.
+  const double near = 1e-7;
+  struct Frozen {
+    NorSand m;
+    double axial, lateral, M_image, e_image, psi_image, p_image, pdstrain, plastic0, plastic1;
+  };
+  for (Frozen f :
+       {Frozen{sand(), -3.135822631389302e5, -0.990588326830326e5, 1.1239775026, 0.7741892138,
+               0.0512850165, 192117.6341206412, 0.0074378171, 0.0082333133, -0.0029234124},
+        Frozen{bonded(), -3.683366868268871e5, -0.891399619172741e5, 1.1511958074, 0.7607602033,
+               0.0329234633, 219729.658826928, 0.0040388856, 0.0045083965, -0.0015499319}}) {
+    f.m.as_cbgeo = true;
+    Sand s(f.m, soil::isotropic(2e5));
+    s.strain({-0.02, 0.01, 0.01, 0, 0, 0}, 2);
+    CHECK(s.stress[0] == doctest::Approx(f.axial).epsilon(near));
+    CHECK(s.stress[1] == doctest::Approx(f.lateral).epsilon(near));
+    CHECK(s.stress[2] == doctest::Approx(f.lateral).epsilon(near));
+    CHECK(s.state[S::M_image] == doctest::Approx(f.M_image).epsilon(near));
+    CHECK(s.state[S::e_image] == doctest::Approx(f.e_image).epsilon(near));
+    CHECK(s.state[S::psi_image] == doctest::Approx(f.psi_image).epsilon(near));
+    CHECK(s.state[S::p_image] == doctest::Approx(f.p_image).epsilon(near));
+    CHECK(s.state[S::pdstrain] == doctest::Approx(f.pdstrain).epsilon(near));
+    CHECK(s.state[S::plastic_strain] == doctest::Approx(f.plastic0).epsilon(near));
+    CHECK(s.state[S::plastic_strain + 1] == doctest::Approx(f.plastic1).epsilon(near));
+    if (!f.m.bond_model) continue;
+    CHECK(s.state[S::p_cohesion] == doctest::Approx(9.223987075729e3).epsilon(near));
+    CHECK(s.state[S::p_dilation] == doctest::Approx(1.9600162279288e4).epsilon(near));
+  }
+}
+
+TEST_CASE("NorSand: CB-Geo MPM's explicit steps tend to a stress near that of the law") {
+  // In general directions, so that the dependence on the Lode angle matters.
+  const Voigt increment{-0.02, 0.004, 0.012, 0.008, -0.006, 0.01};
+  for (NorSand m : {sand(), bonded(), sand(0.75)}) {
+    Sand law(m, soil::isotropic(1e5));
+    law.strain(increment, 4000);
+    m.as_cbgeo = true;
+    Sand reference(m, soil::isotropic(1e5));
+    reference.strain(increment, 4000);
+    CHECK(lahar::distance(law.stress, reference.stress) < 0.03 * law.p());
+    CHECK(law.invariants().theta == doctest::Approx(reference.invariants().theta).epsilon(0.02));
+  }
+}
+
 TEST_CASE("NorSand: elasticity: K = (1 + e) p / kappa, bonds add to it") {
   for (const NorSand& m : {sand(), bonded()}) {
     Sand s(m, soil::isotropic(1e5));
@@ -270,6 +316,20 @@ TEST_CASE("NorSand: any increment converges, to a state that is allowed and boun
         REQUIRE(s.state[S::M_image_tc] >= 0.0999 * 1.2);
       }
     }
+}
+
+TEST_CASE("NorSand: torn apart it has no stress, pressed together again it has") {
+  const NorSand plain = sand(), with_bonds = bonded();
+  Sand s(plain, soil::isotropic(1e5)), b(with_bonds, soil::isotropic(1e5));
+  s.strain({0.05, 0.05, 0.05, 0, 0, 0}, 1000);
+  CHECK(s.p() >= 0);
+  CHECK(s.p() < 1);
+  CHECK(s.q() < 1);
+  s.strain({-0.2, -0.2, -0.2, 0, 0, 0}, 4000);
+  CHECK(s.p() > 500);
+  // Bonds hold p_cohesion in isotropic tension.
+  b.strain({0.05, 0.05, 0.05, 0, 0, 0}, 1000);
+  CHECK(b.p() == doctest::Approx(-1e4).epsilon(1e-4));
 }
 
 TEST_CASE("NorSand: parameters that exclude each other are named") {

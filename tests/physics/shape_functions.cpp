@@ -186,11 +186,12 @@ TEST_CASE("GIMP functions are means of linear functions over the particle's box"
   }
 }
 
-TEST_CASE("kernels of wide functions add what the functions say") {
+TEST_CASE("kernels of wide functions and of other elements add what the functions say") {
   std::mt19937 random(23);
-  with_wide_functions([&](auto make) {
+  const auto with = [&](auto make) {
     auto f = make();
     constexpr int Dim = decltype(f)::dim;
+    CAPTURE(info(f.patch.element).name);
     f.fill(random, Slots::with_free);
     set_linear(f, f.patch.velocity, random);
     set_linear(f, f.patch.acceleration, random);
@@ -237,14 +238,19 @@ TEST_CASE("kernels of wide functions add what the functions say") {
       CHECK((f.vector(Column::v, p) - v_p[k]).norm() < 1e-12);
       CHECK((f.vector(Column::x, p) - x_p[k++]).norm() < 1e-12);
     }
-  });
+  };
+  with_wide_functions(with);
+  with_elements(with);
 }
 
-TEST_CASE("a linear velocity field strains particles with wide functions uniformly") {
+TEST_CASE(
+    "a linear velocity field strains particles with wide functions and in other elements "
+    "uniformly") {
   std::mt19937 random(31);
-  with_wide_functions([&](auto make) {
+  const auto with = [&](auto make) {
     auto f = make();
     constexpr int Dim = decltype(f)::dim;
+    CAPTURE(info(f.patch.element).name);
     f.fill(random);
     const auto [A, b] = set_linear(f, f.patch.velocity, random);
     const auto slots = f.slots();
@@ -268,5 +274,7 @@ TEST_CASE("a linear velocity field strains particles with wide functions uniform
               doctest::Approx(domain[k][d] * (1 + f.dt * A(d, d))).epsilon(1e-11));
       }
     }
-  });
+  };
+  with_wide_functions(with);
+  with_elements(with);
 }

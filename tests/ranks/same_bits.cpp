@@ -1,6 +1,7 @@
 // Results on several ranks are those of one, to the last bit: checkpoint files are compared.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,7 @@
 #include "runtime/checkpoint_writer.h"
 #include "runtime/restart.h"
 #include "tests/ranks/shared_folder.h"
-#include "tests/runtime/models.h"
+#include "tests/runtime/falling_dust.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -21,7 +22,7 @@ namespace {
 template <int Dim>
 std::string checkpoint_of(const Simulation<Dim>& simulation, const Ranks& ranks,
                           const std::filesystem::path& folder) {
-  CheckpointWriter writer({.folder = folder}, ranks);
+  CheckpointWriter writer({.folder = folder, .kept = 1000}, ranks);
   CheckpointHeader header;
   const SimulationState state = simulation.state();
   header.run = state.run;
@@ -125,6 +126,15 @@ TEST_CASE("plate of cells that are no boxes") {
   check(with_patches(bench_plate_isoparametric(), 2000), 30, threads_only);
 }
 
+TEST_CASE("discs in cells of other elements") {
+  for (const char* element : {"ED2T3", "ED2Q9"}) {
+    CAPTURE(element);
+    Model<2> discs =
+        with_patches(example("two-discs.json", {std::string("mesh.cell_type=") + element}), 40);
+    check(discs, 80, {{.threads = 1}, {.threads = 4}, {.threads = 1, .balance = every(20)}});
+  }
+}
+
 TEST_CASE("a collapse of water whose particles cross many patches") {
   const Model<2> water = with_patches(example("dam-break.json", {}), 200);
   check(water, 300, all_ways);
@@ -146,8 +156,87 @@ TEST_CASE("dam break in three dimensions") {
   check(adaptive(water), 40, threads_only);
 }
 
+TEST_CASE("particles that leave the mesh are listed alike, in the same order") {
+  Model<2> discs = with_patches(two_discs(), 40);
+  discs.analysis.remove_leaving_particles = true;
+  discs.particles.velocity.assign(static_cast<std::size_t>(discs.particles.size()), {3, 1});
+  const auto listed = [&](const ExecutionOptions& way) {
+    std::string rows;
+    Observer observer;
+    observer.removed = [&](std::span<const RemovedParticle> particles) {
+      for (const RemovedParticle& particle : particles) rows += removed_line(particle);
+    };
+    Simulation<2> simulation(discs, way, observer);
+    simulation.advance(110);
+    return rows;
+  };
+  const std::string alone = listed({.threads = 1});
+  CHECK(std::count(alone.begin(), alone.end(), '\n') > 10);
+  for (ExecutionOptions way : all_ways) {
+    way.ranks = Ranks::world();
+    CHECK(listed(way) == alone);
+  }
+}
+
+TEST_CASE("a jet that is injected, into nothing at first") {
+  const Model<2> soft = with_patches(jet("usl", false), 16);
+  check(soft, 120, all_ways);
+  check(with_patches(jet("usf", true), 16), 70, threads_only);
+  check(distorted(soft, 0.02), 70, threads_only);
+}
+
 TEST_CASE("friction and rotated axes of nodes that patches of several ranks share") {
   check(with_patches(with_walls(two_discs()), 40), 80, threads_only);
+}
+
+TEST_CASE("bodies in contact across patches of several ranks") {
+  check(with_patches(in_contact(two_discs()), 40), 80, all_ways);
+  check(with_patches(in_contact(dam_break_3d()), 100), 40, threads_only);
+}
+
+TEST_CASE("patches that are split because particles gather in them") {
+  Model<2> dust = falling_dust();
+  dust.analysis.nsteps = 100000;
+  check(dust, 90, all_ways);
+  check(adaptive(dust), 60, threads_only);
+  // Of a mesh from tables, ranks have parts.
+  check(distorted(dust, 0.008), 90, all_ways);
+  Model<3> deep = falling_dust_3d();
+  deep.analysis.nsteps = 100000;
+  check(deep, 60, all_ways);
+  // On all ranks: this does happen.
+  Simulation<3> simulation(deep, {.threads = 1, .ranks = Ranks::world()});
+  simulation.advance(60);
+  CHECK(simulation.info().splits > 2);
+}
+
+TEST_CASE("a run goes on, on all ranks, from any step around a split") {
+  const Ranks ranks = Ranks::world();
+  const SharedFolder folder(ranks);
+  const Model<2> dust = falling_dust();
+  Simulation<2> simulation(dust, {.threads = 1, .ranks = ranks});
+  const Index end = 60;
+  std::vector<Index> steps;
+  for (Index step = 20; step < end; step += 3) {
+    simulation.advance(step - simulation.step());
+    checkpoint_of(simulation, ranks, folder.path / "all");
+    steps.push_back(step);
+  }
+  simulation.advance(end - simulation.step());
+  const std::string expected = checkpoint_of(simulation, ranks, folder.path / "all");
+  CHECK(simulation.info().splits > 2);
+  for (const Index step : steps) {
+    const CheckpointReader middle(folder.path / "all" / checkpoint_name(step));
+    Simulation<2> other(dust, {.threads = 2, .ranks = ranks}, {}, state_in(middle));
+    other.advance(end - step);
+    CHECK(checkpoint_of(other, ranks, folder.path / std::to_string(step)) == expected);
+    if (ranks.rank() == 0) {  // and on one alone
+      Simulation<2> alone(dust, {.threads = 1}, {}, state_in(middle));
+      alone.advance(end - step);
+      CHECK(checkpoint_of(alone, {}, folder.path / ("alone" + std::to_string(step))) == expected);
+    }
+    ranks.wait_for_all();
+  }
 }
 
 TEST_CASE("fewer patches than ranks") {

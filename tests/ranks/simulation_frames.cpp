@@ -63,4 +63,5 @@ TEST_CASE("frame files are the same for any number of ranks, byte by byte") {
   discs.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.3};
   check(discs, 16);
   check(dam_break_3d(), 4);
+  check(jet("musl", true), 13);
 }

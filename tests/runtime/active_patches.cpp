@@ -119,7 +119,7 @@ TEST_CASE("a patch exists if particles may be in it before patches are rebuilt, 
     Model<2> model = flying_block(4000, 1.0 * static_cast<double>(1000 - at), {0, 0});
     model.analysis.patch_particles = 900;
     const ParticleTable<2> particles = model.particles;
-    const PatchSet<2> patches(model, 0, {{1, 0}});
+    const PatchSet<2> patches(model, 0, {{1, 0, 0}});
     const Partition<2>& partition = patches.partition();
     std::set<Index> existing, near;
     for (int i = 0; i < patches.size(); ++i) existing.insert(patches[i].topology.patch);

@@ -65,6 +65,35 @@ TEST_CASE("a collision keeps the momentum of all particles to rounding") {
     }
 }
 
+TEST_CASE("contact keeps the momentum of all particles to rounding, of two bodies and of more") {
+  for (const Scheme scheme : schemes)
+    for (const double flip : {1.0, 0.0})
+      for (const int bodies : {2, 3}) {
+        Model<2> model = two_discs();
+        if (bodies == 3) {
+          model.materials.push_back(model.materials[1]);
+          for (std::size_t p = 0; p < model.particles.x.size(); ++p)
+            if (model.particles.x[p][0] > 0.7) model.particles.material[p] = 2;
+        }
+        model = in_contact(model);
+        model.analysis.scheme = scheme;
+        model.analysis.flip = flip;
+        model.analysis.nsteps = 35;
+        CAPTURE(static_cast<int>(scheme));
+        CAPTURE(flip);
+        CAPTURE(bodies);
+        Simulation<2> simulation(model, flow(2));
+        const HistoryRow start = simulation.history();
+        simulation.run();
+        const HistoryRow end = simulation.history();
+        const double scale = end.mass * end.max_speed;
+        for (std::size_t d = 0; d < 2; ++d)
+          CHECK(std::abs(end.momentum[d] - start.momentum[d]) < 1e-13 * scale);
+        CHECK(end.damping > 0);  // what contact takes
+        CHECK(std::abs(end.kinetic - start.kinetic) > 0.01 * start.kinetic);
+      }
+}
+
 TEST_CASE("under gravity the momentum grows by m g t, whatever the bodies do to each other") {
   for (const Scheme scheme : schemes) {
     Model<2> model = two_discs();

@@ -12,6 +12,8 @@
 #include <variant>
 #include <vector>
 
+#include "io/particles_generator.h"
+#include "io/removed.h"
 #include "io/scenario.h"
 #include "physics/partition.h"
 #include "runtime/simulation.h"
@@ -85,6 +87,27 @@ inline Model<3> dam_break_3d() {
     "post_processing": {"output_steps": 20, "history_steps": 10}})");
 }
 
+/// A soft jet that comes out of a wall, falls, and leaves the mesh, in which there is nothing at
+/// first.
+inline Model<2> jet(const std::string& scheme, bool adaptive) {
+  return model_of_text<2>(R"({
+    "mesh": {"structured": {"cell_size": 0.1, "extent": [2, 1.5]}},
+    "sets": {"cells": {"inlet": {"box": {"min": [0, 1], "max": [0.1, 1.4]}},
+                       "drip": {"box": {"min": [1.2, 1.2], "max": [1.4, 1.3]}}}},
+    "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e4,
+                   "poisson_ratio": 0.2}],
+    "particles": [
+      {"generator": {"type": "inject", "cset": "inlet", "nparticles_per_dir": 2,
+                     "velocity": [2, 0], "material": 0, "duration": [0.05, 0.6]}},
+      {"generator": {"type": "inject", "cset": "drip", "nparticles_per_dir": 3,
+                     "velocity": [0, -1], "material": 0}}],
+    "external_loading_conditions": {"gravity": [0, -9.81]},
+    "analysis": {"dt": 5e-3, "nsteps": 120, "patch_particles": 24, "locate_particles": false,
+                 "velocity_update": "pic", "mpm_scheme": ")" + scheme + R"(",
+                 "time_step": {"adaptive": )" + (adaptive ? "true" : "false") + R"(}},
+    "post_processing": {"output_steps": 10, "history_steps": 10}})");
+}
+
 /// Friction at all nodes whose velocity is prescribed along one axis, and, for the bits alone, at
 /// every third node, with axes that are turned there.
 template <int Dim>
@@ -101,6 +124,25 @@ Model<Dim> with_walls(Model<Dim> model) {
                                    [&](const NodeVelocity& v) { return v.node == n; });
     if (!fixed) model.node_frames.push_back({n, turn});
   }
+  return model;
+}
+
+/// Each material is a body; of one material, every second row of cells along the last axis is
+/// another.
+template <int Dim>
+Model<Dim> in_contact(Model<Dim> model, double friction = 0.3) {
+  if (model.materials.size() == 1) {
+    model.materials.push_back(model.materials[0]);
+    for (std::size_t p = 0; p < model.particles.x.size(); ++p) {
+      const Index cell = model.particles.cell[p];
+      const Index row = Dim == 2 ? cell / model.mesh->counts()[0]
+                                 : cell / (model.mesh->counts()[0] * model.mesh->counts()[1]);
+      model.particles.material[p] = row % 2 == 0 ? 0 : 1;
+    }
+  }
+  for (std::size_t m = 0; m < model.materials.size(); ++m)
+    model.materials[m].body = static_cast<int>(m);
+  model.analysis.contact = {static_cast<int>(model.materials.size()), friction};
   return model;
 }
 
@@ -126,6 +168,13 @@ Model<Dim> distorted(Model<Dim> model, double amount) {
       Mesh<Dim>::from_tables(std::move(nodes), std::move(cells), true));
   for (std::size_t p = 0; p < model.particles.x.size(); ++p)
     model.particles.cell[p] = model.mesh->locate(model.particles.x[p]).cell;
+  for (Injection<Dim>& injection : model.injections) {
+    const auto per_cell = static_cast<double>(injection.per_cell);
+    const auto points = static_cast<int>(std::lround(std::pow(per_cell, 1.0 / Dim)));
+    injection.x = fill_cells<Dim>(*model.mesh, injection.cells, points).x;
+    for (std::size_t i = 0; i < injection.cells.size(); ++i)
+      injection.volume[i] = model.mesh->cell_volume(injection.cells[i]) / per_cell;
+  }
   return model;
 }
 
@@ -134,7 +183,8 @@ struct Outcome {
   std::vector<Frame> frames;  ///< those of the scenario, then the last state
   std::vector<HistoryRow> rows;
   Index removed = 0;
-  std::string error;  ///< of a run that failed
+  std::string error;         ///< of a run that failed
+  std::string removed_rows;  ///< of removed.csv
 };
 
 inline bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
@@ -158,7 +208,7 @@ inline bool same_bits(const Outcome& a, const Outcome& b) {
                       [](const auto& i, const auto& j) { return same_bits(i, j); });
   };
   return equal(a.frames, b.frames) && equal(a.rows, b.rows) && a.removed == b.removed &&
-         a.error == b.error;
+         a.removed_rows == b.removed_rows && a.error == b.error;
 }
 
 using Mode = ExecutionOptions::Mode;
@@ -190,6 +240,10 @@ Outcome run(const Model<Dim>& model, const ExecutionOptions& options) {
   Observer observer;
   observer.frame = [&](FramePieces&& frame) { outcome.frames.push_back(join(frame)); };
   observer.history = [&](const HistoryRow& row) { outcome.rows.push_back(row); };
+  observer.removed = [&](std::span<const RemovedParticle> particles) {
+    for (const RemovedParticle& particle : particles)
+      outcome.removed_rows += removed_line(particle);
+  };
   Simulation<Dim> simulation(model, options, observer);
   try {
     simulation.run();

@@ -6,86 +6,12 @@
 #include "physics/error.h"
 #include "runtime/patch_set.h"
 #include "runtime/patch_state.h"
-#include "tests/runtime/models.h"
+#include "tests/runtime/restart_checks.h"
 
 using namespace lahar;
 using namespace lahar::test;
 
 namespace {
-
-/// A state that outlives its simulation.
-struct StoredState {
-  RunState run;
-  std::vector<Index> patches;
-  std::vector<std::vector<std::byte>> bytes;
-
-  explicit StoredState(const SimulationState& state) : run(state.run), patches(state.patches) {
-    for (std::size_t i = 0; i < patches.size(); ++i) {
-      bytes.push_back(state.bytes(i));
-      CHECK(static_cast<Index>(bytes.back().size()) == state.sizes.at(i));
-    }
-  }
-  SimulationState view() const {
-    std::vector<Index> sizes;
-    for (const auto& state : bytes) sizes.push_back(static_cast<Index>(state.size()));
-    return {run, patches, sizes, [this](std::size_t i) { return bytes[i]; }};
-  }
-};
-
-std::string difference(const StoredState& a, const StoredState& b) {
-  CheckpointHeader x, y;
-  x.run = a.run;
-  y.run = b.run;
-  if (header_text(x) != header_text(y)) return header_text(x) + " against " + header_text(y);
-  if (a.patches != b.patches) return "other patches";
-  for (std::size_t i = 0; i < a.patches.size(); ++i)
-    if (a.bytes[i] != b.bytes[i]) return "patch " + std::to_string(a.patches[i]);
-  return "";
-}
-
-/// Rows and frames that a simulation gives to its observer.
-struct Output {
-  std::vector<HistoryRow> rows;
-  std::vector<Frame> frames;
-  Observer observer() {
-    Observer observer;
-    observer.frame = [this](FramePieces&& frame) { frames.push_back(join(frame)); };
-    observer.history = [this](const HistoryRow& row) { rows.push_back(row); };
-    return observer;
-  }
-};
-
-/// Run to `middle`, store, go on from that with another way of executing: state, frames and rows
-/// are those of an undisturbed run.
-template <int Dim>
-void check_restart(const Model<Dim>& model, Index middle, Index end,
-                   const std::vector<ExecutionOptions>& ways = {serial(), flow(2),
-                                                                random_order(3)}) {
-  Output undisturbed;
-  Simulation<Dim> reference(model, serial(), undisturbed.observer());
-  reference.advance(end);
-  REQUIRE(reference.step() == end);
-  const StoredState last(reference.state());
-  for (std::size_t k = 0; k < ways.size(); ++k) {
-    CAPTURE(describe(ways[k]));
-    Output output;
-    Simulation<Dim> first(model, ways[k], output.observer());
-    first.advance(middle);
-    REQUIRE(first.step() == middle);
-    const StoredState stored(first.state());
-    const ExecutionOptions& other = ways[(k + 1) % ways.size()];
-    Simulation<Dim> second(model, other, output.observer(), stored.view());
-    CHECK(second.step() == middle);
-    CHECK(difference(StoredState(second.state()), stored) == "");
-    CHECK(same_bits(second.frame(), first.frame()));
-    CHECK(same_bits(second.history(), first.history()));
-    second.advance(end - middle);
-    CHECK(difference(StoredState(second.state()), last) == "");
-    CHECK(same_bits(second.history(), reference.history()));
-    CHECK(same_bits(Outcome{output.frames, output.rows, 0, ""},
-                    Outcome{undisturbed.frames, undisturbed.rows, 0, ""}));
-  }
-}
 
 /// All particles move off with one velocity: many change their patch, and patch sets are rebuilt.
 template <int Dim>
@@ -135,6 +61,19 @@ TEST_CASE("restart: water with smoothed pressure, whose patch sets are rebuilt o
     }
 }
 
+TEST_CASE("restart: a jet that is injected, into nothing at first") {
+  for (const char* scheme : {"usf", "usl", "musl"})
+    for (const bool adaptive : {false, true}) {
+      Model<2> model = jet(scheme, adaptive);
+      CAPTURE(scheme);
+      CAPTURE(adaptive);
+      check_restart(model, 60, 120);
+      check_restart(model, 0, 30, {flow(2)});
+      check_restart(model, 7, 40, {flow(2)});  // before anything flows out of the wall
+      if (adaptive) check_restart(distorted(std::move(model), 0.02), 50, 100, {flow(2)});
+    }
+}
+
 TEST_CASE("restart: hexahedra, and distorted cells") {
   for (const Scheme scheme : schemes) {
     Model<3> model = dam_break_3d();
@@ -178,6 +117,14 @@ TEST_CASE("restart: loads travel with particles, and particles that left stay aw
   whole.advance(140);
   CHECK(whole.info().particles == 0);
   check_restart(leaving, 199, 200, {flow(2)});
+}
+
+TEST_CASE("restart: bodies in contact") {
+  for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+    Model<2> discs = in_contact(two_discs());
+    discs.analysis.scheme = scheme;
+    check_restart(discs, 20, 34);
+  }
 }
 
 TEST_CASE("restart after restart, at every step, leaves no trace") {

@@ -118,6 +118,47 @@ TEST_CASE("friction and rotated axes give the serial loop's bits") {
   check_all_ways(with_walls(dam_break_3d()), {flow(2), flow(8), random_order(9)});
 }
 
+TEST_CASE("contact of bodies gives the serial loop's bits") {
+  for (const Scheme scheme : schemes)
+    for (const bool adaptive : {false, true}) {
+      Model<2> discs = in_contact(two_discs());
+      discs.analysis.scheme = scheme;
+      if (scheme == Scheme::usl) discs.analysis.nsteps = usl_discs;
+      if (adaptive) discs.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.3};
+      CAPTURE(static_cast<int>(scheme));
+      CAPTURE(adaptive);
+      check_all_ways(discs, other_ways());
+    }
+  Model<2> water = in_contact(with_walls(dam_break()));
+  water.analysis.pressure_smoothing = true;
+  check_all_ways(water, {flow(2), flow(8), random_order(9)});
+  check_all_ways(distorted(in_contact(two_discs()), 0.012), {flow(2), flow(8), random_order(9)});
+  check_all_ways(in_contact(dam_break_3d()), {flow(2), flow(8), random_order(9)});
+}
+
+TEST_CASE("bodies that never share a node move as without contact, to the last bit") {
+  for (const Scheme scheme : schemes) {
+    Model<2> apart = two_discs();
+    apart.analysis.scheme = scheme;
+    apart.analysis.nsteps = 60;
+    for (std::size_t p = 0; p < apart.particles.x.size(); ++p) {  // both up, side by side
+      const bool left = apart.particles.material[p] == 0;
+      apart.particles.x[p] += left ? Vec<2>(-0.05, -0.1) : Vec<2>(0.05, -0.4);
+      apart.particles.velocity[p] = Vec<2>(left ? -0.1 : 0.1, 1.5);
+      apart.particles.cell[p] = apart.mesh->locate(apart.particles.x[p]).cell;
+    }
+    const Outcome alone = run(apart, serial()), both = run(in_contact(apart), serial());
+    REQUIRE(alone.error == "");
+    CHECK(crossings(apart, alone.frames.back()) > 10);
+    REQUIRE(both.frames.size() == alone.frames.size());
+    for (std::size_t k = 0; k < both.frames.size(); ++k)
+      CHECK(same_bits(both.frames[k], alone.frames[k]));
+    // Sums of a patch go from body to body.
+    for (std::size_t k = 0; k < both.rows.size(); ++k)
+      CHECK(both.rows[k].kinetic == doctest::Approx(alone.rows[k].kinetic).epsilon(1e-13));
+  }
+}
+
 TEST_CASE("loads and prescribed velocities that travel with particles give the serial bits") {
   Model<2> model = two_discs();
   const Index n = model.particles.size();

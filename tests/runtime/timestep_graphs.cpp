@@ -24,7 +24,7 @@ std::vector<Stage> step_tasks(const Analysis& analysis) {
   return tasks_of(phases_of(stages_of<Dim>(analysis)));
 }
 
-std::vector<Analysis> every_option() {
+std::vector<Analysis> every_option(int bodies = 1) {
   std::vector<Analysis> all;
   for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl})
     for (const bool smoothing : {false, true})
@@ -33,8 +33,16 @@ std::vector<Analysis> every_option() {
         analysis.scheme = scheme;
         analysis.pressure_smoothing = smoothing;
         analysis.step.adaptive = adaptive;
+        analysis.contact.bodies = bodies;
         all.push_back(analysis);
       }
+  return all;
+}
+
+/// And contact of bodies.
+std::vector<Analysis> every_option_and_contact() {
+  std::vector<Analysis> all = every_option();
+  for (const Analysis& analysis : every_option(2)) all.push_back(analysis);
   return all;
 }
 
@@ -44,7 +52,7 @@ TEST_CASE("every scheme and option is a safe marked graph on every neighbourhood
   std::vector<Neighbours> neighbourhoods{block(5, 4), block(9, 1), block(1, 1), {{}, {}}};
   for (std::uint64_t seed = 1; seed <= 8; ++seed)
     neighbourhoods.push_back(irregular(12, 0.1 * static_cast<double>(seed), seed));
-  for (const Analysis& analysis : every_option())
+  for (const Analysis& analysis : every_option_and_contact())
     for (const Neighbours& neighbours : neighbourhoods) {
       for (const auto& list : {stages_of<2>(analysis), step_tasks<2>(analysis)}) {
         const TaskGraph graph = make_task_graph(list, neighbours);
@@ -55,7 +63,7 @@ TEST_CASE("every scheme and option is a safe marked graph on every neighbourhood
 }
 
 TEST_CASE("every scheme and option runs on threads and in random order as its stages say") {
-  for (const Analysis& analysis : every_option())
+  for (const Analysis& analysis : every_option_and_contact())
     for (const Way way : all_ways) {
       const auto stages = step_tasks<2>(analysis);
       const Neighbours neighbours = block(5, 4);
@@ -216,7 +224,7 @@ TEST_CASE(
 }
 
 TEST_CASE("sums have two copies where nothing keeps a patch from overtaking its readers") {
-  for (const Analysis& analysis : every_option()) {
+  for (const Analysis& analysis : every_option_and_contact()) {
     const auto copies = node_sum_copies(analysis).of;
     const auto of = [&](NodeSum which) { return copies[sum_array(which)]; };
     const int usl = analysis.scheme == Scheme::usl ? 2 : 1;
@@ -226,5 +234,6 @@ TEST_CASE("sums have two copies where nothing keeps a patch from overtaking its 
     CHECK(of(NodeSum::momentum) ==
           (analysis.scheme == Scheme::musl || analysis.pressure_smoothing ? 1 : 0));
     CHECK(of(NodeSum::pressure) == of(NodeSum::momentum));
+    CHECK(of(NodeSum::gradient) == (analysis.contact.bodies > 1 ? 1 : 0));
   }
 }

@@ -1,0 +1,243 @@
+/// \file The basis of Lagrange elements other than Q4 and H8: shape functions of the cell that a
+/// particle is in, at its natural coordinates; and the inverse map for packs of particles.
+#pragma once
+
+#include <array>
+
+#include "physics/cell_polynomial.h"
+#include "physics/element.h"
+#include "physics/inverse_mapping.h"
+#include "physics/patch.h"
+#include "physics/shape.h"
+
+namespace lahar {
+
+/// Newton steps after which a lane counts as not converged; two or three are needed from anywhere
+/// near.
+inline constexpr int lagrange_max_steps = 8;
+
+/// A basis (basis.h) that holds the positions of one cell's nodes.
+template <Element E>
+class LagrangeBasis {
+ public:
+  static constexpr int dim = Shape<E>::dim, nodes = Shape<E>::nodes;
+  static constexpr bool volume_at_centre = true;
+  /// A triangle or tetrahedron with straight edges has the same gradients everywhere.
+  static constexpr bool affine = info(E).simplex && info(E).order == 1;
+
+  /// `position`: node_width doubles by local node; `node`: the local nodes of the cell; `rows`: the
+  /// natural coordinates of particles.
+  LAHAR_INLINE LagrangeBasis(const double* position, const Local* node,
+                             const std::array<const double*, dim>& rows)
+      : rows_(rows) {
+    const auto at = [&](int a) {
+      return position + static_cast<std::ptrdiff_t>(node[a]) * node_width;
+    };
+    for (int d = 0; d < dim; ++d) origin_[d] = at(0)[d];
+    // Differences keep full precision far from the origin.
+    for (int a = 0; a < nodes; ++a)
+      for (int d = 0; d < dim; ++d) x_[a][d] = at(a)[d] - origin_[d];
+    if constexpr (affine) {
+      const Scalar anywhere[dim] = {};
+      Scalar slope[dim][nodes], to_natural[dim][dim];
+      physical_gradients(anywhere, slope, to_natural);
+      for (int d = 0; d < dim; ++d) {
+        for (int a = 0; a < nodes; ++a) slope_[d][a] = slope[d][a][0];
+        for (int k = 0; k < dim; ++k) to_natural_[k][d] = to_natural[k][d][0];
+      }
+    }
+  }
+
+  template <class Real>
+  LAHAR_INLINE void functions(Local p, Real (&N)[nodes]) const {
+    Real xi[dim];
+    natural(p, xi);
+    Shape<E>::values(xi, N);
+  }
+  template <class Real>
+  LAHAR_INLINE void gradients(Local p, Real (&dN)[dim][nodes]) const {
+    if constexpr (affine) {
+      LAHAR_UNROLL
+      for (int d = 0; d < dim; ++d) LAHAR_UNROLL
+      for (int a = 0; a < nodes; ++a) dN[d][a] = Real(slope_[d][a]);
+    } else {
+      Real xi[dim], to_natural[dim][dim];
+      natural(p, xi);
+      physical_gradients(xi, dN, to_natural);
+    }
+  }
+  /// At the mean of the corners' natural coordinates.
+  LAHAR_INLINE void centre_gradients(double (&dN)[dim][nodes]) const {
+    Scalar xi[dim], slope[dim][nodes], to_natural[dim][dim];
+    for (int d = 0; d < dim; ++d) xi[d] = Scalar(info(E).simplex ? 1.0 / (dim + 1) : 0.0);
+    physical_gradients(xi, slope, to_natural);
+    for (int d = 0; d < dim; ++d)
+      for (int a = 0; a < nodes; ++a) dN[d][a] = slope[d][a][0];
+  }
+
+  /// Natural coordinates of the points x [m] of the first n lanes, from the start that xi holds.
+  /// Returns a bit for each of these lanes that did not converge. A lane stops by its own
+  /// criterion, so that its result does not depend on the others.
+  template <class Real>
+  LAHAR_INLINE unsigned inverse_map(const Real (&x)[dim], Real (&xi)[dim], Local n) const {
+    Real offset[dim];
+    LAHAR_UNROLL
+    for (int d = 0; d < dim; ++d) offset[d] = Real(origin_[d]) - x[d];
+    unsigned open = n >= lanes<Real> ? (1u << lanes<Real>)-1 : (1u << n) - 1;
+    if constexpr (affine) {
+      LAHAR_UNROLL
+      for (int k = 0; k < dim; ++k) {
+        xi[k] = Real(0.0);
+        LAHAR_UNROLL
+        for (int d = 0; d < dim; ++d) xi[k] -= to_natural_[k][d] * offset[d];
+      }
+      return 0;
+    } else {
+      for (int count = 0; count < lagrange_max_steps && open != 0; ++count) {
+        Real step[dim];
+        newton_step(offset, xi, step);
+        unsigned large = 0;
+        LAHAR_UNROLL
+        for (int d = 0; d < dim; ++d) {
+          xi[d] = select(open, xi[d] - step[d], xi[d]);
+          large |= outside(step[d], newton_step_tolerance, n);
+        }
+        open &= large;
+      }
+      return open;
+    }
+  }
+  /// Bits of the first n lanes that are not clearly inside the cell: there the mesh's own map
+  /// decides.
+  template <class Real>
+  LAHAR_INLINE static unsigned near_faces(const Real (&xi)[dim], Local n) {
+    unsigned bits = 0;
+    if constexpr (info(E).simplex) {
+      Real first(1.0);
+      LAHAR_UNROLL
+      for (int d = 0; d < dim; ++d) {
+        first -= xi[d];
+        bits |= outside(1.0 - 2.0 * xi[d], pack_clear_of_faces, n);
+      }
+      return bits | outside(1.0 - 2.0 * first, pack_clear_of_faces, n);
+    } else {
+      LAHAR_UNROLL
+      for (int d = 0; d < dim; ++d) bits |= outside(xi[d], pack_clear_of_faces, n);
+      return bits;
+    }
+  }
+
+ private:
+  template <class Real>
+  LAHAR_INLINE void natural(Local p, Real (&xi)[dim]) const {
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < dim; ++d) xi[d] = load<Real>(rows_[d] + p);
+  }
+  /// J[i][k] = dx_i/dxi_k [m].
+  template <class Real>
+  LAHAR_INLINE void jacobian(const Real (&dN)[nodes][dim], Real (&J)[dim][dim]) const {
+    LAHAR_UNROLL
+    for (int i = 0; i < dim; ++i) LAHAR_UNROLL
+    for (int k = 0; k < dim; ++k) {
+      J[i][k] = multiply(dN[1][k], &x_[1][i]);  // the first node is the origin
+      LAHAR_UNROLL
+      for (int a = 2; a < nodes; ++a) J[i][k] = multiply_add(J[i][k], dN[a][k], &x_[a][i]);
+    }
+  }
+  /// dN/dx, and dxi_k/dx_d on the way.
+  template <class Real>
+  LAHAR_INLINE void physical_gradients(const Real (&xi)[dim], Real (&slope)[dim][nodes],
+                                       Real (&to_natural)[dim][dim]) const {
+    Real dN[nodes][dim], J[dim][dim];
+    Shape<E>::gradients(xi, dN);
+    jacobian(dN, J);
+    inverse(J, to_natural);
+    LAHAR_UNROLL
+    for (int a = 0; a < nodes; ++a) LAHAR_UNROLL
+    for (int d = 0; d < dim; ++d) {
+      slope[d][a] = dN[a][0] * to_natural[0][d];
+      LAHAR_UNROLL
+      for (int k = 1; k < dim; ++k) slope[d][a] += dN[a][k] * to_natural[k][d];
+    }
+  }
+  template <class Real>
+  LAHAR_INLINE void newton_step(const Real (&offset)[dim], const Real (&xi)[dim],
+                                Real (&step)[dim]) const {
+    Real N[nodes], dN[nodes][dim], J[dim][dim], to_natural[dim][dim], f[dim];
+    Shape<E>::values(xi, N);
+    Shape<E>::gradients(xi, dN);
+    jacobian(dN, J);
+    inverse(J, to_natural);
+    LAHAR_UNROLL
+    for (int d = 0; d < dim; ++d) {
+      f[d] = offset[d];
+      LAHAR_UNROLL
+      for (int a = 1; a < nodes; ++a) f[d] = multiply_add(f[d], N[a], &x_[a][d]);
+    }
+    LAHAR_UNROLL
+    for (int k = 0; k < dim; ++k) {
+      step[k] = to_natural[k][0] * f[0];
+      LAHAR_UNROLL
+      for (int d = 1; d < dim; ++d) step[k] += to_natural[k][d] * f[d];
+    }
+  }
+
+  std::array<const double*, dim> rows_;
+  double origin_[dim];           ///< [m] the first node
+  double x_[nodes][dim];         ///< [m] from there
+  double slope_[dim][nodes];     ///< affine only: dN_a/dx_d [1/m]
+  double to_natural_[dim][dim];  ///< affine only: dxi_k/dx_d [1/m]
+};
+
+/// Makes the bases of a patch's cells.
+template <Element E>
+class LagrangeCells {
+ public:
+  static constexpr int dim = info(E).dim;
+
+  explicit LagrangeCells(const Patch<dim>& patch)
+      : position_(patch.node_position.data()),
+        nodes_(patch.topology.support_nodes.data()),
+        rows_(patch.particles.template rows<dim>(Column::xi)) {}
+  LAHAR_INLINE LagrangeBasis<E> operator[](Local cell) const {
+    return {position_, nodes_ + static_cast<std::ptrdiff_t>(cell) * info(E).nodes, rows_};
+  }
+
+ private:
+  const double* position_;
+  const Local* nodes_;
+  std::array<const double*, dim> rows_;
+};
+
+/// Call body(cells) for a patch of BasisKind::element.
+template <int Dim, class Body>
+LAHAR_INLINE void with_lagrange(const Patch<Dim>& patch, Body body) {
+  using enum Element;
+  if constexpr (Dim == 2) {
+    switch (patch.element) {
+      case T3:
+        return body(LagrangeCells<T3>(patch));
+      case T6:
+        return body(LagrangeCells<T6>(patch));
+      case Q8:
+        return body(LagrangeCells<Q8>(patch));
+      case Q9:
+        return body(LagrangeCells<Q9>(patch));
+      default:
+        return;
+    }
+  } else {
+    switch (patch.element) {
+      case Tet4:
+        return body(LagrangeCells<Tet4>(patch));
+      case H20:
+        return body(LagrangeCells<H20>(patch));
+      case H27:
+        return body(LagrangeCells<H27>(patch));
+      default:
+        return;
+    }
+  }
+}
+
+}  // namespace lahar
