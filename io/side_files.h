@@ -96,11 +96,14 @@ struct MeshTables {
   std::vector<Vec<Dim>> nodes;
   std::vector<std::array<Index, corners<Dim>>> cells;
   std::vector<int> cell_lines;  ///< line of each cell in the file
+  std::vector<Index> ring;      ///< the further nodes of the cells, one cell after the other
 };
 
-/// `nnodes ncells`, then coordinates, then node ids; nothing if anything is wrong.
+/// `nnodes ncells`, then coordinates, then node ids, of which cells have so many beyond their
+/// corners; nothing if anything is wrong.
 template <int Dim>
-std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, ProblemList& problems);
+std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, ProblemList& problems,
+                                              int further_nodes = 0);
 
 /// Rows `node dir value`.
 struct NodeValue {

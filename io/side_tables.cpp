@@ -29,7 +29,8 @@ bool no_more_rows(RowReader& rows, std::string_view what, Index promised) {
 }
 
 template <int Dim>
-std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, ProblemList& problems) {
+std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, ProblemList& problems,
+                                              int further_nodes) {
   RowReader rows(file, problems);
   Index n_nodes = 0, n_cells = 0;
   if (!rows.next()) {
@@ -58,6 +59,8 @@ std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, ProblemList&
     mesh.cell_lines.push_back(rows.line());
     bool ok = true;
     for (Index& node : cell) ok = ok && rows.integer(node, "a node id", 0, n_nodes - 1);
+    for (int k = 0; k < further_nodes; ++k)
+      ok = ok && rows.integer(mesh.ring.emplace_back(), "a node id", 0, n_nodes - 1);
     if (ok) rows.end_of_row();
   }
   no_more_rows(rows, "cells", n_cells);
@@ -105,8 +108,8 @@ void check_angle_file(const SideFile& file, Index n_nodes, int dim, ProblemList&
   }
 }
 
-template std::optional<MeshTables<2>> read_mesh_file<2>(const SideFile&, ProblemList&);
-template std::optional<MeshTables<3>> read_mesh_file<3>(const SideFile&, ProblemList&);
+template std::optional<MeshTables<2>> read_mesh_file<2>(const SideFile&, ProblemList&, int);
+template std::optional<MeshTables<3>> read_mesh_file<3>(const SideFile&, ProblemList&, int);
 template bool read_point<2>(RowReader&, Vec<2>&);
 template bool read_point<3>(RowReader&, Vec<3>&);
 

@@ -20,8 +20,16 @@ enum class ShapeFunctions {
   element,
   gimp,          ///< domains of particles stretch with them (contiguous particles)
   uniform_gimp,  ///< domains keep their size
+  cpdi,          ///< domains are parallelograms or parallelepipeds that deform with the particle
   quadratic_spline,
   cubic_spline
+};
+
+/// An affine velocity field that particles carry beside their velocity.
+enum class Affine {
+  none,
+  apic,  ///< affine particle-in-cell (Jiang et al. 2015)
+  tpic   ///< Taylor particle-in-cell: the velocity gradient (Nakamura et al. 2023)
 };
 
 /// Isotropic linear elasticity; 2D is plane strain.
@@ -112,6 +120,13 @@ struct TimeStep {
 struct Analysis {
   Scheme scheme = Scheme::usf;
   ShapeFunctions functions = ShapeFunctions::element;
+  Affine affine = Affine::none;
+  /// GIMP as in CB-Geo: edges of domains are the cell's over the number of particles in it, not over
+  /// its root.
+  bool cbgeo_domains = false;
+  /// A particle whose domain reaches beyond the cells around its own stops the run; else functions
+  /// are those of a smaller one.
+  bool refuse_large_domains = false;
   TimeStep step;
   Index nsteps = 0;  ///< steps to take; with end_time whichever comes first
   double end_time = std::numeric_limits<double>::infinity();  ///< [s]

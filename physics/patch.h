@@ -80,7 +80,7 @@ struct PatchWork {
 
 /// Something that a kernel found wrong with a particle or node; kernels mark, the step reports.
 struct Mark {
-  enum class Kind { none, left_mesh, not_finite, volume, moved_too_far } kind = Kind::none;
+  enum class Kind { none, left_mesh, not_finite, volume, moved_too_far, domain } kind = Kind::none;
   Index particle = -1;
   std::array<double, 3> position{};
   std::array<double, 3> velocity{};
@@ -105,8 +105,9 @@ struct Outbox {
   char* filled = nullptr;   ///< the flag of this outbox where it goes to: Patch::arrived
 };
 
-/// Shape functions as kernels see them: linear ones of Q4 and H8, or a basis (basis.h).
-enum class BasisKind { linear, gimp, quadratic_spline, cubic_spline };
+/// Shape functions as kernels see them: linear ones of Q4 and H8, or a basis (basis.h); `corners`
+/// are linear ones as a basis.
+enum class BasisKind { linear, corners, gimp, cpdi, quadratic_spline, cubic_spline };
 
 template <int Dim>
 struct Patch {
@@ -129,7 +130,8 @@ struct Patch {
   // Geometry of the local cells.
   bool cartesian = true;
   std::vector<std::array<double, 2 * Dim>> box;  ///< Cartesian: centre [m], 2 / edge length [1/m]
-  NodeArray node_position;                       ///< isoparametric only [m], node_width per node
+  /// [m] node_width per node; isoparametric cells, and linear functions as a basis.
+  NodeArray node_position;
   double smallest_cell = 0;                      ///< [m] least of cell_size
   std::vector<double> cell_size;                 ///< [m], for the time step limit
   tsl::robin_map<Index, Local> local_cell;       ///< local number of a global cell id

@@ -8,13 +8,12 @@ namespace lahar {
 /// Layers of cells around a patch whose nodes its particles reach.
 int support_rings(ShapeFunctions functions);
 
-/// The basis that a patch needs for these functions.
-BasisKind basis_kind(ShapeFunctions functions);
+/// The basis that patches need.
+BasisKind basis_kind(const Analysis& analysis);
 
-/// Fill support_nodes and support_border of a topology that was made with at least support_rings()
-/// rings. Nothing for the functions of the elements themselves. Throws InputError unless the mesh
-/// is structured.
+/// Give a patch its basis, whose topology was made with at least support_rings() rings. Throws
+/// InputError where functions that reach beyond a cell meet a mesh that is not structured.
 template <int Dim>
-void add_support(const Mesh<Dim>& mesh, ShapeFunctions functions, PatchTopology<Dim>& topology);
+void set_basis(const Mesh<Dim>& mesh, const Analysis& analysis, Patch<Dim>& patch);
 
 }  // namespace lahar

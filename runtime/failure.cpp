@@ -92,6 +92,11 @@ std::string describe_mark(const Mark& mark, int dim) {
     case Mark::Kind::moved_too_far:
       return particle + more +
              " moved beyond the neighbouring patches within one step. Reduce the time step.";
+    case Mark::Kind::domain:
+      return particle + more +
+             " has a domain that reaches beyond the cells around its own. Use larger cells or "
+             "smaller particles, or take the functions of a smaller domain with "
+             "\"large_domains\": \"clip\" in \"analysis\".";
     default:
       return particle;
   }

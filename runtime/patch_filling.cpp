@@ -109,22 +109,31 @@ Index fill_places(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
 }
 
 /// The domain of a particle is a box of its volume with the proportions of its cell: those of
-/// particles that fill cells regularly touch each other.
+/// particles that fill cells regularly touch each other. CB-Geo MPM takes the cell over the number
+/// of particles in it instead, along every axis.
 template <int Dim>
-void fill_domains(Patch<Dim>& patch) {
+void fill_domains(Patch<Dim>& patch, bool as_cbgeo) {
   Particles<Dim>& particles = patch.particles;
   const double* volume = particles.row(Column::volume);
-  const auto domain = particles.template rows<Dim>(Column::domain);
-  const bool stretches = particles.layout().has(Column::next_domain);
+  const auto put = [&](Column column, int component, std::size_t i, double value) {
+    if (particles.layout().has(column)) particles.row(column, component)[i] = value;
+  };
+  std::vector<Index> in_cell(patch.topology.cells.size(), 0);
+  for (const Local cell : particles.cell) ++in_cell[static_cast<std::size_t>(cell)];
   for (std::size_t i = 0; i < particles.id.size(); ++i) {
-    const auto& box = patch.box[static_cast<std::size_t>(particles.cell[i])];
+    const auto cell = static_cast<std::size_t>(particles.cell[i]);
+    const auto& box = patch.box[cell];
     double cell_volume = 1.0;
     for (std::size_t d = 0; d < Dim; ++d) cell_volume *= 2.0 / box[Dim + d];
-    const double share = std::pow(volume[i] / cell_volume, 1.0 / Dim);
-    for (std::size_t d = 0; d < Dim; ++d) domain[d][i] = share * 2.0 / box[Dim + d];
-    if (stretches)
-      for (int d = 0; d < Dim; ++d)
-        particles.row(Column::next_domain, d)[i] = domain[static_cast<std::size_t>(d)][i];
+    const double share = as_cbgeo ? 1.0 / static_cast<double>(in_cell[cell])
+                                  : std::pow(volume[i] / cell_volume, 1.0 / Dim);
+    for (int d = 0; d < Dim; ++d) {
+      const double edge = share * 2.0 / box[static_cast<std::size_t>(Dim + d)];
+      put(Column::domain, d, i, edge);
+      put(Column::next_domain, d, i, edge);
+      put(Column::vectors, Dim * d + d, i, 0.5 * edge);
+      put(Column::next_vectors, Dim * d + d, i, 0.5 * edge);
+    }
   }
 }
 
@@ -155,7 +164,8 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
     if (size) size[i] = std::pow(table.volume[row], 1.0 / Dim);
     lightest = std::min(lightest, mass[i]);
   });
-  if (to.layout().has(Column::domain)) fill_domains(patch);
+  if (to.layout().has(Column::domain) || to.layout().has(Column::vectors))
+    fill_domains(patch, model.analysis.cbgeo_domains);
   return lightest;
 }
 

@@ -40,7 +40,9 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
   needs.size = !model.tractions.empty();
   needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
   needs.strain = census.stressed;
-  needs.domain = basis_kind(model.analysis.functions) == BasisKind::gimp;
+  needs.domain = basis_kind(model.analysis) == BasisKind::gimp;
+  needs.affine = model.analysis.affine != Affine::none;
+  needs.vectors = basis_kind(model.analysis) == BasisKind::cpdi;
   needs.next_domain = model.analysis.functions == ShapeFunctions::gimp;
   for (std::size_t m = 0; m < census.used.size(); ++m) {
     if (!census.used[m]) continue;
@@ -179,8 +181,7 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   auto patch = std::make_unique<Patch<Dim>>();
   const Mesh<Dim>& mesh = *model_->mesh;
   patch->topology = make_topology(mesh, partition_, id, rings_);
-  add_support(mesh, model_->analysis.functions, patch->topology);
-  patch->basis = basis_kind(model_->analysis.functions);
+  set_basis(mesh, model_->analysis, *patch);
   patch->particles = Particles<Dim>(layout_);
   patch->cartesian = mesh.is_cartesian();
   const auto& cells = patch->topology.cells;
@@ -614,6 +615,7 @@ void PatchSet<Dim>::arrange(std::vector<Index> ids) {
     if (next < old.size() && old[next]->topology.patch == id) {
       patches_.push_back(std::move(old[next++]));
       patches_.back()->topology = make_topology(*model_->mesh, partition_, id, rings_);
+      set_basis(*model_->mesh, model_->analysis, *patches_.back());
     } else {
       patches_.push_back(make_patch(id));
     }

@@ -30,6 +30,10 @@ void on_every_twin(Check check) {
   };
   with_every_kind(with);
   with_wide_functions(with);
+  for (const Affine affine : {Affine::apic, Affine::tpic}) {
+    with_wide_functions(with, affine);
+    with_affine_corners(with, affine);
+  }
 }
 
 /// Every row of the particles, and the nodal sums.

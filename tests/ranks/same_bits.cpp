@@ -146,6 +146,14 @@ TEST_CASE("dam break in three dimensions") {
   check(adaptive(water), 40, threads_only);
 }
 
+TEST_CASE("GIMP, and splines with affine velocities") {
+  check(with_functions(with_patches(two_discs(), 40), ShapeFunctions::gimp), 80, all_ways);
+  check(with_functions(with_patches(dam_break_3d(), 100), ShapeFunctions::gimp), 40, threads_only);
+  check(with_functions(with_patches(dam_break_3d(), 100), ShapeFunctions::quadratic_spline,
+                       Affine::apic),
+        40, threads_only);
+}
+
 TEST_CASE("fewer patches than ranks") {
   check(with_patches(two_discs(), 100000), 60, threads_only);
 }
