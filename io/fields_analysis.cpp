@@ -121,13 +121,13 @@ const Section& contact_section() {
 const Section& blending_section() {
   static const Section section{.name = "analysis.velocity_update_settings",
                                .path = "analysis.velocity_update_settings",
-                               .help = "Blend of FLIP and PIC.",
+                               .help = "Blend of FLIP with PIC, APIC or TPIC.",
                                .fields = {
                                    {.key = "blending_ratio",
                                     .kinds = number,
-                                    .help = "share of FLIP: 1 = FLIP, 0 = PIC",
+                                    .help = "share of FLIP: 1 = FLIP, 0 = PIC; default 1, with "
+                                            "apic and tpic 0",
                                     .unit = "-",
-                                    .fallback = "1.0",
                                     .min = 0,
                                     .max = 1},
                                }};
@@ -209,13 +209,33 @@ const Section& analysis_section() {
           {.key = "velocity_update",
            .kinds = boolean | text,
            .help = "particle velocity: false or "
-                   "\"flip\" adds the nodal acceleration, true or \"pic\" takes the nodal velocity",
+                   "\"flip\" adds the nodal acceleration, true or \"pic\" takes the nodal velocity; "
+                   "\"apic\" and \"tpic\" take it with an affine field around the particle, of which "
+                   "nodes get their share (apic: its moments; tpic: the velocity gradient). With the "
+                   "functions of elements the two are the same",
            .fallback = "false",
-           .allowed = {"flip", "pic"},
-           .planned = {"apic", "tpic", "asflip"}},
+           .allowed = {"flip", "pic", "apic", "tpic"},
+           .planned = {"asflip"}},
+          {.key = "shape_functions",
+           .kinds = text,
+           .help = "functions between particles and nodes: those of the elements, or on a mesh of "
+                   "equal boxes: gimp (means over the particle's box, which stretches with it), "
+                   "uniform_gimp (boxes keep their size), cpdi (boxes deform to parallelepipeds), "
+                   "quadratic_spline, cubic_spline (B-splines "
+                   "of nodes; at walls only those of wall nodes are not zero)",
+           .fallback = "\"element\"",
+           .allowed = {"element", "gimp", "uniform_gimp", "cpdi", "quadratic_spline", "cubic_spline"},
+           .native = true},
+          {.key = "large_domains",
+           .kinds = text,
+           .help = "particles of GIMP and CPDI whose domain reaches further than a cell from its "
+                   "middle: clip takes the functions of a smaller one, error stops the run",
+           .fallback = "\"clip\"",
+           .allowed = {"clip", "error"},
+           .native = true},
           {.key = "velocity_update_settings",
            .kinds = object,
-           .help = "blend of FLIP and PIC",
+           .help = "blend of FLIP with PIC, APIC or TPIC",
            .section = blending_section},
           {.key = "dt",
            .kinds = number,

@@ -94,12 +94,13 @@ const Section& mesh_section() {
           {.key = "cell_type",
            .kinds = text,
            .help = "element; the default follows from the "
-                   "dimension",
+                   "dimension. ED2Q16G and ED3H64G: GIMP, the file lists the nodes around each cell "
+                   "as well; ED2Q4P2B and ED3H8P2B: quadratic B-splines",
            .fallback = "\"ED2Q4\"",
            .fallback_3d = "\"ED3H8\"",
            .allowed = {"ED2T3", "ED2T6", "ED2Q4", "ED2Q8", "ED2Q9", "ED3T4", "ED3H8", "ED3H20",
-                       "ED3H27"},
-           .planned = {"ED2Q16G", "ED3H64G", "ED2Q4P2B", "ED3H8P2B", "ED2Q4L", "ED2T3L", "ED3H8L"}},
+                       "ED3H27", "ED2Q16G", "ED3H64G", "ED2Q4P2B", "ED3H8P2B"},
+           .planned = {"ED2Q4L", "ED2T3L", "ED3H8L"}},
           {.key = "isoparametric",
            .kinds = boolean,
            .help = "false: every cell is a box along the "

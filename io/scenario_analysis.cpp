@@ -54,6 +54,7 @@ void ScenarioBuilder<Dim>::build_analysis() {
   if (!analysis) return;
   build_scheme(*analysis);
   build_velocity_update(*analysis);
+  build_shape_functions(*analysis);
   build_time_step(*analysis);
   Analysis& a = model_.analysis;
   if (const JsonValue* damping = analysis->find("damping"))
@@ -103,9 +104,15 @@ template <int Dim>
 void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
   const JsonValue* update = analysis.find("velocity_update");
   const JsonValue* settings = analysis.find("velocity_update_settings");
-  const bool pic =
-      update && (update->is<bool>() ? update->as<bool>() : update->as<std::string>() == "pic");
-  model_.analysis.flip = pic ? 0.0 : 1.0;
+  const std::string name = !update             ? "flip"
+                           : !update->is<bool>() ? update->as<std::string>()
+                           : update->as<bool>()  ? "pic"
+                                                 : "flip";
+  const bool pic = name == "pic";
+  model_.analysis.flip = name == "flip" ? 1.0 : 0.0;
+  model_.analysis.affine = name == "apic"   ? Affine::apic
+                           : name == "tpic" ? Affine::tpic
+                                            : Affine::none;
   if (!settings) return;
   const auto ratio = get_number(*settings, "blending_ratio");
   if (pic)
@@ -113,6 +120,53 @@ void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
               "set velocity_update to \"flip\" to blend");
   else if (ratio)
     model_.analysis.flip = *ratio;
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue& analysis) {
+  ShapeFunctions& functions = model_.analysis.functions;
+  const JsonValue* cell_type = section("mesh").find("cell_type");
+  const std::string type = cell_type ? cell_type->as<std::string>() : "";
+  if (type.ends_with("P2B")) functions = ShapeFunctions::quadratic_spline;
+  if (type.ends_with("G")) {
+    // Called contiguous in CB-Geo, whose domains keep their size.
+    functions = in_.as_cbgeo ? ShapeFunctions::uniform_gimp : ShapeFunctions::gimp;
+    model_.analysis.cbgeo_domains = in_.as_cbgeo;
+  }
+  const JsonValue* key = analysis.find("shape_functions");
+  const std::string name = key ? key->as<std::string>() : "element";
+  if (name != "element" && functions != ShapeFunctions::element)
+    return in_.error(*key, fmt::format("'shape_functions' and the cell_type {} say both what the "
+                                       "functions are",
+                                       type),
+                     "leave one of them out");
+  if (name == "gimp") functions = ShapeFunctions::gimp;
+  if (name == "uniform_gimp") functions = ShapeFunctions::uniform_gimp;
+  if (name == "cpdi") functions = ShapeFunctions::cpdi;
+  model_.analysis.refuse_large_domains =
+      get_text(analysis, "large_domains").value_or("clip") == "error";
+  if (name == "quadratic_spline") functions = ShapeFunctions::quadratic_spline;
+  if (name == "cubic_spline") functions = ShapeFunctions::cubic_spline;
+  if (functions != ShapeFunctions::element && mesh_ && !is_grid())
+    in_.error(name != "element" ? *key : *cell_type,
+              fmt::format("\"{}\" needs a mesh of equal boxes along the axes that fill a box",
+                          name != "element" ? name : type),
+              "give the mesh as \"structured\", or a file of such cells with \"isoparametric\": "
+              "false");
+}
+
+// Whether the cells are equal boxes that fill the box around them.
+template <int Dim>
+bool ScenarioBuilder<Dim>::is_grid() const {
+  constexpr double tolerance = 1e-6;  // as for cells that are boxes
+  if (mesh_->is_structured()) return true;
+  if (!mesh_->is_cartesian()) return false;
+  const Vec<Dim> length = mesh_->geometry(0).length;
+  for (Index c = 1; c < mesh_->n_cells(); ++c)
+    if (!mesh_->geometry(c).length.isApprox(length, tolerance)) return false;
+  const auto [low, high] = mesh_->bounds();
+  const double cells = (high - low).cwiseQuotient(length).prod();
+  return std::abs(cells - static_cast<double>(mesh_->n_cells())) < 0.5;
 }
 
 template <int Dim>
@@ -170,6 +224,8 @@ void ScenarioBuilder<Dim>::build_output() {
   template void ScenarioBuilder<Dim>::build_analysis();                        \
   template void ScenarioBuilder<Dim>::build_scheme(JsonValue&);                \
   template void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue&); \
+  template void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue&); \
+  template bool ScenarioBuilder<Dim>::is_grid() const;                         \
   template void ScenarioBuilder<Dim>::build_time_step(const JsonValue&);       \
   template void ScenarioBuilder<Dim>::build_output();
 LAHAR_INSTANTIATE(2)

@@ -45,6 +45,8 @@ class ScenarioBuilder {
   void build_analysis();
   void build_scheme(JsonValue& analysis);
   void build_velocity_update(const JsonValue& analysis);
+  void build_shape_functions(const JsonValue& analysis);
+  bool is_grid() const;
   void build_time_step(const JsonValue& analysis);
   void build_output();
   // scenario_contact.cpp
@@ -106,7 +108,9 @@ class ScenarioBuilder {
     return v ? *v : empty_;
   }
   Index n_nodes() const { return model_.mesh ? model_.mesh->n_nodes() : -1; }
-  Index n_cells() const { return model_.mesh ? model_.mesh->n_cells() : -1; }
+  Index n_cells() const {
+    return !model_.mesh ? -1 : listed_cells_ >= 0 ? listed_cells_ : model_.mesh->n_cells();
+  }
 
   ScenarioInput& in_;
   const Team& team_;
@@ -115,6 +119,7 @@ class ScenarioBuilder {
   Model<Dim> model_;
   std::shared_ptr<const Mesh<Dim>> mesh_;
   EntityFile sets_;
+  Index listed_cells_ = -1;  ///< those of a mesh file that has nodes around them, too; -1 = all
   double region_tolerance_ = 0;     ///< [m]
   RowShares rows_;                  ///< of model_.particles: who has which
   bool particles_complete_ = true;  ///< false: some generator failed, the number is not known

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "io/mesh_ring.h"
 #include "io/scenario_builder.h"
 #include "physics/element_grid.h"
 
@@ -126,7 +127,10 @@ void ScenarioBuilder<Dim>::build_table_mesh(const JsonValue& mesh) {
   auto file = in_.open(mesh, "mesh");
   if (!file) return;
   const Element element = element_of<Dim>(mesh);
-  auto tables = read_mesh_file<Dim>(*file, info(element).nodes, in_.problems);
+  const std::string type = get_text(mesh, "cell_type").value_or("");
+  const bool has_ring = type.ends_with("G"), grid = has_ring || type.ends_with("P2B");
+  auto tables = read_mesh_file<Dim>(*file, info(element).nodes, in_.problems,
+                                    has_ring ? ring_nodes<Dim> : 0);
   if (!tables) return;
   if (get_bool(mesh, "check_duplicates").value_or(true)) {
     const auto [a, b] = find_coincident<Dim>(tables->nodes);
@@ -136,10 +140,17 @@ void ScenarioBuilder<Dim>::build_table_mesh(const JsonValue& mesh) {
                                          "cells that should be neighbours may not be connected"));
   }
   const auto lines = tables->cell_lines;
+  if (has_ring) {
+    listed_cells_ = static_cast<Index>(tables->cells.size()) / corners<Dim>;
+    const std::string wrong = add_ring_cells(*tables);
+    if (!wrong.empty())
+      return in_.error(*mesh.find("cell_type"), wrong,
+                       "the nodes of a GIMP cell are its corners and all around it, one cell away");
+  }
   try {
     model_.mesh = std::make_shared<const Mesh<Dim>>(
         Mesh<Dim>::from_tables(std::move(tables->nodes), element, tables->cells,
-                               get_bool(mesh, "isoparametric").value_or(true)));
+                               !grid && get_bool(mesh, "isoparametric").value_or(true)));
   } catch (const InputError& e) {
     for (Problem p : e.problems()) {
       // "cell 12 is inverted": the cell's line is known here.

@@ -177,6 +177,11 @@ void ScenarioBuilder<Dim>::place_particles() {
   }
   std::vector<Index> strays;
   all_or_none(team_, [&] { strays = place<Dim>(*mesh_, suggested, p); });
+  if (listed_cells_ >= 0) {  // cells around those of the file are not the mesh's
+    for (std::size_t i = 0; i < p.cell.size(); ++i)
+      if (p.cell[i] >= listed_cells_) strays.push_back(static_cast<Index>(i));
+    std::sort(strays.begin(), strays.end());
+  }
   report_strays(strays);
 }
 

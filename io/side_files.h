@@ -96,13 +96,14 @@ struct MeshTables {
   std::vector<Vec<Dim>> nodes;
   std::vector<Index> cells;     ///< the nodes of each cell, one cell after the other
   std::vector<int> cell_lines;  ///< line of each cell in the file
+  std::vector<Index> ring;      ///< the further nodes of the cells, one cell after the other
 };
 
-/// `nnodes ncells`, then coordinates, then the ids of so many nodes per cell; nothing if anything
-/// is wrong.
+/// `nnodes ncells`, then coordinates, then the ids of so many nodes per cell, and so many more around
+/// it; nothing if anything is wrong.
 template <int Dim>
 std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, int nodes_per_cell,
-                                              ProblemList& problems);
+                                              ProblemList& problems, int further_nodes = 0);
 
 /// Rows `node dir value`.
 struct NodeValue {

@@ -33,7 +33,7 @@ bool no_more_rows(RowReader& rows, std::string_view what, Index promised) {
 
 template <int Dim>
 std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, int nodes_per_cell,
-                                              ProblemList& problems) {
+                                              ProblemList& problems, int further_nodes) {
   RowReader rows(file, problems);
   Index n_nodes = 0, n_cells = 0;
   if (!rows.next()) {
@@ -64,6 +64,8 @@ std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, int nodes_pe
     bool ok = true;
     for (int k = 0; k < nodes_per_cell; ++k)
       ok = ok && rows.integer(mesh.cells.emplace_back(), "a node id", 0, n_nodes - 1);
+    for (int k = 0; k < further_nodes; ++k)
+      ok = ok && rows.integer(mesh.ring.emplace_back(), "a node id", 0, n_nodes - 1);
     if (ok) rows.end_of_row();
   }
   no_more_rows(rows, "cells", n_cells);
@@ -150,8 +152,8 @@ std::optional<std::vector<NodeFrame<Dim>>> read_angle_file(const SideFile& file,
   return frames;
 }
 
-template std::optional<MeshTables<2>> read_mesh_file<2>(const SideFile&, int, ProblemList&);
-template std::optional<MeshTables<3>> read_mesh_file<3>(const SideFile&, int, ProblemList&);
+template std::optional<MeshTables<2>> read_mesh_file<2>(const SideFile&, int, ProblemList&, int);
+template std::optional<MeshTables<3>> read_mesh_file<3>(const SideFile&, int, ProblemList&, int);
 template std::optional<std::vector<NodeFrame<2>>> read_angle_file<2>(const SideFile&, Index,
                                                                      ProblemList&);
 template std::optional<std::vector<NodeFrame<3>>> read_angle_file<3>(const SideFile&, Index,

@@ -13,7 +13,8 @@
 ///
 /// Particles come in packs of one run, whose lanes beyond its end may hold anything. Function i
 /// belongs to node PatchTopology::support_nodes[support_size * cell + i]. Where volume_at_centre is
-/// false, the increment is that at each particle, and there is no centre_gradients().
+/// false, the increment is that at each particle, and there is no centre_gradients(); nor has a
+/// tensor basis one.
 ///
 /// A tensor basis has functions that are products of one function per axis, and also
 ///
@@ -22,12 +23,21 @@
 ///     void weights(Local p, Real (&w)[Dim][per_axis]) const;
 ///     void weights(Local p, Real (&w)[Dim][per_axis], Real (&dw)[Dim][per_axis]) const;
 ///
-/// for which kernels take fewer operations. A new kind is a row of BasisKind and of with_bases().
+///     template <class Real>                     s[d], 0 to 1 across the cell
+///     void place(Local p, Real (&s)[Dim]) const;
+///     template <class Real>                     w and, for APIC, w_k (x_k - x_p) / D_dd [1/m]
+///     void moments(Local p, Real (&w)[Dim][per_axis], Real (&m)[Dim][per_axis]) const;
+///     double cell_length(int d) const;          [m]
+///
+/// for which kernels take fewer operations; at the centre gradients are those of linear functions. A
+/// new kind is a row of BasisKind and of with_bases().
 #pragma once
 
 #include <cstddef>
 
+#include "physics/cpdi_basis.h"
 #include "physics/lagrange_basis.h"
+#include "physics/linear_basis.h"
 #include "physics/patch.h"
 #include "physics/tensor_basis.h"
 
@@ -47,10 +57,15 @@ LAHAR_INLINE void with_bases(const Patch<Dim>& patch, Body body) {
       break;  // has kernels of its own
     case BasisKind::element:
       return with_lagrange(patch, body);
+    case BasisKind::corners:
+      return patch.cartesian ? body(LinearCells<Dim, CartesianCells<Dim>>(patch))
+                             : body(LinearCells<Dim, IsoparametricCells<Dim>>(patch));
     case BasisKind::quadratic_spline:
       return body(SplineCells<Dim, QuadraticSpline>(patch));
     case BasisKind::cubic_spline:
       return body(SplineCells<Dim, CubicSpline>(patch));
+    case BasisKind::cpdi:
+      return body(CpdiCells<Dim>(patch));
     case BasisKind::gimp:
       return body(GimpCells<Dim>(patch));
   }

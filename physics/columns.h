@@ -22,9 +22,12 @@ enum class Column : int {
   size,
   state,
   domain,
-  next_domain
+  affine,
+  next_domain,
+  vectors,
+  next_vectors
 };
-inline constexpr int n_columns = 12;
+inline constexpr int n_columns = 15;
 
 struct ColumnInfo {
   Column column;
@@ -48,7 +51,10 @@ inline constexpr std::array<ColumnInfo, n_columns> column_table{{
     {Column::size,     "size",         "m",   1, 1, true,  false},  // initial volume^(1/Dim), for tractions
     {Column::state,    "state",        "",    0, 0, true,  true},   // of the law; components by model
     {Column::domain,   "domain",       "m",   2, 3, true,  true},   // GIMP: edges of the particle's box
+    {Column::affine,   "affine",       "1/s", 4, 9, true,  false},  // APIC and TPIC: dv_a/dx_b, row by row
     {Column::next_domain, "next_domain", "m", 2, 3, true, false},   // the same from the next step on
+    {Column::vectors,  "domain_vectors", "m", 4, 9, true,  true},   // CPDI: halves of the domain's edges
+    {Column::next_vectors, "next_vectors", "m", 4, 9, true, false}, // the same from the next step on
 }};
 // clang-format on
 
@@ -59,8 +65,10 @@ struct ColumnNeeds {
   int state = 0;         ///< most state variables of any material that particles have
   bool natural = false;  ///< natural coordinates of the step's beginning: isoparametric cells, or
                          ///< needed when x has moved on (MUSL); else they follow from x
+  bool affine = false;   ///< APIC and TPIC
   bool domain = false;   ///< GIMP
   bool next_domain = false;  ///< GIMP with domains that stretch
+  bool vectors = false;      ///< CPDI
   bool strain = false;   ///< not where all laws give it as a function of stress (strain_of())
   bool operator==(const ColumnNeeds&) const = default;
 };
@@ -75,7 +83,10 @@ class ColumnLayout {
                            (info.column == Column::state && needs.state > 0) ||
                            (info.column == Column::xi && needs.natural) ||
                            (info.column == Column::domain && needs.domain) ||
+                           (info.column == Column::affine && needs.affine) ||
                            (info.column == Column::next_domain && needs.next_domain) ||
+                           (info.column == Column::vectors && needs.vectors) ||
+                           (info.column == Column::next_vectors && needs.vectors) ||
                            (info.column == Column::strain && needs.strain);
       row_[static_cast<int>(info.column)] = present ? rows_ : -1;
       if (present) rows_ += components(info);

@@ -57,7 +57,7 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
   const double volume = source.volume[at.position];
   const std::uint64_t loads = loads_of_all(model);
   const bool has_size = to.layout().has(Column::size), has_xi = to.layout().has(Column::xi),
-             has_domain = to.layout().has(Column::domain);
+             with_domain = has_domain(to.layout());
   to.resize(0);  // what is not set below is zero
   to.resize(static_cast<Local>(source.per_cell));
   if (loads != 0) to.loads.assign(static_cast<std::size_t>(source.per_cell), loads);
@@ -74,7 +74,9 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
       to.row(Column::x, d)[p] = x[d];
       to.row(Column::v, d)[p] = source.velocity[d];
     }
-    if (has_domain) set_domain(to, p, patch.box[static_cast<std::size_t>(at.cell)]);
+    if (with_domain)
+      set_domain(to, p, patch.box[static_cast<std::size_t>(at.cell)],
+                 model.analysis.cbgeo_domains ? source.per_cell : 0);
     if (!has_xi) continue;
     const Vec<Dim> xi = natural_coordinates(patch, *model.mesh, at.cell, x);
     for (int d = 0; d < Dim; ++d) to.row(Column::xi, d)[p] = xi[d];

@@ -315,21 +315,51 @@ void clear_outboxes(Patch<Dim>& patch) {
   patch.filled_outboxes.clear();
 }
 
+/// The first particle of a run whose domain reaches further than a cell from its middle, so that it
+/// may go beyond the cells around; -1 = none.
+template <int Dim>
+Local too_large(const Patch<Dim>& patch, const Run& run) {
+  const Particles<Dim>& particles = patch.particles;
+  const auto& box = patch.box[static_cast<std::size_t>(run.cell)];
+  const bool vectors = particles.layout().has(Column::vectors);
+  for (Local p = run.begin; p < run.end; ++p)
+    for (int d = 0; d < Dim; ++d) {
+      double reach = 0.0;
+      if (vectors)
+        for (int k = 0; k < Dim; ++k)
+          reach += std::abs(particles.row(Column::vectors, Dim * k + d)[p]);
+      else
+        reach = 0.5 * particles.row(Column::domain, d)[p];
+      if (!(reach * box[static_cast<std::size_t>(Dim + d)] <= 2.0)) return p;
+    }
+  return -1;
+}
+
 /// All functions of the step have been used: domains become those that its strain left.
 template <int Dim>
-void adopt_domains(Patch<Dim>& patch, Runs runs) {
+void adopt_domains(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+  const auto& layout = patch.particles.layout();
+  const auto adopt = [&](Column from, Column to, int components) {
+    for (const Run& run : runs)
+      for (int k = 0; k < components; ++k) {
+        const double* row = patch.particles.row(from, k);
+        std::copy(row + run.begin, row + run.end, patch.particles.row(to, k) + run.begin);
+      }
+  };
+  if (layout.has(Column::next_domain)) adopt(Column::next_domain, Column::domain, Dim);
+  if (layout.has(Column::next_vectors)) adopt(Column::next_vectors, Column::vectors, Dim * Dim);
+  if (!step.model->analysis.refuse_large_domains) return;
   for (const Run& run : runs)
-    for (int d = 0; d < Dim; ++d) {
-      const double* from = patch.particles.row(Column::next_domain, d);
-      std::copy(from + run.begin, from + run.end,
-                patch.particles.row(Column::domain, d) + run.begin);
-    }
+    if (const Local p = too_large(patch, run); p >= 0)
+      set_mark(patch, Mark::Kind::domain, patch.particles, p);
 }
 
 template <int Dim, class Real>
 void locate(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   std::vector<std::pair<Local, unsigned>> left;
-  if (patch.particles.layout().has(Column::next_domain)) adopt_domains(patch, runs);
+  if (patch.particles.layout().has(Column::next_domain) ||
+      patch.particles.layout().has(Column::next_vectors))
+    adopt_domains(patch, step, runs);
   for (Run& run : runs) {
     if (run.begin == run.end) continue;
     const auto outside = [&](Local p, unsigned bits) { left.emplace_back(p, bits); };

@@ -24,8 +24,16 @@ enum class ShapeFunctions {
   element,
   gimp,          ///< domains of particles stretch with them (contiguous particles)
   uniform_gimp,  ///< domains keep their size
+  cpdi,          ///< domains are parallelograms or parallelepipeds that deform with the particle
   quadratic_spline,
   cubic_spline
+};
+
+/// An affine velocity field that particles carry beside their velocity.
+enum class Affine {
+  none,
+  apic,  ///< affine particle-in-cell (Jiang et al. 2015)
+  tpic   ///< Taylor particle-in-cell: the velocity gradient (Nakamura et al. 2023)
 };
 
 struct Material {
@@ -131,6 +139,13 @@ struct Contact {
 struct Analysis {
   Scheme scheme = Scheme::usf;
   ShapeFunctions functions = ShapeFunctions::element;
+  Affine affine = Affine::none;
+  /// GIMP as in CB-Geo: edges of domains are the cell's over the number of particles in it, not over
+  /// its root.
+  bool cbgeo_domains = false;
+  /// A particle whose domain reaches beyond the cells around its own stops the run; else functions
+  /// are those of a smaller one.
+  bool refuse_large_domains = false;
   TimeStep step;
   Index first_step = 0;  ///< steps that an earlier run did, from which this one goes on
   Index nsteps = 0;  ///< steps to take, these included; with end_time whichever comes first

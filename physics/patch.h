@@ -84,7 +84,8 @@ struct PatchWork {
 
 /// Something that a kernel found wrong with a particle or node; kernels mark, the step reports.
 struct Mark {
-  enum class Kind { none, left_mesh, not_finite, volume, moved_too_far, law } kind = Kind::none;
+  enum class Kind { none, left_mesh, not_finite, volume, moved_too_far, law, domain };
+  Kind kind = Kind::none;
   Index particle = -1;
   std::array<double, 3> position{};
   std::array<double, 3> velocity{};
@@ -111,8 +112,17 @@ struct Outbox {
   char* filled = nullptr;   ///< the flag of this outbox where it goes to: Patch::arrived
 };
 
-/// Shape functions as kernels see them: linear ones of Q4 and H8, or a basis (basis.h).
-enum class BasisKind { linear, element, gimp, quadratic_spline, cubic_spline };
+/// Shape functions as kernels see them: linear ones of Q4 and H8, or a basis (basis.h); `corners`
+/// are linear ones as a basis, `element` those of other elements.
+enum class BasisKind {
+  linear,
+  corners,
+  element,
+  gimp,
+  cpdi,
+  quadratic_spline,
+  cubic_spline
+};
 
 template <int Dim>
 struct Patch {
@@ -136,7 +146,8 @@ struct Patch {
   // Geometry of the local cells.
   bool cartesian = true;
   std::vector<std::array<double, 2 * Dim>> box;  ///< Cartesian: centre [m], 2 / edge length [1/m]
-  NodeArray node_position;                       ///< isoparametric only [m], node_width per node
+  /// [m] node_width per node; isoparametric cells, and linear functions as a basis.
+  NodeArray node_position;
   double smallest_cell = 0;                      ///< [m] least of cell_size
   std::vector<double> cell_size;                 ///< [m], for the time step limit
   tsl::robin_map<Index, Local> local_cell;       ///< local number of a global cell id; first body

@@ -42,6 +42,7 @@ struct Rows {
   double* volume;
   std::array<double*, most_state> state{};
   std::array<double*, Dim> domain{}, next_domain{};
+  std::array<double*, static_cast<std::size_t>(Dim) * Dim> vectors{}, next_vectors{};
 
   explicit Rows(Particles<Dim>& particles)
       : stress(particles.template rows<stress_components<Dim>>(Column::stress)),
@@ -54,6 +55,10 @@ struct Rows {
     if (particles.layout().has(Column::next_domain)) {
       domain = particles.template rows<Dim>(Column::domain);
       next_domain = particles.template rows<Dim>(Column::next_domain);
+    }
+    if (particles.layout().has(Column::vectors)) {
+      vectors = particles.template rows<Dim * Dim>(Column::vectors);
+      next_vectors = particles.template rows<Dim * Dim>(Column::next_vectors);
     }
   }
 };
@@ -168,6 +173,24 @@ LAHAR_INLINE void stretch_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim
     store_first(load<Real>(rows.domain[d] + p) * (1.0 + dt * L[d][d]), rows.next_domain[d] + p, n);
 }
 
+/// The vectors along a domain's edges follow the deformation, r += dt L r.
+template <int Dim, class Real>
+LAHAR_INLINE void deform_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
+                                Local p, Local n) {
+  for (std::size_t k = 0; k < Dim; ++k) {
+    Real r[Dim];
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d) r[d] = load<Real>(rows.vectors[Dim * k + d] + p);
+    LAHAR_UNROLL
+    for (std::size_t a = 0; a < Dim; ++a) {
+      Real change(0.0);
+      LAHAR_UNROLL
+      for (std::size_t d = 0; d < Dim; ++d) change += L[a][d] * r[d];
+      store_first(r[a] + dt * change, rows.next_vectors[Dim * k + a] + p, n);
+    }
+  }
+}
+
 /// One run with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
 template <int Dim, class Real, class Gradient, class LawType>
 LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const Run& run,
@@ -186,8 +209,10 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
     in.dt = dt;
 
     if (part != StressPart::law) {
-      if constexpr (Gradient::domains)
+      if constexpr (Gradient::domains) {
         if (rows.next_domain[0]) stretch_domain(rows, in.gradient, dt, p, n);
+        if (rows.next_vectors[0]) deform_domain(rows, in.gradient, dt, p, n);
+      }
       if (rows.strain[0]) {
         LAHAR_UNROLL
         for (std::size_t k = 0; k < strain_components<Dim>; ++k)

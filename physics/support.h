@@ -8,16 +8,15 @@ namespace lahar {
 /// Layers of cells around a patch whose nodes its particles reach.
 int support_rings(ShapeFunctions functions);
 
-/// The basis that a patch needs for these functions.
-BasisKind basis_kind(ShapeFunctions functions);
-
+/// The basis that patches need on a mesh whose elements are Q4 or H8, and on any.
+BasisKind basis_kind(const Analysis& analysis);
 template <int Dim>
-BasisKind basis_kind(const Mesh<Dim>& mesh, ShapeFunctions functions);
+BasisKind basis_kind(const Mesh<Dim>& mesh, const Analysis& analysis);
 
 /// Fill support_nodes and support_border of a topology that was made with at least support_rings()
-/// rings. Nothing for the functions of Q4 and H8 themselves. Throws InputError unless the mesh
-/// is structured, or the functions are those of its elements.
+/// rings. Nothing for the functions of Q4 and H8 themselves. Throws InputError where functions that
+/// reach beyond a cell meet a mesh whose cells are not equal boxes.
 template <int Dim>
-void add_support(const Mesh<Dim>& mesh, ShapeFunctions functions, PatchTopology<Dim>& topology);
+void add_support(const Mesh<Dim>& mesh, const Analysis& analysis, PatchTopology<Dim>& topology);
 
 }  // namespace lahar

@@ -1,53 +1,68 @@
 /// Grid to particle for bases of any support. Lanes are particles.
-#include "physics/basis.h"
 #include "physics/law.h"
 #include "physics/loads.h"
 #include "physics/particle_update.h"
+#include "physics/support_fields.h"
 #include "physics/support_kernels.h"
 
 namespace lahar::supported {
 
 namespace {
 
-/// N_i q_i summed over the nodes of a cell, for `Fields` nodal fields of Dim components.
-template <int Dim, int Fields, class Real, TensorBasis Basis>
-LAHAR_INLINE void interpolate(const Basis& basis, Local p, const double* const (&field)[Fields],
-                              const Local* nodes, Real (&sum)[Fields][Dim]) {
-  Real w[Dim][axis_nodes];
-  basis.weights(p, w);
+/// Velocity of the nodes and its affine part C at the particles from p on: of APIC
+/// sum_i N_i v_i (x_i - x_p)^T D^-1 (Jiang et al. 2015), of TPIC, and of APIC where functions are
+/// given one by one, the velocity gradient. For linear functions on boxes these are the same.
+template <int Dim, class Real, TensorBasis Basis>
+LAHAR_INLINE void affine_velocity(const Basis& basis, Affine affine, Local p, const double* v,
+                                  const Local* nodes, Real (&value)[Dim], Real (&C)[Dim][Dim]) {
+  Real w[Dim][axis_nodes], m[Dim][axis_nodes];
+  if (affine == Affine::apic)
+    basis.moments(p, w, m);
+  else
+    basis.weights(p, w, m);
+  with_weights<Dim>(w, m, v, nodes, value, C);
+}
+template <int Dim, class Real, class Basis>
+LAHAR_INLINE void affine_velocity(const Basis& basis, Affine, Local p, const double* v,
+                                  const Local* nodes, Real (&value)[Dim], Real (&C)[Dim][Dim]) {
+  const double* const fields[1] = {v};
+  Real sum[1][Dim];
+  interpolate<Dim, 1>(basis, p, fields, nodes, sum);
   LAHAR_UNROLL
-  for (int f = 0; f < Fields; ++f) LAHAR_UNROLL
-  for (int d = 0; d < Dim; ++d) sum[f][d] = Real(0.0);
-  for (int z = 0; z < (Dim == 3 ? axis_nodes : 1); ++z)
-    for (int y = 0; y < axis_nodes; ++y) {
-      Real plane = w[1][y];
-      if constexpr (Dim == 3) plane *= w[2][z];
-      LAHAR_UNROLL
-      for (int x = 0; x < axis_nodes; ++x) {
-        const Real N = plane * w[0][x];
-        const auto at = static_cast<std::ptrdiff_t>(nodes[16 * z + 4 * y + x]) * node_width;
-        LAHAR_UNROLL
-        for (int f = 0; f < Fields; ++f) LAHAR_UNROLL
-        for (int d = 0; d < Dim; ++d) sum[f][d] = multiply_add(sum[f][d], N, field[f] + at + d);
-      }
-    }
+  for (int d = 0; d < Dim; ++d) value[d] = sum[0][d];
+  gradient<Dim, Real>(basis, p, v, nodes, C);
 }
 
-template <int Dim, int Fields, class Real, class Basis>
-LAHAR_INLINE void interpolate(const Basis& basis, Local p, const double* const (&field)[Fields],
-                              const Local* nodes, Real (&sum)[Fields][Dim]) {
-  Real N[Basis::nodes];
-  basis.functions(p, N);
-  LAHAR_UNROLL
-  for (int f = 0; f < Fields; ++f) LAHAR_UNROLL
-  for (int d = 0; d < Dim; ++d) sum[f][d] = Real(0.0);
-  LAHAR_UNROLL
-  for (int i = 0; i < Basis::nodes; ++i) {
-    const auto at = static_cast<std::ptrdiff_t>(nodes[i]) * node_width;
-    LAHAR_UNROLL
-    for (int f = 0; f < Fields; ++f) LAHAR_UNROLL
-    for (int d = 0; d < Dim; ++d) sum[f][d] = multiply_add(sum[f][d], N[i], field[f] + at + d);
-  }
+/// update_particles() with affine velocities.
+template <int Dim, class Real>
+Real update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+                   const VelocityUpdate& update) {
+  const MovedRows<Dim> rows(patch.particles);
+  const auto affine = patch.particles.template rows<Dim * Dim>(Column::affine);
+  const double* v = patch.velocity.data();
+  const double* const acceleration[1] = {patch.acceleration.data()};
+  Real fastest(0.0);
+  for_each_supported_run(
+      patch, runs,
+      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
+        for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+          const Local n = run.end - p;
+          prefetch(rows.v, p);
+          prefetch(rows.u, p);
+          prefetch(affine, p);
+          Real value[Dim], C[Dim][Dim], a[1][Dim];
+          affine_velocity<Dim>(basis, step.model->analysis.affine, p, v, nodes, value, C);
+          LAHAR_UNROLL
+          for (std::size_t k = 0; k < Dim * Dim; ++k)
+            store_first(C[k / Dim][k % Dim], affine[k] + p, n);
+          LAHAR_UNROLL
+          for (Real& component : a[0]) component = Real(0.0);
+          if (update.acceleration != 0.0) interpolate<Dim, 1>(basis, p, acceleration, nodes, a);
+          fastest = max(fastest, advance(rows, p, n, value, a[0], update, step.dt));
+        }
+        if (run.loaded) prescribe_velocities(patch, run, step);
+      });
+  return fastest;
 }
 
 }  // namespace
@@ -55,6 +70,8 @@ LAHAR_INLINE void interpolate(const Basis& basis, Local p, const double* const (
 template <int Dim, class Real>
 void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   const VelocityUpdate update(step.model->analysis.flip, step.dt);
+  if (patch.particles.layout().has(Column::affine))
+    return note_speeds(patch, update_affine<Dim, Real>(patch, step, runs, update));
   const MovedRows<Dim> rows(patch.particles);
   const double* const fields[2] = {patch.velocity.data(), patch.acceleration.data()};
   Real fastest(0.0);

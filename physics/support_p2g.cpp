@@ -150,6 +150,150 @@ LAHAR_INLINE void scatter(const Basis& basis, const Run& run, const Local* nodes
   }
 }
 
+/// Mass and momentum of the first n particles from p on: m, m v and m C, with C zero unless there
+/// is an affine part.
+template <int Dim>
+struct ParticleMomentum {
+  const double* m;
+  std::array<const double*, Dim> v;
+  std::array<const double*, static_cast<std::size_t>(Dim) * Dim> C{};
+
+  explicit ParticleMomentum(const Particles<Dim>& particles)
+      : m(particles.row(Column::mass)), v(particles.template rows<Dim>(Column::v)) {
+    if (particles.layout().has(Column::affine))
+      C = particles.template rows<Dim * Dim>(Column::affine);
+  }
+  bool is_affine() const { return C[0] != nullptr; }
+
+  template <class Real>
+  LAHAR_INLINE void at(Local p, Local n, Real& mass, Real (&momentum)[Dim],
+                       Real (&spin)[Dim][Dim]) const {
+    mass = load_first<Real>(m + p, n);
+    LAHAR_UNROLL
+    for (std::size_t a = 0; a < Dim; ++a) {
+      momentum[a] = mass * load<Real>(v[a] + p);
+      LAHAR_UNROLL
+      for (std::size_t d = 0; d < Dim; ++d) spin[a][d] = mass * load<Real>(C[Dim * a + d] + p);
+    }
+  }
+};
+
+/// Numbers of the nodes of a half along the first and second axis, at the lanes.
+alignas(64) constexpr double along_first[8] = {0, 1, 2, 3, 0, 1, 2, 3};
+alignas(64) constexpr double along_second[halves][8] = {{0, 0, 0, 0, 1, 1, 1, 1},
+                                                        {2, 2, 2, 2, 3, 3, 3, 3}};
+
+/// {m v, m}_i += sum_p N_i m_p {v_p + C_p (x_i - x_p), 1}: of each component, what does not vary
+/// along the third axis goes with its weight and the rest with its weight times the node's number.
+template <int Dim, class Real, TensorBasis Basis>
+LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<Dim>& particle,
+                                  const Patch<Dim>&, const Run& run, const Local* nodes,
+                                  double* sums) {
+  TensorSums<Dim, Dim + 1> sum;
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    const Local n = std::min<Local>(run.end - p, lanes<Real>);
+    Real w[Dim][axis_nodes], s[Dim], m, v[Dim], C[Dim][Dim];
+    basis.weights(p, w);
+    basis.place(p, s);
+    particle.at(p, n, m, v, C);
+    AxisRows<Real> rows[Dim], numbered;
+    alignas(64) double mass[lanes<Real>], first[Dim][lanes<Real>], change[Dim][Dim][lanes<Real>];
+    store(m, mass);
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) {  // momentum at the node of number 0 along all axes
+      LAHAR_UNROLL
+      for (int d = 0; d < Dim; ++d) {
+        C[a][d] *= basis.cell_length(d);
+        store(C[a][d], change[a][d]);
+        v[a] -= C[a][d] * (1.0 + s[d]);
+      }
+      store(v[a], first[a]);
+      rows[a].set(w[a]);
+    }
+    LAHAR_UNROLL
+    for (int k = 0; k < axis_nodes; ++k) w[Dim - 1][k] *= static_cast<double>(k);
+    numbered.set(w[Dim - 1]);
+    for (int h = 0; h < halves; ++h) {
+      EightNodes t[layers<Dim>][Dim + 1];
+      LAHAR_UNROLL
+      for (int z = 0; z < layers<Dim>; ++z) LAHAR_UNROLL
+      for (int k = 0; k <= Dim; ++k) t[z][k] = sum.at[h][z][k];
+      const auto X = load<EightNodes>(along_first), Y = load<EightNodes>(along_second[h]);
+      for (Local j = 0; j < n; ++j) {
+        const EightNodes N = rows[0].first(j) * rows[1].second(j, h), Nm = multiply(N, &mass[j]);
+        LAHAR_UNROLL
+        for (int z = 0; z < layers<Dim>; ++z)
+          t[z][Dim] =
+              Dim == 3 ? multiply_add(t[z][Dim], Nm, &rows[Dim - 1].row[j][z]) : t[z][Dim] + Nm;
+        LAHAR_UNROLL
+        for (int a = 0; a < Dim; ++a) {
+          const EightNodes plane =
+              N *
+              multiply_add(multiply_add(broadcast<EightNodes>(&first[a][j]), X, &change[a][0][j]),
+                           Y, &change[a][1][j]);
+          if constexpr (Dim == 2) {
+            t[0][a] += plane;
+          } else {
+            const EightNodes along = multiply(N, &change[a][2][j]);
+            LAHAR_UNROLL
+            for (int z = 0; z < layers<Dim>; ++z)
+              t[z][a] = multiply_add(multiply_add(t[z][a], plane, &rows[2].row[j][z]), along,
+                                     &numbered.row[j][z]);
+          }
+        }
+      }
+      LAHAR_UNROLL
+      for (int z = 0; z < layers<Dim>; ++z) LAHAR_UNROLL
+      for (int k = 0; k <= Dim; ++k) sum.at[h][z][k] = t[z][k];
+    }
+  }
+  sum.add_to(sums, nodes, [](int k) { return k == Dim ? mass_lane : k; });
+}
+
+/// The same where functions are given one by one, from the nodes' positions.
+template <int Dim, class Real, class Basis>
+LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<Dim>& particle,
+                                  const Patch<Dim>& patch, const Run& run, const Local* nodes,
+                                  double* sums) {
+  constexpr int n_sums = (Basis::nodes * (Dim + 1) + 7) / 8 * 8;
+  Real sum[n_sums];
+  for (Real& s : sum) s = Real(0.0);
+  const auto position = [&](int i) {
+    return &patch.node_position[static_cast<std::size_t>(nodes[i]) * node_width];
+  };
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    Real N[Basis::nodes], m, v[Dim], C[Dim][Dim], x[Dim];
+    basis.functions(p, N);
+    particle.at(p, run.end - p, m, v, C);
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) {  // where its natural coordinates are: functions are linear
+      x[d] = Real(0.0);
+      LAHAR_UNROLL
+      for (int i = 0; i < Basis::nodes; ++i) x[d] = multiply_add(x[d], N[i], position(i) + d);
+    }
+    for (int i = 0; i < Basis::nodes; ++i) {
+      Real to_node[Dim];
+      LAHAR_UNROLL
+      for (int d = 0; d < Dim; ++d) to_node[d] = broadcast<Real>(position(i) + d) - x[d];
+      LAHAR_UNROLL
+      for (int a = 0; a < Dim; ++a) {
+        Real momentum = v[a];
+        LAHAR_UNROLL
+        for (int d = 0; d < Dim; ++d) momentum += C[a][d] * to_node[d];
+        sum[i * (Dim + 1) + a] += N[i] * momentum;
+      }
+      sum[i * (Dim + 1) + Dim] += N[i] * m;
+    }
+  }
+  alignas(64) double total[n_sums];
+  reduce_all(sum, total);
+  for (int i = 0; i < Basis::nodes; ++i) {
+    double value[node_width] = {};
+    for (int k = 0; k <= Dim; ++k) value[k == Dim ? mass_lane : k] = total[i * (Dim + 1) + k];
+    add_to_node(sums, nodes[i], load<NodeVector>(value));
+  }
+}
+
 /// V sigma of the first n particles from p on.
 template <int Dim>
 struct ParticleStress {
@@ -282,17 +426,18 @@ void particle_force(const Basis& basis, const Patch<Dim>& patch, const Run& run,
 
 template <int Dim, class Real>
 void map_momentum(Patch<Dim>& patch, Runs runs, double* sums) {
-  const double* m = patch.particles.row(Column::mass);
-  const auto v = patch.particles.template rows<Dim>(Column::v);
+  const ParticleMomentum<Dim> particle(patch.particles);
+  const bool affine = particle.is_affine();
   for_each_supported_run(
       patch, runs,
       [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
+        if (affine) return affine_momentum<Dim, Real>(basis, particle, patch, run, nodes, sums);
         scatter<Dim, Dim + 1, Real>(
             basis, run, nodes, sums,
-            [=](Local p, Local n, Real(&q)[Dim + 1]) __attribute__((always_inline)) {
-              q[Dim] = load_first<Real>(m + p, n);
+            [&](Local p, Local n, Real(&q)[Dim + 1]) __attribute__((always_inline)) {
+              q[Dim] = load_first<Real>(particle.m + p, n);
               LAHAR_UNROLL
-              for (std::size_t d = 0; d < Dim; ++d) q[d] = q[Dim] * load<Real>(v[d] + p);
+              for (std::size_t d = 0; d < Dim; ++d) q[d] = q[Dim] * load<Real>(particle.v[d] + p);
             },
             [](int k) { return k == Dim ? mass_lane : k; });
       });

@@ -1,74 +1,27 @@
 /// Velocity gradients at particles, for bases of any support.
-#include "physics/basis.h"
+#include "physics/support_fields.h"
 #include "physics/support_kernels.h"
 
 namespace lahar::supported {
 
 namespace {
 
-/// L[a][b] = sum_i v_a dN_i/dx_b at every lane. One axis after the other: first along x, then y.
-template <int Dim, class Real, TensorBasis Basis>
-LAHAR_INLINE void gradient(const Basis& basis, Local p, const double* v, const Local* nodes,
-                           Real (&L)[Dim][Dim]) {
-  Real w[Dim][axis_nodes], dw[Dim][axis_nodes];
-  basis.weights(p, w, dw);
-  LAHAR_UNROLL
-  for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
-  for (int b = 0; b < Dim; ++b) L[a][b] = Real(0.0);
-  for (int z = 0; z < (Dim == 3 ? axis_nodes : 1); ++z) {
-    Real by_x[Dim], by_y[Dim], sum[Dim];
-    LAHAR_UNROLL
-    for (int a = 0; a < Dim; ++a) by_x[a] = by_y[a] = sum[a] = Real(0.0);
-    for (int y = 0; y < axis_nodes; ++y) {
-      const Local* node = nodes + 16 * z + 4 * y;
-      Real along[Dim], slope[Dim];
-      LAHAR_UNROLL
-      for (int x = 0; x < axis_nodes; ++x) {
-        const double* value = v + static_cast<std::ptrdiff_t>(node[x]) * node_width;
-        LAHAR_UNROLL
-        for (int a = 0; a < Dim; ++a) {
-          along[a] =
-              x == 0 ? multiply(w[0][x], value + a) : multiply_add(along[a], w[0][x], value + a);
-          slope[a] =
-              x == 0 ? multiply(dw[0][x], value + a) : multiply_add(slope[a], dw[0][x], value + a);
-        }
-      }
-      LAHAR_UNROLL
-      for (int a = 0; a < Dim; ++a) {
-        by_x[a] += w[1][y] * slope[a];
-        by_y[a] += dw[1][y] * along[a];
-        if constexpr (Dim == 3) sum[a] += w[1][y] * along[a];
-      }
+/// Of linear functions of the cell's corners: those of a domain without size, as in the reference
+/// code.
+template <int Dim, TensorBasis Basis>
+double centre_trace(const Basis& basis, const double* v, const Local* nodes) {
+  double trace = 0.0;
+  for (int d = 0; d < Dim; ++d) {
+    double difference = 0.0;
+    for (int c = 0; c < corners<Dim>; ++c) {
+      int i = 0;  // the corner's number in the grid of nodes
+      for (int e = 0; e < Dim; ++e) i += (1 + (c >> e & 1)) << (2 * e);
+      const double value = v[static_cast<std::ptrdiff_t>(nodes[i]) * node_width + d];
+      difference += c >> d & 1 ? value : -value;
     }
-    LAHAR_UNROLL
-    for (int a = 0; a < Dim; ++a) {
-      if constexpr (Dim == 2) {
-        L[a][0] = by_x[a];
-        L[a][1] = by_y[a];
-      } else {
-        L[a][0] += w[2][z] * by_x[a];
-        L[a][1] += w[2][z] * by_y[a];
-        L[a][2] += dw[2][z] * sum[a];
-      }
-    }
+    trace += difference / (face_corners<Dim> * basis.cell_length(d));
   }
-}
-
-template <int Dim, class Real, class Basis>
-LAHAR_INLINE void gradient(const Basis& basis, Local p, const double* v, const Local* nodes,
-                           Real (&L)[Dim][Dim]) {
-  Real dN[Dim][Basis::nodes];
-  basis.gradients(p, dN);
-  LAHAR_UNROLL
-  for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
-  for (int b = 0; b < Dim; ++b) L[a][b] = Real(0.0);
-  LAHAR_UNROLL
-  for (int i = 0; i < Basis::nodes; ++i) {
-    const double* value = v + static_cast<std::ptrdiff_t>(nodes[i]) * node_width;
-    LAHAR_UNROLL
-    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
-    for (int b = 0; b < Dim; ++b) L[a][b] = multiply_add(L[a][b], dN[b][i], value + a);
-  }
+  return trace;
 }
 
 template <int Dim, class Basis>

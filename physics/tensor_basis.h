@@ -14,6 +14,27 @@ namespace lahar {
 template <int Dim>
 inline constexpr int tensor_nodes = Dim == 2 ? 16 : 64;
 
+/// Fold the weights of nodes beyond the mesh, of a cell with this PatchTopology::support_border.
+template <int Dim, class Real>
+LAHAR_INLINE void fold_at_border(unsigned border, Real (&w)[Dim][axis_nodes]) {
+  if (border == 0) return;
+  LAHAR_UNROLL
+  for (int d = 0; d < Dim; ++d) {
+    // On a mesh of one cell both nodes beyond it follow from the two of the cell.
+    const bool first = border >> (2 * d) & 1, last = border >> (2 * d + 1) & 1;
+    if (first && last) {
+      const Real before = w[d][0], after = w[d][3];
+      w[d][1] += 2.0 * before - after;
+      w[d][2] += 2.0 * after - before;
+      w[d][0] = w[d][3] = Real(0.0);
+    } else if (first) {
+      fold_first(w[d]);
+    } else if (last) {
+      fold_last(w[d]);
+    }
+  }
+}
+
 /// What bases of one cell have in common. `Axis` gives the functions of one axis.
 template <int Dim, class Axis>
 struct TensorProduct {
@@ -31,7 +52,7 @@ struct TensorProduct {
     map.natural(p, xi);
     LAHAR_UNROLL
     for (int d = 0; d < Dim; ++d) axis.at(d, p, 0.5 + 0.5 * xi[d], w[d]);
-    fold(w);
+    fold_at_border<Dim>(border, w);
   }
   template <class Real>
   LAHAR_INLINE void weights(Local p, Real (&w)[Dim][per_axis], Real (&dw)[Dim][per_axis]) const {
@@ -45,9 +66,49 @@ struct TensorProduct {
       LAHAR_UNROLL
       for (int k = 0; k < per_axis; ++k) dw[d][k] *= map.per_length[d];
     }
-    fold(w);
-    fold(dw);
+    fold_at_border<Dim>(border, w);
+    fold_at_border<Dim>(border, dw);
   }
+  template <class Real>
+  LAHAR_INLINE void place(Local p, Real (&s)[Dim]) const {
+    map.natural(p, s);
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) s[d] = 0.5 + 0.5 * s[d];
+  }
+  double cell_length(int d) const { return 1.0 / map.per_length[d]; }
+
+  /// D_dd = sum_k w_k (x_k - x_p)^2 of APIC (Jiang et al. 2015): D is diagonal because each axis
+  /// reproduces linear fields. At a node on which only one function is not zero, as at walls, D is
+  /// zero; moments become slopes there, which they are where functions are linear.
+  template <class Real>
+  LAHAR_INLINE void moments(Local p, Real (&w)[Dim][per_axis], Real (&m)[Dim][per_axis]) const {
+    Real s[Dim];
+    place(p, s);
+    if (border == 0 && Axis::spread > 0.0) {
+      weights(p, w);
+      LAHAR_UNROLL
+      for (int d = 0; d < Dim; ++d) LAHAR_UNROLL
+      for (int k = 0; k < per_axis; ++k)
+        m[d][k] = w[d][k] * (map.per_length[d] / Axis::spread * ((k - 1.0) - s[d]));
+      return;
+    }
+    weights(p, w, m);
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) {
+      Real spread(0.0), moment[per_axis];
+      LAHAR_UNROLL
+      for (int k = 0; k < per_axis; ++k) {
+        const Real away = (k - 1.0) - s[d];
+        moment[k] = w[d][k] * away;
+        spread += moment[k] * away;
+      }
+      const unsigned wide = outside(spread, least_spread, lanes<Real>);
+      const Real factor = map.per_length[d] / max(spread, Real(least_spread));
+      LAHAR_UNROLL
+      for (int k = 0; k < per_axis; ++k) m[d][k] = select(wide, moment[k] * factor, m[d][k]);
+    }
+  }
+
   template <class Real>
   LAHAR_INLINE void functions(Local p, Real (&N)[nodes]) const {
     Real w[Dim][per_axis];
@@ -64,43 +125,17 @@ struct TensorProduct {
       for (int i = 0; i < nodes; ++i) dN[d][i] = product(mixed, i);
     }
   }
-  /// Those of the linear functions: of a domain without size, as in the reference code.
-  LAHAR_INLINE void centre_gradients(double (&dN)[Dim][nodes]) const {
-    double half[Dim];  // dN/dx_d of the inner nodes, but for its sign
-    for (int d = 0; d < Dim; ++d) half[d] = map.per_length[d] / (1 << (Dim - 1));
-    for (int i = 0; i < nodes; ++i) {
-      bool inner = true;
-      for (int d = 0; d < Dim; ++d) inner = inner && (digit(i, d) == 1 || digit(i, d) == 2);
-      for (int d = 0; d < Dim; ++d) dN[d][i] = !inner ? 0.0 : digit(i, d) == 1 ? -half[d] : half[d];
-    }
-  }
 
  private:
+  /// [-] D over the cell's length squared, below which rounding of the weights is felt.
+  static constexpr double least_spread = 1e-7;
+
   static constexpr int digit(int i, int d) { return i >> (2 * d) & 3; }
   template <class Real>
   static Real product(const Real (&w)[Dim][per_axis], int i) {
     Real value = w[0][digit(i, 0)] * w[1][digit(i, 1)];
     if constexpr (Dim == 3) value *= w[2][digit(i, 2)];
     return value;
-  }
-  template <class Real>
-  LAHAR_INLINE void fold(Real (&w)[Dim][per_axis]) const {
-    if (border == 0) return;
-    LAHAR_UNROLL
-    for (int d = 0; d < Dim; ++d) {
-      // On a mesh of one cell both nodes beyond it follow from the two of the cell.
-      const bool first = border >> (2 * d) & 1, last = border >> (2 * d + 1) & 1;
-      if (first && last) {
-        const Real before = w[d][0], after = w[d][3];
-        w[d][1] += 2.0 * before - after;
-        w[d][2] += 2.0 * after - before;
-        w[d][0] = w[d][3] = Real(0.0);
-      } else if (first) {
-        fold_first(w[d]);
-      } else if (last) {
-        fold_last(w[d]);
-      }
-    }
   }
 };
 
@@ -110,6 +145,7 @@ class SplineCells {
  public:
   struct Axis {
     static constexpr bool volume_at_centre = false;
+    static constexpr double spread = Function::spread;
     template <class Real>
     LAHAR_INLINE void at(int, Local, const Real& s, Real (&w)[axis_nodes]) const {
       Function::at(s, w);
@@ -137,8 +173,9 @@ class GimpCells {
  public:
   struct Axis {
     static constexpr bool volume_at_centre = true;
-    std::array<const double*, Dim> edge;  ///< [m]
-    double half_per_length[Dim];          ///< half a domain's edge in lengths of the cell [1/m]
+    static constexpr double spread = 0.0;  // differs
+    std::array<const double*, Dim> edge;   ///< [m]
+    double half_per_length[Dim];           ///< half a domain's edge in lengths of the cell [1/m]
 
     template <class Real>
     LAHAR_INLINE Real reach(int d, Local p) const {

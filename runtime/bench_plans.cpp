@@ -109,6 +109,37 @@ BenchPlan stages(const BlockSize& small, const BlockSize& big) {
           .stages = true};
 }
 
+/// Functions and transfers other than linear ones with FLIP, beside these; the goals are of issue
+/// and literature for one core.
+template <int Dim>
+BenchPlan kernels(const std::string& size_name, const BlockSize& size) {
+  BenchPlan plan{.name = fmt::format("kernels-{}d", Dim),
+                 .title = fmt::format("Functions and transfers, {}D, linear elastic, USL, {} "
+                                      "particles",
+                                      Dim, size_name),
+                 .stages = true};
+  const auto add = [&](const std::string& name, ShapeFunctions functions, Affine affine,
+                       double goal = 0) {
+    BenchJob job = lattice<Dim>(name, size, one_thread, goal);
+    job.model = [=] {
+      Model<Dim> model = lattice_block<Dim>(size);
+      model.analysis.functions = functions;
+      model.analysis.affine = affine;
+      if (affine != Affine::none) model.analysis.flip = 0.0;
+      return AnyModel(std::move(model));
+    };
+    plan.jobs.push_back(job);
+  };
+  const bool solid = Dim == 3;
+  add("linear", ShapeFunctions::element, Affine::none);
+  add("linear, APIC", ShapeFunctions::element, Affine::apic);
+  add("GIMP", ShapeFunctions::gimp, Affine::none, solid ? 150 : 0);
+  add("quadratic spline", ShapeFunctions::quadratic_spline, Affine::none);
+  add("quadratic spline, APIC", ShapeFunctions::quadratic_spline, Affine::apic, solid ? 100 : 0);
+  add("cubic spline, TPIC", ShapeFunctions::cubic_spline, Affine::tpic);
+  return plan;
+}
+
 BenchPlan graph_overhead(const std::string& name, const std::string& title, const BenchJob& graph,
                          const BenchJob& loop) {
   return {.name = name,
@@ -221,6 +252,8 @@ std::vector<BenchPlan> bench_plans(int threads) {
       soil("125k", h8_125k),
       stages<2>(q4_4k, q4_1m),
       stages<3>(h8_4k, h8_1m),
+      kernels<2>("102,400", q4_100k),
+      kernels<3>("125,000", h8_125k),
       graph_overhead("graph-plate", "Task graph against the serial loop, plate with a hole, USF",
                      plate("task graph", one_thread, "usf"), plate("serial loop", serial, "usf")),
       graph_overhead("graph-h8-125k", "Task graph against the serial loop, H8, 125,000 particles",

@@ -28,8 +28,23 @@ std::vector<TrafficPhase> phases_of_boxes(Scheme scheme) {
 
 }  // namespace
 
-std::vector<TrafficPhase> traffic_phases(Scheme scheme, bool cartesian) {
+std::vector<TrafficPhase> traffic_phases(const Analysis& analysis, bool cartesian) {
+  const Scheme scheme = analysis.scheme;
   std::vector<TrafficPhase> phases = phases_of_boxes(scheme);
+  const bool stretches = analysis.functions == ShapeFunctions::gimp;
+  for (TrafficPhase& phase : phases) {
+    const bool moves = std::count(phase.writes.begin(), phase.writes.end(), x) > 0;
+    const bool strains = std::count(phase.writes.begin(), phase.writes.end(), stress) > 0;
+    if (analysis.affine != Affine::none) {
+      if (std::count(phase.reads.begin(), phase.reads.end(), v) > 0) phase.reads.push_back(affine);
+      if (moves) phase.writes.push_back(affine);
+    }
+    if (stretches || analysis.functions == ShapeFunctions::uniform_gimp)
+      phase.reads.push_back(domain);
+    if (stretches && strains) phase.writes.push_back(next_domain);
+    if (stretches && moves) phase.writes.push_back(domain);
+    if (stretches && moves && !strains) phase.reads.push_back(next_domain);
+  }
   if (cartesian || scheme == Scheme::musl) return phases;  // MUSL keeps xi on any mesh
   for (TrafficPhase& phase : phases) {
     const bool moves = std::count(phase.writes.begin(), phase.writes.end(), x) > 0;
@@ -40,21 +55,21 @@ std::vector<TrafficPhase> traffic_phases(Scheme scheme, bool cartesian) {
 }
 
 template <int Dim>
-double bytes_per_particle_step(Scheme scheme, bool cartesian) {
+double bytes_per_particle_step(const Analysis& analysis, bool cartesian) {
   int components = 0;
   const auto add = [&](const std::vector<Column>& columns) {
     const ColumnLayout<Dim> layout;
     for (const Column column : columns)
       components += layout.components(column_table[static_cast<std::size_t>(column)]);
   };
-  for (const TrafficPhase& phase : traffic_phases(scheme, cartesian)) {
+  for (const TrafficPhase& phase : traffic_phases(analysis, cartesian)) {
     add(phase.reads);
     add(phase.writes);
   }
   return components * static_cast<double>(sizeof(double));
 }
 
-template double bytes_per_particle_step<2>(Scheme, bool);
-template double bytes_per_particle_step<3>(Scheme, bool);
+template double bytes_per_particle_step<2>(const Analysis&, bool);
+template double bytes_per_particle_step<3>(const Analysis&, bool);
 
 }  // namespace lahar

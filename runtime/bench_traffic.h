@@ -26,14 +26,16 @@ struct TrafficPhase {
 ///
 /// A mesh of general cells keeps the natural coordinates xi: read instead of x where x stays, read
 /// and written where x changes. What can be computed from these columns (strain, natural
-/// coordinates in a box) or is per run of particles (cell, material) is not counted.
+/// coordinates in a box) or is per run of particles (cell, material) is not counted. Affine parts of
+/// velocities are read with v and written where it is; domains of particles are read in every
+/// phase, and those that stretch are written with stress and with x.
 // clang-format on
-std::vector<TrafficPhase> traffic_phases(Scheme scheme, bool cartesian);
+std::vector<TrafficPhase> traffic_phases(const Analysis& analysis, bool cartesian);
 
 /// [B] per particle-step: every column of a phase moves once for reading and once for writing. All
 /// written columns are read before, so no line is fetched only to be overwritten. Nodal values
 /// (about a tenth of this) are left out: the true traffic is higher.
 template <int Dim>
-double bytes_per_particle_step(Scheme scheme, bool cartesian);
+double bytes_per_particle_step(const Analysis& analysis, bool cartesian);
 
 }  // namespace lahar

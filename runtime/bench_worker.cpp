@@ -89,7 +89,7 @@ class Worker {
     Model<Dim> model = std::get<Model<Dim>>(job.model());
     ready_["read"] = seconds_since(begin);
     ready_["bytes"] =
-        bytes_per_particle_step<Dim>(model.analysis.scheme, model.mesh->is_cartesian());
+        bytes_per_particle_step<Dim>(model.analysis, model.mesh->is_cartesian());
     const auto [mean, spread] = occupation(model.particles.cell);
     ready_["per_cell"] = mean;
     ready_["per_cell_spread"] = spread;

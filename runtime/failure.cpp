@@ -104,6 +104,11 @@ std::string describe_mark(const Mark& mark, const Model<Dim>& model) {
           "xz), not even in {} parts of the increment. Check its parameters, or reduce the time "
           "step.",
           particle, more, model.materials[mark.material].name, tuple(mark.stress), most_parts);
+    case Mark::Kind::domain:
+      return particle + more +
+             " has a domain that reaches beyond the cells around its own. Use larger cells or "
+             "smaller particles, or take the functions of a smaller domain with "
+             "\"large_domains\": \"clip\" in \"analysis\".";
     default:
       return particle;
   }

@@ -111,11 +111,14 @@ Index fill_places(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
 }
 
 template <int Dim>
-void fill_domains(Patch<Dim>& patch) {
+void fill_domains(Patch<Dim>& patch, bool as_cbgeo) {
   Particles<Dim>& particles = patch.particles;
-  for (Local p = 0; p < particles.size(); ++p)
-    set_domain(particles, p,
-               patch.box[static_cast<std::size_t>(particles.cell[static_cast<std::size_t>(p)])]);
+  std::vector<Index> in_cell(patch.topology.cells.size(), 0);
+  for (const Local cell : particles.cell) ++in_cell[static_cast<std::size_t>(cell)];
+  for (Local p = 0; p < particles.size(); ++p) {
+    const auto cell = static_cast<std::size_t>(particles.cell[static_cast<std::size_t>(p)]);
+    set_domain(particles, p, patch.box[cell], as_cbgeo ? in_cell[cell] : 0);
+  }
 }
 
 /// State variables of the materials.
@@ -177,7 +180,7 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
     lightest = std::min(lightest, mass[i]);
   });
   fill_law_state(to, rows, model);
-  if (to.layout().has(Column::domain)) fill_domains(patch);
+  if (has_domain(to.layout())) fill_domains(patch, model.analysis.cbgeo_domains);
   return lightest;
 }
 

@@ -45,7 +45,9 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
   needs.size = !model.tractions.empty();
   needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
   needs.strain = census.stressed;
-  needs.domain = basis_kind(model.analysis.functions) == BasisKind::gimp;
+  needs.domain = basis_kind(model.analysis) == BasisKind::gimp;
+  needs.affine = model.analysis.affine != Affine::none;
+  needs.vectors = basis_kind(model.analysis) == BasisKind::cpdi;
   needs.next_domain = model.analysis.functions == ShapeFunctions::gimp;
   for (std::size_t m = 0; m < census.used.size(); ++m) {
     if (!census.used[m]) continue;

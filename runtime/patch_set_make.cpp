@@ -13,7 +13,7 @@ template <int Dim>
 PatchTopology<Dim> PatchSet<Dim>::topology_of(Index id) const {
   const Mesh<Dim>& mesh = *model_->mesh;
   PatchTopology<Dim> topology = make_topology(mesh, partition_, id, rings_);
-  add_support(mesh, model_->analysis.functions, topology);
+  add_support(mesh, model_->analysis, topology);
   repeat_for_bodies(topology, model_->analysis.contact.bodies, mesh.n_nodes());
   return topology;
 }
@@ -24,7 +24,7 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   const Mesh<Dim>& mesh = *model_->mesh;
   patch->topology = topology_of(id);
   set_bodies(*patch, *model_);
-  patch->basis = basis_kind(mesh, model_->analysis.functions);
+  patch->basis = basis_kind(mesh, model_->analysis);
   patch->element = mesh.element();
   patch->particles = Particles<Dim>(layout_);
   patch->cartesian = mesh.is_cartesian();
@@ -44,7 +44,7 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   }
   patch->smallest_cell = *std::min_element(patch->cell_size.begin(), patch->cell_size.end());
   const std::size_t size = nodes.size() * node_width;
-  if (!patch->cartesian) {
+  if (!patch->cartesian || patch->basis == BasisKind::corners) {
     patch->node_position.assign(size, 0.0);
     for (std::size_t i = 0; i < nodes.size(); ++i)
       Eigen::Map<Vec<Dim>>(&patch->node_position[i * node_width]) =

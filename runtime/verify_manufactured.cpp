@@ -114,15 +114,16 @@ std::string scenario_text(const ManufacturedCase& what, const Solid& solid,
                           const std::string& region, double extent, double dt,
                           const std::string& constraints) {
   const double h = 1.0 / what.cells;
-  const std::string functions =
-      what.functions.empty() ? "" : fmt::format(R"(, "functions": "{}")", what.functions);
+  const std::string functions = what.functions.empty()
+                                    ? ""
+                                    : fmt::format(R"("shape_functions": "{}",)", what.functions);
   return fmt::format(
-      R"({{"mesh": {{"structured": {{"cell_size": {0}, "extent": [{1}, {1}]}}{2}{3}}},
+      R"({{"mesh": {{"structured": {{"cell_size": {0}, "extent": [{1}, {1}]}}{3}}},
   "materials": [{{"type": "NeoHookean", "density": {4}, "youngs_modulus": {5},
                   "poisson_ratio": {6}}}],
   "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
                                 "region": {7}}}}}],
-  "analysis": {{"mpm_scheme": "usl", "velocity_update": "{8}", "dt": {9}, "nsteps": 100000000}}}})",
+  "analysis": {{{2} "mpm_scheme": "usl", "velocity_update": "{8}", "dt": {9}, "nsteps": 100000000}}}})",
       h, extent, functions, constraints, solid.rho, solid.E, solid.nu, region,
       what.update.empty() ? "flip" : what.update, dt);
 }
@@ -197,11 +198,11 @@ struct Method {
 };
 
 constexpr Method methods[] = {
-    {"linear, FLIP", "linear", "flip"},
+    {"linear, FLIP", "element", "flip"},
     {"GIMP, FLIP", "gimp", "flip"},
-    {"quadratic B-splines, FLIP", "quadratic", "flip"},
-    {"quadratic B-splines, APIC", "quadratic", "apic"},
-    {"cubic B-splines, FLIP", "cubic", "flip"},
+    {"quadratic B-splines, FLIP", "quadratic_spline", "flip"},
+    {"quadratic B-splines, APIC", "quadratic_spline", "apic"},
+    {"cubic B-splines, FLIP", "cubic_spline", "flip"},
     {"CPDI, FLIP", "cpdi", "flip"},
 };
 

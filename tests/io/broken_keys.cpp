@@ -194,7 +194,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
     {"an unknown element",
      {replace("mpm.json", "ED2Q4", "ED2Q5")},
      {},
-     R"(mpm.json:6:18: error: 'cell_type' must be one of "ED2T3", "ED2T6", "ED2Q4", "ED2Q8", "ED2Q9", "ED3T4", "ED3H8", "ED3H20", "ED3H27", found "ED2Q5" [/mesh/cell_type]
+     R"(mpm.json:6:18: error: 'cell_type' must be one of "ED2T3", "ED2T6", "ED2Q4", "ED2Q8", "ED2Q9", "ED3T4", "ED3H8", "ED3H20", "ED3H27", "ED2Q16G", "ED3H64G", "ED2Q4P2B", "ED3H8P2B", found "ED2Q5" [/mesh/cell_type]
       "cell_type": "ED2Q5",
                    ^
   hint: did you mean "ED2Q4"?

@@ -250,6 +250,52 @@ mpm.json:6:18: warning: corner nodes of ED2Q8 have masses of zero or below, with
                    ^
   hint: ED2Q9 has no such nodes
 )"},
+    {"functions that reach beyond cells which are no boxes",
+     {replace("mpm.json", "\"dt\"", "\"shape_functions\": \"gimp\", \"dt\""),
+      replace("mesh.txt", "1 1\n2 1", "1 1.25\n2 1")},
+     {},
+     R"(mpm.json:19:60: error: "gimp" needs a mesh of equal boxes along the axes that fill a box [/analysis/shape_functions]
+    "analysis": {"type": "MPMExplicit2D", "shape_functions": "gimp", "dt": 0.001, "nsteps": 10},
+                                                             ^
+  hint: give the mesh as "structured", or a file of such cells with "isoparametric": false
+)"},
+    {"functions that reach beyond cells of several sizes",
+     {replace("mpm.json", "\"ED2Q4\"", "\"ED2Q4P2B\""),
+      replace("mesh.txt", "2 0\n0 1\n1 1\n2 1", "3 0\n0 1\n1 1\n3 1")},
+     {},
+     R"(mpm.json:6:18: error: "ED2Q4P2B" needs a mesh of equal boxes along the axes that fill a box [/mesh/cell_type]
+      "cell_type": "ED2Q4P2B",
+                   ^
+  hint: give the mesh as "structured", or a file of such cells with "isoparametric": false
+)"},
+    {"functions that are named twice",
+     {replace("mpm.json", "\"ED2Q4\"", "\"ED2Q4P2B\""),
+      replace("mpm.json", "\"dt\"", "\"shape_functions\": \"gimp\", \"dt\"")},
+     {},
+     R"(mpm.json:19:60: error: 'shape_functions' and the cell_type ED2Q4P2B say both what the functions are [/analysis/shape_functions]
+    "analysis": {"type": "MPMExplicit2D", "shape_functions": "gimp", "dt": 0.001, "nsteps": 10},
+                                                             ^
+  hint: leave one of them out
+)"},
+    {"GIMP cells without the nodes around them",
+     {replace("mpm.json", "\"ED2Q4\"", "\"ED2Q16G\"")},
+     {},
+     R"(mesh.txt:9:8: error: a node id is missing
+  0 1 4 3
+         ^
+mesh.txt:10:8: error: a node id is missing
+  1 2 5 4
+         ^
+)"},
+    {"GIMP cells whose nodes are not around them",
+     {replace("mpm.json", "\"ED2Q4\"", "\"ED2Q16G\""),
+      replace("mesh.txt", "0 1 4 3\n1 2 5 4", "0 1 4 3 0 0 0 0 0 0 0 0 0 0 0 0\n1 2 5 4 0 0 0 0 0 0 0 0 0 0 0 0")},
+     {},
+     R"(mpm.json:6:18: error: cell 0 and the nodes around it are no grid of 16 nodes [/mesh/cell_type]
+      "cell_type": "ED2Q16G",
+                   ^
+  hint: the nodes of a GIMP cell are its corners and all around it, one cell away
+)"},
   };
-  check(table, 28);
+  check(table, 33);
 }

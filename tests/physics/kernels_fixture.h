@@ -25,13 +25,15 @@ struct OnePatch {
   double dt = 0.01, time = 0.0;
 
   explicit OnePatch(Mesh<Dim>&& mesh, Natural natural = Natural::computed,
-                    ShapeFunctions functions = ShapeFunctions::element)
+                    ShapeFunctions functions = ShapeFunctions::element,
+                    Affine affine = Affine::none)
       : model(with(std::move(mesh))), partition(*model.mesh, model.mesh->n_cells()) {
     const Mesh<Dim>& m = *model.mesh;
     model.analysis.functions = functions;
+    model.analysis.affine = affine;
     patch.topology = make_topology(m, partition, 0);
-    add_support(m, functions, patch.topology);
-    patch.basis = basis_kind(m, functions);
+    add_support(m, model.analysis, patch.topology);
+    patch.basis = basis_kind(m, model.analysis);
     patch.element = m.element();
     std::vector<PatchTopology<Dim>*> alone{&patch.topology};
     connect(alone);
@@ -39,8 +41,10 @@ struct OnePatch {
     const ColumnLayout<Dim> layout({.size = true,
                                     .state = 1,
                                     .natural = !patch.cartesian || natural == Natural::stored,
+                                    .affine = affine != Affine::none,
                                     .domain = patch.basis == BasisKind::gimp,
                                     .next_domain = functions == ShapeFunctions::gimp,
+                                    .vectors = patch.basis == BasisKind::cpdi,
                                     .strain = true});
     patch.particles = Particles<Dim>(layout);
     patch.movers = Particles<Dim>(layout);
@@ -100,6 +104,12 @@ struct OnePatch {
       for (int d = 0; d < Dim; ++d)  // a tenth of the cell to nearly two cells
         p.row(Column::domain, d)[i] =
             uniform(random, 0.1, 1.9) * model.mesh->geometry(cell).length[d];
+    if (p.layout().has(Column::vectors))
+      for (int k = 0; k < Dim; ++k)
+        for (int d = 0; d < Dim; ++d)
+          p.row(Column::vectors, Dim * k + d)[i] =
+              (k == d ? uniform(random, 0.1, 0.5) : uniform(random, -0.2, 0.2)) *
+              model.mesh->geometry(cell).length[d];
     const auto x = physical(cell, xi);
     for (int d = 0; d < Dim; ++d) {
       if (p.layout().has(Column::xi)) p.row(Column::xi, d)[i] = xi[d];
@@ -232,15 +242,15 @@ void with_every_kind(auto with) {
 
 /// The functions that reach beyond a cell.
 inline constexpr ShapeFunctions wide_functions[] = {
-    ShapeFunctions::gimp, ShapeFunctions::uniform_gimp, ShapeFunctions::quadratic_spline,
-    ShapeFunctions::cubic_spline};
+    ShapeFunctions::gimp, ShapeFunctions::uniform_gimp, ShapeFunctions::cpdi,
+    ShapeFunctions::quadratic_spline, ShapeFunctions::cubic_spline};
 
 /// The same for these functions.
-void with_wide_functions(auto with) {
+void with_wide_functions(auto with, Affine affine = Affine::none) {
   for (const ShapeFunctions functions : wide_functions)
     for (const Natural natural : {Natural::computed, Natural::stored}) {
-      with([=] { return OnePatch<2>(boxes<2>(), natural, functions); });
-      with([=] { return OnePatch<3>(boxes<3>(), natural, functions); });
+      with([=] { return OnePatch<2>(boxes<2>(), natural, functions, affine); });
+      with([=] { return OnePatch<3>(boxes<3>(), natural, functions, affine); });
     }
 }
 
@@ -262,6 +272,17 @@ void with_elements(auto with) {
     if (element != multilinear<2>) with([=] { return OnePatch<2>(bent<2>(element)); });
   for (const Element element : elements_of(3))
     if (element != multilinear<3>) with([=] { return OnePatch<3>(bent<3>(element)); });
+}
+
+/// The same for linear functions as a basis.
+void with_affine_corners(auto with, Affine affine) {
+  const auto functions = ShapeFunctions::element;
+  for (const Natural natural : {Natural::computed, Natural::stored}) {
+    with([=] { return OnePatch<2>(boxes<2>(), natural, functions, affine); });
+    with([=] { return OnePatch<3>(boxes<3>(), natural, functions, affine); });
+  }
+  with([=] { return OnePatch<2>(skewed<2>(), Natural::stored, functions, affine); });
+  with([=] { return OnePatch<3>(skewed<3>(), Natural::stored, functions, affine); });
 }
 
 /// Call with a filled patch of each dimension and kind of cell.

@@ -11,8 +11,9 @@ using namespace lahar::test;
 namespace {
 
 /// Call with two patches of equal state, for each dimension and kind of cell.
+enum class Functions { linear, all };
 template <class Check>
-void on_every_twin(Check check) {
+void on_every_twin(Check check, Functions functions = Functions::linear) {
   const auto with = [&](auto make) {
     for (unsigned seed = 30; seed < 34; ++seed) {
       auto a = make(), b = make();
@@ -29,8 +30,13 @@ void on_every_twin(Check check) {
     }
   };
   with_every_kind(with);
+  if (functions == Functions::linear) return;
   with_wide_functions(with);
   with_elements(with);
+  for (const Affine affine : {Affine::apic, Affine::tpic}) {
+    with_wide_functions(with, affine);
+    with_affine_corners(with, affine);
+  }
 }
 
 /// Every row of the particles, and the nodal sums.
@@ -63,35 +69,42 @@ constexpr double untouched = -1234.5;
 }  // namespace
 
 TEST_CASE("kernels on packs do what kernels on single particles do, to rounding") {
-  on_every_twin([](auto& packs, auto& singles) {
-    constexpr int Dim = std::decay_t<decltype(packs)>::dim;
-    const auto check = [&](const char* kernel, auto act) {
-      CAPTURE(kernel);
-      const auto before = state_of(singles.patch);
-      act(packs.patch, packs.context(), Pack());
-      act(singles.patch, singles.context(), Scalar());
-      const auto after = state_of(singles.patch);
-      CHECK(furthest(state_of(packs.patch), after) < 1e-13);
-      CHECK(before != after);
-    };
-    using P = Patch<Dim>;
-    using S = StepContext<Dim>;
-    check("mass",
-          []<class Real>(P& p, const S& s, Real) { map_mass_momentum<Dim, Real>(p, s, p.runs); });
-    check("momentum",
-          []<class Real>(P& p, const S& s, Real) { map_momentum<Dim, Real>(p, s, p.runs); });
-    check("pressure",
-          []<class Real>(P& p, const S& s, Real) { map_pressure<Dim, Real>(p, s, p.runs); });
-    check("force", []<class Real>(P& p, const S& s, Real) { map_force<Dim, Real>(p, s, p.runs); });
-    check("smooth",
-          []<class Real>(P& p, const S& s, Real) { smooth_pressure<Dim, Real>(p, s, p.runs); });
-    check("stress", []<class Real>(P& p, const S& s, Real) {
-      update_stress<Dim, Real>(p, s, p.runs, StressPart::both);
-    });
-    check("G2P",
-          []<class Real>(P& p, const S& s, Real) { update_particles<Dim, Real>(p, s, p.runs); });
-    CHECK(packs.patch.max_speed == doctest::Approx(singles.patch.max_speed).epsilon(1e-14));
-  });
+  on_every_twin(
+      [](auto& packs, auto& singles) {
+        constexpr int Dim = std::decay_t<decltype(packs)>::dim;
+        const auto check = [&](const char* kernel, auto act) {
+          CAPTURE(kernel);
+          const auto before = state_of(singles.patch);
+          act(packs.patch, packs.context(), Pack());
+          act(singles.patch, singles.context(), Scalar());
+          const auto after = state_of(singles.patch);
+          // APIC divides by moments, which are small near nodes at walls and of linear functions.
+          const double tolerance = singles.model.analysis.affine == Affine::none ? 1e-13 : 1e-9;
+          CHECK(furthest(state_of(packs.patch), after) < tolerance);
+          CHECK(before != after);
+        };
+        using P = Patch<Dim>;
+        using S = StepContext<Dim>;
+        check("mass", []<class Real>(P& p, const S& s, Real) {
+          map_mass_momentum<Dim, Real>(p, s, p.runs);
+        });
+        check("momentum",
+              []<class Real>(P& p, const S& s, Real) { map_momentum<Dim, Real>(p, s, p.runs); });
+        check("pressure",
+              []<class Real>(P& p, const S& s, Real) { map_pressure<Dim, Real>(p, s, p.runs); });
+        check("force",
+              []<class Real>(P& p, const S& s, Real) { map_force<Dim, Real>(p, s, p.runs); });
+        check("smooth",
+              []<class Real>(P& p, const S& s, Real) { smooth_pressure<Dim, Real>(p, s, p.runs); });
+        check("stress", []<class Real>(P& p, const S& s, Real) {
+          update_stress<Dim, Real>(p, s, p.runs, StressPart::both);
+        });
+        check("G2P", []<class Real>(P& p, const S& s, Real) {
+          update_particles<Dim, Real>(p, s, p.runs);
+        });
+        CHECK(packs.patch.max_speed == doctest::Approx(singles.patch.max_speed).epsilon(1e-14));
+      },
+      Functions::all);
 }
 
 namespace {

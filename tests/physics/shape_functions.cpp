@@ -1,6 +1,8 @@
 // Functions that reach beyond a cell: B-splines and GIMP, anywhere on a mesh and at its walls.
 #include <doctest/doctest.h>
 
+#include <Eigen/Geometry>
+
 #include "physics/basis.h"
 #include "tests/physics/kernels_fixture.h"
 
@@ -99,6 +101,8 @@ TEST_CASE("wide functions sum to one, gradients to zero, and both reproduce line
 TEST_CASE("gradients of wide functions are the differences of the functions") {
   on_every_function([](auto& f, std::mt19937&) {
     constexpr int Dim = std::decay_t<decltype(f)>::dim;
+    // CPDI's are the differences of corners, not of places.
+    if (f.patch.basis == BasisKind::cpdi) return;
     const double step = 1e-3;  // functions are polynomials of degree three between knots
     for (Local p = 0; p < f.patch.particles.size(); ++p) {
       const auto at = functions_at<Dim, Scalar>(f, p);
@@ -186,6 +190,36 @@ TEST_CASE("GIMP functions are means of linear functions over the particle's box"
   }
 }
 
+TEST_CASE("CPDI functions are means of linear functions at corners, gradients their differences") {
+  OnePatch<2> f(Mesh<2>::structured({0, 0}, {1, 0.5}, {5, 5}), Natural::computed,
+                ShapeFunctions::cpdi);
+  std::mt19937 random(19);
+  for (int k = 0; k < 50; ++k) {
+    // Near the middle of the cell, so that the domain is within the cells around.
+    f.add(random, 12, random_point<2>(random, Vec<2>(-0.5, -0.5), Vec<2>(0.5, 0.5)), 0);
+    const Local p = f.patch.particles.size() - 1;
+    const Vec<2> x = f.vector(Column::x, p);
+    const Vec<2> r[2] = {{f.at(Column::vectors, p, 0), f.at(Column::vectors, p, 1)},
+                         {f.at(Column::vectors, p, 2), f.at(Column::vectors, p, 3)}};
+    const auto at = functions_at<2, Scalar>(f, p);
+    for (Local i = 0; i < f.patch.n_nodes(); ++i) {
+      double mean = 0, along[2] = {};
+      for (const int a : {-1, 1})
+        for (const int b : {-1, 1}) {
+          const Vec<2> away = x + a * r[0] + b * r[1] - f.node(i);
+          const double N =
+              std::max(0.0, 1 - std::abs(away[0])) * std::max(0.0, 1 - std::abs(away[1]) / 0.5);
+          mean += N / 4;
+          along[0] += a * N / 4;
+          along[1] += b * N / 4;
+        }
+      const auto n = static_cast<std::size_t>(i);
+      CHECK(std::abs(at.N[n] - mean) < 1e-13);
+      for (int d = 0; d < 2; ++d) CHECK(std::abs(at.dN[n].dot(r[d]) - along[d]) < 1e-13);
+    }
+  }
+}
+
 TEST_CASE("kernels of wide functions and of other elements add what the functions say") {
   std::mt19937 random(23);
   const auto with = [&](auto make) {
@@ -241,6 +275,83 @@ TEST_CASE("kernels of wide functions and of other elements add what the function
   };
   with_wide_functions(with);
   with_elements(with);
+}
+
+TEST_CASE("affine particles give a linear velocity field to nodes and take it back") {
+  std::mt19937 random(41);
+  for (const Affine affine : {Affine::apic, Affine::tpic}) {
+    const auto check = [&](auto make) {
+      auto f = make();
+      constexpr int Dim = decltype(f)::dim;
+      f.fill(random, Slots::with_free);
+      f.model.analysis.flip = 0.0;
+      const auto [A, b] = set_linear(f, f.patch.velocity, random);
+      CAPTURE(static_cast<int>(f.model.analysis.functions));
+      std::vector<Vec<Dim>> x;
+      for (const Local p : f.slots()) x.push_back(f.vector(Column::x, p));
+      f.dt = 0.0;
+      update_particles(f.patch, f.context(), f.patch.runs);
+      for (std::size_t k = 0; const Local p : f.slots()) {
+        CHECK((f.vector(Column::v, p) - (A * x[k++] + b)).norm() < 1e-11);
+        for (int d = 0; d < Dim * Dim; ++d)
+          CHECK(std::abs(f.at(Column::affine, p, d) - A(d / Dim, d % Dim)) < 1e-8);
+      }
+      // Nodes of little mass amplify rounding by its inverse.
+      map_mass_momentum(f.patch, f.context(), f.patch.runs);
+      for (Local i = 0; i < f.patch.n_nodes(); ++i) {
+        const double m = f.sum(NodeSum::mass_momentum, i, mass_lane);
+        const Vec<Dim> v = A * f.node(i) + b;
+        for (int d = 0; d < Dim; ++d)
+          CHECK(std::abs(f.sum(NodeSum::mass_momentum, i, d) - m * v[d]) < 1e-7);
+      }
+    };
+    with_wide_functions(check, affine);
+    with_affine_corners(check, affine);
+  }
+}
+
+TEST_CASE("splines with APIC keep angular momentum when it goes to nodes and back") {
+  for (const ShapeFunctions functions :
+       {ShapeFunctions::quadratic_spline, ShapeFunctions::cubic_spline}) {
+    OnePatch<3> f(Mesh<3>::structured({-4, -4, -4}, {1, 1, 1}, {8, 8, 8}), Natural::computed,
+                  functions, Affine::apic);
+    std::mt19937 random(12);
+    for (Local c = 0; c < 512; ++c) {  // away from the walls
+      const Vec<3> at = f.model.mesh->geometry(c).centre;
+      if (at.cwiseAbs().maxCoeff() < 2)
+        for (int k = 0; k < 3; ++k)
+          f.add(random, c, random_point<3>(random, -Vec<3>::Ones(), Vec<3>::Ones()), 0);
+    }
+    receive(f.patch);
+    // With D = spread h^2, a particle's own part is m spread h^2 times the vector of C's
+    // antisymmetric part.
+    const double spread = functions == ShapeFunctions::quadratic_spline ? 0.25 : 1.0 / 3.0;
+    const auto of_particles = [&] {
+      Vec<3> L = Vec<3>::Zero();
+      for (const Local p : f.slots()) {
+        const auto C = [&](int a, int d) { return f.at(Column::affine, p, 3 * a + d); };
+        const double m = f.at(Column::mass, p);
+        L += m * f.vector(Column::x, p).cross(f.vector(Column::v, p));
+        L += m * spread * Vec<3>(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));
+      }
+      return L;
+    };
+    const Vec<3> before = of_particles();
+    map_mass_momentum(f.patch, f.context(), f.patch.runs);
+    Vec<3> of_nodes = Vec<3>::Zero();
+    for (Local i = 0; i < f.patch.n_nodes(); ++i) {
+      Vec<3> momentum;
+      for (int d = 0; d < 3; ++d) momentum[d] = f.sum(NodeSum::mass_momentum, i, d);
+      of_nodes += f.node(i).cross(momentum);
+    }
+    CHECK((of_nodes - before).norm() < 1e-10);
+    nodal_velocity(f.patch, f.context());
+    f.model.analysis.flip = 0.0;
+    f.dt = 1e-300;  // nothing moves
+    update_particles(f.patch, f.context(), f.patch.runs);
+    CHECK(before.norm() > 1);
+    CHECK((of_particles() - before).norm() < 1e-9);
+  }
 }
 
 TEST_CASE(

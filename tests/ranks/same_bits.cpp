@@ -239,6 +239,15 @@ TEST_CASE("a run goes on, on all ranks, from any step around a split") {
   }
 }
 
+TEST_CASE("GIMP, and splines with affine velocities") {
+  check(with_functions(with_patches(two_discs(), 40), ShapeFunctions::gimp), 60,
+        {{.threads = 1}, {.threads = 2}, {.threads = 1, .balance = every(20)}});
+  check(with_functions(with_patches(dam_break_3d(), 100), ShapeFunctions::gimp), 16, threads_only);
+  check(with_functions(with_patches(dam_break_3d(), 100), ShapeFunctions::quadratic_spline,
+                       Affine::apic),
+        16, threads_only);
+}
+
 TEST_CASE("fewer patches than ranks") {
   check(with_patches(two_discs(), 100000), 60, threads_only);
 }

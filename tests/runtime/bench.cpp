@@ -145,16 +145,34 @@ TEST_CASE_TEMPLATE("a deformed block is irregular and about 1 % of it changes ce
   CHECK(counted < 1.3 * crossings_per_step);
 }
 
+namespace {
+
+template <int Dim>
+double bytes_of_step(Scheme scheme, bool cartesian,
+                     ShapeFunctions functions = ShapeFunctions::element,
+                     Affine affine = Affine::none) {
+  Analysis analysis;
+  analysis.scheme = scheme;
+  analysis.functions = functions;
+  analysis.affine = affine;
+  return bytes_per_particle_step<Dim>(analysis, cartesian);
+}
+
+}  // namespace
+
 TEST_CASE("the bytes of a step are those of the columns that each phase touches") {
   // 3D: x v u 3 each, stress 6, volume and mass 1 each; 2D: 2 each, stress 4.
-  CHECK(bytes_per_particle_step<3>(Scheme::usl, true) == 8 * (17 + 16));
-  CHECK(bytes_per_particle_step<3>(Scheme::usf, true) == 8 * (10 + 7 + 10 + 9));
-  CHECK(bytes_per_particle_step<3>(Scheme::musl, true) == 8 * (13 + 9 + 17 + 10));
-  CHECK(bytes_per_particle_step<2>(Scheme::usl, true) == 8 * (12 + 11));
-  CHECK(bytes_per_particle_step<2>(Scheme::usf, true) == 8 * (7 + 5 + 7 + 6));
+  CHECK(bytes_of_step<3>(Scheme::usl, true) == 8 * (17 + 16));
+  CHECK(bytes_of_step<3>(Scheme::usf, true) == 8 * (10 + 7 + 10 + 9));
+  CHECK(bytes_of_step<3>(Scheme::musl, true) == 8 * (13 + 9 + 17 + 10));
+  CHECK(bytes_of_step<2>(Scheme::usl, true) == 8 * (12 + 11));
+  CHECK(bytes_of_step<2>(Scheme::usf, true) == 8 * (7 + 5 + 7 + 6));
   // General cells: natural coordinates besides.
-  CHECK(bytes_per_particle_step<2>(Scheme::usl, false) == 8 * (12 + 11 + 2 + 2));
-  CHECK(bytes_per_particle_step<2>(Scheme::usf, false) == 8 * (7 + 5 + 7 + 6 + 2 + 2));
+  CHECK(bytes_of_step<3>(Scheme::usl, true, ShapeFunctions::element, Affine::apic) ==
+        8 * (17 + 16 + 2 * 9));
+  CHECK(bytes_of_step<3>(Scheme::usl, true, ShapeFunctions::gimp) == 8 * (17 + 16 + 3 + 3 + 3));
+  CHECK(bytes_of_step<2>(Scheme::usl, false) == 8 * (12 + 11 + 2 + 2));
+  CHECK(bytes_of_step<2>(Scheme::usf, false) == 8 * (7 + 5 + 7 + 6 + 2 + 2));
 }
 
 TEST_CASE("the median of samples") {

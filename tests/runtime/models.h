@@ -146,6 +146,17 @@ Model<Dim> in_contact(Model<Dim> model, double friction = 0.3) {
   return model;
 }
 
+/// With functions that reach beyond a cell, or affine velocities: names as in scenarios. Steps are
+/// those of USL where nodes of little mass do not make it unstable.
+template <int Dim>
+Model<Dim> with_functions(Model<Dim> model, ShapeFunctions functions,
+                          Affine affine = Affine::none) {
+  model.analysis.functions = functions;
+  model.analysis.affine = affine;
+  if (affine != Affine::none) model.analysis.flip = 0.0;
+  return model;
+}
+
 /// The structured mesh as a table of cells that are no boxes: every inner node moves by up to
 /// `amount`.
 template <int Dim>

@@ -159,6 +159,35 @@ TEST_CASE("bodies that never share a node move as without contact, to the last b
   }
 }
 
+TEST_CASE("GIMP, splines and affine velocities give the serial loop's bits") {
+  const auto check_discs = [](ShapeFunctions functions, Affine affine) {
+    for (const Scheme scheme : schemes) {
+      Model<2> discs = with_functions(two_discs(), functions, affine);
+      discs.analysis.scheme = scheme;
+      if (scheme == Scheme::usl) discs.analysis.nsteps = usl_discs;
+      CAPTURE(static_cast<int>(functions));
+      CAPTURE(static_cast<int>(affine));
+      CAPTURE(static_cast<int>(scheme));
+      check_all_ways(discs, {flow(2), flow(8), random_order(4)});
+    }
+  };
+  check_discs(ShapeFunctions::gimp, Affine::none);
+  check_discs(ShapeFunctions::quadratic_spline, Affine::apic);
+  check_discs(ShapeFunctions::element, Affine::tpic);
+  check_all_ways(with_functions(dam_break(), ShapeFunctions::uniform_gimp), {flow(8)});
+  Model<2> smoothed = with_functions(dam_break(), ShapeFunctions::cubic_spline);
+  smoothed.analysis.pressure_smoothing = true;
+  check_all_ways(smoothed, {flow(8), random_order(2)});
+  for (const Scheme scheme : {Scheme::usf, Scheme::musl}) {
+    Model<3> water = with_functions(dam_break_3d(), ShapeFunctions::gimp);
+    water.analysis.scheme = scheme;
+    check_all_ways(water, {flow(8), random_order(4)});
+    water = with_functions(dam_break_3d(), ShapeFunctions::quadratic_spline, Affine::apic);
+    water.analysis.scheme = scheme;
+    check_all_ways(water, {flow(8), random_order(4)});
+  }
+}
+
 TEST_CASE("loads and prescribed velocities that travel with particles give the serial bits") {
   Model<2> model = two_discs();
   const Index n = model.particles.size();

@@ -28,8 +28,8 @@ TEST_CASE("axis-aligned motion: smooth functions converge with order 2, linear o
     return ManufacturedCase{.motion = Motion::axis_aligned, .amplitude = 0.05,
                             .functions = functions, .update = "flip"};
   };
-  CHECK(order(of("quadratic"), 16) > 1.7);
-  CHECK(order(of("cubic"), 16) > 1.7);
+  CHECK(order(of("quadratic_spline"), 16) > 1.7);
+  CHECK(order(of("cubic_spline"), 16) > 1.7);
   CHECK(order(of("gimp"), 16) > 1.5);
-  CHECK(order(of("linear"), 32) < 1);
+  CHECK(order(of("element"), 32) < 1);
 }
