@@ -35,8 +35,8 @@ mpm.json:16:62: error: 'friction' must be at least 0 and less than 90 [degrees],
        "youngs_modulus": -1, "poisson_ratio": 0.5, "friction": 95, "dilation": 0, "cohesion": -5}
                                                                ^
 mpm.json:16:93: error: 'cohesion' must be at least 0 [Pa], found -5 [/materials/0/cohesion]
-       "youngs_modulus": -1, "poisson_ratio": 0.5, "friction": 95, "dilation": 0, "cohesion": -5}
-                                                                                              ^
+  _modulus": -1, "poisson_ratio": 0.5, "friction": 95, "dilation": 0, "cohesion": -5}
+                                                                                  ^
 )"},
     {"a tension cut-off above the apex",
      with("MohrCoulomb2D", R"("youngs_modulus": 1e7, "poisson_ratio": 0.3, "friction": 30, "dilation": 0, "cohesion": 2000, "tension_cutoff": 5000)"),
