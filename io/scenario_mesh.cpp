@@ -25,10 +25,11 @@ constexpr double most_grid_nodes = 1e10;
 // A mesh that is stored takes some 200 bytes per node.
 constexpr double most_stored_nodes = 1e9;
 
-// The element that the mesh names.
+// The element that the mesh names; one of the other dimension has been reported.
 template <int Dim>
 Element element_of(const JsonValue& mesh) {
-  return element_named(get_text(mesh, "cell_type").value_or("")).value_or(multilinear<Dim>);
+  const auto named = element_named(get_text(mesh, "cell_type").value_or(""));
+  return named && info(*named).dim == Dim ? *named : multilinear<Dim>;
 }
 
 }  // namespace

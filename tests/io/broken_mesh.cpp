@@ -236,9 +236,9 @@ mesh.txt:10:7: error: unexpected '4' at the end of the row
       replace("mpm.json", "ED2Q4", "ED2T3"),
       replace("mpm.json", "{\"type\": \"file\", \"location\": \"particles.txt\", \"material_id\": 0}", "{\"type\": \"gauss\", \"cset_id\": -1, \"nparticles_per_dir\": 3, \"material_id\": 0}")},
      {},
-     R"(mpm.json:12:70: error: 'nparticles_per_dir' must be at most 2 in a triangle, found 3 [/particles/0/generator/nparticles_per_dir]
+     R"(mpm.json:12:74: error: 'nparticles_per_dir' must be at most 2 in a triangle, found 3 [/particles/0/generator/nparticles_per_dir]
       {"generator": {"type": "gauss", "cset_id": -1, "nparticles_per_dir": 3, "material_id": 0}}
-                                                                         ^
+                                                                           ^
 )"},
     {"an element with nodes of negative mass",
      {replace("mpm.json", "\"mesh\": \"mesh.txt\",", "\"structured\": {\"cell_size\": 1, \"counts\": [2, 1]},"),
