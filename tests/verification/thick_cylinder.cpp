@@ -57,7 +57,7 @@ void fill(Model<2>& model) {
       }
       model.particles.x.push_back(x);
       model.particles.cell.push_back(c);
-      model.particles.volume.push_back(J.determinant());
+      model.particles.volume.push_back(J(0, 0) * J(1, 1) - J(0, 1) * J(1, 0));
       model.particles.material.push_back(0);
     }
   }
