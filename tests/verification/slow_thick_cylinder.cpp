@@ -57,7 +57,7 @@ void fill(Model<2>& model) {
       }
       model.particles.x.push_back(x);
       model.particles.cell.push_back(c);
-      model.particles.volume.push_back(J.determinant());
+      model.particles.volume.push_back(J(0, 0) * J(1, 1) - J(0, 1) * J(1, 0));
       model.particles.material.push_back(0);
     }
   }
@@ -92,24 +92,33 @@ TEST_CASE("a thick-walled cylinder under internal pressure has Lame's stresses")
     fill(model);
     load(model);
     model.analysis.scheme = scheme;
-    model.analysis.damping = 0.5;
+    model.analysis.damping = 0.02;
+    model.analysis.flip = 0.99;
     model.analysis.step.dt = 5e-4;
-    model.analysis.nsteps = 3000;
+    model.analysis.nsteps = 20000;
     Simulation<2> simulation(std::move(model));
     simulation.run();
     const State state(simulation.frame());
     const double scale = pressure * a * a / (b * b - a * a);
+    // Means over cells: within a cell, linear functions do not follow the stress.
     double worst_r = 0, worst_theta = 0;
-    for (Index p = 0; p < state.size(); ++p) {
-      const double x = state.x(p, 0), y = state.x(p, 1), r2 = x * x + y * y;
-      const double xx = state.get("stress", p, 0), yy = state.get("stress", p, 1),
-                   xy = state.get("stress", p, 3);
-      const double sigma_r = (x * x * xx + y * y * yy + 2 * x * y * xy) / r2;
-      const double sigma_theta = xx + yy - sigma_r;
-      worst_r = std::max(worst_r, std::abs(sigma_r - scale * (1 - b * b / r2)) / pressure);
-      worst_theta = std::max(worst_theta, std::abs(sigma_theta / (scale * (1 + b * b / r2)) - 1));
+    for (Index first = 0; first < state.size(); first += 4) {
+      double r = 0, theta = 0, exact_r = 0, exact_theta = 0;
+      for (Index p = first; p < first + 4; ++p) {
+        const double x = state.x(p, 0), y = state.x(p, 1), r2 = x * x + y * y;
+        const double xx = state.get("stress", p, 0), yy = state.get("stress", p, 1),
+                     xy = state.get("stress", p, 3);
+        const double sigma_r = (x * x * xx + y * y * yy + 2 * x * y * xy) / r2;
+        r += 0.25 * sigma_r;
+        theta += 0.25 * (xx + yy - sigma_r);
+        exact_r += 0.25 * scale * (1 - b * b / r2);
+        exact_theta += 0.25 * scale * (1 + b * b / r2);
+      }
+      worst_r = std::max(worst_r, std::abs(r - exact_r) / pressure);
+      worst_theta = std::max(worst_theta, std::abs(theta / exact_theta - 1));
     }
-    MESSAGE("radial " << worst_r << " of p, hoop " << worst_theta);
+    CAPTURE(worst_r);
+    CAPTURE(worst_theta);
     CHECK(worst_theta < 0.01);
     CHECK(worst_r < 0.01);
   }
