@@ -20,6 +20,10 @@ Outcome run_with_large_frames(const Model<Dim>& model, ExecutionOptions options)
   observer.frame = [](FramePieces&&) { FAIL("a large frame was copied"); };
   observer.large_frame = [&](const FrameSource& frame) { outcome.frames.push_back(join(frame)); };
   observer.history = [&](const HistoryRow& row) { outcome.rows.push_back(row); };
+  observer.removed = [&](std::span<const RemovedParticle> particles) {
+    for (const RemovedParticle& particle : particles)
+      outcome.removed_rows += removed_line(particle);
+  };
   Simulation<Dim> simulation(model, options, observer);
   try {
     simulation.run();

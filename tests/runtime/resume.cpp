@@ -151,6 +151,7 @@ TEST_CASE("particle files that do not belong to the case are refused") {
   good.volume = 1e-3;
   good.coord[0] = good.coord[1] = 0.5;
   good.material_id = 3;
+  good.nstate_vars = 1;
   const auto says = [&](const std::vector<CbgeoParticle>& rows) {
     write_cbgeo_table(file, static_cast<Index>(rows.size()), [&](Index first, Index n) {
       return std::vector<CbgeoParticle>(rows.begin() + first, rows.begin() + first + n);
@@ -167,6 +168,9 @@ TEST_CASE("particle files that do not belong to the case are refused") {
   CbgeoParticle bad = good;
   bad.material_id = 7;
   CHECK(says({bad}) == "particle 4 is of material 7, which materials does not have");
+  bad = good;
+  bad.nstate_vars = 2;
+  CHECK(says({bad}) == "particle 4 has 2 state variables, its material 3 has 1");
   bad = good;
   bad.velocity[1] = std::nan("");
   CHECK(says({bad}) == "particle 4 is not finite");
