@@ -245,7 +245,8 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
         power += stress[k] * in.rate[k];
         store_first(stress[k], rows.stress[k] + p, n);
       }
-      work += (0.5 * dt) * load_first<Real>(rows.volume + p, n) * power;
+      // Beyond the run laws may see anything, also what is not finite.
+      work += first_lanes((0.5 * dt) * load<Real>(rows.volume + p) * power, n);
     }
   }
   return work;

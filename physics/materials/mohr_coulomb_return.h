@@ -295,20 +295,20 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
     hard &= ~(greater(before, Real(peak_pdstrain_)) & greater(Real(residual_pdstrain_), before));
   bool first = true;
   for (int step = 0; step <= steps; ++step) {
-    if (!first || tangent) {
-      point_of(stress, at);
-      yield_functions(at, s, ft, fs);
-      yield = yielding(at, s, ft, fs, as_cbgeo_ ? Real(-cbgeo_tolerance) : tolerance);
-      const Real worst = max(ft, fs);
-      unsigned beyond = greater(worst, tolerance) |
-                        outside(ft + fs, std::numeric_limits<double>::max(), lanes<Real>);
-      const unsigned inside = hard & greater(-tolerance, worst);
-      yield.tension |= inside & greater(ft, fs);
-      beyond |= inside;
-      // At the first step lanes without a tangent go on from the trial stress, beyond or not.
-      left &= first ? beyond | ~tangent : beyond;
-      if (left == 0) return 0;
-    }
+    // Also at the first step, where most lanes have the trial stress still: a lane's bits must not
+    // depend on whether another one has moved along its tangent.
+    point_of(stress, at);
+    yield_functions(at, s, ft, fs);
+    yield = yielding(at, s, ft, fs, as_cbgeo_ ? Real(-cbgeo_tolerance) : tolerance);
+    const Real worst = max(ft, fs);
+    unsigned beyond = greater(worst, tolerance) |
+                      outside(ft + fs, std::numeric_limits<double>::max(), lanes<Real>);
+    const unsigned inside = hard & greater(-tolerance, worst);
+    yield.tension |= inside & greater(ft, fs);
+    beyond |= inside;
+    // At the first step lanes without a tangent go on from the trial stress, beyond or not.
+    left &= first ? beyond | ~tangent : beyond;
+    if (left == 0) return 0;
     first = false;
     const Direction<Real> d = direction(at, s, before, yield.tension);
     const Real multiplier =
