@@ -146,7 +146,7 @@ TEST_CASE("splits in three dimensions, with adaptive steps and frames that are n
   simulation.run();
   frames.push_back(simulation.frame());
   const Outcome copied = run(model, serial());
-  CHECK(same_bits(Outcome{frames, {}, 0, ""}, Outcome{copied.frames, {}, 0, ""}));
+  CHECK(same_bits(Outcome{frames, {}, 0, "", ""}, Outcome{copied.frames, {}, 0, "", ""}));
 }
 
 TEST_CASE("where no patch is crowded, looking for crowds changes no bit") {
