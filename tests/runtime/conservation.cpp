@@ -273,3 +273,16 @@ TEST_CASE("the work of tractions and prescribed velocities is part of the balanc
   CHECK(end.external == doctest::Approx(work).epsilon(1e-3));
   CHECK(std::abs(end.balance) < 0.02 * (end.kinetic + end.internal));
 }
+
+TEST_CASE("the energy of a neo-Hookean collision is accounted for, whatever fills the last pack") {
+  Model<2> model = two_discs();
+  for (Material& material : model.materials)
+    material.law = NeoHookean{.youngs_modulus = 2000, .poisson_ratio = 0.3};
+  model.analysis.nsteps = 35;
+  Simulation<2> simulation(model, flow(2));
+  const HistoryRow start = simulation.history();
+  simulation.run();
+  const HistoryRow end = simulation.history();
+  CHECK(end.internal > 0.01 * start.kinetic);
+  CHECK(std::abs(end.balance) < 0.05 * start.kinetic);
+}
