@@ -54,8 +54,7 @@ class AxisAligned {
     const double stretched = solid.lambda() * (std::log(F[0] * F[1]) - 1) - mu;
     Vec<2> b;
     for (int i = 0; i < 2; ++i)
-      b[i] = pi * pi * u[i] *
-             (mu / rho - solid.c() * solid.c() - stretched / (rho * F[i] * F[i]));
+      b[i] = pi * pi * u[i] * (mu / rho - solid.c() * solid.c() - stretched / (rho * F[i] * F[i]));
     return b;
   }
 
@@ -88,13 +87,11 @@ class Vortex {
     const Vec<2> r = X - centre;
     const double R = r.norm(), c = solid.c(), mu = solid.mu(), rho = solid.rho;
     const double p = 4 * R - 3, q = 4 * R - 5, s = std::sin(c * pi * t), k = std::cos(c * pi * t);
-    const double radial =
-        -A_ * A_ * R * c * c * pi * pi * k * k * std::pow(p * q, 4) +
-        4096 / rho * A_ * A_ * R * mu * s * s * (R - 1) * (R - 1) * p * p * q * q;
-    const double tangential =
-        -A_ * s *
-        (R * c * c * pi * pi * p * p * q * q +
-         64 * mu / rho * (96 * R * R * R - 240 * R * R + 188 * R - 45));
+    const double radial = -A_ * A_ * R * c * c * pi * pi * k * k * std::pow(p * q, 4) +
+                          4096 / rho * A_ * A_ * R * mu * s * s * (R - 1) * (R - 1) * p * p * q * q;
+    const double tangential = -A_ * s *
+                              (R * c * c * pi * pi * p * p * q * q +
+                               64 * mu / rho * (96 * R * R * R - 240 * R * R + 188 * R - 45));
     const double theta = std::atan2(r[1], r[0]) + turn(R, t);
     return {radial * std::cos(theta) - tangential * std::sin(theta),
             radial * std::sin(theta) + tangential * std::cos(theta)};
@@ -114,9 +111,8 @@ std::string scenario_text(const ManufacturedCase& what, const Solid& solid,
                           const std::string& region, double extent, double dt,
                           const std::string& constraints) {
   const double h = 1.0 / what.cells;
-  const std::string functions = what.functions.empty()
-                                    ? ""
-                                    : fmt::format(R"("shape_functions": "{}",)", what.functions);
+  const std::string functions =
+      what.functions.empty() ? "" : fmt::format(R"("shape_functions": "{}",)", what.functions);
   return fmt::format(
       R"({{"mesh": {{"structured": {{"cell_size": {0}, "extent": [{1}, {1}]}}{3}}},
   "materials": [{{"type": "NeoHookean", "density": {4}, "youngs_modulus": {5},
@@ -141,11 +137,12 @@ double error_of(const ManufacturedCase& what, const Solution& solution, double s
   const double longest = courant / (what.cells * wave);
   const Index every = static_cast<Index>(std::ceil(Solution::duration() / samples / longest));
   const double dt = Solution::duration() / static_cast<double>(samples * every);
-  Scenario scenario = read_scenario_text(
-      scenario_text(what, solid, region, extent, dt, constraints), ".");
+  Scenario scenario =
+      read_scenario_text(scenario_text(what, solid, region, extent, dt, constraints), ".");
   Model<2> model = std::get<Model<2>>(std::move(scenario.model));
   model.particles.velocity.clear();
-  for (const Vec<2>& X : model.particles.x) model.particles.velocity.push_back(solution.velocity(X));
+  for (const Vec<2>& X : model.particles.x)
+    model.particles.velocity.push_back(solution.velocity(X));
   model.body_force = [&](const Vec<2>& X, double t) { return solution.body_force(X, t); };
   Simulation<2> simulation(std::move(model), {.threads = what.threads});
   double largest = 0;
@@ -236,7 +233,8 @@ void table(const char* title, Motion motion, double amplitude, int threads) {
 
 bool verify_manufactured(const VerifyArguments& arguments) {
   fmt::print(
-      "Manufactured solutions: largest root mean square error of the displacement over a run, over\n"
+      "Manufactured solutions: largest root mean square error of the displacement over a run, "
+      "over\n"
       "the amplitude, by cells per unit of length; then the orders from each to the next. 2 x 2\n"
       "particles per cell, USL, Courant number {}.\n",
       courant);

@@ -19,10 +19,10 @@ enum class Motion {
 
 struct ManufacturedCase {
   Motion motion = Motion::axis_aligned;
-  int cells = 16;         ///< per unit of length
+  int cells = 16;           ///< per unit of length
   double amplitude = 0.05;  ///< A [-]: of the vortex the largest angle [rad]
-  std::string functions;  ///< as the scenario's key; empty = its default
-  std::string update;     ///< analysis.velocity_update
+  std::string functions;    ///< as the scenario's key; empty = its default
+  std::string update;       ///< analysis.velocity_update
   int threads = 0;
 };
 

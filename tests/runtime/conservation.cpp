@@ -32,6 +32,25 @@ double total_mass(const Frame& frame) {
   return mass;
 }
 
+/// Sums before and after a run.
+struct Ends {
+  HistoryRow start, end;
+};
+
+Ends run_through(const Model<2>& model) {
+  Simulation<2> simulation(model, flow(2));
+  const HistoryRow start = simulation.history();
+  simulation.run();
+  return {start, simulation.history()};
+}
+
+/// `tolerance` as a share of the mass at the largest speed.
+void check_momentum(const Ends& ends, double tolerance) {
+  const double scale = ends.end.mass * ends.end.max_speed;
+  for (std::size_t d = 0; d < 2; ++d)
+    CHECK(std::abs(ends.end.momentum[d] - ends.start.momentum[d]) < tolerance * scale);
+}
+
 }  // namespace
 
 TEST_CASE("every particle keeps its mass to the last bit") {
@@ -55,13 +74,7 @@ TEST_CASE("a collision keeps the momentum of all particles to rounding") {
       model.analysis.scheme = scheme;
       model.analysis.flip = flip;
       model.analysis.nsteps = 35;
-      Simulation<2> simulation(model, flow(2));
-      const HistoryRow start = simulation.history();
-      simulation.run();
-      const HistoryRow end = simulation.history();
-      const double scale = end.mass * end.max_speed;
-      for (int d = 0; d < 2; ++d)
-        CHECK(std::abs(end.momentum[d] - start.momentum[d]) < 1e-13 * scale);
+      check_momentum(run_through(model), 1e-13);
     }
 }
 
@@ -82,13 +95,8 @@ TEST_CASE("contact keeps the momentum of all particles to rounding, of two bodie
         CAPTURE(static_cast<int>(scheme));
         CAPTURE(flip);
         CAPTURE(bodies);
-        Simulation<2> simulation(model, flow(2));
-        const HistoryRow start = simulation.history();
-        simulation.run();
-        const HistoryRow end = simulation.history();
-        const double scale = end.mass * end.max_speed;
-        for (std::size_t d = 0; d < 2; ++d)
-          CHECK(std::abs(end.momentum[d] - start.momentum[d]) < 1e-13 * scale);
+        const auto [start, end] = run_through(model);
+        check_momentum({start, end}, 1e-13);
         CHECK(end.damping > 0);  // what contact takes
         CHECK(std::abs(end.kinetic - start.kinetic) > 0.01 * start.kinetic);
       }
@@ -100,15 +108,9 @@ TEST_CASE("a collision keeps the momentum with GIMP, splines and affine velociti
       Model<2> model = with_functions(two_discs(), functions, affine);
       model.analysis.scheme = scheme;
       model.analysis.nsteps = 35;
-      Simulation<2> simulation(model, flow(2));
-      const HistoryRow start = simulation.history();
-      simulation.run();
-      const HistoryRow end = simulation.history();
-      const double scale = end.mass * end.max_speed;
       CAPTURE(static_cast<int>(functions));
       CAPTURE(static_cast<int>(affine));
-      for (int d = 0; d < 2; ++d)
-        CHECK(std::abs(end.momentum[d] - start.momentum[d]) < 1e-12 * scale);
+      check_momentum(run_through(model), 1e-12);
     }
   };
   for (const Affine affine : {Affine::none, Affine::apic, Affine::tpic})
@@ -279,10 +281,7 @@ TEST_CASE("the energy of a neo-Hookean collision is accounted for, whatever fill
   for (Material& material : model.materials)
     material.law = NeoHookean{.youngs_modulus = 2000, .poisson_ratio = 0.3};
   model.analysis.nsteps = 35;
-  Simulation<2> simulation(model, flow(2));
-  const HistoryRow start = simulation.history();
-  simulation.run();
-  const HistoryRow end = simulation.history();
+  const auto [start, end] = run_through(model);
   CHECK(end.internal > 0.01 * start.kinetic);
   CHECK(std::abs(end.balance) < 0.05 * start.kinetic);
 }

@@ -2,7 +2,6 @@
 // (2005), Phys. Rev. E 72, 041301, and Lajeunesse, Monnier and Homsy (2005), Phys. Fluids 17,
 // 103302.
 #include <doctest/doctest.h>
-
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -25,8 +25,10 @@ double order(ManufacturedCase what, int cells) {
 
 TEST_CASE("axis-aligned motion: smooth functions converge with order 2, linear ones stall") {
   const auto of = [](const char* functions) {
-    return ManufacturedCase{.motion = Motion::axis_aligned, .amplitude = 0.05,
-                            .functions = functions, .update = "flip"};
+    return ManufacturedCase{.motion = Motion::axis_aligned,
+                            .amplitude = 0.05,
+                            .functions = functions,
+                            .update = "flip"};
   };
   CHECK(order(of("quadratic_spline"), 16) > 1.7);
   CHECK(order(of("cubic_spline"), 16) > 1.7);
