@@ -84,7 +84,7 @@ struct PatchWork {
 
 /// Something that a kernel found wrong with a particle or node; kernels mark, the step reports.
 struct Mark {
-  enum class Kind { none, left_mesh, not_finite, volume, moved_too_far, law, domain };
+  enum class Kind { none, left_mesh, not_finite, volume, moved_too_far, law, domain, folded };
   Kind kind = Kind::none;
   Index particle = -1;
   std::array<double, 3> position{};
@@ -120,6 +120,7 @@ enum class BasisKind {
   element,
   gimp,
   cpdi,
+  cpdi2,
   quadratic_spline,
   cubic_spline
 };

@@ -102,7 +102,7 @@ TEST_CASE("gradients of wide functions are the differences of the functions") {
   on_every_function([](auto& f, std::mt19937&) {
     constexpr int Dim = std::decay_t<decltype(f)>::dim;
     // CPDI's are the differences of corners, not of places.
-    if (f.patch.basis == BasisKind::cpdi) return;
+    if (f.patch.basis == BasisKind::cpdi || f.patch.basis == BasisKind::cpdi2) return;
     const double step = 1e-3;  // functions are polynomials of degree three between knots
     for (Local p = 0; p < f.patch.particles.size(); ++p) {
       const auto at = functions_at<Dim, Scalar>(f, p);
@@ -270,7 +270,10 @@ TEST_CASE("kernels of wide functions and of other elements add what the function
     update_particles(f.patch, f.context(), f.patch.runs);
     for (std::size_t k = 0; const Local p : f.slots()) {
       CHECK((f.vector(Column::v, p) - v_p[k]).norm() < 1e-12);
-      CHECK((f.vector(Column::x, p) - x_p[k++]).norm() < 1e-12);
+      // The place of CPDI2's is that of the moved domain's middle (cpdi2.cpp).
+      if (f.patch.basis != BasisKind::cpdi2)
+        CHECK((f.vector(Column::x, p) - x_p[k]).norm() < 1e-12);
+      ++k;
     }
   };
   with_wide_functions(with);
