@@ -44,6 +44,20 @@ std::vector<TrafficPhase> traffic_phases(const Analysis& analysis, bool cartesia
     if (stretches && strains) phase.writes.push_back(next_domain);
     if (stretches && moves) phase.writes.push_back(domain);
     if (stretches && moves && !strains) phase.reads.push_back(next_domain);
+    if (analysis.functions == ShapeFunctions::cpdi) {
+      phase.reads.push_back(vectors);
+      if (strains) phase.writes.push_back(next_vectors);
+      if (moves) phase.writes.push_back(vectors);
+      if (moves && !strains) phase.reads.push_back(next_vectors);
+    }
+    if (analysis.functions == ShapeFunctions::cpdi2) {
+      phase.reads.push_back(corners);
+      if (moves) phase.writes.push_back(scheme == Scheme::musl ? next_corners : corners);
+      if (scheme == Scheme::musl && !moves) {
+        phase.reads.push_back(next_corners);
+        phase.writes.push_back(corners);
+      }
+    }
   }
   if (cartesian || scheme == Scheme::musl) return phases;  // MUSL keeps xi on any mesh
   for (TrafficPhase& phase : phases) {

@@ -201,6 +201,7 @@ constexpr Method methods[] = {
     {"quadratic B-splines, APIC", "quadratic_spline", "apic"},
     {"cubic B-splines, FLIP", "cubic_spline", "flip"},
     {"CPDI, FLIP", "cpdi", "flip"},
+    {"CPDI2, FLIP", "cpdi2", "flip"},
 };
 
 constexpr int resolutions[] = {8, 16, 32, 64};

@@ -33,5 +33,7 @@ TEST_CASE("axis-aligned motion: smooth functions converge with order 2, linear o
   CHECK(order(of("quadratic_spline"), 16) > 1.7);
   CHECK(order(of("cubic_spline"), 16) > 1.7);
   CHECK(order(of("gimp"), 16) > 1.5);
+  CHECK(order(of("cpdi"), 16) > 1.7);
+  CHECK(order(of("cpdi2"), 16) > 1.7);
   CHECK(order(of("element"), 32) < 1);
 }
