@@ -138,7 +138,7 @@ mpm.json:19:51: error: 'step' is missing in analysis.resume [/analysis/resume]
      {},
      R"(mpm.json:19:51: error: a run with "cpdi2" cannot be resumed from a particle file [/analysis/resume]
     "analysis": {"type": "MPMExplicit2D", "resume": {"resume": true, "uuid": "x", "step": 5}, "shape_functions": "cpdi2", "dt": 0.001, "nsteps": 10},
-                                                  ^
+                                                    ^
   hint: the file does not have the corners of the particles' domains; go on from a checkpoint (--restart), or take "cpdi", whose domains begin anew as boxes
 )"},
     {"adaptive steps",

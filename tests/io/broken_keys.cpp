@@ -314,7 +314,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
     {"patches that are split after part of a step",
      {},
      {"analysis.split_steps=2.5"},
-     R"(command line: error: 'split_steps' must be a whole number, found 2.5 [/analysis/split_steps]
+     R"(command line: error: 'split_steps' must be an integer, found number 2.5 [/analysis/split_steps]
   --set analysis.split_steps=2.5
                              ^
 )"},
