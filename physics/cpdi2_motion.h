@@ -41,7 +41,7 @@ class CornerMotion {
           domain.r[c][d] = load<Real>(from_[row(c, d)] + p) + dt_ * relative[c][d];
       unsigned right = greater(domain.weights(w), Real(0.0));
       for (const Real& weight : w) right &= greater(weight, Real(0.0));
-      const unsigned used = n >= lanes<Real> ? (1u << lanes<Real>) - 1 : (1u << n) - 1;
+      const unsigned used = n >= lanes<Real> ? (1u << lanes<Real>)-1 : (1u << n) - 1;
       if (const unsigned folded = used & ~right; folded != 0) mark(folded, p);
       for (int d = 0; d < Dim; ++d) {
         Real shift = w[0] * domain.r[0][d];

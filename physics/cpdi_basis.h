@@ -52,7 +52,8 @@ struct CpdiBasis {
       Real hat[Dim][axis_nodes];
       hats(s, domain, c, hat);
       LAHAR_UNROLL
-      for (int d = 0; d < Dim; ++d) slope[c][d] = no_domain_is_zero(slope[c][d] * map.per_length[d]);
+      for (int d = 0; d < Dim; ++d)
+        slope[c][d] = no_domain_is_zero(slope[c][d] * map.per_length[d]);
       for (int i = 0; i < nodes; ++i) {
         const Real N = product(hat, i);
         LAHAR_UNROLL

@@ -63,7 +63,7 @@ template <int Dim, class Real>
 struct Hexahedron;
 
 /// With x = c_0 + c_1 xi + c_2 eta + c_12 xi eta, det J is linear:
-///     V = 4 c_1 x c_2,  w = 1/4 (1 +- (c_1 x c_12) / (3 c_1 x c_2) +- (c_12 x c_2) / (3 c_1 x c_2)),
+///     V = 4 J,  w = 1/4 (1 +- (c_1 x c_12) / (3 J) +- (c_12 x c_2) / (3 J)),  J = c_1 x c_2,
 /// and slopes are those of the parallelogram with halves c_1 and c_2 of edges.
 template <class Real>
 struct Hexahedron<2, Real> {

@@ -39,17 +39,17 @@ struct OnePatch {
     std::vector<PatchTopology<Dim>*> alone{&patch.topology};
     connect(alone);
     patch.cartesian = m.is_cartesian();
-    const ColumnLayout<Dim> layout({.size = true,
-                                    .state = 1,
-                                    .natural = !patch.cartesian || natural == Natural::stored,
-                                    .affine = affine != Affine::none,
-                                    .domain = patch.basis == BasisKind::gimp,
-                                    .next_domain = functions == ShapeFunctions::gimp,
-                                    .vectors = patch.basis == BasisKind::cpdi,
-                                    .corners = patch.basis == BasisKind::cpdi2,
-                                    .next_corners = patch.basis == BasisKind::cpdi2 &&
-                                                    natural == Natural::stored,
-                                    .strain = true});
+    const ColumnLayout<Dim> layout(
+        {.size = true,
+         .state = 1,
+         .natural = !patch.cartesian || natural == Natural::stored,
+         .affine = affine != Affine::none,
+         .domain = patch.basis == BasisKind::gimp,
+         .next_domain = functions == ShapeFunctions::gimp,
+         .vectors = patch.basis == BasisKind::cpdi,
+         .corners = patch.basis == BasisKind::cpdi2,
+         .next_corners = patch.basis == BasisKind::cpdi2 && natural == Natural::stored,
+         .strain = true});
     patch.particles = Particles<Dim>(layout);
     patch.movers = Particles<Dim>(layout);
     for (Index c = 0; c < m.n_cells(); ++c) {
@@ -272,8 +272,8 @@ void with_every_kind(auto with) {
 
 /// The functions that reach beyond a cell.
 inline constexpr ShapeFunctions wide_functions[] = {
-    ShapeFunctions::gimp, ShapeFunctions::uniform_gimp, ShapeFunctions::cpdi,
-    ShapeFunctions::cpdi2,     ShapeFunctions::quadratic_spline, ShapeFunctions::cubic_spline};
+    ShapeFunctions::gimp,  ShapeFunctions::uniform_gimp,     ShapeFunctions::cpdi,
+    ShapeFunctions::cpdi2, ShapeFunctions::quadratic_spline, ShapeFunctions::cubic_spline};
 
 /// The same for these functions.
 void with_wide_functions(auto with, Affine affine = Affine::none) {

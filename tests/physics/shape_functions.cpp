@@ -359,7 +359,8 @@ TEST_CASE("splines with APIC keep angular momentum when it goes to nodes and bac
 
 namespace {
 
-/// Angular momentum about the origin, Dim (Dim - 1) / 2 components: of x v^T, what is not symmetric.
+/// Angular momentum about the origin, Dim (Dim - 1) / 2 components: of x v^T, what is not
+/// symmetric.
 template <int Dim>
 using Moments = Eigen::Matrix<double, Dim, Dim>;
 

@@ -75,8 +75,8 @@ double widest_gap(const Frame& start, const Frame& end) {
     shared[place].push_back(corner);
   }
   // A block of n^Dim particles has (n + 1)^Dim corners.
-  const auto n = std::llround(std::pow(static_cast<double>(start.size()) / (Dim == 3 ? 0.5 : 1),
-                                       1.0 / Dim));
+  const auto n =
+      std::llround(std::pow(static_cast<double>(start.size()) / (Dim == 3 ? 0.5 : 1), 1.0 / Dim));
   CHECK(shared.size() == static_cast<std::size_t>((n + 1) * (n + 1) * (Dim == 3 ? n / 2 + 1 : 1)));
   const auto now = corners_in<Dim>(end);
   double widest = 0;

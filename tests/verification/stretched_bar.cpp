@@ -33,7 +33,7 @@ Model<2> bar(const std::string& functions, Scheme scheme) {
         {"half_space": {"point": [2.17929, 2.32071], "normal": [-1, 1]}},
         {"half_space": {"point": [2.32071, 2.17929], "normal": [1, -1]}}]}}}],
     "analysis": {"dt": 2e-3, "end_time": 2, "shape_functions": ")" +
-                                  functions + R"("}})");
+                                    functions + R"("}})");
   model.analysis.scheme = scheme;
   for (const Vec<2>& x : model.particles.x) {
     const double along = x[0] + x[1] - 4.5;  // times sqrt(2)
