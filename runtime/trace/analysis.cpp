@@ -87,6 +87,7 @@ class Analysis {
       const double time = std::min(i.end, end_) - std::max(i.begin, origin_);
       if (w == Workers::none || time <= 0) continue;
       if (i.kind == TraceKind::poll) use[w].polling += time;
+      if (i.kind == TraceKind::completed) use[w].other += time;
       if (i.kind == TraceKind::frame || i.kind == TraceKind::checkpoint ||
           i.kind == TraceKind::trace || i.kind == TraceKind::delay)
         use[w].other += time;
@@ -184,6 +185,7 @@ class Analysis {
   /// its worker, what that did before.
   void find_path() {
     find_latest();
+    find_serial();
     const std::vector<int> before = task_before_on_worker();
     std::vector<PathPart> parts;
     const auto add = [&](PathPart::Kind kind, double begin, double end, int task) {
@@ -198,12 +200,16 @@ class Analysis {
           on_worker >= 0 ? &log_.tasks[static_cast<std::size_t>(on_worker)] : nullptr;
       const double free = other ? other->released : origin_;
       if (free > task.ready || (task.last_input < 0 && task.ready >= task.begin)) {
-        add(PathPart::Kind::start, free, task.begin, t);
+        const double serial = serial_between(task, free, task.begin);
+        add(PathPart::Kind::start, free + serial, task.begin, t);
+        add(PathPart::Kind::step, free, free + serial, t);
         if (other) add(PathPart::Kind::posting, other->end, free, on_worker);
         t = on_worker;
         continue;
       }
-      add(PathPart::Kind::start, task.ready, task.begin, t);
+      const double serial = serial_between(task, task.ready, task.begin);
+      add(PathPart::Kind::start, task.ready + serial, task.begin, t);
+      add(PathPart::Kind::step, task.ready, task.ready + serial, t);
       t = follow_input(task, t, add);
     }
     std::reverse(parts.begin(), parts.end());
@@ -214,6 +220,24 @@ class Analysis {
       if (part.kind == PathPart::Kind::task) add_to_stages(part);
     }
     path.parts = std::move(parts);
+  }
+
+  /// [s] of some time in which the task's worker did what is done when a step is finished.
+  double serial_between(const TraceTask& task, double begin, double end) const {
+    const auto of_worker = serial_.find({task.rank, task.thread});
+    if (of_worker == serial_.end()) return 0;
+    const auto& list = of_worker->second;  // ascending, apart
+    auto i = std::partition_point(list.begin(), list.end(),
+                                  [&](const auto& interval) { return interval.second <= begin; });
+    double sum = 0;
+    for (; i != list.end() && i->first < end; ++i)
+      sum += std::min(end, i->second) - std::max(begin, i->first);
+    return sum;
+  }
+  void find_serial() {
+    for (const TraceInterval& i : log_.intervals)
+      if (i.kind == TraceKind::completed) serial_[{i.rank, i.thread}].push_back({i.begin, i.end});
+    for (auto& [worker, list] : serial_) std::sort(list.begin(), list.end());
   }
 
   template <class Add>
@@ -506,18 +530,16 @@ class Analysis {
   IdleTime idle_;
   double origin_ = 0, end_ = 0;
   std::map<Step, int> latest_end_, latest_limit_;
+  std::map<std::pair<int, int>, std::vector<std::pair<double, double>>> serial_;  ///< by worker
   TraceReport report_;
 };
 
 }  // namespace
 
 std::string_view name_of(PathPart::Kind kind) {
-  constexpr std::array<std::string_view, path_kinds> names{"tasks",
-                                                           "posting of messages",
-                                                           "messages on their way",
-                                                           "steps to be finished",
-                                                           "agreement on the time step",
-                                                           "start of ready tasks"};
+  constexpr std::array<std::string_view, path_kinds> names{
+      "tasks",        "posting of messages",        "messages on their way",
+      "end of steps", "agreement on the time step", "start of ready tasks"};
   return names[static_cast<std::size_t>(kind)];
 }
 

@@ -40,10 +40,11 @@ struct WorkerUse {
 /// A piece of the path of tasks, messages and waits that decided when the run ended.
 struct PathPart {
   enum class Kind {
-    task,       ///< work of a task
-    posting,    ///< from a task's end until its messages to other ranks were posted
-    transit,    ///< from there until it was handed to the graph of the other rank
-    step,       ///< patches may not be further ahead of the slowest
+    task,     ///< work of a task
+    posting,  ///< from a task's end until its messages to other ranks were posted
+    transit,  ///< from there until it was handed to the graph of the other rank
+    step,  ///< what one thread does when a step is finished, or waiting for it: patches may be at
+           ///< most max_lead steps ahead
     time_step,  ///< the agreement on the time step
     start,      ///< a task was ready and a worker free
   } kind = Kind::task;

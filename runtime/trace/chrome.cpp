@@ -119,12 +119,6 @@ class ChromeWriter {
   }
 
   void add_interval(const TraceInterval& i) {
-    if (i.kind == TraceKind::completed) {
-      file_.add(fmt::format(
-          R"({{"ph":"i","s":"p","name":"step {} finished","pid":{},"tid":{},"ts":{:.3f}}})", i.step,
-          i.rank, i.thread, microseconds(i.begin)));
-      return;
-    }
     if (i.kind == TraceKind::agreement) {  // they overlap with everything: rows of their own
       const char* name = i.which == static_cast<int>(TraceAgreement::step) ? "agreement on step"
                                                                            : "agreement on dt";

@@ -169,7 +169,7 @@ class Linker {
   /// When steps were known to be done and time steps agreed.
   void find_times() {
     for (const TraceInterval& i : log_.intervals) {
-      if (i.kind == TraceKind::completed) completed_[rank_step(i.rank, i.step)] = i.begin;
+      if (i.kind == TraceKind::completed) completed_[rank_step(i.rank, i.step)] = i.end;
       if (i.kind == TraceKind::agreement && i.which == static_cast<int>(TraceAgreement::time_step))
         agreed_[rank_step(i.rank, i.step)] = i.end;
     }
