@@ -116,14 +116,15 @@ TEST_CASE("a collision keeps the momentum with GIMP, splines and affine velociti
   for (const Affine affine : {Affine::none, Affine::apic, Affine::tpic})
     for (const ShapeFunctions functions :
          {ShapeFunctions::gimp, ShapeFunctions::uniform_gimp, ShapeFunctions::quadratic_spline,
-          ShapeFunctions::cubic_spline})
+          ShapeFunctions::cubic_spline, ShapeFunctions::cpdi})
       check(functions, affine);
   check(ShapeFunctions::element, Affine::apic);
 }
 
 TEST_CASE("under gravity all functions let bodies fall freely") {
   for (const ShapeFunctions functions :
-       {ShapeFunctions::gimp, ShapeFunctions::quadratic_spline, ShapeFunctions::cubic_spline})
+       {ShapeFunctions::gimp, ShapeFunctions::quadratic_spline, ShapeFunctions::cubic_spline,
+        ShapeFunctions::cpdi})
     for (const Affine affine : {Affine::none, Affine::apic}) {
       Model<2> model = with_functions(two_discs(), functions, affine);
       model.particles.velocity.assign(static_cast<std::size_t>(model.particles.size()), {0.2, 0.1});
