@@ -26,6 +26,9 @@ struct TaskBodies {
   std::function<void(Step step)> set_dt;
   /// All patches have finished `step`. Called once per step, in order, one call at a time.
   std::function<void(Step step)> completed;
+  /// Several ranks: around the time in which a thread without a task looks for messages, and with
+  /// what came the last time (true = it is over). For traces; may be empty.
+  std::function<void(bool over)> looking = {};
 };
 
 class Executor;

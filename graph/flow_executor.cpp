@@ -236,10 +236,13 @@ class FlowExecutor final : public Executor {
 
   void look_until_ready() {
     constexpr int patience = 20;
+    if (ready_.load(std::memory_order_acquire) > 0 || all_done()) return;
+    if (bodies_.looking) bodies_.looking(false);
     for (int empty = 0; ready_.load(std::memory_order_acquire) <= 0 && !all_done(); ++empty) {
       if (remote_->progress(*this)) empty = 0;
       if (empty >= patience) std::this_thread::yield();
     }
+    if (bodies_.looking) bodies_.looking(true);
   }
 
   /// All ranks have finished all steps, and this one has all messages of the last.

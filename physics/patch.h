@@ -147,7 +147,8 @@ struct Patch {
   // Geometry of the local cells.
   bool cartesian = true;
   std::vector<std::array<double, 2 * Dim>> box;  ///< Cartesian: centre [m], 2 / edge length [1/m]
-  /// [m] node_width per node; isoparametric cells, and linear functions as a basis.
+  /// [m] node_width per node; isoparametric cells, and affine velocities where functions
+  /// are given one by one (corners, CPDI).
   NodeArray node_position;
   double smallest_cell = 0;                      ///< [m] least of cell_size
   std::vector<double> cell_size;                 ///< [m], for the time step limit

@@ -17,6 +17,7 @@
 #include "runtime/rank_watch.h"
 #include "runtime/restart.h"
 #include "runtime/run_checkpoints.h"
+#include "runtime/trace/session.h"
 
 namespace lahar {
 
@@ -57,6 +58,7 @@ class CaseRun {
   void begin_checkpoints(const SimulationInfo& info);
 
   /// The first row and frame; a run that goes on has them.
+  void begin_trace(const Simulation<Dim>& simulation, const SimulationInfo& info);
   void write_beginning(Simulation<Dim>& simulation);
   bool is_in_folder(const CheckpointReader& checkpoint) const;
   void describe_restart(const Simulation<Dim>& simulation);
@@ -120,6 +122,7 @@ class CaseRun {
   std::unique_ptr<FrameOutput> frames_;
   RankWatch* watch_ = nullptr;  ///< while steps are taken and results written
   std::optional<RunCheckpoints> checkpoints_;
+  std::unique_ptr<TraceSession> trace_;
   Index first_step_ = 0;
   double first_share_ = 0;
   double reserve_ = 0;
@@ -128,6 +131,7 @@ class CaseRun {
   HistoryRow last_row_;
   double energy_scale_ = 0;
   Clock::time_point begin_, loop_begin_;
+  std::string scenario_title_;
 };
 
 }  // namespace lahar

@@ -8,6 +8,7 @@
 #include "runtime/case_run.h"
 #include "runtime/run_description.h"
 #include "runtime/signals.h"
+#include "runtime/trace/log.h"
 
 namespace lahar {
 
@@ -44,6 +45,11 @@ int CaseRun<Dim>::step_to_the_end(Simulation<Dim>& simulation) {
   checkpoints_->finish();
   const SimulationInfo info = simulation.info();
   report(simulation, info, end, wall);
+  if (trace_) {
+    const Index records = trace_->finish();
+    console_.line(fmt::format("trace: {} records in {}; see lahar trace {}", records,
+                              trace_folder(output_.folder).string(), output_.folder));
+  }
   end.wall_seconds = seconds_since(begin_);
   end.steps = simulation.step();
   end.time = simulation.time();

@@ -10,6 +10,7 @@
 
 #include "physics/error.h"
 #include "runtime/parallel.h"
+#include "runtime/trace/recorder.h"
 
 namespace lahar {
 
@@ -113,6 +114,7 @@ void CheckpointWriter::write_large(const SimulationState& state, const std::vect
 void CheckpointWriter::start(std::function<void()> work) {
   thread_done_ = false;
   thread_ = std::thread([this, work = std::move(work)] {
+    const TraceSpan trace(TraceKind::checkpoint);
     try {
       work();
     } catch (...) {

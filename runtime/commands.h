@@ -8,6 +8,7 @@
 #include "io/scenario.h"
 #include "runtime/balance.h"
 #include "runtime/simulation.h"
+#include "runtime/trace/record.h"
 
 namespace lahar {
 
@@ -28,6 +29,7 @@ struct RunArguments {
   std::optional<double> checkpoint_minutes;  ///< the same
   int ranks = 0;         ///< check: show the partition over so many; 0 = none
   Partitioner partitioner = Partitioner::curve;  ///< check: of that partition
+  std::optional<TraceWindow> trace;              ///< record these steps
   std::vector<std::string> command;
 };
 

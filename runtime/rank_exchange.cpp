@@ -7,6 +7,7 @@
 #include <map>
 
 #include "physics/error.h"
+#include "runtime/trace/recorder.h"
 
 namespace lahar {
 
@@ -20,7 +21,8 @@ struct Header {
   std::int64_t contributes;  ///< sums follow, others are zero
   std::int64_t particles;
   std::int64_t payload;  ///< [bytes] of particles
-  std::int64_t unused[2] = {};
+  std::uint64_t tick = ticks();  ///< of the sender's clock, for traces
+  std::int64_t unused = 0;
 };
 constexpr std::size_t line = 64;
 constexpr int doubles_per_line = line / sizeof(double);
@@ -49,6 +51,10 @@ T get(const std::byte*& from) {
   std::memcpy(&value, from, sizeof value);
   from += sizeof value;
   return value;
+}
+
+Header get_header(const std::byte* from) {
+  return get<Header>(from);
 }
 
 /// Of a particle on its way: the patch that it goes to, its cell, id, loads, material, columns.
@@ -98,7 +104,26 @@ struct RankExchange<Dim>::Event {
   std::int64_t due;  ///< [ns]
   int phase = 0, elsewhere = 0;
   double limit = 0;
+  std::uint64_t begin = 0;  ///< agreements: ticks when this rank gave its part
+  std::uint64_t found = ticks();
 };
+
+/// A record of a message, which is sent or has come.
+template <class Patch>
+static TraceRecord record_of(TraceKind kind, Step step, int phase, const Patch& patch, int peer,
+                      std::int64_t bytes) {
+  return {.begin = ticks(),
+          .step = step,
+          .patch = static_cast<std::int32_t>(patch),
+          .kind = kind,
+          .phase = static_cast<std::uint8_t>(phase),
+          .detail = {.message = {.bytes = bytes, .peer = peer, .sent = 0}}};
+}
+
+static void record_now(TraceRecorder& recorder, TraceRecord record) {
+  record.end = ticks();
+  recorder.add(record);
+}
 
 /// Reductions on their way: one of the time step's limit, and of as many steps as patches may be
 /// ahead.
@@ -107,6 +132,7 @@ class RankExchange<Dim>::Agreements {
  public:
   void give_limit(const Ranks& ranks, Step step, double limit) {
     limit_step_ = step;
+    limit_begin_ = ticks();
     limit_given_ = {limit, -static_cast<double>(now())};
     MPI_Iallreduce(limit_given_.data(), limit_found_.data(), 2, MPI_DOUBLE, MPI_MIN,
                    ranks.communicator(), &limit_request_);
@@ -115,6 +141,7 @@ class RankExchange<Dim>::Agreements {
   void give(const Ranks& ranks, Step step, Agreement&& own) {
     Pending& pending = of(step);
     pending.step = step;
+    pending.begin = ticks();
     pending.given = std::move(own);
     pending.given.least.begun = -now();
     pending.found.sum.resize(pending.given.sum.size());
@@ -134,7 +161,8 @@ class RankExchange<Dim>::Agreements {
         events.push_back({.kind = Event::Kind::limit,
                           .step = limit_step_,
                           .due = due(-static_cast<std::int64_t>(limit_found_[1]), latency),
-                          .limit = limit_found_[0]});
+                          .limit = limit_found_[0],
+                          .begin = limit_begin_});
         limit_step_ = -1;
       }
     }
@@ -144,7 +172,8 @@ class RankExchange<Dim>::Agreements {
       if (!done) continue;
       events.push_back({.kind = Event::Kind::step,
                         .step = pending.step,
-                        .due = due(-pending.found.least.begun, latency)});
+                        .due = due(-pending.found.least.begun, latency),
+                        .begin = pending.begin});
       pending.step = -1;
     }
   }
@@ -155,12 +184,14 @@ class RankExchange<Dim>::Agreements {
   static constexpr int least_size = sizeof(Agreement::Least) / sizeof(Index);
   struct Pending {
     Step step = -1;  ///< -1 = none
+    std::uint64_t begin = 0;
     Agreement given, found;
     std::array<MPI_Request, 2> requests{MPI_REQUEST_NULL, MPI_REQUEST_NULL};
   };
   Pending& of(Step step) { return pending_[static_cast<std::size_t>(step % max_lead)]; }
 
   Step limit_step_ = -1;
+  std::uint64_t limit_begin_ = 0;
   std::array<double, 2> limit_given_{}, limit_found_{};
   MPI_Request limit_request_ = MPI_REQUEST_NULL;
   std::array<Pending, max_lead> pending_;
@@ -307,8 +338,11 @@ template <int Dim>
 void RankExchange<Dim>::pack_sums(Send& send, int patch, Step step) {
   const auto parity = static_cast<std::size_t>(step % 2);
   const Patch<Dim>& from = (*patches_)[patch];
-  const RankMessage& message =
-      messages_[static_cast<std::size_t>(send.tag / 2 % static_cast<int>(messages_.size()))];
+  const int phase = send.tag / 2 % static_cast<int>(messages_.size());
+  const RankMessage& message = messages_[static_cast<std::size_t>(phase)];
+  TraceRecorder* const recorder = TraceRecorder::active(step);
+  TraceRecord record =
+      record_of(TraceKind::send, step, phase, from.topology.patch, send.rank, line);
   {
     const std::scoped_lock lock(mpi_);
     send.finish(parity);
@@ -329,15 +363,23 @@ void RankExchange<Dim>::pack_sums(Send& send, int patch, Step step) {
       std::memcpy(to += doubles_per_line, sums + static_cast<std::ptrdiff_t>(node) * sum_stride,
                   line);
   }
-  const std::scoped_lock lock(mpi_);
-  send.active[parity] = any ? &send.full[parity] : &send.header[parity];
-  MPI_Start(send.active[parity]);
+  {
+    const std::scoped_lock lock(mpi_);
+    send.active[parity] = any ? &send.full[parity] : &send.header[parity];
+    MPI_Start(send.active[parity]);
+  }
+  if (any) record.detail.message.bytes = static_cast<std::int64_t>(send.sums[parity].size() * 8);
+  if (recorder) record_now(*recorder, record);
 }
 
 template <int Dim>
 void RankExchange<Dim>::pack_particles(Send& send, int patch, Step step) {
   const auto parity = static_cast<std::size_t>(step % 2);
   const Patch<Dim>& from = (*patches_)[patch];
+  TraceRecorder* const recorder = TraceRecorder::active(step);
+  TraceRecord record =
+      record_of(TraceKind::send, step, send.tag / 2 % static_cast<int>(messages_.size()),
+                from.topology.patch, send.rank, 0);
   {
     const std::scoped_lock lock(mpi_);
     send.finish(parity);
@@ -372,12 +414,16 @@ void RankExchange<Dim>::pack_particles(Send& send, int patch, Step step) {
     }
   }
   const bool fits = payload <= particle_capacity;
-  const std::scoped_lock lock(mpi_);
-  MPI_Isend(buffer.data(), static_cast<int>(fits ? buffer.size() : line), MPI_BYTE, send.rank,
-            send.tag, ranks_.communicator(), &send.single[parity]);
-  if (!fits)
-    MPI_Isend(buffer.data() + line, static_cast<int>(payload), MPI_BYTE, send.rank, send.tag + 1,
-              ranks_.communicator(), &send.overflow[parity]);
+  {
+    const std::scoped_lock lock(mpi_);
+    MPI_Isend(buffer.data(), static_cast<int>(fits ? buffer.size() : line), MPI_BYTE, send.rank,
+              send.tag, ranks_.communicator(), &send.single[parity]);
+    if (!fits)
+      MPI_Isend(buffer.data() + line, static_cast<int>(payload), MPI_BYTE, send.rank, send.tag + 1,
+                ranks_.communicator(), &send.overflow[parity]);
+  }
+  record.detail.message.bytes = static_cast<std::int64_t>(buffer.size());
+  if (recorder) record_now(*recorder, record);
 }
 
 template <int Dim>
@@ -481,7 +527,48 @@ void RankExchange<Dim>::message_came(std::size_t r, std::vector<Event>& events) 
 }
 
 template <int Dim>
+void RankExchange<Dim>::record(const Event& event) const {
+  TraceRecorder* const recorder = TraceRecorder::active(event.step);
+  if (!recorder) return;
+  if (event.kind != Event::Kind::message) {
+    const auto which =
+        event.kind == Event::Kind::step ? TraceAgreement::step : TraceAgreement::time_step;
+    recorder->add({.begin = event.begin,
+                   .end = ticks(),
+                   .step = event.step,
+                   .kind = TraceKind::agreement,
+                   .phase = static_cast<std::uint8_t>(which)});
+    return;
+  }
+  const auto f = static_cast<std::size_t>(event.phase);
+  const auto& from = patches_->elsewhere()[static_cast<std::size_t>(event.elsewhere)];
+  const Receive& receive = receives_[static_cast<std::size_t>(
+      receive_of_[f][static_cast<std::size_t>(event.elsewhere)])];
+  const auto parity = static_cast<std::size_t>(event.step % 2);
+  const auto number = static_cast<std::size_t>(messages_[f].number);
+  const auto header = get_header(receive.of_particles
+                                     ? receive.particles[parity].data()
+                                     : reinterpret_cast<const std::byte*>(
+                                           from.sums[number][parity].data()));
+  const std::size_t sums =
+      header.contributes ? (static_cast<std::size_t>(from.mirrored) + 1) * line : line;
+  recorder->add({.begin = event.found,
+                 .end = ticks(),
+                 .step = event.step,
+                 .patch = static_cast<std::int32_t>(from.patch),
+                 .kind = TraceKind::arrival,
+                 .phase = static_cast<std::uint8_t>(event.phase),
+                 .detail = {.message = {.bytes = static_cast<std::int64_t>(
+                                            receive.of_particles
+                                                ? line + static_cast<std::size_t>(header.payload)
+                                                : sums),
+                                        .peer = from.rank,
+                                        .sent = header.tick}}});
+}
+
+template <int Dim>
 void RankExchange<Dim>::deliver(const Event& event, Executor& executor) {
+  record(event);
   switch (event.kind) {
     case Event::Kind::message:
       executor.arrived(event.phase, patches_->size() + event.elsewhere);

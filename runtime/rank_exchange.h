@@ -113,6 +113,7 @@ class RankExchange final : public Remote {
   void look_at_messages(std::vector<Event>& events);
   void message_came(std::size_t receive, std::vector<Event>& events);
   void deliver(const Event& event, Executor& executor);
+  void record(const Event& event) const;
 
   Ranks ranks_, agreement_ranks_, limit_ranks_;
   PatchSet<Dim>* patches_;

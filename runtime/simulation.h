@@ -19,6 +19,15 @@
 
 namespace lahar {
 
+/// Time lost on purpose, to see what it does to a run; results stay the same.
+struct StudyDelays {
+  Index slow_patch = -1;   ///< number of a patch whose tasks take `slow_factor` times their time
+  double slow_factor = 1;  ///< at least 1
+  int late_rank = -1;      ///< rank whose threads wait `late` before each message
+  double late = 0;         ///< [s]
+  double serial = 0;       ///< [s] per step in which nothing else happens on a rank
+};
+
 /// How the timestep's tasks are executed. Results are bitwise the same for all of them.
 struct ExecutionOptions {
   enum class Mode { flow_graph, bulk, serial, random_order } mode = Mode::flow_graph;
@@ -29,6 +38,7 @@ struct ExecutionOptions {
   Ranks ranks = {};
   BalanceOptions balance = {};
   double latency = 0;      ///< [s] held back from each message between ranks, for studies
+  StudyDelays delays = {};
   std::uint64_t seed = 1;  ///< random order only
   int support_rings = 0;   ///< extra layers of nodes that patches exchange; 0 suits linear elements
   bool verify = false;     ///< check at every task that exactly what its edges promise was done
@@ -120,6 +130,9 @@ class Simulation {
   const TaskGraph& graph() const;
   std::vector<std::string> patch_names() const;
   PatchGraph patch_graph() const;  ///< at present
+  std::vector<Phase> phases() const;
+  std::vector<Stage> stages() const;
+  std::string trace_graph() const;  ///< this rank's patches, as in traces: JSON
 
  private:
   struct Impl;

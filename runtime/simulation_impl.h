@@ -23,6 +23,7 @@
 #include "runtime/simulation.h"
 #include "runtime/stage_clock.h"
 #include "runtime/timestep.h"
+#include "runtime/trace/record.h"
 
 namespace lahar {
 
@@ -136,7 +137,12 @@ struct Simulation<Dim>::Impl {
   void run_task(int phase, int p, Step step);
 
   /// A task: one phase of one patch.
-  void run_own_task(int phase_index, int p, Step step);
+  void run_own_task(int phase_index, int p, Step step, TraceRecord& record);
+
+  /// The patches of this rank as they are now, for a trace: JSON.
+  std::string trace_graph() const;
+  void record_graph() const;
+  void record_progress(Step step);
 
   /// So that no particle is missing from the last state.
   static void take_unmapped(Patch<Dim>& patch);

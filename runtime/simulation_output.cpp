@@ -4,6 +4,7 @@
 #include "physics/kernels.h"
 #include "runtime/history_sums.h"
 #include "runtime/simulation_impl.h"
+#include "runtime/trace/simulation_trace.h"
 #include "runtime/snapshot.h"
 
 namespace lahar {
@@ -97,6 +98,9 @@ void Simulation<Dim>::Impl::check_limit(int p, Step step) {
 
 template <int Dim>
 void Simulation<Dim>::Impl::hand_on(Step step) {
+  const TraceSpan trace(TraceKind::completed, step);
+  record_progress(step);
+  if (options.delays.serial > 0) waste_time(options.delays.serial, step);
   if (!exchange) agreed[step] = give(step);
   const Agreement::Least& least = agreed[step].least;
   executor->stop_before(least.stop_before);

@@ -5,6 +5,7 @@
 
 #include "physics/kernels.h"
 #include "runtime/simulation_impl.h"
+#include "runtime/trace/simulation_trace.h"
 
 namespace lahar {
 
@@ -48,7 +49,12 @@ void Simulation<Dim>::Impl::build_executor() {
   balance.begin(patches);
   timing.resize(n * stages.size());
   TaskBodies bodies{[this](int phase, int p, Step step) { run_task(phase, p, step); },
-                    [this](Step step) { set_dt(step); }, [this](Step step) { complete(step); }};
+                    [this](Step step) {
+                      const TraceSpan trace(TraceKind::dt, step);
+                      set_dt(step);
+                    },
+                    [this](Step step) { complete(step); }, &trace_looking};
+  record_graph();
   switch (options.mode) {
     case ExecutionOptions::Mode::serial:
       executor = make_serial_executor(std::move(graph), std::move(bodies));
@@ -106,22 +112,33 @@ void Simulation<Dim>::Impl::poll() {
 
 template <int Dim>
 void Simulation<Dim>::Impl::run_task(int phase, int p, Step step) {
-  if (p >= patches.size()) {
+  TraceRecorder* const recorder = TraceRecorder::active(step);
+  TraceRecord record{.begin = ticks(), .step = step, .phase = static_cast<std::uint8_t>(phase)};
+  const bool own = p < patches.size();
+  if (!own) {
     exchange->unpack(phase, p - patches.size(), step);
-    return;
-  }
-  if (balance.samples(step)) {
+  } else if (balance.samples(step)) {
     const std::int64_t begin = thread_nanoseconds();
-    run_own_task(phase, p, step);
+    run_own_task(phase, p, step, record);
     balance.add(step, p, thread_nanoseconds() - begin, patches[p].count);
   } else {
-    run_own_task(phase, p, step);
+    run_own_task(phase, p, step, record);
   }
-  if (exchange) exchange->send(phase, p, step);
+  if (recorder) {
+    record.end = ticks();
+    record.kind = own ? TraceKind::task : TraceKind::unpack;
+    const auto elsewhere = static_cast<std::size_t>(p - patches.size());
+    record.patch = static_cast<std::int32_t>(own ? patches[p].topology.patch
+                                                 : patches.elsewhere()[elsewhere].patch);
+    recorder->add(record);
+  }
+  if (!own || !exchange) return;
+  if (options.delays.late_rank == ranks.rank()) waste_time(options.delays.late, step);
+  exchange->send(phase, p, step);
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::run_own_task(int phase_index, int p, Step step) {
+void Simulation<Dim>::Impl::run_own_task(int phase_index, int p, Step step, TraceRecord& record) {
   const Phase& phase = phases[static_cast<std::size_t>(phase_index)];
   Patch<Dim>& patch = patches[p];
   char& poison = poisoned[static_cast<std::size_t>(p)];
@@ -140,6 +157,15 @@ void Simulation<Dim>::Impl::run_own_task(int phase_index, int p, Step step) {
   } catch (...) {
     fail(phase.first, p, step, "unknown exception");
   }
+  if (options.delays.slow_patch == patch.topology.patch) {
+    const auto took = static_cast<double>(ticks() - record.begin);
+    const std::uint64_t end = ticks() + static_cast<std::uint64_t>(
+                                            took * (options.delays.slow_factor - 1));
+    while (ticks() < end) {
+    }
+    clock.lap(phase.last - 1);
+  }
+  clock.read(phase.first, phase.last, record.detail.stage.data());
   clock.finish(phase.first, phase.last);
 }
 
@@ -220,7 +246,7 @@ std::vector<StageTiming> Simulation<Dim>::Impl::timings() const {
   template void Simulation<Dim>::Impl::connect_ranks();                                  \
   template void Simulation<Dim>::Impl::poll();                                           \
   template void Simulation<Dim>::Impl::run_task(int, int, Step);                         \
-  template void Simulation<Dim>::Impl::run_own_task(int, int, Step);                     \
+  template void Simulation<Dim>::Impl::run_own_task(int, int, Step, TraceRecord&);       \
   template void Simulation<Dim>::Impl::take_unmapped(Patch<Dim>&);                       \
   template void Simulation<Dim>::Impl::take_back_movers(Patch<Dim>&, Step) const;        \
   template void Simulation<Dim>::Impl::run_stages(const Phase&, int, Step, StageClock&); \

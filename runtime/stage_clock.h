@@ -53,6 +53,12 @@ class StageClock {
     stages_[stage].current += now - last_;
     last_ = now;
   }
+  /// Ticks of the stages [first, last) in this task so far.
+  void read(std::size_t first, std::size_t last, std::uint32_t* ticks) const {
+    for (std::size_t s = first; s < last; ++s)
+      ticks[s - first] = static_cast<std::uint32_t>(
+          std::min<std::uint64_t>(stages_[s].current, std::numeric_limits<std::uint32_t>::max()));
+  }
   /// The task consisted of the stages [first, last).
   void finish(std::size_t first, std::size_t last) {
     for (std::size_t s = first; s < last; ++s) {

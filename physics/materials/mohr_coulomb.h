@@ -74,6 +74,9 @@ struct MohrCoulomb {
 template <class Real>
 struct MohrCoulombStrength {
   Real phi, sin_phi, cos_phi, tan_psi, cohesion;
+  Real per_cos;  ///< 1 / cos(phi)
+  Real widest;   ///< largest of sin(theta + 60) / sqrt(3) + cos(theta + 60) sin(phi) / 3
+  Real eccentricity, scale;  ///< of the potential's sections in shear
 };
 
 /// The law with what does not change from particle to particle computed once.
@@ -108,7 +111,7 @@ class MohrCoulombUpdate {
   };
   template <class Real>
   struct Direction {
-    IsotropicGradient<Real> f, g;  ///< of yield function and potential
+    InvariantGradient<Real> f, g;  ///< of yield function and potential
     Real per_strain;               ///< plastic deviatoric strain per multiplier
     Real softening;                ///< modulus [Pa]
   };
@@ -120,18 +123,22 @@ class MohrCoulombUpdate {
 
   template <class Real>
   LAHAR_INLINE Strength<Real> strength(Real* state) const;
-  template <int Rows, class Real>
-  LAHAR_INLINE void yield_functions(const StressPoint<Rows, Real>& at, const Strength<Real>& s,
+  template <class Real>
+  LAHAR_INLINE void yield_functions(const Invariants<Real>& at, const Strength<Real>& s,
                                     Real& tension, Real& shear) const;
+  template <class Real>
+  LAHAR_INLINE Yield yielding(const Invariants<Real>& at, const Strength<Real>& s, const Real& ft,
+                              const Real& fs, const Real& above) const;
+  template <class Real>
+  LAHAR_INLINE Direction<Real> direction(const Invariants<Real>& at, const Strength<Real>& s,
+                                         const Real& pdstrain, unsigned tension,
+                                         unsigned edge) const;
+  template <class Real>
+  LAHAR_INLINE void potential(const Invariants<Real>& at, const Strength<Real>& s, unsigned tension,
+                              const Real& per_theta, Direction<Real>& to) const;
   template <int Rows, class Real>
-  LAHAR_INLINE Yield yielding(const StressPoint<Rows, Real>& at, const Strength<Real>& s,
-                              const Real& ft, const Real& fs, const Real& above) const;
-  template <int Rows, class Real>
-  LAHAR_INLINE Direction<Real> direction(const StressPoint<Rows, Real>& at, const Strength<Real>& s,
-                                         const Real& pdstrain, unsigned tension) const;
-  template <int Rows, class Real>
-  LAHAR_INLINE void potential(const StressPoint<Rows, Real>& at, const Strength<Real>& s,
-                              unsigned tension, const Real& lode, Direction<Real>& to) const;
+  LAHAR_INLINE unsigned step_along_tangent(const Real* start, Real* stress, const Strength<Real>& s,
+                                           const Real& size, Real& pdstrain, unsigned lanes) const;
   template <int Rows, class Real>
   [[gnu::noinline]] unsigned return_to_surface(const Real* start, Real* stress,
                                                const Strength<Real>& s, Real& pdstrain,

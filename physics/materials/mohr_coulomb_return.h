@@ -52,7 +52,16 @@ inline MohrCoulombUpdate::MohrCoulombUpdate(const MohrCoulomb& law)
       as_cbgeo_(law.as_cbgeo) {
   constexpr double radian = std::numbers::pi / 180.0;
   const auto of = [](double phi, double psi, double c) {
-    return Strength<double>{phi, std::sin(phi), std::cos(phi), std::tan(psi), c};
+    const double sin = std::sin(phi), cos = std::cos(phi);
+    return Strength<double>{phi,
+                            sin,
+                            cos,
+                            std::tan(psi),
+                            c,
+                            1.0 / cos,
+                            std::sqrt(1.0 / 3.0 + sin * sin / 9.0),
+                            (3.0 - sin) / (3.0 + sin),
+                            (3.0 - sin) / (6.0 * cos)};
   };
   peak_psi_ = law.dilation * radian;
   residual_psi_ = law.residual_dilation * radian;
@@ -67,7 +76,8 @@ inline MohrCoulombUpdate::MohrCoulombUpdate(const MohrCoulomb& law)
 /// during the increment. Sets phi, psi and cohesion of the state.
 template <class Real>
 LAHAR_INLINE MohrCoulombStrength<Real> MohrCoulombUpdate::strength(Real* q) const {
-  Strength<Real> s{peak_.phi, peak_.sin_phi, peak_.cos_phi, peak_.tan_psi, peak_.cohesion};
+  Strength<Real> s{peak_.phi,     peak_.sin_phi, peak_.cos_phi,      peak_.tan_psi, peak_.cohesion,
+                   peak_.per_cos, peak_.widest,  peak_.eccentricity, peak_.scale};
   if (!softening_) return s;
   const unsigned softer = greater(q[6], Real(peak_pdstrain_));
   if (softer == 0) return s;
@@ -85,27 +95,31 @@ LAHAR_INLINE MohrCoulombStrength<Real> MohrCoulombUpdate::strength(Real* q) cons
     set_lane(s.cohesion, lane, c);
     set_lane(q[1], lane, psi);
   }
+  s.per_cos = 1.0 / s.cos_phi;
+  s.widest = lahar::sqrt((1.0 / 3.0) + s.sin_phi * s.sin_phi * (1.0 / 9.0));
+  s.eccentricity = (3.0 - s.sin_phi) / (3.0 + s.sin_phi);
+  s.scale = (3.0 - s.sin_phi) * (1.0 / 6.0) * s.per_cos;
   q[0] = s.phi;
   q[2] = s.cohesion;
   return s;
 }
 
-template <int Rows, class Real>
-LAHAR_INLINE void MohrCoulombUpdate::yield_functions(const StressPoint<Rows, Real>& at,
+template <class Real>
+LAHAR_INLINE void MohrCoulombUpdate::yield_functions(const Invariants<Real>& at,
                                                      const Strength<Real>& s, Real& tension,
                                                      Real& shear) const {
   const Real sin60 = 0.5 * at.sin + (0.5 * root3) * at.cos;  // sin(theta + 60 degrees)
   const Real cos60 = 0.5 * at.cos - (0.5 * root3) * at.sin;
   tension = root2_3 * at.cos * at.rho + at.p - cutoff_;
   shear = (root3_2 * at.rho * (sin60 * (1.0 / root3) + cos60 * s.sin_phi * (1.0 / 3.0)) +
-           at.p * s.sin_phi) /
-              s.cos_phi -
+           at.p * s.sin_phi) *
+              s.per_cos -
           s.cohesion;
 }
 
 /// Beyond both surfaces, the one on whose side of the bisector through their edge the stress lies.
-template <int Rows, class Real>
-LAHAR_INLINE MohrCoulombUpdate::Yield MohrCoulombUpdate::yielding(const StressPoint<Rows, Real>& at,
+template <class Real>
+LAHAR_INLINE MohrCoulombUpdate::Yield MohrCoulombUpdate::yielding(const Invariants<Real>& at,
                                                                   const Strength<Real>& s,
                                                                   const Real& ft, const Real& fs,
                                                                   const Real& above) const {
@@ -125,53 +139,50 @@ LAHAR_INLINE MohrCoulombUpdate::Yield MohrCoulombUpdate::yielding(const StressPo
 /// Gradient of the potential; R and dR/dtheta of Menetrey and Willam's ellipse with eccentricity e:
 /// R = l / m, l = 4 (1 - e^2) cos^2 + (2e - 1)^2, m = 2 (1 - e^2) cos + (2e - 1) sqrt(4 (1 - e^2)
 /// cos^2 + 5 e^2 - 4 e).
-template <int Rows, class Real>
-LAHAR_INLINE void MohrCoulombUpdate::potential(const StressPoint<Rows, Real>& at,
-                                               const Strength<Real>& s, unsigned tension,
-                                               const Real& lode, Direction<Real>& to) const {
+template <class Real>
+LAHAR_INLINE void MohrCoulombUpdate::potential(const Invariants<Real>& at, const Strength<Real>& s,
+                                               unsigned tension, const Real& per_theta,
+                                               Direction<Real>& to) const {
   constexpr double tension_eccentricity = 0.6;
-  const Real e = select(tension, Real(tension_eccentricity), (3.0 - s.sin_phi) / (3.0 + s.sin_phi));
-  const Real scale = select(tension, Real(1.0 / 3.0), (3.0 - s.sin_phi) / (6.0 * s.cos_phi));
+  const Real e = select(tension, Real(tension_eccentricity), s.eccentricity);
+  const Real scale = select(tension, Real(1.0 / 3.0), s.scale);
   const Real off = select(tension, Real(0.1 * cutoff_), hyperbola_ * s.tan_psi);
   const Real k = 1.0 - e * e, two_e = 2.0 * e - 1.0, cos2 = at.cos * at.cos;
   constexpr double least = std::numeric_limits<double>::epsilon();
   const Real square = 4.0 * k * cos2 + 5.0 * e * e - 4.0 * e;
-  const Real root = lahar::sqrt(select(greater(square, Real(least)), square, Real(1e-5)));
-  const Real l = 4.0 * k * cos2 + two_e * two_e, m = 2.0 * k * at.cos + two_e * root;
-  const Real dl = -8.0 * k * at.cos * at.sin, dm = -2.0 * k * at.sin + 0.5 * two_e * dl / root;
-  const Real R = scale * l / m, dR = scale * (m * dl - l * dm) / (m * m);
+  const Real some = select(greater(square, Real(least)), square, Real(1e-5));
+  const Real per_root = inverse_sqrt(some), root = some * per_root;
+  const Real l = 4.0 * k * cos2 + two_e * two_e;
+  const Real per_m = reciprocal(2.0 * k * at.cos + two_e * root);
+  const Real dl = -8.0 * k * at.cos * at.sin, dm = -2.0 * k * at.sin + 0.5 * two_e * dl * per_root;
+  const Real ratio = l * per_m, R = scale * ratio, dR = scale * (dl - ratio * dm) * per_m;
   // In shear without dilation and stress the reference code's value; in tension the cone's tip.
-  const Real omega = off * off + 1.5 * R * R * at.rho * at.rho;
-  const Real w = lahar::sqrt(select(greater(omega, Real(least)), omega, Real(1e-5)));
-  const Real per_rho = 1.5 * R * R / w;  // (dg/drho) / rho
-  const Real per_theta = 1.5 * at.rho * at.rho * R * dR / w;
-  to.g.a = select(tension, Real(1.0 / 3.0), (1.0 / 3.0) * s.tan_psi);
-  to.g.b = per_rho;
-  to.g.c = per_theta * lode;
-  to.per_strain = root2_3 * per_rho * at.rho;
+  const Real Rrho = R * at.rho, omega = off * off + 1.5 * Rrho * Rrho;
+  const Real factor =
+      1.5 * Rrho * inverse_sqrt(select(greater(omega, Real(least)), omega, Real(1e-5)));
+  to.g.p = select(tension, Real(1.0), s.tan_psi);
+  to.g.rho = factor * R;
+  to.g.theta = factor * dR * per_theta;
+  to.per_strain = root2_3 * to.g.rho;
 }
 
-template <int Rows, class Real>
+/// At stresses of the lanes `edge` nothing changes along theta.
+template <class Real>
 LAHAR_INLINE MohrCoulombUpdate::Direction<Real> MohrCoulombUpdate::direction(
-    const StressPoint<Rows, Real>& at, const Strength<Real>& s, const Real& pdstrain,
-    unsigned tension) const {
+    const Invariants<Real>& at, const Strength<Real>& s, const Real& pdstrain, unsigned tension,
+    unsigned edge) const {
   Direction<Real> to;
   const Real sin60 = 0.5 * at.sin + (0.5 * root3) * at.cos;
   const Real cos60 = 0.5 * at.cos - (0.5 * root3) * at.sin;
-  const Real per_cos = 1.0 / s.cos_phi;
-  const Real per_rho =
+  const Real per_theta = select(edge, Real(0.0), Real(1.0));
+  to.f.p = select(tension, Real(1.0), s.sin_phi * s.per_cos);
+  to.f.rho =
       select(tension, root2_3 * at.cos,
-             root3_2 * per_cos * (sin60 * (1.0 / root3) + cos60 * s.sin_phi * (1.0 / 3.0)));
-  const Real per_theta =
-      at.rho *
-      select(tension, -root2_3 * at.sin,
-             root3_2 * per_cos * (cos60 * (1.0 / root3) - sin60 * s.sin_phi * (1.0 / 3.0)));
-  const Real lode = lode_gradient(at);
-  const Real rho = select(greater(at.rho, Real(0.0)), at.rho, Real(1.0));
-  to.f.a = (1.0 / 3.0) * select(tension, Real(1.0), s.sin_phi * per_cos);
-  to.f.b = per_rho / rho;
-  to.f.c = per_theta * lode;
-  potential(at, s, tension, lode, to);
+             root3_2 * s.per_cos * (sin60 * (1.0 / root3) + cos60 * s.sin_phi * (1.0 / 3.0)));
+  to.f.theta = per_theta * select(tension, -root2_3 * at.sin,
+                                  root3_2 * s.per_cos *
+                                      (cos60 * (1.0 / root3) - sin60 * s.sin_phi * (1.0 / 3.0)));
+  potential(at, s, tension, per_theta, to);
   to.softening = Real(0.0);
   if (softening_) {
     const unsigned falls =
@@ -180,7 +191,7 @@ LAHAR_INLINE MohrCoulombUpdate::Direction<Real> MohrCoulombUpdate::direction(
     const double dphi = (residual_.phi - peak_.phi) / range,
                  dc = (residual_.cohesion - peak_.cohesion) / range;
     const Real df_dphi =
-        per_cos * per_cos *
+        s.per_cos * s.per_cos *
         (root3_2 * at.rho * (s.sin_phi * sin60 * (1.0 / root3) + cos60 * (1.0 / 3.0)) + at.p);
     to.softening = select(falls, -(df_dphi * dphi - dc) * to.per_strain, Real(0.0));
   }
@@ -199,11 +210,10 @@ LAHAR_INLINE Failures MohrCoulombUpdate::update(const LawInput<Dim, Real>& in, R
   StressPoint<rows, Real> at;
   deviator_of(trial, at);
   // Inside cones that lie inside the yield surfaces: elastic without looking at the Lode angle.
-  const Real widest = lahar::sqrt((1.0 / 3.0) + s.sin_phi * s.sin_phi * (1.0 / 9.0));
   const double margin = as_cbgeo_ ? cbgeo_tolerance : 0.0;
   const unsigned near_tension = greater(root2_3 * at.rho + at.p, Real(cutoff_ - margin));
   const unsigned near_shear =
-      greater(root3_2 * widest * at.rho + at.p * s.sin_phi, (s.cohesion - margin) * s.cos_phi);
+      greater(root3_2 * s.widest * at.rho + at.p * s.sin_phi, (s.cohesion - margin) * s.cos_phi);
   unsigned left = 0;
   Failures failures;
   if ((near_tension | near_shear) & in.active) {
@@ -239,6 +249,39 @@ inline bool MohrCoulombUpdate::update_one(const Increment& in, Voigt& stress, do
   return true;
 }
 
+/// The first step of the return: along the tangent at the stress before, where that lies on the
+/// surface. Returns the lanes that took it.
+template <int Rows, class Real>
+LAHAR_INLINE unsigned MohrCoulombUpdate::step_along_tangent(const Real* start, Real* stress,
+                                                            const Strength<Real>& s,
+                                                            const Real& size, Real& pdstrain,
+                                                            unsigned lanes_to_do) const {
+  StressPoint<Rows, Real> begin;
+  point_of(start, begin);
+  const Invariants<Real> at = invariants_of(begin);
+  Real ft, fs;
+  yield_functions(at, s, ft, fs);
+  const Real near = as_cbgeo_ ? Real(cbgeo_tolerance) : on_surface * size;
+  const Yield begins = yielding(at, s, ft, fs, -near);
+  const Real f = select(begins.tension, ft, fs);
+  // At the apex there is no tangent.
+  const Real least_rho = as_cbgeo_ ? Real(0.0) : near;
+  const unsigned tangent =
+      begins.any() & greater(near, max(f, -f)) & greater(at.rho, least_rho) & lanes_to_do;
+  if (tangent == 0) return 0;
+  const DeviatoricAxes<Rows, Real> axes(begin);
+  const Direction<Real> d = direction(at, s, pdstrain, begins.tension, axes.edge);
+  Real increment[Rows];
+  for (int k = 0; k < Rows; ++k) increment[k] = stress[k] - start[k];
+  const Real multiplier =
+      along(d.f, axes, increment) * reciprocal(stiffness_between(d.f, d.g, K_, G_) + d.softening);
+  for (int k = 0; k < Rows; ++k)
+    stress[k] =
+        select(tangent, stress[k] - multiplier * stress_of(d.g, axes, K_, G_, k), stress[k]);
+  pdstrain = select(tangent, pdstrain + multiplier * d.per_strain, pdstrain);
+  return tangent;
+}
+
 /// `stress` is the trial stress before and the stress that the law allows after; `trial` is that
 /// point with deviator_of(). Returns the lanes of `lanes_to_do` that need more than `steps` steps,
 /// whose results are not meant to be used.
@@ -247,59 +290,40 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
                                               const Strength<Real>& s, Real& pdstrain,
                                               const StressPoint<Rows, Real>& trial,
                                               unsigned lanes_to_do, int steps) const {
-  StressPoint<Rows, Real> at = trial;
-  lode_of(at);
-  const Real size = at.rho + max(at.p, -at.p) + s.cohesion;
+  StressPoint<Rows, Real> point = trial;
+  lode_of(point);
+  const Real size = trial.rho + max(trial.p, -trial.p) + s.cohesion;
   const Real tolerance = as_cbgeo_ ? Real(cbgeo_tolerance) : rounding * size;
-  const Real apex_of_shear = s.cohesion * s.cos_phi / max(s.sin_phi, Real(1e-300));
-  const Real apex = -max(Real(-cutoff_), -apex_of_shear);
   Real ft, fs;
-  yield_functions(at, s, ft, fs);
+  yield_functions(invariants_of(point), s, ft, fs);
   // The reference code takes what is within its tolerance of the surface as yielding.
-  const Real trial_above = as_cbgeo_ ? Real(-cbgeo_tolerance) : tolerance;
-  Yield yield = yielding(at, s, ft, fs, trial_above);
+  const Real above = as_cbgeo_ ? Real(-cbgeo_tolerance) : tolerance;
+  Yield yield = yielding(invariants_of(point), s, ft, fs, above);
   const unsigned plastic = yield.any() & lanes_to_do;
+  if (plastic == 0) return 0;
   unsigned left = plastic;
-  if (left == 0) return 0;
-  const Real trial_p = at.p, before = pdstrain;
+  const Real before = pdstrain;
+  const unsigned tangent = step_along_tangent<Rows>(start, stress, s, size, pdstrain, left);
 
-  // First step: along the tangent at the stress before, where that lies on the surface.
-  unsigned tangent;
-  {
-    StressPoint<Rows, Real> begin;
-    point_of(start, begin);
-    Real bt, bs;
-    yield_functions(begin, s, bt, bs);
-    const Real near = as_cbgeo_ ? Real(cbgeo_tolerance) : on_surface * size;
-    const Yield begins = yielding(begin, s, bt, bs, -near);
-    const Real f = select(begins.tension, bt, bs);
-    // At the apex there is no tangent.
-    const Real least_rho = as_cbgeo_ ? Real(0.0) : near;
-    tangent = begins.any() & greater(near, max(f, -f)) & greater(begin.rho, least_rho) & left;
-    if (tangent) {
-      const Direction<Real> d = direction(begin, s, before, begins.tension);
-      Real increment[Rows];
-      for (int k = 0; k < Rows; ++k) increment[k] = stress[k] - start[k];
-      const Real multiplier =
-          along(d.f, begin, increment) / (stiffness_between(d.f, d.g, begin, K_, G_) + d.softening);
-      for (int k = 0; k < Rows; ++k)
-        stress[k] =
-            select(tangent, stress[k] - multiplier * stress_of(d.g, begin, K_, G_, k), stress[k]);
-      pdstrain = select(tangent, pdstrain + multiplier * d.per_strain, pdstrain);
-    }
-  }
   // The tangent may end inside of the surface, where it is curved: then it goes back to it, unless
   // the surface itself comes to meet it in the next increment.
   unsigned hard = as_cbgeo_ ? 0u : left;
   if (softening_)
     hard &= ~(greater(before, Real(peak_pdstrain_)) & greater(Real(residual_pdstrain_), before));
+  const Real apex_of_shear = s.cohesion * s.cos_phi / max(s.sin_phi, Real(1e-300));
+  const Real apex = -max(Real(-cutoff_), -apex_of_shear);
+  const unsigned beyond_apex = as_cbgeo_ ? 0u : greater(trial.p, apex);
+  // Also where most lanes have the trial stress still: a lane's bits must not depend on whether
+  // another one has moved along its tangent.
+  point_of(stress, point);
+  DeviatoricPlane<Rows, Real> plane(point);
+  const unsigned edge = plane.edge();
   bool first = true;
   for (int step = 0; step <= steps; ++step) {
-    // Also at the first step, where most lanes have the trial stress still: a lane's bits must not
-    // depend on whether another one has moved along its tangent.
-    point_of(stress, at);
+    Real order;
+    const Invariants<Real> at = plane.invariants(order);
     yield_functions(at, s, ft, fs);
-    yield = yielding(at, s, ft, fs, as_cbgeo_ ? Real(-cbgeo_tolerance) : tolerance);
+    yield = yielding(at, s, ft, fs, above);
     const Real worst = max(ft, fs);
     unsigned beyond = greater(worst, tolerance) |
                       outside(ft + fs, std::numeric_limits<double>::max(), lanes<Real>);
@@ -308,27 +332,28 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
     beyond |= inside;
     // At the first step lanes without a tangent go on from the trial stress, beyond or not.
     left &= first ? beyond | ~tangent : beyond;
-    if (left == 0) return 0;
+    if (left == 0) break;
     first = false;
-    const Direction<Real> d = direction(at, s, before, yield.tension);
-    const Real multiplier =
-        select(yield.tension, ft, fs) / (stiffness_between(d.f, d.g, at, K_, G_) + d.softening);
+    const Direction<Real> d = direction(at, s, before, yield.tension, edge);
+    const Real multiplier = select(yield.tension, ft, fs) *
+                            reciprocal(stiffness_between(d.f, d.g, K_, G_) + d.softening);
+    const Real per_rho = (2.0 * G_) * multiplier * at.per_rho;
+    const Real radial = per_rho * d.g.rho, turn = per_rho * order * d.g.theta;
     // Where the deviator would be reversed and the trial stress is beyond the apex, it returns
     // there.
-    const unsigned to_apex =
-        as_cbgeo_
-            ? 0u
-            : left & greater((2.0 * G_) * multiplier * d.g.b, Real(1.0)) & greater(trial_p, apex);
-    for (int k = 0; k < Rows; ++k) {
-      const Real next = stress[k] - multiplier * stress_of(d.g, at, K_, G_, k);
-      const Real tip = k < 3 ? apex : Real(0.0);
-      stress[k] = select(left, select(to_apex, tip, next), stress[k]);
-    }
+    const unsigned to_apex = left & beyond_apex & greater(radial, Real(1.0));
+    const Real x = plane.x - radial * plane.x + turn * plane.y,
+               y = plane.y - radial * plane.y - turn * plane.x;
     const Real whole = before + (0.5 / G_ * root2_3) * trial.rho;
+    plane.p = select(left, select(to_apex, apex, plane.p - K_ * multiplier * d.g.p), plane.p);
+    plane.x = select(left, select(to_apex, Real(0.0), x), plane.x);
+    plane.y = select(left, select(to_apex, Real(0.0), y), plane.y);
     pdstrain = select(left, select(to_apex, whole, pdstrain + multiplier * d.per_strain), pdstrain);
     left &= ~to_apex;
-    if (left == 0) return 0;
+    if (left == 0) break;
   }
+  LAHAR_UNROLL
+  for (int k = 0; k < Rows; ++k) stress[k] = select(plastic, plane.stress(k), stress[k]);
   return left;
 }
 

@@ -1,0 +1,101 @@
+/// \file What a simulation tells a trace.
+#include "runtime/trace/simulation_trace.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "runtime/simulation_impl.h"
+
+namespace lahar {
+
+void trace_looking(bool over) {
+  TraceRecorder* recorder = TraceRecorder::active();
+  if (!recorder || !recorder->has(recorder->present())) return;
+  thread_local std::uint64_t begin = 0;
+  if (over && begin > 0)
+    recorder->add(
+        {.begin = begin, .end = ticks(), .step = recorder->present(), .kind = TraceKind::poll});
+  begin = over ? 0 : ticks();
+}
+
+void waste_time(double seconds, Step step) {
+  const TraceSpan trace(TraceKind::delay, step);
+  const std::uint64_t end = ticks() + static_cast<std::uint64_t>(seconds / seconds_per_tick());
+  while (ticks() < end) {
+  }
+}
+
+double resident_memory() {
+  std::FILE* file = std::fopen("/proc/self/statm", "r");
+  if (!file) return 0;
+  long long pages = 0, resident = 0;
+  const bool read = std::fscanf(file, "%lld %lld", &pages, &resident) == 2;
+  std::fclose(file);
+  return read ? static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) : 0;
+}
+
+template <int Dim>
+std::string Simulation<Dim>::Impl::trace_graph() const {
+  nlohmann::json list = nlohmann::json::array();
+  for (int i = 0; i < patches.size(); ++i) {
+    const Patch<Dim>& patch = patches[i];
+    list.push_back({{"number", patch.topology.patch},
+                    {"cells", patch.topology.cells.size()},
+                    {"particles", patch.count},
+                    {"neighbours", patch.topology.neighbours}});
+  }
+  return nlohmann::json{{"first", step}, {"patches", std::move(list)}}.dump();
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::record_graph() const {
+  if (TraceRecorder* recorder = TraceRecorder::active()) recorder->add_graph(trace_graph());
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::record_progress(Step done) {
+  if (TraceRecorder* recorder = TraceRecorder::active()) recorder->set_present(done + 1);
+  TraceRecorder* recorder = TraceRecorder::active(done);
+  if (!recorder) return;
+  const std::uint64_t now = ticks();
+  // Reading it costs a system call; fifty times a second are enough.
+  static std::uint64_t next = 0;
+  if (now < next) return;
+  next = now + static_cast<std::uint64_t>(0.02 / seconds_per_tick());
+  recorder->add({.begin = now,
+                 .end = now,
+                 .step = done,
+                 .kind = TraceKind::counter,
+                 .phase = static_cast<std::uint8_t>(TraceCounter::memory),
+                 .detail = {.value = resident_memory()}});
+}
+
+template <int Dim>
+std::string Simulation<Dim>::trace_graph() const {
+  return impl_->trace_graph();
+}
+
+template <int Dim>
+std::vector<Phase> Simulation<Dim>::phases() const {
+  return impl_->phases;
+}
+
+template <int Dim>
+std::vector<Stage> Simulation<Dim>::stages() const {
+  return impl_->stage_list();
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                     \
+  template std::string Simulation<Dim>::Impl::trace_graph() const; \
+  template void Simulation<Dim>::Impl::record_graph() const;       \
+  template void Simulation<Dim>::Impl::record_progress(Step);    \
+  template std::string Simulation<Dim>::trace_graph() const;       \
+  template std::vector<Phase> Simulation<Dim>::phases() const;     \
+  template std::vector<Stage> Simulation<Dim>::stages() const;
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

@@ -1,0 +1,100 @@
+/// \file Records what tasks, messages and threads do, for later analysis.
+#pragma once
+
+#include <atomic>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "runtime/stage_clock.h"
+#include "runtime/trace/record.h"
+
+namespace lahar {
+
+/// Writes the trace file of one rank. Each thread fills a buffer of its own, which is appended to
+/// the file when it is full: what a run records is bounded by the disk, not by memory.
+class TraceRecorder {
+ public:
+  /// `head` and the other texts are JSON (runtime/trace/log.h says what is in them). Throws
+  /// IoError.
+  TraceRecorder(std::filesystem::path file, TraceWindow window, const std::string& head);
+  ~TraceRecorder();
+  TraceRecorder(const TraceRecorder&) = delete;
+  TraceRecorder& operator=(const TraceRecorder&) = delete;
+
+  bool has(Step step) const { return window_.has(step); }
+
+  /// Any thread. The record's thread is set here.
+  void add(TraceRecord record);
+
+  /// Patches are others from now on; while no step is taken.
+  void add_graph(const std::string& graph);
+  /// After the last record; throws IoError where the file could not be written.
+  void finish(const std::string& tail);
+
+  std::int64_t records() const { return records_; }  ///< in the file so far
+
+  /// The recorder of this process's run, or null: one atomic load. Whoever has something to record
+  /// asks for it.
+  static TraceRecorder* active() { return active_.load(std::memory_order_acquire); }
+  /// The step that comes after all that are finished, for what belongs to no step; by one thread at
+  /// a time.
+  void set_present(Step step) { present_.store(step, std::memory_order_relaxed); }
+  Step present() const { return present_.load(std::memory_order_relaxed); }
+
+  /// Set while steps are taken and what they gave is written.
+  static void activate(TraceRecorder* recorder) { active_ = recorder; }
+  /// That of a step, or null where it is not recorded.
+  static TraceRecorder* active(Step step) {
+    TraceRecorder* recorder = active();
+    return recorder && recorder->has(step) ? recorder : nullptr;
+  }
+
+ private:
+  struct Buffer;
+  Buffer& own_buffer();
+  void write(TraceSection::Kind kind, const void* data, std::size_t bytes);
+  void flush(Buffer& buffer);
+
+  static inline std::atomic<TraceRecorder*> active_{nullptr};
+  std::atomic<Step> present_{0};
+
+  std::filesystem::path path_;
+  TraceWindow window_;
+  std::uint64_t number_;  ///< of all recorders of the process
+  std::FILE* file_ = nullptr;
+  bool failed_ = false;
+  std::int64_t records_ = 0;
+  std::mutex mutex_;  ///< of the file and of buffers_
+  std::vector<std::unique_ptr<Buffer>> buffers_;
+};
+
+/// Records what is done during its life, of a step or of the present one.
+class TraceSpan {
+ public:
+  TraceSpan(TraceKind kind, Step step) : recorder_(TraceRecorder::active(step)) {
+    if (recorder_) record_ = {.begin = ticks(), .step = step, .kind = kind};
+  }
+  explicit TraceSpan(TraceKind kind) : TraceSpan(kind, present()) {}
+  ~TraceSpan() {
+    if (!recorder_) return;
+    record_.end = ticks();
+    recorder_->add(record_);
+  }
+  TraceSpan(const TraceSpan&) = delete;
+  TraceSpan& operator=(const TraceSpan&) = delete;
+
+ private:
+  static Step present() {
+    const TraceRecorder* recorder = TraceRecorder::active();
+    return recorder ? recorder->present() : 0;
+  }
+
+  TraceRecorder* recorder_;
+  TraceRecord record_;
+};
+
+}  // namespace lahar

@@ -1,0 +1,17 @@
+/// \file What a simulation does for traces and studies beside its tasks.
+#pragma once
+
+#include "runtime/trace/recorder.h"
+
+namespace lahar {
+
+/// TaskBodies::looking: records polls.
+void trace_looking(bool over);
+
+/// Keep this thread busy [s], for studies.
+void waste_time(double seconds, Step step);
+
+/// [bytes] of memory that this process has at present; 0 = not known.
+double resident_memory();
+
+}  // namespace lahar
