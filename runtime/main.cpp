@@ -19,6 +19,7 @@
 #include "runtime/commands.h"
 #include "runtime/console.h"
 #include "runtime/material_command.h"
+#include "runtime/trace/command.h"
 #include "runtime/verify_command.h"
 
 namespace lahar {
@@ -305,6 +306,20 @@ int run_program(int argc, char** argv) {
   graph_app->callback([&] {
     refuse_several_ranks("graph");
     code = graph_command(graph);
+  });
+
+  TraceArguments trace;
+  auto* trace_app = app.add_subcommand(
+      "trace", "Where the time of a run went that was recorded with lahar run --trace");
+  trace_app->add_option("RUN", trace.run, "Run folder")->required();
+  trace_app->add_flag("--json", trace.json, "All figures as JSON");
+  trace_app->add_option("--chrome", trace.chrome,
+                        "Write trace events for ui.perfetto.dev, as .json or .json.gz")
+      ->type_name("FILE");
+  trace_app->add_flag("--check", trace.check, "Only whether the trace is sound");
+  trace_app->callback([&] {
+    refuse_several_ranks("trace");
+    code = trace_command(trace);
   });
 
   MaterialArguments material;
