@@ -316,6 +316,8 @@ int run_program(int argc, char** argv) {
   trace_app->add_option("--chrome", trace.chrome,
                         "Write trace events for ui.perfetto.dev, as .json or .json.gz")
       ->type_name("FILE");
+  trace_app->add_option("--html", trace.html, "Write a page for a browser, with a timeline")
+      ->type_name("FILE");
   trace_app->add_flag("--check", trace.check, "Only whether the trace is sound");
   trace_app->callback([&] {
     refuse_several_ranks("trace");

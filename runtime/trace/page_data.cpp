@@ -119,7 +119,8 @@ json Timeline::tasks() const {
     if (shows(log_.messages[m])) message_of[m] = shown++;
 
   std::vector<std::string> names{"kind",  "step",   "rank", "thread",     "phase",       "patch",
-                                 "begin", "length", "lag",  "last_input", "last_message"};
+                                 "begin", "length", "lag",  "posting",
+                                 "last_input", "last_message"};
   for (std::size_t s = 0; s < stages; ++s) names.push_back("stage" + std::to_string(s));
   Table table(std::move(names));
   for (std::size_t i = first_; i < last_; ++i) {
@@ -134,6 +135,7 @@ json Timeline::tasks() const {
         at(t.begin),
         ticks(t.end - t.begin),
         ticks(t.begin - t.ready),
+        ticks(std::max(0.0, t.released - t.end)),
         task(t.last_input),
         t.last_message < 0 ? -1 : message_of[static_cast<std::size_t>(t.last_message)]};
     for (std::size_t s = 0; s < stages; ++s)

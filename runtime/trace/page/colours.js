@@ -8,9 +8,9 @@ const palettes = {
          "#c49a7a", "#7cc7c7", "#e58aa8", "#a9cc6e"],
 };
 const others = {
-  light: { unpack: "#33415c", dt: "#b0002a", rest: "#93a1b5", output: "#6b7c32", writing: "#5b4a66",
+  light: { unpack: "#33415c", dt: "#b0002a", rest: "#93a1b5", post: "#a0527c", ends: "#4a7fb5", output: "#6b7c32", writing: "#5b4a66",
            delay: "#111111", poll: "#b3b9c4", dim: "#cfd4dc" },
-  dark: { unpack: "#c3cede", dt: "#ff7b7b", rest: "#6f7d92", output: "#c2d27a", writing: "#b7a2c4",
+  dark: { unpack: "#c3cede", dt: "#ff7b7b", rest: "#6f7d92", post: "#e9b3d0", ends: "#9cc4ea", output: "#c2d27a", writing: "#b7a2c4",
           delay: "#ffffff", poll: "#565f6e", dim: "#3d4552" },
 };
 
@@ -49,7 +49,7 @@ class Colouring {
   set by(what) {
     this.mode = what;
     this.names = what === "phase" ? this.phases : this.stages;
-    const extra = ["unpack", "dt", "rest", "dim", "output", "writing", "delay", "poll"];
+    const extra = ["unpack", "dt", "post", "rest", "dim", "ends", "output", "writing", "delay", "poll"];
     this.size = this.names.length + extra.length;
     extra.forEach((name, k) => { this[name] = this.names.length + k; });
     this.extra = extra;
@@ -64,10 +64,11 @@ class Colouring {
   legend() {
     const colours = this.colours();
     const texts = { unpack: "message taken over", dt: "time step", rest: "between stages",
-                    output: "output", poll: "looking for messages", delay: "delay for a study" };
+                    post: "posting messages", ends: "end of a step", output: "writing files", poll: "looking for messages", delay: "delay for a study" };
     const seen = new Set(this.trace.intervals.kind);
     const { kind } = this.trace;
-    const has = { unpack: this.trace.messages.n > 0, rest: this.by === "stage",
+    const has = { unpack: this.trace.messages.n > 0, post: this.trace.messages.n > 0, rest: this.by === "stage",
+                  ends: seen.has(kind.completed),
                   dt: this.trace.tasks.kind.includes(kind.dt), poll: seen.has(kind.poll),
                   output: seen.has(kind.frame) || seen.has(kind.checkpoint),
                   delay: seen.has(kind.delay) };
@@ -78,12 +79,14 @@ class Colouring {
   ofInterval(i) {
     const { kind, intervals } = this.trace, is = intervals.kind[i];
     if (is === kind.poll) return this.poll;
+    if (is === kind.completed) return this.ends;
     if (is === kind.trace) return this.writing;
     return is === kind.delay ? this.delay : this.output;
   }
   /** Call each(category, begin, end) for the coloured parts of a task: stages follow each other. */
   parts(i, each) {
     const { tasks, kind, view } = this.trace, begin = tasks.begin[i], end = tasks.end[i];
+    if (tasks.posting[i] > 0) each(this.focus ? this.dim : this.post, end, tasks.released[i]);
     if (this.focus && !this.focus(i)) return each(this.dim, begin, end);
     if (tasks.kind[i] === kind.unpack) return each(this.unpack, begin, end);
     if (tasks.kind[i] === kind.dt) return each(this.dt, begin, end);

@@ -52,6 +52,7 @@ class Trace {
     tasks.begin = seconds(tasks.begin, unit);
     tasks.end = tasks.begin.map((begin, i) => begin + tasks.length[i] * unit);
     tasks.ready = tasks.begin.map((begin, i) => begin - tasks.lag[i] * unit);
+    tasks.released = tasks.end.map((end, i) => end + tasks.posting[i] * unit);
     tasks.stage = [];
     for (let s = 0; s < source.tasks.stages; ++s) tasks.stage.push(tasks[`stage${s}`]);
     trace.tasks = tasks;
@@ -72,7 +73,7 @@ class Trace {
     trace.findMessages();
     trace.onPath = new Uint8Array(tasks.n);
     for (let i = 0; i < trace.path.n; ++i)
-      if (trace.pathKinds[trace.path.kind[i]] === "task" && trace.path.task[i] >= 0)
+      if (trace.pathKinds[trace.path.kind[i]] === "tasks" && trace.path.task[i] >= 0)
         trace.onPath[trace.path.task[i]] = 1;
     return trace;
   }
@@ -80,7 +81,7 @@ class Trace {
   /** One row per thread that did something, each with its tasks and intervals by beginning. */
   findRows() {
     const { tasks, intervals, kind } = this;
-    const drawn = [kind.poll, kind.frame, kind.checkpoint, kind.trace, kind.delay];
+    const drawn = [kind.poll, kind.completed, kind.frame, kind.checkpoint, kind.trace, kind.delay];
     const rows = new Map();
     const rowOf = (rank, thread) => {
       const key = rank * 65536 + thread;
@@ -96,15 +97,16 @@ class Trace {
     this.rows.forEach((row, r) => {
       row.spans.sort((a, b) => intervals.begin[a] - intervals.begin[b]);
       for (const i of row.tasks) this.rowOfTask[i] = r;
-      const works = row.tasks.length > 0 || row.spans.some((i) => intervals.kind[i] === kind.poll);
+      const works = row.tasks.length > 0 ||
+        row.spans.some((i) => [kind.poll, kind.completed].includes(intervals.kind[i]));
       row.label = `${this.run.ranks > 1 ? `rank ${row.rank} · ` : ""}${
-        works ? "thread" : "output"} ${row.thread}`;
+        works ? "thread" : "writer"} ${row.thread}`;
       row.brief = `${this.run.ranks > 1 ? `${row.rank}·` : ""}${row.thread}`;
     });
     this.steps = [];  // when steps were known to be complete, on rank 0
     for (let i = 0; i < intervals.n; ++i)
       if (intervals.kind[i] === kind.completed && intervals.rank[i] === 0)
-        this.steps.push({ step: intervals.step[i], time: intervals.begin[i] });
+        this.steps.push({ step: intervals.step[i], time: intervals.end[i] });
     this.steps.sort((a, b) => a.time - b.time);
   }
 

@@ -29,7 +29,7 @@ function time(seconds) {
   const size = Math.abs(seconds) * 1.0005;  // 999.6 µs is 1.00 ms
   const [unit, name] = timeUnits.find(([u]) => size >= u) ?? timeUnits[3];
   const value = seconds / unit;
-  return `${unit === 1e-9 ? number(Math.round(value)) : number(value)} ${name}`;
+  return `${unit === 1e-9 ? number(Math.round(10 * value) / 10) : number(value)} ${name}`;
 }
 
 /** A time of the run, as exact as a range of `span` needs. */

@@ -35,6 +35,7 @@ function hintOf(trace, colouring, found) {
     const i = found.interval, length = intervals.end[i] - intervals.begin[i];
     const names = { [kind.poll]: "looking for messages, without a task", [kind.frame]: "writes a frame",
                     [kind.checkpoint]: "writes a checkpoint", [kind.trace]: "writes the trace",
+                    [kind.completed]: `what is done when step ${intervals.step[i]} is finished`,
                     [kind.delay]: "delayed on purpose, for a study" };
     return [element("b", {}, names[intervals.kind[i]]), element("div", {}, time(length))];
   }
@@ -56,17 +57,16 @@ function startOf(tasks, i) {
 }
 
 function detailsOf(trace, colouring, i, select) {
-  const { tasks, messages } = trace, row = trace.rows[trace.rowOfTask[i]], all = trace.view.span;
+  const { tasks, messages } = trace, row = trace.rows[trace.rowOfTask[i]];
   const fact = (name, ...value) => [element("dt", {}, name), element("dd", {}, ...value)];
-  const exact = (t) => moment(t, all);
+  const exact = (t) => `${(1e3 * t).toLocaleString("en-US", { minimumFractionDigits: 4, maximumFractionDigits: 4 })} ms`;
   const sent = trace.messagesOf.get(i) ?? [];
   const stages = stagesOf(trace, colouring, i);
   const link = (task) => element("button", { type: "button", class: "link", click: () => select(task) },
     `${trace.nameOf(task)}${ofPatch(tasks, task)}`);
   const chain = trace.chainOf(i, 12).slice(1);
   return [
-    element("h3", {}, `${trace.nameOf(i)}${ofPatch(tasks, i)}`),
-    element("dl", {},
+    element("div", {}, element("h3", {}, `${trace.nameOf(i)}${ofPatch(tasks, i)}`), element("dl", {},
       ...fact("step", number(tasks.step[i])),
       ...fact("where", row.label),
       ...fact("ready", exact(tasks.ready[i])),
@@ -78,8 +78,8 @@ function detailsOf(trace, colouring, i, select) {
           time(messages.given[m] - messages.sent[m])}`)))),
       ...(tasks.kind[i] === trace.kind.task && trace.onPath[i]
         ? fact("critical path", "this task is on it") : [])),
-    stages.length > 1 ? shares(stages.map(([name, value, colour]) => ({ name, value, colour })), time) : null,
-    chain.length === 0 ? null : element("div", {}, element("h4", {}, "It ran so late because of"),
+      stages.length > 1 ? shares(stages.map(([name, value, colour]) => ({ name, value, colour })), time) : null),
+    chain.length === 0 ? null : element("div", {}, element("h3", {}, "The last input of each, from here back"),
       element("ol", { class: "chain" }, ...chain.map((task) => element("li", {}, link(task),
         ` step ${tasks.step[task]}, ${trace.rows[trace.rowOfTask[task]].label}: took ${
           time(tasks.end[task] - tasks.begin[task])}, ${startOf(tasks, task)}`)))),

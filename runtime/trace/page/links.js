@@ -35,9 +35,16 @@ class LinkPainter {
   outline(task, colour, width) {
     const { tasks } = this.trace, { ctx } = this;
     const x = this.x(tasks.begin[task]), end = this.x(tasks.end[task]);
+    const top = this.y(task) - this.row / 2;
+    if (end < 0 || x > this.width) return;
+    if (end - x < 2 * width) {  // too narrow: a mark above and below
+      ctx.fillStyle = colour;
+      for (const y of [top, top + this.row - 3]) ctx.fillRect((x + end) / 2 - width, y, 2 * width, 3);
+      return;
+    }
     ctx.strokeStyle = colour;
     ctx.lineWidth = width;
-    ctx.strokeRect(x, this.y(task) - this.row / 2 + 1, Math.max(end - x, 2), this.row - 2);
+    ctx.strokeRect(x, top + 1, end - x, this.row - 2);
   }
 
   /** From its posting to when the task that takes it over began. */
@@ -95,7 +102,7 @@ class LinkPainter {
     if (b - a > 1500) return;
     let before = -1;
     for (let i = a; i < b; ++i) {
-      if (pathKinds[path.kind[i]] !== "task" || path.task[i] < 0) continue;
+      if (pathKinds[path.kind[i]] !== "tasks" || path.task[i] < 0) continue;
       const task = path.task[i];
       if (before >= 0)
         this.line(colour, 1.5, [], [this.x(tasks.end[before]), this.y(before)],

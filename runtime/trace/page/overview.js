@@ -32,7 +32,7 @@ class Overview {
 
   make() {
     const { trace, colouring, host } = this, bins = 400, { span } = trace.view;
-    const used = colouring.names.map((_, i) => i).concat([colouring.unpack, colouring.dt, colouring.rest]);
+    const used = colouring.names.map((_, i) => i).concat([colouring.unpack, colouring.dt, colouring.post, colouring.rest]);
     const sums = this.sums(bins), colours = colouring.colours();
     const times = Float64Array.from({ length: bins }, (_, b) => (b + 0.5) * span / bins);
     const workers = trace.run.threads.reduce((a, b) => a + b, 0);
@@ -67,7 +67,8 @@ class Overview {
     const left = this.plot.valToPos(from, "x"), right = this.plot.valToPos(to, "x");
     this.quiet = true;
     const all = to - from > 0.999 * this.trace.view.span;
-    this.plot.setSelect({ left, top: 0, width: all ? 0 : Math.max(2, right - left),
+    this.plot.over.querySelector(".u-select").hidden = all;
+    this.plot.setSelect({ left, top: 0, width: Math.max(2, right - left),
                           height: this.plot.over.clientHeight }, false);
     this.quiet = false;
   }

@@ -79,7 +79,7 @@ function timelinePanel(trace, report) {
       byId("timeline-card").scrollIntoView({ block: "start" });
       select(task, true);
     },
-    patch: (row) => focus("patch", (i) => trace.tasks.patch[i] === row.number, `patch ${row.number}`),
+    patch: (row) => focus("patch", (i) => trace.tasks.patch[i] === row.patch, `patch ${row.patch}`),
     phase: (row) => {
       const phase = trace.run.phases.findIndex((p) => p.name === row.phase);
       focus("phase", (i) => trace.tasks.kind[i] === trace.kind.task && trace.tasks.phase[i] === phase, row.phase);
@@ -92,7 +92,7 @@ async function start() {
   const report = embedded("report");
   const trace = await Trace.read(embedded("trace"));
   heading(trace);
-  findings(report);
+  findings(trace, report);
   tiles(report);
   workers(report);
   noteOnPart(trace);

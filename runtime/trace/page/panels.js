@@ -38,16 +38,23 @@ function heading(trace) {
     fact("Lahar", run.version));
 }
 
-function findings(report) {
-  document.getElementById("findings").replaceChildren(...report.findings.map((finding, i) =>
-    element("li", { class: i === 0 && finding.name !== "none" ? "main" : "" },
-      element("div", { class: "loss" }, finding.name === "none" ? "✓" : percent(finding.loss / report.worker_time)),
-      element("div", {}, element("b", {}, finding.name), " ",
-        element("span", {}, finding.text)))));
+/** The run's time is even work of all workers and losses; small ones are not listed. */
+function findings(trace, report) {
+  const { wall } = trace.run, least = 0.001 * wall;
+  const list = (report.findings ?? []).filter((finding) => finding.loss > least);
+  const colours = ["--poor", "--runtime", "--messages", "--path-dt", "--other", "--polling"];
+  const parts = [{ name: "work, spread evenly", value: report.ideal_time, colour: "var(--useful)" },
+    ...list.map((finding, i) => ({ name: finding.name, value: finding.loss,
+                                   colour: `var(${colours[Math.min(i, colours.length - 1)]})` }))];
+  document.getElementById("losses").replaceChildren(shares(parts, time));
+  document.getElementById("findings").replaceChildren(...list.map((finding, i) =>
+    element("li", { class: i === 0 ? "main" : "" },
+      element("div", { class: "loss" }, percent(finding.loss / wall)),
+      element("div", {}, element("b", {}, finding.name), element("div", {}, finding.text)))));
 }
 
 function tiles(report) {
-  const e = report.efficiencies;
+  const e = report.efficiencies, replayed = e.transfer !== undefined;
   const tile = (name, value, means, known = true) => {
     const grade = value >= 0.9 ? "good" : value >= 0.7 ? "fair" : "poor";
     return element("div", { class: `tile ${known ? grade : ""}` },
@@ -57,28 +64,28 @@ function tiles(report) {
       element("p", {}, means));
   };
   const sign = (text) => element("div", { class: "sign", "aria-hidden": "true" }, text);
-  const replay = e.replayed ? "" : " Not known: it takes a replay of the trace.";
+  const replay = replayed ? "" : " Not known: it takes a replay of the trace.";
   document.getElementById("tiles").replaceChildren(
     element("div", { class: "equation" },
       tile("parallel efficiency", e.parallel, "Share of the workers' time that was spent in tasks."), sign("="),
-      tile("load balance", e.load_balance, `Mean work of a worker over the most that one had; of ranks alone ${percent(e.by_ranks)}.`), sign("×"),
+      tile("load balance", e.load_balance, `Mean work of a worker over the most that one had; of ranks alone ${percent(e.load_balance_ranks)}.`), sign("×"),
       tile("communication efficiency", e.communication, "The most that one worker worked over the run's time: what is lost by waiting.")),
     element("div", { class: "equation" },
       tile("communication efficiency", e.communication, "As above, and made of:"), sign("="),
-      tile("serialisation", e.serialisation, `What would be left on an ideal network: tasks that wait for tasks.${replay}`, e.replayed), sign("×"),
-      tile("transfer", e.transfer, `The run's time on an ideal network over its time: what moving data costs.${replay}`, e.replayed)));
+      tile("serialisation", e.serialisation, `What would be left on an ideal network: tasks that wait for tasks.${replay}`, replayed), sign("×"),
+      tile("transfer", e.transfer, `The run's time on an ideal network over its time: what moving data costs.${replay}`, replayed)));
 }
 
 function workerParts(worker) {
   const colours = { useful: "--useful", messages: "--messages", runtime: "--runtime", polling: "--polling",
                     other: "--other", idle: "--idle-strong" };
   const names = { useful: "tasks", messages: "taking over messages", runtime: "task graph",
-                  polling: "looking for messages", other: "output and other", idle: "idle" };
+                  polling: "looking for messages", other: "files and other", idle: "idle" };
   return Object.keys(colours).map((key) => ({ key, name: names[key], value: Math.max(0, worker[key]),
                                               colour: `var(${colours[key]})` }));
 }
 function workers(report) {
-  const list = report.workers, parts = ["useful", "messages", "polling", "runtime", "idle", "other"];
+  const list = report.workers ?? [], parts = ["useful", "messages", "polling", "runtime", "idle", "other"];
   const sum = Object.fromEntries(parts.map((key) => [key, list.reduce((s, w) => s + w[key], 0)]));
   const shown = 64;
   const several = new Set(list.map((w) => w.rank)).size > 1;
@@ -88,25 +95,17 @@ function workers(report) {
     element("div", { class: "workers" }, ...rows.flatMap((w) => {
       const bar = workerParts(w).filter((part) => part.value > 0);
       const total = bar.reduce((s, part) => s + part.value, 0);
-      return [element("span", {}, `${several ? `rank ${w.rank} · ` : ""}thread ${w.thread}`),
+      return [element("span", {}, `${several ? `rank ${w.rank} · ` : ""}${w.thread < 1 << 20 ? `thread ${w.thread}` : "without a task"}`),
               stacked(bar, total, time), element("span", { class: "figure" }, percent(w.useful / total))];
     })),
     list.length > shown ? element("p", { class: "soft" }, `${list.length - shown} more workers are not shown.`) : "");
 }
 
-const pathWords = {
-  task: ["work of tasks", "--useful"], message: ["messages on their way", "--messages"],
-  worker: ["ready, but all workers were busy", "--runtime"],
-  step: ["held back for the slowest patches", "--path-step"],
-  "time step": ["agreement on the time step", "--path-dt"],
-  start: ["start of a ready task while a worker was idle", "--polling"],
-};
 function criticalPath(trace, report) {
-  const { path } = report;
-  const kinds = trace.pathKinds.map((kind, k) => {
-    const [name, colour] = pathWords[kind.replaceAll("_", " ")] ?? [kind, "--other"];
-    return { name, value: path.by_kind[k], colour: `var(${colour})` };
-  });
+  const path = report.critical_path;
+  const colours = ["--useful", "--path-dt", "--messages", "--runtime", "--path-step", "--polling"];
+  const kinds = trace.pathKinds.map((name, k) => ({ name, value: path.by_kind[name] ?? 0,
+                                                    colour: `var(${colours[k % colours.length]})` }));
   const stages = report.stages.filter((stage) => stage.on_path > 0).sort((a, b) => b.on_path - a.on_path);
   const most = stages[0]?.on_path ?? 1;
   document.getElementById("path").replaceChildren(
@@ -122,7 +121,7 @@ function criticalPath(trace, report) {
 }
 
 function exchange(trace, report) {
-  const { exchange: e, spread } = report;
+  const { exchange: e, steps_apart: spread } = report;
   const tile = (name, value, text) => element("div", { class: "tile" }, element("div", { class: "name" }, name),
     element("div", { class: "value" }, value), element("p", {}, text));
   document.getElementById("exchange").replaceChildren(
@@ -131,5 +130,5 @@ function exchange(trace, report) {
       tile("on their way", time(e.messages ? e.in_flight / e.messages : 0), "on average, from posting to arrival"),
       tile("hidden behind work", percent(e.in_flight > 0 ? 1 - e.exposed / e.in_flight : 1),
            `of the time on their way; for ${time(e.exposed)} of it workers were idle`)]),
-    tile("patches apart", `${number(spread.mean)} steps`, `on average; ${count(spread.largest, "step")} at most`));
+    tile("patches apart", `${number(spread.mean)} steps`, `on average; ${count(spread.max, "step")} at most`));
 }

@@ -46,9 +46,9 @@ function stageTable(report, action) {
     { name: "total", ...t("total"), bar: true },
     { name: "share", value: (row) => row.share, text: (row) => percent(row.share), help: "of the time that workers had" },
     { name: "mean", ...t("mean") }, { name: "median", ...t("p50") },
-    { name: "95 %", ...t("p95"), help: "95 % of the tasks took less" }, { name: "longest", ...t("longest") },
-    { name: "ranks", value: (row) => row.by_ranks, text: (row) => number(row.by_ranks), help: "imbalance: the most that one rank had over the mean" },
-    { name: "threads", value: (row) => row.by_threads, text: (row) => number(row.by_threads), help: "imbalance: the most that one thread had over the mean" },
+    { name: "95 %", ...t("p95"), help: "95 % of the tasks took less" }, { name: "longest", ...t("max") },
+    { name: "ranks", value: (row) => row.imbalance_ranks, text: (row) => number(row.imbalance_ranks), help: "imbalance: the most that one rank had over the mean" },
+    { name: "threads", value: (row) => row.imbalance_threads, text: (row) => number(row.imbalance_threads), help: "imbalance: the most that one thread had over the mean" },
     { name: "per particle", value: (row) => row.per_particle, text: (row) => (row.per_particle > 0 ? time(row.per_particle) : "–"), help: "and step" },
     { name: "critical path", ...t("on_path"), help: "time of it on the critical path" },
   ];
@@ -57,22 +57,23 @@ function stageTable(report, action) {
 
 function waitTable(trace, report, action) {
   const { tasks } = trace;
-  const rows = report.waits.map((wait, w) => ({ ...wait, task: trace.waitTasks[w] }))
-    .map((wait) => ({ ...wait, known: wait.task >= 0 && wait.task < tasks.n }));
+  const rows = (report.longest_waits ?? []).map((wait, w) => ({ ...wait, place: trace.waitTasks[w] }))
+    .map((wait) => ({ ...wait, known: wait.place >= 0 && wait.place < tasks.n }));
   if (rows.length === 0) return element("p", { class: "soft" }, "No task waited.");
-  const name = (row) => (row.known ? `${trace.nameOf(row.task)}${ofPatch(tasks, row.task)}` : "(not in the timeline)");
+  const name = ({ task }) => (task.patch < 0 ? "time step" : `${task.phase} of patch ${task.patch}`);
   return sortable([
     { name: "task", value: name },
-    { name: "step", value: (row) => (row.known ? tasks.step[row.task] : -1), text: (row) => (row.known ? number(tasks.step[row.task]) : "–") },
+    { name: "step", value: (row) => row.task.step },
+    { name: "rank", value: (row) => row.task.rank },
     { name: "waited", value: (row) => row.time, text: (row) => time(row.time), bar: true, help: "from when everything but the last input had come" },
-    { name: "for", value: (row) => row.for_what },
-  ], rows, { sortBy: 2, most: 30, action: (row) => row.known && action(row.task) });
+    { name: "for", value: (row) => row.for },
+  ], rows, { sortBy: 3, most: 30, action: (row) => row.known && action(row.place) });
 }
 
 function patchTable(report, action) {
-  if (report.patches.length === 0) return element("p", { class: "soft" }, "No patches.");
+  if (!report.slowest_patches) return element("p", { class: "soft" }, "No patches.");
   return sortable([
-    { name: "patch", value: (row) => row.number, text: (row) => `patch ${row.number}` },
+    { name: "patch", value: (row) => row.patch, text: (row) => `patch ${row.patch}` },
     { name: "rank", value: (row) => row.rank },
     { name: "total", value: (row) => row.total, text: (row) => time(row.total), bar: true },
     { name: "of the mean", value: (row) => row.over_mean, text: (row) => `${number(row.over_mean)} ×`, help: "its time over the mean of patches" },
@@ -80,5 +81,5 @@ function patchTable(report, action) {
     { name: "cells", value: (row) => row.cells, text: (row) => number(row.cells) },
     { name: "per particle", value: (row) => row.per_particle, text: (row) => (row.per_particle > 0 ? time(row.per_particle) : "–"), help: "and step" },
     { name: "why", value: (row) => row.why },
-  ], report.patches, { sortBy: 2, most: 30, action });
+  ], report.slowest_patches, { sortBy: 2, most: 30, action });
 }

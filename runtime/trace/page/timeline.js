@@ -164,21 +164,25 @@ class Timeline {
     this.drawOverlay();
   }
 
-  /** When steps were complete, where they are not too close. */
+  /** When steps were complete: lines where they are far apart, names where there is room. */
   drawSteps(ctx, box, min, max) {
     const { steps } = this.trace, k = box.width / (max - min), ratio = devicePixelRatio;
     const a = firstOf(0, steps.length, (i) => steps[i].time >= min);
     const b = firstOf(a, steps.length, (i) => steps[i].time > max);
-    if (b === a) return;
-    const every = Math.ceil((b - a) / Math.max(1, box.width / ratio / 60));
+    const apart = (b - a) * 60 * ratio < box.width;
     ctx.font = `${10 * ratio}px system-ui, sans-serif`;
     ctx.textAlign = "right";
+    ctx.fillStyle = theme.css("soft");
+    let free = box.left;
     for (let i = a; i < b; ++i) {
-      if (steps[i].step % every !== 0) continue;
-      const x = box.left + (steps[i].time - min) * k;
-      ctx.fillStyle = theme.css("soft");
-      ctx.fillRect(x, box.top - 6 * ratio, ratio, box.height + 6 * ratio);
-      if (x - box.left > 45 * ratio) ctx.fillText(`step ${steps[i].step}`, x - 3 * ratio, box.top - 3 * ratio);
+      const x = box.left + (steps[i].time - min) * k, name = `step ${steps[i].step}`;
+      const from = x - 3 * ratio - ctx.measureText(name).width, named = from > free;
+      if (named) {
+        ctx.fillText(name, x - 3 * ratio, box.top - 3 * ratio);
+        free = x + 4 * ratio;
+      }
+      ctx.fillRect(x, box.top - (named ? 11 : 5) * ratio, ratio,
+                   (named ? 11 : 5) * ratio + (apart ? box.height : 0));
     }
   }
 
