@@ -234,6 +234,8 @@ int run_program(int argc, char** argv) {
       ->type_name("FILE");
   trace_app->add_option("--otf2", trace.otf2, "Write an OTF2 archive, for Vampir (if built so)")
       ->type_name("FOLDER");
+  trace_app->add_option("--html", trace.html, "Write a page for a browser, with a timeline")
+      ->type_name("FILE");
   trace_app->add_flag("--check", trace.check, "Only whether the trace is sound");
   trace_app->callback([&] {
     refuse_several_ranks("trace");

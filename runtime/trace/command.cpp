@@ -2,10 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "physics/error.h"
 #include "runtime/commands.h"
 #include "runtime/trace/analysis.h"
 #include "runtime/trace/chrome.h"
 #include "runtime/trace/otf2.h"
+#include "runtime/trace/page.h"
 
 namespace lahar {
 
@@ -18,6 +24,15 @@ int check(const TraceLog& log) {
     fmt::print("sound: {} tasks, {} messages, steps {} to {}\n", log.tasks.size(),
                log.messages.size(), log.run.first, log.run.last);
   return problems.empty() ? exit_ok : exit_internal;
+}
+
+void write_page(const TraceLog& log, const TraceReport& report, const std::string& file) {
+  const std::string page = page_of(log, report);
+  std::ofstream out(file, std::ios::binary);
+  out.write(page.data(), static_cast<std::streamsize>(page.size()));
+  out.close();
+  if (!out) throw IoError("cannot write " + file + ": " + std::strerror(errno));
+  fmt::print("{}\nopen it with a browser\n", file);
 }
 
 }  // namespace
@@ -36,6 +51,10 @@ int trace_command(const TraceArguments& arguments) {
     return exit_ok;
   }
   const TraceReport report = analyse(log);
+  if (!arguments.html.empty()) {
+    write_page(log, report, arguments.html);
+    return exit_ok;
+  }
   fmt::print("{}", arguments.json ? json_of(log, report) + "\n" : text_of(log, report));
   return exit_ok;
 }
