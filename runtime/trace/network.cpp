@@ -153,7 +153,7 @@ std::string short_time(double seconds) {
 }
 
 std::string text_of(const Network& network) {
-  if (!network.packing) return "ideal: messages take no time";
+  if (!network.packing && network.latency == 0.0) return "ideal: messages take no time";
   const auto time = [](const std::optional<double>& value) {
     return value ? short_time(*value) : std::string("as measured");
   };

@@ -30,7 +30,7 @@ class BulkSimulator {
       result_.step_end.push_back(now);
       now += reduction() + c_.epoch->completion[of_step];
     }
-    result_.total = now;
+    result_.total = result_.step_end.empty() ? 0 : result_.step_end.back();
     for (double& spread : result_.spread) spread = std::sqrt(spread / std::max(1, c_.steps));
     return std::move(result_);
   }

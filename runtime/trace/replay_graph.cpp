@@ -31,7 +31,7 @@ class GraphSimulator {
       for (const int rank : touched_) start_tasks(rank);
       touched_.clear();
     }
-    result_.total = now_;
+    result_.total = result_.step_end.empty() ? 0 : result_.step_end.back();
     for (double& spread : result_.spread) spread = std::sqrt(spread / std::max(1.0, reductions_));
     for (std::size_t r = 0; r < ranks_.size(); ++r)
       for (const double useful : ranks_[r].useful) result_.useful.push_back(useful);

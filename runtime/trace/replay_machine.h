@@ -63,7 +63,7 @@ ReplayCase make_case(const ReplayWork& work, const ReplayEpoch& epoch, const Net
 
 /// What a simulation of steps found.
 struct ReplayResult {
-  double total = 0;                ///< [s]
+  double total = 0;                ///< [s] until all tasks of all steps are done
   std::vector<double> step_end;    ///< [s] by step, when all its tasks were done
   std::vector<double> useful;      ///< [s] by worker, rank by rank
   double exposed = 0;              ///< [s] of idle workers whose rank had a message under way
