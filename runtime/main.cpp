@@ -170,7 +170,8 @@ int run_program(int argc, char** argv) {
   });
 
   std::string source, format, step = "last", output;
-  auto* export_app = app.add_subcommand("export", "Write particles as CSV, for ParaView or for CB-Geo MPM");
+  auto* export_app =
+      app.add_subcommand("export", "Write particles as CSV, for ParaView or for CB-Geo MPM");
   export_app->add_option("RUN", source, "Run folder or frame")->required();
   export_app->add_option("--to", format, "csv, vtu or cbgeo")->required();
   export_app->add_option("--step", step, "A step, last (default) or all")
@@ -229,14 +230,31 @@ int run_program(int argc, char** argv) {
       "trace", "Where the time of a run went that was recorded with lahar run --trace");
   trace_app->add_option("RUN", trace.run, "Run folder")->required();
   trace_app->add_flag("--json", trace.json, "All figures as JSON");
-  trace_app->add_option("--chrome", trace.chrome,
-                        "Write trace events for ui.perfetto.dev, as .json or .json.gz")
+  trace_app
+      ->add_option("--chrome", trace.chrome,
+                   "Write trace events for ui.perfetto.dev, as .json or .json.gz")
       ->type_name("FILE");
   trace_app->add_option("--otf2", trace.otf2, "Write an OTF2 archive, for Vampir (if built so)")
       ->type_name("FOLDER");
   trace_app->add_option("--html", trace.html, "Write a page for a browser, with a timeline")
       ->type_name("FILE");
   trace_app->add_flag("--check", trace.check, "Only whether the trace is sound");
+  auto* replay_option = trace_app->add_option(
+      "--replay", trace.replay,
+      "How long the run would take with another network: a JSON file with latency, bandwidth and "
+      "overhead, or measured, or ideal");
+  replay_option->type_name("NETWORK");
+  trace_app->add_option("--ranks", trace.ranks, "Replay on so many ranks (default: as recorded)")
+      ->needs(replay_option)
+      ->check(CLI::Range(1, 100'000));
+  trace_app
+      ->add_option("--threads,-t", trace.threads,
+                   "Replay or project with so many threads of each rank (default: as recorded)")
+      ->check(CLI::Range(1, 4096));
+  trace_app->add_flag("--bulk-synchronous", trace.bulk, "Replay with a barrier after each phase")
+      ->needs(replay_option);
+  trace_app->add_flag("--project", trace.project,
+                      "Weak and strong scaling to 100,000 cores, as a graph and with barriers");
   trace_app->callback([&] {
     refuse_several_ranks("trace");
     code = trace_command(trace);
@@ -245,7 +263,8 @@ int run_program(int argc, char** argv) {
   MaterialArguments material;
   auto* material_app = app.add_subcommand(
       "material", "Lead one material point along a path of strains, stresses or both");
-  material_app->add_option("DRIVER", material.driver, "Input (JSON): material and path")->required();
+  material_app->add_option("DRIVER", material.driver, "Input (JSON): material and path")
+      ->required();
   material_app
       ->add_option("--set", material.options.overrides,
                    "Replace a value: material.friction=30 (repeatable)")
@@ -297,10 +316,11 @@ int run_program(int argc, char** argv) {
   bench_app->add_option("--from", bench.from, "Report a result (JSON) instead of measuring");
   std::string of_ranks;
   bench_app
-      ->add_option("WHAT", of_ranks,
-                   "ranks or overlap: measure MPI ranks instead (starts itself under mpirun); "
-                   "locate: how long it takes to find the cells of particles; trace: what recording "
-                   "costs")
+      ->add_option(
+          "WHAT", of_ranks,
+          "ranks or overlap: measure MPI ranks instead (starts itself under mpirun); "
+          "locate: how long it takes to find the cells of particles; trace: what recording "
+          "costs")
       ->check(CLI::IsMember({"ranks", "overlap", "locate", "trace"}));
   bench_app->callback([&] {
     if (of_ranks == "locate") {

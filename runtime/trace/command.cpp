@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -12,6 +13,8 @@
 #include "runtime/trace/chrome.h"
 #include "runtime/trace/otf2.h"
 #include "runtime/trace/page.h"
+#include "runtime/trace/project.h"
+#include "runtime/trace/replay.h"
 
 namespace lahar {
 
@@ -35,6 +38,32 @@ void write_page(const TraceLog& log, const TraceReport& report, const std::strin
   fmt::print("{}\nopen it with a browser\n", file);
 }
 
+int print_replay(const TraceLog& log, const TraceArguments& arguments) {
+  const Replay result = replay(log, {.ranks = arguments.ranks,
+                                     .threads = arguments.threads,
+                                     .network = read_network(arguments.replay),
+                                     .bulk_synchronous = arguments.bulk});
+  fmt::print("{}", arguments.json ? json_of(result) + "\n" : text_of(result));
+  return exit_ok;
+}
+
+int print_projection(const TraceLog& log, const TraceArguments& arguments) {
+  ProjectionAsk ask{.threads = arguments.threads};
+  if (!arguments.replay.empty()) ask.network = read_network(arguments.replay);
+  const Projection result = project(log, ask);
+  fmt::print("{}", arguments.json ? json_of(result) + "\n" : text_of(result));
+  return exit_ok;
+}
+
+/// What is lost to messages with a network that takes no time is serialisation, the rest transfer.
+void split_communication(const TraceLog& log, Efficiencies& efficiencies) {
+  if (log.run.ranks == 1) return;
+  const Replay ideal = replay(log, {.network = Network::ideal()});
+  efficiencies.transfer = std::clamp(ideal.total / log.run.wall, efficiencies.communication, 1.0);
+  efficiencies.serialisation = efficiencies.communication / efficiencies.transfer;
+  efficiencies.replayed = true;
+}
+
 }  // namespace
 
 int trace_command(const TraceArguments& arguments) {
@@ -50,7 +79,10 @@ int trace_command(const TraceArguments& arguments) {
     fmt::print("{}/trace.otf2\n", arguments.otf2);
     return exit_ok;
   }
-  const TraceReport report = analyse(log);
+  if (arguments.project) return print_projection(log, arguments);
+  if (!arguments.replay.empty()) return print_replay(log, arguments);
+  TraceReport report = analyse(log);
+  split_communication(log, report.efficiencies);
   if (!arguments.html.empty()) {
     write_page(log, report, arguments.html);
     return exit_ok;

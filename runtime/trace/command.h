@@ -12,6 +12,10 @@ struct TraceArguments {
   std::string chrome;  ///< file to write for Perfetto; empty = none
   std::string otf2;    ///< folder to write for Vampir; empty = none
   std::string html;    ///< page to write; empty = none
+  std::string replay;  ///< the network to replay it with: a file, "measured" or "ideal"; empty = none
+  bool project = false;   ///< to many cores, with the network of `replay`
+  bool bulk = false;      ///< replay with barriers
+  int ranks = 0, threads = 0;  ///< of the replay; 0 = as recorded
 };
 
 /// Returns the exit code.

@@ -24,9 +24,9 @@ using nlohmann::json;
 /// The sections of one rank's file.
 struct RankFile {
   std::string name;
-  json head, tail;
-  std::vector<json> graphs;
-  std::vector<TraceRecord> records;
+  json head = {}, tail = {};
+  std::vector<json> graphs = {};
+  std::vector<TraceRecord> records = {};
 
   /// [s] of a tick on rank 0's clock, from `origin` on: a straight line through the two readings.
   double seconds(std::uint64_t tick, std::uint64_t origin, double per_tick) const {

@@ -16,19 +16,19 @@ namespace lahar {
 /// A run and its timestep, as the heads of its trace files say.
 struct TraceRun {
   struct PhaseInfo {
-    std::string name;
-    std::string exchange;  ///< what it takes from neighbours; empty = nothing
+    std::string name = {};
+    std::string exchange = {};  ///< what it takes from neighbours; empty = nothing
     bool gives_dt = false, needs_dt = false;
-    std::vector<std::string> stages;
+    std::vector<std::string> stages = {};
   };
-  std::string id;  ///< the same in all files of a run
+  std::string id = {};  ///< the same in all files of a run
   std::string version, title, scheme, executor;
   int ranks = 1;
-  std::vector<int> threads;  ///< workers, by rank
-  std::vector<std::string> hosts;
+  std::vector<int> threads = {};  ///< workers, by rank
+  std::vector<std::string> hosts = {};
   bool adaptive = false;  ///< has a dt task
   double latency = 0;     ///< [s] injected per message
-  std::vector<PhaseInfo> phases;
+  std::vector<PhaseInfo> phases = {};
   Step first = 0, last = 0;  ///< steps of which tasks were recorded
   double wall = 0;           ///< [s] of the recorded steps
   double clock_bound = 0;    ///< [s] by which times of two ranks may be wrong against each other
@@ -38,13 +38,13 @@ struct TraceRun {
 struct TracePatch {
   int number = 0, rank = 0;
   std::int64_t cells = 0, particles = 0;  ///< at that time
-  std::vector<int> neighbours;            ///< numbers
+  std::vector<int> neighbours = {};       ///< numbers
 };
 
 /// Patches of all ranks for the steps from `first` on.
 struct TraceGraph {
   Step first = 0;
-  std::map<int, TracePatch> patches;  ///< by number
+  std::map<int, TracePatch> patches = {};  ///< by number
 };
 
 /// A task that ran. Times in seconds since the first one of the run.
@@ -88,13 +88,13 @@ struct TraceValue {
 
 struct TraceLog {
   TraceRun run;
-  std::vector<TraceGraph> graphs;  ///< ascending by step
-  std::vector<TraceTask> tasks;    ///< by beginning
+  std::vector<TraceGraph> graphs = {};  ///< ascending by step
+  std::vector<TraceTask> tasks = {};    ///< by beginning
   /// Tasks that task t waited for: inputs[first_input[t]] to inputs[first_input[t + 1] - 1].
-  std::vector<int> first_input, inputs;
-  std::vector<TraceMessage> messages;
-  std::vector<TraceInterval> intervals;
-  std::vector<TraceValue> counters;
+  std::vector<int> first_input = {}, inputs = {};
+  std::vector<TraceMessage> messages = {};
+  std::vector<TraceInterval> intervals = {};
+  std::vector<TraceValue> counters = {};
 
   const TraceGraph& graph_at(Step step) const;
 };
