@@ -159,7 +159,8 @@ def picture(run, output):
         return np.where(np.isfinite(top), np.maximum(top - base, 0), 0)
 
     light = LightSource(azdeg=315, altdeg=40)
-    fig, axes = plt.subplots(3, 1, figsize=(9, 12.5), dpi=130)
+    fig, axes = plt.subplots(3, 1, figsize=(8, 9.5), dpi=90, layout="constrained",
+                             height_ratios=(1, 1, 0.7))
     for axis, at, title in ((axes[0], points - moved, "before"), (axes[1], points, f"after {time:.0f} s")):
         d = depth(at)
         axis.imshow(light.hillshade((base + d).T, dx=grid, dy=grid), cmap="gray", origin="lower",
@@ -180,7 +181,6 @@ def picture(run, output):
     axes[2].set(title="Section along the middle, before (grey) and after", xlabel="x [m]",
                 ylabel="z [m]", aspect="equal")
     fig.colorbar(dots, ax=axes[2], shrink=0.8, label="displacement [m]")
-    fig.tight_layout()
     fig.savefig(output)
     speed = np.linalg.norm(velocity, axis=1)
     print(f"{output}: after {time:.1f} s the soil has moved {np.linalg.norm(moved, axis=1).mean():.0f} m "
