@@ -303,6 +303,8 @@ int run_program(int argc, char** argv) {
   graph_app->add_option("--output,-o", graph.output,
                         "File .dot, .svg, .png or .pdf (default: DOT text)");
   graph_app->add_flag("--all", graph.all, "All patches, not only one and its neighbours");
+  graph_app->add_option("--ranks", graph.ranks, "Frame the patches of each of so many MPI ranks")
+      ->check(CLI::Range(1, 1'000'000));
   graph_app->callback([&] {
     refuse_several_ranks("graph");
     code = graph_command(graph);
@@ -318,6 +320,8 @@ int run_program(int argc, char** argv) {
       ->type_name("FILE");
   trace_app->add_option("--html", trace.html, "Write a page for a browser, with a timeline")
       ->type_name("FILE");
+  trace_app->add_option("--otf2", trace.otf2, "Write an OTF2 archive, for Vampir (if built so)")
+      ->type_name("FOLDER");
   trace_app->add_flag("--check", trace.check, "Only whether the trace is sound");
   trace_app->callback([&] {
     refuse_several_ranks("trace");
@@ -381,15 +385,17 @@ int run_program(int argc, char** argv) {
   bench_app
       ->add_option("WHAT", of_ranks,
                    "ranks or overlap: measure MPI ranks instead (starts itself under mpirun); "
-                   "locate: how long it takes to find the cells of particles")
-      ->check(CLI::IsMember({"ranks", "overlap", "locate"}));
+                   "locate: how long it takes to find the cells of particles; trace: what recording "
+                   "costs")
+      ->check(CLI::IsMember({"ranks", "overlap", "locate", "trace"}));
   bench_app->callback([&] {
     if (of_ranks == "locate") {
       refuse_several_ranks("bench");
       code = bench_locate({bench.quick, bench.repeats > 0 ? bench.repeats : 5});
       return;
     }
-    if (!of_ranks.empty()) {
+    if (of_ranks == "trace") bench.cases = {"trace-plate", "trace-h8-125k"};
+    if (!of_ranks.empty() && of_ranks != "trace") {
       const RankBenchArguments arguments{std::filesystem::read_symlink("/proc/self/exe").string(),
                                          bench.quick, bench.repeats > 0 ? bench.repeats : 5};
       code = of_ranks == "ranks" ? bench_ranks(arguments) : bench_overlap(arguments);

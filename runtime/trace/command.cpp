@@ -10,6 +10,7 @@
 #include "runtime/commands.h"
 #include "runtime/trace/analysis.h"
 #include "runtime/trace/chrome.h"
+#include "runtime/trace/otf2.h"
 #include "runtime/trace/page.h"
 
 namespace lahar {
@@ -42,6 +43,11 @@ int trace_command(const TraceArguments& arguments) {
   if (!arguments.chrome.empty()) {
     write_chrome(log, arguments.chrome);
     fmt::print("{}\nopen it at https://ui.perfetto.dev\n", arguments.chrome);
+    return exit_ok;
+  }
+  if (!arguments.otf2.empty()) {
+    write_otf2(log, arguments.otf2);
+    fmt::print("{}/trace.otf2\n", arguments.otf2);
     return exit_ok;
   }
   const TraceReport report = analyse(log);

@@ -11,6 +11,7 @@ struct TraceArguments {
   bool check = false;  ///< only whether the trace is sound
   std::string chrome;  ///< file to write for Perfetto; empty = none
   std::string html;    ///< page to write; empty = none
+  std::string otf2;    ///< folder to write for Vampir; empty = none
 };
 
 /// Returns the exit code.
