@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "graph/executor.h"
+#include "runtime/trace/critical_path.h"
 #include "runtime/trace/idle_time.h"
 
 namespace lahar {
@@ -55,7 +56,6 @@ class Analysis {
     use_stages();
     find_efficiencies();
     find_path();
-    find_longest_chain();
     find_waits();
     find_patches();
     find_exchange();
@@ -181,120 +181,10 @@ class Analysis {
 
   // --- critical path ----------------------------------------------------------------------------
 
-  /// Backwards from the last task: what it waited for last, or, where it was ready and waited for
-  /// its worker, what that did before.
   void find_path() {
-    find_latest();
-    find_serial();
-    const std::vector<int> before = task_before_on_worker();
-    std::vector<PathPart> parts;
-    const auto add = [&](PathPart::Kind kind, double begin, double end, int task) {
-      if (end > begin) parts.push_back({kind, begin, end, task});
-    };
-    int t = last_task();
-    while (t >= 0) {
-      const TraceTask& task = log_.tasks[static_cast<std::size_t>(t)];
-      add(PathPart::Kind::task, task.begin, task.end, t);
-      const int on_worker = before[static_cast<std::size_t>(t)];
-      const TraceTask* other =
-          on_worker >= 0 ? &log_.tasks[static_cast<std::size_t>(on_worker)] : nullptr;
-      const double free = other ? other->released : origin_;
-      if (free > task.ready || (task.last_input < 0 && task.ready >= task.begin)) {
-        const double serial = serial_between(task, free, task.begin);
-        add(PathPart::Kind::start, free + serial, task.begin, t);
-        add(PathPart::Kind::step, free, free + serial, t);
-        if (other) add(PathPart::Kind::posting, other->end, free, on_worker);
-        t = on_worker;
-        continue;
-      }
-      const double serial = serial_between(task, task.ready, task.begin);
-      add(PathPart::Kind::start, task.ready + serial, task.begin, t);
-      add(PathPart::Kind::step, task.ready, task.ready + serial, t);
-      t = follow_input(task, t, add);
-    }
-    std::reverse(parts.begin(), parts.end());
-    CriticalPath& path = report_.path;
-    path.by_kind.assign(path_kinds, 0.0);
-    for (const PathPart& part : parts) {
-      path.by_kind[static_cast<std::size_t>(part.kind)] += part.end - part.begin;
+    report_.path = critical_path(log_, workers_);
+    for (const PathPart& part : report_.path.parts)
       if (part.kind == PathPart::Kind::task) add_to_stages(part);
-    }
-    path.parts = std::move(parts);
-  }
-
-  /// [s] of some time in which the task's worker did what is done when a step is finished.
-  double serial_between(const TraceTask& task, double begin, double end) const {
-    const auto of_worker = serial_.find({task.rank, task.thread});
-    if (of_worker == serial_.end()) return 0;
-    const auto& list = of_worker->second;  // ascending, apart
-    auto i = std::partition_point(list.begin(), list.end(),
-                                  [&](const auto& interval) { return interval.second <= begin; });
-    double sum = 0;
-    for (; i != list.end() && i->first < end; ++i)
-      sum += std::min(end, i->second) - std::max(begin, i->first);
-    return sum;
-  }
-  void find_serial() {
-    for (const TraceInterval& i : log_.intervals)
-      if (i.kind == TraceKind::completed) serial_[{i.rank, i.thread}].push_back({i.begin, i.end});
-    for (auto& [worker, list] : serial_) std::sort(list.begin(), list.end());
-  }
-
-  template <class Add>
-  int follow_input(const TraceTask& task, int t, Add add) const {
-    if (task.last_message >= 0) {
-      const TraceMessage& m = log_.messages[static_cast<std::size_t>(task.last_message)];
-      const double done =
-          m.sender >= 0 ? log_.tasks[static_cast<std::size_t>(m.sender)].end : m.packed;
-      add(PathPart::Kind::transit, m.sent, m.given, t);
-      add(PathPart::Kind::posting, done, m.sent, m.sender >= 0 ? m.sender : t);
-      return m.sender;
-    }
-    if (task.last_input >= 0) return task.last_input;
-    // A permit, or an agreement on the time step: the last task that it depended on.
-    const bool dt = task.kind == TraceKind::dt;
-    const auto& latest = dt ? latest_limit_ : latest_end_;
-    const auto found = latest.find(dt ? task.step - 1 : task.step - max_lead);
-    if (found == latest.end()) return -1;
-    const double done = log_.tasks[static_cast<std::size_t>(found->second)].end;
-    if (done > task.ready) return -1;  // clocks of two ranks
-    add(dt ? PathPart::Kind::time_step : PathPart::Kind::step, done, task.ready, t);
-    return found->second;
-  }
-
-  /// By step: the task that ends last of all, and of those that give the time step.
-  void find_latest() {
-    const auto later = [&](std::map<Step, int>& map, Step step, int t) {
-      const auto [at, is_new] = map.emplace(step, t);
-      if (!is_new && log_.tasks[static_cast<std::size_t>(t)].end >
-                         log_.tasks[static_cast<std::size_t>(at->second)].end)
-        at->second = t;
-    };
-    for (std::size_t t = 0; t < log_.tasks.size(); ++t) {
-      const TraceTask& task = log_.tasks[t];
-      if (task.kind != TraceKind::task) continue;
-      if (static_cast<std::size_t>(task.phase) + 1 == log_.run.phases.size())
-        later(latest_end_, task.step, static_cast<int>(t));
-      if (phase(task).gives_dt) later(latest_limit_, task.step, static_cast<int>(t));
-    }
-  }
-
-  int last_task() const {
-    int last = 0;
-    for (std::size_t t = 0; t < log_.tasks.size(); ++t)
-      if (log_.tasks[t].end > log_.tasks[static_cast<std::size_t>(last)].end)
-        last = static_cast<int>(t);
-    return last;
-  }
-
-  std::vector<int> task_before_on_worker() const {
-    std::vector<int> before(log_.tasks.size(), -1), latest(workers_.list.size(), -1);
-    for (std::size_t t = 0; t < log_.tasks.size(); ++t) {
-      int& at = latest[worker(log_.tasks[t].rank, log_.tasks[t].thread)];
-      before[t] = at;
-      at = static_cast<int>(t);
-    }
-    return before;
   }
 
   void add_to_stages(const PathPart& part) {
@@ -305,23 +195,6 @@ class Analysis {
       first += log_.run.phases[static_cast<std::size_t>(f)].stages.size();
     for (std::size_t s = 0; s < phase(task).stages.size(); ++s)
       report_.stages[first + s].on_path += task.stage[s];
-  }
-
-  /// Tasks lie in the order of their beginning, so that inputs come before what waits for them.
-  void find_longest_chain() {
-    CriticalPath& path = report_.path;
-    std::vector<double> chain(log_.tasks.size());
-    for (std::size_t t = 0; t < chain.size(); ++t) {
-      const TraceTask& task = log_.tasks[t];
-      double longest = 0;
-      for (int k = log_.first_input[t]; k < log_.first_input[t + 1]; ++k)
-        longest = std::max(
-            longest, chain[static_cast<std::size_t>(log_.inputs[static_cast<std::size_t>(k)])]);
-      chain[t] = longest + duration(task);
-      path.longest_chain = std::max(path.longest_chain, chain[t]);
-      if (task.kind == TraceKind::task) path.work += duration(task);
-    }
-    if (path.longest_chain > 0) path.speedup_left = log_.run.wall / path.longest_chain;
   }
 
   // --- waits, patches, messages -----------------------------------------------------------------
@@ -469,11 +342,9 @@ class Analysis {
                     "their way",
                     share(on_path(PathPart::Kind::transit))));
     add("serial section", on_path(PathPart::Kind::step),
-        fmt::format(
-            "{:.1f} % of the time the path waits for steps to be known as finished: patches "
-            "may be at most {} steps ahead of the slowest, and what is done when a step is "
-            "finished is done by one thread",
-            share(on_path(PathPart::Kind::step)), max_lead));
+        fmt::format("{:.1f} % of the time the path is in what one thread does when a step is "
+                    "finished, or waits for it: patches may be at most {} steps ahead",
+                    share(on_path(PathPart::Kind::step)), max_lead));
     add("time step", on_path(PathPart::Kind::time_step),
         fmt::format("{:.1f} % of the time the path waits for the ranks to agree on the time step",
                     share(on_path(PathPart::Kind::time_step))));
@@ -529,19 +400,10 @@ class Analysis {
   Workers workers_;
   IdleTime idle_;
   double origin_ = 0, end_ = 0;
-  std::map<Step, int> latest_end_, latest_limit_;
-  std::map<std::pair<int, int>, std::vector<std::pair<double, double>>> serial_;  ///< by worker
   TraceReport report_;
 };
 
 }  // namespace
-
-std::string_view name_of(PathPart::Kind kind) {
-  constexpr std::array<std::string_view, path_kinds> names{
-      "tasks",        "posting of messages",        "messages on their way",
-      "end of steps", "agreement on the time step", "start of ready tasks"};
-  return names[static_cast<std::size_t>(kind)];
-}
 
 TraceReport analyse(const TraceLog& log) {
   return Analysis(log).report();

@@ -10,8 +10,8 @@ struct TraceArguments {
   bool json = false;   ///< JSON on standard output instead of text
   bool check = false;  ///< only whether the trace is sound
   std::string chrome;  ///< file to write for Perfetto; empty = none
-  std::string html;    ///< page to write; empty = none
   std::string otf2;    ///< folder to write for Vampir; empty = none
+  std::string html;    ///< page to write; empty = none
 };
 
 /// Returns the exit code.

@@ -14,7 +14,7 @@ failed=0
 
 fail() {
   echo "FAILED: $1"
-  sed 's/^/    /' "$work/out"
+  head -n 20 "$work/out" | sed "s/^/    /"
   failed=1
 }
 # record NAME RANKS OPTIONS...: a run of the tank with a trace, in $work/NAME.
@@ -73,7 +73,7 @@ assert {e["pid"] for e in events} == {0, 1}
 assert sum(e["ph"] == "X" and e["cat"] == "task" for e in events) > 60 * 4
 EOF
 
-record slow_patch 1 -t 2 --slow-patch 0:30
+record slow_patch 1 -t 2 --slow-patch 0:300
 main_loss slow_patch imbalance
 says "patch 0" "$lahar" trace "$work/slow_patch"
 record late 2 -t 1 --late-sends 1:2ms
