@@ -17,7 +17,7 @@ TraceLog some_tasks(int n) {
   TraceLog log;
   log.run.title = "</script><b>";
   log.run.threads = {1};
-  log.run.phases = {{.name = "all", .stages = {"stress"}}};
+  log.run.phases = {{.name = "all", .exchange = {}, .stages = {"stress"}}};
   for (int i = 0; i < n; ++i)
     log.tasks.push_back({.step = i, .begin = 1.0 + i, .end = 1.5 + i, .last_input = i - 1});
   log.run.last = n - 1;
