@@ -118,9 +118,9 @@ json Timeline::tasks() const {
   for (std::size_t m = 0; m < log_.messages.size(); ++m)
     if (shows(log_.messages[m])) message_of[m] = shown++;
 
-  std::vector<std::string> names{"kind",  "step",   "rank", "thread",     "phase",       "patch",
-                                 "begin", "length", "lag",  "posting",
-                                 "last_input", "last_message"};
+  std::vector<std::string> names{"kind",  "step",    "rank",       "thread",
+                                 "phase", "patch",   "begin",      "length",
+                                 "lag",   "posting", "last_input", "last_message"};
   for (std::size_t s = 0; s < stages; ++s) names.push_back("stage" + std::to_string(s));
   Table table(std::move(names));
   for (std::size_t i = first_; i < last_; ++i) {
@@ -210,11 +210,12 @@ json run_of(const TraceRun& run) {
   json phases = json::array();
   for (const auto& phase : run.phases)
     phases.push_back({{"name", phase.name}, {"stages", phase.stages}});
-  return {{"title", run.title},     {"version", run.version},  {"scheme", run.scheme},
-          {"ranks", run.ranks},     {"executor", run.executor}, {"threads", run.threads},
-          {"hosts", run.hosts},     {"first", run.first},      {"last", run.last},
-          {"wall", run.wall},       {"latency", run.latency},  {"clock_bound", run.clock_bound},
-          {"phases", std::move(phases)}};
+  return {
+      {"title", run.title},         {"version", run.version},   {"scheme", run.scheme},
+      {"ranks", run.ranks},         {"executor", run.executor}, {"threads", run.threads},
+      {"hosts", run.hosts},         {"first", run.first},       {"last", run.last},
+      {"wall", run.wall},           {"latency", run.latency},   {"clock_bound", run.clock_bound},
+      {"phases", std::move(phases)}};
 }
 
 }  // namespace
