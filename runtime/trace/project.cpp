@@ -99,18 +99,13 @@ class Projector {
     return points;
   }
 
-  /// Of as many patches as the largest machine can use, or as weak scaling has there.
+  /// Of one patch per core of the largest machine.
   std::vector<ProjectionPoint> largest() const {
     std::vector<ProjectionPoint> points;
-    const double recorded = work_.ranks * work_.threads;
-    const double copies = std::max(most_ / epoch_.patches(), most_ / recorded);
-    const double patches = copies * epoch_.patches();
     for (double per_core = 256; per_core >= 1; per_core /= 4) {
-      const double cores = patches / per_core;
-      if (cores >= threads_ && cores <= most_) points.push_back(point(copies, cores));
+      const double cores = most_ / per_core;
+      if (cores >= threads_) points.push_back(point(most_ / epoch_.patches(), cores));
     }
-    if (points.empty() || static_cast<double>(points.back().cores) < most_ - 1)
-      points.push_back(point(copies, most_));
     return points;
   }
 
