@@ -22,6 +22,7 @@ build_packages=(
   "openmpi-bin:mpirun, which starts them"
 )
 test_packages=("doctest-dev:test framework" "libbenchmark-dev:micro-benchmarks")
+browser_packages=("chromium:the test of the page that lahar trace --html writes")
 picture_packages=(
   "python3-numpy:pictures and comparisons"
   "python3-h5py:pictures and comparisons"

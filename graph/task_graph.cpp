@@ -158,8 +158,23 @@ std::string one_per_line(std::string names) {
 
 }  // namespace
 
+namespace {
+
+/// Patches, those of a rank one after the other.
+std::vector<int> by_rank(int patches, std::span<const int> ranks) {
+  std::vector<int> order(static_cast<std::size_t>(patches));
+  std::iota(order.begin(), order.end(), 0);
+  if (!ranks.empty())
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+      return ranks[static_cast<std::size_t>(a)] < ranks[static_cast<std::size_t>(b)];
+    });
+  return order;
+}
+
+}  // namespace
+
 std::string to_dot(const TaskGraph& graph, std::span<const std::string> patch_names,
-                   const std::string& title) {
+                   const std::string& title, std::span<const int> ranks) {
   std::string text = fmt::format(
       "digraph timestep {{\n  label=\"{}\\nred: between patches; dashed: to the next step\";\n"
       "  labelloc=t; rankdir=TB; newrank=true; fontname=\"sans-serif\";\n"
@@ -167,7 +182,17 @@ std::string to_dot(const TaskGraph& graph, std::span<const std::string> patch_na
       "fontname=\"sans-serif\"];\n"
       "  edge [color=\"#44546a\"];\n",
       title);
-  for (int p = 0; p < graph.patches; ++p) {
+  int rank = -1;
+  for (const int p : by_rank(graph.patches, ranks)) {
+    const auto rank_of = [&](int patch) { return ranks[static_cast<std::size_t>(patch)]; };
+    if (!ranks.empty() && rank_of(p) != rank) {
+      if (rank >= 0) text += "  }\n";
+      rank = rank_of(p);
+      text += fmt::format(
+          "  subgraph cluster_rank_{} {{\n  label=\"rank {}\"; color=\"#7f8fa6\"; "
+          "penwidth=2;\n",
+          rank, rank);
+    }
     text += fmt::format("  subgraph cluster_{} {{\n    label=\"{}\"; color=\"#c5cfda\";\n", p,
                         patch_names[static_cast<std::size_t>(p)]);
     for (int s = 0; s < static_cast<int>(graph.stages.size()); ++s)
@@ -175,6 +200,7 @@ std::string to_dot(const TaskGraph& graph, std::span<const std::string> patch_na
                           one_per_line(graph.stages[static_cast<std::size_t>(s)].name));
     text += "  }\n";
   }
+  if (rank >= 0) text += "  }\n";
   for (int s = 0; s < static_cast<int>(graph.stages.size()); ++s) {
     text += "  { rank=same;";
     for (int p = 0; p < graph.patches; ++p) text += fmt::format(" t{};", graph.task(s, p));

@@ -208,11 +208,13 @@ const Section& analysis_section() {
            .allowed = {"usf", "usl", "musl"}},
           {.key = "velocity_update",
            .kinds = boolean | text,
-           .help = "particle velocity: false or "
-                   "\"flip\" adds the nodal acceleration, true or \"pic\" takes the nodal velocity; "
-                   "\"apic\" and \"tpic\" take it with an affine field around the particle, of which "
-                   "nodes get their share (apic: its moments; tpic: the velocity gradient). With the "
-                   "functions of elements the two are the same",
+           .help =
+               "particle velocity: false or "
+               "\"flip\" adds the nodal acceleration, true or \"pic\" takes the nodal velocity; "
+               "\"apic\" and \"tpic\" take it with an affine field around the particle, of which "
+               "nodes get their share (apic: its moments; tpic: the velocity gradient). With the "
+               "functions of elements the two are the same, and apic is for linear ones: those of "
+               "order two have no moments",
            .fallback = "false",
            .allowed = {"flip", "pic", "apic", "tpic"},
            .planned = {"asflip"}},
@@ -221,14 +223,17 @@ const Section& analysis_section() {
            .help = "functions between particles and nodes: those of the elements, or on a mesh of "
                    "equal boxes: gimp (means over the particle's box, which stretches with it), "
                    "uniform_gimp (boxes keep their size), cpdi (boxes deform to parallelepipeds), "
-                   "quadratic_spline, cubic_spline (B-splines "
+                   "cpdi2 (to hexahedra whose corners move with the nodes, so that particles that "
+                   "share corners go on doing so), quadratic_spline, cubic_spline (B-splines "
                    "of nodes; at walls only those of wall nodes are not zero)",
            .fallback = "\"element\"",
-           .allowed = {"element", "gimp", "uniform_gimp", "cpdi", "quadratic_spline", "cubic_spline"},
+           .allowed = {"element", "gimp", "uniform_gimp", "cpdi", "cpdi2", "quadratic_spline",
+                       "cubic_spline"},
            .native = true},
           {.key = "large_domains",
            .kinds = text,
-           .help = "particles of GIMP and CPDI whose domain reaches further than a cell from its "
+           .help = "particles of GIMP, CPDI and CPDI2 whose domain reaches further than a cell "
+                   "from its "
                    "middle: clip takes the functions of a smaller one, error stops the run",
            .fallback = "\"clip\"",
            .allowed = {"clip", "error"},
@@ -316,7 +321,9 @@ const Section& analysis_section() {
            .min = 0},
           {.key = "resume",
            .kinds = object,
-           .help = "continue an earlier run",
+           .help =
+               "continue an earlier run from its particle file. Files do not have the domains of "
+               "particles: those of GIMP and CPDI begin anew as boxes, cpdi2 is refused",
            .section = resume_section},
       }};
   return section;

@@ -113,6 +113,12 @@ void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
   model_.analysis.affine = name == "apic"   ? Affine::apic
                            : name == "tpic" ? Affine::tpic
                                             : Affine::none;
+  if (name == "apic" && mesh_ && info(mesh_->element()).order > 1)
+    in_.error(*update,
+              fmt::format("'velocity_update': \"apic\" does not go together with {} cells: their "
+                          "functions reproduce second moments, so that particles have none",
+                          info(mesh_->element()).name),
+              "take \"tpic\", which gives nodes the velocity gradient, or linear elements");
   if (!settings) return;
   const auto ratio = get_number(*settings, "blending_ratio");
   if (pic)
@@ -143,6 +149,7 @@ void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue& analysis) {
   if (name == "gimp") functions = ShapeFunctions::gimp;
   if (name == "uniform_gimp") functions = ShapeFunctions::uniform_gimp;
   if (name == "cpdi") functions = ShapeFunctions::cpdi;
+  if (name == "cpdi2") functions = ShapeFunctions::cpdi2;
   model_.analysis.refuse_large_domains =
       get_text(analysis, "large_domains").value_or("clip") == "error";
   if (name == "quadratic_spline") functions = ShapeFunctions::quadratic_spline;

@@ -112,6 +112,13 @@ void ScenarioBuilder<Dim>::build_resume() {
                 "uuid: the run to go on from; step: that of its particle file");
   if (!run || !step) return;
   Analysis& a = model_.analysis;
+  if (a.functions == ShapeFunctions::cpdi2) {
+    in_.error(
+        *resume, "a run with \"cpdi2\" cannot be resumed from a particle file",
+        "the file does not have the corners of the particles' domains; go on from a checkpoint "
+        "(--restart), or take \"cpdi\", whose domains begin anew as boxes");
+    return;
+  }
   if (a.step.adaptive) {
     in_.error(*resume, "a run with adaptive steps cannot be resumed from a particle file",
               "the file does not say at which time its step was; give a fixed dt");

@@ -65,7 +65,9 @@ LAHAR_INLINE void with_bases(const Patch<Dim>& patch, Body body) {
     case BasisKind::cubic_spline:
       return body(SplineCells<Dim, CubicSpline>(patch));
     case BasisKind::cpdi:
-      return body(CpdiCells<Dim>(patch));
+      return body(CpdiCells<Dim, Parallelepiped, Column::vectors>(patch));
+    case BasisKind::cpdi2:
+      return body(CpdiCells<Dim, Hexahedron, Column::corners>(patch));
     case BasisKind::gimp:
       return body(GimpCells<Dim>(patch));
   }

@@ -25,9 +25,11 @@ enum class Column : int {
   affine,
   next_domain,
   vectors,
-  next_vectors
+  next_vectors,
+  corners,
+  next_corners
 };
-inline constexpr int n_columns = 15;
+inline constexpr int n_columns = 17;
 
 struct ColumnInfo {
   Column column;
@@ -55,6 +57,8 @@ inline constexpr std::array<ColumnInfo, n_columns> column_table{{
     {Column::next_domain, "next_domain", "m", 2, 3, true, false},   // the same from the next step on
     {Column::vectors,  "domain_vectors", "m", 4, 9, true,  true},   // CPDI: halves of the domain's edges
     {Column::next_vectors, "next_vectors", "m", 4, 9, true, false}, // the same from the next step on
+    {Column::corners,  "domain_corners", "m", 8, 24, true, true},   // CPDI2: corners, from x
+    {Column::next_corners, "next_corners", "m", 8, 24, true, false}, // the same from the next step on
 }};
 // clang-format on
 
@@ -69,6 +73,8 @@ struct ColumnNeeds {
   bool domain = false;   ///< GIMP
   bool next_domain = false;  ///< GIMP with domains that stretch
   bool vectors = false;      ///< CPDI
+  bool corners = false;      ///< CPDI2
+  bool next_corners = false;  ///< CPDI2 where functions are used after particles have moved (MUSL)
   bool strain = false;   ///< not where all laws give it as a function of stress (strain_of())
   bool operator==(const ColumnNeeds&) const = default;
 };
@@ -87,6 +93,8 @@ class ColumnLayout {
                            (info.column == Column::next_domain && needs.next_domain) ||
                            (info.column == Column::vectors && needs.vectors) ||
                            (info.column == Column::next_vectors && needs.vectors) ||
+                           (info.column == Column::corners && needs.corners) ||
+                           (info.column == Column::next_corners && needs.next_corners) ||
                            (info.column == Column::strain && needs.strain);
       row_[static_cast<int>(info.column)] = present ? rows_ : -1;
       if (present) rows_ += components(info);

@@ -1,113 +1,146 @@
-/// \file CPDI: functions of a particle whose domain is a parallelogram or parallelepiped,
-/// interpolated linearly from its corners (Sadeghirad, Brannon & Burghardt 2011).
+/// \file CPDI: functions of a particle whose domain has corners, from which they are interpolated
+/// (cpdi_domain.h): parallelograms and parallelepipeds that deform with the particle (CPDI), or
+/// quadrilaterals and hexahedra whose corners move one by one (CPDI2).
 #pragma once
 
 #include <array>
 #include <cstdint>
 
+#include "physics/cpdi_domain.h"
 #include "physics/tensor_basis.h"
 
 namespace lahar {
 
-/// N_i = sum_c N_i(x_c) / corners, grad N_i = the mean over the domain of the gradient of what is
-/// interpolated from its corners, both with the linear functions of the grid. The edges' halves are
-/// the vectors Column::vectors. A domain that reaches beyond the cells around the particle's is
-/// taken smaller, about its middle, so that it fits.
-template <int Dim>
+/// N_i = sum_c w_c N_i(x_c), grad N_i = sum_c slope_c N_i(x_c) with the linear functions of the
+/// grid. A domain that reaches beyond the cells around the particle's is taken smaller, about the
+/// particle, so that it fits.
+template <int Dim, template <int, class> class Domain>
 struct CpdiBasis {
   static constexpr int nodes = tensor_nodes<Dim>;
   static constexpr bool volume_at_centre = false;
+  static constexpr int vectors = Domain<Dim, Scalar>::vectors;
+  using Rows = std::array<const double*, static_cast<std::size_t>(vectors) * Dim>;
 
   CartesianMap<Dim> map;
   unsigned border;  ///< PatchTopology::support_border
-  std::array<const double*, static_cast<std::size_t>(Dim) * Dim> vectors;
+  Rows rows;        ///< Dim k + d: component d of the domain's vector k [m]
 
   template <class Real>
   LAHAR_INLINE void functions(Local p, Real (&N)[nodes]) const {
-    Real s[Dim], r[Dim][Dim];
-    domain(p, s, r);
+    Real s[Dim], w[corners<Dim>];
+    Domain<Dim, Real> domain;
+    find_domain(p, s, domain);
+    domain.weights(w);
     for (Real& n : N) n = Real(0.0);
     for (int c = 0; c < corners<Dim>; ++c) {
       Real hat[Dim][axis_nodes];
-      hats(s, r, c, hat);
-      for (int i = 0; i < nodes; ++i) N[i] += (1.0 / corners<Dim>)*product(hat, i);
+      const Real weight = no_domain_is_zero(w[c]);
+      hats(s, domain, c, hat);
+      for (int i = 0; i < nodes; ++i) N[i] += weight * product(hat, i);
     }
   }
   template <class Real>
   LAHAR_INLINE void gradients(Local p, Real (&dN)[Dim][nodes]) const {
-    Real s[Dim], r[Dim][Dim], J[Dim][Dim], inv[Dim][Dim];
-    domain(p, s, r);
+    Real s[Dim], slope[corners<Dim>][Dim];
+    Domain<Dim, Real> domain;
+    find_domain(p, s, domain);
+    domain.slopes(slope);
     LAHAR_UNROLL
-    for (int k = 0; k < Dim; ++k) LAHAR_UNROLL
-    for (int d = 0; d < Dim; ++d) J[d][k] = r[k][d] * (1.0 / map.per_length[d]);
-    inverse(J, inv, 1.0 / corners<Dim>);
-    LAHAR_UNROLL
-    for (int k = 0; k < Dim; ++k) LAHAR_UNROLL
-    for (int d = 0; d < Dim; ++d) {
-      // Lanes without a particle have no domain: they must not spoil sums.
-      const unsigned bad = outside(inv[k][d], 1e200, lanes<Real>);
-      inv[k][d] = select(bad, Real(0.0), inv[k][d]);
-      LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d)
       for (int i = 0; i < nodes; ++i) dN[d][i] = Real(0.0);
-    }
     for (int c = 0; c < corners<Dim>; ++c) {
-      Real hat[Dim][axis_nodes], slope[Dim];
-      hats(s, r, c, hat);
+      Real hat[Dim][axis_nodes];
+      hats(s, domain, c, hat);
       LAHAR_UNROLL
-      for (int d = 0; d < Dim; ++d) {
-        slope[d] = Real(0.0);
-        LAHAR_UNROLL
-        for (int k = 0; k < Dim; ++k) slope[d] += sign(c, k) * inv[k][d];
-      }
+      for (int d = 0; d < Dim; ++d)
+        slope[c][d] = no_domain_is_zero(slope[c][d] * map.per_length[d]);
       for (int i = 0; i < nodes; ++i) {
         const Real N = product(hat, i);
         LAHAR_UNROLL
-        for (int d = 0; d < Dim; ++d) dN[d][i] += slope[d] * N;
+        for (int d = 0; d < Dim; ++d) dN[d][i] += slope[c][d] * N;
       }
+    }
+  }
+
+  /// Places of the nodes from the particle, in lengths of the cell, are i_d - 1 - s_d with the
+  /// node's numbers i_d along the axes and s from 0 to 1 across the cell.
+  template <class Real>
+  LAHAR_INLINE void place(Local p, Real (&s)[Dim]) const {
+    map.natural(p, s);
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) s[d] = 0.5 + 0.5 * s[d];
+  }
+  static constexpr int number(int i, int d) { return i >> (2 * d) & 3; }
+  double cell_length(int d) const { return 1.0 / map.per_length[d]; }
+
+  /// Velocities of the domain's corners less that of the particle: those of the nodes `v` where the
+  /// corners are. Where the domain is taken smaller, the velocity is continued linearly to its
+  /// corners.
+  template <class Real>
+  LAHAR_INLINE void corner_velocities(Local p, const double* v, const Local* node,
+                                      const Real (&v_p)[Dim],
+                                      Real (&relative)[corners<Dim>][Dim]) const {
+    Real s[Dim];
+    Domain<Dim, Real> domain;
+    const Real larger = 1.0 / find_domain(p, s, domain);
+    for (int c = 0; c < corners<Dim>; ++c) {
+      Real hat[Dim][axis_nodes];
+      hats(s, domain, c, hat);
+      LAHAR_UNROLL
+      for (Real& sum : relative[c]) sum = Real(0.0);
+      for (int i = 0; i < nodes; ++i) {
+        const Real N = product(hat, i);
+        const double* at = v + static_cast<std::ptrdiff_t>(node[i]) * node_width;
+        LAHAR_UNROLL
+        for (int d = 0; d < Dim; ++d) relative[c][d] = multiply_add(relative[c][d], N, at + d);
+      }
+      LAHAR_UNROLL
+      for (int d = 0; d < Dim; ++d) relative[c][d] = larger * (relative[c][d] - v_p[d]);
     }
   }
 
  private:
-  static constexpr double sign(int c, int k) { return c >> k & 1 ? 1.0 : -1.0; }
+  /// Lanes without a particle have no domain: they must not spoil sums.
+  template <class Real>
+  LAHAR_INLINE static Real no_domain_is_zero(const Real& value) {
+    return select(outside(value, 1e200, lanes<Real>), Real(0.0), value);
+  }
   template <class Real>
   LAHAR_INLINE static Real product(const Real (&w)[Dim][axis_nodes], int i) {
-    Real value = w[0][i & 3] * w[1][i >> 2 & 3];
-    if constexpr (Dim == 3) value *= w[2][i >> 4 & 3];
+    Real value = w[0][number(i, 0)] * w[1][number(i, 1)];
+    if constexpr (Dim == 3) value *= w[2][number(i, 2)];
     return value;
   }
 
-  /// Place of the particle and vectors of its domain, in lengths of the cell from its low corner.
+  /// Place of the particle and its domain, in lengths of the cell from its low corner. Returns by
+  /// which factor the domain is smaller than its own.
   template <class Real>
-  LAHAR_INLINE void domain(Local p, Real (&s)[Dim], Real (&r)[Dim][Dim]) const {
-    map.natural(p, s);
+  LAHAR_INLINE Real find_domain(Local p, Real (&s)[Dim], Domain<Dim, Real>& domain) const {
+    place(p, s);
     Real scale(1.0);
     LAHAR_UNROLL
     for (int d = 0; d < Dim; ++d) {
-      s[d] = 0.5 + 0.5 * s[d];
-      Real extent(0.0);
       LAHAR_UNROLL
-      for (int k = 0; k < Dim; ++k) {
-        r[k][d] =
-            map.per_length[d] * load<Real>(vectors[static_cast<std::size_t>(Dim * k + d)] + p);
-        extent += max(r[k][d], -r[k][d]);
-      }
+      for (int k = 0; k < vectors; ++k)
+        domain.r[k][d] =
+            map.per_length[d] * load<Real>(rows[static_cast<std::size_t>(Dim * k + d)] + p);
+      const Real extent = domain.extent(d);
       const Real reach = -max(-(1.0 + s[d]), s[d] - 2.0);
       scale = -max(-scale, -(reach / max(extent, Real(1e-9))));
     }
     LAHAR_UNROLL
-    for (int k = 0; k < Dim; ++k) LAHAR_UNROLL
-    for (int d = 0; d < Dim; ++d) r[k][d] *= scale;
+    for (int k = 0; k < vectors; ++k) LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) domain.r[k][d] *= scale;
+    return scale;
   }
 
   /// Linear functions of the nodes along each axis at corner c of the domain.
   template <class Real>
-  LAHAR_INLINE void hats(const Real (&s)[Dim], const Real (&r)[Dim][Dim], int c,
+  LAHAR_INLINE void hats(const Real (&s)[Dim], const Domain<Dim, Real>& domain, int c,
                          Real (&hat)[Dim][axis_nodes]) const {
     LAHAR_UNROLL
     for (int d = 0; d < Dim; ++d) {
-      Real x = s[d];
-      LAHAR_UNROLL
-      for (int k = 0; k < Dim; ++k) x += sign(c, k) * r[k][d];
+      const Real x = s[d] + domain.corner(c, d);
       LAHAR_UNROLL
       for (int k = 0; k < axis_nodes; ++k) {
         const Real away = x - (k - 1.0);
@@ -118,21 +151,32 @@ struct CpdiBasis {
   }
 };
 
-template <int Dim>
+/// Makes the bases of a patch's cells; `column` has the vectors of the domains.
+template <int Dim, template <int, class> class Domain, Column column>
 class CpdiCells {
  public:
+  using Basis = CpdiBasis<Dim, Domain>;
   explicit CpdiCells(const Patch<Dim>& patch)
       : cells_(patch),
         border_(patch.topology.support_border.data()),
-        vectors_(patch.particles.template rows<Dim * Dim>(Column::vectors)) {}
-  LAHAR_INLINE CpdiBasis<Dim> operator[](Local cell) const {
-    return {cells_[cell], border_[cell], vectors_};
-  }
+        rows_(patch.particles.template rows<Dim * Basis::vectors>(column)) {}
+  LAHAR_INLINE Basis operator[](Local cell) const { return {cells_[cell], border_[cell], rows_}; }
 
  private:
   CartesianCells<Dim> cells_;
   const std::uint8_t* border_;
-  std::array<const double*, static_cast<std::size_t>(Dim) * Dim> vectors_;
+  typename Basis::Rows rows_;
 };
+
+/// Whether a basis is one of a particle's domain, and whether the domain's corners move one by one.
+template <class Basis>
+concept DomainBasis = requires(Basis basis, double* v) {
+  basis.rows;
+  Basis::vectors;
+};
+template <int Dim, class Basis>
+inline constexpr bool moves_corners = false;
+template <int Dim>
+inline constexpr bool moves_corners<Dim, CpdiBasis<Dim, Hexahedron>> = true;
 
 }  // namespace lahar

@@ -321,13 +321,17 @@ template <int Dim>
 Local too_large(const Patch<Dim>& patch, const Run& run) {
   const Particles<Dim>& particles = patch.particles;
   const auto& box = patch.box[static_cast<std::size_t>(run.cell)];
-  const bool vectors = particles.layout().has(Column::vectors);
+  const bool vectors = particles.layout().has(Column::vectors),
+             corners_move = particles.layout().has(Column::corners);
   for (Local p = run.begin; p < run.end; ++p)
     for (int d = 0; d < Dim; ++d) {
       double reach = 0.0;
       if (vectors)
         for (int k = 0; k < Dim; ++k)
           reach += std::abs(particles.row(Column::vectors, Dim * k + d)[p]);
+      else if (corners_move)
+        for (int c = 0; c < corners<Dim>; ++c)
+          reach = std::max(reach, std::abs(particles.row(Column::corners, Dim * c + d)[p]));
       else
         reach = 0.5 * particles.row(Column::domain, d)[p];
       if (!(reach * box[static_cast<std::size_t>(Dim + d)] <= 2.0)) return p;
@@ -348,6 +352,8 @@ void adopt_domains(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   };
   if (layout.has(Column::next_domain)) adopt(Column::next_domain, Column::domain, Dim);
   if (layout.has(Column::next_vectors)) adopt(Column::next_vectors, Column::vectors, Dim * Dim);
+  if (layout.has(Column::next_corners))
+    adopt(Column::next_corners, Column::corners, Dim * corners<Dim>);
   if (!step.model->analysis.refuse_large_domains) return;
   for (const Run& run : runs)
     if (const Local p = too_large(patch, run); p >= 0)
@@ -358,7 +364,8 @@ template <int Dim, class Real>
 void locate(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   std::vector<std::pair<Local, unsigned>> left;
   if (patch.particles.layout().has(Column::next_domain) ||
-      patch.particles.layout().has(Column::next_vectors))
+      patch.particles.layout().has(Column::next_vectors) ||
+      patch.particles.layout().has(Column::corners))
     adopt_domains(patch, step, runs);
   for (Run& run : runs) {
     if (run.begin == run.end) continue;

@@ -25,6 +25,7 @@ enum class ShapeFunctions {
   gimp,          ///< domains of particles stretch with them (contiguous particles)
   uniform_gimp,  ///< domains keep their size
   cpdi,          ///< domains are parallelograms or parallelepipeds that deform with the particle
+  cpdi2,         ///< domains are quadrilaterals or hexahedra whose corners move with the nodes
   quadratic_spline,
   cubic_spline
 };

@@ -1,4 +1,4 @@
-/// \file The domain of a particle (GIMP, CPDI) when the particle is made.
+/// \file The domain of a particle (GIMP, CPDI, CPDI2) when the particle is made.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ namespace lahar {
 /// True if particles have a domain.
 template <int Dim>
 bool has_domain(const ColumnLayout<Dim>& layout) {
-  return layout.has(Column::domain) || layout.has(Column::vectors);
+  return layout.has(Column::domain) || layout.has(Column::vectors) || layout.has(Column::corners);
 }
 
 /// The domain of a particle is a box of its volume with the proportions of its cell: those of
@@ -35,6 +35,11 @@ void set_domain(Particles<Dim>& particles, Local p, const std::array<double, 2 *
     put(Column::next_domain, d, edge);
     put(Column::vectors, Dim * d + d, 0.5 * edge);
     put(Column::next_vectors, Dim * d + d, 0.5 * edge);
+    for (int c = 0; c < corners<Dim>; ++c) {
+      const double side = c >> d & 1 ? 0.5 * edge : -0.5 * edge;
+      put(Column::corners, Dim * c + d, side);
+      put(Column::next_corners, Dim * c + d, side);
+    }
   }
 }
 

@@ -84,7 +84,7 @@ struct PatchWork {
 
 /// Something that a kernel found wrong with a particle or node; kernels mark, the step reports.
 struct Mark {
-  enum class Kind { none, left_mesh, not_finite, volume, moved_too_far, law, domain };
+  enum class Kind { none, left_mesh, not_finite, volume, moved_too_far, law, domain, folded };
   Kind kind = Kind::none;
   Index particle = -1;
   std::array<double, 3> position{};
@@ -120,6 +120,7 @@ enum class BasisKind {
   element,
   gimp,
   cpdi,
+  cpdi2,
   quadratic_spline,
   cubic_spline
 };
@@ -146,7 +147,8 @@ struct Patch {
   // Geometry of the local cells.
   bool cartesian = true;
   std::vector<std::array<double, 2 * Dim>> box;  ///< Cartesian: centre [m], 2 / edge length [1/m]
-  /// [m] node_width per node; isoparametric cells, and linear functions as a basis.
+  /// [m] node_width per node; isoparametric cells, and affine velocities where functions
+  /// are given one by one (corners, CPDI).
   NodeArray node_position;
   double smallest_cell = 0;                      ///< [m] least of cell_size
   std::vector<double> cell_size;                 ///< [m], for the time step limit

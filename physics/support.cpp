@@ -22,12 +22,20 @@ BasisKind basis_kind(const Analysis& analysis) {
       return BasisKind::gimp;
     case ShapeFunctions::cpdi:
       return BasisKind::cpdi;
+    case ShapeFunctions::cpdi2:
+      return BasisKind::cpdi2;
     case ShapeFunctions::quadratic_spline:
       return BasisKind::quadratic_spline;
     case ShapeFunctions::cubic_spline:
       return BasisKind::cubic_spline;
   }
   return analysis.affine == Affine::none ? BasisKind::linear : BasisKind::corners;
+}
+
+bool needs_node_positions(const Analysis& analysis) {
+  const BasisKind basis = basis_kind(analysis);
+  return analysis.affine != Affine::none &&
+         (basis == BasisKind::corners || basis == BasisKind::cpdi || basis == BasisKind::cpdi2);
 }
 
 template <int Dim>

@@ -13,6 +13,10 @@ BasisKind basis_kind(const Analysis& analysis);
 template <int Dim>
 BasisKind basis_kind(const Mesh<Dim>& mesh, const Analysis& analysis);
 
+/// Whether kernels take the positions of nodes even where cells are boxes: those of affine
+/// velocities, with functions that are given one by one.
+bool needs_node_positions(const Analysis& analysis);
+
 /// Fill support_nodes and support_border of a topology that was made with at least support_rings()
 /// rings. Nothing for the functions of Q4 and H8 themselves. Throws InputError where functions that
 /// reach beyond a cell meet a mesh whose cells are not equal boxes.

@@ -1,4 +1,5 @@
 /// Grid to particle for bases of any support. Lanes are particles.
+#include "physics/cpdi2_motion.h"
 #include "physics/law.h"
 #include "physics/loads.h"
 #include "physics/particle_update.h"
@@ -9,9 +10,55 @@ namespace lahar::supported {
 
 namespace {
 
+/// The affine part of APIC where functions are those of a domain with corners, in place of C, which
+/// holds the gradient. D, of at least the domain's own second moments, is singular only where
+/// functions of nodes beyond the mesh make it so: the gradient remains there.
+template <int Dim, class Real, class Basis>
+LAHAR_INLINE void moments_of_domain(const Basis& basis, Local p, const double* v,
+                                    const Local* nodes, Real (&C)[Dim][Dim]) {
+  constexpr double least = 1e-6;  // [-] of D's eigenvalues over the cell's length squared
+  Real N[Basis::nodes], s[Dim], D[Dim][Dim], B[Dim][Dim], inv[Dim][Dim];
+  basis.functions(p, N);
+  basis.place(p, s);
+  for (int a = 0; a < Dim; ++a)
+    for (int b = 0; b < Dim; ++b) D[a][b] = B[a][b] = Real(0.0);
+  for (int i = 0; i < Basis::nodes; ++i) {
+    const double* at = v + static_cast<std::ptrdiff_t>(nodes[i]) * node_width;
+    Real away[Dim];
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) away[d] = (Basis::number(i, d) - 1.0) - s[d];
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) {
+      const Real moment = N[i] * away[d];
+      LAHAR_UNROLL
+      for (int a = 0; a < Dim; ++a) {
+        D[a][d] += moment * away[a];
+        B[a][d] = multiply_add(B[a][d], moment, at + a);
+      }
+    }
+  }
+  inverse(D, inv);
+  Real det = D[0][0] * D[1][1] - D[0][1] * D[1][0], most = D[0][0] + D[1][1];
+  if constexpr (Dim == 3) {
+    det = D[0][2] * (D[1][0] * D[2][1] - D[1][1] * D[2][0]) +
+          D[1][2] * (D[0][1] * D[2][0] - D[0][0] * D[2][1]) + D[2][2] * det;
+    most += D[2][2];
+    most *= most;
+  }
+  const unsigned regular = greater(det, least * most);
+  LAHAR_UNROLL
+  for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+  for (int b = 0; b < Dim; ++b) {
+    Real sum(0.0);
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) sum += B[a][d] * inv[d][b];
+    C[a][b] = select(regular, sum * (1.0 / basis.cell_length(b)), C[a][b]);
+  }
+}
+
 /// Velocity of the nodes and its affine part C at the particles from p on: of APIC
-/// sum_i N_i v_i (x_i - x_p)^T D^-1 (Jiang et al. 2015), of TPIC, and of APIC where functions are
-/// given one by one, the velocity gradient. For linear functions on boxes these are the same.
+/// sum_i N_i v_i (x_i - x_p)^T D^-1 (Jiang et al. 2015), of TPIC, and of APIC with functions of
+/// elements, the velocity gradient. For linear functions on boxes and simplices these are the same.
 template <int Dim, class Real, TensorBasis Basis>
 LAHAR_INLINE void affine_velocity(const Basis& basis, Affine affine, Local p, const double* v,
                                   const Local* nodes, Real (&value)[Dim], Real (&C)[Dim][Dim]) {
@@ -23,7 +70,7 @@ LAHAR_INLINE void affine_velocity(const Basis& basis, Affine affine, Local p, co
   with_weights<Dim>(w, m, v, nodes, value, C);
 }
 template <int Dim, class Real, class Basis>
-LAHAR_INLINE void affine_velocity(const Basis& basis, Affine, Local p, const double* v,
+LAHAR_INLINE void affine_velocity(const Basis& basis, Affine affine, Local p, const double* v,
                                   const Local* nodes, Real (&value)[Dim], Real (&C)[Dim][Dim]) {
   const double* const fields[1] = {v};
   Real sum[1][Dim];
@@ -31,6 +78,8 @@ LAHAR_INLINE void affine_velocity(const Basis& basis, Affine, Local p, const dou
   LAHAR_UNROLL
   for (int d = 0; d < Dim; ++d) value[d] = sum[0][d];
   gradient<Dim, Real>(basis, p, v, nodes, C);
+  if constexpr (DomainBasis<Basis>)
+    if (affine == Affine::apic) moments_of_domain<Dim>(basis, p, v, nodes, C);
 }
 
 /// update_particles() with affine velocities.
@@ -41,6 +90,7 @@ Real update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
   const auto affine = patch.particles.template rows<Dim * Dim>(Column::affine);
   const double* v = patch.velocity.data();
   const double* const acceleration[1] = {patch.acceleration.data()};
+  CornerMotion<Dim> corners_of(patch, step.dt);
   Real fastest(0.0);
   for_each_supported_run(
       patch, runs,
@@ -58,6 +108,7 @@ Real update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
           LAHAR_UNROLL
           for (Real& component : a[0]) component = Real(0.0);
           if (update.acceleration != 0.0) interpolate<Dim, 1>(basis, p, acceleration, nodes, a);
+          corners_of.move(basis, p, n, v, nodes, value);
           fastest = max(fastest, advance(rows, p, n, value, a[0], update, step.dt));
         }
         if (run.loaded) prescribe_velocities(patch, run, step);
@@ -74,6 +125,7 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs
     return note_speeds(patch, update_affine<Dim, Real>(patch, step, runs, update));
   const MovedRows<Dim> rows(patch.particles);
   const double* const fields[2] = {patch.velocity.data(), patch.acceleration.data()};
+  CornerMotion<Dim> corners_of(patch, step.dt);
   Real fastest(0.0);
   for_each_supported_run(
       patch, runs,
@@ -83,6 +135,7 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs
           prefetch(rows.u, p);
           Real sum[2][Dim];
           interpolate<Dim, 2, Real>(basis, p, fields, nodes, sum);
+          corners_of.move(basis, p, run.end - p, fields[0], nodes, sum[0]);
           fastest = max(fastest, advance(rows, p, run.end - p, sum[0], sum[1], update, step.dt));
         }
         if (run.loaded) prescribe_velocities(patch, run, step);

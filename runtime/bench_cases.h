@@ -61,6 +61,7 @@ struct BenchJob {
   Index steps = 0;       ///< of a sample; 0 = by time
   Index life = 0;        ///< steps after which the model has to be made anew; 0 = never
   bool output = false;   ///< write history and frames
+  bool traced = false;   ///< record all that tasks do
 };
 
 /// Time per particle-step of job `over` divided by that of job `under`.

@@ -148,6 +148,16 @@ BenchPlan graph_overhead(const std::string& name, const std::string& title, cons
           .ratios = {{"task graph / serial loop", 0, 1, 1.02}}};
 }
 
+BenchPlan trace_overhead(const std::string& name, const std::string& title, const BenchJob& job) {
+  BenchJob traced = job;
+  traced.name = "traced";
+  traced.traced = true;
+  return {.name = name,
+          .title = title,
+          .jobs = {traced, job},
+          .ratios = {{"traced / not traced", 0, 1, 1.02}}};
+}
+
 /// Two threads of one run against two runs of one thread each.
 BenchPlan two_threads(const std::string& size_name, const BlockSize& size, bool large) {
   BenchJob runs = lattice<3>("two runs of one thread", size, one_thread);
@@ -259,6 +269,10 @@ std::vector<BenchPlan> bench_plans(int threads) {
       graph_overhead("graph-h8-125k", "Task graph against the serial loop, H8, 125,000 particles",
                      lattice<3>("task graph", h8_125k, one_thread),
                      lattice<3>("serial loop", h8_125k, serial)),
+      trace_overhead("trace-plate", "A trace against none, plate with a hole, USF",
+                     plate("not traced", one_thread, "usf")),
+      trace_overhead("trace-h8-125k", "A trace against none, H8, 125,000 particles",
+                     lattice<3>("not traced", h8_125k, one_thread)),
       two_threads("125k", h8_125k, false),
       two_threads("10m", h8_10m, true),
       scaling("scaling-plate", "Threads, plate with a hole, USF", threads,

@@ -26,12 +26,31 @@ std::vector<TrafficPhase> phases_of_boxes(Scheme scheme) {
   return {};
 }
 
+/// What CPDI and CPDI2 touch besides: vectors follow strain, corners move with particles.
+void add_corners(TrafficPhase& phase, bool moves, bool strains, Scheme scheme, bool of_cpdi2) {
+  if (of_cpdi2) {
+    const bool musl = scheme == Scheme::musl;
+    phase.reads.push_back(Column::corners);
+    if (moves) phase.writes.push_back(musl ? next_corners : Column::corners);
+    if (!musl || moves) return;
+    phase.reads.push_back(next_corners);
+    phase.writes.push_back(Column::corners);
+    return;
+  }
+  phase.reads.push_back(vectors);
+  if (strains) phase.writes.push_back(next_vectors);
+  if (moves) phase.writes.push_back(vectors);
+  if (moves && !strains) phase.reads.push_back(next_vectors);
+}
+
 }  // namespace
 
 std::vector<TrafficPhase> traffic_phases(const Analysis& analysis, bool cartesian) {
   const Scheme scheme = analysis.scheme;
   std::vector<TrafficPhase> phases = phases_of_boxes(scheme);
-  const bool stretches = analysis.functions == ShapeFunctions::gimp;
+  const bool stretches = analysis.functions == ShapeFunctions::gimp,
+             of_cpdi = analysis.functions == ShapeFunctions::cpdi,
+             of_cpdi2 = analysis.functions == ShapeFunctions::cpdi2;
   for (TrafficPhase& phase : phases) {
     const bool moves = std::count(phase.writes.begin(), phase.writes.end(), x) > 0;
     const bool strains = std::count(phase.writes.begin(), phase.writes.end(), stress) > 0;
@@ -44,6 +63,7 @@ std::vector<TrafficPhase> traffic_phases(const Analysis& analysis, bool cartesia
     if (stretches && strains) phase.writes.push_back(next_domain);
     if (stretches && moves) phase.writes.push_back(domain);
     if (stretches && moves && !strains) phase.reads.push_back(next_domain);
+    if (of_cpdi || of_cpdi2) add_corners(phase, moves, strains, scheme, of_cpdi2);
   }
   if (cartesian || scheme == Scheme::musl) return phases;  // MUSL keeps xi on any mesh
   for (TrafficPhase& phase : phases) {

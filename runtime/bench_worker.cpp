@@ -16,6 +16,7 @@
 #include "io/atomic_file.h"
 #include "runtime/bench_traffic.h"
 #include "runtime/frame_output.h"
+#include "runtime/trace/recorder.h"
 
 namespace lahar {
 
@@ -65,6 +66,26 @@ class Output {
   std::optional<FrameOutput> frames_;
 };
 
+/// A trace as a run writes it, in a file that goes with the process.
+class Trace {
+ public:
+  Trace()
+      : file_(std::filesystem::temp_directory_path() /
+              fmt::format("lahar-bench-{}.trace", getpid())),
+        recorder_(file_, TraceWindow{}, "{}") {
+    TraceRecorder::activate(&recorder_);
+  }
+  ~Trace() {
+    TraceRecorder::activate(nullptr);
+    std::error_code ignored;
+    std::filesystem::remove(file_, ignored);
+  }
+
+ private:
+  std::filesystem::path file_;
+  TraceRecorder recorder_;
+};
+
 /// Mean and standard deviation of the number of particles in a cell that has any.
 std::pair<double, double> occupation(std::vector<Index> cells) {
   std::sort(cells.begin(), cells.end());
@@ -85,11 +106,11 @@ class Worker {
  public:
   explicit Worker(const BenchJob& job) : job_(job) {
     if (job.output) output_.emplace();
+    if (job.traced) trace_.emplace();
     const auto begin = Clock::now();
     Model<Dim> model = std::get<Model<Dim>>(job.model());
     ready_["read"] = seconds_since(begin);
-    ready_["bytes"] =
-        bytes_per_particle_step<Dim>(model.analysis, model.mesh->is_cartesian());
+    ready_["bytes"] = bytes_per_particle_step<Dim>(model.analysis, model.mesh->is_cartesian());
     const auto [mean, spread] = occupation(model.particles.cell);
     ready_["per_cell"] = mean;
     ready_["per_cell_spread"] = spread;
@@ -199,6 +220,7 @@ class Worker {
   const BenchJob& job_;
   std::shared_ptr<const Mesh<Dim>> mesh_;
   std::optional<Output> output_;  // outlives the simulation, which writes to it
+  std::optional<Trace> trace_;    // the same
   std::optional<Simulation<Dim>> simulation_;
   Json ready_;
   std::vector<StageTiming> before_;

@@ -41,6 +41,8 @@ struct GraphArguments {
   ScenarioOptions options;
   std::string output;  ///< .dot, .svg, .png, .pdf; empty = DOT on standard output
   bool all = false;    ///< every patch instead of one and its neighbours
+  int ranks = 0;       ///< frame the patches of each of so many ranks; 0 = do not
+  Partitioner partitioner = Partitioner::curve;  ///< of that partition
 };
 int graph_command(const GraphArguments& arguments);
 

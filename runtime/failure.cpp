@@ -109,6 +109,11 @@ std::string describe_mark(const Mark& mark, const Model<Dim>& model) {
              " has a domain that reaches beyond the cells around its own. Use larger cells or "
              "smaller particles, or take the functions of a smaller domain with "
              "\"large_domains\": \"clip\" in \"analysis\".";
+    case Mark::Kind::folded:
+      return particle + more +
+             " has a domain whose corners have moved so that it folds: functions would be "
+             "negative. Reduce the time step, use more particles per cell, or "
+             "\"shape_functions\": \"cpdi\", whose domains remain parallelepipeds.";
     default:
       return particle;
   }

@@ -136,14 +136,20 @@ int graph_command(const GraphArguments& arguments) {
         const TaskGraph& graph = simulation.graph();
         const std::vector<std::string> names = simulation.patch_names();
         const std::vector<int> chosen = patch_and_neighbours(graph);
+        std::vector<int> ranks, chosen_ranks;
+        if (arguments.ranks > 0)
+          ranks = partition(arguments.partitioner, simulation.patch_graph(), arguments.ranks);
+        for (const int p : chosen)
+          if (!ranks.empty()) chosen_ranks.push_back(ranks[static_cast<std::size_t>(p)]);
         if (arguments.all || static_cast<int>(chosen.size()) == graph.patches) {
-          text = to_dot(graph, names, title);
+          text = to_dot(graph, names, title, ranks);
         } else {
           std::vector<std::string> chosen_names;
           for (const int p : chosen) chosen_names.push_back(names[static_cast<std::size_t>(p)]);
           text = to_dot(part_of(graph, chosen), chosen_names,
                         fmt::format("{}: one patch and its neighbours, {} of {} patches", title,
-                                    chosen.size(), graph.patches));
+                                    chosen.size(), graph.patches),
+                        chosen_ranks);
         }
       },
       scenario.model);

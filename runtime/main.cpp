@@ -9,7 +9,6 @@
 #include <map>
 #include <new>
 #include <system_error>
-#include <tuple>
 
 #include "io/compare.h"
 #include "io/export.h"
@@ -19,6 +18,8 @@
 #include "runtime/commands.h"
 #include "runtime/console.h"
 #include "runtime/material_command.h"
+#include "runtime/study_options.h"
+#include "runtime/trace/command.h"
 #include "runtime/verify_command.h"
 
 namespace lahar {
@@ -60,92 +61,6 @@ BalanceOptions balance_options(const std::string& text, Partitioner partitioner)
     throw InputError("--balance must be auto, off or a number of steps, found '" + text + "'.");
   return {.when = When::forced, .every = every, .partitioner = partitioner};
 }
-
-CLI::AsNumberWithUnit time_with_unit() {
-  return CLI::AsNumberWithUnit(
-      std::map<std::string, double>{{"us", 1e-6}, {"ms", 1e-3}, {"s", 1.0}},
-      CLI::AsNumberWithUnit::Options::UNIT_REQUIRED);
-}
-
-/// "A:B" -> two numbers; the second may need a unit of time. Throws InputError.
-std::pair<Index, double> pair_of(const std::string& option, const std::string& text, bool time) {
-  const auto colon = text.find(':');
-  const auto refuse = [&]() -> std::pair<Index, double> {
-    throw InputError(fmt::format("{} must be {}, found '{}'.", option,
-                                 time ? "NUMBER:TIME such as 1:300us" : "NUMBER:NUMBER such as 5:10",
-                                 text));
-  };
-  if (colon == std::string::npos || colon == 0 || colon > 18 ||
-      text.find_first_not_of("0123456789") != colon)
-    return refuse();
-  std::string value = text.substr(colon + 1);
-  try {
-    if (time) time_with_unit()(value);
-    std::size_t used = 0;
-    const double number = std::stod(value, &used);
-    if (used != value.size() || !(number >= 0)) return refuse();
-    return {std::stoll(text.substr(0, colon)), number};
-  } catch (const std::exception&) {
-    return refuse();
-  }
-}
-
-/// What an analyst of performance asks for beside the run itself.
-struct StudyOptions {
-  bool trace = false;
-  std::string steps, slow_patch, late_sends;
-
-  void add_to(CLI::App& command, RunArguments& run) {
-    command.add_flag("--trace", trace,
-                     "Record what each task, message and thread does, for lahar trace");
-    command.add_option("--trace-steps", steps, "Record only these steps, such as 100:120")
-        ->type_name("FIRST:LAST");
-    command
-        .add_option("--inject-latency", run.execution.latency,
-                    "For studies: hold back each message between ranks, such as 200us; reductions "
-                    "by this times ceil(log2 ranks)")
-        ->transform(time_with_unit())
-        ->check(CLI::Range(0.0, 10.0))
-        ->type_name("TIME");
-    command
-        .add_option("--slow-patch", slow_patch,
-                    "For studies: tasks of this patch take so many times longer, such as 5:10")
-        ->type_name("PATCH:FACTOR");
-    command
-        .add_option("--late-sends", late_sends,
-                    "For studies: this rank waits before it sends a message, such as 1:300us")
-        ->type_name("RANK:TIME");
-    command
-        .add_option("--serial-section", run.execution.delays.serial,
-                    "For studies: one thread of each rank is busy for so long when a step is done, "
-                    "such as 1ms; patches can be at most 4 steps ahead of it")
-        ->transform(time_with_unit())
-        ->check(CLI::Range(0.0, 10.0))
-        ->type_name("TIME");
-  }
-  void give(RunArguments& run) const {
-    StudyDelays& delays = run.execution.delays;
-    if (!slow_patch.empty()) {
-      std::tie(delays.slow_patch, delays.slow_factor) = pair_of("--slow-patch", slow_patch, false);
-      if (delays.slow_factor < 1)
-        throw InputError("--slow-patch must be at least 1 times slower, found '" + slow_patch + "'.");
-    }
-    if (!late_sends.empty()) {
-      const auto [rank, time] = pair_of("--late-sends", late_sends, true);
-      delays.late_rank = static_cast<int>(rank);
-      delays.late = time;
-    }
-    if (!steps.empty()) {
-      const auto [first, last] = pair_of("--trace-steps", steps, false);
-      run.trace = {.first = first, .last = static_cast<Step>(last)};
-      if (run.trace->last < first)
-        throw InputError("--trace-steps must be FIRST:LAST with FIRST not above LAST, found '" +
-                         steps + "'.");
-    } else if (trace) {
-      run.trace = TraceWindow{};
-    }
-  }
-};
 
 int export_command(const std::string& run, const std::string& format, const std::string& step,
                    const std::string& output) {
@@ -302,9 +217,29 @@ int run_program(int argc, char** argv) {
   graph_app->add_option("--output,-o", graph.output,
                         "File .dot, .svg, .png or .pdf (default: DOT text)");
   graph_app->add_flag("--all", graph.all, "All patches, not only one and its neighbours");
+  graph_app->add_option("--ranks", graph.ranks, "Frame the patches of each of so many MPI ranks")
+      ->check(CLI::Range(1, 1'000'000));
   graph_app->callback([&] {
     refuse_several_ranks("graph");
     code = graph_command(graph);
+  });
+
+  TraceArguments trace;
+  auto* trace_app = app.add_subcommand(
+      "trace", "Where the time of a run went that was recorded with lahar run --trace");
+  trace_app->add_option("RUN", trace.run, "Run folder")->required();
+  trace_app->add_flag("--json", trace.json, "All figures as JSON");
+  trace_app->add_option("--chrome", trace.chrome,
+                        "Write trace events for ui.perfetto.dev, as .json or .json.gz")
+      ->type_name("FILE");
+  trace_app->add_option("--otf2", trace.otf2, "Write an OTF2 archive, for Vampir (if built so)")
+      ->type_name("FOLDER");
+  trace_app->add_option("--html", trace.html, "Write a page for a browser, with a timeline")
+      ->type_name("FILE");
+  trace_app->add_flag("--check", trace.check, "Only whether the trace is sound");
+  trace_app->callback([&] {
+    refuse_several_ranks("trace");
+    code = trace_command(trace);
   });
 
   MaterialArguments material;
@@ -364,15 +299,17 @@ int run_program(int argc, char** argv) {
   bench_app
       ->add_option("WHAT", of_ranks,
                    "ranks or overlap: measure MPI ranks instead (starts itself under mpirun); "
-                   "locate: how long it takes to find the cells of particles")
-      ->check(CLI::IsMember({"ranks", "overlap", "locate"}));
+                   "locate: how long it takes to find the cells of particles; trace: what recording "
+                   "costs")
+      ->check(CLI::IsMember({"ranks", "overlap", "locate", "trace"}));
   bench_app->callback([&] {
     if (of_ranks == "locate") {
       refuse_several_ranks("bench");
       code = bench_locate({bench.quick, bench.repeats > 0 ? bench.repeats : 5});
       return;
     }
-    if (!of_ranks.empty()) {
+    if (of_ranks == "trace") bench.cases = {"trace-plate", "trace-h8-125k"};
+    if (!of_ranks.empty() && of_ranks != "trace") {
       const RankBenchArguments arguments{std::filesystem::read_symlink("/proc/self/exe").string(),
                                          bench.quick, bench.repeats > 0 ? bench.repeats : 5};
       code = of_ranks == "ranks" ? bench_ranks(arguments) : bench_overlap(arguments);

@@ -48,6 +48,8 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
   needs.domain = basis_kind(model.analysis) == BasisKind::gimp;
   needs.affine = model.analysis.affine != Affine::none;
   needs.vectors = basis_kind(model.analysis) == BasisKind::cpdi;
+  needs.corners = basis_kind(model.analysis) == BasisKind::cpdi2;
+  needs.next_corners = needs.corners && model.analysis.scheme == Scheme::musl;
   needs.next_domain = model.analysis.functions == ShapeFunctions::gimp;
   for (std::size_t m = 0; m < census.used.size(); ++m) {
     if (!census.used[m]) continue;

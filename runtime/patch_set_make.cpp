@@ -44,7 +44,7 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   }
   patch->smallest_cell = *std::min_element(patch->cell_size.begin(), patch->cell_size.end());
   const std::size_t size = nodes.size() * node_width;
-  if (!patch->cartesian || patch->basis == BasisKind::corners) {
+  if (!patch->cartesian || needs_node_positions(model_->analysis)) {
     patch->node_position.assign(size, 0.0);
     for (std::size_t i = 0; i < nodes.size(); ++i)
       Eigen::Map<Vec<Dim>>(&patch->node_position[i * node_width]) =

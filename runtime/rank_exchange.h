@@ -85,6 +85,11 @@ class RankExchange final : public Remote {
                InjectedLatency latency);
   ~RankExchange() override;
 
+  /// Whether a phase of an own patch sends anything.
+  bool sends(int phase, int patch) const {
+    const auto& of_phase = sends_[static_cast<std::size_t>(phase)];
+    return !of_phase.empty() && !of_phase[static_cast<std::size_t>(patch)].empty();
+  }
   /// A phase of an own patch is done.
   void send(int phase, int patch, Step step);
   /// The body of the task that a message fired.

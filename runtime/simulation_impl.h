@@ -142,7 +142,7 @@ struct Simulation<Dim>::Impl {
   /// The patches of this rank as they are now, for a trace: JSON.
   std::string trace_graph() const;
   void record_graph() const;
-  void record_completion(Step step);
+  void record_progress(Step step);
 
   /// So that no particle is missing from the last state.
   static void take_unmapped(Patch<Dim>& patch);

@@ -98,7 +98,8 @@ void Simulation<Dim>::Impl::check_limit(int p, Step step) {
 
 template <int Dim>
 void Simulation<Dim>::Impl::hand_on(Step step) {
-  record_completion(step);
+  const TraceSpan trace(TraceKind::completed, step);
+  record_progress(step);
   if (options.delays.serial > 0) waste_time(options.delays.serial, step);
   if (!exchange) agreed[step] = give(step);
   const Agreement::Least& least = agreed[step].least;

@@ -132,7 +132,7 @@ void Simulation<Dim>::Impl::run_task(int phase, int p, Step step) {
                                                  : patches.elsewhere()[elsewhere].patch);
     recorder->add(record);
   }
-  if (!own || !exchange) return;
+  if (!own || !exchange || !exchange->sends(phase, p)) return;
   if (options.delays.late_rank == ranks.rank()) waste_time(options.delays.late, step);
   exchange->send(phase, p, step);
 }

@@ -55,12 +55,11 @@ void Simulation<Dim>::Impl::record_graph() const {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::record_completion(Step done) {
+void Simulation<Dim>::Impl::record_progress(Step done) {
   if (TraceRecorder* recorder = TraceRecorder::active()) recorder->set_present(done + 1);
   TraceRecorder* recorder = TraceRecorder::active(done);
   if (!recorder) return;
   const std::uint64_t now = ticks();
-  recorder->add({.begin = now, .end = now, .step = done, .kind = TraceKind::completed});
   // Reading it costs a system call; fifty times a second are enough.
   static std::uint64_t next = 0;
   if (now < next) return;
@@ -91,7 +90,7 @@ std::vector<Stage> Simulation<Dim>::stages() const {
 #define LAHAR_INSTANTIATE(Dim)                                     \
   template std::string Simulation<Dim>::Impl::trace_graph() const; \
   template void Simulation<Dim>::Impl::record_graph() const;       \
-  template void Simulation<Dim>::Impl::record_completion(Step);    \
+  template void Simulation<Dim>::Impl::record_progress(Step);    \
   template std::string Simulation<Dim>::trace_graph() const;       \
   template std::vector<Phase> Simulation<Dim>::phases() const;     \
   template std::vector<Stage> Simulation<Dim>::stages() const;

@@ -40,16 +40,18 @@ struct WorkerUse {
 /// A piece of the path of tasks, messages and waits that decided when the run ended.
 struct PathPart {
   enum class Kind {
-    task,       ///< work of a task
-    message,    ///< from a task's end until its message was handed to the graph of another rank
-    worker,     ///< ready, but all workers of the rank did something else
-    step,       ///< patches may not be further ahead of the slowest
+    task,     ///< work of a task
+    posting,  ///< from a task's end until its messages to other ranks were posted
+    transit,  ///< from there until it was handed to the graph of the other rank
+    step,  ///< what one thread does when a step is finished, or waiting for it: patches may be at
+           ///< most max_lead steps ahead
     time_step,  ///< the agreement on the time step
-    start,      ///< of a task that was ready while a worker was idle
+    start,      ///< a task was ready and a worker free
   } kind = Kind::task;
   double begin = 0, end = 0;
-  int task = -1;  ///< that it leads to, or is
+  int task = -1;  ///< that it leads to, or is; posting: whose messages
 };
+inline constexpr int path_kinds = 6;
 std::string_view name_of(PathPart::Kind kind);
 
 struct CriticalPath {
@@ -92,8 +94,8 @@ struct StepSpread {
 
 /// What costs most, in words: the main loss first.
 struct Finding {
-  std::string name;  ///< "imbalance", "late sender", "serial section", "latency", "none"
-  double loss = 0;   ///< [s] of worker time, over all workers
+  std::string name;  ///< "imbalance", "late sender", "messages", "serial section", ...
+  double loss = 0;   ///< [s] of the run's time; all findings and ideal_time add up to it
   std::string text;
 };
 
@@ -107,7 +109,7 @@ struct TraceReport {
   ExchangeUse exchange;
   StepSpread spread;
   std::vector<Finding> findings;  ///< the main loss first
-  double worker_time = 0;         ///< [s] the run's time times its workers
+  double ideal_time = 0;          ///< [s] all work spread evenly over all workers, without a wait
 };
 
 TraceReport analyse(const TraceLog& log);

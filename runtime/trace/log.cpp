@@ -1,6 +1,7 @@
 #include "runtime/trace/log.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -127,8 +128,14 @@ TraceRun run_of(const json& head) {
                .adaptive = head.at("adaptive"),
                .latency = head.at("latency")};
   for (const json& phase : head.at("phases"))
-    run.phases.push_back({phase.at("name"), phase.at("exchange"), phase.at("gives_dt"),
-                          phase.at("needs_dt"), phase.at("stages")});
+    run.phases.push_back({.name = "",
+                          .exchange = phase.at("exchange"),
+                          .gives_dt = phase.at("gives_dt"),
+                          .needs_dt = phase.at("needs_dt"),
+                          .stages = phase.at("stages")});
+  for (TraceRun::PhaseInfo& phase : run.phases)
+    phase.name = phase.stages.size() < 3 ? fmt::format("{}", fmt::join(phase.stages, ", "))
+                                         : phase.stages.front() + " to " + phase.stages.back();
   return run;
 }
 

@@ -54,6 +54,7 @@ struct TraceTask {
   int rank = 0, thread = 0, phase = 0, patch = 0;
   double ready = 0;  ///< when the last thing that it waited for had come
   double begin = 0, end = 0;
+  double released = 0;      ///< when its worker had posted its messages, too
   int last_input = -1;      ///< the task that this was, or -1
   int last_message = -1;    ///< the message that this was, or -1
   double without_last = 0;  ///< when it would have been ready without the last input
@@ -89,6 +90,8 @@ struct TraceLog {
   TraceRun run;
   std::vector<TraceGraph> graphs;  ///< ascending by step
   std::vector<TraceTask> tasks;    ///< by beginning
+  /// Tasks that task t waited for: inputs[first_input[t]] to inputs[first_input[t + 1] - 1].
+  std::vector<int> first_input, inputs;
   std::vector<TraceMessage> messages;
   std::vector<TraceInterval> intervals;
   std::vector<TraceValue> counters;

@@ -12,49 +12,70 @@ namespace {
 
 using Key = std::uint64_t;
 
-/// Tasks by what they are; a patch's number has 24 bits, a phase's 6.
+/// Tasks by what they are. Own tasks lie densely in steps, phases and patches.
 class TaskIndex {
  public:
-  explicit TaskIndex(const TraceLog& log) {
+  explicit TaskIndex(const TraceLog& log) : phases_(log.run.phases.size()) {
     of_rank_.resize(static_cast<std::size_t>(log.run.ranks));
-    tasks_.reserve(log.tasks.size());
+    for (const TraceGraph& graph : log.graphs)
+      for (const auto& [number, patch] : graph.patches) patches_ = std::max(patches_, number + 1);
+    Step last = 0;
+    first_ = std::numeric_limits<Step>::max();
+    for (const TraceTask& task : log.tasks) {
+      if (task.kind != TraceKind::task) continue;
+      first_ = std::min(first_, task.step);
+      last = std::max(last, task.step);
+    }
+    steps_ = std::max<Step>(0, last - first_ + 1);
+    tasks_.assign(static_cast<std::size_t>(steps_) * phases_ * static_cast<std::size_t>(patches_),
+                  -1);
     for (std::size_t i = 0; i < log.tasks.size(); ++i) {
       const TraceTask& task = log.tasks[i];
-      auto& map =
-          task.kind == TraceKind::task ? tasks_ : of_rank_[static_cast<std::size_t>(task.rank)];
-      map[key(task.kind, task.step, task.phase, task.patch)] = static_cast<int>(i);
+      if (task.kind != TraceKind::task)
+        of_rank_[static_cast<std::size_t>(task.rank)]
+                [key(task.kind, task.step, task.phase, task.patch)] = static_cast<int>(i);
+      else if (task.patch >= 0 && task.patch < patches_)
+        tasks_[place(task.step, task.phase, task.patch)] = static_cast<int>(i);
     }
   }
   int task(Step step, int phase, int patch) const {
-    return find(tasks_, key(TraceKind::task, step, phase, patch));
+    if (step < first_ || step >= first_ + steps_ || patch < 0 || patch >= patches_) return -1;
+    return tasks_[place(step, phase, patch)];
   }
   int unpack(int rank, Step step, int phase, int patch) const {
-    return find(of_rank_[static_cast<std::size_t>(rank)],
-                key(TraceKind::unpack, step, phase, patch));
+    return find(rank, key(TraceKind::unpack, step, phase, patch));
   }
-  int dt(int rank, Step step) const {
-    return find(of_rank_[static_cast<std::size_t>(rank)], key(TraceKind::dt, step, 0, -1));
-  }
+  int dt(int rank, Step step) const { return find(rank, key(TraceKind::dt, step, 0, -1)); }
 
  private:
-  using Map = std::unordered_map<Key, int>;
+  std::size_t place(Step step, int phase, int patch) const {
+    return (static_cast<std::size_t>(step - first_) * phases_ + static_cast<std::size_t>(phase)) *
+               static_cast<std::size_t>(patches_) +
+           static_cast<std::size_t>(patch);
+  }
   static Key key(TraceKind kind, Step step, int phase, int patch) {
     return static_cast<Key>(step) << 32 | static_cast<Key>(kind == TraceKind::dt) << 31 |
            static_cast<Key>(phase) << 24 | static_cast<Key>(patch + 1);
   }
-  static int find(const Map& map, Key key) {
+  int find(int rank, Key key) const {
+    const auto& map = of_rank_[static_cast<std::size_t>(rank)];
     const auto found = map.find(key);
     return found == map.end() ? -1 : found->second;
   }
 
-  Map tasks_;
-  std::vector<Map> of_rank_;
+  std::size_t phases_;
+  int patches_ = 0;
+  Step first_ = 0, steps_ = 0;
+  std::vector<int> tasks_;
+  std::vector<std::unordered_map<Key, int>> of_rank_;  ///< unpack and dt tasks
 };
 
 /// The last two of what a task waits for.
 class Inputs {
  public:
+  explicit Inputs(std::vector<int>& all) : all_(all) {}
   void add(double time, int task, int message = -1) {
+    if (task >= 0) all_.push_back(task);
     if (time > last_) {
       second_ = last_;
       last_ = time;
@@ -75,6 +96,7 @@ class Inputs {
 
  private:
   static constexpr double none = -std::numeric_limits<double>::max();
+  std::vector<int>& all_;
   double last_ = none, second_ = none;
   int task_ = -1, message_ = -1;
 };
@@ -88,7 +110,8 @@ class Linker {
     find_times();
     for (std::size_t i = 0; i < log_.tasks.size(); ++i) {
       TraceTask& task = log_.tasks[i];
-      Inputs inputs;
+      log_.first_input.push_back(static_cast<int>(log_.inputs.size()));
+      Inputs inputs(log_.inputs);
       switch (task.kind) {
         case TraceKind::task:
           add_inputs(task, inputs);
@@ -104,6 +127,7 @@ class Linker {
       }
       inputs.give(task);
     }
+    log_.first_input.push_back(static_cast<int>(log_.inputs.size()));
   }
 
  private:
@@ -122,6 +146,7 @@ class Linker {
     std::sort(ends.sent.begin(), ends.sent.end(), before);
     std::sort(ends.came.begin(), ends.came.end(), before);
     message_of_unpack_.assign(log_.tasks.size(), -1);
+    for (TraceTask& task : log_.tasks) task.released = task.end;
     auto came = ends.came.begin();
     for (TraceMessage& m : ends.sent) {
       while (came != ends.came.end() && before(*came, m)) ++came;
@@ -129,6 +154,10 @@ class Linker {
       m.arrived = came->arrived;
       m.given = came->given;
       m.sender = index_.task(m.step, m.phase, m.patch);
+      if (m.sender >= 0) {
+        TraceTask& sender = log_.tasks[static_cast<std::size_t>(m.sender)];
+        sender.released = std::max(sender.released, m.sent);
+      }
       m.unpack = index_.unpack(m.to, m.step, m.phase, m.patch);
       if (m.unpack >= 0)
         message_of_unpack_[static_cast<std::size_t>(m.unpack)] =
@@ -140,7 +169,7 @@ class Linker {
   /// When steps were known to be done and time steps agreed.
   void find_times() {
     for (const TraceInterval& i : log_.intervals) {
-      if (i.kind == TraceKind::completed) completed_[rank_step(i.rank, i.step)] = i.begin;
+      if (i.kind == TraceKind::completed) completed_[rank_step(i.rank, i.step)] = i.end;
       if (i.kind == TraceKind::agreement && i.which == static_cast<int>(TraceAgreement::time_step))
         agreed_[rank_step(i.rank, i.step)] = i.end;
     }

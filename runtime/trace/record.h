@@ -19,7 +19,7 @@ enum class TraceKind : std::uint8_t {
   send,        ///< a message is packed and posted
   arrival,     ///< from when a message was found to when it was handed to the graph
   agreement,   ///< a reduction, from when this rank gave its part to when it was found complete
-  completed,   ///< all patches (several ranks: of all) were known to have finished the step
+  completed,   ///< what is done when all patches (several ranks: of all) have finished the step
   poll,        ///< a thread without a task looked for messages
   frame,       ///< output of a frame, by a thread in the background
   checkpoint,  ///< the same of a checkpoint

@@ -133,6 +133,14 @@ mpm.json:19:51: error: 'step' is missing in analysis.resume [/analysis/resume]
                                                     ^
   hint: uuid: the run to go on from; step: that of its particle file
 )"},
+    {"corners that a particle file does not have",
+     {resume(R"("resume": true, "uuid": "x", "step": 5)", R"("shape_functions": "cpdi2", )")},
+     {},
+     R"(mpm.json:19:51: error: a run with "cpdi2" cannot be resumed from a particle file [/analysis/resume]
+    "analysis": {"type": "MPMExplicit2D", "resume": {"resume": true, "uuid": "x", "step": 5}, "shape_functions": "cpdi2", "dt": 0.001, "nsteps": 10},
+                                                    ^
+  hint: the file does not have the corners of the particles' domains; go on from a checkpoint (--restart), or take "cpdi", whose domains begin anew as boxes
+)"},
     {"adaptive steps",
      {resume(R"("resume": true, "uuid": "x", "step": 5)", R"("time_step": {"adaptive": true}, )")},
      {},
@@ -178,5 +186,5 @@ mpm.json:19:51: error: 'step' is missing in analysis.resume [/analysis/resume]
 )"},
   };
   // clang-format on
-  check(table, 8);
+  check(table, 9);
 }

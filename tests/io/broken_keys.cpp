@@ -304,6 +304,20 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
   --set post_processing.checkpoint_minutes=-5
                                            ^
 )"},
+    {"patches that are split after less than no step",
+     {},
+     {"analysis.split_steps=-1"},
+     R"(command line: error: 'split_steps' must be at least 0, found -1 [/analysis/split_steps]
+  --set analysis.split_steps=-1
+                             ^
+)"},
+    {"patches that are split after part of a step",
+     {},
+     {"analysis.split_steps=2.5"},
+     R"(command line: error: 'split_steps' must be an integer, found number 2.5 [/analysis/split_steps]
+  --set analysis.split_steps=2.5
+                             ^
+)"},
     {"an override beyond an array",
      {},
      {"materials.1.density=5"},
@@ -327,5 +341,5 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
                     ^
 )"},
   };
-  check(table, 41);
+  check(table, 43);
 }

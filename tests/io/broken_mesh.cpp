@@ -259,6 +259,25 @@ mpm.json:6:18: warning: corner nodes of ED2Q8 have masses of zero or below, with
                                                              ^
   hint: give the mesh as "structured", or a file of such cells with "isoparametric": false
 )"},
+    {"domains with corners on cells which are no boxes",
+     {replace("mpm.json", "\"dt\"", "\"shape_functions\": \"cpdi2\", \"dt\""),
+      replace("mesh.txt", "1 1\n2 1", "1 1.25\n2 1")},
+     {},
+     R"(mpm.json:19:60: error: "cpdi2" needs a mesh of equal boxes along the axes that fill a box [/analysis/shape_functions]
+    "analysis": {"type": "MPMExplicit2D", "shape_functions": "cpdi2", "dt": 0.001, "nsteps": 10},
+                                                             ^
+  hint: give the mesh as "structured", or a file of such cells with "isoparametric": false
+)"},
+    {"moments of functions that have none",
+     {replace("mpm.json", "\"mesh\": \"mesh.txt\",", "\"structured\": {\"cell_size\": 1, \"counts\": [2, 1]},"),
+      replace("mpm.json", "ED2Q4", "ED2Q9"),
+      replace("mpm.json", "\"dt\"", "\"velocity_update\": \"apic\", \"dt\"")},
+     {},
+     R"(mpm.json:19:60: error: 'velocity_update': "apic" does not go together with ED2Q9 cells: their functions reproduce second moments, so that particles have none [/analysis/velocity_update]
+    "analysis": {"type": "MPMExplicit2D", "velocity_update": "apic", "dt": 0.001, "nsteps": 10},
+                                                             ^
+  hint: take "tpic", which gives nodes the velocity gradient, or linear elements
+)"},
     {"functions that reach beyond cells of several sizes",
      {replace("mpm.json", "\"ED2Q4\"", "\"ED2Q4P2B\""),
       replace("mesh.txt", "2 0\n0 1\n1 1\n2 1", "3 0\n0 1\n1 1\n3 1")},
@@ -297,5 +316,5 @@ mesh.txt:10:8: error: a node id is missing
   hint: the nodes of a GIMP cell are its corners and all around it, one cell away
 )"},
   };
-  check(table, 33);
+  check(table, 35);
 }

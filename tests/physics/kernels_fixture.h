@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "physics/cpdi_domain.h"
 #include "physics/kernels.h"
 #include "physics/support.h"
 #include "tests/physics/element_fixtures.h"
@@ -38,14 +39,17 @@ struct OnePatch {
     std::vector<PatchTopology<Dim>*> alone{&patch.topology};
     connect(alone);
     patch.cartesian = m.is_cartesian();
-    const ColumnLayout<Dim> layout({.size = true,
-                                    .state = 1,
-                                    .natural = !patch.cartesian || natural == Natural::stored,
-                                    .affine = affine != Affine::none,
-                                    .domain = patch.basis == BasisKind::gimp,
-                                    .next_domain = functions == ShapeFunctions::gimp,
-                                    .vectors = patch.basis == BasisKind::cpdi,
-                                    .strain = true});
+    const ColumnLayout<Dim> layout(
+        {.size = true,
+         .state = 1,
+         .natural = !patch.cartesian || natural == Natural::stored,
+         .affine = affine != Affine::none,
+         .domain = patch.basis == BasisKind::gimp,
+         .next_domain = functions == ShapeFunctions::gimp,
+         .vectors = patch.basis == BasisKind::cpdi,
+         .corners = patch.basis == BasisKind::cpdi2,
+         .next_corners = patch.basis == BasisKind::cpdi2 && natural == Natural::stored,
+         .strain = true});
     patch.particles = Particles<Dim>(layout);
     patch.movers = Particles<Dim>(layout);
     for (Index c = 0; c < m.n_cells(); ++c) {
@@ -110,10 +114,36 @@ struct OnePatch {
           p.row(Column::vectors, Dim * k + d)[i] =
               (k == d ? uniform(random, 0.1, 0.5) : uniform(random, -0.2, 0.2)) *
               model.mesh->geometry(cell).length[d];
+    if (p.layout().has(Column::corners)) add_corners(random, cell, i);
     const auto x = physical(cell, xi);
     for (int d = 0; d < Dim; ++d) {
       if (p.layout().has(Column::xi)) p.row(Column::xi, d)[i] = xi[d];
       p.row(Column::x, d)[i] = x[d];
+    }
+  }
+
+  /// The corners of a parallelepiped of up to the cell's size, each moved at random, about their
+  /// centroid.
+  void add_corners(std::mt19937& random, Local cell, Local i) {
+    const Vec<Dim> length = model.mesh->geometry(cell).length;
+    Hexahedron<Dim, Scalar> domain;
+    for (int d = 0; d < Dim; ++d) {
+      double edge[Dim];
+      for (int k = 0; k < Dim; ++k)
+        edge[k] = k == d ? uniform(random, 0.1, 0.5) : uniform(random, -0.05, 0.05);
+      for (int c = 0; c < corners<Dim>; ++c) {
+        double at = uniform(random, -0.02, 0.02);
+        for (int k = 0; k < Dim; ++k) at += corner_sign(c, k) * edge[k];
+        domain.r[c][d] = at * length[d];
+      }
+    }
+    Scalar w[corners<Dim>];
+    domain.weights(w);
+    for (int d = 0; d < Dim; ++d) {
+      double centroid = 0;
+      for (int c = 0; c < corners<Dim>; ++c) centroid += w[c][0] * domain.r[c][d][0];
+      for (int c = 0; c < corners<Dim>; ++c)
+        patch.particles.row(Column::corners, Dim * c + d)[i] = domain.r[c][d][0] - centroid;
     }
   }
 
@@ -242,8 +272,8 @@ void with_every_kind(auto with) {
 
 /// The functions that reach beyond a cell.
 inline constexpr ShapeFunctions wide_functions[] = {
-    ShapeFunctions::gimp, ShapeFunctions::uniform_gimp, ShapeFunctions::cpdi,
-    ShapeFunctions::quadratic_spline, ShapeFunctions::cubic_spline};
+    ShapeFunctions::gimp,  ShapeFunctions::uniform_gimp,     ShapeFunctions::cpdi,
+    ShapeFunctions::cpdi2, ShapeFunctions::quadratic_spline, ShapeFunctions::cubic_spline};
 
 /// The same for these functions.
 void with_wide_functions(auto with, Affine affine = Affine::none) {

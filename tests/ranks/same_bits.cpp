@@ -239,6 +239,14 @@ TEST_CASE("a run goes on, on all ranks, from any step around a split") {
   }
 }
 
+TEST_CASE("CPDI, with affine velocities, and CPDI2, whose corners travel with particles") {
+  const auto discs = with_patches(two_discs(), 40);
+  check(with_functions(discs, ShapeFunctions::cpdi, Affine::apic), 60, threads_only);
+  check(with_functions(discs, ShapeFunctions::cpdi2), 60,
+        {{.threads = 1}, {.threads = 2}, {.threads = 1, .balance = every(20)}});
+  check(with_functions(with_patches(dam_break_3d(), 100), ShapeFunctions::cpdi2), 16, threads_only);
+}
+
 TEST_CASE("GIMP, and splines with affine velocities") {
   check(with_functions(with_patches(two_discs(), 40), ShapeFunctions::gimp), 60,
         {{.threads = 1}, {.threads = 2}, {.threads = 1, .balance = every(20)}});

@@ -171,6 +171,10 @@ TEST_CASE("the bytes of a step are those of the columns that each phase touches"
   CHECK(bytes_of_step<3>(Scheme::usl, true, ShapeFunctions::element, Affine::apic) ==
         8 * (17 + 16 + 2 * 9));
   CHECK(bytes_of_step<3>(Scheme::usl, true, ShapeFunctions::gimp) == 8 * (17 + 16 + 3 + 3 + 3));
+  CHECK(bytes_of_step<3>(Scheme::usl, true, ShapeFunctions::cpdi) == 8 * (17 + 16 + 9 + 9 + 9));
+  CHECK(bytes_of_step<3>(Scheme::usl, true, ShapeFunctions::cpdi2) == 8 * (17 + 16 + 2 * 24));
+  CHECK(bytes_of_step<2>(Scheme::usf, true, ShapeFunctions::cpdi2) ==
+        8 * (7 + 5 + 7 + 6 + 3 * 8));
   CHECK(bytes_of_step<2>(Scheme::usl, false) == 8 * (12 + 11 + 2 + 2));
   CHECK(bytes_of_step<2>(Scheme::usf, false) == 8 * (7 + 5 + 7 + 6 + 2 + 2));
 }

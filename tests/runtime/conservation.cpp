@@ -102,7 +102,7 @@ TEST_CASE("contact keeps the momentum of all particles to rounding, of two bodie
       }
 }
 
-TEST_CASE("a collision keeps the momentum with GIMP, splines and affine velocities") {
+TEST_CASE("a collision keeps the momentum with GIMP, CPDI, splines and affine velocities") {
   const auto check = [](ShapeFunctions functions, Affine affine) {
     for (const Scheme scheme : schemes) {
       Model<2> model = with_functions(two_discs(), functions, affine);
@@ -115,15 +115,16 @@ TEST_CASE("a collision keeps the momentum with GIMP, splines and affine velociti
   };
   for (const Affine affine : {Affine::none, Affine::apic, Affine::tpic})
     for (const ShapeFunctions functions :
-         {ShapeFunctions::gimp, ShapeFunctions::uniform_gimp, ShapeFunctions::quadratic_spline,
-          ShapeFunctions::cubic_spline})
+         {ShapeFunctions::gimp, ShapeFunctions::uniform_gimp, ShapeFunctions::cpdi,
+          ShapeFunctions::cpdi2, ShapeFunctions::quadratic_spline, ShapeFunctions::cubic_spline})
       check(functions, affine);
   check(ShapeFunctions::element, Affine::apic);
 }
 
 TEST_CASE("under gravity all functions let bodies fall freely") {
   for (const ShapeFunctions functions :
-       {ShapeFunctions::gimp, ShapeFunctions::quadratic_spline, ShapeFunctions::cubic_spline})
+       {ShapeFunctions::gimp, ShapeFunctions::cpdi, ShapeFunctions::cpdi2,
+        ShapeFunctions::quadratic_spline, ShapeFunctions::cubic_spline})
     for (const Affine affine : {Affine::none, Affine::apic}) {
       Model<2> model = with_functions(two_discs(), functions, affine);
       model.particles.velocity.assign(static_cast<std::size_t>(model.particles.size()), {0.2, 0.1});

@@ -40,11 +40,16 @@ TEST_CASE("restart: two discs, every scheme, fixed and adaptive steps") {
     }
 }
 
-TEST_CASE("restart: GIMP, splines and affine velocities") {
+TEST_CASE("restart: GIMP, CPDI, splines and affine velocities") {
   for (const Scheme scheme : schemes) {
     Model<2> discs = with_functions(two_discs(), ShapeFunctions::gimp);
     discs.analysis.scheme = scheme;
     check_restart(discs, 17, 34);
+    for (const ShapeFunctions functions : {ShapeFunctions::cpdi, ShapeFunctions::cpdi2}) {
+      discs = with_functions(two_discs(), functions);
+      discs.analysis.scheme = scheme;
+      check_restart(discs, 17, 34);
+    }
     discs = with_functions(two_discs(), ShapeFunctions::element, Affine::apic);
     discs.analysis.scheme = scheme;
     check_restart(discs, 17, 34);
@@ -52,6 +57,7 @@ TEST_CASE("restart: GIMP, splines and affine velocities") {
   Model<3> water =
       with_functions(dam_break_3d(), ShapeFunctions::quadratic_spline, Affine::apic);
   check_restart(water, 11, 30);
+  check_restart(with_functions(dam_break_3d(), ShapeFunctions::cpdi2), 11, 30);
 }
 
 TEST_CASE("restart: water with smoothed pressure, whose patch sets are rebuilt on the way") {

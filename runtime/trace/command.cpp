@@ -1,0 +1,62 @@
+#include "runtime/trace/command.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "physics/error.h"
+#include "runtime/commands.h"
+#include "runtime/trace/analysis.h"
+#include "runtime/trace/chrome.h"
+#include "runtime/trace/otf2.h"
+#include "runtime/trace/page.h"
+
+namespace lahar {
+
+namespace {
+
+int check(const TraceLog& log) {
+  const std::vector<std::string> problems = problems_of(log);
+  for (const std::string& problem : problems) fmt::print("{}\n", problem);
+  if (problems.empty())
+    fmt::print("sound: {} tasks, {} messages, steps {} to {}\n", log.tasks.size(),
+               log.messages.size(), log.run.first, log.run.last);
+  return problems.empty() ? exit_ok : exit_internal;
+}
+
+void write_page(const TraceLog& log, const TraceReport& report, const std::string& file) {
+  const std::string page = page_of(log, report);
+  std::ofstream out(file, std::ios::binary);
+  out.write(page.data(), static_cast<std::streamsize>(page.size()));
+  out.close();
+  if (!out) throw IoError("cannot write " + file + ": " + std::strerror(errno));
+  fmt::print("{}\nopen it with a browser\n", file);
+}
+
+}  // namespace
+
+int trace_command(const TraceArguments& arguments) {
+  const TraceLog log = read_trace(arguments.run);
+  if (arguments.check) return check(log);
+  if (!arguments.chrome.empty()) {
+    write_chrome(log, arguments.chrome);
+    fmt::print("{}\nopen it at https://ui.perfetto.dev\n", arguments.chrome);
+    return exit_ok;
+  }
+  if (!arguments.otf2.empty()) {
+    write_otf2(log, arguments.otf2);
+    fmt::print("{}/trace.otf2\n", arguments.otf2);
+    return exit_ok;
+  }
+  const TraceReport report = analyse(log);
+  if (!arguments.html.empty()) {
+    write_page(log, report, arguments.html);
+    return exit_ok;
+  }
+  fmt::print("{}", arguments.json ? json_of(log, report) + "\n" : text_of(log, report));
+  return exit_ok;
+}
+
+}  // namespace lahar

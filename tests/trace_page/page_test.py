@@ -1,0 +1,270 @@
+"""The page of a trace in a browser: it draws, zooms, selects, is readable and loads nothing.
+
+    page_test.py CHROMIUM PAGE [--screenshot FILE.png]
+"""
+
+import argparse
+import sys
+
+from browser import Browser
+
+failed = []
+
+
+def expect(true, what):
+    print(("ok      " if true else "FAILED  ") + what, flush=True)
+    if not true:
+        failed.append(what)
+
+
+# Share of a canvas that is not of its most frequent colour.
+DRAWN = """
+[...document.querySelectorAll('SELECTOR canvas:not(.overlay)')].map((canvas) => {
+  const data = new Uint32Array(canvas.getContext('2d')
+    .getImageData(0, 0, canvas.width, canvas.height).data.buffer), seen = new Map();
+  for (const pixel of data) seen.set(pixel, (seen.get(pixel) ?? 0) + 1);
+  return { share: 1 - Math.max(...seen.values()) / data.length, colours: seen.size };
+})
+"""
+
+# Text whose contrast with what is behind it is below WCAG 2.1's 4.5 (3 for large text).
+FAINT = """
+(() => {
+  const numbers = (colour) => colour.match(/[\\d.]+/g).map(Number);
+  const light = ([r, g, b]) => [r, g, b].map((v) => v / 255)
+    .map((v) => (v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
+  const behind = (node) => {
+    for (; node; node = node.parentElement) {
+      const colour = numbers(getComputedStyle(node).backgroundColor);
+      if (colour.length < 4 || colour[3] === 1) return colour;
+    }
+    return [255, 255, 255];
+  };
+  const faint = [];
+  let texts = 0;
+  for (const node of document.body.querySelectorAll('*')) {
+    if (!node.checkVisibility() || ['SCRIPT', 'NOSCRIPT', 'OPTION'].includes(node.tagName)) continue;
+    if (![...node.childNodes].some((c) => c.nodeType === 3 && c.data.trim())) continue;
+    const style = getComputedStyle(node), size = parseFloat(style.fontSize);
+    const [a, b] = [light(numbers(style.color)), light(behind(node))];
+    const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    const large = size >= 24 || (size >= 18.66 && style.fontWeight >= 700);
+    ++texts;
+    if (ratio < (large ? 3 : 4.5)) faint.push(`${node.textContent.trim().slice(0, 30)}: ${ratio.toFixed(2)}`);
+  }
+  return { texts, faint: [...new Set(faint)] };
+})()
+"""
+
+def place(browser, selector):
+    """A rectangle in the window."""
+    return browser.value(f"""(() => {{
+      const r = document.querySelector('{selector}').getBoundingClientRect();
+      return {{ x: r.left, y: r.top, width: r.width, height: r.height }};
+    }})()""")
+
+
+def text(browser, selector):
+    return browser.value(f"document.querySelector('{selector}').textContent")
+
+
+def shown(browser, selector):
+    return browser.value(f"document.querySelector('{selector}').checkVisibility()")
+
+
+def test_contents(browser):
+    expect("2 × 2" in text(browser, "#facts"), "ranks and threads are named")
+    expect(browser.value("document.querySelectorAll('#findings li').length") > 0, "there are findings")
+    for selector, least in (("#stages", 4), ("#waits", 3), ("#patches", 3)):
+        rows = browser.value(f"document.querySelectorAll('{selector} tbody tr').length")
+        expect(rows >= least, f"{selector} has {rows} rows")
+    bad = browser.value("document.body.innerText.match(/NaN|undefined|Infinity|\\[object/g)")
+    expect(not bad, f"no figure is missing: {bad}")
+
+
+def test_drawn(browser, what):
+    for selector, share, colours in (("#timeline", 0.10, 6), ("#overview", 0.01, 4), ("#memory", 0.003, 3)):
+        for canvas in browser.value(DRAWN.replace("SELECTOR", selector)) or [{"share": 0, "colours": 0}]:
+            expect(canvas["share"] > share and canvas["colours"] >= colours,
+                   f"{selector} is drawn, {what}: {100 * canvas['share']:.1f} % in {canvas['colours']} colours")
+
+
+def test_sorting(browser):
+    order = "[...document.querySelectorAll('#stages tbody tr')].map((row) => row.cells[0].textContent)"
+    before = browser.value(order)
+    browser.value("document.querySelector('#stages th button').click()")
+    after = browser.value(order)
+    ordered = sorted(before, key=str.lower)
+    expect(after in (ordered, ordered[::-1]) and after != before, "stages are sorted by name")
+    browser.value("document.querySelector('#stages th button').click()")
+    expect(browser.value(order) == after[::-1], "and the other way")
+
+
+def pixels(browser):
+    """Of the timeline, to see whether it changes."""
+    return browser.value("document.querySelector('#timeline canvas').toDataURL()")
+
+
+def test_zoom(browser):
+    browser.value("document.querySelector('#timeline-card').scrollIntoView()")
+    browser.settle()
+    box = place(browser, "#timeline .u-over")
+    y = box["y"] + box["height"] / 2
+    ranges, pictures = [text(browser, "#range")], [pixels(browser)]
+    whole = ranges[0]
+
+    def changed(what):
+        ranges.append(text(browser, "#range"))
+        pictures.append(pixels(browser))
+        expect(ranges[-1] != ranges[-2] and pictures[-1] != pictures[-2], f"{what}: {ranges[-1]}")
+
+    browser.wheel(box["x"] + box["width"] * 0.3, y, -300)
+    changed("the wheel zooms")
+    browser.drag(box["x"] + box["width"] * 0.3, box["x"] + box["width"] * 0.6, y)
+    changed("dragging zooms")
+    browser.value("document.querySelector('#timeline').focus()")
+    browser.key("ArrowRight")
+    changed("arrow keys move")
+    small = place(browser, "#overview .u-over")
+    browser.drag(small["x"] + small["width"] * 0.2, small["x"] + small["width"] * 0.4, small["y"] + 30)
+    changed("dragging above chooses a range")
+    browser.value("document.querySelector('#whole').click()")
+    browser.settle()
+    changed("back to the whole run")
+    expect(ranges[-1] == whole, "which is the first range")
+
+
+def test_selection(browser):
+    expect(not shown(browser, "#details"), "nothing is selected at first")
+    browser.value("document.querySelector('#waits tbody button').click()")
+    browser.settle()
+    expect(shown(browser, "#details"), "a wait selects its task")
+    expect(all(word in text(browser, "#details") for word in ("ready", "began", "ended", "waited for")),
+           "whose times are shown")
+    wait = text(browser, "#waits tbody button")
+    expect(text(browser, "#details h3") == wait, f"it is {wait}")
+    linked = browser.value("document.querySelectorAll('#details .chain li').length")
+    expect(linked > 0, f"with {linked} tasks before it")
+    test_drawn_overlay(browser)
+    browser.value("document.querySelector('#timeline').focus()")
+    browser.key("Escape")
+    expect(not shown(browser, "#details"), "Escape ends the selection")
+
+    # The pointer finds a task, and a click selects it.
+    box = place(browser, "#timeline .u-over")
+    for k in range(400):
+        x = box["x"] + box["width"] * (0.2 + 0.6 * (k % 100) / 100)
+        y = box["y"] + box["height"] * (0.1 + 0.2 * (k // 100))
+        browser.mouse("mouseMoved", x, y)
+        if browser.value("document.querySelector('.tip').checkVisibility() &&"
+                         " document.querySelector('.tip').textContent.includes('waited for')"):
+            break
+    hint = text(browser, ".tip b")
+    expect(shown(browser, ".tip") and "took" in text(browser, ".tip"), f"the pointer is told of: {hint}")
+    browser.click(x, y)
+    expect(shown(browser, "#details") and text(browser, "#details h3").startswith(hint),
+           "a click selects the same")
+
+
+def test_drawn_overlay(browser):
+    marked = browser.value("""(() => {
+      const canvas = document.querySelector('canvas.overlay');
+      return new Uint32Array(canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height)
+        .data.buffer).filter((pixel) => pixel !== 0).length;
+    })()""")
+    expect(marked > 100, f"its chain is drawn over the rows: {marked} pixels")
+
+
+def test_focus(browser):
+    before = pixels(browser)
+    browser.value("document.querySelector('#patches tbody button').click()")
+    browser.settle()
+    expect("patch" in text(browser, "#focus-name") and pixels(browser) != before, "a patch alone")
+    browser.value("document.querySelector('#critical').click()")
+    browser.settle()
+    expect("critical path" in text(browser, "#focus-name"), "the critical path alone")
+    browser.value("document.querySelector('#unfocus').click()")
+    browser.settle()
+    expect(not shown(browser, "#focus") and pixels(browser) == before, "and all again")
+
+
+def test_readable(browser, scheme):
+    found = browser.value(FAINT)
+    expect(found["texts"] > 100 and not found["faint"],
+           f"{found['texts']} texts have contrast, {scheme}: {found['faint'][:5]}")
+
+
+def test_schemes(browser):
+    background = "getComputedStyle(document.body).backgroundColor"
+    test_readable(browser, "light")
+    light, picture = browser.value(background), pixels(browser)
+    browser.prefer("dark")
+    browser.settle()
+    expect(browser.value(background) != light and pixels(browser) != picture, "dark where it is preferred")
+    test_readable(browser, "dark")
+    test_drawn(browser, "dark")
+    browser.value("document.querySelector('#theme').click()")
+    browser.settle()
+    expect(browser.value(background) == light, "the button goes back to light")
+    browser.prefer("light")
+    browser.value("document.querySelector('#theme').click()")
+    browser.settle()
+    test_readable(browser, "dark by the button")
+    browser.value("document.querySelector('#theme').click()")
+
+
+def test_narrow(browser):
+    browser.resize(500, 900)
+    browser.settle()
+    browser.settle()
+    width = browser.value("document.documentElement.scrollWidth")
+    expect(width <= 500, f"nothing is wider than a window of 500: {width}")
+    over = place(browser, "#timeline .u-over")
+    expect(300 < over["width"] < 500, f"the timeline fits: {over['width']:.0f}")
+    test_drawn(browser, "narrow")
+    browser.resize(1200, 900)
+    browser.settle()
+
+
+def screenshot(browser, file):
+    """Of the timeline with a selected task and its chain."""
+    browser.resize(1100, 900)
+    browser.value("document.querySelector('#whole').click()")
+    browser.value("document.querySelector('#waits tbody button').click()")
+    browser.settle()
+    card = place(browser, "#timeline-card")
+    top = browser.value("scrollY")
+    browser.picture(file, {**card, "y": card["y"] + top})
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("chromium")
+    parser.add_argument("page")
+    parser.add_argument("--screenshot")
+    arguments = parser.parse_args()
+    with Browser(arguments.chromium) as browser:
+        browser.prefer("light")
+        browser.open(arguments.page)
+        browser.settle()
+        test_contents(browser)
+        test_drawn(browser, "light")
+        test_sorting(browser)
+        test_zoom(browser)
+        test_selection(browser)
+        test_focus(browser)
+        test_schemes(browser)
+        test_narrow(browser)
+        if arguments.screenshot:
+            screenshot(browser, arguments.screenshot)
+        expect(not browser.errors, f"no errors: {browser.errors[:3]}")
+        elsewhere = [url[:80] for url in browser.requests if not url.startswith(("file:", "data:", "blob:"))]
+        expect(not elsewhere, f"nothing is loaded from elsewhere: {elsewhere}")
+        files = [url for url in browser.requests if url.startswith("file:")]
+        expect(len(files) == 1, f"one file is loaded: {files}")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
