@@ -139,8 +139,7 @@ TEST_CASE("replay: a time step is agreed on by all ranks before it is used") {
   const Replay r = replay(row.log(), {.network = latency(l)});
   CHECK(r.total == doctest::Approx(20 * ms + 19 * l).epsilon(1e-5));
   row.linked = false;  // b waits for the reduction, which a hides
-  CHECK(replay(row.log(), {.network = latency(l)}).total ==
-        doctest::Approx(20 * ms).epsilon(1e-5));
+  CHECK(replay(row.log(), {.network = latency(l)}).total == doctest::Approx(20 * ms).epsilon(1e-5));
   CHECK(replay(row.log(), {.network = latency(3 * l)}).total ==
         doctest::Approx(20 * ms + 9 * 2 * l).epsilon(1e-5));
 }
