@@ -23,8 +23,8 @@ struct Unit {
   double size;
 };
 constexpr std::array times{Unit{"ns", 1e-9}, Unit{"us", 1e-6}, Unit{"ms", 1e-3}, Unit{"s", 1.0}};
-constexpr std::array rates{Unit{"B/s", 1.0},      Unit{"kB/s", 1e3},       Unit{"MB/s", 1e6},
-                           Unit{"GB/s", 1e9},     Unit{"TB/s", 1e12},      Unit{"Mbit/s", 1e6 / 8},
+constexpr std::array rates{Unit{"B/s", 1.0},       Unit{"kB/s", 1e3},  Unit{"MB/s", 1e6},
+                           Unit{"GB/s", 1e9},      Unit{"TB/s", 1e12}, Unit{"Mbit/s", 1e6 / 8},
                            Unit{"Gbit/s", 1e9 / 8}};
 
 /// The value of "2us"; nothing if it is no number with one of the units.
@@ -86,8 +86,8 @@ class Reader {
     if (member.value.is<std::string>()) value = with_unit(member.value.as<std::string>(), units);
     if (value && std::isfinite(*value) && (zero ? *value >= 0 : *value > 0)) return value;
     problems_.error(document_.at(
-        member.value,
-        fmt::format("\"{}\" is {}, not {}", member.key, what, describe(member.value)), hint));
+        member.value, fmt::format("\"{}\" is {}, not {}", member.key, what, describe(member.value)),
+        hint));
     return {};
   }
   std::optional<double> time(const JsonValue::Member& member) {
@@ -95,10 +95,11 @@ class Reader {
                   "a number of seconds, or a text with ns, us, ms or s: \"2us\"", true);
   }
   std::optional<double> rate(const JsonValue::Member& member) {
-    return number(member, rates, "a rate above zero",
-                  "a number of bytes per second, or a text with B/s, kB/s, MB/s, GB/s, TB/s, Mbit/s "
-                  "or Gbit/s: \"10GB/s\"",
-                  false);
+    return number(
+        member, rates, "a rate above zero",
+        "a number of bytes per second, or a text with B/s, kB/s, MB/s, GB/s, TB/s, Mbit/s "
+        "or Gbit/s: \"10GB/s\"",
+        false);
   }
 
   const JsonDocument& document_;
@@ -157,10 +158,10 @@ std::string text_of(const Network& network) {
   const auto time = [](const std::optional<double>& value) {
     return value ? short_time(*value) : std::string("as measured");
   };
-  const std::string bandwidth =
-      !network.bandwidth                ? "as measured"
-      : std::isinf(*network.bandwidth) ? "unlimited"
-                                       : fmt::format("{:.3g} GB/s", *network.bandwidth * 1e-9);
+  const std::string bandwidth = !network.bandwidth ? "as measured"
+                                : std::isinf(*network.bandwidth)
+                                    ? "unlimited"
+                                    : fmt::format("{:.3g} GB/s", *network.bandwidth * 1e-9);
   return fmt::format("latency {}, bandwidth {}, overhead {}", time(network.latency), bandwidth,
                      time(network.overhead));
 }

@@ -99,18 +99,13 @@ class Projector {
     return points;
   }
 
-  /// Of as many patches as the largest machine can use, or as weak scaling has there.
+  /// Of one patch per core of the largest machine.
   std::vector<ProjectionPoint> largest() const {
     std::vector<ProjectionPoint> points;
-    const double recorded = work_.ranks * work_.threads;
-    const double copies = std::max(most_ / epoch_.patches(), most_ / recorded);
-    const double patches = copies * epoch_.patches();
     for (double per_core = 256; per_core >= 1; per_core /= 4) {
-      const double cores = patches / per_core;
-      if (cores >= threads_ && cores <= most_) points.push_back(point(copies, cores));
+      const double cores = most_ / per_core;
+      if (cores >= threads_) points.push_back(point(most_ / epoch_.patches(), cores));
     }
-    if (points.empty() || static_cast<double>(points.back().cores) < most_ - 1)
-      points.push_back(point(copies, most_));
     return points;
   }
 
@@ -187,8 +182,8 @@ class Projector {
         for (const int q : epoch_.neighbours[static_cast<std::size_t>(p)])
           links[static_cast<std::size_t>(k * n + p)].insert(k * n + q);
     const std::vector<int> outer = by_neighbours();
-    const int face = std::max(1, static_cast<int>(std::lround(std::pow(
-                                     n, (dimensions - 1.0) / dimensions))));
+    const int face =
+        std::max(1, static_cast<int>(std::lround(std::pow(n, (dimensions - 1.0) / dimensions))));
     for (int k = 0; k < copies; ++k)
       for (int d = 0; d < dimensions; ++d) {
         const int next = following(k, d, copies);
@@ -258,8 +253,9 @@ Projection project(const TraceLog& log, const ProjectionAsk& ask) {
   p.strong = projector.strong();
   p.largest = projector.largest();
   if (!work.has_messages)
-    p.notes.push_back("the trace has no messages: their sizes are estimated from the cells of "
-                      "patches, packing and unpacking as 1 us");
+    p.notes.push_back(
+        "the trace has no messages: their sizes are estimated from the cells of "
+        "patches, packing and unpacking as 1 us");
   if (!work.has_messages && !(ask.network.latency && ask.network.bandwidth))
     p.notes.push_back("what the network does not say is assumed: " + text_of(Network::assumed()));
   if (projector.epoch().steps < 2 * simulated_steps)
@@ -269,10 +265,13 @@ Projection project(const TraceLog& log, const ProjectionAsk& ask) {
   const double mean =
       disturbance(projector.epoch(), projector.epoch().rank.size() * work.phases.size());
   if (mean > disturbed)
-    p.notes.push_back(fmt::format("recorded tasks took {:.1f} times their median on average: the "
-                                  "machine was disturbed, and so is every core here", mean));
-  p.notes.push_back("that cores share memory and caches, and messages links, is in it only as far "
-                    "as it was recorded");
+    p.notes.push_back(
+        fmt::format("recorded tasks took {:.1f} times their median on average: the "
+                    "machine was disturbed, and so is every core here",
+                    mean));
+  p.notes.push_back(
+      "that cores share memory and caches, and messages links, is in it only as far "
+      "as it was recorded");
   return p;
 }
 

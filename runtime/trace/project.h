@@ -47,8 +47,7 @@ struct Projection {
   int patches = 0, cores = 1;                 ///< recorded
   std::vector<ProjectionPoint> weak = {};     ///< ascending cores
   std::vector<ProjectionPoint> strong = {};   ///< of the recorded patches
-  std::vector<ProjectionPoint> largest = {};  ///< strong scaling of the last weak point's patches,
-                                              ///< or of one patch per core where that is more
+  std::vector<ProjectionPoint> largest = {};  ///< of one patch per core of the largest machine
   std::vector<std::string> notes = {};        ///< what was assumed
 };
 

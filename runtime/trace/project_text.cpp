@@ -42,7 +42,8 @@ std::string text_of(const Projection& p) {
   text += "\nStrong scaling of the recorded patches\n";
   text += p.strong.empty() ? "  none: a rank has more threads than there are patches\n"
                            : table(p.strong);
-  text += "\nStrong scaling of what fills the largest machine\n" + table(p.largest);
+  text +=
+      "\nStrong scaling of as many patches as the largest machine has cores\n" + table(p.largest);
   text += "Strong scaling ends with one patch per core: patches are not split.\n";
   for (const std::string& note : p.notes) text += "note      " + note + "\n";
   return text;
@@ -50,9 +51,8 @@ std::string text_of(const Projection& p) {
 
 std::string json_of(const Projection& p) {
   // JSON has no infinity: a bandwidth without limit is null.
-  const nlohmann::json bandwidth = std::isinf(*p.network.bandwidth)
-                                       ? nlohmann::json()
-                                       : nlohmann::json(*p.network.bandwidth);
+  const nlohmann::json bandwidth =
+      std::isinf(*p.network.bandwidth) ? nlohmann::json() : nlohmann::json(*p.network.bandwidth);
   return nlohmann::json{{"threads", p.threads},
                         {"network",
                          {{"latency", *p.network.latency},

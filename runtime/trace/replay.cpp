@@ -73,15 +73,17 @@ std::vector<std::string> notes_of(const ReplayWork& work, const ReplayMachine& m
   if (machine.ranks != work.ranks)
     notes.push_back("patches are dealt to ranks in chunks of their order, by their measured work");
   if (machine.ranks > 1 && !work.has_messages)
-    notes.push_back("the trace has no messages: their sizes are estimated from the cells of "
-                    "patches, packing and unpacking as 1 us");
+    notes.push_back(
+        "the trace has no messages: their sizes are estimated from the cells of "
+        "patches, packing and unpacking as 1 us");
   else if (machine.ranks > 1 && machine.ranks != work.ranks)
     notes.push_back("messages have the mean size per pair of neighbours of those recorded");
   if (machine.ranks > 1 && !work.has_messages && !(asked.latency && asked.bandwidth))
     notes.push_back("what the network does not say is assumed: " + text_of(Network::assumed()));
   if (machine.ranks * machine.threads > work.ranks * work.threads)
-    notes.push_back("tasks take as long as recorded: that more cores share memory and caches is "
-                    "not in a replay");
+    notes.push_back(
+        "tasks take as long as recorded: that more cores share memory and caches is "
+        "not in a replay");
   return notes;
 }
 
@@ -133,11 +135,11 @@ std::string text_of(const Replay& r) {
                                  machine(r.machine.ranks, r.machine.threads));
   if (r.machine.bulk_synchronous) text += line("steps", "a barrier after each phase");
   if (r.machine.ranks > 1) text += line("network", text_of(r.machine.network));
-  text += line("time", fmt::format("{}, {} per step; recorded were {} on {}: {:.2f} times as fast",
-                                   short_time(r.total), short_time(r.time_per_step()),
-                                   short_time(r.recorded),
-                                   machine(r.recorded_ranks, r.recorded_threads),
-                                   r.recorded / r.total));
+  text +=
+      line("time",
+           fmt::format("{}, {} per step; recorded were {} on {}: {:.2f} times as fast",
+                       short_time(r.total), short_time(r.time_per_step()), short_time(r.recorded),
+                       machine(r.recorded_ranks, r.recorded_threads), r.recorded / r.total));
   text += line("efficiency",
                fmt::format("{:.1f} % = load balance {:.1f} % x communication {:.1f} %",
                            100 * r.efficiency, 100 * r.load_balance, 100 * r.communication));
@@ -158,34 +160,33 @@ std::string json_of(const Replay& r) {
   // JSON has no infinity: a bandwidth without limit is null.
   const nlohmann::json bandwidth =
       std::isinf(*network.bandwidth) ? nlohmann::json() : nlohmann::json(*network.bandwidth);
-  return nlohmann::json{{"ranks", r.machine.ranks},
-                        {"threads", r.machine.threads},
-                        {"bulk_synchronous", r.machine.bulk_synchronous},
-                        {"network",
-                         {{"latency", *network.latency},
-                          {"bandwidth", bandwidth},
-                          {"overhead", *network.overhead},
-                          {"ideal", !network.packing}}},
-                        {"recorded",
-                         {{"ranks", r.recorded_ranks},
-                          {"threads", r.recorded_threads},
-                          {"time", r.recorded}}},
-                        {"time", r.total},
-                        {"time_per_step", r.time_per_step()},
-                        {"pauses", r.pauses},
-                        {"step_time", r.step_time},
-                        {"useful", r.useful},
-                        {"efficiency", r.efficiency},
-                        {"load_balance", r.load_balance},
-                        {"load_balance_of_ranks", r.by_ranks},
-                        {"communication", r.communication},
-                        {"serialisation", r.serialisation},
-                        {"transfer", r.transfer},
-                        {"ideal_time", r.ideal_total},
-                        {"exposed", r.exposed},
-                        {"messages", r.messages},
-                        {"bytes", r.bytes},
-                        {"notes", r.notes}}
+  return nlohmann::json{
+      {"ranks", r.machine.ranks},
+      {"threads", r.machine.threads},
+      {"bulk_synchronous", r.machine.bulk_synchronous},
+      {"network",
+       {{"latency", *network.latency},
+        {"bandwidth", bandwidth},
+        {"overhead", *network.overhead},
+        {"ideal", !network.packing}}},
+      {"recorded",
+       {{"ranks", r.recorded_ranks}, {"threads", r.recorded_threads}, {"time", r.recorded}}},
+      {"time", r.total},
+      {"time_per_step", r.time_per_step()},
+      {"pauses", r.pauses},
+      {"step_time", r.step_time},
+      {"useful", r.useful},
+      {"efficiency", r.efficiency},
+      {"load_balance", r.load_balance},
+      {"load_balance_of_ranks", r.by_ranks},
+      {"communication", r.communication},
+      {"serialisation", r.serialisation},
+      {"transfer", r.transfer},
+      {"ideal_time", r.ideal_total},
+      {"exposed", r.exposed},
+      {"messages", r.messages},
+      {"bytes", r.bytes},
+      {"notes", r.notes}}
       .dump(2);
 }
 

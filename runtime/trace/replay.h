@@ -28,15 +28,15 @@ struct Replay {
   double total = 0;     ///< [s] that they take here
   double pauses = 0;    ///< [s] of it in which patches were made, split or moved, as recorded
   std::vector<double> step_time = {};  ///< [s] by step
-  std::vector<double> useful = {};  ///< [s] by rank, in tasks of own patches
-  double efficiency = 1;          ///< useful time over that of all workers
-  double load_balance = 1;        ///< mean over largest useful time of workers
-  double by_ranks = 1;            ///< the same of ranks
-  double communication = 1;       ///< efficiency / load_balance = serialisation * transfer
-  double ideal_total = 0;         ///< [s] with an ideal network
-  double serialisation = 1;       ///< largest useful time of a worker over ideal_total
-  double transfer = 1;            ///< ideal_total over total
-  double exposed = 0;             ///< [s] of idle workers whose rank had a message under way
+  std::vector<double> useful = {};     ///< [s] by rank, in tasks of own patches
+  double efficiency = 1;               ///< useful time over that of all workers
+  double load_balance = 1;             ///< mean over largest useful time of workers
+  double by_ranks = 1;                 ///< the same of ranks
+  double communication = 1;            ///< efficiency / load_balance = serialisation * transfer
+  double ideal_total = 0;              ///< [s] with an ideal network
+  double serialisation = 1;            ///< largest useful time of a worker over ideal_total
+  double transfer = 1;                 ///< ideal_total over total
+  double exposed = 0;                  ///< [s] of idle workers whose rank had a message under way
   std::int64_t messages = 0;
   double bytes = 0;
   std::vector<std::string> notes = {};  ///< what was assumed

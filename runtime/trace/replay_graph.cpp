@@ -1,6 +1,7 @@
 /// Simulation of the step graph. Every task counts what it still waits for, as in the executor, but
 /// for several steps at once, so that nothing has to be proved about tokens here.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <queue>
@@ -157,8 +158,8 @@ class GraphSimulator {
     if (step >= c_.steps) return;
     std::uint16_t& count = missing(step, phase, p);
     if (--count > 0) return;
-    count = needs_[static_cast<std::size_t>(phase) * c_.patches.size() +
-                   static_cast<std::size_t>(p)];
+    count =
+        needs_[static_cast<std::size_t>(phase) * c_.patches.size() + static_cast<std::size_t>(p)];
     push({.phase = static_cast<std::uint8_t>(phase), .step = step, .patch = p});
   }
 

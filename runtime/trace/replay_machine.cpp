@@ -30,8 +30,7 @@ void fill(ReplayCase::Link& link, const ReplayWork& work, const ReplayEpoch& epo
       if (found != epoch.messages.end()) message = found->second;
     }
     const double packing = network.packing ? message.packing + *network.overhead : 0;
-    link.time.push_back(
-        static_cast<float>(*network.latency + message.bytes / *network.bandwidth));
+    link.time.push_back(static_cast<float>(*network.latency + message.bytes / *network.bandwidth));
     link.packing.push_back(static_cast<float>(packing));
     link.bytes.push_back(static_cast<float>(message.bytes));
   }

@@ -15,10 +15,10 @@ struct ReplayCase {
   /// The messages of a patch after a phase: one per rank that has neighbours of it.
   struct Link {
     int rank = 0;
-    std::vector<int> neighbours = {};   ///< there
-    std::vector<float> time = {};     ///< [s] by phase: latency and transfer
-    std::vector<float> packing = {};  ///< [s] by phase: of the sender, overhead included
-    std::vector<float> bytes = {};  ///< by phase
+    std::vector<int> neighbours = {};  ///< there
+    std::vector<float> time = {};      ///< [s] by phase: latency and transfer
+    std::vector<float> packing = {};   ///< [s] by phase: of the sender, overhead included
+    std::vector<float> bytes = {};     ///< by phase
   };
   struct Patch {
     int rank = 0;
@@ -63,10 +63,10 @@ ReplayCase make_case(const ReplayWork& work, const ReplayEpoch& epoch, const Net
 
 /// What a simulation of steps found.
 struct ReplayResult {
-  double total = 0;                ///< [s] until all tasks of all steps are done
-  std::vector<double> step_end;    ///< [s] by step, when all its tasks were done
-  std::vector<double> useful;      ///< [s] by worker, rank by rank
-  double exposed = 0;              ///< [s] of idle workers whose rank had a message under way
+  double total = 0;              ///< [s] until all tasks of all steps are done
+  std::vector<double> step_end;  ///< [s] by step, when all its tasks were done
+  std::vector<double> useful;    ///< [s] by worker, rank by rank
+  double exposed = 0;            ///< [s] of idle workers whose rank had a message under way
   std::int64_t messages = 0;
   double bytes = 0;
   /// [s] standard deviation over ranks of when they gave their part of a reduction (of the time

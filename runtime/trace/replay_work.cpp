@@ -94,43 +94,30 @@ class WorkReader {
     work_.dimensions = most > most_in_a_plane ? 3 : 2;
   }
 
-  /// When each thread was last busy with a task or a message.
+  /// When each thread was last busy with a task, a message or the end of a step.
   double& busy_until(int rank, int thread) {
     return busy_.try_emplace(thread_key(rank, thread), none).first->second;
   }
   static std::uint64_t thread_key(int rank, int thread) {
     return static_cast<std::uint64_t>(rank) << 16 | static_cast<std::uint64_t>(thread);
   }
-  static std::uint64_t step_key(int rank, Step step) {
-    return static_cast<std::uint64_t>(rank) << 40 | static_cast<std::uint64_t>(step);
-  }
 
   void read_tasks() {
-    std::vector<double> posted(log_.tasks.size(), none);
-    for (const TraceMessage& m : log_.messages)
-      if (m.sender >= 0) {
-        double& last = posted[static_cast<std::size_t>(m.sender)];
-        last = std::max(last, m.sent);
-      }
     find_completions();
     std::vector<double> gaps;
-    std::vector<std::pair<ReplayEpoch*, std::size_t>> unknown;
     std::vector<double> ends(work_.epochs.size(), none), begins(work_.epochs.size(), -none);
     double unpack = 0;
     std::int64_t unpacks = 0;
-    for (std::size_t i = 0; i < log_.tasks.size(); ++i) {
-      const TraceTask& task = log_.tasks[i];
+    for (const TraceTask& task : log_.tasks) {
       if (task.step < log_.run.first || task.step > log_.run.last) continue;
       ReplayEpoch& epoch = epoch_of(task.step);
       const auto duration = static_cast<float>(std::max(0.0, task.end - task.begin));
       double& busy = busy_until(task.rank, task.thread);
-      const bool completed =
-          take_completions(thread_key(task.rank, task.thread), task.rank, &task, busy);
-      const double gap = completed ? -1 : gap_before(task, busy);
+      pass_completions(task, busy);
+      const double gap = gap_before(task, busy);
       const double before = std::max(busy, task.ready);
-      if (!completed && before > none && task.ready < task.begin)
-        gaps.push_back(task.begin - before);
-      busy = std::max(task.end, posted[i]);
+      if (before > none && task.ready < task.begin) gaps.push_back(task.begin - before);
+      busy = std::max(task.end, task.released);
       const auto e = static_cast<std::size_t>(&epoch - work_.epochs.data());
       begins[e] = std::min(begins[e], task.begin);
       ends[e] = std::max(ends[e], task.end);
@@ -148,11 +135,6 @@ class WorkReader {
         ++unpacks;
       }
     }
-    for (auto& [thread, busy] : busy_)
-      take_completions(thread, static_cast<int>(thread >> 16), nullptr, busy);
-    // Each rank does it at the same time.
-    for (ReplayEpoch& epoch : work_.epochs)
-      for (float& time : epoch.completion) time /= static_cast<float>(work_.ranks);
     work_.gap = median(gaps);
     if (unpacks > 0) work_.unpack = unpack / static_cast<double>(unpacks);
     for (std::size_t e = 1; e < work_.epochs.size(); ++e)
@@ -166,56 +148,26 @@ class WorkReader {
     return task.ready > busy || busy == none ? -1 : std::max(0.0, task.begin - busy);
   }
 
-  /// A thread that learns that a step is complete records it, does what is then to be done, and
-  /// goes on. `next` is the task with which it does so, or null. Returns whether there was a step.
-  bool take_completions(std::uint64_t thread, int rank, const TraceTask* next, double& busy) {
-    auto& list = completions_[thread];
-    ReplayEpoch* epoch = nullptr;
-    Step last = 0;
-    for (; !list.empty() && (!next || list.back().first <= next->begin); list.pop_back()) {
-      const auto [time, step] = list.back();
-      epoch = &epoch_of(step);
-      last = step;
-      // Before the record: since the thread's last task, or since all ranks had agreed.
-      const auto agreed = agreed_.find(step_key(rank, step));
-      const double begin = agreed == agreed_.end() ? busy : std::max(busy, agreed->second);
-      if (begin > none && begin < time) add_completion(*epoch, step, time - begin);
-      busy = std::max(busy, time);
-    }
-    if (!epoch) return false;
-    // After it: until the next task, if that did not wait for anything else.
-    const auto delay = delays_.find(step_key(rank, last));
-    if (next && next->ready <= busy)
-      add_completion(*epoch, last, next->begin - busy);
-    else if (delay != delays_.end())
-      add_completion(*epoch, last, delay->second);
-    return true;
-  }
-  static void add_completion(ReplayEpoch& epoch, Step step, double time) {
-    if (step >= epoch.first && step < epoch.first + epoch.steps)
-      epoch.completion[static_cast<std::size_t>(step - epoch.first)] += static_cast<float>(time);
-  }
-
+  /// What is done when a step is complete keeps a worker busy like a task.
   void find_completions() {
-    std::unordered_map<std::uint64_t, double> completed;
     for (const TraceInterval& i : log_.intervals) {
-      const std::uint64_t step = step_key(i.rank, i.step);
-      if (i.kind == TraceKind::completed) {
-        completions_[thread_key(i.rank, i.thread)].emplace_back(i.begin, i.step);
-        completed[step] = i.begin;
-      } else if (i.kind == TraceKind::agreement &&
-                 i.which == static_cast<int>(TraceAgreement::step)) {
-        agreed_[step] = i.end;
-      }
-    }
-    for (const TraceInterval& i : log_.intervals) {
-      if (i.kind != TraceKind::delay) continue;
-      const auto found = completed.find(step_key(i.rank, i.step));
-      if (found != completed.end() && i.begin >= found->second)
-        delays_[found->first] += i.end - i.begin;
+      if (i.kind != TraceKind::completed) continue;
+      completions_[thread_key(i.rank, i.thread)].emplace_back(i.begin, i.end);
+      ReplayEpoch& epoch = epoch_of(i.step);
+      // Each rank does it, at about the same time.
+      if (i.step >= epoch.first && i.step < epoch.first + epoch.steps)
+        epoch.completion[static_cast<std::size_t>(i.step - epoch.first)] +=
+            static_cast<float>((i.end - i.begin) / work_.ranks);
     }
     for (auto& [thread, list] : completions_)  // the first at the end
       std::sort(list.begin(), list.end(), std::greater<>());
+  }
+  void pass_completions(const TraceTask& next, double& busy) {
+    const auto found = completions_.find(thread_key(next.rank, next.thread));
+    if (found == completions_.end()) return;
+    auto& list = found->second;
+    for (; !list.empty() && list.back().first <= next.begin; list.pop_back())
+      busy = std::max(busy, list.back().second);
   }
 
   void fill_in() {
@@ -224,12 +176,12 @@ class WorkReader {
         if (epoch.gap[i] < 0) epoch.gap[i] = static_cast<float>(work_.gap);
         if (epoch.duration[i] >= 0) continue;
         const std::size_t of_step = epoch.rank.size() * static_cast<std::size_t>(phases_);
-        throw InputError({Problem{
-            .message = fmt::format(
-                "the trace cannot be replayed: a task of step {} is missing ('{}')",
-                epoch.first + static_cast<Step>(i / of_step),
-                work_.phases[i % of_step / epoch.rank.size()].name),
-            .hint = "record it again: lahar run --trace"}});
+        throw InputError(
+            {Problem{.message = fmt::format(
+                         "the trace cannot be replayed: a task of step {} is missing ('{}')",
+                         epoch.first + static_cast<Step>(i / of_step),
+                         work_.phases[i % of_step / epoch.rank.size()].name),
+                     .hint = "record it again: lahar run --trace"}});
       }
   }
 
@@ -251,10 +203,9 @@ class WorkReader {
       const auto shared = std::count_if(list.begin(), list.end(), [&](int q) {
         return epoch.rank[static_cast<std::size_t>(q)] == m->to;
       });
-      double& until = packed_until
-                          .try_emplace(m->sender,
-                                       log_.tasks[static_cast<std::size_t>(m->sender)].end)
-                          .first->second;
+      double& until =
+          packed_until.try_emplace(m->sender, log_.tasks[static_cast<std::size_t>(m->sender)].end)
+              .first->second;
       const double took = std::max(0.0, m->sent - until);
       until = m->sent;
       const auto f = static_cast<std::size_t>(m->phase);
@@ -316,17 +267,15 @@ class WorkReader {
   ReplayWork work_;
   std::vector<std::unordered_map<int, int>> index_;  ///< by epoch: patches by number
   std::unordered_map<std::uint64_t, double> busy_;
-  std::unordered_map<std::uint64_t, double> agreed_;  ///< when ranks knew of finished steps
-  std::unordered_map<std::uint64_t, double> delays_;  ///< of completed steps, for studies
-  std::unordered_map<std::uint64_t, std::vector<std::pair<double, Step>>> completions_;
+  std::unordered_map<std::uint64_t, std::vector<std::pair<double, double>>> completions_;
 };
 
 }  // namespace
 
 double ReplayEpoch::work_of(int patch, int phases) const {
   double sum = 0;
-  for (std::size_t row = 0; row < static_cast<std::size_t>(steps) * static_cast<std::size_t>(phases);
-       ++row)
+  for (std::size_t row = 0;
+       row < static_cast<std::size_t>(steps) * static_cast<std::size_t>(phases); ++row)
     sum += duration[row * rank.size() + static_cast<std::size_t>(patch)];
   return sum;
 }
