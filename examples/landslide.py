@@ -176,7 +176,7 @@ def picture(run, output):
     before = points - moved
     start = np.abs(before[:, 1] - WIDTH / 2) < grid
     axes[2].plot(before[start, 0], before[start, 2], ",", color="0.75")
-    dots = axes[2].scatter(points[middle, 0], points[middle, 2], s=0.3,
+    dots = axes[2].scatter(points[middle, 0], points[middle, 2], s=1.2, lw=0, zorder=3,
                            c=np.linalg.norm(moved[middle], axis=1), cmap="viridis")
     axes[2].set(title="Section along the middle, before (grey) and after", xlabel="x [m]",
                 ylabel="z [m]", aspect="equal")
