@@ -296,7 +296,7 @@ template <class Real>
 LAHAR_INLINE Real reciprocal(const Real& x) {
 #if defined(__AVX512F__)
   if constexpr (lanes<Real> == 8) {
-    auto y = Real::of(typename Real::Value(_mm512_rcp14_pd(__m512d(x.v))));
+    auto y = Real::of(typename Real::Value(_mm512_maskz_rcp14_pd(0xff, __m512d(x.v))));
     LAHAR_UNROLL
     for (int step = 0; step < 2; ++step) y = fma(y, fma(-x, y, Real(1.0)), y);
     return y;
@@ -310,7 +310,7 @@ template <class Real>
 LAHAR_INLINE Real inverse_sqrt(const Real& x) {
 #if defined(__AVX512F__)
   if constexpr (lanes<Real> == 8) {
-    auto y = Real::of(typename Real::Value(_mm512_rsqrt14_pd(__m512d(x.v))));
+    auto y = Real::of(typename Real::Value(_mm512_maskz_rsqrt14_pd(0xff, __m512d(x.v))));
     LAHAR_UNROLL
     for (int step = 0; step < 2; ++step) y = fma(0.5 * y, fma(-x * y, y, Real(1.0)), y);
     return y;
