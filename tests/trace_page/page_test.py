@@ -153,9 +153,9 @@ def test_selection(browser):
 
     # The pointer finds a task, and a click selects it.
     box = place(browser, "#timeline .u-over")
-    for k in range(400):
-        x = box["x"] + box["width"] * (0.2 + 0.6 * (k % 100) / 100)
-        y = box["y"] + box["height"] * (0.1 + 0.2 * (k // 100))
+    places = [(box["x"] + x, box["y"] + y) for y in range(10, int(box["height"]), 15)
+              for x in range(2, int(box["width"]), 3)]  # tasks are found within 2 pixels
+    for x, y in places:
         browser.mouse("mouseMoved", x, y)
         if browser.value("document.querySelector('.tip').checkVisibility() &&"
                          " document.querySelector('.tip').textContent.includes('waited for')"):
@@ -229,13 +229,14 @@ def test_narrow(browser):
 
 def screenshot(browser, file):
     """Of the timeline with a selected task and its chain."""
-    browser.resize(1100, 900)
+    browser.resize(960, 900)
     browser.value("document.querySelector('#whole').click()")
     browser.value("document.querySelector('#waits tbody button').click()")
+    browser.value("document.activeElement.blur()")
     browser.settle()
     card = place(browser, "#timeline-card")
     top = browser.value("scrollY")
-    browser.picture(file, {**card, "y": card["y"] + top})
+    browser.picture(file, {**card, "y": card["y"] + top, "height": min(card["height"], 760)})
 
 
 def main():
