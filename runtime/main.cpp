@@ -253,8 +253,13 @@ int run_program(int argc, char** argv) {
       ->check(CLI::Range(1, 4096));
   trace_app->add_flag("--bulk-synchronous", trace.bulk, "Replay with a barrier after each phase")
       ->needs(replay_option);
-  trace_app->add_flag("--project", trace.project,
-                      "Weak and strong scaling to 100,000 cores, as a graph and with barriers");
+  auto* project_option =
+      trace_app->add_flag("--project", trace.project,
+                          "Weak and strong scaling to 100,000 cores, as a graph and with barriers");
+  trace_app
+      ->add_flag("--steady", trace.steady,
+                 "Project as if each task took its median time, without this machine's noise")
+      ->needs(project_option);
   trace_app->callback([&] {
     refuse_several_ranks("trace");
     code = trace_command(trace);

@@ -87,9 +87,8 @@ class Analysis {
       const double time = std::min(i.end, end_) - std::max(i.begin, origin_);
       if (w == Workers::none || time <= 0) continue;
       if (i.kind == TraceKind::poll) use[w].polling += time;
-      if (i.kind == TraceKind::completed) use[w].other += time;
-      if (i.kind == TraceKind::frame || i.kind == TraceKind::checkpoint ||
-          i.kind == TraceKind::trace || i.kind == TraceKind::delay)
+      if (i.kind == TraceKind::completed || i.kind == TraceKind::frame ||
+          i.kind == TraceKind::checkpoint || i.kind == TraceKind::trace)
         use[w].other += time;
     }
     for (const TraceMessage& m : log_.messages)
@@ -97,6 +96,7 @@ class Analysis {
         const TraceTask& sender = log_.tasks[static_cast<std::size_t>(m.sender)];
         use[worker(sender.rank, sender.thread)].messages += m.sent - m.packed;
       }
+    const OtherWork other(log_, workers_);
     std::vector<double> busy_until(use.size(), origin_);
     for (const TraceTask& task : log_.tasks) {
       const std::size_t w = worker(task.rank, task.thread);
@@ -111,7 +111,8 @@ class Analysis {
           use[w].runtime += duration(task);
       }
       // What was ready and did not begin, though the worker did nothing else.
-      use[w].runtime += std::max(0.0, task.begin - std::max(task.ready, busy_until[w]));
+      if (const double free = std::max(task.ready, busy_until[w]); free < task.begin)
+        use[w].runtime += task.begin - free - other.within(w, free, task.begin);
       busy_until[w] = std::max(busy_until[w], task.released);
     }
     for (WorkerUse& u : use)

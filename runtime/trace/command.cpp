@@ -48,7 +48,7 @@ int print_replay(const TraceLog& log, const TraceArguments& arguments) {
 }
 
 int print_projection(const TraceLog& log, const TraceArguments& arguments) {
-  ProjectionAsk ask{.threads = arguments.threads};
+  ProjectionAsk ask{.threads = arguments.threads, .steady = arguments.steady};
   if (!arguments.replay.empty()) ask.network = read_network(arguments.replay);
   const Projection result = project(log, ask);
   fmt::print("{}", arguments.json ? json_of(result) + "\n" : text_of(result));

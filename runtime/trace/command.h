@@ -12,9 +12,11 @@ struct TraceArguments {
   std::string chrome;  ///< file to write for Perfetto; empty = none
   std::string otf2;    ///< folder to write for Vampir; empty = none
   std::string html;    ///< page to write; empty = none
-  std::string replay;  ///< the network to replay it with: a file, "measured" or "ideal"; empty = none
-  bool project = false;   ///< to many cores, with the network of `replay`
-  bool bulk = false;      ///< replay with barriers
+  std::string
+      replay;  ///< the network to replay it with: a file, "measured" or "ideal"; empty = none
+  bool project = false;        ///< to many cores, with the network of `replay`
+  bool bulk = false;           ///< replay with barriers
+  bool steady = false;         ///< project tasks of median length
   int ranks = 0, threads = 0;  ///< of the replay; 0 = as recorded
 };
 

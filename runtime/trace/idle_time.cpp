@@ -60,4 +60,32 @@ double IdleTime::until(int rank, double time) const {
   return last.idle + last.workers * (time - last.time);
 }
 
+OtherWork::OtherWork(const TraceLog& log, const Workers& workers) : spans_(workers.list.size()) {
+  for (const TraceInterval& i : log.intervals) {
+    const std::size_t w = workers.place(i.rank, i.thread);
+    if (w != Workers::none && i.kind != TraceKind::agreement) spans_[w].push_back({i.begin, i.end});
+  }
+  for (auto& list : spans_) {  // some lie within others
+    std::sort(list.begin(), list.end());
+    std::size_t kept = 0;
+    for (const auto& span : list) {
+      if (kept > 0 && span.first <= list[kept - 1].second)
+        list[kept - 1].second = std::max(list[kept - 1].second, span.second);
+      else
+        list[kept++] = span;
+    }
+    list.resize(kept);
+  }
+}
+
+double OtherWork::within(std::size_t worker, double begin, double end) const {
+  const auto& list = spans_[worker];
+  auto i = std::partition_point(list.begin(), list.end(),
+                                [&](const auto& span) { return span.second <= begin; });
+  double sum = 0;
+  for (; i != list.end() && i->first < end; ++i)
+    sum += std::min(end, i->second) - std::max(begin, i->first);
+  return sum;
+}
+
 }  // namespace lahar

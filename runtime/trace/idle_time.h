@@ -41,4 +41,15 @@ class IdleTime {
   std::vector<std::vector<Change>> changes_;
 };
 
+/// What workers did outside of tasks: polls, ends of steps, output, delays.
+class OtherWork {
+ public:
+  OtherWork(const TraceLog& log, const Workers& workers);
+  /// [s] of it of a worker between two times.
+  double within(std::size_t worker, double begin, double end) const;
+
+ private:
+  std::vector<std::vector<std::pair<double, double>>> spans_;  ///< by worker: ascending, apart
+};
+
 }  // namespace lahar

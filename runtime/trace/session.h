@@ -20,7 +20,8 @@ struct ClockReading {
   double bound = 0;        ///< [ticks] that the offset may be wrong by: half of a round trip
 };
 
-/// By the shortest of several round trips to rank 0 (Cristian 1989). Collective.
+/// Ranks on the machine of rank 0 have its clock; others find it by the shortest of several round
+/// trips (Cristian 1989). Collective.
 ClockReading read_clock(const Ranks& ranks);
 
 /// What a trace says of its run beside its steps.
