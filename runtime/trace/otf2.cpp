@@ -36,8 +36,7 @@ class Otf2Writer {
     archive_ = OTF2_Archive_Open(folder.c_str(), "trace", OTF2_FILEMODE_WRITE, 1 << 20, 4 << 20,
                                  OTF2_SUBSTRATE_POSIX, OTF2_COMPRESSION_NONE);
     if (!archive_) throw IoError("cannot write " + folder.string());
-    OTF2_FlushCallbacks flush{flush_always, flush_time};
-    check(OTF2_Archive_SetFlushCallbacks(archive_, &flush, nullptr));
+    check(OTF2_Archive_SetFlushCallbacks(archive_, &flush_, nullptr));
     check(OTF2_Archive_SetSerialCollectiveCallbacks(archive_));
     collect();
   }
@@ -207,6 +206,7 @@ class Otf2Writer {
 
   const TraceLog& log_;
   OTF2_Archive* archive_ = nullptr;
+  OTF2_FlushCallbacks flush_{flush_always, flush_time};  // OTF2 keeps its address
   OTF2_GlobalDefWriter* writer_ = nullptr;
   std::map<Place, std::vector<Event>> events_;
   std::map<std::string, int> regions_;
