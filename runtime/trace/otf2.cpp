@@ -166,8 +166,10 @@ class Otf2Writer {
     check(OTF2_GlobalDefWriter_WriteClockProperties(writer_, 1'000'000'000, 0,
                                                     stamp(log_.run.wall) + 1, 0));
     const OTF2_StringRef none = text("");
-    for (const auto& [name, number] : regions_) {
-      const OTF2_StringRef ref = text(name);
+    std::vector<std::string> names(regions_.size());
+    for (const auto& [name, number] : regions_) names[static_cast<std::size_t>(number)] = name;
+    for (std::size_t number = 0; number < names.size(); ++number) {
+      const OTF2_StringRef ref = text(names[number]);
       check(OTF2_GlobalDefWriter_WriteRegion(writer_, static_cast<OTF2_RegionRef>(number), ref, ref,
                                              none, OTF2_REGION_ROLE_TASK, OTF2_PARADIGM_USER,
                                              OTF2_REGION_FLAG_NONE, none, 0, 0));
