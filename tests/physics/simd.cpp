@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <random>
 
+#include "physics/materials/stress_invariants.h"
 #include "tests/physics/mesh_fixtures.h"
 
 using namespace lahar;
@@ -252,4 +255,28 @@ TEST_CASE("a transposed block has the lanes of the values as rows") {
   transpose(value, rows);
   for (int i = 0; i < 8; ++i)
     for (int k = 0; k < 4; ++k) CHECK(rows[i][k] == values[k][i]);
+}
+
+TEST_CASE_TEMPLATE("reciprocals and inverse square roots are right to two units in the last place",
+                   Real, Scalar, Pack) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> exponent(-250, 250), mantissa(1, 10);
+  constexpr double bound = 2 * std::numeric_limits<double>::epsilon();
+  for (int i = 0; i < 20000; ++i) {
+    const double x = mantissa(random) * std::pow(10.0, exponent(random));
+    CHECK(std::abs(reciprocal(Real(x))[0] * x - 1) <= bound);
+    CHECK(std::abs(inverse_sqrt(Real(x))[0] * std::sqrt(x) - 1) <= bound);
+    CHECK(reciprocal(Real(-x))[0] == -reciprocal(Real(x))[0]);
+  }
+}
+
+TEST_CASE_TEMPLATE("a third of an angle has the cosine and sine of the angle", Real, Scalar, Pack) {
+  for (int i = 0; i <= 10000; ++i) {
+    const double theta = i * 1e-4 * std::numbers::pi / 3;
+    Real cos, sin;
+    third_of_angle(Real(std::cos(3 * theta)), Real(std::sin(3 * theta)), cos, sin);
+    // Where 3 theta is nearly a multiple of pi its cosine says little; the sine has it.
+    CHECK(std::abs(cos[0] - std::cos(theta)) <= 1e-15);
+    CHECK(std::abs(sin[0] - std::sin(theta)) <= 1e-15);
+  }
 }
