@@ -79,7 +79,7 @@ says "patch 0" "$lahar" trace "$work/slow_patch"
 record late 2 -t 1 --late-sends 1:2ms
 main_loss late "late sender"
 says "most of them of rank 1" "$lahar" trace "$work/late"
-record serial 1 -t 2 --serial-section 20ms
+record serial 1 -t 1 --serial-section 20ms
 main_loss serial "serial section"
 record latency 2 -t 1 --inject-latency 10ms
 main_loss latency messages
