@@ -156,10 +156,6 @@ std::string one_per_line(std::string names) {
   return names;
 }
 
-}  // namespace
-
-namespace {
-
 /// Patches, those of a rank one after the other.
 std::vector<int> by_rank(int patches, std::span<const int> ranks) {
   std::vector<int> order(static_cast<std::size_t>(patches));

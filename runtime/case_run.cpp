@@ -88,7 +88,6 @@ int CaseRun<Dim>::execute() {
   first_share_ = share(simulation.step(), simulation.time());
   steps_ = planned_steps(info);
   describe(console_, header, info, outline_.step, ranks_.size());
-  scenario_title_ = header.title;
   warn_of_unstable_step(info);
 
   RunInfo about = run_info(arguments_, scenario_);
@@ -107,15 +106,16 @@ int CaseRun<Dim>::execute() {
   console_.line("");
   console_.line(progress_head());
   write_beginning(simulation);
-  if (arguments_.trace) begin_trace(simulation, info);
+  if (arguments_.trace) begin_trace(simulation, info, header.title);
   return step_to_the_end(simulation);
 }
 
 template <int Dim>
-void CaseRun<Dim>::begin_trace(const Simulation<Dim>& simulation, const SimulationInfo& info) {
+void CaseRun<Dim>::begin_trace(const Simulation<Dim>& simulation, const SimulationInfo& info,
+                               const std::string& title) {
   const auto mode = arguments_.execution.mode;
   const TraceAbout about{.version = version_line(),
-                         .title = scenario_title_,
+                         .title = title,
                          .scheme = scheme_name(outline_.scheme),
                          .executor = mode == ExecutionOptions::Mode::bulk     ? "bulk-synchronous"
                                      : mode == ExecutionOptions::Mode::serial ? "serial"
@@ -315,7 +315,8 @@ bool CaseRun<Dim>::on_step(Index step, double time) {
   template RunContinuation CaseRun<Dim>::continuation() const;                 \
   template std::unique_ptr<RunFolder> CaseRun<Dim>::new_folder(RunInfo) const; \
   template void CaseRun<Dim>::begin_checkpoints(const SimulationInfo&);        \
-  template void CaseRun<Dim>::begin_trace(const Simulation<Dim>&, const SimulationInfo&); \
+  template void CaseRun<Dim>::begin_trace(const Simulation<Dim>&, const SimulationInfo&, \
+                                          const std::string&);                 \
   template void CaseRun<Dim>::write_beginning(Simulation<Dim>&);               \
   template bool CaseRun<Dim>::is_in_folder(const CheckpointReader&) const;     \
   template void CaseRun<Dim>::describe_restart(const Simulation<Dim>&);        \

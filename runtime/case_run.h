@@ -57,8 +57,9 @@ class CaseRun {
   std::unique_ptr<RunFolder> new_folder(RunInfo about) const;
   void begin_checkpoints(const SimulationInfo& info);
 
+  void begin_trace(const Simulation<Dim>& simulation, const SimulationInfo& info,
+                   const std::string& title);
   /// The first row and frame; a run that goes on has them.
-  void begin_trace(const Simulation<Dim>& simulation, const SimulationInfo& info);
   void write_beginning(Simulation<Dim>& simulation);
   bool is_in_folder(const CheckpointReader& checkpoint) const;
   void describe_restart(const Simulation<Dim>& simulation);
@@ -131,7 +132,6 @@ class CaseRun {
   HistoryRow last_row_;
   double energy_scale_ = 0;
   Clock::time_point begin_, loop_begin_;
-  std::string scenario_title_;
 };
 
 }  // namespace lahar
