@@ -36,6 +36,7 @@ struct RemotePatch {
   std::array<std::array<NodeArray, 2>, n_node_sums> sums;
   std::array<char, 2> contributes{};
   std::vector<Outbox<Dim>> outbox;  ///< to patches of this rank
+  bool filled = false;              ///< some outbox is
   std::vector<Index> outbox_patch;  ///< their ids, ascending
 };
 
