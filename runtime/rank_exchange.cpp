@@ -207,7 +207,7 @@ void RankExchange<Dim>::make_streams() {
     RemotePatch<Dim>& from = patches_->elsewhere()[static_cast<std::size_t>(receive.elsewhere)];
     const auto& message = messages_[static_cast<std::size_t>(receive.phase)];
     for (NodeArray& sums : from.sums[static_cast<std::size_t>(message.number)])
-      sums.assign((static_cast<std::size_t>(from.mirrored) + 1) * doubles_per_line, 0.0);
+      sums.assign((from.nodes.size() + 1) * doubles_per_line, 0.0);
   }
   streams_ = std::make_unique<MessageStreams>(ranks_, peers_, longest);
 }
