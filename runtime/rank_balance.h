@@ -77,8 +77,9 @@ class RankBalance {
 
  private:
   struct Known;
-  PatchGraph graph_of_all(const PatchSet<Dim>& patches, std::vector<Index>& bytes,
-                          std::vector<Index>& particles) const;
+  PatchGraph graph_of_all(const PatchSet<Dim>& patches, std::vector<Known>& known) const;
+  void take_over_rates(const std::vector<Known>& known, const std::vector<int>& before,
+                       const std::vector<int>& after);
 
   Ranks ranks_;
   BalanceOptions options_;
