@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "physics/error.h"
+#include "runtime/particle_message.h"
 #include "runtime/trace/recorder.h"
 
 namespace lahar {
@@ -44,74 +45,6 @@ static_assert(sum_stride == doubles_per_line);
 
 /// Particles that go along in the stream [bytes]; more are sent on their own.
 constexpr std::size_t most_particles_along = 16384;
-
-template <class T>
-void put(std::byte*& to, const T& value) {
-  std::memcpy(to, &value, sizeof value);
-  to += sizeof value;
-}
-template <class T>
-T get(const std::byte*& from) {
-  T value;
-  std::memcpy(&value, from, sizeof value);
-  from += sizeof value;
-  return value;
-}
-
-/// Of a particle on its way: the patch that it goes to, its cell, id, loads, material, columns.
-template <int Dim>
-std::size_t record_bytes(const ColumnLayout<Dim>& layout) {
-  return (5 + static_cast<std::size_t>(layout.rows())) * sizeof(double);
-}
-
-template <int Dim>
-Index leaving(const Patch<Dim>& from, const RemoteNeighbour& neighbour) {
-  Index count = 0;
-  if (from.filled_outboxes.empty()) return count;
-  for (const Local k : neighbour.neighbours)
-    count += from.outbox[static_cast<std::size_t>(k)].particles.size();
-  return count;
-}
-
-template <int Dim>
-void write_particles(const Patch<Dim>& from, const RemoteNeighbour& neighbour, std::byte* to) {
-  std::vector<double> rows(static_cast<std::size_t>(from.particles.layout().rows()));
-  for (const Local k : neighbour.neighbours) {
-    const auto& out = from.outbox[static_cast<std::size_t>(k)];
-    for (Local i = 0; i < out.particles.size(); ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      put(to, from.topology.neighbours[static_cast<std::size_t>(k)]);
-      put(to, out.cell[at]);
-      put(to, out.particles.id[at]);
-      put(to, out.particles.loads.empty() ? std::uint64_t{0} : out.particles.loads[at]);
-      put(to, static_cast<std::uint64_t>(out.particles.material[at]));
-      out.particles.get(i, rows.data());
-      std::memcpy(to, rows.data(), rows.size() * sizeof(double));
-      to += rows.size() * sizeof(double);
-    }
-  }
-}
-
-template <int Dim>
-void read_particles(const std::byte* bytes, Index count, RemotePatch<Dim>& from) {
-  std::vector<double> rows;
-  from.filled = count > 0;
-  for (Index i = 0; i < count; ++i) {
-    const auto target = get<Index>(bytes);
-    const auto at = std::lower_bound(from.outbox_patch.begin(), from.outbox_patch.end(), target) -
-                    from.outbox_patch.begin();
-    auto& out = from.outbox[static_cast<std::size_t>(at)];
-    out.cell.push_back(get<Index>(bytes));
-    const auto id = get<Index>(bytes);
-    const auto loads = get<std::uint64_t>(bytes);
-    const auto material = static_cast<std::uint16_t>(get<std::uint64_t>(bytes));
-    rows.resize(static_cast<std::size_t>(out.particles.layout().rows()));
-    std::memcpy(rows.data(), bytes, rows.size() * sizeof(double));
-    bytes += rows.size() * sizeof(double);
-    out.particles.append(rows.data(), id, material, loads);
-    *out.filled = 1;
-  }
-}
 
 /// A record of a message, which is sent or has come.
 TraceRecord record_of(TraceKind kind, Step step, int phase, Index patch, int peer,
@@ -261,9 +194,9 @@ template <int Dim>
 void RankExchange<Dim>::send_particles(const Send& send, int phase, int patch, Step step) {
   const std::uint64_t begin = ticks();
   const Patch<Dim>& from = (*patches_)[patch];
-  const Index count = leaving(from, *send.to);
+  const Index count = leaving_particles(from, *send.to);
   const std::size_t payload =
-      static_cast<std::size_t>(count) * record_bytes(from.particles.layout());
+      static_cast<std::size_t>(count) * bytes_per_particle(from.particles.layout());
   const bool along = payload <= most_particles_along;
   const std::size_t bytes = line + (along ? MessageStreams::lines(payload) : 0);
   {
@@ -451,17 +384,6 @@ void RankExchange<Dim>::deliver(const ExchangeEvent& event, Executor& executor) 
 }
 
 template <int Dim>
-void clear(RemotePatch<Dim>& from) {
-  if (!std::exchange(from.filled, false)) return;
-  for (auto& out : from.outbox) {
-    if (out.cell.empty()) continue;
-    out.particles.clear();
-    out.cell.clear();
-    *out.filled = 0;
-  }
-}
-
-template <int Dim>
 void RankExchange<Dim>::unpack(int phase, int elsewhere, Step step) {
   const int r = receive_of_[static_cast<std::size_t>(phase)][static_cast<std::size_t>(elsewhere)];
   const Receive& receive = receives_[static_cast<std::size_t>(r)];
@@ -477,8 +399,6 @@ void RankExchange<Dim>::unpack(int phase, int elsewhere, Step step) {
   read_particles(receive.particles[parity].data(), header.particles, from);
 }
 
-template void clear<2>(RemotePatch<2>&);
-template void clear<3>(RemotePatch<3>&);
 template class RankExchange<2>;
 template class RankExchange<3>;
 

@@ -57,10 +57,6 @@ class ExchangeGroups {
   Ranks patches, steps, limits;
 };
 
-/// Forget the particles that a patch elsewhere sent: they have been received.
-template <int Dim>
-void clear(RemotePatch<Dim>& from);
-
 template <int Dim>
 class RankExchange final : public Remote {
  public:

@@ -6,6 +6,7 @@
 
 #include "physics/error.h"
 #include "physics/kernels.h"
+#include "runtime/particle_message.h"
 #include "runtime/patch_state.h"
 #include "runtime/simulation_impl.h"
 
