@@ -87,11 +87,12 @@ class Inputs {
   }
   void give(TraceTask& task) const {
     // What the first recorded step waited for is not known, nor what came before anything.
-    const bool known = last_ > none;
-    task.ready = known ? last_ : task.begin;
+    task.known_inputs = last_ > none;
+    if (!task.noted) task.ready = task.known_inputs ? last_ : task.begin;
+    task.inputs_done = task.known_inputs ? last_ : task.ready;
     task.without_last = second_ > none ? second_ : task.ready;
-    task.last_input = known ? task_ : -1;
-    task.last_message = known ? message_ : -1;
+    task.last_input = task_;
+    task.last_message = message_;
   }
 
  private:
@@ -159,9 +160,13 @@ class Linker {
         sender.released = std::max(sender.released, m.sent);
       }
       m.unpack = index_.unpack(m.to, m.step, m.phase, m.patch);
-      if (m.unpack >= 0)
+      m.there = m.given;
+      if (m.unpack >= 0) {
+        const double missed = log_.tasks[static_cast<std::size_t>(m.unpack)].missed;
+        if (missed != 0) m.there = std::clamp(missed, std::min(m.sent, m.given), m.given);
         message_of_unpack_[static_cast<std::size_t>(m.unpack)] =
             static_cast<int>(log_.messages.size());
+      }
       log_.messages.push_back(m);
     }
   }
@@ -175,8 +180,9 @@ class Linker {
     }
   }
 
+  /// Successors hear of a task when its messages are posted.
   void add_task(int task, Inputs& inputs) const {
-    if (task >= 0) inputs.add(log_.tasks[static_cast<std::size_t>(task)].end, task);
+    if (task >= 0) inputs.add(log_.tasks[static_cast<std::size_t>(task)].released, task);
   }
 
   void add_inputs(const TraceTask& task, Inputs& inputs) const {

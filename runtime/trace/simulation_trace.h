@@ -8,6 +8,9 @@ namespace lahar {
 /// TaskBodies::looking: records polls.
 void trace_looking(bool over);
 
+/// TaskBodies::clock: ticks, or 0 while no trace is recorded.
+std::uint64_t trace_clock();
+
 /// Keep this thread busy [s], for studies.
 void waste_time(double seconds, Step step);
 
