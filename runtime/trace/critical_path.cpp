@@ -99,7 +99,10 @@ class PathFinder {
     if (task.last_input >= 0) {
       // Its body ends with posting messages and, where it ends a step, with what is done then.
       const TraceTask& input = log_.tasks[static_cast<std::size_t>(task.last_input)];
-      const double serial = serial_between(input, input.released, task.ready);
+      // Between two sets of patches nothing else is done.
+      const double serial = log_.graph_at(task.step).first > input.step
+                                ? std::max(0.0, task.ready - input.released)
+                                : serial_between(input, input.released, task.ready);
       add(waiting_, input.released + serial, task.ready, t);
       add(PathPart::Kind::step, input.released, input.released + serial, t);
       add(PathPart::Kind::posting, input.end, input.released, task.last_input);

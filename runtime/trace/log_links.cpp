@@ -109,6 +109,8 @@ class Linker {
   void link(MessageEnds ends) {
     join(std::move(ends));
     find_times();
+    find_passed_on();
+    find_epochs();
     for (std::size_t i = 0; i < log_.tasks.size(); ++i) {
       TraceTask& task = log_.tasks[i];
       log_.first_input.push_back(static_cast<int>(log_.inputs.size()));
@@ -127,6 +129,8 @@ class Linker {
           add_inputs_of_dt(task, inputs);
       }
       inputs.give(task);
+      if (const auto begun = epochs_.find(task.step); begun != epochs_.end() && !task.noted)
+        task.ready = std::clamp(begun->second, task.ready, task.begin);
     }
     log_.first_input.push_back(static_cast<int>(log_.inputs.size()));
   }
@@ -180,9 +184,38 @@ class Linker {
     }
   }
 
-  /// Successors hear of a task when its messages are posted.
+  /// When steps begin before which patches were made or moved: with their first task, as all wait.
+  void find_epochs() {
+    for (const TraceGraph& graph : log_.graphs)
+      for (const TraceTask& task : log_.tasks)  // by beginning
+        if (task.kind == TraceKind::task && task.step == graph.first && graph.first > 0) {
+          epochs_.emplace(task.step, task.begin);
+          break;
+        }
+  }
+
+  /// Successors hear of a task when its messages are posted and, if it ended a step, what is done
+  /// then.
   void add_task(int task, Inputs& inputs) const {
-    if (task >= 0) inputs.add(log_.tasks[static_cast<std::size_t>(task)].released, task);
+    if (task >= 0) inputs.add(passed_on_[static_cast<std::size_t>(task)], task);
+  }
+  void find_passed_on() {
+    passed_on_.reserve(log_.tasks.size());
+    for (const TraceTask& task : log_.tasks) passed_on_.push_back(task.released);
+    if (log_.run.ranks > 1) return;  // it is not the last task of a step that ends it
+    std::unordered_map<int, std::vector<int>> of_thread;
+    for (std::size_t t = 0; t < log_.tasks.size(); ++t)
+      of_thread[log_.tasks[t].thread].push_back(static_cast<int>(t));
+    for (const TraceInterval& i : log_.intervals) {
+      if (i.kind != TraceKind::completed) continue;
+      const auto& list = of_thread[i.thread];
+      const auto next = std::partition_point(list.begin(), list.end(), [&](int t) {
+        return log_.tasks[static_cast<std::size_t>(t)].begin < i.begin;
+      });
+      if (next == list.begin()) continue;
+      double& until = passed_on_[static_cast<std::size_t>(*(next - 1))];
+      until = std::max(until, i.end);
+    }
   }
 
   void add_inputs(const TraceTask& task, Inputs& inputs) const {
@@ -221,6 +254,8 @@ class Linker {
   TraceLog& log_;
   TaskIndex index_;
   std::vector<int> message_of_unpack_;
+  std::vector<double> passed_on_;  ///< by task: when its successors heard of it
+  std::unordered_map<Step, double> epochs_;
   std::unordered_map<Key, double> completed_, agreed_;
 };
 

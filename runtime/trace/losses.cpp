@@ -75,8 +75,8 @@ std::vector<Finding> losses_of(const TraceLog& log, const TraceReport& report) {
       "did not look");
   add("serial section", PathPart::Kind::step,
       fmt::format(
-          "the path is in what one thread does when a step is finished, or waits for it: patches "
-          "may be at most {} steps ahead",
+          "the path is in what one thread does when a step is finished, or in making and moving "
+          "patches, or waits for that: patches may be at most {} steps ahead",
           max_lead));
   add("time step", PathPart::Kind::time_step,
       "the path waits for the ranks to agree on the time step");

@@ -46,10 +46,12 @@ inline constexpr std::size_t trace_stages = 8;
 
 /// One record. Times are ticks of the rank's clock (runtime/stage_clock.h).
 ///
-/// `ready` is taken when the executor counts the last thing that a task waited for: the end of the
-/// body of another task, which has by then posted its messages, a message that was found, a permit
-/// to begin a step, or an agreement. Where the executor does not count (serial, random order,
-/// bulk-synchronous) it is 0, and readers take the latest end of what the task waited for.
+/// `ready` is taken when the task graph counts the last thing that a task waited for: the end of
+/// the body of another task, which has by then posted its messages and, where it ended a step, done
+/// what is done then; a message that was found; a permit to begin a step; an agreement. It counts
+/// on several ranks, where it has to, and when it is verified. Else `ready` is 0, and readers take
+/// the latest end of all this (log_links.cpp), which comes before what is noted by what a body does
+/// at its end: passing on to its successors, 0.1 us at the median, 2 us in one of 100 tasks.
 struct TraceRecord {
   struct Message {
     std::int64_t bytes;

@@ -22,7 +22,8 @@ TraceLog recorded(const ExecutionOptions& way, TraceWindow window = {}) {
   {
     TraceAbout about;
     about.threads = way.threads;
-    TraceSession session(folder, window, Ranks{}, about, simulation.phases(), simulation.stages(), simulation.trace_graph());
+    TraceSession session(folder, window, Ranks{}, about, simulation.phases(), simulation.stages(),
+                         simulation.trace_graph());
     simulation.run();
     session.finish();
   }
@@ -42,15 +43,16 @@ TEST_CASE("when a task was ready is noted: after all that it waited for, before 
     for (const TraceTask& task : log.tasks) {
       REQUIRE(task.noted);
       CHECK(task.ready <= task.begin);
-      if (task.known_inputs) later.push_back(task.ready - task.inputs_done);
+      if (task.known_inputs && log.graph_at(task.step).first < task.step)
+        later.push_back(task.ready - task.inputs_done);
     }
     REQUIRE(later.size() > 1000);
     // Had log_links.cpp overlooked something that tasks wait for, they would be ready long after
     // all that it knows. Most of them, as threads may be interrupted between the two.
-    const auto middle = later.begin() + static_cast<std::ptrdiff_t>(later.size() / 2);
-    std::nth_element(later.begin(), middle, later.end());
-    CHECK(*middle >= 0);
-    CHECK(*middle < 20e-6);
+    std::sort(later.begin(), later.end());
+    CHECK(later.front() >= -1e-6);  // clocks of processors
+    CHECK(later[later.size() / 2] < 20e-6);
+    CHECK(later[later.size() * 9 / 10] < 100e-6);
   }
 }
 
@@ -60,7 +62,10 @@ TEST_CASE("where nothing notes when tasks are ready, it is when the last input h
   const TraceLog log = recorded(serial);
   for (const TraceTask& task : log.tasks) {
     CHECK(!task.noted);
-    CHECK(task.ready == task.inputs_done);
+    if (log.graph_at(task.step).first < task.step)  // else it waited for patches to be made, too
+      CHECK(task.ready == task.inputs_done);
+    else
+      CHECK(task.ready >= task.inputs_done);
   }
 }
 
