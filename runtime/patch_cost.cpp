@@ -9,8 +9,8 @@ namespace lahar {
 
 namespace {
 
-/// What firing the tasks of a patch costs, in particles: half a microsecond.
-constexpr double base_particles = 16;
+/// What firing the tasks of a patch and its messages cost, in particles: three microseconds.
+constexpr double base_particles = 100;
 /// Weight of a new sample in the average.
 constexpr double newest = 0.2;
 /// By how much a sample may differ from the average before it.

@@ -92,7 +92,9 @@ bool RankBalance<Dim>::is_uneven(Index heaviest, Index all) {
                       static_cast<double>(report_.windows + 1);
   ++report_.windows;
   report_.worst = std::max(report_.worst, imbalance);
-  if (wait_ > 0) {
+  imbalance_ = imbalance;
+  // What did not pay may do so when it has got worse by a quarter.
+  if (wait_ > 0 && imbalance - 1 < 1.25 * (refused_at_ - 1)) {
     --wait_;
     return false;
   }
@@ -177,6 +179,7 @@ bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left
   if (!plan || plan->owner == patches.owners()) {
     report_.seconds += ranks_.max(seconds_of(Clock::now() - begin));
     wait_ = Index{1} << std::min<Index>(++refused_, 6);
+    refused_at_ = imbalance_;
     return false;
   }
   Index moved = 0, all = 0;
@@ -190,7 +193,7 @@ bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left
                   static_cast<double>(report_.remaps + 1);
   report_.most_moved = std::max(report_.most_moved, share);
   ++report_.remaps;
-  refused_ = 0;
+  refused_ = wait_ = 0;
   const double seconds = ranks_.max(seconds_of(Clock::now() - begin));
   report_.seconds += seconds;
   move_.measured(seconds, plan->busiest);
