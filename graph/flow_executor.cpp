@@ -12,7 +12,7 @@
 /// ranks have finished a step releases permits. Every body ends with a look for messages, and a
 /// thread that leaves no task ready stays and looks on, because oneTBB does not say when it is
 /// idle. For that alone the messages of the graph are counted a second time, beside oneTBB's own
-/// counters.
+/// counters; traces are told when the last one came.
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
@@ -71,6 +71,7 @@ class FlowExecutor final : public Executor {
     dt_known_ = first;
     for (auto& done : done_) done = first;
     for (auto& stamp : stamps_) stamp = first;
+    begin_counting();
     // Only now: the least of all that exist counts, and other executors may want more threads.
     const oneapi::tbb::global_control parallelism(
         oneapi::tbb::global_control::max_allowed_parallelism, threads_);
@@ -83,6 +84,10 @@ class FlowExecutor final : public Executor {
     const int task = graph_.task(stage, patch);
     const auto t = static_cast<std::size_t>(task);
     const Step step = step_[t]++;
+    if (noting_) {
+      ready_at_[t] = bodies_.clock();
+      missed_at_[t] = look_before;
+    }
     bodies_.run(stage, patch, step);
     if (verify_) stamps_[t].store(step + 1, std::memory_order_release);
     done_[t].store(step + 1, std::memory_order_release);
@@ -114,10 +119,7 @@ class FlowExecutor final : public Executor {
       for (const Edge& edge : graph_.edges)
         into_[static_cast<std::size_t>(edge.to)].push_back(edge);
     }
-    if (remote_) {
-      missing_ = std::vector<std::atomic<int>>(static_cast<std::size_t>(n));
-      find_boundary();
-    }
+    if (remote_) find_boundary();
     from_elsewhere_.assign(static_cast<std::size_t>(n), 0);
     for (const Edge& edge : graph_.edges)
       if (edge.lag == 0 && graph_.is_elsewhere(edge.from))
@@ -140,7 +142,7 @@ class FlowExecutor final : public Executor {
   void start_and_wait() {
     // Counters keep what a stopped run left in them.
     flow_->reset();
-    if (remote_) {
+    if (counting_) {
       for (int t = 0; t < graph_.tasks(); ++t) missing_[static_cast<std::size_t>(t)] = needs(t);
       ready_ = 0;
     }
@@ -185,7 +187,7 @@ class FlowExecutor final : public Executor {
     return puts_into(task) + graph_.in_step[t] - from_elsewhere_[t];
   }
   void put(int task) {
-    if (remote_) count_message(task);
+    if (counting_) count_message(task);
     nodes_[static_cast<std::size_t>(task)].try_put(flow::continue_msg{});
   }
 
@@ -219,22 +221,37 @@ class FlowExecutor final : public Executor {
       for (const Edge& edge : graph_.out(task))
         if (edge.lag == 1) put(edge.to);
     if (needs_permit(task)) request_permit(task, step + 1);
-    if (remote_) {
+    if (counting_)
       for (const Edge& edge : graph_.out(task))
         if (edge.lag == 0) count_message(edge.to);
-      look_for_messages();
-    }
+    if (remote_) look_for_messages();
+  }
+
+  // --- counting ---------------------------------------------------------------------------------
+
+  void begin_counting() {
+    const auto n = static_cast<std::size_t>(graph_.tasks());
+    // With one rank counting would take one to two percent of the time; to test what readers of
+    // traces have instead, it is done there, too.
+    counting_ = remote_ || verify_;
+    noting_ = counting_ && bodies_.clock && bodies_.clock() > 0;
+    ready_at_.assign(noting_ ? n : 0, 0);
+    missed_at_.assign(noting_ ? n : 0, 0);
+    looked_ = 0;
+    if (counting_ && missing_.size() != n) missing_ = std::vector<std::atomic<int>>(n);
+  }
+
+  /// A message to a task, counted before oneTBB gets it. Who counts the last one therefore notes
+  /// the time before the task can begin.
+  void count_message(int task) {
+    const auto t = static_cast<std::size_t>(task);
+    if (missing_[t].fetch_sub(1, std::memory_order_acq_rel) > 1) return;
+    missing_[t].store(needs(task), std::memory_order_relaxed);
+    if (noting_) ready_at_[t] = bodies_.clock();
+    if (remote_) ready_.fetch_add(1, std::memory_order_acq_rel);
   }
 
   // --- other ranks ------------------------------------------------------------------------------
-
-  /// A message to a task, counted before oneTBB gets it.
-  void count_message(int task) {
-    auto& missing = missing_[static_cast<std::size_t>(task)];
-    if (missing.fetch_sub(1, std::memory_order_acq_rel) > 1) return;
-    missing.store(needs(task), std::memory_order_relaxed);
-    ready_.fetch_add(1, std::memory_order_acq_rel);
-  }
 
   /// At the end of a body. A thread that finds nothing ready looks on, so that at least one does
   /// while messages are to come; oneTBB delivers what this body leads to when it returns, which is
@@ -250,11 +267,21 @@ class FlowExecutor final : public Executor {
     const Clock::rep now = Clock::now().time_since_epoch().count();
     if (now - last_look_.load(std::memory_order_relaxed) > interval) {
       last_look_.store(now, std::memory_order_relaxed);
-      remote_->progress(*this);
+      look();
     } else if (ready <= few) {
       remote_->post();
     }
     look_until_ready();
+  }
+
+  /// What a look brings, it brings by the thread that looks: arrived() is told of the look before.
+  bool look() {
+    if (!noting_) return remote_->progress(*this);
+    look_before = looked_.load(std::memory_order_relaxed);
+    const std::uint64_t begin = bodies_.clock();
+    const bool found = remote_->progress(*this);
+    looked_.store(begin, std::memory_order_relaxed);
+    return found;
   }
 
   void look_until_ready() {
@@ -262,7 +289,7 @@ class FlowExecutor final : public Executor {
     if (ready_.load(std::memory_order_acquire) > 0 || all_done()) return;
     if (bodies_.looking) bodies_.looking(false);
     for (int empty = 0; ready_.load(std::memory_order_acquire) <= 0 && !all_done(); ++empty) {
-      if (remote_->progress(*this)) empty = 0;
+      if (look()) empty = 0;
       if (empty >= patience) std::this_thread::yield();
     }
     if (bodies_.looking) bodies_.looking(true);
@@ -408,12 +435,16 @@ class FlowExecutor final : public Executor {
   Step next_completion_ = 0;  ///< of all
   std::array<bool, max_lead> agreed_{};
 
+  bool noting_ = false;                    ///< when tasks become ready
+  bool counting_ = false;                  ///< messages of the graph
   std::vector<int> from_elsewhere_;        ///< messages of a step into a task from other ranks
   std::vector<std::atomic<int>> missing_;  ///< messages until a task is ready
-  std::atomic<int> ready_{0};              ///< tasks that are ready and have not begun
-  std::vector<int> messages_;              ///< tasks that messages from other ranks fire
-  std::vector<std::atomic<Step>> done_;    ///< steps that these have done
-  std::vector<char> boundary_;             ///< patches that exchange with other ranks
+  std::atomic<std::uint64_t> looked_{0};   ///< when the last look for messages that ended began
+  static inline thread_local std::uint64_t look_before = 0;
+  std::atomic<int> ready_{0};            ///< tasks that are ready and have not begun
+  std::vector<int> messages_;            ///< tasks that messages from other ranks fire
+  std::vector<std::atomic<Step>> done_;  ///< steps that these have done
+  std::vector<char> boundary_;           ///< patches that exchange with other ranks
   std::atomic<std::chrono::steady_clock::rep> last_look_{0};
   std::atomic<bool> broken_{false};  ///< a body threw
   std::atomic<Step> dt_known_{0};    ///< the last step whose dt is known

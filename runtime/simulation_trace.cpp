@@ -39,6 +39,10 @@ TraceFound::~TraceFound() {
   if (while_looking_) trace_looking(false);
 }
 
+std::uint64_t trace_clock() {
+  return TraceRecorder::active() ? ticks() : 0;
+}
+
 void waste_time(double seconds, Step step) {
   const TraceSpan trace(TraceKind::delay, step);
   const std::uint64_t end = ticks() + static_cast<std::uint64_t>(seconds / seconds_per_tick());
@@ -79,16 +83,23 @@ void Simulation<Dim>::Impl::record_progress(Step done) {
   TraceRecorder* recorder = TraceRecorder::active(done);
   if (!recorder) return;
   const std::uint64_t now = ticks();
-  // Reading it costs a system call; fifty times a second are enough.
-  static std::uint64_t next = 0;
-  if (now < next) return;
-  next = now + static_cast<std::uint64_t>(0.02 / seconds_per_tick());
-  recorder->add({.begin = now,
-                 .end = now,
-                 .step = done,
-                 .kind = TraceKind::counter,
-                 .phase = static_cast<std::uint8_t>(TraceCounter::memory),
-                 .detail = {.value = resident_memory()}});
+  const auto add = [&](TraceCounter counter, double value) {
+    recorder->add({.begin = now,
+                   .end = now,
+                   .step = done,
+                   .kind = TraceKind::counter,
+                   .phase = static_cast<std::uint8_t>(counter),
+                   .detail = {.value = value}});
+  };
+  const Index particles = active_particles[done].exchange(0, std::memory_order_relaxed);
+  const bool due = now >= next_counters;
+  if (due || particles != counted_particles)
+    add(TraceCounter::particles, static_cast<double>(particles));
+  counted_particles = particles;
+  if (!due) return;
+  // Reading memory costs a system call; fifty times a second are enough.
+  add(TraceCounter::memory, resident_memory());
+  next_counters = now + static_cast<std::uint64_t>(0.02 / seconds_per_tick());
 }
 
 template <int Dim>
@@ -109,7 +120,7 @@ std::vector<Stage> Simulation<Dim>::stages() const {
 #define LAHAR_INSTANTIATE(Dim)                                     \
   template std::string Simulation<Dim>::Impl::trace_graph() const; \
   template void Simulation<Dim>::Impl::record_graph() const;       \
-  template void Simulation<Dim>::Impl::record_progress(Step);    \
+  template void Simulation<Dim>::Impl::record_progress(Step);      \
   template std::string Simulation<Dim>::trace_graph() const;       \
   template std::vector<Phase> Simulation<Dim>::phases() const;     \
   template std::vector<Stage> Simulation<Dim>::stages() const;

@@ -13,6 +13,7 @@
 #include <unordered_map>
 
 #include "physics/error.h"
+#include "runtime/trace/counters.h"
 #include "runtime/trace/log_links.h"
 
 namespace lahar {
@@ -192,10 +193,16 @@ void distribute(const RankFile& file, int rank, std::uint64_t origin, double per
                        .thread = r.thread,
                        .phase = r.phase,
                        .patch = r.patch,
+                       .ready = r.ready > 0 ? at(r.ready) : 0,
                        .begin = begin,
-                       .end = end};
-        for (std::size_t s = 0; s < trace_stages; ++s)
-          task.stage[s] = static_cast<float>(r.detail.stage[s] * per_tick);
+                       .end = end,
+                       .noted = r.ready > 0};
+        if (r.kind == TraceKind::unpack) {
+          if (r.detail.missed > 0) task.missed = at(r.detail.missed);
+        } else {
+          for (std::size_t s = 0; s < trace_stages; ++s)
+            task.stage[s] = static_cast<float>(r.detail.stage[s] * per_tick);
+        }
         log.tasks.push_back(task);
         break;
       }
@@ -222,7 +229,6 @@ void distribute(const RankFile& file, int rank, std::uint64_t origin, double per
       case TraceKind::counter:
         log.counters.push_back({.counter = static_cast<TraceCounter>(r.phase),
                                 .rank = rank,
-                                .step = r.step,
                                 .time = begin,
                                 .value = r.detail.value});
         break;
@@ -271,6 +277,7 @@ TraceLog read_trace(const std::filesystem::path& run) {
   std::sort(log.tasks.begin(), log.tasks.end(),
             [](const TraceTask& a, const TraceTask& b) { return a.begin < b.begin; });
   link(log, std::move(ends));
+  add_load(log);
   return log;
 }
 

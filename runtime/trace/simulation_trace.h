@@ -20,6 +20,9 @@ class TraceFound {
   bool while_looking_;
 };
 
+/// TaskBodies::clock: ticks, or 0 while no trace is recorded.
+std::uint64_t trace_clock();
+
 /// Keep this thread busy [s], for studies.
 void waste_time(double seconds, Step step);
 
