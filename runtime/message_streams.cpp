@@ -1,9 +1,11 @@
 #include "runtime/message_streams.h"
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
 #include "physics/patch.h"
+#include "runtime/trace/recorder.h"
 
 namespace lahar {
 
@@ -19,8 +21,8 @@ constexpr std::size_t ahead = 4;
 
 struct MessageStreams::Bundle {
   explicit Bundle(std::size_t capacity) : data(capacity / sizeof(double)) {}
-  NodeArray data;
-  std::size_t size = 0;         ///< [bytes]
+  NodeArray data;               ///< begins with a line for ticks() when it is posted
+  std::size_t size = line;      ///< [bytes]
   std::atomic<int> writers{0};  ///< records that are being written
   MPI_Request request = MPI_REQUEST_NULL;
 };
@@ -50,7 +52,7 @@ MessageStreams::MessageStreams(const Ranks& ranks, std::vector<int> peers,
   std::vector<std::vector<std::size_t>> capacity(static_cast<std::size_t>(ranks_.size()));
   for (std::size_t i = 0; i < peers_.size(); ++i) {
     outgoing_.push_back(std::make_unique<Outgoing>());
-    outgoing_[i]->capacity = std::max(least_capacity, lines(longest[i]));
+    outgoing_[i]->capacity = std::max(least_capacity, line + lines(longest[i]));
     capacity[static_cast<std::size_t>(peers_[i])] = {outgoing_[i]->capacity};
   }
   capacity = ranks_.exchange(capacity);
@@ -117,6 +119,8 @@ void MessageStreams::post() {
       return bundle;
     };
     while (auto bundle = next()) {
+      const std::uint64_t tick = ticks();
+      std::memcpy(bundle->data.data(), &tick, sizeof tick);
       MPI_Isend(bundle->data.data(), static_cast<int>(bundle->size), MPI_BYTE, peers_[i],
                 stream_tag, ranks_.communicator(), &bundle->request);
       unposted_.fetch_sub(1, std::memory_order_release);
@@ -135,7 +139,7 @@ void MessageStreams::reclaim(Outgoing& to) {
   };
   while (!to.posted.empty() && sent(to.posted.front()->request)) {
     const std::scoped_lock lock(to.mutex);
-    to.posted.front()->size = 0;
+    to.posted.front()->size = line;
     to.free.push_back(std::move(to.posted.front()));
     to.posted.pop_front();
   }
@@ -164,7 +168,13 @@ int MessageStreams::look() {
   return std::max(count, 0);
 }
 
-std::span<const std::byte> MessageStreams::records(std::size_t peer, std::size_t k) const {
+std::uint64_t MessageStreams::posted(std::span<const std::byte> message) {
+  std::uint64_t tick = 0;
+  std::memcpy(&tick, message.data(), sizeof tick);
+  return tick;
+}
+
+std::span<const std::byte> MessageStreams::bytes_of(std::size_t peer, std::size_t k) const {
   const Incoming& from = *incoming_[peer];
   int bytes = 0;
   MPI_Get_count(&status_[k], MPI_BYTE, &bytes);

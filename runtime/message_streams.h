@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <mutex>
@@ -59,13 +60,15 @@ class MessageStreams {
   void send_long(std::size_t peer, int tag, std::vector<std::byte> bytes);
   MPI_Request receive_long(std::size_t peer, int tag, std::span<std::byte> to);
 
-  /// Call take(peer, records) for each message that has come, as long as there are any.
+  /// Call take(peer, posted, records) for each message that has come, as long as there are any;
+  /// `posted` are ticks() of the sender.
   template <class Take>
   void receive(Take&& take) {
     while (const int count = look())
       for (int k = 0; k < count; ++k) {
         const auto peer = static_cast<std::size_t>(came_[static_cast<std::size_t>(k)]);
-        take(peer, records(peer, static_cast<std::size_t>(k)));
+        const std::span<const std::byte> message = bytes_of(peer, static_cast<std::size_t>(k));
+        take(peer, posted(message), message.subspan(line));
         expect_next(peer);
       }
   }
@@ -77,7 +80,8 @@ class MessageStreams {
   struct Outgoing;
   struct Incoming;
   int look();
-  std::span<const std::byte> records(std::size_t peer, std::size_t k) const;
+  std::span<const std::byte> bytes_of(std::size_t peer, std::size_t k) const;
+  static std::uint64_t posted(std::span<const std::byte> message);
   void expect_next(std::size_t peer);
   void reclaim(Outgoing& to);
 

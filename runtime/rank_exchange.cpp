@@ -20,7 +20,7 @@ struct RankExchange<Dim>::Header {
   std::int64_t failed_step;  ///< that the sender knows of
   std::int64_t payload;      ///< [bytes] of particles, which may follow on their own
   std::int64_t particles;
-  std::uint64_t tick;        ///< of the sender's clock, for traces
+  std::uint64_t posted;      ///< ticks of the sender, for traces; set when the message has come
   std::int32_t number;       ///< Send::number
   std::int32_t contributes;  ///< sums follow, others are zero
   std::int64_t lines;        ///< in the stream, this one included
@@ -172,7 +172,7 @@ void RankExchange<Dim>::send_sums(const Send& send, int phase, int patch, Step s
                         .failed_step = calls_.failed_step(),
                         .payload = 0,
                         .particles = 0,
-                        .tick = begin,
+                        .posted = 0,
                         .number = send.number,
                         .contributes = any,
                         .lines = static_cast<std::int64_t>(lines)};
@@ -206,7 +206,7 @@ void RankExchange<Dim>::send_particles(const Send& send, int phase, int patch, S
                         .failed_step = calls_.failed_step(),
                         .payload = static_cast<std::int64_t>(payload),
                         .particles = count,
-                        .tick = begin,
+                        .posted = 0,
                         .number = send.number,
                         .contributes = 0,
                         .lines = static_cast<std::int64_t>(bytes / line)};
@@ -275,14 +275,16 @@ bool RankExchange<Dim>::progress(Executor& executor) {
 
 template <int Dim>
 void RankExchange<Dim>::look_at_messages(std::vector<ExchangeEvent>& events) {
-  streams_->receive([&](std::size_t peer, std::span<const std::byte> records) {
-    for (std::size_t at = 0; at < records.size();) {
-      Header header;
-      std::memcpy(&header, &records[at], line);
-      take_message(peer, &records[at], header, events);
-      at += static_cast<std::size_t>(header.lines) * line;
-    }
-  });
+  streams_->receive(
+      [&](std::size_t peer, std::uint64_t posted, std::span<const std::byte> records) {
+        for (std::size_t at = 0; at < records.size();) {
+          Header header;
+          std::memcpy(&header, &records[at], line);
+          header.posted = posted;
+          take_message(peer, &records[at], header, events);
+          at += static_cast<std::size_t>(header.lines) * line;
+        }
+      });
 }
 
 /// What the message is written over has been used, or the sender would not have got here.
@@ -360,7 +362,7 @@ void RankExchange<Dim>::record(const ExchangeEvent& event) const {
                                                  : static_cast<std::size_t>(header.lines) * line;
   TraceRecord arrival = record_of(TraceKind::arrival, event.step, receive.phase, from.patch,
                                   from.rank, bytes, event.found);
-  arrival.detail.message.sent = header.tick;
+  arrival.detail.message.sent = header.posted;
   recorder->add(arrival);
 }
 

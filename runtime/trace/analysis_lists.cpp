@@ -112,7 +112,7 @@ ExchangeUse exchange_of(const TraceLog& log, const IdleTime& idle) {
   for (const TraceMessage& m : log.messages) {
     ++use.messages;
     use.bytes += m.bytes;
-    use.in_flight += std::max(0.0, m.there - m.sent);
+    use.in_flight += std::max(0.0, m.there - m.posted);
     use.unseen += m.given - m.there;
   }
   // When the last thing that a task waited for was a message; each moment counts once.

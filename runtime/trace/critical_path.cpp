@@ -92,8 +92,8 @@ class PathFinder {
           m.sender >= 0 ? log_.tasks[static_cast<std::size_t>(m.sender)].end : m.packed;
       add(waiting_, m.given, task.ready, t);
       add(PathPart::Kind::unseen, m.there, m.given, t);
-      add(PathPart::Kind::transit, m.sent, m.there, t);
-      add(PathPart::Kind::posting, done, m.sent, m.sender >= 0 ? m.sender : t);
+      add(PathPart::Kind::transit, m.posted, m.there, t);
+      add(PathPart::Kind::posting, done, m.posted, m.sender >= 0 ? m.sender : t);
       return m.sender;
     }
     if (task.last_input >= 0) {

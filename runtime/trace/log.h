@@ -71,7 +71,8 @@ struct TraceMessage {
   Step step = 0;
   int phase = 0, patch = 0, from = 0, to = 0;
   std::int64_t bytes = 0;
-  double packed = 0, sent = 0;    ///< packing begun; posted
+  double packed = 0, sent = 0;    ///< packing begun and done
+  double posted = 0;              ///< on its way, perhaps together with later ones
   double arrived = 0, given = 0;  ///< found; handed to the graph
   double there = 0;               ///< the earliest that it can have come: not before the last look
                                   ///< that did not find it; else `given`

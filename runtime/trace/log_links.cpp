@@ -158,6 +158,7 @@ class Linker {
       if (came == ends.came.end() || before(m, *came)) continue;  // beyond the recorded steps
       m.arrived = came->arrived;
       m.given = came->given;
+      m.posted = std::clamp(came->posted, std::min(m.sent, m.given), m.given);
       m.sender = index_.task(m.step, m.phase, m.patch);
       if (m.sender >= 0) {
         TraceTask& sender = log_.tasks[static_cast<std::size_t>(m.sender)];
@@ -167,7 +168,7 @@ class Linker {
       m.there = m.given;
       if (m.unpack >= 0) {
         const double missed = log_.tasks[static_cast<std::size_t>(m.unpack)].missed;
-        if (missed != 0) m.there = std::clamp(missed, std::min(m.sent, m.given), m.given);
+        if (missed != 0) m.there = std::clamp(missed, m.posted, m.given);
         message_of_unpack_[static_cast<std::size_t>(m.unpack)] =
             static_cast<int>(log_.messages.size());
       }

@@ -46,8 +46,8 @@ TraceLog two_alone() {
 
 /// A patch on each of two ranks; the second phase of patch 1 waits for a message of patch 0, which
 /// is posted 0.1 s after its task and is 0.4 s on its way. Rank 1 looked for it at `missed` and did
-/// not find it; 0 = not known.
-TraceLog one_message(double missed = 0) {
+/// not find it; 0 = not known. `posted`: later than it is packed, with others.
+TraceLog one_message(double missed = 0, double posted = 2.1) {
   TraceLog log;
   log.run.ranks = 2;
   log.run.threads = {1, 1};
@@ -66,6 +66,7 @@ TraceLog one_message(double missed = 0) {
   TraceMessage sent = message, came = message;
   sent.packed = 2.0;
   sent.sent = 2.1;
+  came.posted = posted;
   came.arrived = came.given = 2.5;
   ends.sent = {sent};
   ends.came = {came};
@@ -91,6 +92,12 @@ const Finding& finding(const TraceReport& report, const std::string& name) {
 }
 
 }  // namespace
+
+TEST_CASE("a message that waits for others before it is posted is late, not on its way") {
+  const TraceReport report = analyse(one_message(0, 2.3));
+  CHECK(on_path(report, PathPart::Kind::posting) == doctest::Approx(0.3));
+  CHECK(on_path(report, PathPart::Kind::transit) == doctest::Approx(0.2));
+}
 
 TEST_CASE("efficiencies of two workers, one of which has three times the work") {
   const TraceReport report = analyse(two_alone());

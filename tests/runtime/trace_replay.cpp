@@ -149,6 +149,7 @@ TEST_CASE("replay: the recorded machine takes the time that was recorded, with b
                                 .bytes = 1000,
                                 .packed = done,
                                 .sent = done,
+                                .posted = done,
                                 .arrived = done + l,
                                 .given = done + l,
                                 .sender = static_cast<int>(log.tasks.size()) - 1});
