@@ -211,9 +211,7 @@ mesh.txt:10:7: error: unexpected '4' at the end of the row
 0 1 2
 )")},
      {},
-     R"(mesh.txt: error: a triangle is no box along the axes
-  hint: set isoparametric to true
-)"},
+     "@@"},
     {"the middle of a side too near to a corner",
      {replace("mpm.json", "ED2Q4", "ED2Q8"), write("mesh.txt", R"(8 1
 0 0
