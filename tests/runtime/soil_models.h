@@ -8,7 +8,8 @@
 
 namespace lahar::test {
 
-/// The same case of weak soils that yield, and soften as they do.
+/// The same case of weak soils that yield, and soften as they do: slowly, for there is no stress
+/// where strength falls faster than stress does when the soil is unloaded.
 template <int Dim>
 Model<Dim> yielding(Model<Dim> model, double youngs_modulus, double cohesion) {
   for (Material& material : model.materials) {
@@ -21,7 +22,7 @@ Model<Dim> yielding(Model<Dim> model, double youngs_modulus, double cohesion) {
     soil.softening = true;
     soil.residual_friction = 18;
     soil.residual_cohesion = 0.5 * cohesion;
-    soil.residual_pdstrain = 0.05;
+    soil.residual_pdstrain = 2;
     material.law = soil;
   }
   return model;
