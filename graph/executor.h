@@ -41,6 +41,8 @@ class Remote {
   /// Look for messages and agreements that are complete and hand them to the executor: arrived(),
   /// dt_agreed(), step_agreed(). False = there was nothing.
   virtual bool progress(Executor& executor) = 0;
+  /// Send what tasks have for other ranks, which may wait for calls of this or of progress().
+  virtual void post() = 0;
   /// This rank's patches have given dt of `step`: find the minimum of all ranks, for dt_agreed().
   /// Steps in order.
   virtual void give_dt(Step step) = 0;

@@ -8,10 +8,11 @@
 /// max_lead steps ahead of the slowest one. Permits are the only thing that links patches far
 /// apart.
 ///
-/// Several ranks: a message from elsewhere fires the task of its patch; that all ranks have
-/// finished a step releases permits. Every body ends with a look for messages, and a thread that
-/// leaves no task ready stays and looks on, because oneTBB does not say when it is idle. For that
-/// alone the messages of the graph are counted a second time, beside oneTBB's own counters.
+/// Several ranks: the task of a message from elsewhere is done where the message is found; that all
+/// ranks have finished a step releases permits. Every body ends with a look for messages, and a
+/// thread that leaves no task ready stays and looks on, because oneTBB does not say when it is
+/// idle. For that alone the messages of the graph are counted a second time, beside oneTBB's own
+/// counters.
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
@@ -77,7 +78,18 @@ class FlowExecutor final : public Executor {
     return end_;
   }
 
-  void arrived(int stage, int patch) override { put(graph_.task(stage, patch)); }
+  /// The task of a message waits for nothing else and is short: it is done here.
+  void arrived(int stage, int patch) override {
+    const int task = graph_.task(stage, patch);
+    const auto t = static_cast<std::size_t>(task);
+    const Step step = step_[t]++;
+    bodies_.run(stage, patch, step);
+    if (verify_) stamps_[t].store(step + 1, std::memory_order_release);
+    done_[t].store(step + 1, std::memory_order_release);
+    const bool last = step + 1 >= end_.load(std::memory_order_acquire);
+    for (const Edge& edge : graph_.out(task))
+      if (edge.lag == 0 || !last) put(edge.to);
+  }
   void dt_agreed(Step) override { put(graph_.dt_task()); }
 
   /// Agreements may come to light in another order than they were made.
@@ -106,7 +118,11 @@ class FlowExecutor final : public Executor {
       missing_ = std::vector<std::atomic<int>>(static_cast<std::size_t>(n));
       find_boundary();
     }
-    for (int t = 0; t < n; ++t) {
+    from_elsewhere_.assign(static_cast<std::size_t>(n), 0);
+    for (const Edge& edge : graph_.edges)
+      if (edge.lag == 0 && graph_.is_elsewhere(edge.from))
+        ++from_elsewhere_[static_cast<std::size_t>(edge.to)];
+    for (int t = 0; t < n; ++t) {  // tasks of messages have a node that never fires
       const auto body = [this, t](const flow::continue_msg&) { guarded_fire(t); };
       // What others wait for goes first. Without other ranks a priority would only cost time.
       if (remote_ && is_urgent(t))
@@ -116,7 +132,7 @@ class FlowExecutor final : public Executor {
     }
     // A task's edges one after the other: their memory is walked in this order at every firing.
     for (const Edge& edge : graph_.edges)
-      if (edge.lag == 0)
+      if (edge.lag == 0 && !graph_.is_elsewhere(edge.from))
         flow::make_edge(nodes_[static_cast<std::size_t>(edge.from)],
                         nodes_[static_cast<std::size_t>(edge.to)]);
   }
@@ -160,11 +176,13 @@ class FlowExecutor final : public Executor {
   /// What begins a step must know that it is taken by all.
   bool needs_permit(int task) const { return is_first_stage(task) || graph_.collects_dt(task); }
   int puts_into(int task) const {
-    const bool from_elsewhere = graph_.is_elsewhere(task) || (graph_.shared && graph_.is_dt(task));
-    return first_puts_into(task) + (from_elsewhere ? 1 : 0);
+    const bool is_agreed = graph_.shared && graph_.is_dt(task);
+    return first_puts_into(task) + from_elsewhere_[static_cast<std::size_t>(task)] +
+           (is_agreed ? 1 : 0);
   }
   int needs(int task) const {
-    return puts_into(task) + graph_.in_step[static_cast<std::size_t>(task)];
+    const auto t = static_cast<std::size_t>(task);
+    return puts_into(task) + graph_.in_step[t] - from_elsewhere_[t];
   }
   void put(int task) {
     if (remote_) count_message(task);
@@ -197,7 +215,6 @@ class FlowExecutor final : public Executor {
     fetch_successors(task);
     if (verify_) stamps_[t].store(step + 1, std::memory_order_release);
     if (is_last_stage(task)) finish(step);
-    if (remote_ && graph_.is_elsewhere(task)) done_[t].store(step + 1, std::memory_order_release);
     if (step + 1 < end_.load(std::memory_order_acquire))
       for (const Edge& edge : graph_.out(task))
         if (edge.lag == 1) put(edge.to);
@@ -223,13 +240,19 @@ class FlowExecutor final : public Executor {
   /// while messages are to come; oneTBB delivers what this body leads to when it returns, which is
   /// not needed as long as nothing is ready.
   void look_for_messages() {
-    // Tasks of empty patches take less time than a look.
+    // Tasks of empty patches take less time than a look. The more is ready here, the less a message
+    // is in a hurry, and the more of them one look finds or posts.
     using Clock = std::chrono::steady_clock;
-    constexpr Clock::rep interval = 20'000;  // ns
+    constexpr Clock::rep shortest = 20'000;  // ns
+    constexpr int few = 2, many = 16;
+    const int ready = ready_.load(std::memory_order_relaxed);
+    const Clock::rep interval = shortest * std::clamp(ready - few, 1, many);
     const Clock::rep now = Clock::now().time_since_epoch().count();
     if (now - last_look_.load(std::memory_order_relaxed) > interval) {
       last_look_.store(now, std::memory_order_relaxed);
       remote_->progress(*this);
+    } else if (ready <= few) {
+      remote_->post();
     }
     look_until_ready();
   }
@@ -385,6 +408,7 @@ class FlowExecutor final : public Executor {
   Step next_completion_ = 0;  ///< of all
   std::array<bool, max_lead> agreed_{};
 
+  std::vector<int> from_elsewhere_;        ///< messages of a step into a task from other ranks
   std::vector<std::atomic<int>> missing_;  ///< messages until a task is ready
   std::atomic<int> ready_{0};              ///< tasks that are ready and have not begun
   std::vector<int> messages_;              ///< tasks that messages from other ranks fire

@@ -113,8 +113,10 @@ void Simulation<Dim>::Impl::poll() {
 template <int Dim>
 void Simulation<Dim>::Impl::run_task(int phase, int p, Step step) {
   TraceRecorder* const recorder = TraceRecorder::active(step);
-  TraceRecord record{.begin = ticks(), .step = step, .phase = static_cast<std::uint8_t>(phase)};
   const bool own = p < patches.size();
+  std::optional<TraceFound> found;
+  if (!own) found.emplace();
+  TraceRecord record{.begin = ticks(), .step = step, .phase = static_cast<std::uint8_t>(phase)};
   if (!own) {
     exchange->unpack(phase, p - patches.size(), step);
   } else if (balance.samples(step)) {

@@ -10,14 +10,33 @@
 
 namespace lahar {
 
+namespace {
+
+/// When this thread began to look for messages; 0 = it does not.
+thread_local std::uint64_t looking_since = 0;
+
+}  // namespace
+
 void trace_looking(bool over) {
   TraceRecorder* recorder = TraceRecorder::active();
-  if (!recorder || !recorder->has(recorder->present())) return;
-  thread_local std::uint64_t begin = 0;
-  if (over && begin > 0)
-    recorder->add(
-        {.begin = begin, .end = ticks(), .step = recorder->present(), .kind = TraceKind::poll});
-  begin = over ? 0 : ticks();
+  if (!recorder || !recorder->has(recorder->present())) {
+    looking_since = 0;
+    return;
+  }
+  if (over && looking_since > 0)
+    recorder->add({.begin = looking_since,
+                   .end = ticks(),
+                   .step = recorder->present(),
+                   .kind = TraceKind::poll});
+  looking_since = over ? 0 : ticks();
+}
+
+TraceFound::TraceFound() : while_looking_(looking_since > 0) {
+  if (while_looking_) trace_looking(true);
+}
+
+TraceFound::~TraceFound() {
+  if (while_looking_) trace_looking(false);
 }
 
 void waste_time(double seconds, Step step) {
