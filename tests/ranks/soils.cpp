@@ -1,7 +1,6 @@
 // Soil that yields, injection in three dimensions and of bodies in contact: the bits of one rank.
 #include <doctest/doctest.h>
 
-#include "io/vtkhdf.h"
 #include "runtime/simulation.h"
 #include "tests/runtime/soil_models.h"
 
@@ -10,7 +9,7 @@ using namespace lahar::test;
 
 namespace {
 
-/// Frames and rows of a run on all ranks are those of one; frames are on rank 0.
+/// The last state of a run on all ranks, and its sums, are those of one; they are on rank 0.
 template <int Dim>
 Outcome check(Model<Dim> model, Index patch_particles) {
   model.analysis.patch_particles = patch_particles;
@@ -24,7 +23,10 @@ Outcome check(Model<Dim> model, Index patch_particles) {
       way.ranks = Ranks::world();
       if (moving) way.balance = {BalanceOptions::When::forced, 20, Partitioner::curve};
       const Outcome outcome = run(model, way);
-      if (way.ranks.rank() == 0) CHECK(same_bits(outcome, reference));
+      CHECK(outcome.error == "");
+      if (way.ranks.rank() != 0) continue;
+      CHECK(same_bits(outcome.frames.back(), reference.frames.back()));
+      CHECK(same_bits(outcome.rows.back(), reference.rows.back()));
     }
   return reference;
 }
