@@ -230,7 +230,10 @@ void table(const char* title, const ManufacturedCase& base) {
     }
     fmt::print("  ");
     for (std::size_t k = 1; k < errors.size(); ++k)
-      fmt::print(" {:5.2f}", std::log2(errors[k - 1] / errors[k]));
+      if (std::isfinite(errors[k - 1]) && std::isfinite(errors[k]))
+        fmt::print(" {:5.2f}", std::log2(errors[k - 1] / errors[k]));
+      else
+        fmt::print(" {:>5}", "-");
     fmt::print("\n");
   }
 }
