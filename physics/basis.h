@@ -19,6 +19,8 @@
 /// A tensor basis has functions that are products of one function per axis, and also
 ///
 ///     static constexpr int per_axis = 4;        nodes = per_axis^Dim, first axis fastest
+///     static constexpr int per_particle;        4, or 3 where functions of one particle are other
+///                                               than zero at nodes 0 to 2 (s <= 1/2) or 1 to 3 only
 ///     template <class Real>                     w[d][k] and dw[d][k] = dw/dx_d [1/m]
 ///     void weights(Local p, Real (&w)[Dim][per_axis]) const;
 ///     void weights(Local p, Real (&w)[Dim][per_axis], Real (&dw)[Dim][per_axis]) const;
