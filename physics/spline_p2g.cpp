@@ -51,20 +51,18 @@ class SumsWindow {
   LAHAR_INLINE double* begin() { return at_; }
   LAHAR_INLINE int slot(int k) const { return (k + turned_) % axis_nodes; }
 
-  /// Go to the cell with these nodes (PatchTopology::support_nodes).
-  LAHAR_INLINE void move_to(const Local* nodes) {
+  /// Go to the cell with these nodes and border (PatchTopology::support_nodes, support_border).
+  LAHAR_INLINE void move_to(const Local* nodes, unsigned border) {
     if (nodes == nodes_) return;
-    if (nodes_ != nullptr && follows(nodes)) {
+    const bool next = nodes_ != nullptr && follows(nodes);
+    if (next)
       put(0);
-      turned_ = slot(1);
-      nodes_ = nodes;
-      take(axis_nodes - 1);
-      return;
-    }
-    finish();
-    turned_ = 0;
+    else
+      finish();
+    turned_ = next ? slot(1) : 0;
     nodes_ = nodes;
-    for (int k = 0; k < axis_nodes; ++k) take(k);
+    border_ = border;
+    for (int k = next ? axis_nodes - 1 : 0; k < axis_nodes; ++k) take(k);
   }
   /// Put all sums back.
   LAHAR_INLINE void finish() {
@@ -88,9 +86,19 @@ class SumsWindow {
     for (int r = 0; r < n_rows; ++r)
       store(load<NodeVector>(of_node(k, r)), at_ + r * along_second + slot(k) * node_width);
   }
+  /// Nodes beyond the mesh are not: in support_nodes others stand for them.
   LAHAR_INLINE void put(int k) {
     for (int r = 0; r < n_rows; ++r)
-      store(load<NodeVector>(at_ + r * along_second + slot(k) * node_width), of_node(k, r));
+      if (border_ == 0 || exists(k, r))
+        store(load<NodeVector>(at_ + r * along_second + slot(k) * node_width), of_node(k, r));
+  }
+  bool exists(int k, int r) const {
+    const int number[3] = {k, r % axis_nodes, r / axis_nodes};
+    for (int d = 0; d < 3; ++d)
+      if ((number[d] == 0 && border_ >> (2 * d) & 1) ||
+          (number[d] == axis_nodes - 1 && border_ >> (2 * d + 1) & 1))
+        return false;
+    return true;
   }
   LAHAR_INLINE double* of_node(int k, int r) const {
     return sums_ + static_cast<std::ptrdiff_t>(nodes_[axis_nodes * r + k]) * sum_stride;
@@ -99,6 +107,7 @@ class SumsWindow {
   alignas(64) double at_[tensor_nodes<3> * node_width];
   double* sums_;
   const Local* nodes_ = nullptr;
+  unsigned border_ = 0;
   int turned_ = 0;
 };
 
@@ -351,8 +360,9 @@ LAHAR_INLINE void for_each_spline_run(const Patch<3>& patch, Runs runs, double* 
   SumsWindow window(sums);
   for (Run& run : runs) {
     if (run.begin == run.end) continue;
-    window.move_to(nodes + static_cast<std::ptrdiff_t>(tensor_nodes<3>) * run.cell);
-    body(cells[run.cell], run, window);
+    const Basis basis = cells[run.cell];
+    window.move_to(nodes + static_cast<std::ptrdiff_t>(tensor_nodes<3>) * run.cell, basis.border);
+    body(basis, run, window);
   }
   window.finish();
 }
