@@ -76,27 +76,6 @@ bool invert_quadrilateral(const Multilinear<2>& map, Vec<2>& xi) {
   return true;
 }
 
-/// Two or three steps as those of packs (cell_polynomial.h), each of which gains what three of
-/// Newton's gain. False where they do not end clearly inside the cell, in which the root is the only
-/// one: there invert_hexahedron() decides.
-bool invert_inside(const CellGeometry<3>& geometry, const Vec<3>& x, const Vec<3>& guess,
-                   Vec<3>& xi) {
-  alignas(32) double position[corners<3>][4];
-  for (std::size_t a = 0; a < corners<3>; ++a) {
-    for (int d = 0; d < 3; ++d) position[a][d] = geometry.corner[a][d];
-    position[a][3] = 0.0;
-  }
-  const CellPolynomial<3> cell(position[0], {0, 1, 2, 3, 4, 5, 6, 7});
-  Scalar point[3], at[3];
-  for (int d = 0; d < 3; ++d) point[d] = Scalar(x[d]), at[d] = Scalar(guess[d]);
-  if (inverse_map_pack(cell, point, at, 1) != 0) return false;
-  for (int d = 0; d < 3; ++d) {
-    if (!(std::abs(at[d].v) < pack_clear_of_faces)) return false;
-    xi[d] = at[d].v;
-  }
-  return true;
-}
-
 bool invert_hexahedron(const Multilinear<3>& map, const Vec<3>& guess, Vec<3>& xi) {
   xi = guess;
   // The Jacobian is positive in the cell; far outside it may not be: start from the boundary there.
@@ -133,7 +112,7 @@ bool inverse_map_isoparametric(const CellGeometry<Dim>& cell, const Vec<Dim>& x,
     return false;
   } else {
     const Vec<3> guess = affine();
-    if (invert_inside(cell, x, guess, xi) || invert_hexahedron(map, guess, xi)) return true;
+    if (invert_hexahedron(map, guess, xi)) return true;
     xi = guess;
     return false;
   }

@@ -148,7 +148,6 @@ class CellTable {
   std::pair<Point, Point> reach(Index row) const;
   bool may_contain(Index row, const Point& x) const;
   bool share_node(Index a, Index b) const;
-  Found locate_in_likeliest(const Point& x, std::span<const Local> candidates) const;
   Found walk(const Point& x, Index row, Point xi) const;
 
   Whole whole_;

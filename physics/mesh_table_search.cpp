@@ -178,33 +178,10 @@ bool CellTable<Dim>::may_contain(Index row, const Point& x) const {
   return (x.array() >= low.array()).all() && (x.array() <= high.array()).all();
 }
 
-/// Where x is clearly inside the cell in whose bounding box it is nearest to the middle: most often
-/// it is, and then in no other cell.
-template <int Dim>
-typename CellTable<Dim>::Found CellTable<Dim>::locate_in_likeliest(
-    const Point& x, std::span<const Local> candidates) const {
-  Local likeliest = -1;
-  double least = 1.0;
-  for (const Local c : candidates) {
-    const auto& [low, high] = padded_bounds_[c];
-    const Point from_middle = (2.0 * x - low - high).cwiseAbs(), size = high - low;
-    const double distance = from_middle.cwiseQuotient(size).maxCoeff();
-    if (distance < least) least = distance, likeliest = c;
-  }
-  if (likeliest < 0) return {-1, Point::Zero()};
-  Point xi;
-  if (!map_to(likeliest, x, xi)) return {-1, Point::Zero()};
-  const double tolerance = touch_tolerance(magnitude<Dim>(x), shortest_extent(likeliest));
-  if (!(outside_by<Dim>(element(), xi) < -clear_of_faces * tolerance)) return {-1, Point::Zero()};
-  return {cell_ids_.id(likeliest), xi};
-}
-
 template <int Dim>
 typename CellTable<Dim>::Found CellTable<Dim>::locate(const Point& x) const {
   if (!grid_.contains(x)) return {-1, Point::Zero()};
   const auto candidates = grid_.cells_at(x);
-  if (is_multilinear())
-    if (const Found found = locate_in_likeliest(x, candidates); found.cell >= 0) return found;
   for (Local c : candidates) {
     if (!may_contain(c, x)) continue;
     if (const auto xi = natural_of(c, x)) return {cell_ids_.id(c), *xi};
@@ -302,8 +279,6 @@ bool CellTable<Dim>::is_near(const Point& x, Index cell) const {
   template double CellTable<Dim>::shortest_extent(Index) const;                                  \
   template bool CellTable<Dim>::map_to(Index, const Vec<Dim>&, Vec<Dim>&) const;                 \
   template std::optional<Vec<Dim>> CellTable<Dim>::natural_of(Index, const Vec<Dim>&) const;     \
-  template typename CellTable<Dim>::Found CellTable<Dim>::locate_in_likeliest(                   \
-      const Vec<Dim>&, std::span<const Local>) const;                                            \
   template typename CellTable<Dim>::Found CellTable<Dim>::locate(const Vec<Dim>&) const;         \
   template typename CellTable<Dim>::Found CellTable<Dim>::walk(const Vec<Dim>&, Index, Vec<Dim>) \
       const;                                                                                     \
