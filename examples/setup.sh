@@ -21,7 +21,11 @@ build_packages=(
   "libscotch-dev:partition over processes"
   "openmpi-bin:mpirun, which starts them"
 )
-test_packages=("doctest-dev:test framework" "libbenchmark-dev:micro-benchmarks")
+test_packages=(
+  "doctest-dev:test framework"
+  "libbenchmark-dev:micro-benchmarks"
+  "python3-jsonschema:tests that traces are as their schemas say"
+)
 browser_packages=("chromium:the test of the page that lahar trace --html writes")
 picture_packages=(
   "python3-numpy:pictures and comparisons"

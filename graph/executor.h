@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "graph/task_graph.h"
 
@@ -29,6 +30,8 @@ struct TaskBodies {
   /// Several ranks: around the time in which a thread without a task looks for messages, and with
   /// what came the last time (true = it is over). For traces; may be empty.
   std::function<void(bool over)> looking = {};
+  /// For traces: a clock, which is 0 while nothing is recorded. May be null.
+  std::uint64_t (*clock)() = nullptr;
 };
 
 class Executor;
@@ -41,6 +44,8 @@ class Remote {
   /// Look for messages and agreements that are complete and hand them to the executor: arrived(),
   /// dt_agreed(), step_agreed(). False = there was nothing.
   virtual bool progress(Executor& executor) = 0;
+  /// Send what tasks have for other ranks, which may wait for calls of this or of progress().
+  virtual void post() = 0;
   /// This rank's patches have given dt of `step`: find the minimum of all ranks, for dt_agreed().
   /// Steps in order.
   virtual void give_dt(Step step) = 0;
@@ -77,10 +82,24 @@ class Executor {
 
   const TaskGraph& graph() const { return graph_; }
 
+  /// For traces, by the body of a task of the graph: when the last of what it waited for had come;
+  /// 0 = not known.
+  std::uint64_t ready_at(int task) const { return noted(ready_at_, task); }
+  /// The same of the task that a message fires: the beginning of the last look for messages that
+  /// did not bring it.
+  std::uint64_t missed_at(int task) const { return noted(missed_at_, task); }
+
  protected:
   TaskGraph graph_;
   TaskBodies bodies_;
   std::atomic<Step> end_{0};
+  /// By task; empty while nothing is recorded.
+  std::vector<std::uint64_t> ready_at_, missed_at_;
+
+ private:
+  static std::uint64_t noted(const std::vector<std::uint64_t>& times, int task) {
+    return times.empty() ? 0 : times[static_cast<std::size_t>(task)];
+  }
 };
 
 /// Stage after stage, patch after patch, one thread: the reference.

@@ -8,10 +8,11 @@
 /// max_lead steps ahead of the slowest one. Permits are the only thing that links patches far
 /// apart.
 ///
-/// Several ranks: a message from elsewhere fires the task of its patch; that all ranks have
-/// finished a step releases permits. Every body ends with a look for messages, and a thread that
-/// leaves no task ready stays and looks on, because oneTBB does not say when it is idle. For that
-/// alone the messages of the graph are counted a second time, beside oneTBB's own counters.
+/// Several ranks: the task of a message from elsewhere is done where the message is found; that all
+/// ranks have finished a step releases permits. Every body ends with a look for messages, and a
+/// thread that leaves no task ready stays and looks on, because oneTBB does not say when it is
+/// idle. For that alone the messages of the graph are counted a second time, beside oneTBB's own
+/// counters; traces are told when the last one came.
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
@@ -70,6 +71,7 @@ class FlowExecutor final : public Executor {
     dt_known_ = first;
     for (auto& done : done_) done = first;
     for (auto& stamp : stamps_) stamp = first;
+    begin_counting();
     // Only now: the least of all that exist counts, and other executors may want more threads.
     const oneapi::tbb::global_control parallelism(
         oneapi::tbb::global_control::max_allowed_parallelism, threads_);
@@ -77,7 +79,22 @@ class FlowExecutor final : public Executor {
     return end_;
   }
 
-  void arrived(int stage, int patch) override { put(graph_.task(stage, patch)); }
+  /// The task of a message waits for nothing else and is short: it is done here.
+  void arrived(int stage, int patch) override {
+    const int task = graph_.task(stage, patch);
+    const auto t = static_cast<std::size_t>(task);
+    const Step step = step_[t]++;
+    if (noting_) {
+      ready_at_[t] = bodies_.clock();
+      missed_at_[t] = look_before;
+    }
+    bodies_.run(stage, patch, step);
+    if (verify_) stamps_[t].store(step + 1, std::memory_order_release);
+    done_[t].store(step + 1, std::memory_order_release);
+    const bool last = step + 1 >= end_.load(std::memory_order_acquire);
+    for (const Edge& edge : graph_.out(task))
+      if (edge.lag == 0 || !last) put(edge.to);
+  }
   void dt_agreed(Step) override { put(graph_.dt_task()); }
 
   /// Agreements may come to light in another order than they were made.
@@ -102,11 +119,12 @@ class FlowExecutor final : public Executor {
       for (const Edge& edge : graph_.edges)
         into_[static_cast<std::size_t>(edge.to)].push_back(edge);
     }
-    if (remote_) {
-      missing_ = std::vector<std::atomic<int>>(static_cast<std::size_t>(n));
-      find_boundary();
-    }
-    for (int t = 0; t < n; ++t) {
+    if (remote_) find_boundary();
+    from_elsewhere_.assign(static_cast<std::size_t>(n), 0);
+    for (const Edge& edge : graph_.edges)
+      if (edge.lag == 0 && graph_.is_elsewhere(edge.from))
+        ++from_elsewhere_[static_cast<std::size_t>(edge.to)];
+    for (int t = 0; t < n; ++t) {  // tasks of messages have a node that never fires
       const auto body = [this, t](const flow::continue_msg&) { guarded_fire(t); };
       // What others wait for goes first. Without other ranks a priority would only cost time.
       if (remote_ && is_urgent(t))
@@ -116,7 +134,7 @@ class FlowExecutor final : public Executor {
     }
     // A task's edges one after the other: their memory is walked in this order at every firing.
     for (const Edge& edge : graph_.edges)
-      if (edge.lag == 0)
+      if (edge.lag == 0 && !graph_.is_elsewhere(edge.from))
         flow::make_edge(nodes_[static_cast<std::size_t>(edge.from)],
                         nodes_[static_cast<std::size_t>(edge.to)]);
   }
@@ -124,7 +142,7 @@ class FlowExecutor final : public Executor {
   void start_and_wait() {
     // Counters keep what a stopped run left in them.
     flow_->reset();
-    if (remote_) {
+    if (counting_) {
       for (int t = 0; t < graph_.tasks(); ++t) missing_[static_cast<std::size_t>(t)] = needs(t);
       ready_ = 0;
     }
@@ -160,14 +178,16 @@ class FlowExecutor final : public Executor {
   /// What begins a step must know that it is taken by all.
   bool needs_permit(int task) const { return is_first_stage(task) || graph_.collects_dt(task); }
   int puts_into(int task) const {
-    const bool from_elsewhere = graph_.is_elsewhere(task) || (graph_.shared && graph_.is_dt(task));
-    return first_puts_into(task) + (from_elsewhere ? 1 : 0);
+    const bool is_agreed = graph_.shared && graph_.is_dt(task);
+    return first_puts_into(task) + from_elsewhere_[static_cast<std::size_t>(task)] +
+           (is_agreed ? 1 : 0);
   }
   int needs(int task) const {
-    return puts_into(task) + graph_.in_step[static_cast<std::size_t>(task)];
+    const auto t = static_cast<std::size_t>(task);
+    return puts_into(task) + graph_.in_step[t] - from_elsewhere_[t];
   }
   void put(int task) {
-    if (remote_) count_message(task);
+    if (counting_) count_message(task);
     nodes_[static_cast<std::size_t>(task)].try_put(flow::continue_msg{});
   }
 
@@ -197,41 +217,71 @@ class FlowExecutor final : public Executor {
     fetch_successors(task);
     if (verify_) stamps_[t].store(step + 1, std::memory_order_release);
     if (is_last_stage(task)) finish(step);
-    if (remote_ && graph_.is_elsewhere(task)) done_[t].store(step + 1, std::memory_order_release);
     if (step + 1 < end_.load(std::memory_order_acquire))
       for (const Edge& edge : graph_.out(task))
         if (edge.lag == 1) put(edge.to);
     if (needs_permit(task)) request_permit(task, step + 1);
-    if (remote_) {
+    if (counting_)
       for (const Edge& edge : graph_.out(task))
         if (edge.lag == 0) count_message(edge.to);
-      look_for_messages();
-    }
+    if (remote_) look_for_messages();
+  }
+
+  // --- counting ---------------------------------------------------------------------------------
+
+  void begin_counting() {
+    const auto n = static_cast<std::size_t>(graph_.tasks());
+    // With one rank counting would take one to two percent of the time; to test what readers of
+    // traces have instead, it is done there, too.
+    counting_ = remote_ || verify_;
+    noting_ = counting_ && bodies_.clock && bodies_.clock() > 0;
+    ready_at_.assign(noting_ ? n : 0, 0);
+    missed_at_.assign(noting_ ? n : 0, 0);
+    looked_ = 0;
+    if (counting_ && missing_.size() != n) missing_ = std::vector<std::atomic<int>>(n);
+  }
+
+  /// A message to a task, counted before oneTBB gets it. Who counts the last one therefore notes
+  /// the time before the task can begin.
+  void count_message(int task) {
+    const auto t = static_cast<std::size_t>(task);
+    if (missing_[t].fetch_sub(1, std::memory_order_acq_rel) > 1) return;
+    missing_[t].store(needs(task), std::memory_order_relaxed);
+    if (noting_) ready_at_[t] = bodies_.clock();
+    if (remote_) ready_.fetch_add(1, std::memory_order_acq_rel);
   }
 
   // --- other ranks ------------------------------------------------------------------------------
-
-  /// A message to a task, counted before oneTBB gets it.
-  void count_message(int task) {
-    auto& missing = missing_[static_cast<std::size_t>(task)];
-    if (missing.fetch_sub(1, std::memory_order_acq_rel) > 1) return;
-    missing.store(needs(task), std::memory_order_relaxed);
-    ready_.fetch_add(1, std::memory_order_acq_rel);
-  }
 
   /// At the end of a body. A thread that finds nothing ready looks on, so that at least one does
   /// while messages are to come; oneTBB delivers what this body leads to when it returns, which is
   /// not needed as long as nothing is ready.
   void look_for_messages() {
-    // Tasks of empty patches take less time than a look.
+    // Tasks of empty patches take less time than a look. The more is ready here, the less a message
+    // is in a hurry, and the more of them one look finds or posts.
     using Clock = std::chrono::steady_clock;
-    constexpr Clock::rep interval = 20'000;  // ns
+    constexpr Clock::rep shortest = 20'000;  // ns
+    constexpr int few = 2, many = 16;
+    const int ready = ready_.load(std::memory_order_relaxed);
+    const Clock::rep interval = shortest * std::clamp(ready - few, 1, many);
     const Clock::rep now = Clock::now().time_since_epoch().count();
     if (now - last_look_.load(std::memory_order_relaxed) > interval) {
       last_look_.store(now, std::memory_order_relaxed);
-      remote_->progress(*this);
+      look();
+    } else if (ready <= few) {
+      remote_->post();
     }
     look_until_ready();
+  }
+
+  /// What a look brings, it brings by the thread that looks: arrived() is told of the look before.
+  bool look() {
+    if (!noting_) return remote_->progress(*this);
+    look_before = looked_.load(std::memory_order_relaxed);
+    const std::uint64_t begin = bodies_.clock();
+    const bool found = remote_->progress(*this);
+    looked_.store(begin, std::memory_order_relaxed);
+    return found;
   }
 
   void look_until_ready() {
@@ -239,7 +289,7 @@ class FlowExecutor final : public Executor {
     if (ready_.load(std::memory_order_acquire) > 0 || all_done()) return;
     if (bodies_.looking) bodies_.looking(false);
     for (int empty = 0; ready_.load(std::memory_order_acquire) <= 0 && !all_done(); ++empty) {
-      if (remote_->progress(*this)) empty = 0;
+      if (look()) empty = 0;
       if (empty >= patience) std::this_thread::yield();
     }
     if (bodies_.looking) bodies_.looking(true);
@@ -385,11 +435,16 @@ class FlowExecutor final : public Executor {
   Step next_completion_ = 0;  ///< of all
   std::array<bool, max_lead> agreed_{};
 
+  bool noting_ = false;                    ///< when tasks become ready
+  bool counting_ = false;                  ///< messages of the graph
+  std::vector<int> from_elsewhere_;        ///< messages of a step into a task from other ranks
   std::vector<std::atomic<int>> missing_;  ///< messages until a task is ready
-  std::atomic<int> ready_{0};              ///< tasks that are ready and have not begun
-  std::vector<int> messages_;              ///< tasks that messages from other ranks fire
-  std::vector<std::atomic<Step>> done_;    ///< steps that these have done
-  std::vector<char> boundary_;             ///< patches that exchange with other ranks
+  std::atomic<std::uint64_t> looked_{0};   ///< when the last look for messages that ended began
+  static inline thread_local std::uint64_t look_before = 0;
+  std::atomic<int> ready_{0};            ///< tasks that are ready and have not begun
+  std::vector<int> messages_;            ///< tasks that messages from other ranks fire
+  std::vector<std::atomic<Step>> done_;  ///< steps that these have done
+  std::vector<char> boundary_;           ///< patches that exchange with other ranks
   std::atomic<std::chrono::steady_clock::rep> last_look_{0};
   std::atomic<bool> broken_{false};  ///< a body threw
   std::atomic<Step> dt_known_{0};    ///< the last step whose dt is known

@@ -29,12 +29,14 @@ enum Kind : unsigned {
   ids = 1u << 13,        ///< array of ids or names
   direction = 1u << 14,  ///< 0, 1, 2 or "x", "y", "z"
   points = 1u << 15,     ///< array of points in the plane
+  any = 1u << 16,        ///< of keys that are refused whatever they hold
 };
 
 enum class Support {
   yes,
   planned,  ///< part of the format, refused with "is not supported yet"
   ignored,  ///< accepted with a warning: the reference ignores it too
+  older,    ///< of input that the reference no longer reads: refused, Field::help says what to write
 };
 
 struct Section;

@@ -168,7 +168,7 @@ class Checker {
                       JsonValue::Member& member) {
     std::vector<std::string> keys;
     for (const Field& f : section.fields)
-      if (f.applies(variant)) keys.emplace_back(f.key);
+      if (f.applies(variant) && f.support != Support::older) keys.emplace_back(f.key);
     problems_.error(document_.at_key(
         object, member, fmt::format("unknown key '{}' in {}", member.key, section.name),
         suggest(member.key, keys, "known keys")));
@@ -182,7 +182,7 @@ class Checker {
     const Field* type = section.find(section.discriminator);
     std::vector<std::string_view> owners;
     for (const Field& f : section.fields)
-      if (f.key == field.key) owners.insert(owners.end(), f.only.begin(), f.only.end());
+      if (f.key == field.key && f.support != Support::older) owners.insert(owners.end(), f.only.begin(), f.only.end());
     if (one_of(variant, type->allowed))
       problems_.error(document_.at_key(
           object, member,
@@ -202,7 +202,14 @@ class Checker {
     } else if (field.support == Support::planned) {
       problems_.error(
           document_.at_key(object, member, fmt::format("'{}' is not supported yet", field.key)));
+    } else if (field.support == Support::older) {
+      problems_.error(document_.at_key(
+          object, member,
+          fmt::format("'{}' in {} is of an older format, which CB-Geo MPM does not read any more",
+                      field.key, section.name),
+          std::string(field.help)));
     }
+    if (field.kinds == any) return value.invalidate();
     const unsigned kind = matching_kind(field, value, dim_);
     if (kind == 0) return wrong_kind(field, value);
     if (field.planned_kinds & kind)

@@ -141,6 +141,16 @@ std::vector<Field> fields() {
       planned("volumetric_gamma", "-", "compressibility (dialect of the fork)", {"Bingham"}));
   all.push_back(planned("regularization_parameter", "s", "regularization (dialect of the fork)",
                         {"Bingham"}));
+  for (const std::string_view k : {"k_x", "k_y", "k_z"})
+    all.push_back({.key = k,
+                   .kinds = any,
+                   .help = "permeability (dialect of the fork)",
+                   .support = Support::planned});
+  all.push_back({.key = "mu",
+                 .kinds = any,
+                 .help = "write dynamic_viscosity",
+                 .support = Support::older,
+                 .only = {"Newtonian"}});
   all.push_back({.key = "stress_rate",
                  .kinds = text,
                  .help = "objective stress rate (dialect of the fork)",

@@ -103,8 +103,8 @@ const Section& mesh_section() {
            .planned = {"ED2Q4L", "ED2T3L", "ED3H8L"}},
           {.key = "isoparametric",
            .kinds = boolean,
-           .help = "false: every cell is a box along the "
-                   "axes",
+           .help = "false: every cell is a box along the axes; triangles and tetrahedra may have "
+                   "any shape",
            .fallback = "true"},
           {.key = "check_duplicates",
            .kinds = boolean,
@@ -147,6 +147,24 @@ const Section& mesh_section() {
                    "particles",
            .fallback = "{}",
            .section = boundary_section},
+          {.key = "particles_pore_pressures",
+           .kinds = any,
+           .help = "initial pore pressures (dialect of the fork)",
+           .support = Support::planned},
+          {.key = "mesh_reader", .kinds = any, .help = "write io_type", .support = Support::older},
+          {.key = "material_id",
+           .kinds = any,
+           .help = "it is in particles[].generator",
+           .support = Support::older},
+          {.key = "particle_type",
+           .kinds = any,
+           .help = "it is in particles[].generator",
+           .support = Support::older},
+          {.key = "generate_particles_cells",
+           .kinds = any,
+           .help = "write a particles[].generator of type \"gauss\" with \"cset_id\": -1 and this "
+                   "number as nparticles_per_dir",
+           .support = Support::older},
       }};
   return section;
 }
@@ -231,12 +249,12 @@ const Section& boundary_section() {
                                .help = "Constraints on nodes and particles.",
                                .fields = {
                                    {.key = "velocity_constraints",
-                                    .kinds = list,
-                                    .help = "prescribed nodal velocities",
+                                    .kinds = list | file,
+                                    .help = "prescribed nodal velocities; older cases name a file",
                                     .section = velocity_constraint_section},
                                    {.key = "friction_constraints",
-                                    .kinds = list,
-                                    .help = "friction at nodes",
+                                    .kinds = list | file,
+                                    .help = "friction at nodes; older cases name a file",
                                     .section = friction_section},
                                    {.key = "nodal_euler_angles",
                                     .kinds = file,
@@ -247,6 +265,18 @@ const Section& boundary_section() {
                                     .kinds = list,
                                     .help = "prescribed particle velocities",
                                     .section = particle_velocity_section},
+                                   {.key = "absorbing_constraints",
+                                    .kinds = any,
+                                    .help = "boundaries that waves leave through",
+                                    .support = Support::planned},
+                                   {.key = "pressure_constraints",
+                                    .kinds = any,
+                                    .help = "pressures of nodes (dialect of the fork)",
+                                    .support = Support::planned},
+                                   {.key = "pore_pressure_constraints",
+                                    .kinds = any,
+                                    .help = "pressures of nodes, from files (dialect of the fork)",
+                                    .support = Support::planned},
                                }};
   return section;
 }

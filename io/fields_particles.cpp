@@ -17,6 +17,11 @@ const Section& particles_section() {
                                     .kinds = integer,
                                     .help = "ignored by the reference",
                                     .support = Support::ignored},
+                                   {.key = "set_id",
+                                    .kinds = integer,
+                                    .help = "ignored by the reference (pset_id of the generator "
+                                            "makes a set)",
+                                    .support = Support::ignored},
                                }};
   return section;
 }

@@ -122,6 +122,7 @@ std::string meaning_of(const Field& f) {
   if (!f.planned.empty()) out += fmt::format("; not supported yet: {}", code_list(f.planned));
   if (f.planned_kinds) out += "; not supported yet as an object";
   if (f.support == Support::planned) out += "; **not supported yet**";
+  if (f.support == Support::older) out += "; **older format, not read**";
   if (f.support == Support::ignored) out += "; accepted with a warning, without effect";
   if (f.native) out += " *(Lahar)*";
   return out;

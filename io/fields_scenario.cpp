@@ -59,6 +59,16 @@ const Section& scenario_section() {
            .help = "what is written, where and how often",
            .fallback = "{}",
            .section = post_processing_section},
+          {.key = "input_files",
+           .kinds = any,
+           .help = "name files where they belong: mesh.mesh, mesh.particles_volumes, \"file\" in "
+                   "entries of mesh.boundary_conditions and external_loading_conditions, and "
+                   "\"location\" in particles[].generator of type \"file\"",
+           .support = Support::older},
+          {.key = "particle",
+           .kinds = any,
+           .help = "material_id and particle_type are in particles[].generator",
+           .support = Support::older},
       }};
   return section;
 }
@@ -143,8 +153,8 @@ const Section& post_processing_section() {
            .help = "fields for ParaView: displacements, velocities, "
                    "stresses, strains, ..."},
           {.key = "vtk_statevars",
-           .kinds = list,
-           .help = "state variables for ParaView",
+           .kinds = list | texts,
+           .help = "state variables for ParaView; older cases have a list of their names",
            .section = statevars_section},
       }};
   return section;

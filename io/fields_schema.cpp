@@ -103,8 +103,9 @@ std::string field_schema(const Section& section, const Field& f) {
   std::string help(f.help);
   if (!f.unit.empty()) help += fmt::format(" [{}]", f.unit);
   std::vector<std::string> members;
-  if (f.support == Support::planned) {
-    members = {pair("description", json_quoted(help + " (not supported yet)")), pair("not", "{}")};
+  if (f.support == Support::planned || f.support == Support::older) {
+    const char* why = f.support == Support::planned ? " (not supported yet)" : " (older format)";
+    members = {pair("description", json_quoted(help + why)), pair("not", "{}")};
     return object_of(members);
   }
   members.push_back(pair("description", json_quoted(help)));
@@ -114,7 +115,7 @@ std::string field_schema(const Section& section, const Field& f) {
   for (unsigned kind = 1; kind <= points; kind <<= 1)
     if ((f.kinds & kind) && !(f.planned_kinds & kind))
       kinds.push_back(kind_schema(section, f, kind));
-  members.push_back(pair("anyOf", array_of(kinds)));
+  if (f.kinds != any) members.push_back(pair("anyOf", array_of(kinds)));
   return object_of(members);
 }
 

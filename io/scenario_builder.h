@@ -98,6 +98,8 @@ class ScenarioBuilder {
   std::optional<int> direction_of(const JsonValue& object);
   /// Report keys that a `file` entry replaces or that are missing without one; true = use the file.
   bool from_file(const JsonValue& object, const std::vector<std::string_view>& required);
+  /// True, with a warning, where constraints are the name of a file, as they were in older cases.
+  bool is_file_name(std::string_view constraints);
 
   const JsonValue& section(std::string_view key) const {
     const JsonValue* v = root_.find(key);

@@ -76,12 +76,13 @@ void ScenarioBuilder<Dim>::add_body(const JsonValue& body, int number) {
   }
 }
 
-// Numbers without gaps for the bodies that have particles.
+// Numbers without gaps for the bodies that have particles, or will get some.
 template <int Dim>
 void ScenarioBuilder<Dim>::number_bodies() {
   auto& materials = model_.materials;
   std::vector<char> used(materials.size(), 0);
   for (const std::uint16_t m : model_.particles.material) used[m] = 1;
+  for (const Injection<Dim>& injection : model_.injections) used[injection.material] = 1;
   for (char& u : used) u = team_.any(u != 0);
   int last = 0;
   for (const Material& material : materials) last = std::max(last, material.body);

@@ -78,14 +78,27 @@ bool ScenarioBuilder<Dim>::from_file(const JsonValue& object,
 }
 
 template <int Dim>
+bool ScenarioBuilder<Dim>::is_file_name(std::string_view constraints) {
+  const JsonValue* value = boundary().find(constraints);
+  if (!value || !value->is<std::string>()) return false;
+  in_.warning(*value, fmt::format("the name of a file is the older form of '{}'", constraints),
+              "it is read; CB-Geo MPM has [{\"file\": ...}] now");
+  return true;
+}
+
+template <int Dim>
 void ScenarioBuilder<Dim>::build_constraints() {
   auto& out = model_.node_velocities;
+  const auto add_file = [&](const JsonValue& object, std::string_view key) {
+    const auto file = in_.open(object, key);
+    if (!file) return;
+    if (const auto rows = read_node_values(*file, "the velocity", n_nodes(), Dim, in_.problems))
+      for (const auto& [node, dir, v] : *rows) out.push_back({node, dir, v});
+  };
+  if (is_file_name("velocity_constraints")) add_file(boundary(), "velocity_constraints");
   for (const JsonValue* c : get_list(boundary(), "velocity_constraints")) {
     if (from_file(*c, {"dir", "velocity"})) {
-      const auto file = in_.open(*c, "file");
-      if (!file) continue;
-      if (const auto rows = read_node_values(*file, "the velocity", n_nodes(), Dim, in_.problems))
-        for (const auto& [node, dir, v] : *rows) out.push_back({node, dir, v});
+      add_file(*c, "file");
       continue;
     }
     const auto dir = direction_of(*c);
@@ -106,12 +119,16 @@ void ScenarioBuilder<Dim>::build_constraints() {
 template <int Dim>
 void ScenarioBuilder<Dim>::build_friction() {
   auto& out = model_.node_frictions;
+  const auto add_file = [&](const JsonValue& object, std::string_view key) {
+    const auto file = in_.open(object, key);
+    if (!file) return;
+    if (const auto rows = read_friction_file(*file, n_nodes(), Dim, in_.problems))
+      out.insert(out.end(), rows->begin(), rows->end());
+  };
+  if (is_file_name("friction_constraints")) add_file(boundary(), "friction_constraints");
   for (const JsonValue* c : get_list(boundary(), "friction_constraints")) {
     if (from_file(*c, {"dir", "sign_n", "friction"})) {
-      const auto file = in_.open(*c, "file");
-      if (!file) continue;
-      if (const auto rows = read_friction_file(*file, n_nodes(), Dim, in_.problems))
-        out.insert(out.end(), rows->begin(), rows->end());
+      add_file(*c, "file");
       continue;
     }
     const auto dir = direction_of(*c);

@@ -51,9 +51,8 @@ void check_names_of_state_variables(const JsonValue& post, std::span<const Mater
   std::vector<std::string> known;
   for (const StateVariable* variable : state_variables(materials))
     known.emplace_back(variable->name);
-  for (const JsonValue* entry : get_list(post, "vtk_statevars")) {
-    const JsonValue* names = entry->find("statevars");
-    if (!names) continue;
+  const auto check = [&](const JsonValue* names) {
+    if (!names || !names->is<JsonValue::Array>()) return;
     for (const JsonValue& name : names->as<JsonValue::Array>()) {
       if (!name.is<std::string>()) continue;
       const auto& text = name.as<std::string>();
@@ -61,7 +60,9 @@ void check_names_of_state_variables(const JsonValue& post, std::span<const Mater
         in.warning(name, fmt::format("no material has a state variable '{}'", text),
                    known.empty() ? "" : suggest(text, known, "state variables"));
     }
-  }
+  };
+  check(post.find("vtk_statevars"));  // the older form
+  for (const JsonValue* entry : get_list(post, "vtk_statevars")) check(entry->find("statevars"));
 }
 
 }  // namespace

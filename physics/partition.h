@@ -167,6 +167,9 @@ PatchTopology<Dim> make_topology(const Mesh<Dim>& mesh, const Partition<Dim>& pa
 /// topologies must have been made with the same number of rings.
 template <int Dim>
 void connect(std::vector<PatchTopology<Dim>*>& patches);
+/// The same for those whose `fill` is not 0 alone; the others must have all neighbours of them.
+template <int Dim>
+void connect(std::vector<PatchTopology<Dim>*>& patches, const std::vector<char>& fill);
 
 extern template class Partition<2>;
 extern template class Partition<3>;

@@ -64,31 +64,40 @@ struct Holder {
   Local patch, node;
 };
 
-/// All holders of every node, in the order of the patches.
+/// All holders of every node of the patches that are to be filled, in the order of the patches.
 class Holders {
  public:
   template <int Dim>
-  explicit Holders(const std::vector<PatchTopology<Dim>*>& patches) {
+  Holders(const std::vector<PatchTopology<Dim>*>& patches, const std::vector<char>& fill) {
     std::size_t total = 0;
-    for (const auto* p : patches) total += p->nodes.size();
+    for (std::size_t p = 0; p < patches.size(); ++p)
+      if (fill[p]) total += patches[p]->nodes.size();
     slot_.reserve(total);
     std::vector<Local> count;
-    for (const auto* p : patches) {
-      for (Index node : p->nodes) {
+    for (std::size_t p = 0; p < patches.size(); ++p) {
+      if (!fill[p]) continue;
+      for (Index node : patches[p]->nodes) {
         const auto [entry, is_new] = slot_.try_emplace(node, static_cast<Index>(count.size()));
         if (is_new) count.push_back(0);
         ++count[entry->second];
       }
     }
-    first_.assign(count.size() + 1, 0);
-    for (std::size_t s = 0; s < count.size(); ++s) first_[s + 1] = first_[s] + count[s];
-    holders_.resize(total);
-    std::vector<Index> next(first_.begin(), first_.end() - 1);
-    for (std::size_t p = 0; p < patches.size(); ++p) {
+    const auto for_each_other = [&](std::size_t p, auto body) {
       const auto& nodes = patches[p]->nodes;
       for (std::size_t n = 0; n < nodes.size(); ++n)
-        holders_[next[slot_.at(nodes[n])]++] = {static_cast<Local>(p), static_cast<Local>(n)};
-    }
+        if (const auto entry = slot_.find(nodes[n]); entry != slot_.end())
+          body(entry->second, static_cast<Local>(n));
+    };
+    for (std::size_t p = 0; p < patches.size(); ++p)
+      if (!fill[p]) for_each_other(p, [&](Index slot, Local) { ++count[slot]; });
+    first_.assign(count.size() + 1, 0);
+    for (std::size_t s = 0; s < count.size(); ++s) first_[s + 1] = first_[s] + count[s];
+    holders_.resize(static_cast<std::size_t>(first_.back()));
+    std::vector<Index> next(first_.begin(), first_.end() - 1);
+    for (std::size_t p = 0; p < patches.size(); ++p)
+      for_each_other(p, [&](Index slot, Local n) {
+        holders_[next[slot]++] = {static_cast<Local>(p), n};
+      });
   }
 
   std::pair<const Holder*, const Holder*> operator[](Index node) const {
@@ -121,11 +130,17 @@ PatchTopology<Dim> make_topology(const Mesh<Dim>& mesh, const Partition<Dim>& pa
 
 template <int Dim>
 void connect(std::vector<PatchTopology<Dim>*>& patches) {
-  const Holders holders(patches);
+  connect(patches, std::vector<char>(patches.size(), 1));
+}
+
+template <int Dim>
+void connect(std::vector<PatchTopology<Dim>*>& patches, const std::vector<char>& fill) {
+  const Holders holders(patches, fill);
   // Position of each listed patch among the neighbours of the patch at hand; -1 = itself.
   std::vector<Local> position(patches.size(), -1);
   const auto by_id = [](const PatchTopology<Dim>* p, Index id) { return p->patch < id; };
   for (std::size_t own = 0; own < patches.size(); ++own) {
+    if (!fill[own]) continue;
     PatchTopology<Dim>& patch = *patches[own];
     std::vector<Index> present;
     for (Index id : patch.neighbours) {
@@ -156,5 +171,7 @@ template PatchTopology<2> make_topology(const Mesh<2>&, const Partition<2>&, Ind
 template PatchTopology<3> make_topology(const Mesh<3>&, const Partition<3>&, Index, int);
 template void connect(std::vector<PatchTopology<2>*>&);
 template void connect(std::vector<PatchTopology<3>*>&);
+template void connect(std::vector<PatchTopology<2>*>&, const std::vector<char>&);
+template void connect(std::vector<PatchTopology<3>*>&, const std::vector<char>&);
 
 }  // namespace lahar

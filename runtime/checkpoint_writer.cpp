@@ -114,7 +114,7 @@ void CheckpointWriter::write_large(const SimulationState& state, const std::vect
 void CheckpointWriter::start(std::function<void()> work) {
   thread_done_ = false;
   thread_ = std::thread([this, work = std::move(work)] {
-    const TraceSpan trace(TraceKind::checkpoint);
+    const TraceSpan trace = TraceSpan::beside_steps(TraceKind::checkpoint, last_step_);
     try {
       work();
     } catch (...) {

@@ -106,7 +106,7 @@ void FrameOutput::write_pieces(const Job& job) const {
   }
   const SlabFile file(temporary(frame.header.step), target(frame.header.step));
   parallel_for(frame.threads, static_cast<int>(parts.size()), [&](int i) {
-    const TraceSpan trace(TraceKind::frame);
+    const TraceSpan trace = TraceSpan::beside_steps(TraceKind::frame, frame.header.step);
     const Part& part = parts[static_cast<std::size_t>(i)];
     std::vector<Frame> pieces;
     for (std::size_t k = part.begin; k < part.end; ++k) pieces.push_back(frame.piece(k));
@@ -272,7 +272,7 @@ void FrameOutput::loop() {
 
 void FrameOutput::work(Job& job) {
   if (job.failure) return;
-  const TraceSpan trace(TraceKind::frame);
+  const TraceSpan trace = TraceSpan::beside_steps(TraceKind::frame, job.frame.header.step);
   try {
     if (job.stage == Stage::laying_out) lay_out(job);
     if (job.stage == Stage::writing) write_slab(job);

@@ -81,13 +81,19 @@ void follow_path(const MaterialDriver& driver, std::vector<PathPoint>& points, I
   }
 }
 
+// Some laws have pressure and deviatoric stress among their states; the table has them anyway.
+static bool is_in_table(const StateVariable& variable) {
+  return variable.name == std::string_view("p") || variable.name == std::string_view("q");
+}
+
 std::string path_table(const MaterialDriver& driver, const std::vector<PathPoint>& points) {
   std::string text = "step,time";
   for (const char* kind : {"strain", "stress"})
     for (const char* c : components) text += fmt::format(",{}_{}", kind, c);
   text += ",p,q";
-  for (const StateVariable& variable : state_variables(driver.material.law))
-    text += fmt::format(",{}", variable.name);
+  const auto states = state_variables(driver.material.law);
+  for (const StateVariable& variable : states)
+    if (!is_in_table(variable)) text += fmt::format(",{}", variable.name);
   text += '\n';
   Index step = 0;
   for (const PathPoint& point : points) {
@@ -101,7 +107,8 @@ std::string path_table(const MaterialDriver& driver, const std::vector<PathPoint
     for (const double s : point.stress) add(s);
     add(mean_pressure(point.stress));
     add(deviatoric_stress(point.stress));
-    for (const double q : point.state) add(q);
+    for (std::size_t k = 0; k < states.size(); ++k)
+      if (!is_in_table(states[k])) add(point.state[k]);
     text += '\n';
   }
   return text;

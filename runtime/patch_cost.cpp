@@ -4,13 +4,14 @@
 #include <cmath>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 namespace lahar {
 
 namespace {
 
-/// What firing the tasks of a patch costs, in particles: half a microsecond.
-constexpr double base_particles = 16;
+/// What firing the tasks of a patch and its messages cost at least, in particles: a microsecond.
+constexpr double base_particles = 40;
 /// Weight of a new sample in the average.
 constexpr double newest = 0.2;
 /// By how much a sample may differ from the average before it.
@@ -34,6 +35,7 @@ double median_rate(std::span<const double> rates) {
 
 void WorkRate::add(double seconds, Index particles) {
   if (particles <= 0 || !(seconds > 0)) return;  // says nothing about particles
+  if (!std::exchange(begun_, true)) return;
   const double rate = seconds / (static_cast<double>(particles) + base_particles);
   if (value_ == 0)
     value_ = rate;

@@ -339,6 +339,7 @@ template <int Dim>
 void PatchSet<Dim>::arrange(std::vector<Index> ids) {
   std::vector<int> owner;
   for (const Index id : ids) owner.push_back(owner_of(id));
+  all_changed_ = all_changed_ || ids != all_;
   all_ = std::move(ids);
   owner_ = owners_with_new(owner);
   Patches old = std::move(patches_);
@@ -348,7 +349,6 @@ void PatchSet<Dim>::arrange(std::vector<Index> ids) {
     while (next < old.size() && old[next]->topology.patch < id) ++next;
     if (next < old.size() && old[next]->topology.patch == id) {
       patches_.push_back(std::move(old[next++]));
-      patches_.back()->topology = topology_of(id);
     } else {
       patches_.push_back(make_patch(id));
     }

@@ -30,12 +30,13 @@ template <int Dim>
 struct RemotePatch {
   Index patch = -1;
   int rank = -1;
-  Local mirrored = 0;  ///< nodes that it shares with patches of this rank, ascending
-  /// By message and parity of the step: a line for the message's header, then one for each mirrored
-  /// node, as in Patch::sums.
+  std::vector<Local> nodes;  ///< of its own that it shares with patches of this rank, ascending
+  /// By message and parity of the step: a line for the message's header, then one for each of these
+  /// nodes, as in Patch::sums.
   std::array<std::array<NodeArray, 2>, n_node_sums> sums;
   std::array<char, 2> contributes{};
   std::vector<Outbox<Dim>> outbox;  ///< to patches of this rank
+  bool filled = false;              ///< some outbox is
   std::vector<Index> outbox_patch;  ///< their ids, ascending
 };
 
@@ -133,10 +134,12 @@ class PatchSet {
   std::vector<char> watched_cells(const Patch<Dim>& patch) const;
   void arrange(std::vector<Index> ids);
   void link();
-  std::vector<PatchTopology<Dim>> connect_all();
+  std::vector<char> connect_changed();
   void link_own(Patch<Dim>& patch);
   void link_elsewhere(Patch<Dim>& patch, RemotePatch<Dim>& other);
-  void mirror_nodes(std::vector<PatchTopology<Dim>>& remote);
+  template <class Body>
+  void for_each_share_elsewhere(Body&& body);
+  void mirror_nodes();
   void find_sends();
   void renumber(const PatchRenumbering& ids);
   Patches parts_of(Patch<Dim>& patch, Index first, Index n) const;
@@ -156,6 +159,8 @@ class PatchSet {
   std::vector<Index> all_;
   std::vector<int> owner_;
   std::vector<RemotePatch<Dim>> elsewhere_;
+  bool renumbered_ = false;   ///< ids of patches are others than when they were linked
+  bool all_changed_ = false;  ///< all_ is another one than when patches were linked
   std::vector<std::vector<RemoteNeighbour>> sends_;
   std::vector<PatchSplit> splits_;
 };

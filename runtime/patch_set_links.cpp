@@ -1,6 +1,7 @@
 /// \file What patches know of each other: neighbours, shared nodes, where they find what others
 /// give.
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "physics/kernels.h"
@@ -10,51 +11,81 @@
 
 namespace lahar {
 
+/// What patches share, and those of other ranks that they share it with. Patches that have the same
+/// neighbours as before keep what they know of them, whatever rank those are on; returns which do
+/// not.
 template <int Dim>
-std::vector<PatchTopology<Dim>> PatchSet<Dim>::connect_all() {
-  std::vector<Index> ids;
-  for (const auto& patch : patches_)
-    for (const Index id : patch->topology.neighbours)
-      if (const int owner = owner_of(id); owner >= 0 && owner != ranks_.rank()) ids.push_back(id);
-  sort_unique(ids);
-  std::vector<PatchTopology<Dim>> remote;
+std::vector<char> PatchSet<Dim>::connect_changed() {
+  if (!renumbered_)
+    for_each_share_elsewhere([&](std::size_t r, auto& share) {
+      share.node = elsewhere_[r].nodes[static_cast<std::size_t>(share.node) - 1];
+    });
   elsewhere_.clear();
-  for (const Index id : ids) {
-    remote.push_back(topology_of(id));
+  std::vector<char> changed;
+  std::vector<Index> remote, around;
+  for (auto& patch : patches_) {
+    const Index id = patch->topology.patch;
+    std::vector<Index> present = partition_.neighbours(id, rings_);
+    std::erase_if(present, [&](Index other) { return position_of(all_, other) < 0; });
+    std::copy_if(present.begin(), present.end(), std::back_inserter(remote),
+                 [&](Index other) { return owner_of(other) != ranks_.rank(); });
+    const bool is_new = patch->topology.first.empty();
+    changed.push_back(is_new || renumbered_ || patch->topology.neighbours != present);
+    if (!changed.back()) continue;
+    if (!is_new) patch->topology = topology_of(id);
+    around.insert(around.end(), present.begin(), present.end());
+  }
+  sort_unique(remote);
+  sort_unique(around);
+  for (const Index id : remote) {
     elsewhere_.emplace_back();
     elsewhere_.back().patch = id;
     elsewhere_.back().rank = owner_of(id);
   }
+  std::vector<PatchTopology<Dim>> of_others;
+  for (const Index id : around)
+    if (position_of(remote, id) >= 0) of_others.push_back(topology_of(id));
+  std::vector<std::pair<PatchTopology<Dim>*, char>> near;
+  for (std::size_t p = 0; p < patches_.size(); ++p)
+    if (changed[p] || position_of(around, patches_[p]->topology.patch) >= 0)
+      near.emplace_back(&patches_[p]->topology, changed[p]);
+  for (auto& topology : of_others) near.emplace_back(&topology, 0);
+  std::sort(near.begin(), near.end(),
+            [](const auto& a, const auto& b) { return a.first->patch < b.first->patch; });
   std::vector<PatchTopology<Dim>*> topologies;
-  for (auto& patch : patches_) topologies.push_back(&patch->topology);
-  for (auto& topology : remote) topologies.push_back(&topology);
-  std::sort(topologies.begin(), topologies.end(),
-            [](const auto* a, const auto* b) { return a->patch < b->patch; });
-  connect(topologies);
-  return remote;
+  std::vector<char> fill;
+  for (const auto& [topology, is_changed] : near) {
+    topologies.push_back(topology);
+    fill.push_back(is_changed);
+  }
+  connect(topologies, fill);
+  return changed;
 }
 
 template <int Dim>
 void PatchSet<Dim>::link() {
-  std::vector<PatchTopology<Dim>> remote = connect_all();
-  for (auto& patch : patches_) {
+  const std::vector<char> changed = connect_changed();
+  for (std::size_t p = 0; p < patches_.size(); ++p) {
+    auto& patch = patches_[p];
     const auto& neighbours = patch->topology.neighbours;
-    patch->watched = watched_cells(*patch);
+    if (changed[p] || all_changed_) patch->watched = watched_cells(*patch);
     patch->needs_surroundings = false;
-    patch->outbox.clear();
     patch->inbox.clear();
     patch->arrived.assign(neighbours.size(), 0);
     patch->filled_outboxes.clear();
     patch->neighbour_contributes.clear();
     patch->least_mass = least_mass_;
     find_active_nodes(*patch);
-    patch->movers = Particles<Dim>(layout_);
     for (auto& of_kind : patch->neighbour_sums)
       for (auto& of_parity : of_kind) of_parity.clear();
+    if (!changed[p]) continue;  // outboxes are empty between steps
+    patch->movers = Particles<Dim>(layout_);
+    patch->outbox.clear();
     patch->outbox.resize(neighbours.size());
     for (auto& out : patch->outbox) out.particles = Particles<Dim>(layout_);
   }
-  mirror_nodes(remote);
+  renumbered_ = all_changed_ = false;
+  mirror_nodes();
   for (auto& patch : patches_) link_own(*patch);
   find_sends();
 }
@@ -97,31 +128,37 @@ void PatchSet<Dim>::link_elsewhere(Patch<Dim>& patch, RemotePatch<Dim>& other) {
   patch.inbox.push_back(&from);
 }
 
+/// Calls body(position in elsewhere_, share) for all that own patches share with those.
+template <int Dim>
+template <class Body>
+void PatchSet<Dim>::for_each_share_elsewhere(Body&& body) {
+  if (elsewhere_.empty()) return;
+  for (auto& patch : patches_) {
+    std::vector<int> at;
+    for (const Index id : patch->topology.neighbours) at.push_back(position_of(elsewhere_, id));
+    for (auto& share : patch->topology.shares)
+      if (share.neighbour >= 0)
+        if (const int r = at[static_cast<std::size_t>(share.neighbour)]; r >= 0)
+          body(static_cast<std::size_t>(r), share);
+  }
+}
+
 /// A message holds the nodes that its patch shares with any of this rank, in ascending order: give
 /// the shares the places there instead of those in the patch itself.
 template <int Dim>
-void PatchSet<Dim>::mirror_nodes(std::vector<PatchTopology<Dim>>& remote) {
-  std::vector<std::vector<Local>> mirrored(remote.size());
-  const auto for_each_share = [&](auto body) {
-    for (auto& patch : patches_) {
-      std::vector<int> at;
-      for (const Index id : patch->topology.neighbours) at.push_back(position_of(elsewhere_, id));
-      for (auto& share : patch->topology.shares)
-        if (share.neighbour >= 0)
-          if (const int r = at[static_cast<std::size_t>(share.neighbour)]; r >= 0)
-            body(static_cast<std::size_t>(r), share);
-    }
-  };
-  for_each_share([&](std::size_t r, const auto& share) { mirrored[r].push_back(share.node); });
-  for (std::size_t r = 0; r < remote.size(); ++r) {
-    sort_unique(mirrored[r]);
-    elsewhere_[r].mirrored = static_cast<Local>(mirrored[r].size());
-    for (const Index id : remote[r].neighbours)
-      if (position_of(patches_, id) >= 0) elsewhere_[r].outbox_patch.push_back(id);
-    elsewhere_[r].outbox.resize(elsewhere_[r].outbox_patch.size());
+void PatchSet<Dim>::mirror_nodes() {
+  for_each_share_elsewhere(
+      [&](std::size_t r, const auto& share) { elsewhere_[r].nodes.push_back(share.node); });
+  for (const auto& patch : patches_)
+    for (const Index id : patch->topology.neighbours)
+      if (const int r = position_of(elsewhere_, id); r >= 0)
+        elsewhere_[static_cast<std::size_t>(r)].outbox_patch.push_back(patch->topology.patch);
+  for (auto& from : elsewhere_) {
+    sort_unique(from.nodes);
+    from.outbox.resize(from.outbox_patch.size());
   }
-  for_each_share([&](std::size_t r, auto& share) {
-    const auto& nodes = mirrored[r];
+  for_each_share_elsewhere([&](std::size_t r, auto& share) {
+    const auto& nodes = elsewhere_[r].nodes;
     const auto at = std::lower_bound(nodes.begin(), nodes.end(), share.node) - nodes.begin();
     share.node = static_cast<Local>(at) + 1;  // after the line of the header
   });
@@ -216,11 +253,11 @@ PatchGraph PatchSet<Dim>::graph() const {
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                      \
-  template std::vector<PatchTopology<Dim>> PatchSet<Dim>::connect_all();            \
+  template std::vector<char> PatchSet<Dim>::connect_changed();                      \
   template void PatchSet<Dim>::link();                                              \
   template void PatchSet<Dim>::link_own(Patch<Dim>&);                               \
   template void PatchSet<Dim>::link_elsewhere(Patch<Dim>&, RemotePatch<Dim>&);      \
-  template void PatchSet<Dim>::mirror_nodes(std::vector<PatchTopology<Dim>>&);      \
+  template void PatchSet<Dim>::mirror_nodes();                                      \
   template void PatchSet<Dim>::find_sends();                                        \
   template std::vector<std::vector<int>> PatchSet<Dim>::neighbours() const;         \
   template std::vector<char> PatchSet<Dim>::watched_cells(const Patch<Dim>&) const; \

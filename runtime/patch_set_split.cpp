@@ -68,6 +68,7 @@ PatchRenumbering PatchSet<Dim>::split(Index most) {
 /// Parts belong to who had the patch.
 template <int Dim>
 void PatchSet<Dim>::renumber(const PatchRenumbering& ids) {
+  renumbered_ = true;
   std::vector<Index> all;
   std::vector<int> owner;
   for (std::size_t i = 0; i < all_.size(); ++i)

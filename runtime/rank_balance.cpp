@@ -92,7 +92,9 @@ bool RankBalance<Dim>::is_uneven(Index heaviest, Index all) {
                       static_cast<double>(report_.windows + 1);
   ++report_.windows;
   report_.worst = std::max(report_.worst, imbalance);
-  if (wait_ > 0) {
+  imbalance_ = imbalance;
+  // What did not pay may do so when it has got worse by a quarter.
+  if (wait_ > 0 && imbalance - 1 < 1.25 * (refused_at_ - 1)) {
     --wait_;
     return false;
   }
@@ -107,8 +109,8 @@ struct RankBalance<Dim>::Known {
 };
 
 template <int Dim>
-PatchGraph RankBalance<Dim>::graph_of_all(const PatchSet<Dim>& patches, std::vector<Index>& bytes,
-                                          std::vector<Index>& particles) const {
+PatchGraph RankBalance<Dim>::graph_of_all(const PatchSet<Dim>& patches,
+                                          std::vector<Known>& all) const {
   struct Shared {
     Index patch, other, nodes;
   };
@@ -124,13 +126,13 @@ PatchGraph RankBalance<Dim>::graph_of_all(const PatchSet<Dim>& patches, std::vec
     for (std::size_t k = 0; k < nodes.size(); ++k)
       own_edges.push_back({id, patch.topology.neighbours[k], nodes[k]});
   }
-  std::vector<Known> all = ranks_.gather_all(std::span<const Known>(own));
+  all = ranks_.gather_all(std::span<const Known>(own));
   std::sort(all.begin(), all.end(),
             [](const Known& a, const Known& b) { return a.patch < b.patch; });
+  std::vector<Index> particles;
   std::vector<double> rates;
   for (const Known& known : all) {
     particles.push_back(known.particles);
-    bytes.push_back(known.bytes);
     rates.push_back(known.rate);
   }
   PatchGraph graph;
@@ -150,11 +152,21 @@ PatchGraph RankBalance<Dim>::graph_of_all(const PatchSet<Dim>& patches, std::vec
   return graph;
 }
 
+/// Who gets a patch also gets what was measured of it.
+template <int Dim>
+void RankBalance<Dim>::take_over_rates(const std::vector<Known>& known,
+                                       const std::vector<int>& before,
+                                       const std::vector<int>& after) {
+  for (std::size_t p = 0; p < known.size(); ++p)
+    if (after[p] == ranks_.rank() && before[p] != after[p] && known[p].rate > 0)
+      rates_.insert_or_assign(known[p].patch, WorkRate(known[p].rate));
+}
+
 template <int Dim>
 bool RankBalance<Dim>::share(PatchSet<Dim>& patches, Step step) {
   if (!ranks_.several() || options_.partitioner == Partitioner::curve) return false;
-  std::vector<Index> bytes, particles;
-  const PatchGraph graph = graph_of_all(patches, bytes, particles);
+  std::vector<Known> known;
+  const PatchGraph graph = graph_of_all(patches, known);
   patches.give_to(partition(options_.partitioner, graph, ranks_.size()), step);
   return true;
 }
@@ -163,8 +175,10 @@ template <int Dim>
 bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left) {
   using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();
-  std::vector<Index> bytes, particles;
-  PatchGraph graph = graph_of_all(patches, bytes, particles);
+  std::vector<Known> known;
+  PatchGraph graph = graph_of_all(patches, known);
+  std::vector<Index> bytes;
+  for (const Known& patch : known) bytes.push_back(patch.bytes);
   const bool forced = options_.when == BalanceOptions::When::forced;
   if (forced) scatter(graph.weight, step);
   BalanceTerms terms{.partitioner = options_.partitioner,
@@ -177,20 +191,22 @@ bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left
   if (!plan || plan->owner == patches.owners()) {
     report_.seconds += ranks_.max(seconds_of(Clock::now() - begin));
     wait_ = Index{1} << std::min<Index>(++refused_, 6);
+    refused_at_ = imbalance_;
     return false;
   }
   Index moved = 0, all = 0;
-  for (std::size_t p = 0; p < particles.size(); ++p) {
-    all += particles[p];
-    if (plan->owner[p] != patches.owners()[p]) moved += particles[p];
+  for (std::size_t p = 0; p < known.size(); ++p) {
+    all += known[p].particles;
+    if (plan->owner[p] != patches.owners()[p]) moved += known[p].particles;
   }
+  take_over_rates(known, patches.owners(), plan->owner);
   patches.give_to(plan->owner, step);
   const double share = static_cast<double>(moved) / static_cast<double>(std::max<Index>(1, all));
   report_.moved = (report_.moved * static_cast<double>(report_.remaps) + share) /
                   static_cast<double>(report_.remaps + 1);
   report_.most_moved = std::max(report_.most_moved, share);
   ++report_.remaps;
-  refused_ = 0;
+  refused_ = wait_ = 0;
   const double seconds = ranks_.max(seconds_of(Clock::now() - begin));
   report_.seconds += seconds;
   move_.measured(seconds, plan->busiest);

@@ -77,8 +77,9 @@ class RankBalance {
 
  private:
   struct Known;
-  PatchGraph graph_of_all(const PatchSet<Dim>& patches, std::vector<Index>& bytes,
-                          std::vector<Index>& particles) const;
+  PatchGraph graph_of_all(const PatchSet<Dim>& patches, std::vector<Known>& known) const;
+  void take_over_rates(const std::vector<Known>& known, const std::vector<int>& before,
+                       const std::vector<int>& after);
 
   Ranks ranks_;
   BalanceOptions options_;
@@ -92,6 +93,8 @@ class RankBalance {
   std::array<std::vector<Work>, max_lead + 2> of_step_;  ///< by patch
   std::vector<Work> since_;                              ///< in this window, by patch
   Index refused_ = 0, wait_ = 0;  ///< remaps that did not pay, and windows until the next attempt
+  double refused_at_ = 1;         ///< the imbalance of the last of them
+  double imbalance_ = 1;          ///< of the last window
   Index sampled_steps_ = 0;       ///< in this window
   std::map<Index, WorkRate> rates_;  ///< by patch id
   std::vector<Index> particles_;     ///< of each patch at the last sample

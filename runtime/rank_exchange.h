@@ -1,13 +1,14 @@
 /// \file What the patches of a rank send to others and get from them while steps are taken, and
 /// what all ranks agree on. Nothing here waits: messages are looked for by the tasks of the graph.
 ///
-/// A patch sends one message to each rank that has neighbours of it, after every phase whose
-/// successor takes something from neighbours: its sums at the nodes that it shares with patches
-/// there, or the particles that left for them. At the other side the message fires the task of that
-/// patch and phase in the graph of the receiver. Sums are received where kernels read them.
+/// A patch has a message for each rank that has neighbours of it, after every phase whose successor
+/// takes something from neighbours: its sums at the nodes that it shares with patches there, or the
+/// particles that left for them. At the other side the message fires the task of that patch and
+/// phase in the graph of the receiver. Messages travel together (MessageStreams) where nothing of
+/// them would wait: they are posted before a task that takes long, and when messages are looked
+/// for.
 #pragma once
 
-#include <chrono>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -15,28 +16,13 @@
 #include <vector>
 
 #include "graph/executor.h"
+#include "runtime/message_streams.h"
 #include "runtime/patch_set.h"
+#include "runtime/rank_agreements.h"
 #include "runtime/ranks.h"
 #include "runtime/timestep.h"
 
 namespace lahar {
-
-/// What ranks find out about a step that all have finished.
-struct Agreement {
-  /// The least that any rank gave.
-  struct Least {
-    Index stop_before = std::numeric_limits<Index>::max();  ///< a step that nobody takes
-    Index failed_step = std::numeric_limits<Index>::max();
-    Index rebuild = 0;      ///< -1: some rank needs patches that do not exist
-    Index checkpoint = 0;   ///< -1: some rank was asked for a checkpoint
-    Index stop = 0;         ///< -1: some rank was asked to stop
-    Index crowded = 0;      ///< -1: some patch is to be split
-    Index minus_speed = 0;  ///< the bits of the largest speed, negated
-    Index minus_work = 0;   ///< of the heaviest rank, negated [ns]
-    Index begun = 0;        ///< minus the latest time at which a rank finished the step [ns]
-  } least;
-  std::vector<Index> sum;  ///< elements added over all ranks; as many on each, perhaps none
-};
 
 /// Where an Exchange gets and leaves what is not its own; called from any thread.
 struct ExchangeCalls {
@@ -71,10 +57,6 @@ class ExchangeGroups {
   Ranks patches, steps, limits;
 };
 
-/// Forget the particles that a patch elsewhere sent: they have been received.
-template <int Dim>
-void clear(RemotePatch<Dim>& from);
-
 template <int Dim>
 class RankExchange final : public Remote {
  public:
@@ -96,45 +78,55 @@ class RankExchange final : public Remote {
   void unpack(int phase, int elsewhere, Step step);
 
   bool progress(Executor& executor) override;
+  void post() override;
   void give_dt(Step step) override;
   void give_step(Step step) override;
-  void wait_for_all() override { ranks_.wait_for_all(); }
+  void wait_for_all() override {
+    post();
+    ranks_.wait_for_all();
+  }
 
   /// To be held by whoever calls MPI while steps are taken.
   std::unique_lock<std::mutex> lock_mpi() { return std::unique_lock(mpi_); }
 
  private:
-  struct Send;
+  struct Header;
+  /// One message of a step from an own patch to another rank.
+  struct Send {
+    std::size_t peer;  ///< whose stream
+    int number;        ///< of this message in the stream, as the receiver counts
+    const RemoteNeighbour* to;
+  };
+  /// One message of a step from a patch elsewhere.
   struct Receive;
-  struct Event;
-  class Agreements;
 
-  void make_sends(int phase);
-  void make_receives(int phase);
-  void make_send(int phase, int patch, const RemoteNeighbour& to, int tag);
-  void pack_sums(Send& send, int patch, Step step);
-  void pack_particles(Send& send, int patch, Step step);
-  void start(Send& send, Step step, std::size_t bytes);
-  void look_at_messages(std::vector<Event>& events);
-  void message_came(std::size_t receive, std::vector<Event>& events);
-  void deliver(const Event& event, Executor& executor);
-  void record(const Event& event) const;
+  void find_messages();
+  void make_streams();
+  void send_sums(const Send& send, int phase, int patch, Step step);
+  void send_particles(const Send& send, int phase, int patch, Step step);
+  void look_at_messages(std::vector<ExchangeEvent>& events);
+  void take_message(std::size_t peer, const std::byte* record, const Header& header,
+                    std::vector<ExchangeEvent>& events);
+  void look_at_long_messages(std::vector<ExchangeEvent>& events);
+  void deliver(const ExchangeEvent& event, Executor& executor);
+  void record(const ExchangeEvent& event) const;
 
-  Ranks ranks_, agreement_ranks_, limit_ranks_;
+  Ranks ranks_;
   PatchSet<Dim>* patches_;
   std::vector<RankMessage> messages_;
   ExchangeCalls calls_;
   std::int64_t latency_;            ///< [ns] of a message
   std::int64_t agreement_latency_;  ///< [ns]
 
+  std::vector<int> peers_;                             ///< ranks to exchange with, ascending
   std::vector<std::vector<std::vector<Send>>> sends_;  ///< by phase and own patch
   std::vector<Receive> receives_;
-  std::vector<std::vector<int>> receive_of_;  ///< by phase and patch elsewhere
-  std::vector<MPI_Request> requests_;  ///< of receives_, in the same order, then of their overflows
-  int overflows_ = 0;                  ///< that are being received
-  std::vector<int> completed_;         ///< scratch of MPI
-  std::vector<Event> delayed_;         ///< have come, but for the latency injected
-  std::unique_ptr<Agreements> agreements_;
+  std::vector<std::vector<int>> receive_of_;                ///< by phase and patch elsewhere
+  std::vector<std::vector<int>> receive_number_;            ///< by peer and number in its stream
+  std::vector<std::pair<int, MPI_Request>> long_messages_;  ///< that are being received
+  std::vector<ExchangeEvent> delayed_;  ///< have come, but for the latency injected
+  std::unique_ptr<MessageStreams> streams_;
+  std::unique_ptr<RankAgreements> agreements_;
   std::mutex mpi_;  ///< one thread at a time is inside MPI
 };
 

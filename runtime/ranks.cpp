@@ -44,6 +44,10 @@ int count_of(std::size_t n) {
 
 MpiSession::MpiSession(int& argc, char**& argv) {
   if (!started_by_launcher()) return;
+  // Messages of Open MPI to a rank on the same machine are copied by the receiver through a system
+  // call each, unless they are short: let all but the longest count as that. The user's wish first.
+  for (const char* name : {"OMPI_MCA_btl_vader_eager_limit", "OMPI_MCA_btl_sm_eager_limit"})
+    setenv(name, "40960", /*overwrite=*/0);
   int provided = MPI_THREAD_SINGLE;
   MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &provided);
   if (provided < MPI_THREAD_SERIALIZED) {

@@ -6,6 +6,7 @@
 
 #include "physics/error.h"
 #include "physics/kernels.h"
+#include "runtime/particle_message.h"
 #include "runtime/patch_state.h"
 #include "runtime/simulation_impl.h"
 
@@ -90,6 +91,7 @@ void Simulation<Dim>::Impl::advance(Index steps) {
     rebuild_needed = false;
     stop_step = std::numeric_limits<Step>::max();
     step = executor->run(step, drain_step(end));
+    if (exchange) exchange->post();  // others may still wait for the last messages
     take_removed();
     stop_where_failed();
     // Before particles are delivered: then it is in the order of frames that were copied.

@@ -319,6 +319,10 @@ struct Simulation<Dim>::Impl {
   PerStep<std::vector<std::vector<Index>>> injected;  ///< events, by patch
   std::vector<StageTicks> timing;                     ///< per patch and stage
   std::vector<StageTiming> kept_timing;               ///< of patch sets before
+  // For traces.
+  PerStep<std::atomic<Index>> active_particles;  ///< of this rank's patches
+  Index counted_particles = -1;                  ///< the last that was recorded
+  std::uint64_t next_counters = 0;               ///< ticks when counters are due
 };
 
 }  // namespace lahar

@@ -50,10 +50,11 @@ void Simulation<Dim>::Impl::build_executor() {
   timing.resize(n * stages.size());
   TaskBodies bodies{[this](int phase, int p, Step step) { run_task(phase, p, step); },
                     [this](Step step) {
-                      const TraceSpan trace(TraceKind::dt, step);
+                      TraceSpan trace(TraceKind::dt, step);
+                      trace.set_ready(executor->ready_at(executor->graph().dt_task()));
                       set_dt(step);
                     },
-                    [this](Step step) { complete(step); }, &trace_looking};
+                    [this](Step step) { complete(step); }, &trace_looking, &trace_clock};
   record_graph();
   switch (options.mode) {
     case ExecutionOptions::Mode::serial:
@@ -113,8 +114,10 @@ void Simulation<Dim>::Impl::poll() {
 template <int Dim>
 void Simulation<Dim>::Impl::run_task(int phase, int p, Step step) {
   TraceRecorder* const recorder = TraceRecorder::active(step);
-  TraceRecord record{.begin = ticks(), .step = step, .phase = static_cast<std::uint8_t>(phase)};
   const bool own = p < patches.size();
+  std::optional<TraceFound> found;
+  if (!own) found.emplace();
+  TraceRecord record{.begin = ticks(), .step = step, .phase = static_cast<std::uint8_t>(phase)};
   if (!own) {
     exchange->unpack(phase, p - patches.size(), step);
   } else if (balance.samples(step)) {
@@ -126,7 +129,11 @@ void Simulation<Dim>::Impl::run_task(int phase, int p, Step step) {
   }
   if (recorder) {
     record.end = ticks();
+    record.ready = executor->ready_at(executor->graph().task(phase, p));
+    if (own && phase == 0)  // in their patches again, having arrived
+      active_particles[step].fetch_add(patches[p].count, std::memory_order_relaxed);
     record.kind = own ? TraceKind::task : TraceKind::unpack;
+    if (!own) record.detail.missed = executor->missed_at(executor->graph().task(phase, p));
     const auto elsewhere = static_cast<std::size_t>(p - patches.size());
     record.patch = static_cast<std::int32_t>(own ? patches[p].topology.patch
                                                  : patches.elsewhere()[elsewhere].patch);

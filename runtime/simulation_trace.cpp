@@ -10,14 +10,37 @@
 
 namespace lahar {
 
+namespace {
+
+/// When this thread began to look for messages; 0 = it does not.
+thread_local std::uint64_t looking_since = 0;
+
+}  // namespace
+
 void trace_looking(bool over) {
   TraceRecorder* recorder = TraceRecorder::active();
-  if (!recorder || !recorder->has(recorder->present())) return;
-  thread_local std::uint64_t begin = 0;
-  if (over && begin > 0)
-    recorder->add(
-        {.begin = begin, .end = ticks(), .step = recorder->present(), .kind = TraceKind::poll});
-  begin = over ? 0 : ticks();
+  if (!recorder || !recorder->has(recorder->present())) {
+    looking_since = 0;
+    return;
+  }
+  if (over && looking_since > 0)
+    recorder->add({.begin = looking_since,
+                   .end = ticks(),
+                   .step = recorder->present(),
+                   .kind = TraceKind::poll});
+  looking_since = over ? 0 : ticks();
+}
+
+TraceFound::TraceFound() : while_looking_(looking_since > 0) {
+  if (while_looking_) trace_looking(true);
+}
+
+TraceFound::~TraceFound() {
+  if (while_looking_) trace_looking(false);
+}
+
+std::uint64_t trace_clock() {
+  return TraceRecorder::active() ? ticks() : 0;
 }
 
 void waste_time(double seconds, Step step) {
@@ -60,16 +83,23 @@ void Simulation<Dim>::Impl::record_progress(Step done) {
   TraceRecorder* recorder = TraceRecorder::active(done);
   if (!recorder) return;
   const std::uint64_t now = ticks();
-  // Reading it costs a system call; fifty times a second are enough.
-  static std::uint64_t next = 0;
-  if (now < next) return;
-  next = now + static_cast<std::uint64_t>(0.02 / seconds_per_tick());
-  recorder->add({.begin = now,
-                 .end = now,
-                 .step = done,
-                 .kind = TraceKind::counter,
-                 .phase = static_cast<std::uint8_t>(TraceCounter::memory),
-                 .detail = {.value = resident_memory()}});
+  const auto add = [&](TraceCounter counter, double value) {
+    recorder->add({.begin = now,
+                   .end = now,
+                   .step = done,
+                   .kind = TraceKind::counter,
+                   .phase = static_cast<std::uint8_t>(counter),
+                   .detail = {.value = value}});
+  };
+  const Index particles = active_particles[done].exchange(0, std::memory_order_relaxed);
+  const bool due = now >= next_counters;
+  if (due || particles != counted_particles)
+    add(TraceCounter::particles, static_cast<double>(particles));
+  counted_particles = particles;
+  if (!due) return;
+  // Reading memory costs a system call; fifty times a second are enough.
+  add(TraceCounter::memory, resident_memory());
+  next_counters = now + static_cast<std::uint64_t>(0.02 / seconds_per_tick());
 }
 
 template <int Dim>
@@ -90,7 +120,7 @@ std::vector<Stage> Simulation<Dim>::stages() const {
 #define LAHAR_INSTANTIATE(Dim)                                     \
   template std::string Simulation<Dim>::Impl::trace_graph() const; \
   template void Simulation<Dim>::Impl::record_graph() const;       \
-  template void Simulation<Dim>::Impl::record_progress(Step);    \
+  template void Simulation<Dim>::Impl::record_progress(Step);      \
   template std::string Simulation<Dim>::trace_graph() const;       \
   template std::vector<Phase> Simulation<Dim>::phases() const;     \
   template std::vector<Stage> Simulation<Dim>::stages() const;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "runtime/trace/log.h"
@@ -42,16 +43,20 @@ struct PathPart {
   enum class Kind {
     task,     ///< work of a task
     posting,  ///< from a task's end until its messages to other ranks were posted
-    transit,  ///< from there until it was handed to the graph of the other rank
+    transit,  ///< from there until the last look for it that did not find it
+    unseen,   ///< from there until it was handed to the graph: it may have come, nobody looked
     step,  ///< what one thread does when a step is finished, or waiting for it: patches may be at
            ///< most max_lead steps ahead
     time_step,  ///< the agreement on the time step
     start,      ///< a task was ready and a worker free
+    barrier,    ///< the same in a bulk-synchronous run: others had not finished the phase
   } kind = Kind::task;
   double begin = 0, end = 0;
   int task = -1;  ///< that it leads to, or is; posting: whose messages
 };
-inline constexpr int path_kinds = 6;
+inline constexpr int path_kinds = 8;
+/// How the executor of such runs is called in traces.
+inline constexpr std::string_view bulk_executor_name = "bulk-synchronous";
 std::string_view name_of(PathPart::Kind kind);
 
 struct CriticalPath {
@@ -82,8 +87,10 @@ struct PatchUse {
 /// Messages between two ranks.
 struct ExchangeUse {
   std::int64_t messages = 0, bytes = 0;
-  double in_flight = 0;  ///< [s] from posting to arrival, summed
-  double exposed = 0;    ///< [s] of it during which workers of the receiver were idle for it
+  double in_flight =
+      0;               ///< [s] from posting until they may have come (TraceMessage::there), summed
+  double unseen = 0;   ///< [s] from there until they were found and handed on, summed
+  double exposed = 0;  ///< [s] during which workers of the receiver were idle for a message
 };
 
 /// How far apart in steps the patches were.
@@ -110,7 +117,12 @@ struct TraceReport {
   StepSpread spread;
   std::vector<Finding> findings;  ///< the main loss first
   double ideal_time = 0;          ///< [s] all work spread evenly over all workers, without a wait
+  /// Time of all tasks over what it were if each took the median of its phase and patch.
+  double disturbance = 1;
 };
+
+/// From which disturbance on a machine is called disturbed: short tasks on a free one vary by less.
+inline constexpr double disturbed = 1.3;
 
 TraceReport analyse(const TraceLog& log);
 

@@ -10,6 +10,9 @@ namespace lahar {
 
 namespace {
 
+/// [s] by which processors of one machine may read their clocks differently.
+constexpr double clocks_of_cores = 1e-6;
+
 /// Collects problems, of each kind the first few and the number of all.
 class Problems {
  public:
@@ -38,6 +41,9 @@ std::vector<std::string> problems_of(const TraceLog& log) {
   std::map<std::tuple<Step, int, int>, int> count;
   for (const TraceTask& task : log.tasks) {
     if (task.end < task.begin) problems.add("negative duration", name(task));
+    if (task.ready < task.inputs_done - clocks_of_cores)
+      problems.add("ready before what it waited for had ended",
+                   fmt::format("{}: {:.3g} us", name(task), 1e6 * (task.inputs_done - task.ready)));
     if (task.ready > task.begin + log.run.clock_bound)
       problems.add("began before what it waited for",
                    fmt::format("{}: {:.3g} us", name(task), 1e6 * (task.ready - task.begin)));

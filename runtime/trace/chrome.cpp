@@ -10,6 +10,7 @@
 #include <set>
 
 #include "physics/error.h"
+#include "runtime/trace/counters.h"
 #include "runtime/trace/idle_time.h"
 
 namespace lahar {
@@ -74,9 +75,9 @@ class ChromeWriter {
     for (const TraceTask& task : log_.tasks) add_dependency(task);
     for (const TraceValue& value : log_.counters)
       file_.add(
-          fmt::format(R"({{"ph":"C","name":"{}","pid":{},"ts":{:.3f},"args":{{"value":{:.17g}}}}})",
-                      value.counter == TraceCounter::memory ? "memory [bytes]" : "particles",
-                      value.rank, microseconds(value.time), value.value));
+          fmt::format(R"({{"ph":"C","name":"{}","pid":{},"ts":{:.3f},"args":{{"{}":{:.17g}}}}})",
+                      name_of(value.counter), value.rank, microseconds(value.time),
+                      unit_of(value.counter), value.value));
     file_.close();
   }
 

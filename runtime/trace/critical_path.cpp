@@ -13,7 +13,11 @@ namespace {
 class PathFinder {
  public:
   PathFinder(const TraceLog& log, const Workers& workers)
-      : log_(log), workers_(workers), origin_(log.tasks.front().begin) {}
+      : log_(log),
+        workers_(workers),
+        origin_(log.tasks.front().begin),
+        waiting_(log.run.executor == bulk_executor_name ? PathPart::Kind::barrier
+                                                        : PathPart::Kind::start) {}
 
   CriticalPath find() {
     find_path();
@@ -40,16 +44,16 @@ class PathFinder {
       const TraceTask* other =
           on_worker >= 0 ? &log_.tasks[static_cast<std::size_t>(on_worker)] : nullptr;
       const double free = other ? other->released : origin_;
-      if (free > task.ready || (task.last_input < 0 && task.ready >= task.begin)) {
+      if (free > task.ready || !task.known_inputs) {
         const double serial = serial_between(task, free, task.begin);
-        add(PathPart::Kind::start, free + serial, task.begin, t);
+        add(waiting_, free + serial, task.begin, t);
         add(PathPart::Kind::step, free, free + serial, t);
         if (other) add(PathPart::Kind::posting, other->end, free, on_worker);
         t = on_worker;
         continue;
       }
       const double serial = serial_between(task, task.ready, task.begin);
-      add(PathPart::Kind::start, task.ready + serial, task.begin, t);
+      add(waiting_, task.ready + serial, task.begin, t);
       add(PathPart::Kind::step, task.ready, task.ready + serial, t);
       t = follow_input(task, t, add);
     }
@@ -61,7 +65,7 @@ class PathFinder {
     path.parts = std::move(parts);
   }
 
-  /// [s] of some time in which the task's worker did what is done when a step is finished.
+  /// [s] of some time in which a task's worker did what is done when a step is finished.
   double serial_between(const TraceTask& task, double begin, double end) const {
     const auto of_worker = serial_.find({task.rank, task.thread});
     if (of_worker == serial_.end()) return 0;
@@ -79,17 +83,31 @@ class PathFinder {
     for (auto& [worker, list] : serial_) std::sort(list.begin(), list.end());
   }
 
+  /// What lies between the end of what a task waited for last and its being ready.
   template <class Add>
   int follow_input(const TraceTask& task, int t, Add add) const {
     if (task.last_message >= 0) {
       const TraceMessage& m = log_.messages[static_cast<std::size_t>(task.last_message)];
       const double done =
           m.sender >= 0 ? log_.tasks[static_cast<std::size_t>(m.sender)].end : m.packed;
-      add(PathPart::Kind::transit, m.sent, m.given, t);
-      add(PathPart::Kind::posting, done, m.sent, m.sender >= 0 ? m.sender : t);
+      add(waiting_, m.given, task.ready, t);
+      add(PathPart::Kind::unseen, m.there, m.given, t);
+      add(PathPart::Kind::transit, m.posted, m.there, t);
+      add(PathPart::Kind::posting, done, m.posted, m.sender >= 0 ? m.sender : t);
       return m.sender;
     }
-    if (task.last_input >= 0) return task.last_input;
+    if (task.last_input >= 0) {
+      // Its body ends with posting messages and, where it ends a step, with what is done then.
+      const TraceTask& input = log_.tasks[static_cast<std::size_t>(task.last_input)];
+      // Between two sets of patches nothing else is done.
+      const double serial = log_.graph_at(task.step).first > input.step
+                                ? std::max(0.0, task.ready - input.released)
+                                : serial_between(input, input.released, task.ready);
+      add(waiting_, input.released + serial, task.ready, t);
+      add(PathPart::Kind::step, input.released, input.released + serial, t);
+      add(PathPart::Kind::posting, input.end, input.released, task.last_input);
+      return task.last_input;
+    }
     // A permit, or an agreement on the time step: the last task that it depended on.
     const bool dt = task.kind == TraceKind::dt;
     const auto& latest = dt ? latest_limit_ : latest_end_;
@@ -157,6 +175,7 @@ class PathFinder {
   const TraceLog& log_;
   const Workers& workers_;
   double origin_;
+  PathPart::Kind waiting_;  ///< what it is when a task does not begin that could
   CriticalPath path_;
   std::map<Step, int> latest_end_, latest_limit_;
   std::map<std::pair<int, int>, std::vector<std::pair<double, double>>> serial_;  ///< by worker
@@ -165,9 +184,14 @@ class PathFinder {
 }  // namespace
 
 std::string_view name_of(PathPart::Kind kind) {
-  constexpr std::array<std::string_view, path_kinds> names{
-      "tasks",        "posting of messages",        "messages on their way",
-      "end of steps", "agreement on the time step", "start of ready tasks"};
+  constexpr std::array<std::string_view, path_kinds> names{"tasks",
+                                                           "posting of messages",
+                                                           "messages on their way",
+                                                           "messages not looked for",
+                                                           "end of steps",
+                                                           "agreement on the time step",
+                                                           "start of ready tasks",
+                                                           "barriers"};
   return names[static_cast<std::size_t>(kind)];
 }
 

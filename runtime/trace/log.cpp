@@ -13,6 +13,7 @@
 #include <unordered_map>
 
 #include "physics/error.h"
+#include "runtime/trace/counters.h"
 #include "runtime/trace/log_links.h"
 
 namespace lahar {
@@ -177,8 +178,13 @@ std::vector<TraceGraph> graphs_of(const std::vector<RankFile>& files) {
 }
 
 /// Records of one rank, with times in seconds, to the lists that they belong to.
-void distribute(const RankFile& file, int rank, std::uint64_t origin, double per_tick,
-                TraceLog& log, MessageEnds& ends) {
+void distribute(const std::vector<RankFile>& files, int rank, std::uint64_t origin,
+                double per_tick, TraceLog& log, MessageEnds& ends) {
+  const RankFile& file = files[static_cast<std::size_t>(rank)];
+  const auto posted = [&](const TraceRecord::Message& message) {
+    const auto sender = static_cast<std::size_t>(message.peer);
+    return sender < files.size() ? files[sender].seconds(message.sent, origin, per_tick) : 0.0;
+  };
   const auto at = [&](std::uint64_t tick) { return file.seconds(tick, origin, per_tick); };
   for (const TraceRecord& r : file.records) {
     const double begin = at(r.begin), end = at(r.end);
@@ -192,10 +198,16 @@ void distribute(const RankFile& file, int rank, std::uint64_t origin, double per
                        .thread = r.thread,
                        .phase = r.phase,
                        .patch = r.patch,
+                       .ready = r.ready > 0 ? at(r.ready) : 0,
                        .begin = begin,
-                       .end = end};
-        for (std::size_t s = 0; s < trace_stages; ++s)
-          task.stage[s] = static_cast<float>(r.detail.stage[s] * per_tick);
+                       .end = end,
+                       .noted = r.ready > 0};
+        if (r.kind == TraceKind::unpack) {
+          if (r.detail.missed > 0) task.missed = at(r.detail.missed);
+        } else {
+          for (std::size_t s = 0; s < trace_stages; ++s)
+            task.stage[s] = static_cast<float>(r.detail.stage[s] * per_tick);
+        }
         log.tasks.push_back(task);
         break;
       }
@@ -216,13 +228,13 @@ void distribute(const RankFile& file, int rank, std::uint64_t origin, double per
                              .from = r.detail.message.peer,
                              .to = rank,
                              .bytes = r.detail.message.bytes,
+                             .posted = posted(r.detail.message),
                              .arrived = begin,
                              .given = end});
         break;
       case TraceKind::counter:
         log.counters.push_back({.counter = static_cast<TraceCounter>(r.phase),
                                 .rank = rank,
-                                .step = r.step,
                                 .time = begin,
                                 .value = r.detail.value});
         break;
@@ -262,7 +274,7 @@ TraceLog read_trace(const std::filesystem::path& run) {
     log.run.threads.push_back(files[r].head.at("threads"));
     log.run.hosts.push_back(files[r].head.at("host"));
     log.run.clock_bound = std::max(log.run.clock_bound, files[r].bound * per_tick);
-    distribute(files[r], static_cast<int>(r), origin, per_tick, log, ends);
+    distribute(files, static_cast<int>(r), origin, per_tick, log, ends);
     files[r].records = {};
   }
   if (log.tasks.empty())
@@ -271,6 +283,7 @@ TraceLog read_trace(const std::filesystem::path& run) {
   std::sort(log.tasks.begin(), log.tasks.end(),
             [](const TraceTask& a, const TraceTask& b) { return a.begin < b.begin; });
   link(log, std::move(ends));
+  add_load(log);
   return log;
 }
 

@@ -52,12 +52,17 @@ struct TraceTask {
   TraceKind kind = TraceKind::task;  ///< task, unpack or dt
   Step step = 0;
   int rank = 0, thread = 0, phase = 0, patch = 0;
-  double ready = 0;  ///< when the last thing that it waited for had come
+  double ready = 0;  ///< when it could begin: noted by the executor, else `inputs_done`
   double begin = 0, end = 0;
-  double released = 0;      ///< when its worker had posted its messages, too
-  int last_input = -1;      ///< the task that this was, or -1
-  int last_message = -1;    ///< the message that this was, or -1
-  double without_last = 0;  ///< when it would have been ready without the last input
+  double released = 0;        ///< when its worker had posted its messages, too
+  bool noted = false;         ///< `ready` is the executor's
+  bool known_inputs = false;  ///< something that it waited for is in the trace
+  double inputs_done = 0;     ///< when the last of these had ended, or come
+  int last_input = -1;        ///< the task that this was, or -1
+  int last_message = -1;      ///< the message that this was, or -1
+  double without_last = 0;    ///< when it would have been ready without the last input
+  double missed = 0;          ///< unpack: when the last look for its message began that did not
+                              ///< find it; 0 = not known
   std::array<float, trace_stages> stage{};  ///< [s]
 };
 
@@ -66,8 +71,11 @@ struct TraceMessage {
   Step step = 0;
   int phase = 0, patch = 0, from = 0, to = 0;
   std::int64_t bytes = 0;
-  double packed = 0, sent = 0;    ///< packing begun; posted
+  double packed = 0, sent = 0;    ///< packing begun and done
+  double posted = 0;              ///< on its way, perhaps together with later ones
   double arrived = 0, given = 0;  ///< found; handed to the graph
+  double there = 0;               ///< the earliest that it can have come: not before the last look
+                                  ///< that did not find it; else `given`
   int sender = -1, unpack = -1;   ///< tasks
 };
 
@@ -82,7 +90,6 @@ struct TraceInterval {
 struct TraceValue {
   TraceCounter counter;
   int rank = 0;
-  Step step = 0;
   double time = 0, value = 0;
 };
 

@@ -87,11 +87,12 @@ class Inputs {
   }
   void give(TraceTask& task) const {
     // What the first recorded step waited for is not known, nor what came before anything.
-    const bool known = last_ > none;
-    task.ready = known ? last_ : task.begin;
+    task.known_inputs = last_ > none;
+    if (!task.noted) task.ready = task.known_inputs ? last_ : task.begin;
+    task.inputs_done = task.known_inputs ? last_ : task.ready;
     task.without_last = second_ > none ? second_ : task.ready;
-    task.last_input = known ? task_ : -1;
-    task.last_message = known ? message_ : -1;
+    task.last_input = task_;
+    task.last_message = message_;
   }
 
  private:
@@ -108,6 +109,8 @@ class Linker {
   void link(MessageEnds ends) {
     join(std::move(ends));
     find_times();
+    find_passed_on();
+    find_epochs();
     for (std::size_t i = 0; i < log_.tasks.size(); ++i) {
       TraceTask& task = log_.tasks[i];
       log_.first_input.push_back(static_cast<int>(log_.inputs.size()));
@@ -126,6 +129,8 @@ class Linker {
           add_inputs_of_dt(task, inputs);
       }
       inputs.give(task);
+      if (const auto begun = epochs_.find(task.step); begun != epochs_.end() && !task.noted)
+        task.ready = std::clamp(begun->second, task.ready, task.begin);
     }
     log_.first_input.push_back(static_cast<int>(log_.inputs.size()));
   }
@@ -153,15 +158,20 @@ class Linker {
       if (came == ends.came.end() || before(m, *came)) continue;  // beyond the recorded steps
       m.arrived = came->arrived;
       m.given = came->given;
+      m.posted = std::clamp(came->posted, std::min(m.sent, m.given), m.given);
       m.sender = index_.task(m.step, m.phase, m.patch);
       if (m.sender >= 0) {
         TraceTask& sender = log_.tasks[static_cast<std::size_t>(m.sender)];
         sender.released = std::max(sender.released, m.sent);
       }
       m.unpack = index_.unpack(m.to, m.step, m.phase, m.patch);
-      if (m.unpack >= 0)
+      m.there = m.given;
+      if (m.unpack >= 0) {
+        const double missed = log_.tasks[static_cast<std::size_t>(m.unpack)].missed;
+        if (missed != 0) m.there = std::clamp(missed, m.posted, m.given);
         message_of_unpack_[static_cast<std::size_t>(m.unpack)] =
             static_cast<int>(log_.messages.size());
+      }
       log_.messages.push_back(m);
     }
   }
@@ -175,8 +185,38 @@ class Linker {
     }
   }
 
+  /// When steps begin before which patches were made or moved: with their first task, as all wait.
+  void find_epochs() {
+    for (const TraceGraph& graph : log_.graphs)
+      for (const TraceTask& task : log_.tasks)  // by beginning
+        if (task.kind == TraceKind::task && task.step == graph.first && graph.first > 0) {
+          epochs_.emplace(task.step, task.begin);
+          break;
+        }
+  }
+
+  /// Successors hear of a task when its messages are posted and, if it ended a step, what is done
+  /// then.
   void add_task(int task, Inputs& inputs) const {
-    if (task >= 0) inputs.add(log_.tasks[static_cast<std::size_t>(task)].end, task);
+    if (task >= 0) inputs.add(passed_on_[static_cast<std::size_t>(task)], task);
+  }
+  void find_passed_on() {
+    passed_on_.reserve(log_.tasks.size());
+    for (const TraceTask& task : log_.tasks) passed_on_.push_back(task.released);
+    if (log_.run.ranks > 1) return;  // it is not the last task of a step that ends it
+    std::unordered_map<int, std::vector<int>> of_thread;
+    for (std::size_t t = 0; t < log_.tasks.size(); ++t)
+      of_thread[log_.tasks[t].thread].push_back(static_cast<int>(t));
+    for (const TraceInterval& i : log_.intervals) {
+      if (i.kind != TraceKind::completed) continue;
+      const auto& list = of_thread[i.thread];
+      const auto next = std::partition_point(list.begin(), list.end(), [&](int t) {
+        return log_.tasks[static_cast<std::size_t>(t)].begin < i.begin;
+      });
+      if (next == list.begin()) continue;
+      double& until = passed_on_[static_cast<std::size_t>(*(next - 1))];
+      until = std::max(until, i.end);
+    }
   }
 
   void add_inputs(const TraceTask& task, Inputs& inputs) const {
@@ -215,6 +255,8 @@ class Linker {
   TraceLog& log_;
   TaskIndex index_;
   std::vector<int> message_of_unpack_;
+  std::vector<double> passed_on_;  ///< by task: when its successors heard of it
+  std::unordered_map<Step, double> epochs_;
   std::unordered_map<Key, double> completed_, agreed_;
 };
 

@@ -12,6 +12,8 @@
 #include <set>
 #include <tuple>
 
+#include "runtime/trace/counters.h"
+
 namespace lahar {
 
 namespace {
@@ -56,8 +58,8 @@ class Otf2Writer {
   using Place = std::pair<int, int>;  // rank, thread
   struct Event {
     double time;
-    enum class Kind { leave, receive, enter, send } kind;
-    int what;  // region, or message
+    enum class Kind { leave, receive, enter, send, counter } kind;
+    int what;  // region, message or counter's value
   };
   struct Slice {
     double begin, end;
@@ -89,6 +91,12 @@ class Otf2Writer {
       events_[{from.rank, from.thread}].push_back({m.sent, Event::Kind::send, static_cast<int>(k)});
       events_[{to.rank, to.thread}].push_back(
           {to.begin, Event::Kind::receive, static_cast<int>(k)});
+    }
+    // A rank's counters are on its first row.
+    for (std::size_t k = 0; k < log_.counters.size(); ++k) {
+      const auto row = events_.lower_bound({log_.counters[k].rank, 0});
+      if (row != events_.end() && row->first.first == log_.counters[k].rank)
+        row->second.push_back({log_.counters[k].time, Event::Kind::counter, static_cast<int>(k)});
     }
     for (auto& [place, list] : events_) {
       std::stable_sort(list.begin(), list.end(),
@@ -140,6 +148,14 @@ class Otf2Writer {
       return check(OTF2_EvtWriter_Enter(writer, nullptr, time, what));
     if (event.kind == Event::Kind::leave)
       return check(OTF2_EvtWriter_Leave(writer, nullptr, time, what));
+    if (event.kind == Event::Kind::counter) {
+      const TraceValue& value = log_.counters[what];
+      const OTF2_Type type = OTF2_TYPE_DOUBLE;
+      OTF2_MetricValue metric;
+      metric.floating_point = value.value;
+      return check(OTF2_EvtWriter_Metric(
+          writer, nullptr, time, static_cast<OTF2_MetricRef>(value.counter), 1, &type, &metric));
+    }
     const TraceMessage& m = log_.messages[what];
     const auto tag = static_cast<std::uint32_t>(m.patch) * 16 + static_cast<std::uint32_t>(m.phase);
     const auto bytes = static_cast<std::uint64_t>(m.bytes);
@@ -177,7 +193,26 @@ class Otf2Writer {
     const OTF2_StringRef machine = text("machine");
     check(OTF2_GlobalDefWriter_WriteSystemTreeNode(writer_, 0, text(log_.run.title), machine,
                                                    OTF2_UNDEFINED_SYSTEM_TREE_NODE));
+    write_metrics();
     write_locations();
+  }
+
+  /// Each counter is a metric class of its own, as they have values at different times.
+  void write_metrics() {
+    for (int c = 0; c < trace_counters; ++c) {
+      const auto counter = static_cast<TraceCounter>(c);
+      const auto member = static_cast<OTF2_MetricMemberRef>(c);
+      const OTF2_StringRef name = text(std::string(name_of(counter)));
+      // The load is that of the time that follows, others are values at a time.
+      const OTF2_MetricMode mode =
+          counter == TraceCounter::load ? OTF2_METRIC_ABSOLUTE_NEXT : OTF2_METRIC_ABSOLUTE_POINT;
+      check(OTF2_GlobalDefWriter_WriteMetricMember(
+          writer_, member, name, name, OTF2_METRIC_TYPE_USER, mode, OTF2_TYPE_DOUBLE,
+          OTF2_BASE_DECIMAL, 0, text(std::string(unit_of(counter)))));
+      check(OTF2_GlobalDefWriter_WriteMetricClass(writer_, static_cast<OTF2_MetricRef>(c), 1,
+                                                  &member, OTF2_METRIC_ASYNCHRONOUS,
+                                                  OTF2_RECORDER_KIND_UNKNOWN));
+    }
   }
 
   void write_locations() {

@@ -11,6 +11,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "runtime/trace/counters.h"
+
 namespace lahar {
 
 namespace {
@@ -148,14 +150,14 @@ json Timeline::tasks() const {
 }
 
 json Timeline::messages() const {
-  Table table({"step", "phase", "patch", "from", "to", "bytes", "packed", "sent", "arrived",
-               "given", "sender", "unpack"});
+  Table table({"step", "phase", "patch", "from", "to", "bytes", "packed", "sent", "there", "given",
+               "sender", "unpack"});
   constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
   for (const TraceMessage& m : log_.messages)
     if (shows(m))
       table.add({static_cast<std::int32_t>(m.step), m.phase, m.patch, m.from, m.to,
                  static_cast<std::int32_t>(std::min(m.bytes, most)), at(m.packed), at(m.sent),
-                 at(m.arrived), at(m.given), task(m.sender), task(m.unpack)});
+                 at(m.there), at(m.given), task(m.sender), task(m.unpack)});
   return table.finish();
 }
 
@@ -197,13 +199,23 @@ json Timeline::path(const CriticalPath& path) const {
   return table.finish();
 }
 
-/// Memory by rank, in kB; the only counter whose course a chart shows.
+/// A table for each counter, whose values are multiples of `scale`.
 json Timeline::counters() const {
-  Table table({"rank", "time", "value"});
-  for (const TraceValue& v : log_.counters)
-    if (v.counter == TraceCounter::memory && meets(v.time, v.time))
-      table.add({v.rank, at(v.time), static_cast<std::int32_t>(std::min(v.value / 1e3, 2e9))});
-  return table.finish();
+  constexpr std::array<double, trace_counters> scales{1, 1e3, 1e-4};
+  json list = json::array();
+  for (int c = 0; c < trace_counters; ++c) {
+    const auto counter = static_cast<TraceCounter>(c);
+    const double scale = scales[static_cast<std::size_t>(c)];
+    Table table({"rank", "time", "value"});
+    for (const TraceValue& v : log_.counters)
+      if (v.counter == counter && meets(v.time, v.time))
+        table.add({v.rank, at(v.time),
+                   static_cast<std::int32_t>(std::lround(std::min(v.value / scale, 2e9)))});
+    list.push_back(table.finish());
+    list.back()["name"] = std::string(name_of(counter));
+    list.back()["scale"] = scale;
+  }
+  return list;
 }
 
 json run_of(const TraceRun& run) {
@@ -258,7 +270,7 @@ std::string timeline_of(const TraceLog& log, const TraceReport& report, std::siz
               {"messages", timeline.messages()},
               {"intervals", timeline.intervals()},
               {"path", timeline.path(report.path)},
-              {"memory", timeline.counters()}}
+              {"counters", timeline.counters()}}
       .dump();
 }
 

@@ -271,7 +271,8 @@ Projection project(const TraceLog& log, const ProjectionAsk& ask) {
                     mean));
   p.notes.push_back(
       "that cores share memory and caches, and messages links, is in it only as far "
-      "as it was recorded");
+      "as it was recorded; copies vary independently of each other");
+  p.notes.push_back("not validated: nothing beyond two cores was compared with runs (README)");
   return p;
 }
 

@@ -72,25 +72,27 @@ class TraceRecorder {
   std::vector<std::unique_ptr<Buffer>> buffers_;
 };
 
-/// Records what is done during its life, of a step or of the present one.
+/// Records what is done during its life.
 class TraceSpan {
  public:
-  TraceSpan(TraceKind kind, Step step) : recorder_(TraceRecorder::active(step)) {
-    if (recorder_) record_ = {.begin = ticks(), .step = step, .kind = kind};
+  TraceSpan(TraceKind kind, Step step) : TraceSpan(kind, step, TraceRecorder::active(step)) {}
+  /// Of a step, but done beside later ones: recorded where the present step is.
+  static TraceSpan beside_steps(TraceKind kind, Step of) {
+    TraceRecorder* const recorder = TraceRecorder::active();
+    return {kind, of, recorder && recorder->has(recorder->present()) ? recorder : nullptr};
   }
-  explicit TraceSpan(TraceKind kind) : TraceSpan(kind, present()) {}
   ~TraceSpan() {
     if (!recorder_) return;
     record_.end = ticks();
     recorder_->add(record_);
   }
+  void set_ready(std::uint64_t tick) { record_.ready = tick; }
   TraceSpan(const TraceSpan&) = delete;
   TraceSpan& operator=(const TraceSpan&) = delete;
 
  private:
-  static Step present() {
-    const TraceRecorder* recorder = TraceRecorder::active();
-    return recorder ? recorder->present() : 0;
+  TraceSpan(TraceKind kind, Step step, TraceRecorder* recorder) : recorder_(recorder) {
+    if (recorder_) record_ = {.begin = ticks(), .step = step, .kind = kind};
   }
 
   TraceRecorder* recorder_;

@@ -244,7 +244,7 @@ class WorkReader {
   /// cancels. The fastest tenth, because the others were there before anybody looked.
   void estimate_latency() {
     std::map<std::pair<int, int>, std::vector<double>> times;
-    for (const TraceMessage& m : log_.messages) times[{m.from, m.to}].push_back(m.given - m.sent);
+    for (const TraceMessage& m : log_.messages) times[{m.from, m.to}].push_back(m.given - m.posted);
     const auto fast = [](std::vector<double>& list) {
       const auto tenth = list.begin() + static_cast<std::ptrdiff_t>(list.size() / 10);
       std::nth_element(list.begin(), tenth, list.end());

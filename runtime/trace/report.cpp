@@ -1,16 +1,16 @@
-/// What an analysis says, for people and for programs.
+/// What an analysis says, for people.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "runtime/console.h"
 #include "runtime/trace/analysis.h"
+#include "runtime/trace/counters.h"
 
 namespace lahar {
 
 namespace {
-
-using nlohmann::json;
 
 /// 1.23 s, 4.56 ms, 7.89 us.
 std::string time_text(double seconds) {
@@ -26,13 +26,21 @@ std::string percent(double share) {
 
 std::string head_text(const TraceLog& log, const TraceReport& report) {
   const TraceRun& run = log.run;
-  std::string text = fmt::format("{}\n{}: steps {} to {}, {} {} x {} workers, {} tasks in {}\n",
-                                 run.title.empty() ? "trace" : run.title, run.executor, run.first,
-                                 run.last, run.ranks, run.ranks == 1 ? "rank" : "ranks",
-                                 report.workers.size() / static_cast<std::size_t>(run.ranks),
-                                 log.tasks.size(), time_text(run.wall));
+  std::string text = fmt::format(
+      "{}\n{}: steps {} to {}, {} {} x {} workers, {} tasks in {}, {} per step\n",
+      run.title.empty() ? "trace" : run.title, run.executor, run.first, run.last, run.ranks,
+      run.ranks == 1 ? "rank" : "ranks",
+      report.workers.size() / static_cast<std::size_t>(run.ranks), log.tasks.size(),
+      time_text(run.wall), time_text(run.wall / static_cast<double>(run.last - run.first + 1)));
   if (run.ranks > 1)
-    text += fmt::format("clocks of ranks agree within {}\n", time_text(run.clock_bound));
+    text += run.clock_bound > 0
+                ? fmt::format("clocks of ranks agree within {}\n", time_text(run.clock_bound))
+                : "ranks share a clock\n";
+  if (report.disturbance > disturbed)
+    text += fmt::format(
+        "note: tasks took {:.1f} times their median on average. Where work is even, something else "
+        "ran on these cores, and losses are not the program's alone.\n",
+        report.disturbance);
   return text;
 }
 
@@ -86,16 +94,42 @@ std::string path_text(const TraceLog& log, const TraceReport& report) {
   return text;
 }
 
-std::string exchange_text(const TraceReport& report) {
+std::string exchange_text(const TraceLog& log, const TraceReport& report) {
   const ExchangeUse& use = report.exchange;
   std::string text = fmt::format("\nPatches were {:.1f} steps apart on average, at most {}.\n",
                                  report.spread.mean, report.spread.largest);
   if (use.messages == 0) return text;
-  return text + fmt::format(
-                    "{} messages between ranks, {:.1f} MB, {} on their way; workers were idle for "
-                    "them {}.\n",
-                    use.messages, static_cast<double>(use.bytes) / 1e6, time_text(use.in_flight),
-                    time_text(use.exposed));
+  const auto n = static_cast<double>(use.messages);
+  return text +
+         fmt::format(
+             "{} messages between ranks, {:.1f} MB: each {} on its way and {} until somebody "
+             "looked, on average.\nWorkers were idle for messages {} in all ({} of their time).\n",
+             use.messages, static_cast<double>(use.bytes) / 1e6, time_text(use.in_flight / n),
+             time_text(use.unseen / n), time_text(use.exposed),
+             percent(use.exposed / (log.run.wall * static_cast<double>(report.workers.size()))));
+}
+
+/// A line per rank: how its counters went.
+std::string counters_text(const TraceLog& log) {
+  std::string text = "\nCounters: active particles, memory, load (share of the time in tasks)\n";
+  const auto least_and_most = [&](TraceCounter counter, int rank, auto write) {
+    const std::vector<TraceValue> values = values_of(log, counter, rank);
+    if (values.empty()) return std::string("-");
+    const auto [least, most] = std::minmax_element(
+        values.begin(), values.end(),
+        [](const TraceValue& a, const TraceValue& b) { return a.value < b.value; });
+    const std::string low = write(least->value), high = write(most->value);
+    return low == high ? low : low + " to " + high;
+  };
+  for (int r = 0; r < log.run.ranks; ++r)
+    text += fmt::format(
+        "  rank {:<4}{:>24}{:>26}{:>22}\n", r,
+        least_and_most(TraceCounter::particles, r,
+                       [](double v) { return format_count(static_cast<Index>(v)); }),
+        least_and_most(TraceCounter::memory, r, [](double v) { return format_bytes(v); }),
+        least_and_most(TraceCounter::load, r,
+                       [](double v) { return fmt::format("{:.0f} %", 100 * v); }));
+  return text;
 }
 
 std::string lists_text(const TraceLog& log, const TraceReport& report) {
@@ -135,110 +169,12 @@ std::string workers_text(const TraceLog& log, const TraceReport& report) {
   return text;
 }
 
-json task_json(const TraceLog& log, int t) {
-  const TraceTask& task = log.tasks[static_cast<std::size_t>(t)];
-  return {{"phase", task.kind == TraceKind::dt
-                        ? "dt"
-                        : log.run.phases[static_cast<std::size_t>(task.phase)].name},
-          {"patch", task.patch},
-          {"step", task.step},
-          {"rank", task.rank},
-          {"thread", task.thread},
-          {"begin", task.begin},
-          {"end", task.end}};
-}
-
-json stages_json(const TraceReport& report) {
-  json list = json::array();
-  for (const StageUse& s : report.stages)
-    list.push_back({{"phase", s.phase},
-                    {"stage", s.stage},
-                    {"count", s.count},
-                    {"total", s.total},
-                    {"mean", s.mean},
-                    {"p50", s.p50},
-                    {"p95", s.p95},
-                    {"max", s.longest},
-                    {"share", s.share},
-                    {"imbalance_ranks", s.by_ranks},
-                    {"imbalance_threads", s.by_threads},
-                    {"per_particle", s.per_particle},
-                    {"on_path", s.on_path}});
-  return list;
-}
-
-json path_json(const TraceReport& report) {
-  json kinds = json::object();
-  for (std::size_t k = 0; k < report.path.by_kind.size(); ++k)
-    kinds[std::string(name_of(static_cast<PathPart::Kind>(k)))] = report.path.by_kind[k];
-  return {{"by_kind", kinds},
-          {"work", report.path.work},
-          {"longest_chain", report.path.longest_chain},
-          {"speedup_left", report.path.speedup_left}};
-}
-
 }  // namespace
 
 std::string text_of(const TraceLog& log, const TraceReport& report) {
   return head_text(log, report) + losses_text(log, report) + efficiency_text(report) +
-         stages_text(report) + path_text(log, report) + exchange_text(report) +
-         workers_text(log, report) + lists_text(log, report);
-}
-
-std::string json_of(const TraceLog& log, const TraceReport& report) {
-  const Efficiencies& e = report.efficiencies;
-  json out{{"title", log.run.title},
-           {"version", log.run.version},
-           {"executor", log.run.executor},
-           {"ranks", log.run.ranks},
-           {"threads", log.run.threads},
-           {"first_step", log.run.first},
-           {"last_step", log.run.last},
-           {"wall", log.run.wall},
-           {"clock_bound", log.run.clock_bound},
-           {"tasks", log.tasks.size()},
-           {"ideal_time", report.ideal_time},
-           {"stages", stages_json(report)},
-           {"critical_path", path_json(report)},
-           {"steps_apart", {{"mean", report.spread.mean}, {"max", report.spread.largest}}},
-           {"exchange",
-            {{"messages", report.exchange.messages},
-             {"bytes", report.exchange.bytes},
-             {"in_flight", report.exchange.in_flight},
-             {"exposed", report.exchange.exposed}}},
-           {"efficiencies",
-            {{"parallel", e.parallel},
-             {"load_balance", e.load_balance},
-             {"load_balance_ranks", e.by_ranks},
-             {"communication", e.communication}}}};
-  if (e.replayed) {
-    out["efficiencies"]["serialisation"] = e.serialisation;
-    out["efficiencies"]["transfer"] = e.transfer;
-  }
-  for (const Finding& f : report.findings)
-    out["findings"].push_back({{"name", f.name}, {"loss", f.loss}, {"text", f.text}});
-  for (const WorkerUse& w : report.workers)
-    out["workers"].push_back({{"rank", w.rank},
-                              {"thread", w.thread},
-                              {"useful", w.useful},
-                              {"messages", w.messages},
-                              {"polling", w.polling},
-                              {"runtime", w.runtime},
-                              {"other", w.other},
-                              {"idle", w.idle}});
-  for (const PatchUse& p : report.patches)
-    out["slowest_patches"].push_back({{"patch", p.number},
-                                      {"rank", p.rank},
-                                      {"particles", p.particles},
-                                      {"cells", p.cells},
-                                      {"total", p.total},
-                                      {"over_mean", p.over_mean},
-                                      {"per_particle", p.per_particle},
-                                      {"why", p.why}});
-  for (const Wait& w : report.waits)
-    out["longest_waits"].push_back(
-        {{"task", task_json(log, w.task)}, {"time", w.time}, {"for", w.for_what}});
-  return out.dump(1);
+         stages_text(report) + path_text(log, report) + exchange_text(log, report) +
+         workers_text(log, report) + counters_text(log) + lists_text(log, report);
 }
 
 }  // namespace lahar

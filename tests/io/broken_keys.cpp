@@ -122,7 +122,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
     {"an object in place of a list",
      {replace("mpm.json", "\"velocity_constraints\": [{\"nset_id\": 0, \"dir\": 1, \"velocity\": 0.0}]", "\"velocity_constraints\": {\"nset_id\": 0}")},
      {},
-     R"(mpm.json:8:31: error: 'velocity_constraints' must be an array of objects, found an object [/mesh/boundary_conditions/velocity_constraints]
+     R"(mpm.json:8:31: error: 'velocity_constraints' must be a file name or an array of objects, found an object [/mesh/boundary_conditions/velocity_constraints]
         "velocity_constraints": {"nset_id": 0}
                                 ^
 )"},

@@ -61,6 +61,32 @@ TEST_CASE("bodies are materials, or what the list names, and the rest is the fir
   CHECK(bodies(list(R"({"material": "a"}, {"material": "b"})")) == Bodies{{0, 0, 1, 1}, 2});
 }
 
+TEST_CASE("bodies that come by injection alone are counted") {
+  const std::string injected = R"(, "particles": [
+    {"generator": {"type": "inject", "cset": "first", "nparticles_per_dir": 1, "material": "b"}},
+    {"generator": {"type": "region", "per_cell": 1, "material": "a",
+                   "region": {"box": {"min": [2, 0], "max": [4, 1]}}}}])";
+  const Scenario s = read_scenario_text(
+      R"({"mesh": {"structured": {"cell_size": 1, "counts": [4, 1]}},
+          "sets": {"cells": {"first": {"box": {"min": [0, 0], "max": [1, 1]}}}},
+          "materials": [
+            {"name": "unused", "type": "LinearElastic", "density": 1, "youngs_modulus": 1,
+             "poisson_ratio": 0},
+            {"name": "a", "type": "LinearElastic", "density": 1, "youngs_modulus": 1,
+             "poisson_ratio": 0},
+            {"name": "b", "type": "LinearElastic", "density": 2, "youngs_modulus": 1,
+             "poisson_ratio": 0}],
+          "analysis": {"dt": 1e-3, "nsteps": 1, "interface": true})" +
+          injected + "}",
+      "", {});
+  const auto& model = std::get<Model<2>>(s.model);
+  CHECK(model.analysis.contact.bodies == 2);
+  CHECK(model.materials.at(1).body == 0);
+  CHECK(model.materials.at(2).body == 1);
+  CHECK(model.injections.at(0).material == 2);
+  CHECK(s.warnings.empty());
+}
+
 TEST_CASE("the friction of bodies") {
   const auto friction = [](const std::string& contact) {
     const Scenario s = scenario(R"(, "interface": true)" + contact);

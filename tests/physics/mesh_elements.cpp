@@ -177,10 +177,10 @@ TEST_CASE("inverted, flat and wrongly listed cells of other elements are refused
   CHECK(triangle({0, 1, 1}).find("cell 0 has node 1 twice; a triangle has 3 different nodes") !=
         std::string::npos);
   CHECK(triangle({0, 1, 2, 0, 1, 3, 0, 1, 3}).find("share one face") != std::string::npos);
-  CHECK(message_of([&] {
+  CHECK(message_of([&] {  // no box is asked of triangles
           const Index cell[] = {0, 1, 2};
           Mesh<2>::from_tables(corners, T3, cell, false);
-        }).find("a triangle is no box along the axes") != std::string::npos);
+        }).empty());
 
   // The middle of a side moved to the quarter of it: the Jacobian vanishes at the corner.
   auto t = element_grid<2>(Q8, Vec<2>::Zero(), Vec<2>::Ones(), {1, 1});

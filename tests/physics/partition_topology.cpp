@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -102,6 +103,41 @@ TEST_CASE("patches that are not there contribute nothing") {
     const auto alone = connected(mesh, partition, {5}, rings);
     CHECK(alone[0].neighbours.empty());
     CHECK(alone[0].shared_node.empty());
+  }
+}
+
+TEST_CASE("patches that are connected again among their neighbours alone are as before") {
+  const auto mesh = Mesh<2>::structured({0, 0}, {1, 1}, {16, 16});
+  const Partition<2> partition(mesh, 16);
+  for (int rings : {0, 1}) {
+    const auto whole = connected(mesh, partition, all(partition.n_patches()), rings);
+    for (const Index again : {0, 5, 10}) {
+      auto patches = whole;
+      patches[static_cast<std::size_t>(again)] = make_topology(mesh, partition, again, rings);
+      std::vector<PatchTopology<2>*> near;
+      std::vector<char> fill;
+      for (auto& patch : patches) {
+        const auto around = partition.neighbours(again, rings);
+        const bool is_near = std::binary_search(around.begin(), around.end(), patch.patch);
+        if (patch.patch != again && !is_near) continue;
+        near.push_back(&patch);
+        fill.push_back(patch.patch == again);
+      }
+      REQUIRE(near.size() < patches.size());
+      connect(near, fill);
+      for (std::size_t p = 0; p < patches.size(); ++p) {
+        CHECK(patches[p].neighbours == whole[p].neighbours);
+        CHECK(patches[p].shared_node == whole[p].shared_node);
+        CHECK(patches[p].first == whole[p].first);
+        CHECK(patches[p].owned == whole[p].owned);
+        REQUIRE(patches[p].shares.size() == whole[p].shares.size());
+        bool same = true;
+        for (std::size_t s = 0; s < whole[p].shares.size(); ++s)
+          same &= patches[p].shares[s].neighbour == whole[p].shares[s].neighbour &&
+                  patches[p].shares[s].node == whole[p].shares[s].node;
+        CHECK(same);
+      }
+    }
   }
 }
 

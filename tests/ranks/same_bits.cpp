@@ -210,6 +210,27 @@ TEST_CASE("patches that are split because particles gather in them") {
   CHECK(simulation.info().splits > 2);
 }
 
+TEST_CASE("patches that are split while particles are injected into them") {
+  Model<2> dust = falling_dust_with_source();
+  dust.analysis.nsteps = 100000;
+  check(dust, 90, all_ways);
+  Simulation<2> simulation(dust, {.threads = 1, .ranks = Ranks::world()});
+  simulation.advance(35);
+  const Index splits = simulation.info().splits, particles = simulation.info().particles;
+  simulation.advance(55);
+  CHECK(simulation.info().splits > splits);
+  CHECK(simulation.info().particles > particles);
+}
+
+TEST_CASE("patches that are split between bodies in contact") {
+  Model<2> dust = in_contact(falling_dust());
+  dust.analysis.nsteps = 100000;
+  check(dust, 60, all_ways);
+  Simulation<2> simulation(dust, {.threads = 1, .ranks = Ranks::world()});
+  simulation.advance(60);
+  CHECK(simulation.info().splits > 2);
+}
+
 TEST_CASE("a run goes on, on all ranks, from any step around a split") {
   const Ranks ranks = Ranks::world();
   const SharedFolder folder(ranks);

@@ -90,7 +90,8 @@ truncate -s -1 "$latest"
 run --output stopped --restart latest 2>warnings.txt
 grep -q "$(basename "$latest").*truncated" warnings.txt || fail "no warning: $(cat warnings.txt)"
 compare_with_whole stopped
-[[ -e "$latest" ]] && fail "the damaged checkpoint is still there"
+# One of the same step may have been written anew; compare_with_whole has looked at that.
+[[ -e "$latest" && ! -e "whole/${latest#stopped/}" ]] && fail "the damaged checkpoint is still there"
 
 # Damaged where it is named: an error.
 status=0

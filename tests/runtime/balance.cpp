@@ -217,13 +217,18 @@ TEST_CASE("one disturbed sample of a patch's time changes its cost by a fifth at
   rate.add(0, 100);
   rate.add(1e-3, 0);  // nothing about particles
   CHECK(rate.value() == 0);
+  rate.add(1, 4000);  // the first one is that of a new patch
+  CHECK(rate.value() == 0);
   for (int i = 0; i < 5; ++i) rate.add(1e-4, 4000);
   const double usual = rate.value();
-  CHECK(usual == doctest::Approx(1e-4 / 4016));
+  CHECK(usual == doctest::Approx(1e-4 / 4040));
   rate.add(1, 4000);
   CHECK(rate.value() <= 1.2 * usual * (1 + 1e-12));
   for (int i = 0; i < 60; ++i) rate.add(3e-4, 4000);  // what lasts is followed
   CHECK(rate.value() == doctest::Approx(3 * usual).epsilon(1e-3));
+  WorkRate passed_on(usual);
+  passed_on.add(1e-4, 4000);
+  CHECK(passed_on.value() == doctest::Approx(usual));
 }
 
 TEST_CASE(
@@ -231,10 +236,10 @@ TEST_CASE(
   const std::vector<Index> particles{1000, 1000, 1000, 1000, 0};
   const std::vector<Index> work =
       work_of(particles, std::vector<double>{20e-9, 20e-9, 0, 2000e-9, 0});
-  CHECK(work[0] == 1016 * 20);
+  CHECK(work[0] == 1040 * 20);
   CHECK(work[2] == work[0]);
   CHECK(work[3] == 4 * work[0]);
-  CHECK(work[4] == 16 * 20);
+  CHECK(work[4] == 40 * 20);
   const std::vector<Index> unmeasured = work_of(particles, std::vector<double>(5, 0));
   CHECK(unmeasured[0] == unmeasured[3]);
   CHECK(unmeasured[4] >= 1);

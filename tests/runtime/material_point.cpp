@@ -4,8 +4,10 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <sstream>
 
 #include "physics/error.h"
 #include "physics/law.h"
@@ -218,6 +220,37 @@ TEST_CASE("a driver leads its point through segments of all kinds, into a table 
                         "stress_xx,stress_yy,stress_zz,stress_xy,stress_yz,stress_xz,p,q\n0,0,"));
   CHECK(std::count(table.begin(), table.end(), '\n') == 21);
   CHECK(path_picture(driver, points).find("three segments") != std::string::npos);
+}
+
+TEST_CASE("the table has every column once, also of laws with p and q among their states") {
+  const MaterialDriver driver = read_material_driver_text(R"({
+    "material": {"type": "ModifiedCamClay", "density": 1800, "youngs_modulus": 1e7,
+                 "poisson_ratio": 0.3, "p_ref": 1e5, "e_ref": 1.12, "pc0": 2e5, "ocr": 1,
+                 "m": 1.2, "lambda": 0.1, "kappa": 0.03},
+    "initial_stress": [-2e5, -2e5, -2e5, 0, 0, 0],
+    "path": [{"change": [5e-4, 5e-4, -1e-3, 0, 0, 0], "steps": 1}]})",
+                                                          ".");
+  std::vector<PathPoint> points;
+  Index divided = 0;
+  follow_path(driver, points, divided);
+  const std::string table = path_table(driver, points);
+  std::vector<std::vector<std::string>> rows;
+  std::stringstream lines(table);
+  for (std::string line, cell; std::getline(lines, line);) {
+    rows.emplace_back();
+    for (std::stringstream cells(line); std::getline(cells, cell, ',');)
+      rows.back().push_back(cell);
+  }
+  REQUIRE(rows.size() == 3);
+  for (const std::string& name : rows[0])
+    CHECK(std::count(rows[0].begin(), rows[0].end(), name) == 1);
+  for (const auto& row : rows) CHECK(row.size() == rows[0].size());
+  const auto column = [&](const char* name) {
+    const auto at = std::find(rows[0].begin(), rows[0].end(), name) - rows[0].begin();
+    return std::stod(rows[2].at(static_cast<std::size_t>(at)));
+  };
+  CHECK(column("p") == doctest::Approx((2 * 192882.4825752268 + 211655.0108685302) / 3));
+  CHECK(column("pc") == doctest::Approx(200368.9146817101));
 }
 
 TEST_CASE("a path that the material cannot follow ends with a message that names the step") {

@@ -84,7 +84,8 @@ def test_contents(browser):
 
 
 def test_drawn(browser, what):
-    for selector, share, colours in (("#timeline", 0.10, 6), ("#overview", 0.01, 4), ("#memory", 0.003, 3)):
+    for selector, share, colours in (("#timeline", 0.10, 6), ("#overview", 0.01, 4), ("#memory", 0.003, 3),
+                                    ("#load", 0.003, 3), ("#particles", 0.003, 3)):
         for canvas in browser.value(DRAWN.replace("SELECTOR", selector)) or [{"share": 0, "colours": 0}]:
             expect(canvas["share"] > share and canvas["colours"] >= colours,
                    f"{selector} is drawn, {what}: {100 * canvas['share']:.1f} % in {canvas['colours']} colours")

@@ -24,7 +24,7 @@ async function column(text, n) {
 async function table(packed) {
   const result = { n: packed.count };
   for (const [name, text] of Object.entries(packed))
-    if (typeof text === "string") result[name] = await column(text, packed.count);
+    if (typeof text === "string" && name !== "name") result[name] = await column(text, packed.count);
   return result;
 }
 
@@ -58,7 +58,7 @@ class Trace {
     trace.tasks = tasks;
 
     const messages = await table(source.messages);
-    for (const name of ["packed", "sent", "arrived", "given"])
+    for (const name of ["packed", "sent", "there", "given"])
       messages[name] = seconds(messages[name], unit);
     trace.messages = messages;
     for (const name of ["intervals", "path"]) {
@@ -67,8 +67,12 @@ class Trace {
       spans.end = spans.begin.map((begin, i) => begin + spans.length[i] * unit);
       trace[name] = spans;
     }
-    trace.memory = await table(source.memory);
-    trace.memory.time = seconds(trace.memory.time, unit);
+    trace.counters = {};
+    for (const packed of source.counters) {
+      const counter = await table(packed);
+      trace.counters[packed.name] = { n: counter.n, rank: counter.rank, time: seconds(counter.time, unit),
+                                      value: Float64Array.from(counter.value, (v) => v * packed.scale) };
+    }
     trace.findRows();
     trace.findMessages();
     trace.onPath = new Uint8Array(tasks.n);

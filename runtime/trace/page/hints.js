@@ -8,7 +8,8 @@ function waitedFor(trace, i) {
   if (m >= 0)
     return `the message after ${run.phases[messages.phase[m]].name} of patch ${messages.patch[m]}` +
       ` from rank ${messages.from[m]} (${bytes(messages.bytes[m])}, ${
-        time(messages.given[m] - messages.sent[m])} on its way)`;
+        time(Math.max(0, messages.there[m] - messages.sent[m]))} on its way, ${
+        time(messages.given[m] - messages.there[m])} until somebody looked for it)`;
   if (input >= 0) {
     const step = tasks.step[input] === tasks.step[i] ? "" : `, step ${tasks.step[input]}`;
     return `${trace.nameOf(input)}${ofPatch(tasks, input)}${step}`;
@@ -74,7 +75,7 @@ function detailsOf(trace, colouring, i, select) {
       ...fact("ended", `${exact(tasks.end[i])} – took ${time(tasks.end[i] - tasks.begin[i])}`),
       ...fact("waited for", waitedFor(trace, i)),
       ...(sent.length === 0 ? [] : fact("sent", ...sent.map((m) => element("div", {},
-        `${bytes(messages.bytes[m])} to rank ${messages.to[m]}, there after ${
+        `${bytes(messages.bytes[m])} to rank ${messages.to[m]}, found after ${
           time(messages.given[m] - messages.sent[m])}`)))),
       ...(tasks.kind[i] === trace.kind.task && trace.onPath[i]
         ? fact("critical path", "this task is on it") : [])),

@@ -53,7 +53,7 @@ class LinkPainter {
     const y0 = sender >= 0 ? this.y(sender) : (this.firstRow.get(messages.from[m]) + 0.5) * this.row;
     const y1 = unpack >= 0 ? this.y(unpack) : (this.firstRow.get(messages.to[m]) + 0.5) * this.row;
     const x0 = this.x(messages.sent[m]);
-    const x1 = this.x(unpack >= 0 ? tasks.begin[unpack] : messages.arrived[m]);
+    const x1 = this.x(unpack >= 0 ? tasks.begin[unpack] : messages.given[m]);
     this.line(colour, width, [], [x0, y0], [x1, y1]);
     if (head) this.arrowHead(colour, x1, y1, x1 - x0, y1 - y0);
   }

@@ -1,4 +1,4 @@
-// Charts over the run's time: how many workers were busy, and with what; memory.
+// Charts over the run's time: how many workers were busy, and with what; counters.
 
 class Overview {
   constructor(trace, colouring, host, range) {
@@ -74,30 +74,32 @@ class Overview {
   }
 }
 
-/** Memory of each rank. */
-function memoryChart(trace, host) {
-  const { memory } = trace, ranks = [...new Set(memory.rank)].sort((a, b) => a - b).slice(0, 12);
-  const at = [...new Set(memory.time)].sort((a, b) => a - b);
+/** A counter of each rank; `write` makes text of values, which hold until the next if `stepped`. */
+function counterChart(trace, counter, host, write, stepped) {
+  const ranks = [...new Set(counter.rank)].sort((a, b) => a - b).slice(0, 12);
+  const at = [...new Set(counter.time)].sort((a, b) => a - b);
   const place = new Map(at.map((t, i) => [t, i]));
   const lines = new Map(ranks.map((rank) => [rank, new Array(at.length).fill(null)]));
-  for (let i = 0; i < memory.n; ++i)
-    if (lines.has(memory.rank[i])) lines.get(memory.rank[i])[place.get(memory.time[i])] = memory.value[i] * 1e3;
+  for (let i = 0; i < counter.n; ++i)
+    lines.get(counter.rank[i])?.splice(place.get(counter.time[i]), 1, counter.value[i]);
   let plot = null;
   const make = () => {
     const set = palettes[theme.dark ? "dark" : "light"], ink = theme.css("ink"), line = theme.css("line");
     plot?.destroy();
     plot = new uPlot({
-      width: host.clientWidth, height: 170, padding: [8, 8, 0, 0],
+      width: host.clientWidth, height: 150, padding: [8, 8, 0, 0],
       cursor: { points: { size: 6 }, drag: { x: false, y: false } },
       scales: { x: { time: false, range: [0, trace.view.span] }, y: { range: (u, low, high) => [0, 1.1 * high] } },
       series: [{ label: "time", value: (u, t) => (t === null ? "" : time(t)) }, ...ranks.map((rank) => ({
         label: `rank ${rank}`, stroke: set[rank % set.length], width: 2, spanGaps: true,
-        value: (u, v) => (v === null ? "" : bytes(v)) }))],
+        paths: stepped ? uPlot.paths.stepped({ align: 1 }) : undefined,
+        points: { show: counter.n < 40 * ranks.length && !stepped },
+        value: (u, v) => (v === null || v === undefined ? "" : write(v)) }))],
       axes: [
         { stroke: ink, grid: { show: false }, ticks: { stroke: line }, space: 90,
           values: (u, splits) => splits.map((t) => moment(t, trace.view.span)) },
         { stroke: ink, grid: { stroke: line }, ticks: { show: false }, size: 76,
-          values: (u, splits) => splits.map((v) => bytes(v)) }],
+          values: (u, splits) => splits.map(write) }],
     }, [at, ...lines.values()], host);
   };
   make();

@@ -102,9 +102,11 @@ async function start() {
   exchange(trace, report);
   byId("waits").replaceChildren(waitTable(trace, report, timeline.show));
   byId("patches").replaceChildren(patchTable(report, timeline.patch));
-  if (trace.memory.n > 1) {
-    byId("memory-card").hidden = false;
-    memoryChart(trace, byId("memory"));
+  for (const [id, name, write, stepped] of [["load", "load", percent, true],
+      ["particles", "active particles", number, true], ["memory", "memory", bytes, false]]) {
+    const counter = trace.counters[name];
+    byId(id).parentElement.hidden = counter.n < 2;
+    if (counter.n > 1) counterChart(trace, counter, byId(id), write, stepped);
   }
   document.documentElement.dataset.ready = "yes";
 }

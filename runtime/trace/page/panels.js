@@ -34,7 +34,7 @@ function heading(trace) {
     fact(hosts.length === 1 ? "machine" : "machines",
          hosts.length > 3 ? `${hosts.slice(0, 3).join(", ")} and ${hosts.length - 3} more` : hosts.join(", ")),
     ...(run.latency > 0 ? [fact("latency added", time(run.latency))] : []),
-    ...(run.ranks > 1 ? [fact("clocks agree within", time(run.clock_bound))] : []),
+    ...(run.ranks > 1 ? [fact("clocks of ranks", run.clock_bound > 0 ? `agree within ${time(run.clock_bound)}` : "are one")] : []),
     fact("Lahar", run.version));
 }
 
@@ -42,7 +42,7 @@ function heading(trace) {
 function findings(trace, report) {
   const { wall } = trace.run, least = 0.001 * wall;
   const list = (report.findings ?? []).filter((finding) => finding.loss > least);
-  const colours = ["--poor", "--runtime", "--messages", "--path-dt", "--other", "--polling"];
+  const colours = ["--poor", "--runtime", "--messages", "--path-dt", "--other", "--path-unseen", "--polling"];
   const parts = [{ name: "work, spread evenly", value: report.ideal_time, colour: "var(--useful)" },
     ...list.map((finding, i) => ({ name: finding.name, value: finding.loss,
                                    colour: `var(${colours[Math.min(i, colours.length - 1)]})` }))];
@@ -51,6 +51,10 @@ function findings(trace, report) {
     element("li", { class: i === 0 ? "main" : "" },
       element("div", { class: "loss" }, percent(finding.loss / wall)),
       element("div", {}, element("b", {}, finding.name), element("div", {}, finding.text)))));
+  const note = document.getElementById("disturbed");
+  note.hidden = !(report.disturbance > 1.3);  // runtime/trace/analysis.h
+  note.textContent = `Tasks took ${number(report.disturbance)} times their median on average. Where work is even, ` +
+    "something else ran on these cores, and losses are not the program's alone.";
 }
 
 function tiles(report) {
@@ -103,7 +107,7 @@ function workers(report) {
 
 function criticalPath(trace, report) {
   const path = report.critical_path;
-  const colours = ["--useful", "--path-dt", "--messages", "--runtime", "--path-step", "--polling"];
+  const colours = ["--useful", "--path-dt", "--messages", "--path-unseen", "--runtime", "--path-step", "--polling", "--other"];
   const kinds = trace.pathKinds.map((name, k) => ({ name, value: path.by_kind[name] ?? 0,
                                                     colour: `var(${colours[k % colours.length]})` }));
   const stages = report.stages.filter((stage) => stage.on_path > 0).sort((a, b) => b.on_path - a.on_path);
@@ -127,8 +131,11 @@ function exchange(trace, report) {
   document.getElementById("exchange").replaceChildren(
     ...(trace.run.ranks < 2 ? [] : [
       tile("messages", number(e.messages), `${bytes(e.bytes)} in all, ${bytes(e.messages ? e.bytes / e.messages : 0)} each`),
-      tile("on their way", time(e.messages ? e.in_flight / e.messages : 0), "on average, from posting to arrival"),
-      tile("hidden behind work", percent(e.in_flight > 0 ? 1 - e.exposed / e.in_flight : 1),
-           `of the time on their way; for ${time(e.exposed)} of it workers were idle`)]),
+      tile("on their way", time(e.messages ? e.in_flight / e.messages : 0),
+           "on average, from posting to the last look that did not find the message"),
+      tile("not looked for", time(e.messages ? e.not_looked_for / e.messages : 0),
+           "on average, from there until it was found: it may have come, all threads were busy"),
+      tile("idle for messages", time(e.exposed), `of workers, ${
+        percent(e.exposed / (report.wall * report.workers.length))} of their time`)]),
     tile("patches apart", `${number(spread.mean)} steps`, `on average; ${count(spread.max, "step")} at most`));
 }

@@ -1,0 +1,98 @@
+/// \file What a rank sends to others, in one stream of messages for each of them. Many records
+/// share a message: the tasks of small and empty patches take less time than one takes to post, to
+/// find and to receive.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "runtime/ranks.h"
+
+namespace lahar {
+
+class MessageStreams {
+  struct Bundle;
+
+ public:
+  /// Records take whole lines of this many bytes, and begin at one.
+  static constexpr std::size_t line = 64;
+  static constexpr std::size_t lines(std::size_t bytes) { return (bytes + line - 1) / line * line; }
+
+  /// A stream to and from each of `peers`; longest[i] is the longest record [bytes] that will be
+  /// sent to peers[i], or less. Peers must name each other. Collective.
+  MessageStreams(const Ranks& ranks, std::vector<int> peers,
+                 const std::vector<std::size_t>& longest);
+  MessageStreams(const MessageStreams&) = delete;
+  MessageStreams& operator=(const MessageStreams&) = delete;
+  /// Everything that was sent must have been received by then.
+  ~MessageStreams();
+
+  /// Room in the next message to a peer, to be written until this object ends. Not before that,
+  /// and only after a call of post(), the message is on its way.
+  class Record {
+   public:
+    Record(Bundle& bundle, std::byte* data) : bundle_(&bundle), data_(data) {}
+    Record(const Record&) = delete;
+    Record& operator=(const Record&) = delete;
+    ~Record();
+    std::byte* data() const { return data_; }
+
+   private:
+    Bundle* bundle_;
+    std::byte* data_;
+  };
+  /// Any thread; `bytes` are whole lines. Records to a peer arrive in the order of these calls.
+  Record record(std::size_t peer, std::size_t bytes);
+
+  /// Whether post() may have something to do. Any thread.
+  bool has_unposted() const { return unposted_.load(std::memory_order_acquire) > 0; }
+  /// Send all messages whose records are written. One thread at a time, as the rest from here on.
+  void post();
+
+  /// What is too long for a record, on its own: receiver and sender give the same tag, above 0.
+  void send_long(std::size_t peer, int tag, std::vector<std::byte> bytes);
+  MPI_Request receive_long(std::size_t peer, int tag, std::span<std::byte> to);
+
+  /// Call take(peer, posted, records) for each message that has come, as long as there are any;
+  /// `posted` are ticks() of the sender.
+  template <class Take>
+  void receive(Take&& take) {
+    while (const int count = look())
+      for (int k = 0; k < count; ++k) {
+        const auto peer = static_cast<std::size_t>(came_[static_cast<std::size_t>(k)]);
+        const std::span<const std::byte> message = bytes_of(peer, static_cast<std::size_t>(k));
+        take(peer, posted(message), message.subspan(line));
+        expect_next(peer);
+      }
+  }
+
+  /// Forget what has not been sent: others may never receive it. MPI keeps the buffers.
+  void abandon();
+
+ private:
+  struct Outgoing;
+  struct Incoming;
+  int look();
+  std::span<const std::byte> bytes_of(std::size_t peer, std::size_t k) const;
+  static std::uint64_t posted(std::span<const std::byte> message);
+  void expect_next(std::size_t peer);
+  void reclaim(Outgoing& to);
+
+  Ranks ranks_;
+  std::vector<int> peers_;
+  std::atomic<int> unposted_{0};  ///< messages that have records and are not posted
+  std::vector<std::unique_ptr<Outgoing>> outgoing_;
+  std::vector<std::unique_ptr<Incoming>> incoming_;
+  std::vector<MPI_Request> next_;  ///< by peer: the receive of the message that comes next
+  std::vector<int> came_;
+  std::vector<MPI_Status> status_;
+};
+
+}  // namespace lahar

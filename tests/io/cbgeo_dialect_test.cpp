@@ -1,0 +1,138 @@
+// Spellings of published CB-Geo cases, of several years: read, or refused with what to write.
+#include <doctest/doctest.h>
+
+#include "broken_case.h"
+
+using namespace lahar::broken;
+
+namespace {
+
+constexpr const char* constraints = R"([{"nset_id": 0, "dir": 1, "velocity": 0.0}])";
+
+}  // namespace
+
+// clang-format off
+TEST_CASE("spellings that still say what is meant are read, older ones with a warning") {
+  const std::vector<Entry> table = {
+    {"constraints as names of files",
+     {replace("mpm.json", constraints, R"("v.txt", "friction_constraints": "f.txt")"),
+      write("v.txt", "0 1 0.0\n1 1 0.0\n2 1 0.0\n"), write("f.txt", "0\t1\t-1\t0.3\n")},
+     {},
+     R"(accepted
+mpm.json:8:31: warning: the name of a file is the older form of 'velocity_constraints' [/mesh/boundary_conditions/velocity_constraints]
+        "velocity_constraints": "v.txt", "friction_constraints": "f.txt"
+                                ^
+  hint: it is read; CB-Geo MPM has [{"file": ...}] now
+mpm.json:8:64: warning: the name of a file is the older form of 'friction_constraints' [/mesh/boundary_conditions/friction_constraints]
+        "velocity_constraints": "v.txt", "friction_constraints": "f.txt"
+                                                                 ^
+  hint: it is read; CB-Geo MPM has [{"file": ...}] now
+)"},
+    {"a file of constraints that is not there",
+     {replace("mpm.json", constraints, R"("v.txt")")},
+     {},
+     R"(mpm.json:8:31: error: file 'v.txt' does not exist [/mesh/boundary_conditions/velocity_constraints]
+        "velocity_constraints": "v.txt"
+                                ^
+  hint: file names are relative to the scenario's folder
+)"},
+    {"particles with a set_id",
+     {replace("mpm.json", R"("material_id": 0}})", R"("material_id": 0}, "set_id": 0})")},
+     {},
+     R"(accepted
+mpm.json:12:84: warning: 'set_id' is ignored in an entry of particles [/particles/0/set_id]
+   {"generator": {"type": "file", "location": "particles.txt", "material_id": 0}, "set_id": 0}
+                                                                                  ^
+  hint: the reference code ignores it too
+)"},
+    {"names of state variables as a list",
+     {replace("mpm.json", R"("output_steps": 5)", R"("output_steps": 5, "vtk_statevars": ["pdstrain"])")},
+     {},
+     R"(accepted
+mpm.json:20:60: warning: no material has a state variable 'pdstrain' [/post_processing/vtk_statevars/0]
+    "post_processing": {"output_steps": 5, "vtk_statevars": ["pdstrain"]}
+                                                             ^
+)"},
+    {"triangles that are not isoparametric",
+     {replace("mpm.json", R"("ED2Q4")", R"("ED2T3", "isoparametric": false)"),
+      write("mesh.txt", "6 4\n0 0\n1 0\n2 0\n0 1\n1 1\n2 1\n0 1 4\n0 4 3\n1 2 5\n1 5 4\n")},
+     {},
+     "accepted\n"},
+    {"no state variables",
+     {replace("mpm.json", R"("output_steps": 5)", R"("output_steps": 5, "vtk": [], "vtk_statevars": [])")},
+     {},
+     "accepted\n"},
+    {"how much is logged",
+     {replace("mpm.json", R"("dt": 0.001)", R"("verbosity": 100, "dt": 0.001)")},
+     {},
+     R"(accepted
+mpm.json:19:41: warning: 'verbosity' is ignored in analysis [/analysis/verbosity]
+    "analysis": {"type": "MPMExplicit2D", "verbosity": 100, "dt": 0.001, "nsteps": 10},
+                                          ^
+  hint: the reference code ignores it too
+)"},
+  };
+  check(table, 7);
+}
+
+TEST_CASE("keys that the reference no longer reads are refused with where they have gone") {
+  const std::vector<Entry> table = {
+    {"files named at the top",
+     {replace("mpm.json", R"("title": "Broken",)", R"("title": "Broken", "input_files": {"mesh": "mesh.txt"},)"),
+      replace("mpm.json", R"("cell_type": "ED2Q4",)", R"("cell_type": "ED2Q4", "mesh_reader": "Ascii2D", "material_id": 0,)")},
+     {},
+     R"(mpm.json:2:22: error: 'input_files' in the scenario is of an older format, which CB-Geo MPM does not read any more [/input_files]
+    "title": "Broken", "input_files": {"mesh": "mesh.txt"},
+                       ^
+  hint: name files where they belong: mesh.mesh, mesh.particles_volumes, "file" in entries of mesh.boundary_conditions and external_loading_conditions, and "location" in particles[].generator of type "file"
+mpm.json:6:27: error: 'mesh_reader' in mesh is of an older format, which CB-Geo MPM does not read any more [/mesh/mesh_reader]
+      "cell_type": "ED2Q4", "mesh_reader": "Ascii2D", "material_id": 0,
+                            ^
+  hint: write io_type
+mpm.json:6:53: error: 'material_id' in mesh is of an older format, which CB-Geo MPM does not read any more [/mesh/material_id]
+      "cell_type": "ED2Q4", "mesh_reader": "Ascii2D", "material_id": 0,
+                                                      ^
+  hint: it is in particles[].generator
+)"},
+    {"gravity in the analysis",
+     {replace("mpm.json", R"("dt": 0.001)", R"("gravity": [0, -9.81], "dt": 0.001)")},
+     {},
+     R"(mpm.json:19:41: error: 'gravity' in analysis is of an older format, which CB-Geo MPM does not read any more [/analysis/gravity]
+    "analysis": {"type": "MPMExplicit2D", "gravity": [0, -9.81], "dt": 0.001, "nsteps": 10},
+                                          ^
+  hint: it is in external_loading_conditions
+)"},
+    {"the viscosity of a Newtonian fluid",
+     {replace("mpm.json", R"("LinearElastic2D", "density": 1000,
+     "youngs_modulus": 1e6, "poisson_ratio": 0.3)", R"("Newtonian2D", "density": 1000,
+     "bulk_modulus": 1e6, "mu": 0.5)")},
+     {},
+     R"(mpm.json:15:5: error: 'dynamic_viscosity' is missing in a material [/materials/0]
+      {"id": 0, "type": "Newtonian2D", "density": 1000,
+      ^
+  hint: dynamic_viscosity [Pa s]: viscosity
+mpm.json:16:27: error: 'mu' in a material is of an older format, which CB-Geo MPM does not read any more [/materials/0/mu]
+       "bulk_modulus": 1e6, "mu": 0.5}
+                            ^
+  hint: write dynamic_viscosity
+)"},
+    {"particles generated in all cells",
+     {replace("mpm.json", R"("cell_type": "ED2Q4",)", R"("cell_type": "ED2Q4", "generate_particles_cells": 2,)")},
+     {},
+     R"(mpm.json:6:27: error: 'generate_particles_cells' in mesh is of an older format, which CB-Geo MPM does not read any more [/mesh/generate_particles_cells]
+      "cell_type": "ED2Q4", "generate_particles_cells": 2,
+                            ^
+  hint: write a particles[].generator of type "gauss" with "cset_id": -1 and this number as nparticles_per_dir
+)"},
+    {"absorbing boundaries",
+     {replace("mpm.json", constraints, std::string(constraints) + R"(,
+      "absorbing_constraints": [{"nset_id": 0, "dir": 1, "delta": 0.1, "h_min": 0.001, "a": 1, "b": 1}])")},
+     {},
+     R"(mpm.json:9:7: error: 'absorbing_constraints' is not supported yet [/mesh/boundary_conditions/absorbing_constraints]
+        "absorbing_constraints": [{"nset_id": 0, "dir": 1, "delta": 0.1, "h_min": 0.001, "a": 1, "b": 1}]
+        ^
+)"},
+  };
+  check(table, 5);
+}
+// clang-format on
