@@ -12,6 +12,7 @@ inline constexpr int axis_nodes = 4;
 /// 2008).
 struct QuadraticSpline {
   static constexpr double spread = 0.25;  ///< sum_k w_k (k - s)^2, anywhere but at walls
+  static constexpr int per_particle = 3;  ///< nodes whose functions may not be zero at one place
   template <class Real>
   LAHAR_INLINE static void at(const Real& s, Real (&w)[axis_nodes]) {
     const Real left = max(Real(0.0), 0.5 - s), right = max(Real(0.0), s - 0.5), t = 1.0 - s;
@@ -34,6 +35,7 @@ struct QuadraticSpline {
 /// Cubic B-splines centred at nodes, with knots there.
 struct CubicSpline {
   static constexpr double spread = 1.0 / 3.0;
+  static constexpr int per_particle = axis_nodes;
   template <class Real>
   LAHAR_INLINE static void at(const Real& s, Real (&w)[axis_nodes]) {
     const Real t = 1.0 - s, s2 = s * s, t2 = t * t;

@@ -19,6 +19,9 @@
 /// A tensor basis has functions that are products of one function per axis, and also
 ///
 ///     static constexpr int per_axis = 4;        nodes = per_axis^Dim, first axis fastest
+///     static constexpr int per_particle;        4, or 3 where functions of one particle are other
+///                                               than zero at nodes 0 to 2 (s <= 1/2) or 1 to 3
+///                                               only
 ///     template <class Real>                     w[d][k] and dw[d][k] = dw/dx_d [1/m]
 ///     void weights(Local p, Real (&w)[Dim][per_axis]) const;
 ///     void weights(Local p, Real (&w)[Dim][per_axis], Real (&dw)[Dim][per_axis]) const;
@@ -29,8 +32,8 @@
 ///     void moments(Local p, Real (&w)[Dim][per_axis], Real (&m)[Dim][per_axis]) const;
 ///     double cell_length(int d) const;          [m]
 ///
-/// for which kernels take fewer operations; at the centre gradients are those of linear functions. A
-/// new kind is a row of BasisKind and of with_bases().
+/// for which kernels take fewer operations; at the centre gradients are those of linear functions.
+/// A new kind is a row of BasisKind and of with_bases().
 #pragma once
 
 #include <cstddef>
@@ -78,8 +81,9 @@ template <int Dim, class Body>
 LAHAR_INLINE void for_each_supported_run(const Patch<Dim>& patch, Runs runs, Body body) {
   const Local* nodes = patch.topology.support_nodes.data();
   const auto stride = static_cast<std::ptrdiff_t>(patch.topology.support_size);
+  // A function for each basis: in one for all, GCC 12 keeps less in registers.
   with_bases(
-      patch, [&](const auto& cells) __attribute__((always_inline)) {
+      patch, [&](const auto& cells) __attribute__((noinline)) {
         for (Run& run : runs)
           if (run.begin < run.end) body(cells[run.cell], run, nodes + stride * run.cell);
       });

@@ -126,7 +126,7 @@ struct CellPolynomial {
 /// One step of the inverse map: xi - y. With Newton's step s, exactly
 ///   x(xi - y) - x = J (s - y) + g(y),
 /// g being the polynomial's terms of second and (3D) third order. So y = s + J^-1 g(y), which is
-/// iterated a fixed number of times at the cost of one division: each correction gains as many
+/// iterated a fixed number of times at the cost of one reciprocal: each correction gains as many
 /// digits as the first. `offset` = c[0] + X - x.
 template <int Dim, class Real>
 struct InverseStep {
@@ -142,7 +142,7 @@ LAHAR_INLINE InverseStep<2, Real> inverse_step(const CellPolynomial<2>& cell,
   cell.jacobian(xi, J);
   LAHAR_UNROLL
   for (int i = 0; i < 2; ++i) f[i] = fma(xi[1], J[i][1], fma(xi[0], Real(cell.c[1][i]), offset[i]));
-  const Real r = 1.0 / cell.determinant(xi);
+  const Real r = reciprocal(cell.determinant(xi));
   InverseStep<2, Real> step;
   auto& y = step.y;
   y[0] = step.s[0] = difference_of_products(J[1][1], f[0], J[0][1], f[1]) * r;
@@ -190,7 +190,7 @@ LAHAR_INLINE InverseStep<3, Real> inverse_step(const CellPolynomial<3>& cell,
     return fma(adjugate[k][2], v[2], fma(adjugate[k][1], v[1], adjugate[k][0] * v[0]));
   };
   const Real column[3] = {J[0][0], J[1][0], J[2][0]};
-  const Real r = 1.0 / dot(0, column);
+  const Real r = reciprocal(dot(0, column));
   InverseStep<3, Real> step;
   auto& y = step.y;
   for (int d = 0; d < 3; ++d) y[d] = step.s[d] = dot(d, f) * r;

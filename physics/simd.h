@@ -124,6 +124,16 @@ LAHAR_INLINE Real broadcast(const double* p) {
   return Real(*p);
 }
 
+/// Four doubles from memory, in the lower and in the upper lanes.
+LAHAR_INLINE PackOf<8> broadcast_four(const double* p) {
+#if defined(__AVX512F__)
+  return PackOf<8>::of(PackOf<8>::Value(_mm512_maskz_broadcast_f64x4(0xff, _mm256_loadu_pd(p))));
+#else
+  const auto v = load<PackOf<4> >(p).v;
+  return PackOf<8>::of(__builtin_shufflevector(v, v, 0, 1, 2, 3, 0, 1, 2, 3));
+#endif
+}
+
 /// a * b with b one double in memory for all lanes: one instruction.
 template <class Real>
 LAHAR_INLINE Real multiply(const Real& a, const double* b) {
@@ -290,8 +300,9 @@ LAHAR_INLINE Real sqrt(const Real& value) {
   return load<Real>(values);
 }
 
-/// 1 / x to about one unit in the last place, for x from 1e-300 to 1e300: an estimate of the machine
-/// and two steps of Newton's method, a third of a division's time.
+/// 1 / x to about one unit in the last place, for x from 1e-300 to 1e300: an estimate of the
+/// machine and two steps of Newton's method, a third of a division's time. Packs of any width get
+/// the same.
 template <class Real>
 LAHAR_INLINE Real reciprocal(const Real& x) {
 #if defined(__AVX512F__)
@@ -299,6 +310,13 @@ LAHAR_INLINE Real reciprocal(const Real& x) {
     auto y = Real::of(typename Real::Value(_mm512_maskz_rcp14_pd(0xff, __m512d(x.v))));
     LAHAR_UNROLL
     for (int step = 0; step < 2; ++step) y = fma(y, fma(-x, y, Real(1.0)), y);
+    return y;
+  } else {
+    PackOf<8> wide(1.0);
+    __builtin_memcpy(&wide.v, &x.v, sizeof(x.v));
+    wide = reciprocal(wide);
+    Real y;
+    __builtin_memcpy(&y.v, &wide.v, sizeof(y.v));
     return y;
   }
 #endif
@@ -357,8 +375,7 @@ LAHAR_INLINE Real select(unsigned bits, const Real& a, const Real& b) {
 template <class Real>
 LAHAR_INLINE unsigned greater(const Real& a, const Real& b) {
 #if defined(__AVX512F__)
-  if constexpr (lanes<Real> == 8)
-    return _mm512_cmp_pd_mask(__m512d(a.v), __m512d(b.v), _CMP_GT_OQ);
+  if constexpr (lanes<Real> == 8) return _mm512_cmp_pd_mask(__m512d(a.v), __m512d(b.v), _CMP_GT_OQ);
 #endif
   unsigned bits = 0;
   for (int lane = 0; lane < lanes<Real>; ++lane)

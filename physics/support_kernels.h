@@ -31,6 +31,16 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, doubl
 template <int Dim, class Real>
 void map_gradient(Patch<Dim>& patch, Runs runs, double* sums);
 
+/// The same for quadratic splines in 3D.
+template <class Real>
+void map_spline_momentum(Patch<3>& patch, Runs runs, double* sums);
+template <class Real>
+void map_spline_pressure(Patch<3>& patch, const StepContext<3>& step, Runs runs, double* sums);
+template <class Real>
+void map_spline_force(Patch<3>& patch, const StepContext<3>& step, Runs runs, double* sums);
+template <class Real>
+void map_spline_gradient(Patch<3>& patch, Runs runs, double* sums);
+
 /// Velocities and accelerations of the nodes at the particles from p on of a run, until the next
 /// call.
 template <int Dim, class Real>

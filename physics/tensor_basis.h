@@ -40,6 +40,7 @@ template <int Dim, class Axis>
 struct TensorProduct {
   static constexpr int per_axis = axis_nodes;
   static constexpr int nodes = tensor_nodes<Dim>;
+  static constexpr int per_particle = Axis::per_particle;
   static constexpr bool volume_at_centre = Axis::volume_at_centre;
 
   CartesianMap<Dim> map;
@@ -146,6 +147,7 @@ class SplineCells {
   struct Axis {
     static constexpr bool volume_at_centre = false;
     static constexpr double spread = Function::spread;
+    static constexpr int per_particle = Function::per_particle;
     template <class Real>
     LAHAR_INLINE void at(int, Local, const Real& s, Real (&w)[axis_nodes]) const {
       Function::at(s, w);
@@ -174,6 +176,7 @@ class GimpCells {
   struct Axis {
     static constexpr bool volume_at_centre = true;
     static constexpr double spread = 0.0;  // differs
+    static constexpr int per_particle = axis_nodes;
     std::array<const double*, Dim> edge;   ///< [m]
     double half_per_length[Dim];           ///< half a domain's edge in lengths of the cell [1/m]
 

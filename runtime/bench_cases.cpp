@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <random>
 
 #include "io/problems.h"
 #include "io/scenario.h"
+#include "physics/element_grid.h"
 #include "runtime/console.h"
 #include "runtime/verify_plate.h"
 
@@ -121,6 +123,22 @@ Model<Dim> lattice_block(const BlockSize& size) {
 }
 
 template <int Dim>
+Model<Dim> element_block(const BlockSize& size, Element element) {
+  constexpr double beside = 0.07;  // [m]
+  Model<Dim> model = lattice_block<Dim>(size);
+  auto tables = element_grid<Dim>(element, model.mesh->bounds().first, Vec<Dim>::Ones(),
+                                  model.mesh->counts());
+  model.mesh = std::make_shared<const Mesh<Dim>>(
+      Mesh<Dim>::from_tables(std::move(tables.nodes), element, tables.cells, true));
+  ParticleTable<Dim>& particles = model.particles;
+  for (std::size_t p = 0; p < particles.x.size(); ++p) {
+    particles.x[p][0] += beside;
+    particles.cell[p] = model.mesh->locate(particles.x[p]).cell;
+  }
+  return model;
+}
+
+template <int Dim>
 Model<Dim> deformed_block(const BlockSize& size) {
   Model<Dim> model = lattice_block<Dim>(size);
   const auto edge = static_cast<double>(size.cells);
@@ -187,9 +205,10 @@ Model<2> bench_plate_isoparametric() {
   return model;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                              \
-  template Vec<Dim> deformed<Dim>(const Vec<Dim>&, double); \
-  template Model<Dim> lattice_block<Dim>(const BlockSize&); \
+#define LAHAR_INSTANTIATE(Dim)                                       \
+  template Vec<Dim> deformed<Dim>(const Vec<Dim>&, double);          \
+  template Model<Dim> lattice_block<Dim>(const BlockSize&);          \
+  template Model<Dim> element_block<Dim>(const BlockSize&, Element); \
   template Model<Dim> deformed_block<Dim>(const BlockSize&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -24,6 +24,11 @@ struct BlockSize {
 template <int Dim>
 Model<Dim> lattice_block(const BlockSize& size);
 
+/// The same in a mesh of other elements with nodes in a table; particles lie a little beside the
+/// lattice, so that none is on the edge of two triangles.
+template <int Dim>
+Model<Dim> element_block(const BlockSize& size, Element element);
+
 /// After large deformation: positions are those of deformed(), and the body flies along no axis, so
 /// fast that `crossings_per_step` of the particles change their cell per step. It is in the mesh
 /// for `flight_steps`.

@@ -119,10 +119,11 @@ BenchPlan kernels(const std::string& size_name, const BlockSize& size) {
                                       Dim, size_name),
                  .stages = true};
   const auto add = [&](const std::string& name, ShapeFunctions functions, Affine affine,
-                       double goal = 0) {
+                       double goal = 0, Element element = multilinear<Dim>) {
     BenchJob job = lattice<Dim>(name, size, one_thread, goal);
     job.model = [=] {
-      Model<Dim> model = lattice_block<Dim>(size);
+      Model<Dim> model = element == multilinear<Dim> ? lattice_block<Dim>(size)
+                                                     : element_block<Dim>(size, element);
       model.analysis.functions = functions;
       model.analysis.affine = affine;
       if (affine != Affine::none) model.analysis.flip = 0.0;
@@ -137,6 +138,12 @@ BenchPlan kernels(const std::string& size_name, const BlockSize& size) {
   add("quadratic spline", ShapeFunctions::quadratic_spline, Affine::none);
   add("quadratic spline, APIC", ShapeFunctions::quadratic_spline, Affine::apic, solid ? 100 : 0);
   add("cubic spline, TPIC", ShapeFunctions::cubic_spline, Affine::tpic);
+  add("CPDI", ShapeFunctions::cpdi, Affine::none);
+  add("CPDI2", ShapeFunctions::cpdi2, Affine::none);
+  if constexpr (Dim == 2) {
+    add("T3", ShapeFunctions::element, Affine::none, 25, Element::T3);
+    add("Q8", ShapeFunctions::element, Affine::none, 35, Element::Q8);
+  }
   return plan;
 }
 
