@@ -7,6 +7,10 @@ std::span<const CbgeoDeviation> cbgeo_deviations() {
       {"`\"stress_update\"` in `analysis`", "ignored: USF is run",
        "the older spelling of `mpm_scheme`, which is run"},
       {"`\"mpm_scheme\": \"musl\"`", "USF is run", "MUSL is run"},
+      {"`\"damping_ratio\"` in `analysis.damping`",
+       "ignored, although documented: nothing is damped", "the same as `damping_factor`"},
+      {"`\"particles_cells\"` in `mesh`", "ignored, although documented",
+       "the same as `particle_cells`"},
       {"`friction_constraints` in 3D, of a node at rest that is pulled harder than friction holds",
        "slowed by mu a_n a_t / (a_t - mu a_n), which grows without limit as the pull comes near to "
        "mu a_n",

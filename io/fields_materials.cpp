@@ -151,6 +151,21 @@ std::vector<Field> fields() {
                  .help = "write dynamic_viscosity",
                  .support = Support::older,
                  .only = {"Newtonian"}});
+  const auto older = [&](std::string_view key, std::string_view help) {
+    all.push_back({.key = key,
+                   .kinds = any,
+                   .help = help,
+                   .support = Support::older,
+                   .only = {"MohrCoulomb"}});
+  };
+  older("friction_angle", "write friction");
+  older("dilation_angle", "write dilation");
+  older("residual_friction_angle", "write residual_friction");
+  older("residual_dilation_angle", "write residual_dilation");
+  for (const std::string_view key : {"peak_EPDS", "peak_epds"})
+    older(key, "write peak_pdstrain, and \"softening\": true");
+  for (const std::string_view key : {"crit_EPDS", "critical_epds"})
+    older(key, "write residual_pdstrain, and \"softening\": true");
   all.push_back({.key = "stress_rate",
                  .kinds = text,
                  .help = "objective stress rate (dialect of the fork)",

@@ -45,6 +45,46 @@ const Section& structured_section() {
   return section;
 }
 
+const Section& node_type_section() {
+  static const Section section{.name = "an entry of node_types",
+                               .path = "mesh.nonlocal_mesh_properties.node_types[]",
+                               .help = "Where nodes are in the mesh, along an axis.",
+                               .fields = {
+                                   {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
+                                   {.key = "dir", .kinds = direction, .help = "direction"},
+                                   {.key = "type",
+                                    .kinds = integer,
+                                    .help = "0 inside, 1 to 4 at or near a border",
+                                    .min = 0},
+                               }};
+  return section;
+}
+
+const Section& nonlocal_section() {
+  static const Section section{
+      .name = "mesh.nonlocal_mesh_properties",
+      .path = "mesh.nonlocal_mesh_properties",
+      .help =
+          "What the fork has to be told about splines (ED2Q4P2B, ED3H8P2B). Here all of it follows "
+          "from the mesh, and these keys have no effect: splines end at the border of the mesh, "
+          "where "
+          "they sum to one and reproduce linear fields.",
+      .fields = {
+          {.key = "type",
+           .kinds = text,
+           .help = "kind of functions",
+           .required = true,
+           .allowed = {"BSPLINE"},
+           .planned = {"LME"}},
+          {.key = "kernel_correction", .kinds = boolean, .help = "without effect"},
+          {.key = "node_types",
+           .kinds = list,
+           .help = "without effect",
+           .section = node_type_section},
+      }};
+  return section;
+}
+
 const Section& stresses_section() {
   static const Section section{
       .name = "mesh.particles_stresses",
@@ -93,9 +133,10 @@ const Section& mesh_section() {
                    "\"particle_sets\": []}"},
           {.key = "cell_type",
            .kinds = text,
-           .help = "element; the default follows from the "
-                   "dimension. ED2Q16G and ED3H64G: GIMP, the file lists the nodes around each cell "
-                   "as well; ED2Q4P2B and ED3H8P2B: quadratic B-splines",
+           .help =
+               "element; the default follows from the "
+               "dimension. ED2Q16G and ED3H64G: GIMP, the file lists the nodes around each cell "
+               "as well; ED2Q4P2B and ED3H8P2B: quadratic B-splines",
            .fallback = "\"ED2Q4\"",
            .fallback_3d = "\"ED3H8\"",
            .allowed = {"ED2T3", "ED2T6", "ED2Q4", "ED2Q8", "ED2Q9", "ED3T4", "ED3H8", "ED3H20",
@@ -128,6 +169,10 @@ const Section& mesh_section() {
            .kinds = file,
            .help = "lines `particle cell`: where to look "
                    "for a particle first"},
+          {.key = "particles_cells",
+           .kinds = file,
+           .help = "the same as particle_cells, in the documentation of CB-Geo MPM, which ignores "
+                   "it"},
           {.key = "particles_volumes",
            .kinds = file,
            .help = "lines `particle volume`; without it "
@@ -147,6 +192,10 @@ const Section& mesh_section() {
                    "particles",
            .fallback = "{}",
            .section = boundary_section},
+          {.key = "nonlocal_mesh_properties",
+           .kinds = object,
+           .help = "borders of the mesh for splines (dialect of the fork), without effect",
+           .section = nonlocal_section},
           {.key = "particles_pore_pressures",
            .kinds = any,
            .help = "initial pore pressures (dialect of the fork)",
@@ -221,6 +270,91 @@ const Section& friction_section() {
   return section;
 }
 
+const Section& acceleration_section() {
+  static const Section section{
+      .name = "an acceleration constraint",
+      .path = "mesh.boundary_conditions.acceleration_constraints[]",
+      .help =
+          "A prescribed acceleration component of a set of nodes, in their frame, such as that of "
+          "a "
+          "base that an earthquake shakes; or a `file` of lines `node dir acceleration` (dialect "
+          "of "
+          "the fork). Of several for a node and direction the last wins; a prescribed velocity in "
+          "the same direction is an error.",
+      .fields = {
+          {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
+          {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
+          {.key = "dir", .kinds = direction, .help = "direction"},
+          {.key = "acceleration", .kinds = number, .help = "acceleration", .unit = "m/s^2"},
+          {.key = "math_function_id",
+           .kinds = id,
+           .help = "factor over time: an id of math_functions or a name; default constant"},
+          {.key = "file", .kinds = file, .help = "file of lines `node dir acceleration`"},
+      }};
+  return section;
+}
+
+const Section& absorbing_section() {
+  static const Section section{
+      .name = "an absorbing constraint",
+      .path = "mesh.boundary_conditions.absorbing_constraints[]",
+      .help =
+          "Dashpots and springs at a set of nodes, for a boundary that waves leave through: the "
+          "traction -rho c v - rho c^2 u / delta, with c = c_p (times `a` in the first term) along "
+          "`dir` and c = c_s (times `b`) in the other directions, v the node's velocity, and rho, "
+          "c_p, c_s and the displacement u means of the particles around the node. Densities and "
+          "wave "
+          "speeds are those of the materials at the beginning; fluids have no c_s. The area of a "
+          "node follows "
+          "from `h_min` and `position`. Several entries on a node add up.",
+      .fields = {
+          {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
+          {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
+          {.key = "dir",
+           .kinds = direction,
+           .help = "normal of the boundary, along which compression waves leave",
+           .required = true},
+          {.key = "delta",
+           .kinds = number,
+           .help =
+               "thickness of the layer whose stiffness the springs have; at least h_min / (2 a) "
+               "and h_min / (2 b). A static stress s moves the boundary by s delta / (rho c^2)",
+           .unit = "m",
+           .required = true,
+           .min = 0,
+           .above_min = true},
+          {.key = "h_min",
+           .kinds = number,
+           .help = "edge length of the cells at the boundary",
+           .unit = "m",
+           .required = true,
+           .min = 0,
+           .above_min = true},
+          {.key = "a",
+           .kinds = number,
+           .help = "factor of the dashpots along dir",
+           .unit = "-",
+           .fallback = "1",
+           .min = 0,
+           .above_min = true},
+          {.key = "b",
+           .kinds = number,
+           .help = "factor of the dashpots in the other directions",
+           .unit = "-",
+           .fallback = "1",
+           .min = 0,
+           .above_min = true},
+          {.key = "position",
+           .kinds = text,
+           .help = "where the nodes are on the boundary, and so their area: in 2D h_min of an edge "
+                   "and half of it at its ends (corner); in 3D h_min^2 inside of a face, a half at "
+                   "its edges and a quarter at its corners",
+           .required = true,
+           .allowed = {"corner", "edge", "face"}},
+      }};
+  return section;
+}
+
 const Section& particle_velocity_section() {
   static const Section section{
       .name = "a particle velocity constraint",
@@ -266,8 +400,24 @@ const Section& boundary_section() {
                                     .help = "prescribed particle velocities",
                                     .section = particle_velocity_section},
                                    {.key = "absorbing_constraints",
-                                    .kinds = any,
+                                    .kinds = list,
                                     .help = "boundaries that waves leave through",
+                                    .section = absorbing_section},
+                                   {.key = "acceleration_constraints",
+                                    .kinds = list,
+                                    .help = "prescribed nodal accelerations",
+                                    .section = acceleration_section},
+                                   {.key = "displacement_constraints",
+                                    .kinds = any,
+                                    .help = "of implicit analyses (dialect of the fork)",
+                                    .support = Support::planned},
+                                   {.key = "cohesion_constraints",
+                                    .kinds = any,
+                                    .help = "adhesion of nodes to a wall (dialect of the fork)",
+                                    .support = Support::planned},
+                                   {.key = "adhesion_constraints",
+                                    .kinds = any,
+                                    .help = "adhesion of nodes to a wall (dialect of the fork)",
                                     .support = Support::planned},
                                    {.key = "pressure_constraints",
                                     .kinds = any,

@@ -72,8 +72,10 @@ from 0 in file order. Numbers must be finite, and the counts must be right.
 | `mesh.particle_cells` | `particle cell` |
 | `mesh.particles_stresses` | the count; then per particle `xx yy zz xy yz xz` |
 | `velocity_constraints[].file` | `node dir velocity` |
+| `acceleration_constraints[].file` | `node dir acceleration` |
 | `concentrated_nodal_forces[].file` | `node dir force` |
 | `friction_constraints[].file` | `node dir sign_n friction` |
+| `math_functions[].file` | `time value` or `time, value` |
 | `nodal_euler_angles` | `node alpha beta [gamma]` in radians |
 | `mesh.entity_sets` | JSON: `{"node_sets": [{"id": 0, "set": [0, 1]}], "cell_sets": [...], "particle_sets": [...]}` |
 

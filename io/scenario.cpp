@@ -17,6 +17,8 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_particles();
   build_constraints();
   build_friction();
+  build_absorbing();
+  build_accelerations();
   build_particle_constraints();
   build_gravity();
   build_tractions();
@@ -178,9 +180,11 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   std::string text = read_scenario_file(file, team_of(options));
   ProblemList problems;
   JsonDocument document(file.string(), text, problems);
-  ScenarioInput in{file.string(),      std::move(document),  std::move(problems),
-                   file.parent_path(), file.stem().string(), options.as_cbgeo,
-                   &team_of(options)};
+  ScenarioInput in{
+      file.string(),        std::move(document),
+      std::move(problems),  options.folder.empty() ? file.parent_path() : options.folder,
+      file.stem().string(), options.as_cbgeo,
+      &team_of(options)};
   Scenario scenario = read(std::move(in), std::move(text), options);
   scenario.file = file;
   return scenario;

@@ -57,14 +57,31 @@ void ScenarioBuilder<Dim>::build_analysis() {
   build_shape_functions(*analysis);
   build_time_step(*analysis);
   Analysis& a = model_.analysis;
-  if (const JsonValue* damping = analysis->find("damping"))
-    a.damping = get_number(*damping, "damping_factor").value_or(0);
+  build_damping(*analysis);
   a.pressure_smoothing = get_bool(*analysis, "pressure_smoothing").value_or(false);
   a.remove_leaving_particles = !get_bool(*analysis, "locate_particles").value_or(true);
   a.patch_particles = get_integer(*analysis, "patch_particles").value_or(4096);
   a.split_steps = get_integer(*analysis, "split_steps").value_or(100);
   if (const JsonValue* steps = analysis->find("nload_balance_steps"))
     in_.warning(*steps, "'nload_balance_steps' has no effect on one rank");
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_damping(const JsonValue& analysis) {
+  const JsonValue* damping = analysis.find("damping");
+  if (!damping) return;
+  if (!written(*damping, "damping_factor") && !written(*damping, "damping_ratio"))
+    return in_.error(*damping, "'damping_factor' is missing in analysis.damping",
+                     "damping_factor [-]: share of the unbalanced force");
+  const JsonValue* given = in_.either(*damping, "damping_factor", "damping_ratio");
+  const JsonValue* documented = damping->find("damping_ratio");
+  if (documented && in_.as_cbgeo)
+    return in_.warning(*documented, "'damping_ratio' is ignored, as by CB-Geo: nothing is damped");
+  if (documented)
+    in_.warning(*documented, "'damping_ratio' is read as 'damping_factor'",
+                "CB-Geo MPM, whose documentation has it, ignores this key and damps nothing; "
+                "--as-cbgeo does the same");
+  if (given) model_.analysis.damping = given->number();
 }
 
 template <int Dim>

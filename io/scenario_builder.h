@@ -38,12 +38,14 @@ class ScenarioBuilder {
   // scenario_materials.cpp
   void build_materials();
   void build_functions();
+  void read_function(const JsonValue& object, MathFunction& f);
   int find_material(const JsonValue& object);  ///< index; -1 = reported
   int find_function(const JsonValue& object);  ///< index; -1 = none
   // scenario_analysis.cpp
   void build_as_cbgeo();  ///< first of all: others depend on it
   void build_analysis();
   void build_scheme(JsonValue& analysis);
+  void build_damping(const JsonValue& analysis);
   void build_velocity_update(const JsonValue& analysis);
   void build_shape_functions(const JsonValue& analysis);
   bool is_grid() const;
@@ -84,6 +86,8 @@ class ScenarioBuilder {
   // scenario_loads.cpp
   void build_constraints();
   void build_friction();
+  void build_absorbing();      // scenario_absorbing.cpp
+  void build_accelerations();  // scenario_accelerations.cpp
   void build_particle_constraints();
   void build_gravity();
   void build_tractions();

@@ -188,8 +188,12 @@ void ScenarioBuilder<Dim>::build_tractions() {
 template <int Dim>
 void ScenarioBuilder<Dim>::build_nodal_forces() {
   auto& out = model_.node_forces;
-  for (const JsonValue* f :
-       get_list(section("external_loading_conditions"), "concentrated_nodal_forces")) {
+  auto entries = get_list(section("external_loading_conditions"), "concentrated_nodal_forces");
+  if (const JsonValue* one =
+          section("external_loading_conditions").find("concentrated_nodal_forces");
+      one && one->is<JsonValue::Object>())
+    entries = {one};
+  for (const JsonValue* f : entries) {
     const int function = find_function(*f);
     if (from_file(*f, {"dir", "force"})) {
       const auto file = in_.open(*f, "file");

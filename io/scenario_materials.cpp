@@ -134,6 +134,14 @@ void ScenarioBuilder<Dim>::build_functions() {
         f.lo = range[0], f.hi = range[1];
       continue;
     }
+    if (written(*v, "file")) {
+      read_function(*v, f);
+      continue;
+    }
+    for (const char* key : {"xvalues", "fxvalues"})
+      if (!written(*v, key))
+        in_.error(*v, fmt::format("'{}' is missing in a math function", key),
+                  "give xvalues [s] and fxvalues, or a file");
     f.x = get_numbers(*v, "xvalues");
     f.f = get_numbers(*v, "fxvalues");
     if (!v->find("xvalues") || !v->find("fxvalues")) continue;
@@ -145,6 +153,30 @@ void ScenarioBuilder<Dim>::build_functions() {
     else if (std::adjacent_find(f.x.begin(), f.x.end(), std::greater_equal<>()) != f.x.end())
       in_.error(*v->find("xvalues"), "'xvalues' must be ascending");
   }
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::read_function(const JsonValue& object, MathFunction& f) {
+  for (const char* key : {"xvalues", "fxvalues"})
+    if (const JsonValue* value = object.find(key))
+      in_.error(*value, fmt::format("'{}' does not go together with 'file'", key),
+                "the file has a time and a value in each row");
+  const auto file = in_.open(object, "file");
+  if (!file) return;
+  SideFile plain = *file;
+  plain.text = file->all();
+  std::replace(plain.text.begin(), plain.text.end(), ',', ' ');
+  RowReader rows(plain, in_.problems);
+  while (rows.next()) {
+    double x = 0, fx = 0;
+    if (!rows.real(x, "the time") || !rows.real(fx, "the value") || !rows.end_of_row()) continue;
+    if (!f.x.empty() && x <= f.x.back())
+      rows.complain(fmt::format("times must be ascending, found {} after {}", x, f.x.back()));
+    f.x.push_back(x);
+    f.f.push_back(fx);
+  }
+  if (f.x.empty() && !rows.failed())
+    rows.complain_file("the file holds no data", "rows are: time value");
 }
 
 template <int Dim>

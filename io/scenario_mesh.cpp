@@ -49,6 +49,9 @@ void ScenarioBuilder<Dim>::build_mesh() {
   else if (in_.problems.empty())
     in_.error(*mesh, "there is no mesh",
               "give a mesh file (\"mesh\": \"mesh.txt\") or a grid (\"structured\": {...})");
+  if (const JsonValue* nonlocal = mesh->find("nonlocal_mesh_properties"))
+    in_.warning(*nonlocal, "'nonlocal_mesh_properties' has no effect",
+                "where splines end follows from the mesh");
   mesh_ = model_.mesh;
   if (mesh_) warn_of_negative_masses(*mesh);
   if (mesh_) {

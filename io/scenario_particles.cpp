@@ -169,7 +169,9 @@ void ScenarioBuilder<Dim>::place_particles() {
   if (!mesh_) return;
   ParticleTable<Dim>& p = model_.particles;
   std::vector<Index> suggested;
-  if (const auto file = in_.open(section("mesh"), "particle_cells")) {
+  const JsonValue& mesh = section("mesh");
+  const bool documented = !mesh.find("particle_cells") && !in_.as_cbgeo;
+  if (const auto file = in_.open(mesh, documented ? "particles_cells" : "particle_cells")) {
     suggested.assign(p.x.size(), -1);
     const auto take = [&](Index i, Index cell) { suggested[static_cast<std::size_t>(i)] = cell; };
     if (!read_particle_cell_file(*file, known_rows(), n_cells(), team_, in_.problems, take))

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "physics/model.h"
@@ -96,6 +97,19 @@ inline bool has_pressure(const Law& law) {
 /// Modulus of longitudinal waves M [Pa]; wave speed c = sqrt(M / density).
 inline double wave_modulus(const Law& law) {
   return std::visit([](const auto& m) { return m.wave_modulus(); }, law);
+}
+
+/// Modulus of shear waves G [Pa], from M and Poisson's ratio; 0 for fluids.
+inline double shear_wave_modulus(const Law& law) {
+  return std::visit(
+      [](const auto& m) {
+        if constexpr (requires { m.poisson_ratio; } &&
+                      !std::is_same_v<std::decay_t<decltype(m)>, Bingham>)
+          return m.wave_modulus() * (1.0 - 2.0 * m.poisson_ratio) / (2.0 - 2.0 * m.poisson_ratio);
+        else
+          return 0.0;
+      },
+      law);
 }
 
 /// Viscosity 4/3 mu [Pa s] of longitudinal motion, whose diffusion limits the step too; 0 for

@@ -69,6 +69,24 @@ struct NodeFriction {
   double friction;  ///< coefficient [-]
 };
 
+/// Prescribed acceleration component of a node, in its frame; of several for a node and direction
+/// the last wins.
+struct NodeAcceleration {
+  Index node;
+  int dir;
+  double acceleration;  ///< [m/s^2]
+  int function = -1;    ///< index into Model::functions; -1 = constant
+};
+
+/// A node of a boundary that waves leave through (AbsorbingNode); several on a node add up.
+struct NodeAbsorption {
+  Index node;
+  int normal;    ///< direction in which compression waves go
+  double area;   ///< [m^2] of the boundary (2D: [m])
+  double delta;  ///< [m] thickness of the layer whose stiffness the springs have
+  double a, b;   ///< factors of the dashpots along the normal and the others
+};
+
 /// Rotated axes in which the constraints of a node act. One per node.
 template <int Dim>
 struct NodeFrame {
@@ -155,6 +173,7 @@ struct Analysis {
   double damping = 0.0;  ///< Cundall factor [-]; 0 = none
   bool pressure_smoothing = false;
   Contact contact;
+  bool absorbs = false;  ///< Model::node_absorptions is not empty
   bool remove_leaving_particles =
       false;              ///< particles that leave the mesh are removed, not an error
   bool as_cbgeo = false;  ///< what CB-Geo MPM computes where that deviates (io/cbgeo_deviations.h)
@@ -193,6 +212,8 @@ struct Model {
   std::vector<NodeFriction> node_frictions;
   std::vector<NodeFrame<Dim>> node_frames;
   std::vector<NodeForce> node_forces;
+  std::vector<NodeAbsorption> node_absorptions;
+  std::vector<NodeAcceleration> node_accelerations;
   std::vector<ParticleTraction> tractions;
   std::vector<ParticleVelocity> particle_velocities;
   Analysis analysis;

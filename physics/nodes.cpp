@@ -203,6 +203,25 @@ void nodal_gradient(Patch<Dim>& patch, const StepContext<Dim>& step) {
 }
 
 template <int Dim>
+void set_absorbing_nodes(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.absorbing.empty() || patch.active_nodes.empty()) return;
+  const SumOverPatches<Dim> displacement(patch, NodeSum::displacement, step.step);
+  const auto waves = displacement.beside(NodeSum::waves);
+  const auto& shared = patch.topology.shared_node;
+  for (auto& at : patch.absorbing) {
+    at.release();
+    if (!patch.node_is_active[static_cast<std::size_t>(at.node)]) continue;
+    const auto found = std::lower_bound(shared.begin(), shared.end(), at.node);
+    const auto s = static_cast<std::size_t>(found - shared.begin());
+    const bool is_shared = found != shared.end() && *found == at.node;
+    double u[node_width], w[node_width];
+    store(is_shared ? displacement.shared(s) : displacement.own(at.node), u);
+    store(is_shared ? waves.shared(s) : waves.own(at.node), w);
+    if (more_than(w[mass_lane], patch.least_mass)) at.set(u, w);
+  }
+}
+
+template <int Dim>
 void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
   make_room(patch);
   for_each_node(
@@ -248,7 +267,11 @@ template <int Dim>
 class Integrator {
  public:
   Integrator(Patch<Dim>& patch, const StepContext<Dim>& step)
-      : patch_(patch), step_(step), point_(patch.forces.begin()), wall_(patch.walls.begin()) {
+      : patch_(patch),
+        step_(step),
+        point_(patch.forces.begin()),
+        wall_(patch.walls.begin()),
+        absorbing_(patch.absorbing.begin()) {
     double g[node_width] = {};
     const double factor = load_factor(*step.model, step.model->gravity_function, step.time);
     for (int d = 0; d < Dim; ++d) g[d] = factor * step.model->gravity[d];
@@ -275,6 +298,7 @@ class Integrator {
       store(old, at(patch_.velocity, i));
       return;
     }
+    if (i >= next_absorbing()) force -= absorbed(i, old);
     force += gravity_ * m;
     const NodeVector per_mass(1.0 / m), share = own[mass_lane] * per_mass;
     NodeVector against(0.0);
@@ -326,6 +350,16 @@ class Integrator {
           more_than(m, patch_.least_mass) && is_first_body(point.node))
         patch_.work.external += own_mass[point.node * sum_stride] / m * point_force(point) *
                                 mean_move(point.node, point.dir);
+    for (const auto& point : patch_.absorbing) {
+      const double own = own_mass[point.node * sum_stride];
+      if (own == 0.0) continue;
+      const double share = own / at(patch_.velocity, point.node)[mass_lane];
+      for (int d = 0; d < Dim; ++d) {
+        const double move = share * mean_move(point.node, d);
+        patch_.work.external -= point.spring[d] * move;
+        patch_.work.damping += point.drag[d] * move;
+      }
+    }
   }
 
  private:
@@ -343,6 +377,25 @@ class Integrator {
     for (Local other = i - patch_.body_nodes; other >= 0; other -= patch_.body_nodes)
       if (at(patch_.velocity, other)[mass_lane] > patch_.least_mass) return false;
     return true;
+  }
+
+  Local next_absorbing() const {
+    return absorbing_ == patch_.absorbing.end() ? std::numeric_limits<Local>::max()
+                                                : absorbing_->node;
+  }
+  /// Force of absorbing node i against its motion, if it is one; passes those before it. It acts on
+  /// the first of the bodies that are there.
+  [[gnu::noinline]] NodeVector absorbed(Local i, const NodeVector& v) {
+    double f[node_width] = {};
+    while (next_absorbing() < i) ++absorbing_;
+    for (; next_absorbing() == i; ++absorbing_) {
+      if (!is_first_body(i)) absorbing_->release();
+      for (int d = 0; d < Dim; ++d) {
+        absorbing_->drag[d] = absorbing_->dashpot[d] * v[d];
+        f[d] += absorbing_->spring[d] + absorbing_->drag[d];
+      }
+    }
+    return load<NodeVector>(f);
   }
 
   /// Cundall's force alpha |f| sign(v), against the velocity. The force has no mass lane.
@@ -375,7 +428,11 @@ class Integrator {
     double velocity[node_width], acceleration[node_width];
     store(old, velocity);
     store(a, acceleration);
-    const WallWork done = lahar::advance_at_wall(*wall_, step_.dt, step_.model->analysis.as_cbgeo,
+    WallNode<Dim> wall = *wall_;
+    for (std::size_t d = 0; d < Dim; ++d)
+      if (wall.shaken[d])
+        wall.acceleration[d] *= load_factor(*step_.model, wall.function[d], step_.time);
+    const WallWork done = lahar::advance_at_wall(wall, step_.dt, step_.model->analysis.as_cbgeo,
                                                  velocity, acceleration);
     patch_.work.external += own_mass * done.reaction;
     patch_.work.damping += own_mass * done.friction;
@@ -391,6 +448,7 @@ class Integrator {
   const StepContext<Dim>& step_;
   typename std::vector<PointForce>::const_iterator point_;
   typename std::vector<WallNode<Dim>>::const_iterator wall_;
+  typename std::vector<AbsorbingNode<Dim>>::iterator absorbing_;
   NodeVector gravity_;
   NodeVector weight_work_ = NodeVector(0.0);   ///< of unit gravity and a step of 1 s
   NodeVector damping_work_ = NodeVector(0.0);  ///< of a step of 1 s
@@ -435,6 +493,7 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template void find_active_nodes<Dim>(Patch<Dim>&);                             \
   template void activate_nodes<Dim>(Patch<Dim>&);                                \
   template void nodal_gradient<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
+  template void set_absorbing_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&);  \
   template void nodal_velocity<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void nodal_velocity_again<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
   template void nodal_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \

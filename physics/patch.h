@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/absorbing.h"
 #include "physics/columns.h"
 #include "physics/model.h"
 #include "physics/particles.h"
@@ -34,17 +35,26 @@ using Runs = std::span<Run>;
 
 /// Node quantities that neighbours sum. Each is a private partial sum of this patch, exchanged once
 /// per step where the scheme says so.
-enum class NodeSum : int { mass_momentum, force, momentum, pressure, gradient };
-inline constexpr int n_node_sums = 5;
+enum class NodeSum : int {
+  mass_momentum,
+  force,
+  momentum,
+  pressure,
+  gradient,
+  displacement = 6,
+  waves
+};
+inline constexpr int n_node_sums = 8;
 /// Doubles of every quantity of a node, one vector: {m v, m}, {f, 0}, {m v, m} (MUSL's second
-/// mapping), {m p, 0, 0, 0}, {V grad N, 0} (contact); nodal state {v, m} and {a, 0}.
+/// mapping), {m p, 0, 0, 0}, {V grad N, 0} (contact), {m u, 0} and {m c_p, m c_s, m rho, m}
+/// (absorbing boundaries); nodal state {v, m} and {a, 0}.
 inline constexpr int node_width = 4;
 inline constexpr int mass_lane = 3;
 using NodeVector = PackOf<node_width>;
 using NodeArray = std::vector<double, Eigen::aligned_allocator<double>>;
 
-/// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure} and {gradient, -}: what is exchanged together
-/// is one cache line per node.
+/// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, -} and
+/// {displacement, waves}: what is exchanged together is one cache line per node.
 inline constexpr int sum_stride = 2 * node_width;
 inline constexpr int n_sum_arrays = (n_node_sums + 1) / 2;
 /// Array that holds a kind of sum, and where in a node's line it begins.
@@ -58,7 +68,7 @@ constexpr int sum_offset(NodeSum which) {
 /// How many copies of each array of sums there are, used in turn by step. Two where a patch may
 /// begin to sum for the next step while neighbours still read the sums of this one.
 struct NodeSumCopies {
-  std::array<int, n_sum_arrays> of{1, 0, 0};
+  std::array<int, n_sum_arrays> of{1, 0, 0, 0};
   bool operator==(const NodeSumCopies&) const = default;
 };
 
@@ -193,6 +203,8 @@ struct Patch {
     int function;  ///< -1 = constant
   };
   std::vector<PointForce> forces;  ///< ascending nodes
+  std::vector<AbsorbingNode<Dim>> absorbing;  ///< ascending nodes
+  std::vector<char> absorbing_cells;          ///< by local cell: has functions at one of them
 
   // Particles on their way to neighbours, by position in topology.neighbours.
   using Outbox = lahar::Outbox<Dim>;

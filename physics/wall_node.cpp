@@ -80,6 +80,13 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
   const Vec<Dim> free = wall.axes.transpose() * global_a;
   Vec<Dim> a = wall.normal < 0 ? free : with_friction<Dim>(wall, before, free, dt, as_cbgeo);
   const Vec<Dim> rubbed = free - a;
+  Vec<Dim> shaken = Vec<Dim>::Zero();
+  for (std::size_t k = 0; k < Dim; ++k) {
+    if (!wall.shaken[k]) continue;
+    const int d = static_cast<int>(k);
+    shaken[d] = wall.acceleration[k] - a[d];
+    a[d] = wall.acceleration[k];
+  }
   Vec<Dim> v = before + dt * a;
   WallWork work;
   for (std::size_t k = 0; k < Dim; ++k) {
@@ -89,7 +96,9 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
     v[d] = wall.velocity[k];
     a[d] = 0.0;
   }
-  work.friction = dt * rubbed.dot(v - 0.5 * dt * a);  // with the mean velocity of the step
+  const Vec<Dim> mean = v - 0.5 * dt * a;  // velocity of the step
+  work.friction = dt * rubbed.dot(mean);
+  work.reaction += dt * shaken.dot(mean);
   store_flushed<Dim>(wall.axes * v, velocity);
   store_flushed<Dim>(wall.axes * a, acceleration);
   return work;

@@ -8,8 +8,8 @@
 
 namespace lahar {
 
-/// A node whose constraints act along axes of its own, or that rubs against a wall. All of its
-/// prescribed velocities are here.
+/// A node whose constraints act along axes of its own, that rubs against a wall, or is shaken. All
+/// of its prescribed velocities are here.
 template <int Dim>
 struct WallNode {
   using Axes = Eigen::Matrix<double, Dim, Dim, Eigen::DontAlign>;
@@ -17,6 +17,9 @@ struct WallNode {
   Axes axes = Axes::Identity();        ///< columns: local axes
   std::array<bool, Dim> fixed{};       ///< velocity is prescribed along that axis
   std::array<double, Dim> velocity{};  ///< [m/s] prescribed, by local axis
+  std::array<bool, Dim> shaken{};      ///< acceleration is prescribed along that axis
+  std::array<double, Dim> acceleration{};  ///< [m/s^2] prescribed, by local axis
+  std::array<int, Dim> function{};         ///< of time, its factor: Model::functions; -1 = constant
   int normal = -1;                     ///< local axis along the wall's normal; -1 = no friction
   double outward = 1;                  ///< sign of the normal that points out of the body
   double friction = 0;                 ///< Coulomb's coefficient [-]
@@ -24,7 +27,7 @@ struct WallNode {
 
 /// Work at a wall per mass of the node [J/kg].
 struct WallWork {
-  double reaction = 0;  ///< of what holds prescribed velocities, on the node
+  double reaction = 0;  ///< of what holds prescribed velocities and accelerations, on the node
   double friction = 0;  ///< taken from the node
 };
 
@@ -38,7 +41,8 @@ template <int Dim>
 double hold_velocity(const WallNode<Dim>& wall, double* velocity, double* acceleration);
 
 /// Advance the velocity of a node by its acceleration: first friction changes the acceleration,
-/// then v += dt a, then prescribed velocities, which also zero the acceleration.
+/// then prescribed accelerations replace it (without their factors of time), then v += dt a, then
+/// prescribed velocities, which also zero the acceleration.
 /// `velocity` [m/s] is that before the step, with prescribed components, and becomes that after it;
 /// `acceleration` [m/s^2] is that of all forces but the wall's, and becomes the final one.
 ///

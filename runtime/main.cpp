@@ -33,6 +33,10 @@ void add_scenario(CLI::App& command, std::string& scenario, ScenarioOptions& opt
       .add_option("--set", options.overrides,
                   "Replace a value: analysis.nsteps=100 or /analysis/nsteps=100 (repeatable)")
       ->type_name("KEY=VALUE");
+  command
+      .add_option("--folder,-f", options.folder,
+                  "Folder that file names in the scenario are relative to (default: its own)")
+      ->type_name("FOLDER");
   command.add_flag("--as-cbgeo", options.as_cbgeo,
                    "Run what CB-Geo MPM would have run (it ignores \"stress_update\")");
 }

@@ -35,7 +35,8 @@ void constrain(Patch<Dim>& patch, Local local, Index node, const Model<Dim>& mod
   const auto velocities = entries_of(model.node_velocities, node);
   const auto frames = entries_of(model.node_frames, node);
   const auto frictions = entries_of(model.node_frictions, node);
-  if (frictions.empty() && (frames.empty() || velocities.empty())) {
+  const auto accelerations = entries_of(model.node_accelerations, node);
+  if (frictions.empty() && accelerations.empty() && (frames.empty() || velocities.empty())) {
     bool taken[Dim] = {};
     for (const NodeVelocity& v : velocities)
       if (!std::exchange(taken[v.dir], true)) patch.fixed.push_back({local, v.dir, v.velocity});
@@ -47,10 +48,34 @@ void constrain(Patch<Dim>& patch, Local local, Index node, const Model<Dim>& mod
   for (const NodeVelocity& v : velocities)
     if (const auto d = static_cast<std::size_t>(v.dir); !std::exchange(wall.fixed[d], true))
       wall.velocity[d] = v.velocity;
+  for (const NodeAcceleration& a : accelerations) {
+    const auto d = static_cast<std::size_t>(a.dir);
+    wall.shaken[d] = true;
+    wall.acceleration[d] = a.acceleration;
+    wall.function[d] = a.function;
+  }
   if (frictions.empty()) return;
   wall.normal = frictions.back().normal;
   wall.outward = frictions.back().outward;
   wall.friction = frictions.back().friction;
+}
+
+/// Mark the cells that have functions at absorbing nodes.
+template <int Dim>
+void mark_absorbing_cells(Patch<Dim>& patch) {
+  if (patch.absorbing.empty()) return;
+  std::vector<char> absorbs(patch.topology.nodes.size(), 0);
+  for (const auto& at : patch.absorbing) absorbs[static_cast<std::size_t>(at.node)] = 1;
+  const auto any = [&](std::span<const Local> nodes) {
+    return std::any_of(nodes.begin(), nodes.end(),
+                       [&](Local i) { return absorbs[static_cast<std::size_t>(i)] != 0; });
+  };
+  const std::size_t cells = patch.topology.cells.size();
+  patch.absorbing_cells.assign(cells, 0);
+  for (std::size_t c = 0; c < cells; ++c)
+    patch.absorbing_cells[c] =
+        (!patch.topology.corner_nodes.empty() && any(patch.topology.corner_nodes[c])) ||
+        any(patch.topology.support(c));
 }
 
 }  // namespace
@@ -61,6 +86,8 @@ void sort_constraints(Model<Dim>& model) {
   sort_by_node(model.node_frictions);
   sort_by_node(model.node_frames);
   sort_by_node(model.node_forces);
+  sort_by_node(model.node_absorptions);
+  sort_by_node(model.node_accelerations);
 }
 
 template <int Dim>
@@ -81,7 +108,15 @@ void set_constraints(Patch<Dim>& patch, const Model<Dim>& model) {
     constrain(patch, local, node, model);
     for (const NodeForce& f : entries_of(model.node_forces, node))
       patch.forces.push_back({local, f.dir, f.force, f.function});
+    for (const NodeAbsorption& at : entries_of(model.node_absorptions, node))
+      patch.absorbing.push_back({.node = local,
+                                 .normal = at.normal,
+                                 .area = at.area,
+                                 .delta = at.delta,
+                                 .a = at.a,
+                                 .b = at.b});
   }
+  mark_absorbing_cells(patch);
 }
 
 template void sort_constraints(Model<2>&);

@@ -54,8 +54,10 @@ Index count_active_nodes(const Patch<Dim>& patch) {
 /// Sums, one of each array, that are mapped for the next step at the end of a step.
 template <int Dim>
 std::vector<NodeSum> mapped_sums(const Patch<Dim>& patch) {
-  if (patch.bodies() == 1) return {NodeSum::mass_momentum};
-  return {NodeSum::mass_momentum, NodeSum::gradient};
+  std::vector<NodeSum> sums{NodeSum::mass_momentum};
+  if (patch.bodies() > 1) sums.push_back(NodeSum::gradient);
+  if (!patch.absorbing.empty()) sums.push_back(NodeSum::displacement);
+  return sums;
 }
 
 template <int Dim>

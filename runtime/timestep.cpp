@@ -17,6 +17,7 @@ void map_late(Patch<Dim>& patch, const StepContext<Dim>& step) {
     map_mass_momentum(patch, step, patch.late);
     if (WithForce) map_force(patch, step, patch.late);
     if (patch.bodies() > 1) map_gradient(patch, step, patch.late);
+    if (WithForce) map_waves(patch, step, patch.late);
     patch.late.clear();
     patch.contributes[static_cast<std::size_t>(step.step % 2)] = 1;
     patch.idle = false;
@@ -55,8 +56,9 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
   // With one exchange per step nothing else keeps a patch from overtaking its neighbours' reading.
   const int copies = analysis.scheme == Scheme::usl ? 2 : 1;
   const bool more = analysis.scheme == Scheme::musl || analysis.pressure_smoothing;
-  // Gradients are read before the phase in which the next ones are mapped is begun anywhere near.
-  return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0}};
+  // Gradients and waves are read before the phase in which the next ones are mapped is begun
+  // anywhere near.
+  return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0, analysis.absorbs ? 1 : 0}};
 }
 
 bool keeps_nodal_state(const Analysis& analysis) {
@@ -113,6 +115,13 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
       .begin = usf ? +[](P& p, S& s) { clear_sums(p, s, NodeSum::force); } : nullptr,
       .runs = [](P& p, S& s, Runs runs) { map_force(p, s, runs); },
       .of_next_step = !usf};
+  const TimestepStage<Dim> waves{.stage = {.name = "waves"},
+                                 .begin = [](P& p, S& s) { clear_waves(p, s); },
+                                 .runs = [](P& p, S& s, Runs runs) { map_waves(p, s, runs); },
+                                 .of_next_step = !usf};
+  const TimestepStage<Dim> absorb{.stage = {.name = "absorb", .exchange = "displacement, waves"},
+                                  .takes = {NodeSum::displacement, NodeSum::waves},
+                                  .begin = [](P& p, S& s) { set_absorbing_nodes(p, s); }};
   const TimestepStage<Dim> output{.stage = {.name = output_stage}};
 
   // Strain and stress: one stage, or two with the exchange of nodal pressure between them.
@@ -156,6 +165,10 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
          .begin = [](P& p, S& s) { nodal_velocity(p, s); }});
     add_stress();
     add(force);
+    if (analysis.absorbs) {
+      add(waves);
+      add(absorb);
+    }
     add({.stage = {.name = "integrate", .exchange = "force"},
          .takes = {NodeSum::force},
          .begin = [](P& p, S& s) { integrate(p, s); }});
@@ -163,6 +176,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
     add(locate);
     add(p2g);
   } else {  // update stress last: one exchange carries mass, momentum and force
+    if (analysis.absorbs) add(absorb);
     add({.stage = {.name = "integrate", .exchange = "mass, momentum, force", .needs_dt = true},
          .takes = {NodeSum::mass_momentum, NodeSum::force},
          .begin = [](P& p, S& s) { velocity_and_integrate(p, s); }});
@@ -182,6 +196,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
     add(locate);
     add(p2g);
     add(force);
+    if (analysis.absorbs) add(waves);
   }
   if (contact) add(surface);
   add(output);

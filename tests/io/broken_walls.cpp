@@ -39,6 +39,41 @@ mpm.json:12:60: error: 'friction' must be at least 0, found -0.3 [/mesh/boundary
           {"nset_id": 7, "dir": 1, "sign_n": -1, "friction": -0.3}]
                                                              ^
 )"},
+    {"absorbing boundaries with impossible values",
+     {conditions(R"("absorbing_constraints": [
+        {"nset_id": 0, "dir": 0.5, "delta": 0.1, "h_min": 0, "position": "side"},
+        {"nset_id": 7, "dir": 1, "delta": 0.1, "h_min": 1, "a": 2, "position": "face"}])")},
+     {},
+     R"(mpm.json:10:31: error: 'dir' must be 0, 1, 2, "x", "y" or "z", found number 0.5 [/mesh/boundary_conditions/absorbing_constraints/0/dir]
+          {"nset_id": 0, "dir": 0.5, "delta": 0.1, "h_min": 0, "position": "side"},
+                                ^
+mpm.json:10:59: error: 'h_min' must be greater than 0 [m], found 0 [/mesh/boundary_conditions/absorbing_constraints/0/h_min]
+          {"nset_id": 0, "dir": 0.5, "delta": 0.1, "h_min": 0, "position": "side"},
+                                                            ^
+mpm.json:10:74: error: 'position' must be one of "corner", "edge", "face", found "side" [/mesh/boundary_conditions/absorbing_constraints/0/position]
+          {"nset_id": 0, "dir": 0.5, "delta": 0.1, "h_min": 0, "position": "side"},
+                                                                           ^
+mpm.json:11:21: error: there is no node set 7 [/mesh/boundary_conditions/absorbing_constraints/1/nset_id]
+          {"nset_id": 7, "dir": 1, "delta": 0.1, "h_min": 1, "a": 2, "position": "face"}]
+                      ^
+  hint: node sets: 0
+mpm.json:11:43: error: 'delta' must be at least h_min / (2 a) and h_min / (2 b), 0.5 m here, found 0.1 [/mesh/boundary_conditions/absorbing_constraints/1/delta]
+          {"nset_id": 7, "dir": 1, "delta": 0.1, "h_min": 1, "a": 2, "position": "face"}]
+                                            ^
+  hint: springs are stiffer than the material in a thinner layer
+mpm.json:11:80: error: 'position': "face" is for three dimensions [/mesh/boundary_conditions/absorbing_constraints/1/position]
+          {"nset_id": 7, "dir": 1, "delta": 0.1, "h_min": 1, "a": 2, "position": "face"}]
+                                                                                 ^
+  hint: in two dimensions nodes are at an edge, and the first and last at a corner
+)"},
+    {"accelerations beside velocities, and with impossible keys",
+     {conditions(R"("acceleration_constraints": [
+        {"nset_id": 0, "dir": 1, "acceleration": 1},
+        {"nset_id": 0, "dir": 0},
+        {"file": "a.txt", "math_function_id": 0}])"),
+      write("a.txt", "0 0 1\n9 0 1\n")},
+     {},
+     ""},
     {"friction without its keys",
      {conditions(R"("friction_constraints": [{"nset_id": 0}, {"file": "friction.txt", "dir": 1}])"),
       write("friction.txt", "0 1 -1 0.3\n")},
@@ -119,5 +154,5 @@ angles.txt:5:1: error: node 0 occurs more than once
   hint: file names are relative to the scenario's folder
 )"},
   };
-  check(table, 5);
+  check(table, 7);
 }

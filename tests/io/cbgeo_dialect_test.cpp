@@ -71,8 +71,40 @@ mpm.json:19:41: warning: 'verbosity' is ignored in analysis [/analysis/verbosity
                                           ^
   hint: the reference code ignores it too
 )"},
+    {"damping by its documented name",
+     {replace("mpm.json", R"("dt": 0.001)", R"("damping": {"type": "Cundall", "damping_ratio": 0.05}, "dt": 0.001)")},
+     {},
+     R"(accepted
+mpm.json:19:80: warning: 'damping_ratio' is read as 'damping_factor' [/analysis/damping/damping_ratio]
+    "analysis": {"type": "MPMExplicit2D", "damping": {"type": "Cundall", "damping_ratio": 0.05}, "dt": 0.001, "nsteps": 10},
+                                                                                          ^
+  hint: CB-Geo MPM, whose documentation has it, ignores this key and damps nothing; --as-cbgeo does the same
+)"},
+    {"damping without a factor",
+     {replace("mpm.json", R"("dt": 0.001)", R"("damping": {"type": "Cundall"}, "dt": 0.001)")},
+     {},
+     R"(mpm.json:19:52: error: 'damping_factor' is missing in analysis.damping [/analysis/damping]
+    "analysis": {"type": "MPMExplicit2D", "damping": {"type": "Cundall"}, "dt": 0.001, "nsteps": 10},
+                                                     ^
+  hint: damping_factor [-]: share of the unbalanced force
+)"},
+    {"cells of particles by their documented name, and forces that are no list",
+     {replace("mpm.json", R"("cell_type")", R"("particles_cells": "c.txt", "cell_type")"),
+      replace("mpm.json", R"("analysis")", R"("external_loading_conditions": {"concentrated_nodal_forces": {"file": "f.txt"}},
+     "math_functions": [{"id": 0, "type": "Linear", "file": "m.csv"}],
+     "analysis")"),
+      write("c.txt", "0 0\n"), write("f.txt", "0 0 1.5\n"), write("m.csv", "0.0,0.0\t\n0.5,1.0\t\n")},
+     {},
+     "accepted\n"},
+    {"functions of time in bad files",
+     {replace("mpm.json", R"("analysis")", R"("math_functions": [{"type": "Linear", "file": "m.csv"},
+     {"type": "Linear", "file": "n.csv", "xvalues": [0]}, {"type": "Linear", "xvalues": [0]}],
+     "analysis")"),
+      write("m.csv", "0.0,0.0\n0.0,1.0\n1,x\n"), write("n.csv", "# nothing\n")},
+     {},
+     ""},
   };
-  check(table, 7);
+  check(table, 11);
 }
 
 TEST_CASE("keys that the reference no longer reads are refused with where they have gone") {
@@ -128,11 +160,31 @@ mpm.json:16:27: error: 'mu' in a material is of an older format, which CB-Geo MP
      {replace("mpm.json", constraints, std::string(constraints) + R"(,
       "absorbing_constraints": [{"nset_id": 0, "dir": 1, "delta": 0.1, "h_min": 0.001, "a": 1, "b": 1}])")},
      {},
-     R"(mpm.json:9:7: error: 'absorbing_constraints' is not supported yet [/mesh/boundary_conditions/absorbing_constraints]
+     R"(mpm.json:9:33: error: 'position' is missing in an absorbing constraint [/mesh/boundary_conditions/absorbing_constraints/0]
         "absorbing_constraints": [{"nset_id": 0, "dir": 1, "delta": 0.1, "h_min": 0.001, "a": 1, "b": 1}]
-        ^
+                                  ^
+  hint: position: where the nodes are on the boundary, and so their area: in 2D h_min of an edge and half of it at its ends (corner); in 3D h_min^2 inside of a face, a half at its edges and a quarter at its corners
+)"},
+    {"strengths of Mohr-Coulomb by their older names",
+     {replace("mpm.json", R"("LinearElastic2D", "density": 1000,
+     "youngs_modulus": 1e6, "poisson_ratio": 0.3)", R"("MohrCoulomb2D", "density": 1000,
+     "youngs_modulus": 1e6, "poisson_ratio": 0.3, "friction": 0, "dilation_angle": 0, "cohesion": 1,
+     "tension_cutoff": 0, "peak_epds": 1)")},
+     {},
+     R"(mpm.json:15:5: error: 'dilation' is missing in a material [/materials/0]
+      {"id": 0, "type": "MohrCoulomb2D", "density": 1000,
+      ^
+  hint: dilation [degrees]: dilation angle
+mpm.json:16:66: error: 'dilation_angle' in a material is of an older format, which CB-Geo MPM does not read any more [/materials/0/dilation_angle]
+       "youngs_modulus": 1e6, "poisson_ratio": 0.3, "friction": 0, "dilation_angle": 0, "cohesion": 1,
+                                                                   ^
+  hint: write dilation
+mpm.json:17:27: error: 'peak_epds' in a material is of an older format, which CB-Geo MPM does not read any more [/materials/0/peak_epds]
+       "tension_cutoff": 0, "peak_epds": 1}
+                            ^
+  hint: write peak_pdstrain, and "softening": true
 )"},
   };
-  check(table, 5);
+  check(table, 6);
 }
 // clang-format on

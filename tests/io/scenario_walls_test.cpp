@@ -110,3 +110,60 @@ TEST_CASE("the reference page lists where CB-Geo MPM deviates") {
   for (const CbgeoDeviation& deviation : cbgeo_deviations())
     CHECK(page.find(deviation.what) != std::string::npos);
 }
+
+TEST_CASE("accelerations come from sets and files, with functions of time; the last counts") {
+  const Folder folder;
+  folder.write("shake.txt", "# node dir acceleration\n1 0 0.5\n7 1 -0.25\n");
+  std::string text = scenario(2, R"("acceleration_constraints": [
+        {"nset": "floor", "dir": "x", "acceleration": 3, "math_function_id": 0},
+        {"file": "shake.txt"}])");
+  text.insert(1, R"("math_functions": [{"id": 0, "type": "Sin", "x0": 0, "a": 1}], )");
+  const auto s = read_scenario_text(text, folder.path());
+  const auto& read = std::get<Model<2>>(s.model).node_accelerations;
+  REQUIRE(read.size() == 5);
+  CHECK(read[1].node == 1);
+  CHECK(read[1].acceleration == 3);
+  CHECK(read[1].function == 0);
+  CHECK(read[3].node == 1);
+  CHECK(read[3].dir == 0);
+  CHECK(read[3].acceleration == 0.5);
+  CHECK(read[3].function == -1);
+}
+
+TEST_CASE("areas of absorbing nodes follow from the cell and their place") {
+  const auto areas = [](int dim, const char* position) {
+    const std::string text = scenario(dim, std::string(R"("absorbing_constraints": [
+        {"nset": "floor", "dir": 1, "delta": 5, "h_min": 2, "b": 0.5, "position": ")") +
+                                               position + "\"}]");
+    const auto s = read_scenario_text(text, "");
+    return std::visit(
+        [](const auto& model) {
+          CHECK(model.analysis.absorbs);
+          REQUIRE(!model.node_absorptions.empty());
+          const NodeAbsorption& at = model.node_absorptions.back();
+          CHECK(at.normal == 1);
+          CHECK(at.delta == 5);
+          CHECK(at.a == 1);
+          CHECK(at.b == 0.5);
+          return at.area;
+        },
+        s.model);
+  };
+  CHECK(areas(2, "corner") == 1);
+  CHECK(areas(2, "edge") == 2);
+  CHECK(areas(3, "corner") == 1);
+  CHECK(areas(3, "edge") == 2);
+  CHECK(areas(3, "face") == 4);
+}
+
+TEST_CASE("file names may be relative to another folder") {
+  const Folder folder;
+  fs::create_directories(folder.path() / "case");
+  folder.write("friction.txt", "1 0 1 0.5\n");
+  const fs::path file = folder.path() / "case" / "mpm.json";
+  std::ofstream(file) << scenario(2, R"("friction_constraints": [{"file": "friction.txt"}])");
+  ScenarioOptions options;
+  options.folder = folder.path();
+  CHECK(std::get<Model<2>>(read_scenario(file, options).model).node_frictions.size() == 1);
+  CHECK_THROWS_AS(read_scenario(file), InputError);
+}

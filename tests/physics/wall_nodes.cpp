@@ -145,3 +145,25 @@ TEST_CASE("what friction takes and the wall gives is what the kinetic energy is 
     CHECK(after.work.friction >= 0);
   }
 }
+
+TEST_CASE(
+    "a node that is shaken has its prescribed acceleration, in its own axes, after friction") {
+  WallNode<2> wall = floor_of<2>(0.25);
+  wall.shaken[0] = true;
+  wall.acceleration[0] = 3;
+  const After<2> after = advance<2>(wall, {2, 0}, {1, -8});
+  CHECK(after.a == Vec<2>(3, 0));
+  CHECK(after.v[0] == doctest::Approx(2 + 3 * dt));
+  // What pushes it, against friction too, does work with the mean velocity.
+  CHECK(after.work.reaction == doctest::Approx(dt * (3 - (1 - 2)) * (2 + 1.5 * dt)));
+  CHECK(after.work.friction == doctest::Approx(dt * 2 * (2 + 1.5 * dt)));
+  wall.normal = -1;
+  wall.fixed[1] = false;
+  std::mt19937 random(3);
+  random_turn(wall.axes, random);
+  const After<2> turned = advance<2>(wall, {2, 1}, {1, -8});
+  const Vec<2> local = wall.axes.transpose() * turned.a;
+  CHECK(local[0] == doctest::Approx(3));
+  CHECK(local[1] == doctest::Approx((wall.axes.transpose() * Vec<2>(1, -8))[1]));
+  CHECK((turned.v - (Vec<2>(2, 1) + dt * turned.a)).norm() < 1e-14);
+}

@@ -189,6 +189,14 @@ TEST_CASE("friction and rotated axes of nodes that patches of several ranks shar
   check(with_patches(with_walls(two_discs()), 40), 80, threads_only);
 }
 
+TEST_CASE("absorbing nodes that patches of several ranks share") {
+  Model<2> discs = with_patches(with_absorbing(two_discs()), 40);
+  check(discs, 80, all_ways);
+  discs.analysis.scheme = Scheme::usl;
+  check(discs, 30, threads_only);
+  check(with_patches(with_absorbing(dam_break_3d()), 100), 40, threads_only);
+}
+
 TEST_CASE("bodies in contact across patches of several ranks") {
   check(with_patches(in_contact(two_discs()), 40), 80, all_ways);
   check(with_patches(in_contact(dam_break_3d()), 100), 40, threads_only);

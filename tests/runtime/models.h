@@ -127,6 +127,19 @@ Model<Dim> with_walls(Model<Dim> model) {
   return model;
 }
 
+/// Every third node absorbs waves, a little, in one direction or another.
+template <int Dim>
+Model<Dim> with_absorbing(Model<Dim> model) {
+  const double h = model.mesh->cell_size(0);
+  const double area = 1e-4 * (Dim == 2 ? h : h * h);  // nodes of little mass bear no more
+  for (Index n = 0; n < model.mesh->n_nodes(); n += 3)
+    model.node_absorptions.push_back({n, static_cast<int>(n % Dim), area, 20 * h, 1.0, 0.7});
+  for (Index n = 0; n < model.mesh->n_nodes(); n += 7)  // beside others
+    model.node_absorptions.push_back({n, static_cast<int>(n % Dim), 2 * area, 10 * h, 0.9, 1.0});
+  model.analysis.absorbs = true;
+  return model;
+}
+
 /// Each material is a body; of one material, every second row of cells along the last axis is
 /// another.
 template <int Dim>

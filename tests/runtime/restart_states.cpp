@@ -40,6 +40,16 @@ TEST_CASE("restart: two discs, every scheme, fixed and adaptive steps") {
     }
 }
 
+TEST_CASE("restart: absorbing boundaries, whose springs remember the displacement") {
+  for (const Scheme scheme : schemes) {
+    Model<2> discs = with_absorbing(two_discs());
+    discs.analysis.scheme = scheme;
+    check_restart(discs, 17, 34);
+    check_restart(discs, 0, 9, {flow(2)});
+  }
+  check_restart(with_absorbing(dam_break_3d()), 11, 30);
+}
+
 TEST_CASE("restart: GIMP, CPDI, splines and affine velocities") {
   for (const Scheme scheme : schemes) {
     Model<2> discs = with_functions(two_discs(), ShapeFunctions::gimp);

@@ -118,6 +118,25 @@ TEST_CASE("friction and rotated axes give the serial loop's bits") {
   check_all_ways(with_walls(dam_break_3d()), {flow(2), flow(8), random_order(9)});
 }
 
+TEST_CASE("absorbing boundaries give the serial loop's bits") {
+  for (const Scheme scheme : schemes)
+    for (const bool adaptive : {false, true}) {
+      Model<2> discs = with_absorbing(with_walls(two_discs()));
+      discs.analysis.scheme = scheme;
+      if (scheme == Scheme::usl) discs.analysis.nsteps = usl_discs;
+      if (adaptive) discs.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.3};
+      CAPTURE(static_cast<int>(scheme));
+      CAPTURE(adaptive);
+      check_all_ways(discs, other_ways());
+    }
+  check_all_ways(with_absorbing(dam_break_3d()), {flow(2), flow(8), random_order(9)});
+  check_all_ways(with_absorbing(in_contact(two_discs())), {flow(2), flow(8), random_order(9)});
+  check_all_ways(distorted(with_absorbing(two_discs()), 0.012), {flow(2), random_order(9)});
+  Model<2> discs = with_absorbing(two_discs());
+  for (const ShapeFunctions functions : {ShapeFunctions::gimp, ShapeFunctions::quadratic_spline})
+    check_all_ways(with_functions(discs, functions), {flow(2), random_order(9)});
+}
+
 TEST_CASE("contact of bodies gives the serial loop's bits") {
   for (const Scheme scheme : schemes)
     for (const bool adaptive : {false, true}) {

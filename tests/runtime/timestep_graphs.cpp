@@ -39,10 +39,14 @@ std::vector<Analysis> every_option(int bodies = 1) {
   return all;
 }
 
-/// And contact of bodies.
+/// And contact of bodies, and absorbing boundaries.
 std::vector<Analysis> every_option_and_contact() {
   std::vector<Analysis> all = every_option();
   for (const Analysis& analysis : every_option(2)) all.push_back(analysis);
+  for (std::size_t k = all.size(); k-- > 0;) {
+    all.push_back(all[k]);
+    all.back().absorbs = true;
+  }
   return all;
 }
 
@@ -235,5 +239,7 @@ TEST_CASE("sums have two copies where nothing keeps a patch from overtaking its 
           (analysis.scheme == Scheme::musl || analysis.pressure_smoothing ? 1 : 0));
     CHECK(of(NodeSum::pressure) == of(NodeSum::momentum));
     CHECK(of(NodeSum::gradient) == (analysis.contact.bodies > 1 ? 1 : 0));
+    CHECK(of(NodeSum::displacement) == (analysis.absorbs ? 1 : 0));
+    CHECK(of(NodeSum::waves) == of(NodeSum::displacement));
   }
 }

@@ -1,0 +1,52 @@
+// Nodes whose acceleration is prescribed, such as those of a base that an earthquake shakes.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "io/scenario_builder.h"
+
+namespace lahar {
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_accelerations() {
+  auto& out = model_.node_accelerations;
+  const auto& held = model_.node_velocities;  // by node and direction
+  const auto is_held = [&](Index node, int dir) {
+    const auto at = std::lower_bound(
+        held.begin(), held.end(), std::pair(node, dir),
+        [](const NodeVelocity& a, const auto& key) { return std::pair(a.node, a.dir) < key; });
+    return at != held.end() && at->node == node && at->dir == dir;
+  };
+  for (const JsonValue* c : get_list(boundary(), "acceleration_constraints")) {
+    const std::size_t before = out.size();
+    if (from_file(*c, {"dir", "acceleration"})) {
+      if (const JsonValue* function = c->find("math_function_id"))
+        in_.error(*function, "'math_function_id' does not go together with 'file'",
+                  "accelerations of a file are constant");
+      const auto file = in_.open(*c, "file");
+      if (!file) continue;
+      if (const auto rows =
+              read_node_values(*file, "the acceleration", n_nodes(), Dim, in_.problems))
+        for (const auto& [node, dir, a] : *rows) out.push_back({node, dir, a});
+    } else {
+      const auto dir = direction_of(*c);
+      const auto a = get_number(*c, "acceleration");
+      const int function = find_function(*c);
+      const auto nodes = members(*c, "nset_id", "nset", sets_.nodes);
+      if (!dir || !a || !nodes) continue;
+      for (const Index node : *nodes) out.push_back({node, *dir, *a, function});
+    }
+    const auto both = std::find_if(out.begin() + static_cast<std::ptrdiff_t>(before), out.end(),
+                                   [&](const auto& a) { return is_held(a.node, a.dir); });
+    if (both != out.end())
+      in_.error(*c,
+                fmt::format("node {} has a prescribed velocity in direction {} as well", both->node,
+                            both->dir),
+                "prescribe one of them");
+  }
+}
+
+template void ScenarioBuilder<2>::build_accelerations();
+template void ScenarioBuilder<3>::build_accelerations();
+
+}  // namespace lahar

@@ -1,0 +1,109 @@
+#include "physics/absorbing.h"
+
+#include <cmath>
+
+#include "physics/basis.h"
+#include "physics/kernels.h"
+#include "physics/law.h"
+#include "physics/particle_sums.h"
+#include "physics/support_kernels.h"
+
+namespace lahar {
+
+template <int Dim>
+void AbsorbingNode<Dim>::set(const double* displacement, const double* waves) {
+  const double per_mass = 1.0 / waves[mass_lane];
+  const double c_p = waves[0] * per_mass, c_s = waves[1] * per_mass, rho = waves[2] * per_mass;
+  for (int d = 0; d < Dim; ++d) {
+    const double c = d == normal ? c_p : c_s;
+    dashpot[d] = area * rho * (d == normal ? a : b) * c;
+    spring[d] = area * rho * c * c / delta * (displacement[d] * per_mass);
+  }
+  drag.setZero();
+}
+
+template <int Dim>
+void AbsorbingNode<Dim>::release() {
+  spring.setZero();
+  dashpot.setZero();
+  drag.setZero();
+}
+
+namespace {
+
+/// Density [kg/m^3] of a material at the beginning, and speeds of waves [m/s] there. With the
+/// present density rho c^2 would not be the modulus any more.
+struct WaveSpeeds {
+  double rho, compression, shear;
+  explicit WaveSpeeds(const Material& material)
+      : rho(material.density),
+        compression(std::sqrt(wave_modulus(material.law) / material.density)),
+        shear(std::sqrt(shear_wave_modulus(material.law) / material.density)) {}
+};
+
+/// {m u} and {m c_p, m c_s, m rho, m} of a run. There are few such particles, those at a boundary.
+template <int Dim, class Basis>
+void scatter(const Basis& basis, const Patch<Dim>& patch, const Run& run, const Local* nodes,
+             const WaveSpeeds& c, double* displacement) {
+  const auto& particles = patch.particles;
+  double* waves = displacement + sum_offset(NodeSum::waves);
+  for (Local p = run.begin; p < run.end; ++p) {
+    const double m = particles.row(Column::mass)[p];
+    double moment[node_width] = {};
+    for (int d = 0; d < Dim; ++d) moment[d] = m * particles.row(Column::u, d)[p];
+    const double wave[node_width] = {m * c.compression, m * c.shear, m * c.rho, m};
+    Scalar N[Basis::nodes];
+    basis.functions(p, N);
+    for (int i = 0; i < Basis::nodes; ++i) {
+      const NodeVector share(N[i][0]);
+      supported::add_to_node(displacement, nodes[i], share * load<NodeVector>(moment));
+      supported::add_to_node(waves, nodes[i], share * load<NodeVector>(wave));
+    }
+  }
+}
+
+}  // namespace
+
+template <int Dim>
+void map_waves(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+  if (patch.absorbing.empty()) return;
+  static_assert(sum_array(NodeSum::displacement) == sum_array(NodeSum::waves));
+  static_assert(sum_offset(NodeSum::displacement) == 0);
+  double* sums = patch.own_sums(NodeSum::displacement, step.step);
+  const auto map = [&](const auto& cells, auto nodes_of) {
+    for (const Run& run : runs)
+      if (run.begin < run.end && patch.absorbing_cells[static_cast<std::size_t>(run.cell)])
+        scatter(cells[run.cell], patch, run, nodes_of(run.cell),
+                WaveSpeeds(step.model->materials[run.material]), sums);
+  };
+  if (supported::is(patch)) {
+    with_bases(patch, [&](const auto& cells) {
+      map(cells, [&](Local cell) {
+        return patch.topology.support(static_cast<std::size_t>(cell)).data();
+      });
+    });
+    return;
+  }
+  const auto corners_of = [&](Local cell) {
+    return patch.topology.corner_nodes[static_cast<std::size_t>(cell)].data();
+  };
+  if (patch.cartesian)
+    map(LinearCells<Dim, CartesianCells<Dim>>(patch), corners_of);
+  else
+    map(LinearCells<Dim, IsoparametricCells<Dim>>(patch), corners_of);
+}
+
+template <int Dim>
+void clear_waves(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (!patch.absorbing.empty()) clear_sums_with(patch, step, NodeSum::displacement);
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                              \
+  template struct AbsorbingNode<Dim>;                                       \
+  template void map_waves<Dim>(Patch<Dim>&, const StepContext<Dim>&, Runs); \
+  template void clear_waves<Dim>(Patch<Dim>&, const StepContext<Dim>&);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar
