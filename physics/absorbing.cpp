@@ -32,7 +32,8 @@ void AbsorbingNode<Dim>::release() {
 namespace {
 
 /// Density [kg/m^3] of a material at the beginning, and speeds of waves [m/s] there. With the
-/// present density rho c^2 would not be the modulus any more.
+/// present density, which the fork of CB-Geo MPM takes, rho c^2 would not be the modulus any more;
+/// the published result (tests/verification/absorbing.cpp) has that of the beginning.
 struct WaveSpeeds {
   double rho, compression, shear;
   explicit WaveSpeeds(const Material& material)
