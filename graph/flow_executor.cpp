@@ -8,6 +8,10 @@
 /// max_lead steps ahead of the slowest one. Permits are the only thing that links patches far
 /// apart.
 ///
+/// A task and its rest are one body most of the time. Where ranks have to agree on the time step,
+/// so many rests are set aside that there is something to do until they have: patches in the middle
+/// of the rank, which nobody else waits for. Rests that are set aside are nodes of their own.
+///
 /// Several ranks: the task of a message from elsewhere is done where the message is found; that all
 /// ranks have finished a step releases permits. Every body ends with a look for messages, and a
 /// thread that leaves no task ready stays and looks on, because oneTBB does not say when it is
@@ -23,10 +27,12 @@
 #include <chrono>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
 #include "graph/executor.h"
+#include "graph/rests.h"
 
 namespace lahar {
 
@@ -69,6 +75,7 @@ class FlowExecutor final : public Executor {
     agreed_.fill(false);
     next_given_ = first;
     dt_known_ = first;
+    if (rests_) rests_->begin(first);
     for (auto& done : done_) done = first;
     for (auto& stamp : stamps_) stamp = first;
     begin_counting();
@@ -89,7 +96,7 @@ class FlowExecutor final : public Executor {
       missed_at_[t] = look_before;
     }
     bodies_.run(stage, patch, step);
-    if (verify_) stamps_[t].store(step + 1, std::memory_order_release);
+    stamp(task, step);
     done_[t].store(step + 1, std::memory_order_release);
     const bool last = step + 1 >= end_.load(std::memory_order_acquire);
     for (const Edge& edge : graph_.out(task))
@@ -119,7 +126,10 @@ class FlowExecutor final : public Executor {
       for (const Edge& edge : graph_.edges)
         into_[static_cast<std::size_t>(edge.to)].push_back(edge);
     }
-    if (remote_) find_boundary();
+    if (remote_) {
+      find_boundary();
+      if (graph_.has_dt) rests_.emplace(graph_, boundary_, static_cast<int>(threads_));
+    }
     from_elsewhere_.assign(static_cast<std::size_t>(n), 0);
     for (const Edge& edge : graph_.edges)
       if (edge.lag == 0 && graph_.is_elsewhere(edge.from))
@@ -134,7 +144,7 @@ class FlowExecutor final : public Executor {
     }
     // A task's edges one after the other: their memory is walked in this order at every firing.
     for (const Edge& edge : graph_.edges)
-      if (edge.lag == 0 && !graph_.is_elsewhere(edge.from))
+      if (edge.lag == 0 && !graph_.is_elsewhere(edge.from) && !is_rest(edge.to))
         flow::make_edge(nodes_[static_cast<std::size_t>(edge.from)],
                         nodes_[static_cast<std::size_t>(edge.to)]);
   }
@@ -177,13 +187,22 @@ class FlowExecutor final : public Executor {
   }
   /// What begins a step must know that it is taken by all.
   bool needs_permit(int task) const { return is_first_stage(task) || graph_.collects_dt(task); }
+  bool is_rest(int task) const {
+    return !graph_.is_global(task) && !graph_.is_elsewhere(task) &&
+           graph_.stages[static_cast<std::size_t>(graph_.stage_of(task))].is_rest;
+  }
+  bool has_rest(int task) const {
+    return !graph_.is_global(task) && graph_.has_rest(graph_.stage_of(task));
+  }
   int puts_into(int task) const {
+    if (is_rest(task)) return 1;  // from the list of those that are set aside
     const bool is_agreed = graph_.shared && graph_.is_dt(task);
     return first_puts_into(task) + from_elsewhere_[static_cast<std::size_t>(task)] +
            (is_agreed ? 1 : 0);
   }
   int needs(int task) const {
     const auto t = static_cast<std::size_t>(task);
+    if (is_rest(task)) return 1;
     return puts_into(task) + graph_.in_step[t] - from_elsewhere_[t];
   }
   void put(int task) {
@@ -208,14 +227,25 @@ class FlowExecutor final : public Executor {
     if (verify_) verify(task, step);
     if (graph_.is_dt(task)) {
       if (step > first_) bodies_.set_dt(step);  // dt of the first step is known
+      if (rests_) rests_->dt_is_known();
       if (graph_.shared) set_dt_known(step);
     } else if (graph_.collects_dt(task)) {
       if (step > first_) remote_->give_dt(step);
-    } else {
+    } else if (!has_rest(task)) {
+      if (is_rest(task)) rests_->rest_begins();
       bodies_.run(graph_.stage_of(task), graph_.patch_of(task), step);
     }
+    if (has_rest(task))
+      fire_with_rest(task, step);
+    else
+      pass_on(task, step);
+    if (remote_) look_for_messages();
+  }
+
+  /// What follows the body of a task.
+  void pass_on(int task, Step step) {
     fetch_successors(task);
-    if (verify_) stamps_[t].store(step + 1, std::memory_order_release);
+    stamp(task, step);
     if (is_last_stage(task)) finish(step);
     if (step + 1 < end_.load(std::memory_order_acquire))
       for (const Edge& edge : graph_.out(task))
@@ -223,8 +253,25 @@ class FlowExecutor final : public Executor {
     if (needs_permit(task)) request_permit(task, step + 1);
     if (counting_)
       for (const Edge& edge : graph_.out(task))
-        if (edge.lag == 0) count_message(edge.to);
-    if (remote_) look_for_messages();
+        if (edge.lag == 0 && !is_rest(edge.to)) count_message(edge.to);
+  }
+
+  /// A task and its rest.
+  void fire_with_rest(int task, Step step) {
+    const int stage = graph_.stage_of(task), patch = graph_.patch_of(task);
+    const int rest = graph_.task(stage + 1, patch);
+    const auto release = [this](int t) { put(t); };
+    if (rests_ && rests_->task_begins(patch, step, release)) {
+      bodies_.run(stage, patch, step);
+      stamp(task, step);
+      rests_->set_aside(rest, step, release);
+      pass_on(task, step);
+    } else {
+      run_with_rest(stage, patch, step);
+      ++step_[static_cast<std::size_t>(rest)];
+      pass_on(task, step);
+      pass_on(rest, step);
+    }
   }
 
   // --- counting ---------------------------------------------------------------------------------
@@ -348,6 +395,10 @@ class FlowExecutor final : public Executor {
     }
   }
 
+  void stamp(int task, Step step) {
+    if (verify_) stamps_[static_cast<std::size_t>(task)].store(step + 1, std::memory_order_release);
+  }
+
   /// Every task that this one waits for has done this step (lag 0) or the one before (lag 1), and
   /// none of them is further than its one token allows.
   void verify(int task, Step step) {
@@ -429,6 +480,8 @@ class FlowExecutor final : public Executor {
 
   Step first_ = 0;
   std::array<std::atomic<int>, max_lead> remaining_{};  ///< patches that have not finished a step
+  std::optional<Rests> rests_;  ///< several ranks, which have to agree on the time step
+
   std::mutex completion_;
   std::array<bool, max_lead> finished_{};
   Step next_given_ = 0;       ///< of this rank's patches
