@@ -15,8 +15,8 @@
 /// Several ranks: the task of a message from elsewhere is done where the message is found; that all
 /// ranks have finished a step releases permits. Every body ends with a look for messages, and a
 /// thread that leaves no task ready stays and looks on, because oneTBB does not say when it is
-/// idle. For that alone the messages of the graph are counted a second time, beside oneTBB's own
-/// counters; traces are told when the last one came.
+/// idle. For that the messages of the graph are counted here, and not by oneTBB a second time: a
+/// node gets one message, when its task is ready. Traces are told when that was.
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
@@ -138,10 +138,11 @@ class FlowExecutor final : public Executor {
       const auto body = [this, t](const flow::continue_msg&) { guarded_fire(t); };
       // What others wait for goes first. Without other ranks a priority would only cost time.
       if (remote_ && is_urgent(t))
-        nodes_.emplace_back(*flow_, puts_into(t), body, flow::node_priority_t{1});
+        nodes_.emplace_back(*flow_, 1, body, flow::node_priority_t{1});
       else
-        nodes_.emplace_back(*flow_, puts_into(t), body);
+        nodes_.emplace_back(*flow_, remote_ ? 1 : puts_into(t), body);
     }
+    if (remote_) return;
     // A task's edges one after the other: their memory is walked in this order at every firing.
     for (const Edge& edge : graph_.edges)
       if (edge.lag == 0 && !graph_.is_elsewhere(edge.from) && !is_rest(edge.to))
@@ -153,7 +154,8 @@ class FlowExecutor final : public Executor {
     // Counters keep what a stopped run left in them.
     flow_->reset();
     if (counting_) {
-      for (int t = 0; t < graph_.tasks(); ++t) missing_[static_cast<std::size_t>(t)] = needs(t);
+      for (int t = 0; t < graph_.tasks(); ++t)
+        missing(t) = needs_[static_cast<std::size_t>(t)] = needs(t);
       ready_ = 0;
     }
     for (int t = 0; t < graph_.tasks(); ++t) {
@@ -206,7 +208,7 @@ class FlowExecutor final : public Executor {
     return puts_into(task) + graph_.in_step[t] - from_elsewhere_[t];
   }
   void put(int task) {
-    if (counting_) count_message(task);
+    if (counting_ && !count_message(task) && remote_) return;
     nodes_[static_cast<std::size_t>(task)].try_put(flow::continue_msg{});
   }
 
@@ -251,9 +253,14 @@ class FlowExecutor final : public Executor {
       for (const Edge& edge : graph_.out(task))
         if (edge.lag == 1) put(edge.to);
     if (needs_permit(task)) request_permit(task, step + 1);
-    if (counting_)
-      for (const Edge& edge : graph_.out(task))
-        if (edge.lag == 0 && !is_rest(edge.to)) count_message(edge.to);
+    if (!counting_) return;
+    for (const Edge& edge : graph_.out(task)) {
+      if (edge.lag == 1 || is_rest(edge.to)) continue;
+      if (remote_)
+        put(edge.to);
+      else
+        count_message(edge.to);
+    }
   }
 
   /// A task and its rest.
@@ -285,17 +292,24 @@ class FlowExecutor final : public Executor {
     ready_at_.assign(noting_ ? n : 0, 0);
     missed_at_.assign(noting_ ? n : 0, 0);
     looked_ = 0;
-    if (counting_ && missing_.size() != n) missing_ = std::vector<std::atomic<int>>(n);
+    if (!counting_ || !missing_.empty()) return;
+    // On lines of their own, so that threads that count messages of different tasks do not meet.
+    stride_ = threads_ > 1 ? 16 : 1;
+    missing_ = std::vector<std::atomic<int>>(n * stride_);
+    needs_.assign(n, 0);
   }
 
-  /// A message to a task, counted before oneTBB gets it. Who counts the last one therefore notes
-  /// the time before the task can begin.
-  void count_message(int task) {
+  std::atomic<int>& missing(int task) { return missing_[static_cast<std::size_t>(task) * stride_]; }
+
+  /// A message to a task, counted before oneTBB gets it. True if it was the last one; who counts
+  /// that notes the time before the task can begin.
+  bool count_message(int task) {
     const auto t = static_cast<std::size_t>(task);
-    if (missing_[t].fetch_sub(1, std::memory_order_acq_rel) > 1) return;
-    missing_[t].store(needs(task), std::memory_order_relaxed);
+    if (missing(task).fetch_sub(1, std::memory_order_acq_rel) > 1) return false;
+    missing(task).store(needs_[t], std::memory_order_relaxed);
     if (noting_) ready_at_[t] = bodies_.clock();
     if (remote_) ready_.fetch_add(1, std::memory_order_acq_rel);
+    return true;
   }
 
   // --- other ranks ------------------------------------------------------------------------------
@@ -389,6 +403,10 @@ class FlowExecutor final : public Executor {
   /// from memory, where a phase's particles have pushed it: ask for all of them at once.
   void fetch_successors(int task) {
     for (const Edge& edge : graph_.out(task)) {
+      if (remote_) {
+        __builtin_prefetch(&missing(edge.to), 1);
+        continue;
+      }
       const auto* node = reinterpret_cast<const char*>(&nodes_[static_cast<std::size_t>(edge.to)]);
       __builtin_prefetch(node, 1);
       __builtin_prefetch(node + 64, 1);
@@ -492,6 +510,8 @@ class FlowExecutor final : public Executor {
   bool counting_ = false;                  ///< messages of the graph
   std::vector<int> from_elsewhere_;        ///< messages of a step into a task from other ranks
   std::vector<std::atomic<int>> missing_;  ///< messages until a task is ready
+  std::size_t stride_ = 1;                 ///< of these
+  std::vector<int> needs_;                 ///< messages of a step into a task
   std::atomic<std::uint64_t> looked_{0};   ///< when the last look for messages that ended began
   static inline thread_local std::uint64_t look_before = 0;
   std::atomic<int> ready_{0};            ///< tasks that are ready and have not begun
