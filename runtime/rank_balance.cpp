@@ -92,13 +92,7 @@ bool RankBalance<Dim>::is_uneven(Index heaviest, Index all) {
                       static_cast<double>(report_.windows + 1);
   ++report_.windows;
   report_.worst = std::max(report_.worst, imbalance);
-  imbalance_ = imbalance;
-  // What did not pay may do so when it has got worse by a quarter.
-  if (wait_ > 0 && imbalance - 1 < 1.25 * (refused_at_ - 1)) {
-    --wait_;
-    return false;
-  }
-  return imbalance > 1 + BalanceTerms{}.threshold;
+  return trigger_.is_due(imbalance);
 }
 
 /// What a rank knows of one of its patches.
@@ -186,12 +180,17 @@ bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left
                      .threads = threads_,
                      .forced = forced,
                      .move = move_};
-  if (forced) terms.threshold = 0;
+  if (forced) {
+    terms.threshold = 0;
+  } else if (trigger_.is_small()) {  // what has lasted so long will last as long again
+    terms.threshold = 0.5 * BalanceTrigger::small;
+    terms.slack = 0.5 * BalanceTrigger::small;
+    terms.steps = std::min(terms.steps, static_cast<double>(trigger_.lasting() * window));
+  }
   const auto plan = decide(graph, patches.owners(), bytes, ranks_.size(), terms);
   if (!plan || plan->owner == patches.owners()) {
     report_.seconds += ranks_.max(seconds_of(Clock::now() - begin));
-    wait_ = Index{1} << std::min<Index>(++refused_, 6);
-    refused_at_ = imbalance_;
+    trigger_.refused();
     return false;
   }
   Index moved = 0, all = 0;
@@ -206,7 +205,7 @@ bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left
                   static_cast<double>(report_.remaps + 1);
   report_.most_moved = std::max(report_.most_moved, share);
   ++report_.remaps;
-  refused_ = wait_ = 0;
+  trigger_.moved();
   const double seconds = ranks_.max(seconds_of(Clock::now() - begin));
   report_.seconds += seconds;
   move_.measured(seconds, plan->busiest);
