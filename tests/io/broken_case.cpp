@@ -134,7 +134,7 @@ std::string read(const std::vector<Edit>& edits, const std::vector<std::string>&
   std::vector<std::string> said(static_cast<std::size_t>(team));
   const auto read_as = [&](const Team& member) {
     said[static_cast<std::size_t>(member.index())] =
-        read_file(folder.path() / "mpm.json", {overrides, false, &member});
+        read_file(folder.path() / "mpm.json", {.overrides = overrides, .team = &member});
   };
   if (team == 1)
     read_as(Team());

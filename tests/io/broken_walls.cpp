@@ -73,7 +73,21 @@ mpm.json:11:80: error: 'position': "face" is for three dimensions [/mesh/boundar
         {"file": "a.txt", "math_function_id": 0}])"),
       write("a.txt", "0 0 1\n9 0 1\n")},
      {},
-     ""},
+     R"(mpm.json:10:9: error: node 0 has a prescribed velocity in direction 1 as well [/mesh/boundary_conditions/acceleration_constraints/0]
+          {"nset_id": 0, "dir": 1, "acceleration": 1},
+          ^
+  hint: prescribe one of them
+mpm.json:11:9: error: 'acceleration' is missing [/mesh/boundary_conditions/acceleration_constraints/1]
+          {"nset_id": 0, "dir": 0},
+          ^
+mpm.json:12:47: error: 'math_function_id' does not go together with 'file' [/mesh/boundary_conditions/acceleration_constraints/2/math_function_id]
+          {"file": "a.txt", "math_function_id": 0}]
+                                                ^
+  hint: accelerations of a file are constant
+a.txt:2:1: error: a node id must be an integer from 0 to 5, found '9'
+  9 0 1
+  ^
+)"},
     {"friction without its keys",
      {conditions(R"("friction_constraints": [{"nset_id": 0}, {"file": "friction.txt", "dir": 1}])"),
       write("friction.txt", "0 1 -1 0.3\n")},

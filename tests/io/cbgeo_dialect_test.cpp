@@ -75,9 +75,9 @@ mpm.json:19:41: warning: 'verbosity' is ignored in analysis [/analysis/verbosity
      {replace("mpm.json", R"("dt": 0.001)", R"("damping": {"type": "Cundall", "damping_ratio": 0.05}, "dt": 0.001)")},
      {},
      R"(accepted
-mpm.json:19:80: warning: 'damping_ratio' is read as 'damping_factor' [/analysis/damping/damping_ratio]
-    "analysis": {"type": "MPMExplicit2D", "damping": {"type": "Cundall", "damping_ratio": 0.05}, "dt": 0.001, "nsteps": 10},
-                                                                                          ^
+mpm.json:19:89: warning: 'damping_ratio' is read as 'damping_factor' [/analysis/damping/damping_ratio]
+  sis": {"type": "MPMExplicit2D", "damping": {"type": "Cundall", "damping_ratio": 0.05}, "dt": 0.001, "nsteps": 10},
+                                                                                  ^
   hint: CB-Geo MPM, whose documentation has it, ignores this key and damps nothing; --as-cbgeo does the same
 )"},
     {"damping without a factor",
@@ -90,8 +90,8 @@ mpm.json:19:80: warning: 'damping_ratio' is read as 'damping_factor' [/analysis/
 )"},
     {"cells of particles by their documented name, and forces that are no list",
      {replace("mpm.json", R"("cell_type")", R"("particles_cells": "c.txt", "cell_type")"),
-      replace("mpm.json", R"("analysis")", R"("external_loading_conditions": {"concentrated_nodal_forces": {"file": "f.txt"}},
-     "math_functions": [{"id": 0, "type": "Linear", "file": "m.csv"}],
+      replace("mpm.json", R"("gravity")", R"("concentrated_nodal_forces": {"file": "f.txt"}, "gravity")"),
+      replace("mpm.json", R"("analysis")", R"("math_functions": [{"id": 0, "type": "Linear", "file": "m.csv"}],
      "analysis")"),
       write("c.txt", "0 0\n"), write("f.txt", "0 0 1.5\n"), write("m.csv", "0.0,0.0\t\n0.5,1.0\t\n")},
      {},
@@ -102,7 +102,23 @@ mpm.json:19:80: warning: 'damping_ratio' is read as 'damping_factor' [/analysis/
      "analysis")"),
       write("m.csv", "0.0,0.0\n0.0,1.0\n1,x\n"), write("n.csv", "# nothing\n")},
      {},
-     ""},
+     R"(mpm.json:20:53: error: 'xvalues' does not go together with 'file' [/math_functions/1/xvalues]
+       {"type": "Linear", "file": "n.csv", "xvalues": [0]}, {"type": "Linear", "xvalues": [0]}],
+                                                      ^
+  hint: the file has a time and a value in each row
+mpm.json:20:59: error: 'fxvalues' is missing in a math function [/math_functions/2]
+       {"type": "Linear", "file": "n.csv", "xvalues": [0]}, {"type": "Linear", "xvalues": [0]}],
+                                                            ^
+  hint: give xvalues [s] and fxvalues, or a file
+m.csv:2:5: error: times must be ascending, found 0 after 0
+  0.0 1.0
+      ^
+m.csv:3:3: error: the value must be a finite number, found 'x'
+  1 x
+    ^
+n.csv: error: the file holds no data
+  hint: rows are: time value
+)"},
   };
   check(table, 11);
 }
