@@ -78,7 +78,9 @@ class RankBalance {
 
  private:
   struct Known;
-  PatchGraph graph_of_all(const PatchSet<Dim>& patches, std::vector<Known>& known) const;
+  using Edges = decltype(PatchGraph::edges);
+  PatchGraph graph_of_all(const PatchSet<Dim>& patches, std::vector<Known>& known);
+  Edges edges_of_all(const PatchSet<Dim>& patches, const std::vector<Index>& ids) const;
   void take_over_rates(const std::vector<Known>& known, const std::vector<int>& before,
                        const std::vector<int>& after);
 
@@ -98,6 +100,8 @@ class RankBalance {
   std::map<Index, WorkRate> rates_;  ///< by patch id
   std::vector<Index> particles_;     ///< of each patch at the last sample
   std::vector<Index> ids_;
+  Edges edges_;                  ///< of all patches; they follow from which there are:
+  std::vector<Index> edges_of_;  ///< these, by id
 };
 
 extern template class RankBalance<2>;
