@@ -14,9 +14,9 @@ namespace lahar {
 
 struct ScenarioOptions {
   std::vector<std::string> overrides;  ///< "--set" arguments: /json/pointer=value or a.b.c=value
-  std::filesystem::path folder = {};   ///< that file names are relative to; empty = the scenario's
   bool as_cbgeo = false;               ///< what CB-Geo would have run (ignores "stress_update")
   const Team* team = nullptr;          ///< who reads it together; null = this process alone
+  std::filesystem::path folder = {};   ///< that file names are relative to; empty = the scenario's
 };
 
 /// A scenario that has been read completely.

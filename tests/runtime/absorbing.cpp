@@ -149,7 +149,10 @@ TEST_CASE("absorbing nodes: the work of springs and dashpots balances the energy
 
 TEST_CASE("nodes that are all shaken move their particles as the function of time says") {
   Model<2> model = two_discs();
-  model.functions.push_back({.kind = MathFunction::Kind::sine, .x0 = 0, .a = 30});
+  MathFunction sine;
+  sine.kind = MathFunction::Kind::sine;
+  sine.a = 30;
+  model.functions.push_back(sine);
   for (Index n = 0; n < model.mesh->n_nodes(); ++n) {
     model.node_accelerations.push_back({n, 0, 7.0});
     model.node_accelerations.push_back({n, 0, 2.0, 0});  // the last wins
