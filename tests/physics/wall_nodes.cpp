@@ -160,7 +160,9 @@ TEST_CASE(
   wall.normal = -1;
   wall.fixed[1] = false;
   std::mt19937 random(3);
-  random_turn(wall.axes, random);
+  Eigen::Matrix2d turn;
+  random_turn(turn, random);
+  wall.axes = turn;
   const After<2> turned = advance<2>(wall, {2, 1}, {1, -8});
   const Vec<2> local = wall.axes.transpose() * turned.a;
   CHECK(local[0] == doctest::Approx(3));
