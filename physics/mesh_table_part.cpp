@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <limits>
 #include <stdexcept>
 
 #include "physics/byte_stream.h"
@@ -91,8 +92,10 @@ std::vector<Index> CellTable<Dim>::touched_bins() const {
 
 /// The cells of the pieces; what is known of the whole mesh comes from `other`.
 template <int Dim>
-CellTable<Dim>::CellTable(const CellTable& other, std::span<const TablePiece<Dim>> pieces)
+CellTable<Dim>::CellTable(const CellTable& other, std::span<const TablePiece<Dim>> pieces,
+                          bool connected)
     : whole_(other.whole_),
+      connected_(connected),
       cell_ids_(all_ids(pieces, &TablePiece<Dim>::cells)),
       node_ids_(all_ids(pieces, &TablePiece<Dim>::nodes)) {
   const auto per_cell = static_cast<std::size_t>(info(element()).nodes);
@@ -109,11 +112,13 @@ CellTable<Dim>::CellTable(const CellTable& other, std::span<const TablePiece<Dim
       for (std::size_t k = 0; k < per_cell; ++k) cell[k] = row[piece.cell_nodes[c * per_cell + k]];
     }
   }
-  build_connectivity();
   grid_.low = other.grid_.low;
   grid_.high = other.grid_.high;
   grid_.bins_per_metre = other.grid_.bins_per_metre;
   grid_.counts = other.grid_.counts;
+  build_bounds();
+  if (!connected_) return;
+  build_connectivity();
   grid_.bins = IdMap::some(touched_bins());
   fill_bins();
 }
@@ -123,7 +128,73 @@ CellTable<Dim> CellTable<Dim>::part(std::span<const Index> cells,
                                     std::span<const std::vector<std::byte>> packed) const {
   std::vector<TablePiece<Dim>> pieces = {piece(cells)};
   for (const auto& bytes : packed) pieces.push_back(read_piece<Dim>(bytes, identity()));
-  return CellTable(*this, pieces);
+  return CellTable(*this, pieces, true);
+}
+
+template <int Dim>
+CellTable<Dim> CellTable<Dim>::share(std::span<const Index> cells) const {
+  return CellTable(*this, std::array{piece(cells)}, false);
+}
+
+/// A share whose whole is not yet known.
+template <int Dim>
+CellTable<Dim>::CellTable(TablePiece<Dim> own, Element element, Index n_nodes, Index n_cells,
+                          bool isoparametric)
+    : connected_(false),
+      cell_ids_(IdMap::some(std::move(own.cells))),
+      node_ids_(IdMap::some(std::move(own.nodes))),
+      nodes_(std::move(own.x)),
+      cells_(std::move(own.cell_nodes)) {
+  whole_.n_nodes = n_nodes;
+  whole_.n_cells = n_cells;
+  whole_.element = element;
+  whole_.cartesian = is_multilinear() && !isoparametric;
+  check_share(isoparametric);
+  build_bounds();
+}
+
+/// As tables of their own, some at a time. Ids in messages are not those of the mesh.
+template <int Dim>
+void CellTable<Dim>::check_share(bool isoparametric) const {
+  constexpr std::size_t at_a_time = std::size_t{1} << 16;
+  const auto per_cell = static_cast<std::size_t>(info(element()).nodes);
+  std::vector<Index> ids;
+  for (std::size_t begin = 0; begin < cells_.size(); begin += at_a_time * per_cell) {
+    const std::size_t end = std::min(cells_.size(), begin + at_a_time * per_cell);
+    ids.assign(cells_.begin() + begin, cells_.begin() + end);
+    check_tables<Dim>(nodes_, CellList{element(), ids}, isoparametric);
+  }
+}
+
+template <int Dim>
+void CellTable<Dim>::add_to(CellSums<Dim>& sums) const {
+  using Values = Eigen::Map<Point>;
+  const auto add = [](const std::pair<Point, Point>& box, auto& low, auto& high, auto& size) {
+    Values(low.data()) = Values(low.data()).cwiseMin(box.first);
+    Values(high.data()) = Values(high.data()).cwiseMax(box.second);
+    Values(size.data()) += box.second - box.first;
+  };
+  for (Index row = 0; row < cell_ids_.size(); ++row) {
+    const auto bounds = cell_bounds(row);
+    add(bounds, sums.low, sums.high, sums.size);
+    add(padded(bounds), sums.padded_low, sums.padded_high, sums.padded_size);
+    if (!is_multilinear() || is_cartesian() || !sums.boxes) continue;
+    std::array<Point, corners<Dim>> corner;
+    const auto nodes = nodes_of(row);
+    for (std::size_t k = 0; k < corner.size(); ++k) corner[k] = nodes_[nodes[k]];
+    sums.boxes = is_box<Dim>(corner, 0.0);
+  }
+}
+
+/// Sums are those of all cells.
+template <int Dim>
+void CellTable<Dim>::complete(const CellSums<Dim>& sums) {
+  const auto point = [](const auto& values) { return Point(values.data()); };
+  whole_.bounds = {point(sums.low), point(sums.high)};
+  whole_.mean_cell = point(sums.size) / static_cast<double>(n_cells());
+  // Cells that are boxes to the last bit have the closed-form map whatever the file calls them.
+  whole_.cartesian = whole_.cartesian || (is_multilinear() && sums.boxes);
+  choose_bins(sums);
 }
 
 template <int Dim>
@@ -173,24 +244,89 @@ std::vector<Index> CellTable<Dim>::widened(std::span<const Index> cells, int lay
   return marked_cells(cell);
 }
 
-/// All cells of the bins that the reach of some cell touches: those in which locate() looks.
+/// Call visit(position) for the bins that the reach of some cell touches.
+template <int Dim>
+template <class Visit>
+void CellTable<Dim>::for_near_bins(std::span<const Index> cells, Visit visit) const {
+  for (Index cell : cells) {
+    const auto [low, high] = reach(cell_row(cell));
+    for_each_position<Dim>(grid_.position(low), grid_.position(high), visit);
+  }
+}
+
+/// All cells of these bins: those in which locate() looks.
 template <int Dim>
 std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index> cells) const {
   std::vector<char> bin(grid_.bins.size(), 0), near(cell_ids_.size(), 0);
-  for (Index cell : cells) {
-    const auto [low, high] = reach(cell_row(cell));
-    for_each_position<Dim>(grid_.position(low), grid_.position(high), [&](const Bins& p) {
-      if (const Index row = grid_.bins.row(grid_.bin(p)); row >= 0) bin[row] = 1;
-    });
-  }
+  for_near_bins(cells, [&](const Bins& p) {
+    if (const Index row = grid_.bins.row(grid_.bin(p)); row >= 0) bin[row] = 1;
+  });
   for (std::size_t row = 0; row < bin.size(); ++row)
     if (bin[row])
       for (Local c : grid_.cells[row]) near[c] = 1;
   return marked_cells(near);
 }
 
+template <int Dim>
+std::vector<Index> CellTable<Dim>::bins_near(std::span<const Index> cells) const {
+  Bins low, high;  // of the box of bins around them
+  low.fill(std::numeric_limits<Index>::max());
+  high.fill(-1);
+  for (Index cell : cells) {
+    const auto [from, to] = reach(cell_row(cell));
+    const Bins first = grid_.position(from), last = grid_.position(to);
+    for (int d = 0; d < Dim; ++d) {
+      low[d] = std::min(low[d], first[d]);
+      high[d] = std::max(high[d], last[d]);
+    }
+  }
+  std::vector<Index> bins;
+  if (cells.empty()) return bins;
+  const auto in_box = [&](const Bins& p) {
+    Index at = 0;
+    for (int d = Dim - 1; d >= 0; --d) at = at * (high[d] - low[d] + 1) + p[d] - low[d];
+    return at;
+  };
+  std::vector<char> near(in_box(high) + 1, 0);
+  for_near_bins(cells, [&](const Bins& p) { near[in_box(p)] = 1; });
+  for_each_position<Dim>(low, high, [&](const Bins& p) {
+    if (near[in_box(p)]) bins.push_back(grid_.bin(p));
+  });
+  return bins;  // ascending, as positions were
+}
+
+template <int Dim>
+Index CellTable<Dim>::n_bins() const {
+  Index n = 1;
+  for (Index count : grid_.counts) n *= count;
+  return n;
+}
+
+template <int Dim>
+Index CellTable<Dim>::bin_of(const Point& x) const {
+  return grid_.contains(x) ? grid_.bin(grid_.position(x)) : -1;
+}
+
+template <int Dim>
+std::vector<Index> CellTable<Dim>::bins_of(Index cell) const {
+  std::vector<Index> bins;
+  const auto [low, high] = padded(cell_bounds(cell_row(cell)));
+  for_each_position<Dim>(grid_.position(low), grid_.position(high),
+                         [&](const Bins& p) { bins.push_back(grid_.bin(p)); });
+  return bins;
+}
+
 #define LAHAR_INSTANTIATE(Dim)                                                                 \
-  template CellTable<Dim>::CellTable(const CellTable&, std::span<const TablePiece<Dim>>);      \
+  template CellTable<Dim>::CellTable(const CellTable&, std::span<const TablePiece<Dim>>, bool); \
+  template CellTable<Dim>::CellTable(TablePiece<Dim>, Element, Index, Index, bool); \
+  template void CellTable<Dim>::check_share(bool) const; \
+  template void CellTable<Dim>::add_to(CellSums<Dim>&) const; \
+  template void CellTable<Dim>::complete(const CellSums<Dim>&); \
+  template CellTable<Dim> CellTable<Dim>::share(std::span<const Index>) const; \
+  template Index CellTable<Dim>::n_bins() const; \
+  template Index CellTable<Dim>::bin_of(const Vec<Dim>&) const; \
+  template std::vector<Index> CellTable<Dim>::bins_of(Index) const; \
+  template std::vector<Index> CellTable<Dim>::bins_near(std::span<const Index>) const; \
   template CellTable<Dim> CellTable<Dim>::part(std::span<const Index>,                         \
                                                std::span<const std::vector<std::byte>>) const; \
   template std::vector<std::byte> CellTable<Dim>::pack(std::span<const Index>) const;          \
