@@ -102,9 +102,10 @@ void Mesh<Dim>::complete(const CellSums<Dim>& sums) {
 }
 
 template <int Dim>
-Mesh<Dim> Mesh<Dim>::share(std::span<const Index> cells) const {
-  return Mesh(
-      std::make_unique<Impl>(Impl{std::get<CellTable<Dim>>(impl_->kind).share(cells)}));
+Mesh<Dim> Mesh<Dim>::share(std::span<const Index> cells,
+                           std::span<const std::vector<std::byte>> pieces) const {
+  return Mesh(std::make_unique<Impl>(
+      Impl{std::get<CellTable<Dim>>(impl_->kind).part(cells, pieces, false)}));
 }
 
 template <int Dim>
@@ -143,7 +144,7 @@ Mesh<Dim> Mesh<Dim>::part(std::span<const Index> cells,
                           std::span<const std::vector<std::byte>> pieces) const {
   const auto* table = std::get_if<CellTable<Dim>>(&impl_->kind);
   if (!table) return Mesh(std::make_unique<Impl>(*impl_));
-  return Mesh(std::make_unique<Impl>(Impl{table->part(cells, pieces)}));
+  return Mesh(std::make_unique<Impl>(Impl{table->part(cells, pieces, true)}));
 }
 
 template <int Dim>

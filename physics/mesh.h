@@ -84,8 +84,9 @@ class Mesh {
   /// then completes each with the sums of all.
   void add_to(CellSums<Dim>& sums) const;
   void complete(const CellSums<Dim>& sums);
-  /// A share with these cells, held here. Tables only.
-  Mesh share(std::span<const Index> cells) const;
+  /// A share with these cells, held here, and those in pieces of pack(). Tables only.
+  Mesh share(std::span<const Index> cells,
+             std::span<const std::vector<std::byte>> pieces = {}) const;
   bool is_share() const;
 
   /// These cells (ascending, held here) and those in pieces that pack() made of other parts of the

@@ -69,9 +69,8 @@ class CellTable {
   CellTable(TablePiece<Dim> own, Element element, Index n_nodes, Index n_cells, bool isoparametric);
   void add_to(CellSums<Dim>& sums) const;
   void complete(const CellSums<Dim>& sums);
-  CellTable share(std::span<const Index> cells) const;
-  CellTable part(std::span<const Index> cells,
-                 std::span<const std::vector<std::byte>> pieces) const;
+  CellTable part(std::span<const Index> cells, std::span<const std::vector<std::byte>> pieces,
+                 bool connected) const;
   std::vector<std::byte> pack(std::span<const Index> cells) const;
   std::size_t bytes() const;
 

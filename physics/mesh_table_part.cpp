@@ -125,15 +125,11 @@ CellTable<Dim>::CellTable(const CellTable& other, std::span<const TablePiece<Dim
 
 template <int Dim>
 CellTable<Dim> CellTable<Dim>::part(std::span<const Index> cells,
-                                    std::span<const std::vector<std::byte>> packed) const {
+                                    std::span<const std::vector<std::byte>> packed,
+                                    bool connected) const {
   std::vector<TablePiece<Dim>> pieces = {piece(cells)};
   for (const auto& bytes : packed) pieces.push_back(read_piece<Dim>(bytes, identity()));
-  return CellTable(*this, pieces, true);
-}
-
-template <int Dim>
-CellTable<Dim> CellTable<Dim>::share(std::span<const Index> cells) const {
-  return CellTable(*this, std::array{piece(cells)}, false);
+  return CellTable(*this, pieces, connected);
 }
 
 /// A share whose whole is not yet known.
@@ -322,13 +318,12 @@ std::vector<Index> CellTable<Dim>::bins_of(Index cell) const {
   template void CellTable<Dim>::check_share(bool) const; \
   template void CellTable<Dim>::add_to(CellSums<Dim>&) const; \
   template void CellTable<Dim>::complete(const CellSums<Dim>&); \
-  template CellTable<Dim> CellTable<Dim>::share(std::span<const Index>) const; \
   template Index CellTable<Dim>::n_bins() const; \
   template Index CellTable<Dim>::bin_of(const Vec<Dim>&) const; \
   template std::vector<Index> CellTable<Dim>::bins_of(Index) const; \
   template std::vector<Index> CellTable<Dim>::bins_near(std::span<const Index>) const; \
   template CellTable<Dim> CellTable<Dim>::part(std::span<const Index>,                         \
-                                               std::span<const std::vector<std::byte>>) const; \
+                                               std::span<const std::vector<std::byte>>, bool) const; \
   template std::vector<std::byte> CellTable<Dim>::pack(std::span<const Index>) const;          \
   template TablePiece<Dim> CellTable<Dim>::piece(std::span<const Index>) const;                \
   template std::vector<Index> CellTable<Dim>::touched_bins() const;                            \
