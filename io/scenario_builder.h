@@ -49,6 +49,8 @@ class ScenarioBuilder {
   std::optional<Mesh<Dim>> read_whole_mesh(const SideFile& file, const TableMeshKeys& keys,
                                            ProblemList& problems);
   void set_whole_mesh(Mesh<Dim> whole);
+  void make_grid(Element element, const Vec<Dim>& origin, const Vec<Dim>& cell,
+                 const std::array<Index, Dim>& counts);
   bool read_shares(const SideFile& file, const TableMeshKeys& keys);
   std::shared_ptr<const Mesh<Dim>> mesh_with(std::vector<Index> cells) const;
   std::vector<Index> find_cells(const std::vector<Index>& suggested);

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "io/scenario_builder.h"
-#include "physics/element_grid.h"
 
 namespace lahar {
 
@@ -114,8 +113,7 @@ void ScenarioBuilder<Dim>::build_structured_mesh(const JsonValue& mesh, const Js
     if (element == multilinear<Dim>) {
       model_.mesh = std::make_shared<const Mesh<Dim>>(Mesh<Dim>::structured(*origin, *cell, n));
     } else {
-      const auto tables = element_grid<Dim>(element, *origin, *cell, n);
-      set_whole_mesh(Mesh<Dim>::from_tables(tables.nodes, element, tables.cells, true));
+      make_grid(element, *origin, *cell, n);
     }
   } catch (const InputError& e) {
     in_.error(s, e.what());

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <charconv>
+#include <limits>
 
 #include "io/file_part.h"
 #include "io/mesh_file.h"
 #include "io/mesh_ring.h"
 #include "io/scenario_builder.h"
+#include "physics/element_grid.h"
 
 namespace lahar {
 
@@ -110,6 +112,28 @@ void ScenarioBuilder<Dim>::set_whole_mesh(Mesh<Dim> whole) {
   model_.mesh = std::make_shared<const Mesh<Dim>>(std::move(whole));
 }
 
+/// A grid of another element than Q4 and H8. Throws InputError.
+template <int Dim>
+void ScenarioBuilder<Dim>::make_grid(Element element, const Vec<Dim>& origin, const Vec<Dim>& cell,
+                                     const std::array<Index, Dim>& counts) {
+  const ElementGrid<Dim> grid(element, counts);
+  constexpr Index most = std::numeric_limits<Local>::max();
+  if (grid.n_nodes > most || grid.n_cells > most)
+    throw InputError(fmt::format("{} nodes and {} cells: at most {} of each can come from a table",
+                                 grid.n_nodes, grid.n_cells, most));
+  if (team_.alone()) {
+    const auto tables = element_grid<Dim>(element, origin, cell, counts);
+    return set_whole_mesh(Mesh<Dim>::from_tables(tables.nodes, element, tables.cells, true));
+  }
+  auto tables =
+      element_grid_part<Dim>(element, origin, cell, counts, own_cells(grid.n_nodes, team_),
+                             own_cells(grid.n_cells, team_));
+  MeshRows<Dim> rows{grid.n_nodes, grid.n_cells, std::move(tables.nodes), {}};
+  rows.cell_nodes.assign(tables.cells.begin(), tables.cells.end());
+  model_.mesh = std::make_shared<const Mesh<Dim>>(make_share(rows, element, true, team_));
+  own_nodes_ = std::move(rows.nodes);
+}
+
 /// Shares of a mesh; false, on all members, if anything is wrong with it.
 template <int Dim>
 bool ScenarioBuilder<Dim>::read_shares(const SideFile& file, const TableMeshKeys& keys) {
@@ -179,6 +203,8 @@ std::vector<Index> ScenarioBuilder<Dim>::find_cells(const std::vector<Index>& su
   template std::optional<Mesh<Dim>> ScenarioBuilder<Dim>::read_whole_mesh(                       \
       const SideFile&, const TableMeshKeys&, ProblemList&);                                      \
   template void ScenarioBuilder<Dim>::set_whole_mesh(Mesh<Dim>);                                 \
+  template void ScenarioBuilder<Dim>::make_grid(Element, const Vec<Dim>&, const Vec<Dim>&,       \
+                                                const std::array<Index, Dim>&);                  \
   template bool ScenarioBuilder<Dim>::read_shares(const SideFile&, const TableMeshKeys&);        \
   template std::shared_ptr<const Mesh<Dim>> ScenarioBuilder<Dim>::mesh_with(std::vector<Index>)  \
       const;                                                                                     \

@@ -14,7 +14,7 @@
 
 namespace lahar {
 
-/// The cells [first, second) that this member has of a mesh with n.
+/// The cells [first, second) that this member has of a mesh with n; nodes likewise, while it is made.
 inline std::pair<Index, Index> own_cells(Index n, const Team& team) {
   return {team.part(n, team.index()), team.part(n, team.index() + 1)};
 }
