@@ -21,8 +21,8 @@ struct FilePart {
 /// Data rows in a part.
 Index count_rows(const SideFile& file, const FilePart& part);
 
-/// What is wrong with a file, found by `read`, which one member calls. It has been refused, so there
-/// must be something. Collective.
+/// What is wrong with a file, found by `read`, which one member calls. It has been refused, so
+/// there must be something. Collective.
 void explain(const SideFile& file, const Team& team, ProblemList& problems,
              const std::function<void(ProblemList&)>& read);
 

@@ -86,7 +86,8 @@ class RowsOnTheirWay {
         own.nodes[static_cast<std::size_t>(row.node - first_node)] = Vec<Dim>(row.x.data());
     const Index first_cell = team_.part(own.n_cells, team_.index());
     for (const auto& part : team_.exchange(cells_))
-      for (auto at = part.begin(); at != part.end(); at += static_cast<std::ptrdiff_t>(per_cell_ + 1))
+      for (auto at = part.begin(); at != part.end();
+           at += static_cast<std::ptrdiff_t>(per_cell_ + 1))
         std::copy_n(at + 1, per_cell_,
                     own.cell_nodes.begin() + (*at - first_cell) * static_cast<Index>(per_cell_));
     for (auto& to : nodes_) to.clear();
@@ -94,7 +95,9 @@ class RowsOnTheirWay {
   }
 
  private:
-  std::size_t holder(Index i, Index n) const { return static_cast<std::size_t>(team_.member(i, n)); }
+  std::size_t holder(Index i, Index n) const {
+    return static_cast<std::size_t>(team_.member(i, n));
+  }
 
   const MeshLines& lines_;
   std::size_t per_cell_;
@@ -167,8 +170,8 @@ Mesh<Dim> make_share(MeshRows<Dim>& rows, Element element, bool isoparametric, c
   return std::move(*share);
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                  \
-  template std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile&, int, const Team&);      \
+#define LAHAR_INSTANTIATE(Dim)                                                             \
+  template std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile&, int, const Team&); \
   template Mesh<Dim> make_share(MeshRows<Dim>&, Element, bool, const Team&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -29,9 +29,8 @@ std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile& file, int nodes_per_
 template <int Dim>
 Mesh<Dim> make_share(MeshRows<Dim>& rows, Element element, bool isoparametric, const Team& team);
 
-#define LAHAR_DECLARE(Dim)                                                                   \
-  extern template std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile&, int,          \
-                                                              const Team&);                  \
+#define LAHAR_DECLARE(Dim)                                                                        \
+  extern template std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile&, int, const Team&); \
   extern template Mesh<Dim> make_share(MeshRows<Dim>&, Element, bool, const Team&);
 LAHAR_DECLARE(2)
 LAHAR_DECLARE(3)

@@ -7,8 +7,8 @@
 
 namespace lahar {
 
-/// Bins of the mesh (Mesh::bin_of()) are spread over the members, consecutive ones with about as many
-/// cells for each, who has all cells that touch its bins.
+/// Bins of the mesh (Mesh::bin_of()) are spread over the members, consecutive ones with about as
+/// many cells for each, who has all cells that touch its bins.
 template <int Dim>
 class MeshSearch {
  public:

@@ -143,7 +143,8 @@ void ScenarioBuilder<Dim>::build_sets() {
   using Visit = std::function<void(Index)>;
   const bool shared = mesh_ && mesh_->is_share();
   const auto for_own = [&](Index n, const Visit& visit) {
-    for (Index i = team_.part(n, team_.index()); i < team_.part(n, team_.index() + 1); ++i) visit(i);
+    for (Index i = team_.part(n, team_.index()); i < team_.part(n, team_.index() + 1); ++i)
+      visit(i);
   };
   each(
       "nodes", sets_.nodes,

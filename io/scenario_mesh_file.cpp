@@ -48,8 +48,8 @@ TableMeshKeys ScenarioBuilder<Dim>::table_mesh_keys(const JsonValue& mesh) const
   TableMeshKeys keys;
   keys.element = named && info(*named).dim == Dim ? *named : multilinear<Dim>;
   keys.has_ring = type.ends_with("G");
-  keys.isoparametric = !keys.has_ring && !type.ends_with("P2B") &&
-                       get_bool(mesh, "isoparametric").value_or(true);
+  keys.isoparametric =
+      !keys.has_ring && !type.ends_with("P2B") && get_bool(mesh, "isoparametric").value_or(true);
   keys.check_duplicates = get_bool(mesh, "check_duplicates").value_or(true);
   return keys;
 }
@@ -73,8 +73,7 @@ std::optional<Mesh<Dim>> ScenarioBuilder<Dim>::read_whole_mesh(const SideFile& f
                                                                const TableMeshKeys& keys,
                                                                ProblemList& problems) {
   const int per_cell = info(keys.element).nodes;
-  auto tables =
-      read_mesh_file<Dim>(file, per_cell, problems, keys.has_ring ? ring_nodes<Dim> : 0);
+  auto tables = read_mesh_file<Dim>(file, per_cell, problems, keys.has_ring ? ring_nodes<Dim> : 0);
   if (!tables) return std::nullopt;
   if (keys.check_duplicates)
     warn_of_coincident_nodes(file, find_coincident<Dim>(tables->nodes), problems);
@@ -197,17 +196,17 @@ std::vector<Index> ScenarioBuilder<Dim>::find_cells(const std::vector<Index>& su
   return strays;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                   \
-  template TableMeshKeys ScenarioBuilder<Dim>::table_mesh_keys(const JsonValue&) const;          \
-  template void ScenarioBuilder<Dim>::build_table_mesh(const JsonValue&);                        \
-  template std::optional<Mesh<Dim>> ScenarioBuilder<Dim>::read_whole_mesh(                       \
-      const SideFile&, const TableMeshKeys&, ProblemList&);                                      \
-  template void ScenarioBuilder<Dim>::set_whole_mesh(Mesh<Dim>);                                 \
-  template void ScenarioBuilder<Dim>::make_grid(Element, const Vec<Dim>&, const Vec<Dim>&,       \
-                                                const std::array<Index, Dim>&);                  \
-  template bool ScenarioBuilder<Dim>::read_shares(const SideFile&, const TableMeshKeys&);        \
-  template std::shared_ptr<const Mesh<Dim>> ScenarioBuilder<Dim>::mesh_with(std::vector<Index>)  \
-      const;                                                                                     \
+#define LAHAR_INSTANTIATE(Dim)                                                                  \
+  template TableMeshKeys ScenarioBuilder<Dim>::table_mesh_keys(const JsonValue&) const;         \
+  template void ScenarioBuilder<Dim>::build_table_mesh(const JsonValue&);                       \
+  template std::optional<Mesh<Dim>> ScenarioBuilder<Dim>::read_whole_mesh(                      \
+      const SideFile&, const TableMeshKeys&, ProblemList&);                                     \
+  template void ScenarioBuilder<Dim>::set_whole_mesh(Mesh<Dim>);                                \
+  template void ScenarioBuilder<Dim>::make_grid(Element, const Vec<Dim>&, const Vec<Dim>&,      \
+                                                const std::array<Index, Dim>&);                 \
+  template bool ScenarioBuilder<Dim>::read_shares(const SideFile&, const TableMeshKeys&);       \
+  template std::shared_ptr<const Mesh<Dim>> ScenarioBuilder<Dim>::mesh_with(std::vector<Index>) \
+      const;                                                                                    \
   template std::vector<Index> ScenarioBuilder<Dim>::find_cells(const std::vector<Index>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -48,7 +48,8 @@ template <int Dim>
 double smallest_cell(const Mesh<Dim>& mesh, const Team& team) {
   if (mesh.is_structured()) return mesh.cell_size(0);
   const bool shared = mesh.is_share();
-  const auto [first, end] = shared ? own_cells(mesh.n_cells(), team) : std::pair(Index{0}, mesh.n_cells());
+  const auto [first, end] =
+      shared ? own_cells(mesh.n_cells(), team) : std::pair(Index{0}, mesh.n_cells());
   double size = std::numeric_limits<double>::infinity();
   for (Index c = first; c < end; ++c) size = std::min(size, mesh.cell_size(c));
   if (shared)
@@ -114,8 +115,8 @@ std::vector<Index> CellIndex::cells_of(const std::vector<Index>& owners) const {
     const auto asked = team_.exchange(std::move(to));
     for (std::size_t m = 0; m < members; ++m) {
       for (const std::uint32_t row : asked[m]) {
-        const auto first = std::lower_bound(entries_.begin(), entries_.end(),
-                                            std::uint64_t{row} << 32);
+        const auto first =
+            std::lower_bound(entries_.begin(), entries_.end(), std::uint64_t{row} << 32);
         for (auto at = first; at != entries_.end() && *at >> 32 == row; ++at)
           replies[m].push_back(static_cast<Local>(*at & 0xFFFFFFFFu));
       }
@@ -200,16 +201,16 @@ std::vector<Index> widened(const Mesh<Dim>& share, const CellIndex& of_nodes,
   return cells;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                               \
-  template void complete_shares(Mesh<Dim>&, const Team&);                                    \
-  template Mesh<Dim> share_of(const Mesh<Dim>&, const Team&);                                \
-  template double smallest_cell(const Mesh<Dim>&, const Team&);                              \
-  template std::vector<std::vector<std::byte>> fetch_cells(                                  \
-      const Mesh<Dim>&, const std::vector<Index>&, const Team&);                             \
-  template CellIndex index_nodes(const Mesh<Dim>&, const Team&);                             \
-  template CellIndex index_bins(const Mesh<Dim>&, const Team&);                              \
-  template std::vector<Index> widened(const Mesh<Dim>&, const CellIndex&, std::vector<Index>, \
-                                      int, const Team&);
+#define LAHAR_INSTANTIATE(Dim)                                                                     \
+  template void complete_shares(Mesh<Dim>&, const Team&);                                          \
+  template Mesh<Dim> share_of(const Mesh<Dim>&, const Team&);                                      \
+  template double smallest_cell(const Mesh<Dim>&, const Team&);                                    \
+  template std::vector<std::vector<std::byte>> fetch_cells(                                        \
+      const Mesh<Dim>&, const std::vector<Index>&, const Team&);                                   \
+  template CellIndex index_nodes(const Mesh<Dim>&, const Team&);                                   \
+  template CellIndex index_bins(const Mesh<Dim>&, const Team&);                                    \
+  template std::vector<Index> widened(const Mesh<Dim>&, const CellIndex&, std::vector<Index>, int, \
+                                      const Team&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

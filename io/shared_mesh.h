@@ -14,7 +14,8 @@
 
 namespace lahar {
 
-/// The cells [first, second) that this member has of a mesh with n; nodes likewise, while it is made.
+/// The cells [first, second) that this member has of a mesh with n; nodes likewise, while it is
+/// made.
 inline std::pair<Index, Index> own_cells(Index n, const Team& team) {
   return {team.part(n, team.index()), team.part(n, team.index() + 1)};
 }
@@ -32,14 +33,14 @@ Mesh<Dim> share_of(const Mesh<Dim>& whole, const Team& team);
 template <int Dim>
 double smallest_cell(const Mesh<Dim>& mesh, const Team& team);
 
-/// Cells (ascending) with their nodes, in pieces for Mesh::part() and Mesh::share(). Collective; each
-/// member asks for those that it wants.
+/// Cells (ascending) with their nodes, in pieces for Mesh::part() and Mesh::share(). Collective;
+/// each member asks for those that it wants.
 template <int Dim>
 std::vector<std::vector<std::byte>> fetch_cells(const Mesh<Dim>& share,
                                                 const std::vector<Index>& cells, const Team& team);
 
-/// To whom cells of a share belong: nodes, bins, or whatever else has a number. The lists are spread
-/// over the members.
+/// To whom cells of a share belong: nodes, bins, or whatever else has a number. The lists are
+/// spread over the members.
 class CellIndex {
  public:
   /// Calls `owners(cell, add)`, which calls add(number), for each own cell of a mesh with n.
@@ -68,15 +69,15 @@ template <int Dim>
 std::vector<Index> widened(const Mesh<Dim>& share, const CellIndex& of_nodes,
                            std::vector<Index> cells, int layers, const Team& team);
 
-#define LAHAR_DECLARE(Dim)                                                                         \
-  extern template void complete_shares(Mesh<Dim>&, const Team&);                                   \
-  extern template Mesh<Dim> share_of(const Mesh<Dim>&, const Team&);                               \
-  extern template double smallest_cell(const Mesh<Dim>&, const Team&);                             \
-  extern template std::vector<std::vector<std::byte>> fetch_cells(                                 \
-      const Mesh<Dim>&, const std::vector<Index>&, const Team&);                                   \
-  extern template CellIndex index_nodes(const Mesh<Dim>&, const Team&);                            \
-  extern template CellIndex index_bins(const Mesh<Dim>&, const Team&);                             \
-  extern template std::vector<Index> widened(const Mesh<Dim>&, const CellIndex&,                   \
+#define LAHAR_DECLARE(Dim)                                                       \
+  extern template void complete_shares(Mesh<Dim>&, const Team&);                 \
+  extern template Mesh<Dim> share_of(const Mesh<Dim>&, const Team&);             \
+  extern template double smallest_cell(const Mesh<Dim>&, const Team&);           \
+  extern template std::vector<std::vector<std::byte>> fetch_cells(               \
+      const Mesh<Dim>&, const std::vector<Index>&, const Team&);                 \
+  extern template CellIndex index_nodes(const Mesh<Dim>&, const Team&);          \
+  extern template CellIndex index_bins(const Mesh<Dim>&, const Team&);           \
+  extern template std::vector<Index> widened(const Mesh<Dim>&, const CellIndex&, \
                                              std::vector<Index>, int, const Team&);
 LAHAR_DECLARE(2)
 LAHAR_DECLARE(3)

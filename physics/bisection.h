@@ -33,8 +33,8 @@ struct BisectionRules {
   }
   /// How many of n cells are to lie before the cut into `parts`.
   static Index middle(Index n, Index parts) { return n * (parts / 2) / parts; }
-  /// The cut goes through a layer of cells of which `before` and `behind` are the sides: it moves to
-  /// the nearer one, if that leaves cells on both sides. Regular grids then come out as bricks.
+  /// The cut goes through a layer of cells of which `before` and `behind` are the sides: it moves
+  /// to the nearer one, if that leaves cells on both sides. Regular grids then come out as bricks.
   static Index aligned(Index before, Index middle, Index behind, Index n) {
     const bool can_before = before > 0, can_behind = behind < n;
     if (can_before && (!can_behind || middle - before <= behind - middle)) return before;
@@ -102,12 +102,12 @@ class Bisection {
 
   Index align_to_layer(Index begin, Index middle, Index end, int axis) {
     const double level = x(cell(middle), axis);
-    const auto before = std::partition(
-        order_.begin() + begin, order_.begin() + middle,
-        [&](Local c) { return x(c, axis) < level - Rules::same_layer; });
-    const auto behind = std::partition(
-        order_.begin() + middle, order_.begin() + end,
-        [&](Local c) { return x(c, axis) <= level + Rules::same_layer; });
+    const auto before =
+        std::partition(order_.begin() + begin, order_.begin() + middle,
+                       [&](Local c) { return x(c, axis) < level - Rules::same_layer; });
+    const auto behind = std::partition(order_.begin() + middle, order_.begin() + end, [&](Local c) {
+      return x(c, axis) <= level + Rules::same_layer;
+    });
     return begin + Rules::aligned(before - order_.begin() - begin, middle - begin,
                                   behind - order_.begin() - begin, end - begin);
   }

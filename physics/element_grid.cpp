@@ -60,8 +60,8 @@ std::vector<std::vector<Place<Dim>>> cells_of_box(Element element) {
   return cells;
 }
 
-/// Numbers of the places of a lattice that have nodes, the first axis fastest. Which have them depends
-/// only on where along each axis they are even and odd: all boxes are alike.
+/// Numbers of the places of a lattice that have nodes, the first axis fastest. Which have them
+/// depends only on where along each axis they are even and odd: all boxes are alike.
 template <int Dim>
 class LatticeNodes {
  public:
@@ -163,12 +163,12 @@ ElementTables<Dim> element_grid(Element element, const Vec<Dim>& origin, const V
                                 {0, grid.n_cells});
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                  \
-  template struct ElementGrid<Dim>;                                                             \
-  template ElementTables<Dim> element_grid<Dim>(Element, const Vec<Dim>&, const Vec<Dim>&,      \
-                                                const std::array<Index, Dim>&);                 \
-  template ElementTables<Dim> element_grid_part<Dim>(                                           \
-      Element, const Vec<Dim>&, const Vec<Dim>&, const std::array<Index, Dim>&,                 \
+#define LAHAR_INSTANTIATE(Dim)                                                             \
+  template struct ElementGrid<Dim>;                                                        \
+  template ElementTables<Dim> element_grid<Dim>(Element, const Vec<Dim>&, const Vec<Dim>&, \
+                                                const std::array<Index, Dim>&);            \
+  template ElementTables<Dim> element_grid_part<Dim>(                                      \
+      Element, const Vec<Dim>&, const Vec<Dim>&, const std::array<Index, Dim>&,            \
       std::pair<Index, Index>, std::pair<Index, Index>);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -170,8 +170,8 @@ class Mesh {
 
   /// Bins of a mesh from tables, in which points are looked for: boxes on a grid over all of it.
   Index n_bins() const;
-  Index bin_of(const Point& x) const;             ///< -1 outside of all cells
-  std::vector<Index> bins_of(Index cell) const;   ///< those that a cell touches, ascending
+  Index bin_of(const Point& x) const;            ///< -1 outside of all cells
+  std::vector<Index> bins_of(Index cell) const;  ///< those that a cell touches, ascending
   /// The bins whose cells are cells_near(), ascending.
   std::vector<Index> bins_near(std::span<const Index> cells) const;
 

@@ -217,10 +217,9 @@ void CellTable<Dim>::build_face_neighbours() {
         Local& of_i = face_neighbour_[around[i].cell][around[i].face];
         Local& of_j = face_neighbour_[around[j].cell][around[j].face];
         if (of_i >= 0 || of_j >= 0) {
-          throw InputError(fmt::format("cells {}, {} and {} share one face; two at most can",
-                                       cell_ids_.id(around[i].cell),
-                                       cell_ids_.id(std::max(of_i, of_j)),
-                                       cell_ids_.id(around[j].cell)));
+          throw InputError(fmt::format(
+              "cells {}, {} and {} share one face; two at most can", cell_ids_.id(around[i].cell),
+              cell_ids_.id(std::max(of_i, of_j)), cell_ids_.id(around[j].cell)));
         }
         of_i = around[j].cell;
         of_j = around[i].cell;

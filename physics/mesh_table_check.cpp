@@ -222,8 +222,8 @@ void check_tables(const std::vector<Vec<Dim>>& nodes, const CellList& cells, boo
   report.finish();
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                         \
-  template bool is_box<Dim>(const std::array<Vec<Dim>, corners<Dim>>&, double);        \
+#define LAHAR_INSTANTIATE(Dim)                                                  \
+  template bool is_box<Dim>(const std::array<Vec<Dim>, corners<Dim>>&, double); \
   template void check_tables<Dim>(const std::vector<Vec<Dim>>&, const CellList&, bool);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -265,7 +265,7 @@ bool CellTable<Dim>::is_near(const Point& x, Index cell) const {
   template bool CellTable<Dim>::may_contain(Index, const Vec<Dim>&) const;                       \
   template bool CellTable<Dim>::share_node(Index, Index) const;                                  \
   template bool CellTable<Dim>::is_near(const Vec<Dim>&, Index) const;                           \
-  template void CellTable<Dim>::choose_bins(const CellSums<Dim>&);                                                 \
+  template void CellTable<Dim>::choose_bins(const CellSums<Dim>&);                               \
   template void CellTable<Dim>::fill_bins();                                                     \
   template double CellTable<Dim>::shortest_extent(Index) const;                                  \
   template bool CellTable<Dim>::map_to(Index, const Vec<Dim>&, Vec<Dim>&) const;                 \

@@ -95,8 +95,7 @@ template <int Dim>
 void Partition<Dim>::cut_cells(Index target_cells) {
   const Index n = mesh_->n_cells(), parts = bisection_parts(n, target_cells);
   std::vector<Vec<Dim>> centre(n);
-  for (Index c = 0; c < n; ++c)
-    centre[c] = mesh_->cell_centre(c).cwiseQuotient(mesh_->mean_cell());
+  for (Index c = 0; c < n; ++c) centre[c] = mesh_->cell_centre(c).cwiseQuotient(mesh_->mean_cell());
   Bisection<Dim>(std::move(centre)).cut(parts, first_cell_, cells_);
   n_patches_ = parts;
   patch_ids_ = IdMap::all(parts);

@@ -53,7 +53,8 @@ void PatchSet<Dim>::restore_shared(const SimulationState& state) {
   keep_own_mesh(*cut);
 }
 
-/// The part of the mesh when patches have changed their ranks: those that had a patch send its surroundings.
+/// The part of the mesh when patches have changed their ranks: those that had a patch send its
+/// surroundings.
 template <int Dim>
 void PatchSet<Dim>::exchange_mesh(const std::vector<int>& owner) {
   if (!ranks_.several() || model_->mesh->is_structured()) return;

@@ -79,11 +79,11 @@ class TogetherBisection {
     const Index cut = Rules::aligned(before, middle, behind, piece.cells);
     const auto own = order_.begin() + static_cast<std::ptrdiff_t>(piece.begin);
     const auto end = order_.begin() + static_cast<std::ptrdiff_t>(piece.end);
-    const auto at = cut == before   ? std::partition(own, end, is_before)
-                    : cut == behind ? std::partition(own, end, is_level)
-                                    : std::partition(own, end, [&](Local i) {
-                                        return place_of(i, axis) < place;
-                                      });
+    const auto at =
+        cut == before ? std::partition(own, end, is_before)
+        : cut == behind
+            ? std::partition(own, end, is_level)
+            : std::partition(own, end, [&](Local i) { return place_of(i, axis) < place; });
     const auto split_at = static_cast<std::size_t>(at - order_.begin());
     const Index left = Rules::first_parts(cut, piece.cells, piece.parts);
     split({piece.begin, split_at, cut, left, piece.first_patch});
@@ -129,8 +129,7 @@ class TogetherBisection {
              values;
     };
     std::vector<Place> left;  // those that have the digits found so far
-    for (std::size_t i = piece.begin; i < piece.end; ++i)
-      left.push_back(place_of(order_[i], axis));
+    for (std::size_t i = piece.begin; i < piece.end; ++i) left.push_back(place_of(order_[i], axis));
     Place found{0, 0};
     for (int d = 0; d < digits; ++d) {
       std::vector<Index> counts(values, 0);
@@ -212,7 +211,8 @@ class TogetherBisection {
       Bisection<Dim>(std::move(centre)).cut(piece.parts, first, order);
       for (std::size_t part = 0; part + 1 < first.size(); ++part)
         for (Index k = first[part]; k < first[part + 1]; ++k) {
-          const Cell& cell = cells[begin + static_cast<std::size_t>(order[static_cast<std::size_t>(k)])];
+          const Cell& cell =
+              cells[begin + static_cast<std::size_t>(order[static_cast<std::size_t>(k)])];
           patch[cell.member][cell.row] =
               static_cast<Local>(piece.first_patch + static_cast<Index>(part));
         }
@@ -222,10 +222,10 @@ class TogetherBisection {
 
   const Team& team_;
   Index n_cells_;
-  Index first_ = 0;                ///< cell of the share
-  std::vector<Vec<Dim>> centre_;   ///< [mean cells] of the share's
-  std::vector<Local> order_;       ///< rows of the share
-  std::vector<Local> patch_;       ///< of the share's cells
+  Index first_ = 0;               ///< cell of the share
+  std::vector<Vec<Dim>> centre_;  ///< [mean cells] of the share's
+  std::vector<Local> order_;      ///< rows of the share
+  std::vector<Local> patch_;      ///< of the share's cells
   std::vector<Piece> pieces_;
 };
 

@@ -96,8 +96,7 @@ void SharedCut<Dim>::split(std::span<const PatchSplit> splits) {
 template <int Dim>
 std::vector<Index> SharedCut<Dim>::patches_near(const std::vector<Index>& cells, int rings) const {
   const CellIndex of_nodes = index_nodes(share_, team_);
-  std::vector<Index> near =
-      patches_of(widened(share_, of_nodes, cells, 2 * rings + 1, team_));
+  std::vector<Index> near = patches_of(widened(share_, of_nodes, cells, 2 * rings + 1, team_));
   sort_unique(near);
   return near;
 }

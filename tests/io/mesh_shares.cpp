@@ -216,7 +216,8 @@ std::string problems_of(const fs::path& file, const Team* team) {
 
 }  // namespace
 
-TEST_CASE("shares of meshes from files, and of grids of other elements, are the mesh of one process") {
+TEST_CASE(
+    "shares of meshes from files, and of grids of other elements, are the mesh of one process") {
   check_element<2>("ED2Q4", Element::Q4, 0.2);
   check_element<2>("ED2T3", Element::T3, 0.1);
   check_element<2>("ED2Q9", Element::Q9, 0.02);

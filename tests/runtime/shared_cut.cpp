@@ -91,7 +91,7 @@ TEST_CASE("processes with shares of a mesh cut it as one does that has all of it
   check_cut<2>(grid<2>(Element::T6, {12, 9}, 0.05, false), 10, {}, 0);
   check_cut<3>(grid<3>(Element::H8, {9, 8, 7}, 0.15, true), 30, {}, 0);
   check_cut<3>(grid<3>(Element::Tet4, {5, 4, 3}, 0.02, true), 25, {}, 1);
-  check_cut<2>(grid<2>(Element::Q4, {3, 1}, 0, false), 1, {}, 0);     // fewer cells than ranks
+  check_cut<2>(grid<2>(Element::Q4, {3, 1}, 0, false), 1, {}, 0);       // fewer cells than ranks
   check_cut<2>(grid<2>(Element::Q4, {9, 9}, 0.1, false), 1000, {}, 0);  // one patch
 }
 
