@@ -117,10 +117,12 @@ void PatchSet<Dim>::give_to(const std::vector<int>& owner, Index step) {
   link();
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                         \
-  template void PatchSet<Dim>::distribute_shared(Model<Dim>&);         \
-  template void PatchSet<Dim>::restore_shared(const SimulationState&); \
-  template void PatchSet<Dim>::exchange_mesh(const std::vector<int>&); \
+#define LAHAR_INSTANTIATE(Dim)                                                   \
+  template std::unique_ptr<SharedCut<Dim>> PatchSet<Dim>::make_cut(const Team&); \
+  template void PatchSet<Dim>::keep_own_mesh(const SharedCut<Dim>&);             \
+  template void PatchSet<Dim>::distribute_shared(Model<Dim>&);                   \
+  template void PatchSet<Dim>::restore_shared(const SimulationState&);           \
+  template void PatchSet<Dim>::exchange_mesh(const std::vector<int>&);           \
   template void PatchSet<Dim>::give_to(const std::vector<int>&, Index);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -77,7 +77,7 @@ void check(const char* cell_type, Element element, const std::array<Index, Dim>&
   const auto file = folder.path / "case.json";
   const auto whole = std::get<Model<Dim>>(read_scenario(file).model);
   REQUIRE(whole.particles.size() > 100);
-  const auto share = std::get<Model<Dim>>(read_scenario(file, {.team = &team}).model);
+  const auto share = std::get<Model<Dim>>(read_scenario(file, {{}, false, &team}).model);
   CHECK(share.mesh->is_share() == ranks.several());
   const Outcome reference = run(whole, {.threads = 1});
   CHECK(reference.error == "");
