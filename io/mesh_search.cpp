@@ -23,8 +23,8 @@ MeshSearch<Dim>::MeshSearch(const Mesh<Dim>& share, const Team& team)
       holder_(static_cast<std::size_t>(n_blocks_), 0),
       part_(share.share({})) {
   share_out_bins(share);
-  const auto pieces = fetch_own(share);
-  all_or_none(team_, [&] { part_ = share.part({}, pieces); });
+  auto pieces = fetch_own(share);
+  all_or_none(team_, [&] { part_ = share.part({}, std::move(pieces)); });
 }
 
 template <int Dim>

@@ -103,9 +103,9 @@ void Mesh<Dim>::complete(const CellSums<Dim>& sums) {
 
 template <int Dim>
 Mesh<Dim> Mesh<Dim>::share(std::span<const Index> cells,
-                           std::span<const std::vector<std::byte>> pieces) const {
+                           std::vector<std::vector<std::byte>> pieces) const {
   return Mesh(std::make_unique<Impl>(
-      Impl{std::get<CellTable<Dim>>(impl_->kind).part(cells, pieces, false)}));
+      Impl{std::get<CellTable<Dim>>(impl_->kind).part(cells, std::move(pieces), false)}));
 }
 
 template <int Dim>
@@ -141,10 +141,10 @@ std::vector<Index> Mesh<Dim>::bins_near(std::span<const Index> cells) const {
 
 template <int Dim>
 Mesh<Dim> Mesh<Dim>::part(std::span<const Index> cells,
-                          std::span<const std::vector<std::byte>> pieces) const {
+                          std::vector<std::vector<std::byte>> pieces) const {
   const auto* table = std::get_if<CellTable<Dim>>(&impl_->kind);
   if (!table) return Mesh(std::make_unique<Impl>(*impl_));
-  return Mesh(std::make_unique<Impl>(Impl{table->part(cells, pieces, true)}));
+  return Mesh(std::make_unique<Impl>(Impl{table->part(cells, std::move(pieces), true)}));
 }
 
 template <int Dim>

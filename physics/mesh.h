@@ -85,16 +85,14 @@ class Mesh {
   void add_to(CellSums<Dim>& sums) const;
   void complete(const CellSums<Dim>& sums);
   /// A share with these cells, held here, and those in pieces of pack(). Tables only.
-  Mesh share(std::span<const Index> cells,
-             std::span<const std::vector<std::byte>> pieces = {}) const;
+  Mesh share(std::span<const Index> cells, std::vector<std::vector<std::byte>> pieces = {}) const;
   bool is_share() const;
 
   /// These cells (ascending, held here) and those in pieces that pack() made of other parts of the
-  /// same mesh. The result depends on the cells alone, not on where they came from. A structured
-  /// mesh has no parts: returns all of it. Throws std::invalid_argument where a piece is damaged or
-  /// of another mesh.
-  Mesh part(std::span<const Index> cells,
-            std::span<const std::vector<std::byte>> pieces = {}) const;
+  /// same mesh, which are released one by one. The result depends on the cells alone, not on where
+  /// they came from. A structured mesh has no parts: returns all of it. Throws
+  /// std::invalid_argument where a piece is damaged or of another mesh.
+  Mesh part(std::span<const Index> cells, std::vector<std::vector<std::byte>> pieces = {}) const;
   /// Cells held here (ascending) with their nodes, for another process of the same run. Nothing of
   /// a structured mesh.
   std::vector<std::byte> pack(std::span<const Index> cells) const;

@@ -69,7 +69,7 @@ class CellTable {
   CellTable(TablePiece<Dim> own, Element element, Index n_nodes, Index n_cells, bool isoparametric);
   void add_to(CellSums<Dim>& sums) const;
   void complete(const CellSums<Dim>& sums);
-  CellTable part(std::span<const Index> cells, std::span<const std::vector<std::byte>> pieces,
+  CellTable part(std::span<const Index> cells, std::vector<std::vector<std::byte>> pieces,
                  bool connected) const;
   std::vector<std::byte> pack(std::span<const Index> cells) const;
   std::size_t bytes() const;
@@ -116,7 +116,9 @@ class CellTable {
     Point mean_cell;
   };
 
-  CellTable(const CellTable& other, std::span<const TablePiece<Dim>> pieces, bool connected);
+  CellTable(const CellTable& other, std::span<const Index> own,
+            std::vector<std::vector<std::byte>> pieces, bool connected);
+  void take(const TablePiece<Dim>& piece);
   void check_share(bool isoparametric) const;
   void build_bounds();
   void build_connectivity();

@@ -14,16 +14,6 @@
 namespace lahar {
 namespace {
 
-/// The ids of all pieces, ascending, each once.
-template <int Dim>
-IdMap all_ids(std::span<const TablePiece<Dim>> pieces, std::vector<Index> TablePiece<Dim>::*ids) {
-  std::vector<Index> all;
-  for (const auto& piece : pieces) all.insert(all.end(), (piece.*ids).begin(), (piece.*ids).end());
-  sort_unique(all);
-  all.shrink_to_fit();
-  return IdMap::some(std::move(all));
-}
-
 bool ascending_below(std::span<const Index> ids, Index limit) {
   return std::adjacent_find(ids.begin(), ids.end(), std::greater_equal<>()) == ids.end() &&
          (ids.empty() || (ids.front() >= 0 && ids.back() < limit));
@@ -90,27 +80,32 @@ std::vector<Index> CellTable<Dim>::touched_bins() const {
   return bins;
 }
 
-/// The cells of the pieces; what is known of the whole mesh comes from `other`.
+/// Cells of `other`, and those of the pieces, of which one at a time is unpacked; what is known of
+/// the whole mesh comes from `other`.
 template <int Dim>
-CellTable<Dim>::CellTable(const CellTable& other, std::span<const TablePiece<Dim>> pieces,
-                          bool connected)
-    : whole_(other.whole_),
-      connected_(connected),
-      cell_ids_(all_ids(pieces, &TablePiece<Dim>::cells)),
-      node_ids_(all_ids(pieces, &TablePiece<Dim>::nodes)) {
-  const auto per_cell = static_cast<std::size_t>(info(element()).nodes);
-  cells_.resize(static_cast<std::size_t>(cell_ids_.size()) * per_cell);
+CellTable<Dim>::CellTable(const CellTable& other, std::span<const Index> own,
+                          std::vector<std::vector<std::byte>> packed, bool connected)
+    : whole_(other.whole_), connected_(connected) {
+  std::vector<Index> cells, nodes;
+  const auto note = [&](const TablePiece<Dim>& piece) {
+    cells.insert(cells.end(), piece.cells.begin(), piece.cells.end());
+    nodes.insert(nodes.end(), piece.nodes.begin(), piece.nodes.end());
+  };
+  note(other.piece(own));
+  for (const auto& bytes : packed) note(read_piece<Dim>(bytes, identity()));
+  const auto map = [](std::vector<Index>& ids) {
+    sort_unique(ids);
+    ids.shrink_to_fit();
+    return IdMap::some(std::move(ids));
+  };
+  cell_ids_ = map(cells);
+  node_ids_ = map(nodes);
+  cells_.resize(static_cast<std::size_t>(cell_ids_.size() * info(element()).nodes));
   nodes_.resize(node_ids_.size());
-  for (const auto& piece : pieces) {
-    std::vector<Local> row(piece.nodes.size());
-    for (std::size_t n = 0; n < row.size(); ++n) {
-      row[n] = static_cast<Local>(node_ids_.row(piece.nodes[n]));
-      nodes_[row[n]] = piece.x[n];
-    }
-    for (std::size_t c = 0; c < piece.cells.size(); ++c) {
-      Local* cell = &cells_[static_cast<std::size_t>(cell_ids_.row(piece.cells[c])) * per_cell];
-      for (std::size_t k = 0; k < per_cell; ++k) cell[k] = row[piece.cell_nodes[c * per_cell + k]];
-    }
+  take(other.piece(own));
+  for (auto& bytes : packed) {
+    take(read_piece<Dim>(bytes, identity()));
+    bytes = {};
   }
   grid_.low = other.grid_.low;
   grid_.high = other.grid_.high;
@@ -123,13 +118,26 @@ CellTable<Dim>::CellTable(const CellTable& other, std::span<const TablePiece<Dim
   fill_bins();
 }
 
+/// Put cells and nodes into their rows.
+template <int Dim>
+void CellTable<Dim>::take(const TablePiece<Dim>& piece) {
+  const auto per_cell = static_cast<std::size_t>(info(element()).nodes);
+  std::vector<Local> row(piece.nodes.size());
+  for (std::size_t n = 0; n < row.size(); ++n) {
+    row[n] = static_cast<Local>(node_ids_.row(piece.nodes[n]));
+    nodes_[row[n]] = piece.x[n];
+  }
+  for (std::size_t c = 0; c < piece.cells.size(); ++c) {
+    Local* cell = &cells_[static_cast<std::size_t>(cell_ids_.row(piece.cells[c])) * per_cell];
+    for (std::size_t k = 0; k < per_cell; ++k) cell[k] = row[piece.cell_nodes[c * per_cell + k]];
+  }
+}
+
 template <int Dim>
 CellTable<Dim> CellTable<Dim>::part(std::span<const Index> cells,
-                                    std::span<const std::vector<std::byte>> packed,
+                                    std::vector<std::vector<std::byte>> pieces,
                                     bool connected) const {
-  std::vector<TablePiece<Dim>> pieces = {piece(cells)};
-  for (const auto& bytes : packed) pieces.push_back(read_piece<Dim>(bytes, identity()));
-  return CellTable(*this, pieces, connected);
+  return CellTable(*this, cells, std::move(pieces), connected);
 }
 
 /// A share whose whole is not yet known.
@@ -312,24 +320,26 @@ std::vector<Index> CellTable<Dim>::bins_of(Index cell) const {
   return bins;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                  \
-  template CellTable<Dim>::CellTable(const CellTable&, std::span<const TablePiece<Dim>>, bool); \
-  template CellTable<Dim>::CellTable(TablePiece<Dim>, Element, Index, Index, bool);             \
-  template void CellTable<Dim>::check_share(bool) const;                                        \
-  template void CellTable<Dim>::add_to(CellSums<Dim>&) const;                                   \
-  template void CellTable<Dim>::complete(const CellSums<Dim>&);                                 \
-  template Index CellTable<Dim>::n_bins() const;                                                \
-  template Index CellTable<Dim>::bin_of(const Vec<Dim>&) const;                                 \
-  template std::vector<Index> CellTable<Dim>::bins_of(Index) const;                             \
-  template std::vector<Index> CellTable<Dim>::bins_near(std::span<const Index>) const;          \
-  template CellTable<Dim> CellTable<Dim>::part(                                                 \
-      std::span<const Index>, std::span<const std::vector<std::byte>>, bool) const;             \
-  template std::vector<std::byte> CellTable<Dim>::pack(std::span<const Index>) const;           \
-  template TablePiece<Dim> CellTable<Dim>::piece(std::span<const Index>) const;                 \
-  template std::vector<Index> CellTable<Dim>::touched_bins() const;                             \
-  template std::vector<Index> CellTable<Dim>::marked_cells(const std::vector<char>&) const;     \
-  template std::vector<Index> CellTable<Dim>::widened(std::span<const Index>, int) const;       \
-  template std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index>) const;         \
+#define LAHAR_INSTANTIATE(Dim)                                                                   \
+  template CellTable<Dim>::CellTable(const CellTable&, std::span<const Index>,                   \
+                                     std::vector<std::vector<std::byte>>, bool);                 \
+  template void CellTable<Dim>::take(const TablePiece<Dim>&);                                    \
+  template CellTable<Dim>::CellTable(TablePiece<Dim>, Element, Index, Index, bool);              \
+  template void CellTable<Dim>::check_share(bool) const;                                         \
+  template void CellTable<Dim>::add_to(CellSums<Dim>&) const;                                    \
+  template void CellTable<Dim>::complete(const CellSums<Dim>&);                                  \
+  template Index CellTable<Dim>::n_bins() const;                                                 \
+  template Index CellTable<Dim>::bin_of(const Vec<Dim>&) const;                                  \
+  template std::vector<Index> CellTable<Dim>::bins_of(Index) const;                              \
+  template std::vector<Index> CellTable<Dim>::bins_near(std::span<const Index>) const;           \
+  template CellTable<Dim> CellTable<Dim>::part(std::span<const Index>,                           \
+                                               std::vector<std::vector<std::byte>>, bool) const; \
+  template std::vector<std::byte> CellTable<Dim>::pack(std::span<const Index>) const;            \
+  template TablePiece<Dim> CellTable<Dim>::piece(std::span<const Index>) const;                  \
+  template std::vector<Index> CellTable<Dim>::touched_bins() const;                              \
+  template std::vector<Index> CellTable<Dim>::marked_cells(const std::vector<char>&) const;      \
+  template std::vector<Index> CellTable<Dim>::widened(std::span<const Index>, int) const;        \
+  template std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index>) const;          \
   template std::size_t CellTable<Dim>::bytes() const;
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -75,9 +75,10 @@ void PatchSet<Dim>::exchange_mesh(const std::vector<int>& owner) {
     std::erase_if(pieces, [](const auto& piece) { return piece.empty(); });
     return pieces;
   };
-  const auto new_cells = some(ranks_.exchange(cells)), new_cuts = some(ranks_.exchange(cuts));
+  auto new_cells = some(ranks_.exchange(cells));
+  const auto new_cuts = some(ranks_.exchange(cuts));
   auto mesh = std::make_shared<const Mesh<Dim>>(
-      whole.part(surrounding_cells(whole, partition_, kept, rings_), new_cells));
+      whole.part(surrounding_cells(whole, partition_, kept, rings_), std::move(new_cells)));
   partition_ = partition_.part(*mesh, surrounding_patches(partition_, kept, rings_), new_cuts);
   model_->mesh = std::move(mesh);
 }

@@ -108,9 +108,9 @@ Mesh<Dim> SharedCut<Dim>::part_around(const std::vector<Index>& own,
   Mesh<Dim> part = share_.part({}, fetch_cells(share_, cells, team_));
   std::vector<Index> near = index_bins(share_, team_).cells_of(part.bins_near(own));
   std::erase_if(near, [&](Index cell) { return part.holds(cell); });
-  const auto missing = fetch_cells(share_, near, team_);
+  auto missing = fetch_cells(share_, near, team_);
   if (missing.empty()) return part;
-  return part.part(cells, missing);
+  return part.part(cells, std::move(missing));
 }
 
 template <int Dim>
