@@ -86,6 +86,11 @@ CellIndex::CellIndex(Index n_cells, const Team& team,
   };
   const auto members = static_cast<Index>(team.size());
   auto [next, end] = own_cells(n_cells, team);
+  Index own = 0;
+  for (Index cell = next; cell < end; ++cell) owners(cell, [&](Index) { ++own; });
+  constexpr double uneven = 1.05;  // what some have more than their share, without a new allocation
+  entries_.reserve(static_cast<std::size_t>(uneven * static_cast<double>(team.sum(own)) /
+                                            static_cast<double>(members)));
   while (team.any(next < end)) {
     std::vector<std::vector<Entry>> to(static_cast<std::size_t>(members));
     const Index stop = std::min(end, next + static_cast<Index>(cells_at_a_time));

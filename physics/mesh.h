@@ -170,7 +170,7 @@ class Mesh {
   Index n_bins() const;
   Index bin_of(const Point& x) const;            ///< -1 outside of all cells
   std::vector<Index> bins_of(Index cell) const;  ///< those that a cell touches, ascending
-  /// The bins whose cells are cells_near(), ascending.
+  /// The bins whose cells are cells_near(), ascending; a part or share must hold the cells around.
   std::vector<Index> bins_near(std::span<const Index> cells) const;
 
   /// Cells sharing at least one node with `cell`, ascending, without itself. In a part: those held.

@@ -151,8 +151,6 @@ class CellTable {
   std::vector<Local> ring(Index row) const;
   std::pair<Point, Point> cell_bounds(Index row) const;
   std::pair<Point, Point> padded(const std::pair<Point, Point>& bounds) const;
-  template <class Visit>
-  void for_near_bins(std::span<const Index> cells, Visit visit) const;
   std::pair<Point, Point> reach(Index row) const;
   bool may_contain(Index row, const Point& x) const;
   bool share_node(Index a, Index b) const;

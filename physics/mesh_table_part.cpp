@@ -248,37 +248,46 @@ std::vector<Index> CellTable<Dim>::widened(std::span<const Index> cells, int lay
   return marked_cells(cell);
 }
 
-/// Call visit(position) for the bins that the reach of some cell touches.
-template <int Dim>
-template <class Visit>
-void CellTable<Dim>::for_near_bins(std::span<const Index> cells, Visit visit) const {
-  for (Index cell : cells) {
-    const auto [low, high] = reach(cell_row(cell));
-    for_each_position<Dim>(grid_.position(low), grid_.position(high), visit);
-  }
-}
-
-/// All cells of these bins: those in which locate() looks.
+/// All cells of the bins that the reach of some cell touches: those in which locate() looks.
 template <int Dim>
 std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index> cells) const {
   std::vector<char> bin(grid_.bins.size(), 0), near(cell_ids_.size(), 0);
-  for_near_bins(cells, [&](const Bins& p) {
-    if (const Index row = grid_.bins.row(grid_.bin(p)); row >= 0) bin[row] = 1;
-  });
+  for (Index cell : cells) {
+    const auto [low, high] = reach(cell_row(cell));
+    for_each_position<Dim>(grid_.position(low), grid_.position(high), [&](const Bins& p) {
+      if (const Index row = grid_.bins.row(grid_.bin(p)); row >= 0) bin[row] = 1;
+    });
+  }
   for (std::size_t row = 0; row < bin.size(); ++row)
     if (bin[row])
       for (Local c : grid_.cells[row]) near[c] = 1;
   return marked_cells(near);
 }
 
+/// By the boxes around the cells of each node, which a share can tell as well: reach().
 template <int Dim>
 std::vector<Index> CellTable<Dim>::bins_near(std::span<const Index> cells) const {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const std::pair<Point, Point> nothing{Point::Constant(infinity), Point::Constant(-infinity)};
+  const auto widen = [](std::pair<Point, Point>& box, const std::pair<Point, Point>& by) {
+    box.first = box.first.cwiseMin(by.first);
+    box.second = box.second.cwiseMax(by.second);
+  };
+  std::vector<std::pair<Point, Point>> around(nodes_.size(), nothing);
+  for (Index row = 0; row < cell_ids_.size(); ++row)
+    for (Local node : nodes_of(row)) widen(around[node], cell_bounds(row));
+  const auto reach_of = [&](Index cell) {
+    const auto own = cell_bounds(cell_row(cell));
+    auto box = own;
+    for (Local node : nodes_of(cell_row(cell))) widen(box, around[node]);
+    const Point beyond = own.second - own.first;
+    return std::pair(grid_.position(box.first - beyond), grid_.position(box.second + beyond));
+  };
   Bins low, high;  // of the box of bins around them
   low.fill(std::numeric_limits<Index>::max());
   high.fill(-1);
   for (Index cell : cells) {
-    const auto [from, to] = reach(cell_row(cell));
-    const Bins first = grid_.position(from), last = grid_.position(to);
+    const auto [first, last] = reach_of(cell);
     for (int d = 0; d < Dim; ++d) {
       low[d] = std::min(low[d], first[d]);
       high[d] = std::max(high[d], last[d]);
@@ -292,7 +301,10 @@ std::vector<Index> CellTable<Dim>::bins_near(std::span<const Index> cells) const
     return at;
   };
   std::vector<char> near(in_box(high) + 1, 0);
-  for_near_bins(cells, [&](const Bins& p) { near[in_box(p)] = 1; });
+  for (Index cell : cells) {
+    const auto [first, last] = reach_of(cell);
+    for_each_position<Dim>(first, last, [&](const Bins& p) { near[in_box(p)] = 1; });
+  }
   for_each_position<Dim>(low, high, [&](const Bins& p) {
     if (near[in_box(p)]) bins.push_back(grid_.bin(p));
   });

@@ -91,51 +91,52 @@ void SharedCut<Dim>::split(std::span<const PatchSplit> splits) {
   n_patches_ += static_cast<Index>(splits.size());
 }
 
-/// Patches with cells that touch these, widened by twice as many layers as nodes of a patch are:
-/// surrounding_patches().
+/// Of patches with these cells: the patches around (surrounding_patches()) with their cells, and
+/// all cells that are needed (surrounding_cells()), but for those that are near without being next
+/// to them.
 template <int Dim>
-std::vector<Index> SharedCut<Dim>::patches_near(const std::vector<Index>& cells, int rings) const {
+typename SharedCut<Dim>::Surroundings SharedCut<Dim>::find_surroundings(
+    const std::vector<Index>& patches, int rings) const {
   const CellIndex of_nodes = index_nodes(share_, team_);
-  std::vector<Index> near = patches_of(widened(share_, of_nodes, cells, 2 * rings + 1, team_));
-  sort_unique(near);
-  return near;
+  const CellIndex of_patches(share_.n_cells(), team_, [&](Index cell, const CellIndex::Add& add) {
+    add(patch_[static_cast<std::size_t>(cell - first_)]);
+  });
+  Surroundings found;
+  found.own = of_patches.cells_of(patches);
+  found.ring = widened(share_, of_nodes, found.own, 1, team_);
+  // Two patches, each widened by rings, meet if one has a cell that touches the other widened by
+  // twice as many.
+  found.patches = patches_of(widened(share_, of_nodes, found.ring, 2 * rings, team_));
+  sort_unique(found.patches);
+  found.of_patches = of_patches.cells_of(found.patches);
+  found.cells = widened(share_, of_nodes, found.of_patches, std::max(1, rings), team_);
+  return found;
 }
 
-/// A part with these cells, and with those that are near `own`, which are among them.
+/// Cells of bins that are within reach of own ones.
 template <int Dim>
-Mesh<Dim> SharedCut<Dim>::part_around(const std::vector<Index>& own,
-                                      const std::vector<Index>& cells) const {
-  Mesh<Dim> part = share_.part({}, fetch_cells(share_, cells, team_));
-  std::vector<Index> near = index_bins(share_, team_).cells_of(part.bins_near(own));
-  std::erase_if(near, [&](Index cell) { return part.holds(cell); });
-  auto missing = fetch_cells(share_, near, team_);
-  if (missing.empty()) return part;
-  return part.part(cells, std::move(missing));
+std::vector<Index> SharedCut<Dim>::cells_near(const Surroundings& found) const {
+  const Mesh<Dim> ring = share_.share({}, fetch_cells(share_, found.ring, team_));
+  return index_bins(share_, team_).cells_of(ring.bins_near(found.own));
 }
 
 template <int Dim>
 typename SharedCut<Dim>::Around SharedCut<Dim>::around(const std::vector<Index>& patches,
                                                        int rings) const {
-  const CellIndex of_patches(share_.n_cells(), team_, [&](Index cell, const CellIndex::Add& add) {
-    add(patch_[static_cast<std::size_t>(cell - first_)]);
-  });
-  const std::vector<Index> own = of_patches.cells_of(patches);
-  const std::vector<Index> near = patches_near(own, rings);
-  const std::vector<Index> of_near = of_patches.cells_of(near);
-  std::vector<Index> all;
-  {
-    const CellIndex of_nodes = index_nodes(share_, team_);
-    all = widened(share_, of_nodes, of_near, std::max(1, rings), team_);
-  }
-  auto mesh = std::make_shared<const Mesh<Dim>>(part_around(own, all));
-  const std::vector<Index> patch = patches_of(of_near);
-  std::vector<std::vector<Local>> cells(near.size());
-  for (std::size_t i = 0; i < of_near.size(); ++i) {
-    const auto at = std::lower_bound(near.begin(), near.end(), patch[i]) - near.begin();
-    cells[static_cast<std::size_t>(at)].push_back(static_cast<Local>(of_near[i]));
+  Surroundings found = find_surroundings(patches, rings);
+  const std::vector<Index> near = cells_near(found);
+  found.cells.insert(found.cells.end(), near.begin(), near.end());
+  sort_unique(found.cells);
+  auto mesh =
+      std::make_shared<const Mesh<Dim>>(share_.part({}, fetch_cells(share_, found.cells, team_)));
+  const std::vector<Index> patch = patches_of(found.of_patches);
+  std::vector<std::vector<Local>> cells(found.patches.size());
+  for (std::size_t i = 0; i < patch.size(); ++i) {
+    const auto at = std::ranges::lower_bound(found.patches, patch[i]) - found.patches.begin();
+    cells[static_cast<std::size_t>(at)].push_back(static_cast<Local>(found.of_patches[i]));
   }
   std::vector<typename Partition<Dim>::Row> rows;
-  for (std::size_t i = 0; i < near.size(); ++i) rows.emplace_back(near[i], cells[i]);
+  for (std::size_t i = 0; i < cells.size(); ++i) rows.emplace_back(found.patches[i], cells[i]);
   return {mesh, Partition<Dim>(*mesh, n_patches_, rows)};
 }
 

@@ -31,8 +31,14 @@ class SharedCut {
   Around around(const std::vector<Index>& patches, int rings) const;
 
  private:
-  std::vector<Index> patches_near(const std::vector<Index>& cells, int rings) const;
-  Mesh<Dim> part_around(const std::vector<Index>& own, const std::vector<Index>& cells) const;
+  /// All ascending.
+  struct Surroundings {
+    std::vector<Index> own, ring;            ///< cells of the patches, and with a layer around
+    std::vector<Index> patches, of_patches;  ///< around, and their cells
+    std::vector<Index> cells;                ///< that are needed
+  };
+  Surroundings find_surroundings(const std::vector<Index>& patches, int rings) const;
+  std::vector<Index> cells_near(const Surroundings& found) const;
 
   const Mesh<Dim>& share_;
   const Team& team_;
