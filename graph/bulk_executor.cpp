@@ -51,7 +51,14 @@ class BulkExecutor final : public Executor {
       bodies_.set_dt(step);
     }
     for (int s = 0; s < static_cast<int>(graph_.stages.size()); ++s) {
-      oneapi::tbb::parallel_for(0, graph_.own_patches(), [&](int p) { bodies_.run(s, p, step); });
+      const bool has_rest = graph_.has_rest(s);
+      oneapi::tbb::parallel_for(0, graph_.own_patches(), [&](int p) {
+        if (has_rest)
+          run_with_rest(s, p, step);
+        else
+          bodies_.run(s, p, step);
+      });
+      if (has_rest) ++s;
       if (remote_) wait_for_messages(s, step);
     }
     if (remote_) {

@@ -30,6 +30,8 @@ struct TaskBodies {
   /// Several ranks: around the time in which a thread without a task looks for messages, and with
   /// what came the last time (true = it is over). For traces; may be empty.
   std::function<void(bool over)> looking = {};
+  /// Run `stage` of `patch` together with the next one, its rest. Empty: they are run one by one.
+  std::function<void(int stage, int patch, Step step)> run_with_rest = {};
   /// For traces: a clock, which is 0 while nothing is recorded. May be null.
   std::uint64_t (*clock)() = nullptr;
 };
@@ -90,6 +92,13 @@ class Executor {
   std::uint64_t missed_at(int task) const { return noted(missed_at_, task); }
 
  protected:
+  /// `stage` of `patch` and its rest.
+  void run_with_rest(int stage, int patch, Step step) const {
+    if (bodies_.run_with_rest) return bodies_.run_with_rest(stage, patch, step);
+    bodies_.run(stage, patch, step);
+    bodies_.run(stage + 1, patch, step);
+  }
+
   TaskGraph graph_;
   TaskBodies bodies_;
   std::atomic<Step> end_{0};

@@ -8,11 +8,15 @@
 /// max_lead steps ahead of the slowest one. Permits are the only thing that links patches far
 /// apart.
 ///
+/// A task and its rest are one body most of the time. Where ranks have to agree on the time step,
+/// so many rests are set aside that there is something to do until they have: patches in the middle
+/// of the rank, which nobody else waits for. Rests that are set aside are nodes of their own.
+///
 /// Several ranks: the task of a message from elsewhere is done where the message is found; that all
 /// ranks have finished a step releases permits. Every body ends with a look for messages, and a
 /// thread that leaves no task ready stays and looks on, because oneTBB does not say when it is
-/// idle. For that alone the messages of the graph are counted a second time, beside oneTBB's own
-/// counters; traces are told when the last one came.
+/// idle. For that the messages of the graph are counted here, and not by oneTBB a second time: a
+/// node gets one message, when its task is ready. Traces are told when that was.
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
@@ -23,10 +27,12 @@
 #include <chrono>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
 #include "graph/executor.h"
+#include "graph/rests.h"
 
 namespace lahar {
 
@@ -69,6 +75,7 @@ class FlowExecutor final : public Executor {
     agreed_.fill(false);
     next_given_ = first;
     dt_known_ = first;
+    if (rests_) rests_->begin(first);
     for (auto& done : done_) done = first;
     for (auto& stamp : stamps_) stamp = first;
     begin_counting();
@@ -89,7 +96,7 @@ class FlowExecutor final : public Executor {
       missed_at_[t] = look_before;
     }
     bodies_.run(stage, patch, step);
-    if (verify_) stamps_[t].store(step + 1, std::memory_order_release);
+    stamp(task, step);
     done_[t].store(step + 1, std::memory_order_release);
     const bool last = step + 1 >= end_.load(std::memory_order_acquire);
     for (const Edge& edge : graph_.out(task))
@@ -119,7 +126,10 @@ class FlowExecutor final : public Executor {
       for (const Edge& edge : graph_.edges)
         into_[static_cast<std::size_t>(edge.to)].push_back(edge);
     }
-    if (remote_) find_boundary();
+    if (remote_) {
+      find_boundary();
+      if (graph_.has_dt) rests_.emplace(graph_, boundary_, static_cast<int>(threads_));
+    }
     from_elsewhere_.assign(static_cast<std::size_t>(n), 0);
     for (const Edge& edge : graph_.edges)
       if (edge.lag == 0 && graph_.is_elsewhere(edge.from))
@@ -128,13 +138,14 @@ class FlowExecutor final : public Executor {
       const auto body = [this, t](const flow::continue_msg&) { guarded_fire(t); };
       // What others wait for goes first. Without other ranks a priority would only cost time.
       if (remote_ && is_urgent(t))
-        nodes_.emplace_back(*flow_, puts_into(t), body, flow::node_priority_t{1});
+        nodes_.emplace_back(*flow_, 1, body, flow::node_priority_t{1});
       else
-        nodes_.emplace_back(*flow_, puts_into(t), body);
+        nodes_.emplace_back(*flow_, remote_ ? 1 : puts_into(t), body);
     }
+    if (remote_) return;
     // A task's edges one after the other: their memory is walked in this order at every firing.
     for (const Edge& edge : graph_.edges)
-      if (edge.lag == 0 && !graph_.is_elsewhere(edge.from))
+      if (edge.lag == 0 && !graph_.is_elsewhere(edge.from) && !is_rest(edge.to))
         flow::make_edge(nodes_[static_cast<std::size_t>(edge.from)],
                         nodes_[static_cast<std::size_t>(edge.to)]);
   }
@@ -143,7 +154,8 @@ class FlowExecutor final : public Executor {
     // Counters keep what a stopped run left in them.
     flow_->reset();
     if (counting_) {
-      for (int t = 0; t < graph_.tasks(); ++t) missing_[static_cast<std::size_t>(t)] = needs(t);
+      for (int t = 0; t < graph_.tasks(); ++t)
+        missing(t) = needs_[static_cast<std::size_t>(t)] = needs(t);
       ready_ = 0;
     }
     for (int t = 0; t < graph_.tasks(); ++t) {
@@ -177,17 +189,26 @@ class FlowExecutor final : public Executor {
   }
   /// What begins a step must know that it is taken by all.
   bool needs_permit(int task) const { return is_first_stage(task) || graph_.collects_dt(task); }
+  bool is_rest(int task) const {
+    return !graph_.is_global(task) && !graph_.is_elsewhere(task) &&
+           graph_.stages[static_cast<std::size_t>(graph_.stage_of(task))].is_rest;
+  }
+  bool has_rest(int task) const {
+    return !graph_.is_global(task) && graph_.has_rest(graph_.stage_of(task));
+  }
   int puts_into(int task) const {
+    if (is_rest(task)) return 1;  // from the list of those that are set aside
     const bool is_agreed = graph_.shared && graph_.is_dt(task);
     return first_puts_into(task) + from_elsewhere_[static_cast<std::size_t>(task)] +
            (is_agreed ? 1 : 0);
   }
   int needs(int task) const {
     const auto t = static_cast<std::size_t>(task);
+    if (is_rest(task)) return 1;
     return puts_into(task) + graph_.in_step[t] - from_elsewhere_[t];
   }
   void put(int task) {
-    if (counting_) count_message(task);
+    if (counting_ && !count_message(task) && remote_) return;
     nodes_[static_cast<std::size_t>(task)].try_put(flow::continue_msg{});
   }
 
@@ -208,23 +229,56 @@ class FlowExecutor final : public Executor {
     if (verify_) verify(task, step);
     if (graph_.is_dt(task)) {
       if (step > first_) bodies_.set_dt(step);  // dt of the first step is known
+      if (rests_) rests_->dt_is_known();
       if (graph_.shared) set_dt_known(step);
     } else if (graph_.collects_dt(task)) {
       if (step > first_) remote_->give_dt(step);
-    } else {
+    } else if (!has_rest(task)) {
+      if (is_rest(task)) rests_->rest_begins();
       bodies_.run(graph_.stage_of(task), graph_.patch_of(task), step);
     }
+    if (has_rest(task))
+      fire_with_rest(task, step);
+    else
+      pass_on(task, step);
+    if (remote_) look_for_messages();
+  }
+
+  /// What follows the body of a task.
+  void pass_on(int task, Step step) {
     fetch_successors(task);
-    if (verify_) stamps_[t].store(step + 1, std::memory_order_release);
+    stamp(task, step);
     if (is_last_stage(task)) finish(step);
     if (step + 1 < end_.load(std::memory_order_acquire))
       for (const Edge& edge : graph_.out(task))
         if (edge.lag == 1) put(edge.to);
     if (needs_permit(task)) request_permit(task, step + 1);
-    if (counting_)
-      for (const Edge& edge : graph_.out(task))
-        if (edge.lag == 0) count_message(edge.to);
-    if (remote_) look_for_messages();
+    if (!counting_) return;
+    for (const Edge& edge : graph_.out(task)) {
+      if (edge.lag == 1 || is_rest(edge.to)) continue;
+      if (remote_)
+        put(edge.to);
+      else
+        count_message(edge.to);
+    }
+  }
+
+  /// A task and its rest.
+  void fire_with_rest(int task, Step step) {
+    const int stage = graph_.stage_of(task), patch = graph_.patch_of(task);
+    const int rest = graph_.task(stage + 1, patch);
+    const auto release = [this](int t) { put(t); };
+    if (rests_ && rests_->task_begins(patch, step, release)) {
+      bodies_.run(stage, patch, step);
+      stamp(task, step);
+      rests_->set_aside(rest, step, release);
+      pass_on(task, step);
+    } else {
+      run_with_rest(stage, patch, step);
+      ++step_[static_cast<std::size_t>(rest)];
+      pass_on(task, step);
+      pass_on(rest, step);
+    }
   }
 
   // --- counting ---------------------------------------------------------------------------------
@@ -238,17 +292,24 @@ class FlowExecutor final : public Executor {
     ready_at_.assign(noting_ ? n : 0, 0);
     missed_at_.assign(noting_ ? n : 0, 0);
     looked_ = 0;
-    if (counting_ && missing_.size() != n) missing_ = std::vector<std::atomic<int>>(n);
+    if (!counting_ || !missing_.empty()) return;
+    // On lines of their own, so that threads that count messages of different tasks do not meet.
+    stride_ = threads_ > 1 ? 16 : 1;
+    missing_ = std::vector<std::atomic<int>>(n * stride_);
+    needs_.assign(n, 0);
   }
 
-  /// A message to a task, counted before oneTBB gets it. Who counts the last one therefore notes
-  /// the time before the task can begin.
-  void count_message(int task) {
+  std::atomic<int>& missing(int task) { return missing_[static_cast<std::size_t>(task) * stride_]; }
+
+  /// A message to a task, counted before oneTBB gets it. True if it was the last one; who counts
+  /// that notes the time before the task can begin.
+  bool count_message(int task) {
     const auto t = static_cast<std::size_t>(task);
-    if (missing_[t].fetch_sub(1, std::memory_order_acq_rel) > 1) return;
-    missing_[t].store(needs(task), std::memory_order_relaxed);
+    if (missing(task).fetch_sub(1, std::memory_order_acq_rel) > 1) return false;
+    missing(task).store(needs_[t], std::memory_order_relaxed);
     if (noting_) ready_at_[t] = bodies_.clock();
     if (remote_) ready_.fetch_add(1, std::memory_order_acq_rel);
+    return true;
   }
 
   // --- other ranks ------------------------------------------------------------------------------
@@ -342,10 +403,18 @@ class FlowExecutor final : public Executor {
   /// from memory, where a phase's particles have pushed it: ask for all of them at once.
   void fetch_successors(int task) {
     for (const Edge& edge : graph_.out(task)) {
+      if (remote_) {
+        __builtin_prefetch(&missing(edge.to), 1);
+        continue;
+      }
       const auto* node = reinterpret_cast<const char*>(&nodes_[static_cast<std::size_t>(edge.to)]);
       __builtin_prefetch(node, 1);
       __builtin_prefetch(node + 64, 1);
     }
+  }
+
+  void stamp(int task, Step step) {
+    if (verify_) stamps_[static_cast<std::size_t>(task)].store(step + 1, std::memory_order_release);
   }
 
   /// Every task that this one waits for has done this step (lag 0) or the one before (lag 1), and
@@ -429,6 +498,8 @@ class FlowExecutor final : public Executor {
 
   Step first_ = 0;
   std::array<std::atomic<int>, max_lead> remaining_{};  ///< patches that have not finished a step
+  std::optional<Rests> rests_;  ///< several ranks, which have to agree on the time step
+
   std::mutex completion_;
   std::array<bool, max_lead> finished_{};
   Step next_given_ = 0;       ///< of this rank's patches
@@ -439,6 +510,8 @@ class FlowExecutor final : public Executor {
   bool counting_ = false;                  ///< messages of the graph
   std::vector<int> from_elsewhere_;        ///< messages of a step into a task from other ranks
   std::vector<std::atomic<int>> missing_;  ///< messages until a task is ready
+  std::size_t stride_ = 1;                 ///< of these
+  std::vector<int> needs_;                 ///< messages of a step into a task
   std::atomic<std::uint64_t> looked_{0};   ///< when the last look for messages that ended began
   static inline thread_local std::uint64_t look_before = 0;
   std::atomic<int> ready_{0};            ///< tasks that are ready and have not begun

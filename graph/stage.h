@@ -19,6 +19,10 @@ struct Stage {
                               ///< this one: "mass, momentum"; empty = nothing
   bool gives_dt = false;      ///< contributes to the global minimum that sets the next step's dt
   bool needs_dt = false;      ///< the first use of dt in a step (adaptive time step only)
+  bool is_rest = false;       ///< of the stage before, which alone it waits for: is done with it,
+                              ///< or kept for later, when there is nothing else to do
+
+  bool operator==(const Stage&) const = default;
 };
 
 /// Consecutive stages that a patch does without waiting for anybody: one task of the graph. They
@@ -26,11 +30,19 @@ struct Stage {
 struct Phase {
   Stage task;               ///< what the stages are together, as a stage of the graph
   std::size_t first, last;  ///< stages [first, last)
+  /// Where a phase was cut, what is done once for the patch is not: before anything of the phase
+  /// for stages [first, begins), after everything for [ends, last).
+  std::size_t begins = last, ends = first;
+
+  bool operator==(const Phase&) const = default;
 };
 
 /// The phases of a list of stages: a new one begins where something is taken from neighbours, and
-/// where the time step is needed.
-std::vector<Phase> phases_of(const std::vector<Stage>& stages);
+/// where the time step is needed. `cut`: the time step takes time to be agreed on. What follows the
+/// stage that gives it is a phase of its own then, the rest, some of which can be done meanwhile.
+std::vector<Phase> phases_of(const std::vector<Stage>& stages, bool cut = false);
+/// A phase and its rest as one.
+Phase joined(const Phase& phase, const Phase& rest);
 /// The stages of the graph.
 std::vector<Stage> tasks_of(const std::vector<Phase>& phases);
 

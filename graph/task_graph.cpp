@@ -9,7 +9,7 @@
 
 namespace lahar {
 
-std::vector<Phase> phases_of(const std::vector<Stage>& stages) {
+std::vector<Phase> phases_of(const std::vector<Stage>& stages, bool cut) {
   bool adaptive = false;  // as in make_task_graph: without a stage that gives dt, dt is constant
   for (const Stage& stage : stages) adaptive = adaptive || stage.gives_dt;
   std::vector<Phase> phases;
@@ -19,13 +19,31 @@ std::vector<Phase> phases_of(const std::vector<Stage>& stages) {
       phases.push_back({stage, s, s + 1});
       continue;
     }
+    if (cut && stages[s - 1].gives_dt) {
+      phases.push_back({stage, s, s + 1});
+      phases.back().task.is_rest = true;
+      continue;
+    }
     Phase& phase = phases.back();
-    phase.last = s + 1;
+    phase.last = phase.begins = s + 1;
     phase.task.name += ", " + stage.name;
     phase.task.gives_dt = phase.task.gives_dt || stage.gives_dt;
     phase.task.needs_dt = phase.task.needs_dt || stage.needs_dt;
   }
+  for (std::size_t f = 1; f < phases.size(); ++f)
+    if (phases[f].task.is_rest) {
+      phases[f - 1].begins = phases[f].last;
+      phases[f - 1].ends = phases[f - 1].last;
+      phases[f].begins = phases[f].first;
+      phases[f].ends = phases[f - 1].first;
+    }
   return phases;
+}
+
+Phase joined(const Phase& phase, const Phase& rest) {
+  Phase both{phase.task, phase.first, rest.last};
+  both.task.name += ", " + rest.task.name;
+  return both;
 }
 
 std::vector<Stage> tasks_of(const std::vector<Phase>& phases) {

@@ -49,6 +49,11 @@ struct TaskGraph {
   }
   int own_patches() const { return patches - elsewhere; }
   int task(int stage, int patch) const { return stage * patches + patch; }
+  /// Whether the next stage is the rest of this one.
+  bool has_rest(int stage) const {
+    const auto next = static_cast<std::size_t>(stage) + 1;
+    return next < stages.size() && stages[next].is_rest;
+  }
   int dt_task() const { return tasks() - 1; }
   bool is_dt(int task) const { return has_dt && task == dt_task(); }
   int collect_dt_task() const { return tasks() - 2; }  ///< shared graphs only

@@ -25,7 +25,7 @@ constexpr Index block = 1 << 10;  // values that are made at a time
 /// Collects bytes that follow each other in a file.
 class SequentialWriter {
  public:
-  explicit SequentialWriter(const SharedFile& file) : file_(file) {}
+  explicit SequentialWriter(const ByteSink& sink) : sink_(sink) {}
 
   /// Go on at byte `place`.
   void begin(Index place) {
@@ -44,13 +44,13 @@ class SequentialWriter {
     }
   }
   void flush() {
-    file_.write(place_, {buffer_.get(), used_});
+    if (used_ > 0) sink_(place_, {buffer_.get(), used_});
     place_ += static_cast<Index>(used_);
     used_ = 0;
   }
 
  private:
-  const SharedFile& file_;
+  const ByteSink& sink_;
   std::unique_ptr<std::byte[]> buffer_ = std::make_unique_for_overwrite<std::byte[]>(buffer_bytes);
   std::size_t used_ = 0;
   Index place_ = 0;
@@ -109,7 +109,8 @@ void check_piece(const FrameLayout& layout, const Frame& piece) {
 
 }  // namespace
 
-void SlabFile::write(const FrameLayout& layout, Index first, std::span<const Frame> pieces) const {
+void write_slab(const FrameLayout& layout, Index first, std::span<const Frame> pieces,
+                const ByteSink& sink) {
   Index count = 0;
   for (const Frame& piece : pieces) {
     check_piece(layout, piece);
@@ -119,7 +120,7 @@ void SlabFile::write(const FrameLayout& layout, Index first, std::span<const Fra
     throw std::logic_error(
         fmt::format("frame: particles {} to {} of {}", first, first + count, layout.total));
   if (count == 0) return;
-  SequentialWriter out(file_);
+  SequentialWriter out(sink);
   const auto begin = [&](Index place, std::size_t bytes_per_particle) {
     out.begin(place + first * static_cast<Index>(bytes_per_particle));
   };
@@ -141,6 +142,11 @@ void SlabFile::write(const FrameLayout& layout, Index first, std::span<const Fra
     for (const Frame& piece : pieces) append_values(out, piece.columns[at].values, components);
   }
   out.flush();
+}
+
+void SlabFile::write(const FrameLayout& layout, Index first, std::span<const Frame> pieces) const {
+  write_slab(layout, first, pieces,
+             [this](Index place, std::span<const std::byte> bytes) { file_.write(place, bytes); });
 }
 
 }  // namespace lahar

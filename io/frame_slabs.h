@@ -2,7 +2,9 @@
 /// time.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <utility>
 
@@ -10,6 +12,14 @@
 #include "io/shared_file.h"
 
 namespace lahar {
+
+/// Takes bytes that belong at a place [bytes] in a file.
+using ByteSink = std::function<void(Index place, std::span<const std::byte> bytes)>;
+
+/// The bytes of the particles of `pieces`, one after the other, which are those from `first` on of
+/// the file, in blocks of up to a MiB.
+void write_slab(const FrameLayout& layout, Index first, std::span<const Frame> pieces,
+                const ByteSink& sink);
 
 /// A file that lay_out_frame() has made, open for writing. Errors name `shown`.
 class SlabFile {
@@ -21,6 +31,8 @@ class SlabFile {
   /// The particles of `pieces`, one after the other, become those from `first` on of the file.
   /// Threads and processes may do so at the same time for different particles. Throws IoError.
   void write(const FrameLayout& layout, Index first, std::span<const Frame> pieces) const;
+  /// The same of bytes from elsewhere. Throws IoError.
+  void write(Index place, std::span<const std::byte> bytes) const { file_.write(place, bytes); }
   /// Bring what this process wrote to the disk. Throws IoError.
   void sync() const { file_.sync(); }
 

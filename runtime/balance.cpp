@@ -12,9 +12,6 @@ namespace lahar {
 
 namespace {
 
-/// How much heavier than the best chunks, or than the mean, the heaviest rank may remain: every
-/// percent less moves more patches, and as the load goes on changing is soon lost.
-constexpr double slack = 0.02;
 /// [shared nodes per byte] what moving weighs for Scotch.
 constexpr double migration_weight = 3e-3;
 
@@ -77,9 +74,9 @@ class Decision {
   /// Chunks of the curve as even as the bytes allow that one remap may move; the rest is left to
   /// later ones. Patches of a rank stay together.
   BalancePlan best_chunks() const {
-    BalancePlan best = chunks(slack);
+    BalancePlan best = chunks(terms_.slack);
     if (is_allowed(best)) return best;
-    double too_even = slack, uneven = slack;
+    double too_even = terms_.slack, uneven = terms_.slack;
     while (!is_allowed(best) && uneven < ranks_) best = chunks(uneven = 2 * (too_even = uneven));
     constexpr int refinements = 5;
     for (int k = 0; k < refinements; ++k) {
@@ -117,8 +114,8 @@ class Decision {
 
   /// As even as the bytes allow that one remap may move; the rest is left to later ones.
   BalancePlan transfers() const {
-    BalancePlan plan = plan_of(
-        transfer_patches(costs_, owner_, bytes_, ranks_, slack, static_cast<Index>(allowed_)));
+    BalancePlan plan = plan_of(transfer_patches(costs_, owner_, bytes_, ranks_, terms_.slack,
+                                                static_cast<Index>(allowed_)));
     plan.transferred = true;
     return plan;
   }

@@ -48,6 +48,9 @@ struct BalanceTerms {
   int threads = 1;          ///< of a rank, which share its work
   double per_node = 10e-9;  ///< [s] to send, receive and add the sums of a shared node in a step
   double threshold = 0.05;  ///< imbalance - 1 up to which nothing is moved
+  /// How much heavier than the best chunks, or than the mean, the heaviest rank may remain: every
+  /// percent less moves more patches, and where the load goes on changing is soon lost.
+  double slack = 0.02;
   double most_moved = 0.2;  ///< share of all bytes that one remap may move
   bool forced = false;      ///< whatever the imbalance and the gain
   MoveCost move;

@@ -96,9 +96,9 @@ int CaseRun<Dim>::execute() {
   about.steps = steps_;
   about.ranks = ranks_.size();
   make_folder(std::move(about));
-  frames_ =
-      std::make_unique<FrameOutput>(frames_folder(output_.folder), ranks_,
-                                    folder_ ? folder_->kept_frames() : std::vector<TimedFile>{});
+  frames_ = std::make_unique<FrameOutput>(
+      frames_folder(output_.folder), ranks_,
+      folder_ ? folder_->kept_frames() : std::vector<TimedFile>{}, arguments_.writers);
   frames_->while_waiting([&simulation] { simulation.poll(); });
   begin_checkpoints(info);
   console_.line(fmt::format("output     {}", output_.folder));
@@ -308,25 +308,25 @@ bool CaseRun<Dim>::on_step(Index step, double time) {
   return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time - reserve_;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                 \
-  template CaseRun<Dim>::CaseRun(const RunArguments&, Scenario&, Console&);    \
-  template int CaseRun<Dim>::execute();                                        \
-  template void CaseRun<Dim>::open_checkpoint_to_restart();                    \
-  template RunContinuation CaseRun<Dim>::continuation() const;                 \
-  template std::unique_ptr<RunFolder> CaseRun<Dim>::new_folder(RunInfo) const; \
-  template void CaseRun<Dim>::begin_checkpoints(const SimulationInfo&);        \
+#define LAHAR_INSTANTIATE(Dim)                                                           \
+  template CaseRun<Dim>::CaseRun(const RunArguments&, Scenario&, Console&);              \
+  template int CaseRun<Dim>::execute();                                                  \
+  template void CaseRun<Dim>::open_checkpoint_to_restart();                              \
+  template RunContinuation CaseRun<Dim>::continuation() const;                           \
+  template std::unique_ptr<RunFolder> CaseRun<Dim>::new_folder(RunInfo) const;           \
+  template void CaseRun<Dim>::begin_checkpoints(const SimulationInfo&);                  \
   template void CaseRun<Dim>::begin_trace(const Simulation<Dim>&, const SimulationInfo&, \
-                                          const std::string&);                 \
-  template void CaseRun<Dim>::write_beginning(Simulation<Dim>&);               \
-  template bool CaseRun<Dim>::is_in_folder(const CheckpointReader&) const;     \
-  template void CaseRun<Dim>::describe_restart(const Simulation<Dim>&);        \
-  template void CaseRun<Dim>::make_folder(RunInfo);                            \
-  template void CaseRun<Dim>::warn_of_unstable_step(const SimulationInfo&);    \
-  template double CaseRun<Dim>::time_to_write(const SimulationInfo&) const;    \
-  template Index CaseRun<Dim>::planned_steps(const SimulationInfo&) const;     \
-  template Observer CaseRun<Dim>::observer();                                  \
-  template void CaseRun<Dim>::on_history(const HistoryRow&);                   \
-  template void CaseRun<Dim>::print_row(const HistoryRow&);                    \
+                                          const std::string&);                           \
+  template void CaseRun<Dim>::write_beginning(Simulation<Dim>&);                         \
+  template bool CaseRun<Dim>::is_in_folder(const CheckpointReader&) const;               \
+  template void CaseRun<Dim>::describe_restart(const Simulation<Dim>&);                  \
+  template void CaseRun<Dim>::make_folder(RunInfo);                                      \
+  template void CaseRun<Dim>::warn_of_unstable_step(const SimulationInfo&);              \
+  template double CaseRun<Dim>::time_to_write(const SimulationInfo&) const;              \
+  template Index CaseRun<Dim>::planned_steps(const SimulationInfo&) const;               \
+  template Observer CaseRun<Dim>::observer();                                            \
+  template void CaseRun<Dim>::on_history(const HistoryRow&);                             \
+  template void CaseRun<Dim>::print_row(const HistoryRow&);                              \
   template bool CaseRun<Dim>::on_step(Index, double);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -29,7 +29,8 @@ struct RunArguments {
   std::optional<double> checkpoint_minutes;  ///< the same
   int ranks = 0;         ///< check: show the partition over so many; 0 = none
   Partitioner partitioner = Partitioner::curve;  ///< check: of that partition
-  std::optional<TraceWindow> trace;              ///< record these steps
+  int writers = 0;                   ///< ranks that write frames; 0 = all
+  std::optional<TraceWindow> trace;  ///< record these steps
   std::vector<std::string> command;
 };
 

@@ -4,9 +4,9 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <optional>
 #include <utility>
 
-#include "io/frame_slabs.h"
 #include "io/run_folder.h"
 #include "physics/error.h"
 #include "runtime/parallel.h"
@@ -26,10 +26,11 @@ constexpr std::chrono::microseconds poll_interval{100};
 }  // namespace
 
 FrameOutput::FrameOutput(std::filesystem::path folder, const Ranks& ranks,
-                         std::vector<TimedFile> earlier)
+                         std::vector<TimedFile> earlier, int writers)
     : folder_(std::move(folder)),
       writer_pid_(ranks.max(ranks.rank() == 0 ? Index{::getpid()} : Index{0})),
       agreement_(ranks),
+      relay_(ranks, writers),
       index_(std::move(earlier)),
       thread_([this] { loop(); }) {}
 
@@ -88,7 +89,7 @@ void FrameOutput::write(const FrameSource& frame) {
   changed_.notify_all();
 }
 
-void FrameOutput::write_pieces(const Job& job) const {
+void FrameOutput::write_pieces(const Job& job) {
   const FrameSource& frame = *job.source;
   struct Part {
     std::size_t begin, end;
@@ -104,18 +105,49 @@ void FrameOutput::write_pieces(const Job& job) const {
     parts.push_back({begin, end, first});
     first += n;
   }
-  const SlabFile file(temporary(frame.header.step), target(frame.header.step));
-  parallel_for(frame.threads, static_cast<int>(parts.size()), [&](int i) {
-    const TraceSpan trace = TraceSpan::beside_steps(TraceKind::frame, frame.header.step);
-    const Part& part = parts[static_cast<std::size_t>(i)];
+  const auto pieces_of = [&](const Part& part) {
     std::vector<Frame> pieces;
     for (std::size_t k = part.begin; k < part.end; ++k) pieces.push_back(frame.piece(k));
-    file.write(job.layout, part.first, pieces);
+    return pieces;
+  };
+  const auto polls = [this] { poll(); };
+  if (!relay_.writes()) {
+    for (const Part& part : parts)
+      write_slab(job.layout, part.first, pieces_of(part),
+                 [&](Index place, auto bytes) { relay_.give(place, bytes, polls); });
+    return relay_.end(polls);
+  }
+  write_and_take(frame.header.step, false, polls, [&](const SlabFile& file) {
+    parallel_for(frame.threads, static_cast<int>(parts.size()), [&](int i) {
+      const TraceSpan trace = TraceSpan::beside_steps(TraceKind::frame, frame.header.step);
+      const Part& part = parts[static_cast<std::size_t>(i)];
+      file.write(job.layout, part.first, pieces_of(part));
+    });
   });
+}
+
+void FrameOutput::write_and_take(Index step, bool sync, const FrameRelay::Wait& wait,
+                                 const std::function<void(const SlabFile&)>& write) {
+  std::optional<SlabFile> file;
+  std::exception_ptr failure;
+  try {
+    file.emplace(temporary(step), target(step));
+    write(*file);
+  } catch (...) {  // others cannot go on before what they have is taken from them
+    failure = std::current_exception();
+  }
+  relay_.take_all(
+      [&](Index place, std::span<const std::byte> bytes) {
+        if (!failure) file->write(place, bytes);
+      },
+      wait);
+  if (failure) std::rethrow_exception(failure);
+  if (sync) file->sync();
 }
 
 void FrameOutput::progress() {
   const std::lock_guard lock(mutex_);
+  relay_.progress();
   advance();
 }
 
@@ -127,7 +159,10 @@ void FrameOutput::finish() {
     push(std::move(job));
     wait_until(lock, [this] { return queue_.empty() || failure_; });
   }
-  if (!std::exchange(released_, true)) agreement_.release();
+  if (!std::exchange(released_, true)) {
+    agreement_.release();
+    relay_.release();
+  }
   if (failure_) std::rethrow_exception(failure_);
 }
 
@@ -161,13 +196,17 @@ void FrameOutput::wait_until(std::unique_lock<std::mutex>& lock,
       continue;
     }
     lock.unlock();
-    if (poll_)
-      poll_();
-    else
-      progress();
+    poll();
     lock.lock();
     if (!condition()) changed_.wait_for(lock, poll_interval);
   }
+}
+
+void FrameOutput::poll() {
+  if (poll_)
+    poll_();
+  else
+    progress();
 }
 
 // --- what ranks tell each other ---------------------------------------------------------------
@@ -275,7 +314,7 @@ void FrameOutput::work(Job& job) {
   const TraceSpan trace = TraceSpan::beside_steps(TraceKind::frame, job.frame.header.step);
   try {
     if (job.stage == Stage::laying_out) lay_out(job);
-    if (job.stage == Stage::writing) write_slab(job);
+    if (job.stage == Stage::writing) write_own(job);
     if (job.stage == Stage::naming) name(job);
   } catch (...) {
     job.failure = std::current_exception();
@@ -288,13 +327,27 @@ void FrameOutput::lay_out(Job& job) const {
   job.layout = lay_out_frame(header, job.total, job.file->temporary(), job.file->target());
 }
 
-void FrameOutput::write_slab(Job& job) const {
+void FrameOutput::write_own(Job& job) {
   if (job.layout.total != job.total) return;  // rank 0 failed, and says so
-  const Index step = job.frame.header.step;
-  const SlabFile file(temporary(step), target(step));
-  file.write(job.layout, job.first, job.frame.pieces);
-  job.frame.pieces.clear();
-  file.sync();
+  const auto rests = [this] { rest(); };
+  const auto give = [&](Index place, auto bytes) { relay_.give(place, bytes, rests); };
+  if (!relay_.writes()) {
+    write_slab(job.layout, job.first, job.frame.pieces, give);
+    job.frame.pieces.clear();
+    return relay_.end(rests);
+  }
+  write_and_take(job.frame.header.step, true, rests, [&](const SlabFile& file) {
+    file.write(job.layout, job.first, job.frame.pieces);
+    job.frame.pieces.clear();
+  });
+}
+
+void FrameOutput::rest() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (stopping_) throw IoError("the run ended before its frames were written");
+  }
+  std::this_thread::sleep_for(poll_interval);
 }
 
 void FrameOutput::name(Job& job) {

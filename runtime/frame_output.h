@@ -6,7 +6,8 @@
 /// of the file are theirs; rank 0 lays the file out and tells where its data lie; every rank writes
 /// its particles, and reports; rank 0 gives the file its name and adds it to the index. File work
 /// (laying out, writing, naming) is done by a thread of each rank that never calls MPI; what ranks
-/// tell each other goes on in progress(), and nobody waits for it.
+/// tell each other goes on in progress(), and nobody waits for it. Where fewer ranks write than
+/// there are, the others send them what they have (runtime/frame_relay.h).
 #pragma once
 
 #include <condition_variable>
@@ -21,8 +22,10 @@
 
 #include "io/atomic_file.h"
 #include "io/frame.h"
+#include "io/frame_slabs.h"
 #include "io/series.h"
 #include "runtime/frame_agreement.h"
+#include "runtime/frame_relay.h"
 #include "runtime/ranks.h"
 
 namespace lahar {
@@ -40,9 +43,10 @@ class FrameOutput {
   static constexpr std::size_t slots = 2;
 
   /// Collective. The folder exists.
-  /// `earlier`: frames that are in the folder and belong in the index.
+  /// `earlier`: frames that are in the folder and belong in the index. `writers`: so many ranks
+  /// write; 0 = all.
   explicit FrameOutput(std::filesystem::path folder, const Ranks& ranks = {},
-                       std::vector<TimedFile> earlier = {});
+                       std::vector<TimedFile> earlier = {}, int writers = 0);
   /// One rank: writes what waits; errors are lost, so call finish() first. Several: what is not
   /// written by then is not, because other ranks may be gone.
   ~FrameOutput();
@@ -95,10 +99,16 @@ class FrameOutput {
   void loop();
   void work(Job& job);
   void lay_out(Job& job) const;
-  void write_slab(Job& job) const;
+  void write_own(Job& job);
   void name(Job& job);
+  /// What this rank has, written by `write`, and what others give to it.
+  void write_and_take(Index step, bool sync, const FrameRelay::Wait& wait,
+                      const std::function<void(const SlabFile&)>& write);
+  /// Sleeps; throws when nobody will call progress() any more.
+  void rest();
   // By write(), without the lock.
-  void write_pieces(const Job& job) const;
+  void write_pieces(const Job& job);
+  void poll();
 
   std::filesystem::path target(Index step) const;
   std::filesystem::path temporary(Index step) const;
@@ -106,6 +116,7 @@ class FrameOutput {
   std::filesystem::path folder_;
   Index writer_pid_;  ///< of rank 0, part of temporary names
   FrameAgreement agreement_;
+  FrameRelay relay_;
   std::function<void()> poll_;
   std::vector<TimedFile> index_;  // of the thread
 

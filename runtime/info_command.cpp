@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <numeric>
 
 #include "graph/executor.h"
 #include "io/vtkhdf.h"
@@ -87,8 +88,9 @@ std::vector<int> patch_and_neighbours(const TaskGraph& graph) {
   return chosen;
 }
 
-/// The same stages over the chosen patches only.
-TaskGraph part_of(const TaskGraph& graph, const std::vector<int>& chosen) {
+/// The chosen patches only, with other tasks.
+TaskGraph part_of(const TaskGraph& graph, const std::vector<int>& chosen,
+                  std::vector<Stage> tasks) {
   std::vector<std::vector<int>> neighbours(chosen.size());
   const auto position = [&](int patch) {
     const auto at = std::lower_bound(chosen.begin(), chosen.end(), patch);
@@ -101,7 +103,7 @@ TaskGraph part_of(const TaskGraph& graph, const std::vector<int>& chosen) {
     auto& list = neighbours[static_cast<std::size_t>(to)];
     if (std::find(list.begin(), list.end(), from) == list.end()) list.push_back(from);
   }
-  return make_task_graph(graph.stages, neighbours);
+  return make_task_graph(std::move(tasks), neighbours);
 }
 
 void write_text(const std::string& file, const std::string& text) {
@@ -135,22 +137,25 @@ int graph_command(const GraphArguments& arguments) {
         const Simulation<Dim> simulation(std::move(model), execution);
         const TaskGraph& graph = simulation.graph();
         const std::vector<std::string> names = simulation.patch_names();
-        const std::vector<int> chosen = patch_and_neighbours(graph);
+        std::vector<int> chosen = patch_and_neighbours(graph);
+        std::string caption = fmt::format("{}: one patch and its neighbours, {} of {} patches",
+                                          title, chosen.size(), graph.patches);
+        if (arguments.all || static_cast<int>(chosen.size()) == graph.patches) {
+          chosen.resize(static_cast<std::size_t>(graph.patches));
+          std::iota(chosen.begin(), chosen.end(), 0);
+          caption = title;
+        }
         std::vector<int> ranks, chosen_ranks;
         if (arguments.ranks > 0)
           ranks = partition(arguments.partitioner, simulation.patch_graph(), arguments.ranks);
-        for (const int p : chosen)
+        std::vector<std::string> chosen_names;
+        for (const int p : chosen) {
+          chosen_names.push_back(names[static_cast<std::size_t>(p)]);
           if (!ranks.empty()) chosen_ranks.push_back(ranks[static_cast<std::size_t>(p)]);
-        if (arguments.all || static_cast<int>(chosen.size()) == graph.patches) {
-          text = to_dot(graph, names, title, ranks);
-        } else {
-          std::vector<std::string> chosen_names;
-          for (const int p : chosen) chosen_names.push_back(names[static_cast<std::size_t>(p)]);
-          text = to_dot(part_of(graph, chosen), chosen_names,
-                        fmt::format("{}: one patch and its neighbours, {} of {} patches", title,
-                                    chosen.size(), graph.patches),
-                        chosen_ranks);
         }
+        // As the simulation cuts phases on so many ranks.
+        const auto tasks = tasks_of(phases_of(simulation.stages(), arguments.ranks > 1));
+        text = to_dot(part_of(graph, chosen, tasks), chosen_names, caption, chosen_ranks);
       },
       scenario.model);
   const auto dot = arguments.output.find_last_of('.');

@@ -116,6 +116,11 @@ int run_program(int argc, char** argv) {
                    "Of patches among ranks: curve (default) or scotch")
       ->transform(CLI::CheckedTransformer(partitioners))
       ->type_name("NAME");
+  run_app
+      ->add_option("--writers", run.writers,
+                   "MPI ranks that write frames, for file systems that want few: others send them "
+                   "their particles (default: all)")
+      ->check(CLI::Range(1, 1'000'000));
   run_app->add_flag("--bulk-synchronous", bulk,
                     "For comparison: wait for everybody after each phase; same results");
   StudyOptions study;

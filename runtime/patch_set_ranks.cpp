@@ -1,5 +1,6 @@
 /// \file Patches that go to other ranks, and of meshes from tables the part around them.
 #include <algorithm>
+#include <cstring>
 #include <span>
 #include <utility>
 
@@ -86,29 +87,31 @@ void PatchSet<Dim>::exchange_mesh(const std::vector<int>& owner) {
 template <int Dim>
 void PatchSet<Dim>::give_to(const std::vector<int>& owner, Index step) {
   struct Parcel {
-    Index patch, bytes;
+    Index patch, bytes;  // its state, which follows
   };
-  std::vector<std::vector<Parcel>> parcels(static_cast<std::size_t>(ranks_.size()));
-  std::vector<std::vector<std::byte>> states(parcels.size());
+  std::vector<std::vector<std::byte>> parcels(static_cast<std::size_t>(ranks_.size()));
   std::erase_if(patches_, [&](const auto& patch) {
     const int at = position_of(all_, patch->topology.patch);
     const auto to = static_cast<std::size_t>(owner[static_cast<std::size_t>(at)]);
     if (static_cast<int>(to) == ranks_.rank()) return false;
     if (has_state(*patch)) {
       const std::vector<std::byte> state = pack(*patch, step);
-      parcels[to].push_back({patch->topology.patch, static_cast<Index>(state.size())});
-      states[to].insert(states[to].end(), state.begin(), state.end());
+      const Parcel parcel{patch->topology.patch, static_cast<Index>(state.size())};
+      const auto head = std::as_bytes(std::span(&parcel, 1));
+      parcels[to].insert(parcels[to].end(), head.begin(), head.end());
+      parcels[to].insert(parcels[to].end(), state.begin(), state.end());
     }
     return true;
   });
   exchange_mesh(owner);
   owner_ = owner;
   arrange(all_);  // new patches are made empty
-  const auto parcels_come = ranks_.exchange(parcels);
-  const auto states_come = ranks_.exchange(states);
-  for (std::size_t r = 0; r < parcels_come.size(); ++r) {
-    std::span<const std::byte> rest(states_come[r]);
-    for (const Parcel& parcel : parcels_come[r]) {
+  for (const std::vector<std::byte>& come : ranks_.exchange(parcels)) {
+    std::span<const std::byte> rest(come);
+    while (!rest.empty()) {
+      Parcel parcel{};
+      std::memcpy(&parcel, rest.data(), sizeof parcel);
+      rest = rest.subspan(sizeof parcel);
       const auto size = static_cast<std::size_t>(parcel.bytes);
       const int at = position_of(patches_, parcel.patch);
       unpack<Dim>(rest.first(size), *patches_[static_cast<std::size_t>(at)], step);

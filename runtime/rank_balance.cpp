@@ -41,6 +41,7 @@ void RankBalance<Dim>::renumber(const PatchRenumbering& ids) {
   for (const auto& [id, rate] : rates_)
     for (Index part = ids.first(id); part < ids.first(id + 1); ++part) rates[part] = rate;
   rates_ = std::move(rates);
+  edges_of_.clear();
 }
 
 template <int Dim>
@@ -92,13 +93,7 @@ bool RankBalance<Dim>::is_uneven(Index heaviest, Index all) {
                       static_cast<double>(report_.windows + 1);
   ++report_.windows;
   report_.worst = std::max(report_.worst, imbalance);
-  imbalance_ = imbalance;
-  // What did not pay may do so when it has got worse by a quarter.
-  if (wait_ > 0 && imbalance - 1 < 1.25 * (refused_at_ - 1)) {
-    --wait_;
-    return false;
-  }
-  return imbalance > 1 + BalanceTerms{}.threshold;
+  return trigger_.is_due(imbalance);
 }
 
 /// What a rank knows of one of its patches.
@@ -109,22 +104,14 @@ struct RankBalance<Dim>::Known {
 };
 
 template <int Dim>
-PatchGraph RankBalance<Dim>::graph_of_all(const PatchSet<Dim>& patches,
-                                          std::vector<Known>& all) const {
-  struct Shared {
-    Index patch, other, nodes;
-  };
+PatchGraph RankBalance<Dim>::graph_of_all(const PatchSet<Dim>& patches, std::vector<Known>& all) {
   std::vector<Known> own;
-  std::vector<Shared> own_edges;
   for (int p = 0; p < patches.size(); ++p) {
     const Patch<Dim>& patch = patches[p];
     const Index id = patch.topology.patch;
     const auto rate = rates_.find(id);
     const auto bytes = static_cast<Index>(patch.count > 0 ? patch.particles.bytes() : 0);
     own.push_back({id, patch.count, bytes, rate == rates_.end() ? 0.0 : rate->second.value()});
-    const std::vector<Index> nodes = shared_nodes(patch.topology);
-    for (std::size_t k = 0; k < nodes.size(); ++k)
-      own_edges.push_back({id, patch.topology.neighbours[k], nodes[k]});
   }
   all = ranks_.gather_all(std::span<const Known>(own));
   std::sort(all.begin(), all.end(),
@@ -137,19 +124,41 @@ PatchGraph RankBalance<Dim>::graph_of_all(const PatchSet<Dim>& patches,
   }
   PatchGraph graph;
   graph.weight = work_of(particles, rates);
-  graph.edges.resize(all.size());
-  const auto place = [&](Index id) {
-    return std::lower_bound(all.begin(), all.end(), id,
-                            [](const Known& k, Index i) { return k.patch < i; }) -
-           all.begin();
+  std::vector<Index> ids;
+  for (const Known& patch : all) ids.push_back(patch.patch);
+  if (ids != edges_of_) {
+    edges_ = edges_of_all(patches, ids);
+    edges_of_ = std::move(ids);
+  }
+  graph.edges = edges_;
+  return graph;
+}
+
+/// `ids` of all patches, ascending.
+template <int Dim>
+auto RankBalance<Dim>::edges_of_all(const PatchSet<Dim>& patches,
+                                    const std::vector<Index>& ids) const -> Edges {
+  struct Shared {
+    Index patch, other, nodes;
   };
-  for (const Shared& edge : ranks_.gather_all(std::span<const Shared>(own_edges)))
-    graph.edges[static_cast<std::size_t>(place(edge.patch))].push_back(
+  std::vector<Shared> own;
+  for (int p = 0; p < patches.size(); ++p) {
+    const auto& topology = patches[p].topology;
+    const std::vector<Index> nodes = shared_nodes(topology);
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+      own.push_back({topology.patch, topology.neighbours[k], nodes[k]});
+  }
+  const auto place = [&](Index id) {
+    return std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
+  };
+  Edges all(ids.size());
+  for (const Shared& edge : ranks_.gather_all(std::span<const Shared>(own)))
+    all[static_cast<std::size_t>(place(edge.patch))].push_back(
         {static_cast<int>(place(edge.other)), edge.nodes});
-  for (auto& edges : graph.edges)
+  for (auto& edges : all)
     std::sort(edges.begin(), edges.end(),
               [](const auto& a, const auto& b) { return a.patch < b.patch; });
-  return graph;
+  return all;
 }
 
 /// Who gets a patch also gets what was measured of it.
@@ -186,12 +195,17 @@ bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left
                      .threads = threads_,
                      .forced = forced,
                      .move = move_};
-  if (forced) terms.threshold = 0;
+  if (forced) {
+    terms.threshold = 0;
+  } else if (trigger_.is_small()) {  // what has lasted so long will last as long again
+    terms.threshold = 0.5 * BalanceTrigger::small;
+    terms.slack = 0.5 * BalanceTrigger::small;
+    terms.steps = std::min(terms.steps, static_cast<double>(trigger_.lasting() * window));
+  }
   const auto plan = decide(graph, patches.owners(), bytes, ranks_.size(), terms);
   if (!plan || plan->owner == patches.owners()) {
     report_.seconds += ranks_.max(seconds_of(Clock::now() - begin));
-    wait_ = Index{1} << std::min<Index>(++refused_, 6);
-    refused_at_ = imbalance_;
+    trigger_.refused();
     return false;
   }
   Index moved = 0, all = 0;
@@ -206,7 +220,7 @@ bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left
                   static_cast<double>(report_.remaps + 1);
   report_.most_moved = std::max(report_.most_moved, share);
   ++report_.remaps;
-  refused_ = wait_ = 0;
+  trigger_.moved();
   const double seconds = ranks_.max(seconds_of(Clock::now() - begin));
   report_.seconds += seconds;
   move_.measured(seconds, plan->busiest);

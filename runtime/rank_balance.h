@@ -8,6 +8,7 @@
 
 #include "graph/executor.h"
 #include "runtime/balance.h"
+#include "runtime/balance_trigger.h"
 #include "runtime/patch_cost.h"
 #include "runtime/patch_set.h"
 
@@ -77,7 +78,9 @@ class RankBalance {
 
  private:
   struct Known;
-  PatchGraph graph_of_all(const PatchSet<Dim>& patches, std::vector<Known>& known) const;
+  using Edges = decltype(PatchGraph::edges);
+  PatchGraph graph_of_all(const PatchSet<Dim>& patches, std::vector<Known>& known);
+  Edges edges_of_all(const PatchSet<Dim>& patches, const std::vector<Index>& ids) const;
   void take_over_rates(const std::vector<Known>& known, const std::vector<int>& before,
                        const std::vector<int>& after);
 
@@ -92,13 +95,13 @@ class RankBalance {
   };
   std::array<std::vector<Work>, max_lead + 2> of_step_;  ///< by patch
   std::vector<Work> since_;                              ///< in this window, by patch
-  Index refused_ = 0, wait_ = 0;  ///< remaps that did not pay, and windows until the next attempt
-  double refused_at_ = 1;         ///< the imbalance of the last of them
-  double imbalance_ = 1;          ///< of the last window
-  Index sampled_steps_ = 0;       ///< in this window
+  BalanceTrigger trigger_;
+  Index sampled_steps_ = 0;          ///< in this window
   std::map<Index, WorkRate> rates_;  ///< by patch id
   std::vector<Index> particles_;     ///< of each patch at the last sample
   std::vector<Index> ids_;
+  Edges edges_;                  ///< of all patches; they follow from which there are:
+  std::vector<Index> edges_of_;  ///< these, by id
 };
 
 extern template class RankBalance<2>;

@@ -49,8 +49,8 @@ Simulation<Dim>::Impl::Impl(Model<Dim> model_in, ExecutionOptions options_in, Ob
       observer(std::move(observer_in)),
       model(std::move(model_in)),
       stages(timestep<Dim>(model.analysis, !model.injections.empty())),
-      phases(phases_of(stage_list())),
       ranks(options.ranks),
+      phases(phases_of(stage_list(), ranks.several())),
       injection_limits(limits_of_injections(model, ranks)),
       patches(make_patches(state)),
       balance(ranks, options.balance, static_cast<int>(ranks.min(Index{options.threads}))) {

@@ -23,7 +23,7 @@
 #include "runtime/simulation.h"
 #include "runtime/stage_clock.h"
 #include "runtime/timestep.h"
-#include "runtime/trace/record.h"
+#include "runtime/trace/recorder.h"
 
 namespace lahar {
 
@@ -134,10 +134,14 @@ struct Simulation<Dim>::Impl {
 
   /// By one thread at a time, the one that may call MPI.
   void poll();
-  void run_task(int phase, int p, Step step);
+  void run_task(int phase, int p, Step step, bool with_rest = false);
 
-  /// A task: one phase of one patch.
-  void run_own_task(int phase_index, int p, Step step, TraceRecord& record);
+  /// A task of a patch of this rank, or two: one phase, with or without its rest.
+  void run_own_task(const Phase& phase, int p, Step step, StageClock& clock);
+  void record_unpacked(TraceRecorder& recorder, TraceRecord record, int phase, int p) const;
+  /// The records of such a task and its rest, each with the time of its stages.
+  void record_own_task(TraceRecorder& recorder, TraceRecord record, int phase, int p,
+                       bool with_rest, const StageClock& clock);
 
   /// The patches of this rank as they are now, for a trace: JSON.
   std::string trace_graph() const;
@@ -275,8 +279,9 @@ struct Simulation<Dim>::Impl {
   Observer observer;
   Model<Dim> model;
   std::vector<TimestepStage<Dim>> stages;
-  std::vector<Phase> phases;
   Ranks ranks;
+  std::vector<Phase> phases;             ///< the tasks of a patch
+  std::optional<Phase> whole;            ///< the one that has a rest, with it
   std::vector<double> injection_limits;  ///< [s] by generator
   PatchSet<Dim> patches;
   InjectionLog log;

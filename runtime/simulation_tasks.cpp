@@ -54,7 +54,10 @@ void Simulation<Dim>::Impl::build_executor() {
                       trace.set_ready(executor->ready_at(executor->graph().dt_task()));
                       set_dt(step);
                     },
-                    [this](Step step) { complete(step); }, &trace_looking, &trace_clock};
+                    [this](Step step) { complete(step); },
+                    &trace_looking,
+                    [this](int phase, int p, Step step) { run_task(phase, p, step, true); },
+                    &trace_clock};
   record_graph();
   switch (options.mode) {
     case ExecutionOptions::Mode::serial:
@@ -73,6 +76,8 @@ void Simulation<Dim>::Impl::build_executor() {
       executor = make_flow_executor(std::move(graph), std::move(bodies), options.threads,
                                     options.verify, exchange.get());
   }
+  for (std::size_t f = 0; f + 1 < phases.size(); ++f)
+    if (phases[f + 1].task.is_rest) whole = joined(phases[f], phases[f + 1]);
   first_dt_stage = 0;
   for (std::size_t s = 0; s < stages.size(); ++s) {
     if (stages[s].stage.needs_dt && first_dt_stage == 0) first_dt_stage = s;
@@ -112,50 +117,48 @@ void Simulation<Dim>::Impl::poll() {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::run_task(int phase, int p, Step step) {
+void Simulation<Dim>::Impl::run_task(int phase, int p, Step step, bool with_rest) {
   TraceRecorder* const recorder = TraceRecorder::active(step);
   const bool own = p < patches.size();
   std::optional<TraceFound> found;
   if (!own) found.emplace();
-  TraceRecord record{.begin = ticks(), .step = step, .phase = static_cast<std::uint8_t>(phase)};
+  const int task = executor->graph().task(phase, p);
+  TraceRecord record{.begin = ticks(), .ready = recorder ? executor->ready_at(task) : 0};
+  record.step = step;
+  const auto f = static_cast<std::size_t>(phase);
   if (!own) {
     exchange->unpack(phase, p - patches.size(), step);
-  } else if (balance.samples(step)) {
-    const std::int64_t begin = thread_nanoseconds();
-    run_own_task(phase, p, step, record);
-    balance.add(step, p, thread_nanoseconds() - begin, patches[p].count);
+    if (recorder) record_unpacked(*recorder, record, phase, p);
   } else {
-    run_own_task(phase, p, step, record);
+    const bool samples = balance.samples(step);
+    const std::int64_t begin = samples ? thread_nanoseconds() : 0;
+    StageClock clock(&timing[static_cast<std::size_t>(p) * stages.size()]);
+    const Phase& all = with_rest ? *whole : phases[f];
+    run_own_task(all, p, step, clock);
+    if (recorder) record_own_task(*recorder, record, phase, p, with_rest, clock);
+    clock.finish(all.first, all.last);
+    if (samples) balance.add(step, p, thread_nanoseconds() - begin, patches[p].count);
   }
-  if (recorder) {
-    record.end = ticks();
-    record.ready = executor->ready_at(executor->graph().task(phase, p));
-    if (own && phase == 0)  // in their patches again, having arrived
-      active_particles[step].fetch_add(patches[p].count, std::memory_order_relaxed);
-    record.kind = own ? TraceKind::task : TraceKind::unpack;
-    if (!own) record.detail.missed = executor->missed_at(executor->graph().task(phase, p));
-    const auto elsewhere = static_cast<std::size_t>(p - patches.size());
-    record.patch = static_cast<std::int32_t>(own ? patches[p].topology.patch
-                                                 : patches.elsewhere()[elsewhere].patch);
-    recorder->add(record);
-  }
+  if (with_rest) ++phase;
   if (!own || !exchange || !exchange->sends(phase, p)) return;
   if (options.delays.late_rank == ranks.rank()) waste_time(options.delays.late, step);
   exchange->send(phase, p, step);
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::run_own_task(int phase_index, int p, Step step, TraceRecord& record) {
-  const Phase& phase = phases[static_cast<std::size_t>(phase_index)];
+void Simulation<Dim>::Impl::run_own_task(const Phase& phase, int p, Step step, StageClock& clock) {
   Patch<Dim>& patch = patches[p];
   char& poison = poisoned[static_cast<std::size_t>(p)];
-  StageClock clock(&timing[static_cast<std::size_t>(p) * stages.size()]);
+  const std::uint64_t begin = ticks();
   try {
     if (poison || step > failed_step.load()) {
       // A failed patch does no work but still takes part, so that everybody can stop together.
       // Nor do others in later steps, which would read what the failed patch did not write.
       if (phase.first == 0) take_unmapped(patch);
-      if (phase.first <= locate_index && locate_index < phase.last) clear_outboxes(patch);
+      if (phase.task.is_rest)
+        take_back_movers(patch, step);
+      else if (phase.first <= locate_index && locate_index < phase.last)
+        clear_outboxes(patch);
     } else {
       run_stages(phase, p, step, clock);
     }
@@ -165,15 +168,13 @@ void Simulation<Dim>::Impl::run_own_task(int phase_index, int p, Step step, Trac
     fail(phase.first, p, step, "unknown exception");
   }
   if (options.delays.slow_patch == patch.topology.patch) {
-    const auto took = static_cast<double>(ticks() - record.begin);
-    const std::uint64_t end = ticks() + static_cast<std::uint64_t>(
-                                            took * (options.delays.slow_factor - 1));
+    const auto took = static_cast<double>(ticks() - begin);
+    const std::uint64_t end =
+        ticks() + static_cast<std::uint64_t>(took * (options.delays.slow_factor - 1));
     while (ticks() < end) {
     }
     clock.lap(phase.last - 1);
   }
-  clock.read(phase.first, phase.last, record.detail.stage.data());
-  clock.finish(phase.first, phase.last);
 }
 
 template <int Dim>
@@ -196,9 +197,9 @@ void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, Sta
     const bool locates = phase.last > locate_index;  // then dt of this step is known
     std::optional<BorrowedNodalState<Dim>> borrowed;
     if (phase.first > 0 && !keeps_nodal_state(model.analysis)) borrowed.emplace(patch);
-    const std::size_t failed = run_phase(
-        patch, stages, phase.first, phase.last, context(step, has_dt),
-        locates ? context(step + 1) : StepContext<Dim>{}, [&](std::size_t s) { clock.lap(s); });
+    const std::size_t failed = run_phase(patch, stages, phase, context(step, has_dt),
+                                         locates ? context(step + 1) : StepContext<Dim>{},
+                                         [&](std::size_t s) { clock.lap(s); });
     if (patch.mark.kind != Mark::Kind::none) {
       fail(failed, p, step, describe_mark(patch.mark, model));
       if (locates) take_back_movers(patch, step);
@@ -248,16 +249,16 @@ std::vector<StageTiming> Simulation<Dim>::Impl::timings() const {
   return all;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                           \
-  template void Simulation<Dim>::Impl::build_executor();                                 \
-  template void Simulation<Dim>::Impl::connect_ranks();                                  \
-  template void Simulation<Dim>::Impl::poll();                                           \
-  template void Simulation<Dim>::Impl::run_task(int, int, Step);                         \
-  template void Simulation<Dim>::Impl::run_own_task(int, int, Step, TraceRecord&);       \
-  template void Simulation<Dim>::Impl::take_unmapped(Patch<Dim>&);                       \
-  template void Simulation<Dim>::Impl::take_back_movers(Patch<Dim>&, Step) const;        \
-  template void Simulation<Dim>::Impl::run_stages(const Phase&, int, Step, StageClock&); \
-  template void Simulation<Dim>::Impl::fail(std::size_t, int, Step, const std::string&); \
+#define LAHAR_INSTANTIATE(Dim)                                                             \
+  template void Simulation<Dim>::Impl::build_executor();                                   \
+  template void Simulation<Dim>::Impl::connect_ranks();                                    \
+  template void Simulation<Dim>::Impl::poll();                                             \
+  template void Simulation<Dim>::Impl::run_task(int, int, Step, bool);                     \
+  template void Simulation<Dim>::Impl::run_own_task(const Phase&, int, Step, StageClock&); \
+  template void Simulation<Dim>::Impl::take_unmapped(Patch<Dim>&);                         \
+  template void Simulation<Dim>::Impl::take_back_movers(Patch<Dim>&, Step) const;          \
+  template void Simulation<Dim>::Impl::run_stages(const Phase&, int, Step, StageClock&);   \
+  template void Simulation<Dim>::Impl::fail(std::size_t, int, Step, const std::string&);   \
   template std::vector<StageTiming> Simulation<Dim>::Impl::timings() const;
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -3,8 +3,10 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "runtime/simulation_impl.h"
 
@@ -78,6 +80,44 @@ void Simulation<Dim>::Impl::record_graph() const {
 }
 
 template <int Dim>
+void Simulation<Dim>::Impl::record_unpacked(TraceRecorder& recorder, TraceRecord record, int phase,
+                                            int p) const {
+  record.end = ticks();
+  record.kind = TraceKind::unpack;
+  record.phase = static_cast<std::uint8_t>(phase);
+  record.patch = static_cast<std::int32_t>(
+      patches.elsewhere()[static_cast<std::size_t>(p - patches.size())].patch);
+  record.detail.missed = executor->missed_at(executor->graph().task(phase, p));
+  recorder.add(record);
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::record_own_task(TraceRecorder& recorder, TraceRecord record, int phase,
+                                            int p, bool with_rest, const StageClock& clock) {
+  const std::uint64_t end = ticks();
+  if (phase == 0)  // in their patches again, having arrived
+    active_particles[record.step].fetch_add(patches[p].count, std::memory_order_relaxed);
+  record.patch = static_cast<std::int32_t>(patches[p].topology.patch);
+  const auto add = [&](int part, std::uint64_t until) {
+    const Phase& stages_of = phases[static_cast<std::size_t>(part)];
+    record.phase = static_cast<std::uint8_t>(part);
+    clock.read(stages_of.first, stages_of.last, record.detail.stage.data());
+    record.end = until;
+    recorder.add(record);
+  };
+  if (!with_rest) return add(phase, end);
+  // Both were done piece by piece in turn; the records say so as if one came after the other.
+  std::array<std::uint32_t, trace_stages> spent{};
+  const Phase& first = phases[static_cast<std::size_t>(phase)];
+  clock.read(first.first, first.last, spent.data());
+  const std::uint64_t of_first = std::accumulate(spent.begin(), spent.end(), std::uint64_t{0});
+  add(phase, std::min(end, record.begin + of_first));
+  record.detail.stage = {};
+  record.begin = record.ready = record.end;
+  add(phase + 1, end);
+}
+
+template <int Dim>
 void Simulation<Dim>::Impl::record_progress(Step done) {
   if (TraceRecorder* recorder = TraceRecorder::active()) recorder->set_present(done + 1);
   TraceRecorder* recorder = TraceRecorder::active(done);
@@ -117,12 +157,16 @@ std::vector<Stage> Simulation<Dim>::stages() const {
   return impl_->stage_list();
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                     \
-  template std::string Simulation<Dim>::Impl::trace_graph() const; \
-  template void Simulation<Dim>::Impl::record_graph() const;       \
-  template void Simulation<Dim>::Impl::record_progress(Step);      \
-  template std::string Simulation<Dim>::trace_graph() const;       \
-  template std::vector<Phase> Simulation<Dim>::phases() const;     \
+#define LAHAR_INSTANTIATE(Dim)                                                                \
+  template std::string Simulation<Dim>::Impl::trace_graph() const;                            \
+  template void Simulation<Dim>::Impl::record_graph() const;                                  \
+  template void Simulation<Dim>::Impl::record_unpacked(TraceRecorder&, TraceRecord, int, int) \
+      const;                                                                                  \
+  template void Simulation<Dim>::Impl::record_own_task(TraceRecorder&, TraceRecord, int, int, \
+                                                       bool, const StageClock&);              \
+  template void Simulation<Dim>::Impl::record_progress(Step);                                 \
+  template std::string Simulation<Dim>::trace_graph() const;                                  \
+  template std::vector<Phase> Simulation<Dim>::phases() const;                                \
   template std::vector<Stage> Simulation<Dim>::stages() const;
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

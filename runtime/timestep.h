@@ -1,6 +1,7 @@
 /// \file The whole timestep of every scheme, on one screen.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -64,23 +65,24 @@ bool keeps_nodal_state(const Analysis& analysis);
 /// more, and with more nothing was gained (128: 5 % slower, 512: the same).
 inline constexpr Local chunk_slots = 256;
 
-/// Do the stages [first, last) of one phase on a patch: whatever they do to nodes first, then all
-/// of them on one chunk of runs after the other. `next` is the context of the step after. Calls
-/// `lap(stage)` after each piece of work of a stage. Stops at the stage that marked a failure, when
-/// it is through with the patch; returns it, or `last`. The size of a chunk changes no particle's
-/// bits.
+/// Do the stages of one phase on a patch: whatever they do to nodes first, then all of them on one
+/// chunk of runs after the other. `next` is the context of the step after. Calls `lap(stage)` after
+/// each piece of work, with a stage of the phase. Stops at the stage that marked a failure, when it
+/// is through with the patch, and returns it; else the number of stages. Neither the size of a
+/// chunk nor whether a phase and its rest are done as one changes any particle's bits.
 template <int Dim, class Lap>
 std::size_t run_phase(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& stages,
-                      std::size_t first, std::size_t last, const StepContext<Dim>& step,
+                      const Phase& phase, const StepContext<Dim>& step,
                       const StepContext<Dim>& next, Lap lap, Local chunk = chunk_slots) {
-  std::size_t failed = last;
+  const std::size_t first = phase.first, last = phase.last;
+  std::size_t failed = stages.size();
   const auto act = [&](std::size_t s, auto what) {
     if (s > failed) return;
     what(stages[s], stages[s].of_next_step ? next : step);
-    lap(s);
-    if (patch.mark.kind != Mark::Kind::none && failed == last) failed = s;
+    lap(std::clamp(s, first, last - 1));
+    if (patch.mark.kind != Mark::Kind::none && failed == stages.size()) failed = s;
   };
-  for (std::size_t s = first; s < last; ++s)
+  for (std::size_t s = first; s < phase.begins; ++s)
     if (stages[s].begin)
       act(s, [&](const auto& stage, const auto& context) { stage.begin(patch, context); });
   const Runs runs(patch.runs);
@@ -94,7 +96,7 @@ std::size_t run_phase(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& 
         act(s, [&](const auto& stage, const auto& context) { stage.runs(patch, context, some); });
     from = to;
   }
-  for (std::size_t s = first; s < last; ++s)
+  for (std::size_t s = phase.ends; s < last; ++s)
     if (stages[s].end)
       act(s, [&](const auto& stage, const auto& context) { stage.end(patch, context); });
   return failed;

@@ -141,8 +141,14 @@ StepSpread spread_of(const TraceLog& log) {
   std::map<int, Step> at;
   std::map<Step, int> count;
   double weighted = 0, previous = log.tasks.front().begin, time = 0;
+  const TraceGraph* graph = nullptr;
   for (const TraceTask& task : log.tasks) {
     if (task.kind != TraceKind::task || task.phase != 0) continue;
+    if (const TraceGraph* now = &log.graph_at(task.step); now != graph) {
+      graph = now;  // all have done the same steps, and some patches may be no more
+      at.clear();
+      count.clear();
+    }
     if (!count.empty()) {
       const auto spread = static_cast<int>(count.rbegin()->first - count.begin()->first);
       weighted += spread * (task.begin - previous);

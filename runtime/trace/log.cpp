@@ -280,8 +280,6 @@ TraceLog read_trace(const std::filesystem::path& run) {
   if (log.tasks.empty())
     refuse(run.string(), "its trace has no task: no step of the run was within --trace-steps",
            run_again);
-  std::sort(log.tasks.begin(), log.tasks.end(),
-            [](const TraceTask& a, const TraceTask& b) { return a.begin < b.begin; });
   link(log, std::move(ends));
   add_load(log);
   return log;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 #include <unordered_map>
 
 #include "graph/executor.h"
@@ -263,6 +264,12 @@ class Linker {
 }  // namespace
 
 void link(TraceLog& log, MessageEnds ends) {
+  // Tasks of empty patches may take no time; what waits for them begins as they do, and comes
+  // later.
+  std::sort(log.tasks.begin(), log.tasks.end(), [](const TraceTask& a, const TraceTask& b) {
+    return std::tuple(a.begin, a.end, a.step, a.phase) <
+           std::tuple(b.begin, b.end, b.step, b.phase);
+  });
   Linker(log).link(std::move(ends));
   log.run.first = std::numeric_limits<Step>::max();
   log.run.last = 0;

@@ -12,8 +12,8 @@ struct MessageEnds {
   std::vector<TraceMessage> sent, came;
 };
 
-/// Find messages from their ends, what each task waited for, and the extent of the log, whose tasks
-/// are sorted.
+/// Sort the tasks by their beginning; find messages from their ends, what each task waited for, and
+/// the extent of the log.
 void link(TraceLog& log, MessageEnds ends);
 
 }  // namespace lahar

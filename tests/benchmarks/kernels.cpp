@@ -76,7 +76,7 @@ void stage(benchmark::State& state, std::array<Index, Dim> counts, int per_axis,
                                [&](const auto& s) { return s.stage.name == name; });
   const auto s = static_cast<std::size_t>(at - stages.begin());
   for (auto _ : state) {
-    run_phase(patch, stages, s, s + 1, context, context, [](std::size_t) {});
+    run_phase(patch, stages, Phase{{}, s, s + 1}, context, context, [](std::size_t) {});
     benchmark::ClobberMemory();
   }
   state.SetItemsProcessed(state.iterations() * patch.count);

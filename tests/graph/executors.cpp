@@ -3,6 +3,9 @@
 
 #include <atomic>
 #include <chrono>
+#include <deque>
+#include <mutex>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -55,6 +58,87 @@ TEST_CASE("every executor takes every task through every step in an order that t
           CHECK(watch.firings() == steps * static_cast<long>(stages.size() * neighbours.size()));
           if (adaptive) CHECK(watch.dt_known_before() == first + steps);
         }
+}
+
+namespace {
+
+/// One rank that is alone, and comes to an agreement with itself only when it has looked some
+/// times.
+class SlowAgreement final : public Remote {
+ public:
+  bool progress(Executor& executor) override {
+    std::optional<Step> dt, step;
+    {
+      const std::scoped_lock lock(mutex_);
+      dt = found(dt_);
+      step = found(steps_);
+    }
+    if (dt) executor.dt_agreed(*dt);
+    if (step) executor.step_agreed(*step);
+    return dt || step;
+  }
+  void post() override {}
+  void give_dt(Step step) override {
+    const std::scoped_lock lock(mutex_);
+    dt_.push_back({step, 30});
+  }
+  void give_step(Step step) override {
+    const std::scoped_lock lock(mutex_);
+    steps_.push_back({step, 5});
+  }
+  void wait_for_all() override {}
+
+ private:
+  struct Asked {
+    Step step;
+    int looks;  ///< that are still in vain
+  };
+  static std::optional<Step> found(std::deque<Asked>& asked) {
+    if (asked.empty() || asked.front().looks-- > 0) return {};
+    const Step step = asked.front().step;
+    asked.pop_front();
+    return step;
+  }
+
+  std::mutex mutex_;
+  std::deque<Asked> dt_, steps_;
+};
+
+}  // namespace
+
+TEST_CASE("rests are set aside, and done while the time step is agreed on") {
+  const auto stages =
+      tasks_of(phases_of({{.name = "arrivals", .exchange = "particles"},
+                          {.name = "integrate", .exchange = "sums", .needs_dt = true},
+                          {.name = "locate", .gives_dt = true},
+                          {.name = "P2G"}},
+                         true));
+  REQUIRE(stages.size() == 3);
+  for (const int threads : {1, 2, 3}) {
+    CAPTURE(threads);
+    const Neighbours neighbours = block(5, 4);
+    Watch watch(stages, neighbours);
+    std::atomic<int> together{0}, apart{0};
+    TaskBodies bodies = watch.bodies();
+    bodies.run = [&](int s, int p, Step step) {
+      if (stages[static_cast<std::size_t>(s)].is_rest) ++apart;
+      watch.run(s, p, step);
+    };
+    bodies.run_with_rest = [&](int s, int p, Step step) {
+      ++together;
+      watch.run(s, p, step);
+      watch.run(s + 1, p, step);
+    };
+    SlowAgreement agreement;
+    const auto executor = make_flow_executor(make_task_graph(stages, neighbours, true), bodies,
+                                             threads, true, &agreement);
+    CHECK(executor->run(0, 100) == 100);
+    CHECK(watch.wrong() == "");
+    CHECK(watch.all_done(100));
+    CHECK(together + apart == 2000);
+    CHECK(together > 0);
+    CHECK(apart > 0);
+  }
 }
 
 TEST_CASE("bodies of uneven length do not disturb the order") {

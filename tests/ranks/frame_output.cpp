@@ -3,7 +3,10 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <map>
 #include <optional>
+#include <utility>
 
 #include "io/run_folder.h"
 #include "io/vtkhdf.h"
@@ -53,11 +56,14 @@ FrameSource source_of(const FramePieces& pieces) {
 
 }  // namespace
 
-TEST_CASE("ranks write the file that one rank writes, whether they copy a frame or not") {
+TEST_CASE(
+    "ranks write the file that one rank writes, whether they copy a frame or not, and few do") {
   const Ranks ranks = Ranks::world();
-  const SharedFolder folder(ranks), alone(ranks);
-  for (const int dim : {2, 3}) {
-    FrameOutput output(folder.path, ranks);
+  for (const auto& [dim, writers] : {std::pair{2, 0}, {3, 0}, {2, 1}, {3, 1}, {3, 2}, {3, 3}}) {
+    CAPTURE(dim);
+    CAPTURE(writers);
+    const SharedFolder folder(ranks), alone(ranks);
+    FrameOutput output(folder.path, ranks, {}, writers);
     for (const Index step : {0, 1, 2, 3, 4, 5}) {
       const Frame frame = whole(dim, step);
       FramePieces own = pieces_of(frame, ranks);
@@ -78,6 +84,54 @@ TEST_CASE("ranks write the file that one rank writes, whether they copy a frame 
     }
     CHECK(names_in(folder.path).size() == 7);  // and the index
   }
+}
+
+TEST_CASE("writers are the first of as many even groups of consecutive ranks") {
+  for (const int ranks : {1, 2, 3, 7, 64, 1000})
+    for (const int writers : {1, 2, 3, 5, 63}) {
+      CAPTURE(ranks);
+      CAPTURE(writers);
+      std::map<int, int> written_for;
+      for (int r = 0, last = 0; r < ranks; ++r) {
+        const int writer = FrameRelay::writer_of(r, ranks, writers);
+        CHECK(writer >= last);
+        CHECK(writer <= r);
+        CHECK(FrameRelay::writer_of(writer, ranks, writers) == writer);
+        ++written_for[last = writer];
+      }
+      const int groups = std::min(ranks, writers);
+      CHECK(static_cast<int>(written_for.size()) == groups);
+      for (const auto& [writer, n] : written_for) {
+        CHECK(n >= ranks / groups);
+        CHECK(n <= (ranks + groups - 1) / groups);
+      }
+    }
+  CHECK(FrameRelay::writer_of(5, 8, 0) == 5);
+  CHECK(FrameRelay::writer_of(5, 8, 8) == 5);
+}
+
+TEST_CASE("frames that are more than blocks that wait may hold come to the one that writes them") {
+  const Ranks ranks = Ranks::world();
+  const SharedFolder folder(ranks), alone(ranks);
+  // Of each rank: more than all blocks that sender and writer hold together.
+  const Index n = ranks.size() * Index{100'000};
+  Frame frame = sample_frame(3, n);
+  FrameOutput output(folder.path, ranks, {}, 1);
+  for (const Index step : {0, 1}) {
+    frame.step = step;
+    const Index first = ranks.rank() * (n / ranks.size());
+    FramePieces own{header_of(frame), {part_of(frame, first, n / ranks.size())}};
+    if (step == 1)
+      output.write(source_of(own));
+    else
+      output.add(std::move(own));
+  }
+  output.finish();
+  if (ranks.rank() == 0)
+    for (const Index step : {0, 1}) {
+      frame.step = step;
+      CHECK(same_bits(read_frame(folder.path / frame_name(step, ".hdf")), frame));
+    }
 }
 
 TEST_CASE("a frame without any particle is written") {
@@ -108,15 +162,16 @@ TEST_CASE("ranks that wait for others do what they are told to do meanwhile") {
 TEST_CASE("a disk that is full for one rank is an error on all, and finished frames stay") {
   const Ranks ranks = Ranks::world();
   const int last = ranks.size() - 1;
-  for (const int full : {0, last})
+  for (const auto& [full, writers] : {std::pair{0, 0}, {last, 0}, {0, 1}})
     for (const bool copied : {true, false}) {
       CAPTURE(full);
+      CAPTURE(writers);
       CAPTURE(copied);
       const SharedFolder folder(ranks);
       FrameOutput output(folder.path, ranks);
       output.add(pieces_of(whole(3, 1), ranks));
       output.finish();
-      FrameOutput failing(folder.path, ranks);
+      FrameOutput failing(folder.path, ranks, {}, writers);
       const auto write_many = [&] {
         for (const Index step : {2, 3, 4, 5, 6, 7}) {
           FramePieces own = pieces_of(whole(3, step), ranks);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "runtime/balance_trigger.h"
 #include "runtime/patch_cost.h"
 #include "runtime/patch_transfer.h"
 #include "runtime/scotch_partition.h"
@@ -244,4 +245,51 @@ TEST_CASE(
   CHECK(unmeasured[0] == unmeasured[3]);
   CHECK(unmeasured[4] >= 1);
   CHECK_THROWS_AS(work_of(particles, std::vector<double>(4, 0)), std::invalid_argument);
+}
+
+TEST_CASE("a large imbalance is a reason to move patches at once, a small one if it lasts") {
+  BalanceTrigger trigger;
+  CHECK(trigger.is_due(1.08));
+  CHECK(!trigger.is_small());
+  trigger.moved();
+  CHECK(!trigger.is_due(1.02));
+  CHECK(!trigger.is_due(1.02));
+  CHECK(!trigger.is_due(1.005));  // even for once: from the beginning again
+  CHECK(!trigger.is_due(1.02));
+  CHECK(!trigger.is_due(1.03));
+  CHECK(trigger.is_due(1.02));
+  CHECK(trigger.is_small());
+  CHECK(trigger.lasting() == 3);
+}
+
+TEST_CASE("small imbalances that come again are thought of less and less often") {
+  BalanceTrigger trigger;
+  int reasons = 0;
+  for (int window = 0; window < 1000; ++window)
+    if (trigger.is_due(1.02)) {
+      ++reasons;
+      trigger.moved();
+    }
+  CHECK(reasons > 3);
+  CHECK(reasons < 20);
+}
+
+TEST_CASE(
+    "what did not pay is tried again after longer and longer, or when it is a quarter worse") {
+  BalanceTrigger trigger;
+  int windows = 0;
+  const auto until_due = [&](double imbalance) {
+    for (windows = 1; !trigger.is_due(imbalance); ++windows) REQUIRE(windows < 1000);
+    return windows;
+  };
+  CHECK(until_due(1.1) == 1);
+  trigger.refused();
+  CHECK(until_due(1.1) == 3);
+  trigger.refused();
+  CHECK(until_due(1.1) == 5);
+  trigger.refused();
+  CHECK(!trigger.is_due(1.1));
+  CHECK(trigger.is_due(1.13));
+  trigger.moved();
+  CHECK(until_due(1.1) == 1);
 }

@@ -28,13 +28,14 @@ struct ByHand {
   std::function<void(const Phase& phase, const std::vector<int>& active)> after =
       [](const auto&, const auto&) {};
 
-  explicit ByHand(Model<Dim> model_in, int rings = 0)
+  /// `cut`: phases end where they give the time step, as on several ranks.
+  explicit ByHand(Model<Dim> model_in, int rings = 0, bool cut = false)
       : model(std::move(model_in)),
         patches(model, rings, node_sum_copies(model.analysis)),
         stages(timestep<Dim>(model.analysis)) {
     std::vector<Stage> list;
     for (const auto& stage : stages) list.push_back(stage.stage);
-    phases = phases_of(list);
+    phases = phases_of(list, cut);
     for (int p = 0; p < patches.size(); ++p) receive(patches[p]);
     for (int p = 0; p < patches.size(); ++p) map_first(patches[p], stages, context(0));
   }
@@ -49,8 +50,7 @@ struct ByHand {
   void task(const Phase& phase, int p, Index step) {
     if (phase.first > 0 && patches[p].idle) return;
     run_phase(
-        patches[p], stages, phase.first, phase.last, context(step), context(step + 1),
-        [](std::size_t) {}, chunk);
+        patches[p], stages, phase, context(step), context(step + 1), [](std::size_t) {}, chunk);
   }
 
   void step() {

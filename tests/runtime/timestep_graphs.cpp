@@ -20,8 +20,8 @@ std::vector<Stage> stages_of(const Analysis& analysis) {
 
 /// The tasks of a step: stages between two exchanges are one.
 template <int Dim>
-std::vector<Stage> step_tasks(const Analysis& analysis) {
-  return tasks_of(phases_of(stages_of<Dim>(analysis)));
+std::vector<Stage> step_tasks(const Analysis& analysis, bool cut = false) {
+  return tasks_of(phases_of(stages_of<Dim>(analysis), cut));
 }
 
 std::vector<Analysis> every_option(int bodies = 1) {
@@ -54,7 +54,8 @@ TEST_CASE("every scheme and option is a safe marked graph on every neighbourhood
     neighbourhoods.push_back(irregular(12, 0.1 * static_cast<double>(seed), seed));
   for (const Analysis& analysis : every_option_and_contact())
     for (const Neighbours& neighbours : neighbourhoods) {
-      for (const auto& list : {stages_of<2>(analysis), step_tasks<2>(analysis)}) {
+      for (const auto& list :
+           {stages_of<2>(analysis), step_tasks<2>(analysis), step_tasks<2>(analysis, true)}) {
         const TaskGraph graph = make_task_graph(list, neighbours);
         CHECK(graph.has_dt == analysis.step.adaptive);
         CHECK(unsafe_edges(graph).empty());
@@ -64,16 +65,17 @@ TEST_CASE("every scheme and option is a safe marked graph on every neighbourhood
 
 TEST_CASE("every scheme and option runs on threads and in random order as its stages say") {
   for (const Analysis& analysis : every_option_and_contact())
-    for (const Way way : all_ways) {
-      const auto stages = step_tasks<2>(analysis);
-      const Neighbours neighbours = block(5, 4);
-      Watch watch(stages, neighbours);
-      const auto executor =
-          make_executor(way.kind, make_task_graph(stages, neighbours), watch.bodies(), way.threads);
-      CHECK(executor->run(0, 60) == 60);
-      CHECK(watch.wrong() == "");
-      CHECK(watch.all_done(60));
-    }
+    for (const Way way : all_ways)
+      for (const bool cut : {false, true}) {
+        const auto stages = step_tasks<2>(analysis, cut);
+        const Neighbours neighbours = block(5, 4);
+        Watch watch(stages, neighbours);
+        const auto executor = make_executor(way.kind, make_task_graph(stages, neighbours),
+                                            watch.bodies(), way.threads);
+        CHECK(executor->run(0, 60) == 60);
+        CHECK(watch.wrong() == "");
+        CHECK(watch.all_done(60));
+      }
 }
 
 TEST_CASE("schemes update stresses where their names say") {
@@ -220,6 +222,21 @@ TEST_CASE(
     }
     CHECK(next == stages.size());
     CHECK(names == expected.tasks);
+    // Cut behind the stage that gives dt, the same phases are there, one of them in two parts.
+    const auto parts = phases_of(stages, true);
+    REQUIRE(parts.size() == phases.size() + (analysis.step.adaptive ? 1 : 0));
+    for (std::size_t f = 0, k = 0; f < phases.size(); ++f, ++k) {
+      const bool is_cut = k + 1 < parts.size() && parts[k + 1].task.is_rest;
+      CHECK(is_cut == (analysis.step.adaptive && phases[f].task.gives_dt));
+      if (!is_cut) {
+        CHECK(parts[k] == phases[f]);
+        continue;
+      }
+      CHECK(stages[parts[k].last - 1].gives_dt);
+      CHECK(parts[k].last == parts[k + 1].first);
+      CHECK(joined(parts[k], parts[k + 1]) == phases[f]);
+      ++k;
+    }
   }
 }
 

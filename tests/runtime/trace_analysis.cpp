@@ -25,8 +25,6 @@ TraceTask task(int rank, int thread, int phase, int patch, Step step, double beg
 }
 
 TraceLog finished(TraceLog log, MessageEnds ends = {}) {
-  std::sort(log.tasks.begin(), log.tasks.end(),
-            [](const TraceTask& a, const TraceTask& b) { return a.begin < b.begin; });
   link(log, std::move(ends));
   return log;
 }
@@ -133,6 +131,35 @@ TEST_CASE("the critical path leads through a message") {
   double sum = report.ideal_time;
   for (const Finding& f : report.findings) sum += f.loss;
   CHECK(sum == doctest::Approx(log.run.wall));
+}
+
+TEST_CASE(
+    "the critical path leads through tasks that take no time, whatever their order in files") {
+  TraceLog log;
+  log.run.threads = {1};
+  log.run.phases = {{.name = "first", .stages = {"first"}}, {.name = "rest", .stages = {"rest"}}};
+  log.graphs = {{.patches = {{0, {.number = 0}}}}};
+  log.tasks = {task(0, 0, 1, 0, 0, 1, 1), task(0, 0, 0, 0, 0, 1, 1), task(0, 0, 1, 0, 1, 3, 4),
+               task(0, 0, 0, 0, 1, 2, 3)};
+  const CriticalPath path = analyse(finished(std::move(log))).path;
+  CHECK(path.longest_chain == doctest::Approx(2));
+  REQUIRE(!path.parts.empty());
+  CHECK(path.parts.front().begin == 1);
+  CHECK(path.parts.back().end == 4);
+}
+
+TEST_CASE("patches that are no more are not steps behind") {
+  TraceLog log;
+  log.run.threads = {1};
+  log.run.phases = {{.name = "all", .stages = {"all"}}};
+  log.graphs = {{.first = 0, .patches = {{0, {.number = 0}}, {1, {.number = 1}}}},
+                {.first = 2, .patches = {{1, {.number = 1}}}}};
+  log.tasks = {task(0, 0, 0, 0, 0, 0, 1), task(0, 0, 0, 0, 1, 1, 2), task(0, 0, 0, 1, 0, 2, 3),
+               task(0, 0, 0, 1, 1, 3, 4)};
+  for (int step = 2; step < 9; ++step)
+    log.tasks.push_back(task(0, 0, 0, 1, step, step + 2, step + 3));
+  const TraceReport report = analyse(finished(std::move(log)));
+  CHECK(report.spread.largest == 1);
 }
 
 TEST_CASE("a message is on its way until the last look that did not find it") {
