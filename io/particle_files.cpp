@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "io/file_part.h"
+
 namespace lahar {
 
 namespace {
@@ -16,24 +18,6 @@ bool read_count(RowReader& rows, Index& count) {
     return false;
   }
   return rows.integer(count, "the number of particles", 1) && rows.end_of_row();
-}
-
-// This member's part of the lines of a file from `begin` on.
-struct FilePart {
-  FilePart(const SideFile& file, Index begin, const Team& team)
-      : begin(file.line_start(begin + team.part(file.size - begin, team.index()))),
-        end(team.index() + 1 == team.size()
-                ? file.size
-                : file.line_start(begin + team.part(file.size - begin, team.index() + 1))) {}
-  Index begin, end;  // [bytes]
-};
-
-Index count_rows(const SideFile& file, const FilePart& part) {
-  ProblemList none;
-  RowReader rows(file, none, part.begin, part.end);
-  Index n = 0;
-  while (rows.next()) ++n;
-  return n;
 }
 
 // A file that starts with a count, as a team sees it before it reads the rows.
@@ -60,15 +44,6 @@ struct Counted {
   Index own = 0;    // rows in it
   bool good = false;
 };
-
-// What is wrong with a file, found by `read`; it has been refused, so there must be something.
-void explain(const SideFile& file, const Team& team, ProblemList& problems,
-             const std::function<void(ProblemList&)>& read) {
-  const std::size_t before = problems.count();
-  by_the_first(team, problems, read);
-  if (problems.count() == before)
-    throw IoError(fmt::format("{}: the file changed while it was read", file.name));
-}
 
 // All rows by one reader: calls `expect(count)`, then `take(x)` for each.
 template <int Dim>

@@ -48,14 +48,31 @@ void share_volumes(const Mesh<Dim>& mesh, const Team& team, ParticleTable<Dim>& 
     count[cells[begin]] += static_cast<Index>(end - begin);
   }
   if (!team.alone()) add_those_of_others(count, team);
-  Index last = -1;
-  double share = 0;
-  for (std::size_t p = 0; p < cells.size(); ++p) {
-    if (volume[p] != 0 || cells[p] < 0) continue;
-    if (cells[p] != last) share = mesh.cell_volume(cells[p]) / static_cast<double>(count[cells[p]]);
-    last = cells[p];
-    volume[p] = share;
+  const auto for_missing = [&](auto&& begin_cell, auto&& fill) {
+    Index last = -1;
+    for (std::size_t p = 0; p < cells.size(); ++p) {
+      if (volume[p] != 0 || cells[p] < 0) continue;
+      if (cells[p] != last) begin_cell(cells[p]);
+      last = cells[p];
+      fill(volume[p]);
+    }
+  };
+  std::vector<double> asked;  // volumes of the cells of a share, in the order of the particles
+  if (mesh.is_share()) {
+    std::vector<Index> wanted;
+    for_missing([&](Index cell) { wanted.push_back(cell); }, [](double) {});
+    asked = ask<double>(
+        team, wanted, [&](Index cell) { return team.member(cell, mesh.n_cells()); },
+        [&](Index cell) { return mesh.cell_volume(cell); });
   }
+  std::size_t next = 0;
+  double share = 0;
+  for_missing(
+      [&](Index cell) {
+        const double all = mesh.is_share() ? asked[next++] : mesh.cell_volume(cell);
+        share = all / static_cast<double>(count[cell]);
+      },
+      [&](double& v) { v = share; });
 }
 
 namespace {

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -163,6 +164,55 @@ class RegionParts {
 
 }  // namespace
 
+namespace {
+
+// Particles that go to the member that has their row of all.
+template <int Dim>
+class RowsOnTheirWay {
+ public:
+  /// [first, end): this member's rows.
+  RowsOnTheirWay(Index first, Index end, const Team& team)
+      : first_(first),
+        total_(team.sum(end - first)),
+        team_(team),
+        to_(static_cast<std::size_t>(team.size())) {
+    const auto n = static_cast<std::size_t>(end - first);
+    out_.x.resize(n);
+    out_.cell.resize(n);
+    out_.volume.resize(n);
+  }
+  void add(Index row, const Vec<Dim>& x, Index cell, double volume) {
+    auto& sent = to_[static_cast<std::size_t>(team_.member(row, total_))].emplace_back();
+    sent = {row, cell, volume, {}};
+    std::copy_n(x.data(), Dim, sent.x.begin());
+  }
+  /// Collective.
+  void exchange() {
+    for (const auto& part : team_.exchange(to_))
+      for (const Sent& sent : part) {
+        const auto at = static_cast<std::size_t>(sent.row - first_);
+        out_.x[at] = Vec<Dim>(sent.x.data());
+        out_.cell[at] = sent.cell;
+        out_.volume[at] = sent.volume;
+      }
+    for (auto& part : to_) part.clear();
+  }
+  NewParticles<Dim> take() { return std::move(out_); }
+
+ private:
+  struct Sent {
+    Index row, cell;
+    double volume;
+    std::array<double, static_cast<std::size_t>(Dim)> x;
+  };
+  Index first_, total_;
+  const Team& team_;
+  std::vector<std::vector<Sent>> to_;
+  NewParticles<Dim> out_;
+};
+
+}  // namespace
+
 template <int Dim>
 NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, int n,
                               const Team& team) {
@@ -193,6 +243,21 @@ NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, 
     end = team.part(total, team.index() + 1);
   }
   NewParticles<Dim> out;
+  if (mesh.is_share()) {
+    // Nobody else has this member's cells: it makes their particles and sends them, block by block.
+    RowsOnTheirWay<Dim> on_their_way(first, end, team);
+    const Index own = team.index() * blocks_of_member;
+    Index row = std::accumulate(counts.begin(), counts.begin() + own, Index{0});
+    for (Index b = own; b < own + blocks_of_member; ++b) {
+      cells.visit(block_begin(b), block_begin(b + 1), [&](Index cell) {
+        parts.visit(cell, [&](const Vec<Dim>& x, auto&& volume) {
+          on_their_way.add(row++, x, cell, volume());
+        });
+      });
+      on_their_way.exchange();
+    }
+    return on_their_way.take();
+  }
   Index row = 0;
   for (Index b = 0; b < blocks; ++b) {
     const Index next = row + counts[static_cast<std::size_t>(b)];

@@ -185,9 +185,19 @@ bool ScenarioBuilder<Dim>::is_grid() const {
   constexpr double tolerance = 1e-6;  // as for cells that are boxes
   if (mesh_->is_structured()) return true;
   if (!mesh_->is_cartesian()) return false;
-  const Vec<Dim> length = mesh_->geometry(0).length;
-  for (Index c = 1; c < mesh_->n_cells(); ++c)
-    if (!mesh_->geometry(c).length.isApprox(length, tolerance)) return false;
+  const bool shared = mesh_->is_share();
+  const auto [first, end] =
+      shared ? own_cells(mesh_->n_cells(), team_) : std::pair(Index{0}, mesh_->n_cells());
+  Vec<Dim> length = Vec<Dim>::Zero();  // of the first cell
+  if (first == 0) length = mesh_->geometry(0).length;
+  if (shared) {
+    std::vector<double> own(length.data(), length.data() + Dim);
+    length = Vec<Dim>(team_.gather(own).front().data());
+  }
+  bool different = false;
+  for (Index c = first; c < end && !different; ++c)
+    different = !mesh_->geometry(c).length.isApprox(length, tolerance);
+  if (shared ? team_.any(different) : different) return false;
   const auto [low, high] = mesh_->bounds();
   const double cells = (high - low).cwiseQuotient(length).prod();
   return std::abs(cells - static_cast<double>(mesh_->n_cells())) < 0.5;

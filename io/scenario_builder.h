@@ -5,6 +5,7 @@
 #include <set>
 
 #include "io/cbgeo_table.h"
+#include "io/mesh_search.h"
 #include "io/particles_generator.h"
 #include "io/scenario_input.h"
 #include "physics/model.h"
@@ -16,6 +17,14 @@ struct CellList {
   const std::vector<Index>* listed;  ///< null: all
   Index size;
   Index operator[](Index i) const { return listed ? (*listed)[static_cast<std::size_t>(i)] : i; }
+};
+
+/// What a scenario says of its mesh file.
+struct TableMeshKeys {
+  Element element;
+  bool has_ring;  ///< nodes around the cells are listed, too
+  bool isoparametric;
+  bool check_duplicates;
 };
 
 /// Builds the model part by part. A part that cannot be built is reported and left empty; the parts
@@ -33,8 +42,18 @@ class ScenarioBuilder {
   void build_mesh();
   void warn_of_negative_masses(const JsonValue& mesh);
   void build_structured_mesh(const JsonValue& mesh, const JsonValue& structured);
-  void build_table_mesh(const JsonValue& mesh);
   void build_sets();
+  // scenario_mesh_file.cpp
+  TableMeshKeys table_mesh_keys(const JsonValue& mesh) const;
+  void build_table_mesh(const JsonValue& mesh);
+  std::optional<Mesh<Dim>> read_whole_mesh(const SideFile& file, const TableMeshKeys& keys,
+                                           ProblemList& problems);
+  void set_whole_mesh(Mesh<Dim> whole);
+  void make_grid(Element element, const Vec<Dim>& origin, const Vec<Dim>& cell,
+                 const std::array<Index, Dim>& counts);
+  bool read_shares(const SideFile& file, const TableMeshKeys& keys);
+  std::shared_ptr<const Mesh<Dim>> mesh_with(std::vector<Index> cells) const;
+  std::vector<Index> find_cells(const std::vector<Index>& suggested);
   // scenario_materials.cpp
   void build_materials();
   void build_functions();
@@ -48,7 +67,7 @@ class ScenarioBuilder {
   void build_damping(const JsonValue& analysis);
   void build_velocity_update(const JsonValue& analysis);
   void build_shape_functions(const JsonValue& analysis);
-  bool is_grid() const;
+  bool is_grid() const;  ///< collective
   void build_time_step(const JsonValue& analysis);
   void build_output();
   // scenario_contact.cpp
@@ -61,6 +80,7 @@ class ScenarioBuilder {
   NewParticles<Dim> read_particles(const JsonValue& generator);
   bool check_gauss_points(const JsonValue& generator);
   NewParticles<Dim> fill_gauss(const JsonValue& generator);
+  std::vector<Index> own_part(const CellList& cells) const;
   // scenario_injection.cpp
   std::optional<CellList> cells_of(const JsonValue& generator);
   void build_injection(const JsonValue& generator);
@@ -123,7 +143,9 @@ class ScenarioBuilder {
   JsonValue& root_;
   JsonValue empty_;
   Model<Dim> model_;
-  std::shared_ptr<const Mesh<Dim>> mesh_;
+  std::shared_ptr<const Mesh<Dim>> mesh_;  ///< of a team and from tables, a share
+  std::vector<Vec<Dim>> own_nodes_;        ///< [m] with a share: Team::part() of the nodes
+  std::optional<MeshSearch<Dim>> search_;  ///< until the particles have their cells
   EntityFile sets_;
   Index listed_cells_ = -1;  ///< those of a mesh file that has nodes around them, too; -1 = all
   double region_tolerance_ = 0;     ///< [m]

@@ -39,13 +39,29 @@ void ScenarioBuilder<Dim>::build_injection(const JsonValue& generator) {
   if (!check_gauss_points(generator) || !mesh_ || !n || !cells) return;
   for (Index i = 0; i < cells->size; ++i) injection.cells.push_back((*cells)[i]);
   if (injection.cells.empty()) in_.error(generator, "there is no cell to inject particles into");
-  auto points = fill_cells<Dim>(*mesh_, injection.cells, static_cast<int>(*n));
   if (injection.cells.empty()) return;
+  // Of a mesh in shares every member looks at some cells; all have all injections.
+  const bool shared = mesh_->is_share();
+  const std::vector<Index> own = shared ? own_part(*cells) : injection.cells;
+  const auto mesh = mesh_with(own);
+  auto points = fill_cells<Dim>(*mesh, own, static_cast<int>(*n));
+  std::vector<double> volume;
+  for (const Index cell : own) volume.push_back(mesh->cell_volume(cell));
+  if (shared) {
+    std::vector<double> x;
+    for (const Vec<Dim>& point : points.x) x.insert(x.end(), point.data(), point.data() + Dim);
+    points.x.clear();
+    for (const auto& part : team_.gather(x))
+      for (std::size_t i = 0; i < part.size(); i += Dim) points.x.emplace_back(&part[i]);
+    const auto parts = team_.gather(volume);
+    volume.clear();
+    for (const auto& part : parts) volume.insert(volume.end(), part.begin(), part.end());
+  }
   injection.x = std::move(points.x);
   injection.per_cell =
       static_cast<Index>(injection.x.size()) / static_cast<Index>(injection.cells.size());
-  for (const Index cell : injection.cells)
-    injection.volume.push_back(mesh_->cell_volume(cell) / static_cast<double>(injection.per_cell));
+  for (double& v : volume) v /= static_cast<double>(injection.per_cell);
+  injection.volume = std::move(volume);
   model_.injections.push_back(std::move(injection));
 }
 

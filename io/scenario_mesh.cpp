@@ -1,12 +1,9 @@
 // The mesh and the sets of its nodes and cells.
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 
-#include "io/mesh_ring.h"
 #include "io/scenario_builder.h"
-#include "physics/element_grid.h"
 
 namespace lahar {
 
@@ -32,6 +29,13 @@ Element element_of(const JsonValue& mesh) {
   return named && info(*named).dim == Dim ? *named : multilinear<Dim>;
 }
 
+// What all members have, which ascends from member to member.
+std::vector<Index> joined(const std::vector<std::vector<Index>>& parts) {
+  std::vector<Index> all;
+  for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -54,12 +58,7 @@ void ScenarioBuilder<Dim>::build_mesh() {
                 "where splines end follows from the mesh");
   mesh_ = model_.mesh;
   if (mesh_) warn_of_negative_masses(*mesh);
-  if (mesh_) {
-    double size = mesh_->cell_size(0);
-    if (!mesh_->is_structured())
-      for (Index c = 1; c < mesh_->n_cells(); ++c) size = std::min(size, mesh_->cell_size(c));
-    region_tolerance_ = region_tolerance * size;
-  }
+  if (mesh_) region_tolerance_ = region_tolerance * smallest_cell(*mesh_, team_);
 }
 
 /// The integral of a corner's function over a cell is zero (T6) or negative (Q8, H20).
@@ -117,54 +116,10 @@ void ScenarioBuilder<Dim>::build_structured_mesh(const JsonValue& mesh, const Js
     if (element == multilinear<Dim>) {
       model_.mesh = std::make_shared<const Mesh<Dim>>(Mesh<Dim>::structured(*origin, *cell, n));
     } else {
-      const auto tables = element_grid<Dim>(element, *origin, *cell, n);
-      model_.mesh = std::make_shared<const Mesh<Dim>>(
-          Mesh<Dim>::from_tables(tables.nodes, element, tables.cells, true));
+      make_grid(element, *origin, *cell, n);
     }
   } catch (const InputError& e) {
     in_.error(s, e.what());
-  }
-}
-
-template <int Dim>
-void ScenarioBuilder<Dim>::build_table_mesh(const JsonValue& mesh) {
-  auto file = in_.open(mesh, "mesh");
-  if (!file) return;
-  const Element element = element_of<Dim>(mesh);
-  const std::string type = get_text(mesh, "cell_type").value_or("");
-  const bool has_ring = type.ends_with("G"), grid = has_ring || type.ends_with("P2B");
-  auto tables = read_mesh_file<Dim>(*file, info(element).nodes, in_.problems,
-                                    has_ring ? ring_nodes<Dim> : 0);
-  if (!tables) return;
-  if (get_bool(mesh, "check_duplicates").value_or(true)) {
-    const auto [a, b] = find_coincident<Dim>(tables->nodes);
-    if (a >= 0)
-      in_.problems.warning(file->at_line(file->line_of_row(b + 1),
-                                         fmt::format("nodes {} and {} are at the same place", a, b),
-                                         "cells that should be neighbours may not be connected"));
-  }
-  const auto lines = tables->cell_lines;
-  if (has_ring) {
-    listed_cells_ = static_cast<Index>(tables->cells.size()) / corners<Dim>;
-    const std::string wrong = add_ring_cells(*tables);
-    if (!wrong.empty())
-      return in_.error(*mesh.find("cell_type"), wrong,
-                       "the nodes of a GIMP cell are its corners and all around it, one cell away");
-  }
-  try {
-    model_.mesh = std::make_shared<const Mesh<Dim>>(
-        Mesh<Dim>::from_tables(std::move(tables->nodes), element, tables->cells,
-                               !grid && get_bool(mesh, "isoparametric").value_or(true)));
-  } catch (const InputError& e) {
-    for (Problem p : e.problems()) {
-      // "cell 12 is inverted": the cell's line is known here.
-      std::size_t cell = lines.size();
-      constexpr std::string_view word = "cell ";
-      if (p.message.compare(0, word.size(), word) == 0)
-        std::from_chars(p.message.data() + word.size(), p.message.data() + p.message.size(), cell);
-      const int line = cell < lines.size() ? lines[cell] : 0;
-      in_.problems.error(file->at_line(line, p.message, p.hint));
-    }
   }
 }
 
@@ -180,23 +135,42 @@ void ScenarioBuilder<Dim>::build_sets() {
       const Region<Dim> region(value, region_tolerance_, in_.document, in_.problems);
       auto& ids = out.by_name[name];
       if (!mesh_) continue;
-      for_near(*mesh_, region, [&](Index i) {
+      for_near(region, [&](Index i) {
         if (region.contains(position(i))) ids.push_back(i);
       });
+      if (mesh_->is_share()) ids = joined(team_.gather(ids));
       if (ids.empty() && value.valid())
         in_.warning(value, fmt::format("the {} set '{}' is empty", out.kind, name));
     }
   };
-  each("nodes", sets_.nodes, for_nodes_near<Dim>, [&](Index i) { return mesh_->node(i); });
-  each("cells", sets_.cells, for_cells_near<Dim>, [&](Index i) { return mesh_->cell_centre(i); });
+  using Visit = std::function<void(Index)>;
+  const bool shared = mesh_ && mesh_->is_share();
+  const auto for_own = [&](Index n, const Visit& visit) {
+    for (Index i = team_.part(n, team_.index()); i < team_.part(n, team_.index() + 1); ++i)
+      visit(i);
+  };
+  each(
+      "nodes", sets_.nodes,
+      [&](const Region<Dim>& region, const Visit& visit) {
+        shared ? for_own(n_nodes(), visit) : for_nodes_near<Dim>(*mesh_, region, visit);
+      },
+      [&](Index i) {
+        if (!shared) return mesh_->node(i);
+        return own_nodes_[static_cast<std::size_t>(i - team_.part(n_nodes(), team_.index()))];
+      });
+  each(
+      "cells", sets_.cells,
+      [&](const Region<Dim>& region, const Visit& visit) {
+        shared ? for_own(mesh_->n_cells(), visit) : for_cells_near<Dim>(*mesh_, region, visit);
+      },
+      [&](Index i) { return mesh_->cell_centre(i); });
+  own_nodes_ = {};
 }
 
 template void ScenarioBuilder<2>::build_mesh();
 template void ScenarioBuilder<3>::build_mesh();
 template void ScenarioBuilder<2>::build_structured_mesh(const JsonValue&, const JsonValue&);
 template void ScenarioBuilder<3>::build_structured_mesh(const JsonValue&, const JsonValue&);
-template void ScenarioBuilder<2>::build_table_mesh(const JsonValue&);
-template void ScenarioBuilder<3>::build_table_mesh(const JsonValue&);
 template void ScenarioBuilder<2>::warn_of_negative_masses(const JsonValue&);
 template void ScenarioBuilder<3>::warn_of_negative_masses(const JsonValue&);
 template void ScenarioBuilder<2>::build_sets();

@@ -129,11 +129,17 @@ NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue& generator) {
   const auto n = get_integer(generator, "nparticles_per_dir");
   const auto all = cells_of(generator);
   if (!check_gauss_points(generator) || !mesh_ || !n || !all) return {};
-  std::vector<Index> cells;  // this member's
-  for (Index i = team_.part(all->size, team_.index()); i < team_.part(all->size, team_.index() + 1);
-       ++i)
-    cells.push_back((*all)[i]);
-  return fill_cells<Dim>(*mesh_, cells, static_cast<int>(*n));
+  const std::vector<Index> cells = own_part(*all);
+  return fill_cells<Dim>(*mesh_with(cells), cells, static_cast<int>(*n));
+}
+
+/// This member's part of a list.
+template <int Dim>
+std::vector<Index> ScenarioBuilder<Dim>::own_part(const CellList& cells) const {
+  std::vector<Index> own;
+  const Index end = team_.part(cells.size, team_.index() + 1);
+  for (Index i = team_.part(cells.size, team_.index()); i < end; ++i) own.push_back(cells[i]);
+  return own;
 }
 
 template <int Dim>
@@ -177,8 +183,7 @@ void ScenarioBuilder<Dim>::place_particles() {
     if (!read_particle_cell_file(*file, known_rows(), n_cells(), team_, in_.problems, take))
       suggested.clear();
   }
-  std::vector<Index> strays;
-  all_or_none(team_, [&] { strays = place<Dim>(*mesh_, suggested, p); });
+  std::vector<Index> strays = find_cells(suggested);
   if (listed_cells_ >= 0) {  // cells around those of the file are not the mesh's
     for (std::size_t i = 0; i < p.cell.size(); ++i)
       if (p.cell[i] >= listed_cells_) strays.push_back(static_cast<Index>(i));
@@ -355,6 +360,7 @@ void ScenarioBuilder<Dim>::assign_material_sets() {
   template void ScenarioBuilder<Dim>::generate(const JsonValue&);                        \
   template NewParticles<Dim> ScenarioBuilder<Dim>::read_particles(const JsonValue&);     \
   template NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue&);         \
+  template std::vector<Index> ScenarioBuilder<Dim>::own_part(const CellList&) const;     \
   template void ScenarioBuilder<Dim>::name_particle_set(const JsonValue&, Index, Index); \
   template void ScenarioBuilder<Dim>::warn_of_coincident(const JsonValue&);              \
   template void ScenarioBuilder<Dim>::collect_particle_sets();                           \

@@ -151,7 +151,6 @@ void ScenarioBuilder<Dim>::resume_from(const std::vector<std::filesystem::path>&
   std::vector<CbgeoParticle> rows = read_share(files, team_, owner);
   std::vector<Index> suggested;
   all_or_none(team_, [&] {
-    ParticleTable<Dim>& table = model_.particles;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (i > 0 && rows[i - 1].id == rows[i].id)
         refuse(files.front().string(), fmt::format("there are two particles {}", rows[i].id));
@@ -159,11 +158,14 @@ void ScenarioBuilder<Dim>::resume_from(const std::vector<std::filesystem::path>&
       suggested.push_back(rows[i].cell_id < n_cells() ? rows[i].cell_id : -1);
     }
     rows = {};
-    const auto strays = place<Dim>(*mesh_, suggested, table);
+  });
+  const auto strays = find_cells(suggested);
+  all_or_none(team_, [&] {
     if (!strays.empty())
       refuse(files.front().string(),
              fmt::format("particle {} lies outside the mesh (and {} more)",
-                         table.id[static_cast<std::size_t>(strays.front())], strays.size() - 1));
+                         model_.particles.id[static_cast<std::size_t>(strays.front())],
+                         strays.size() - 1));
   });
   // Sets are those of the particles that are still there.
   const auto keep_present = [&](auto& loads) {

@@ -94,9 +94,8 @@ class RowReader {
 template <int Dim>
 struct MeshTables {
   std::vector<Vec<Dim>> nodes;
-  std::vector<Index> cells;     ///< the nodes of each cell, one cell after the other
-  std::vector<int> cell_lines;  ///< line of each cell in the file
-  std::vector<Index> ring;      ///< the further nodes of the cells, one cell after the other
+  std::vector<Index> cells;  ///< the nodes of each cell, one cell after the other
+  std::vector<Index> ring;   ///< the further nodes of the cells, one cell after the other
 };
 
 /// `nnodes ncells`, then coordinates, then the ids of so many nodes per cell, and so many more around

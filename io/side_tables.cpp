@@ -60,7 +60,6 @@ std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, int nodes_pe
       too_few(rows, "cells", i, n_cells);
       return std::nullopt;
     }
-    mesh.cell_lines.push_back(rows.line());
     bool ok = true;
     for (int k = 0; k < nodes_per_cell; ++k)
       ok = ok && rows.integer(mesh.cells.emplace_back(), "a node id", 0, n_nodes - 1);

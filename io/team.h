@@ -68,6 +68,12 @@ class Team {
   Index part(Index n, int member) const {
     return n / size() * member + n % size() * member / size();
   }
+  /// Whose part i of [0, n) is.
+  int member(Index i, Index n) const {
+    auto member = static_cast<int>(i / std::max<Index>(n / size() + 1, 1));
+    while (part(n, member + 1) <= i) ++member;
+    return member;
+  }
 
  private:
   template <class T>
@@ -89,6 +95,37 @@ class Team {
 
 /// Let every member do its part; where one throws, all throw what the first of these threw.
 void all_or_none(const Team& team, const std::function<void()>& part);
+
+/// What another member knows: `answer(question)` of the member `holder(question)` for each of this
+/// one's, some at a time. Collective.
+template <class Answer, class Question>
+std::vector<Answer> ask(const Team& team, const std::vector<Question>& questions, auto&& holder,
+                        auto&& answer) {
+  constexpr std::size_t at_a_time = std::size_t{1} << 15;
+  const auto members = static_cast<std::size_t>(team.size());
+  std::vector<Answer> answers;
+  answers.reserve(questions.size());
+  std::vector<std::size_t> asked;
+  while (team.any(answers.size() < questions.size())) {
+    const std::size_t end = std::min(questions.size(), answers.size() + at_a_time);
+    std::vector<std::vector<Question>> to(members);
+    asked.clear();
+    for (std::size_t i = answers.size(); i < end; ++i) {
+      asked.push_back(static_cast<std::size_t>(holder(questions[i])));
+      to[asked.back()].push_back(questions[i]);
+    }
+    std::vector<std::vector<Answer>> replies(members);
+    const auto from = team.exchange(std::move(to));
+    all_or_none(team, [&] {
+      for (std::size_t m = 0; m < members; ++m)
+        for (const Question& question : from[m]) replies[m].push_back(answer(question));
+    });
+    replies = team.exchange(std::move(replies));
+    std::vector<std::size_t> next(members, 0);
+    for (const std::size_t m : asked) answers.push_back(replies[m][next[m]++]);
+  }
+  return answers;
+}
 
 /// Let the first member alone look for problems; all members then have them. For what is slow or
 /// needs everything at once, once it is clear that something is wrong.

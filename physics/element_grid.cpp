@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace lahar {
 namespace {
@@ -59,53 +60,118 @@ std::vector<std::vector<Place<Dim>>> cells_of_box(Element element) {
   return cells;
 }
 
+/// Numbers of the places of a lattice that have nodes, the first axis fastest. Which have them
+/// depends only on where along each axis they are even and odd: all boxes are alike.
+template <int Dim>
+class LatticeNodes {
+ public:
+  LatticeNodes(const std::vector<std::vector<Place<Dim>>>& pattern,
+               const std::array<Index, Dim>& counts) {
+    std::array<Index, std::size_t{1} << Dim> used{};
+    for (const auto& cell : pattern)
+      for (const auto& place : cell) {
+        unsigned odd = 0;
+        for (std::size_t d = 0; d < Dim; ++d) odd |= static_cast<unsigned>(place[d] & 1) << d;
+        used[odd] = 1;
+      }
+    below_[0] = used;
+    for (std::size_t d = 0; d < Dim; ++d)
+      for (unsigned odd = 0; odd < used.size(); ++odd)
+        below_[d + 1][odd] = of_first(2 * counts[d] + 1, d, odd & ~(1u << d));
+  }
+
+  Index size() const { return below_[Dim][0]; }
+  Index number(const Place<Dim>& place) const {
+    Index number = 0;
+    unsigned odd = 0;
+    for (std::size_t d = Dim; d-- > 0;) {
+      number += of_first(place[d], d, odd);
+      odd |= static_cast<unsigned>(place[d] & 1) << d;
+    }
+    return number;
+  }
+  Place<Dim> place(Index number) const {
+    Place<Dim> place;
+    unsigned odd = 0;
+    for (std::size_t d = Dim; d-- > 0;) {
+      const Index even = below_[d][odd], both = even + below_[d][odd | 1u << d];
+      place[d] = number / both * 2;
+      number %= both;
+      if (number < even) continue;
+      number -= even;
+      ++place[d];
+      odd |= 1u << d;
+    }
+    return place;
+  }
+
+ private:
+  /// Nodes at the first k places along axis d, where those along higher axes are odd as in `odd`.
+  Index of_first(Index k, std::size_t d, unsigned odd) const {
+    return (k + 1) / 2 * below_[d][odd] + k / 2 * below_[d][odd | 1u << d];
+  }
+  /// [d]: in all of the axes below d, by what the others are.
+  std::array<std::array<Index, std::size_t{1} << Dim>, Dim + 1> below_{};
+};
+
 }  // namespace
+
+template <int Dim>
+ElementGrid<Dim>::ElementGrid(Element element, const std::array<Index, Dim>& counts) {
+  const auto pattern = cells_of_box<Dim>(element);
+  n_nodes = LatticeNodes<Dim>(pattern, counts).size();
+  n_cells = static_cast<Index>(pattern.size());
+  for (const Index n : counts) n_cells *= n;
+}
+
+template <int Dim>
+ElementTables<Dim> element_grid_part(Element element, const Vec<Dim>& origin,
+                                     const Vec<Dim>& cell_size,
+                                     const std::array<Index, Dim>& counts,
+                                     std::pair<Index, Index> nodes, std::pair<Index, Index> cells) {
+  const auto pattern = cells_of_box<Dim>(element);
+  const LatticeNodes<Dim> lattice(pattern, counts);
+  ElementTables<Dim> tables{element, {}, {}};
+  tables.nodes.reserve(static_cast<std::size_t>(nodes.second - nodes.first));
+  for (Index node = nodes.first; node < nodes.second; ++node) {
+    const Place<Dim> place = lattice.place(node);
+    Vec<Dim>& x = tables.nodes.emplace_back();
+    for (int d = 0; d < Dim; ++d)
+      // As in a structured mesh: one rounding.
+      x[d] = std::fma(0.5 * static_cast<double>(place[static_cast<std::size_t>(d)]), cell_size[d],
+                      origin[d]);
+  }
+  const auto per_box = static_cast<Index>(pattern.size());
+  tables.cells.reserve(static_cast<std::size_t>(cells.second - cells.first) * pattern[0].size());
+  for (Index cell = cells.first; cell < cells.second; ++cell)
+    for (Place<Dim> place : pattern[static_cast<std::size_t>(cell % per_box)]) {
+      Index rest = cell / per_box;
+      for (std::size_t d = 0; d < Dim; ++d) {
+        place[d] += 2 * (rest % counts[d]);
+        rest /= counts[d];
+      }
+      tables.cells.push_back(lattice.number(place));
+    }
+  return tables;
+}
 
 template <int Dim>
 ElementTables<Dim> element_grid(Element element, const Vec<Dim>& origin, const Vec<Dim>& cell_size,
                                 const std::array<Index, Dim>& counts) {
-  const auto pattern = cells_of_box<Dim>(element);
-  Place<Dim> lattice;
-  Index places = 1, boxes = 1;
-  for (std::size_t d = 0; d < Dim; ++d) {
-    lattice[d] = 2 * counts[d] + 1;
-    places *= lattice[d];
-    boxes *= counts[d];
-  }
-  ElementTables<Dim> tables{element, {}, {}};
-  std::vector<Index> number(static_cast<std::size_t>(places), -1);
-  tables.cells.reserve(static_cast<std::size_t>(boxes) * pattern.size() * pattern[0].size());
-  for (Index box = 0; box < boxes; ++box)
-    for (const auto& cell : pattern)
-      for (const auto& place : cell) {
-        Index id = 0, stride = 1, rest = box;
-        for (std::size_t d = 0; d < Dim; ++d) {
-          id += stride * (2 * (rest % counts[d]) + place[d]);
-          rest /= counts[d];
-          stride *= lattice[d];
-        }
-        number[static_cast<std::size_t>(id)] = 0;
-        tables.cells.push_back(id);
-      }
-  for (Index id = 0; id < places; ++id) {
-    if (number[static_cast<std::size_t>(id)] < 0) continue;
-    number[static_cast<std::size_t>(id)] = static_cast<Index>(tables.nodes.size());
-    Vec<Dim>& x = tables.nodes.emplace_back();
-    Index rest = id;
-    for (std::size_t d = 0; d < Dim; ++d) {
-      const auto k = static_cast<Eigen::Index>(d);
-      // As in a structured mesh: one rounding.
-      x[k] = std::fma(0.5 * static_cast<double>(rest % lattice[d]), cell_size[k], origin[k]);
-      rest /= lattice[d];
-    }
-  }
-  for (Index& node : tables.cells) node = number[static_cast<std::size_t>(node)];
-  return tables;
+  const ElementGrid<Dim> grid(element, counts);
+  return element_grid_part<Dim>(element, origin, cell_size, counts, {0, grid.n_nodes},
+                                {0, grid.n_cells});
 }
 
-template ElementTables<2> element_grid<2>(Element, const Vec<2>&, const Vec<2>&,
-                                          const std::array<Index, 2>&);
-template ElementTables<3> element_grid<3>(Element, const Vec<3>&, const Vec<3>&,
-                                          const std::array<Index, 3>&);
+#define LAHAR_INSTANTIATE(Dim)                                                             \
+  template struct ElementGrid<Dim>;                                                        \
+  template ElementTables<Dim> element_grid<Dim>(Element, const Vec<Dim>&, const Vec<Dim>&, \
+                                                const std::array<Index, Dim>&);            \
+  template ElementTables<Dim> element_grid_part<Dim>(                                      \
+      Element, const Vec<Dim>&, const Vec<Dim>&, const std::array<Index, Dim>&,            \
+      std::pair<Index, Index>, std::pair<Index, Index>);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
 
 }  // namespace lahar

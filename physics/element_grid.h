@@ -2,6 +2,8 @@
 /// simplices.
 #pragma once
 
+#include <utility>
+
 #include "physics/element.h"
 
 namespace lahar {
@@ -19,5 +21,19 @@ struct ElementTables {
 template <int Dim>
 ElementTables<Dim> element_grid(Element element, const Vec<Dim>& origin, const Vec<Dim>& cell_size,
                                 const std::array<Index, Dim>& counts);
+
+/// How many nodes and cells that makes.
+template <int Dim>
+struct ElementGrid {
+  ElementGrid(Element element, const std::array<Index, Dim>& counts);
+  Index n_nodes, n_cells;
+};
+
+/// Of the same tables nodes [first, second) and cells [first, second).
+template <int Dim>
+ElementTables<Dim> element_grid_part(Element element, const Vec<Dim>& origin,
+                                     const Vec<Dim>& cell_size,
+                                     const std::array<Index, Dim>& counts,
+                                     std::pair<Index, Index> nodes, std::pair<Index, Index> cells);
 
 }  // namespace lahar

@@ -111,6 +111,7 @@ double injection_limit(const Injection<Dim>& injection, const Model<Dim>& model)
   const double diffusion = 2.0 * Dim * viscosity(material.law) / material.density;
   double limit = std::numeric_limits<double>::infinity();
   for (const Index cell : injection.cells) {
+    if (!model.mesh->holds(cell)) continue;
     const double h = model.mesh->cell_size(cell);
     limit = std::min(limit, 1.0 / std::max(speed / h, diffusion / (h * h)));
   }

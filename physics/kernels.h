@@ -36,7 +36,8 @@ void place_new(Patch<Dim>& patch, const Particles<Dim>& from, Local cell);
 template <int Dim>
 void inject(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// The limit of the time step [s] that the particles of a generator have when they come.
+/// The limit of the time step [s] that the particles of a generator have when they come, in those
+/// of its cells that this part of the mesh holds.
 template <int Dim>
 double injection_limit(const Injection<Dim>& injection, const Model<Dim>& model);
 

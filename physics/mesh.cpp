@@ -85,11 +85,66 @@ Mesh<Dim> Mesh<Dim>::from_tables(std::vector<Point> nodes, Element element,
 }
 
 template <int Dim>
+Mesh<Dim> Mesh<Dim>::share(TablePiece<Dim> own, Element element, Index n_nodes, Index n_cells,
+                           bool isoparametric) {
+  return Mesh(std::make_unique<Impl>(
+      Impl{CellTable<Dim>(std::move(own), element, n_nodes, n_cells, isoparametric)}));
+}
+
+template <int Dim>
+void Mesh<Dim>::add_to(CellSums<Dim>& sums) const {
+  std::get<CellTable<Dim>>(impl_->kind).add_to(sums);
+}
+
+template <int Dim>
+void Mesh<Dim>::complete(const CellSums<Dim>& sums) {
+  std::get<CellTable<Dim>>(impl_->kind).complete(sums);
+}
+
+template <int Dim>
+Mesh<Dim> Mesh<Dim>::share(std::span<const Index> cells,
+                           std::vector<std::vector<std::byte>> pieces) const {
+  return Mesh(std::make_unique<Impl>(
+      Impl{std::get<CellTable<Dim>>(impl_->kind).part(cells, std::move(pieces), false)}));
+}
+
+template <int Dim>
+bool Mesh<Dim>::is_share() const {
+  const auto* table = std::get_if<CellTable<Dim>>(&impl_->kind);
+  return table && table->is_share();
+}
+
+template <int Dim>
+Vec<Dim> Mesh<Dim>::mean_cell() const {
+  return std::get<CellTable<Dim>>(impl_->kind).mean_cell();
+}
+
+template <int Dim>
+Index Mesh<Dim>::n_bins() const {
+  return std::get<CellTable<Dim>>(impl_->kind).n_bins();
+}
+
+template <int Dim>
+Index Mesh<Dim>::bin_of(const Point& x) const {
+  return std::get<CellTable<Dim>>(impl_->kind).bin_of(x);
+}
+
+template <int Dim>
+std::vector<Index> Mesh<Dim>::bins_of(Index cell) const {
+  return std::get<CellTable<Dim>>(impl_->kind).bins_of(cell);
+}
+
+template <int Dim>
+std::vector<Index> Mesh<Dim>::bins_near(std::span<const Index> cells) const {
+  return std::get<CellTable<Dim>>(impl_->kind).bins_near(cells);
+}
+
+template <int Dim>
 Mesh<Dim> Mesh<Dim>::part(std::span<const Index> cells,
-                          std::span<const std::vector<std::byte>> pieces) const {
+                          std::vector<std::vector<std::byte>> pieces) const {
   const auto* table = std::get_if<CellTable<Dim>>(&impl_->kind);
   if (!table) return Mesh(std::make_unique<Impl>(*impl_));
-  return Mesh(std::make_unique<Impl>(Impl{table->part(cells, pieces)}));
+  return Mesh(std::make_unique<Impl>(Impl{table->part(cells, std::move(pieces), true)}));
 }
 
 template <int Dim>

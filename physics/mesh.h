@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "physics/element_map.h"
+#include "physics/mesh_share.h"
 #include "physics/types.h"
 
 namespace lahar {
@@ -46,6 +47,11 @@ struct CellNodes {
 /// them what the whole mesh would. Ids, numbers of cells and nodes, bounds and is_cartesian() are
 /// the whole mesh's; asking a part about a cell or node that it does not hold is a mistake of the
 /// caller's (an assertion), except where it is said what happens then.
+///
+/// A *share* is a part that several processes have of a mesh before it is known who needs what: of
+/// its cells it knows nodes and measures, but not which are next to each other or hold a point
+/// (locate(), is_near(), widened(), cells_near(), neighbours() and node_cells() are not for it).
+/// Parts with all are made of shares by part().
 template <int Dim>
 class Mesh {
  public:
@@ -69,12 +75,24 @@ class Mesh {
   static Mesh from_tables(std::vector<Point> nodes, Element element, std::span<const Index> cells,
                           bool isoparametric);
 
+  /// A share with cells that someone read; complete() must follow. `own` has nodes of its cells
+  /// only. Throws InputError as from_tables() where a cell is not as it should be (of ids in the
+  /// message: those in `own`).
+  static Mesh share(TablePiece<Dim> own, Element element, Index n_nodes, Index n_cells,
+                    bool isoparametric);
+  /// Add the cells held. Who has shares with ascending cells adds them one after the other, and
+  /// then completes each with the sums of all.
+  void add_to(CellSums<Dim>& sums) const;
+  void complete(const CellSums<Dim>& sums);
+  /// A share with these cells, held here, and those in pieces of pack(). Tables only.
+  Mesh share(std::span<const Index> cells, std::vector<std::vector<std::byte>> pieces = {}) const;
+  bool is_share() const;
+
   /// These cells (ascending, held here) and those in pieces that pack() made of other parts of the
-  /// same mesh. The result depends on the cells alone, not on where they came from. A structured
-  /// mesh has no parts: returns all of it. Throws std::invalid_argument where a piece is damaged or
-  /// of another mesh.
-  Mesh part(std::span<const Index> cells,
-            std::span<const std::vector<std::byte>> pieces = {}) const;
+  /// same mesh, which are released one by one. The result depends on the cells alone, not on where
+  /// they came from. A structured mesh has no parts: returns all of it. Throws
+  /// std::invalid_argument where a piece is damaged or of another mesh.
+  Mesh part(std::span<const Index> cells, std::vector<std::vector<std::byte>> pieces = {}) const;
   /// Cells held here (ascending) with their nodes, for another process of the same run. Nothing of
   /// a structured mesh.
   std::vector<std::byte> pack(std::span<const Index> cells) const;
@@ -108,6 +126,8 @@ class Mesh {
   /// Isoparametric: the smallest height of the parallelepipeds that the edges span at each corner
   /// (other elements: ElementGeometry::size()).
   double cell_size(Index cell) const;
+  /// Mean edges of the boxes around all cells [m]; tables only.
+  Point mean_cell() const;
   /// Smallest box around the mesh.
   std::pair<Point, Point> bounds() const;
 
@@ -145,6 +165,13 @@ class Mesh {
   /// Every cell that may hold an x with is_near(x, one of `cells`), ascending. Costs and
   /// limits as widened().
   std::vector<Index> cells_near(std::span<const Index> cells) const;
+
+  /// Bins of a mesh from tables, in which points are looked for: boxes on a grid over all of it.
+  Index n_bins() const;
+  Index bin_of(const Point& x) const;            ///< -1 outside of all cells
+  std::vector<Index> bins_of(Index cell) const;  ///< those that a cell touches, ascending
+  /// The bins whose cells are cells_near(), ascending; a part or share must hold the cells around.
+  std::vector<Index> bins_near(std::span<const Index> cells) const;
 
   /// Cells sharing at least one node with `cell`, ascending, without itself. In a part: those held.
   std::vector<Index> neighbours(Index cell) const;

@@ -32,19 +32,16 @@ CellTable<Dim>::CellTable(std::vector<Point> nodes, Element element, std::span<c
   whole_.n_nodes = static_cast<Index>(nodes_.size());
   whole_.n_cells = cells.size();
   whole_.element = element;
-  // Cells that are boxes to the last bit have the closed-form map whatever the file calls them.
-  whole_.cartesian = is_multilinear() && (!isoparametric || all_boxes<Dim>(nodes_, cells, 0.0));
+  whole_.cartesian = is_multilinear() && !isoparametric;
   cell_ids_ = IdMap::all(whole_.n_cells);
   node_ids_ = IdMap::all(whole_.n_nodes);
   cells_.assign(ids.begin(), ids.end());
+  build_bounds();
+  CellSums<Dim> sums;
+  add_to(sums);
+  complete(sums);
   build_connectivity();
-  whole_.bounds = cell_bounds(0);
-  for (Index c = 1; c < n_cells(); ++c) {
-    const auto [low, high] = cell_bounds(c);
-    whole_.bounds.first = whole_.bounds.first.cwiseMin(low);
-    whole_.bounds.second = whole_.bounds.second.cwiseMax(high);
-  }
-  choose_bins();
+  grid_.bins = IdMap::all(n_bins());
   fill_bins();
 }
 
@@ -142,14 +139,17 @@ std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::cell_bounds(Index row) const {
   return {low, high};
 }
 
-/// Everything that follows from the nodes and cells held.
+template <int Dim>
+void CellTable<Dim>::build_bounds() {
+  if (info(element()).order == 1) return;
+  curved_bounds_.reserve(static_cast<std::size_t>(cell_ids_.size()));
+  for (Index c = 0; c < cell_ids_.size(); ++c)
+    curved_bounds_.push_back(element_geometry_of(c).bounds());
+}
+
+/// What follows from the nodes and cells held, but for bins.
 template <int Dim>
 void CellTable<Dim>::build_connectivity() {
-  if (info(element()).order > 1) {
-    curved_bounds_.reserve(static_cast<std::size_t>(cell_ids_.size()));
-    for (Index c = 0; c < cell_ids_.size(); ++c)
-      curved_bounds_.push_back(element_geometry_of(c).bounds());
-  }
   padded_bounds_.reserve(static_cast<std::size_t>(cell_ids_.size()));
   for (Index c = 0; c < cell_ids_.size(); ++c) padded_bounds_.push_back(padded(cell_bounds(c)));
   build_node_cells();
@@ -217,8 +217,9 @@ void CellTable<Dim>::build_face_neighbours() {
         Local& of_i = face_neighbour_[around[i].cell][around[i].face];
         Local& of_j = face_neighbour_[around[j].cell][around[j].face];
         if (of_i >= 0 || of_j >= 0) {
-          throw InputError(fmt::format("cells {}, {} and {} share one face; two at most can",
-                                       around[i].cell, std::max(of_i, of_j), around[j].cell));
+          throw InputError(fmt::format(
+              "cells {}, {} and {} share one face; two at most can", cell_ids_.id(around[i].cell),
+              cell_ids_.id(std::max(of_i, of_j)), cell_ids_.id(around[j].cell)));
         }
         of_i = around[j].cell;
         of_j = around[i].cell;

@@ -8,6 +8,7 @@
 
 #include "physics/id_map.h"
 #include "physics/mesh.h"
+#include "physics/mesh_share.h"
 
 namespace lahar {
 
@@ -52,15 +53,6 @@ void for_each_position(const std::array<Index, Dim>& from, const std::array<Inde
   }
 }
 
-/// Cells of a table on their way from one holder of a part of the mesh to another.
-template <int Dim>
-struct TablePiece {
-  std::vector<Index> cells;       ///< global ids, ascending
-  std::vector<Local> cell_nodes;  ///< of each cell, file order, positions in `nodes`
-  std::vector<Index> nodes;       ///< global ids, ascending
-  std::vector<Vec<Dim>> x;        ///< [m] of `nodes`
-};
-
 /// All cells of a mesh, or some. Ids are those of the whole mesh; a *row* is the position of a cell
 /// or node in the arrays, which hold the cells and nodes that are held, ascending by id.
 template <int Dim>
@@ -73,15 +65,20 @@ class CellTable {
   CellTable(std::vector<Point> nodes, Element element, std::span<const Index> cells,
             bool isoparametric);
 
-  /// mesh_table_part.cpp: see Mesh::part and Mesh::pack.
-  CellTable part(std::span<const Index> cells,
-                 std::span<const std::vector<std::byte>> pieces) const;
+  /// mesh_table_part.cpp: see Mesh.
+  CellTable(TablePiece<Dim> own, Element element, Index n_nodes, Index n_cells, bool isoparametric);
+  void add_to(CellSums<Dim>& sums) const;
+  void complete(const CellSums<Dim>& sums);
+  CellTable part(std::span<const Index> cells, std::vector<std::vector<std::byte>> pieces,
+                 bool connected) const;
   std::vector<std::byte> pack(std::span<const Index> cells) const;
   std::size_t bytes() const;
 
   Index n_nodes() const { return whole_.n_nodes; }
   Index n_cells() const { return whole_.n_cells; }
   bool holds(Index cell) const { return cell_ids_.row(cell) >= 0; }
+  bool is_share() const { return !connected_; }
+  Point mean_cell() const { return whole_.mean_cell; }
   Element element() const { return whole_.element; }
   bool is_cartesian() const { return whole_.cartesian; }
   Point node(Index id) const { return nodes_[node_row(id)]; }
@@ -96,6 +93,10 @@ class CellTable {
   bool is_near(const Point& x, Index cell) const;
   std::vector<Index> widened(std::span<const Index> cells, int layers) const;
   std::vector<Index> cells_near(std::span<const Index> cells) const;
+  Index n_bins() const;
+  Index bin_of(const Point& x) const;
+  std::vector<Index> bins_of(Index cell) const;
+  std::vector<Index> bins_near(std::span<const Index> cells) const;
   std::vector<Index> neighbours(Index cell) const;
   std::vector<Index> node_cells(Index node) const;
   std::optional<Point> natural_coordinates(Index cell, const Point& x) const {
@@ -112,13 +113,18 @@ class CellTable {
     Element element;
     bool cartesian;
     std::pair<Point, Point> bounds;
+    Point mean_cell;
   };
 
-  CellTable(const CellTable& other, std::span<const TablePiece<Dim>> pieces);
+  CellTable(const CellTable& other, std::span<const Index> own,
+            std::vector<std::vector<std::byte>> pieces, bool connected);
+  void take(const TablePiece<Dim>& piece);
+  void check_share(bool isoparametric) const;
+  void build_bounds();
   void build_connectivity();
   void build_node_cells();
   void build_face_neighbours();
-  void choose_bins();
+  void choose_bins(const CellSums<Dim>& sums);
   std::vector<Index> touched_bins() const;
   void fill_bins();
   TablePiece<Dim> piece(std::span<const Index> cells) const;
@@ -151,6 +157,7 @@ class CellTable {
   Found walk(const Point& x, Index row, Point xi) const;
 
   Whole whole_;
+  bool connected_ = true;  ///< false: a share, which has nothing of what follows `curved_bounds_`
   IdMap cell_ids_, node_ids_;
   std::vector<Point> nodes_;
   std::vector<Local> cells_;  ///< rows of the nodes of each cell, file order
@@ -182,9 +189,10 @@ struct CellList {
 template <int Dim>
 void check_tables(const std::vector<Vec<Dim>>& nodes, const CellList& cells, bool isoparametric);
 
-/// True if every cell (Q4 or H8) is an axis-aligned box to within `deviation` of its edges.
+/// True if a Q4 or H8 is an axis-aligned box to within `deviation` of its edges; corners in file
+/// order.
 template <int Dim>
-bool all_boxes(const std::vector<Vec<Dim>>& nodes, const CellList& cells, double deviation);
+bool is_box(const std::array<Vec<Dim>, corners<Dim>>& corner, double deviation);
 
 /// Tensor order of the corners of a box, from their coordinates in file order: entry k is the
 /// tensor number of corner k. Corners that share a number mean that this is no box.

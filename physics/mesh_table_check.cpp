@@ -163,6 +163,16 @@ bool are_in_place(const ElementGeometry<Dim>& g, double deviation) {
 }
 
 template <int Dim>
+std::array<Vec<Dim>, corners<Dim>> corner_positions(std::span<const Index> cell,
+                                                    const std::vector<Vec<Dim>>& nodes) {
+  std::array<Vec<Dim>, corners<Dim>> corner;
+  for (int k = 0; k < corners<Dim>; ++k) corner[k] = nodes[cell[k]];
+  return corner;
+}
+
+}  // namespace
+
+template <int Dim>
 bool is_box(const std::array<Vec<Dim>, corners<Dim>>& corner, double deviation) {
   const auto tensor = box_orientation<Dim>(corner);
   unsigned seen = 0;
@@ -177,23 +187,6 @@ bool is_box(const std::array<Vec<Dim>, corners<Dim>>& corner, double deviation) 
       if (!(std::abs(corner[k][d] - face) <= allowed[d])) return false;
     }
   }
-  return true;
-}
-
-template <int Dim>
-std::array<Vec<Dim>, corners<Dim>> corner_positions(std::span<const Index> cell,
-                                                    const std::vector<Vec<Dim>>& nodes) {
-  std::array<Vec<Dim>, corners<Dim>> corner;
-  for (int k = 0; k < corners<Dim>; ++k) corner[k] = nodes[cell[k]];
-  return corner;
-}
-
-}  // namespace
-
-template <int Dim>
-bool all_boxes(const std::vector<Vec<Dim>>& nodes, const CellList& cells, double deviation) {
-  for (Index c = 0; c < cells.size(); ++c)
-    if (!is_box<Dim>(corner_positions<Dim>(cells[c], nodes), deviation)) return false;
   return true;
 }
 
@@ -229,8 +222,8 @@ void check_tables(const std::vector<Vec<Dim>>& nodes, const CellList& cells, boo
   report.finish();
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                         \
-  template bool all_boxes<Dim>(const std::vector<Vec<Dim>>&, const CellList&, double); \
+#define LAHAR_INSTANTIATE(Dim)                                                  \
+  template bool is_box<Dim>(const std::array<Vec<Dim>, corners<Dim>>&, double); \
   template void check_tables<Dim>(const std::vector<Vec<Dim>>&, const CellList&, bool);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <limits>
 #include <stdexcept>
 
 #include "physics/byte_stream.h"
@@ -12,16 +13,6 @@
 
 namespace lahar {
 namespace {
-
-/// The ids of all pieces, ascending, each once.
-template <int Dim>
-IdMap all_ids(std::span<const TablePiece<Dim>> pieces, std::vector<Index> TablePiece<Dim>::*ids) {
-  std::vector<Index> all;
-  for (const auto& piece : pieces) all.insert(all.end(), (piece.*ids).begin(), (piece.*ids).end());
-  sort_unique(all);
-  all.shrink_to_fit();
-  return IdMap::some(std::move(all));
-}
 
 bool ascending_below(std::span<const Index> ids, Index limit) {
   return std::adjacent_find(ids.begin(), ids.end(), std::greater_equal<>()) == ids.end() &&
@@ -89,41 +80,125 @@ std::vector<Index> CellTable<Dim>::touched_bins() const {
   return bins;
 }
 
-/// The cells of the pieces; what is known of the whole mesh comes from `other`.
+/// Cells of `other`, and those of the pieces, of which one at a time is unpacked; what is known of
+/// the whole mesh comes from `other`.
 template <int Dim>
-CellTable<Dim>::CellTable(const CellTable& other, std::span<const TablePiece<Dim>> pieces)
-    : whole_(other.whole_),
-      cell_ids_(all_ids(pieces, &TablePiece<Dim>::cells)),
-      node_ids_(all_ids(pieces, &TablePiece<Dim>::nodes)) {
-  const auto per_cell = static_cast<std::size_t>(info(element()).nodes);
-  cells_.resize(static_cast<std::size_t>(cell_ids_.size()) * per_cell);
+CellTable<Dim>::CellTable(const CellTable& other, std::span<const Index> own,
+                          std::vector<std::vector<std::byte>> packed, bool connected)
+    : whole_(other.whole_), connected_(connected) {
+  std::vector<Index> cells, nodes;
+  const auto note = [&](const TablePiece<Dim>& piece) {
+    cells.insert(cells.end(), piece.cells.begin(), piece.cells.end());
+    nodes.insert(nodes.end(), piece.nodes.begin(), piece.nodes.end());
+  };
+  note(other.piece(own));
+  for (const auto& bytes : packed) note(read_piece<Dim>(bytes, identity()));
+  const auto map = [](std::vector<Index>& ids) {
+    sort_unique(ids);
+    ids.shrink_to_fit();
+    return IdMap::some(std::move(ids));
+  };
+  cell_ids_ = map(cells);
+  node_ids_ = map(nodes);
+  cells_.resize(static_cast<std::size_t>(cell_ids_.size() * info(element()).nodes));
   nodes_.resize(node_ids_.size());
-  for (const auto& piece : pieces) {
-    std::vector<Local> row(piece.nodes.size());
-    for (std::size_t n = 0; n < row.size(); ++n) {
-      row[n] = static_cast<Local>(node_ids_.row(piece.nodes[n]));
-      nodes_[row[n]] = piece.x[n];
-    }
-    for (std::size_t c = 0; c < piece.cells.size(); ++c) {
-      Local* cell = &cells_[static_cast<std::size_t>(cell_ids_.row(piece.cells[c])) * per_cell];
-      for (std::size_t k = 0; k < per_cell; ++k) cell[k] = row[piece.cell_nodes[c * per_cell + k]];
-    }
+  take(other.piece(own));
+  for (auto& bytes : packed) {
+    take(read_piece<Dim>(bytes, identity()));
+    bytes = {};
   }
-  build_connectivity();
   grid_.low = other.grid_.low;
   grid_.high = other.grid_.high;
   grid_.bins_per_metre = other.grid_.bins_per_metre;
   grid_.counts = other.grid_.counts;
+  build_bounds();
+  if (!connected_) return;
+  build_connectivity();
   grid_.bins = IdMap::some(touched_bins());
   fill_bins();
 }
 
+/// Put cells and nodes into their rows.
+template <int Dim>
+void CellTable<Dim>::take(const TablePiece<Dim>& piece) {
+  const auto per_cell = static_cast<std::size_t>(info(element()).nodes);
+  std::vector<Local> row(piece.nodes.size());
+  for (std::size_t n = 0; n < row.size(); ++n) {
+    row[n] = static_cast<Local>(node_ids_.row(piece.nodes[n]));
+    nodes_[row[n]] = piece.x[n];
+  }
+  for (std::size_t c = 0; c < piece.cells.size(); ++c) {
+    Local* cell = &cells_[static_cast<std::size_t>(cell_ids_.row(piece.cells[c])) * per_cell];
+    for (std::size_t k = 0; k < per_cell; ++k) cell[k] = row[piece.cell_nodes[c * per_cell + k]];
+  }
+}
+
 template <int Dim>
 CellTable<Dim> CellTable<Dim>::part(std::span<const Index> cells,
-                                    std::span<const std::vector<std::byte>> packed) const {
-  std::vector<TablePiece<Dim>> pieces = {piece(cells)};
-  for (const auto& bytes : packed) pieces.push_back(read_piece<Dim>(bytes, identity()));
-  return CellTable(*this, pieces);
+                                    std::vector<std::vector<std::byte>> pieces,
+                                    bool connected) const {
+  return CellTable(*this, cells, std::move(pieces), connected);
+}
+
+/// A share whose whole is not yet known.
+template <int Dim>
+CellTable<Dim>::CellTable(TablePiece<Dim> own, Element element, Index n_nodes, Index n_cells,
+                          bool isoparametric)
+    : connected_(false),
+      cell_ids_(IdMap::some(std::move(own.cells))),
+      node_ids_(IdMap::some(std::move(own.nodes))),
+      nodes_(std::move(own.x)),
+      cells_(std::move(own.cell_nodes)) {
+  whole_.n_nodes = n_nodes;
+  whole_.n_cells = n_cells;
+  whole_.element = element;
+  whole_.cartesian = is_multilinear() && !isoparametric;
+  check_share(isoparametric);
+  build_bounds();
+}
+
+/// As tables of their own, some at a time. Ids in messages are not those of the mesh.
+template <int Dim>
+void CellTable<Dim>::check_share(bool isoparametric) const {
+  constexpr std::size_t at_a_time = std::size_t{1} << 16;
+  const auto per_cell = static_cast<std::size_t>(info(element()).nodes);
+  std::vector<Index> ids;
+  for (std::size_t begin = 0; begin < cells_.size(); begin += at_a_time * per_cell) {
+    const std::size_t end = std::min(cells_.size(), begin + at_a_time * per_cell);
+    ids.assign(cells_.begin() + begin, cells_.begin() + end);
+    check_tables<Dim>(nodes_, CellList{element(), ids}, isoparametric);
+  }
+}
+
+template <int Dim>
+void CellTable<Dim>::add_to(CellSums<Dim>& sums) const {
+  using Values = Eigen::Map<Point>;
+  const auto add = [](const std::pair<Point, Point>& box, auto& low, auto& high, auto& size) {
+    Values(low.data()) = Values(low.data()).cwiseMin(box.first);
+    Values(high.data()) = Values(high.data()).cwiseMax(box.second);
+    Values(size.data()) += box.second - box.first;
+  };
+  for (Index row = 0; row < cell_ids_.size(); ++row) {
+    const auto bounds = cell_bounds(row);
+    add(bounds, sums.low, sums.high, sums.size);
+    add(padded(bounds), sums.padded_low, sums.padded_high, sums.padded_size);
+    if (!is_multilinear() || is_cartesian() || !sums.boxes) continue;
+    std::array<Point, corners<Dim>> corner;
+    const auto nodes = nodes_of(row);
+    for (std::size_t k = 0; k < corner.size(); ++k) corner[k] = nodes_[nodes[k]];
+    sums.boxes = is_box<Dim>(corner, 0.0);
+  }
+}
+
+/// Sums are those of all cells.
+template <int Dim>
+void CellTable<Dim>::complete(const CellSums<Dim>& sums) {
+  const auto point = [](const auto& values) { return Point(values.data()); };
+  whole_.bounds = {point(sums.low), point(sums.high)};
+  whole_.mean_cell = point(sums.size) / static_cast<double>(n_cells());
+  // Cells that are boxes to the last bit have the closed-form map whatever the file calls them.
+  whole_.cartesian = whole_.cartesian || (is_multilinear() && sums.boxes);
+  choose_bins(sums);
 }
 
 template <int Dim>
@@ -189,16 +264,94 @@ std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index> cells) cons
   return marked_cells(near);
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                 \
-  template CellTable<Dim>::CellTable(const CellTable&, std::span<const TablePiece<Dim>>);      \
-  template CellTable<Dim> CellTable<Dim>::part(std::span<const Index>,                         \
-                                               std::span<const std::vector<std::byte>>) const; \
-  template std::vector<std::byte> CellTable<Dim>::pack(std::span<const Index>) const;          \
-  template TablePiece<Dim> CellTable<Dim>::piece(std::span<const Index>) const;                \
-  template std::vector<Index> CellTable<Dim>::touched_bins() const;                            \
-  template std::vector<Index> CellTable<Dim>::marked_cells(const std::vector<char>&) const;    \
-  template std::vector<Index> CellTable<Dim>::widened(std::span<const Index>, int) const;      \
-  template std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index>) const;        \
+/// By the boxes around the cells of each node, which a share can tell as well: reach().
+template <int Dim>
+std::vector<Index> CellTable<Dim>::bins_near(std::span<const Index> cells) const {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const std::pair<Point, Point> nothing{Point::Constant(infinity), Point::Constant(-infinity)};
+  const auto widen = [](std::pair<Point, Point>& box, const std::pair<Point, Point>& by) {
+    box.first = box.first.cwiseMin(by.first);
+    box.second = box.second.cwiseMax(by.second);
+  };
+  std::vector<std::pair<Point, Point>> around(nodes_.size(), nothing);
+  for (Index row = 0; row < cell_ids_.size(); ++row)
+    for (Local node : nodes_of(row)) widen(around[node], cell_bounds(row));
+  const auto reach_of = [&](Index cell) {
+    const auto own = cell_bounds(cell_row(cell));
+    auto box = own;
+    for (Local node : nodes_of(cell_row(cell))) widen(box, around[node]);
+    const Point beyond = own.second - own.first;
+    return std::pair(grid_.position(box.first - beyond), grid_.position(box.second + beyond));
+  };
+  Bins low, high;  // of the box of bins around them
+  low.fill(std::numeric_limits<Index>::max());
+  high.fill(-1);
+  for (Index cell : cells) {
+    const auto [first, last] = reach_of(cell);
+    for (int d = 0; d < Dim; ++d) {
+      low[d] = std::min(low[d], first[d]);
+      high[d] = std::max(high[d], last[d]);
+    }
+  }
+  std::vector<Index> bins;
+  if (cells.empty()) return bins;
+  const auto in_box = [&](const Bins& p) {
+    Index at = 0;
+    for (int d = Dim - 1; d >= 0; --d) at = at * (high[d] - low[d] + 1) + p[d] - low[d];
+    return at;
+  };
+  std::vector<char> near(in_box(high) + 1, 0);
+  for (Index cell : cells) {
+    const auto [first, last] = reach_of(cell);
+    for_each_position<Dim>(first, last, [&](const Bins& p) { near[in_box(p)] = 1; });
+  }
+  for_each_position<Dim>(low, high, [&](const Bins& p) {
+    if (near[in_box(p)]) bins.push_back(grid_.bin(p));
+  });
+  return bins;  // ascending, as positions were
+}
+
+template <int Dim>
+Index CellTable<Dim>::n_bins() const {
+  Index n = 1;
+  for (Index count : grid_.counts) n *= count;
+  return n;
+}
+
+template <int Dim>
+Index CellTable<Dim>::bin_of(const Point& x) const {
+  return grid_.contains(x) ? grid_.bin(grid_.position(x)) : -1;
+}
+
+template <int Dim>
+std::vector<Index> CellTable<Dim>::bins_of(Index cell) const {
+  std::vector<Index> bins;
+  const auto [low, high] = padded(cell_bounds(cell_row(cell)));
+  for_each_position<Dim>(grid_.position(low), grid_.position(high),
+                         [&](const Bins& p) { bins.push_back(grid_.bin(p)); });
+  return bins;
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                                   \
+  template CellTable<Dim>::CellTable(const CellTable&, std::span<const Index>,                   \
+                                     std::vector<std::vector<std::byte>>, bool);                 \
+  template void CellTable<Dim>::take(const TablePiece<Dim>&);                                    \
+  template CellTable<Dim>::CellTable(TablePiece<Dim>, Element, Index, Index, bool);              \
+  template void CellTable<Dim>::check_share(bool) const;                                         \
+  template void CellTable<Dim>::add_to(CellSums<Dim>&) const;                                    \
+  template void CellTable<Dim>::complete(const CellSums<Dim>&);                                  \
+  template Index CellTable<Dim>::n_bins() const;                                                 \
+  template Index CellTable<Dim>::bin_of(const Vec<Dim>&) const;                                  \
+  template std::vector<Index> CellTable<Dim>::bins_of(Index) const;                              \
+  template std::vector<Index> CellTable<Dim>::bins_near(std::span<const Index>) const;           \
+  template CellTable<Dim> CellTable<Dim>::part(std::span<const Index>,                           \
+                                               std::vector<std::vector<std::byte>>, bool) const; \
+  template std::vector<std::byte> CellTable<Dim>::pack(std::span<const Index>) const;            \
+  template TablePiece<Dim> CellTable<Dim>::piece(std::span<const Index>) const;                  \
+  template std::vector<Index> CellTable<Dim>::touched_bins() const;                              \
+  template std::vector<Index> CellTable<Dim>::marked_cells(const std::vector<char>&) const;      \
+  template std::vector<Index> CellTable<Dim>::widened(std::span<const Index>, int) const;        \
+  template std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index>) const;          \
   template std::size_t CellTable<Dim>::bytes() const;
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -96,27 +96,18 @@ std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::padded(const std::pair<Point, Poin
 
 /// Bins as large as the mean bounding box of a cell; fewer where the mesh fills its bounds badly.
 template <int Dim>
-void CellTable<Dim>::choose_bins() {
-  Point mean = Point::Zero();
-  grid_.low = bounds().first;
-  grid_.high = bounds().second;
-  for (Index c = 0; c < n_cells(); ++c) {
-    const auto [low, high] = padded_bounds_[c];
-    mean += high - low;
-    grid_.low = grid_.low.cwiseMin(low);
-    grid_.high = grid_.high.cwiseMax(high);
-  }
+void CellTable<Dim>::choose_bins(const CellSums<Dim>& sums) {
+  const Point mean(sums.padded_size.data());
+  grid_.low = Point(sums.padded_low.data());
+  grid_.high = Point(sums.padded_high.data());
   const Point extent = grid_.high - grid_.low;
   Point bins = extent.cwiseQuotient(mean / static_cast<double>(n_cells())).cwiseMax(1.0);
   const double excess = bins.prod() / (2.0 * static_cast<double>(n_cells()));
   if (excess > 1) bins = (bins / std::pow(excess, 1.0 / Dim)).cwiseMax(1.0);
-  Index n_bins = 1;
   for (int d = 0; d < Dim; ++d) {
     grid_.counts[d] = static_cast<Index>(bins[d]);
     grid_.bins_per_metre[d] = static_cast<double>(grid_.counts[d]) / extent[d];
-    n_bins *= grid_.counts[d];
   }
-  grid_.bins = IdMap::all(n_bins);
 }
 
 /// Put the cells held into the bins that grid_.bins has rows for.
@@ -274,7 +265,7 @@ bool CellTable<Dim>::is_near(const Point& x, Index cell) const {
   template bool CellTable<Dim>::may_contain(Index, const Vec<Dim>&) const;                       \
   template bool CellTable<Dim>::share_node(Index, Index) const;                                  \
   template bool CellTable<Dim>::is_near(const Vec<Dim>&, Index) const;                           \
-  template void CellTable<Dim>::choose_bins();                                                   \
+  template void CellTable<Dim>::choose_bins(const CellSums<Dim>&);                               \
   template void CellTable<Dim>::fill_bins();                                                     \
   template double CellTable<Dim>::shortest_extent(Index) const;                                  \
   template bool CellTable<Dim>::map_to(Index, const Vec<Dim>&, Vec<Dim>&) const;                 \

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "physics/bisection.h"
 #include "physics/error.h"
 #include "physics/partition_common.h"
 
@@ -55,88 +56,6 @@ std::array<Index, Dim> choose_bricks(const std::array<Index, Dim>& counts, Index
   return bricks;
 }
 
-/// Recursive coordinate bisection of cell centres, in units of the mean cell along each axis.
-template <int Dim>
-class Bisection {
- public:
-  Bisection(const Mesh<Dim>& mesh) : centre_(mesh.n_cells()), order_(mesh.n_cells()) {
-    Vec<Dim> mean = Vec<Dim>::Zero();
-    for (Index c = 0; c < mesh.n_cells(); ++c) {
-      const auto [low, high] = mesh.cell_bounds(c);
-      centre_[c] = mesh.cell_centre(c);
-      mean += high - low;
-    }
-    mean /= static_cast<double>(mesh.n_cells());
-    for (Vec<Dim>& x : centre_) x = x.cwiseQuotient(mean);
-    std::iota(order_.begin(), order_.end(), Local{0});
-  }
-
-  /// Cells of each part, ascending, parts in the order of the tree's leaves.
-  void cut(Index parts, std::vector<Index>& first, std::vector<Local>& cells) {
-    first.assign(1, 0);
-    split(0, static_cast<Index>(order_.size()), parts, first);
-    cells = std::move(order_);
-  }
-
- private:
-  /// Centres closer than this are one layer of cells [mean cells].
-  static constexpr double same_layer = 1e-6;
-
-  void split(Index begin, Index end, Index parts, std::vector<Index>& first) {
-    const auto at = [&](Index i) { return order_.begin() + i; };
-    if (parts == 1) {
-      std::sort(at(begin), at(end));
-      first.push_back(end);
-      return;
-    }
-    const int axis = longest_axis(begin, end);
-    const Index left_parts = parts / 2;
-    Index middle = begin + (end - begin) * left_parts / parts;
-    // Ties by id, so that the cut does not depend on the order in which cells come.
-    std::nth_element(at(begin), at(middle), at(end), [&](Local a, Local b) {
-      const double xa = centre_[a][axis], xb = centre_[b][axis];
-      return xa != xb ? xa < xb : a < b;
-    });
-    middle = align_to_layer(begin, middle, end, axis);
-    const double share = static_cast<double>(middle - begin) / static_cast<double>(end - begin);
-    const Index left = std::clamp<Index>(std::llround(share * static_cast<double>(parts)),
-                                         std::max<Index>(1, parts - (end - middle)),
-                                         std::min(parts - 1, middle - begin));
-    split(begin, middle, left, first);
-    split(middle, end, parts - left, first);
-  }
-
-  int longest_axis(Index begin, Index end) const {
-    Vec<Dim> low = centre_[order_[begin]], high = low;
-    for (Index i = begin; i < end; ++i) {
-      low = low.cwiseMin(centre_[order_[i]]);
-      high = high.cwiseMax(centre_[order_[i]]);
-    }
-    int axis = 0;
-    for (int d = 1; d < Dim; ++d)
-      if (high[d] - low[d] > high[axis] - low[axis] + same_layer) axis = d;
-    return axis;
-  }
-
-  /// Move the cut to the nearer side of the layer of cells that it goes through, if that leaves
-  /// cells on both sides: regular grids then come out as bricks.
-  Index align_to_layer(Index begin, Index middle, Index end, int axis) {
-    const double x = centre_[order_[middle]][axis];
-    const auto coordinate = [&](Local c) { return centre_[c][axis]; };
-    const auto left = std::partition(order_.begin() + begin, order_.begin() + middle,
-                                     [&](Local c) { return coordinate(c) < x - same_layer; });
-    const auto right = std::partition(order_.begin() + middle, order_.begin() + end,
-                                      [&](Local c) { return coordinate(c) <= x + same_layer; });
-    const Index low = left - order_.begin(), high = right - order_.begin();
-    const bool can_low = low > begin, can_high = high < end;
-    if (can_low && (!can_high || middle - low <= high - middle)) return low;
-    return can_high ? high : middle;
-  }
-
-  std::vector<Vec<Dim>> centre_;
-  std::vector<Local> order_;
-};
-
 }  // namespace
 
 template <int Dim>
@@ -174,10 +93,10 @@ void Partition<Dim>::cut_bricks(Index target_cells) {
 
 template <int Dim>
 void Partition<Dim>::cut_cells(Index target_cells) {
-  const Index n = mesh_->n_cells();
-  const Index parts =
-      std::max<Index>(1, std::llround(static_cast<double>(n) / static_cast<double>(target_cells)));
-  Bisection<Dim>(*mesh_).cut(parts, first_cell_, cells_);
+  const Index n = mesh_->n_cells(), parts = bisection_parts(n, target_cells);
+  std::vector<Vec<Dim>> centre(n);
+  for (Index c = 0; c < n; ++c) centre[c] = mesh_->cell_centre(c).cwiseQuotient(mesh_->mean_cell());
+  Bisection<Dim>(std::move(centre)).cut(parts, first_cell_, cells_);
   n_patches_ = parts;
   patch_ids_ = IdMap::all(parts);
   cell_ids_ = IdMap::all(n);

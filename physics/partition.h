@@ -41,6 +41,11 @@ class Partition {
  public:
   /// Throws InputError unless target_cells > 0.
   Partition(const Mesh<Dim>& mesh, Index target_cells);
+  /// Cells of a patch, ascending.
+  using Row = std::pair<Index, std::span<const Local>>;
+  /// A part of a cut of a mesh from tables that someone else made: these patches (ascending) of
+  /// n_patches.
+  Partition(const Mesh<Dim>& mesh, Index n_patches, std::span<const Row> rows);
 
   /// These patches (ascending, held here) and those in pieces that pack() made of other parts of
   /// the same partition, over a mesh that holds their cells. The result depends on the patches
@@ -85,7 +90,7 @@ class Partition {
   std::vector<Index> near_patches(Index patch, int rings) const;
   std::span<const Local> row_of(Index patch) const;
   void note_patches();
-  void hold(std::span<const std::pair<Index, std::span<const Local>>> patches);
+  void hold(std::span<const Row> patches);
 
   const Mesh<Dim>* mesh_;
   // Structured: cells and bricks along each axis, and the curve order of bricks. A brick that was

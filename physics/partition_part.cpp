@@ -51,13 +51,19 @@ Partition<Dim>::Partition(const Mesh<Dim>& mesh, const Partition& whole)
       n_patches_(whole.n_patches_) {}
 
 template <int Dim>
+Partition<Dim>::Partition(const Mesh<Dim>& mesh, Index n_patches, std::span<const Row> rows)
+    : mesh_(&mesh), n_patches_(n_patches) {
+  hold(rows);
+}
+
+template <int Dim>
 Partition<Dim> Partition<Dim>::part(const Mesh<Dim>& mesh, std::span<const Index> patches,
                                     std::span<const std::vector<std::byte>> packed) const {
   Partition result(mesh, *this);
   if (mesh.is_structured()) return result;
   std::vector<PatchPiece> pieces;
   for (const auto& bytes : packed) pieces.push_back(read_piece(bytes, n_patches(), mesh.n_cells()));
-  std::vector<std::pair<Index, std::span<const Local>>> rows;
+  std::vector<Row> rows;
   for (Index patch : patches) rows.emplace_back(patch, row_of(patch));
   for (const PatchPiece& piece : pieces)
     for (std::size_t i = 0; i < piece.patches.size(); ++i)
@@ -73,7 +79,7 @@ Partition<Dim> Partition<Dim>::part(const Mesh<Dim>& mesh, std::span<const Index
 
 /// Hold the patches whose ids and cells are given, ascending, and nothing else.
 template <int Dim>
-void Partition<Dim>::hold(std::span<const std::pair<Index, std::span<const Local>>> patches) {
+void Partition<Dim>::hold(std::span<const Row> patches) {
   std::vector<Index> ids;
   first_cell_ = {0};
   for (const auto& [id, cells] : patches) {
@@ -161,7 +167,8 @@ std::vector<Index> surrounding_cells(const Mesh<Dim>& mesh, const Partition<Dim>
   template Partition<Dim>::Partition(const Mesh<Dim>&, const Partition&);                        \
   template Partition<Dim> Partition<Dim>::part(const Mesh<Dim>&, std::span<const Index>,         \
                                                std::span<const std::vector<std::byte>>) const;   \
-  template void Partition<Dim>::hold(std::span<const std::pair<Index, std::span<const Local>>>); \
+  template Partition<Dim>::Partition(const Mesh<Dim>&, Index, std::span<const Row>);             \
+  template void Partition<Dim>::hold(std::span<const Row>);                                      \
   template std::vector<std::byte> Partition<Dim>::pack(std::span<const Index>) const;            \
   template bool Partition<Dim>::holds(Index) const;                                              \
   template std::size_t Partition<Dim>::bytes() const;                                            \

@@ -120,6 +120,13 @@ double lightest_injected(const Model<Dim>& model) {
   return lightest;
 }
 
+/// The cut of a mesh; empty where ranks have shares of it, which are cut later.
+template <int Dim>
+Partition<Dim> first_partition(const Mesh<Dim>& mesh, Index target_cells, const Ranks& ranks) {
+  if (ranks.several() && !mesh.is_structured()) return Partition<Dim>(mesh, 0, {});
+  return Partition<Dim>(mesh, target_cells);
+}
+
 /// The bricks around the cells of each patch that have particles of any rank: those of some of the
 /// patches on each rank. `patch` and `brick` are what this rank knows.
 template <int Dim>
@@ -156,7 +163,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
     : model_(&model),
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(cells_per_patch(model, census_)),
-      partition_(*model.mesh, target_cells_),
+      partition_(first_partition(*model.mesh, target_cells_, ranks)),
       injections_(find_injections(model)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
@@ -164,7 +171,6 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       ranks_(ranks),
       messages_(messages) {
   distribute(model, threads);
-  keep_own_mesh();
   link();
 }
 
@@ -175,7 +181,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
     : model_(&model),
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(state.run.cells_per_patch),
-      partition_(*model.mesh, target_cells_),
+      partition_(first_partition(*model.mesh, target_cells_, ranks)),
       injections_(find_injections(model)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
@@ -208,19 +214,20 @@ std::vector<typename Partition<Dim>::Brick> PatchSet<Dim>::filled_bricks(const R
 template <int Dim>
 void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
   const auto by_patch = [&] { return RowsByPatch(model.particles.cell, partition_); };
-  RowsByPatch rows = by_patch();
-  all_ = needed(filled_bricks(rows, threads));
-  const std::vector<Index> particles = particles_of_patches(model.particles, partition_, ranks_);
-  std::vector<Index> weight;
-  for (const Index id : all_) weight.push_back(particles[static_cast<std::size_t>(id)]);
-  owner_ = curve_chunks(weight, ranks_.size());
-  if (ranks_.several()) {
-    send_to_owners<Dim>(
-        model.particles,
-        [&](std::size_t row) { return owner_of(partition_.patch_of(model.particles.cell[row])); },
-        ranks_);
+  RowsByPatch rows({}, partition_);
+  if (shares_mesh()) {
+    distribute_shared(model);
+  } else {
     rows = by_patch();
+    all_ = needed(filled_bricks(rows, threads));
+    share_patches(particles_of_patches(model.particles, partition_, ranks_));
+    if (ranks_.several())
+      send_to_owners<Dim>(
+          model.particles,
+          [&](std::size_t row) { return owner_of(partition_.patch_of(model.particles.cell[row])); },
+          ranks_);
   }
+  if (ranks_.several()) rows = by_patch();
   const std::vector<Index> ids = own_patches();
   patches_.resize(ids.size());
   parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
@@ -230,6 +237,14 @@ void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
   const double lightest = std::min(lightest_injected(model),
                                    ranks_.min(fill_patches<Dim>(patches_, rows, model, threads)));
   least_mass_ = std::min(least_nodal_mass, least_nodal_mass_share * lightest);
+}
+
+/// Give patches to ranks by how many particles there are in each of the partition.
+template <int Dim>
+void PatchSet<Dim>::share_patches(const std::vector<Index>& particles) {
+  std::vector<Index> weight;
+  for (const Index id : all_) weight.push_back(particles[static_cast<std::size_t>(id)]);
+  owner_ = curve_chunks(weight, ranks_.size());
 }
 
 template <int Dim>
@@ -282,27 +297,20 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
     throw InputError("the state is one of another model: its particles have " + state.run.columns +
                      " in " + std::to_string(state.run.dim) + "D, the model's have " +
                      column_text(layout_) + " in " + std::to_string(Dim) + "D.");
+  splits_ = state.run.splits;
+  model.particles = {};
   try {
-    partition_.split(state.run.splits);
+    if (shares_mesh()) {
+      restore_shared(state);
+    } else {
+      partition_.split(splits_);
+      choose_owners(state);
+    }
   } catch (const std::invalid_argument&) {
     throw InputError(
         "the state is one of another model: its patches were split otherwise than those "
         "of this mesh can be.");
   }
-  splits_ = state.run.splits;
-  for (const Index id : state.patches)
-    if (id < 0 || id >= partition_.n_patches())
-      throw InputError("the state is one of another model: it has a patch " + std::to_string(id) +
-                       ", the mesh is cut into " + std::to_string(partition_.n_patches()) + ".");
-  model.particles = {};
-  // Of a mesh from tables all patches exist, so that each rank's part of it is around all it has.
-  all_ = model.mesh->is_structured() && !state.patches.empty() ? state.patches : needed({});
-  std::vector<Index> weight;
-  for (const Index id : all_) {
-    const int stored = position_of(state.patches, id);
-    weight.push_back(stored >= 0 ? state.sizes[static_cast<std::size_t>(stored)] : 1);
-  }
-  owner_ = curve_chunks(weight, ranks_.size());
   const std::vector<Index> ids = own_patches();
   patches_.resize(ids.size());
   parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
@@ -311,8 +319,24 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
     if (const int stored = position_of(state.patches, ids[at]); stored >= 0)
       unpack<Dim>(state.bytes(static_cast<std::size_t>(stored)), *patches_[at], state.run.step);
   });
-  keep_own_mesh();
   rebuild();
+}
+
+/// Which patches exist, and whose they are, when the partition has its number of patches.
+template <int Dim>
+void PatchSet<Dim>::choose_owners(const SimulationState& state) {
+  for (const Index id : state.patches)
+    if (id < 0 || id >= partition_.n_patches())
+      throw InputError("the state is one of another model: it has a patch " + std::to_string(id) +
+                       ", the mesh is cut into " + std::to_string(partition_.n_patches()) + ".");
+  // Of a mesh from tables all patches exist, so that each rank's part of it is around all it has.
+  all_ = model_->mesh->is_structured() && !state.patches.empty() ? state.patches : needed({});
+  std::vector<Index> weight;
+  for (const Index id : all_) {
+    const int stored = position_of(state.patches, id);
+    weight.push_back(stored >= 0 ? state.sizes[static_cast<std::size_t>(stored)] : 1);
+  }
+  owner_ = curve_chunks(weight, ranks_.size());
 }
 
 template <int Dim>

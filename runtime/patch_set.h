@@ -13,6 +13,7 @@
 #include "runtime/patch_renumbering.h"
 #include "runtime/rank_partition.h"
 #include "runtime/ranks.h"
+#include "runtime/shared_cut.h"
 #include "runtime/simulation_state.h"
 
 namespace lahar {
@@ -64,7 +65,8 @@ class PatchSet {
  public:
   /// Cut the mesh, place the model's particles in their patches (and release the model's table), on
   /// up to `threads` threads (0 = all). Several ranks: tables with ids are shares, which together
-  /// have all particles; if no rank's has, each has the table of all, and takes its share of it.
+  /// have all particles; if no rank's has, each has the table of all, and takes its share of it. Of
+  /// meshes from tables each rank has a share (shared_mesh.h), or all of it.
   PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads = 1,
            Ranks ranks = {}, SumMessages messages = {});
   /// The same cut, with the patches of a state instead of the model's particles, which are
@@ -124,7 +126,13 @@ class PatchSet {
   std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
   std::vector<Brick> filled_bricks(const RowsByPatch& rows, int threads) const;
   void distribute(Model<Dim>& model, int threads);
-  void keep_own_mesh();
+  void share_patches(const std::vector<Index>& particles);
+  bool shares_mesh() const { return ranks_.several() && !model_->mesh->is_structured(); }
+  void distribute_shared(Model<Dim>& model);
+  void restore_shared(const SimulationState& state);
+  std::unique_ptr<SharedCut<Dim>> make_cut(const Team& team);
+  void keep_own_mesh(const SharedCut<Dim>& cut);
+  void choose_owners(const SimulationState& state);
   void exchange_mesh(const std::vector<int>& owner);
   void restore(Model<Dim>& model, const SimulationState& state, int threads);
   std::vector<Index> needed(std::span<const Brick> filled) const;

@@ -7,22 +7,55 @@
 #include "runtime/patch_positions.h"
 #include "runtime/patch_set.h"
 #include "runtime/patch_state.h"
+#include "runtime/rank_team.h"
 
 namespace lahar {
 
-/// Of a mesh from tables, what lies around the patches of this rank.
+/// The cut of the mesh that all ranks have shares of.
 template <int Dim>
-void PatchSet<Dim>::keep_own_mesh() {
-  if (!ranks_.several() || model_->mesh->is_structured()) return;
-  const std::vector<Index> own = own_patches();
-  const std::vector<Index> around = surrounding_patches(partition_, own, rings_);
-  auto mesh = std::make_shared<const Mesh<Dim>>(
-      model_->mesh->part(surrounding_cells(*model_->mesh, partition_, own, rings_)));
-  partition_ = partition_.part(*mesh, around);
-  model_->mesh = std::move(mesh);
+std::unique_ptr<SharedCut<Dim>> PatchSet<Dim>::make_cut(const Team& team) {
+  if (!model_->mesh->is_share())
+    model_->mesh = std::make_shared<const Mesh<Dim>>(share_of(*model_->mesh, team));
+  return std::make_unique<SharedCut<Dim>>(*model_->mesh, target_cells_, team);
 }
 
-/// The same when patches have changed their ranks: those that had a patch send its surroundings.
+/// Instead of the share of the mesh, what lies around the patches of this rank.
+template <int Dim>
+void PatchSet<Dim>::keep_own_mesh(const SharedCut<Dim>& cut) {
+  auto around = cut.around(own_patches(), rings_);
+  partition_ = std::move(around.partition);
+  model_->mesh = std::move(around.mesh);
+}
+
+/// Cut the mesh, share patches out, and send particles to where their patches are.
+template <int Dim>
+void PatchSet<Dim>::distribute_shared(Model<Dim>& model) {
+  const RankTeam team(ranks_);
+  const auto cut = make_cut(team);
+  partition_ = Partition<Dim>(*model.mesh, cut->n_patches(), {});
+  all_ = needed({});
+  const std::vector<Index> patch = cut->patches_of(model.particles.cell);
+  std::vector<Index> particles(static_cast<std::size_t>(cut->n_patches()), 0);
+  for (const Index p : patch) ++particles[static_cast<std::size_t>(p)];
+  ranks_.sum(particles);
+  share_patches(particles);
+  send_to_owners<Dim>(
+      model.particles, [&](std::size_t row) { return owner_of(patch[row]); }, ranks_);
+  keep_own_mesh(*cut);
+}
+
+template <int Dim>
+void PatchSet<Dim>::restore_shared(const SimulationState& state) {
+  const RankTeam team(ranks_);
+  const auto cut = make_cut(team);
+  cut->split(splits_);
+  partition_ = Partition<Dim>(*model_->mesh, cut->n_patches(), {});
+  choose_owners(state);
+  keep_own_mesh(*cut);
+}
+
+/// The part of the mesh when patches have changed their ranks: those that had a patch send its
+/// surroundings.
 template <int Dim>
 void PatchSet<Dim>::exchange_mesh(const std::vector<int>& owner) {
   if (!ranks_.several() || model_->mesh->is_structured()) return;
@@ -43,9 +76,10 @@ void PatchSet<Dim>::exchange_mesh(const std::vector<int>& owner) {
     std::erase_if(pieces, [](const auto& piece) { return piece.empty(); });
     return pieces;
   };
-  const auto new_cells = some(ranks_.exchange(cells)), new_cuts = some(ranks_.exchange(cuts));
+  auto new_cells = some(ranks_.exchange(cells));
+  const auto new_cuts = some(ranks_.exchange(cuts));
   auto mesh = std::make_shared<const Mesh<Dim>>(
-      whole.part(surrounding_cells(whole, partition_, kept, rings_), new_cells));
+      whole.part(surrounding_cells(whole, partition_, kept, rings_), std::move(new_cells)));
   partition_ = partition_.part(*mesh, surrounding_patches(partition_, kept, rings_), new_cuts);
   model_->mesh = std::move(mesh);
 }
@@ -87,9 +121,12 @@ void PatchSet<Dim>::give_to(const std::vector<int>& owner, Index step) {
   link();
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                         \
-  template void PatchSet<Dim>::keep_own_mesh();                        \
-  template void PatchSet<Dim>::exchange_mesh(const std::vector<int>&); \
+#define LAHAR_INSTANTIATE(Dim)                                                   \
+  template std::unique_ptr<SharedCut<Dim>> PatchSet<Dim>::make_cut(const Team&); \
+  template void PatchSet<Dim>::keep_own_mesh(const SharedCut<Dim>&);             \
+  template void PatchSet<Dim>::distribute_shared(Model<Dim>&);                   \
+  template void PatchSet<Dim>::restore_shared(const SimulationState&);           \
+  template void PatchSet<Dim>::exchange_mesh(const std::vector<int>&);           \
   template void PatchSet<Dim>::give_to(const std::vector<int>&, Index);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -15,7 +15,9 @@ template <int Dim>
 Model<Dim> without_particles(const Model<Dim>& model) {
   Model<Dim> header;
   header.title = model.title;
-  header.mesh = model.mesh;
+  // Of a share, what is known of the whole mesh.
+  header.mesh = model.mesh->is_share() ? std::make_shared<const Mesh<Dim>>(model.mesh->share({}))
+                                       : model.mesh;
   header.materials = model.materials;
   header.analysis = model.analysis;
   return header;

@@ -33,10 +33,10 @@ Index history_interval(const OutputPlan& plan, double steps) {
 }
 
 template <int Dim>
-std::vector<double> limits_of_injections(const Model<Dim>& model) {
+std::vector<double> limits_of_injections(const Model<Dim>& model, const Ranks& ranks) {
   std::vector<double> limits;
   for (const auto& injection : model.injections)
-    limits.push_back(injection_limit(injection, model));
+    limits.push_back(ranks.min(injection_limit(injection, model)));
   return limits;
 }
 
@@ -51,7 +51,7 @@ Simulation<Dim>::Impl::Impl(Model<Dim> model_in, ExecutionOptions options_in, Ob
       stages(timestep<Dim>(model.analysis, !model.injections.empty())),
       ranks(options.ranks),
       phases(phases_of(stage_list(), ranks.several())),
-      injection_limits(limits_of_injections(model)),
+      injection_limits(limits_of_injections(model, ranks)),
       patches(make_patches(state)),
       balance(ranks, options.balance, static_cast<int>(ranks.min(Index{options.threads}))) {
   seconds_per_tick();  // from now on
