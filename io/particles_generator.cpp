@@ -7,6 +7,8 @@
 #include <limits>
 #include <numeric>
 
+#include "physics/locate_all.h"
+
 namespace lahar {
 
 namespace {
@@ -278,17 +280,14 @@ NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, 
 template <int Dim>
 std::vector<Index> place(const Mesh<Dim>& mesh, const std::vector<Index>& suggested,
                          ParticleTable<Dim>& particles) {
+  for (std::size_t p = 0; p < suggested.size(); ++p)
+    if (particles.cell[p] < 0 && suggested[p] >= 0 &&
+        mesh.natural_coordinates(suggested[p], particles.x[p]))
+      particles.cell[p] = suggested[p];
+  locate_all<Dim>(mesh, particles.x, particles.cell);
   std::vector<Index> outside;
-  for (std::size_t p = 0; p < particles.x.size(); ++p) {
-    Index& cell = particles.cell[p];
-    if (cell >= 0) continue;
-    const auto& x = particles.x[p];
-    if (!suggested.empty() && suggested[p] >= 0 && mesh.natural_coordinates(suggested[p], x))
-      cell = suggested[p];
-    else
-      cell = mesh.locate(x).cell;
-    if (cell < 0) outside.push_back(static_cast<Index>(p));
-  }
+  for (std::size_t p = 0; p < particles.cell.size(); ++p)
+    if (particles.cell[p] < 0) outside.push_back(static_cast<Index>(p));
   return outside;
 }
 

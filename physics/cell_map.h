@@ -66,8 +66,8 @@ struct IsoparametricMap {
   LAHAR_INLINE void inverse_jacobian(Local p, Real (&inv)[Dim][Dim], double factor = 1.0) const {
     Real xi[Dim], J[Dim][Dim];
     natural(p, xi);
-    x.jacobian(xi, J);
-    inverse(J, inv, factor);
+    x.scaled_jacobian(xi, J);
+    inverse(J, inv, corners<Dim> * factor);
   }
   template <class Real>
   LAHAR_INLINE void to_physical(Local p, const Real (&G)[Dim][Dim], Real (&L)[Dim][Dim]) const {
@@ -80,7 +80,7 @@ struct IsoparametricMap {
     LAHAR_UNROLL
     for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
     for (int k = 0; k < Dim; ++k) J[a][k] = x.c[1 << k][a];
-    inverse(J, inv, 0.5);
+    inverse(J, inv, 0.5 * corners<Dim>);
     multiply(G, inv, L);
   }
   template <class Real>

@@ -2,8 +2,9 @@
 /// particles: position, Jacobian and inverse map.
 ///
 /// x(xi) = X + sum over m of c[m] prod (xi_d whose bit d is set in m), with X the cell's corner 0:
-/// differences to a corner keep full precision far from the origin. Sums of products are written
-/// with fma(), so that a particle's result is the same, to the last bit, in a pack of any width.
+/// differences to a corner keep full precision far from the origin. All that follows from it is
+/// kept in units of 1 / corners: nothing need be scaled then. Sums of products are written with
+/// fma(), so that a particle's result is the same, to the last bit, in a pack of any width.
 #pragma once
 
 #include "physics/patch.h"
@@ -38,8 +39,8 @@ LAHAR_INLINE Real norm2(const Real (&v)[Dim]) {
   return sum;
 }
 
-/// Values at the corners, in tensor order, become coefficients of the polynomial: half the sums and
-/// differences along one axis after the other.
+/// Values at the corners, in tensor order, become the coefficients of the polynomial, times the
+/// number of corners: sums and differences along one axis after the other.
 template <int Dim, class Values>
 LAHAR_INLINE void corners_to_coefficients(Values& at) {
   using Value = std::decay_t<decltype(at[0])>;
@@ -47,7 +48,7 @@ LAHAR_INLINE void corners_to_coefficients(Values& at) {
   for (int bit = 1; bit < corners<Dim>; bit *= 2) LAHAR_UNROLL
   for (int a = 0; a < corners<Dim>; ++a) {
     if (a & bit) continue;
-    const Value low = 0.5 * at[a], high = 0.5 * at[a | bit];
+    const Value low = at[a], high = at[a | bit];
     at[a] = low + high;
     at[a | bit] = high - low;
   }
@@ -56,8 +57,9 @@ LAHAR_INLINE void corners_to_coefficients(Values& at) {
 template <int Dim>
 struct CellPolynomial {
   double origin[4];                       ///< X [m]
-  alignas(32) double c[corners<Dim>][4];  ///< [m]
-  double det[3];  ///< 2D only: det J = det[0] + det[1] xi_0 + det[2] xi_1 [m^2]
+  alignas(32) double c[corners<Dim>][4];  ///< corners times c [m]
+  /// 2D only: corners^2 times det J = det[0] + det[1] xi_0 + det[2] xi_1 [m^2]
+  double det[3];
 
   /// `node_position`: four doubles by local node; `corner` in tensor order.
   LAHAR_INLINE CellPolynomial(const double* node_position,
@@ -85,9 +87,9 @@ struct CellPolynomial {
     }
   }
 
-  /// J[i][k] = dx_i/dxi_k [m].
+  /// J[i][k] = corners times dx_i/dxi_k [m].
   template <class Real>
-  LAHAR_INLINE void jacobian(const Real (&xi)[Dim], Real (&J)[Dim][Dim]) const {
+  LAHAR_INLINE void scaled_jacobian(const Real (&xi)[Dim], Real (&J)[Dim][Dim]) const {
     LAHAR_UNROLL
     for (int i = 0; i < Dim; ++i) {
       if constexpr (Dim == 2) {
@@ -103,13 +105,14 @@ struct CellPolynomial {
     }
   }
 
-  /// det J [m^2], a linear function in 2D: the products of the two coordinates cancel.
+  /// corners^2 times det J [m^2], a linear function in 2D: the products of the two coordinates
+  /// cancel.
   template <class Real>
   LAHAR_INLINE Real determinant(const Real (&xi)[2]) const {
     return fma(xi[1], Real(det[2]), fma(xi[0], Real(det[1]), Real(det[0])));
   }
 
-  /// d2x_i/dxi_0 dxi_1, dxi_0 dxi_2, dxi_1 dxi_2 [m].
+  /// corners times d2x_i/dxi_0 dxi_1, dxi_0 dxi_2, dxi_1 dxi_2 [m].
   template <class Real>
   LAHAR_INLINE void second_derivatives(const Real (&xi)[3], int i, Real (&mixed)[3]) const {
     mixed[0] = fma(xi[2], at<Real>(7, i), at<Real>(3, i));
@@ -117,57 +120,98 @@ struct CellPolynomial {
     mixed[2] = fma(xi[0], at<Real>(7, i), at<Real>(6, i));
   }
 
+  /// corners times (x(0) - x) [m].
+  template <class Real>
+  LAHAR_INLINE void offset_from(const Real (&x)[Dim], Real (&offset)[Dim]) const {
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d)
+      offset[d] = fma(x[d] - broadcast<Real>(&origin[d]), Real(-corners<Dim>), at<Real>(0, d));
+  }
+
   template <class Real>
   LAHAR_INLINE Real at(int m, int i) const {
-    return Real(c[m][i]);
+    return broadcast<Real>(&c[m][i]);
   }
 };
 
-/// One step of the inverse map: xi - y. With Newton's step s, exactly
+/// One step of the inverse map, to xi - y. With Newton's step s, exactly
 ///   x(xi - y) - x = J (s - y) + g(y),
 /// g being the polynomial's terms of second and (3D) third order. So y = s + J^-1 g(y), which is
-/// iterated a fixed number of times at the cost of one reciprocal: each correction gains as many
-/// digits as the first. `offset` = c[0] + X - x.
+/// iterated at the cost of one reciprocal: each correction gains as many digits as the first. A
+/// lane is corrected as often as its own s demands. Lanes that hardly moved need no correction, nor
+/// the last digits of s: `refine(s)` is to add them before the first. `bend(y, s, to)` finds
+/// s + J^-1 g(y).
+/// y comes as s; `open` keeps the bits of lanes that need another step.
+template <int Dim, class Real, class Refine, class Bend>
+LAHAR_INLINE void correct_step(Real (&y)[Dim], unsigned& open, Refine refine, Bend bend) {
+  constexpr double tolerance2 = pack_error_tolerance * pack_error_tolerance;
+  // |s| up to which 0, 1, 2 corrections leave an error below the tolerance: |s|^(k + 2) is.
+  constexpr double enough[pack_corrections] = {1e-8, 4.6e-6, 1e-4};
+  const Real s2 = norm2(y);
+  open &= outside(s2, enough[0] * enough[0], lanes<Real>);
+  if (open == 0) return;
+  Real s[Dim], change[Dim];
+  LAHAR_UNROLL
+  for (int d = 0; d < Dim; ++d) s[d] = y[d];
+  refine(s);
+  LAHAR_UNROLL
+  for (int d = 0; d < Dim; ++d) y[d] = select(open, s[d], y[d]);
+  unsigned correcting = open;
+  LAHAR_UNROLL
+  for (int k = 0; k < pack_corrections; ++k) {
+    if (k > 0) correcting = open & outside(s2, enough[k] * enough[k], lanes<Real>);
+    if (correcting == 0) return void(open = 0);
+    Real corrected[Dim];
+    bend(y, s, corrected);
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) {
+      change[d] = corrected[d] - y[d];
+      y[d] = select(correcting, corrected[d], y[d]);
+    }
+  }
+  open = correcting & outside(s2 * norm2(change), tolerance2, lanes<Real>);
+}
+
+/// r ~ 1 / x to the last digits, from eight, and with it multiples of r.
 template <int Dim, class Real>
-struct InverseStep {
-  Real s[Dim], y[Dim];
-  Real last[Dim];  ///< last correction of y
-};
+LAHAR_INLINE void refine_reciprocal(const Real& x, Real& r, Real (&multiples)[Dim]) {
+  const Real error = fma(-x, r, Real(1.0));
+  r = fma(r, error, r);
+  LAHAR_UNROLL
+  for (int d = 0; d < Dim; ++d) multiples[d] = fma(multiples[d], error, multiples[d]);
+}
 
 /// 2D: g = c[3] y_0 y_1, and J^-1 c[3] has the factors of det J for numerators.
 template <class Real>
-LAHAR_INLINE InverseStep<2, Real> inverse_step(const CellPolynomial<2>& cell,
-                                               const Real (&offset)[2], const Real (&xi)[2]) {
+LAHAR_INLINE void inverse_step(const CellPolynomial<2>& cell, const Real (&offset)[2],
+                               const Real (&xi)[2], Real (&y)[2], unsigned& open) {
   Real J[2][2], f[2];
-  cell.jacobian(xi, J);
+  cell.scaled_jacobian(xi, J);
   LAHAR_UNROLL
-  for (int i = 0; i < 2; ++i) f[i] = fma(xi[1], J[i][1], fma(xi[0], Real(cell.c[1][i]), offset[i]));
-  const Real r = reciprocal(cell.determinant(xi));
-  InverseStep<2, Real> step;
-  auto& y = step.y;
-  y[0] = step.s[0] = difference_of_products(J[1][1], f[0], J[0][1], f[1]) * r;
-  y[1] = step.s[1] = difference_of_products(J[0][0], f[1], J[1][0], f[0]) * r;
-  const Real bend[2] = {cell.det[2] * r, cell.det[1] * r};
-  LAHAR_UNROLL
-  for (int k = 0; k < pack_corrections; ++k) {
-    const Real product = y[0] * y[1];
-    LAHAR_UNROLL
-    for (int d = 0; d < 2; ++d) {
-      const Real before = y[d];
-      y[d] = fma(bend[d], product, step.s[d]);
-      step.last[d] = y[d] - before;
-    }
-  }
-  return step;
+  for (int i = 0; i < 2; ++i)
+    f[i] = fma(xi[1], J[i][1], fma(xi[0], cell.at<Real>(1, i), offset[i]));
+  const Real det = cell.determinant(xi);
+  Real r = reciprocal_estimate(det);
+  y[0] = difference_of_products(J[1][1], f[0], J[0][1], f[1]) * r;
+  y[1] = difference_of_products(J[0][0], f[1], J[1][0], f[0]) * r;
+  correct_step(
+      y, open, [&](Real(&s)[2]) { refine_reciprocal(det, r, s); },
+      [&](const Real(&at)[2], const Real(&s)[2], Real(&to)[2]) {
+        const Real product = at[0] * at[1] * r;
+        to[0] = fma(product, Real(cell.det[2]), s[0]);
+        to[1] = fma(product, Real(cell.det[1]), s[1]);
+      });
 }
 
 template <class Real>
-LAHAR_INLINE InverseStep<3, Real> inverse_step(const CellPolynomial<3>& cell,
-                                               const Real (&offset)[3], const Real (&xi)[3]) {
+LAHAR_INLINE void inverse_step(const CellPolynomial<3>& cell, const Real (&offset)[3],
+                               const Real (&xi)[3], Real (&y)[3], unsigned& open) {
   Real J[3][3], f[3], mixed[3][3];
   LAHAR_UNROLL
   for (int i = 0; i < 3; ++i) {
-    const auto c = [&](int m) { return Real(cell.c[m][i]); };
+    const auto c = [&](int m) __attribute__((always_inline)) {
+      return cell.at<Real>(m, i);
+    };
     cell.second_derivatives(xi, i, mixed[i]);
     const Real edge = fma(xi[0], c(3), c(2));
     J[i][0] = fma(xi[2], mixed[i][1], fma(xi[1], c(3), c(1)));
@@ -190,49 +234,42 @@ LAHAR_INLINE InverseStep<3, Real> inverse_step(const CellPolynomial<3>& cell,
     return fma(adjugate[k][2], v[2], fma(adjugate[k][1], v[1], adjugate[k][0] * v[0]));
   };
   const Real column[3] = {J[0][0], J[1][0], J[2][0]};
-  const Real r = reciprocal(dot(0, column));
-  InverseStep<3, Real> step;
-  auto& y = step.y;
-  for (int d = 0; d < 3; ++d) y[d] = step.s[d] = dot(d, f) * r;
-  LAHAR_UNROLL
-  for (int k = 0; k < pack_corrections; ++k) {
-    const Real y01 = y[0] * y[1], y02 = y[0] * y[2], y12 = y[1] * y[2], y012 = y01 * y[2];
-    Real g[3];
-    LAHAR_UNROLL
-    for (int i = 0; i < 3; ++i)
-      g[i] = fma(mixed[i][0], y01, mixed[i][1] * y02) +
-             fma(mixed[i][2], y12, -(Real(cell.c[7][i]) * y012));
-    LAHAR_UNROLL
-    for (int d = 0; d < 3; ++d) {
-      const Real before = y[d];
-      y[d] = fma(dot(d, g), r, step.s[d]);
-      step.last[d] = y[d] - before;
-    }
-  }
-  return step;
+  const Real det = dot(0, column);
+  Real r = reciprocal_estimate(det);
+  for (int d = 0; d < 3; ++d) y[d] = dot(d, f) * r;
+  correct_step(
+      y, open, [&](Real(&s)[3]) { refine_reciprocal(det, r, s); },
+      [&](const Real(&at)[3], const Real(&s)[3], Real(&to)[3]) {
+        const Real y01 = at[0] * at[1], y02 = at[0] * at[2], y12 = at[1] * at[2],
+                   y012 = y01 * at[2];
+        Real second[3];
+        LAHAR_UNROLL
+        for (int i = 0; i < 3; ++i)
+          second[i] = fma(mixed[i][0], y01, mixed[i][1] * y02) +
+                      fma(mixed[i][2], y12, -(cell.at<Real>(7, i) * y012));
+        LAHAR_UNROLL
+        for (int k = 0; k < 3; ++k) to[k] = fma(dot(k, second), r, s[k]);
+      });
 }
 
-/// Natural coordinates of the first n lanes' points x [m], from the start that xi holds. Returns a
-/// bit for each of these lanes that did not converge; their xi is the start. A lane stops by its
-/// own criterion, so that its result does not depend on the others, whatever they hold; but it
-/// depends, by rounding, on its start.
+/// Natural coordinates of the first n lanes' points x [m], from the start that xi holds; beyond
+/// them xi stays as it is. Returns a bit for each of these lanes that did not converge; their xi is
+/// of no use. A lane stops by its own criterion, so that its result does not depend on the others,
+/// whatever they hold; but it depends, by rounding, on its start.
 template <int Dim, class Real>
 LAHAR_INLINE unsigned inverse_map_pack(const CellPolynomial<Dim>& cell, const Real (&x)[Dim],
                                        Real (&xi)[Dim], Local n) {
-  constexpr double tolerance2 = pack_error_tolerance * pack_error_tolerance;
-  Real offset[Dim], start[Dim];
-  for (int d = 0; d < Dim; ++d) {
-    offset[d] = cell.c[0][d] - (x[d] - cell.origin[d]);
-    start[d] = xi[d];
-  }
-  unsigned open = n >= lanes<Real> ? (1u << lanes<Real>)-1 : (1u << n) - 1;
+  Real offset[Dim];
+  cell.offset_from(x, offset);
+  unsigned open = first_bits<Real>(n);
   for (int count = 0; count < pack_max_steps && open != 0; ++count) {
-    const auto step = inverse_step(cell, offset, xi);
-    for (int d = 0; d < Dim; ++d) xi[d] = select(open, xi[d] - step.y[d], xi[d]);
-    open &= outside(norm2(step.s) * norm2(step.last), tolerance2, n);
+    const unsigned moving = open;
+    Real y[Dim];
+    inverse_step(cell, offset, xi, y, open);
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d)  // y may be a product: see fma()
+      xi[d] = select(moving, fma(y[d], Real(-1.0), xi[d]), xi[d]);
   }
-  if (open != 0)
-    for (int d = 0; d < Dim; ++d) xi[d] = select(open, start[d], xi[d]);
   return open;
 }
 

@@ -22,6 +22,7 @@ struct Multilinear {
   Multilinear(const CellGeometry<Dim>& cell, const Vec<Dim>& x0) {
     for (int a = 0; a < corners<Dim>; ++a) c[a] = cell.corner[a] - x0;
     corners_to_coefficients<Dim>(c);
+    for (auto& factor : c) factor /= corners<Dim>;
   }
 
   Vec<Dim> value(const Vec<Dim>& xi) const {

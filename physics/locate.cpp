@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "physics/cell_polynomial.h"
 #include "physics/inverse_mapping.h"
@@ -22,21 +23,42 @@ Vec<Dim> position(const Particles<Dim>& particles, Local p) {
   return x;
 }
 
+/// What is read and written to locate particles.
+template <int Dim>
+struct PlaceRows {
+  std::array<const double*, Dim> x;
+  bool stored;                         ///< natural coordinates are
+  std::array<double*, Dim> natural{};  ///< if they are stored
+
+  explicit PlaceRows(Particles<Dim>& particles)
+      : x(std::as_const(particles).template rows<Dim>(Column::x)),
+        stored(particles.layout().has(Column::xi)) {
+    if (stored) natural = particles.template rows<Dim>(Column::xi);
+  }
+  /// Of the particles from p on.
+  template <class Real>
+  LAHAR_INLINE void load(Local p, Real (&at)[Dim], Real (&xi)[Dim]) const {
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d) {
+      at[d] = lahar::load<Real>(x[d] + p);
+      xi[d] = lahar::load<Real>(natural[d] + p);
+    }
+  }
+};
+
 /// Natural coordinates in the present cell; bits of `outside` for those that have left it.
 template <int Dim, class Real, class Outside>
-LAHAR_INLINE void locate_run_cartesian(Patch<Dim>& patch, const Run& run, Outside outside) {
-  const auto x = patch.particles.template rows<Dim>(Column::x);
+LAHAR_INLINE void locate_run_cartesian(const Patch<Dim>& patch, const PlaceRows<Dim>& rows,
+                                       const Run& run, Outside outside) {
   const auto& box = patch.box[static_cast<std::size_t>(run.cell)];
-  const bool stored = patch.particles.layout().has(Column::xi);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = run.end - p;
     unsigned out = 0;
     LAHAR_UNROLL
     for (std::size_t d = 0; d < Dim; ++d) {
-      const Real xi = (load<Real>(x[d] + p) - box[d]) * box[Dim + d];
+      const Real xi = (load<Real>(rows.x[d] + p) - box[d]) * box[Dim + d];
       out |= lahar::outside(xi, 1.0, n);
-      if (stored)
-        store_first(clamp(xi, xi_max), patch.particles.row(Column::xi, static_cast<int>(d)) + p, n);
+      if (rows.stored) store_first(clamp(xi, xi_max), rows.natural[d] + p, n);
     }
     if (out != 0) outside(p, out);
   }
@@ -63,26 +85,22 @@ template <int Dim>
 
 /// As locate_run_cartesian. Packs start from the particles' natural coordinates before they moved.
 template <int Dim, class Real, class Outside>
-LAHAR_INLINE void locate_run_isoparametric(Patch<Dim>& patch, const Run& run, const Mesh<Dim>& mesh,
-                                           Outside outside) {
+LAHAR_INLINE void locate_run_isoparametric(Patch<Dim>& patch, const PlaceRows<Dim>& rows,
+                                           const Run& run, const Mesh<Dim>& mesh, Outside outside) {
   const auto c = static_cast<std::size_t>(run.cell);
   const CellPolynomial<Dim> cell(patch.node_position.data(), patch.topology.corner_nodes[c]);
-  const auto x = patch.particles.template rows<Dim>(Column::x);
-  const auto natural = patch.particles.template rows<Dim>(Column::xi);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = run.end - p;
     Real at[Dim], xi[Dim];
+    rows.load(p, at, xi);
+    const unsigned open = inverse_map_pack(cell, at, xi, n);
     LAHAR_UNROLL
-    for (std::size_t d = 0; d < Dim; ++d) {
-      at[d] = load<Real>(x[d] + p);
-      xi[d] = load<Real>(natural[d] + p);
-    }
-    unsigned singly = inverse_map_pack(cell, at, xi, n);
+    for (std::size_t d = 0; d < Dim; ++d)
+      store_lanes(first_bits<Real>(n) & ~open, xi[d], rows.natural[d] + p);
+    Real reach = abs(xi[0]);
     LAHAR_UNROLL
-    for (std::size_t d = 0; d < Dim; ++d) {
-      singly |= lahar::outside(xi[d], pack_clear_of_faces, n);
-      store_first(xi[d], natural[d] + p, n);
-    }
+    for (int d = 1; d < Dim; ++d) reach = max(reach, abs(xi[d]));
+    const unsigned singly = open | lahar::outside(reach, pack_clear_of_faces, n);
     if (singly == 0) continue;
     if (const unsigned out =
             locate_singly(patch, mesh.geometry(patch.topology.cells[c]), p, singly))
@@ -92,30 +110,26 @@ LAHAR_INLINE void locate_run_isoparametric(Patch<Dim>& patch, const Run& run, co
 
 /// As locate_run_isoparametric, in cells of other elements.
 template <int Dim, class Real, class Cells, class Outside>
-LAHAR_INLINE void locate_run_element(Patch<Dim>& patch, const Cells& cells, const Run& run,
-                                     const Mesh<Dim>& mesh, Outside outside) {
+LAHAR_INLINE void locate_run_element(Patch<Dim>& patch, const PlaceRows<Dim>& rows,
+                                     const Cells& cells, const Run& run, const Mesh<Dim>& mesh,
+                                     Outside outside) {
   const auto cell = cells[run.cell];
-  const auto x = patch.particles.template rows<Dim>(Column::x);
-  const auto natural = patch.particles.template rows<Dim>(Column::xi);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = run.end - p;
     Real at[Dim], xi[Dim];
-    LAHAR_UNROLL
-    for (std::size_t d = 0; d < Dim; ++d) {
-      at[d] = load<Real>(x[d] + p);
-      xi[d] = load<Real>(natural[d] + p);
-    }
+    rows.load(p, at, xi);
     unsigned singly = cell.inverse_map(at, xi, n);
     singly |= cell.near_faces(xi, n);
     LAHAR_UNROLL
-    for (std::size_t d = 0; d < Dim; ++d) store_first(xi[d], natural[d] + p, n);
+    for (std::size_t d = 0; d < Dim; ++d) store_first(xi[d], rows.natural[d] + p, n);
     unsigned out = 0;
     for (; singly != 0; singly &= singly - 1) {
       const Local q = p + std::countr_zero(singly);
       const auto found = mesh.natural_coordinates(
           patch.topology.cells[static_cast<std::size_t>(run.cell)], position(patch.particles, q));
       if (!found) out |= singly & -singly;
-      for (int d = 0; d < Dim && found; ++d) patch.particles.row(Column::xi, d)[q] = (*found)[d];
+      for (std::size_t d = 0; d < Dim && found; ++d)
+        rows.natural[d][q] = (*found)[static_cast<Eigen::Index>(d)];
     }
     if (out != 0) outside(p, out);
   }
@@ -367,25 +381,36 @@ void locate(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
       patch.particles.layout().has(Column::next_vectors) ||
       patch.particles.layout().has(Column::corners))
     adopt_domains(patch, step, runs);
-  for (Run& run : runs) {
-    if (run.begin == run.end) continue;
-    const auto outside = [&](Local p, unsigned bits) { left.emplace_back(p, bits); };
-    if (patch.basis == BasisKind::element)
-      with_lagrange(patch, [&](const auto& cells) {
-        locate_run_element<Dim, Real>(patch, cells, run, *step.model->mesh, outside);
+  const PlaceRows<Dim> rows(patch.particles);
+  const Mesh<Dim>& mesh = *step.model->mesh;
+  const auto outside = [&](Local p, unsigned bits) { left.emplace_back(p, bits); };
+  const auto in_all = [&](auto locate_run) __attribute__((always_inline)) {
+    for (Run& run : runs) {
+      if (run.begin == run.end) continue;
+      locate_run(run);
+      // From the last to the first, so that the particle that takes a place is never one that left.
+      for (; !left.empty(); left.pop_back())
+        for (unsigned bits = left.back().second; bits != 0;) {
+          const int lane = std::bit_width(bits) - 1;
+          bits &= ~(1u << lane);
+          take_out(patch, run, left.back().first + lane);
+        }
+    }
+  };
+  if (patch.basis == BasisKind::element)
+    with_lagrange(patch, [&](const auto& cells) {
+      in_all([&](const Run& run) __attribute__((always_inline)) {
+        locate_run_element<Dim, Real>(patch, rows, cells, run, mesh, outside);
       });
-    else if (patch.cartesian)
-      locate_run_cartesian<Dim, Real>(patch, run, outside);
-    else
-      locate_run_isoparametric<Dim, Real>(patch, run, *step.model->mesh, outside);
-    // From the last to the first, so that the particle that takes a place is never one that left.
-    for (; !left.empty(); left.pop_back())
-      for (unsigned bits = left.back().second; bits != 0;) {
-        const int lane = std::bit_width(bits) - 1;
-        bits &= ~(1u << lane);
-        take_out(patch, run, left.back().first + lane);
-      }
-  }
+    });
+  else if (patch.cartesian)
+    in_all([&](const Run& run) __attribute__((always_inline)) {
+      locate_run_cartesian<Dim, Real>(patch, rows, run, outside);
+    });
+  else
+    in_all([&](const Run& run) __attribute__((always_inline)) {
+      locate_run_isoparametric<Dim, Real>(patch, rows, run, mesh, outside);
+    });
   move_out(patch);
 }
 

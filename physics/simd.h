@@ -206,6 +206,12 @@ LAHAR_INLINE Real load_first(const double* p, Local n) {
   return load<Real>(values);
 }
 
+/// Bits of the first n lanes (all if n is larger).
+template <class Real>
+LAHAR_INLINE unsigned first_bits(Local n) {
+  return n >= lanes<Real> ? (1u << lanes<Real>)-1 : (1u << n) - 1;
+}
+
 /// Store the first n lanes (all if n is larger); memory of the others is untouched.
 template <class Real>
 LAHAR_INLINE void store_first(const Real& value, double* p, Local n) {
@@ -221,6 +227,19 @@ LAHAR_INLINE void store_first(const Real& value, double* p, Local n) {
     return;
   }
   for (int lane = 0; lane < n; ++lane) p[lane] = value[lane];
+}
+
+/// Store the lanes whose bit is set; memory of the others is untouched.
+template <class Real>
+LAHAR_INLINE void store_lanes(unsigned bits, const Real& value, double* p) {
+#if defined(__AVX512F__)
+  if constexpr (lanes<Real> == 8) {
+    _mm512_mask_storeu_pd(p, static_cast<__mmask8>(bits), __m512d(value.v));
+    return;
+  }
+#endif
+  for (int lane = 0; lane < lanes<Real>; ++lane)
+    if (bits >> lane & 1) p[lane] = value[lane];
 }
 
 /// Sum of all lanes: halves are added pairwise, so the order is fixed.
@@ -300,27 +319,34 @@ LAHAR_INLINE Real sqrt(const Real& value) {
   return load<Real>(values);
 }
 
-/// 1 / x to about one unit in the last place, for x from 1e-300 to 1e300: an estimate of the
-/// machine and two steps of Newton's method, a third of a division's time. Packs of any width get
-/// the same.
+/// 1 / x to eight digits at least, for x from 1e-300 to 1e300: an estimate of the machine and one
+/// step of Newton's method. Packs of any width get the same.
 template <class Real>
-LAHAR_INLINE Real reciprocal(const Real& x) {
+LAHAR_INLINE Real reciprocal_estimate(const Real& x) {
 #if defined(__AVX512F__)
   if constexpr (lanes<Real> == 8) {
-    auto y = Real::of(typename Real::Value(_mm512_maskz_rcp14_pd(0xff, __m512d(x.v))));
-    LAHAR_UNROLL
-    for (int step = 0; step < 2; ++step) y = fma(y, fma(-x, y, Real(1.0)), y);
-    return y;
+    const auto y = Real::of(typename Real::Value(_mm512_maskz_rcp14_pd(0xff, __m512d(x.v))));
+    return fma(y, fma(-x, y, Real(1.0)), y);
   } else {
     PackOf<8> wide(1.0);
     __builtin_memcpy(&wide.v, &x.v, sizeof(x.v));
-    wide = reciprocal(wide);
+    wide = reciprocal_estimate(wide);
     Real y;
     __builtin_memcpy(&y.v, &wide.v, sizeof(y.v));
     return y;
   }
 #endif
   return 1.0 / x;
+}
+
+/// 1 / x to about one unit in the last place, at a third of a division's time; likewise.
+template <class Real>
+LAHAR_INLINE Real reciprocal(const Real& x) {
+  const Real y = reciprocal_estimate(x);
+#if defined(__AVX512F__)
+  return fma(y, fma(-x, y, Real(1.0)), y);
+#endif
+  return y;
 }
 
 /// 1 / sqrt(x) likewise.
@@ -387,6 +413,16 @@ LAHAR_INLINE unsigned greater(const Real& a, const Real& b) {
 template <class Real>
 LAHAR_INLINE Real max(const Real& a, const Real& b) {
   return Real::of(a.v > b.v ? a.v : b.v);
+}
+
+/// Magnitude, of numbers.
+template <class Real>
+LAHAR_INLINE Real abs(const Real& value) {
+#if defined(__AVX512F__)
+  if constexpr (lanes<Real> == 8)
+    return Real::of(typename Real::Value(_mm512_abs_pd(__m512d(value.v))));
+#endif
+  return max(value, -value);
 }
 
 /// Values moved into [-limit, limit].

@@ -182,7 +182,7 @@ TEST_CASE("natural coordinates never reach 1: a face is pulled inside by one rou
 TEST_CASE(
     "packs find the natural coordinates that single points have, from any start in the cell") {
   on_distorted_meshes([]<int Dim>(const Mesh<Dim>& mesh, std::mt19937& random) {
-    for (const double away : {0.0, 1e-9, 1e-6, 1e-4, 1e-3, 1e-2, 0.1, 2.0}) {
+    for (const double away : {0.0, 1e-9, 1e-8, 1e-6, 4e-6, 1e-4, 1e-3, 1e-2, 0.1, 2.0}) {
       CAPTURE(away);
       double worst = 0;
       int open = 0, total = 0;
@@ -219,14 +219,16 @@ TEST_CASE("packs find a parallelogram's coordinates in one step from any start")
   const auto cell = polynomial<2>(g);
   CHECK(cell.det[1] == 0);
   CHECK(cell.det[2] == 0);
-  const Scalar offset[2] = {cell.c[0][0] - 0.7, cell.c[0][1] - 1.1}, start[2] = {0.9, -0.9};
-  const auto step = inverse_step(cell, offset, start);
+  const Scalar x[2] = {1e5 + 0.7, 1.1}, start[2] = {0.9, -0.9};
+  Scalar offset[2], step[2];
+  cell.offset_from(x, offset);
+  unsigned open = 1;
+  inverse_step(cell, offset, start, step, open);
+  CHECK(open == 0);
   Vec<2> single;
   REQUIRE(inverse_map<2>(g, {1e5 + 0.7, 1.1}, single));
-  for (int d = 0; d < 2; ++d) {
-    CHECK(step.last[d][0] == 0);
-    CHECK((start[d] - step.y[d])[0] == doctest::Approx(single[d]).epsilon(1e-10));  // x rounded
-  }
+  for (int d = 0; d < 2; ++d)
+    CHECK((start[d] - step[d])[0] == doctest::Approx(single[d]).epsilon(1e-14));
 }
 
 TEST_CASE(
@@ -284,11 +286,8 @@ TEST_CASE(
       CHECK((lanes.open & 3) == 3);
       reported += std::popcount(lanes.open);
       for (int k = 0; k < W; ++k) {
-        if (lanes.open >> k & 1) {
-          CHECK(same_bits<Dim>(lanes.xi[k], lanes.start[k]));
-        } else if (in_closed_cell<Dim>(lanes.xi[k])) {
+        if (!(lanes.open >> k & 1) && in_closed_cell<Dim>(lanes.xi[k]))
           CHECK((to_physical<Dim>(g, lanes.xi[k]) - lanes.x[k]).norm() < 1e-13);
-        }
       }
     }
     if (W > 2) CHECK(reported > 2 * mesh.n_cells());  // far outside there is no solution
