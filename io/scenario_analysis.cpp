@@ -121,7 +121,7 @@ template <int Dim>
 void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
   const JsonValue* update = analysis.find("velocity_update");
   const JsonValue* settings = analysis.find("velocity_update_settings");
-  const std::string name = !update             ? "flip"
+  const std::string name = !update               ? "flip"
                            : !update->is<bool>() ? update->as<std::string>()
                            : update->as<bool>()  ? "pic"
                                                  : "flip";
@@ -159,9 +159,10 @@ void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue& analysis) {
   const JsonValue* key = analysis.find("shape_functions");
   const std::string name = key ? key->as<std::string>() : "element";
   if (name != "element" && functions != ShapeFunctions::element)
-    return in_.error(*key, fmt::format("'shape_functions' and the cell_type {} say both what the "
-                                       "functions are",
-                                       type),
+    return in_.error(*key,
+                     fmt::format("'shape_functions' and the cell_type {} say both what the "
+                                 "functions are",
+                                 type),
                      "leave one of them out");
   if (name == "gimp") functions = ShapeFunctions::gimp;
   if (name == "uniform_gimp") functions = ShapeFunctions::uniform_gimp;
@@ -188,12 +189,15 @@ bool ScenarioBuilder<Dim>::is_grid() const {
   const bool shared = mesh_->is_share();
   const auto [first, end] =
       shared ? own_cells(mesh_->n_cells(), team_) : std::pair(Index{0}, mesh_->n_cells());
-  Vec<Dim> length = Vec<Dim>::Zero();  // of the first cell
-  if (first == 0) length = mesh_->geometry(0).length;
-  if (shared) {
-    std::vector<double> own(length.data(), length.data() + Dim);
-    length = Vec<Dim>(team_.gather(own).front().data());
+  Vec<Dim> length = Vec<Dim>::Zero();  // of the first cell, which one member has
+  std::vector<double> own;
+  if (first == 0 && end > 0) {
+    length = mesh_->geometry(0).length;
+    own.assign(length.data(), length.data() + Dim);
   }
+  if (shared)
+    for (const auto& part : team_.gather(own))
+      if (!part.empty()) length = Vec<Dim>(part.data());
   bool different = false;
   for (Index c = first; c < end && !different; ++c)
     different = !mesh_->geometry(c).length.isApprox(length, tolerance);

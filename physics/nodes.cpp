@@ -271,7 +271,8 @@ class Integrator {
         step_(step),
         point_(patch.forces.begin()),
         wall_(patch.walls.begin()),
-        absorbing_(patch.absorbing.begin()) {
+        absorbing_(patch.absorbing.begin()),
+        next_absorbing_(node_of(absorbing_)) {
     double g[node_width] = {};
     const double factor = load_factor(*step.model, step.model->gravity_function, step.time);
     for (int d = 0; d < Dim; ++d) g[d] = factor * step.model->gravity[d];
@@ -298,7 +299,7 @@ class Integrator {
       store(old, at(patch_.velocity, i));
       return;
     }
-    if (i >= next_absorbing()) force -= absorbed(i, old);
+    if (i >= next_absorbing_) force -= absorbed(i, old);
     force += gravity_ * m;
     const NodeVector per_mass(1.0 / m), share = own[mass_lane] * per_mass;
     NodeVector against(0.0);
@@ -379,22 +380,23 @@ class Integrator {
     return true;
   }
 
-  Local next_absorbing() const {
-    return absorbing_ == patch_.absorbing.end() ? std::numeric_limits<Local>::max()
-                                                : absorbing_->node;
+  using Absorbing = typename std::vector<AbsorbingNode<Dim>>::iterator;
+  Local node_of(Absorbing at) const {
+    return at == patch_.absorbing.end() ? std::numeric_limits<Local>::max() : at->node;
   }
   /// Force of absorbing node i against its motion, if it is one; passes those before it. It acts on
   /// the first of the bodies that are there.
   [[gnu::noinline]] NodeVector absorbed(Local i, const NodeVector& v) {
     double f[node_width] = {};
-    while (next_absorbing() < i) ++absorbing_;
-    for (; next_absorbing() == i; ++absorbing_) {
+    while (node_of(absorbing_) < i) ++absorbing_;
+    for (; node_of(absorbing_) == i; ++absorbing_) {
       if (!is_first_body(i)) absorbing_->release();
       for (int d = 0; d < Dim; ++d) {
         absorbing_->drag[d] = absorbing_->dashpot[d] * v[d];
         f[d] += absorbing_->spring[d] + absorbing_->drag[d];
       }
     }
+    next_absorbing_ = node_of(absorbing_);
     return load<NodeVector>(f);
   }
 
@@ -448,7 +450,8 @@ class Integrator {
   const StepContext<Dim>& step_;
   typename std::vector<PointForce>::const_iterator point_;
   typename std::vector<WallNode<Dim>>::const_iterator wall_;
-  typename std::vector<AbsorbingNode<Dim>>::iterator absorbing_;
+  Absorbing absorbing_;
+  Local next_absorbing_;  ///< the node that it is at
   NodeVector gravity_;
   NodeVector weight_work_ = NodeVector(0.0);   ///< of unit gravity and a step of 1 s
   NodeVector damping_work_ = NodeVector(0.0);  ///< of a step of 1 s
