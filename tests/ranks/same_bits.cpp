@@ -191,7 +191,7 @@ TEST_CASE("friction and rotated axes of nodes that patches of several ranks shar
 
 TEST_CASE("absorbing nodes that patches of several ranks share") {
   Model<2> discs = with_patches(with_absorbing(two_discs()), 40);
-  check(discs, 80, threads_only);
+  check(discs, 80, all_ways);
   discs.analysis.scheme = Scheme::usl;
   check(discs, 30, threads_only);
   check(with_patches(with_absorbing(dam_break_3d()), 100), 40, threads_only);
