@@ -7,17 +7,14 @@
 #include <numeric>
 #include <span>
 
+#include "physics/partition_common.h"
+
 namespace lahar {
 
 namespace {
 
 // What is on its way at a time, of a member.
 constexpr std::size_t cells_at_a_time = std::size_t{1} << 14;
-
-void sort_unique(std::vector<Index>& ids) {
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-}
 
 }  // namespace
 
