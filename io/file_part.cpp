@@ -12,6 +12,22 @@ Index count_rows(const SideFile& file, const FilePart& part) {
   return n;
 }
 
+void TeamRows::see(const SideFile& file, const Team& team,
+                   const std::function<bool(RowReader&)>& read_head) {
+  all_or_none(team, [&] {
+    ProblemList none;
+    RowReader rows(file, none);
+    if (!read_head(rows)) return;
+    part.emplace(file, rows.offset(), team);
+    own = count_rows(file, *part);
+  });
+  const std::vector<Index> each = team.each(own);
+  for (int m = 0; m < team.size(); ++m) {
+    if (m == team.index()) first = total;
+    total += each[static_cast<std::size_t>(m)];
+  }
+}
+
 void explain(const SideFile& file, const Team& team, ProblemList& problems,
              const std::function<void(ProblemList&)>& read) {
   const std::size_t before = problems.count();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "io/side_files.h"
 #include "io/team.h"
@@ -20,6 +21,19 @@ struct FilePart {
 
 /// Data rows in a part.
 Index count_rows(const SideFile& file, const FilePart& part);
+
+/// The rows of a file behind its head, as a team sees them before it reads them.
+struct TeamRows {
+  /// `read_head` reads the first row; false if anything is wrong with it, and then no row is looked
+  /// at by this member. Collective.
+  void see(const SideFile& file, const Team& team,
+           const std::function<bool(RowReader&)>& read_head);
+
+  std::optional<FilePart> part;  ///< of this member; none where the head is wrong
+  Index first = 0;               ///< row of this part
+  Index own = 0;                 ///< rows in it
+  Index total = 0;               ///< rows of all members
+};
 
 /// What is wrong with a file, found by `read`, which one member calls. It has been refused, so
 /// there must be something. Collective.

@@ -21,30 +21,16 @@ struct NodeRow {
 };
 
 // The rows of a mesh file as a team sees them before it reads them.
-struct MeshLines {
+struct MeshLines : TeamRows {  // nodes before cells
   MeshLines(const SideFile& file, const Team& team) {
-    Index own = 0;
-    all_or_none(team, [&] {
-      ProblemList none;
-      RowReader rows(file, none);
-      if (!rows.next() || !rows.integer(n_nodes, "", 1) || !rows.integer(n_cells, "", 1) ||
-          !rows.end_of_row())
-        return;
-      part.emplace(file, rows.offset(), team);
-      own = count_rows(file, *part);
+    see(file, team, [&](RowReader& rows) {
+      return rows.next() && rows.integer(n_nodes, "", 1) && rows.integer(n_cells, "", 1) &&
+             rows.end_of_row();
     });
-    Index total = 0;
-    const std::vector<Index> each = team.each(own);
-    for (int m = 0; m < team.size(); ++m) {
-      if (m == team.index()) first = total;
-      total += each[static_cast<std::size_t>(m)];
-    }
     constexpr Index most = std::numeric_limits<Local>::max();
     good = part.has_value() && n_nodes <= most && n_cells <= most && total == n_nodes + n_cells;
   }
-  std::optional<FilePart> part;
   Index n_nodes = 0, n_cells = 0;  // promised
-  Index first = 0;                 // row of this member's part, nodes before cells
   bool good = false;
 };
 

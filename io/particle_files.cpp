@@ -21,27 +21,12 @@ bool read_count(RowReader& rows, Index& count) {
 }
 
 // A file that starts with a count, as a team sees it before it reads the rows.
-struct Counted {
+struct Counted : TeamRows {
   Counted(const SideFile& file, const Team& team) {
-    all_or_none(team, [&] {
-      ProblemList none;
-      RowReader rows(file, none);
-      if (!read_count(rows, count)) return;
-      part.emplace(file, rows.offset(), team);
-      own = count_rows(file, *part);
-    });
-    Index total = 0;
-    const std::vector<Index> each = team.each(own);
-    for (int m = 0; m < team.size(); ++m) {
-      if (m == team.index()) first = total;
-      total += each[static_cast<std::size_t>(m)];
-    }
+    see(file, team, [&](RowReader& rows) { return read_count(rows, count); });
     good = part.has_value() && count == total;
   }
-  std::optional<FilePart> part;
   Index count = 0;  // promised
-  Index first = 0;  // row of this member's part
-  Index own = 0;    // rows in it
   bool good = false;
 };
 

@@ -13,6 +13,7 @@
 #include "io/mesh_search.h"
 #include "io/scenario.h"
 #include "physics/element_grid.h"
+#include "team_folder.h"
 #include "thread_team.h"
 
 namespace fs = std::filesystem;
@@ -21,22 +22,6 @@ using namespace lahar;
 namespace {
 
 constexpr int teams[] = {2, 3, 7};
-
-class Folder {
- public:
-  Folder() : path(fs::temp_directory_path() / fmt::format("lahar-mesh-shares-{}", ::getpid())) {
-    fs::remove_all(path);
-    fs::create_directories(path);
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  void write(const std::string& file, const std::string& text) const {
-    std::ofstream(path / file, std::ios::binary) << text;
-  }
-  const fs::path path;
-};
 
 template <int Dim>
 struct Tables {

@@ -11,6 +11,7 @@
 
 #include "io/particles_generator.h"
 #include "io/scenario.h"
+#include "team_folder.h"
 #include "thread_team.h"
 
 namespace fs = std::filesystem;
@@ -20,22 +21,6 @@ namespace {
 
 const fs::path source = LAHAR_SOURCE_DIR;
 constexpr int teams[] = {2, 3, 7};
-
-class Folder {
- public:
-  Folder() : path(fs::temp_directory_path() / fmt::format("lahar-shares-{}", ::getpid())) {
-    fs::remove_all(path);
-    fs::create_directories(path);
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  void write(const std::string& file, const std::string& text) const {
-    std::ofstream(path / file, std::ios::binary) << text;
-  }
-  const fs::path path;
-};
 
 // What each member reads.
 std::vector<Scenario> read_by_team(const fs::path& file, int size,
