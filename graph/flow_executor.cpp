@@ -233,14 +233,13 @@ class FlowExecutor final : public Executor {
       if (graph_.shared) set_dt_known(step);
     } else if (graph_.collects_dt(task)) {
       if (step > first_) remote_->give_dt(step);
-    } else if (!has_rest(task)) {
+    } else if (has_rest(task)) {
+      return fire_with_rest(task, step);
+    } else {
       if (is_rest(task)) rests_->rest_begins();
       bodies_.run(graph_.stage_of(task), graph_.patch_of(task), step);
     }
-    if (has_rest(task))
-      fire_with_rest(task, step);
-    else
-      pass_on(task, step);
+    pass_on(task, step);
     if (remote_) look_for_messages();
   }
 
@@ -279,6 +278,7 @@ class FlowExecutor final : public Executor {
       pass_on(task, step);
       pass_on(rest, step);
     }
+    if (remote_) look_for_messages();
   }
 
   // --- counting ---------------------------------------------------------------------------------

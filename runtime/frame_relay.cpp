@@ -15,11 +15,10 @@ constexpr int tag = 1;
 
 int FrameRelay::writer_of(int rank, int ranks, int writers) {
   if (writers < 1 || writers >= ranks) return rank;
-  // Group w is [w * ranks / writers, (w + 1) * ranks / writers).
-  const auto first = [&](Index w) { return static_cast<int>(w * ranks / writers); };
-  Index w = static_cast<Index>(rank) * writers / ranks;
-  while (w + 1 < writers && first(w + 1) <= rank) ++w;
-  return first(w);
+  // Group w is [w * ranks / writers, (w + 1) * ranks / writers): the last that does not begin
+  // later.
+  const Index w = ((Index{rank} + 1) * writers - 1) / ranks;
+  return static_cast<int>(w * ranks / writers);
 }
 
 FrameRelay::FrameRelay(const Ranks& ranks, int writers)
