@@ -29,9 +29,9 @@
 #include <mutex>
 #include <optional>
 #include <stdexcept>
-#include <thread>
 
 #include "graph/executor.h"
+#include "graph/give_way.h"
 #include "graph/rests.h"
 
 namespace lahar {
@@ -351,7 +351,7 @@ class FlowExecutor final : public Executor {
     if (bodies_.looking) bodies_.looking(false);
     for (int empty = 0; ready_.load(std::memory_order_acquire) <= 0 && !all_done(); ++empty) {
       if (look()) empty = 0;
-      if (empty >= patience) std::this_thread::yield();
+      if (empty >= patience) give_way();
     }
     if (bodies_.looking) bodies_.looking(true);
   }

@@ -11,6 +11,7 @@
 #include <numeric>
 #include <thread>
 
+#include "graph/give_way.h"
 #include "physics/error.h"
 
 namespace lahar {
@@ -128,19 +129,40 @@ Ranks Ranks::first(int n) const {
   return group;
 }
 
-void Ranks::wait_for_all() const {
-  if (several()) MPI_Barrier(communicator_);
-}
-
 namespace {
+
+/// Blocking calls of MPI poll, and take the core from the rank that they wait for where there are
+/// more ranks than cores.
+void wait_for(std::span<MPI_Request> requests) {
+  constexpr int patience = 100;
+  for (int looks = 0;; ++looks) {
+    int done = 0;
+    MPI_Testall(static_cast<int>(requests.size()), requests.data(), &done, MPI_STATUSES_IGNORE);
+    if (done != 0) return;
+    if (looks >= patience) give_way();
+  }
+}
+void wait_for(MPI_Request request) {
+  wait_for(std::span(&request, 1));
+}
 
 template <class T>
 T reduce(const Ranks& ranks, T value, MPI_Datatype type, MPI_Op op) {
-  if (ranks.several()) MPI_Allreduce(MPI_IN_PLACE, &value, 1, type, op, ranks.communicator());
+  if (!ranks.several()) return value;
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Iallreduce(MPI_IN_PLACE, &value, 1, type, op, ranks.communicator(), &request);
+  wait_for(request);
   return value;
 }
 
 }  // namespace
+
+void Ranks::wait_for_all() const {
+  if (!several()) return;
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Ibarrier(communicator_, &request);
+  wait_for(request);
+}
 
 double Ranks::min(double value) const {
   return reduce(*this, value, MPI_DOUBLE, MPI_MIN);
@@ -159,29 +181,37 @@ Index Ranks::sum(Index value) const {
 }
 
 void Ranks::sum(std::span<Index> values) const {
-  if (several())
-    MPI_Allreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), MPI_INT64_T, MPI_SUM,
-                  communicator_);
+  if (!several()) return;
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), MPI_INT64_T, MPI_SUM,
+                 communicator_, &request);
+  wait_for(request);
 }
 
 void Ranks::broadcast(std::string& text, int root) const {
   if (!several()) return;
   auto size = static_cast<Index>(text.size());
-  MPI_Bcast(&size, 1, MPI_INT64_T, root, communicator_);
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Ibcast(&size, 1, MPI_INT64_T, root, communicator_, &request);
+  wait_for(request);
   text.resize(static_cast<std::size_t>(size));
-  MPI_Bcast(text.data(), count_of(text.size()), MPI_CHAR, root, communicator_);
+  MPI_Ibcast(text.data(), count_of(text.size()), MPI_CHAR, root, communicator_, &request);
+  wait_for(request);
 }
 
 std::vector<std::byte> Ranks::gather_bytes(std::span<const std::byte> bytes) const {
   if (!several()) return {bytes.begin(), bytes.end()};
   const int own = count_of(bytes.size());
   std::vector<int> counts(static_cast<std::size_t>(size_)), first(counts.size());
-  MPI_Allgather(&own, 1, MPI_INT, counts.data(), 1, MPI_INT, communicator_);
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Iallgather(&own, 1, MPI_INT, counts.data(), 1, MPI_INT, communicator_, &request);
+  wait_for(request);
   count_of(std::accumulate(counts.begin(), counts.end(), std::size_t{0}));
   std::exclusive_scan(counts.begin(), counts.end(), first.begin(), 0);
   std::vector<std::byte> all(static_cast<std::size_t>(first.back() + counts.back()));
-  MPI_Allgatherv(bytes.data(), own, MPI_BYTE, all.data(), counts.data(), first.data(), MPI_BYTE,
-                 communicator_);
+  MPI_Iallgatherv(bytes.data(), own, MPI_BYTE, all.data(), counts.data(), first.data(), MPI_BYTE,
+                  communicator_, &request);
+  wait_for(request);
   return all;
 }
 
@@ -193,7 +223,10 @@ std::vector<std::vector<std::byte>> Ranks::exchange_bytes(
   if (!several()) return from;
   std::vector<Index> sends, receives(to.size());
   for (const auto& part : to) sends.push_back(static_cast<Index>(part.size()));
-  MPI_Alltoall(sends.data(), 1, MPI_INT64_T, receives.data(), 1, MPI_INT64_T, communicator_);
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Ialltoall(sends.data(), 1, MPI_INT64_T, receives.data(), 1, MPI_INT64_T, communicator_,
+                &request);
+  wait_for(request);
   // In pieces: the counts of one call may not be large enough.
   constexpr std::size_t piece = std::size_t{1} << 30;
   constexpr int tag = 1;
@@ -211,7 +244,7 @@ std::vector<std::vector<std::byte>> Ranks::exchange_bytes(
       MPI_Isend(to[r].data() + at, count_of(std::min(piece, to[r].size() - at)), MPI_BYTE,
                 static_cast<int>(r), tag, communicator_, &requests.emplace_back());
   }
-  MPI_Waitall(count_of(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
+  wait_for(requests);
   return from;
 }
 

@@ -1,0 +1,32 @@
+/// \file What a thread does that waits for a message and has nothing else to do.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+namespace lahar {
+
+/// Let others have the core for a moment, between two looks at what one waits for. A yield costs
+/// nothing where nobody else wants the core. Where somebody does, it gives a whole slice of time
+/// away (Linux 6.18 counts it as used), which is long after the message has come; a short sleep
+/// does not, and so this thread sleeps for a while after a yield that took long, for longer each
+/// time.
+inline void give_way() {
+  using Clock = std::chrono::steady_clock;
+  constexpr auto nap = std::chrono::microseconds(20), long_yield = std::chrono::microseconds(100);
+  constexpr int fewest = 200, most = 50'000;  // naps, of some 70 us each
+  thread_local int naps = 0, next = fewest;
+  if (naps > 0) {
+    --naps;
+    std::this_thread::sleep_for(nap);
+    return;
+  }
+  const Clock::time_point begin = Clock::now();
+  std::this_thread::yield();
+  const bool is_shared = Clock::now() - begin > long_yield;
+  naps = is_shared ? next : 0;
+  next = is_shared ? std::min(2 * next, most) : fewest;
+}
+
+}  // namespace lahar
