@@ -62,6 +62,7 @@ std::string repeated(Index value, int dim) {
 }
 
 constexpr double block_step = 0.0125;  // [s]
+constexpr double sliding_speed = 1.0;  // [m/s], a cell in 80 steps
 
 std::string block_scenario(int dim, const BlockSize& size) {
   const auto [below, above] = margins(size);
@@ -171,6 +172,30 @@ Model<3> soil_block(const BlockSize& size, SoilState state) {
   for (std::size_t p = 0; p < particles.x.size(); ++p)
     particles.velocity[p] = {rate * particles.x[p][1], 0, 0};
   return model;
+}
+
+Model<3> sliding_block(Index length) {
+  const std::string text = fmt::format(
+      R"({{"title": "Sliding block",
+  "mesh": {{"structured": {{"cell_size": 1, "counts": [{0}, {1}, {1}]}}}},
+  "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1,
+                  "poisson_ratio": 0.3}}],
+  "particles": [{{"generator": {{"type": "region", "per_cell": {2}, "material": 0,
+                                "velocity": [{3}, 0, 0],
+                                "region": {{"box": {{"min": [0, 0, 0], "max": [{4}, {1}, {1}]}}}}}}}}],
+  "analysis": {{"mpm_scheme": "usl", "dt": {5}, "nsteps": {6}}}}})",
+      2 * length, length / 2, per_cell(3), sliding_speed, length, block_step,
+      sliding_steps(length));
+  return std::get<Model<3>>(read_scenario_text(text, ".").model);
+}
+
+Index sliding_steps(Index length) {
+  // It stops short of the wall by a cell.
+  return static_cast<Index>(static_cast<double>(length - 1) / (sliding_speed * block_step));
+}
+
+Index sliding_particles(Index length) {
+  return length * (length / 2) * (length / 2) * 8;
 }
 
 Model<2> bench_plate(const std::vector<std::string>& overrides) {

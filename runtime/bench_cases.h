@@ -49,6 +49,12 @@ Vec<Dim> deformed(const Vec<Dim>& x, double edge);
 enum class SoilState { elastic, yielding };
 Model<3> soil_block(const BlockSize& size, SoilState state);
 
+/// A block of length x length/2 x length/2 cells at one end of a mesh that is twice as long, which
+/// it crosses to the other end in sliding_steps() as it was thrown, 2 x 2 x 2 particles per cell.
+Model<3> sliding_block(Index length);
+Index sliding_steps(Index length);
+Index sliding_particles(Index length);
+
 /// The plate of examples/plate-with-hole.json, all 40,155 particles; overrides as for --set.
 Model<2> bench_plate(const std::vector<std::string>& overrides);
 /// Its mesh as a table of cells that are no boxes: inner nodes are moved by up to 15 % of a cell.

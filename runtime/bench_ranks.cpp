@@ -169,13 +169,40 @@ void measure_overlap(const RankBenchArguments& arguments, const Ranks& world) {
   if (speaks) fmt::print("\n");
 }
 
-/// Start this command again, under mpirun.
-int start(const RankBenchArguments& arguments, const std::string& what) {
+void measure_balance(const RankBenchArguments& arguments, const Ranks& world) {
+  const bool speaks = world.rank() == 0;
+  if (speaks)
+    fmt::print(
+        "## A block slides from one end of the mesh to the other, {} ranks{}, H8, a cell in 80 "
+        "steps\n\n"
+        "| particles | heaviest rank over the mean | at worst | remaps | moved each | at most | "
+        "time in them |\n|---:|---:|---:|---:|---:|---:|---:|\n",
+        world.size(), world.size() > available_threads() ? " (oversubscribed)" : "");
+  const std::vector<Index> lengths =
+      arguments.quick ? std::vector<Index>{40} : std::vector<Index>{40, 80};
+  for (const Index length : lengths) {
+    Simulation<3> simulation(sliding_block(length), {.threads = 1, .ranks = world});
+    const auto begin = Clock::now();
+    simulation.run();
+    const double seconds = world.max(std::chrono::duration<double>(Clock::now() - begin).count());
+    const BalanceReport& found = simulation.balance();
+    if (speaks)
+      fmt::print("| {} | {:.3f} | {:.3f} | {} | {:.1f} % | {:.1f} % | {:.2f} % |\n",
+                 format_count(sliding_particles(length)), found.imbalance, found.worst,
+                 found.remaps, 100 * found.moved, 100 * found.most_moved,
+                 100 * found.seconds / seconds);
+  }
+  if (speaks) fmt::print("\n");
+}
+
+/// Start this command again, under mpirun, with each of these numbers of ranks.
+int start(const RankBenchArguments& arguments, const std::string& what,
+          const std::vector<int>& sizes) {
   if (geteuid() == 0) {  // of which Open MPI wants to be sure
     setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 0);
     setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 0);
   }
-  for (const int ranks : {2, 4}) {
+  for (const int ranks : sizes) {
     std::fflush(stdout);
     const std::string command = fmt::format(
         "mpirun --oversubscribe --bind-to none -n {} '{}' bench {} --repeat {}{}", ranks,
@@ -186,9 +213,10 @@ int start(const RankBenchArguments& arguments, const std::string& what) {
   return exit_ok;
 }
 
-int measured(const RankBenchArguments& arguments, const std::string& what, auto measure) {
+int measured(const RankBenchArguments& arguments, const std::string& what,
+             const std::vector<int>& sizes, auto measure) {
   const Ranks world = Ranks::world();
-  if (!world.several()) return start(arguments, what);
+  if (!world.several()) return start(arguments, what, sizes);
   measure(arguments, world);
   return exit_ok;
 }
@@ -196,11 +224,15 @@ int measured(const RankBenchArguments& arguments, const std::string& what, auto 
 }  // namespace
 
 int bench_ranks(const RankBenchArguments& arguments) {
-  return measured(arguments, "ranks", measure_ranks);
+  return measured(arguments, "ranks", {2, 4}, measure_ranks);
 }
 
 int bench_overlap(const RankBenchArguments& arguments) {
-  return measured(arguments, "overlap", measure_overlap);
+  return measured(arguments, "overlap", {2, 4}, measure_overlap);
+}
+
+int bench_balance(const RankBenchArguments& arguments) {
+  return measured(arguments, "balance", {4}, measure_balance);
 }
 
 }  // namespace lahar

@@ -1,4 +1,4 @@
-/// \file `lahar bench ranks` and `lahar bench overlap`: measurements that need several ranks.
+/// \file `lahar bench ranks`, `overlap` and `balance`: measurements that need several ranks.
 #pragma once
 
 #include <string>
@@ -16,5 +16,9 @@ int bench_ranks(const RankBenchArguments& arguments);
 /// How much a latency of 600 us, injected per message, adds to a step: as a graph, and
 /// bulk-synchronously.
 int bench_overlap(const RankBenchArguments& arguments);
+
+/// A block that slides from one end of the mesh to the other over 4 ranks: how evenly they share it
+/// on its way, and what moving patches costs.
+int bench_balance(const RankBenchArguments& arguments);
 
 }  // namespace lahar

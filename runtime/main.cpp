@@ -332,10 +332,10 @@ int run_program(int argc, char** argv) {
   bench_app
       ->add_option(
           "WHAT", of_ranks,
-          "ranks or overlap: measure MPI ranks instead (starts itself under mpirun); "
+          "ranks, overlap or balance: measure MPI ranks instead (starts itself under mpirun); "
           "locate: how long it takes to find the cells of particles; trace: what recording "
           "costs")
-      ->check(CLI::IsMember({"ranks", "overlap", "locate", "trace"}));
+      ->check(CLI::IsMember({"ranks", "overlap", "balance", "locate", "trace"}));
   bench_app->callback([&] {
     if (of_ranks == "locate") {
       refuse_several_ranks("bench");
@@ -346,7 +346,9 @@ int run_program(int argc, char** argv) {
     if (!of_ranks.empty() && of_ranks != "trace") {
       const RankBenchArguments arguments{std::filesystem::read_symlink("/proc/self/exe").string(),
                                          bench.quick, bench.repeats > 0 ? bench.repeats : 5};
-      code = of_ranks == "ranks" ? bench_ranks(arguments) : bench_overlap(arguments);
+      code = of_ranks == "ranks"     ? bench_ranks(arguments)
+             : of_ranks == "overlap" ? bench_overlap(arguments)
+                                     : bench_balance(arguments);
       return;
     }
     refuse_several_ranks("bench");
