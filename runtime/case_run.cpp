@@ -100,7 +100,7 @@ int CaseRun<Dim>::execute() {
       frames_folder(output_.folder), ranks_,
       folder_ ? folder_->kept_frames() : std::vector<TimedFile>{}, arguments_.writers);
   frames_->while_waiting([&simulation] { simulation.poll(); });
-  begin_checkpoints(info);
+  begin_checkpoints(simulation, info);
   console_.line(fmt::format("output     {}", output_.folder));
   if (restart_) describe_restart(simulation);
   console_.line("");
@@ -161,7 +161,7 @@ std::unique_ptr<RunFolder> CaseRun<Dim>::new_folder(RunInfo about) const {
 }
 
 template <int Dim>
-void CaseRun<Dim>::begin_checkpoints(const SimulationInfo& info) {
+void CaseRun<Dim>::begin_checkpoints(Simulation<Dim>& simulation, const SimulationInfo& info) {
   checkpoints_.emplace(header_, output_.checkpoint_minutes,
                        CheckpointOptions{.folder = checkpoint_folder(output_.folder),
                                          .kept = output_.checkpoints_kept,
@@ -171,7 +171,7 @@ void CaseRun<Dim>::begin_checkpoints(const SimulationInfo& info) {
                                                frames_->wait_for_named();
                                                folder_->sync();
                                              },
-                                         .while_waiting = [this] { frames_->progress(); }},
+                                         .while_waiting = [&simulation] { simulation.poll(); }},
                        ranks_);
   // As rank 0 sees it: all must begin the same checkpoints.
   const bool own = ranks_.rank() == 0 && restart_ && is_in_folder(*restart_);
@@ -308,25 +308,25 @@ bool CaseRun<Dim>::on_step(Index step, double time) {
   return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time - reserve_;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                           \
-  template CaseRun<Dim>::CaseRun(const RunArguments&, Scenario&, Console&);              \
-  template int CaseRun<Dim>::execute();                                                  \
-  template void CaseRun<Dim>::open_checkpoint_to_restart();                              \
-  template RunContinuation CaseRun<Dim>::continuation() const;                           \
-  template std::unique_ptr<RunFolder> CaseRun<Dim>::new_folder(RunInfo) const;           \
-  template void CaseRun<Dim>::begin_checkpoints(const SimulationInfo&);                  \
-  template void CaseRun<Dim>::begin_trace(const Simulation<Dim>&, const SimulationInfo&, \
-                                          const std::string&);                           \
-  template void CaseRun<Dim>::write_beginning(Simulation<Dim>&);                         \
-  template bool CaseRun<Dim>::is_in_folder(const CheckpointReader&) const;               \
-  template void CaseRun<Dim>::describe_restart(const Simulation<Dim>&);                  \
-  template void CaseRun<Dim>::make_folder(RunInfo);                                      \
-  template void CaseRun<Dim>::warn_of_unstable_step(const SimulationInfo&);              \
-  template double CaseRun<Dim>::time_to_write(const SimulationInfo&) const;              \
-  template Index CaseRun<Dim>::planned_steps(const SimulationInfo&) const;               \
-  template Observer CaseRun<Dim>::observer();                                            \
-  template void CaseRun<Dim>::on_history(const HistoryRow&);                             \
-  template void CaseRun<Dim>::print_row(const HistoryRow&);                              \
+#define LAHAR_INSTANTIATE(Dim)                                                            \
+  template CaseRun<Dim>::CaseRun(const RunArguments&, Scenario&, Console&);               \
+  template int CaseRun<Dim>::execute();                                                   \
+  template void CaseRun<Dim>::open_checkpoint_to_restart();                               \
+  template RunContinuation CaseRun<Dim>::continuation() const;                            \
+  template std::unique_ptr<RunFolder> CaseRun<Dim>::new_folder(RunInfo) const;            \
+  template void CaseRun<Dim>::begin_checkpoints(Simulation<Dim>&, const SimulationInfo&); \
+  template void CaseRun<Dim>::begin_trace(const Simulation<Dim>&, const SimulationInfo&,  \
+                                          const std::string&);                            \
+  template void CaseRun<Dim>::write_beginning(Simulation<Dim>&);                          \
+  template bool CaseRun<Dim>::is_in_folder(const CheckpointReader&) const;                \
+  template void CaseRun<Dim>::describe_restart(const Simulation<Dim>&);                   \
+  template void CaseRun<Dim>::make_folder(RunInfo);                                       \
+  template void CaseRun<Dim>::warn_of_unstable_step(const SimulationInfo&);               \
+  template double CaseRun<Dim>::time_to_write(const SimulationInfo&) const;               \
+  template Index CaseRun<Dim>::planned_steps(const SimulationInfo&) const;                \
+  template Observer CaseRun<Dim>::observer();                                             \
+  template void CaseRun<Dim>::on_history(const HistoryRow&);                              \
+  template void CaseRun<Dim>::print_row(const HistoryRow&);                               \
   template bool CaseRun<Dim>::on_step(Index, double);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -55,7 +55,7 @@ class CaseRun {
 
   /// A new folder, or the one of the run that goes on.
   std::unique_ptr<RunFolder> new_folder(RunInfo about) const;
-  void begin_checkpoints(const SimulationInfo& info);
+  void begin_checkpoints(Simulation<Dim>& simulation, const SimulationInfo& info);
 
   void begin_trace(const Simulation<Dim>& simulation, const SimulationInfo& info,
                    const std::string& title);

@@ -1,9 +1,12 @@
 #include "runtime/checkpoint_writer.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
+#include <limits>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -15,149 +18,135 @@
 namespace lahar {
 
 CheckpointWriter::CheckpointWriter(CheckpointOptions options, const Ranks& ranks)
-    : options_(std::move(options)), ranks_(ranks.duplicate()) {}
+    : options_(std::move(options)),
+      ranks_(ranks.duplicate()),
+      writer_pid_(ranks.max(ranks.rank() == 0 ? Index{::getpid()} : Index{0})),
+      memory_(std::make_unique<Memory>()) {}
 
 CheckpointWriter::~CheckpointWriter() {
   if (thread_.joinable()) thread_.join();
-  // A rank that ends by an error ends alone.
-  if (phase_ == Phase::idle && std::uncaught_exceptions() == 0) ranks_.release();
+  // A rank that ends by an error ends alone, and MPI may still work on what it gave.
+  if (phase_ == Phase::idle && std::uncaught_exceptions() == 0)
+    ranks_.release();
+  else if (request_ != MPI_REQUEST_NULL)
+    static_cast<void>(memory_.release());
 }
 
-void CheckpointWriter::write(const CheckpointHeader& header, const SimulationState& state) {
-  finish();
+void CheckpointWriter::write(const CheckpointHeader& header, SimulationState state) {
+  wait_until([this] { return is_in(Phase::idle); });
   last_step_ = header.run.step;
-  target_ = options_.folder / checkpoint_name(header.run.step);
-  std::vector<Slab> slabs = pack_all(state);
-  const std::vector<CheckpointPatch> all = lay_out_all(slabs);
-  data_ = create(header, all);
-  phase_ = Phase::writing;
-  const bool copied =
-      std::all_of(slabs.begin(), slabs.end(), [](const Slab& slab) { return !slab.bytes.empty(); });
-  if (!copied) write_large(state, slabs);
-  start([this, copied, slabs = std::move(slabs)] {
-    if (failure_) return;
-    if (copied)
-      for (const Slab& slab : slabs) slab_file_->write(data_ + slab.patch.offset, slab.bytes);
-    slab_file_->sync();
-    if (!ranks_.several()) complete();
+  target_ = options_.folder / checkpoint_name(last_step_);
+  header_ = header;
+  slabs_ = std::vector<Slab>(state.patches.size());
+  const Index size = std::accumulate(state.sizes.begin(), state.sizes.end(), Index{0});
+  const bool is_copy = state.copied;
+  copied_ = is_copy || static_cast<std::size_t>(size) <= options_.copied_bytes;
+  if (!is_copy) attempt([&] { pack(state); });
+  {
+    const std::lock_guard lock(mutex_);
+    if (!ranks_.several()) return write_alone(std::move(state));
+    if (is_copy)
+      start(Phase::packing, [this, state = std::move(state)] { pack(state); });
+    else
+      start(Phase::packing, [] {});
+  }
+  if (copied_) return;
+  wait_until([this] { return is_in(Phase::handing) || is_in(Phase::idle); });
+  if (is_in(Phase::idle)) return;
+  attempt([&] { write_large(state); });
+  const std::lock_guard lock(mutex_);
+  start(Phase::writing, [this] {
+    if (!failure_) slab_file_->sync();
   });
 }
 
-/// Checksums of all patches; their bytes too where there is memory for them.
-std::vector<CheckpointWriter::Slab> CheckpointWriter::pack_all(const SimulationState& state) const {
-  const Index size = std::accumulate(state.sizes.begin(), state.sizes.end(), Index{0});
-  const bool copy = static_cast<std::size_t>(size) <= options_.copied_bytes;
-  std::vector<Slab> slabs(state.patches.size());
-  parallel_for(options_.threads, static_cast<int>(slabs.size()), [&](int k) {
+/// One rank needs nobody's news.
+void CheckpointWriter::write_alone(SimulationState state) {
+  const auto begin = [this] {
+    place();
+    create();
+    if (memory_->news.begin < 0) throw IoError(memory_->news.reason);
+  };
+  if (copied_) {
+    start(Phase::completing, [this, begin, state = std::move(state)] {
+      if (failure_) return;
+      if (state.copied) pack(state);
+      begin();
+      open_and_write();
+      complete();
+    });
+    return;
+  }
+  attempt([&] {
+    if (failure_) return;
+    begin();
+    write_large(state);
+  });
+  start(Phase::completing, [this] {
+    if (failure_) return;
+    slab_file_->sync();
+    complete();
+  });
+}
+
+// --- by the thread, or while there is none -------------------------------------------------------
+
+/// Checksums of all patches; their bytes too where they are copied.
+void CheckpointWriter::pack(const SimulationState& state) {
+  const auto pack_one = [&](int k) {
     const auto i = static_cast<std::size_t>(k);
     std::vector<std::byte> bytes = state.bytes(i);
-    slabs[i].patch = {.id = state.patches[i],
-                      .offset = 0,
-                      .bytes = static_cast<Index>(bytes.size()),
-                      .checksum = checksum(bytes)};
-    if (copy) slabs[i].bytes = std::move(bytes);
-  });
-  return slabs;
+    slabs_[i].patch = {.id = state.patches[i],
+                       .offset = 0,
+                       .bytes = static_cast<Index>(bytes.size()),
+                       .checksum = checksum(bytes)};
+    if (copied_) slabs_[i].bytes = std::move(bytes);
+  };
+  const int n = static_cast<int>(slabs_.size());
+  if (!state.copied) return parallel_for(options_.threads, n, pack_one);
+  for (int k = 0; k < n; ++k) pack_one(k);  // the other cores compute
 }
 
 /// Places of the patches of all ranks, which this rank's get to know.
-std::vector<CheckpointPatch> CheckpointWriter::lay_out_all(std::vector<Slab>& slabs) const {
-  std::vector<CheckpointPatch> own;
-  for (const Slab& slab : slabs) own.push_back(slab.patch);
-  std::vector<CheckpointPatch> all = ranks_.gather_all<CheckpointPatch>(own);
+void CheckpointWriter::place() {
+  std::vector<CheckpointPatch>& all = memory_->all;
+  if (!ranks_.several()) {
+    all.clear();
+    for (const Slab& slab : slabs_) all.push_back(slab.patch);
+  }
   lay_out(all);
-  for (Slab& slab : slabs)
+  for (Slab& slab : slabs_)
     slab.patch =
         *std::lower_bound(all.begin(), all.end(), slab.patch.id,
                           [](const CheckpointPatch& patch, Index id) { return patch.id < id; });
-  return all;
 }
 
-/// Rank 0 makes the file; all learn where it is, and where the data begin. A failure there is
-/// everybody's.
-Index CheckpointWriter::create(const CheckpointHeader& header,
-                               const std::vector<CheckpointPatch>& all) {
-  std::string news;  // "+offset name" or "-reason"
-  if (ranks_.rank() == 0) {
-    try {
-      make_folder(options_.folder);
-      file_.emplace(target_);
-      const Index begin = create_checkpoint(file_->temporary(), target_, header, all);
-      news = fmt::format("+{} {}", begin, file_->temporary().string());
-    } catch (const IoError& error) {
-      file_.reset();
-      news = std::string("-") + error.what();
-    }
-  }
-  ranks_.broadcast(news);
-  if (news.front() == '-') throw IoError(news.substr(1));
-  const std::size_t space = news.find(' ');
-  failure_ = nullptr;
+/// Rank 0 makes the file. What goes wrong there is news for all.
+void CheckpointWriter::create() {
+  News& news = memory_->news;
+  news = {.begin = -1, .reason = {}};
   try {
-    slab_file_ = std::make_unique<SharedFile>(news.substr(space + 1), target_);
-  } catch (...) {
-    failure_ = std::current_exception();  // told when all are asked
+    make_folder(options_.folder);
+    file_.emplace(target_);
+    news.begin = create_checkpoint(file_->temporary(), target_, header_, memory_->all);
+  } catch (const IoError& error) {
+    file_.reset();
+    std::strncpy(news.reason, error.what(), sizeof news.reason - 1);
   }
-  return std::stoll(news.substr(1, space));
+}
+
+void CheckpointWriter::open_and_write() {
+  slab_file_ = std::make_unique<SharedFile>(part_file(target_, writer_pid_), target_);
+  for (const Slab& slab : slabs_)
+    slab_file_->write(memory_->news.begin + slab.patch.offset, slab.bytes);
+  slab_file_->sync();
 }
 
 /// Hand a state to the system for which there is no copy: it is packed once more.
-void CheckpointWriter::write_large(const SimulationState& state, const std::vector<Slab>& slabs) {
-  try {
-    for (std::size_t i = 0; i < slabs.size() && !failure_; ++i)
-      slab_file_->write(data_ + slabs[i].patch.offset, state.bytes(i));
-  } catch (...) {
-    failure_ = std::current_exception();
-  }
-}
-
-void CheckpointWriter::start(std::function<void()> work) {
-  thread_done_ = false;
-  thread_ = std::thread([this, work = std::move(work)] {
-    const TraceSpan trace = TraceSpan::beside_steps(TraceKind::checkpoint, last_step_);
-    try {
-      work();
-    } catch (...) {
-      failure_ = std::current_exception();
-    }
-    thread_done_ = true;
-    thread_done_.notify_all();
-  });
-}
-
-bool CheckpointWriter::progress() {
-  if (phase_ == Phase::idle) return true;
-  if (phase_ == Phase::agreeing) {
-    int done = 0;
-    MPI_Test(&request_, &done, MPI_STATUS_IGNORE);
-    if (done != 0) agreed(failed_ == 0);
-    return phase_ == Phase::idle;
-  }
-  if (!thread_done_) return false;
-  thread_.join();
-  if (phase_ == Phase::writing && ranks_.several()) {
-    failed_ = failure_ ? 1 : 0;
-    MPI_Iallreduce(MPI_IN_PLACE, &failed_, 1, MPI_INT, MPI_MAX, ranks_.communicator(), &request_);
-    phase_ = Phase::agreeing;
-    return false;
-  }
-  forget();
-  return true;
-}
-
-/// Everybody's part is on the disk, or somebody's is not.
-void CheckpointWriter::agreed(bool all_written) {
-  if (!all_written) {
-    if (!failure_)
-      failure_ = std::make_exception_ptr(IoError(
-          fmt::format("cannot write {}: another rank could not write its part", target_.string())));
-    forget();
-  } else if (ranks_.rank() == 0) {
-    phase_ = Phase::completing;
-    start([this] { complete(); });
-  } else {
-    forget();
-  }
+void CheckpointWriter::write_large(const SimulationState& state) {
+  slab_file_ = std::make_unique<SharedFile>(part_file(target_, writer_pid_), target_);
+  for (std::size_t i = 0; i < slabs_.size(); ++i)
+    slab_file_->write(memory_->news.begin + slabs_[i].patch.offset, state.bytes(i));
 }
 
 void CheckpointWriter::complete() {
@@ -166,28 +155,192 @@ void CheckpointWriter::complete() {
   prune_checkpoints(options_.folder, options_.kept);
 }
 
+/// What fails is told when all are asked.
+void CheckpointWriter::attempt(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (...) {
+    failure_ = std::current_exception();
+  }
+}
+
+// --- one thing after the other -------------------------------------------------------------------
+
+bool CheckpointWriter::progress() {
+  const std::lock_guard lock(mutex_);
+  advance();
+  return phase_ == Phase::idle;
+}
+
+void CheckpointWriter::advance() {
+  for (;;) {
+    switch (phase_) {
+      case Phase::idle:
+      case Phase::handing:
+        return;
+      case Phase::packing:
+      case Phase::creating:
+      case Phase::writing:
+      case Phase::completing:
+        if (!thread_done_) return;
+        thread_.join();
+        break;
+      case Phase::counting:
+      case Phase::placing:
+      case Phase::telling:
+      case Phase::reporting:
+        if (!operation_is_done()) return;
+    }
+    switch (phase_) {
+      case Phase::packing:
+        start_counting();
+        break;
+      case Phase::counting:
+        start_placing();
+        break;
+      case Phase::placing:
+        place();
+        if (ranks_.rank() == 0)
+          start(Phase::creating, [this] { create(); });
+        else
+          start_telling();
+        break;
+      case Phase::creating:
+        start_telling();
+        break;
+      case Phase::telling:
+        follow_news();
+        break;
+      case Phase::writing:
+        start_reporting();
+        break;
+      case Phase::reporting:
+        if (memory_->failed != 0) return fail("another rank could not write its part");
+        if (ranks_.rank() != 0) return forget();
+        start(Phase::completing, [this] { complete(); });
+        break;
+      default:
+        return forget();
+    }
+  }
+}
+
+void CheckpointWriter::start(Phase phase, std::function<void()> work) {
+  phase_ = phase;
+  thread_done_ = false;
+  thread_ = std::thread([this, work = std::move(work)] {
+    const TraceSpan trace = TraceSpan::beside_steps(TraceKind::checkpoint, last_step_);
+    attempt(work);
+    thread_done_ = true;
+    thread_done_.notify_all();
+  });
+}
+
+bool CheckpointWriter::operation_is_done() {
+  int done = 0;
+  MPI_Test(&request_, &done, MPI_STATUS_IGNORE);
+  return done != 0;
+}
+
+void CheckpointWriter::start_counting() {
+  memory_->own = {static_cast<Index>(slabs_.size()), failure_ ? 1 : 0};
+  memory_->counts.resize(static_cast<std::size_t>(ranks_.size()));
+  constexpr int words = sizeof(Count) / sizeof(Index);
+  MPI_Iallgather(&memory_->own, words, MPI_INT64_T, memory_->counts.data(), words, MPI_INT64_T,
+                 ranks_.communicator(), &request_);
+  phase_ = Phase::counting;
+}
+
+void CheckpointWriter::start_placing() {
+  Memory& memory = *memory_;
+  if (std::any_of(memory.counts.begin(), memory.counts.end(),
+                  [](const Count& count) { return count.failed != 0; }))
+    return fail("another rank could not pack its part");
+  memory.own_patches.clear();
+  for (const Slab& slab : slabs_) memory.own_patches.push_back(slab.patch);
+  memory.bytes.clear();
+  memory.first.clear();
+  constexpr Index size = sizeof(CheckpointPatch);
+  Index all = 0;
+  for (const Count& count : memory.counts) {
+    memory.first.push_back(static_cast<int>(all * size));
+    memory.bytes.push_back(static_cast<int>(count.patches * size));
+    all += count.patches;
+  }
+  if (all * size > std::numeric_limits<int>::max()) return fail("there are too many patches");
+  memory.all.resize(static_cast<std::size_t>(all));
+  MPI_Iallgatherv(memory.own_patches.data(), memory.bytes[static_cast<std::size_t>(ranks_.rank())],
+                  MPI_BYTE, memory.all.data(), memory.bytes.data(), memory.first.data(), MPI_BYTE,
+                  ranks_.communicator(), &request_);
+  phase_ = Phase::placing;
+}
+
+void CheckpointWriter::start_telling() {
+  MPI_Ibcast(&memory_->news, sizeof(News), MPI_BYTE, 0, ranks_.communicator(), &request_);
+  phase_ = Phase::telling;
+}
+
+void CheckpointWriter::follow_news() {
+  if (memory_->news.begin < 0) {
+    failure_ = std::make_exception_ptr(IoError(memory_->news.reason));
+    return forget();
+  }
+  if (copied_)
+    start(Phase::writing, [this] { open_and_write(); });
+  else
+    phase_ = Phase::handing;
+}
+
+void CheckpointWriter::start_reporting() {
+  memory_->failed = failure_ ? 1 : 0;
+  MPI_Iallreduce(MPI_IN_PLACE, &memory_->failed, 1, MPI_INT, MPI_MAX, ranks_.communicator(),
+                 &request_);
+  phase_ = Phase::reporting;
+}
+
+/// On all ranks; those that have a reason of their own give that.
+void CheckpointWriter::fail(const std::string& reason) {
+  if (!failure_)
+    failure_ = std::make_exception_ptr(
+        IoError(fmt::format("cannot write {}: {}", target_.string(), reason)));
+  forget();
+}
+
 /// Nothing is under way any more. Throws what went wrong.
 void CheckpointWriter::forget() {
   phase_ = Phase::idle;
   slab_file_.reset();
   file_.reset();  // not committed: removed
+  slabs_.clear();
   if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
 }
 
-void CheckpointWriter::finish() {
-  const bool alone = !ranks_.several() && !options_.while_waiting;
-  const auto wait = [&](auto is_done) {
-    while (!is_done()) {
-      if (options_.while_waiting) options_.while_waiting();
-      if (alone)
-        thread_done_.wait(false);
-      else
-        std::this_thread::sleep_for(std::chrono::microseconds(100));
+// --- waiting -------------------------------------------------------------------------------------
+
+bool CheckpointWriter::is_in(Phase phase) {
+  const std::lock_guard lock(mutex_);
+  return phase_ == phase;
+}
+
+void CheckpointWriter::wait_until(const std::function<bool()>& is_done) {
+  while (!is_done()) {
+    if (!ranks_.several()) {
+      thread_done_.wait(false);
+      progress();
+      continue;
     }
-  };
+    if (options_.while_waiting)
+      options_.while_waiting();
+    else
+      progress();
+    if (!is_done()) std::this_thread::sleep_for(std::chrono::microseconds(100));
+  }
+}
+
+void CheckpointWriter::finish() {
   std::exception_ptr failure;
   try {
-    wait([&] { return progress(); });
+    wait_until([this] { return is_in(Phase::idle); });
   } catch (...) {
     if (!ranks_.several()) throw;
     failure = std::current_exception();
@@ -197,7 +350,7 @@ void CheckpointWriter::finish() {
   int any = failure != nullptr;
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Iallreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, ranks_.communicator(), &request);
-  wait([&] {
+  wait_until([&] {
     int done = 0;
     MPI_Test(&request, &done, MPI_STATUS_IGNORE);
     return done != 0;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <thread>
 #include <vector>
@@ -22,21 +23,30 @@ struct CheckpointOptions {
   std::filesystem::path folder;
   Index kept = 2;   ///< older ones are removed when a new one is complete
   int threads = 0;  ///< that pack; 0 = all
-  /// States up to this size [bytes], of each rank, are copied and written in the background. For
-  /// larger ones there is no memory to spare: they are handed to the system patch by patch while
-  /// the computation waits, and only go to the disk in the background.
+  /// States at rest up to this size [bytes], of each rank, are copied and written in the
+  /// background. For larger ones there is no memory to spare: they are handed to the system patch
+  /// by patch while the computation waits, and only go to the disk in the background.
   std::size_t copied_bytes = std::size_t{64} << 20;
   /// Brings to the disk what an undisturbed run has written before the checkpoint (RunFolder::
   /// sync()); called on rank 0 by the background thread before the checkpoint gets its name.
   std::function<void()> before_complete = {};
-  /// Called again and again by finish() while it waits: for what before_complete may need.
+  /// Several ranks: called again and again by whoever waits here, in place of progress(), which it
+  /// has to call.
   std::function<void()> while_waiting = {};
 };
 
 /// Writes FOLDER/checkpoint_STEP.h5. A checkpoint is complete or absent: it is written under
-/// another name, brought to the disk by every rank, and gets its name when all are done. The
-/// background thread never calls MPI. Members throw IoError of the checkpoint under way, on all
-/// ranks where one of them could not write its part.
+/// another name, brought to the disk by every rank, and gets its name when all are done. What
+/// happens to it, one after the other:
+///
+///     packing -> placing -> creating -> telling -> writing -> reporting -> completing
+///
+/// Every rank packs its patches; all learn where each has its place; rank 0 makes the file and
+/// tells the others; every rank writes, and reports; rank 0 gives the file its name. File work is
+/// done by a thread that never calls MPI; what ranks tell each other goes on in progress().
+///
+/// What goes wrong on one rank is an IoError on all, from the next call after they have heard of
+/// it.
 class CheckpointWriter {
  public:
   /// Collective.
@@ -45,11 +55,12 @@ class CheckpointWriter {
   CheckpointWriter(const CheckpointWriter&) = delete;
   CheckpointWriter& operator=(const CheckpointWriter&) = delete;
 
-  /// Begin a checkpoint; waits for the one before. Collective, between steps. The header counts on
-  /// rank 0.
-  void write(const CheckpointHeader& header, const SimulationState& state);
-  /// Take the next thing that can be done without waiting; to be called again and again, where this
-  /// thread may call MPI. True: nothing is under way.
+  /// Begin a checkpoint; waits for the one before. By all ranks, in the same order; a state that is
+  /// not a copy (SimulationState::copied) is only needed during the call, which all ranks make
+  /// while no step is taken. The header counts on rank 0.
+  void write(const CheckpointHeader& header, SimulationState state);
+  /// Take the next thing that can be done without waiting; to be called again and again, in turn
+  /// with all other calls of MPI. True: nothing is under way.
   bool progress();
   /// Wait until nothing is under way. Collective.
   void finish();
@@ -58,31 +69,79 @@ class CheckpointWriter {
   Index last_step() const { return last_step_; }
 
  private:
-  enum class Phase { idle, writing, agreeing, completing };
+  enum class Phase {
+    idle,
+    packing,
+    counting,
+    placing,
+    creating,
+    telling,
+    handing,  ///< write() hands a state to the system that is not copied
+    writing,
+    reporting,
+    completing
+  };
   struct Slab {
     CheckpointPatch patch;
     std::vector<std::byte> bytes;  ///< empty: packed again when it is written
   };
+  struct Count {
+    Index patches, failed;
+  };
+  struct News {
+    Index begin;  ///< of the patches' states in the file; -1 = there is none
+    char reason[504];
+  };
+  /// What MPI works on while an operation is under way.
+  struct Memory {
+    Count own{};
+    std::vector<Count> counts;
+    std::vector<CheckpointPatch> own_patches, all;
+    std::vector<int> bytes, first;  ///< of `all`, by rank
+    News news{};
+    int failed = 0;
+  };
 
-  std::vector<Slab> pack_all(const SimulationState& state) const;
-  std::vector<CheckpointPatch> lay_out_all(std::vector<Slab>& slabs) const;
-  Index create(const CheckpointHeader& header, const std::vector<CheckpointPatch>& all);
-  void write_large(const SimulationState& state, const std::vector<Slab>& slabs);
-  void start(std::function<void()> work);
-  void agreed(bool all_written);
+  // Without the lock: by the thread, or by write() while there is none.
+  void pack(const SimulationState& state);
+  void place();
+  void create();
+  void open_and_write();
+  void write_large(const SimulationState& state);
   void complete();
+  void attempt(const std::function<void()>& work);
+
+  // Under the lock.
+  void write_alone(SimulationState state);
+  void advance();
+  void start(Phase phase, std::function<void()> work);
+  bool operation_is_done();
+  void start_counting();
+  void start_placing();
+  void start_telling();
+  void start_reporting();
+  void follow_news();
+  void fail(const std::string& reason);
   void forget();
+
+  bool is_in(Phase phase);
+  void wait_until(const std::function<bool()>& is_done);
 
   CheckpointOptions options_;
   Ranks ranks_;
+  Index writer_pid_;  ///< of rank 0, part of the temporary name
   Index last_step_ = -1;
+
+  std::mutex mutex_;
   Phase phase_ = Phase::idle;
+  CheckpointHeader header_;
   std::filesystem::path target_;
   std::optional<AtomicFile> file_;  ///< rank 0's
   std::unique_ptr<SharedFile> slab_file_;
-  Index data_ = 0;  ///< where the patches' states begin in the file
-  std::exception_ptr failure_;
-  int failed_ = 0;  ///< of any rank, in the making
+  std::vector<Slab> slabs_;
+  bool copied_ = false;  ///< slabs_ hold all bytes
+  std::unique_ptr<Memory> memory_;
+  std::exception_ptr failure_;  ///< of this rank, in this checkpoint
   MPI_Request request_ = MPI_REQUEST_NULL;
   std::atomic<bool> thread_done_{false};
   std::thread thread_;

@@ -37,7 +37,7 @@ struct ExecutionOptions {
   /// together.
   Ranks ranks = {};
   BalanceOptions balance = {};
-  double latency = 0;      ///< [s] held back from each message between ranks, for studies
+  double latency = 0;  ///< [s] held back from each message between ranks, for studies
   StudyDelays delays = {};
   std::uint64_t seed = 1;  ///< random order only
   int support_rings = 0;   ///< extra layers of nodes that patches exchange; 0 suits linear elements
@@ -46,6 +46,9 @@ struct ExecutionOptions {
   /// a few of them at a time. For larger ones there is no memory to spare: the computation waits
   /// while Observer::large_frame takes them from where the particles are.
   std::size_t copied_frame_bytes = std::size_t{64} << 20;
+  /// The same for checkpoints: larger states, and those of runs into which particles come or which
+  /// they leave, are taken while the computation waits.
+  std::size_t copied_state_bytes = std::size_t{64} << 20;
 };
 
 /// Receives what a simulation produces while it runs; called from worker threads, one call at a
@@ -61,7 +64,9 @@ struct Observer {
   /// After every step, in order: steps done and time [s]. Return false to stop soon.
   std::function<bool(Index step, double time)> progress;
   /// The state to be kept: after every OutputPlan::checkpoint_steps, and soon after
-  /// `checkpoint_wanted`, asked after every step, said so. The state is good during the call.
+  /// `checkpoint_wanted`, asked after every step, said so. Good during the call, which all ranks
+  /// make while no step is taken; or a copy (SimulationState::copied), and called while steps are
+  /// taken.
   std::function<void(const SimulationState&)> checkpoint;
   std::function<bool()> checkpoint_wanted;
   /// Several ranks only: may call MPI and must not wait; called again and again while steps are
@@ -86,9 +91,9 @@ struct SimulationInfo {
   Index divided = 0;  ///< increments that materials could only do in parts, since the start
   int patches = 0, tasks_per_step = 0;
   Index cells_per_patch = 0;
-  Index splits = 0;  ///< of patches, since the start
-  double dt_limit = 0;         ///< [s] smallest h / (c + |v|) at present
-  double dt = 0;               ///< [s] of the next step
+  Index splits = 0;       ///< of patches, since the start
+  double dt_limit = 0;    ///< [s] smallest h / (c + |v|) at present
+  double dt = 0;          ///< [s] of the next step
   std::size_t bytes = 0;  ///< of particles and nodes, of all ranks
 };
 

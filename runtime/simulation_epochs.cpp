@@ -36,47 +36,6 @@ void Simulation<Dim>::Impl::restore(const RunState& run) {
 }
 
 template <int Dim>
-RunState Simulation<Dim>::Impl::run_state() const {
-  return {.dim = Dim,
-          .step = step,
-          .time = time_at(step),
-          .dt = step > 0 ? dt_of(step - 1) : 0.0,
-          .dt_limit = last_limit,
-          .particles = ranks.sum(patches.particles()),
-          .removed = ranks.sum(removed),
-          .next_id = log.next_id(),
-          .history_steps = history_steps,
-          .work = work,
-          .kinetic_at_start = start_row.kinetic,
-          .cells_per_patch = patches.target_cells(),
-          .least_mass = patches.least_mass(),
-          .columns = column_text(patches.layout()),
-          .splits = patches.splits(),
-          .split_step = split_step};
-}
-
-template <int Dim>
-SimulationState Simulation<Dim>::Impl::present_state() const {
-  SimulationState state{.run = run_state(), .patches = {}, .sizes = {}, .bytes = {}};
-  std::vector<int> position;
-  for (int i = 0; i < patches.size(); ++i) {
-    if (!has_state(patches[i])) continue;
-    position.push_back(i);
-    state.patches.push_back(patches[i].topology.patch);
-    state.sizes.push_back(static_cast<Index>(packed_bytes(patches[i])));
-  }
-  state.bytes = [this, position](std::size_t i) { return pack(patches[position[i]], step); };
-  return state;
-}
-
-template <int Dim>
-void Simulation<Dim>::Impl::write_checkpoint() {
-  checkpoint_asked = false;
-  checkpoint_requested = false;
-  observer.checkpoint(present_state());
-}
-
-template <int Dim>
 void Simulation<Dim>::Impl::advance(Index steps) {
   const Step end = std::min<Step>(step + steps, nsteps);
   stop_requested = false;
@@ -86,9 +45,11 @@ void Simulation<Dim>::Impl::advance(Index steps) {
     for (Step s = 0; s < max_lead + 2; ++s) {
       rows[s].assign(n, {});
       pieces[s].assign(n, {});
+      kept[s].assign(n, {});
       injected[s].assign(n, {});
     }
     rebuild_needed = false;
+    begin_keeping();
     stop_step = std::numeric_limits<Step>::max();
     step = executor->run(step, drain_step(end));
     if (exchange) exchange->post();  // others may still wait for the last messages
@@ -104,7 +65,9 @@ void Simulation<Dim>::Impl::advance(Index steps) {
     if (model.analysis.step.adaptive && step < nsteps) set_dt(step, last_limit);
     if (!split_patches() && ranks.any(rebuild_needed || needs_surroundings())) rebuild();
     if (std::exchange(remap_needed, false) || balance.is_forced(step)) remap();
-    if (checkpoint_due()) write_checkpoint();
+    // What was asked for and comes after the end is written now.
+    const bool ends = step >= end || step >= nsteps || stop_requested;
+    if (checkpoint_due(step) || (ends && requested_checkpoint > step)) write_checkpoint();
   }
 }
 
@@ -218,9 +181,6 @@ void Simulation<Dim>::Impl::take_removed() {
 
 #define LAHAR_INSTANTIATE(Dim)                                               \
   template void Simulation<Dim>::Impl::restore(const RunState&);             \
-  template RunState Simulation<Dim>::Impl::run_state() const;                \
-  template SimulationState Simulation<Dim>::Impl::present_state() const;     \
-  template void Simulation<Dim>::Impl::write_checkpoint();                   \
   template void Simulation<Dim>::Impl::advance(Index);                       \
   template std::string Simulation<Dim>::Impl::first_failure() const;         \
   template void Simulation<Dim>::Impl::stop_where_failed();                  \

@@ -1,7 +1,7 @@
 /// \file What a simulation consists of, for the files that implement it: beginning and what users
 /// see (simulation.cpp), time (simulation_time.cpp), tasks of a step (simulation_tasks.cpp), what
 /// leaves it (simulation_output.cpp), and what is done while no step is taken
-/// (simulation_epochs.cpp).
+/// (simulation_epochs.cpp, simulation_checkpoints.cpp).
 #pragma once
 
 #include <array>
@@ -59,14 +59,32 @@ struct Simulation<Dim>::Impl {
   /// Go on from the numbers of a state whose patches exist already.
   void restore(const RunState& run);
   void restore_dt(double last_dt);
-  RunState run_state() const;
+  /// The numbers when `at` steps are done.
+  RunState run_state(Step at) const;
   SimulationState present_state() const;
-  bool checkpoint_due() const {
-    const Index every = model.output.checkpoint_steps;
-    return observer.checkpoint && (checkpoint_requested || (every > 0 && step % every == 0));
-  }
 
+  // --- checkpoints ------------------------------------------------------------------------------
+
+  /// Whether the state after so many steps is to be kept.
+  bool checkpoint_due(Step at) const {
+    const Index every = model.output.checkpoint_steps;
+    return observer.checkpoint &&
+           (at == requested_checkpoint.load() || (every > 0 && at % every == 0));
+  }
+  /// Tasks copy the state of their patch at the beginning of `at`, when its particles have come.
+  /// (At rest, what is due is not copied by tasks.)
+  bool keeps(Step at) const { return copies_states && at > step && checkpoint_due(at); }
+  /// Before steps are taken: tasks copy states where there is memory for that, and nothing that
+  /// only a drained graph knows: who has left the mesh, and which ids those have that came in.
+  void begin_keeping();
+  void keep(int p, Step at);
+  /// All patches have done keep().
+  void hand_on_kept(Step at);
+  /// One was asked for, as all ranks hear after `step`.
+  void plan_checkpoint(Step step);
+  /// At rest.
   void write_checkpoint();
+  void checkpoint_is_written(Step at);
 
   // --- time -------------------------------------------------------------------------------------
 
@@ -191,8 +209,8 @@ struct Simulation<Dim>::Impl {
     return observer.large_frame && frame_size > options.copied_frame_bytes;
   }
 
-  /// Where the graph has to drain: at `end`, or before it at a frame that is not copied or at a
-  /// checkpoint.
+  /// Where the graph has to drain: at `end`, or before it at a frame or a checkpoint that is not
+  /// copied.
   Step drain_step(Step end) const;
 
   /// The output stage: copy what is due; nobody in the loop waits for more. (Frames too large to be
@@ -237,8 +255,8 @@ struct Simulation<Dim>::Impl {
 
   // --- epochs -----------------------------------------------------------------------------------
 
-  /// Between two calls the graph drains only where patches have to be created, or where a frame is
-  /// written that is too large to be copied.
+  /// Between two calls the graph drains only where patches have to be created, split or moved, or
+  /// where a frame or a checkpoint is written that is not copied.
   void advance(Index steps);
 
   /// The message of the failure that comes first of all ranks.
@@ -298,6 +316,7 @@ struct Simulation<Dim>::Impl {
   double wave_speed_bound = 0;  ///< [m/s] of all materials
   Step step = 0;                ///< steps done
   PerStep<double> dt, start_time;
+  PerStep<double> limit;  ///< [s] from which dt was taken; adaptive runs
   /// [s] least of all particles in the last step, when the graph is drained; adaptive runs.
   double last_limit = std::numeric_limits<double>::infinity();
   std::vector<char> poisoned;
@@ -314,13 +333,20 @@ struct Simulation<Dim>::Impl {
   std::atomic<bool> stop_asked{false};                            ///< of this rank
   std::atomic<bool> stop_requested{false};                        ///< all ranks know of it
   std::atomic<bool> checkpoint_asked{false};                      ///< of this rank
-  std::atomic<bool> checkpoint_requested{false};                  ///< all ranks know of it
   std::atomic<Step> stop_step{std::numeric_limits<Step>::max()};  ///< not taken any more
+  bool copies_states = false;                                     ///< for checkpoints, by tasks
+  /// The state after so many steps was asked for, as all ranks know; -1 = none. Steps that end
+  /// earlier than `next_request` do not ask for another.
+  std::atomic<Step> requested_checkpoint{-1};
+  Step next_request = 0;
+  RunState kept_run;                         ///< of the state that is being copied
+  Index all_particles = 0, all_removed = 0;  ///< of all ranks, where tasks copy states
   Index removed = 0;
   HistoryRow start_row;
   PatchWork work;  ///< since the start, up to the last history row
   PerStep<std::vector<HistoryRow>> rows;
   PerStep<std::vector<Frame>> pieces;
+  PerStep<std::vector<std::vector<std::byte>>> kept;  ///< for checkpoints, by patch
   PerStep<std::vector<std::vector<Index>>> injected;  ///< events, by patch
   std::vector<StageTicks> timing;                     ///< per patch and stage
   std::vector<StageTiming> kept_timing;               ///< of patch sets before

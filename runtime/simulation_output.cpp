@@ -4,8 +4,8 @@
 #include "physics/kernels.h"
 #include "runtime/history_sums.h"
 #include "runtime/simulation_impl.h"
-#include "runtime/trace/simulation_trace.h"
 #include "runtime/snapshot.h"
+#include "runtime/trace/simulation_trace.h"
 
 namespace lahar {
 
@@ -19,7 +19,7 @@ constexpr Step limit_check_steps = 16;
 
 template <int Dim>
 Agreement Simulation<Dim>::Impl::give(Step step) {
-  if (stop_asked.load() || checkpoint_asked.load()) lower(stop_step, step + max_lead);
+  if (stop_asked.load()) lower(stop_step, step + max_lead);
   Agreement own;
   own.least.stop_before = stop_step.load();
   own.least.failed_step = failed_step.load();
@@ -60,7 +60,9 @@ Step Simulation<Dim>::Impl::drain_step(Step end) const {
     if (drains && every > 0) end = std::min<Step>(end, (step / every + 1) * every);
   };
   before(frames_are_large(), model.output.frame_steps);
-  before(static_cast<bool>(observer.checkpoint), model.output.checkpoint_steps);
+  before(observer.checkpoint && !copies_states, model.output.checkpoint_steps);
+  if (!copies_states && requested_checkpoint > step)
+    end = std::min(end, requested_checkpoint.load());
   if (split_step > step) end = std::min(end, split_step);
   before(balance.forced_every() > 0, balance.forced_every());
   return end;
@@ -105,7 +107,7 @@ void Simulation<Dim>::Impl::hand_on(Step step) {
   const Agreement::Least& least = agreed[step].least;
   executor->stop_before(least.stop_before);
   if (least.rebuild < 0) rebuild_needed = true;
-  if (least.checkpoint < 0) checkpoint_requested = true;
+  if (least.checkpoint < 0) plan_checkpoint(step);
   if (least.stop < 0) stop_requested = true;
   learn_of_failure(least.failed_step);
   // All ranks find the same, and nobody has begun the step before which they stop.
@@ -132,11 +134,14 @@ void Simulation<Dim>::Impl::hand_on(Step step) {
     attempt([&] { observer.frame({header_at(step + 1), std::move(pieces[step])}); });
     pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
   }
+  if (keeps(step) && least.failed_step > step) hand_on_kept(step);
+  if (keeps(step + 1)) kept_run = run_state(step + 1);
   if (observer.checkpoint_wanted && observer.checkpoint_wanted()) checkpoint_asked = true;
   if (observer.progress && !observer.progress(step + 1, time_at(step + 1))) stop_asked = true;
   if (!exchange && (stop_asked || checkpoint_asked)) {  // no other rank has to hear of it first
-    stop_requested = stop_asked.load();
-    checkpoint_requested = checkpoint_asked.load();
+    if (checkpoint_asked) plan_checkpoint(step);
+    if (!stop_asked) return;
+    stop_requested = true;
     executor->request_stop(step);
   }
 }

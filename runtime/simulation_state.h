@@ -19,6 +19,8 @@ struct SimulationState {
   std::vector<Index> sizes;  ///< [bytes] of each
   /// The state of patches[i]. Any thread.
   std::function<std::vector<std::byte>(std::size_t i)> bytes;
+  /// The states lie in memory of their own: good for as long as `bytes` is, which gives each once.
+  bool copied = false;
 };
 
 }  // namespace lahar

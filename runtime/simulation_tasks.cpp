@@ -31,6 +31,15 @@ class BorrowedNodalState {
   Patch<Dim>& patch_;
 };
 
+/// The stages [first, last) of a phase.
+Phase part_of(Phase phase, std::size_t first, std::size_t last) {
+  phase.first = first;
+  phase.last = last;
+  phase.begins = std::min(phase.begins, last);
+  phase.ends = std::max(phase.ends, first);
+  return phase;
+}
+
 /// CPU time of this thread [ns]: others on the same core do not count.
 std::int64_t thread_nanoseconds() {
   timespec time{};
@@ -197,9 +206,22 @@ void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, Sta
     const bool locates = phase.last > locate_index;  // then dt of this step is known
     std::optional<BorrowedNodalState<Dim>> borrowed;
     if (phase.first > 0 && !keeps_nodal_state(model.analysis)) borrowed.emplace(patch);
-    const std::size_t failed = run_phase(patch, stages, phase, context(step, has_dt),
-                                         locates ? context(step + 1) : StepContext<Dim>{},
-                                         [&](std::size_t s) { clock.lap(s); });
+    const auto run = [&](const Phase& some) {
+      return run_phase(patch, stages, some, context(step, has_dt),
+                       locates ? context(step + 1) : StepContext<Dim>{},
+                       [&](std::size_t s) { clock.lap(s); });
+    };
+    std::size_t failed = 0;
+    if (phase.first == 0 && keeps(step)) {
+      failed = run(part_of(phase, 0, 1));  // arrivals
+      if (patch.mark.kind == Mark::Kind::none) {
+        keep(p, step);
+        clock.lap(0);
+        failed = run(part_of(phase, 1, phase.last));
+      }
+    } else {
+      failed = run(phase);
+    }
     if (patch.mark.kind != Mark::Kind::none) {
       fail(failed, p, step, describe_mark(patch.mark, model));
       if (locates) take_back_movers(patch, step);

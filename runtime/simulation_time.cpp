@@ -102,6 +102,7 @@ void Simulation<Dim>::Impl::limit_steps_by_time() {
 
 template <int Dim>
 void Simulation<Dim>::Impl::set_dt(Step step, double limit) {
+  this->limit[step] = limit;
   limit = limit_with_injections(step, limit);
   // Without particles there is no limit: go on as before.
   dt[step] = std::isfinite(limit) || step == 0 ? adaptive_dt(limit) : dt[step - 1];

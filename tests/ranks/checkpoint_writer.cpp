@@ -79,9 +79,23 @@ TEST_CASE("the bytes of a checkpoint do not depend on ranks, nor on whether it w
     const fs::path file = folder.path / "checkpoints" / checkpoint_name(10);
     ranks.wait_for_all();
     CHECK(read_text_file(file) == alone(10));
+    // A state that is a copy, each patch of which is asked for once.
+    SimulationState copy = share_of(ranks, 11);
+    copy.copied = true;
+    std::vector<int> asked(copy.patches.size(), 0);
+    copy.bytes = [&asked, good = copy.bytes](std::size_t i) {
+      ++asked[i];
+      return good(i);
+    };
+    write(writer, copy);
+    writer.finish();
+    ranks.wait_for_all();
+    CHECK(read_text_file(folder.path / "checkpoints" / checkpoint_name(11)) == alone(11));
+    CHECK(asked == std::vector<int>(asked.size(), 1));
     const auto reader = open_checkpoint("latest", folder.path, ranks, [](const std::string&) {
       FAIL("a good checkpoint was passed over");
     });
+    CHECK(reader->header().run.step == 11);
     CHECK(reader->patches().size() == n_patches);
     CHECK(state_in(*reader).bytes(7) == bytes_of(7));
   }
@@ -132,7 +146,10 @@ TEST_CASE("what one rank cannot do fails on all, leaves no file, and the next ma
   const SharedFolder folder(ranks);
   CheckpointWriter writer({.folder = folder.path / "checkpoints"}, ranks);
   if (ranks.rank() == 0) write_text_file(folder.path / "checkpoints", "not a folder");
-  const std::string no_folder = error_of([&] { write(writer, share_of(ranks, 1)); });
+  const std::string no_folder = error_of([&] {
+    write(writer, share_of(ranks, 1));
+    writer.finish();
+  });
   CHECK(no_folder.find("checkpoints: Not a directory") != std::string::npos);
   ranks.wait_for_all();
   if (ranks.rank() == 0) fs::remove(folder.path / "checkpoints");

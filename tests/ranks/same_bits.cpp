@@ -34,6 +34,34 @@ std::string checkpoint_of(const Simulation<Dim>& simulation, const Ranks& ranks,
   return text;
 }
 
+/// Checkpoints that are written while steps are taken.
+class OnTheWay {
+ public:
+  OnTheWay(std::filesystem::path folder, const Ranks& ranks)
+      : folder_(std::move(folder)), ranks_(ranks), writer_({.folder = folder_}, ranks) {}
+  Observer observer() {
+    Observer observer;
+    observer.checkpoint = [this](const SimulationState& state) {
+      CheckpointHeader header;
+      header.run = state.run;
+      writer_.write(header, state);
+    };
+    observer.poll = [this] { writer_.progress(); };
+    return observer;
+  }
+  /// The bytes of that of a step, on every rank.
+  std::string at(Index step) {
+    writer_.finish();
+    ranks_.wait_for_all();
+    return read_text_file(folder_ / checkpoint_name(step));
+  }
+
+ private:
+  std::filesystem::path folder_;
+  const Ranks& ranks_;
+  CheckpointWriter writer_;
+};
+
 /// The reference: one rank and one thread, halfway and at the end.
 template <int Dim>
 struct Reference {
@@ -58,15 +86,17 @@ void check(const Model<Dim>& model, Index steps, const std::vector<ExecutionOpti
   const Ranks ranks = Ranks::world();
   const SharedFolder folder(ranks);
   const Reference<Dim> reference(model, steps, folder, ranks);
+  Model<Dim> keeping = model;
+  keeping.output.checkpoint_steps = steps / 2;
   for (std::size_t k = 0; k < ways.size(); ++k) {
     CAPTURE(k);
     ExecutionOptions way = ways[k];
     way.ranks = ranks;
     const auto own = folder.path / std::to_string(k);
-    Simulation<Dim> simulation(model, way);
-    simulation.advance(steps / 2);
-    CHECK(checkpoint_of(simulation, ranks, own) == reference.middle);
-    simulation.advance(steps - steps / 2);
+    OnTheWay checkpoints(own / "way", ranks);
+    Simulation<Dim> simulation(keeping, way, checkpoints.observer());
+    simulation.advance(steps);
+    CHECK(checkpoints.at(steps / 2) == reference.middle);
     CHECK(checkpoint_of(simulation, ranks, own) == reference.end);
   }
   // Go on, on all ranks, from what one rank wrote halfway.

@@ -64,8 +64,7 @@ TEST_CASE("restart: GIMP, CPDI, splines and affine velocities") {
     discs.analysis.scheme = scheme;
     check_restart(discs, 17, 34);
   }
-  Model<3> water =
-      with_functions(dam_break_3d(), ShapeFunctions::quadratic_spline, Affine::apic);
+  Model<3> water = with_functions(dam_break_3d(), ShapeFunctions::quadratic_spline, Affine::apic);
   check_restart(water, 11, 30);
   check_restart(with_functions(dam_break_3d(), ShapeFunctions::cpdi2), 11, 30);
 }
@@ -222,6 +221,61 @@ TEST_CASE("a checkpoint that is due or asked for gets the state of its step and 
     CHECK(steps[2] <= 45);
     CHECK(steps.back() == 60);
   }
+}
+
+TEST_CASE("states that tasks copy while steps are taken are those of a drained graph") {
+  const auto check = [](Model<2> model, bool are_copied) {
+    model.output.checkpoint_steps = 7;
+    constexpr Index end = 40;
+    std::vector<StoredState> drained;
+    Simulation<2> reference(model, serial());
+    for (Index step = 7; step <= end; step += 7) {
+      reference.advance(7);
+      drained.emplace_back(reference.state());
+    }
+    for (ExecutionOptions way : {serial(), random_order(5), flow(3), flow(2)}) {
+      CAPTURE(describe(way));
+      const bool has_room = way.threads != 2;
+      if (!has_room) way.copied_state_bytes = 0;
+      std::vector<StoredState> states;
+      Simulation<2>* own = nullptr;
+      int copies = 0;
+      Observer observer;
+      observer.checkpoint = [&](const SimulationState& state) {
+        // Where the graph has drained, as for new patches, there is no need for a copy.
+        CHECK(state.copied == (own->step() < state.run.step));
+        copies += state.copied;
+        states.emplace_back(state);
+      };
+      Simulation<2> simulation(model, way, observer);
+      own = &simulation;
+      simulation.advance(end);
+      CHECK((copies > 0) == (are_copied && has_room));
+      REQUIRE(states.size() == drained.size());
+      for (std::size_t k = 0; k < states.size(); ++k)
+        CHECK(difference(states[k], drained[k]) == "");
+    }
+  };
+  for (const Scheme scheme : schemes)
+    for (const bool adaptive : {false, true}) {
+      Model<2> discs = two_discs();
+      discs.analysis.scheme = scheme;
+      discs.output.history_steps = 5;
+      if (adaptive) discs.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.3};
+      CAPTURE(static_cast<int>(scheme));
+      CAPTURE(adaptive);
+      check(discs, true);
+      check(in_contact(discs), true);
+      if (!adaptive) check(with_absorbing(discs), true);
+      check(jet(scheme == Scheme::usf   ? "usf"
+                : scheme == Scheme::usl ? "usl"
+                                        : "musl",
+                adaptive),
+            false);
+    }
+  Model<2> leaving = two_discs();
+  leaving.analysis.remove_leaving_particles = true;
+  check(leaving, false);
 }
 
 TEST_CASE("a patch's state refuses what it is not") {
