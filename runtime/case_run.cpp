@@ -266,8 +266,8 @@ Observer CaseRun<Dim>::observer() {
           [this](const SimulationState& state) { checkpoints_->write(state); },
           [this] { return checkpoints_->wanted(); },
           [this] {
-            frames_->progress();
-            checkpoints_->progress();
+            if (frames_) frames_->progress();
+            if (checkpoints_) checkpoints_->progress();
           },
           [this](std::span<const RemovedParticle> particles) {
             if (folder_) folder_->removed(particles);

@@ -34,6 +34,7 @@ CheckpointWriter::~CheckpointWriter() {
 
 void CheckpointWriter::write(const CheckpointHeader& header, SimulationState state) {
   wait_until([this] { return is_in(Phase::idle); });
+  if (const auto failure = take_failure()) std::rethrow_exception(failure);
   last_step_ = header.run.step;
   target_ = options_.folder / checkpoint_name(last_step_);
   header_ = header;
@@ -168,7 +169,9 @@ void CheckpointWriter::attempt(const std::function<void()>& work) {
 
 bool CheckpointWriter::progress() {
   const std::lock_guard lock(mutex_);
+  const bool had_failed = failed_ != nullptr;
   advance();
+  if (failed_ && !had_failed) std::rethrow_exception(failed_);
   return phase_ == Phase::idle;
 }
 
@@ -306,13 +309,18 @@ void CheckpointWriter::fail(const std::string& reason) {
   forget();
 }
 
-/// Nothing is under way any more. Throws what went wrong.
+/// Nothing is under way any more.
 void CheckpointWriter::forget() {
   phase_ = Phase::idle;
   slab_file_.reset();
   file_.reset();  // not committed: removed
   slabs_.clear();
-  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+  failed_ = std::exchange(failure_, nullptr);
+}
+
+std::exception_ptr CheckpointWriter::take_failure() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(failed_, nullptr);
 }
 
 // --- waiting -------------------------------------------------------------------------------------
@@ -323,29 +331,31 @@ bool CheckpointWriter::is_in(Phase phase) {
 }
 
 void CheckpointWriter::wait_until(const std::function<bool()>& is_done) {
+  const auto go_on = [this] {
+    const std::lock_guard lock(mutex_);
+    advance();
+  };
   while (!is_done()) {
     if (!ranks_.several()) {
       thread_done_.wait(false);
-      progress();
+      go_on();
       continue;
     }
     if (options_.while_waiting)
       options_.while_waiting();
     else
-      progress();
+      go_on();
     if (!is_done()) std::this_thread::sleep_for(std::chrono::microseconds(100));
   }
 }
 
 void CheckpointWriter::finish() {
-  std::exception_ptr failure;
-  try {
-    wait_until([this] { return is_in(Phase::idle); });
-  } catch (...) {
-    if (!ranks_.several()) throw;
-    failure = std::current_exception();
+  wait_until([this] { return is_in(Phase::idle); });
+  const std::exception_ptr failure = take_failure();
+  if (!ranks_.several()) {
+    if (failure) std::rethrow_exception(failure);
+    return;
   }
-  if (!ranks_.several()) return;
   // Rank 0 may still need others for what comes before a checkpoint, and it alone completes it.
   int any = failure != nullptr;
   MPI_Request request = MPI_REQUEST_NULL;

@@ -45,8 +45,8 @@ struct CheckpointOptions {
 /// tells the others; every rank writes, and reports; rank 0 gives the file its name. File work is
 /// done by a thread that never calls MPI; what ranks tell each other goes on in progress().
 ///
-/// What goes wrong on one rank is an IoError on all, from the next call after they have heard of
-/// it.
+/// What goes wrong on one rank is an IoError on all: of progress(), which makes them hear of it,
+/// and of the next call of write() or finish().
 class CheckpointWriter {
  public:
   /// Collective.
@@ -123,6 +123,7 @@ class CheckpointWriter {
   void follow_news();
   void fail(const std::string& reason);
   void forget();
+  std::exception_ptr take_failure();
 
   bool is_in(Phase phase);
   void wait_until(const std::function<bool()>& is_done);
@@ -141,7 +142,8 @@ class CheckpointWriter {
   std::vector<Slab> slabs_;
   bool copied_ = false;  ///< slabs_ hold all bytes
   std::unique_ptr<Memory> memory_;
-  std::exception_ptr failure_;  ///< of this rank, in this checkpoint
+  std::exception_ptr failure_;  ///< of this rank, in the checkpoint under way
+  std::exception_ptr failed_;   ///< of the last one, not yet told by write() or finish()
   MPI_Request request_ = MPI_REQUEST_NULL;
   std::atomic<bool> thread_done_{false};
   std::thread thread_;

@@ -147,6 +147,7 @@ void FrameOutput::write_and_take(Index step, bool sync, const FrameRelay::Wait& 
 
 void FrameOutput::progress() {
   const std::lock_guard lock(mutex_);
+  if (released_) return;
   relay_.progress();
   advance();
 }

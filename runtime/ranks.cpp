@@ -103,7 +103,10 @@ Ranks Ranks::world() {
   if (!running()) return ranks;
   MPI_Comm_rank(MPI_COMM_WORLD, &ranks.rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &ranks.size_);
-  if (ranks.size_ > 1) ranks.communicator_ = MPI_COMM_WORLD;
+  if (ranks.size_ > 1) {
+    ranks.communicator_ = MPI_COMM_WORLD;
+    ranks.poll_ = std::make_shared<std::function<void()>>();
+  }
   return ranks;
 }
 
@@ -125,37 +128,36 @@ Ranks Ranks::first(int n) const {
   if (group.communicator_ == MPI_COMM_NULL) return group;
   MPI_Comm_size(group.communicator_, &group.size_);
   MPI_Comm_rank(group.communicator_, &group.rank_);
+  group.poll_ = poll_;
   if (!group.several()) MPI_Comm_free(&group.communicator_);
   return group;
 }
 
-namespace {
+void Ranks::while_waiting(std::function<void()> poll) const {
+  if (several()) *poll_ = std::move(poll);
+}
 
 /// Blocking calls of MPI poll, and take the core from the rank that they wait for where there are
 /// more ranks than cores.
-void wait_for(std::span<MPI_Request> requests) {
+void Ranks::wait_for(std::span<MPI_Request> requests) const {
   constexpr int patience = 100;
   for (int looks = 0;; ++looks) {
     int done = 0;
     MPI_Testall(static_cast<int>(requests.size()), requests.data(), &done, MPI_STATUSES_IGNORE);
     if (done != 0) return;
+    if (*poll_) (*poll_)();
     if (looks >= patience) give_way();
   }
 }
-void wait_for(MPI_Request request) {
-  wait_for(std::span(&request, 1));
-}
 
 template <class T>
-T reduce(const Ranks& ranks, T value, MPI_Datatype type, MPI_Op op) {
-  if (!ranks.several()) return value;
+T Ranks::reduce(T value, MPI_Datatype type, MPI_Op op) const {
+  if (!several()) return value;
   MPI_Request request = MPI_REQUEST_NULL;
-  MPI_Iallreduce(MPI_IN_PLACE, &value, 1, type, op, ranks.communicator(), &request);
+  MPI_Iallreduce(MPI_IN_PLACE, &value, 1, type, op, communicator_, &request);
   wait_for(request);
   return value;
 }
-
-}  // namespace
 
 void Ranks::wait_for_all() const {
   if (!several()) return;
@@ -165,19 +167,19 @@ void Ranks::wait_for_all() const {
 }
 
 double Ranks::min(double value) const {
-  return reduce(*this, value, MPI_DOUBLE, MPI_MIN);
+  return reduce(value, MPI_DOUBLE, MPI_MIN);
 }
 double Ranks::max(double value) const {
-  return reduce(*this, value, MPI_DOUBLE, MPI_MAX);
+  return reduce(value, MPI_DOUBLE, MPI_MAX);
 }
 Index Ranks::min(Index value) const {
-  return reduce(*this, value, MPI_INT64_T, MPI_MIN);
+  return reduce(value, MPI_INT64_T, MPI_MIN);
 }
 Index Ranks::max(Index value) const {
-  return reduce(*this, value, MPI_INT64_T, MPI_MAX);
+  return reduce(value, MPI_INT64_T, MPI_MAX);
 }
 Index Ranks::sum(Index value) const {
-  return reduce(*this, value, MPI_INT64_T, MPI_SUM);
+  return reduce(value, MPI_INT64_T, MPI_SUM);
 }
 
 void Ranks::sum(std::span<Index> values) const {

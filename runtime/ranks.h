@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -55,6 +57,11 @@ class Ranks {
   /// handle that must not be used.
   Ranks first(int n) const;
 
+  /// Called again and again by whoever waits in a function of this class, or of a copy of this
+  /// object, for other ranks, which may need it: they may still be busy with something in which
+  /// this one has a part. Must neither throw nor wait. Empty = nothing.
+  void while_waiting(std::function<void()> poll) const;
+
   void wait_for_all() const;
   double min(double value) const;
   double max(double value) const;
@@ -87,6 +94,10 @@ class Ranks {
   }
 
  private:
+  void wait_for(std::span<MPI_Request> requests) const;
+  void wait_for(MPI_Request request) const { wait_for(std::span(&request, 1)); }
+  template <class T>
+  T reduce(T value, MPI_Datatype type, MPI_Op op) const;
   std::vector<std::byte> gather_bytes(std::span<const std::byte> bytes) const;
   std::vector<std::vector<std::byte>> exchange_bytes(
       const std::vector<std::span<const std::byte>>& to) const;
@@ -100,6 +111,7 @@ class Ranks {
 
   MPI_Comm communicator_ = MPI_COMM_NULL;
   int rank_ = 0, size_ = 1;
+  std::shared_ptr<std::function<void()>> poll_;  ///< where there are several
 };
 
 }  // namespace lahar

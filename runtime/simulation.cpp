@@ -68,6 +68,7 @@ Simulation<Dim>::Impl::Impl(Model<Dim> model_in, ExecutionOptions options_in, Ob
     restore(state->run);
   else
     start();
+  if (observer.poll) ranks.while_waiting([this] { poll(); });
 #if defined(__GLIBC__)
   malloc_trim(0);  // what the model's tables took goes back to the system
 #endif
@@ -111,7 +112,9 @@ Simulation<Dim>::Simulation(Model<Dim> model, ExecutionOptions options, Observer
     : impl_(std::make_unique<Impl>(std::move(model), options, std::move(observer), &state)) {}
 
 template <int Dim>
-Simulation<Dim>::~Simulation() = default;
+Simulation<Dim>::~Simulation() {
+  if (impl_->observer.poll) impl_->ranks.while_waiting({});
+}
 
 template <int Dim>
 void Simulation<Dim>::advance(Index steps) {
@@ -137,7 +140,7 @@ template <int Dim>
 void Simulation<Dim>::poll() {
   if (!impl_->exchange) return;
   const auto lock = impl_->exchange->lock_mpi();
-  if (impl_->observer.poll) impl_->observer.poll();
+  impl_->poll();
 }
 
 template <int Dim>

@@ -70,7 +70,7 @@ struct Observer {
   std::function<void(const SimulationState&)> checkpoint;
   std::function<bool()> checkpoint_wanted;
   /// Several ranks only: may call MPI and must not wait; called again and again while steps are
-  /// taken.
+  /// taken, and by whoever waits for other ranks. What it throws ends the run.
   std::function<void()> poll;
   /// Particles that left the mesh since the last call, ascending by step and id, the same on all
   /// ranks; while no step is taken, before a checkpoint of that step.

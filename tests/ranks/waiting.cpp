@@ -1,0 +1,51 @@
+// Ranks that wait for others go on with what those may need of them.
+#include <doctest/doctest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "runtime/ranks.h"
+
+using namespace lahar;
+
+TEST_CASE("whoever waits for other ranks is called back meanwhile") {
+  const Ranks ranks = Ranks::world(), copy = ranks;
+  if (!ranks.several()) return;
+  constexpr int tag = 77;
+  const auto news_of = [&](auto wait) {
+    bool told = false;
+    ranks.while_waiting([&] {
+      if (std::exchange(told, true) || ranks.rank() == 0) return;
+      const int rank = ranks.rank();
+      MPI_Send(&rank, 1, MPI_INT, 0, tag, MPI_COMM_WORLD);  // short: nobody waits
+    });
+    if (ranks.rank() == 0)  // does not come before it has heard of all others
+      for (int r = 1; r < ranks.size(); ++r) {
+        int rank = 0;
+        MPI_Recv(&rank, 1, MPI_INT, r, tag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+        CHECK(rank == r);
+      }
+    wait();
+    ranks.while_waiting({});
+    ranks.wait_for_all();
+  };
+  news_of([&] { copy.wait_for_all(); });
+  news_of([&] { CHECK(copy.sum(Index{1}) == ranks.size()); });
+  news_of([&] { CHECK(copy.max(Index{copy.rank()}) == ranks.size() - 1); });
+  news_of([&] {
+    std::string text = copy.rank() == 0 ? "news" : "";
+    copy.broadcast(text);
+    CHECK(text == "news");
+  });
+  news_of([&] {
+    const std::vector<int> own{copy.rank()};
+    CHECK(copy.gather_all(std::span(own)).size() == static_cast<std::size_t>(ranks.size()));
+  });
+  news_of([&] {
+    const std::vector<std::vector<int>> to(static_cast<std::size_t>(ranks.size()), {copy.rank()});
+    const auto from = copy.exchange(to);
+    for (int r = 0; r < ranks.size(); ++r)
+      CHECK(from[static_cast<std::size_t>(r)] == std::vector<int>{r});
+  });
+}
