@@ -28,8 +28,9 @@
 ///
 ///     template <class Real>                     s[d], 0 to 1 across the cell
 ///     void place(Local p, Real (&s)[Dim]) const;
-///     template <class Real>                     w and, for APIC, w_k (x_k - x_p) / D_dd [1/m]
-///     void moments(Local p, Real (&w)[Dim][per_axis], Real (&m)[Dim][per_axis]) const;
+///     template <class Real>                     for APIC w_k (x_k - x_p) / D_dd [1/m]
+///     void moments(Local p, const Real (&w)[Dim][per_axis], const Real (&dw)[Dim][per_axis],
+///                  Real (&m)[Dim][per_axis]) const;
 ///     double cell_length(int d) const;          [m]
 ///
 /// for which kernels take fewer operations; at the centre gradients are those of linear functions.
@@ -86,6 +87,16 @@ LAHAR_INLINE void for_each_supported_run(const Patch<Dim>& patch, Runs runs, Bod
       patch, [&](const auto& cells) __attribute__((noinline)) {
         for (Run& run : runs)
           if (run.begin < run.end) body(cells[run.cell], run, nodes + stride * run.cell);
+      });
+}
+
+/// The same for patches whose basis is a tensor basis.
+template <int Dim, class Body>
+LAHAR_INLINE void for_each_tensor_run(const Patch<Dim>& patch, Runs runs, Body body) {
+  for_each_supported_run(
+      patch, runs,
+      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
+        if constexpr (TensorBasis<std::decay_t<decltype(basis)>>) body(basis, run, nodes);
       });
 }
 

@@ -82,18 +82,17 @@ struct TensorProduct {
   /// reproduces linear fields. At a node on which only one function is not zero, as at walls, D is
   /// zero; moments become slopes there, which they are where functions are linear.
   template <class Real>
-  LAHAR_INLINE void moments(Local p, Real (&w)[Dim][per_axis], Real (&m)[Dim][per_axis]) const {
+  LAHAR_INLINE void moments(Local p, const Real (&w)[Dim][per_axis], const Real (&dw)[Dim][per_axis],
+                            Real (&m)[Dim][per_axis]) const {
     Real s[Dim];
     place(p, s);
     if (border == 0 && Axis::spread > 0.0) {
-      weights(p, w);
       LAHAR_UNROLL
       for (int d = 0; d < Dim; ++d) LAHAR_UNROLL
       for (int k = 0; k < per_axis; ++k)
         m[d][k] = w[d][k] * (map.per_length[d] / Axis::spread * ((k - 1.0) - s[d]));
       return;
     }
-    weights(p, w, m);
     LAHAR_UNROLL
     for (int d = 0; d < Dim; ++d) {
       Real spread(0.0), moment[per_axis];
@@ -106,7 +105,7 @@ struct TensorProduct {
       const unsigned wide = outside(spread, least_spread, lanes<Real>);
       const Real factor = map.per_length[d] / max(spread, Real(least_spread));
       LAHAR_UNROLL
-      for (int k = 0; k < per_axis; ++k) m[d][k] = select(wide, moment[k] * factor, m[d][k]);
+      for (int k = 0; k < per_axis; ++k) m[d][k] = select(wide, moment[k] * factor, dw[d][k]);
     }
   }
 
