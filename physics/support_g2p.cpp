@@ -3,6 +3,7 @@
 #include "physics/law.h"
 #include "physics/loads.h"
 #include "physics/particle_update.h"
+#include "physics/spline_polynomials.h"
 #include "physics/support_fields.h"
 #include "physics/support_kernels.h"
 
@@ -136,11 +137,15 @@ Real update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
   const bool is_affine = patch.particles.layout().has(Column::affine);
   if (is_affine) affine = patch.particles.template rows<Dim * Dim>(Column::affine);
   const double *v = patch.velocity.data(), *a = patch.acceleration.data();
+  SplinePolynomials polynomials(v);
   Real fastest(0.0);
   for_each_tensor_run(
       patch, runs,
       [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
-        constexpr bool at_centre = std::decay_t<decltype(basis)>::volume_at_centre;
+        using Basis = std::decay_t<decltype(basis)>;
+        constexpr bool at_centre = Basis::volume_at_centre;
+        constexpr bool polynomial = Dim == 3 && Basis::per_particle < axis_nodes && !wanted.a;
+        if constexpr (polynomial) polynomials.move_to(nodes, basis.border);
         const double centre = at_centre ? centre_trace<Dim>(basis, v, nodes) : 0.0;
         auto to = gradients.begin(run, runs);
         for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {
@@ -148,11 +153,18 @@ Real update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
           prefetch(rows.v, p);
           prefetch(rows.u, p);
           if (is_affine) prefetch(affine, p);
-          AxisWeights<Dim, Real> by;
-          basis.weights(p, by.w, by.dw);
-          if constexpr (wanted.C) basis.moments(p, by.w, by.dw, by.m);
           Fields<Dim, Real> at;
-          with_weights<wanted>(by, v, a, nodes, at);
+          if constexpr (polynomial) {
+            Real xi[Dim];
+            basis.map.natural(p, xi);
+            polynomials.template at<wanted.C>(xi, basis.map.per_length, at);
+            for (Real& component : at.a) component = Real(0.0);
+          } else {
+            AxisWeights<Dim, Real> by;
+            basis.weights(p, by.w, by.dw);
+            if constexpr (wanted.C) basis.moments(p, by.w, by.dw, by.m);
+            with_weights<wanted>(by, v, a, nodes, at);
+          }
           gradients.put(to, at.L, at_centre ? Real(centre) : trace(at.L));
           if (is_affine) {
             const auto& C = wanted.C ? at.C : at.L;
