@@ -9,7 +9,8 @@
 ///     template <class Real>                     and dN[d][i] = dN_i/dx_d there [1/m]
 ///     void gradients(Local p, Real (&dN)[Dim][nodes]) const;
 ///     static constexpr bool volume_at_centre;   the volumetric strain increment is that of
-///     void centre_gradients(double (&dN)[Dim][nodes]) const;      the gradients at the centre
+///     void centre_gradients(double (&dN)[Dim][nodes]) const;      the gradients at the centre, or
+///     double centre_trace(const double* v, const Local* node) const;   of those of a field
 ///
 /// Particles come in packs of one run, whose lanes beyond its end may hold anything. Function i
 /// belongs to node PatchTopology::support_nodes[support_size * cell + i]. Where volume_at_centre is
@@ -50,6 +51,13 @@ namespace lahar {
 template <class B>
 concept TensorBasis = requires {
   B::per_axis;
+};
+
+/// Bases whose gradients are those with natural coordinates, turned: natural_gradients().
+template <class B>
+concept NaturalBasis = requires(const B& basis, Scalar (&dN)[B::nodes][B::dim],
+                                Scalar (&to_natural)[B::dim][B::dim]) {
+  basis.natural_gradients(Local(), dN, to_natural);
 };
 
 /// Call body(cells) with what makes the bases of a patch's cells: cells[local cell] is a basis.

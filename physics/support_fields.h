@@ -110,6 +110,28 @@ LAHAR_INLINE void gradient(const Basis& basis, Local p, const double* v, const L
   for (int b = 0; b < Dim; ++b) L[a][b] = at.L[a][b];
 }
 
+template <int Dim, class Real, NaturalBasis Basis>
+LAHAR_INLINE void gradient(const Basis& basis, Local p, const double* v, const Local* nodes,
+                           Real (&L)[Dim][Dim]) {
+  Real dN[Basis::nodes][Dim], to_natural[Dim][Dim], G[Dim][Dim];
+  basis.natural_gradients(p, dN, to_natural);
+  LAHAR_UNROLL
+  for (int i = 0; i < Basis::nodes; ++i) {
+    const double* value = v + static_cast<std::ptrdiff_t>(nodes[i]) * node_width;
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int k = 0; k < Dim; ++k)
+      G[a][k] = i == 0 ? multiply(dN[i][k], value + a) : multiply_add(G[a][k], dN[i][k], value + a);
+  }
+  LAHAR_UNROLL
+  for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+  for (int b = 0; b < Dim; ++b) {
+    L[a][b] = G[a][0] * to_natural[0][b];
+    LAHAR_UNROLL
+    for (int k = 1; k < Dim; ++k) L[a][b] = fma(G[a][k], to_natural[k][b], L[a][b]);
+  }
+}
+
 template <int Dim, class Real, class Basis>
 LAHAR_INLINE void gradient(const Basis& basis, Local p, const double* v, const Local* nodes,
                            Real (&L)[Dim][Dim]) {
@@ -195,12 +217,16 @@ double centre_trace(const Basis& basis, const double* v, const Local* nodes) {
 
 template <int Dim, class Basis>
 double centre_trace(const Basis& basis, const double* v, const Local* nodes) {
-  double dN[Dim][Basis::nodes], trace = 0.0;
-  basis.centre_gradients(dN);
-  for (int i = 0; i < Basis::nodes; ++i)
-    for (int d = 0; d < Dim; ++d)
-      trace += dN[d][i] * v[static_cast<std::ptrdiff_t>(nodes[i]) * node_width + d];
-  return trace;
+  if constexpr (requires { basis.centre_trace(v, nodes); }) {
+    return basis.centre_trace(v, nodes);
+  } else {
+    double dN[Dim][Basis::nodes], trace = 0.0;
+    basis.centre_gradients(dN);
+    for (int i = 0; i < Basis::nodes; ++i)
+      for (int d = 0; d < Dim; ++d)
+        trace += dN[d][i] * v[static_cast<std::ptrdiff_t>(nodes[i]) * node_width + d];
+    return trace;
+  }
 }
 
 }  // namespace lahar::supported

@@ -91,13 +91,31 @@ LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const
   Real sum[n_sums];
   for (Real& s : sum) s = Real(0.0);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    Real dN[Dim][Basis::nodes], S[Dim][Dim];
-    basis.gradients(p, dN);
+    Real S[Dim][Dim];
     stress.at(p, run.end - p, S);
-    LAHAR_UNROLL
-    for (int i = 0; i < Basis::nodes; ++i) LAHAR_UNROLL
-    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
-    for (int b = 0; b < Dim; ++b) sum[i * Dim + a] -= S[a][b] * dN[b][i];
+    if constexpr (NaturalBasis<Basis>) {
+      Real dN[Basis::nodes][Dim], to_natural[Dim][Dim], T[Dim][Dim];
+      basis.natural_gradients(p, dN, to_natural);
+      LAHAR_UNROLL
+      for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+      for (int k = 0; k < Dim; ++k) {  // the stress as natural gradients see it
+        T[a][k] = -S[a][0] * to_natural[k][0];
+        LAHAR_UNROLL
+        for (int b = 1; b < Dim; ++b) T[a][k] -= S[a][b] * to_natural[k][b];
+      }
+      LAHAR_UNROLL
+      for (int i = 0; i < Basis::nodes; ++i) LAHAR_UNROLL
+      for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+      for (int k = 0; k < Dim; ++k)
+        sum[i * Dim + a] = fma(T[a][k], dN[i][k], sum[i * Dim + a]);
+    } else {
+      Real dN[Dim][Basis::nodes];
+      basis.gradients(p, dN);
+      LAHAR_UNROLL
+      for (int i = 0; i < Basis::nodes; ++i) LAHAR_UNROLL
+      for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+      for (int b = 0; b < Dim; ++b) sum[i * Dim + a] -= S[a][b] * dN[b][i];
+    }
   }
   alignas(64) double total[n_sums];
   reduce_all(sum, total);
