@@ -103,9 +103,7 @@ class LagrangeBasis {
   /// take fewer operations than with gradients().
   template <class Real>
   LAHAR_INLINE void natural_gradients(Local p, Real (&dN)[nodes][dim],
-                                      Real (&to_natural)[dim][dim]) const
-    requires(!affine)
-  {
+                                      Real (&to_natural)[dim][dim]) const requires(!affine) {
     Real xi[dim], J[dim][dim];
     natural(p, xi);
     Shape<E>::gradients(xi, dN);
@@ -221,10 +219,10 @@ class LagrangeBasis {
   }
 
   std::array<const double*, dim> rows_;
-  double origin_[node_width];    ///< [m] the first node
+  double origin_[node_width];                                ///< [m] the first node
   alignas(sizeof(NodeVector)) double x_[nodes][node_width];  ///< [m] from there
-  double slope_[dim][nodes];     ///< affine only: dN_a/dx_d [1/m]
-  double to_natural_[dim][dim];  ///< affine only: dxi_k/dx_d [1/m]
+  double slope_[dim][nodes];                                 ///< affine only: dN_a/dx_d [1/m]
+  double to_natural_[dim][dim];                              ///< affine only: dxi_k/dx_d [1/m]
 };
 
 /// Makes the bases of a patch's cells.

@@ -24,9 +24,9 @@ namespace lahar::supported {
 /// A place along an axis of a cell.
 template <class Real>
 struct PolynomialWeights {
-  Real t, c, d;                ///< of b, c and d in q; that of a is 1
-  Real slope_c, slope_d;       ///< in dq/dt; those of a and b are 0 and 1
-  Real moment_c, moment_d;     ///< in moments, likewise
+  Real t, c, d;             ///< of b, c and d in q; that of a is 1
+  Real slope_c, slope_d;    ///< in dq/dt; those of a and b are 0 and 1
+  Real moment_c, moment_d;  ///< in moments, likewise
 
   /// From the natural coordinate.
   LAHAR_INLINE explicit PolynomialWeights(const Real& xi) : t(0.5 * xi) {

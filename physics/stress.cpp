@@ -275,8 +275,8 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, S
             for (std::size_t r = from; r < to; ++r)
               if (const Run& run = runs[r]; run.begin < run.end)
                 work += update_run<Dim, Real>(
-                    patch, StoredGradient<Dim>(*gradients, gradients->first[r], run.begin), run, rows,
-                    step.dt, part, law);
+                    patch, StoredGradient<Dim>(*gradients, gradients->first[r], run.begin), run,
+                    rows, step.dt, part, law);
             return;
           }
           for_each_run(
@@ -291,7 +291,7 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, S
   patch.work.internal += reduce(work);
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                                           \
+#define LAHAR_INSTANTIATE(Dim, Real)                                                             \
   template void update_stress<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, StressPart, \
                                          const VelocityGradients<Dim>*);
 LAHAR_INSTANTIATE(2, Pack)

@@ -17,8 +17,8 @@ BasisKind basis_kind(const Mesh<Dim>& mesh, const Analysis& analysis);
 /// velocities, with functions that are given one by one.
 bool needs_node_positions(const Analysis& analysis);
 
-/// Whether update_particles() can find velocity gradients on its way over the nodes: where functions
-/// are products of those of one axis, most of the work is the same.
+/// Whether update_particles() can find velocity gradients on its way over the nodes: where
+/// functions are products of those of one axis, most of the work is the same.
 bool gives_gradients(const Analysis& analysis);
 
 /// Fill support_nodes and support_border of a topology that was made with at least support_rings()

@@ -50,7 +50,7 @@ LAHAR_INLINE void with_weights(const AxisWeights<Dim, Real>& by, const double* v
       LAHAR_UNROLL
       for (int x = 0; x < axis_nodes; ++x) {
         const auto place = static_cast<std::ptrdiff_t>(node[x]) * node_width;
-        const auto add = [&](Real& to, const Real& weight, const double* value)
+        const auto add = [&](Real & to, const Real& weight, const double* value)
             __attribute__((always_inline)) {
           to = x == 0 ? multiply(weight, value) : multiply_add(to, weight, value);
         };
@@ -197,8 +197,8 @@ LAHAR_INLINE Real trace(const Real (&L)[Dim][Dim]) {
   return sum;
 }
 
-/// Trace of a velocity gradient at the cell's centre: of linear functions of its corners, those of a
-/// domain without size, as in the reference code.
+/// Trace of a velocity gradient at the cell's centre: of linear functions of its corners, those of
+/// a domain without size, as in the reference code.
 template <int Dim, TensorBasis Basis>
 double centre_trace(const Basis& basis, const double* v, const Local* nodes) {
   double trace = 0.0;

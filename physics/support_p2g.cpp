@@ -115,8 +115,7 @@ LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const
       LAHAR_UNROLL
       for (int i = 0; i < Basis::nodes; ++i) LAHAR_UNROLL
       for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
-      for (int k = 0; k < Dim; ++k)
-        sum[i * Dim + a] = fma(T[a][k], dN[i][k], sum[i * Dim + a]);
+      for (int k = 0; k < Dim; ++k) sum[i * Dim + a] = fma(T[a][k], dN[i][k], sum[i * Dim + a]);
     } else {
       Real dN[Dim][Basis::nodes];
       basis.gradients(p, dN);

@@ -14,7 +14,8 @@ namespace lahar {
 template <int Dim>
 inline constexpr int tensor_nodes = Dim == 2 ? 16 : 64;
 
-/// Whether the nodes of a cell of a 3D grid are those of another, moved by one along the first axis.
+/// Whether the nodes of a cell of a 3D grid are those of another, moved by one along the first
+/// axis.
 LAHAR_INLINE bool follows(const Local* nodes, const Local* before) {
   unsigned different = 0;
   for (int i = 0; i < tensor_nodes<3> - 1; ++i)
@@ -92,8 +93,8 @@ struct TensorProduct {
   /// reproduces linear fields. At a node on which only one function is not zero, as at walls, D is
   /// zero; moments become slopes there, which they are where functions are linear.
   template <class Real>
-  LAHAR_INLINE void moments(Local p, const Real (&w)[Dim][per_axis], const Real (&dw)[Dim][per_axis],
-                            Real (&m)[Dim][per_axis]) const {
+  LAHAR_INLINE void moments(Local p, const Real (&w)[Dim][per_axis],
+                            const Real (&dw)[Dim][per_axis], Real (&m)[Dim][per_axis]) const {
     Real s[Dim];
     place(p, s);
     if (border == 0 && Axis::spread > 0.0) {
@@ -186,8 +187,8 @@ class GimpCells {
     static constexpr bool volume_at_centre = true;
     static constexpr double spread = 0.0;  // differs
     static constexpr int per_particle = axis_nodes;
-    std::array<const double*, Dim> edge;   ///< [m]
-    double half_per_length[Dim];           ///< half a domain's edge in lengths of the cell [1/m]
+    std::array<const double*, Dim> edge;  ///< [m]
+    double half_per_length[Dim];          ///< half a domain's edge in lengths of the cell [1/m]
 
     template <class Real>
     LAHAR_INLINE Real reach(int d, Local p) const {

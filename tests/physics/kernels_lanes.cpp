@@ -293,7 +293,8 @@ TEST_CASE("G2P that finds velocity gradients does what stress and G2P do, to rou
     });
 }
 
-TEST_CASE("G2P that finds velocity gradients gives the same bits for any number of runs at a time") {
+TEST_CASE(
+    "G2P that finds velocity gradients gives the same bits for any number of runs at a time") {
   on_every_twin_of_axes([](auto& f, auto& reference) {
     f.patch.work.internal = reference.patch.work.internal = 0;
     move_and_strain(f, f.patch.runs.size());

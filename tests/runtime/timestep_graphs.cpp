@@ -110,8 +110,7 @@ TEST_CASE("schemes update stresses where their names say") {
         wide.functions = functions;
         const auto order = stages_of<2>(wide);
         CHECK(position(order, "integrate") < position(order, "G2P"));
-        CHECK((position(order, "G2P") < position(order, "stress")) !=
-              analysis.pressure_smoothing);
+        CHECK((position(order, "G2P") < position(order, "stress")) != analysis.pressure_smoothing);
       }
     }
     if (analysis.scheme == Scheme::musl) {
