@@ -9,7 +9,8 @@
 ///     template <class Real>                     and dN[d][i] = dN_i/dx_d there [1/m]
 ///     void gradients(Local p, Real (&dN)[Dim][nodes]) const;
 ///     static constexpr bool volume_at_centre;   the volumetric strain increment is that of
-///     void centre_gradients(double (&dN)[Dim][nodes]) const;      the gradients at the centre
+///     void centre_gradients(double (&dN)[Dim][nodes]) const;      the gradients at the centre, or
+///     double centre_trace(const double* v, const Local* node) const;   of those of a field
 ///
 /// Particles come in packs of one run, whose lanes beyond its end may hold anything. Function i
 /// belongs to node PatchTopology::support_nodes[support_size * cell + i]. Where volume_at_centre is
@@ -28,8 +29,9 @@
 ///
 ///     template <class Real>                     s[d], 0 to 1 across the cell
 ///     void place(Local p, Real (&s)[Dim]) const;
-///     template <class Real>                     w and, for APIC, w_k (x_k - x_p) / D_dd [1/m]
-///     void moments(Local p, Real (&w)[Dim][per_axis], Real (&m)[Dim][per_axis]) const;
+///     template <class Real>                     for APIC w_k (x_k - x_p) / D_dd [1/m]
+///     void moments(Local p, const Real (&w)[Dim][per_axis], const Real (&dw)[Dim][per_axis],
+///                  Real (&m)[Dim][per_axis]) const;
 ///     double cell_length(int d) const;          [m]
 ///
 /// for which kernels take fewer operations; at the centre gradients are those of linear functions.
@@ -49,6 +51,13 @@ namespace lahar {
 template <class B>
 concept TensorBasis = requires {
   B::per_axis;
+};
+
+/// Bases whose gradients are those with natural coordinates, turned: natural_gradients().
+template <class B>
+concept NaturalBasis = requires(const B& basis, Scalar (&dN)[B::nodes][B::dim],
+                                Scalar (&to_natural)[B::dim][B::dim]) {
+  basis.natural_gradients(Local(), dN, to_natural);
 };
 
 /// Call body(cells) with what makes the bases of a patch's cells: cells[local cell] is a basis.
@@ -86,6 +95,16 @@ LAHAR_INLINE void for_each_supported_run(const Patch<Dim>& patch, Runs runs, Bod
       patch, [&](const auto& cells) __attribute__((noinline)) {
         for (Run& run : runs)
           if (run.begin < run.end) body(cells[run.cell], run, nodes + stride * run.cell);
+      });
+}
+
+/// The same for patches whose basis is a tensor basis.
+template <int Dim, class Body>
+LAHAR_INLINE void for_each_tensor_run(const Patch<Dim>& patch, Runs runs, Body body) {
+  for_each_supported_run(
+      patch, runs,
+      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
+        if constexpr (TensorBasis<std::decay_t<decltype(basis)>>) body(basis, run, nodes);
       });
 }
 

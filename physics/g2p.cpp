@@ -64,8 +64,10 @@ void prescribe_velocities(Patch<Dim>& patch, const Run& run, const StepContext<D
 }
 
 template <int Dim, class Real>
-void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
-  if (supported::is(patch)) return supported::update_particles<Dim, Real>(patch, step, runs);
+void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+                      VelocityGradients<Dim>* gradients) {
+  if (supported::is(patch))
+    return supported::update_particles<Dim, Real>(patch, step, runs, gradients);
   const VelocityUpdate update(step.model->analysis.flip, step.dt);
   const MovedRows<Dim> rows(patch.particles);
   Real fastest(0.0);
@@ -119,8 +121,9 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs)
   });
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                                     \
-  template void update_particles<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs); \
+#define LAHAR_INSTANTIATE(Dim, Real)                                                    \
+  template void update_particles<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, \
+                                            VelocityGradients<Dim>*);                   \
   template void smooth_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);
 LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)

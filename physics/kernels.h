@@ -6,6 +6,7 @@
 
 #include "physics/patch.h"
 #include "physics/simd.h"
+#include "physics/velocity_gradients.h"
 
 namespace lahar {
 
@@ -122,9 +123,11 @@ template <int Dim>
 void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step);
 
 /// v_p: FLIP v_p + dt sum_i N_i a_i, PIC sum_i N_i v_i, or their blend; x_p, u_p += dt sum_i N_i
-/// v_i; prescribed particle velocities. Raises Patch::max_speed.
+/// v_i; prescribed particle velocities. Raises Patch::max_speed. `gradients`, only where
+/// gives_gradients() (support.h), receives what update_stress() would find before particles move.
 template <int Dim, class Real = Pack>
-void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+                      VelocityGradients<Dim>* gradients = nullptr);
 
 /// Work of the tractions over the step, before stresses change volumes or particles move.
 template <int Dim>
@@ -134,8 +137,10 @@ void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
 enum class StressPart { both, strain, law };
 
 /// Strain rate from nodal velocities; strain, volume (gradient at the cell's centre) and the law.
+/// With `gradients` it takes those: of the same runs, from update_particles().
 template <int Dim, class Real = Pack>
-void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, StressPart part);
+void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, StressPart part,
+                   const VelocityGradients<Dim>* gradients = nullptr);
 
 /// p_p = sum_i N_i p_i.
 template <int Dim, class Real = Pack>

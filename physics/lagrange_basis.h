@@ -31,12 +31,12 @@ class LagrangeBasis {
                              const std::array<const double*, dim>& rows)
       : rows_(rows) {
     const auto at = [&](int a) {
-      return position + static_cast<std::ptrdiff_t>(node[a]) * node_width;
+      return load<NodeVector>(position + static_cast<std::ptrdiff_t>(node[a]) * node_width);
     };
-    for (int d = 0; d < dim; ++d) origin_[d] = at(0)[d];
+    const NodeVector origin = at(0);
+    store(origin, origin_);
     // Differences keep full precision far from the origin.
-    for (int a = 0; a < nodes; ++a)
-      for (int d = 0; d < dim; ++d) x_[a][d] = at(a)[d] - origin_[d];
+    for (int a = 0; a < nodes; ++a) store(at(a) - origin, x_[a]);
     if constexpr (affine) {
       const Scalar anywhere[dim] = {};
       Scalar slope[dim][nodes], to_natural[dim][dim];
@@ -66,13 +66,49 @@ class LagrangeBasis {
       physical_gradients(xi, dN, to_natural);
     }
   }
-  /// At the mean of the corners' natural coordinates.
-  LAHAR_INLINE void centre_gradients(double (&dN)[dim][nodes]) const {
-    Scalar xi[dim], slope[dim][nodes], to_natural[dim][dim];
+  /// Trace of the gradient of a nodal field [1/m] at the mean of the corners' natural coordinates.
+  LAHAR_INLINE double centre_trace(const double* v, const Local* node) const {
+    const auto at = [&](int a) {
+      return load<NodeVector>(v + static_cast<std::ptrdiff_t>(node[a]) * node_width);
+    };
+    double trace = 0.0;
+    if constexpr (affine) {
+      for (int a = 0; a < nodes; ++a) {
+        const NodeVector v_a = at(a);
+        for (int d = 0; d < dim; ++d) trace += slope_[d][a] * v_a[d];
+      }
+      return trace;
+    }
+    Scalar xi[dim], dN[nodes][dim], J[dim][dim], to_natural[dim][dim];
     for (int d = 0; d < dim; ++d) xi[d] = Scalar(info(E).simplex ? 1.0 / (dim + 1) : 0.0);
-    physical_gradients(xi, slope, to_natural);
-    for (int d = 0; d < dim; ++d)
-      for (int a = 0; a < nodes; ++a) dN[d][a] = slope[d][a][0];
+    Shape<E>::gradients(xi, dN);
+    NodeVector along[dim], change[dim];  // of place and field with each natural coordinate
+    LAHAR_UNROLL
+    for (int k = 0; k < dim; ++k) {
+      along[k] = change[k] = NodeVector(0.0);
+      LAHAR_UNROLL
+      for (int a = 0; a < nodes; ++a) {
+        along[k] = fma(NodeVector(dN[a][k][0]), load<NodeVector>(x_[a]), along[k]);
+        change[k] = fma(NodeVector(dN[a][k][0]), at(a), change[k]);
+      }
+      for (int i = 0; i < dim; ++i) J[i][k] = Scalar(along[k][i]);
+    }
+    inverse(J, to_natural);
+    for (int k = 0; k < dim; ++k)
+      for (int d = 0; d < dim; ++d) trace += change[k][d] * to_natural[k][d][0];
+    return trace;
+  }
+
+  /// dN_a/dxi_k and dxi_k/dx_d [1/m] at the particles from p on: sums over nodes with the former
+  /// take fewer operations than with gradients().
+  template <class Real>
+  LAHAR_INLINE void natural_gradients(Local p, Real (&dN)[nodes][dim],
+                                      Real (&to_natural)[dim][dim]) const requires(!affine) {
+    Real xi[dim], J[dim][dim];
+    natural(p, xi);
+    Shape<E>::gradients(xi, dN);
+    jacobian(dN, J);
+    inverse(J, to_natural);
   }
 
   /// Natural coordinates of the points x [m] of the first n lanes, from the start that xi holds.
@@ -183,10 +219,10 @@ class LagrangeBasis {
   }
 
   std::array<const double*, dim> rows_;
-  double origin_[dim];           ///< [m] the first node
-  double x_[nodes][dim];         ///< [m] from there
-  double slope_[dim][nodes];     ///< affine only: dN_a/dx_d [1/m]
-  double to_natural_[dim][dim];  ///< affine only: dxi_k/dx_d [1/m]
+  double origin_[node_width];                                ///< [m] the first node
+  alignas(sizeof(NodeVector)) double x_[nodes][node_width];  ///< [m] from there
+  double slope_[dim][nodes];                                 ///< affine only: dN_a/dx_d [1/m]
+  double to_natural_[dim][dim];                              ///< affine only: dxi_k/dx_d [1/m]
 };
 
 /// Makes the bases of a patch's cells.

@@ -54,7 +54,7 @@ class SumsWindow {
   /// Go to the cell with these nodes and border (PatchTopology::support_nodes, support_border).
   LAHAR_INLINE void move_to(const Local* nodes, unsigned border) {
     if (nodes == nodes_) return;
-    const bool next = nodes_ != nullptr && follows(nodes);
+    const bool next = nodes_ != nullptr && follows(nodes, nodes_);
     if (next)
       put(0);
     else
@@ -73,14 +73,6 @@ class SumsWindow {
  private:
   static constexpr int n_rows = axis_nodes * axis_nodes;
 
-  LAHAR_INLINE bool follows(const Local* nodes) const {
-    unsigned different = 0;
-    for (int i = 0; i < tensor_nodes<3> - 1; ++i)
-      different |= i % axis_nodes < axis_nodes - 1
-                       ? static_cast<unsigned>(nodes[i]) ^ static_cast<unsigned>(nodes_[i + 1])
-                       : 0u;
-    return different == 0;
-  }
   /// The nodes of number k along the first axis.
   LAHAR_INLINE void take(int k) {
     for (int r = 0; r < n_rows; ++r)

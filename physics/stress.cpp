@@ -148,7 +148,7 @@ struct StoredGradient {
   const double* trace;
   Local begin;
 
-  StoredGradient(const supported::VelocityGradients<Dim>& from, Local first, Local run_begin)
+  StoredGradient(const VelocityGradients<Dim>& from, Local first, Local run_begin)
       : trace(from.trace.data() + first), begin(run_begin) {
     for (std::size_t k = 0; k < rows.size(); ++k) rows[k] = from.L[k].data() + first;
   }
@@ -255,12 +255,16 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
 }  // namespace
 
 template <int Dim, class Real>
-void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, StressPart part) {
+void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, StressPart part,
+                   const VelocityGradients<Dim>* gradients) {
   const Rows<Dim> rows(patch.particles);
   Real work(0.0);
-  // A buffer that all patches of a thread share stays in its cache.
-  static thread_local supported::VelocityGradients<Dim> gradients;
-  if (supported::is(patch)) supported::find_gradients<Dim, Real>(patch, runs, gradients);
+  if (supported::is(patch) && !gradients) {
+    // A buffer that all patches of a thread share stays in its cache.
+    static thread_local VelocityGradients<Dim> found;
+    supported::find_gradients<Dim, Real>(patch, runs, found);
+    gradients = &found;
+  }
   // Runs of one material together: its law is found once.
   for (std::size_t from = 0, to = 0; from < runs.size(); from = to) {
     while (to < runs.size() && runs[to].material == runs[from].material) ++to;
@@ -271,8 +275,8 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, S
             for (std::size_t r = from; r < to; ++r)
               if (const Run& run = runs[r]; run.begin < run.end)
                 work += update_run<Dim, Real>(
-                    patch, StoredGradient<Dim>(gradients, gradients.first[r], run.begin), run, rows,
-                    step.dt, part, law);
+                    patch, StoredGradient<Dim>(*gradients, gradients->first[r], run.begin), run,
+                    rows, step.dt, part, law);
             return;
           }
           for_each_run(
@@ -287,8 +291,9 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, S
   patch.work.internal += reduce(work);
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real) \
-  template void update_stress<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, StressPart);
+#define LAHAR_INSTANTIATE(Dim, Real)                                                             \
+  template void update_stress<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, StressPart, \
+                                         const VelocityGradients<Dim>*);
 LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)
 LAHAR_INSTANTIATE(2, Scalar)

@@ -38,6 +38,12 @@ bool needs_node_positions(const Analysis& analysis) {
          (basis == BasisKind::corners || basis == BasisKind::cpdi || basis == BasisKind::cpdi2);
 }
 
+bool gives_gradients(const Analysis& analysis) {
+  const BasisKind basis = basis_kind(analysis);
+  return basis == BasisKind::gimp || basis == BasisKind::quadratic_spline ||
+         basis == BasisKind::cubic_spline;
+}
+
 template <int Dim>
 BasisKind basis_kind(const Mesh<Dim>& mesh, const Analysis& analysis) {
   const bool other = analysis.functions == ShapeFunctions::element && !mesh.is_multilinear();

@@ -17,6 +17,10 @@ BasisKind basis_kind(const Mesh<Dim>& mesh, const Analysis& analysis);
 /// velocities, with functions that are given one by one.
 bool needs_node_positions(const Analysis& analysis);
 
+/// Whether update_particles() can find velocity gradients on its way over the nodes: where
+/// functions are products of those of one axis, most of the work is the same.
+bool gives_gradients(const Analysis& analysis);
+
 /// Fill support_nodes and support_border of a topology that was made with at least support_rings()
 /// rings. Nothing for the functions of Q4 and H8 themselves. Throws InputError where functions that
 /// reach beyond a cell meet a mesh whose cells are not equal boxes.

@@ -3,6 +3,7 @@
 #include "physics/law.h"
 #include "physics/loads.h"
 #include "physics/particle_update.h"
+#include "physics/spline_polynomials.h"
 #include "physics/support_fields.h"
 #include "physics/support_kernels.h"
 
@@ -62,12 +63,22 @@ LAHAR_INLINE void moments_of_domain(const Basis& basis, Local p, const double* v
 template <int Dim, class Real, TensorBasis Basis>
 LAHAR_INLINE void affine_velocity(const Basis& basis, Affine affine, Local p, const double* v,
                                   const Local* nodes, Real (&value)[Dim], Real (&C)[Dim][Dim]) {
-  Real w[Dim][axis_nodes], m[Dim][axis_nodes];
-  if (affine == Affine::apic)
-    basis.moments(p, w, m);
-  else
-    basis.weights(p, w, m);
-  with_weights<Dim>(w, m, v, nodes, value, C);
+  AxisWeights<Dim, Real> by;
+  Fields<Dim, Real> at;
+  basis.weights(p, by.w, by.dw);
+  if (affine == Affine::apic) {
+    basis.moments(p, by.w, by.dw, by.m);
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) LAHAR_UNROLL
+    for (int k = 0; k < axis_nodes; ++k) by.dw[d][k] = by.m[d][k];
+  }
+  with_weights<Wanted{}>(by, v, nullptr, nodes, at);
+  LAHAR_UNROLL
+  for (int d = 0; d < Dim; ++d) {
+    value[d] = at.v[d];
+    LAHAR_UNROLL
+    for (int b = 0; b < Dim; ++b) C[d][b] = at.L[d][b];
+  }
 }
 template <int Dim, class Real, class Basis>
 LAHAR_INLINE void affine_velocity(const Basis& basis, Affine affine, Local p, const double* v,
@@ -116,11 +127,76 @@ Real update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
   return fastest;
 }
 
+/// update_particles() that also finds velocity gradients.
+template <Wanted wanted, int Dim, class Real>
+Real update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+                           const VelocityUpdate& update, VelocityGradients<Dim>& gradients) {
+  gradients.make_room(runs, lanes<Real>);
+  const MovedRows<Dim> rows(patch.particles);
+  std::array<double*, static_cast<std::size_t>(Dim) * Dim> affine{};
+  const bool is_affine = patch.particles.layout().has(Column::affine);
+  if (is_affine) affine = patch.particles.template rows<Dim * Dim>(Column::affine);
+  const double *v = patch.velocity.data(), *a = patch.acceleration.data();
+  SplinePolynomials polynomials(v);
+  Real fastest(0.0);
+  for_each_tensor_run(
+      patch, runs,
+      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
+        using Basis = std::decay_t<decltype(basis)>;
+        constexpr bool at_centre = Basis::volume_at_centre;
+        constexpr bool polynomial = Dim == 3 && Basis::per_particle < axis_nodes && !wanted.a;
+        if constexpr (polynomial) polynomials.move_to(nodes, basis.border);
+        const double centre = at_centre ? centre_trace<Dim>(basis, v, nodes) : 0.0;
+        auto to = gradients.begin(run, runs);
+        for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {
+          const Local n = run.end - p;
+          prefetch(rows.v, p);
+          prefetch(rows.u, p);
+          if (is_affine) prefetch(affine, p);
+          Fields<Dim, Real> at;
+          if constexpr (polynomial) {
+            Real xi[Dim];
+            basis.map.natural(p, xi);
+            polynomials.template at<wanted.C>(xi, basis.map.per_length, at);
+            for (Real& component : at.a) component = Real(0.0);
+          } else {
+            AxisWeights<Dim, Real> by;
+            basis.weights(p, by.w, by.dw);
+            if constexpr (wanted.C) basis.moments(p, by.w, by.dw, by.m);
+            with_weights<wanted>(by, v, a, nodes, at);
+          }
+          gradients.put(to, at.L, at_centre ? Real(centre) : trace(at.L));
+          if (is_affine) {
+            const auto& C = wanted.C ? at.C : at.L;
+            LAHAR_UNROLL
+            for (std::size_t k = 0; k < Dim * Dim; ++k)
+              store_first(C[k / Dim][k % Dim], affine[k] + p, n);
+          }
+          fastest = max(fastest, advance(rows, p, n, at.v, at.a, update, step.dt));
+        }
+        if (run.loaded) prescribe_velocities(patch, run, step);
+      });
+  return fastest;
+}
+
 }  // namespace
 
 template <int Dim, class Real>
-void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+                      VelocityGradients<Dim>* gradients) {
   const VelocityUpdate update(step.model->analysis.flip, step.dt);
+  if (gradients) {
+    const auto find = [&]<Wanted wanted>() {
+      note_speeds(patch,
+                  update_with_gradients<wanted, Dim, Real>(patch, step, runs, update, *gradients));
+    };
+    const bool a = update.acceleration != 0.0;
+    if (step.model->analysis.affine == Affine::apic)
+      return a ? find.template operator()<Wanted{true, true}>()
+               : find.template operator()<Wanted{true, false}>();
+    return a ? find.template operator()<Wanted{false, true}>()
+             : find.template operator()<Wanted{false, false}>();
+  }
   if (patch.particles.layout().has(Column::affine))
     return note_speeds(patch, update_affine<Dim, Real>(patch, step, runs, update));
   const MovedRows<Dim> rows(patch.particles);
@@ -176,8 +252,9 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs)
   });
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                                     \
-  template void update_particles<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs); \
+#define LAHAR_INSTANTIATE(Dim, Real)                                                    \
+  template void update_particles<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, \
+                                            VelocityGradients<Dim>*);                   \
   template void smooth_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);
 LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)

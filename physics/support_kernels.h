@@ -2,10 +2,8 @@
 /// kernels.h do for a patch that has topology.support_nodes.
 #pragma once
 
-#include <array>
-#include <vector>
-
 #include "physics/patch.h"
+#include "physics/velocity_gradients.h"
 
 namespace lahar::supported {
 
@@ -41,10 +39,10 @@ void map_spline_force(Patch<3>& patch, const StepContext<3>& step, Runs runs, do
 template <class Real>
 void map_spline_gradient(Patch<3>& patch, Runs runs, double* sums);
 
-/// Velocities and accelerations of the nodes at the particles from p on of a run, until the next
-/// call.
+/// Velocities and places of particles; `gradients` (optional) as in kernels.h.
 template <int Dim, class Real>
-void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+                      VelocityGradients<Dim>* gradients);
 
 /// Work of the tractions over the step.
 template <int Dim>
@@ -53,15 +51,6 @@ void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
 /// p_p = sum_i N_i p_i.
 template <int Dim, class Real>
 void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
-
-/// Velocity gradients at particles, which laws take from here: they are compiled for one kind of
-/// cell more, not for every basis.
-template <int Dim>
-struct VelocityGradients {
-  std::vector<Local> first;  ///< by position of the run: where its particles begin, in whole packs
-  std::array<NodeArray, static_cast<std::size_t>(Dim) * Dim> L;  ///< Dim a + b: dv_a/dx_b [1/s]
-  NodeArray trace;  ///< [1/s] where the basis takes it at the cell's centre, else at the particle
-};
 
 /// Fill `gradients` for these runs.
 template <int Dim, class Real>

@@ -14,6 +14,22 @@ namespace lahar::supported {
 
 namespace {
 
+/// Add totals, `Width` for each node of a cell, to the nodes' components `lane(k)`. (Where they are
+/// not all components, one by one: a vector of values that were stored singly can be loaded only
+/// when they have left for the cache.)
+template <int Nodes, int Width, class Lane>
+LAHAR_INLINE void add_to_nodes(const double* total, const Local* nodes, double* sums, Lane lane) {
+  for (int i = 0; i < Nodes; ++i) {
+    if constexpr (Width == node_width) {
+      add_to_node(sums, nodes[i], load<NodeVector>(total + i * Width));
+    } else {
+      double* at = sums + static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride;
+      LAHAR_UNROLL
+      for (int k = 0; k < Width; ++k) at[lane(k)] += total[i * Width + k];
+    }
+  }
+}
+
 /// Add sum_p N_i q_p over a run to components `lane(k)`, k < Width, of its cell's nodes.
 /// `values(p, n, q)` fills q for the particles from p on.
 template <int Dim, int Width, class Real, class Basis, class Values, class Lane>
@@ -32,11 +48,7 @@ LAHAR_INLINE void scatter(const Basis& basis, const Run& run, const Local* nodes
   }
   alignas(64) double total[n_sums];
   reduce_all(sum, total);
-  for (int i = 0; i < Basis::nodes; ++i) {
-    double value[node_width] = {};
-    for (int k = 0; k < Width; ++k) value[lane(k)] = total[i * Width + k];
-    add_to_node(sums, nodes[i], load<NodeVector>(value));
-  }
+  add_to_nodes<Basis::nodes, Width>(total, nodes, sums, lane);
 }
 
 /// {m v, m}_i += sum_p N_i m_p {v_p + C_p (x_i - x_p), 1}, from the nodes' positions.
@@ -76,11 +88,8 @@ LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<Dim
   }
   alignas(64) double total[n_sums];
   reduce_all(sum, total);
-  for (int i = 0; i < Basis::nodes; ++i) {
-    double value[node_width] = {};
-    for (int k = 0; k <= Dim; ++k) value[k == Dim ? mass_lane : k] = total[i * (Dim + 1) + k];
-    add_to_node(sums, nodes[i], load<NodeVector>(value));
-  }
+  add_to_nodes<Basis::nodes, Dim + 1>(total, nodes, sums,
+                                      [](int k) { return k == Dim ? mass_lane : k; });
 }
 
 /// Internal force of a run: -sum_p S_p grad N_i.
@@ -91,21 +100,34 @@ LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const
   Real sum[n_sums];
   for (Real& s : sum) s = Real(0.0);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    Real dN[Dim][Basis::nodes], S[Dim][Dim];
-    basis.gradients(p, dN);
+    Real S[Dim][Dim];
     stress.at(p, run.end - p, S);
-    LAHAR_UNROLL
-    for (int i = 0; i < Basis::nodes; ++i) LAHAR_UNROLL
-    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
-    for (int b = 0; b < Dim; ++b) sum[i * Dim + a] -= S[a][b] * dN[b][i];
+    if constexpr (NaturalBasis<Basis>) {
+      Real dN[Basis::nodes][Dim], to_natural[Dim][Dim], T[Dim][Dim];
+      basis.natural_gradients(p, dN, to_natural);
+      LAHAR_UNROLL
+      for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+      for (int k = 0; k < Dim; ++k) {  // the stress as natural gradients see it
+        T[a][k] = -S[a][0] * to_natural[k][0];
+        LAHAR_UNROLL
+        for (int b = 1; b < Dim; ++b) T[a][k] -= S[a][b] * to_natural[k][b];
+      }
+      LAHAR_UNROLL
+      for (int i = 0; i < Basis::nodes; ++i) LAHAR_UNROLL
+      for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+      for (int k = 0; k < Dim; ++k) sum[i * Dim + a] = fma(T[a][k], dN[i][k], sum[i * Dim + a]);
+    } else {
+      Real dN[Dim][Basis::nodes];
+      basis.gradients(p, dN);
+      LAHAR_UNROLL
+      for (int i = 0; i < Basis::nodes; ++i) LAHAR_UNROLL
+      for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+      for (int b = 0; b < Dim; ++b) sum[i * Dim + a] -= S[a][b] * dN[b][i];
+    }
   }
   alignas(64) double total[n_sums];
   reduce_all(sum, total);
-  for (int i = 0; i < Basis::nodes; ++i) {
-    double f[node_width] = {};
-    for (int a = 0; a < Dim; ++a) f[a] = total[i * Dim + a];
-    add_to_node(sums, nodes[i], load<NodeVector>(f));
-  }
+  add_to_nodes<Basis::nodes, Dim>(total, nodes, sums, [](int a) { return a; });
 }
 
 }  // namespace

@@ -14,6 +14,17 @@ namespace lahar {
 template <int Dim>
 inline constexpr int tensor_nodes = Dim == 2 ? 16 : 64;
 
+/// Whether the nodes of a cell of a 3D grid are those of another, moved by one along the first
+/// axis.
+LAHAR_INLINE bool follows(const Local* nodes, const Local* before) {
+  unsigned different = 0;
+  for (int i = 0; i < tensor_nodes<3> - 1; ++i)
+    different |= i % axis_nodes < axis_nodes - 1
+                     ? static_cast<unsigned>(nodes[i]) ^ static_cast<unsigned>(before[i + 1])
+                     : 0u;
+  return different == 0;
+}
+
 /// Fold the weights of nodes beyond the mesh, of a cell with this PatchTopology::support_border.
 template <int Dim, class Real>
 LAHAR_INLINE void fold_at_border(unsigned border, Real (&w)[Dim][axis_nodes]) {
@@ -82,18 +93,17 @@ struct TensorProduct {
   /// reproduces linear fields. At a node on which only one function is not zero, as at walls, D is
   /// zero; moments become slopes there, which they are where functions are linear.
   template <class Real>
-  LAHAR_INLINE void moments(Local p, Real (&w)[Dim][per_axis], Real (&m)[Dim][per_axis]) const {
+  LAHAR_INLINE void moments(Local p, const Real (&w)[Dim][per_axis],
+                            const Real (&dw)[Dim][per_axis], Real (&m)[Dim][per_axis]) const {
     Real s[Dim];
     place(p, s);
     if (border == 0 && Axis::spread > 0.0) {
-      weights(p, w);
       LAHAR_UNROLL
       for (int d = 0; d < Dim; ++d) LAHAR_UNROLL
       for (int k = 0; k < per_axis; ++k)
         m[d][k] = w[d][k] * (map.per_length[d] / Axis::spread * ((k - 1.0) - s[d]));
       return;
     }
-    weights(p, w, m);
     LAHAR_UNROLL
     for (int d = 0; d < Dim; ++d) {
       Real spread(0.0), moment[per_axis];
@@ -106,7 +116,7 @@ struct TensorProduct {
       const unsigned wide = outside(spread, least_spread, lanes<Real>);
       const Real factor = map.per_length[d] / max(spread, Real(least_spread));
       LAHAR_UNROLL
-      for (int k = 0; k < per_axis; ++k) m[d][k] = select(wide, moment[k] * factor, m[d][k]);
+      for (int k = 0; k < per_axis; ++k) m[d][k] = select(wide, moment[k] * factor, dw[d][k]);
     }
   }
 
@@ -177,8 +187,8 @@ class GimpCells {
     static constexpr bool volume_at_centre = true;
     static constexpr double spread = 0.0;  // differs
     static constexpr int per_particle = axis_nodes;
-    std::array<const double*, Dim> edge;   ///< [m]
-    double half_per_length[Dim];           ///< half a domain's edge in lengths of the cell [1/m]
+    std::array<const double*, Dim> edge;  ///< [m]
+    double half_per_length[Dim];          ///< half a domain's edge in lengths of the cell [1/m]
 
     template <class Real>
     LAHAR_INLINE Real reach(int d, Local p) const {

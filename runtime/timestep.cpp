@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "physics/kernels.h"
+#include "physics/support.h"
 
 namespace lahar {
 
@@ -50,6 +51,21 @@ void begin_mapping(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.idle = patch.clear_sums == 2;
 }
 
+/// Whether stress takes what G2P finds of velocity gradients: with USL both take the same nodal
+/// velocities at the same places.
+bool joins_gradients(const Analysis& analysis) {
+  return analysis.scheme == Scheme::usl && !analysis.pressure_smoothing &&
+         gives_gradients(analysis);
+}
+
+/// Velocity gradients of a chunk from G2P, for its stress. A buffer that all patches of a thread
+/// share stays in its cache.
+template <int Dim>
+VelocityGradients<Dim>& gradients_of_chunk() {
+  static thread_local VelocityGradients<Dim> gradients;
+  return gradients;
+}
+
 }  // namespace
 
 NodeSumCopies node_sum_copies(const Analysis& analysis) {
@@ -78,13 +94,20 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
   const TimestepStage<Dim> injection{
       .stage = {.name = "inject"},
       .begin = usf ? take_injected<Dim, false> : take_injected<Dim, true>};
-  const TimestepStage<Dim> g2p{
-      .stage = {.name = "G2P"},
-      .begin = [](P& p, S&) { p.max_speed = 0; },
-      .runs = usf || musl ? +[](P& p, S& s, Runs runs) {
-        add_work_of_tractions(p, s, runs);
-        update_particles(p, s, runs);
-      } : +[](P& p, S& s, Runs runs) { update_particles(p, s, runs); }};
+  const bool joined = joins_gradients(analysis);
+  TimestepStage<Dim> g2p{.stage = {.name = "G2P"},
+                         .begin = [](P& p, S&) { p.max_speed = 0; },
+                         .runs = [](P& p, S& s, Runs runs) { update_particles(p, s, runs); }};
+  if (joined)
+    g2p.runs = [](P& p, S& s, Runs runs) {
+      add_work_of_tractions(p, s, runs);
+      update_particles(p, s, runs, &gradients_of_chunk<Dim>());
+    };
+  else if (usf || musl)
+    g2p.runs = [](P& p, S& s, Runs runs) {
+      add_work_of_tractions(p, s, runs);
+      update_particles(p, s, runs);
+    };
   const TimestepStage<Dim> locate{
       .stage = {.name = locate_stage, .gives_dt = analysis.step.adaptive},
       .begin =
@@ -143,6 +166,10 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
                      smooth_pressure(p, s, runs);
                      update_stress(p, s, runs, StressPart::law);
                    }}};
+  } else if (joined) {
+    stress = {{.stage = {.name = "stress"}, .runs = [](P& p, S& s, Runs runs) {
+                 update_stress(p, s, runs, StressPart::both, &gradients_of_chunk<Dim>());
+               }}};
   } else {
     stress = {{.stage = {.name = "stress", .needs_dt = usf}, .runs = [](P& p, S& s, Runs runs) {
                  if (s.model->analysis.scheme == Scheme::usl) add_work_of_tractions(p, s, runs);
@@ -188,6 +215,9 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
       add({.stage = {.name = "velocity", .exchange = "momentum"},
            .takes = {NodeSum::momentum},
            .begin = [](P& p, S& s) { nodal_velocity_again(p, s); }});
+      add_stress();
+    } else if (joined) {  // G2P leaves velocity gradients for stress
+      add(g2p);
       add_stress();
     } else {  // stress and G2P take the same nodal velocities: stress comes before particles move
       add_stress();

@@ -212,6 +212,12 @@ TEST_CASE("GIMP, CPDI, splines and affine velocities give the serial loop's bits
     water.analysis.scheme = scheme;
     check_all_ways(water, {flow(8), random_order(4)});
   }
+  for (const Affine affine : {Affine::none, Affine::apic}) {  // G2P gives stress its gradients
+    Model<3> water = with_functions(dam_break_3d(), ShapeFunctions::quadratic_spline, affine);
+    water.analysis.scheme = Scheme::usl;
+    water.analysis.nsteps = 16;
+    check_all_ways(water, {flow(8), random_order(4)});
+  }
 }
 
 TEST_CASE("loads and prescribed velocities that travel with particles give the serial bits") {

@@ -102,6 +102,16 @@ TEST_CASE("schemes update stresses where their names say") {
     if (analysis.scheme == Scheme::usl) {  // with the same nodal velocities, particles move last
       CHECK(at("integrate") < at("stress"));
       CHECK(at("stress") < at("G2P"));
+      // Functions of axes give G2P the velocity gradients too, which stress takes from it. Smoothed
+      // pressure needs an exchange between strain and stress.
+      for (const auto functions :
+           {ShapeFunctions::gimp, ShapeFunctions::quadratic_spline, ShapeFunctions::cubic_spline}) {
+        Analysis wide = analysis;
+        wide.functions = functions;
+        const auto order = stages_of<2>(wide);
+        CHECK(position(order, "integrate") < position(order, "G2P"));
+        CHECK((position(order, "G2P") < position(order, "stress")) != analysis.pressure_smoothing);
+      }
     }
     if (analysis.scheme == Scheme::musl) {
       CHECK(at("G2P") < at("P2G again"));
