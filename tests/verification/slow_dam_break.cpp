@@ -14,9 +14,14 @@ using namespace lahar::verification;
 
 namespace {
 
+/// Share of the water that is ahead of the place `Front::bulk`. It is a matter of taste: with half of
+/// it the place is up to 10.9 % ahead.
+constexpr double toe = 0.01;
+
 /// Front against time, dimensionless.
 struct Front {
-  std::vector<double> T, Z;
+  std::vector<double> T, Z;  ///< Z of the foremost particle
+  std::vector<double> bulk;  ///< place that the foremost 1 % of the water have passed
   /// Z at time T, or T at front Z: linear between the points of an ascending table.
   static double at(const std::vector<double>& x, const std::vector<double>& y, double value) {
     std::size_t i = 1;
@@ -39,21 +44,30 @@ Front dam_break() {
   while (!simulation.finished()) {
     simulation.advance(20);
     const State state(simulation.frame());
-    double x = 0;
-    for (Index p = 0; p < state.size(); ++p) x = std::max(x, state.x(p, 0));
+    std::vector<double> Z;
+    for (Index p = 0; p < state.size(); ++p) Z.push_back(state.x(p, 0) / a);
+    std::sort(Z.begin(), Z.end());
     front.T.push_back(state.time() * std::sqrt(2 * g / a));
-    front.Z.push_back(x / a);
+    front.Z.push_back(Z.back());
+    front.bulk.push_back(Z[static_cast<std::size_t>((1 - toe) * static_cast<double>(Z.size()))]);
   }
   return front;
 }
 
 }  // namespace
 
-// What the front does not depend on, at any of the points below by more than 3 % of Z: cells of
-// half the size, water five times stiffer, a start with hydrostatic stress, quadratic B-splines
-// with APIC; and where the floor holds the water it is faster still. It is 7 to 21 % ahead in
-// place.
-TEST_CASE("the front of a dam break runs as Martin and Moyce saw, but for the time of the gate") {
+// The computed motion is that of water which is free at once, on a floor without friction. What the
+// front does not depend on, at any of the points below by more than 3 % of Z: cells of half the
+// size, water five times stiffer, a start with hydrostatic stress, quadratic B-splines with APIC, a
+// floor that holds the water (up to 5 % faster then: particles roll over those that are held), and
+// whether it is the foremost particle or where half a cell of depth ends (1 %).
+//
+// When the water of the experiments was free is not observed. At T = 0.84 their front is at Z
+// = 1.22 and 1.25 and the computed one at 1.40; from Z = 1.5 on both are as fast. Others who
+// compare with them shift time as well (by 0.175 in the dam break of Lethe's examples, whose water
+// is more viscous). Here the clock starts where the experiment first saw the front: nothing is
+// fitted.
+TEST_CASE("the front of a dam break is where Martin and Moyce saw it, within 10 %") {
   using Points = std::vector<std::pair<double, double>>;
   // Martin and Moyce's two columns, a = 1.125 and 2.25 in.
   const std::vector<Points> experiments{
@@ -64,37 +78,44 @@ TEST_CASE("the front of a dam break runs as Martin and Moyce saw, but for the ti
        {2.950, 3.728},
        {3.598, 4.528}},
       {{0.832, 1.217}, {1.219, 1.474}, {1.997, 2.292}, {2.547, 2.995}, {3.345, 4.134}}};
-  // Koshizuka and Oka (1996), Nucl. Sci. Eng. 123, 421-434, slower than these.
+  // Koshizuka and Oka (1996), Nucl. Sci. Eng. 123, 421-434: Z = 3 is reached 7 % later than by
+  // Martin and Moyce.
   const Points slower{{0.381, 1.111}, {0.769, 1.252}, {1.153, 1.505}, {1.537, 1.892},
                       {1.935, 2.241}, {2.323, 2.615}, {2.719, 3.003}, {3.096, 3.624}};
   const Front front = dam_break();
-  const auto largest_error = [&](const Points& points, double late) {
+  const auto largest_error = [&](const Points& points, const std::vector<double>& Z, double late) {
     double largest = 0;
-    for (const auto& [T, Z] : points)
-      largest = std::max(largest, std::abs(Front::at(front.T, front.Z, T - late) / Z - 1));
+    for (const auto& [T, seen] : points)
+      largest = std::max(largest, std::abs(Front::at(front.T, Z, T - late) / seen - 1));
     return largest;
   };
-  // Here all of the water is free at once. In the experiments the gate takes time, which delays all
-  // of the motion by the same: one number for both columns, 14 ms of the larger one.
-  constexpr double late = 0.255;
   for (const Points& points : experiments) {
-    const double error = largest_error(points, late);
-    MESSAGE("largest error " << 100 * error << " %, " << 100 * largest_error(points, 0)
-                             << " % without the delay");
-    CHECK(error < 0.05);  // measured 3.9 and 2.1 %
-    CHECK(largest_error(points, 0) < 0.22);
-    // Without it the front is ahead everywhere, and the speed is that of the experiment, from Z
-    // = 1.5 to the end (measured 0.8 and 0.1 %).
+    const auto &first = points[0], &second = points[1], &last = points.back();
+    const double late = first.first - Front::at(front.Z, front.T, first.second);
+    const double error = largest_error(points, front.Z, late);
+    const double from_start = largest_error(points, front.Z, 0);
+    const double bulk = largest_error(points, front.bulk, 0);
+    MESSAGE("largest error " << 100 * error << " % from where the front is first seen (T " << late
+                             << " later), " << 100 * from_start
+                             << " % from the start, of all but the toe " << 100 * bulk << " %");
+    CHECK(error < 0.1);  // measured 7.6 and 4.4 %
+    // From the start, what is not the thin toe is as near (4.9 and 5.7 %): a sheet about a
+    // tenth of a deep, in which water has surface tension and a boundary layer. The toe is ahead.
+    CHECK(bulk < 0.1);
+    CHECK(from_start < 0.22);
     for (const auto& [T, Z] : points) CHECK(Front::at(front.T, front.Z, T) > Z);
-    const auto &first = points[1], &last = points.back();
-    const double measured = (last.second - first.second) / (last.first - first.first);
-    const double ours = (last.second - first.second) / (Front::at(front.Z, front.T, last.second) -
-                                                        Front::at(front.Z, front.T, first.second));
+    // The speed is that of the experiment, from Z = 1.5 to the end (measured 0.8 and 0.1 %).
+    const double measured = (last.second - second.second) / (last.first - second.first);
+    const double ours =
+        (last.second - second.second) /
+        (Front::at(front.Z, front.T, last.second) - Front::at(front.Z, front.T, second.second));
     MESSAGE("speed dZ/dT " << ours << ", experiment " << measured);
     CHECK(ours == doctest::Approx(measured).epsilon(0.05));
   }
-  MESSAGE("Koshizuka and Oka: largest error " << 100 * largest_error(slower, late) << " %");
-  CHECK(largest_error(slower, late) < 0.12);
+  MESSAGE("Koshizuka and Oka: largest error " << 100 * largest_error(slower, front.Z, 0) << " %, "
+                                              << 100 * largest_error(slower, front.bulk, 0)
+                                              << " % of all but the toe");
+  CHECK(largest_error(slower, front.bulk, 0) < 0.15);
   // Never faster than on a dry bed without friction (Ritter 1892), 2 sqrt(g h0): dZ/dT = 2.
   for (std::size_t i = 1; i < front.T.size(); ++i)
     CHECK((front.Z[i] - front.Z[i - 1]) / (front.T[i] - front.T[i - 1]) < 2);
