@@ -42,7 +42,6 @@ class ScenarioBuilder {
   void build_table_mesh(const JsonValue& mesh);
   std::optional<Mesh<Dim>> read_whole_mesh(const SideFile& file, const TableMeshKeys& keys,
                                            ProblemList& problems);
-  void set_whole_mesh(Mesh<Dim> whole);
   void make_grid(Element element, const Vec<Dim>& origin, const Vec<Dim>& cell,
                  const std::array<Index, Dim>& counts);
   bool read_shares(const SideFile& file, const TableMeshKeys& keys);
