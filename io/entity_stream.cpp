@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "io/scenario_input.h"
+#include "physics/home.h"
 
 namespace lahar {
 
@@ -104,22 +105,23 @@ class SetStream {
   bool has_members_ = false;
 };
 
-// Keeps the sets of nodes and cells and outlines those of particles.
+// Keeps of sets of nodes what this member keeps, and outlines those of cells and particles.
 class Outliner : public SetStream {
  public:
   Outliner(Index n_nodes, Index n_cells, const Team& team, EntityFile& out)
       : n_nodes_(n_nodes), n_cells_(n_cells), team_(team), out_(out) {}
 
+  struct CellSet {
+    Index id, members;
+  };
+  std::vector<CellSet> cell_sets;  ///< in the order of the file
+
  private:
   bool member(Kind kind, Index id) override {
-    if (kind == Kind::particle) {
-      outline_.add(id);
-      // Whether one occurs twice is looked at by one member of the team for each.
-      if (id % team_.size() == team_.index()) ids_.push_back(id);
-      return true;
-    }
-    ids_.push_back(id);
-    const Index n = kind == Kind::node ? n_nodes_ : n_cells_;
+    outline_.add(id);
+    // Whether one occurs twice is looked at by one member of the team for each.
+    if (home_of(id, team_.size()) == team_.index()) ids_.push_back(id);
+    const Index n = kind == Kind::node ? n_nodes_ : kind == Kind::cell ? n_cells_ : -1;
     return n < 0 || id < n;
   }
 
@@ -129,9 +131,12 @@ class Outliner : public SetStream {
                                             : out_.particles;
     if (sets.by_id.count(id)) return false;
     auto& set = sets.by_id[id];
+    const SetOutline outline = std::exchange(outline_, {});
     if (kind == Kind::particle) {
       out_.particle_sets.push_back(id);
-      out_.outlines[id] = std::exchange(outline_, {});
+      out_.outlines[id] = outline;
+    } else if (kind == Kind::cell) {
+      cell_sets.push_back({id, outline.count});
     } else {
       set = ids_;
     }
@@ -169,13 +174,46 @@ class ParticleSets : public SetStream {
   std::size_t at_ = 0;
 };
 
+// Keeps this member's part of each set of cells, whose sizes are known by now.
+class CellSets : public SetStream {
+ public:
+  CellSets(const std::vector<Outliner::CellSet>& sets, const Team& team, EntitySets& out)
+      : sets_(sets), team_(team), out_(out) {}
+
+ private:
+  bool member(Kind kind, Index id) override {
+    if (kind != Kind::cell || at_ >= sets_.size()) return true;
+    const auto& [set, members] = sets_[at_];
+    const bool own = team_.part(members, team_.index()) <= position_ &&
+                     position_ < team_.part(members, team_.index() + 1);
+    if (own) out_.by_id[set].push_back(id);
+    ++position_;
+    return true;
+  }
+  bool end_of_set(Kind kind, Index) override {
+    if (kind == Kind::cell) ++at_, position_ = 0;
+    return true;
+  }
+
+  const std::vector<Outliner::CellSet>& sets_;
+  const Team& team_;
+  EntitySets& out_;
+  std::size_t at_ = 0;
+  Index position_ = 0;
+};
+
 }  // namespace
 
 std::optional<EntityFile> stream_entity_sets(const SideFile& file, Index n_nodes, Index n_cells,
                                              const Team& team) {
   EntityFile out;
   bool good = false;
-  all_or_none(team, [&] { good = Outliner(n_nodes, n_cells, team, out).read(file); });
+  all_or_none(team, [&] {
+    Outliner outliner(n_nodes, n_cells, team, out);
+    good = outliner.read(file);
+    if (good && !outliner.cell_sets.empty())
+      good = CellSets(outliner.cell_sets, team, out.cells).read(file);
+  });
   if (team.any(!good)) return std::nullopt;
   if (!out.particle_sets.empty()) out.file = file;
   return out;

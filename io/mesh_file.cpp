@@ -124,8 +124,25 @@ std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile& file, int nodes_per_
 }
 
 template <int Dim>
-Mesh<Dim> make_share(MeshRows<Dim>& rows, Element element, bool isoparametric, const Team& team) {
+std::vector<Vec<Dim>> find_nodes(const MeshRows<Dim>& rows, const std::vector<Local>& nodes,
+                                 const Team& team) {
   using Point = std::array<double, static_cast<std::size_t>(Dim)>;
+  const Index first_node = team.part(rows.n_nodes, team.index());
+  const auto points = ask<Point>(
+      team, nodes, [&](Index node) { return team.member(node, rows.n_nodes); },
+      [&](Index node) {
+        Point x;
+        std::copy_n(rows.nodes[static_cast<std::size_t>(node - first_node)].data(), Dim, x.begin());
+        return x;
+      });
+  std::vector<Vec<Dim>> found;
+  found.reserve(points.size());
+  for (const Point& x : points) found.emplace_back(x.data());
+  return found;
+}
+
+template <int Dim>
+Mesh<Dim> make_share(MeshRows<Dim>& rows, Element element, bool isoparametric, const Team& team) {
   TablePiece<Dim> own;
   const auto [first, end] = own_cells(rows.n_cells, team);
   for (Index cell = first; cell < end; ++cell) own.cells.push_back(cell);
@@ -133,16 +150,7 @@ Mesh<Dim> make_share(MeshRows<Dim>& rows, Element element, bool isoparametric, c
   std::sort(own.nodes.begin(), own.nodes.end());
   own.nodes.erase(std::unique(own.nodes.begin(), own.nodes.end()), own.nodes.end());
   own.nodes.shrink_to_fit();
-  const Index first_node = team.part(rows.n_nodes, team.index());
-  const auto points = ask<Point>(
-      team, own.nodes, [&](Index node) { return team.member(node, rows.n_nodes); },
-      [&](Index node) {
-        Point x;
-        std::copy_n(rows.nodes[static_cast<std::size_t>(node - first_node)].data(), Dim, x.begin());
-        return x;
-      });
-  own.x.reserve(points.size());
-  for (const Point& x : points) own.x.emplace_back(x.data());
+  own.x = find_nodes(rows, {own.nodes.begin(), own.nodes.end()}, team);
   own.cell_nodes = std::move(rows.cell_nodes);
   for (Local& node : own.cell_nodes)
     node = static_cast<Local>(std::lower_bound(own.nodes.begin(), own.nodes.end(), node) -
@@ -156,8 +164,10 @@ Mesh<Dim> make_share(MeshRows<Dim>& rows, Element element, bool isoparametric, c
   return std::move(*share);
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                             \
-  template std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile&, int, const Team&); \
+#define LAHAR_INSTANTIATE(Dim)                                                               \
+  template std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile&, int, const Team&);   \
+  template std::vector<Vec<Dim>> find_nodes(const MeshRows<Dim>&, const std::vector<Local>&, \
+                                            const Team&);                                    \
   template Mesh<Dim> make_share(MeshRows<Dim>&, Element, bool, const Team&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -24,6 +24,11 @@ template <int Dim>
 std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile& file, int nodes_per_cell,
                                             const Team& team);
 
+/// Where some nodes are [m], which any member may have. Collective.
+template <int Dim>
+std::vector<Vec<Dim>> find_nodes(const MeshRows<Dim>& rows, const std::vector<Local>& nodes,
+                                 const Team& team);
+
 /// The share with a member's rows: it gets the nodes of its cells. Throws InputError if a cell is
 /// not as it should be. Collective; cell_nodes are taken.
 template <int Dim>
@@ -31,6 +36,8 @@ Mesh<Dim> make_share(MeshRows<Dim>& rows, Element element, bool isoparametric, c
 
 #define LAHAR_DECLARE(Dim)                                                                        \
   extern template std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile&, int, const Team&); \
+  extern template std::vector<Vec<Dim>> find_nodes(const MeshRows<Dim>&,                          \
+                                                   const std::vector<Local>&, const Team&);       \
   extern template Mesh<Dim> make_share(MeshRows<Dim>&, Element, bool, const Team&);
 LAHAR_DECLARE(2)
 LAHAR_DECLARE(3)

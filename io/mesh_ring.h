@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "io/mesh_file.h"
 #include "io/side_files.h"
 
 namespace lahar {
@@ -16,5 +17,11 @@ inline constexpr int ring_nodes = Dim == 2 ? 12 : 56;
 /// the nodes of a cell have to be those of a grid of boxes as large as it, whatever their order.
 template <int Dim>
 std::string add_ring_cells(MeshTables<Dim>& mesh);
+
+/// The same of rows that a team has read, with the further nodes of each cell behind its corners:
+/// every member gets its part of the cells that there are then, with the ids that one process
+/// alone gives them. False, for all members, if anything is wrong. Collective.
+template <int Dim>
+bool add_ring_cells(MeshRows<Dim>& rows, const Team& team);
 
 }  // namespace lahar

@@ -42,7 +42,7 @@ void ScenarioBuilder<Dim>::build_absorbing() {
     const double area = share_of_face(*position, Dim) * (Dim == 2 ? *h : *h * *h);
     for (const Index node : *nodes) out.push_back({node, *normal, area, *delta, *a, *b});
   }
-  model_.analysis.absorbs = !out.empty();
+  model_.analysis.absorbs = team_.any(!out.empty());
 }
 
 template void ScenarioBuilder<2>::build_absorbing();

@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
+#include "io/node_files.h"
 #include "io/scenario_builder.h"
 
 namespace lahar {
@@ -17,6 +19,7 @@ void ScenarioBuilder<Dim>::build_accelerations() {
         [](const NodeVelocity& a, const auto& key) { return std::pair(a.node, a.dir) < key; });
     return at != held.end() && at->node == node && at->dir == dir;
   };
+  constexpr Index none = std::numeric_limits<Index>::max();
   for (const JsonValue* c : get_list(boundary(), "acceleration_constraints")) {
     const std::size_t before = out.size();
     if (from_file(*c, {"dir", "acceleration"})) {
@@ -26,7 +29,7 @@ void ScenarioBuilder<Dim>::build_accelerations() {
       const auto file = in_.open(*c, "file");
       if (!file) continue;
       if (const auto rows =
-              read_node_values(*file, "the acceleration", n_nodes(), Dim, in_.problems))
+              read_node_values(*file, "the acceleration", {n_nodes(), Dim}, team_, in_.problems))
         for (const auto& [node, dir, a] : *rows) out.push_back({node, dir, a});
     } else {
       const auto dir = direction_of(*c);
@@ -36,12 +39,14 @@ void ScenarioBuilder<Dim>::build_accelerations() {
       if (!dir || !a || !nodes) continue;
       for (const Index node : *nodes) out.push_back({node, *dir, *a, function});
     }
-    const auto both = std::find_if(out.begin() + static_cast<std::ptrdiff_t>(before), out.end(),
-                                   [&](const auto& a) { return is_held(a.node, a.dir); });
-    if (both != out.end())
+    Index first = none;  // of all members
+    for (std::size_t i = before; i < out.size(); ++i)
+      if (is_held(out[i].node, out[i].dir)) first = std::min(first, out[i].node * Dim + out[i].dir);
+    first = -team_.max(-first);
+    if (first != none)
       in_.error(*c,
-                fmt::format("node {} has a prescribed velocity in direction {} as well", both->node,
-                            both->dir),
+                fmt::format("node {} has a prescribed velocity in direction {} as well",
+                            first / Dim, first % Dim),
                 "prescribe one of them");
   }
 }

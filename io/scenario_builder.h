@@ -12,13 +12,6 @@
 
 namespace lahar {
 
-/// The cells of a generator: a set, or all of the mesh.
-struct CellList {
-  const std::vector<Index>* listed;  ///< null: all
-  Index size;
-  Index operator[](Index i) const { return listed ? (*listed)[static_cast<std::size_t>(i)] : i; }
-};
-
 /// What a scenario says of its mesh file.
 struct TableMeshKeys {
   Element element;
@@ -42,13 +35,13 @@ class ScenarioBuilder {
   void build_mesh();
   void warn_of_negative_masses(const JsonValue& mesh);
   void build_structured_mesh(const JsonValue& mesh, const JsonValue& structured);
+  std::vector<Index> nodes_in(const Region<Dim>& region) const;
   void build_sets();
   // scenario_mesh_file.cpp
   TableMeshKeys table_mesh_keys(const JsonValue& mesh) const;
   void build_table_mesh(const JsonValue& mesh);
   std::optional<Mesh<Dim>> read_whole_mesh(const SideFile& file, const TableMeshKeys& keys,
                                            ProblemList& problems);
-  void set_whole_mesh(Mesh<Dim> whole);
   void make_grid(Element element, const Vec<Dim>& origin, const Vec<Dim>& cell,
                  const std::array<Index, Dim>& counts);
   bool read_shares(const SideFile& file, const TableMeshKeys& keys);
@@ -80,9 +73,8 @@ class ScenarioBuilder {
   NewParticles<Dim> read_particles(const JsonValue& generator);
   bool check_gauss_points(const JsonValue& generator);
   NewParticles<Dim> fill_gauss(const JsonValue& generator);
-  std::vector<Index> own_part(const CellList& cells) const;
   // scenario_injection.cpp
-  std::optional<CellList> cells_of(const JsonValue& generator);
+  std::optional<std::vector<Index>> cells_of(const JsonValue& generator);
   void build_injection(const JsonValue& generator);
   // scenario_particles.cpp
   void name_particle_set(const JsonValue& generator, Index first, Index last);
@@ -113,7 +105,7 @@ class ScenarioBuilder {
   void build_tractions();
   void build_nodal_forces();
   /// The ids that `id_key` or `name_key` of an object mean, ascending (-1 = all of them); nothing
-  /// if reported. Of particles, those of this member of the team.
+  /// if reported. Those that this member of the team has: nodes of home_of(), particles it holds.
   std::optional<std::vector<Index>> members(const JsonValue& object, std::string_view id_key,
                                             std::string_view name_key, const EntitySets& sets);
   /// Whether these keys mean all particles (-1), those that are still to come too.
@@ -147,9 +139,9 @@ class ScenarioBuilder {
   std::vector<Vec<Dim>> own_nodes_;        ///< [m] with a share: Team::part() of the nodes
   std::optional<MeshSearch<Dim>> search_;  ///< until the particles have their cells
   EntityFile sets_;
-  Index listed_cells_ = -1;  ///< those of a mesh file that has nodes around them, too; -1 = all
-  double region_tolerance_ = 0;     ///< [m]
-  RowShares rows_;                  ///< of model_.particles: who has which
+  Index listed_cells_ = -1;      ///< those of a mesh file that has nodes around them, too; -1 = all
+  double region_tolerance_ = 0;  ///< [m]
+  RowShares rows_;               ///< of model_.particles: who has which
   bool particles_complete_ = true;  ///< false: some generator failed, the number is not known
   bool moving_ = false;             ///< some generator gave a velocity
   std::set<Index> generator_sets_;  ///< particle set ids that a generator made

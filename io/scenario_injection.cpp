@@ -1,19 +1,66 @@
 // Generators that add particles during the run, and the cells of generators that name a set.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <numeric>
+
 #include "io/scenario_builder.h"
+#include "io/shared_mesh.h"
+#include "physics/home.h"
 
 namespace lahar {
 
+/// This member's part of the cells of a generator.
 template <int Dim>
-std::optional<CellList> ScenarioBuilder<Dim>::cells_of(const JsonValue& generator) {
+std::optional<std::vector<Index>> ScenarioBuilder<Dim>::cells_of(const JsonValue& generator) {
   const JsonValue* set = in_.either(generator, "cset_id", "cset");
-  if (!set || (set->is_number() && set->number() == -1))
-    return mesh_ ? std::optional(CellList{nullptr, n_cells()}) : std::nullopt;
-  const std::vector<Index>* listed = sets_.cells.find(*set, in_);
-  if (!listed) return std::nullopt;
-  return CellList{listed, static_cast<Index>(listed->size())};
+  if (set && !(set->is_number() && set->number() == -1)) {
+    const std::vector<Index>* listed = sets_.cells.find(*set, in_);
+    return listed ? std::optional(*listed) : std::nullopt;
+  }
+  if (!mesh_) return std::nullopt;
+  const auto [first, end] = own_cells(n_cells(), team_);
+  std::vector<Index> own(static_cast<std::size_t>(end - first));
+  std::iota(own.begin(), own.end(), first);
+  return own;
 }
+
+namespace {
+
+/// Let every member have the cells that it keeps (home_of()), instead of its part of the list.
+/// Collective.
+template <int Dim>
+void send_home(Injection<Dim>& injection, const Team& team) {
+  struct Cell {
+    Index position, cell;
+    double volume;
+  };
+  using Point = std::array<double, static_cast<std::size_t>(Dim)>;
+  const auto size = static_cast<std::size_t>(team.size());
+  std::vector<std::vector<Cell>> cells(size);
+  std::vector<std::vector<Point>> points(size);
+  Index position = team.part(injection.all_cells, team.index());
+  auto x = injection.x.begin();
+  for (std::size_t i = 0; i < injection.cells.size(); ++i) {
+    const auto to = static_cast<std::size_t>(home_of(injection.cells[i], team.size()));
+    cells[to].push_back({position++, injection.cells[i], injection.volume[i]});
+    for (Index k = 0; k < injection.per_cell; ++k)
+      std::copy_n((x++)->data(), Dim, points[to].emplace_back().begin());
+  }
+  injection.cells.clear();
+  injection.volume.clear();
+  injection.x.clear();
+  for (const Cell& cell : joined(team.exchange(std::move(cells)))) {
+    injection.position.push_back(cell.position);
+    injection.cells.push_back(cell.cell);
+    injection.volume.push_back(cell.volume);
+  }
+  for (const Point& point : joined(team.exchange(std::move(points))))
+    injection.x.emplace_back(point.data());
+}
+
+}  // namespace
 
 template <int Dim>
 void ScenarioBuilder<Dim>::build_injection(const JsonValue& generator) {
@@ -37,36 +84,21 @@ void ScenarioBuilder<Dim>::build_injection(const JsonValue& generator) {
   const auto n = get_integer(generator, "nparticles_per_dir");
   const auto cells = cells_of(generator);
   if (!check_gauss_points(generator) || !mesh_ || !n || !cells) return;
-  for (Index i = 0; i < cells->size; ++i) injection.cells.push_back((*cells)[i]);
-  if (injection.cells.empty()) in_.error(generator, "there is no cell to inject particles into");
-  if (injection.cells.empty()) return;
-  // Of a mesh in shares every member looks at some cells; all have all injections.
-  const bool shared = mesh_->is_share();
-  const std::vector<Index> own = shared ? own_part(*cells) : injection.cells;
-  const auto mesh = mesh_with(own);
-  auto points = fill_cells<Dim>(*mesh, own, static_cast<int>(*n));
-  std::vector<double> volume;
-  for (const Index cell : own) volume.push_back(mesh->cell_volume(cell));
-  if (shared) {
-    std::vector<double> x;
-    for (const Vec<Dim>& point : points.x) x.insert(x.end(), point.data(), point.data() + Dim);
-    points.x.clear();
-    for (const auto& part : team_.gather(x))
-      for (std::size_t i = 0; i < part.size(); i += Dim) points.x.emplace_back(&part[i]);
-    const auto parts = team_.gather(volume);
-    volume.clear();
-    for (const auto& part : parts) volume.insert(volume.end(), part.begin(), part.end());
-  }
-  injection.x = std::move(points.x);
-  injection.per_cell =
-      static_cast<Index>(injection.x.size()) / static_cast<Index>(injection.cells.size());
-  for (double& v : volume) v /= static_cast<double>(injection.per_cell);
-  injection.volume = std::move(volume);
+  injection.all_cells = team_.sum(static_cast<Index>(cells->size()));
+  if (injection.all_cells == 0)
+    return in_.error(generator, "there is no cell to inject particles into");
+  const auto mesh = mesh_with(*cells);
+  injection.x = fill_cells<Dim>(*mesh, *cells, static_cast<int>(*n)).x;
+  injection.per_cell = team_.sum(static_cast<Index>(injection.x.size())) / injection.all_cells;
+  for (const Index cell : *cells)
+    injection.volume.push_back(mesh->cell_volume(cell) / static_cast<double>(injection.per_cell));
+  injection.cells = *cells;
+  if (!team_.alone()) send_home(injection, team_);
   model_.injections.push_back(std::move(injection));
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                       \
-  template std::optional<CellList> ScenarioBuilder<Dim>::cells_of(const JsonValue&); \
+#define LAHAR_INSTANTIATE(Dim)                                                                 \
+  template std::optional<std::vector<Index>> ScenarioBuilder<Dim>::cells_of(const JsonValue&); \
   template void ScenarioBuilder<Dim>::build_injection(const JsonValue&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -43,6 +43,7 @@ struct ScenarioInput {
 /// The sets of one kind (nodes, cells or particles), by id and by name.
 struct EntitySets {
   std::string kind;  ///< "node", "cell", "particle"
+  // What this member of the team has of them.
   std::unordered_map<Index, std::vector<Index>> by_id;
   std::map<std::string, std::vector<Index>> by_name;
   bool all_known = true;  ///< false: some could not be read, so a missing one is no error
@@ -59,8 +60,9 @@ struct SetOutline {
   void add(Index id);
 };
 
-/// Sets of entity_sets.json. There may be as many members of particle sets as particles, so these
-/// are not kept: when the particles are there, each member of the team takes those that it holds.
+/// Sets of entity_sets.json. Each member of the team has a part of their members: of a set of nodes
+/// those of home_of(), of a set of cells an equal part of the list (Team::part()), of sets of
+/// particles those that it holds, which it takes when the particles are there.
 struct EntityFile {
   EntitySets nodes{"node", {}, {}}, cells{"cell", {}, {}}, particles{"particle", {}, {}};
   std::unordered_map<Index, SetOutline> outlines;  ///< of particle sets, whose `by_id` are empty

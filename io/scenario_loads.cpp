@@ -2,9 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 
+#include "io/node_files.h"
 #include "io/scenario_builder.h"
+#include "physics/home.h"
 
 namespace lahar {
 
@@ -25,8 +26,8 @@ std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(const JsonValue&
   std::vector<Index> ids;
   if (value->is_number() && value->number() == -1) {
     if (&sets == &sets_.particles) return rows_.own_rows(0, rows_.total());
-    ids.resize(static_cast<std::size_t>(std::max<Index>(n_nodes(), 0)));
-    std::iota(ids.begin(), ids.end(), Index{0});
+    for (Index i = 0; i < n_nodes(); ++i)
+      if (home_of(i, team_.size()) == team_.index()) ids.push_back(i);
     return ids;
   }
   const auto* found = sets.find(*value, in_);
@@ -92,7 +93,8 @@ void ScenarioBuilder<Dim>::build_constraints() {
   const auto add_file = [&](const JsonValue& object, std::string_view key) {
     const auto file = in_.open(object, key);
     if (!file) return;
-    if (const auto rows = read_node_values(*file, "the velocity", n_nodes(), Dim, in_.problems))
+    if (const auto rows =
+            read_node_values(*file, "the velocity", {n_nodes(), Dim}, team_, in_.problems))
       for (const auto& [node, dir, v] : *rows) out.push_back({node, dir, v});
   };
   if (is_file_name("velocity_constraints")) add_file(boundary(), "velocity_constraints");
@@ -122,7 +124,7 @@ void ScenarioBuilder<Dim>::build_friction() {
   const auto add_file = [&](const JsonValue& object, std::string_view key) {
     const auto file = in_.open(object, key);
     if (!file) return;
-    if (const auto rows = read_friction_file(*file, n_nodes(), Dim, in_.problems))
+    if (const auto rows = read_friction_file(*file, {n_nodes(), Dim}, team_, in_.problems))
       out.insert(out.end(), rows->begin(), rows->end());
   };
   if (is_file_name("friction_constraints")) add_file(boundary(), "friction_constraints");
@@ -143,7 +145,7 @@ void ScenarioBuilder<Dim>::build_friction() {
     for (const Index node : *nodes) out.push_back({node, *dir, static_cast<int>(*sign), *friction});
   }
   if (const auto file = in_.open(boundary(), "nodal_euler_angles"))
-    if (auto frames = read_angle_file<Dim>(*file, n_nodes(), in_.problems))
+    if (auto frames = read_angle_file<Dim>(*file, n_nodes(), team_, in_.problems))
       model_.node_frames = std::move(*frames);
 }
 
@@ -198,7 +200,8 @@ void ScenarioBuilder<Dim>::build_nodal_forces() {
     if (from_file(*f, {"dir", "force"})) {
       const auto file = in_.open(*f, "file");
       if (!file) continue;
-      if (const auto rows = read_node_values(*file, "the force", n_nodes(), Dim, in_.problems))
+      if (const auto rows =
+              read_node_values(*file, "the force", {n_nodes(), Dim}, team_, in_.problems))
         for (const auto& [node, dir, force] : *rows) out.push_back({node, dir, force, function});
       continue;
     }

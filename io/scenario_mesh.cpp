@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "io/scenario_builder.h"
+#include "physics/home.h"
 
 namespace lahar {
 
@@ -27,13 +28,6 @@ template <int Dim>
 Element element_of(const JsonValue& mesh) {
   const auto named = element_named(get_text(mesh, "cell_type").value_or(""));
   return named && info(*named).dim == Dim ? *named : multilinear<Dim>;
-}
-
-// What all members have, which ascends from member to member.
-std::vector<Index> joined(const std::vector<std::vector<Index>>& parts) {
-  std::vector<Index> all;
-  for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
-  return all;
 }
 
 }  // namespace
@@ -123,47 +117,53 @@ void ScenarioBuilder<Dim>::build_structured_mesh(const JsonValue& mesh, const Js
   }
 }
 
+/// The nodes of a region that this member keeps (home_of()), ascending. Collective.
+template <int Dim>
+std::vector<Index> ScenarioBuilder<Dim>::nodes_in(const Region<Dim>& region) const {
+  std::vector<Index> ids;
+  if (!mesh_->is_share()) {
+    for_nodes_near<Dim>(*mesh_, region, [&](Index i) {
+      if (home_of(i, team_.size()) == team_.index() && region.contains(mesh_->node(i)))
+        ids.push_back(i);
+    });
+    return ids;
+  }
+  std::vector<std::vector<Index>> to(static_cast<std::size_t>(team_.size()));
+  Index node = team_.part(n_nodes(), team_.index());
+  for (const Vec<Dim>& x : own_nodes_) {
+    if (region.contains(x))
+      to[static_cast<std::size_t>(home_of(node, team_.size()))].push_back(node);
+    ++node;
+  }
+  return joined(team_.exchange(std::move(to)));
+}
+
 template <int Dim>
 void ScenarioBuilder<Dim>::build_sets() {
   sets_ = read_entity_sets(section("mesh"), n_nodes(), n_cells(), in_);
   const JsonValue& sets = section("sets");
-  const auto each = [&](const char* key, EntitySets& out, auto&& for_near, auto&& position) {
+  const auto each = [&](const char* key, EntitySets& out, auto&& members) {
     if (!mesh_) out.all_known = false;
     const JsonValue* regions = sets.find(key);
     if (!regions) return;
     for (const auto& [name, offset, value] : regions->template as<JsonValue::Object>()) {
       const Region<Dim> region(value, region_tolerance_, in_.document, in_.problems);
       auto& ids = out.by_name[name];
-      if (!mesh_) continue;
-      for_near(region, [&](Index i) {
-        if (region.contains(position(i))) ids.push_back(i);
-      });
-      if (mesh_->is_share()) ids = joined(team_.gather(ids));
-      if (ids.empty() && value.valid())
+      if (mesh_) ids = members(region);
+      if (mesh_ && !team_.any(!ids.empty()) && value.valid())
         in_.warning(value, fmt::format("the {} set '{}' is empty", out.kind, name));
     }
   };
-  using Visit = std::function<void(Index)>;
-  const bool shared = mesh_ && mesh_->is_share();
-  const auto for_own = [&](Index n, const Visit& visit) {
-    for (Index i = team_.part(n, team_.index()); i < team_.part(n, team_.index() + 1); ++i)
-      visit(i);
-  };
-  each(
-      "nodes", sets_.nodes,
-      [&](const Region<Dim>& region, const Visit& visit) {
-        shared ? for_own(n_nodes(), visit) : for_nodes_near<Dim>(*mesh_, region, visit);
-      },
-      [&](Index i) {
-        if (!shared) return mesh_->node(i);
-        return own_nodes_[static_cast<std::size_t>(i - team_.part(n_nodes(), team_.index()))];
-      });
-  each(
-      "cells", sets_.cells,
-      [&](const Region<Dim>& region, const Visit& visit) {
-        shared ? for_own(mesh_->n_cells(), visit) : for_cells_near<Dim>(*mesh_, region, visit);
-      },
-      [&](Index i) { return mesh_->cell_centre(i); });
+  each("nodes", sets_.nodes, [&](const Region<Dim>& region) { return nodes_in(region); });
+  each("cells", sets_.cells, [&](const Region<Dim>& region) {
+    std::vector<Index> ids;
+    const CellsNear<Dim> near(*mesh_, region);
+    near.visit(team_.part(near.size(), team_.index()), team_.part(near.size(), team_.index() + 1),
+               [&](Index i) {
+                 if (region.contains(mesh_->cell_centre(i))) ids.push_back(i);
+               });
+    return spread_evenly(std::move(ids), team_);
+  });
   own_nodes_ = {};
 }
 
@@ -173,6 +173,8 @@ template void ScenarioBuilder<2>::build_structured_mesh(const JsonValue&, const 
 template void ScenarioBuilder<3>::build_structured_mesh(const JsonValue&, const JsonValue&);
 template void ScenarioBuilder<2>::warn_of_negative_masses(const JsonValue&);
 template void ScenarioBuilder<3>::warn_of_negative_masses(const JsonValue&);
+template std::vector<Index> ScenarioBuilder<2>::nodes_in(const Region<2>&) const;
+template std::vector<Index> ScenarioBuilder<3>::nodes_in(const Region<3>&) const;
 template void ScenarioBuilder<2>::build_sets();
 template void ScenarioBuilder<3>::build_sets();
 

@@ -59,8 +59,9 @@ void ScenarioBuilder<Dim>::build_table_mesh(const JsonValue& mesh) {
   const auto file = in_.open(mesh, "mesh");
   if (!file) return;
   const TableMeshKeys keys = table_mesh_keys(mesh);
-  if (team_.alone() || keys.has_ring) {
-    if (auto whole = read_whole_mesh(*file, keys, in_.problems)) set_whole_mesh(std::move(*whole));
+  if (team_.alone()) {
+    if (auto whole = read_whole_mesh(*file, keys, in_.problems))
+      model_.mesh = std::make_shared<const Mesh<Dim>>(std::move(*whole));
   } else if (!read_shares(*file, keys)) {
     explain(*file, team_, in_.problems,
             [&](ProblemList& problems) { read_whole_mesh(*file, keys, problems); });
@@ -98,19 +99,6 @@ std::optional<Mesh<Dim>> ScenarioBuilder<Dim>::read_whole_mesh(const SideFile& f
   }
 }
 
-/// A mesh that this process has all of: of a team, each member keeps a share.
-template <int Dim>
-void ScenarioBuilder<Dim>::set_whole_mesh(Mesh<Dim> whole) {
-  if (!team_.alone() && !whole.is_structured()) {
-    const Index n = whole.n_nodes();
-    own_nodes_.clear();
-    for (Index i = team_.part(n, team_.index()); i < team_.part(n, team_.index() + 1); ++i)
-      own_nodes_.push_back(whole.node(i));
-    whole = share_of(whole, team_);
-  }
-  model_.mesh = std::make_shared<const Mesh<Dim>>(std::move(whole));
-}
-
 /// A grid of another element than Q4 and H8. Throws InputError.
 template <int Dim>
 void ScenarioBuilder<Dim>::make_grid(Element element, const Vec<Dim>& origin, const Vec<Dim>& cell,
@@ -122,7 +110,9 @@ void ScenarioBuilder<Dim>::make_grid(Element element, const Vec<Dim>& origin, co
                                  grid.n_nodes, grid.n_cells, most));
   if (team_.alone()) {
     const auto tables = element_grid<Dim>(element, origin, cell, counts);
-    return set_whole_mesh(Mesh<Dim>::from_tables(tables.nodes, element, tables.cells, true));
+    model_.mesh = std::make_shared<const Mesh<Dim>>(
+        Mesh<Dim>::from_tables(tables.nodes, element, tables.cells, true));
+    return;
   }
   auto tables =
       element_grid_part<Dim>(element, origin, cell, counts, own_cells(grid.n_nodes, team_),
@@ -136,8 +126,13 @@ void ScenarioBuilder<Dim>::make_grid(Element element, const Vec<Dim>& origin, co
 /// Shares of a mesh; false, on all members, if anything is wrong with it.
 template <int Dim>
 bool ScenarioBuilder<Dim>::read_shares(const SideFile& file, const TableMeshKeys& keys) {
-  auto rows = read_mesh_rows<Dim>(file, info(keys.element).nodes, team_);
+  auto rows = read_mesh_rows<Dim>(
+      file, info(keys.element).nodes + (keys.has_ring ? ring_nodes<Dim> : 0), team_);
   if (!rows) return false;
+  if (keys.has_ring) {
+    listed_cells_ = rows->n_cells;
+    if (!add_ring_cells(*rows, team_)) return false;
+  }
   try {
     auto share = std::make_shared<const Mesh<Dim>>(
         make_share(*rows, keys.element, keys.isoparametric, team_));
@@ -201,7 +196,6 @@ std::vector<Index> ScenarioBuilder<Dim>::find_cells(const std::vector<Index>& su
   template void ScenarioBuilder<Dim>::build_table_mesh(const JsonValue&);                       \
   template std::optional<Mesh<Dim>> ScenarioBuilder<Dim>::read_whole_mesh(                      \
       const SideFile&, const TableMeshKeys&, ProblemList&);                                     \
-  template void ScenarioBuilder<Dim>::set_whole_mesh(Mesh<Dim>);                                \
   template void ScenarioBuilder<Dim>::make_grid(Element, const Vec<Dim>&, const Vec<Dim>&,      \
                                                 const std::array<Index, Dim>&);                 \
   template bool ScenarioBuilder<Dim>::read_shares(const SideFile&, const TableMeshKeys&);       \

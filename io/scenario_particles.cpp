@@ -127,19 +127,9 @@ bool ScenarioBuilder<Dim>::check_gauss_points(const JsonValue& generator) {
 template <int Dim>
 NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue& generator) {
   const auto n = get_integer(generator, "nparticles_per_dir");
-  const auto all = cells_of(generator);
-  if (!check_gauss_points(generator) || !mesh_ || !n || !all) return {};
-  const std::vector<Index> cells = own_part(*all);
-  return fill_cells<Dim>(*mesh_with(cells), cells, static_cast<int>(*n));
-}
-
-/// This member's part of a list.
-template <int Dim>
-std::vector<Index> ScenarioBuilder<Dim>::own_part(const CellList& cells) const {
-  std::vector<Index> own;
-  const Index end = team_.part(cells.size, team_.index() + 1);
-  for (Index i = team_.part(cells.size, team_.index()); i < end; ++i) own.push_back(cells[i]);
-  return own;
+  const auto cells = cells_of(generator);
+  if (!check_gauss_points(generator) || !mesh_ || !n || !cells) return {};
+  return fill_cells<Dim>(*mesh_with(*cells), *cells, static_cast<int>(*n));
 }
 
 template <int Dim>
@@ -360,7 +350,6 @@ void ScenarioBuilder<Dim>::assign_material_sets() {
   template void ScenarioBuilder<Dim>::generate(const JsonValue&);                        \
   template NewParticles<Dim> ScenarioBuilder<Dim>::read_particles(const JsonValue&);     \
   template NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue&);         \
-  template std::vector<Index> ScenarioBuilder<Dim>::own_part(const CellList&) const;     \
   template void ScenarioBuilder<Dim>::name_particle_set(const JsonValue&, Index, Index); \
   template void ScenarioBuilder<Dim>::warn_of_coincident(const JsonValue&);              \
   template void ScenarioBuilder<Dim>::collect_particle_sets();                           \

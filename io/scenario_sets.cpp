@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "io/scenario_input.h"
+#include "physics/home.h"
 
 namespace lahar {
 
@@ -198,6 +199,13 @@ EntityFile read_entity_sets(const JsonValue& mesh, Index n_nodes, Index n_cells,
   }
   if (!file || in.problems.count() != before)
     out.nodes.all_known = out.cells.all_known = out.particles.all_known = false;
+  const Team& team = *in.team;
+  for (auto& [id, set] : out.nodes.by_id)
+    std::erase_if(set, [&](Index i) { return home_of(i, team.size()) != team.index(); });
+  for (auto& [id, set] : out.cells.by_id) {
+    const auto n = static_cast<Index>(set.size());
+    set = {set.begin() + team.part(n, team.index()), set.begin() + team.part(n, team.index() + 1)};
+  }
   for (auto& [id, set] : out.particles.by_id) {
     for (const Index i : set) out.outlines[id].add(i);
     out.listed[id] = std::exchange(set, {});

@@ -98,21 +98,11 @@ struct MeshTables {
   std::vector<Index> ring;   ///< the further nodes of the cells, one cell after the other
 };
 
-/// `nnodes ncells`, then coordinates, then the ids of so many nodes per cell, and so many more around
-/// it; nothing if anything is wrong.
+/// `nnodes ncells`, then coordinates, then the ids of so many nodes per cell, and so many more
+/// around it; nothing if anything is wrong.
 template <int Dim>
 std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, int nodes_per_cell,
                                               ProblemList& problems, int further_nodes = 0);
-
-/// Rows `node dir value`.
-struct NodeValue {
-  Index node;
-  int dir;
-  double value;
-};
-std::optional<std::vector<NodeValue>> read_node_values(const SideFile& file, std::string_view what,
-                                                       Index n_nodes, int dim,
-                                                       ProblemList& problems);
 
 /// Highest id allowed where n entities exist; any where their number is unknown (-1).
 inline Index last_id(Index n) {
@@ -129,19 +119,5 @@ bool plausible(const SideFile& file, Index count);
 /// Complain that rows are missing, or that there are more than promised.
 void too_few(RowReader& rows, std::string_view what, Index found, Index promised);
 bool no_more_rows(RowReader& rows, std::string_view what, Index promised);
-
-/// What a friction's sign means, for messages.
-inline constexpr const char* sign_hint =
-    "the sign of the direction that points out of the body: -1 for a floor below it";
-
-/// Rows `node dir sign_n friction`.
-std::optional<std::vector<NodeFriction>> read_friction_file(const SideFile& file, Index n_nodes,
-                                                            int dim, ProblemList& problems);
-
-/// Rows `node alpha beta [gamma]` in radians: in 2D the rotation by alpha + beta, in 3D
-/// Rz(alpha) Rx(gamma) Rz(beta). A node occurs at most once.
-template <int Dim>
-std::optional<std::vector<NodeFrame<Dim>>> read_angle_file(const SideFile& file, Index n_nodes,
-                                                           ProblemList& problems);
 
 }  // namespace lahar

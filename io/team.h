@@ -93,6 +93,17 @@ class Team {
   }
 };
 
+/// Lists of all members, one after the other.
+template <class T>
+std::vector<T> joined(std::vector<std::vector<T>> parts) {
+  std::vector<T> all;
+  for (std::vector<T>& part : parts) {
+    all.insert(all.end(), part.begin(), part.end());
+    part = {};
+  }
+  return all;
+}
+
 /// Let every member do its part; where one throws, all throw what the first of these threw.
 void all_or_none(const Team& team, const std::function<void()>& part);
 
@@ -125,6 +136,23 @@ std::vector<Answer> ask(const Team& team, const std::vector<Question>& questions
     for (const std::size_t m : asked) answers.push_back(replies[m][next[m]++]);
   }
   return answers;
+}
+
+/// A list of which members have pieces, one after the other, in equal pieces (Team::part()).
+/// Collective.
+template <class T>
+std::vector<T> spread_evenly(std::vector<T> own, const Team& team) {
+  if (team.alone()) return own;
+  Index total = 0, first = 0;
+  const std::vector<Index> sizes = team.each(static_cast<Index>(own.size()));
+  for (int m = 0; m < team.size(); ++m) {
+    if (m == team.index()) first = total;
+    total += sizes[static_cast<std::size_t>(m)];
+  }
+  std::vector<std::vector<T>> to(static_cast<std::size_t>(team.size()));
+  for (const T& value : own)
+    to[static_cast<std::size_t>(team.member(first++, total))].push_back(value);
+  return joined(team.exchange(std::move(to)));
 }
 
 /// Let the first member alone look for problems; all members then have them. For what is slow or

@@ -16,7 +16,8 @@ namespace {
 template <int Dim>
 bool is_empty(const Patch<Dim>& patch, Local cell) {
   const std::size_t cells = patch.topology.cells.size() / patch.bodies();
-  for (std::size_t c = static_cast<std::size_t>(cell) % cells; c < patch.first_run.size(); c += cells)
+  for (std::size_t c = static_cast<std::size_t>(cell) % cells; c < patch.first_run.size();
+       c += cells)
     for (Local r = patch.first_run[c]; r >= 0;) {
       const Run& run = patch.runs[static_cast<std::size_t>(r)];
       if (run.begin < run.end) return false;
@@ -54,7 +55,7 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
   const Model<Dim>& model = *step.model;
   const Injection<Dim>& source = model.injections[at.generator];
   const InjectionCounts counts = count_injections(model.injections);
-  const double volume = source.volume[at.position];
+  const double volume = at.volume;
   const std::uint64_t loads = loads_of_all(model);
   const bool has_size = to.layout().has(Column::size), has_xi = to.layout().has(Column::xi),
              with_domain = has_domain(to.layout());
@@ -64,7 +65,7 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
   set_law_state(to, model.materials[source.material].law);
   for (Local p = 0; p < to.size(); ++p) {
     const auto i = static_cast<std::size_t>(p);
-    const Vec<Dim>& x = source.x[at.position * static_cast<std::size_t>(source.per_cell) + i];
+    const Vec<Dim>& x = patch.injection_points[at.first_point + i];
     to.id[i] = counts.id(step.step, at.event, p);
     to.material[i] = source.material;
     to.row(Column::volume)[p] = volume;
@@ -96,7 +97,7 @@ void inject(Patch<Dim>& patch, const StepContext<Dim>& step) {
     place_new(patch, fresh, at.cell);
     patch.injected.push_back(at.event);
     // Their kinetic energy comes from outside.
-    patch.work.external += 0.5 * static_cast<double>(source.per_cell) * source.volume[at.position] *
+    patch.work.external += 0.5 * static_cast<double>(source.per_cell) * at.volume *
                            step.model->materials[source.material].density *
                            source.velocity.squaredNorm();
   }
@@ -104,15 +105,16 @@ void inject(Patch<Dim>& patch, const StepContext<Dim>& step) {
 
 /// As time_step_limit(), of particles as make_particles() makes them.
 template <int Dim>
-double injection_limit(const Injection<Dim>& injection, const Model<Dim>& model) {
+double injection_limit(const Patch<Dim>& patch, std::size_t generator, const Model<Dim>& model) {
+  const Injection<Dim>& injection = model.injections[generator];
   const Material& material = model.materials[injection.material];
   const double speed =
       std::sqrt(wave_modulus(material.law) / material.density) + injection.velocity.norm();
   const double diffusion = 2.0 * Dim * viscosity(material.law) / material.density;
   double limit = std::numeric_limits<double>::infinity();
-  for (const Index cell : injection.cells) {
-    if (!model.mesh->holds(cell)) continue;
-    const double h = model.mesh->cell_size(cell);
+  for (const InjectionCell& at : patch.injection_cells) {
+    if (at.generator != generator) continue;
+    const double h = patch.cell_size[static_cast<std::size_t>(at.cell)];
     limit = std::min(limit, 1.0 / std::max(speed / h, diffusion / (h * h)));
   }
   return limit;
@@ -120,7 +122,7 @@ double injection_limit(const Injection<Dim>& injection, const Model<Dim>& model)
 
 #define LAHAR_INSTANTIATE(Dim)                                     \
   template void inject<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
-  template double injection_limit<Dim>(const Injection<Dim>&, const Model<Dim>&);
+  template double injection_limit<Dim>(const Patch<Dim>&, std::size_t, const Model<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 

@@ -14,7 +14,11 @@ namespace lahar {
 /// particle gets its particles (the generator `inject` of CB-Geo MPM); other cells are passed over.
 template <int Dim>
 struct Injection {
-  std::vector<Index> cells;              ///< in this order
+  std::vector<Index> cells;  ///< in this order
+  /// Where several processes have some of the cells each (those of home_of()): where in the list of
+  /// all each of them is; empty = the position.
+  std::vector<Index> position;
+  Index all_cells = -1;                  ///< of all processes; -1 = those that are here
   Index per_cell = 0;                    ///< particles of a cell
   std::vector<Vec<Dim>> x;               ///< [m] per_cell for each of the cells, in order
   std::vector<double> volume;            ///< [m^3] of each particle, by cell
@@ -22,6 +26,10 @@ struct Injection {
   double start = 0, end = std::numeric_limits<double>::infinity();  ///< [s]
   std::uint16_t material = 0;                                       ///< index into Model::materials
 
+  Index n_cells() const { return all_cells < 0 ? static_cast<Index>(cells.size()) : all_cells; }
+  Index position_of(std::size_t row) const {
+    return position.empty() ? static_cast<Index>(row) : position[row];
+  }
   bool active(double time) const { return start <= time && time < end; }
 };
 
@@ -45,7 +53,7 @@ template <int Dim>
 InjectionCounts count_injections(const std::vector<Injection<Dim>>& all) {
   InjectionCounts counts;
   for (const auto& one : all) {
-    counts.events += static_cast<Index>(one.cells.size());
+    counts.events += one.n_cells();
     counts.points = std::max(counts.points, one.per_cell);
   }
   return counts;
@@ -54,9 +62,10 @@ InjectionCounts count_injections(const std::vector<Injection<Dim>>& all) {
 /// A cell of a patch into which particles are injected.
 struct InjectionCell {
   std::size_t generator;  ///< index into Model::injections
-  std::size_t position;   ///< in its list of cells
   Index event;
+  double volume;  ///< [m^3] of each particle
   Local cell;
+  std::size_t first_point;  ///< of the cell in Patch::injection_points
 };
 
 }  // namespace lahar

@@ -37,10 +37,10 @@ void place_new(Patch<Dim>& patch, const Particles<Dim>& from, Local cell);
 template <int Dim>
 void inject(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// The limit of the time step [s] that the particles of a generator have when they come, in those
-/// of its cells that this part of the mesh holds.
+/// The limit of the time step [s] that the particles of a generator (index into Model::injections)
+/// have when they come into cells of the patch.
 template <int Dim>
-double injection_limit(const Injection<Dim>& injection, const Model<Dim>& model);
+double injection_limit(const Patch<Dim>& patch, std::size_t generator, const Model<Dim>& model);
 
 /// Sort particles again where too many runs had to be added for cells without a free slot; forget
 /// the runs of a patch that has become empty. When depends on what is in the patch only.

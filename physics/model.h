@@ -101,6 +101,18 @@ struct NodeForce {
   int function = -1;  ///< index into Model::functions; -1 = constant
 };
 
+/// Constraints and loads of nodes. Of several processes that read a scenario together each has
+/// those of some nodes (home_of()), and patches ask for theirs.
+template <int Dim>
+struct NodeConditions {
+  std::vector<NodeVelocity> node_velocities;
+  std::vector<NodeFriction> node_frictions;
+  std::vector<NodeFrame<Dim>> node_frames;
+  std::vector<NodeForce> node_forces;
+  std::vector<NodeAbsorption> node_absorptions;
+  std::vector<NodeAcceleration> node_accelerations;
+};
+
 /// Traction on particles: force = traction(t) * volume / size, size = initial volume^(1/Dim).
 struct ParticleTraction {
   std::vector<Index> particles;  ///< particle ids, ascending; those of ParticleTable alone
@@ -173,7 +185,7 @@ struct Analysis {
   double damping = 0.0;  ///< Cundall factor [-]; 0 = none
   bool pressure_smoothing = false;
   Contact contact;
-  bool absorbs = false;  ///< Model::node_absorptions is not empty
+  bool absorbs = false;  ///< some process has Model::node_absorptions
   bool remove_leaving_particles =
       false;              ///< particles that leave the mesh are removed, not an error
   bool as_cbgeo = false;  ///< what CB-Geo MPM computes where that deviates (io/cbgeo_deviations.h)
@@ -196,7 +208,7 @@ struct OutputPlan {
 };
 
 template <int Dim>
-struct Model {
+struct Model : NodeConditions<Dim> {
   std::string title;
   std::shared_ptr<const Mesh<Dim>> mesh;
   ParticleTable<Dim> particles;
@@ -208,12 +220,6 @@ struct Model {
   /// Force per mass [m/s^2] at time t [s] on the material that began at X [m], beside gravity; what
   /// makes a given motion a solution (`lahar verify`). No scenario sets it.
   std::function<Vec<Dim>(const Vec<Dim>& X, double t)> body_force;
-  std::vector<NodeVelocity> node_velocities;
-  std::vector<NodeFriction> node_frictions;
-  std::vector<NodeFrame<Dim>> node_frames;
-  std::vector<NodeForce> node_forces;
-  std::vector<NodeAbsorption> node_absorptions;
-  std::vector<NodeAcceleration> node_accelerations;
   std::vector<ParticleTraction> tractions;
   std::vector<ParticleVelocity> particle_velocities;
   Analysis analysis;

@@ -205,6 +205,7 @@ struct Patch {
   std::vector<PointForce> forces;  ///< ascending nodes
   std::vector<AbsorbingNode<Dim>> absorbing;  ///< ascending nodes
   std::vector<char> absorbing_cells;          ///< by local cell: has functions at one of them
+  bool has_conditions = false;  ///< the lists above were filled, and those of injections
 
   // Particles on their way to neighbours, by position in topology.neighbours.
   using Outbox = lahar::Outbox<Dim>;
@@ -219,6 +220,7 @@ struct Patch {
   std::vector<Run> late;  ///< placed after their runs were mapped: still to be mapped
 
   std::vector<InjectionCell> injection_cells;  ///< ascending events
+  std::vector<Vec<Dim>> injection_points;      ///< [m]
   std::vector<Index> injected;                 ///< events of this step; for whoever counts them
 
   double least_mass = 0;  ///< [kg] nodes of at most this mass are not accelerated

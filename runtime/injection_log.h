@@ -24,7 +24,7 @@ class InjectionLog {
     counts_ = count_injections(injections);
     for (const auto& one : injections)
       generators_.push_back(
-          {one.start, one.end, static_cast<Index>(one.cells.size()), one.per_cell});
+          {one.start, one.end, one.n_cells(), one.per_cell});
   }
 
   /// Whether there may be events in a step that begins at `time` [s].

@@ -2,27 +2,12 @@
 
 #include <algorithm>
 #include <span>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace lahar {
 
 namespace {
-
-/// The entries of a list sorted by node that belong to `node`.
-template <class Entry>
-std::span<const Entry> entries_of(const std::vector<Entry>& sorted, Index node) {
-  const auto before = [](const auto& a, const auto& b) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(a)>, Index>)
-      return a < b.node;
-    else
-      return a.node < b;
-  };
-  const auto first = std::lower_bound(sorted.begin(), sorted.end(), node, before);
-  const auto last = std::upper_bound(first, sorted.end(), node, before);
-  return {first, last};
-}
 
 void sort_by_node(auto& entries) {
   std::stable_sort(entries.begin(), entries.end(),
@@ -31,11 +16,11 @@ void sort_by_node(auto& entries) {
 
 /// Of several velocities for a node and direction the first counts, of several frictions the last.
 template <int Dim>
-void constrain(Patch<Dim>& patch, Local local, Index node, const Model<Dim>& model) {
-  const auto velocities = entries_of(model.node_velocities, node);
-  const auto frames = entries_of(model.node_frames, node);
-  const auto frictions = entries_of(model.node_frictions, node);
-  const auto accelerations = entries_of(model.node_accelerations, node);
+void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<Dim>& conditions) {
+  const auto velocities = entries_of(conditions.node_velocities, node);
+  const auto frames = entries_of(conditions.node_frames, node);
+  const auto frictions = entries_of(conditions.node_frictions, node);
+  const auto accelerations = entries_of(conditions.node_accelerations, node);
   if (frictions.empty() && accelerations.empty() && (frames.empty() || velocities.empty())) {
     bool taken[Dim] = {};
     for (const NodeVelocity& v : velocities)
@@ -81,13 +66,13 @@ void mark_absorbing_cells(Patch<Dim>& patch) {
 }  // namespace
 
 template <int Dim>
-void sort_constraints(Model<Dim>& model) {
-  sort_by_node(model.node_velocities);
-  sort_by_node(model.node_frictions);
-  sort_by_node(model.node_frames);
-  sort_by_node(model.node_forces);
-  sort_by_node(model.node_absorptions);
-  sort_by_node(model.node_accelerations);
+void sort_constraints(NodeConditions<Dim>& conditions) {
+  sort_by_node(conditions.node_velocities);
+  sort_by_node(conditions.node_frictions);
+  sort_by_node(conditions.node_frames);
+  sort_by_node(conditions.node_forces);
+  sort_by_node(conditions.node_absorptions);
+  sort_by_node(conditions.node_accelerations);
 }
 
 template <int Dim>
@@ -100,15 +85,15 @@ void set_bodies(Patch<Dim>& patch, const Model<Dim>& model) {
 }
 
 template <int Dim>
-void set_constraints(Patch<Dim>& patch, const Model<Dim>& model) {
+void set_constraints(Patch<Dim>& patch, const NodeConditions<Dim>& conditions, Index n_nodes) {
   const auto& nodes = patch.topology.nodes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const auto local = static_cast<Local>(i);
-    const Index node = nodes[i] % model.mesh->n_nodes();  // the same for every body
-    constrain(patch, local, node, model);
-    for (const NodeForce& f : entries_of(model.node_forces, node))
+    const Index node = nodes[i] % n_nodes;  // the same for every body
+    constrain(patch, local, node, conditions);
+    for (const NodeForce& f : entries_of(conditions.node_forces, node))
       patch.forces.push_back({local, f.dir, f.force, f.function});
-    for (const NodeAbsorption& at : entries_of(model.node_absorptions, node))
+    for (const NodeAbsorption& at : entries_of(conditions.node_absorptions, node))
       patch.absorbing.push_back({.node = local,
                                  .normal = at.normal,
                                  .area = at.area,
@@ -119,11 +104,11 @@ void set_constraints(Patch<Dim>& patch, const Model<Dim>& model) {
   mark_absorbing_cells(patch);
 }
 
-template void sort_constraints(Model<2>&);
-template void sort_constraints(Model<3>&);
+template void sort_constraints(NodeConditions<2>&);
+template void sort_constraints(NodeConditions<3>&);
 template void set_bodies(Patch<2>&, const Model<2>&);
 template void set_bodies(Patch<3>&, const Model<3>&);
-template void set_constraints(Patch<2>&, const Model<2>&);
-template void set_constraints(Patch<3>&, const Model<3>&);
+template void set_constraints(Patch<2>&, const NodeConditions<2>&, Index);
+template void set_constraints(Patch<3>&, const NodeConditions<3>&, Index);
 
 }  // namespace lahar

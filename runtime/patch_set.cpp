@@ -17,7 +17,6 @@
 #include "runtime/balance.h"
 #include "runtime/initial_particles.h"
 #include "runtime/parallel.h"
-#include "runtime/patch_constraints.h"
 #include "runtime/patch_filling.h"
 #include "runtime/patch_positions.h"
 #include "runtime/patch_state.h"
@@ -67,7 +66,7 @@ void prepare(Model<Dim>& model, const Ranks& ranks) {
   set_loads(model);
   if (ranks.several() && !ranks.any(!model.particles.id.empty()))
     keep_share(model.particles, ranks);
-  sort_constraints(model);
+  keep_home_lists(model, ranks);
 }
 
 /// The smallest brick around some cells of a structured mesh.
@@ -95,20 +94,6 @@ class CellsAround {
   typename Partition<Dim>::Brick brick_;
   Index last_ = -1;
 };
-
-/// Into which cells particles are injected, ascending cells.
-template <int Dim>
-std::vector<CellInjection> find_injections(const Model<Dim>& model) {
-  std::vector<CellInjection> all;
-  Index event = 0;
-  for (std::size_t g = 0; g < model.injections.size(); ++g) {
-    const auto& cells = model.injections[g].cells;
-    for (std::size_t i = 0; i < cells.size(); ++i) all.push_back({cells[i], {g, i, event++, -1}});
-  }
-  std::stable_sort(all.begin(), all.end(),
-                   [](const auto& a, const auto& b) { return a.cell < b.cell; });
-  return all;
-}
 
 /// Smallest mass of a particle that is injected [kg].
 template <int Dim>
@@ -164,7 +149,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(cells_per_patch(model, census_)),
       partition_(first_partition(*model.mesh, target_cells_, ranks)),
-      injections_(find_injections(model)),
+      injected_(kept_injections(model.injections)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
@@ -182,7 +167,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(state.run.cells_per_patch),
       partition_(first_partition(*model.mesh, target_cells_, ranks)),
-      injections_(find_injections(model)),
+      injected_(kept_injections(model.injections)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
       layout_(layout_for(model, census_)),
@@ -234,8 +219,9 @@ void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
     const auto at = static_cast<std::size_t>(i);
     patches_[at] = make_patch(ids[at]);
   });
-  const double lightest = std::min(lightest_injected(model),
-                                   ranks_.min(fill_patches<Dim>(patches_, rows, model, threads)));
+  set_conditions();
+  const double lightest = ranks_.min(
+      std::min(lightest_injected(model), fill_patches<Dim>(patches_, rows, model, threads)));
   least_mass_ = std::min(least_nodal_mass, least_nodal_mass_share * lightest);
 }
 
@@ -247,6 +233,24 @@ void PatchSet<Dim>::share_patches(const std::vector<Index>& particles) {
   owner_ = curve_chunks(weight, ranks_.size());
 }
 
+/// The cells of each patch into which particles are injected, as if they were filled; of several
+/// ranks each has some. Collective; structured meshes only.
+template <int Dim>
+std::vector<typename PatchSet<Dim>::Brick> PatchSet<Dim>::injected_bricks() const {
+  if (model_->injections.empty()) return {};
+  std::map<Index, CellsAround<Dim>> injected;
+  for (const auto& into : injected_.cells)
+    injected.try_emplace(partition_.patch_of(into.cell), *model_->mesh)
+        .first->second.add(into.cell);
+  std::vector<Index> patches;
+  std::vector<Brick> bricks;
+  for (const auto& [patch, cells] : injected) {
+    patches.push_back(patch);
+    bricks.push_back(cells.brick());
+  }
+  return ranks_.several() ? bricks_of_all<Dim>(patches, bricks, ranks_) : bricks;
+}
+
 template <int Dim>
 std::vector<Index> PatchSet<Dim>::needed(std::span<const Brick> filled) const {
   std::vector<Index> all;
@@ -256,11 +260,7 @@ std::vector<Index> PatchSet<Dim>::needed(std::span<const Brick> filled) const {
       all.insert(all.end(), near.begin(), near.end());
     };
     for (const Brick& cells : filled) add(cells);
-    std::map<Index, CellsAround<Dim>> injected;  // as if they were filled
-    for (const CellInjection& into : injections_)
-      injected.try_emplace(partition_.patch_of(into.cell), *model_->mesh)
-          .first->second.add(into.cell);
-    for (const auto& [patch, cells] : injected) add(cells.brick());
+    for (const Brick& cells : injected_bricks()) add(cells);
     sort_unique(all);
   } else {  // cells of table meshes are stored anyway
     all.resize(static_cast<std::size_t>(partition_.n_patches()));
@@ -314,8 +314,11 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
   const std::vector<Index> ids = own_patches();
   patches_.resize(ids.size());
   parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
+    patches_[static_cast<std::size_t>(i)] = make_patch(ids[static_cast<std::size_t>(i)]);
+  });
+  set_conditions();  // what is stored of a patch depends on them
+  parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
     const auto at = static_cast<std::size_t>(i);
-    patches_[at] = make_patch(ids[at]);
     if (const int stored = position_of(state.patches, ids[at]); stored >= 0)
       unpack<Dim>(state.bytes(static_cast<std::size_t>(stored)), *patches_[at], state.run.step);
   });
@@ -377,6 +380,7 @@ void PatchSet<Dim>::arrange(std::vector<Index> ids) {
       patches_.push_back(make_patch(id));
     }
   }
+  set_conditions();
 }
 
 template <int Dim>

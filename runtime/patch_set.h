@@ -8,6 +8,7 @@
 
 #include "graph/executor.h"
 #include "physics/patch.h"
+#include "runtime/home_lists.h"
 #include "runtime/initial_particles.h"
 #include "runtime/patch_filling.h"
 #include "runtime/patch_renumbering.h"
@@ -48,16 +49,6 @@ struct RemoteNeighbour {
   std::vector<Local> neighbours;  ///< positions of those patches in PatchTopology::neighbours
 };
 
-/// A cell into which particles are injected.
-struct CellInjection {
-  Index cell;
-  InjectionCell at;  ///< without its local cell
-  struct ByCell {
-    bool operator()(const CellInjection& a, Index cell) const { return a.cell < cell; }
-    bool operator()(Index cell, const CellInjection& a) const { return cell < a.cell; }
-  };
-};
-
 /// With several ranks each has some of the patches, and functions that change the set are
 /// collective.
 template <int Dim>
@@ -66,7 +57,8 @@ class PatchSet {
   /// Cut the mesh, place the model's particles in their patches (and release the model's table), on
   /// up to `threads` threads (0 = all). Several ranks: tables with ids are shares, which together
   /// have all particles; if no rank's has, each has the table of all, and takes its share of it. Of
-  /// meshes from tables each rank has a share (shared_mesh.h), or all of it.
+  /// meshes from tables each rank has a share (shared_mesh.h), or all of it. Of what is said of
+  /// nodes and cells each rank keeps its part (home_lists.h).
   PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads = 1,
            Ranks ranks = {}, SumMessages messages = {});
   /// The same cut, with the patches of a state instead of the model's particles, which are
@@ -124,6 +116,7 @@ class PatchSet {
   using Brick = typename Partition<Dim>::Brick;
   PatchTopology<Dim> topology_of(Index id) const;
   std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
+  void set_conditions();
   std::vector<Brick> filled_bricks(const RowsByPatch& rows, int threads) const;
   void distribute(Model<Dim>& model, int threads);
   void share_patches(const std::vector<Index>& particles);
@@ -135,6 +128,7 @@ class PatchSet {
   void choose_owners(const SimulationState& state);
   void exchange_mesh(const std::vector<int>& owner);
   void restore(Model<Dim>& model, const SimulationState& state, int threads);
+  std::vector<Brick> injected_bricks() const;
   std::vector<Index> needed(std::span<const Brick> filled) const;
   std::vector<Index> of_all_ranks(const std::vector<Index>& ids) const;
   int owner_of(Index id) const;
@@ -156,7 +150,7 @@ class PatchSet {
   ParticleCensus census_;
   Index target_cells_;
   Partition<Dim> partition_;
-  std::vector<CellInjection> injections_;  ///< of all ranks, ascending cells and events
+  InjectedCells<Dim> injected_;  ///< that this rank keeps
   int rings_;
   NodeSumCopies copies_;
   ColumnLayout<Dim> layout_;

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "physics/contact.h"
+#include "physics/partition_common.h"
 #include "physics/support.h"
 #include "runtime/patch_constraints.h"
 #include "runtime/patch_set.h"
@@ -50,19 +51,6 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
       Eigen::Map<Vec<Dim>>(&patch->node_position[i * node_width]) =
           mesh.node(nodes[i] % mesh.n_nodes());
   }
-  set_constraints(*patch, *model_);
-  // Whatever cuts were made, cells are looked for, not patches.
-  for (std::size_t c = 0; c < cells.size() / patch->bodies(); ++c) {
-    const auto [first, last] = std::equal_range(injections_.begin(), injections_.end(), cells[c],
-                                                CellInjection::ByCell{});
-    for (auto at = first; at != last; ++at) {
-      InjectionCell& cell = patch->injection_cells.emplace_back(at->at);
-      cell.cell = patch->cell_of(static_cast<Local>(c),
-                                 model_->injections[cell.generator].material);
-    }
-  }
-  std::sort(patch->injection_cells.begin(), patch->injection_cells.end(),
-            [](const auto& a, const auto& b) { return a.event < b.event; });
   for (std::size_t k = 0; k < n_sum_arrays; ++k)
     patch->sums[k].resize(static_cast<std::size_t>(copies_.of[k]));
   patch->idle = true;  // until particles come
@@ -72,7 +60,67 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   return patch;
 }
 
+namespace {
+
+/// Fill Patch::injection_cells and injection_points.
+template <int Dim>
+void set_injections(Patch<Dim>& patch, const InjectedCells<Dim>& injected,
+                    const std::vector<Injection<Dim>>& injections) {
+  if (injected.cells.empty()) return;
+  const auto& cells = patch.topology.cells;
+  for (std::size_t c = 0; c < cells.size() / patch.bodies(); ++c) {
+    auto at = std::lower_bound(injected.cells.begin(), injected.cells.end(), cells[c],
+                               [](const auto& a, Index cell) { return a.cell < cell; });
+    for (; at != injected.cells.end() && at->cell == cells[c]; ++at) {
+      const Injection<Dim>& source = injections[at->generator];
+      const auto first = injected.x.begin() + static_cast<std::ptrdiff_t>(at->first_point);
+      patch.injection_cells.push_back(
+          {.generator = at->generator,
+           .event = at->event,
+           .volume = at->volume,
+           .cell = patch.cell_of(static_cast<Local>(c), source.material),
+           .first_point = patch.injection_points.size()});
+      patch.injection_points.insert(patch.injection_points.end(), first, first + source.per_cell);
+    }
+  }
+  std::sort(patch.injection_cells.begin(), patch.injection_cells.end(),
+            [](const auto& a, const auto& b) { return a.event < b.event; });
+}
+
+}  // namespace
+
+/// Give patches that are new what is said of their nodes and cells. Collective.
+template <int Dim>
+void PatchSet<Dim>::set_conditions() {
+  const Index n_nodes = model_->mesh->n_nodes();
+  std::vector<Index> nodes, cells;
+  const auto for_new = [&](auto&& visit) {
+    for (const auto& patch : patches_)
+      if (!patch->has_conditions) visit(*patch);
+  };
+  for_new([&](const Patch<Dim>& patch) {  // whatever cuts were made, cells are looked for
+    const auto append = [&](std::vector<Index>& to, const std::vector<Index>& from) {
+      const auto once = static_cast<std::ptrdiff_t>(from.size() / patch.bodies());
+      to.insert(to.end(), from.begin(), from.begin() + once);
+    };
+    if (ranks_.several()) append(nodes, patch.topology.nodes);
+    if (!model_->injections.empty()) append(cells, patch.topology.cells);
+  });
+  sort_unique(nodes);
+  sort_unique(cells);
+  const NodeConditions<Dim> elsewhere =
+      ranks_.several() ? conditions_at<Dim>(nodes, *model_, ranks_) : NodeConditions<Dim>{};
+  const NodeConditions<Dim>& conditions = ranks_.several() ? elsewhere : *model_;
+  const InjectedCells<Dim> injected = injections_at(cells, injected_, model_->injections, ranks_);
+  for_new([&](Patch<Dim>& patch) {
+    set_constraints(patch, conditions, n_nodes);
+    set_injections(patch, injected, model_->injections);
+    patch.has_conditions = true;
+  });
+}
+
 #define LAHAR_INSTANTIATE(Dim)                                         \
+  template void PatchSet<Dim>::set_conditions();                       \
   template PatchTopology<Dim> PatchSet<Dim>::topology_of(Index) const; \
   template std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index) const;
 LAHAR_INSTANTIATE(2)

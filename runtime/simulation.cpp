@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "physics/error.h"
 #include "physics/kernels.h"
@@ -33,10 +34,15 @@ Index history_interval(const OutputPlan& plan, double steps) {
 }
 
 template <int Dim>
-std::vector<double> limits_of_injections(const Model<Dim>& model, const Ranks& ranks) {
+std::vector<double> limits_of_injections(const PatchSet<Dim>& patches, const Model<Dim>& model,
+                                         const Ranks& ranks) {
   std::vector<double> limits;
-  for (const auto& injection : model.injections)
-    limits.push_back(ranks.min(injection_limit(injection, model)));
+  for (std::size_t g = 0; g < model.injections.size(); ++g) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int p = 0; p < patches.size(); ++p)
+      least = std::min(least, injection_limit(patches[p], g, model));
+    limits.push_back(ranks.min(least));
+  }
   return limits;
 }
 
@@ -51,8 +57,8 @@ Simulation<Dim>::Impl::Impl(Model<Dim> model_in, ExecutionOptions options_in, Ob
       stages(timestep<Dim>(model.analysis, !model.injections.empty())),
       ranks(options.ranks),
       phases(phases_of(stage_list(), ranks.several())),
-      injection_limits(limits_of_injections(model, ranks)),
       patches(make_patches(state)),
+      injection_limits(limits_of_injections(patches, model, ranks)),
       balance(ranks, options.balance, static_cast<int>(ranks.min(Index{options.threads}))) {
   seconds_per_tick();  // from now on
   nsteps = model.analysis.nsteps;

@@ -300,8 +300,8 @@ struct Simulation<Dim>::Impl {
   Ranks ranks;
   std::vector<Phase> phases;             ///< the tasks of a patch
   std::optional<Phase> whole;            ///< the one that has a rest, with it
-  std::vector<double> injection_limits;  ///< [s] by generator
   PatchSet<Dim> patches;
+  std::vector<double> injection_limits;  ///< [s] by generator
   InjectionLog log;
   RankBalance<Dim> balance;
   bool remap_needed = false;

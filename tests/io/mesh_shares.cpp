@@ -126,6 +126,8 @@ void check_model(const Model<Dim>& whole, const std::vector<Scenario>& parts) {
   std::map<Index, Vec<Dim>> x;
   std::map<Index, Index> cell;
   std::map<Index, double> volume;
+  std::map<std::pair<Index, int>, double> velocity;
+  std::size_t frictions = 0, injected = 0;
   Index held = 0;
   const int size = static_cast<int>(parts.size());
   for (int m = 0; m < size; ++m) {
@@ -138,15 +140,24 @@ void check_model(const Model<Dim>& whole, const std::vector<Scenario>& parts) {
       cell[p.id[i]] = p.cell[i];
       volume[p.id[i]] = p.volume[i];
     }
-    REQUIRE(model.node_velocities.size() == whole.node_velocities.size());
-    for (std::size_t i = 0; i < whole.node_velocities.size(); ++i)
-      CHECK(model.node_velocities[i].node == whole.node_velocities[i].node);
-    REQUIRE(model.node_frictions.size() == whole.node_frictions.size());
+    for (const NodeVelocity& v : model.node_velocities) velocity[{v.node, v.dir}] = v.velocity;
+    frictions += model.node_frictions.size();
     REQUIRE(model.injections.size() == 1);
-    CHECK(model.injections[0].cells == whole.injections[0].cells);
-    CHECK(model.injections[0].x == whole.injections[0].x);
-    CHECK(model.injections[0].volume == whole.injections[0].volume);
+    const Injection<Dim>& injection = model.injections[0];
+    CHECK(injection.n_cells() == whole.injections[0].n_cells());
+    for (std::size_t i = 0; i < injection.cells.size(); ++i) {
+      const auto at = static_cast<std::size_t>(injection.position_of(i));
+      CHECK(injection.cells[i] == whole.injections[0].cells.at(at));
+      CHECK(injection.x[i] == whole.injections[0].x[at]);  // one in each
+      CHECK(injection.volume[i] == whole.injections[0].volume[at]);
+    }
+    injected += injection.cells.size();
   }
+  CHECK(velocity.size() == whole.node_velocities.size());
+  for (const NodeVelocity& v : whole.node_velocities)
+    CHECK(velocity.at({v.node, v.dir}) == v.velocity);
+  CHECK(frictions == whole.node_frictions.size());
+  CHECK(injected == whole.injections[0].cells.size());
   CHECK(held == whole.mesh->n_cells());
   const auto& p = whole.particles;
   REQUIRE(x.size() == p.x.size());

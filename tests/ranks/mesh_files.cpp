@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <random>
 
@@ -42,6 +43,52 @@ void write_mesh(const std::filesystem::path& folder, Element element,
   std::ofstream(folder / "sets.json") << R"({"node_sets": [{"id": 0, "set": [)" << set << "]}]}";
 }
 
+/// A grid of unit cells, in an order of their own, that list the nodes around them: GIMP cells.
+/// Those at the border are not listed.
+template <int Dim>
+void write_ring_mesh(const std::filesystem::path& folder, const std::array<Index, Dim>& counts) {
+  const auto grid =
+      element_grid<Dim>(multilinear<Dim>, -Vec<Dim>::Ones(), Vec<Dim>::Ones(), counts);
+  std::ofstream mesh(folder / "mesh.txt"), fixed(folder / "fixed.txt");
+  std::vector<Index> set;
+  std::vector<std::string> rows;
+  for (std::size_t at = 0; at < grid.cells.size(); at += corners<Dim>) {
+    Index rest = static_cast<Index>(at) / corners<Dim>, first = 0, stride = 1, plane = 1;
+    std::array<Index, static_cast<std::size_t>(Dim)> step{};
+    bool inner = true;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const Index i = rest % counts[d];
+      inner = inner && 0 < i && i < counts[d] - 1;
+      rest /= counts[d];
+      step[d] = stride;
+      first += (i - 1) * stride;
+      stride *= counts[d] + 1;
+    }
+    if (!inner) continue;
+    std::vector<Index> nodes(grid.cells.begin() + static_cast<std::ptrdiff_t>(at),
+                             grid.cells.begin() + static_cast<std::ptrdiff_t>(at) + corners<Dim>);
+    for (int k = 0; k < Dim; ++k) plane *= 4;
+    for (Index k = 0; k < plane; ++k) {
+      const Index node = first + k % 4 * step[0] + k / 4 % 4 * step[1] + k / 16 * step[Dim - 1];
+      if (std::find(nodes.begin(), nodes.begin() + corners<Dim>, node) ==
+          nodes.begin() + corners<Dim>)
+        nodes.push_back(node);
+    }
+    rows.push_back(fmt::format("{}\n", fmt::join(nodes, " ")));
+  }
+  std::shuffle(rows.begin(), rows.end(), std::mt19937(3));
+  mesh << grid.nodes.size() << " " << rows.size() << "\n";
+  for (std::size_t n = 0; n < grid.nodes.size(); ++n) {
+    const Vec<Dim>& x = grid.nodes[n];
+    for (int d = 0; d < Dim; ++d) mesh << x[d] << (d + 1 < Dim ? " " : "\n");
+    if (x[Dim - 1] == 0) fixed << n << " " << Dim - 1 << " 0\n";
+    if (x[0] == 0) set.push_back(static_cast<Index>(n));
+  }
+  for (const std::string& row : rows) mesh << row;
+  std::ofstream(folder / "sets.json")
+      << fmt::format(R"({{"node_sets": [{{"id": 0, "set": [{}]}}]}})", fmt::join(set, ","));
+}
+
 std::string scenario(int dim, const char* cell_type, int first, int last) {
   const auto corner = [&](int at) {
     return dim == 2 ? fmt::format("[{0}, {0}]", at) : fmt::format("[{0}, {0}, {0}]", at);
@@ -70,7 +117,10 @@ void check(const char* cell_type, Element element, const std::array<Index, Dim>&
   const RankTeam team(ranks);
   const SharedFolder folder(ranks);
   if (ranks.rank() == 0) {
-    write_mesh<Dim>(folder.path, element, counts, by);
+    if (std::string_view(cell_type).ends_with("G"))
+      write_ring_mesh<Dim>(folder.path, counts);
+    else
+      write_mesh<Dim>(folder.path, element, counts, by);
     std::ofstream(folder.path / "case.json") << scenario(Dim, cell_type, first, last);
   }
   ranks.wait_for_all();
@@ -79,6 +129,10 @@ void check(const char* cell_type, Element element, const std::array<Index, Dim>&
   REQUIRE(whole.particles.size() >= 100);
   const auto share = std::get<Model<Dim>>(read_scenario(file, {{}, false, &team}).model);
   CHECK(share.mesh->is_share() == ranks.several());
+  CHECK(share.mesh->n_cells() == whole.mesh->n_cells());
+  for (Index cell = 0; cell < whole.mesh->n_cells(); ++cell)
+    if (share.mesh->holds(cell))
+      CHECK(std::ranges::equal(share.mesh->element_nodes(cell), whole.mesh->element_nodes(cell)));
   const Outcome reference = run(whole, {.threads = 1});
   CHECK(reference.error == "");
   for (const bool moving : {false, true}) {
@@ -100,4 +154,6 @@ TEST_CASE("meshes from files, which ranks read in shares") {
   check<2>("ED2Q9", Element::Q9, {12, 10}, 0.02, 1, 6);
   check<3>("ED3H8", Element::H8, {7, 6, 5}, 0.1, 1, 4);
   check<3>("ED3T4", Element::Tet4, {5, 5, 4}, 0.02, 1, 3);
+  check<2>("ED2Q16G", Element::Q4, {20, 14}, 0, 1, 9);
+  check<3>("ED3H64G", Element::H8, {8, 7, 7}, 0, 1, 4);
 }
