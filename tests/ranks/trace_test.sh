@@ -92,8 +92,9 @@ assert len(ids) > 1000 and all(ends[id, ph] == 1 for id in ids for ph in "sf")
 assert all(arrow[id, "s"] <= arrow[id, "f"] for id in ids), "an arrow into the past"
 assert counters == {(r, c) for r in (0, 1) for c in ("active particles", "memory", "load")}, counters
 assert {e["pid"] for e in events} == {0, 1}
-# Output has the step that it is of, and is written behind later ones.
-assert {e["args"]["step"] for e in events if e.get("cat") == "frame"} >= {0, 20, 40, 60}
+# Output has the step that it is of, and is written behind later ones. (The first frame may have been
+# written before anything is recorded.)
+assert {e["args"]["step"] for e in events if e.get("cat") == "frame"} >= {20, 40, 60}
 assert {e["args"]["step"] for e in events if e.get("cat") == "checkpoint"} >= {30, 60}
 assert sum(e["ph"] == "X" and e["cat"] == "task" for e in events) > 60 * 4
 EOF
