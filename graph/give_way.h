@@ -1,10 +1,6 @@
 /// \file What a thread does that waits for a message and has nothing else to do.
 #pragma once
 
-#if defined(__linux__)
-#include <sys/prctl.h>
-#endif
-
 #include <algorithm>
 #include <chrono>
 #include <thread>
@@ -18,15 +14,11 @@ namespace lahar {
 /// time.
 inline void give_way() {
   using Clock = std::chrono::steady_clock;
-  constexpr auto nap = std::chrono::microseconds(10), long_yield = std::chrono::microseconds(100);
-  constexpr int fewest = 500, most = 20'000;
+  constexpr auto nap = std::chrono::microseconds(20), long_yield = std::chrono::microseconds(100);
+  constexpr int fewest = 200, most = 2000;  // naps, of some 70 us each
   thread_local int naps = 0, next = fewest;
   if (naps > 0) {
     --naps;
-#if defined(__linux__)
-    thread_local const int exact = prctl(PR_SET_TIMERSLACK, 1000);  // [ns], else 50 us late
-    static_cast<void>(exact);
-#endif
     std::this_thread::sleep_for(nap);
     return;
   }
