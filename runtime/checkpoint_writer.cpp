@@ -130,7 +130,7 @@ void CheckpointWriter::create() {
     make_folder(options_.folder);
     file_.emplace(target_);
     news.begin = create_checkpoint(file_->temporary(), target_, header_, memory_->all);
-  } catch (const IoError& error) {
+  } catch (const std::exception& error) {  // whatever it is, others wait for the news
     file_.reset();
     std::strncpy(news.reason, error.what(), sizeof news.reason - 1);
   }
