@@ -306,7 +306,8 @@ const Section& absorbing_section() {
           "wave "
           "speeds are those of the materials at the beginning; fluids have no c_s. The area of a "
           "node follows "
-          "from `h_min` and `position`. Several entries on a node add up.",
+          "from `h_min` and `position`. Several entries on a node add up. In a step dashpots at "
+          "most stop a node: where it has less mass than that takes, they are weaker.",
       .fields = {
           {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},

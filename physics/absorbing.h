@@ -31,7 +31,8 @@ struct AbsorbingNode {
   // Of the present step.
   Components spring = Components::Zero();   ///< [N] area k u, against the displacement
   Components dashpot = Components::Zero();  ///< [N s/m] area rho c
-  Components drag = Components::Zero();     ///< [N] dashpot times velocity, against it
+  Components drag = Components::Zero();     ///< [N] dashpot times velocity, against it; at most
+                                            ///< what stops the node in the step
 
   /// Spring and dashpot from the sums over the particles {m u} and {m c_p, m c_s, m rho, m}.
   void set(const double* displacement, const double* waves);

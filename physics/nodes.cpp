@@ -384,18 +384,25 @@ class Integrator {
   Local node_of(Absorbing at) const {
     return at == patch_.absorbing.end() ? std::numeric_limits<Local>::max() : at->node;
   }
-  /// Force of absorbing node i against its motion, if it is one; passes those before it. It acts on
-  /// the first of the bodies that are there.
+  /// Force of absorbing node i against its motion {v, m}, if it is one; passes those before it. It
+  /// acts on the first of the bodies that are there. Dashpots at most stop the node in the step:
+  /// one that turned it back, where it has hardly any mass, would shake it more and more.
   [[gnu::noinline]] NodeVector absorbed(Local i, const NodeVector& v) {
     double f[node_width] = {};
     while (node_of(absorbing_) < i) ++absorbing_;
+    const auto first = absorbing_;
+    double all[Dim] = {};
     for (; node_of(absorbing_) == i; ++absorbing_) {
       if (!is_first_body(i)) absorbing_->release();
-      for (int d = 0; d < Dim; ++d) {
-        absorbing_->drag[d] = absorbing_->dashpot[d] * v[d];
-        f[d] += absorbing_->spring[d] + absorbing_->drag[d];
-      }
+      for (int d = 0; d < Dim; ++d) all[d] += absorbing_->dashpot[d];
     }
+    for (auto at = first; at != absorbing_; ++at)
+      for (int d = 0; d < Dim; ++d) {
+        const double impulse = step_.dt * all[d];
+        const double part = impulse > v[mass_lane] ? v[mass_lane] / impulse : 1.0;
+        at->drag[d] = part * at->dashpot[d] * v[d];
+        f[d] += at->spring[d] + at->drag[d];
+      }
     next_absorbing_ = node_of(absorbing_);
     return load<NodeVector>(f);
   }
