@@ -174,7 +174,7 @@ Model<3> soil_block(const BlockSize& size, SoilState state) {
   return model;
 }
 
-Model<3> sliding_block(Index length) {
+Model<3> sliding_block(Index length, bool moves) {
   const std::string text = fmt::format(
       R"({{"title": "Sliding block",
   "mesh": {{"structured": {{"cell_size": 1, "counts": [{0}, {1}, {1}]}}}},
@@ -184,7 +184,7 @@ Model<3> sliding_block(Index length) {
                                 "velocity": [{3}, 0, 0],
                                 "region": {{"box": {{"min": [0, 0, 0], "max": [{4}, {1}, {1}]}}}}}}}}],
   "analysis": {{"mpm_scheme": "usl", "dt": {5}, "nsteps": {6}}}}})",
-      2 * length, length / 2, per_cell(3), sliding_speed, length, block_step,
+      2 * length, length / 2, per_cell(3), moves ? sliding_speed : 0.0, length, block_step,
       sliding_steps(length));
   return std::get<Model<3>>(read_scenario_text(text, ".").model);
 }

@@ -50,8 +50,9 @@ enum class SoilState { elastic, yielding };
 Model<3> soil_block(const BlockSize& size, SoilState state);
 
 /// A block of length x length/2 x length/2 cells at one end of a mesh that is twice as long, which
-/// it crosses to the other end in sliding_steps() as it was thrown, 2 x 2 x 2 particles per cell.
-Model<3> sliding_block(Index length);
+/// it crosses to the other end in sliding_steps() as it was thrown, or in which it rests; 2 x 2 x 2
+/// particles per cell.
+Model<3> sliding_block(Index length, bool moves);
 Index sliding_steps(Index length);
 Index sliding_particles(Index length);
 

@@ -87,12 +87,12 @@ template <int Dim>
 void CaseRun<Dim>::report_balance(const BalanceReport& balance, double wall) {
   if (!ranks_.several()) return;
   console_.line(
-      fmt::format("balance: heaviest rank {:.3f} times the mean, at worst {:.3f}; {} remap{}, "
-                  "moving {:.1f} % "
-                  "of the particles each, at most {:.1f} %; {:.2f} % of the time",
-                  balance.windows > 0 ? balance.imbalance : 1.0, balance.worst, balance.remaps,
-                  balance.remaps == 1 ? "" : "s", 100 * balance.moved, 100 * balance.most_moved,
-                  100 * balance.seconds / wall));
+      fmt::format("balance: heaviest rank {:.3f} times the mean, at worst {:.3f}, in particles "
+                  "{:.3f} and {:.3f}; {} remap{}, moving {:.1f} % of the particles each, at most "
+                  "{:.1f} %; {:.2f} % of the time",
+                  balance.work.mean, balance.work.worst, balance.particles.mean,
+                  balance.particles.worst, balance.remaps, balance.remaps == 1 ? "" : "s",
+                  100 * balance.moved, 100 * balance.most_moved, 100 * balance.seconds / wall));
 }
 
 template <int Dim>

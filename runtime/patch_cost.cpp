@@ -4,7 +4,6 @@
 #include <cmath>
 #include <iterator>
 #include <stdexcept>
-#include <utility>
 
 namespace lahar {
 
@@ -12,10 +11,6 @@ namespace {
 
 /// What firing the tasks of a patch and its messages cost at least, in particles: a microsecond.
 constexpr double base_particles = 40;
-/// Weight of a new sample in the average.
-constexpr double newest = 0.2;
-/// By how much a sample may differ from the average before it.
-constexpr double sample_factor = 2;
 /// By how much a patch may differ from the median patch.
 constexpr double median_factor = 4;
 /// [s] per particle before anything was measured: only ratios matter then.
@@ -35,12 +30,17 @@ double median_rate(std::span<const double> rates) {
 
 void WorkRate::add(double seconds, Index particles) {
   if (particles <= 0 || !(seconds > 0)) return;  // says nothing about particles
-  if (!std::exchange(begun_, true)) return;
-  const double rate = seconds / (static_cast<double>(particles) + base_particles);
-  if (value_ == 0)
-    value_ = rate;
-  else
-    value_ += newest * (std::clamp(rate, value_ / sample_factor, value_ * sample_factor) - value_);
+  if (taken_++ == 0) return;
+  samples_[taken_ % n_samples] = seconds / (static_cast<double>(particles) + base_particles);
+}
+
+double WorkRate::value() const {
+  if (taken_ < 1 + least_samples) return 0;
+  const std::size_t n = std::min(taken_ - 1, n_samples);
+  std::array<double, n_samples> sorted = samples_;  // those that are not there yet are 0: the least
+  const auto middle = sorted.end() - 1 - static_cast<std::ptrdiff_t>(n / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle;
 }
 
 std::vector<Index> work_of(std::span<const Index> particles, std::span<const double> rates) {

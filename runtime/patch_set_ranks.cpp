@@ -89,17 +89,27 @@ void PatchSet<Dim>::give_to(const std::vector<int>& owner, Index step) {
   struct Parcel {
     Index patch, bytes;  // its state, which follows
   };
+  const auto new_owner = [&](const Patch<Dim>& patch) {
+    const int at = position_of(all_, patch.topology.patch);
+    return static_cast<std::size_t>(owner[static_cast<std::size_t>(at)]);
+  };
+  const auto own = static_cast<std::size_t>(ranks_.rank());
   std::vector<std::vector<std::byte>> parcels(static_cast<std::size_t>(ranks_.size()));
+  std::vector<std::size_t> sizes(parcels.size(), 0);
+  for (const auto& patch : patches_)
+    if (has_state(*patch)) sizes[new_owner(*patch)] += sizeof(Parcel) + packed_bytes(*patch);
+  for (std::size_t r = 0; r < parcels.size(); ++r)
+    if (r != own) parcels[r].reserve(sizes[r]);
   std::erase_if(patches_, [&](const auto& patch) {
-    const int at = position_of(all_, patch->topology.patch);
-    const auto to = static_cast<std::size_t>(owner[static_cast<std::size_t>(at)]);
-    if (static_cast<int>(to) == ranks_.rank()) return false;
+    const std::size_t to = new_owner(*patch);
+    if (to == own) return false;
     if (has_state(*patch)) {
-      const std::vector<std::byte> state = pack(*patch, step);
-      const Parcel parcel{patch->topology.patch, static_cast<Index>(state.size())};
-      const auto head = std::as_bytes(std::span(&parcel, 1));
-      parcels[to].insert(parcels[to].end(), head.begin(), head.end());
-      parcels[to].insert(parcels[to].end(), state.begin(), state.end());
+      const Parcel parcel{patch->topology.patch, static_cast<Index>(packed_bytes(*patch))};
+      std::vector<std::byte>& bytes = parcels[to];
+      const std::size_t begin = bytes.size(), state = begin + sizeof parcel;
+      bytes.resize(state + static_cast<std::size_t>(parcel.bytes));
+      std::memcpy(&bytes[begin], &parcel, sizeof parcel);
+      pack(*patch, step, &bytes[state]);
     }
     return true;
   });

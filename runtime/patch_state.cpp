@@ -245,10 +245,9 @@ std::size_t packed_bytes(const Patch<Dim>& patch) {
 /// state is computed anew, and so is the limit of the time step: what of it is still to be used is
 /// the simulation's.
 template <int Dim>
-std::vector<std::byte> pack(const Patch<Dim>& patch, Index step) {
+void pack(const Patch<Dim>& patch, Index step, std::byte* to) {
   const Head head = head_of(patch);
-  std::vector<std::byte> bytes(bytes_of(head));
-  Writer out(bytes.data());
+  Writer out(to);
   out.put(head);
   for (const double work :
        {patch.work.internal, patch.work.external, patch.work.damping, patch.work.divided})
@@ -263,13 +262,19 @@ std::vector<std::byte> pack(const Patch<Dim>& patch, Index step) {
   add(particles.id.data());
   if (head.loads != 0) add(particles.loads.data());
   for_each_row(particles.layout(), [&](Column column, int k) { add(particles.row(column, k)); });
-  if (head.active_nodes == 0) return bytes;
+  if (head.active_nodes == 0) return;
   for (const NodeSum which : mapped_sums(patch)) {
     const double* sums = patch.own_sums(which, step);
     for (const NodeRange& range : patch.active_nodes)
       out.put(sums + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
               static_cast<std::size_t>(range.end - range.begin) * sum_stride);
   }
+}
+
+template <int Dim>
+std::vector<std::byte> pack(const Patch<Dim>& patch, Index step) {
+  std::vector<std::byte> bytes(packed_bytes(patch));
+  pack(patch, step, bytes.data());
   return bytes;
 }
 
@@ -277,8 +282,8 @@ template <int Dim>
 void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step) {
   const Head head = read_head(bytes, patch);
   Reader in(bytes.data() + sizeof(Head));
-  for (double* work : {&patch.work.internal, &patch.work.external, &patch.work.damping,
-                       &patch.work.divided})
+  for (double* work :
+       {&patch.work.internal, &patch.work.external, &patch.work.damping, &patch.work.divided})
     *work = in.get<double>();
   read_runs(in, head, patch);
   read_particles(in, head, patch);
@@ -298,13 +303,13 @@ std::string column_text(const ColumnLayout<Dim>& layout) {
   std::string text;
   for (const ColumnInfo& info : column_table)
     if (layout.has(info.column))
-      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", info.name,
-                          layout.components(info));
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", info.name, layout.components(info));
   return text;
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                          \
   template std::vector<std::byte> pack(const Patch<Dim>&, Index);       \
+  template void pack(const Patch<Dim>&, Index, std::byte*);             \
   template std::size_t packed_bytes(const Patch<Dim>&);                 \
   template void unpack(std::span<const std::byte>, Patch<Dim>&, Index); \
   template std::string column_text(const ColumnLayout<Dim>&);

@@ -21,6 +21,10 @@ std::vector<std::byte> pack(const Patch<Dim>& patch, Index step);
 template <int Dim>
 std::size_t packed_bytes(const Patch<Dim>& patch);
 
+/// The same as pack() returns, into memory for packed_bytes().
+template <int Dim>
+void pack(const Patch<Dim>& patch, Index step, std::byte* to);
+
 /// Bring a patch as PatchSet makes it, with topology and geometry but no particles, into the state
 /// of pack(): all further steps have the same bits. Neighbours are to be linked afterwards. Throws
 /// IoError if the bytes are not a state of this patch.
@@ -40,6 +44,8 @@ std::string column_text(const ColumnLayout<Dim>& layout);
 
 extern template std::vector<std::byte> pack(const Patch<2>&, Index);
 extern template std::vector<std::byte> pack(const Patch<3>&, Index);
+extern template void pack(const Patch<2>&, Index, std::byte*);
+extern template void pack(const Patch<3>&, Index, std::byte*);
 extern template std::size_t packed_bytes(const Patch<2>&);
 extern template std::size_t packed_bytes(const Patch<3>&);
 extern template void unpack(std::span<const std::byte>, Patch<2>&, Index);

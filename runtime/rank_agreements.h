@@ -18,13 +18,14 @@ struct Agreement {
   struct Least {
     Index stop_before = std::numeric_limits<Index>::max();  ///< a step that nobody takes
     Index failed_step = std::numeric_limits<Index>::max();
-    Index rebuild = 0;      ///< -1: some rank needs patches that do not exist
-    Index checkpoint = 0;   ///< -1: some rank was asked for a checkpoint
-    Index stop = 0;         ///< -1: some rank was asked to stop
-    Index crowded = 0;      ///< -1: some patch is to be split
-    Index minus_speed = 0;  ///< the bits of the largest speed, negated
-    Index minus_work = 0;   ///< of the heaviest rank, negated [ns]
-    Index begun = 0;        ///< minus the latest time at which a rank finished the step [ns]
+    Index rebuild = 0;          ///< -1: some rank needs patches that do not exist
+    Index checkpoint = 0;       ///< -1: some rank was asked for a checkpoint
+    Index stop = 0;             ///< -1: some rank was asked to stop
+    Index crowded = 0;          ///< -1: some patch is to be split
+    Index minus_speed = 0;      ///< the bits of the largest speed, negated
+    Index minus_work = 0;       ///< of the heaviest rank, negated [ns]
+    Index minus_particles = 0;  ///< of the fullest rank, negated
+    Index begun = 0;            ///< minus the latest time at which a rank finished the step [ns]
   } least;
   std::vector<Index> sum;  ///< elements added over all ranks; as many on each, perhaps none
 };

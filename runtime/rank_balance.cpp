@@ -1,17 +1,12 @@
 #include "runtime/rank_balance.h"
 
 #include <algorithm>
-#include <chrono>
 #include <numeric>
 #include <random>
 
 namespace lahar {
 
 namespace {
-
-double seconds_of(auto duration) {
-  return std::chrono::duration<double>(duration).count();
-}
 
 /// Weights that make patches change their ranks, the same on all ranks.
 void scatter(std::vector<Index>& weight, Step step) {
@@ -27,7 +22,6 @@ void RankBalance<Dim>::begin(const PatchSet<Dim>& patches) {
   for (auto& works : of_step_) works.assign(n, {});
   since_.assign(n, {});
   particles_.assign(n, 0);
-  sampled_steps_ = 0;
   ids_.clear();
   for (int p = 0; p < patches.size(); ++p) {
     ids_.push_back(patches[p].topology.patch);
@@ -44,6 +38,19 @@ void RankBalance<Dim>::renumber(const PatchRenumbering& ids) {
   edges_of_.clear();
 }
 
+/// Of each `sampled` steps one at random: what happens again and again after a fixed number of
+/// steps, such as particles in rows that cross the sides of cells, is neither always seen nor
+/// never.
+template <int Dim>
+bool RankBalance<Dim>::samples(Step step, int patch) const {
+  if (!ranks_.several()) return false;
+  const auto id = static_cast<std::uint64_t>(ids_[static_cast<std::size_t>(patch)]);
+  auto x = id * 0x9e3779b97f4a7c15 + static_cast<std::uint64_t>(step / sampled);
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9;  // the mixing of splitmix64 (Steele et al. 2014)
+  x = (x ^ (x >> 27)) * 0x94d049bb133111eb;
+  return static_cast<Step>((x ^ (x >> 31)) % sampled) == step % sampled;
+}
+
 template <int Dim>
 void RankBalance<Dim>::add(Step step, int patch, std::int64_t nanoseconds, Index particles) {
   Work& work =
@@ -54,46 +61,48 @@ void RankBalance<Dim>::add(Step step, int patch, std::int64_t nanoseconds, Index
 
 template <int Dim>
 void RankBalance<Dim>::finish(Step step) {
-  if (samples(step)) {
-    auto& works = of_step_[static_cast<std::size_t>(step) % of_step_.size()];
-    for (std::size_t p = 0; p < works.size(); ++p) {
-      since_[p].nanoseconds += works[p].nanoseconds;
-      particles_[p] = works[p].particles;
-      works[p] = {};
-    }
-    ++sampled_steps_;
+  auto& works = of_step_[static_cast<std::size_t>(step) % of_step_.size()];
+  for (std::size_t p = 0; p < works.size(); ++p) {
+    if (!samples(step, static_cast<int>(p))) continue;
+    since_[p].nanoseconds += works[p].nanoseconds;
+    ++since_[p].steps;
+    particles_[p] = works[p].particles;
+    works[p] = {};
   }
-  if ((step + 1) % window != 0 || sampled_steps_ == 0) return;
+  if ((step + 1) % window != 0) return;
   for (std::size_t p = 0; p < since_.size(); ++p) {
-    if (particles_[p] > 0)
+    if (since_[p].steps > 0 && particles_[p] > 0)
       rates_[ids_[p]].add(
-          1e-9 * static_cast<double>(since_[p].nanoseconds) / static_cast<double>(sampled_steps_),
+          1e-9 * static_cast<double>(since_[p].nanoseconds) / static_cast<double>(since_[p].steps),
           particles_[p]);
     since_[p] = {};
   }
-  sampled_steps_ = 0;
 }
 
 template <int Dim>
-Index RankBalance<Dim>::work() const {
+auto RankBalance<Dim>::load() const -> Load {
   std::vector<double> rates;
   for (const Index id : ids_) {
     const auto rate = rates_.find(id);
     rates.push_back(rate == rates_.end() ? 0.0 : rate->second.value());
   }
   const std::vector<Index> work = work_of(particles_, rates);
-  return std::accumulate(work.begin(), work.end(), Index{0});
+  return {std::accumulate(work.begin(), work.end(), Index{0}),
+          std::accumulate(particles_.begin(), particles_.end(), Index{0})};
 }
 
 template <int Dim>
-bool RankBalance<Dim>::is_uneven(Index heaviest, Index all) {
-  const double imbalance =
-      static_cast<double>(heaviest) * ranks_.size() / static_cast<double>(std::max<Index>(1, all));
-  report_.imbalance = (report_.imbalance * static_cast<double>(report_.windows) + imbalance) /
-                      static_cast<double>(report_.windows + 1);
+bool RankBalance<Dim>::is_uneven(Load largest, Load all) {
   ++report_.windows;
-  report_.worst = std::max(report_.worst, imbalance);
-  return trigger_.is_due(imbalance);
+  const auto take = [&](Imbalance& imbalance, Index most, Index sum) {
+    const double now =
+        static_cast<double>(most) * ranks_.size() / static_cast<double>(std::max<Index>(1, sum));
+    imbalance.mean += (now - imbalance.mean) / static_cast<double>(report_.windows);
+    imbalance.worst = std::max(imbalance.worst, now);
+    return now;
+  };
+  take(report_.particles, largest.particles, all.particles);
+  return trigger_.is_due(take(report_.work, largest.work, all.work));
 }
 
 /// What a rank knows of one of its patches.
@@ -182,8 +191,7 @@ bool RankBalance<Dim>::share(PatchSet<Dim>& patches, Step step) {
 
 template <int Dim>
 bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left) {
-  using Clock = std::chrono::steady_clock;
-  const auto begin = Clock::now();
+  busiest_.reset();
   std::vector<Known> known;
   PatchGraph graph = graph_of_all(patches, known);
   std::vector<Index> bytes;
@@ -204,7 +212,6 @@ bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left
   }
   const auto plan = decide(graph, patches.owners(), bytes, ranks_.size(), terms);
   if (!plan || plan->owner == patches.owners()) {
-    report_.seconds += ranks_.max(seconds_of(Clock::now() - begin));
     trigger_.refused();
     return false;
   }
@@ -221,10 +228,15 @@ bool RankBalance<Dim>::remap(PatchSet<Dim>& patches, Step step, Index steps_left
   report_.most_moved = std::max(report_.most_moved, share);
   ++report_.remaps;
   trigger_.moved();
-  const double seconds = ranks_.max(seconds_of(Clock::now() - begin));
-  report_.seconds += seconds;
-  move_.measured(seconds, plan->busiest);
+  busiest_ = plan->busiest;
   return true;
+}
+
+template <int Dim>
+void RankBalance<Dim>::remap_took(double seconds) {
+  seconds = ranks_.max(seconds);
+  report_.seconds += seconds;
+  if (busiest_) move_.measured(seconds, *busiest_);
 }
 
 template class RankBalance<2>;

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 // The C interface only: the C++ one is gone from the standard.
@@ -79,8 +80,7 @@ class Ranks {
   template <class T>
   std::vector<T> gather_all(std::span<const T> values) const {
     static_assert(std::is_trivially_copyable_v<T>);
-    const std::vector<std::byte> bytes = gather_bytes(std::as_bytes(values));
-    return from_bytes<T>(bytes);
+    return from_bytes<T>(gather_bytes(std::as_bytes(values)));
   }
   /// to[r] goes to rank r; returns what each rank had for this one. Of any size.
   template <class T>
@@ -89,7 +89,7 @@ class Ranks {
     std::vector<std::span<const std::byte>> parts;
     for (const auto& part : to) parts.push_back(std::as_bytes(std::span(part)));
     std::vector<std::vector<T>> from;
-    for (const auto& part : exchange_bytes(parts)) from.push_back(from_bytes<T>(part));
+    for (auto& part : exchange_bytes(parts)) from.push_back(from_bytes<T>(std::move(part)));
     return from;
   }
 
@@ -102,11 +102,15 @@ class Ranks {
   std::vector<std::vector<std::byte>> exchange_bytes(
       const std::vector<std::span<const std::byte>>& to) const;
   template <class T>
-  static std::vector<T> from_bytes(const std::vector<std::byte>& bytes) {
-    std::vector<T> values(bytes.size() / sizeof(T));
-    if (!values.empty())  // bytes of values: a copy is all that is needed
-      std::copy_n(bytes.data(), bytes.size(), reinterpret_cast<std::byte*>(values.data()));
-    return values;
+  static std::vector<T> from_bytes(std::vector<std::byte>&& bytes) {
+    if constexpr (std::is_same_v<T, std::byte>) {
+      return std::move(bytes);
+    } else {
+      std::vector<T> values(bytes.size() / sizeof(T));
+      if (!values.empty())  // bytes of values: a copy is all that is needed
+        std::copy_n(bytes.data(), bytes.size(), reinterpret_cast<std::byte*>(values.data()));
+      return values;
+    }
   }
 
   MPI_Comm communicator_ = MPI_COMM_NULL;

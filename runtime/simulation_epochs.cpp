@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <span>
 #include <tuple>
 
@@ -157,9 +158,14 @@ void Simulation<Dim>::Impl::rebuild() {
 
 template <int Dim>
 void Simulation<Dim>::Impl::remap() {
-  if (step >= nsteps || !balance.remap(patches, step, nsteps - step)) return;
-  keep_timings();
-  build_executor();
+  if (step >= nsteps) return;
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  if (balance.remap(patches, step, nsteps - step)) {
+    keep_timings();
+    build_executor();
+  }
+  balance.remap_took(std::chrono::duration<double>(Clock::now() - begin).count());
 }
 
 template <int Dim>

@@ -46,9 +46,10 @@ Agreement Simulation<Dim>::Impl::give(Step step) {
   }
   balance.finish(step);
   if (balance.is_due(step)) {
-    const Index work = balance.work();
-    own.least.minus_work = -work;
-    own.sum.push_back(work);
+    const auto load = balance.load();
+    own.least.minus_work = -load.work;
+    own.least.minus_particles = -load.particles;
+    own.sum.insert(own.sum.end(), {load.work, load.particles});
   }
   return own;
 }
@@ -115,9 +116,12 @@ void Simulation<Dim>::Impl::hand_on(Step step) {
     split_step = step + max_lead;
     executor->stop_before(split_step);
   }
-  if (balance.is_due(step) && balance.is_uneven(-least.minus_work, agreed[step].sum.back())) {
-    remap_needed = true;
-    executor->stop_before(step + max_lead);
+  if (balance.is_due(step)) {
+    const auto all = std::span(std::as_const(agreed[step].sum)).template last<2>();
+    if (balance.is_uneven({-least.minus_work, -least.minus_particles}, {all[0], all[1]})) {
+      remap_needed = true;
+      executor->stop_before(step + max_lead);
+    }
   }
   if (log.due(time_at(step)))
     log.take(step, std::span(std::as_const(agreed[step].sum))
