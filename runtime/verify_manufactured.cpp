@@ -43,8 +43,8 @@ class AxisAligned {
       u[i] = A_ * std::sin(pi * X[i]) * std::sin(pi * (solid.c() * t + i));
     return u;
   }
-  Vec<2> velocity(const Vec<2>& X) const {
-    const double rate = A_ * pi * solid.c();
+  Vec<2> velocity(const Vec<2>& X, double t) const {
+    const double rate = A_ * pi * solid.c() * std::cos(pi * solid.c() * t);
     return {rate * std::sin(pi * X[0]), -rate * std::sin(pi * X[1])};
   }
   /// b_i = pi^2 u_i (mu / rho - c^2 - (lambda (ln J - 1) - mu) / (rho F_ii^2)).
@@ -104,9 +104,9 @@ class Vortex {
                   std::sin(angle) * r[0] + std::cos(angle) * r[1]) -
            r;
   }
-  Vec<2> velocity(const Vec<2>& X) const {
-    const Vec<2> r = X - centre;
-    const double rate = A_ * solid.c() * pi * shape(r.norm());
+  Vec<2> velocity(const Vec<2>& X, double t) const {
+    const Vec<2> r = X + displacement(X, t) - centre;
+    const double rate = A_ * solid.c() * pi * std::cos(solid.c() * pi * t) * shape(r.norm());
     return {-rate * r[1], rate * r[0]};
   }
   /// Kamojjala et al. (2015), in the basis that has turned with the material.
@@ -170,9 +170,10 @@ double error_of(const ManufacturedCase& what, const Solution& solution) {
   Scenario scenario = read_scenario_text(scenario_text(what, solid, Solution::side, dt), ".");
   Model<2> model = std::get<Model<2>>(std::move(scenario.model));
   Solution::place(what, model);
+  // Velocities are those of the middle of a step.
   model.particles.velocity.clear();
   for (const Vec<2>& X : model.particles.x)
-    model.particles.velocity.push_back(solution.velocity(X));
+    model.particles.velocity.push_back(solution.velocity(X, -0.5 * dt));
   model.body_force = [&](const Vec<2>& X, double t) { return solution.body_force(X, t); };
   Simulation<2> simulation(std::move(model), {.threads = what.threads});
   double largest = 0;

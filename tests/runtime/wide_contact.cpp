@@ -36,6 +36,7 @@ TEST_CASE("discs that collide keep their momentum and do not pass through each o
   for (const Case c :
        {Case{ShapeFunctions::element, Affine::none}, Case{ShapeFunctions::gimp, Affine::none},
         Case{ShapeFunctions::uniform_gimp, Affine::none}, Case{ShapeFunctions::cpdi, Affine::none},
+        Case{ShapeFunctions::cpdi2, Affine::none},
         Case{ShapeFunctions::quadratic_spline, Affine::none},
         Case{ShapeFunctions::quadratic_spline, Affine::apic},
         Case{ShapeFunctions::cubic_spline, Affine::none}}) {
