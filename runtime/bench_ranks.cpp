@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "runtime/bench_cases.h"
+#include "runtime/bench_result.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
 
@@ -28,13 +29,26 @@ struct RankJob {
   int ranks;  ///< the first so many
 };
 
+/// Samples of the time of a step [s], by job.
+struct StepTimes {
+  std::vector<BenchSamples> samples;
+  double operator[](std::size_t job) const { return samples[job].median(); }
+  /// Median of the ratios of samples that were taken one soon after the other.
+  double ratio(std::size_t job, std::size_t to) const {
+    BenchSamples ratios;
+    for (std::size_t s = 0; s < samples[job].values.size(); ++s)
+      ratios.values.push_back(samples[job].values[s] / samples[to].values[s]);
+    return ratios.median();
+  }
+};
+
 class RankMeasurement {
  public:
   RankMeasurement(const RankBenchArguments& arguments, const Ranks& world)
       : arguments_(arguments), world_(world) {}
 
-  /// Median time of a step [s] of each job, samples taken in turn.
-  std::vector<double> step_times(std::vector<RankJob> jobs) const {
+  /// Samples taken in turn.
+  StepTimes step_times(std::vector<RankJob> jobs) const {
     std::vector<std::unique_ptr<Simulation<3>>> simulations;
     std::vector<Ranks> groups;
     for (RankJob& job : jobs) {
@@ -48,9 +62,11 @@ class RankMeasurement {
       job.model = {};
       rest();
     }
-    std::vector<std::vector<double>> samples(jobs.size());
-    std::vector<Index> steps(jobs.size(), 3);  // of a first sample, that says how many it takes
-    for (int s = 0; s <= arguments_.repeats; ++s)
+    StepTimes times;
+    times.samples.resize(jobs.size());
+    std::vector<Index> steps(jobs.size(), 3);   // of a first sample, that says how many it takes
+    const int rounds = 2 * arguments_.repeats;  // machines drift: many short samples
+    for (int s = 0; s <= rounds; ++s)
       for (std::size_t k = 0; k < jobs.size(); ++k) {
         const auto begin = Clock::now();
         if (simulations[k]) simulations[k]->advance(steps[k]);
@@ -58,18 +74,13 @@ class RankMeasurement {
         rest();
         const double step =
             world_.max(simulations[k] ? seconds : 0.0) / static_cast<double>(steps[k]);
-        if (s > 0) samples[k].push_back(step);
-        const double sample = arguments_.quick ? 0.2 : 1.0;
+        if (s > 0) times.samples[k].values.push_back(step);
+        const double sample = arguments_.quick ? 0.1 : 0.5;
         if (s == 0) steps[k] = std::max<Index>(4, static_cast<Index>(sample / step));
       }
-    std::vector<double> medians;
-    for (auto& of_job : samples) {
-      std::nth_element(of_job.begin(), of_job.begin() + arguments_.repeats / 2, of_job.end());
-      medians.push_back(of_job[static_cast<std::size_t>(arguments_.repeats / 2)]);
-    }
     simulations.clear();
     for (Ranks& group : groups) group.release();
-    return medians;
+    return times;
   }
 
  private:
@@ -111,7 +122,7 @@ void measure_ranks(const RankBenchArguments& arguments, const Ranks& world) {
       if (speaks)
         fmt::print("| {} | {:.1f} | {:.1f} | {:.3f} | {:.1f} |\n",
                    format_count(BlockSize{cells}.particles(3)), nanoseconds(t[0], cells),
-                   nanoseconds(t[1], cells), t[1] / t[0], nanoseconds(t[2], cells));
+                   nanoseconds(t[1], cells), t.ratio(1, 0), nanoseconds(t[2], cells));
     }
   }
   // As many particles per rank, as nearly as whole cells allow.
@@ -120,6 +131,8 @@ void measure_ranks(const RankBenchArguments& arguments, const Ranks& world) {
       {{"one", block(one), {.threads = 1}, 1}, {"all", block(all), {.threads = 1}, world.size()}});
   if (!speaks) return;
   const double per_rank = nanoseconds(t[1], all) * world.size();
+  const double efficiency =
+      nanoseconds(1, one) / (t.ratio(1, 0) * nanoseconds(1, all) * world.size());
   const int cores = available_threads();
   fmt::print(
       "\n## Weak scaling, {} ranks of one thread{}\n\n"
@@ -129,7 +142,7 @@ void measure_ranks(const RankBenchArguments& arguments, const Ranks& world) {
       world.size(), world.size() > cores ? fmt::format(", oversubscribed: {} cores", cores) : "",
       format_count(BlockSize{one}.particles(3)), nanoseconds(t[0], one), world.size(),
       format_count(BlockSize{all}.particles(3)), per_rank,
-      nanoseconds(t[0], one) / per_rank * std::max(1.0, world.size() / double(cores)));
+      efficiency * std::max(1.0, world.size() / double(cores)));
 }
 
 void measure_overlap(const RankBenchArguments& arguments, const Ranks& world) {
@@ -163,8 +176,8 @@ void measure_overlap(const RankBenchArguments& arguments, const Ranks& world) {
       if (speaks)
         fmt::print("| {} | {} | {:.2f} | {:.2f} | {:+.1f} % | {:.2f} | {:.2f} | {:+.1f} % |\n",
                    scheme == Scheme::usl ? "USL" : "USF", adaptive ? "adaptive" : "fixed",
-                   t[0] * 1e3, t[1] * 1e3, 100 * (t[1] / t[0] - 1), t[2] * 1e3, t[3] * 1e3,
-                   100 * (t[3] / t[2] - 1));
+                   t[0] * 1e3, t[1] * 1e3, 100 * (t.ratio(1, 0) - 1), t[2] * 1e3, t[3] * 1e3,
+                   100 * (t.ratio(3, 2) - 1));
     }
   if (speaks) fmt::print("\n");
 }
