@@ -52,8 +52,10 @@ class Decision {
         ranks_(ranks),
         terms_(terms),
         now_(shares_of(costs, owner, ranks)),
-        allowed_(terms.most_moved *
-                 static_cast<double>(std::accumulate(bytes.begin(), bytes.end(), Index{0}))) {}
+        allowed_(
+            std::max(terms.most_moved *
+                         static_cast<double>(std::accumulate(bytes.begin(), bytes.end(), Index{0})),
+                     static_cast<double>(ranks * *std::max_element(bytes.begin(), bytes.end())))) {}
 
   /// Whether an even share would be worth a remap that moves nothing.
   bool may_gain() const {

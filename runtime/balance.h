@@ -51,8 +51,9 @@ struct BalanceTerms {
   /// How much heavier than the best chunks, or than the mean, the heaviest rank may remain: every
   /// percent less moves more patches, and where the load goes on changing is soon lost.
   double slack = 0.02;
-  double most_moved = 0.2;  ///< share of all bytes that one remap may move
-  bool forced = false;      ///< whatever the imbalance and the gain
+  /// Share of all bytes that one remap may move; but of few patches as many as there are ranks.
+  double most_moved = 0.2;
+  bool forced = false;  ///< whatever the imbalance and the gain
   MoveCost move;
 };
 

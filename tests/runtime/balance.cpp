@@ -197,6 +197,26 @@ TEST_CASE("a load that is on one rank spreads without any remap moving more than
   CHECK(shares_of(graph, owner, 4).imbalance() <= 1.05);
 }
 
+TEST_CASE("few large patches are shared out, though each is more than a remap may move of many") {
+  PatchGraph graph;
+  graph.weight.assign(5, 1'000'000);
+  graph.edges.resize(5);
+  const std::vector<Index> bytes(5, 1000);
+  BalanceTerms terms;
+  terms.steps = 1000;
+  for (const Partitioner partitioner : partitioners) {
+    CAPTURE(static_cast<int>(partitioner));
+    terms.partitioner = partitioner;
+    std::vector<int> owner{0, 0, 0, 0, 1};
+    REQUIRE(shares_of(graph, owner, 4).imbalance() == doctest::Approx(3.2));
+    for (int remaps = 0; const auto plan = decide(graph, owner, bytes, 4, terms); ++remaps) {
+      REQUIRE(remaps < 4);
+      owner = plan->owner;
+    }
+    CHECK(shares_of(graph, owner, 4).imbalance() == doctest::Approx(1.6));  // 2, 1, 1 and 1
+  }
+}
+
 TEST_CASE("new patches get the rank of the patch before them") {
   CHECK(owners_with_new(std::vector<int>{-1, 2, -1, -1, 0, -1}) ==
         std::vector<int>{2, 2, 2, 2, 0, 0});
