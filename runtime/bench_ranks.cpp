@@ -190,9 +190,8 @@ void measure_balance(const RankBenchArguments& arguments, const Ranks& world) {
         "steps\n\n"
         "Beside it the same block at rest, whose load does not change: what is measured there is "
         "noise.\n\n"
-        "| particles | motion | heaviest rank over the mean, as measured | at worst | in particles "
-        "| at "
-        "worst | remaps | moved each | at most | time in them |\n"
+        "| particles | motion | heaviest rank over the mean, as measured | at worst "
+        "| in particles | at worst | remaps | moved each | at most | time in them |\n"
         "|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
         world.size(), world.size() > available_threads() ? " (oversubscribed)" : "");
   const std::vector<Index> lengths =

@@ -14,12 +14,15 @@ namespace lahar {
 /// core for some milliseconds in the middle of a task of a tenth of one makes a patch look ten
 /// times as heavy, and another program beside it makes all patches of a rank heavier for a while;
 /// what really changed is followed after four samples. The very first sample is dropped: into a new
-/// patch memory comes, and particles layer by layer, at several times the usual cost. Simulated: 4
-/// ranks of 16 equal patches, 0.12 ms each, samples of 5 steps, tasks that with probability time /
-/// 0.1 s take 4 ms more, and ranks that with probability 0.02 are slower by 1.6 for a sample. The
-/// heaviest rank seemed heavier than the mean by more than 5 %, where a remap is considered, in 37
-/// % of the samples with plain samples, 47 % with averages, 19 % with averages whose samples count
-/// at most twice the average; 0.1 % with medians of 5, 0 of 3000 with these.
+/// patch memory comes, and particles layer by layer, at several times the usual cost. Of fewer than
+/// three others nothing is said.
+///
+/// Simulated: 4 ranks of 16 equal patches, 0.12 ms each, samples of 5 steps, tasks that with
+/// probability time / 0.1 s take 4 ms more, and ranks that with probability 0.02 are slower by 1.6
+/// for a sample. By more than 5 %, where a remap is considered, the heaviest rank seemed heavier
+/// than the mean in 37 % of the samples with plain samples, 47 % with averages, 19 % with averages
+/// whose samples count at most twice the average, 0.1 % with medians of 5, and 0 of 3000 with
+/// these.
 class WorkRate {
  public:
   WorkRate() = default;
