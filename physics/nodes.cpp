@@ -1,6 +1,7 @@
 /// Nodal kernels. Every patch that holds a node does the same arithmetic in the same order on the
 /// same sums, so that all copies of a node are identical.
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -12,35 +13,44 @@ namespace lahar {
 
 namespace {
 
-/// One kind of node sum, over all patches that share a node, in ascending patch id.
-template <int Dim>
+/// Two kinds of node sums that lie beside each other: a line.
+using SumLine = PackOf<sum_stride>;
+LAHAR_INLINE NodeVector first_of(const SumLine& line) {
+  return NodeVector::of(__builtin_shufflevector(line.v, line.v, 0, 1, 2, 3));
+}
+LAHAR_INLINE NodeVector second_of(const SumLine& line) {
+  return NodeVector::of(__builtin_shufflevector(line.v, line.v, 4, 5, 6, 7));
+}
+
+/// Node sums over all patches that share a node, in ascending patch id: of one kind (a NodeVector),
+/// or of `which` and the kind beside it (a SumLine).
+template <int Dim, class Sum = NodeVector>
 class SumOverPatches {
  public:
   SumOverPatches(Patch<Dim>& patch, NodeSum which, Index step)
-      : shares_(patch.topology.shares.data()),
+      : shared_node_(patch.topology.shared_node.data()),
+        shares_(patch.topology.shares.data()),
         first_(patch.topology.first.data()),
         n_shared_(patch.topology.shared_node.size()),
         own_(patch.own_sums(which, step)),
         sums_(patch.all_sums(which, step)),
-        offset_(sum_offset(which)) {}
-
-  /// The other kind of sum that lies with this one.
-  SumOverPatches beside(NodeSum which) const {
-    SumOverPatches other = *this;
-    other.own_ += sum_offset(which) - offset_;
-    other.offset_ = sum_offset(which);
-    return other;
+        offset_(sum_offset(which)) {
+    assert(offset_ + lanes<Sum> <= sum_stride);
   }
 
   /// What this patch alone contributes.
-  LAHAR_INLINE NodeVector own(Local node) const {
-    return load<NodeVector>(own_ + static_cast<std::ptrdiff_t>(node) * sum_stride);
+  LAHAR_INLINE Sum own(Local node) const {
+    return load<Sum>(own_ + static_cast<std::ptrdiff_t>(node) * sum_stride);
   }
-  /// The sum at node shared_node[s]. Sums that are zero may be left out: it begins at zero.
-  LAHAR_INLINE NodeVector shared(std::size_t s) const {
-    NodeVector sum(0.0);
+  /// The node of shared(s); beyond all nodes after the last.
+  LAHAR_INLINE Local shared_node(std::size_t s) const {
+    return s < n_shared_ ? shared_node_[s] : std::numeric_limits<Local>::max();
+  }
+  /// The sum at shared_node(s). Sums that are zero may be left out: it begins at zero.
+  LAHAR_INLINE Sum shared(std::size_t s) const {
+    Sum sum(0.0);
     for (Local e = first_[s]; e < first_[s + 1]; ++e)
-      if (const double* from = sums_of(e)) sum += load<NodeVector>(from + place(e));
+      if (const double* from = sums_of(e)) sum += load<Sum>(from + place(e));
     return sum;
   }
   /// Others wrote their sums long ago and elsewhere: fetch them before they are needed.
@@ -57,6 +67,7 @@ class SumOverPatches {
     return static_cast<std::ptrdiff_t>(shares_[e].node) * sum_stride + offset_;
   }
 
+  const Local* shared_node_;
   const typename PatchTopology<Dim>::Share* shares_;
   const Local* first_;
   std::size_t n_shared_;
@@ -65,21 +76,21 @@ class SumOverPatches {
   int offset_;
 };
 
-/// Call node(i, own mass and so on of the first sum, sum...) for every active node, in order.
-template <int Dim, class Node, class First, class... Sums>
-void for_each_node(const Patch<Dim>& patch, Node node, const First& first, const Sums&... sums) {
-  const auto& shared = patch.topology.shared_node;
+/// Call node(i, this patch's own sum, sum) for every active node, in order.
+template <int Dim, class Sum, class Node>
+void for_each_node(const Patch<Dim>& patch, const SumOverPatches<Dim, Sum>& sums, Node node) {
   for (const NodeRange& range : patch.active_nodes) {
-    Local i = range.begin;
-    for (std::size_t s = range.first_shared;; ++s, ++i) {
-      const Local stop = s < shared.size() ? std::min(shared[s], range.end) : range.end;
-      for (; i < stop; ++i) {
-        const NodeVector own = first.own(i);
-        node(i, own, own, sums.own(i)...);
+    std::size_t s = range.first_shared;
+    Local next_shared = sums.shared_node(s);
+    for (Local i = range.begin; i < range.end; ++i) {
+      const Sum own = sums.own(i);
+      Sum sum = own;
+      if (i == next_shared) {
+        sums.prefetch(s);
+        sum = sums.shared(s);
+        next_shared = sums.shared_node(++s);
       }
-      if (i == range.end) break;
-      first.prefetch(s);
-      node(i, first.own(i), first.shared(s), sums.shared(s)...);
+      node(i, own, sum);
     }
   }
 }
@@ -196,17 +207,16 @@ void activate_nodes(Patch<Dim>& patch) {
 template <int Dim>
 void nodal_gradient(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.gradient.resize(static_cast<std::size_t>(patch.n_nodes()) * node_width);
-  for_each_node(
-      patch,
-      [&](Local i, const NodeVector&, const NodeVector& sum) { store(sum, at(patch.gradient, i)); },
-      SumOverPatches<Dim>(patch, NodeSum::gradient, step.step));
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::gradient, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  store(sum, at(patch.gradient, i));
+                });
 }
 
 template <int Dim>
 void set_absorbing_nodes(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.absorbing.empty() || patch.active_nodes.empty()) return;
-  const SumOverPatches<Dim> displacement(patch, NodeSum::displacement, step.step);
-  const auto waves = displacement.beside(NodeSum::waves);
+  const SumOverPatches<Dim, SumLine> sums(patch, NodeSum::displacement, step.step);  // and waves
   const auto& shared = patch.topology.shared_node;
   for (auto& at : patch.absorbing) {
     at.release();
@@ -214,9 +224,10 @@ void set_absorbing_nodes(Patch<Dim>& patch, const StepContext<Dim>& step) {
     const auto found = std::lower_bound(shared.begin(), shared.end(), at.node);
     const auto s = static_cast<std::size_t>(found - shared.begin());
     const bool is_shared = found != shared.end() && *found == at.node;
+    const SumLine sum = is_shared ? sums.shared(s) : sums.own(at.node);
     double u[node_width], w[node_width];
-    store(is_shared ? displacement.shared(s) : displacement.own(at.node), u);
-    store(is_shared ? waves.shared(s) : waves.own(at.node), w);
+    store(first_of(sum), u);
+    store(second_of(sum), w);
     if (more_than(w[mass_lane], patch.least_mass)) at.set(u, w);
   }
 }
@@ -224,37 +235,31 @@ void set_absorbing_nodes(Patch<Dim>& patch, const StepContext<Dim>& step) {
 template <int Dim>
 void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
   make_room(patch);
-  for_each_node(
-      patch,
-      [&](Local i, const NodeVector&, const NodeVector& sum) {
-        store(velocity_of(patch, sum, sum), at(patch.velocity, i));
-      },
-      SumOverPatches<Dim>(patch, NodeSum::mass_momentum, step.step));
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::mass_momentum, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  store(velocity_of(patch, sum, sum), at(patch.velocity, i));
+                });
   prescribe_velocities(patch);
 }
 
 template <int Dim>
 void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  for_each_node(
-      patch,
-      [&](Local i, const NodeVector&, const NodeVector& sum) {
-        double* v = at(patch.velocity, i);
-        store(velocity_of(patch, sum, load<NodeVector>(v)), v);
-      },
-      SumOverPatches<Dim>(patch, NodeSum::momentum, step.step));
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::momentum, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  double* v = at(patch.velocity, i);
+                  store(velocity_of(patch, sum, load<NodeVector>(v)), v);
+                });
   prescribe_velocities(patch);
 }
 
 template <int Dim>
 void nodal_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  for_each_node(
-      patch,
-      [&](Local i, const NodeVector&, const NodeVector& sum) {
-        const double m = at(patch.velocity, i)[mass_lane];
-        patch.pressure[static_cast<std::size_t>(i)] =
-            more_than(m, 0.1 * patch.least_mass) ? sum[0] / m : 0.0;
-      },
-      SumOverPatches<Dim>(patch, NodeSum::pressure, step.step));
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::pressure, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  const double m = at(patch.velocity, i)[mass_lane];
+                  patch.pressure[static_cast<std::size_t>(i)] =
+                      more_than(m, 0.1 * patch.least_mass) ? sum[0] / m : 0.0;
+                });
 }
 
 namespace {
@@ -470,13 +475,12 @@ template <int Dim>
 void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
   Integrator<Dim> integrator(patch, step);
   for_each_node(
-      patch,
-      [&](Local i, const NodeVector&, const NodeVector& force) {
+      patch, SumOverPatches<Dim>(patch, NodeSum::force, step.step),
+      [&](Local i, const NodeVector&, const NodeVector& force) __attribute__((always_inline)) {
         const double* own = patch.own_sums(NodeSum::mass_momentum, step.step);
         integrator.node(i, load<NodeVector>(own + static_cast<std::ptrdiff_t>(i) * sum_stride),
                         load<NodeVector>(at(patch.velocity, i)), force);
-      },
-      SumOverPatches<Dim>(patch, NodeSum::force, step.step));
+      });
   integrator.finish();
 }
 
@@ -485,17 +489,15 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
   make_room(patch);
   Integrator<Dim> integrator(patch, step);
   auto fixed = patch.fixed.begin();  // ascending nodes
-  const SumOverPatches<Dim> momentum(patch, NodeSum::mass_momentum, step.step);
   for_each_node(
-      patch,
-      [&](Local i, const NodeVector& own, const NodeVector& sum, const NodeVector& force) {
-        NodeVector v = velocity_of(patch, sum, sum);
+      patch, SumOverPatches<Dim, SumLine>(patch, NodeSum::mass_momentum, step.step),  // and force
+      [&](Local i, const SumLine& own, const SumLine& sum) __attribute__((always_inline)) {
+        NodeVector v = velocity_of(patch, first_of(sum), first_of(sum));
         while (fixed != patch.fixed.end() && fixed->node < i) ++fixed;  // not active
         for (; fixed != patch.fixed.end() && fixed->node == i; ++fixed)
           v = with_component(v, fixed->dir, fixed->velocity);
-        integrator.node(i, own, integrator.prescribed_at_wall(i, v), force);
-      },
-      momentum, momentum.beside(NodeSum::force));
+        integrator.node(i, first_of(own), integrator.prescribed_at_wall(i, v), second_of(sum));
+      });
   integrator.finish();
 }
 
