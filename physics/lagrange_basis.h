@@ -12,9 +12,12 @@
 
 namespace lahar {
 
-/// Newton steps after which a lane counts as not converged; two or three are needed from anywhere
+/// Newton steps after which a lane counts as not converged; one or two are needed from anywhere
 /// near.
 inline constexpr int lagrange_max_steps = 8;
+/// Corrections after each of them, with its Jacobian: one suffices where a particle moved 1e-4 of
+/// its cell, or in a cell that is a parallelogram.
+inline constexpr int lagrange_corrections = 3;
 
 /// A basis (basis.h) that holds the positions of one cell's nodes.
 template <Element E>
@@ -130,15 +133,17 @@ class LagrangeBasis {
       return 0;
     } else {
       for (int count = 0; count < lagrange_max_steps && open != 0; ++count) {
-        Real step[dim];
-        newton_step(offset, xi, step);
-        unsigned large = 0;
-        LAHAR_UNROLL
-        for (int d = 0; d < dim; ++d) {
-          xi[d] = select(open, xi[d] - step[d], xi[d]);
-          large |= outside(step[d], newton_step_tolerance, n);
+        Real step[dim], to_natural[dim][dim];
+        newton_step(offset, xi, step, to_natural);
+        const Real length = take_step(step, open, xi);
+        open &= outside(length, newton_step_tolerance, n);
+        // What a correction leaves is of the order of its length and of the step's, multiplied.
+        for (int k = 0; k < lagrange_corrections && open != 0; ++k) {
+          Real N[nodes];
+          Shape<E>::values(xi, N);
+          solve(offset, N, to_natural, step);
+          open &= outside(length * take_step(step, open, xi), pack_error_tolerance, n);
         }
-        open &= large;
       }
       return open;
     }
@@ -196,14 +201,22 @@ class LagrangeBasis {
       for (int k = 1; k < dim; ++k) slope[d][a] += dN[a][k] * to_natural[k][d];
     }
   }
+  /// Newton's step [natural coordinates] back to the point, and dxi_k/dx_d [1/m] on the way.
   template <class Real>
-  LAHAR_INLINE void newton_step(const Real (&offset)[dim], const Real (&xi)[dim],
-                                Real (&step)[dim]) const {
-    Real N[nodes], dN[nodes][dim], J[dim][dim], to_natural[dim][dim], f[dim];
+  LAHAR_INLINE void newton_step(const Real (&offset)[dim], const Real (&xi)[dim], Real (&step)[dim],
+                                Real (&to_natural)[dim][dim]) const {
+    Real N[nodes], dN[nodes][dim], J[dim][dim];
     Shape<E>::values(xi, N);
     Shape<E>::gradients(xi, dN);
     jacobian(dN, J);
     inverse(J, to_natural);
+    solve(offset, N, to_natural, step);
+  }
+  /// `to_natural` times the distance between the point with functions N and that at -`offset`.
+  template <class Real>
+  LAHAR_INLINE void solve(const Real (&offset)[dim], const Real (&N)[nodes],
+                          const Real (&to_natural)[dim][dim], Real (&step)[dim]) const {
+    Real f[dim];
     LAHAR_UNROLL
     for (int d = 0; d < dim; ++d) {
       f[d] = offset[d];
@@ -216,6 +229,17 @@ class LagrangeBasis {
       LAHAR_UNROLL
       for (int d = 1; d < dim; ++d) step[k] += to_natural[k][d] * f[d];
     }
+  }
+  /// xi - step in the lanes of `open`. Returns the step's largest component.
+  template <class Real>
+  LAHAR_INLINE static Real take_step(const Real (&step)[dim], unsigned open, Real (&xi)[dim]) {
+    Real length(0.0);
+    LAHAR_UNROLL
+    for (int d = 0; d < dim; ++d) {
+      xi[d] = select(open, xi[d] - step[d], xi[d]);
+      length = max(length, abs(step[d]));
+    }
+    return length;
   }
 
   std::array<const double*, dim> rows_;
