@@ -11,7 +11,8 @@ template <int Dim>
 void repeat_for_bodies(PatchTopology<Dim>& topology, int bodies, Index mesh_nodes) {
   const std::size_t cells = topology.cells.size(), nodes = topology.nodes.size(),
                     support = topology.support_nodes.size(),
-                    border = topology.support_border.size();
+                    border = topology.support_border.size(),
+                    follows = topology.support_follows.size();
   for (int b = 1; b < bodies; ++b) {
     const auto shift = static_cast<Local>(static_cast<std::size_t>(b) * nodes);
     for (std::size_t c = 0; c < cells; ++c) {
@@ -26,6 +27,8 @@ void repeat_for_bodies(PatchTopology<Dim>& topology, int bodies, Index mesh_node
       topology.support_nodes.push_back(topology.support_nodes[k] + shift);
     for (std::size_t c = 0; c < border; ++c)
       topology.support_border.push_back(topology.support_border[c]);
+    for (std::size_t c = 0; c < follows; ++c)
+      topology.support_follows.push_back(topology.support_follows[c]);
   }
 }
 

@@ -133,7 +133,7 @@ struct PatchTopology {
   std::vector<Index> nodes;  ///< global id of each local node, ascending
   /// Per local cell, tensor order; of multilinear meshes.
   std::vector<std::array<Local, corners<Dim>>> corner_nodes;
-  std::vector<Index> neighbours;                              ///< patch ids, ascending
+  std::vector<Index> neighbours;  ///< patch ids, ascending
 
   /// Nodes whose functions may not be zero in a cell, support_size per local cell in the order of
   /// the basis (basis.h); none for linear functions, whose nodes are corner_nodes. Nodes beyond the
@@ -143,6 +143,9 @@ struct PatchTopology {
   /// Bases of more than the cell's nodes, by local cell: bit 2 d (2 d + 1) = first (last) along
   /// axis d.
   std::vector<std::uint8_t> support_border;
+  /// Tensor bases in 3D, by local cell: its nodes are those of the local cell before, moved by one
+  /// along the first axis.
+  std::vector<std::uint8_t> support_follows;
   std::span<const Local> support(std::size_t cell) const {
     const auto size = static_cast<std::size_t>(support_size);
     return std::span(support_nodes).subspan(cell * size, size);

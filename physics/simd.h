@@ -390,10 +390,9 @@ LAHAR_INLINE Real select(unsigned bits, const Real& a, const Real& b) {
       return Real::of(typename Real::Value(
           _mm512_mask_blend_pd(static_cast<__mmask8>(bits), __m512d(b.v), __m512d(a.v))));
 #endif
-    Real chosen = b;
-    for (int lane = 0; lane < lanes<Real>; ++lane)
-      if (bits >> lane & 1) chosen.v[lane] = a.v[lane];
-    return chosen;
+    decltype(a.v > b.v) of_lane;
+    for (int lane = 0; lane < lanes<Real>; ++lane) of_lane[lane] = 1ll << lane;
+    return Real::of((of_lane & static_cast<long long>(bits)) != 0 ? a.v : b.v);
   }
 }
 

@@ -47,42 +47,45 @@ class SumsWindow {
   static constexpr int along_second = axis_nodes * node_width;
   static constexpr int along_third = axis_nodes * along_second;
 
-  LAHAR_INLINE explicit SumsWindow(double* sums) : sums_(sums) {}
+  LAHAR_INLINE SumsWindow(const PatchTopology<3>& topology, double* sums)
+      : topology_(topology), sums_(sums) {}
   LAHAR_INLINE double* begin() { return at_; }
-  LAHAR_INLINE int slot(int k) const { return (k + turned_) % axis_nodes; }
+  LAHAR_INLINE unsigned slot(int k) const {
+    return (static_cast<unsigned>(k) + turned_) % axis_nodes;
+  }
 
-  /// Go to the cell with these nodes and border (PatchTopology::support_nodes, support_border).
-  LAHAR_INLINE void move_to(const Local* nodes, unsigned border) {
-    if (nodes == nodes_) return;
-    const bool next = nodes_ != nullptr && follows(nodes, nodes_);
+  LAHAR_INLINE void move_to(Local cell) {
+    if (cell == cell_) return;
+    const auto c = static_cast<std::size_t>(cell);
+    const bool next = cell == cell_ + 1 && topology_.support_follows[c] != 0;
     if (next)
       put(0);
     else
       finish();
-    turned_ = next ? slot(1) : 0;
-    nodes_ = nodes;
-    border_ = border;
+    turned_ = next ? turned_ + 1 : 0;
+    cell_ = cell;
+    nodes_ = topology_.support(c).data();
+    border_ = topology_.support_border[c];
     for (int k = next ? axis_nodes - 1 : 0; k < axis_nodes; ++k) take(k);
   }
   /// Put all sums back.
   LAHAR_INLINE void finish() {
-    for (int k = 0; k < axis_nodes && nodes_ != nullptr; ++k) put(k);
-    nodes_ = nullptr;
+    for (int k = 0; k < axis_nodes && cell_ != nowhere; ++k) put(k);
+    cell_ = nowhere;
   }
 
  private:
   static constexpr int n_rows = axis_nodes * axis_nodes;
+  static constexpr Local nowhere = -2;  ///< no cell follows it
 
   /// The nodes of number k along the first axis.
   LAHAR_INLINE void take(int k) {
-    for (int r = 0; r < n_rows; ++r)
-      store(load<NodeVector>(of_node(k, r)), at_ + r * along_second + slot(k) * node_width);
+    for (int r = 0; r < n_rows; ++r) store(load<NodeVector>(of_node(k, r)), place(k, r));
   }
   /// Nodes beyond the mesh are not: in support_nodes others stand for them.
   LAHAR_INLINE void put(int k) {
     for (int r = 0; r < n_rows; ++r)
-      if (border_ == 0 || exists(k, r))
-        store(load<NodeVector>(at_ + r * along_second + slot(k) * node_width), of_node(k, r));
+      if (border_ == 0 || exists(k, r)) store(load<NodeVector>(place(k, r)), of_node(k, r));
   }
   bool exists(int k, int r) const {
     const int number[3] = {k, r % axis_nodes, r / axis_nodes};
@@ -92,15 +95,17 @@ class SumsWindow {
         return false;
     return true;
   }
+  LAHAR_INLINE double* place(int k, int r) { return at_ + r * along_second + slot(k) * node_width; }
   LAHAR_INLINE double* of_node(int k, int r) const {
     return sums_ + static_cast<std::ptrdiff_t>(nodes_[axis_nodes * r + k]) * sum_stride;
   }
 
   alignas(64) double at_[tensor_nodes<3> * node_width];
+  const PatchTopology<3>& topology_;
   double* sums_;
-  const Local* nodes_ = nullptr;
-  unsigned border_ = 0;
-  int turned_ = 0;
+  Local cell_ = nowhere;
+  const Local* nodes_ = nullptr;  ///< of the cell: PatchTopology::support_nodes
+  unsigned border_ = 0, turned_ = 0;
 };
 
 /// Four components of each particle of a pack.
@@ -347,13 +352,12 @@ LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const
 /// Call body(basis, run, window) for every run that is not empty.
 template <class Body>
 LAHAR_INLINE void for_each_spline_run(const Patch<3>& patch, Runs runs, double* sums, Body body) {
-  const Local* nodes = patch.topology.support_nodes.data();
   const Splines cells(patch);
-  SumsWindow window(sums);
+  SumsWindow window(patch.topology, sums);
   for (Run& run : runs) {
     if (run.begin == run.end) continue;
     const Basis basis = cells[run.cell];
-    window.move_to(nodes + static_cast<std::ptrdiff_t>(tensor_nodes<3>) * run.cell, basis.border);
+    window.move_to(run.cell);
     body(basis, run, window);
   }
   window.finish();

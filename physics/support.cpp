@@ -171,6 +171,19 @@ void support_of_grid(const Mesh<Dim>& mesh, PatchTopology<Dim>& topology) {
   }
 }
 
+void find_followers(PatchTopology<2>&) {}
+
+void find_followers(PatchTopology<3>& topology) {
+  topology.support_follows.assign(topology.cells.size(), 0);
+  for (std::size_t c = 1; c < topology.cells.size(); ++c) {
+    const auto nodes = topology.support(c), before = topology.support(c - 1);
+    bool follows = true;
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      if (i % axis_nodes < axis_nodes - 1) follows = follows && nodes[i] == before[i + 1];
+    topology.support_follows[c] = follows;
+  }
+}
+
 }  // namespace
 
 template <int Dim>
@@ -183,7 +196,8 @@ void add_support(const Mesh<Dim>& mesh, const Analysis& analysis, PatchTopology<
     case BasisKind::element:
       return support_of_elements(mesh, topology);
     default:
-      return support_of_grid(mesh, topology);
+      support_of_grid(mesh, topology);
+      return find_followers(topology);
   }
 }
 

@@ -137,7 +137,7 @@ Real update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
   const bool is_affine = patch.particles.layout().has(Column::affine);
   if (is_affine) affine = patch.particles.template rows<Dim * Dim>(Column::affine);
   const double *v = patch.velocity.data(), *a = patch.acceleration.data();
-  SplinePolynomials polynomials(v);
+  SplinePolynomials polynomials(patch.topology, v);
   Real fastest(0.0);
   for_each_tensor_run(
       patch, runs,
@@ -145,7 +145,7 @@ Real update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
         using Basis = std::decay_t<decltype(basis)>;
         constexpr bool at_centre = Basis::volume_at_centre;
         constexpr bool polynomial = Dim == 3 && Basis::per_particle < axis_nodes && !wanted.a;
-        if constexpr (polynomial) polynomials.move_to(nodes, basis.border);
+        if constexpr (polynomial) polynomials.move_to(run.cell);
         const double centre = at_centre ? centre_trace<Dim>(basis, v, nodes) : 0.0;
         auto to = gradients.begin(run, runs);
         for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {

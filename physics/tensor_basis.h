@@ -14,17 +14,6 @@ namespace lahar {
 template <int Dim>
 inline constexpr int tensor_nodes = Dim == 2 ? 16 : 64;
 
-/// Whether the nodes of a cell of a 3D grid are those of another, moved by one along the first
-/// axis.
-LAHAR_INLINE bool follows(const Local* nodes, const Local* before) {
-  unsigned different = 0;
-  for (int i = 0; i < tensor_nodes<3> - 1; ++i)
-    different |= i % axis_nodes < axis_nodes - 1
-                     ? static_cast<unsigned>(nodes[i]) ^ static_cast<unsigned>(before[i + 1])
-                     : 0u;
-  return different == 0;
-}
-
 /// Fold the weights of nodes beyond the mesh, of a cell with this PatchTopology::support_border.
 template <int Dim, class Real>
 LAHAR_INLINE void fold_at_border(unsigned border, Real (&w)[Dim][axis_nodes]) {
