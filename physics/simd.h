@@ -83,6 +83,18 @@ LAHAR_INLINE PackOf<W> fma(PackOf<W> a, PackOf<W> b, PackOf<W> c) {
   if constexpr (W == 4) return PackOf<W>::of(Value(_mm256_fmadd_pd(a.v, b.v, c.v)));
 #if defined(__AVX512F__)
   if constexpr (W == 8) return PackOf<W>::of(Value(_mm512_fmadd_pd(a.v, b.v, c.v)));
+#else
+  if constexpr (W == 8) {
+    const auto low = [](const Value& v) {
+      return PackOf<4>::of(__builtin_shufflevector(v, v, 0, 1, 2, 3));
+    };
+    const auto high = [](const Value& v) {
+      return PackOf<4>::of(__builtin_shufflevector(v, v, 4, 5, 6, 7));
+    };
+    return PackOf<W>::of(__builtin_shufflevector(fma(low(a.v), low(b.v), low(c.v)).v,
+                                                 fma(high(a.v), high(b.v), high(c.v)).v, 0, 1, 2, 3,
+                                                 4, 5, 6, 7));
+  }
 #endif
 #else
   return a * b + c;

@@ -126,6 +126,22 @@ TEST_CASE("a lane's bit selects between two packs; fma rounds alike in packs and
     }
   }
 }
+
+TEST_CASE_TEMPLATE("packs of any width select and fuse as single lanes do, native or not", Real,
+                   PackOf<2>, PackOf<4>, PackOf<8>) {
+  constexpr int width = lanes<Real>;
+  std::mt19937 random(10);
+  for (unsigned bits = 0; bits < 1u << width; ++bits) {
+    const auto a = random_values(random, width), b = random_values(random, width);
+    const Real x = load<Real>(a.data()), y = load<Real>(b.data());
+    const Real chosen = select(bits, x, y), fused = fma(x, y, -x);
+    for (int k = 0; k < width; ++k) {
+      CHECK(chosen[k] == (bits >> k & 1 ? a[k] : b[k]));
+      CHECK(fused[k] == fma(Scalar(a[k]), Scalar(b[k]), -Scalar(a[k]))[0]);
+    }
+  }
+}
+
 namespace {
 
 /// Sums over lanes as reduce_all() adds them: plain sums but for their order, which is a tree.
