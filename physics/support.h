@@ -21,9 +21,9 @@ bool needs_node_positions(const Analysis& analysis);
 /// functions are products of those of one axis, most of the work is the same.
 bool gives_gradients(const Analysis& analysis);
 
-/// Fill support_nodes, support_border and support_follows of a topology that was made with at least support_rings()
-/// rings. Nothing for the functions of Q4 and H8 themselves. Throws InputError where functions that
-/// reach beyond a cell meet a mesh whose cells are not equal boxes.
+/// Fill support_nodes, support_border and support_follows of a topology that was made with at least
+/// support_rings() rings. Nothing for the functions of Q4 and H8 themselves. Throws InputError where
+/// functions that reach beyond a cell meet a mesh whose cells are not equal boxes.
 template <int Dim>
 void add_support(const Mesh<Dim>& mesh, const Analysis& analysis, PatchTopology<Dim>& topology);
 
