@@ -12,17 +12,19 @@ namespace lahar {
 
 /// Time of a patch per step and particle: the median of the last samples. A thread that loses its
 /// core for some milliseconds in the middle of a task of a tenth of one makes a patch look ten
-/// times as heavy, and another program beside it makes all patches of a rank heavier for a while;
-/// what really changed is followed after four samples. The very first sample is dropped: into a new
-/// patch memory comes, and particles layer by layer, at several times the usual cost. Of fewer than
-/// three others nothing is said.
+/// times as heavy, and another program beside it makes all patches of a rank heavier for a while.
+/// How many particles a patch has is known in each step; what it takes for one changes slowly, and
+/// is followed after sixteen samples. The very first sample is dropped: into a new patch memory
+/// comes, and particles layer by layer, at several times the usual cost. Of fewer than seven others
+/// nothing is said.
 ///
 /// Simulated: 4 ranks of 16 equal patches, 0.12 ms each, samples of 5 steps, tasks that with
-/// probability time / 0.1 s take 4 ms more, and ranks that with probability 0.02 are slower by 1.6
-/// for a sample. By more than 5 %, where a remap is considered, the heaviest rank seemed heavier
-/// than the mean in 37 % of the samples with plain samples, 47 % with averages, 19 % with averages
-/// whose samples count at most twice the average, 0.1 % with medians of 5, and 0 of 3000 with
-/// these.
+/// probability time / 0.1 s take 4 ms more, and ranks that with probability 0.02 become slower. The
+/// heaviest rank seemed heavier than the mean by more than 5 %, where a remap is considered, in
+///
+///     slower by                plain   averages  medians of 5    7     15     31 samples
+///     1.6 for a sample         37 %      47 %        0.1 %       0      0      0
+///     1.2 for five samples     56 %                  35 %       35 %    7 %    0.03 %
 class WorkRate {
  public:
   WorkRate() = default;
@@ -33,7 +35,7 @@ class WorkRate {
   double value() const;  ///< [s] per step and particle; 0 = not known yet
 
  private:
-  static constexpr std::size_t least_samples = 3, n_samples = 7;
+  static constexpr std::size_t least_samples = 7, n_samples = 31;
   std::array<double, n_samples> samples_{};
   std::size_t taken_ = 0;
 };

@@ -240,21 +240,21 @@ TEST_CASE("disturbed samples of a patch's time do not change its cost, what last
   CHECK(rate.value() == 0);
   rate.add(1, 4000);  // the first one is that of a new patch
   CHECK(rate.value() == 0);
-  for (int i = 0; i < 5; ++i) rate.add(1e-4, 4000);
+  for (int i = 0; i < 31; ++i) rate.add(1e-4, 4000);
   const double usual = rate.value();
-  CHECK(usual == doctest::Approx(1e-4 / 4040));
-  for (int i = 0; i < 2; ++i) rate.add(1, 4000);
+  CHECK(usual == doctest::Approx(1e-4 / 4400));
+  for (int i = 0; i < 14; ++i) rate.add(1, 4000);
   CHECK(rate.value() == usual);
-  for (int i = 0; i < 5; ++i) rate.add(1e-4, 4000);
-  for (int i = 0; i < 3; ++i) rate.add(3e-4, 4000);
+  for (int i = 0; i < 31; ++i) rate.add(1e-4, 4000);
+  for (int i = 0; i < 15; ++i) rate.add(3e-4, 4000);
   CHECK(rate.value() == usual);
   rate.add(3e-4, 4000);
   CHECK(rate.value() == doctest::Approx(3 * usual));
   WorkRate passed_on(usual);
-  for (int i = 0; i < 3; ++i) passed_on.add(1, 4000);
+  for (int i = 0; i < 15; ++i) passed_on.add(1, 4000);
   CHECK(passed_on.value() == usual);
   WorkRate begun;
-  for (const double seconds : {1.0, 1e-4, 3e-4}) begun.add(seconds, 4000);
+  for (const double seconds : {1.0, 1e-4, 3e-4, 1e-4, 3e-4, 1e-4, 3e-4}) begun.add(seconds, 4000);
   CHECK(begun.value() == 0);
   begun.add(2e-4, 4000);
   CHECK(begun.value() == doctest::Approx(2 * usual));
@@ -265,7 +265,7 @@ TEST_CASE(
   const std::vector<Index> particles{1000, 1000, 1000, 1000, 0};
   const std::vector<Index> work =
       work_of(particles, std::vector<double>{20e-9, 20e-9, 0, 2000e-9, 0});
-  CHECK(work[0] == 1040 * 20);
+  CHECK(work[0] == 1400 * 20);
   CHECK(work[2] == work[0]);
   CHECK(work[3] == 4 * work[0]);
   CHECK(work[4] == 40 * 20);
