@@ -54,6 +54,8 @@ class Remote {
   /// This rank's patches have finished `step`: find out when all ranks have, for step_agreed().
   /// Steps in order.
   virtual void give_step(Step step) = 0;
+  /// Whether threads that wait have cores of their own, which nobody else wants meanwhile.
+  virtual bool has_cores() const { return false; }
   /// Wait until all ranks have come here: not while steps are taken as a graph.
   virtual void wait_for_all() = 0;
 };

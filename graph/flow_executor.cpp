@@ -16,7 +16,8 @@
 /// ranks have finished a step releases permits. Every body ends with a look for messages, and a
 /// thread that leaves no task ready stays and looks on, because oneTBB does not say when it is
 /// idle. For that the messages of the graph are counted here, and not by oneTBB a second time: a
-/// node gets one message, when its task is ready. Traces are told when that was.
+/// node gets one message, when its task is ready. Traces are told when that was. Whichever node
+/// fires does the task that is most urgent, because priorities of nodes know no steps.
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
@@ -32,6 +33,7 @@
 
 #include "graph/executor.h"
 #include "graph/give_way.h"
+#include "graph/ready_tasks.h"
 #include "graph/rests.h"
 
 namespace lahar {
@@ -135,12 +137,11 @@ class FlowExecutor final : public Executor {
       if (edge.lag == 0 && graph_.is_elsewhere(edge.from))
         ++from_elsewhere_[static_cast<std::size_t>(edge.to)];
     for (int t = 0; t < n; ++t) {  // tasks of messages have a node that never fires
-      const auto body = [this, t](const flow::continue_msg&) { guarded_fire(t); };
-      // What others wait for goes first. Without other ranks a priority would only cost time.
-      if (remote_ && is_urgent(t))
-        nodes_.emplace_back(*flow_, 1, body, flow::node_priority_t{1});
-      else
-        nodes_.emplace_back(*flow_, remote_ ? 1 : puts_into(t), body);
+      // Without other ranks an order would only cost time.
+      const auto body = [this, t](const flow::continue_msg&) {
+        guarded_fire(remote_ ? ready_tasks_.take() : t);
+      };
+      nodes_.emplace_back(*flow_, remote_ ? 1 : puts_into(t), body);
     }
     if (remote_) return;
     // A task's edges one after the other: their memory is walked in this order at every firing.
@@ -209,6 +210,7 @@ class FlowExecutor final : public Executor {
   }
   void put(int task) {
     if (counting_ && !count_message(task) && remote_) return;
+    if (remote_) ready_tasks_.add(task, step_[static_cast<std::size_t>(task)], is_urgent(task));
     nodes_[static_cast<std::size_t>(task)].try_put(flow::continue_msg{});
   }
 
@@ -292,6 +294,7 @@ class FlowExecutor final : public Executor {
     ready_at_.assign(noting_ ? n : 0, 0);
     missed_at_.assign(noting_ ? n : 0, 0);
     looked_ = 0;
+    ready_tasks_.clear();
     if (!counting_ || !missing_.empty()) return;
     // On lines of their own, so that threads that count messages of different tasks do not meet.
     stride_ = threads_ > 1 ? 16 : 1;
@@ -346,7 +349,8 @@ class FlowExecutor final : public Executor {
   }
 
   void look_until_ready() {
-    constexpr int patience = 20;
+    // Nobody else wants a core of one's own for the next milliseconds.
+    const int patience = remote_->has_cores() ? 5000 : 20;
     if (ready_.load(std::memory_order_acquire) > 0 || all_done()) return;
     if (bodies_.looking) bodies_.looking(false);
     for (int empty = 0; ready_.load(std::memory_order_acquire) <= 0 && !all_done(); ++empty) {
@@ -515,6 +519,7 @@ class FlowExecutor final : public Executor {
   std::atomic<std::uint64_t> looked_{0};   ///< when the last look for messages that ended began
   static inline thread_local std::uint64_t look_before = 0;
   std::atomic<int> ready_{0};            ///< tasks that are ready and have not begun
+  ReadyTasks ready_tasks_;               ///< these
   std::vector<int> messages_;            ///< tasks that messages from other ranks fire
   std::vector<std::atomic<Step>> done_;  ///< steps that these have done
   std::vector<char> boundary_;           ///< patches that exchange with other ranks

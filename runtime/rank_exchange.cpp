@@ -69,6 +69,7 @@ RankExchange<Dim>::RankExchange(const ExchangeGroups& groups, PatchSet<Dim>& pat
       patches_(&patches),
       messages_(std::move(messages)),
       calls_(std::move(calls)),
+      has_cores_(groups.have_cores),
       latency_(static_cast<std::int64_t>(latency.seconds * 1e9)),
       agreements_(std::make_unique<RankAgreements>(groups.steps, groups.limits)) {
   static_assert(sizeof(Header) == line);

@@ -44,8 +44,11 @@ struct InjectedLatency {
 /// steps. Collective to make and to release; there is none with one rank.
 class ExchangeGroups {
  public:
-  explicit ExchangeGroups(const Ranks& ranks)
-      : patches(ranks.duplicate()), steps(ranks.duplicate()), limits(ranks.duplicate()) {}
+  ExchangeGroups(const Ranks& ranks, int threads)
+      : patches(ranks.duplicate()),
+        steps(ranks.duplicate()),
+        limits(ranks.duplicate()),
+        have_cores(ranks.have_cores(threads)) {}
   ExchangeGroups(const ExchangeGroups&) = delete;
   ExchangeGroups& operator=(const ExchangeGroups&) = delete;
   ~ExchangeGroups() {
@@ -55,6 +58,7 @@ class ExchangeGroups {
     limits.release();
   }
   Ranks patches, steps, limits;
+  bool have_cores;  ///< for as many threads per rank
 };
 
 template <int Dim>
@@ -81,6 +85,7 @@ class RankExchange final : public Remote {
   void post() override;
   void give_dt(Step step) override;
   void give_step(Step step) override;
+  bool has_cores() const override { return has_cores_; }
   void wait_for_all() override {
     post();
     ranks_.wait_for_all();
@@ -115,6 +120,7 @@ class RankExchange final : public Remote {
   PatchSet<Dim>* patches_;
   std::vector<RankMessage> messages_;
   ExchangeCalls calls_;
+  bool has_cores_;
   std::int64_t latency_;            ///< [ns] of a message
   std::int64_t agreement_latency_;  ///< [ns]
 

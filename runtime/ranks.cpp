@@ -1,12 +1,16 @@
 #include "runtime/ranks.h"
 
+#include <sched.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <chrono>
 #include <climits>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
 #include <numeric>
 #include <thread>
@@ -148,6 +152,29 @@ void Ranks::wait_for(std::span<MPI_Request> requests) const {
     if (*poll_) (*poll_)();
     if (looks >= patience) give_way();
   }
+}
+
+bool Ranks::have_cores(int threads) const {
+  if (!several()) return true;
+  std::array<std::uint64_t, sizeof(cpu_set_t) / sizeof(std::uint64_t)> cores{};
+  static_assert(sizeof cores == sizeof(cpu_set_t));
+  cpu_set_t own;
+  CPU_ZERO(&own);
+  sched_getaffinity(0, sizeof own, &own);
+  std::memcpy(cores.data(), &own, sizeof own);
+  Ranks machine = *this;
+  MPI_Comm_split_type(communicator_, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL,
+                      &machine.communicator_);
+  MPI_Comm_size(machine.communicator_, &machine.size_);
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Iallreduce(MPI_IN_PLACE, cores.data(), count_of(cores.size()), MPI_UINT64_T, MPI_BOR,
+                 machine.communicator_, &request);
+  wait_for(request);
+  int n_cores = 0;
+  for (const std::uint64_t some : cores) n_cores += std::popcount(some);
+  const bool enough = machine.sum(Index{threads}) <= n_cores;
+  MPI_Comm_free(&machine.communicator_);
+  return !any(!enough);
 }
 
 template <class T>

@@ -73,6 +73,10 @@ class Ranks {
   /// Sums of each element; all ranks give as many.
   void sum(std::span<Index> values) const;
 
+  /// Whether each machine has, for the ranks on it, as many cores as these have threads, as far as
+  /// the system lets them use. Collective.
+  bool have_cores(int threads) const;
+
   /// What rank `root` has.
   void broadcast(std::string& text, int root = 0) const;
 

@@ -101,7 +101,7 @@ void Simulation<Dim>::Impl::connect_ranks() {
   // Receives of the one before must be cancelled on all ranks before any sends by the new one.
   exchange.reset();
   ranks.wait_for_all();
-  if (!groups) groups.emplace(ranks);
+  if (!groups) groups.emplace(ranks, options.threads);
   exchange = std::make_unique<RankExchange<Dim>>(
       *groups, patches, rank_messages(stages, phases), step,
       ExchangeCalls{.give = [this](Step s) { return give(s); },

@@ -2,9 +2,11 @@
 #include <doctest/doctest.h>
 
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
+#include "graph/executor.h"
 #include "runtime/ranks.h"
 
 using namespace lahar;
@@ -48,4 +50,14 @@ TEST_CASE("whoever waits for other ranks is called back meanwhile") {
     for (int r = 0; r < ranks.size(); ++r)
       CHECK(from[static_cast<std::size_t>(r)] == std::vector<int>{r});
   });
+}
+
+TEST_CASE("ranks share cores where they have more threads than the system lets them use") {
+  const Ranks world = Ranks::world();
+  if (!world.several()) return;
+  const Index enough = world.sum(Index{available_threads()});
+  CHECK_FALSE(world.have_cores(static_cast<int>(enough) + 1));
+  const bool have = world.have_cores(1);
+  CHECK(world.sum(Index{have}) == (have ? world.size() : 0));
+  if (world.size() > static_cast<int>(std::thread::hardware_concurrency())) CHECK_FALSE(have);
 }

@@ -1,0 +1,49 @@
+/// \file The tasks of a rank that are ready to run, the most urgent first.
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <mutex>
+#include <tuple>
+#include <vector>
+
+#include "graph/task_graph.h"
+
+namespace lahar {
+
+/// Who takes a task gets the one for which others wait most: what other ranks wait for comes before
+/// what only this one does, and of that the earliest step. Of the latter patches come in their
+/// order, in which neighbours follow each other; of the former in any: in that order, two ranks of
+/// some dozen patches that all exchange took a tenth longer. Any thread.
+class ReadyTasks {
+ public:
+  void add(int task, Step step, bool others_wait) {
+    const std::scoped_lock lock(mutex_);
+    heap_.push_back({!others_wait, step, others_wait ? 0 : task, task});
+    std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
+  }
+  /// There must be one.
+  int take() {
+    const std::scoped_lock lock(mutex_);
+    std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
+    const int task = heap_.back().task;
+    heap_.pop_back();
+    return task;
+  }
+  void clear() { heap_.clear(); }
+
+ private:
+  struct Ready {
+    bool can_wait;
+    Step step;
+    int order, task;
+    bool operator>(const Ready& other) const {
+      return std::tie(can_wait, step, order) > std::tie(other.can_wait, other.step, other.order);
+    }
+  };
+
+  std::mutex mutex_;
+  std::vector<Ready> heap_;
+};
+
+}  // namespace lahar
