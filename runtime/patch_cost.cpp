@@ -23,11 +23,12 @@ double median(std::span<double> values) {
   return *middle;
 }
 
+/// 0 where nothing was measured.
 double median_rate(std::span<const double> rates) {
   std::vector<double> measured;
   std::copy_if(rates.begin(), rates.end(), std::back_inserter(measured),
                [](double rate) { return rate > 0; });
-  return measured.empty() ? usual_rate : median(measured);
+  return measured.empty() ? 0.0 : median(measured);
 }
 
 /// What a patch costs in a step, in particles.
@@ -58,6 +59,11 @@ std::vector<Index> work_of(std::span<const Index> particles, std::span<const dou
   const double median = median_rate(rates);
   std::vector<Index> work(particles.size());
   for (std::size_t p = 0; p < work.size(); ++p) {
+    if (median == 0) {  // particles are shared evenly until more is known
+      work[p] =
+          std::llround(1e9 * usual_rate * (static_cast<double>(particles[p]) + empty_particles));
+      continue;
+    }
     const double rate = rates[p] > 0
                             ? std::clamp(rates[p], median / median_factor, median * median_factor)
                             : median;

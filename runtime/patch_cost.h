@@ -42,7 +42,7 @@ class WorkRate {
 
 /// [ns] of work per step for every patch, at least 1: its rate (WorkRate::value) times its present
 /// particles. Rates are limited to 4 times the median (materials differ less) and a quarter of it;
-/// a patch without one has the median, and as long as none has, all are equal.
+/// a patch without one has the median. As long as none has, particles alone count.
 /// Throws std::invalid_argument unless there is one rate for each patch.
 std::vector<Index> work_of(std::span<const Index> particles, std::span<const double> rates);
 

@@ -272,6 +272,7 @@ TEST_CASE(
   const std::vector<Index> unmeasured = work_of(particles, std::vector<double>(5, 0));
   CHECK(unmeasured[0] == unmeasured[3]);
   CHECK(unmeasured[4] >= 1);
+  CHECK(unmeasured[0] == 1040 * unmeasured[4] / 40);
   CHECK_THROWS_AS(work_of(particles, std::vector<double>(4, 0)), std::invalid_argument);
 }
 
