@@ -17,18 +17,15 @@ constexpr double median_factor = 4;
 /// [s] per particle before anything was measured: only ratios matter then.
 constexpr double usual_rate = 30e-9;
 
-double median(std::span<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// 0 where nothing was measured.
 double median_rate(std::span<const double> rates) {
   std::vector<double> measured;
   std::copy_if(rates.begin(), rates.end(), std::back_inserter(measured),
                [](double rate) { return rate > 0; });
-  return measured.empty() ? 0.0 : median(measured);
+  if (measured.empty()) return 0;
+  const auto middle = measured.begin() + static_cast<std::ptrdiff_t>(measured.size() / 2);
+  std::nth_element(measured.begin(), middle, measured.end());
+  return *middle;
 }
 
 /// What a patch costs in a step, in particles.
@@ -59,15 +56,14 @@ std::vector<Index> work_of(std::span<const Index> particles, std::span<const dou
   const double median = median_rate(rates);
   std::vector<Index> work(particles.size());
   for (std::size_t p = 0; p < work.size(); ++p) {
-    if (median == 0) {  // particles are shared evenly until more is known
-      work[p] =
-          std::llround(1e9 * usual_rate * (static_cast<double>(particles[p]) + empty_particles));
-      continue;
-    }
-    const double rate = rates[p] > 0
-                            ? std::clamp(rates[p], median / median_factor, median * median_factor)
-                            : median;
-    const double time = rate * weight_of(particles[p]);
+    double time = 0;
+    if (median == 0)  // particles are shared evenly until more is known
+      time = usual_rate * (static_cast<double>(particles[p]) + empty_particles);
+    else if (rates[p] > 0)
+      time = std::clamp(rates[p], median / median_factor, median * median_factor) *
+             weight_of(particles[p]);
+    else
+      time = median * weight_of(particles[p]);
     work[p] = std::max(Index{1}, static_cast<Index>(std::llround(time * 1e9)));
   }
   return work;
