@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "graph/executor.h"
+#include "graph/give_way.h"
 
 namespace lahar {
 
@@ -46,7 +47,7 @@ class BulkExecutor final : public Executor {
       if (remote_) {
         agreed_ = false;
         remote_->give_dt(step);
-        while (!agreed_) remote_->progress(*this);
+        wait_until([&] { return agreed_; });
       }
       bodies_.set_dt(step);
     }
@@ -64,14 +65,19 @@ class BulkExecutor final : public Executor {
     if (remote_) {
       agreed_ = false;
       remote_->give_step(step);
-      while (!agreed_) remote_->progress(*this);
+      wait_until([&] { return agreed_; });
     }
     bodies_.completed(step);
   }
 
+  void wait_until(const auto& is_over) {
+    for (Waiting waiting(remote_->has_cores()); !is_over();)
+      waiting.looked(remote_->progress(*this));
+  }
+
   void wait_for_messages(int stage, Step step) {
     const auto s = static_cast<std::size_t>(stage);
-    while (came_[s] < expected_[s]) remote_->progress(*this);
+    wait_until([&] { return came_[s] >= expected_[s]; });
     for (int e = 0; e < expected_[s]; ++e) bodies_.run(stage, graph_.own_patches() + e, step);
     came_[s] = 0;
     remote_->wait_for_all();

@@ -46,8 +46,9 @@ class Remote {
   /// Look for messages and agreements that are complete and hand them to the executor: arrived(),
   /// dt_agreed(), step_agreed(). False = there was nothing.
   virtual bool progress(Executor& executor) = 0;
-  /// Send what tasks have for other ranks, which may wait for calls of this or of progress().
-  virtual void post() = 0;
+  /// Send what tasks have for other ranks. Unless `all`, what takes time to send may wait for
+  /// another call, or for one of progress().
+  virtual void post(bool all) = 0;
   /// This rank's patches have given dt of `step`: find the minimum of all ranks, for dt_agreed().
   /// Steps in order.
   virtual void give_dt(Step step) = 0;

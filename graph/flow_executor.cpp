@@ -332,8 +332,8 @@ class FlowExecutor final : public Executor {
     if (now - last_look_.load(std::memory_order_relaxed) > interval) {
       last_look_.store(now, std::memory_order_relaxed);
       look();
-    } else if (ready <= few) {
-      remote_->post();
+    } else {
+      remote_->post(/*all=*/ready <= few);
     }
     look_until_ready();
   }
@@ -349,14 +349,11 @@ class FlowExecutor final : public Executor {
   }
 
   void look_until_ready() {
-    // Nobody else wants a core of one's own for the next milliseconds.
-    const int patience = remote_->has_cores() ? 5000 : 20;
     if (ready_.load(std::memory_order_acquire) > 0 || all_done()) return;
     if (bodies_.looking) bodies_.looking(false);
-    for (int empty = 0; ready_.load(std::memory_order_acquire) <= 0 && !all_done(); ++empty) {
-      if (look()) empty = 0;
-      if (empty >= patience) give_way();
-    }
+    for (Waiting waiting(remote_->has_cores());
+         ready_.load(std::memory_order_acquire) <= 0 && !all_done();)
+      waiting.looked(look());
     if (bodies_.looking) bodies_.looking(true);
   }
 

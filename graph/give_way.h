@@ -29,4 +29,27 @@ inline void give_way() {
   next = is_shared ? std::min(2 * next, most) : fewest;
 }
 
+/// Between looks of a thread for messages while it waits for them.
+class Waiting {
+ public:
+  /// `has_cores`: all who wait have cores of their own, which nobody else wants for the next
+  /// milliseconds.
+  explicit Waiting(bool has_cores) : has_cores_(has_cores) {}
+  /// After a look.
+  void looked(bool found) {
+    constexpr int own = 5000, shared = 20;  // looks in vain
+    if (found) {
+      empty_ = 0;
+    } else if (++empty_ >= (has_cores_ ? own : shared)) {
+      give_way();
+    } else if (!has_cores_) {
+      std::this_thread::yield();
+    }
+  }
+
+ private:
+  bool has_cores_;
+  int empty_ = 0;
+};
+
 }  // namespace lahar

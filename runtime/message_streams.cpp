@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "physics/patch.h"
+#include "runtime/shared_ring.h"
 #include "runtime/trace/recorder.h"
 
 namespace lahar {
@@ -16,15 +18,27 @@ constexpr int stream_tag = 0;
 constexpr std::size_t least_capacity = 32768;
 /// Receives of a stream that are posted ahead.
 constexpr std::size_t ahead = 4;
+/// Of a ring [bytes]: what does not fit waits elsewhere, and is copied once more.
+constexpr std::size_t least_ring = 131072, most_ring = 2097152;
+
+/// What a rank tells another of the stream to it.
+struct Offer {
+  std::size_t capacity = 0;  ///< of messages
+  std::size_t ring = 0;      ///< capacity; 0 = none
+  SharedMemory::Place place;
+};
 
 }  // namespace
 
 struct MessageStreams::Bundle {
-  explicit Bundle(std::size_t capacity) : data(capacity / sizeof(double)) {}
-  NodeArray data;               ///< begins with a line for ticks() when it is posted
-  std::size_t size = line;      ///< [bytes]
+  NodeArray own;                ///< empty if data is in a ring
+  std::byte* data;              ///< begins with a line for ticks() when it is posted
+  std::size_t size;             ///< [bytes]
+  std::uint64_t end = 0;        ///< in the ring; 0 = records may follow
   std::atomic<int> writers{0};  ///< records that are being written
   MPI_Request request = MPI_REQUEST_NULL;
+
+  bool in_ring() const { return own.empty(); }
 };
 
 struct MessageStreams::Outgoing {
@@ -33,45 +47,88 @@ struct MessageStreams::Outgoing {
     MPI_Request request = MPI_REQUEST_NULL;
   };
   std::size_t capacity = 0;
-  std::mutex mutex;                             ///< of waiting and free
+  SharedMemory memory;
+  std::optional<SharedRing> ring;
+  std::mutex mutex;                             ///< of waiting, free and ring
   std::deque<std::unique_ptr<Bundle>> waiting;  ///< to be posted; the last one takes records
-  std::vector<std::unique_ptr<Bundle>> free;
+  std::vector<std::unique_ptr<Bundle>> free, free_in_ring;
   std::deque<std::unique_ptr<Bundle>> posted;
   std::deque<Long> posted_long;
 };
 
 struct MessageStreams::Incoming {
+  SharedMemory memory;
+  std::optional<SharedRing> ring;
   std::array<NodeArray, ahead> data;
-  std::array<MPI_Request, ahead> request;  ///< persistent
+  std::array<MPI_Request, ahead> request;  ///< persistent; null if there is a ring
   std::size_t next = 0;
 };
 
-MessageStreams::MessageStreams(const Ranks& ranks, std::vector<int> peers,
-                               const std::vector<std::size_t>& longest)
-    : ranks_(ranks), peers_(std::move(peers)), came_(peers_.size()), status_(peers_.size()) {
-  std::vector<std::vector<std::size_t>> capacity(static_cast<std::size_t>(ranks_.size()));
-  for (std::size_t i = 0; i < peers_.size(); ++i) {
-    outgoing_.push_back(std::make_unique<Outgoing>());
-    outgoing_[i]->capacity = std::max(least_capacity, line + lines(longest[i]));
-    capacity[static_cast<std::size_t>(peers_[i])] = {outgoing_[i]->capacity};
+MessageStreams::MessageStreams(const Ranks& ranks, const std::vector<Peer>& peers)
+    : ranks_(ranks), came_(peers.size()), status_(peers.size()) {
+  for (const Peer& peer : peers) {
+    peers_.push_back(peer.rank);
+    Outgoing& to = *outgoing_.emplace_back(std::make_unique<Outgoing>());
+    to.capacity = std::max(least_capacity, line + lines(peer.longest));
+    incoming_.push_back(std::make_unique<Incoming>());
+    incoming_.back()->request.fill(MPI_REQUEST_NULL);
   }
-  capacity = ranks_.exchange(capacity);
-  for (const int peer : peers_) {
-    const std::size_t bytes = capacity[static_cast<std::size_t>(peer)].at(0);
-    Incoming& from = *incoming_.emplace_back(std::make_unique<Incoming>());
-    for (std::size_t k = 0; k < ahead; ++k) {
-      from.data[k].resize(bytes / sizeof(double));
-      MPI_Recv_init(from.data[k].data(), static_cast<int>(bytes), MPI_BYTE, peer, stream_tag,
-                    ranks_.communicator(), &from.request[k]);
+  const std::vector<std::size_t> capacity = share_memory(peers);
+  for (std::size_t i = 0; i < peers.size(); ++i) {
+    Incoming& from = *incoming_[i];
+    for (std::size_t k = 0; k < ahead && !from.ring; ++k) {
+      from.data[k].resize(capacity[i] / sizeof(double));
+      MPI_Recv_init(from.data[k].data(), static_cast<int>(capacity[i]), MPI_BYTE, peers_[i],
+                    stream_tag, ranks_.communicator(), &from.request[k]);
       MPI_Start(&from.request[k]);
+      has_messages_ = true;
     }
     next_.push_back(from.request[0]);
   }
 }
 
+/// Rings to and from the peers on this machine. Returns the longest message from each peer [bytes].
+std::vector<std::size_t> MessageStreams::share_memory(const std::vector<Peer>& peers) {
+  const auto n = static_cast<std::size_t>(ranks_.size());
+  std::vector<std::vector<Offer>> offers(n);
+  for (std::size_t i = 0; i < peers.size(); ++i) {
+    Outgoing& to = *outgoing_[i];
+    Offer& offer = offers[static_cast<std::size_t>(peers_[i])].emplace_back(to.capacity);
+    if (!peers[i].shares_memory) continue;
+    const std::size_t ring =
+        std::clamp(lines(peers[i].of_a_step) + 2 * to.capacity,
+                   std::max(least_ring, 2 * to.capacity), std::max(most_ring, 2 * to.capacity));
+    to.memory = SharedMemory::make(SharedRing::size(ring, to.capacity));
+    if (!to.memory) continue;
+    to.ring.emplace(to.memory.bytes(), ring);
+    offer.ring = ring;
+    offer.place = to.memory.place();
+  }
+  offers = ranks_.exchange(offers);
+  std::vector<std::vector<char>> found(n);
+  std::vector<std::size_t> capacity;
+  for (std::size_t i = 0; i < peers.size(); ++i) {
+    const Offer& offer = offers[static_cast<std::size_t>(peers_[i])].at(0);
+    capacity.push_back(offer.capacity);
+    Incoming& from = *incoming_[i];
+    if (offer.ring > 0) {
+      from.memory = SharedMemory::find(offer.place, SharedRing::size(offer.ring, offer.capacity));
+      if (from.memory) from.ring.emplace(from.memory.bytes(), offer.ring);
+    }
+    found[static_cast<std::size_t>(peers_[i])] = {from.ring ? char{1} : char{0}};
+  }
+  found = ranks_.exchange(found);
+  for (std::size_t i = 0; i < peers.size(); ++i) {
+    outgoing_[i]->memory.hide();
+    if (found[static_cast<std::size_t>(peers_[i])].at(0) == 0) outgoing_[i]->ring.reset();
+  }
+  return capacity;
+}
+
 MessageStreams::~MessageStreams() {
   for (const auto& from : incoming_)
     for (MPI_Request& request : from->request) {
+      if (request == MPI_REQUEST_NULL) continue;
       MPI_Cancel(&request);
       MPI_Wait(&request, MPI_STATUS_IGNORE);
       MPI_Request_free(&request);
@@ -91,43 +148,93 @@ MessageStreams::Record MessageStreams::record(std::size_t peer, std::size_t byte
   Outgoing& to = *outgoing_[peer];
   const std::scoped_lock lock(to.mutex);
   if (to.waiting.empty() || to.waiting.back()->size + bytes > to.capacity) {
-    if (to.free.empty()) to.free.push_back(std::make_unique<Bundle>(to.capacity));
-    to.waiting.push_back(std::move(to.free.back()));
-    to.free.pop_back();
+    to.waiting.push_back(new_bundle(to));
     unposted_.fetch_add(1, std::memory_order_release);
   }
   Bundle& bundle = *to.waiting.back();
   bundle.writers.fetch_add(1, std::memory_order_relaxed);
-  std::byte* const data = reinterpret_cast<std::byte*>(bundle.data.data()) + bundle.size;
+  std::byte* const data = bundle.data + bundle.size;
   bundle.size += bytes;
   return {bundle, data};
+}
+
+/// In the ring, unless what comes before is not, or there is no room.
+std::unique_ptr<MessageStreams::Bundle> MessageStreams::new_bundle(Outgoing& to) {
+  std::unique_ptr<Bundle> bundle;
+  std::byte* room = nullptr;
+  if (to.ring && (to.waiting.empty() || to.waiting.back()->in_ring())) {
+    if (!to.waiting.empty()) seal(to, *to.waiting.back());
+    room = to.ring->room(to.capacity);
+  }
+  auto& free = room ? to.free_in_ring : to.free;
+  if (free.empty()) {
+    bundle = std::make_unique<Bundle>();
+    if (!room) bundle->own.resize(to.capacity / sizeof(double));
+  } else {
+    bundle = std::move(free.back());
+    free.pop_back();
+  }
+  bundle->data = room ? room : reinterpret_cast<std::byte*>(bundle->own.data());
+  bundle->size = line;
+  bundle->end = 0;
+  return bundle;
+}
+
+/// No records follow in a message that is in the ring.
+void MessageStreams::seal(Outgoing& to, Bundle& bundle) {
+  if (bundle.end == 0) bundle.end = to.ring->end(bundle.size);
 }
 
 MessageStreams::Record::~Record() {
   bundle_->writers.fetch_sub(1, std::memory_order_release);
 }
 
+void MessageStreams::post_shared() {
+  for (const auto& to : outgoing_) {
+    if (!to->ring) continue;
+    const std::scoped_lock lock(to->mutex);
+    while (auto bundle = next_to_post(*to)) {
+      to->ring->publish(bundle->end);
+      (bundle->in_ring() ? to->free_in_ring : to->free).push_back(std::move(bundle));
+    }
+  }
+}
+
 void MessageStreams::post() {
+  post_shared();
   for (std::size_t i = 0; i < peers_.size(); ++i) {
     Outgoing& to = *outgoing_[i];
-    const auto next = [&]() -> std::unique_ptr<Bundle> {
+    const auto next = [&] {
       const std::scoped_lock lock(to.mutex);
-      if (to.waiting.empty() || to.waiting.front()->writers.load(std::memory_order_acquire) > 0)
-        return nullptr;
-      auto bundle = std::move(to.waiting.front());
-      to.waiting.pop_front();
-      return bundle;
+      return to.ring ? nullptr : next_to_post(to);
     };
     while (auto bundle = next()) {
-      const std::uint64_t tick = ticks();
-      std::memcpy(bundle->data.data(), &tick, sizeof tick);
-      MPI_Isend(bundle->data.data(), static_cast<int>(bundle->size), MPI_BYTE, peers_[i],
-                stream_tag, ranks_.communicator(), &bundle->request);
-      unposted_.fetch_sub(1, std::memory_order_release);
+      MPI_Isend(bundle->data, static_cast<int>(bundle->size), MPI_BYTE, peers_[i], stream_tag,
+                ranks_.communicator(), &bundle->request);
       to.posted.push_back(std::move(bundle));
     }
     reclaim(to);
   }
+}
+
+/// The first message that waits, if all of its records are written and there is room for it.
+std::unique_ptr<MessageStreams::Bundle> MessageStreams::next_to_post(Outgoing& to) {
+  if (to.waiting.empty() || to.waiting.front()->writers.load(std::memory_order_acquire) > 0)
+    return nullptr;
+  Bundle& first = *to.waiting.front();
+  if (to.ring && !first.in_ring()) {
+    std::byte* const room = to.ring->room(first.size);
+    if (!room) return nullptr;
+    std::memcpy(room, first.data, first.size);
+    first.data = room;
+  }
+  if (to.ring) seal(to, first);
+  const std::uint64_t tick = ticks();
+  std::memcpy(first.data, &tick, sizeof tick);
+  auto bundle = std::move(to.waiting.front());
+  to.waiting.pop_front();
+  unposted_.fetch_sub(1, std::memory_order_release);
+  return bundle;
 }
 
 /// Buffers of messages that have been sent.
@@ -139,7 +246,6 @@ void MessageStreams::reclaim(Outgoing& to) {
   };
   while (!to.posted.empty() && sent(to.posted.front()->request)) {
     const std::scoped_lock lock(to.mutex);
-    to.posted.front()->size = line;
     to.free.push_back(std::move(to.posted.front()));
     to.posted.pop_front();
   }
@@ -161,8 +267,17 @@ MPI_Request MessageStreams::receive_long(std::size_t peer, int tag, std::span<st
   return request;
 }
 
+std::span<const std::byte> MessageStreams::next_in_ring(std::size_t peer) const {
+  const Incoming& from = *incoming_[peer];
+  return from.ring ? from.ring->next() : std::span<const std::byte>();
+}
+
+void MessageStreams::taken_from_ring(std::size_t peer) {
+  incoming_[peer]->ring->taken();
+}
+
 int MessageStreams::look() {
-  if (next_.empty()) return 0;
+  if (!has_messages_) return 0;
   int count = 0;
   MPI_Testsome(static_cast<int>(next_.size()), next_.data(), &count, came_.data(), status_.data());
   return std::max(count, 0);

@@ -1,6 +1,7 @@
 /// \file What a rank sends to others, in one stream of messages for each of them. Many records
 /// share a message: the tasks of small and empty patches take less time than one takes to post, to
-/// find and to receive.
+/// find and to receive. Messages to ranks of the same machine are written where these read them
+/// (SharedRing), others are sent by MPI.
 #pragma once
 
 #include <array>
@@ -25,10 +26,16 @@ class MessageStreams {
   static constexpr std::size_t line = 64;
   static constexpr std::size_t lines(std::size_t bytes) { return (bytes + line - 1) / line * line; }
 
-  /// A stream to and from each of `peers`; longest[i] is the longest record [bytes] that will be
-  /// sent to peers[i], or less. Peers must name each other. Collective.
-  MessageStreams(const Ranks& ranks, std::vector<int> peers,
-                 const std::vector<std::size_t>& longest);
+  /// A rank to exchange with, and what will be sent to it.
+  struct Peer {
+    int rank;
+    std::size_t longest = 0;     ///< record [bytes], or less
+    std::size_t of_a_step = 0;   ///< about as much is on its way at a time [bytes]
+    bool shares_memory = false;  ///< is on this machine
+  };
+
+  /// A stream to and from each of `peers`, who must name each other. Collective.
+  MessageStreams(const Ranks& ranks, const std::vector<Peer>& peers);
   MessageStreams(const MessageStreams&) = delete;
   MessageStreams& operator=(const MessageStreams&) = delete;
   /// Everything that was sent must have been received by then.
@@ -53,7 +60,10 @@ class MessageStreams {
 
   /// Whether post() may have something to do. Any thread.
   bool has_unposted() const { return unposted_.load(std::memory_order_acquire) > 0; }
-  /// Send all messages whose records are written. One thread at a time, as the rest from here on.
+  /// Send messages whose records are written through shared memory, which takes no time. Any
+  /// thread.
+  void post_shared();
+  /// Send all whose records are written. One thread at a time, as the rest from here on.
   void post();
 
   /// What is too long for a record, on its own: receiver and sender give the same tag, above 0.
@@ -64,6 +74,11 @@ class MessageStreams {
   /// `posted` are ticks() of the sender.
   template <class Take>
   void receive(Take&& take) {
+    for (std::size_t peer = 0; peer < peers_.size(); ++peer)
+      for (auto message = next_in_ring(peer); !message.empty(); message = next_in_ring(peer)) {
+        take(peer, posted(message), message.subspan(line));
+        taken_from_ring(peer);
+      }
     while (const int count = look())
       for (int k = 0; k < count; ++k) {
         const auto peer = static_cast<std::size_t>(came_[static_cast<std::size_t>(k)]);
@@ -79,6 +94,12 @@ class MessageStreams {
  private:
   struct Outgoing;
   struct Incoming;
+  std::vector<std::size_t> share_memory(const std::vector<Peer>& peers);
+  static std::unique_ptr<Bundle> new_bundle(Outgoing& to);
+  static void seal(Outgoing& to, Bundle& bundle);
+  std::unique_ptr<Bundle> next_to_post(Outgoing& to);
+  std::span<const std::byte> next_in_ring(std::size_t peer) const;
+  void taken_from_ring(std::size_t peer);
   int look();
   std::span<const std::byte> bytes_of(std::size_t peer, std::size_t k) const;
   static std::uint64_t posted(std::span<const std::byte> message);
@@ -91,6 +112,7 @@ class MessageStreams {
   std::vector<std::unique_ptr<Outgoing>> outgoing_;
   std::vector<std::unique_ptr<Incoming>> incoming_;
   std::vector<MPI_Request> next_;  ///< by peer: the receive of the message that comes next
+  bool has_messages_ = false;      ///< of MPI: not all peers share memory
   std::vector<int> came_;
   std::vector<MPI_Status> status_;
 };

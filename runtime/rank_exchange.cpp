@@ -6,6 +6,7 @@
 #include <exception>
 #include <utility>
 
+#include "graph/give_way.h"
 #include "physics/error.h"
 #include "runtime/particle_message.h"
 #include "runtime/trace/recorder.h"
@@ -64,7 +65,7 @@ TraceRecord record_of(TraceKind kind, Step step, int phase, Index patch, int pee
 template <int Dim>
 RankExchange<Dim>::RankExchange(const ExchangeGroups& groups, PatchSet<Dim>& patches,
                                 std::vector<RankMessage> messages, Step first, ExchangeCalls calls,
-                                InjectedLatency latency)
+                                InjectedLatency latency, bool share_memory)
     : ranks_(groups.patches),
       patches_(&patches),
       messages_(std::move(messages)),
@@ -78,7 +79,7 @@ RankExchange<Dim>::RankExchange(const ExchangeGroups& groups, PatchSet<Dim>& pat
   agreement_latency_ = latency_ * hops;
   find_messages();
   for (Receive& receive : receives_) receive.expected = first;
-  make_streams();
+  make_streams(groups, share_memory);
 }
 
 template <int Dim>
@@ -130,12 +131,21 @@ void RankExchange<Dim>::find_messages() {
 }
 
 template <int Dim>
-void RankExchange<Dim>::make_streams() {
-  std::vector<std::size_t> longest(peers_.size(), line + most_particles_along);
-  for (const auto& of_phase : sends_)
-    for (const auto& of_patch : of_phase)
-      for (const Send& send : of_patch)
-        longest[send.peer] = std::max(longest[send.peer], (send.to->nodes.size() + 1) * line);
+void RankExchange<Dim>::make_streams(const ExchangeGroups& groups, bool share_memory) {
+  std::vector<MessageStreams::Peer> peers;
+  const auto machine = [&](int rank) { return groups.machines[static_cast<std::size_t>(rank)]; };
+  for (const int rank : peers_)
+    peers.push_back({.rank = rank,
+                     .longest = line + most_particles_along,
+                     .shares_memory = share_memory && machine(rank) == machine(ranks_.rank())});
+  for (std::size_t f = 0; f < sends_.size(); ++f)
+    for (const auto& of_patch : sends_[f])
+      for (const Send& send : of_patch) {
+        const bool sums = messages_[f].kind == RankMessage::Kind::sums;
+        const std::size_t bytes = (sums ? send.to->nodes.size() + 1 : 1) * line;
+        peers[send.peer].longest = std::max(peers[send.peer].longest, bytes);
+        peers[send.peer].of_a_step += bytes;
+      }
   for (const Receive& receive : receives_) {
     if (receive.of_particles) continue;
     RemotePatch<Dim>& from = patches_->elsewhere()[static_cast<std::size_t>(receive.elsewhere)];
@@ -143,7 +153,7 @@ void RankExchange<Dim>::make_streams() {
     for (NodeArray& sums : from.sums[static_cast<std::size_t>(message.number)])
       sums.assign((from.nodes.size() + 1) * doubles_per_line, 0.0);
   }
-  streams_ = std::make_unique<MessageStreams>(ranks_, peers_, longest);
+  streams_ = std::make_unique<MessageStreams>(ranks_, peers);
 }
 
 // --- sending -------------------------------------------------------------------------------------
@@ -182,8 +192,14 @@ void RankExchange<Dim>::send_sums(const Send& send, int phase, int patch, Step s
     if (any) {
       const auto& copies = from.sums[messages_[static_cast<std::size_t>(phase)].sum_array];
       const double* sums = copies[static_cast<std::size_t>(step) % copies.size()].data();
-      for (const Local node : send.to->nodes)
-        std::memcpy(to += line, sums + static_cast<std::ptrdiff_t>(node) * sum_stride, line);
+      const std::span<const Local> nodes = send.to->nodes;
+      const auto of_node = [&](std::size_t k) {
+        return sums + static_cast<std::ptrdiff_t>(nodes[k]) * sum_stride;
+      };
+      for (std::size_t k = 0; k < nodes.size(); ++k) {  // a line each, from anywhere in the cache
+        __builtin_prefetch(of_node(std::min(k + 12, nodes.size() - 1)));
+        std::memcpy(to += line, of_node(k), line);
+      }
     }
   }
   if (TraceRecorder* const recorder = TraceRecorder::active(step))
@@ -226,10 +242,20 @@ void RankExchange<Dim>::send_particles(const Send& send, int phase, int patch, S
 }
 
 template <int Dim>
-void RankExchange<Dim>::post() {
+void RankExchange<Dim>::post(bool all) {
   if (!streams_->has_unposted()) return;
+  streams_->post_shared();
+  if (!all || !streams_->has_unposted()) return;
   const std::scoped_lock lock(mpi_);
   streams_->post();
+}
+
+template <int Dim>
+void RankExchange<Dim>::send_rest() {
+  while (streams_->has_unposted()) {  // some may have to wait until others have been taken
+    post(/*all=*/true);
+    if (streams_->has_unposted()) give_way();
+  }
 }
 
 template <int Dim>

@@ -48,6 +48,7 @@ class ExchangeGroups {
       : patches(ranks.duplicate()),
         steps(ranks.duplicate()),
         limits(ranks.duplicate()),
+        machines(ranks.machines()),
         have_cores(ranks.have_cores(threads)) {}
   ExchangeGroups(const ExchangeGroups&) = delete;
   ExchangeGroups& operator=(const ExchangeGroups&) = delete;
@@ -58,7 +59,8 @@ class ExchangeGroups {
     limits.release();
   }
   Ranks patches, steps, limits;
-  bool have_cores;  ///< for as many threads per rank
+  std::vector<int> machines;  ///< by rank
+  bool have_cores;            ///< for as many threads per rank
 };
 
 template <int Dim>
@@ -66,9 +68,10 @@ class RankExchange final : public Remote {
  public:
   /// For the patches as they are linked now; `first` is the step that is taken next. All ranks make
   /// theirs anew when patches have changed, after all messages for the one before have come.
+  /// `share_memory`: messages between ranks of a machine do not go through MPI.
   RankExchange(const ExchangeGroups& groups, PatchSet<Dim>& patches,
                std::vector<RankMessage> messages, Step first, ExchangeCalls calls,
-               InjectedLatency latency);
+               InjectedLatency latency, bool share_memory);
   ~RankExchange() override;
 
   /// Whether a phase of an own patch sends anything.
@@ -82,14 +85,17 @@ class RankExchange final : public Remote {
   void unpack(int phase, int elsewhere, Step step);
 
   bool progress(Executor& executor) override;
-  void post() override;
+  void post(bool all) override;
   void give_dt(Step step) override;
   void give_step(Step step) override;
   bool has_cores() const override { return has_cores_; }
   void wait_for_all() override {
-    post();
+    send_rest();
     ranks_.wait_for_all();
   }
+
+  /// After a step, while others may still wait for its last messages.
+  void send_rest();
 
   /// To be held by whoever calls MPI while steps are taken.
   std::unique_lock<std::mutex> lock_mpi() { return std::unique_lock(mpi_); }
@@ -106,7 +112,7 @@ class RankExchange final : public Remote {
   struct Receive;
 
   void find_messages();
-  void make_streams();
+  void make_streams(const ExchangeGroups& groups, bool share_memory);
   void send_sums(const Send& send, int phase, int patch, Step step);
   void send_particles(const Send& send, int phase, int patch, Step step);
   void look_at_messages(std::vector<ExchangeEvent>& events);

@@ -129,12 +129,16 @@ Ranks Ranks::first(int n) const {
   Ranks group;
   if (!several()) return group;
   MPI_Comm_split(communicator_, rank_ < n ? 0 : MPI_UNDEFINED, rank_, &group.communicator_);
-  if (group.communicator_ == MPI_COMM_NULL) return group;
-  MPI_Comm_size(group.communicator_, &group.size_);
-  MPI_Comm_rank(group.communicator_, &group.rank_);
-  group.poll_ = poll_;
-  if (!group.several()) MPI_Comm_free(&group.communicator_);
+  if (group.communicator_ != MPI_COMM_NULL) group.become_group(*this);
   return group;
+}
+
+/// With the communicator that it has been given, some of the processes of `whole`.
+void Ranks::become_group(const Ranks& whole) {
+  MPI_Comm_size(communicator_, &size_);
+  MPI_Comm_rank(communicator_, &rank_);
+  poll_ = whole.poll_;
+  if (!several()) MPI_Comm_free(&communicator_);
 }
 
 void Ranks::while_waiting(std::function<void()> poll) const {
@@ -154,6 +158,22 @@ void Ranks::wait_for(std::span<MPI_Request> requests) const {
   }
 }
 
+Ranks Ranks::on_machine() const {
+  Ranks machine;
+  if (!several()) return machine;
+  MPI_Comm_split_type(communicator_, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL,
+                      &machine.communicator_);
+  machine.become_group(*this);
+  return machine;
+}
+
+std::vector<int> Ranks::machines() const {
+  Ranks machine = on_machine();
+  const auto least = static_cast<int>(machine.min(Index{rank_}));
+  machine.release();
+  return gather_all(std::span<const int>(&least, 1));
+}
+
 bool Ranks::have_cores(int threads) const {
   if (!several()) return true;
   std::array<std::uint64_t, sizeof(cpu_set_t) / sizeof(std::uint64_t)> cores{};
@@ -162,27 +182,27 @@ bool Ranks::have_cores(int threads) const {
   CPU_ZERO(&own);
   sched_getaffinity(0, sizeof own, &own);
   std::memcpy(cores.data(), &own, sizeof own);
-  Ranks machine = *this;
-  MPI_Comm_split_type(communicator_, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL,
-                      &machine.communicator_);
-  MPI_Comm_size(machine.communicator_, &machine.size_);
-  MPI_Request request = MPI_REQUEST_NULL;
-  MPI_Iallreduce(MPI_IN_PLACE, cores.data(), count_of(cores.size()), MPI_UINT64_T, MPI_BOR,
-                 machine.communicator_, &request);
-  wait_for(request);
+  Ranks machine = on_machine();
+  machine.reduce(std::span(cores), MPI_UINT64_T, MPI_BOR);
   int n_cores = 0;
   for (const std::uint64_t some : cores) n_cores += std::popcount(some);
   const bool enough = machine.sum(Index{threads}) <= n_cores;
-  MPI_Comm_free(&machine.communicator_);
+  machine.release();
   return !any(!enough);
 }
 
 template <class T>
-T Ranks::reduce(T value, MPI_Datatype type, MPI_Op op) const {
-  if (!several()) return value;
+void Ranks::reduce(std::span<T> values, MPI_Datatype type, MPI_Op op) const {
+  if (!several()) return;
   MPI_Request request = MPI_REQUEST_NULL;
-  MPI_Iallreduce(MPI_IN_PLACE, &value, 1, type, op, communicator_, &request);
+  MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), type, op, communicator_,
+                 &request);
   wait_for(request);
+}
+
+template <class T>
+T Ranks::reduce(T value, MPI_Datatype type, MPI_Op op) const {
+  reduce(std::span(&value, 1), type, op);
   return value;
 }
 
@@ -210,11 +230,7 @@ Index Ranks::sum(Index value) const {
 }
 
 void Ranks::sum(std::span<Index> values) const {
-  if (!several()) return;
-  MPI_Request request = MPI_REQUEST_NULL;
-  MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), MPI_INT64_T, MPI_SUM,
-                 communicator_, &request);
-  wait_for(request);
+  reduce(values, MPI_INT64_T, MPI_SUM);
 }
 
 void Ranks::broadcast(std::string& text, int root) const {

@@ -73,6 +73,10 @@ class Ranks {
   /// Sums of each element; all ranks give as many.
   void sum(std::span<Index> values) const;
 
+  /// Those on the machine of this one, as a group with messages of its own, to be released.
+  Ranks on_machine() const;
+  /// By rank, a number of its machine.
+  std::vector<int> machines() const;
   /// Whether each machine has, for the ranks on it, as many cores as these have threads, as far as
   /// the system lets them use. Collective.
   bool have_cores(int threads) const;
@@ -100,6 +104,9 @@ class Ranks {
  private:
   void wait_for(std::span<MPI_Request> requests) const;
   void wait_for(MPI_Request request) const { wait_for(std::span(&request, 1)); }
+  void become_group(const Ranks& whole);
+  template <class T>
+  void reduce(std::span<T> values, MPI_Datatype type, MPI_Op op) const;
   template <class T>
   T reduce(T value, MPI_Datatype type, MPI_Op op) const;
   std::vector<std::byte> gather_bytes(std::span<const std::byte> bytes) const;

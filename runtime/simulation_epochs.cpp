@@ -53,7 +53,7 @@ void Simulation<Dim>::Impl::advance(Index steps) {
     begin_keeping();
     stop_step = std::numeric_limits<Step>::max();
     step = executor->run(step, drain_step(end));
-    if (exchange) exchange->post();  // others may still wait for the last messages
+    if (exchange) exchange->send_rest();
     take_removed();
     stop_where_failed();
     // Before particles are delivered: then it is in the order of frames that were copied.

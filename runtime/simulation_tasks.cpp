@@ -111,7 +111,7 @@ void Simulation<Dim>::Impl::connect_ranks() {
                     .failed_step = [this] { return failed_step.load(); },
                     .failure_elsewhere = [this](Step s) { learn_of_failure(s); },
                     .others = [this] { poll(); }},
-      InjectedLatency{options.latency});
+      InjectedLatency{options.latency}, options.shared_memory);
 }
 
 template <int Dim>

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -47,25 +48,14 @@ json phase_list(const std::vector<Phase>& phases, const std::vector<Stage>& stag
   return list;
 }
 
-/// Whether this rank is on the machine of rank 0, whose processors count the same ticks.
-bool shares_clock(const Ranks& ranks) {
-  MPI_Comm machine = MPI_COMM_NULL;
-  MPI_Comm_split_type(ranks.communicator(), MPI_COMM_TYPE_SHARED, ranks.rank(), MPI_INFO_NULL,
-                      &machine);
-  int least = ranks.rank();
-  MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPI_INT, MPI_MIN, machine);
-  MPI_Comm_free(&machine);
-  return least == 0;
-}
-
 }  // namespace
 
 ClockReading read_clock(const Ranks& ranks) {
   ClockReading best{.tick = ticks()};
   if (!ranks.several()) return best;
   // On a busy machine round trips take milliseconds, as the two are seldom awake together.
-  const bool shared = shares_clock(ranks);
-  if (!ranks.any(!shared)) return best;
+  const std::vector<int> machines = ranks.machines();
+  if (std::ranges::all_of(machines, [&](int m) { return m == machines.front(); })) return best;
   Ranks own = ranks.duplicate();
   const MPI_Comm group = own.communicator();
   for (int r = 1; r < own.size(); ++r) {
@@ -90,7 +80,8 @@ ClockReading read_clock(const Ranks& ranks) {
     own.wait_for_all();
   }
   own.release();
-  if (shared) return {.tick = ticks()};
+  const auto own_machine = static_cast<std::size_t>(ranks.rank());
+  if (machines[own_machine] == machines.front()) return {.tick = ticks()};
   return best;
 }
 

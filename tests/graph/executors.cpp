@@ -77,7 +77,7 @@ class SlowAgreement final : public Remote {
     if (step) executor.step_agreed(*step);
     return dt || step;
   }
-  void post() override {}
+  void post(bool /*all*/) override {}
   void give_dt(Step step) override {
     const std::scoped_lock lock(mutex_);
     dt_.push_back({step, 30});

@@ -39,6 +39,14 @@ std::vector<int> others(const Ranks& ranks) {
   return peers;
 }
 
+std::vector<MessageStreams::Peer> streams_to(const std::vector<int>& ranks, std::size_t longest,
+                                             bool shares_memory) {
+  std::vector<MessageStreams::Peer> peers;
+  for (const int rank : ranks)
+    peers.push_back({.rank = rank, .longest = longest, .shares_memory = shares_memory});
+  return peers;
+}
+
 constexpr std::int64_t n_records = 400;
 constexpr int n_threads = 3;
 
@@ -61,16 +69,15 @@ struct Receiver {
   }
 };
 
-}  // namespace
-
-TEST_CASE("records of several threads arrive whole and in order") {
-  const Ranks ranks = Ranks::world();
-  if (!ranks.several()) return;
+/// `late`: nobody takes anything before the last record is written.
+void send_by_several_threads(const Ranks& ranks, bool shares_memory, bool late) {
+  CAPTURE(shares_memory);
+  CAPTURE(late);
   Ranks group = ranks.duplicate();
   const std::vector<int> peers = others(ranks);
   Receiver receiver;
   {
-    MessageStreams streams(group, peers, std::vector<std::size_t>(peers.size(), size_of(99)));
+    MessageStreams streams(group, streams_to(peers, size_of(99), shares_memory));
     std::mutex mpi;
     std::vector<std::thread> threads;
     for (int t = 0; t < n_threads; ++t)
@@ -97,18 +104,30 @@ TEST_CASE("records of several threads arrive whole and in order") {
         receiver.take(peer, list);
       });
     };
+    if (late)
+      for (std::thread& thread : threads) thread.join();
     while (receiver.came < expected) {
       look();
       std::this_thread::yield();  // to those who wait for the lock
     }
-    for (std::thread& thread : threads) thread.join();
-    streams.post();  // others may still wait for the last records
-    CHECK(!streams.has_unposted());
-    ranks.wait_for_all();  // nobody ends while others still receive
+    for (std::thread& thread : threads)
+      if (thread.joinable()) thread.join();
+    while (streams.has_unposted()) look();  // others may still wait for the last records
+    ranks.wait_for_all();                   // nobody ends while others still receive
   }
   CHECK(receiver.wrong == 0);
   CHECK(receiver.next.size() == peers.size() * n_threads);
   group.release();
+}
+
+}  // namespace
+
+TEST_CASE("records of several threads arrive whole and in order") {
+  const Ranks ranks = Ranks::world();
+  if (!ranks.several()) return;
+  send_by_several_threads(ranks, /*shares_memory=*/true, /*late=*/false);
+  send_by_several_threads(ranks, /*shares_memory=*/true, /*late=*/true);
+  send_by_several_threads(ranks, /*shares_memory=*/false, /*late=*/false);
 }
 
 TEST_CASE("what is longer than a message comes on its own") {
@@ -117,7 +136,7 @@ TEST_CASE("what is longer than a message comes on its own") {
   Ranks group = ranks.duplicate();
   const std::vector<int> peers = others(ranks);
   {
-    MessageStreams streams(group, peers, std::vector<std::size_t>(peers.size(), 0));
+    MessageStreams streams(group, streams_to(peers, 0, /*shares_memory=*/true));
     const auto value = [](int from, int to, int k) {
       return static_cast<std::byte>((7 * from + 3 * to + k) % 256);
     };

@@ -114,7 +114,7 @@ BalanceOptions every(Step steps, Partitioner partitioner = Partitioner::curve) {
   return {BalanceOptions::When::forced, steps, partitioner};
 }
 
-/// Threads, patches that move between ranks, all waiting for all, late messages.
+/// Threads, patches that move between ranks, all waiting for all, late messages, messages of MPI.
 const std::vector<ExecutionOptions> all_ways{
     {.threads = 1},
     {.threads = 2},
@@ -122,7 +122,8 @@ const std::vector<ExecutionOptions> all_ways{
     {.threads = 1, .balance = every(50)},
     {.threads = 2, .balance = every(20, Partitioner::scotch)},
     {.mode = ExecutionOptions::Mode::bulk, .threads = 1},
-    {.threads = 1, .latency = 2e-4}};
+    {.threads = 1, .latency = 2e-4},
+    {.threads = 2, .balance = every(50), .shared_memory = false}};
 
 Model<2> example(const std::string& name, const std::vector<std::string>& overrides) {
   return std::get<Model<2>>(
