@@ -322,7 +322,7 @@ class FlowExecutor final : public Executor {
   /// not needed as long as nothing is ready.
   void look_for_messages() {
     // Tasks of empty patches take less time than a look. The more is ready here, the less a message
-    // is in a hurry, and the more of them one look finds or posts.
+    // is in a hurry, and the more of them one look finds.
     using Clock = std::chrono::steady_clock;
     constexpr Clock::rep shortest = 20'000;  // ns
     constexpr int few = 2, many = 16;

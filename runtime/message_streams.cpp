@@ -93,11 +93,11 @@ std::vector<std::size_t> MessageStreams::share_memory(const std::vector<Peer>& p
   std::vector<std::vector<Offer>> offers(n);
   for (std::size_t i = 0; i < peers.size(); ++i) {
     Outgoing& to = *outgoing_[i];
-    Offer& offer = offers[static_cast<std::size_t>(peers_[i])].emplace_back(to.capacity);
+    auto& offered = offers[static_cast<std::size_t>(peers_[i])];
+    Offer& offer = offered.emplace_back(Offer{.capacity = to.capacity, .ring = 0, .place = {}});
     if (!peers[i].shares_memory) continue;
     const std::size_t ring =
-        std::clamp(lines(peers[i].of_a_step) + 2 * to.capacity,
-                   std::max(least_ring, 2 * to.capacity), std::max(most_ring, 2 * to.capacity));
+        std::max(std::clamp(lines(peers[i].of_a_step), least_ring, most_ring), 2 * to.capacity);
     to.memory = SharedMemory::make(SharedRing::size(ring, to.capacity));
     if (!to.memory) continue;
     to.ring.emplace(to.memory.bytes(), ring);
@@ -120,7 +120,9 @@ std::vector<std::size_t> MessageStreams::share_memory(const std::vector<Peer>& p
   found = ranks_.exchange(found);
   for (std::size_t i = 0; i < peers.size(); ++i) {
     outgoing_[i]->memory.hide();
-    if (found[static_cast<std::size_t>(peers_[i])].at(0) == 0) outgoing_[i]->ring.reset();
+    if (found[static_cast<std::size_t>(peers_[i])].at(0) != 0) continue;
+    outgoing_[i]->ring.reset();
+    outgoing_[i]->memory = {};
   }
   return capacity;
 }
@@ -149,7 +151,7 @@ MessageStreams::Record MessageStreams::record(std::size_t peer, std::size_t byte
   const std::scoped_lock lock(to.mutex);
   if (to.waiting.empty() || to.waiting.back()->size + bytes > to.capacity) {
     to.waiting.push_back(new_bundle(to));
-    unposted_.fetch_add(1, std::memory_order_release);
+    unposted(to).fetch_add(1, std::memory_order_release);
   }
   Bundle& bundle = *to.waiting.back();
   bundle.writers.fetch_add(1, std::memory_order_relaxed);
@@ -189,7 +191,17 @@ MessageStreams::Record::~Record() {
   bundle_->writers.fetch_sub(1, std::memory_order_release);
 }
 
+int MessageStreams::sharing() const {
+  return static_cast<int>(std::count_if(outgoing_.begin(), outgoing_.end(),
+                                        [](const auto& to) { return to->ring.has_value(); }));
+}
+
+std::atomic<int>& MessageStreams::unposted(const Outgoing& to) {
+  return to.ring ? shared_unposted_ : unposted_;
+}
+
 void MessageStreams::post_shared() {
+  if (shared_unposted_.load(std::memory_order_acquire) == 0) return;
   for (const auto& to : outgoing_) {
     if (!to->ring) continue;
     const std::scoped_lock lock(to->mutex);
@@ -206,9 +218,9 @@ void MessageStreams::post() {
     Outgoing& to = *outgoing_[i];
     const auto next = [&] {
       const std::scoped_lock lock(to.mutex);
-      return to.ring ? nullptr : next_to_post(to);
+      return next_to_post(to);
     };
-    while (auto bundle = next()) {
+    for (auto bundle = to.ring ? nullptr : next(); bundle; bundle = next()) {
       MPI_Isend(bundle->data, static_cast<int>(bundle->size), MPI_BYTE, peers_[i], stream_tag,
                 ranks_.communicator(), &bundle->request);
       to.posted.push_back(std::move(bundle));
@@ -233,7 +245,7 @@ std::unique_ptr<MessageStreams::Bundle> MessageStreams::next_to_post(Outgoing& t
   std::memcpy(first.data, &tick, sizeof tick);
   auto bundle = std::move(to.waiting.front());
   to.waiting.pop_front();
-  unposted_.fetch_sub(1, std::memory_order_release);
+  unposted(to).fetch_sub(1, std::memory_order_release);
   return bundle;
 }
 

@@ -42,7 +42,7 @@ class MessageStreams {
   ~MessageStreams();
 
   /// Room in the next message to a peer, to be written until this object ends. Not before that,
-  /// and only after a call of post(), the message is on its way.
+  /// and only after a call of post() or post_shared(), the message is on its way.
   class Record {
    public:
     Record(Bundle& bundle, std::byte* data) : bundle_(&bundle), data_(data) {}
@@ -58,8 +58,14 @@ class MessageStreams {
   /// Any thread; `bytes` are whole lines. Records to a peer arrive in the order of these calls.
   Record record(std::size_t peer, std::size_t bytes);
 
-  /// Whether post() may have something to do. Any thread.
-  bool has_unposted() const { return unposted_.load(std::memory_order_acquire) > 0; }
+  /// Whether post() may have something to do, and whether post_shared() cannot do it. Any thread.
+  bool has_unposted() const {
+    return shared_unposted_.load(std::memory_order_acquire) > 0 || has_unposted_for_mpi();
+  }
+  bool has_unposted_for_mpi() const { return unposted_.load(std::memory_order_acquire) > 0; }
+  /// Peers to which there is shared memory.
+  int sharing() const;
+
   /// Send messages whose records are written through shared memory, which takes no time. Any
   /// thread.
   void post_shared();
@@ -88,13 +94,15 @@ class MessageStreams {
       }
   }
 
-  /// Forget what has not been sent: others may never receive it. MPI keeps the buffers.
+  /// Forget what has not been sent: others may never receive it. MPI and readers of shared memory
+  /// keep the buffers.
   void abandon();
 
  private:
   struct Outgoing;
   struct Incoming;
   std::vector<std::size_t> share_memory(const std::vector<Peer>& peers);
+  std::atomic<int>& unposted(const Outgoing& to);
   static std::unique_ptr<Bundle> new_bundle(Outgoing& to);
   static void seal(Outgoing& to, Bundle& bundle);
   std::unique_ptr<Bundle> next_to_post(Outgoing& to);
@@ -108,7 +116,8 @@ class MessageStreams {
 
   Ranks ranks_;
   std::vector<int> peers_;
-  std::atomic<int> unposted_{0};  ///< messages that have records and are not posted
+  std::atomic<int> unposted_{0};         ///< messages that have records and are not posted: by MPI
+  std::atomic<int> shared_unposted_{0};  ///< others
   std::vector<std::unique_ptr<Outgoing>> outgoing_;
   std::vector<std::unique_ptr<Incoming>> incoming_;
   std::vector<MPI_Request> next_;  ///< by peer: the receive of the message that comes next

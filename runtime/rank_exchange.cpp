@@ -243,17 +243,22 @@ void RankExchange<Dim>::send_particles(const Send& send, int phase, int patch, S
 
 template <int Dim>
 void RankExchange<Dim>::post(bool all) {
-  if (!streams_->has_unposted()) return;
   streams_->post_shared();
-  if (!all || !streams_->has_unposted()) return;
+  if (!all || !streams_->has_unposted_for_mpi()) return;
   const std::scoped_lock lock(mpi_);
   streams_->post();
 }
 
 template <int Dim>
 void RankExchange<Dim>::send_rest() {
-  while (streams_->has_unposted()) {  // some may have to wait until others have been taken
-    post(/*all=*/true);
+  // Some may have to wait until others have been taken, by a rank that may need something else of
+  // this one meanwhile.
+  while (streams_->has_unposted()) {
+    {
+      const std::scoped_lock lock(mpi_);
+      streams_->post();
+      if (calls_.others) calls_.others();
+    }
     if (streams_->has_unposted()) give_way();
   }
 }
@@ -277,6 +282,7 @@ void RankExchange<Dim>::give_step(Step step) {
 template <int Dim>
 bool RankExchange<Dim>::progress(Executor& executor) {
   std::vector<ExchangeEvent> events;
+  streams_->post_shared();
   {
     const std::unique_lock lock(mpi_, std::try_to_lock);
     if (!lock.owns_lock()) return false;

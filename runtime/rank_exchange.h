@@ -5,8 +5,8 @@
 /// takes something from neighbours: its sums at the nodes that it shares with patches there, or the
 /// particles that left for them. At the other side the message fires the task of that patch and
 /// phase in the graph of the receiver. Messages travel together (MessageStreams) where nothing of
-/// them would wait: they are posted before a task that takes long, and when messages are looked
-/// for.
+/// them would wait: those of MPI are posted before a task that takes long, and when messages are
+/// looked for; those through shared memory after each task.
 #pragma once
 
 #include <exception>
@@ -68,7 +68,8 @@ class RankExchange final : public Remote {
  public:
   /// For the patches as they are linked now; `first` is the step that is taken next. All ranks make
   /// theirs anew when patches have changed, after all messages for the one before have come.
-  /// `share_memory`: messages between ranks of a machine do not go through MPI.
+  /// `share_memory`: messages between ranks of a machine do not go through MPI, except for many
+  /// particles at once.
   RankExchange(const ExchangeGroups& groups, PatchSet<Dim>& patches,
                std::vector<RankMessage> messages, Step first, ExchangeCalls calls,
                InjectedLatency latency, bool share_memory);

@@ -183,7 +183,7 @@ bool Ranks::have_cores(int threads) const {
   sched_getaffinity(0, sizeof own, &own);
   std::memcpy(cores.data(), &own, sizeof own);
   Ranks machine = on_machine();
-  machine.reduce(std::span(cores), MPI_UINT64_T, MPI_BOR);
+  machine.reduce_all(std::span<std::uint64_t>(cores), MPI_UINT64_T, MPI_BOR);
   int n_cores = 0;
   for (const std::uint64_t some : cores) n_cores += std::popcount(some);
   const bool enough = machine.sum(Index{threads}) <= n_cores;
@@ -192,7 +192,7 @@ bool Ranks::have_cores(int threads) const {
 }
 
 template <class T>
-void Ranks::reduce(std::span<T> values, MPI_Datatype type, MPI_Op op) const {
+void Ranks::reduce_all(std::span<T> values, MPI_Datatype type, MPI_Op op) const {
   if (!several()) return;
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), type, op, communicator_,
@@ -202,7 +202,7 @@ void Ranks::reduce(std::span<T> values, MPI_Datatype type, MPI_Op op) const {
 
 template <class T>
 T Ranks::reduce(T value, MPI_Datatype type, MPI_Op op) const {
-  reduce(std::span(&value, 1), type, op);
+  reduce_all(std::span<T>(&value, 1), type, op);
   return value;
 }
 
@@ -230,7 +230,7 @@ Index Ranks::sum(Index value) const {
 }
 
 void Ranks::sum(std::span<Index> values) const {
-  reduce(values, MPI_INT64_T, MPI_SUM);
+  reduce_all(values, MPI_INT64_T, MPI_SUM);
 }
 
 void Ranks::broadcast(std::string& text, int root) const {

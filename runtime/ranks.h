@@ -106,7 +106,7 @@ class Ranks {
   void wait_for(MPI_Request request) const { wait_for(std::span(&request, 1)); }
   void become_group(const Ranks& whole);
   template <class T>
-  void reduce(std::span<T> values, MPI_Datatype type, MPI_Op op) const;
+  void reduce_all(std::span<T> values, MPI_Datatype type, MPI_Op op) const;
   template <class T>
   T reduce(T value, MPI_Datatype type, MPI_Op op) const;
   std::vector<std::byte> gather_bytes(std::span<const std::byte> bytes) const;

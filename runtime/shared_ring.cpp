@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstring>
 #include <random>
 #include <string>
@@ -33,7 +34,9 @@ SharedMemory SharedMemory::make(std::size_t bytes) {
   if (descriptor < 0) return memory;
   memory.place_ = {getpid(), descriptor, any_token()};
   // Taken from the system now: later there may be none, which would end the process.
-  if (posix_fallocate(descriptor, 0, static_cast<off_t>(bytes)) != 0) return memory;
+  int error = EINTR;
+  while (error == EINTR) error = posix_fallocate(descriptor, 0, static_cast<off_t>(bytes));
+  if (error != 0) return memory;
   memory.bytes_ = map(descriptor, bytes);
   if (memory) std::memcpy(memory.bytes_.data(), &memory.place_.token, sizeof(std::uint64_t));
   return memory;

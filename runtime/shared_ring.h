@@ -1,5 +1,5 @@
 /// \file Messages from one process to another of the same machine, through memory that both see:
-/// nothing is copied on the way, nobody calls the system or MPI.
+/// nobody calls the system or MPI.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,8 @@ class SharedMemory {
   };
 
   SharedMemory() = default;  ///< none
-  /// Zeros. None if the system has no more, or does not let processes share it.
+  /// Zeros, but for the token, in the first 8 bytes. None if the system has no more, or does not
+  /// let processes share it.
   static SharedMemory make(std::size_t bytes);
   /// What make() of another process gave. None if it is not to be found.
   static SharedMemory find(const Place& place, std::size_t bytes);
@@ -47,9 +48,9 @@ class SharedMemory {
   Place place_;  ///< descriptor -1 = not to be found any more
 };
 
-/// A ring of messages in memory that begins as zeros, of one writer and one reader, each of which
-/// has an object of this class over it. Messages are written where they will be read and come in
-/// the order in which they were begun. The writer never waits: it finds no room while the reader
+/// A ring of messages in memory, all zeros but for the token, of one writer and one reader, each of
+/// which has an object of this class over it. Messages are written where they will be read and come
+/// in the order in which they were begun. The writer never waits: it finds no room while the reader
 /// has not taken enough. Messages are not split at the end of the ring, behind which there is room
 /// for a whole one.
 class SharedRing {
@@ -82,13 +83,16 @@ class SharedRing {
   void taken();
 
  private:
-  using Count = std::atomic<std::uint64_t>;
+  using Count = std::atomic_ref<std::uint64_t>;
   static_assert(Count::is_always_lock_free);
   /// After the token of SharedMemory, and the two counts on lines of their own.
   static constexpr std::size_t first = 3 * line;
 
-  Count& written() const { return *reinterpret_cast<Count*>(memory_ + line); }
-  Count& read() const { return *reinterpret_cast<Count*>(memory_ + 2 * line); }
+  Count count(std::size_t at) const {
+    return Count(*reinterpret_cast<std::uint64_t*>(memory_ + at));
+  }
+  Count written() const { return count(line); }
+  Count read() const { return count(2 * line); }
   std::byte* at(std::uint64_t count) const { return memory_ + first + count % capacity_; }
   /// Where the message after one at `begin` begins: a message that reaches the end of the ring is
   /// the last of its round.

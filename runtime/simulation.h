@@ -37,8 +37,9 @@ struct ExecutionOptions {
   /// together.
   Ranks ranks = {};
   BalanceOptions balance = {};
-  double latency = 0;         ///< [s] held back from each message between ranks, for studies
-  bool shared_memory = true;  ///< messages between ranks of a machine do not go through MPI
+  double latency = 0;  ///< [s] held back from each message between ranks, for studies
+  /// Messages between ranks of a machine do not go through MPI, except for many particles at once.
+  bool shared_memory = true;
   StudyDelays delays = {};
   std::uint64_t seed = 1;  ///< random order only
   int support_rings = 0;   ///< extra layers of nodes that patches exchange; 0 suits linear elements

@@ -78,6 +78,7 @@ void send_by_several_threads(const Ranks& ranks, bool shares_memory, bool late) 
   Receiver receiver;
   {
     MessageStreams streams(group, streams_to(peers, size_of(99), shares_memory));
+    CHECK(streams.sharing() == (shares_memory ? ranks.size() - 1 : 0));
     std::mutex mpi;
     std::vector<std::thread> threads;
     for (int t = 0; t < n_threads; ++t)

@@ -1,5 +1,6 @@
 // Ranks that wait for others go on with what those may need of them.
 #include <doctest/doctest.h>
+#include <sched.h>
 
 #include <string>
 #include <thread>
@@ -60,4 +61,21 @@ TEST_CASE("ranks share cores where they have more threads than the system lets t
   const bool have = world.have_cores(1);
   CHECK(world.sum(Index{have}) == (have ? world.size() : 0));
   if (world.size() > static_cast<int>(std::thread::hardware_concurrency())) CHECK_FALSE(have);
+}
+
+TEST_CASE("ranks that are bound to a core each have cores") {
+  const Ranks world = Ranks::world();
+  cpu_set_t all, own;
+  CPU_ZERO(&all);
+  REQUIRE(sched_getaffinity(0, sizeof all, &all) == 0);
+  std::vector<int> cores;
+  for (int core = 0; core < CPU_SETSIZE; ++core)
+    if (CPU_ISSET(core, &all)) cores.push_back(core);
+  if (!world.several() || world.any(static_cast<int>(cores.size()) < world.size())) return;
+  CPU_ZERO(&own);
+  CPU_SET(cores[static_cast<std::size_t>(world.rank())], &own);
+  REQUIRE(sched_setaffinity(0, sizeof own, &own) == 0);
+  CHECK(world.have_cores(1));
+  CHECK_FALSE(world.have_cores(2));
+  sched_setaffinity(0, sizeof all, &all);
 }
