@@ -61,9 +61,10 @@ struct StudyOptions {
         ->transform(time_with_unit())
         ->check(CLI::Range(0.0, 10.0))
         ->type_name("TIME");
-    command.add_flag("--no-shared-memory{false}", run.execution.shared_memory,
-                     "For studies: all messages between ranks of a machine go through MPI, as "
-                     "those between machines do");
+    command.add_flag_callback(
+        "--no-shared-memory", [&run] { run.execution.shared_memory = false; },
+        "For studies: messages between ranks of a machine go through MPI, like those between "
+        "machines");
     command
         .add_option("--slow-patch", slow_patch,
                     "For studies: tasks of this patch take so many times longer, such as 5:10")
