@@ -157,7 +157,6 @@ class FlowExecutor final : public Executor {
     if (counting_) {
       for (int t = 0; t < graph_.tasks(); ++t)
         missing(t) = needs_[static_cast<std::size_t>(t)] = needs(t);
-      ready_ = 0;
     }
     for (int t = 0; t < graph_.tasks(); ++t) {
       if (graph_.is_elsewhere(t)) continue;
@@ -227,7 +226,6 @@ class FlowExecutor final : public Executor {
   void fire(int task) {
     const auto t = static_cast<std::size_t>(task);
     const Step step = step_[t]++;
-    if (remote_) ready_.fetch_sub(1, std::memory_order_acq_rel);
     if (verify_) verify(task, step);
     if (graph_.is_dt(task)) {
       if (step > first_) bodies_.set_dt(step);  // dt of the first step is known
@@ -311,7 +309,6 @@ class FlowExecutor final : public Executor {
     if (missing(task).fetch_sub(1, std::memory_order_acq_rel) > 1) return false;
     missing(task).store(needs_[t], std::memory_order_relaxed);
     if (noting_) ready_at_[t] = bodies_.clock();
-    if (remote_) ready_.fetch_add(1, std::memory_order_acq_rel);
     return true;
   }
 
@@ -326,7 +323,7 @@ class FlowExecutor final : public Executor {
     using Clock = std::chrono::steady_clock;
     constexpr Clock::rep shortest = 20'000;  // ns
     constexpr int few = 2, many = 16;
-    const int ready = ready_.load(std::memory_order_relaxed);
+    const int ready = ready_tasks_.size();
     const Clock::rep interval = shortest * std::clamp(ready - few, 1, many);
     const Clock::rep now = Clock::now().time_since_epoch().count();
     if (now - last_look_.load(std::memory_order_relaxed) > interval) {
@@ -349,10 +346,9 @@ class FlowExecutor final : public Executor {
   }
 
   void look_until_ready() {
-    if (ready_.load(std::memory_order_acquire) > 0 || all_done()) return;
+    if (ready_tasks_.size() > 0 || all_done()) return;
     if (bodies_.looking) bodies_.looking(false);
-    for (Waiting waiting(remote_->has_cores());
-         ready_.load(std::memory_order_acquire) <= 0 && !all_done();)
+    for (Waiting waiting(remote_->has_cores()); ready_tasks_.size() <= 0 && !all_done();)
       waiting.looked(look());
     if (bodies_.looking) bodies_.looking(true);
   }
@@ -515,8 +511,7 @@ class FlowExecutor final : public Executor {
   std::vector<int> needs_;                 ///< messages of a step into a task
   std::atomic<std::uint64_t> looked_{0};   ///< when the last look for messages that ended began
   static inline thread_local std::uint64_t look_before = 0;
-  std::atomic<int> ready_{0};            ///< tasks that are ready and have not begun
-  ReadyTasks ready_tasks_;               ///< these
+  ReadyTasks ready_tasks_;               ///< that have not begun
   std::vector<int> messages_;            ///< tasks that messages from other ranks fire
   std::vector<std::atomic<Step>> done_;  ///< steps that these have done
   std::vector<char> boundary_;           ///< patches that exchange with other ranks

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <functional>
 #include <mutex>
 #include <tuple>
@@ -21,6 +22,7 @@ class ReadyTasks {
     const std::scoped_lock lock(mutex_);
     heap_.push_back({!others_wait, step, others_wait ? 0 : task, task});
     std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
+    size_.fetch_add(1, std::memory_order_acq_rel);
   }
   /// There must be one.
   int take() {
@@ -28,9 +30,14 @@ class ReadyTasks {
     std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
     const int task = heap_.back().task;
     heap_.pop_back();
+    size_.fetch_sub(1, std::memory_order_acq_rel);
     return task;
   }
-  void clear() { heap_.clear(); }
+  void clear() {
+    heap_.clear();
+    size_ = 0;
+  }
+  int size() const { return size_.load(std::memory_order_acquire); }
 
  private:
   struct Ready {
@@ -44,6 +51,7 @@ class ReadyTasks {
 
   std::mutex mutex_;
   std::vector<Ready> heap_;
+  std::atomic<int> size_{0};  ///< of the heap
 };
 
 }  // namespace lahar
