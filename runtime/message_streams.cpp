@@ -51,7 +51,7 @@ struct MessageStreams::Outgoing {
   std::optional<SharedRing> ring;
   std::mutex mutex;                             ///< of waiting, free and ring
   std::deque<std::unique_ptr<Bundle>> waiting;  ///< to be posted; the last one takes records
-  std::vector<std::unique_ptr<Bundle>> free, free_in_ring;
+  std::vector<std::unique_ptr<Bundle>> free;    ///< with memory of their own
   std::deque<std::unique_ptr<Bundle>> posted;
   std::deque<Long> posted_long;
 };
@@ -162,19 +162,18 @@ MessageStreams::Record MessageStreams::record(std::size_t peer, std::size_t byte
 
 /// In the ring, unless what comes before is not, or there is no room.
 std::unique_ptr<MessageStreams::Bundle> MessageStreams::new_bundle(Outgoing& to) {
-  std::unique_ptr<Bundle> bundle;
   std::byte* room = nullptr;
   if (to.ring && (to.waiting.empty() || to.waiting.back()->in_ring())) {
     if (!to.waiting.empty()) seal(to, *to.waiting.back());
     room = to.ring->room(to.capacity);
   }
-  auto& free = room ? to.free_in_ring : to.free;
-  if (free.empty()) {
+  std::unique_ptr<Bundle> bundle;
+  if (room || to.free.empty()) {
     bundle = std::make_unique<Bundle>();
     if (!room) bundle->own.resize(to.capacity / sizeof(double));
   } else {
-    bundle = std::move(free.back());
-    free.pop_back();
+    bundle = std::move(to.free.back());
+    to.free.pop_back();
   }
   bundle->data = room ? room : reinterpret_cast<std::byte*>(bundle->own.data());
   bundle->size = line;
@@ -207,7 +206,7 @@ void MessageStreams::post_shared() {
     const std::scoped_lock lock(to->mutex);
     while (auto bundle = next_to_post(*to)) {
       to->ring->publish(bundle->end);
-      (bundle->in_ring() ? to->free_in_ring : to->free).push_back(std::move(bundle));
+      if (!bundle->in_ring()) to->free.push_back(std::move(bundle));
     }
   }
 }
