@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <memory>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "runtime/bench_cases.h"
@@ -26,7 +27,8 @@ struct RankJob {
   std::string name;
   Model<3> model;
   ExecutionOptions execution;
-  int ranks;  ///< the first so many
+  int ranks;           ///< the first so many
+  bool alone = false;  ///< each of them computes one of its own, and they do not know of each other
 };
 
 /// Samples of the time of a step [s], by job.
@@ -52,7 +54,7 @@ class RankMeasurement {
     std::vector<std::unique_ptr<Simulation<3>>> simulations;
     std::vector<Ranks> groups;
     for (RankJob& job : jobs) {
-      groups.push_back(world_.first(job.ranks));
+      groups.push_back(job.alone ? Ranks{} : world_.first(job.ranks));
       simulations.emplace_back();
       if (world_.rank() < job.ranks) {
         job.execution.ranks = groups.back();
@@ -102,6 +104,24 @@ Model<3> block(Index cells) {
   return lattice_block<3>({.cells = cells});
 }
 
+/// The particles of one side of it.
+Model<3> half_block(Index cells) {
+  Model<3> model = block(cells);
+  const ParticleTable<3> all = std::exchange(model.particles, {});
+  const auto [least, most] = std::minmax_element(
+      all.x.begin(), all.x.end(), [](const auto& a, const auto& b) { return a[0] < b[0]; });
+  const double middle = 0.5 * ((*least)[0] + (*most)[0]);
+  for (std::size_t p = 0; p < all.x.size(); ++p) {
+    if (all.x[p][0] > middle) continue;
+    model.particles.x.push_back(all.x[p]);
+    model.particles.cell.push_back(all.cell[p]);
+    model.particles.volume.push_back(all.volume[p]);
+    model.particles.material.push_back(all.material[p]);
+    model.particles.velocity.push_back(all.velocity[p]);
+  }
+  return model;
+}
+
 double nanoseconds(double step, Index cells) {
   return step * 1e9 / static_cast<double>(BlockSize{cells}.particles(3));
 }
@@ -113,16 +133,21 @@ void measure_ranks(const RankBenchArguments& arguments, const Ranks& world) {
     if (speaks)
       fmt::print(
           "## 2 ranks of one thread against one rank of 2 threads, H8, linear elastic, USL\n\n"
-          "| particles | 1 x 2 [ns] | 2 x 1 [ns] | ratio | 1 x 1 [ns] |\n"
-          "|---:|---:|---:|---:|---:|\n");
+          "And against two processes that compute half of the particles each and do not know of "
+          "each other: what\nthese take longer than threads, no exchange of ranks can save.\n\n"
+          "| particles | 1 x 2 [ns] | 2 x 1 [ns] | ratio | two halves [ns] | ratio to 1 x 2 "
+          "| 2 x 1 to halves | 1 x 1 [ns] |\n"
+          "|---:|---:|---:|---:|---:|---:|---:|---:|\n");
     for (const Index cells : {25, 50}) {
       const auto t = measurement.step_times({{"1 x 2", block(cells), {.threads = 2}, 1},
                                              {"2 x 1", block(cells), {.threads = 1}, 2},
+                                             {"halves", half_block(cells), {.threads = 1}, 2, true},
                                              {"1 x 1", block(cells), {.threads = 1}, 1}});
       if (speaks)
-        fmt::print("| {} | {:.1f} | {:.1f} | {:.3f} | {:.1f} |\n",
+        fmt::print("| {} | {:.1f} | {:.1f} | {:.3f} | {:.1f} | {:.3f} | {:.3f} | {:.1f} |\n",
                    format_count(BlockSize{cells}.particles(3)), nanoseconds(t[0], cells),
-                   nanoseconds(t[1], cells), t.ratio(1, 0), nanoseconds(t[2], cells));
+                   nanoseconds(t[1], cells), t.ratio(1, 0), nanoseconds(t[2], cells), t.ratio(2, 0),
+                   t.ratio(1, 2), nanoseconds(t[3], cells));
     }
   }
   // As many particles per rank, as nearly as whole cells allow.

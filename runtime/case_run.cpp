@@ -102,6 +102,7 @@ int CaseRun<Dim>::execute() {
   frames_->while_waiting([&simulation] { simulation.poll(); });
   begin_checkpoints(simulation, info);
   console_.line(fmt::format("output     {}", output_.folder));
+  describe_staging(info);
   if (restart_) describe_restart(simulation);
   console_.line("");
   console_.line(progress_head());
@@ -166,6 +167,7 @@ void CaseRun<Dim>::begin_checkpoints(Simulation<Dim>& simulation, const Simulati
                        CheckpointOptions{.folder = checkpoint_folder(output_.folder),
                                          .kept = output_.checkpoints_kept,
                                          .threads = info.threads,
+                                         .staging_bytes = arguments_.execution.staging_bytes,
                                          .before_complete =
                                              [this] {
                                                frames_->wait_for_named();
@@ -235,6 +237,22 @@ void CaseRun<Dim>::warn_of_unstable_step(const SimulationInfo& info) {
                               "the scenario accepts",
                               info.dt, info.dt_limit)});
   console_.warn("lahar: warning: " + scenario_.warnings.back().message);
+}
+
+template <int Dim>
+void CaseRun<Dim>::describe_staging(const SimulationInfo& info) {
+  const std::size_t staging = arguments_.execution.staging_bytes;
+  std::string waits;
+  const auto add = [&](bool planned, const char* what, std::size_t bytes) {
+    if (planned && bytes > staging)
+      waits += fmt::format("{}{} ({} of a rank)", waits.empty() ? "" : " and ", what,
+                           format_bytes(static_cast<double>(bytes)));
+  };
+  add(output_.frame_steps > 0, "frames", info.frame_bytes);
+  add(plans_checkpoints(), "checkpoints", info.state_bytes);
+  if (!waits.empty())
+    console_.line(fmt::format("staging    {}: steps wait while {} are written (see --staging)",
+                              format_bytes(static_cast<double>(staging)), waits));
 }
 
 template <int Dim>
@@ -322,6 +340,7 @@ bool CaseRun<Dim>::on_step(Index step, double time) {
   template void CaseRun<Dim>::describe_restart(const Simulation<Dim>&);                   \
   template void CaseRun<Dim>::make_folder(RunInfo);                                       \
   template void CaseRun<Dim>::warn_of_unstable_step(const SimulationInfo&);               \
+  template void CaseRun<Dim>::describe_staging(const SimulationInfo&);                    \
   template double CaseRun<Dim>::time_to_write(const SimulationInfo&) const;               \
   template Index CaseRun<Dim>::planned_steps(const SimulationInfo&) const;                \
   template Observer CaseRun<Dim>::observer();                                             \

@@ -71,6 +71,8 @@ class CaseRun {
   }
 
   void warn_of_unstable_step(const SimulationInfo& info);
+  /// What steps wait for, because there is no memory for a copy.
+  void describe_staging(const SimulationInfo& info);
 
   /// [s] kept of --wall-time for writing the last state, but not more than a tenth of it:
   /// checkpoint and frame by all ranks to one disk, and some more.

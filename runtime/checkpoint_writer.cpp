@@ -41,7 +41,7 @@ void CheckpointWriter::write(const CheckpointHeader& header, SimulationState sta
   slabs_ = std::vector<Slab>(state.patches.size());
   const Index size = std::accumulate(state.sizes.begin(), state.sizes.end(), Index{0});
   const bool is_copy = state.copied;
-  copied_ = is_copy || static_cast<std::size_t>(size) <= options_.copied_bytes;
+  copied_ = is_copy || static_cast<std::size_t>(size) <= options_.staging_bytes;
   if (!is_copy) attempt([&] { pack(state); });
   {
     const std::lock_guard lock(mutex_);

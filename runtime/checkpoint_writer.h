@@ -26,7 +26,7 @@ struct CheckpointOptions {
   /// States at rest up to this size [bytes], of each rank, are copied and written in the
   /// background. For larger ones there is no memory to spare: they are handed to the system patch
   /// by patch while the computation waits, and only go to the disk in the background.
-  std::size_t copied_bytes = std::size_t{64} << 20;
+  std::size_t staging_bytes = default_staging_bytes;
   /// Brings to the disk what an undisturbed run has written before the checkpoint (RunFolder::
   /// sync()); called on rank 0 by the background thread before the checkpoint gets its name.
   std::function<void()> before_complete = {};

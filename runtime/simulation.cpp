@@ -194,6 +194,8 @@ SimulationInfo Simulation<Dim>::info() const {
   info.dt_limit = impl_->present_limit();
   info.dt = impl_->dt_of(impl_->step);
   info.bytes = static_cast<std::size_t>(ranks.sum(static_cast<Index>(impl_->patches.bytes())));
+  info.frame_bytes = impl_->frame_size;
+  info.state_bytes = static_cast<std::size_t>(ranks.max(static_cast<Index>(impl_->state_bytes())));
   return info;
 }
 

@@ -44,13 +44,11 @@ struct ExecutionOptions {
   std::uint64_t seed = 1;  ///< random order only
   int support_rings = 0;   ///< extra layers of nodes that patches exchange; 0 suits linear elements
   bool verify = false;     ///< check at every task that exactly what its edges promise was done
-  /// Frames up to this size [bytes], of the rank with the most particles, are copied by the tasks,
-  /// a few of them at a time. For larger ones there is no memory to spare: the computation waits
-  /// while Observer::large_frame takes them from where the particles are.
-  std::size_t copied_frame_bytes = std::size_t{64} << 20;
-  /// The same for checkpoints: larger states, and those of runs into which particles come or which
-  /// they leave, are taken while the computation waits.
-  std::size_t copied_state_bytes = std::size_t{64} << 20;
+  /// Frames, and states for checkpoints, up to this size [bytes], of the rank that has most of it,
+  /// are copied by the tasks; of frames a few at a time. For larger ones there is no memory to
+  /// spare: the computation waits while Observer::large_frame or Observer::checkpoint takes them
+  /// from where the particles are. (So it does for states of runs that particles enter or leave.)
+  std::size_t staging_bytes = default_staging_bytes;
 };
 
 /// Receives what a simulation produces while it runs; called from worker threads, one call at a
@@ -60,7 +58,7 @@ struct Observer {
   /// Every OutputPlan::frame_steps; pieces are this rank's patches, ascending.
   std::function<void(FramePieces&&)> frame;
   std::function<void(const HistoryRow&)> history;  ///< every OutputPlan::history_steps
-  /// Instead of `frame` for frames above ExecutionOptions::copied_frame_bytes; good during the
+  /// Instead of `frame` for frames above ExecutionOptions::staging_bytes; good during the
   /// call, which all ranks make while no step is taken. Without this all frames are copied.
   std::function<void(const FrameSource&)> large_frame;
   /// After every step, in order: steps done and time [s]. Return false to stop soon.
@@ -97,6 +95,8 @@ struct SimulationInfo {
   double dt_limit = 0;    ///< [s] smallest h / (c + |v|) at present
   double dt = 0;          ///< [s] of the next step
   std::size_t bytes = 0;  ///< of particles and nodes, of all ranks
+  /// At present, of the rank that has most of it.
+  std::size_t frame_bytes = 0, state_bytes = 0;
 };
 
 template <int Dim>

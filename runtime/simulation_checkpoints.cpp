@@ -48,14 +48,19 @@ SimulationState Simulation<Dim>::Impl::present_state() const {
 }
 
 template <int Dim>
+std::size_t Simulation<Dim>::Impl::state_bytes() const {
+  std::size_t bytes = 0;
+  for (int i = 0; i < patches.size(); ++i)
+    if (has_state(patches[i])) bytes += packed_bytes(patches[i]);
+  return bytes;
+}
+
+template <int Dim>
 void Simulation<Dim>::Impl::begin_keeping() {
   copies_states = false;
   if (!observer.checkpoint || model.analysis.remove_leaving_particles || !model.injections.empty())
     return;
-  std::size_t own = 0;
-  for (int i = 0; i < patches.size(); ++i)
-    if (has_state(patches[i])) own += packed_bytes(patches[i]);
-  std::array<Index, 3> sums{own > options.copied_state_bytes, patches.particles(), removed};
+  std::array<Index, 3> sums{state_bytes() > options.staging_bytes, patches.particles(), removed};
   ranks.sum(sums);
   copies_states = sums[0] == 0;
   all_particles = sums[1];
@@ -111,6 +116,7 @@ void Simulation<Dim>::Impl::checkpoint_is_written(Step at) {
 #define LAHAR_INSTANTIATE(Dim)                                           \
   template RunState Simulation<Dim>::Impl::run_state(Step) const;        \
   template SimulationState Simulation<Dim>::Impl::present_state() const; \
+  template std::size_t Simulation<Dim>::Impl::state_bytes() const;       \
   template void Simulation<Dim>::Impl::begin_keeping();                  \
   template void Simulation<Dim>::Impl::keep(int, Step);                  \
   template void Simulation<Dim>::Impl::hand_on_kept(Step);               \

@@ -62,6 +62,8 @@ struct Simulation<Dim>::Impl {
   /// The numbers when `at` steps are done.
   RunState run_state(Step at) const;
   SimulationState present_state() const;
+  /// [bytes] of the states of this rank's patches.
+  std::size_t state_bytes() const;
 
   // --- checkpoints ------------------------------------------------------------------------------
 
@@ -206,7 +208,7 @@ struct Simulation<Dim>::Impl {
 
   /// Frames are too large to be copied.
   bool frames_are_large() const {
-    return observer.large_frame && frame_size > options.copied_frame_bytes;
+    return observer.large_frame && frame_size > options.staging_bytes;
   }
 
   /// Where the graph has to drain: at `end`, or before it at a frame or a checkpoint that is not

@@ -9,6 +9,9 @@
 
 namespace lahar {
 
+/// [bytes] for copies of frames and states, unless the user says otherwise.
+inline constexpr std::size_t default_staging_bytes = std::size_t{64} << 20;
+
 /// What a simulation goes on from, bit by bit: its numbers, and the patches that have a state
 /// (runtime/patch_state.h) as bytes. Patches that are not named are as new.
 struct SimulationState {

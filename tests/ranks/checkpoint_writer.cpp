@@ -73,7 +73,7 @@ TEST_CASE("the bytes of a checkpoint do not depend on ranks, nor on whether it w
   const Ranks ranks = Ranks::world();
   for (const std::size_t copied : {std::size_t{1} << 20, std::size_t{0}}) {
     const SharedFolder folder(ranks);
-    CheckpointWriter writer({.folder = folder.path / "checkpoints", .copied_bytes = copied}, ranks);
+    CheckpointWriter writer({.folder = folder.path / "checkpoints", .staging_bytes = copied}, ranks);
     write(writer, share_of(ranks, 10));
     writer.finish();
     const fs::path file = folder.path / "checkpoints" / checkpoint_name(10);
@@ -155,7 +155,7 @@ TEST_CASE("what one rank cannot do fails on all, leaves no file, and the next ma
   if (ranks.rank() == 0) fs::remove(folder.path / "checkpoints");
 
   // The last rank's state cannot be packed when it is written.
-  CheckpointWriter large({.folder = folder.path / "checkpoints", .copied_bytes = 0}, ranks);
+  CheckpointWriter large({.folder = folder.path / "checkpoints", .staging_bytes = 0}, ranks);
   SimulationState state = share_of(ranks, 2);
   int calls = 0;
   if (ranks.rank() == ranks.size() - 1)

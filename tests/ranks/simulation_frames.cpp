@@ -19,7 +19,7 @@ std::map<std::string, std::string> files_of(const Model<Dim>& model, const Ranks
   const SharedFolder folder(ranks);
   FrameOutput output(folder.path, ranks);
   options.ranks = ranks;
-  options.copied_frame_bytes = copied ? options.copied_frame_bytes : 0;
+  options.staging_bytes = copied ? options.staging_bytes : 0;
   Observer observer;
   observer.frame = [&](FramePieces&& frame) { output.add(std::move(frame)); };
   observer.large_frame = [&](const FrameSource& frame) { output.write(frame); };

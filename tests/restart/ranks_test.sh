@@ -76,7 +76,8 @@ while [[ "$killed" -lt "$kills" ]]; do
   restart=(--overwrite)
   compgen -G "killed/checkpoints/checkpoint_*.h5" >/dev/null && restart=(--restart latest)
   "$mpiexec" --oversubscribe --bind-to none -n "$((2 + killed % 2))" \
-    "$lahar" "${common[@]}" --threads 1 --output killed "${restart[@]}" >/dev/null 2>&1 &
+    "$lahar" "${common[@]}" --threads 1 --staging "$((killed % 2))GiB" --output killed \
+    "${restart[@]}" >/dev/null 2>&1 &
   job="$!"
   sleep "$((1 + RANDOM % 2)).$((RANDOM % 10))"
   rank="$(child_of "$job")"

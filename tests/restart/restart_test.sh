@@ -41,10 +41,23 @@ run --output whole --threads 2
 last="$(ls whole/checkpoints | tail -n 1)"
 [[ "$last" == checkpoint_0000002000.h5 ]] || fail "the end has no checkpoint"
 
-# Killed at any moment, and continued on another number of threads.
+# Without memory for copies steps wait for frames and checkpoints, which are the same.
+"$lahar" run water.json --output waiting --staging 0MiB >waiting.txt
+grep -q "steps wait while frames (.*) and checkpoints (.*) are written" waiting.txt ||
+  fail "nothing says that steps wait: $(cat waiting.txt)"
+"$lahar" run water.json --output copied --staging 1GiB | grep "steps wait" &&
+  fail "there is memory enough"
+compare_with_whole waiting
+compare_with_whole copied
+status=0
+"$lahar" run water.json --output copied --staging -1GiB 2>error.txt || status="$?"
+[[ "$status" == 2 ]] && grep -q -e "--staging" error.txt ||
+  fail "--staging -1GiB: status $status, $(cat error.txt)"
+
+# Killed at any moment, and continued on another number of threads, with and without copies.
 killed=0
 for ((k = 0; k < 20 * kills && killed < kills; ++k)); do
-  options=(--output killed --threads "$((1 + k % 3))")
+  options=(--output killed --threads "$((1 + k % 3))" --staging "$((k % 2))GiB")
   if compgen -G "killed/checkpoints/checkpoint_*.h5" >/dev/null; then
     options+=(--restart latest)
   else

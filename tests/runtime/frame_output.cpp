@@ -22,7 +22,7 @@ template <int Dim>
 Files files_of(const Model<Dim>& model, ExecutionOptions options, bool copied) {
   const TemporaryFolder folder;
   FrameOutput output(folder.path);
-  options.copied_frame_bytes = copied ? options.copied_frame_bytes : 0;
+  options.staging_bytes = copied ? options.staging_bytes : 0;
   Observer observer;
   observer.frame = [&](FramePieces&& frame) { output.add(std::move(frame)); };
   observer.large_frame = [&](const FrameSource& frame) { output.write(frame); };

@@ -14,7 +14,7 @@ namespace {
 
 template <int Dim>
 Outcome run_with_large_frames(const Model<Dim>& model, ExecutionOptions options) {
-  options.copied_frame_bytes = 0;
+  options.staging_bytes = 0;
   Outcome outcome;
   Observer observer;
   observer.frame = [](FramePieces&&) { FAIL("a large frame was copied"); };

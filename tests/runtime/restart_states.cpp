@@ -236,7 +236,7 @@ TEST_CASE("states that tasks copy while steps are taken are those of a drained g
     for (ExecutionOptions way : {serial(), random_order(5), flow(3), flow(2)}) {
       CAPTURE(describe(way));
       const bool has_room = way.threads != 2;
-      if (!has_room) way.copied_state_bytes = 0;
+      if (!has_room) way.staging_bytes = 0;
       std::vector<StoredState> states;
       Simulation<2>* own = nullptr;
       int copies = 0;

@@ -137,7 +137,7 @@ TEST_CASE("splits in three dimensions, with adaptive steps and frames that are n
   REQUIRE(splits_after(model, model.analysis.nsteps) > 2);
   check_restart(model, 31, 60);
   ExecutionOptions large = flow(2);
-  large.copied_frame_bytes = 0;
+  large.staging_bytes = 0;
   std::vector<Frame> frames;
   Observer observer;
   observer.frame = [](FramePieces&&) { FAIL("is to be written without a copy"); };
