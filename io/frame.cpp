@@ -26,6 +26,32 @@ FrameHeader header_of(const Frame& frame) {
   return header;
 }
 
+Frame SpareFrames::take() {
+  Frame frame;
+  {
+    const std::lock_guard lock(mutex_);
+    if (frames_.empty()) return frame;
+    frame = std::move(frames_.back());
+    frames_.pop_back();
+  }
+  frame.id.clear();
+  frame.coordinates.clear();
+  frame.material.clear();
+  for (FrameColumn& column : frame.columns) column.values.clear();
+  return frame;
+}
+
+void SpareFrames::give(std::vector<Frame>&& frames) {
+  const std::lock_guard lock(mutex_);
+  for (Frame& frame : frames) frames_.push_back(std::move(frame));
+  frames.clear();
+}
+
+void FramePieces::release() {
+  if (spare) spare->give(std::move(pieces));
+  pieces.clear();
+}
+
 Index FramePieces::size() const {
   Index n = 0;
   for (const Frame& piece : pieces) n += piece.size();

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <functional>
+#include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <string_view>
@@ -44,12 +46,29 @@ struct FrameHeader {
 };
 FrameHeader header_of(const Frame& frame);
 
+/// Pieces of frames that are done with: the next ones are made in their memory, because what comes
+/// fresh from the system takes longer to get than to fill. Any thread.
+class SpareFrames {
+ public:
+  /// Without particles; with columns where one is left.
+  Frame take();
+  void give(std::vector<Frame>&& frames);
+
+ private:
+  std::mutex mutex_;
+  std::vector<Frame> frames_;
+};
+
 /// A frame as the patches give it: its particles are those of all pieces, one after the other.
 struct FramePieces {
   FrameHeader header;
   std::vector<Frame> pieces;  ///< with the header's columns
+  /// Who made the pieces wants their memory back; may be null.
+  std::shared_ptr<SpareFrames> spare = nullptr;
 
   Index size() const;
+  /// Nobody needs the pieces any more.
+  void release();
 };
 
 /// A frame whose pieces are copied only while they are written, because there is no memory for a
@@ -59,6 +78,8 @@ struct FrameSource {
   std::vector<Index> sizes;                 ///< particles of each piece
   std::function<Frame(std::size_t)> piece;  ///< may be called by several threads at a time
   int threads = 1;                          ///< that may call it
+  /// Wants back what piece() gave; may be null.
+  std::shared_ptr<SpareFrames> spare = nullptr;
 
   Index size() const;
 };

@@ -106,23 +106,24 @@ void FrameOutput::write_pieces(const Job& job) {
     parts.push_back({begin, end, first});
     first += n;
   }
-  const auto pieces_of = [&](const Part& part) {
-    std::vector<Frame> pieces;
-    for (std::size_t k = part.begin; k < part.end; ++k) pieces.push_back(frame.piece(k));
-    return pieces;
+  const auto write = [&](const Part& part, const auto& to) {
+    FramePieces copies{.header = {}, .pieces = {}, .spare = frame.spare};
+    for (std::size_t k = part.begin; k < part.end; ++k) copies.pieces.push_back(frame.piece(k));
+    to(copies.pieces);
+    copies.release();
   };
   const auto polls = [this] { poll(); };
+  const auto give = [&](Index place, auto bytes) { relay_.give(place, bytes, polls); };
   if (!relay_.writes()) {
     for (const Part& part : parts)
-      write_slab(job.layout, part.first, pieces_of(part),
-                 [&](Index place, auto bytes) { relay_.give(place, bytes, polls); });
+      write(part, [&](auto& pieces) { write_slab(job.layout, part.first, pieces, give); });
     return relay_.end(polls);
   }
   write_and_take(frame.header.step, false, polls, [&](const SlabFile& file) {
     parallel_for(frame.threads, static_cast<int>(parts.size()), [&](int i) {
       const TraceSpan trace = TraceSpan::beside_steps(TraceKind::frame, frame.header.step);
       const Part& part = parts[static_cast<std::size_t>(i)];
-      file.write(job.layout, part.first, pieces_of(part));
+      write(part, [&](auto& pieces) { file.write(job.layout, part.first, pieces); });
     });
   });
 }
@@ -335,12 +336,12 @@ void FrameOutput::write_own(Job& job) {
   const auto give = [&](Index place, auto bytes) { relay_.give(place, bytes, rests); };
   if (!relay_.writes()) {
     write_slab(job.layout, job.first, job.frame.pieces, give);
-    job.frame.pieces.clear();
+    job.frame.release();
     return relay_.end(rests);
   }
   write_and_take(job.frame.header.step, true, rests, [&](const SlabFile& file) {
     file.write(job.layout, job.first, job.frame.pieces);
-    job.frame.pieces.clear();
+    job.frame.release();
   });
 }
 

@@ -179,8 +179,8 @@ void append(Frame& frame, const Block<Dim>& block, Index all, const Model<Dim>& 
 }  // namespace
 
 template <int Dim>
-Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model) {
-  Frame frame;
+Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model, Frame spare) {
+  Frame frame = std::move(spare);
   frame.dim = Dim;
   const Index n = particles_of(patch);
   frame.id.reserve(static_cast<std::size_t>(n));
@@ -208,11 +208,14 @@ FrameHeader frame_header(const ColumnLayout<Dim>& layout, const Model<Dim>& mode
 
 template <int Dim>
 FrameSource frame_source(const std::vector<const Patch<Dim>*>& patches, FrameHeader header,
-                         const Model<Dim>& model) {
+                         const Model<Dim>& model, std::shared_ptr<SpareFrames> spare) {
   FrameSource frame;
+  frame.spare = spare;
   frame.header = std::move(header);
   for (const Patch<Dim>* patch : patches) frame.sizes.push_back(particles_of(*patch));
-  frame.piece = [patches, &model](std::size_t i) { return snapshot(*patches[i], model); };
+  frame.piece = [patches, &model, spare = std::move(spare)](std::size_t i) {
+    return snapshot(*patches[i], model, spare->take());
+  };
   return frame;
 }
 
@@ -278,16 +281,16 @@ HistoryRow sums(Patch<Dim>& patch) {
   return row;
 }
 
-template Frame snapshot<2>(const Patch<2>&, const Model<2>&);
-template Frame snapshot<3>(const Patch<3>&, const Model<3>&);
+template Frame snapshot<2>(const Patch<2>&, const Model<2>&, Frame);
+template Frame snapshot<3>(const Patch<3>&, const Model<3>&, Frame);
 template Index particles_of<2>(const Patch<2>&);
 template Index particles_of<3>(const Patch<3>&);
 template FrameHeader frame_header<2>(const ColumnLayout<2>&, const Model<2>&);
 template FrameHeader frame_header<3>(const ColumnLayout<3>&, const Model<3>&);
 template FrameSource frame_source<2>(const std::vector<const Patch<2>*>&, FrameHeader,
-                                     const Model<2>&);
+                                     const Model<2>&, std::shared_ptr<SpareFrames>);
 template FrameSource frame_source<3>(const std::vector<const Patch<3>*>&, FrameHeader,
-                                     const Model<3>&);
+                                     const Model<3>&, std::shared_ptr<SpareFrames>);
 template std::size_t frame_bytes<2>(const ColumnLayout<2>&, const Model<2>&, Index);
 template std::size_t frame_bytes<3>(const ColumnLayout<3>&, const Model<3>&, Index);
 template HistoryRow sums<2>(Patch<2>&);

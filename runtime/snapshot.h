@@ -9,9 +9,10 @@
 
 namespace lahar {
 
-/// Particles of one patch, those on their way to a neighbour included, in patch order.
+/// Particles of one patch, those on their way to a neighbour included, in patch order; in the
+/// memory of a snapshot of the same model that is done with, if there is one.
 template <int Dim>
-Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model);
+Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model, Frame spare = {});
 
 /// How many particles that is.
 template <int Dim>
@@ -24,7 +25,7 @@ FrameHeader frame_header(const ColumnLayout<Dim>& layout, const Model<Dim>& mode
 /// Patches at rest as a frame; they must outlive it and stay as they are.
 template <int Dim>
 FrameSource frame_source(const std::vector<const Patch<Dim>*>& patches, FrameHeader header,
-                         const Model<Dim>& model);
+                         const Model<Dim>& model, std::shared_ptr<SpareFrames> spare);
 
 /// Size of a frame in memory [bytes].
 template <int Dim>

@@ -7,6 +7,7 @@
 #include "io/vtkhdf.h"
 #include "physics/error.h"
 #include "tests/ranks/shared_folder.h"
+#include "tests/runtime/by_hand.h"
 #include "tests/runtime/models.h"
 
 using namespace lahar;
@@ -82,6 +83,33 @@ TEST_CASE("frames are written in the background, in order, while at most two wai
   }
   output.finish();
   CHECK(names_in(folder.path).size() == 21);
+}
+
+TEST_CASE("pieces that are written are given back, and snapshots in their memory are as new") {
+  const TemporaryFolder folder;
+  FrameOutput output(folder.path);
+  FramePieces pieces = frame_at(0, 300);
+  const auto spare = pieces.spare = std::make_shared<SpareFrames>();
+  output.add(std::move(pieces));
+  output.finish();
+  for (int k = 0; k < 3; ++k) CHECK(spare->take().columns.size() > 0);
+  CHECK(spare->take().columns.empty());
+
+  const auto check_all = []<int Dim>(const Model<Dim>& model) {
+    ByHand<Dim> by_hand(model);
+    for (int k = 0; k < 5; ++k) by_hand.step();
+    SpareFrames used;
+    for (int p = 0; p < by_hand.patches.size(); ++p) {
+      const Frame fresh = snapshot(by_hand.patches[p], model);
+      Frame again = snapshot(by_hand.patches[p], model, used.take());
+      CHECK(same_bits(again, fresh));
+      std::vector<Frame> done;
+      done.push_back(std::move(again));
+      used.give(std::move(done));
+    }
+  };
+  check_all(two_discs());
+  check_all(dam_break_3d());
 }
 
 TEST_CASE("the index has every frame once, with its time") {
