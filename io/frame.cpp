@@ -26,25 +26,26 @@ FrameHeader header_of(const Frame& frame) {
   return header;
 }
 
-Frame SpareFrames::take() {
-  Frame frame;
+Frame SparePieces::take(std::size_t i) {
+  Frame piece;
   {
     const std::lock_guard lock(mutex_);
-    if (frames_.empty()) return frame;
-    frame = std::move(frames_.back());
-    frames_.pop_back();
+    if (i >= pieces_.size() || pieces_[i].empty()) return piece;
+    piece = std::move(pieces_[i].back());
+    pieces_[i].pop_back();
   }
-  frame.id.clear();
-  frame.coordinates.clear();
-  frame.material.clear();
-  for (FrameColumn& column : frame.columns) column.values.clear();
-  return frame;
+  piece.id.clear();
+  piece.coordinates.clear();
+  piece.material.clear();
+  for (FrameColumn& column : piece.columns) column.values.clear();
+  return piece;
 }
 
-void SpareFrames::give(std::vector<Frame>&& frames) {
+void SparePieces::give(std::vector<Frame>&& pieces) {
   const std::lock_guard lock(mutex_);
-  for (Frame& frame : frames) frames_.push_back(std::move(frame));
-  frames.clear();
+  pieces_.resize(pieces.size());  // patches were made or have moved: memory of others is freed
+  for (std::size_t i = 0; i < pieces.size(); ++i) pieces_[i].push_back(std::move(pieces[i]));
+  pieces.clear();
 }
 
 void FramePieces::release() {

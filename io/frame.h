@@ -48,15 +48,17 @@ FrameHeader header_of(const Frame& frame);
 
 /// Pieces of frames that are done with: the next ones are made in their memory, because what comes
 /// fresh from the system takes longer to get than to fill. Any thread.
-class SpareFrames {
+class SparePieces {
  public:
-  /// Without particles; with columns where one is left.
-  Frame take();
-  void give(std::vector<Frame>&& frames);
+  /// Piece i of some frame, or a new one: without particles, but with its columns.
+  Frame take(std::size_t i);
+  /// All of a frame.
+  void give(std::vector<Frame>&& pieces);
 
  private:
   std::mutex mutex_;
-  std::vector<Frame> frames_;
+  /// By the piece's place, so that sizes fit.
+  std::vector<std::vector<Frame>> pieces_;
 };
 
 /// A frame as the patches give it: its particles are those of all pieces, one after the other.
@@ -64,7 +66,7 @@ struct FramePieces {
   FrameHeader header;
   std::vector<Frame> pieces;  ///< with the header's columns
   /// Who made the pieces wants their memory back; may be null.
-  std::shared_ptr<SpareFrames> spare = nullptr;
+  std::shared_ptr<SparePieces> spare = nullptr;
 
   Index size() const;
   /// Nobody needs the pieces any more.
@@ -78,8 +80,6 @@ struct FrameSource {
   std::vector<Index> sizes;                 ///< particles of each piece
   std::function<Frame(std::size_t)> piece;  ///< may be called by several threads at a time
   int threads = 1;                          ///< that may call it
-  /// Wants back what piece() gave; may be null.
-  std::shared_ptr<SpareFrames> spare = nullptr;
 
   Index size() const;
 };

@@ -134,7 +134,8 @@ void measure_ranks(const RankBenchArguments& arguments, const Ranks& world) {
       fmt::print(
           "## 2 ranks of one thread against one rank of 2 threads, H8, linear elastic, USL\n\n"
           "And against two processes that compute half of the particles each and do not know of "
-          "each other: what\nthese take longer than threads, no exchange of ranks can save.\n\n"
+          "each other: what\nthese take longer than threads comes from cores of unequal speed, "
+          "not from messages.\n\n"
           "| particles | 1 x 2 [ns] | 2 x 1 [ns] | ratio | two halves [ns] | ratio to 1 x 2 "
           "| 2 x 1 to halves | 1 x 1 [ns] |\n"
           "|---:|---:|---:|---:|---:|---:|---:|---:|\n");

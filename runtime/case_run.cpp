@@ -245,7 +245,7 @@ void CaseRun<Dim>::describe_staging(const SimulationInfo& info) {
   std::string waits;
   const auto add = [&](bool planned, const char* what, std::size_t bytes) {
     if (planned && bytes > staging)
-      waits += fmt::format("{}{} ({} of a rank)", waits.empty() ? "" : " and ", what,
+      waits += fmt::format("{}{} ({} of the largest rank)", waits.empty() ? "" : " and ", what,
                            format_bytes(static_cast<double>(bytes)));
   };
   add(output_.frame_steps > 0, "frames", info.frame_bytes);

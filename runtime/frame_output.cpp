@@ -20,6 +20,8 @@ namespace {
 /// stays in a second-level cache (four times as many, and a frame takes twice as long), and each
 /// column is still enough for a system call.
 constexpr Index particles_per_write = 1 << 13;
+/// And where they are sent to a rank that writes: fewer messages count for more.
+constexpr Index particles_per_relay = 1 << 15;
 
 /// How long to sleep between two looks at what other ranks say.
 constexpr std::chrono::microseconds poll_interval{100};
@@ -97,33 +99,32 @@ void FrameOutput::write_pieces(const Job& job) {
     Index first;
   };
   std::vector<Part> parts;
+  const Index most = relay_.writes() ? particles_per_write : particles_per_relay;
   Index first = job.first;
   for (std::size_t begin = 0, end = 0; begin < frame.sizes.size(); begin = end) {
     Index n = 0;
-    while (end < frame.sizes.size() &&
-           (end == begin || n + frame.sizes[end] <= particles_per_write))
+    while (end < frame.sizes.size() && (end == begin || n + frame.sizes[end] <= most))
       n += frame.sizes[end++];
     parts.push_back({begin, end, first});
     first += n;
   }
-  const auto write = [&](const Part& part, const auto& to) {
-    FramePieces copies{.header = {}, .pieces = {}, .spare = frame.spare};
-    for (std::size_t k = part.begin; k < part.end; ++k) copies.pieces.push_back(frame.piece(k));
-    to(copies.pieces);
-    copies.release();
+  const auto pieces_of = [&](const Part& part) {
+    std::vector<Frame> pieces;
+    for (std::size_t k = part.begin; k < part.end; ++k) pieces.push_back(frame.piece(k));
+    return pieces;
   };
   const auto polls = [this] { poll(); };
-  const auto give = [&](Index place, auto bytes) { relay_.give(place, bytes, polls); };
   if (!relay_.writes()) {
     for (const Part& part : parts)
-      write(part, [&](auto& pieces) { write_slab(job.layout, part.first, pieces, give); });
+      write_slab(job.layout, part.first, pieces_of(part),
+                 [&](Index place, auto bytes) { relay_.give(place, bytes, polls); });
     return relay_.end(polls);
   }
   write_and_take(frame.header.step, false, polls, [&](const SlabFile& file) {
     parallel_for(frame.threads, static_cast<int>(parts.size()), [&](int i) {
       const TraceSpan trace = TraceSpan::beside_steps(TraceKind::frame, frame.header.step);
       const Part& part = parts[static_cast<std::size_t>(i)];
-      write(part, [&](auto& pieces) { file.write(job.layout, part.first, pieces); });
+      file.write(job.layout, part.first, pieces_of(part));
     });
   });
 }

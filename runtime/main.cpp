@@ -53,8 +53,8 @@ void refuse_several_ranks(const char* command) {
 const std::map<std::string, Partitioner> partitioners{{"curve", Partitioner::curve},
                                                       {"scotch", Partitioner::scotch}};
 
-const std::map<std::string, double> size_units{
-    {"KiB", 0x1p10}, {"MiB", 0x1p20}, {"GiB", 0x1p30}, {"TiB", 0x1p40}};
+const std::map<std::string, std::uint64_t> size_units{
+    {"KiB", 1ULL << 10}, {"MiB", 1ULL << 20}, {"GiB", 1ULL << 30}, {"TiB", 1ULL << 40}};
 
 /// What --balance says.
 BalanceOptions balance_options(const std::string& text, Partitioner partitioner) {
@@ -107,7 +107,6 @@ int run_program(int argc, char** argv) {
   RunArguments run;
   run.command.assign(argv, argv + argc);
   bool serial = false, bulk = false;
-  double staging = default_staging_bytes;
   std::string balance = "auto";
   auto* run_app = app.add_subcommand("run", "Run a case");
   add_scenario(*run_app, run.scenario, run.options);
@@ -130,13 +129,11 @@ int run_program(int argc, char** argv) {
                    "their particles (default: all)")
       ->check(CLI::Range(1, 1'000'000));
   run_app
-      ->add_option("--staging", staging,
-                   "Up to what size, of each rank, frames and checkpoints are copied and written "
-                   "while steps are taken; steps wait while larger ones are written")
+      ->add_option("--staging", run.execution.staging_bytes,
+                   "Up to what size, of each rank, a frame or checkpoint is copied and written "
+                   "while steps are taken (of frames there may be three copies at a time, of "
+                   "checkpoints two); steps wait while a larger one is written")
       ->transform(CLI::AsNumberWithUnit(size_units, CLI::AsNumberWithUnit::UNIT_REQUIRED))
-      ->check([](const std::string& bytes) -> std::string {
-        return bytes.starts_with('-') ? "must not be negative" : "";
-      })
       ->type_name("SIZE")
       ->default_str("64MiB");
   run_app->add_flag("--bulk-synchronous", bulk,
@@ -171,7 +168,6 @@ int run_program(int argc, char** argv) {
       throw InputError("--serial and --bulk-synchronous exclude each other; give one of them.");
     if (serial) run.execution.mode = ExecutionOptions::Mode::serial;
     if (bulk) run.execution.mode = ExecutionOptions::Mode::bulk;
-    run.execution.staging_bytes = static_cast<std::size_t>(staging);
     run.execution.balance = balance_options(balance, run.execution.balance.partitioner);
     code = run_command(run);
   });

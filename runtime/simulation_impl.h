@@ -348,7 +348,7 @@ struct Simulation<Dim>::Impl {
   PatchWork work;  ///< since the start, up to the last history row
   PerStep<std::vector<HistoryRow>> rows;
   PerStep<std::vector<Frame>> pieces;
-  std::shared_ptr<SpareFrames> spare = std::make_shared<SpareFrames>();
+  std::shared_ptr<SparePieces> spare = std::make_shared<SparePieces>();
   PerStep<std::vector<std::vector<std::byte>>> kept;  ///< for checkpoints, by patch
   PerStep<std::vector<std::vector<Index>>> injected;  ///< events, by patch
   std::vector<StageTicks> timing;                     ///< per patch and stage

@@ -75,7 +75,7 @@ void Simulation<Dim>::Impl::output(int p, Step step) {
   if (may_be_unstable(p, step)) check_limit(p, step);
   if (history_due(step) || frame_due(step)) check_finite(patches[p]);
   if (history_due(step)) rows[step][i] = sums(patches[p]);
-  if (copy_due(step)) pieces[step][i] = snapshot(patches[p], model, spare->take());
+  if (copy_due(step)) pieces[step][i] = snapshot(patches[p], model, spare->take(i));
   if (split_due(step) && is_crowded(patches[p], most_particles())) crowded[step] = true;
 }
 
@@ -215,7 +215,7 @@ template <int Dim>
 FrameSource Simulation<Dim>::Impl::present_frame() const {
   std::vector<const Patch<Dim>*> all;
   for (int i = 0; i < patches.size(); ++i) all.push_back(&patches[i]);
-  FrameSource frame = lahar::frame_source(all, header_at(step), model, spare);
+  FrameSource frame = lahar::frame_source(all, header_at(step), model);
   if (!log.empty())
     frame.piece = [this, piece = std::move(frame.piece)](std::size_t i) {
       Frame one = piece(i);

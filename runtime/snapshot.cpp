@@ -208,14 +208,11 @@ FrameHeader frame_header(const ColumnLayout<Dim>& layout, const Model<Dim>& mode
 
 template <int Dim>
 FrameSource frame_source(const std::vector<const Patch<Dim>*>& patches, FrameHeader header,
-                         const Model<Dim>& model, std::shared_ptr<SpareFrames> spare) {
+                         const Model<Dim>& model) {
   FrameSource frame;
-  frame.spare = spare;
   frame.header = std::move(header);
   for (const Patch<Dim>* patch : patches) frame.sizes.push_back(particles_of(*patch));
-  frame.piece = [patches, &model, spare = std::move(spare)](std::size_t i) {
-    return snapshot(*patches[i], model, spare->take());
-  };
+  frame.piece = [patches, &model](std::size_t i) { return snapshot(*patches[i], model); };
   return frame;
 }
 
@@ -288,9 +285,9 @@ template Index particles_of<3>(const Patch<3>&);
 template FrameHeader frame_header<2>(const ColumnLayout<2>&, const Model<2>&);
 template FrameHeader frame_header<3>(const ColumnLayout<3>&, const Model<3>&);
 template FrameSource frame_source<2>(const std::vector<const Patch<2>*>&, FrameHeader,
-                                     const Model<2>&, std::shared_ptr<SpareFrames>);
+                                     const Model<2>&);
 template FrameSource frame_source<3>(const std::vector<const Patch<3>*>&, FrameHeader,
-                                     const Model<3>&, std::shared_ptr<SpareFrames>);
+                                     const Model<3>&);
 template std::size_t frame_bytes<2>(const ColumnLayout<2>&, const Model<2>&, Index);
 template std::size_t frame_bytes<3>(const ColumnLayout<3>&, const Model<3>&, Index);
 template HistoryRow sums<2>(Patch<2>&);

@@ -25,7 +25,7 @@ FrameHeader frame_header(const ColumnLayout<Dim>& layout, const Model<Dim>& mode
 /// Patches at rest as a frame; they must outlive it and stay as they are.
 template <int Dim>
 FrameSource frame_source(const std::vector<const Patch<Dim>*>& patches, FrameHeader header,
-                         const Model<Dim>& model, std::shared_ptr<SpareFrames> spare);
+                         const Model<Dim>& model);
 
 /// Size of a frame in memory [bytes].
 template <int Dim>

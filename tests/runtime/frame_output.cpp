@@ -89,19 +89,21 @@ TEST_CASE("pieces that are written are given back, and snapshots in their memory
   const TemporaryFolder folder;
   FrameOutput output(folder.path);
   FramePieces pieces = frame_at(0, 300);
-  const auto spare = pieces.spare = std::make_shared<SpareFrames>();
+  const auto spare = pieces.spare = std::make_shared<SparePieces>();
   output.add(std::move(pieces));
   output.finish();
-  for (int k = 0; k < 3; ++k) CHECK(spare->take().columns.size() > 0);
-  CHECK(spare->take().columns.empty());
+  for (std::size_t k = 0; k < 3; ++k) {
+    CHECK(spare->take(k).columns.size() > 0);
+    CHECK(spare->take(k).columns.empty());
+  }
 
   const auto check_all = []<int Dim>(const Model<Dim>& model) {
     ByHand<Dim> by_hand(model);
     for (int k = 0; k < 5; ++k) by_hand.step();
-    SpareFrames used;
+    SparePieces used;
     for (int p = 0; p < by_hand.patches.size(); ++p) {
       const Frame fresh = snapshot(by_hand.patches[p], model);
-      Frame again = snapshot(by_hand.patches[p], model, used.take());
+      Frame again = snapshot(by_hand.patches[p], model, used.take(0));
       CHECK(same_bits(again, fresh));
       std::vector<Frame> done;
       done.push_back(std::move(again));
