@@ -74,10 +74,11 @@ std::string block_scenario(int dim, const BlockSize& size) {
                   "poisson_ratio": 0.3}}],
   "particles": [{{"generator": {{"type": "region", "per_cell": {}, "material": 0,
                                 "velocity": [{}],
-                                "region": {{"box": {{"min": [{}], "max": [{}]}}}}}}}}],
+                                "region": {{"box": {{"min": [{}], "max": [{}, {}]}}}}}}}}],
   "analysis": {{"mpm_scheme": "usl", "dt": {}, "nsteps": 1}}}})",
       repeated(end + above, dim), per_cell(dim), repeated(1e-6, dim), repeated(below, dim),
-      repeated(end, dim), block_step);
+      static_cast<double>(below) + size.filled * static_cast<double>(size.cells),
+      repeated(end, dim - 1), block_step);
 }
 
 /// Turn (a, b) about the origin: at the radius `rim` and beyond not at all, inside by `turns`.
@@ -93,9 +94,9 @@ void swirl(double& a, double& b, double rim, double turns) {
 }  // namespace
 
 Index BlockSize::particles(int dim) const {
-  Index n = 1;
-  for (int d = 0; d < dim; ++d) n *= cells * per_cell(dim);
-  return n;
+  double n = filled;
+  for (int d = 0; d < dim; ++d) n *= static_cast<double>(cells * per_cell(dim));
+  return std::llround(n);
 }
 
 template <int Dim>

@@ -17,6 +17,7 @@ namespace lahar {
 struct BlockSize {
   Index cells;           ///< along an edge of the block
   Index mesh_cells = 0;  ///< along an edge of the mesh; 0 = what a flying block needs
+  double filled = 1;     ///< share of the block, along x, that has particles
   Index particles(int dim) const;
 };
 

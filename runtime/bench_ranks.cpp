@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <memory>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "runtime/bench_cases.h"
@@ -104,24 +103,6 @@ Model<3> block(Index cells) {
   return lattice_block<3>({.cells = cells});
 }
 
-/// The particles of one side of it.
-Model<3> half_block(Index cells) {
-  Model<3> model = block(cells);
-  const ParticleTable<3> all = std::exchange(model.particles, {});
-  const auto [least, most] = std::minmax_element(
-      all.x.begin(), all.x.end(), [](const auto& a, const auto& b) { return a[0] < b[0]; });
-  const double middle = 0.5 * ((*least)[0] + (*most)[0]);
-  for (std::size_t p = 0; p < all.x.size(); ++p) {
-    if (all.x[p][0] > middle) continue;
-    model.particles.x.push_back(all.x[p]);
-    model.particles.cell.push_back(all.cell[p]);
-    model.particles.volume.push_back(all.volume[p]);
-    model.particles.material.push_back(all.material[p]);
-    model.particles.velocity.push_back(all.velocity[p]);
-  }
-  return model;
-}
-
 double nanoseconds(double step, Index cells) {
   return step * 1e9 / static_cast<double>(BlockSize{cells}.particles(3));
 }
@@ -140,9 +121,10 @@ void measure_ranks(const RankBenchArguments& arguments, const Ranks& world) {
           "| 2 x 1 to halves | 1 x 1 [ns] |\n"
           "|---:|---:|---:|---:|---:|---:|---:|---:|\n");
     for (const Index cells : {25, 50}) {
+      const Model<3> half = lattice_block<3>({.cells = cells, .filled = 0.5});
       const auto t = measurement.step_times({{"1 x 2", block(cells), {.threads = 2}, 1},
                                              {"2 x 1", block(cells), {.threads = 1}, 2},
-                                             {"halves", half_block(cells), {.threads = 1}, 2, true},
+                                             {"halves", half, {.threads = 1}, 2, true},
                                              {"1 x 1", block(cells), {.threads = 1}, 1}});
       if (speaks)
         fmt::print("| {} | {:.1f} | {:.1f} | {:.3f} | {:.1f} | {:.3f} | {:.3f} | {:.1f} |\n",
