@@ -9,8 +9,9 @@
 /// apart.
 ///
 /// A task and its rest are one body most of the time. Where ranks have to agree on the time step,
-/// so many rests are set aside that there is something to do until they have: patches in the middle
-/// of the rank, which nobody else waits for. Rests that are set aside are nodes of their own.
+/// so many rests are set aside that there is something to do until they have: of patches in the
+/// middle of the rank, which nobody else waits for, before others. Rests that are set aside are
+/// nodes of their own.
 ///
 /// Several ranks: the task of a message from elsewhere is done where the message is found; that all
 /// ranks have finished a step releases permits. Every body ends with a look for messages, and a
@@ -130,7 +131,8 @@ class FlowExecutor final : public Executor {
     }
     if (remote_) {
       find_boundary();
-      if (graph_.has_dt) rests_.emplace(graph_, boundary_, static_cast<int>(threads_));
+      if (graph_.has_dt)
+        rests_.emplace(graph_, boundary_, static_cast<int>(threads_), remote_->has_cores());
     }
     from_elsewhere_.assign(static_cast<std::size_t>(n), 0);
     for (const Edge& edge : graph_.edges)
@@ -209,7 +211,7 @@ class FlowExecutor final : public Executor {
   }
   void put(int task) {
     if (counting_ && !count_message(task) && remote_) return;
-    if (remote_) ready_tasks_.add(task, step_[static_cast<std::size_t>(task)], is_urgent(task));
+    if (remote_) ready_tasks_.add(task, step_[static_cast<std::size_t>(task)], who_waits(task));
     nodes_[static_cast<std::size_t>(task)].try_put(flow::continue_msg{});
   }
 
@@ -390,8 +392,10 @@ class FlowExecutor final : public Executor {
     messages_.erase(std::unique(messages_.begin(), messages_.end()), messages_.end());
     done_ = std::vector<std::atomic<Step>>(static_cast<std::size_t>(graph_.tasks()));
   }
-  bool is_urgent(int task) const {
-    return graph_.is_global(task) || boundary_[static_cast<std::size_t>(graph_.patch_of(task))];
+  Waits who_waits(int task) const {
+    if (graph_.is_global(task)) return Waits::all_ranks;
+    return boundary_[static_cast<std::size_t>(graph_.patch_of(task))] ? Waits::neighbours
+                                                                      : Waits::nobody_else;
   }
 
   // --- single tasks -----------------------------------------------------------------------------

@@ -12,15 +12,19 @@
 
 namespace lahar {
 
-/// Who takes a task gets the one for which others wait most: what other ranks wait for comes before
-/// what only this one does, and of that the earliest step. Of the latter patches come in their
-/// order, in which neighbours follow each other; of the former in any: in that order, two ranks of
-/// some dozen patches that all exchange took a tenth longer. Any thread.
+/// Who waits for a task, the most urgent first.
+enum class Waits { all_ranks, neighbours, nobody_else };
+
+/// Who takes a task gets the one for which others wait most: agreements of all ranks come before
+/// what neighbours of this rank wait for, that before what only this rank does, and of each the
+/// earliest step. Of the last patches come in their order, in which neighbours follow each other;
+/// of those before in any: in that order, two ranks of some dozen patches that all exchange took a
+/// tenth longer. Any thread.
 class ReadyTasks {
  public:
-  void add(int task, Step step, bool others_wait) {
+  void add(int task, Step step, Waits waits) {
     const std::scoped_lock lock(mutex_);
-    heap_.push_back({!others_wait, step, others_wait ? 0 : task, task});
+    heap_.push_back({waits, step, waits == Waits::nobody_else ? task : 0, task});
     std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
     size_.fetch_add(1, std::memory_order_acq_rel);
   }
@@ -41,11 +45,11 @@ class ReadyTasks {
 
  private:
   struct Ready {
-    bool can_wait;
+    Waits waits;
     Step step;
     int order, task;
     bool operator>(const Ready& other) const {
-      return std::tie(can_wait, step, order) > std::tie(other.can_wait, other.step, other.order);
+      return std::tie(waits, step, order) > std::tie(other.waits, other.step, other.order);
     }
   };
 

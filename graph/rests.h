@@ -18,13 +18,15 @@ namespace lahar {
 /// none of these tasks begins again.
 ///
 /// How many are set aside follows from how many were left when the time step became known. These
-/// are patches in the middle of a rank, for whose neighbours no other rank waits.
+/// are patches in the middle of a rank, for whose neighbours no other rank waits; if they are too
+/// few and ranks have cores of their own, also those that exchange, whose rests come first when
+/// they are released. (Two ranks that share a core fill each other's waits.)
 class Rests {
  public:
   /// `boundary`: by patch, whether it exchanges with other ranks.
-  Rests(const TaskGraph& graph, const std::vector<char>& boundary, int threads)
+  Rests(const TaskGraph& graph, const std::vector<char>& boundary, int threads, bool has_cores)
       : tasks_(graph.own_patches()), enough_(threads + 1) {
-    find_order(graph, boundary);
+    find_order(graph, boundary, has_cores);
   }
 
   /// Before steps are taken.
@@ -76,8 +78,9 @@ class Rests {
   }
 
  private:
-  /// Patches that are furthest from those that exchange with other ranks come first.
-  void find_order(const TaskGraph& graph, const std::vector<char>& boundary) {
+  /// Patches that are furthest from those that exchange with other ranks come first, and these at
+  /// most as the last ones.
+  void find_order(const TaskGraph& graph, const std::vector<char>& boundary, bool has_cores) {
     const auto n = static_cast<std::size_t>(graph.patches);
     std::vector<std::vector<int>> next(n);
     for (const Edge& edge : graph.edges)
@@ -99,7 +102,7 @@ class Rests {
     }
     std::vector<int> able;
     for (int p = 0; p < graph.own_patches(); ++p)
-      if (distance[static_cast<std::size_t>(p)] > 0) able.push_back(p);
+      if (has_cores || distance[static_cast<std::size_t>(p)] > 0) able.push_back(p);
     std::stable_sort(able.begin(), able.end(), [&](int a, int b) {
       return distance[static_cast<std::size_t>(a)] > distance[static_cast<std::size_t>(b)];
     });

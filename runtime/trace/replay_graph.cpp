@@ -60,8 +60,11 @@ class GraphSimulator {
       return time != other.time ? time > other.time : number > other.number;
     }
   };
+  /// By urgency: what others wait for, what only this rank does, and the same of rests, which can
+  /// wait until the time step is agreed on.
+  enum Queue : std::uint8_t { urgent, ready, urgent_rests, rests, queues };
   struct Rank {
-    std::deque<Task> urgent, ready;
+    std::array<std::deque<Task>, queues> tasks;
     std::deque<std::uint16_t> idle;  ///< workers, the longest idle first
     std::vector<Task> came;          ///< messages and agreements that nobody has looked at
     std::vector<double> useful;
@@ -141,14 +144,19 @@ class GraphSimulator {
   // --- tasks ------------------------------------------------------------------------------------
 
   void push(const Task& task) {
-    push_at(patch(task.patch).rank, task, boundary_[static_cast<std::size_t>(task.patch)]);
+    const bool boundary = boundary_[static_cast<std::size_t>(task.patch)];
+    const Queue queue =
+        is_rest(task.phase) ? (boundary ? urgent_rests : rests) : (boundary ? urgent : ready);
+    push_at(patch(task.patch).rank, task, queue);
   }
-  void push_at(int r, const Task& task, bool urgent) {
-    enqueue(r, task, urgent);
+  void push_at(int r, const Task& task, Queue queue) {
+    rank(r).tasks[queue].push_back(task);
     touch(r);
   }
-  void enqueue(int r, const Task& task, bool urgent) {
-    (urgent ? rank(r).urgent : rank(r).ready).push_back(task);
+  /// What follows the phase that gives the time step, and waits for nothing else.
+  bool is_rest(int phase) const {
+    return c_.work->has_dt && phase > 0 && phase_info(phase - 1).gives_dt &&
+           !phase_info(phase).needs_dt && !c_.exchanges(phase);
   }
   void touch(int r) {
     if (touched_.empty() || touched_.back() != r) touched_.push_back(r);
@@ -167,10 +175,12 @@ class GraphSimulator {
     Rank& on = rank(r);
     // A worker without a task looks for messages all the time.
     if (!on.idle.empty() && !on.came.empty()) look(r);
-    while (!on.idle.empty() && !(on.urgent.empty() && on.ready.empty())) {
-      auto& queue = on.urgent.empty() ? on.ready : on.urgent;
-      const Task task = queue.front();
-      queue.pop_front();
+    while (!on.idle.empty()) {
+      const auto queue = std::find_if(on.tasks.begin(), on.tasks.end(),
+                                      [](const auto& tasks) { return !tasks.empty(); });
+      if (queue == on.tasks.end()) break;
+      const Task task = queue->front();
+      queue->pop_front();
       sum_exposed(on);
       const std::uint16_t worker = on.idle.front();
       on.idle.pop_front();
@@ -240,7 +250,7 @@ class GraphSimulator {
         sum_exposed(at);
         --at.under_way;
       }
-      enqueue(r, task, true);
+      at.tasks[urgent].push_back(task);
     }
     at.came.clear();
   }
@@ -321,7 +331,7 @@ class GraphSimulator {
   /// A rank's part of a reduction; the last one completes it.
   void give(Task::Kind kind, int step, int r) {
     const Task task{.kind = kind, .phase = 0, .step = step, .patch = -1};
-    if (c_.ranks == 1) return push_at(r, task, true);
+    if (c_.ranks == 1) return push_at(r, task, urgent);
     const bool of_dt = kind == Task::Kind::dt;
     Reduction& reduction = (of_dt ? dt_ : completed_)[slot(step)];
     // Relative to something near, for digits.

@@ -8,14 +8,17 @@
 namespace lahar {
 
 TEST_CASE(
-    "what other ranks wait for is done first, then the earliest step, then patches in order") {
+    "agreements are done first, then what neighbours wait for, each by step, then patches in "
+    "order") {
   ReadyTasks ready;
-  ready.add(7, 3, false);
-  ready.add(5, 3, false);
-  ready.add(9, 2, false);
-  ready.add(8, 4, true);
-  ready.add(2, 3, true);
-  ready.add(1, 3, true);
+  ready.add(7, 3, Waits::nobody_else);
+  ready.add(5, 3, Waits::nobody_else);
+  ready.add(9, 2, Waits::nobody_else);
+  ready.add(8, 4, Waits::neighbours);
+  ready.add(2, 3, Waits::neighbours);
+  ready.add(1, 3, Waits::neighbours);
+  ready.add(10, 5, Waits::all_ranks);
+  CHECK(ready.take() == 10);
   const std::set<int> first{ready.take(), ready.take()};
   CHECK(first == std::set<int>{1, 2});
   std::vector<int> others;

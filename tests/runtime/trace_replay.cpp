@@ -20,10 +20,11 @@ namespace {
 constexpr double ms = 1e-3;
 
 /// A log of patches in a row, of which each exchanges with the next, in phases "a" (takes particles
-/// from neighbours) and "b" (takes sums). Tasks took one after the other, without gaps.
+/// from neighbours), "b" (takes sums) and perhaps the rest of "b". Tasks took one after the other,
+/// without gaps.
 struct Row {
   int patches = 2, ranks = 1, steps = 10;
-  bool linked = true, adaptive = false;
+  bool linked = true, adaptive = false, with_rest = false;
   std::function<double(Step, int phase, int patch)> time = [](auto...) { return ms; };
 
   TraceLog log() const {
@@ -37,6 +38,8 @@ struct Row {
                        .gives_dt = adaptive,
                        .needs_dt = adaptive,
                        .stages = {"b"}}};
+    if (with_rest) log.run.phases.push_back({.name = "rest of b", .stages = {"rest"}});
+    const int phases = static_cast<int>(log.run.phases.size());
     log.run.last = steps - 1;
     TraceGraph& graph = log.graphs.emplace_back();
     for (int p = 0; p < patches; ++p) {
@@ -47,7 +50,7 @@ struct Row {
     }
     double now = 0;
     for (Step s = 0; s < steps; ++s)
-      for (int f = 0; f < 2; ++f)
+      for (int f = 0; f < phases; ++f)
         for (int p = 0; p < patches; ++p) {
           const double end = now + time(s, f, p);
           log.tasks.push_back({.step = s,
@@ -188,6 +191,18 @@ TEST_CASE("replay: a time step is agreed on by all ranks before it is used") {
   CHECK(replay(row.log(), {.network = latency(l)}).total == doctest::Approx(20 * ms).epsilon(1e-5));
   CHECK(replay(row.log(), {.network = latency(3 * l)}).total ==
         doctest::Approx(20 * ms + 9 * 2 * l).epsilon(1e-5));
+}
+
+TEST_CASE("replay: rests are what a rank does until the time step is agreed on") {
+  // Three patches on each of 8 ranks, tasks of 1 ms but for those of "a".
+  const auto time = [](Step, int f, int) { return f == 0 ? 0.0 : ms; };
+  const TraceLog log =
+      Row{.patches = 24, .ranks = 8, .adaptive = true, .with_rest = true, .time = time}.log();
+  // In a step of one rank: "b" of all patches until 3 ms, after which the ranks agree in 3 hops,
+  // rests of the outer patches until 5 ms, of the middle one until 6. Messages of the outer ones
+  // take two hops, to "a" and to "b", which the middle one does before.
+  for (const double l : {0.0, 0.3 * ms, 0.9 * ms})
+    CHECK(replay(log, {.network = latency(l)}).total == doctest::Approx(60 * ms).epsilon(1e-5));
 }
 
 TEST_CASE("replay: barriers never make steps shorter, more threads never longer") {
