@@ -77,15 +77,20 @@ Head head_of(const Patch<Dim>& patch) {
           .sums = static_cast<Index>(mapped_sums(patch).size())};
 }
 
+std::size_t n_bytes(Index count, std::size_t size) {
+  return static_cast<std::size_t>(count) * size;
+}
+
+/// Where the ids of the particles begin.
+std::size_t ids_offset(const Head& head) {
+  return sizeof(Head) + sizeof(PatchWork) + n_bytes(head.runs, sizeof(PackedRun));
+}
+
 std::size_t bytes_of(const Head& head) {
-  const auto n = [](Index count, std::size_t size) {
-    return static_cast<std::size_t>(count) * size;
-  };
-  return sizeof(Head) + sizeof(PatchWork) + n(head.runs, sizeof(PackedRun)) +
-         n(head.particles, sizeof(Index)) +
-         n(head.loads != 0 ? head.particles : 0, sizeof(std::uint64_t)) +
-         n(head.rows * head.particles, sizeof(double)) +
-         n(head.active_nodes * head.sums, sum_stride * sizeof(double));
+  return ids_offset(head) + n_bytes(head.particles, sizeof(Index)) +
+         n_bytes(head.loads != 0 ? head.particles : 0, sizeof(std::uint64_t)) +
+         n_bytes(head.rows * head.particles, sizeof(double)) +
+         n_bytes(head.active_nodes * head.sums, sum_stride * sizeof(double));
 }
 
 /// Appends the bytes of values to memory that is large enough.
@@ -276,6 +281,15 @@ std::vector<std::byte> pack(const Patch<Dim>& patch, Index step) {
   std::vector<std::byte> bytes(packed_bytes(patch));
   pack(patch, step, bytes.data());
   return bytes;
+}
+
+void change_ids(std::span<std::byte> bytes, const std::function<void(std::span<Index>)>& change) {
+  const Head head = Reader(bytes.data()).get<Head>();
+  std::vector<Index> ids(static_cast<std::size_t>(head.particles));
+  std::byte* const at = bytes.data() + ids_offset(head);
+  Reader(at).get(ids.data(), ids.size());
+  change(ids);
+  Writer(at).put(ids.data(), ids.size());
 }
 
 template <int Dim>

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,9 @@ std::size_t packed_bytes(const Patch<Dim>& patch);
 /// The same as pack() returns, into memory for packed_bytes().
 template <int Dim>
 void pack(const Patch<Dim>& patch, Index step, std::byte* to);
+
+/// Change the ids of the particles in what pack() returned.
+void change_ids(std::span<std::byte> bytes, const std::function<void(std::span<Index>)>& change);
 
 /// Bring a patch as PatchSet makes it, with topology and geometry but no particles, into the state
 /// of pack(): all further steps have the same bits. Neighbours are to be linked afterwards. Throws

@@ -68,8 +68,8 @@ Simulation<Dim>::Impl::Impl(Model<Dim> model_in, ExecutionOptions options_in, Ob
                  wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
   if (ranks.several() && !is_parallel(options))
     throw InputError("only the task graph runs on several ranks; leave out --serial");
-  measure_frame();
   log = InjectionLog(model.injections, state ? state->run.next_id : patches.next_id());
+  measure_frame();
   if (state)
     restore(state->run);
   else
@@ -94,6 +94,7 @@ template <int Dim>
 void Simulation<Dim>::Impl::measure_frame() {
   const std::size_t own = frame_bytes(patches.layout(), model, patches.particles());
   frame_size = static_cast<std::size_t>(ranks.max(static_cast<Index>(own)));
+  measured_ids = log.next_id();
 }
 
 template <int Dim>

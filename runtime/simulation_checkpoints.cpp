@@ -58,8 +58,7 @@ std::size_t Simulation<Dim>::Impl::state_bytes() const {
 template <int Dim>
 void Simulation<Dim>::Impl::begin_keeping() {
   copies_states = false;
-  if (!observer.checkpoint || model.analysis.remove_leaving_particles || !model.injections.empty())
-    return;
+  if (!observer.checkpoint || model.analysis.remove_leaving_particles) return;
   std::array<Index, 3> sums{state_bytes() > options.staging_bytes, patches.particles(), removed};
   ranks.sum(sums);
   copies_states = sums[0] == 0;
@@ -86,7 +85,11 @@ void Simulation<Dim>::Impl::hand_on_kept(Step at) {
     state.patches.push_back(patches[p].topology.patch);
     state.sizes.push_back(static_cast<Index>((*copies)[i].size()));
   }
-  state.bytes = [copies, position](std::size_t i) { return std::move((*copies)[position[i]]); };
+  state.bytes = [copies, position, ids = log](std::size_t i) {
+    std::vector<std::byte> bytes = std::move((*copies)[position[i]]);
+    if (!ids.empty()) change_ids(bytes, [&](std::span<Index> own) { ids.make_dense(own); });
+    return bytes;
+  };
   checkpoint_is_written(at);
   attempt([&] { observer.checkpoint(state); });
 }

@@ -76,8 +76,8 @@ struct Simulation<Dim>::Impl {
   /// Tasks copy the state of their patch at the beginning of `at`, when its particles have come.
   /// (At rest, what is due is not copied by tasks.)
   bool keeps(Step at) const { return copies_states && at > step && checkpoint_due(at); }
-  /// Before steps are taken: tasks copy states where there is memory for that, and nothing that
-  /// only a drained graph knows: who has left the mesh, and which ids those have that came in.
+  /// Before steps are taken: tasks copy states where there is memory for that, and nobody leaves
+  /// the mesh, which only a drained graph tells the observer.
   void begin_keeping();
   void keep(int p, Step at);
   /// All patches have done keep().
@@ -270,8 +270,11 @@ struct Simulation<Dim>::Impl {
   /// Deliver the particles that are on their way: what the first stage of the next step would do.
   void settle();
 
-  /// While no particle is on its way: then a checkpoint needs no log of injections, and what has
-  /// been written so far is forgotten.
+  /// What was injected in `step`, as all ranks know. With so much more, the graph drains to find
+  /// out whether there still is memory for copies.
+  void take_injected(Step step);
+
+  /// While no particle is on its way: then nobody needs the log of injections so far.
   void take_dense_ids();
 
   /// What the last step did and no other looked at.
@@ -315,6 +318,7 @@ struct Simulation<Dim>::Impl {
   std::size_t locate_index = 0, output_index = 0, first_dt_stage = 0;
   Index nsteps = 0, history_steps = 1;
   std::size_t frame_size = 0;   ///< [bytes] of a frame, of the rank with most of it
+  Index measured_ids = 0;       ///< ids that were given when it was measured
   double wave_speed_bound = 0;  ///< [m/s] of all materials
   Step step = 0;                ///< steps done
   PerStep<double> dt, start_time;

@@ -123,9 +123,7 @@ void Simulation<Dim>::Impl::hand_on(Step step) {
       executor->stop_before(step + max_lead);
     }
   }
-  if (log.due(time_at(step)))
-    log.take(step, std::span(std::as_const(agreed[step].sum))
-                       .subspan(history_due(step) ? RowSums::n_elements : 0, log.n_elements()));
+  if (log.due(time_at(step))) take_injected(step);
   // Patches that are ahead may have failed in a later step: this one is still good.
   const bool failed = least.failed_step <= step;
   if (history_due(step) && !failed) {
@@ -148,6 +146,19 @@ void Simulation<Dim>::Impl::hand_on(Step step) {
     stop_requested = true;
     executor->request_stop(step);
   }
+}
+
+template <int Dim>
+void Simulation<Dim>::Impl::take_injected(Step step) {
+  const Index before = log.next_id();
+  log.take(step, std::span(std::as_const(agreed[step].sum))
+                     .subspan(history_due(step) ? RowSums::n_elements : 0, log.n_elements()));
+  all_particles += log.next_id() - before;
+  const bool copies_frames = observer.large_frame && !frames_are_large();
+  const auto grown = static_cast<std::size_t>(log.next_id() - measured_ids) * sizeof(double) *
+                     static_cast<std::size_t>(patches.layout().rows());
+  if ((copies_states || copies_frames) && grown > options.staging_bytes / 4)
+    executor->stop_before(step + max_lead);
 }
 
 template <int Dim>
