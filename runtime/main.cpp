@@ -15,6 +15,7 @@
 #include "runtime/bench_command.h"
 #include "runtime/bench_locate.h"
 #include "runtime/bench_ranks.h"
+#include "runtime/command_errors.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
 #include "runtime/material_command.h"
@@ -50,8 +51,15 @@ void refuse_several_ranks(const char* command) {
                     command, ranks.size()));
 }
 
-const std::map<std::string, Partitioner> partitioners{{"curve", Partitioner::curve},
-                                                      {"scotch", Partitioner::scotch}};
+/// --partition, of run and check.
+CLI::Option* add_partition(CLI::App& command, Partitioner& chosen, const std::string& text) {
+  const auto choose = [&chosen](const std::string& name) {
+    chosen = name == "scotch" ? Partitioner::scotch : Partitioner::curve;
+  };
+  return command.add_option_function<std::string>("--partition", choose, text)
+      ->check(CLI::IsMember({"curve", "scotch"}))
+      ->type_name("NAME");
+}
 
 const std::map<std::string, std::uint64_t> size_units{
     {"KiB", 1ULL << 10}, {"MiB", 1ULL << 20}, {"GiB", 1ULL << 30}, {"TiB", 1ULL << 40}};
@@ -118,11 +126,8 @@ int run_program(int argc, char** argv) {
                    "Move patches between ranks: auto (where measured work says that it pays), off, "
                    "or a number of steps after which they move at random, for tests")
       ->default_str("auto");
-  run_app
-      ->add_option("--partition", run.execution.balance.partitioner,
-                   "Of patches among ranks: curve (default) or scotch")
-      ->transform(CLI::CheckedTransformer(partitioners))
-      ->type_name("NAME");
+  add_partition(*run_app, run.execution.balance.partitioner,
+                "Of patches among ranks: curve (default) or scotch");
   run_app
       ->add_option("--writers", run.writers,
                    "MPI ranks that write frames, for file systems that want few: others send them "
@@ -180,10 +185,8 @@ int run_program(int argc, char** argv) {
       check_app
           ->add_option("--ranks", check.ranks, "Show how patches would be shared among MPI ranks")
           ->check(CLI::Range(1, 1'000'000));
-  check_app->add_option("--partition", check.partitioner, "How: curve (default) or scotch")
-      ->needs(ranks_option)
-      ->transform(CLI::CheckedTransformer(partitioners))
-      ->type_name("NAME");
+  add_partition(*check_app, check.partitioner, "How: curve (default) or scotch")
+      ->needs(ranks_option);
   check_app->callback([&] {
     refuse_several_ranks("check");
     code = check_command(check);
@@ -380,8 +383,8 @@ int run_program(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (Ranks::world().rank() > 0) return error.get_exit_code() == 0 ? exit_ok : exit_input;
-    return app.exit(error) == 0 ? exit_ok : exit_input;
+    if (error.get_exit_code() != 0) throw InputError(argument_problems(app, error));
+    if (Ranks::world().rank() == 0) app.exit(error);  // help, version
   }
   return code;
 }
