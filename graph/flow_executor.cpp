@@ -9,9 +9,8 @@
 /// apart.
 ///
 /// A task and its rest are one body most of the time. Where ranks have to agree on the time step,
-/// so many rests are set aside that there is something to do until they have: of patches in the
-/// middle of the rank, which nobody else waits for, before others. Rests that are set aside are
-/// nodes of their own.
+/// so many rests are set aside that there is something to do until they have (graph/rests.h). Rests
+/// that are set aside are nodes of their own.
 ///
 /// Several ranks: the task of a message from elsewhere is done where the message is found; that all
 /// ranks have finished a step releases permits. Every body ends with a look for messages, and a

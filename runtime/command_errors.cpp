@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <string>
 
 #include "io/problems.h"
@@ -37,39 +36,59 @@ std::vector<std::string> commands_of(const CLI::App& app) {
   return names;
 }
 
-bool is_option(const std::string& argument) {
-  return argument.size() > 1 && argument.front() == '-';
+/// What of `arguments` is an option, up to a "--".
+std::vector<std::string> option_names(const std::vector<std::string>& arguments) {
+  std::vector<std::string> names;
+  for (const std::string& argument : arguments) {
+    if (argument == "--") break;
+    if (argument.size() > 1 && argument.front() == '-')
+      names.push_back(argument.substr(0, argument.find('=')));
+  }
+  return names;
 }
 
-/// What of `--name=value` is the name.
-std::string option_name(const std::string& argument) {
-  return argument.substr(0, argument.find('='));
+/// The first of `arguments` that is no option; empty if there is none.
+std::string first_word(const std::vector<std::string>& arguments) {
+  for (const std::string& argument : arguments)
+    if (!argument.empty() && argument.front() != '-') return argument;
+  return "";
 }
 
 }  // namespace
 
 std::vector<Problem> argument_problems(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = command_of(app);
-  const std::string help = fmt::format("see {} --help", name_of(command));
-  const std::vector<std::string> unknown = app.remaining(true);
+  const bool has_command = &command != &app;
+  if (!has_command) {
+    const std::string word = first_word(app.remaining());
+    if (!word.empty())
+      return {{.message = fmt::format("there is no command '{}'", word),
+               .hint = suggest(word, commands_of(app), "commands")}};
+  }
   std::vector<Problem> problems;
+  const std::string help = fmt::format("see {} --help", name_of(command));
+  const auto hint_for = [&](const CLI::App& of, const std::string& name) {
+    const std::string near = nearest(name, options_of(of));
+    if (!near.empty()) return fmt::format("did you mean '{}'?", near);
+    if (&of != &command && !nearest(name, options_of(command)).empty())
+      return fmt::format("options of {} come after it", name_of(command));
+    return help;
+  };
+  const auto add_options = [&](const CLI::App& of) {
+    for (const std::string& name : option_names(of.remaining()))
+      problems.push_back({.message = fmt::format("{} has no option '{}'", name_of(of), name),
+                          .hint = hint_for(of, name)});
+  };
+  add_options(app);
   // Who misspells an option shifts what follows it: words are not to blame then.
-  for (const std::string& argument : unknown)
-    if (is_option(argument)) {
-      const std::string name = option_name(argument), near = nearest(name, options_of(command));
-      problems.push_back({.message = fmt::format("{} has no option '{}'", name_of(command), name),
-                          .hint = near.empty() ? help : fmt::format("did you mean '{}'?", near)});
-    }
+  if (has_command) add_options(command);
   if (!problems.empty()) return problems;
-  if (&command == &app)
-    return {
-        {.message = unknown.empty() ? "a command is missing"
-                                    : fmt::format("there is no command '{}'", unknown.front()),
-         .hint = suggest(unknown.empty() ? "" : unknown.front(), commands_of(app), "commands")}};
-  if (!unknown.empty())
-    return {{.message = fmt::format("'{}' is one argument too many for {}", unknown.front(),
-                                    name_of(command)),
+  const std::string word = first_word(command.remaining());
+  if (!word.empty())
+    return {{.message = fmt::format("'{}' is one argument too many for {}", word, name_of(command)),
              .hint = help}};
+  if (!has_command && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr)
+    return {{.message = "a command is missing", .hint = suggest("", commands_of(app), "commands")}};
   return {{.message = error.what(), .hint = help}};
 }
 

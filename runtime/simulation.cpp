@@ -94,7 +94,6 @@ template <int Dim>
 void Simulation<Dim>::Impl::measure_frame() {
   const std::size_t own = frame_bytes(patches.layout(), model, patches.particles());
   frame_size = static_cast<std::size_t>(ranks.max(static_cast<Index>(own)));
-  measured_ids = log.next_id();
 }
 
 template <int Dim>

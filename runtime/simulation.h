@@ -47,7 +47,7 @@ struct ExecutionOptions {
   /// Frames, and states for checkpoints, up to this size [bytes], of the rank that has most of it,
   /// are copied by the tasks; of frames a few at a time. For larger ones there is no memory to
   /// spare: the computation waits while Observer::large_frame or Observer::checkpoint takes them
-  /// from where the particles are. (So it does for states of runs that particles leave.)
+  /// from where the particles are. (So it does for states of runs that particles may leave.)
   std::size_t staging_bytes = default_staging_bytes;
 };
 

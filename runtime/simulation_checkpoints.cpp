@@ -2,6 +2,7 @@
 /// beginning of a step, when a patch's particles have come and nothing else of the step is done, a
 /// patch is as it would be if the graph had drained. What cannot be copied so is taken from a
 /// drained graph.
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <utility>
@@ -58,12 +59,16 @@ std::size_t Simulation<Dim>::Impl::state_bytes() const {
 template <int Dim>
 void Simulation<Dim>::Impl::begin_keeping() {
   copies_states = false;
+  measured_ids = log.next_id();
+  largest_copy = copies_frames() ? frame_size : 0;
   if (!observer.checkpoint || model.analysis.remove_leaving_particles) return;
-  std::array<Index, 3> sums{state_bytes() > options.staging_bytes, patches.particles(), removed};
+  const auto state_size = static_cast<std::size_t>(ranks.max(static_cast<Index>(state_bytes())));
+  copies_states = state_size <= options.staging_bytes;
+  if (copies_states) largest_copy = std::max(largest_copy, state_size);
+  std::array<Index, 2> sums{patches.particles(), removed};
   ranks.sum(sums);
-  copies_states = sums[0] == 0;
-  all_particles = sums[1];
-  all_removed = sums[2];
+  all_particles = sums[0];
+  all_removed = sums[1];
 }
 
 template <int Dim>
@@ -85,9 +90,10 @@ void Simulation<Dim>::Impl::hand_on_kept(Step at) {
     state.patches.push_back(patches[p].topology.patch);
     state.sizes.push_back(static_cast<Index>((*copies)[i].size()));
   }
-  state.bytes = [copies, position, ids = log](std::size_t i) {
+  const auto ids = std::make_shared<const InjectionLog>(log);  // which goes on
+  state.bytes = [copies, position, ids](std::size_t i) {
     std::vector<std::byte> bytes = std::move((*copies)[position[i]]);
-    if (!ids.empty()) change_ids(bytes, [&](std::span<Index> own) { ids.make_dense(own); });
+    if (!ids->empty()) change_ids(bytes, [&](std::span<Index> own) { ids->make_dense(own); });
     return bytes;
   };
   checkpoint_is_written(at);

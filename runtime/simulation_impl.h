@@ -76,7 +76,7 @@ struct Simulation<Dim>::Impl {
   /// Tasks copy the state of their patch at the beginning of `at`, when its particles have come.
   /// (At rest, what is due is not copied by tasks.)
   bool keeps(Step at) const { return copies_states && at > step && checkpoint_due(at); }
-  /// Before steps are taken: tasks copy states where there is memory for that, and nobody leaves
+  /// Before steps are taken: tasks copy states where there is memory for that, and nobody may leave
   /// the mesh, which only a drained graph tells the observer.
   void begin_keeping();
   void keep(int p, Step at);
@@ -211,6 +211,11 @@ struct Simulation<Dim>::Impl {
     return observer.large_frame && frame_size > options.staging_bytes;
   }
 
+  /// Frames are due that are copied now, but might grow too large for that.
+  bool copies_frames() const {
+    return observer.large_frame && model.output.frame_steps > 0 && !frames_are_large();
+  }
+
   /// Where the graph has to drain: at `end`, or before it at a frame or a checkpoint that is not
   /// copied.
   Step drain_step(Step end) const;
@@ -270,8 +275,8 @@ struct Simulation<Dim>::Impl {
   /// Deliver the particles that are on their way: what the first stage of the next step would do.
   void settle();
 
-  /// What was injected in `step`, as all ranks know. With so much more, the graph drains to find
-  /// out whether there still is memory for copies.
+  /// What was injected in `step`, as all ranks know. Where copies of frames or states may have
+  /// outgrown the memory for them, the graph drains, and their sizes are found anew.
   void take_injected(Step step);
 
   /// While no particle is on its way: then nobody needs the log of injections so far.
@@ -303,8 +308,8 @@ struct Simulation<Dim>::Impl {
   Model<Dim> model;
   std::vector<TimestepStage<Dim>> stages;
   Ranks ranks;
-  std::vector<Phase> phases;             ///< the tasks of a patch
-  std::optional<Phase> whole;            ///< the one that has a rest, with it
+  std::vector<Phase> phases;   ///< the tasks of a patch
+  std::optional<Phase> whole;  ///< the one that has a rest, with it
   PatchSet<Dim> patches;
   std::vector<double> injection_limits;  ///< [s] by generator
   InjectionLog log;
@@ -318,7 +323,6 @@ struct Simulation<Dim>::Impl {
   std::size_t locate_index = 0, output_index = 0, first_dt_stage = 0;
   Index nsteps = 0, history_steps = 1;
   std::size_t frame_size = 0;   ///< [bytes] of a frame, of the rank with most of it
-  Index measured_ids = 0;       ///< ids that were given when it was measured
   double wave_speed_bound = 0;  ///< [m/s] of all materials
   Step step = 0;                ///< steps done
   PerStep<double> dt, start_time;
@@ -341,6 +345,9 @@ struct Simulation<Dim>::Impl {
   std::atomic<bool> checkpoint_asked{false};                      ///< of this rank
   std::atomic<Step> stop_step{std::numeric_limits<Step>::max()};  ///< not taken any more
   bool copies_states = false;                                     ///< for checkpoints, by tasks
+  /// [bytes] of the largest copy of a rank, as measured at rest when the last id was this one.
+  std::size_t largest_copy = 0;
+  Index measured_ids = 0;
   /// The state after so many steps was asked for, as all ranks know; -1 = none. Steps that end
   /// earlier than `next_request` do not ask for another.
   std::atomic<Step> requested_checkpoint{-1};

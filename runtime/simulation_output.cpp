@@ -154,10 +154,12 @@ void Simulation<Dim>::Impl::take_injected(Step step) {
   log.take(step, std::span(std::as_const(agreed[step].sum))
                      .subspan(history_due(step) ? RowSums::n_elements : 0, log.n_elements()));
   all_particles += log.next_id() - before;
-  const bool copies_frames = observer.large_frame && !frames_are_large();
-  const auto grown = static_cast<std::size_t>(log.next_id() - measured_ids) * sizeof(double) *
-                     static_cast<std::size_t>(patches.layout().rows());
-  if ((copies_states || copies_frames) && grown > options.staging_bytes / 4)
+  if (!copies_states && !copies_frames()) return;
+  // All of them on one rank, at the most. (Of states, without sums of nodes.) A little more is let
+  // pass, so that there always is room for many until the next time.
+  const auto particle = static_cast<std::size_t>(patches.layout().rows() + 2) * sizeof(double);
+  const auto came = static_cast<std::size_t>(log.next_id() - measured_ids);
+  if (largest_copy + came * particle > options.staging_bytes + options.staging_bytes / 16)
     executor->stop_before(step + max_lead);
 }
 
@@ -244,6 +246,7 @@ FrameSource Simulation<Dim>::Impl::present_frame() const {
   template bool Simulation<Dim>::Impl::may_be_unstable(int, Step) const;                        \
   template void Simulation<Dim>::Impl::check_limit(int, Step);                                  \
   template void Simulation<Dim>::Impl::hand_on(Step);                                           \
+  template void Simulation<Dim>::Impl::take_injected(Step);                                     \
   template void Simulation<Dim>::Impl::finish_row(HistoryRow&, Step);                           \
   template void Simulation<Dim>::Impl::complete_row(HistoryRow&, Step, const PatchWork&) const; \
   template HistoryRow Simulation<Dim>::Impl::present_row();                                     \

@@ -74,9 +74,9 @@ struct ReplayResult {
   std::vector<double> spread;
 };
 
-/// As a task graph: ready tasks first come, first served, those that others wait for first, and
-/// rests when nothing else is left; patches up to max_lead steps apart. As the executor of
-/// graph/flow_executor.cpp has it.
+/// As a task graph: ready tasks first come, first served, those that others wait for first; patches
+/// up to max_lead steps apart. As the executor of graph/flow_executor.cpp has it, but for rests,
+/// which all wait until nothing else is left, as there if the time step takes long.
 ReplayResult simulate_graph(const ReplayCase& c);
 
 /// Phase after phase with a barrier after each, as graph/bulk_executor.cpp has it.

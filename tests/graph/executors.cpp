@@ -1,6 +1,7 @@
 // Executors: every order that the edges allow, and no other; how far patches run ahead; stopping.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <deque>
@@ -62,20 +63,32 @@ TEST_CASE("every executor takes every task through every step in an order that t
 
 namespace {
 
-/// One rank that is alone, and comes to an agreement with itself only when it has looked some
-/// times.
-class SlowAgreement final : public Remote {
+/// Another rank that does the same as this one, some looks later: what it sends of a patch is there
+/// when this rank has done the same of the patch that it mirrors, and so are agreements.
+class Mirror final : public Remote {
  public:
+  explicit Mirror(bool has_cores) : has_cores_(has_cores) {}
+
   bool progress(Executor& executor) override {
+    std::deque<Message> messages;
     std::optional<Step> dt, step;
     {
       const std::scoped_lock lock(mutex_);
+      while (!messages_.empty() && messages_.front().looks-- <= 0) {
+        messages.push_back(messages_.front());
+        messages_.pop_front();
+      }
       dt = found(dt_);
       step = found(steps_);
     }
+    for (const Message& message : messages) executor.arrived(message.stage, message.patch);
     if (dt) executor.dt_agreed(*dt);
     if (step) executor.step_agreed(*step);
-    return dt || step;
+    return dt || step || !messages.empty();
+  }
+  void send(int stage, int patch) {
+    const std::scoped_lock lock(mutex_);
+    messages_.push_back({stage, patch, 3});
   }
   void post(bool /*all*/) override {}
   void give_dt(Step step) override {
@@ -86,12 +99,17 @@ class SlowAgreement final : public Remote {
     const std::scoped_lock lock(mutex_);
     steps_.push_back({step, 5});
   }
+  bool has_cores() const override { return has_cores_; }
   void wait_for_all() override {}
 
  private:
+  /// Found after so many looks that are in vain.
+  struct Message {
+    int stage, patch, looks;
+  };
   struct Asked {
     Step step;
-    int looks;  ///< that are still in vain
+    int looks;
   };
   static std::optional<Step> found(std::deque<Asked>& asked) {
     if (asked.empty() || asked.front().looks-- > 0) return {};
@@ -100,7 +118,9 @@ class SlowAgreement final : public Remote {
     return step;
   }
 
+  const bool has_cores_;
   std::mutex mutex_;
+  std::deque<Message> messages_;
   std::deque<Asked> dt_, steps_;
 };
 
@@ -114,31 +134,49 @@ TEST_CASE("rests are set aside, and done while the time step is agreed on") {
                           {.name = "P2G"}},
                          true));
   REQUIRE(stages.size() == 3);
-  for (const int threads : {1, 2, 3}) {
-    CAPTURE(threads);
-    const Neighbours neighbours = block(5, 4);
-    Watch watch(stages, neighbours);
-    std::atomic<int> together{0}, apart{0};
-    TaskBodies bodies = watch.bodies();
-    bodies.run = [&](int s, int p, Step step) {
-      if (stages[static_cast<std::size_t>(s)].is_rest) ++apart;
-      watch.run(s, p, step);
-    };
-    bodies.run_with_rest = [&](int s, int p, Step step) {
-      ++together;
-      watch.run(s, p, step);
-      watch.run(s + 1, p, step);
-    };
-    SlowAgreement agreement;
-    const auto executor = make_flow_executor(make_task_graph(stages, neighbours, true), bodies,
-                                             threads, true, &agreement);
-    CHECK(executor->run(0, 100) == 100);
-    CHECK(watch.wrong() == "");
-    CHECK(watch.all_done(100));
-    CHECK(together + apart == 2000);
-    CHECK(together > 0);
-    CHECK(apart > 0);
-  }
+  // The last column of 5 x 4 patches exchanges with its mirror image, patches 20 to 23.
+  constexpr int nx = 5, ny = 4;
+  const Neighbours own = block(nx, ny);
+  const auto exchanges = [](int patch) { return patch % nx == nx - 1; };
+  Neighbours all = own;
+  for (int y = 0; y < ny; ++y)
+    for (int other = std::max(0, y - 1); other <= std::min(ny - 1, y + 1); ++other)
+      all[static_cast<std::size_t>(y * nx + nx - 1)].push_back(nx * ny + other);
+  all.resize(nx * ny + ny);
+  for (const int threads : {1, 2, 3})
+    for (const bool has_cores : {false, true}) {
+      CAPTURE(threads);
+      CAPTURE(has_cores);
+      Watch watch(stages, own);
+      Mirror mirror(has_cores);
+      std::atomic<int> together{0}, apart{0}, apart_at_border{0};
+      TaskBodies bodies = watch.bodies();
+      const auto run = [&](int s, int p, Step step) {
+        if (p >= nx * ny) return;  // a message
+        watch.run(s, p, step);
+        // Sums and particles, which the following stage takes.
+        if (exchanges(p) && s != 1) mirror.send(s, nx * ny + p / nx);
+      };
+      bodies.run = [&](int s, int p, Step step) {
+        if (p < nx * ny && stages[static_cast<std::size_t>(s)].is_rest)
+          ++(exchanges(p) ? apart_at_border : apart);
+        run(s, p, step);
+      };
+      bodies.run_with_rest = [&](int s, int p, Step step) {
+        ++together;
+        run(s, p, step);
+        run(s + 1, p, step);
+      };
+      const auto executor = make_flow_executor(make_task_graph(stages, all, true, ny), bodies,
+                                               threads, true, &mirror);
+      CHECK(executor->run(0, 100) == 100);
+      CHECK(watch.wrong() == "");
+      CHECK(watch.all_done(100));
+      CHECK(together + apart + apart_at_border == 2000);
+      CHECK(together > 0);
+      CHECK(apart > 0);
+      CHECK((apart_at_border > 0) == has_cores);
+    }
 }
 
 TEST_CASE("bodies of uneven length do not disturb the order") {

@@ -36,6 +36,7 @@ TEST_CASE("arguments that are not understood are named, with what was meant or i
   CHECK(said_of("run case.json -t 2") == "");
   CHECK(said_of("") == "a command is missing; commands: run, check\n");
   CHECK(said_of("chek case.json") == "there is no command 'chek'; did you mean 'check'?\n");
+  CHECK(said_of("rnu case.json --threads 4") == "there is no command 'rnu'; did you mean 'run'?\n");
   CHECK(said_of("--halp") == "lahar has no option '--halp'; did you mean '--help'?\n");
   // The 2 became the scenario, and the scenario is left over.
   CHECK(said_of("run --threds 2 case.json") ==
@@ -43,6 +44,10 @@ TEST_CASE("arguments that are not understood are named, with what was meant or i
   CHECK(said_of("run case.json --threds=2 --zzz") ==
         "lahar run has no option '--threds'; did you mean '--threads'?\n"
         "lahar run has no option '--zzz'; see lahar run --help\n");
+  CHECK(said_of("--threads 2 run case.json") ==
+        "lahar has no option '--threads'; options of lahar run come after it\n");
+  CHECK(said_of("run -t 99 -- case.json") ==
+        "--threads: Value 99 not in range 1 to 8; see lahar run --help\n");
   CHECK(said_of("run a.json b.json") ==
         "'b.json' is one argument too many for lahar run; see lahar run --help\n");
   CHECK(said_of("run") == "SCENARIO is required; see lahar run --help\n");
