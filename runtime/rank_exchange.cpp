@@ -343,6 +343,10 @@ void RankExchange<Dim>::take_message(std::size_t peer, const std::byte* record,
     const auto& message = messages_[static_cast<std::size_t>(receive.phase)];
     std::memcpy(from.sums[static_cast<std::size_t>(message.number)][parity].data(), record,
                 static_cast<std::size_t>(header.lines) * line);
+    // The first message of a step tells what all of them do: own patches may be reading when others
+    // come.
+    const char contributes = header.contributes != 0 ? 1 : 0;
+    if (from.contributes[parity] != contributes) from.contributes[parity] = contributes;
     events.push_back(event);
     return;
   }
@@ -426,10 +430,7 @@ void RankExchange<Dim>::unpack(int phase, int elsewhere, Step step) {
   const auto parity = static_cast<std::size_t>(step % 2);
   const Header& header = receive.header[parity];
   calls_.failure_elsewhere(header.failed_step);
-  if (!receive.of_particles) {
-    from.contributes[parity] = header.contributes != 0;
-    return;
-  }
+  if (!receive.of_particles) return;
   clear(from);
   read_particles(receive.particles[parity].data(), header.particles, from);
 }

@@ -13,7 +13,7 @@ for file in "$root"/examples/*.json; do
   name="$(basename "$file" .json)"
   grep -Eq "^  $name +[A-Z]" <<<"$list" || fail "examples/run --list does not describe $name"
 done
-for script in examples/run tests/run; do
+for script in examples/run tests/run tests/races; do
   "$root/$script" --help | grep -q '^Usage:' || fail "$script --help"
 done
 

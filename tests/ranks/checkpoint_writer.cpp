@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <atomic>
 #include <optional>
 #include <string>
 
@@ -157,7 +158,7 @@ TEST_CASE("what one rank cannot do fails on all, leaves no file, and the next ma
   // The last rank's state cannot be packed when it is written.
   CheckpointWriter large({.folder = folder.path / "checkpoints", .staging_bytes = 0}, ranks);
   SimulationState state = share_of(ranks, 2);
-  int calls = 0;
+  std::atomic<int> calls = 0;
   if (ranks.rank() == ranks.size() - 1)
     state.bytes = [&, n = state.patches.size(), good = state.bytes](std::size_t i) {
       if (++calls > static_cast<int>(n)) throw IoError("the disk is gone");
