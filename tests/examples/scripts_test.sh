@@ -23,4 +23,9 @@ message="$("$root/examples/run" no-such-case 2>&1)" || status=$?
 grep -q "no-such-case" <<<"$message" || fail "the message does not name the unknown case"
 grep -q "plate-with-hole" <<<"$message" || fail "the message does not list the examples"
 
+status=0
+message="$("$root/tests/races" --no-such-thing 2>&1)" || status=$?
+[[ "$status" == 2 ]] || fail "tests/races with a folder that does not exist exits with $status, not 2"
+grep -q "'--no-such-thing' is no folder" <<<"$message" || fail "the message does not name the folder"
+
 exit "$failures"
