@@ -53,13 +53,11 @@ double WorkRate::value() const {
 std::vector<Index> work_of(std::span<const Index> particles, std::span<const double> rates) {
   if (rates.size() != particles.size())
     throw std::invalid_argument("every patch needs a rate of work, 0 if it has none");
-  const double median = median_rate(rates);
+  const double measured = median_rate(rates), median = measured > 0 ? measured : usual_rate;
   std::vector<Index> work(particles.size());
   for (std::size_t p = 0; p < work.size(); ++p) {
     double time = 0;
-    if (median == 0)  // particles are shared evenly until more is known
-      time = usual_rate * (static_cast<double>(particles[p]) + empty_particles);
-    else if (rates[p] > 0)
+    if (rates[p] > 0)
       time = std::clamp(rates[p], median / median_factor, median * median_factor) *
              weight_of(particles[p]);
     else
@@ -67,6 +65,10 @@ std::vector<Index> work_of(std::span<const Index> particles, std::span<const dou
     work[p] = std::max(Index{1}, static_cast<Index>(std::llround(time * 1e9)));
   }
   return work;
+}
+
+std::vector<Index> work_of(std::span<const Index> particles) {
+  return work_of(particles, std::vector<double>(particles.size(), 0));
 }
 
 }  // namespace lahar

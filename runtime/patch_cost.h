@@ -42,8 +42,11 @@ class WorkRate {
 
 /// [ns] of work per step for every patch, at least 1: its rate (WorkRate::value) times its present
 /// particles. Rates are limited to 4 times the median (materials differ less) and a quarter of it;
-/// a patch without one has the median. As long as none has, particles alone count.
+/// a patch without one has the median. As long as none has, a usual rate is taken for all: how many
+/// particles a patch has decides alone, and many thin patches weigh more than a few full ones.
 /// Throws std::invalid_argument unless there is one rate for each patch.
 std::vector<Index> work_of(std::span<const Index> particles, std::span<const double> rates);
+/// Before anything was measured.
+std::vector<Index> work_of(std::span<const Index> particles);
 
 }  // namespace lahar

@@ -17,6 +17,7 @@
 #include "runtime/balance.h"
 #include "runtime/initial_particles.h"
 #include "runtime/parallel.h"
+#include "runtime/patch_cost.h"
 #include "runtime/patch_filling.h"
 #include "runtime/patch_positions.h"
 #include "runtime/patch_state.h"
@@ -225,12 +226,12 @@ void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
   least_mass_ = std::min(least_nodal_mass, least_nodal_mass_share * lightest);
 }
 
-/// Give patches to ranks by how many particles there are in each of the partition.
+/// Give patches to ranks by the work that so many particles in each of the partition mean.
 template <int Dim>
 void PatchSet<Dim>::share_patches(const std::vector<Index>& particles) {
-  std::vector<Index> weight;
-  for (const Index id : all_) weight.push_back(particles[static_cast<std::size_t>(id)]);
-  owner_ = curve_chunks(weight, ranks_.size());
+  std::vector<Index> counts;
+  for (const Index id : all_) counts.push_back(particles[static_cast<std::size_t>(id)]);
+  owner_ = curve_chunks(work_of(counts), ranks_.size());
 }
 
 /// The cells of each patch into which particles are injected, as if they were filled; of several

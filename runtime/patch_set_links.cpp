@@ -6,6 +6,7 @@
 
 #include "physics/kernels.h"
 #include "physics/partition_common.h"
+#include "runtime/patch_cost.h"
 #include "runtime/patch_positions.h"
 #include "runtime/patch_set.h"
 
@@ -242,13 +243,15 @@ std::vector<Index> shared_nodes(const PatchTopology<Dim>& topology) {
 template <int Dim>
 PatchGraph PatchSet<Dim>::graph() const {
   PatchGraph graph;
+  std::vector<Index> counts;
   const std::vector<std::vector<int>> adjacent = neighbours();
   for (std::size_t p = 0; p < patches_.size(); ++p) {
-    graph.weight.push_back(patches_[p]->count);
+    counts.push_back(patches_[p]->count);
     const std::vector<Index> nodes = shared_nodes(patches_[p]->topology);
     auto& edges = graph.edges.emplace_back();
     for (std::size_t k = 0; k < nodes.size(); ++k) edges.push_back({adjacent[p][k], nodes[k]});
   }
+  graph.weight = work_of(counts);
   return graph;
 }
 

@@ -15,7 +15,7 @@ struct PatchGraph {
     int patch;
     Index shared_nodes;
   };
-  std::vector<Index> weight;             ///< particles, before anything was measured
+  std::vector<Index> weight;             ///< [ns] of work per step (patch_cost.h)
   std::vector<std::vector<Edge>> edges;  ///< symmetric
 
   int size() const { return static_cast<int>(weight.size()); }

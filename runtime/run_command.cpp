@@ -91,8 +91,8 @@ int check_command(const RunArguments& arguments) {
         describe(console, header, simulation->info(), header.analysis.step);
         console.line(fmt::format("output     {}", folder));
         if (arguments.ranks > 0)
-          describe_ranks(console, simulation->patch_graph(), arguments.ranks,
-                         arguments.partitioner);
+          describe_ranks(console, simulation->patch_graph(), simulation->patch_counts(),
+                         arguments.ranks, arguments.partitioner);
       },
       scenario.model);
   console.line(fmt::format("next: lahar run {}", arguments.scenario));

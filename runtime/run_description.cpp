@@ -55,19 +55,24 @@ void describe(Console& console, const Model<Dim>& model, const SimulationInfo& i
                            format_bytes(static_cast<double>(info.bytes))));
 }
 
-void describe_ranks(Console& console, const PatchGraph& graph, int ranks, Partitioner partitioner) {
-  const RankShares shares = shares_of(graph, partition(partitioner, graph, ranks), ranks);
-  console.line(
-      fmt::format("ranks      {}, heaviest {:.3f} times the mean, edge cut {} shared nodes",
-                  format_count(ranks), shares.imbalance(), format_count(shares.edge_cut)));
+void describe_ranks(Console& console, const PatchGraph& graph, std::span<const Index> particles,
+                    int ranks, Partitioner partitioner) {
+  const std::vector<int> owner = partition(partitioner, graph, ranks);
+  const RankShares shares = shares_of(graph, owner, ranks);
+  std::vector<Index> held(shares.ranks.size(), 0);
+  for (std::size_t p = 0; p < owner.size(); ++p)
+    held[static_cast<std::size_t>(owner[p])] += particles[p];
+  console.line(fmt::format(
+      "ranks      {}, work of the heaviest {:.3f} times the mean, edge cut {} shared nodes",
+      format_count(ranks), shares.imbalance(), format_count(shares.edge_cut)));
   console.line(fmt::format("  {:>9} {:>9} {:>13} {:>13} {:>11}", "rank", "patches", "particles",
                            "shared nodes", "neighbours"));
   Index idle = 0;
   for (std::size_t r = 0; r < shares.ranks.size(); ++r) {
     const RankShare& rank = shares.ranks[r];
-    idle += rank.weight == 0;
+    idle += held[r] == 0;
     console.line(fmt::format("  {:>9} {:>9} {:>13} {:>13} {:>11}", r, format_count(rank.patches),
-                             format_count(rank.weight), format_count(rank.shared_nodes),
+                             format_count(held[r]), format_count(rank.shared_nodes),
                              rank.neighbours));
   }
   if (idle > 0)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "runtime/commands.h"
 #include "runtime/console.h"
@@ -19,8 +20,9 @@ template <int Dim>
 void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
               const TimeStep& plan, int ranks = 1);
 
-/// The partition over ranks that a run would begin with.
-void describe_ranks(Console& console, const PatchGraph& graph, int ranks, Partitioner partitioner);
+/// The partition over ranks that a run would begin with; `particles` of each patch.
+void describe_ranks(Console& console, const PatchGraph& graph, std::span<const Index> particles,
+                    int ranks, Partitioner partitioner);
 
 /// What only the simulation can find out about the input gets its place in the file.
 template <int Dim>

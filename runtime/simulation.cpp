@@ -220,6 +220,13 @@ PatchGraph Simulation<Dim>::patch_graph() const {
 }
 
 template <int Dim>
+std::vector<Index> Simulation<Dim>::patch_counts() const {
+  std::vector<Index> counts;
+  for (int i = 0; i < impl_->patches.size(); ++i) counts.push_back(impl_->patches[i].count);
+  return counts;
+}
+
+template <int Dim>
 std::vector<std::string> Simulation<Dim>::patch_names() const {
   std::vector<std::string> names;
   for (int i = 0; i < impl_->patches.size(); ++i) {

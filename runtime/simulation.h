@@ -136,7 +136,8 @@ class Simulation {
   std::vector<StageTiming> timings() const;
   const TaskGraph& graph() const;
   std::vector<std::string> patch_names() const;
-  PatchGraph patch_graph() const;  ///< at present
+  PatchGraph patch_graph() const;           ///< at present, with the work that was not measured yet
+  std::vector<Index> patch_counts() const;  ///< particles of each of its patches
   std::vector<Phase> phases() const;
   std::vector<Stage> stages() const;
   std::string trace_graph() const;  ///< this rank's patches, as in traces: JSON

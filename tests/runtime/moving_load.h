@@ -140,8 +140,7 @@ BalanceHistory slide(const MovingLoad<Dim>& load, int ranks, int chances,
   history.mean_imbalance = 0;
   for (int i = 1; i <= chances; ++i) {
     const std::vector<Index> particles = load.particles(static_cast<double>(i) / chances);
-    const PatchGraph graph =
-        load.graph(work_of(particles, std::vector<double>(particles.size(), 0)));
+    const PatchGraph graph = load.graph(work_of(particles));
     std::vector<Index> bytes;
     for (const Index n : particles) bytes.push_back(n * MovingLoad<Dim>::bytes_per_particle);
     const Index total = std::accumulate(bytes.begin(), bytes.end(), Index{0});

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <random>
 
 #include "runtime/patch_set.h"
@@ -70,7 +71,7 @@ TEST_CASE("patches of equal weight are dealt out evenly: no rank is left empty")
   }
 }
 
-TEST_CASE("the shares of ranks hold every patch and particle, and every cut edge from both sides") {
+TEST_CASE("the shares of ranks hold every patch and all work, and every cut edge from both sides") {
   Model<3> model = dam_break_3d();
   const PatchSet<3> patches(model, 0, {{2, 0}});
   const PatchGraph graph = patches.graph();
@@ -91,16 +92,16 @@ TEST_CASE("the shares of ranks hold every patch and particle, and every cut edge
       }
     CHECK(shares.edge_cut == cut);
     CHECK((cut > 0) == (ranks > 1));
-    Index particles = 0, sent = 0;
+    Index work = 0, sent = 0;
     int owned = 0;
     for (const RankShare& rank : shares.ranks) {
-      particles += rank.weight;
+      work += rank.weight;
       sent += rank.shared_nodes;
       owned += rank.patches;
       CHECK((rank.neighbours > 0) == (rank.shared_nodes > 0));
       CHECK(rank.neighbours < ranks);
     }
-    CHECK(particles == patches.particles());
+    CHECK(work == std::accumulate(graph.weight.begin(), graph.weight.end(), Index{0}));
     CHECK(owned == patches.size());
     CHECK(sent == 2 * cut);
     CHECK(shares.imbalance() >= 1.0);
