@@ -84,8 +84,8 @@ class RankMeasurement {
   }
 
  private:
-  /// In a sample, of one that takes so long [s]. At its end the graph drains, for which ranks take
-  /// half of a step longer than threads: in 30 steps that would be 2 %.
+  /// In a sample, of steps that take so long [s]: so many that draining the graph at its end, where
+  /// ranks wait for the slowest, counts for nothing.
   Index steps_of(double step) const {
     const double seconds = arguments_.quick ? 0.1 : 0.5;
     const Index fewest = arguments_.quick ? 4 : 100;
