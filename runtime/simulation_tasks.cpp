@@ -139,8 +139,8 @@ void Simulation<Dim>::Impl::run_task(int phase, int p, Step step, bool with_rest
     exchange->unpack(phase, p - patches.size(), step);
     if (recorder) record_unpacked(*recorder, record, phase, p);
   } else {
-    // Clocks of CPU time are system calls: not for what takes less than these.
-    const bool samples = phase > 0 && patches[p].count > 0 && balance.samples(step, p);
+    // Clocks of CPU time are system calls, which take longer than the tasks of empty patches.
+    const bool samples = patches[p].count > 0 && balance.samples(step, p);
     const std::int64_t begin = samples ? thread_nanoseconds() : 0;
     StageClock clock(&timing[static_cast<std::size_t>(p) * stages.size()]);
     const Phase& all = with_rest ? *whole : phases[f];
