@@ -196,6 +196,13 @@ const Section& analysis_section() {
                        "MPMSemiImplicitNavierStokes3D", "MPMExplicitTwoPhase2D",
                        "MPMExplicitTwoPhase3D", "MPMSemiImplicitTwoPhase2D",
                        "MPMSemiImplicitTwoPhase3D"}},
+          {.key = "preset",
+           .kinds = text,
+           .help = "the defaults of keys that are not written. \"cbgeo\": as in CB-Geo MPM; the "
+                   "default where `type` is written, as CB-Geo's input does, and with --as-cbgeo. "
+                   "\"lahar\": stable ones; the default else",
+           .allowed = {"lahar", "cbgeo"},
+           .native = true},
           {.key = "mpm_scheme",
            .kinds = text,
            .help = "when stresses are updated: before the "

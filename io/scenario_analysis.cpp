@@ -46,6 +46,12 @@ void ScenarioBuilder<Dim>::build_as_cbgeo() {
   in_.as_cbgeo = in_.as_cbgeo || get_bool(*analysis, "as_cbgeo").value_or(false);
   set(*analysis, "as_cbgeo", in_.as_cbgeo);
   model_.analysis.as_cbgeo = in_.as_cbgeo;
+  // CB-Geo's input always names its equations, scenarios written for Lahar need not.
+  const JsonValue* type = analysis->find("type");
+  const bool named = type && !type->defaulted;
+  const std::string preset = get_text(*analysis, "preset").value_or(named ? "cbgeo" : "lahar");
+  in_.cbgeo_defaults = in_.as_cbgeo || preset == "cbgeo";
+  set(*analysis, "preset", std::string(in_.cbgeo_defaults ? "cbgeo" : preset));
 }
 
 template <int Dim>

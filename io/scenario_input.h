@@ -26,6 +26,7 @@ struct ScenarioInput {
   bool as_cbgeo = false;
   const Team* team = nullptr;                          ///< never null
   std::vector<std::filesystem::path> side_files = {};  ///< opened so far
+  bool cbgeo_defaults = false;  ///< keys that are not written mean what they do in CB-Geo MPM
 
   void error(const JsonValue& at, std::string message, std::string hint = "") {
     problems.error(document.at(at, std::move(message), std::move(hint)));
