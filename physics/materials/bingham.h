@@ -31,6 +31,12 @@ struct Bingham {
 
   std::string problem() const { return ""; }
   double bulk_modulus() const { return youngs_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio)); }
+  /// The mean of the initial stress is the pressure at the start; the reference code begins with
+  /// none.
+  void initial_state(const double* stress, double* pressure) const {
+    *pressure =
+        as_cbgeo || incompressible ? 0.0 : -(1.0 / 3.0) * (stress[0] + stress[1] + stress[2]);
+  }
   double wave_modulus() const { return incompressible ? 0.0 : bulk_modulus(); }
   /// The largest apparent viscosity.
   double viscosity() const { return mu + tau0 / critical_shear_rate; }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <concepts>
 
 #include "physics/simd.h"
@@ -36,6 +37,9 @@ struct Increment {
 
 /// An increment that does not converge is done in 2, 4, ... parts, at most as many as this.
 inline constexpr int most_parts = 1 << 10;
+/// Where even these do not converge, in so many parts, of which some end on an admissible stress
+/// that is not the law's own.
+inline constexpr int landing_parts = 16;
 
 template <class Real>
 LAHAR_INLINE void set_lane(Real& pack, int lane, double value) {
@@ -46,8 +50,9 @@ LAHAR_INLINE void set_lane(Real& pack, int lane, double value) {
 }
 
 /// One increment of one particle: as a whole by `law.update_one(increment, stress, state)`, which
-/// returns whether it converged, or else in equal parts. Returns their number; 0 = none was small
-/// enough, stress and state are then as before.
+/// returns whether it converged, or else in equal parts. Where none is small enough
+/// `law.land(increment, stress, state)`, if there is one, gives a stress that the law allows, part by
+/// part. Returns the number of parts; 0 = there is no result, stress and state are as before.
 template <class LawType>
 int update_in_parts(const LawType& law, const Increment& whole, Voigt& stress, double* state) {
   constexpr std::size_t n = LawType::state.size();
@@ -63,6 +68,17 @@ int update_in_parts(const LawType& law, const Increment& whole, Voigt& stress, d
     stress = s;
     std::copy_n(q.begin(), n, state);
     return parts;
+  }
+  if constexpr (requires(const Increment& in) { law.land(in, stress, state); }) {
+    // What is not finite to begin with stays so: the step tells of it.
+    Increment part{{}, whole.dt / landing_parts, whole.volumetric / landing_parts};
+    for (std::size_t k = 0; k < 6; ++k) part.strain[k] = whole.strain[k] / landing_parts;
+    double sum = 0;
+    for (std::size_t k = 0; k < 6; ++k) sum += part.strain[k] + stress[k];
+    if (!std::isfinite(sum)) return 0;
+    for (int i = 0; i < landing_parts; ++i)
+      if (!law.update_one(part, stress, state)) law.land(part, stress, state);
+    return landing_parts;
   }
   return 0;
 }

@@ -203,6 +203,44 @@ struct ModifiedCamClay {
     return accurate_step<states>(take, increment.strain, change, pressure, sigma, s);
   }
 
+  /// An increment for which no step is small enough: an implicit step without an estimate of its
+  /// error, or where that does not converge the elastic stress, drawn towards the centre of the
+  /// yield surface, which hardens with the plastic volume change of a first estimate.
+  void land(const Increment& increment, Voigt& sigma, double* s) const {
+    Voigt stepped = sigma;
+    std::array<double, states> after;
+    std::copy_n(s, std::size_t{states}, after.begin());
+    if (step(increment.strain, stepped, after.data()) && all_finite(stepped, after)) {
+      sigma = stepped;
+      std::copy_n(after.begin(), std::size_t{states}, s);
+      return;
+    }
+    set_moduli(sigma, s);
+    const SoilStress trial =
+        of(elastic_trial(sigma, increment.strain, s[bulk_modulus], s[shear_modulus]));
+    const double M = slope(trial), before = s[pc];
+    s[void_ratio] = (1 + s[void_ratio]) *
+                        std::exp(increment.strain[0] + increment.strain[1] + increment.strain[2]) -
+                    1;
+    SoilStress now = drawn_inside(trial, M, s);
+    const double upsilon = std::min(1 + s[void_ratio], most_specific_volume) / (lambda - kappa);
+    const double volumetric = (trial.p - now.p) / s[bulk_modulus];
+    s[pc] = std::max(least_pc * pc0, before * std::exp(std::clamp(upsilon * volumetric, -1.0, 1.0)));
+    s[subloading_r] = 1;
+    now = drawn_inside(trial, M, s);
+    s[delta_phi] = 0;
+    s[dpvstrain] = (trial.p - now.p) / s[bulk_modulus];
+    s[dpdstrain] = (trial.q - now.q) / (std::sqrt(6.0) * s[shear_modulus]);
+    s[pvstrain] += s[dpvstrain];
+    s[pdstrain] += s[dpdstrain];
+    if (bonding) s[chi] *= std::exp(-m_degradation * s[dpdstrain]);
+    set_bonds(s);
+    now = drawn_inside(now, M, s);
+    if (subloading) s[subloading_r] = ratio(now, M, s);
+    s[f_function] = yield_function(now, M, s);
+    sigma = stress_of(trial, now.p, now.q, trial.theta);
+  }
+
   /// One implicit step, however large. Returns whether it converged.
   bool step(const Voigt& strain, Voigt& sigma, double* s) const {
     set_moduli(sigma, s);
@@ -258,6 +296,23 @@ struct ModifiedCamClay {
     Voigt sigma;
     std::copy_n(stress, 6, sigma.begin());
     return of(sigma);
+  }
+
+  static bool all_finite(const Voigt& sigma, const std::array<double, states>& s) {
+    const auto finite = [](double value) { return std::isfinite(value); };
+    return std::all_of(sigma.begin(), sigma.end(), finite) &&
+           std::all_of(s.begin(), s.end(), finite);
+  }
+
+  /// A stress on the line to the centre of the yield ellipse, not beyond it.
+  SoilStress drawn_inside(const SoilStress& at, double M, const double* s) const {
+    const double size = s[pc] + s[pcd], half = 0.5 * (size + 2 * s[pcc]), centre = half - s[pcc];
+    const double distance = std::hypot(at.p - centre, at.q / M);
+    const double keep = distance > half ? half / distance : 1;
+    SoilStress inside = at;
+    inside.p = centre + keep * (at.p - centre);
+    inside.q = keep * at.q;
+    return inside;
   }
 
   /// What the equations of a plastic step are made of.

@@ -101,6 +101,7 @@ class MohrCoulombUpdate {
   template <int Dim, class Real>
   LAHAR_INLINE Failures update(const LawInput<Dim, Real>& in, Real* stress, Real* state) const;
   bool update_one(const Increment& in, Voigt& stress, double* state) const;
+  void land(const Increment& in, Voigt& stress, double* state) const;
 
  private:
   template <class Real>
@@ -121,6 +122,7 @@ class MohrCoulombUpdate {
   static constexpr double rounding = 1e-12, on_surface = 1e-9;
   static constexpr double cbgeo_tolerance = 0.1;  ///< [Pa]
 
+  void elastic_stress(const Increment& in, const Voigt& stress, Scalar* trial) const;
   template <class Real>
   LAHAR_INLINE Strength<Real> strength(Real* state) const;
   template <class Real>
@@ -136,6 +138,8 @@ class MohrCoulombUpdate {
   template <class Real>
   LAHAR_INLINE void potential(const Invariants<Real>& at, const Strength<Real>& s, unsigned tension,
                               const Real& per_theta, Direction<Real>& to) const;
+  template <class Real>
+  LAHAR_INLINE Real resistance(const Direction<Real>& d) const;
   template <int Rows, class Real>
   LAHAR_INLINE unsigned step_along_tangent(const Real* start, Real* stress, const Strength<Real>& s,
                                            const Real& size, Real& pdstrain, unsigned lanes) const;
@@ -147,6 +151,7 @@ class MohrCoulombUpdate {
 
   double K_, G_, cutoff_;
   bool softening_, as_cbgeo_;
+  double least_J2_;                   ///< [Pa^2] below it a stress has no Lode angle
   double hyperbola_;                  ///< 0.1 c0 [Pa]
   Strength<double> peak_, residual_;  // tan_psi, ...
   double peak_psi_, residual_psi_, peak_pdstrain_, residual_pdstrain_;

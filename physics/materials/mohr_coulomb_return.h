@@ -49,7 +49,8 @@ inline MohrCoulombUpdate::MohrCoulombUpdate(const MohrCoulomb& law)
       G_(law.shear_modulus()),
       cutoff_(law.tension_cutoff),
       softening_(law.softening),
-      as_cbgeo_(law.as_cbgeo) {
+      as_cbgeo_(law.as_cbgeo),
+      least_J2_(law.as_cbgeo ? cbgeo_least_J2 : least_J2) {
   constexpr double radian = std::numbers::pi / 180.0;
   const auto of = [](double phi, double psi, double c) {
     const double sin = std::sin(phi), cos = std::cos(phi);
@@ -130,7 +131,7 @@ LAHAR_INLINE MohrCoulombUpdate::Yield MohrCoulombUpdate::yielding(const Invarian
   const Real edge = cutoff_ * n - 2.0 * s.cohesion * lahar::sqrt(n);
   const Real least = at.p - root2_3 * at.rho * (0.5 * at.cos + (0.5 * root3) * at.sin);
   const Real h = ft + (lahar::sqrt(1.0 + n * n) + n) * (least - edge);
-  const unsigned tensile = both & greater(h, Real(std::numeric_limits<double>::epsilon()));
+  const unsigned tensile = both & greater(h, Real(as_cbgeo_ ? std::numeric_limits<double>::epsilon() : 0.0));
   yield.shear &= ~tensile;
   yield.tension &= ~(both & ~tensile);
   return yield;
@@ -148,18 +149,20 @@ LAHAR_INLINE void MohrCoulombUpdate::potential(const Invariants<Real>& at, const
   const Real scale = select(tension, Real(1.0 / 3.0), s.scale);
   const Real off = select(tension, Real(0.1 * cutoff_), hyperbola_ * s.tan_psi);
   const Real k = 1.0 - e * e, two_e = 2.0 * e - 1.0, cos2 = at.cos * at.cos;
-  constexpr double least = std::numeric_limits<double>::epsilon();
+  constexpr double epsilon = std::numeric_limits<double>::epsilon();
   const Real square = 4.0 * k * cos2 + 5.0 * e * e - 4.0 * e;
-  const Real some = select(greater(square, Real(least)), square, Real(1e-5));
+  const Real some = select(greater(square, Real(epsilon)), square, Real(1e-5));
   const Real per_root = inverse_sqrt(some), root = some * per_root;
   const Real l = 4.0 * k * cos2 + two_e * two_e;
   const Real per_m = reciprocal(2.0 * k * at.cos + two_e * root);
   const Real dl = -8.0 * k * at.cos * at.sin, dm = -2.0 * k * at.sin + 0.5 * two_e * dl * per_root;
   const Real ratio = l * per_m, R = scale * ratio, dR = scale * (dl - ratio * dm) * per_m;
-  // In shear without dilation and stress the reference code's value; in tension the cone's tip.
+  // Without dilation or cohesion the hyperbola is its asymptotes, whose slope is the same for
+  // stresses of any size. The reference code's is that of a small stress below its limit.
+  const double least = as_cbgeo_ ? epsilon : least_J2, instead = as_cbgeo_ ? 1e-5 : least_J2;
   const Real Rrho = R * at.rho, omega = off * off + 1.5 * Rrho * Rrho;
   const Real factor =
-      1.5 * Rrho * inverse_sqrt(select(greater(omega, Real(least)), omega, Real(1e-5)));
+      1.5 * Rrho * inverse_sqrt(select(greater(omega, Real(least)), omega, Real(instead)));
   to.g.p = select(tension, Real(1.0), s.tan_psi);
   to.g.rho = factor * R;
   to.g.theta = factor * dR * per_theta;
@@ -198,6 +201,16 @@ LAHAR_INLINE MohrCoulombUpdate::Direction<Real> MohrCoulombUpdate::direction(
   return to;
 }
 
+/// By how much a yield function falls per multiplier [Pa]. Softening faster than elasticity can
+/// follow would turn its sign; the strength is that before the increment, so that a bound changes
+/// how fast the return converges, not where it ends.
+template <class Real>
+LAHAR_INLINE Real MohrCoulombUpdate::resistance(const Direction<Real>& d) const {
+  const Real elastic = stiffness_between(d.f, d.g, K_, G_);
+  if (!softening_ || as_cbgeo_) return elastic + d.softening;
+  return max(elastic + d.softening, 0.5 * elastic);
+}
+
 template <int Dim, class Real>
 LAHAR_INLINE Failures MohrCoulombUpdate::update(const LawInput<Dim, Real>& in, Real* stress,
                                                 Real* q) const {
@@ -231,22 +244,55 @@ LAHAR_INLINE Failures MohrCoulombUpdate::update(const LawInput<Dim, Real>& in, R
   return failures;
 }
 
+inline void MohrCoulombUpdate::elastic_stress(const Increment& in, const Voigt& stress,
+                                              Scalar* trial) const {
+  const double volumetric = (K_ - 2.0 / 3.0 * G_) * (in.strain[0] + in.strain[1] + in.strain[2]);
+  for (int k = 0; k < 6; ++k) {
+    const double strain = in.strain[static_cast<std::size_t>(k)];
+    trial[k] = Scalar(stress[static_cast<std::size_t>(k)]) +
+               (k < 3 ? volumetric + 2.0 * G_ * strain : G_ * strain);
+  }
+}
+
 inline bool MohrCoulombUpdate::update_one(const Increment& in, Voigt& stress, double* state) const {
   Scalar q[7], start[6], trial[6];
   for (int k = 0; k < 7; ++k) q[k] = Scalar(state[k]);
   const Strength<Scalar> s = strength(q);
-  const double volumetric = (K_ - 2.0 / 3.0 * G_) * (in.strain[0] + in.strain[1] + in.strain[2]);
-  for (int k = 0; k < 6; ++k) {
-    const double strain = in.strain[static_cast<std::size_t>(k)];
-    start[k] = Scalar(stress[static_cast<std::size_t>(k)]);
-    trial[k] = start[k] + (k < 3 ? volumetric + 2.0 * G_ * strain : G_ * strain);
-  }
+  for (int k = 0; k < 6; ++k) start[k] = Scalar(stress[static_cast<std::size_t>(k)]);
+  elastic_stress(in, stress, trial);
   StressPoint<6, Scalar> at;
   deviator_of(trial, at);
   if (return_to_surface<6>(start, trial, s, q[6], at, 1, single_steps)) return false;
   for (int k = 0; k < 6; ++k) stress[static_cast<std::size_t>(k)] = trial[k][0];
   for (int k = 0; k < 7; ++k) state[k] = q[k][0];
   return true;
+}
+
+/// Where no part of an increment converges: the elastic stress, its mean limited to the tension at
+/// the apex, its deviator reduced until the stress is allowed. So there is always a result.
+inline void MohrCoulombUpdate::land(const Increment& in, Voigt& stress, double* state) const {
+  Scalar q[7], trial[6];
+  for (int k = 0; k < 7; ++k) q[k] = Scalar(state[k]);
+  const Strength<Scalar> s = strength(q);
+  elastic_stress(in, stress, trial);
+  StressPoint<6, Scalar> point;
+  point_of(trial, point, least_J2_);
+  Invariants<Scalar> at = invariants_of(point);
+  const double apex = s.sin_phi[0] > 0 ? s.cohesion[0] * s.cos_phi[0] / s.sin_phi[0] : HUGE_VAL;
+  at.p = Scalar(std::min({at.p[0], cutoff_, apex}));
+  // Both yield functions are linear in rho.
+  Scalar ft, fs, ft0, fs0;
+  yield_functions(at, s, ft, fs);
+  at.rho = Scalar(0.0);
+  yield_functions(at, s, ft0, fs0);
+  const auto share = [](double f0, double f) {
+    return f > 0 ? std::clamp(-f0 / (f - f0), 0.0, 1.0) : 1.0;
+  };
+  const double keep = std::min(share(ft0[0], ft[0]), share(fs0[0], fs[0]));
+  for (int k = 0; k < 6; ++k)
+    stress[static_cast<std::size_t>(k)] = keep * point.s[k][0] + (k < 3 ? at.p[0] : 0.0);
+  for (int k = 0; k < 7; ++k) state[k] = q[k][0];
+  state[6] += (1 - keep) * point.rho[0] * root2_3 / (2 * G_);
 }
 
 /// The first step of the return: along the tangent at the stress before, where that lies on the
@@ -257,7 +303,7 @@ LAHAR_INLINE unsigned MohrCoulombUpdate::step_along_tangent(const Real* start, R
                                                             const Real& size, Real& pdstrain,
                                                             unsigned lanes_to_do) const {
   StressPoint<Rows, Real> begin;
-  point_of(start, begin);
+  point_of(start, begin, least_J2_);
   const Invariants<Real> at = invariants_of(begin);
   Real ft, fs;
   yield_functions(at, s, ft, fs);
@@ -274,7 +320,7 @@ LAHAR_INLINE unsigned MohrCoulombUpdate::step_along_tangent(const Real* start, R
   Real increment[Rows];
   for (int k = 0; k < Rows; ++k) increment[k] = stress[k] - start[k];
   const Real multiplier =
-      along(d.f, axes, increment) * reciprocal(stiffness_between(d.f, d.g, K_, G_) + d.softening);
+      along(d.f, axes, increment) * reciprocal(resistance(d));
   for (int k = 0; k < Rows; ++k)
     stress[k] =
         select(tangent, stress[k] - multiplier * stress_of(d.g, axes, K_, G_, k), stress[k]);
@@ -291,7 +337,7 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
                                               const StressPoint<Rows, Real>& trial,
                                               unsigned lanes_to_do, int steps) const {
   StressPoint<Rows, Real> point = trial;
-  lode_of(point);
+  lode_of(point, least_J2_);
   const Real size = trial.rho + max(trial.p, -trial.p) + s.cohesion;
   const Real tolerance = as_cbgeo_ ? Real(cbgeo_tolerance) : rounding * size;
   Real ft, fs;
@@ -315,7 +361,7 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
   const unsigned beyond_apex = as_cbgeo_ ? 0u : greater(trial.p, apex);
   // Also where most lanes have the trial stress still: a lane's bits must not depend on whether
   // another one has moved along its tangent.
-  point_of(stress, point);
+  point_of(stress, point, least_J2_);
   DeviatoricPlane<Rows, Real> plane(point);
   const unsigned edge = plane.edge();
   bool first = true;
@@ -335,13 +381,13 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
     if (left == 0) break;
     first = false;
     const Direction<Real> d = direction(at, s, before, yield.tension, edge);
-    const Real multiplier = select(yield.tension, ft, fs) *
-                            reciprocal(stiffness_between(d.f, d.g, K_, G_) + d.softening);
+    const Real multiplier = select(yield.tension, ft, fs) * reciprocal(resistance(d));
     const Real per_rho = (2.0 * G_) * multiplier * at.per_rho;
     const Real radial = per_rho * d.g.rho, turn = per_rho * order * d.g.theta;
-    // Where the deviator would be reversed and the trial stress is beyond the apex, it returns
-    // there.
-    const unsigned to_apex = left & beyond_apex & greater(radial, Real(1.0));
+    // Where the deviator would be reversed, or there is none, and the trial stress is beyond the
+    // apex, it returns there.
+    const unsigned to_apex =
+        left & beyond_apex & (greater(radial, Real(1.0)) | ~greater(at.rho, tolerance));
     const Real x = plane.x - radial * plane.x + turn * plane.y,
                y = plane.y - radial * plane.y - turn * plane.x;
     const Real whole = before + (0.5 / G_ * root2_3) * trial.rho;

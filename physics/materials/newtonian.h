@@ -13,6 +13,7 @@ struct Newtonian {
   double bulk_modulus;          ///< [Pa]
   double dynamic_viscosity;     ///< [Pa s]
   bool incompressible = false;  ///< true: no volumetric (pressure) stress, as in the reference
+  bool as_cbgeo = false;        ///< an initial stress is no pressure
 
   static constexpr std::string_view name = "Newtonian";
   static constexpr std::string_view help = "weakly compressible viscous fluid";
@@ -26,6 +27,12 @@ struct Newtonian {
   static constexpr auto state = std::to_array<StateVariable>({{"pressure", "Pa", "pressure"}});
 
   std::string problem() const { return ""; }
+  /// The mean of the initial stress is the pressure at the start; the reference code begins with
+  /// none.
+  void initial_state(const double* stress, double* pressure) const {
+    *pressure =
+        as_cbgeo || incompressible ? 0.0 : -(1.0 / 3.0) * (stress[0] + stress[1] + stress[2]);
+  }
   double wave_modulus() const { return incompressible ? 0.0 : bulk_modulus; }
   double viscosity() const { return dynamic_viscosity; }
 

@@ -201,6 +201,8 @@ struct NorSand {
 
   /// One implicit step, however large. Returns whether it converged.
   bool step(const Voigt& strain, Voigt& sigma, double* s) const;
+  /// An increment for which no step is small enough: see NorSandReturn::land().
+  void land(const Increment& increment, Voigt& sigma, double* s) const;
 
  private:
   friend class NorSandReturn;

@@ -46,6 +46,27 @@ class NorSandReturn {
     return done;
   }
 
+  /// Where that fails: the elastic stress, its pressure not below that of the apex, its deviator
+  /// reduced to the yield surface, which grows where the pressure is beyond its tip.
+  void land(Voigt& sigma, double* s) {
+    Point end;
+    end.deviatoric = trial_.q / (3 * G_);
+    set_bonds(end);
+    const double cohesion = end.p_cohesion.v, bonds = cohesion + end.p_dilation.v;
+    const double tip = std::exp(ln_p_i_) + bonds;
+    const double P = std::max(trial_.p + cohesion, law_.apex * tip);
+    const double p_i = std::max(std::exp(ln_p_i_), P / std::numbers::e - bonds);
+    end.ln_p_i = std::log(p_i);
+    const double M_i =
+        strength_ratio(M_tc_, trial_.theta) * strength_share(state_parameter(end.ln_p_i.v));
+    const double most = M_i * P * (1 - std::log(P / (p_i + bonds)));
+    end.P = P;
+    end.q = std::clamp(most, 0.0, trial_.q);
+    end.theta = trial_.theta;
+    end.deviatoric = (trial_.q - end.q.v) / (3 * G_);
+    take_over(end, sigma, s);
+  }
+
  private:
   using S = NorSand::State;
   /// A stress is inside of the yield surface, a p_i above its cap, if by this share of it.
@@ -254,6 +275,18 @@ class NorSandReturn {
     law_.finish(strength_ratio(M_tc_, end.theta.v), s);
   }
 };
+
+inline void NorSand::land(const Increment& increment, Voigt& sigma, double* s) const {
+  std::array<double, states> after;
+  std::copy_n(s, std::size_t{states}, after.begin());
+  Voigt stepped = sigma;
+  bool stands = step(increment.strain, stepped, after.data());
+  for (const double value : stepped) stands = stands && std::isfinite(value);
+  for (const double value : after) stands = stands && std::isfinite(value);
+  if (!stands) return NorSandReturn(*this, increment.strain, sigma, s).land(sigma, s);
+  sigma = stepped;
+  std::copy_n(after.begin(), std::size_t{states}, s);
+}
 
 inline bool NorSand::step(const Voigt& strain, Voigt& sigma, double* s) const {
   return NorSandReturn(*this, strain, sigma, s).take(sigma, s);

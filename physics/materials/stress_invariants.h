@@ -12,6 +12,11 @@ inline constexpr double root3 = std::numbers::sqrt3;
 inline constexpr double root2_3 = 0.81649658092772603;  ///< sqrt(2/3)
 inline constexpr double root3_2 = 1.2247448713915890;   ///< sqrt(3/2)
 
+/// Below this J2 [Pa^2] a stress has no deviator: its square would not be a normal number. It is no
+/// measure of stresses: without cohesion a law is the same for stresses of any size.
+inline constexpr double least_J2 = 1e-140;
+inline constexpr double cbgeo_least_J2 = std::numeric_limits<double>::epsilon();
+
 /// Stress after an elastic increment with bulk and shear modulus K and G [Pa].
 template <int Dim, class Real>
 LAHAR_INLINE void elastic_trial(const LawInput<Dim, Real>& in, double K, double G, Real* stress) {
@@ -73,10 +78,10 @@ LAHAR_INLINE void deviator_of(const Real* stress, StressPoint<Rows, Real>& at) {
 }
 
 /// The rest, after deviator_of(). sin(3 theta) is that of v, because from 1 - cos^2 half of the
-/// digits would be lost where two principal stresses are equal. Where J2 is below the reference
-/// code's limit [Pa^2] the angle is 30 degrees, as there.
+/// digits would be lost where two principal stresses are equal. Where J2 is at most `least` [Pa^2]
+/// the angle is 30 degrees, as in the reference code, whose limit is cbgeo_least_J2.
 template <int Rows, class Real>
-LAHAR_INLINE void lode_of(StressPoint<Rows, Real>& at) {
+LAHAR_INLINE void lode_of(StressPoint<Rows, Real>& at, double least = least_J2) {
   const Real* s = at.s;
   const Real xy2 = s[3] * s[3], twice = (2.0 / 3.0) * at.J2;
   Real J3 = s[0] * s[1] * s[2] - s[2] * xy2;
@@ -95,7 +100,6 @@ LAHAR_INLINE void lode_of(StressPoint<Rows, Real>& at) {
     v[4] = s[3] * s[5] + s[4] * (s[1] + s[2]);
     v[5] = s[3] * s[4] + s[5] * (s[0] + s[2]);
   }
-  constexpr double least = std::numeric_limits<double>::epsilon();
   const unsigned some = greater(at.J2, Real(least));
   const Real per_J2 = select(some, 2.0 * at.per_rho * at.per_rho, Real(1.0));
   const Real along_s = 1.5 * J3 * per_J2;
@@ -112,9 +116,10 @@ LAHAR_INLINE void lode_of(StressPoint<Rows, Real>& at) {
 }
 
 template <int Rows, class Real>
-LAHAR_INLINE void point_of(const Real* stress, StressPoint<Rows, Real>& at) {
+LAHAR_INLINE void point_of(const Real* stress, StressPoint<Rows, Real>& at,
+                           double least = least_J2) {
   deviator_of(stress, at);
-  lode_of(at);
+  lode_of(at, least);
 }
 
 /// What isotropic yield functions depend on.

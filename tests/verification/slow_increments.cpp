@@ -1,0 +1,38 @@
+// A thousand million random increments of the laws, without one that fails.
+#include <doctest/doctest.h>
+
+#include "tests/physics/random_increments.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+/// One of 16 increments is looked at for what the law allows, all for failures.
+template <class LawType, int Dim>
+void check(std::int64_t increments) {
+  CAPTURE(LawType::name);
+  const RandomIncrements found = RandomPaths<LawType, Dim>(7, 16).run(increments);
+  MESSAGE(LawType::name, ": ", found.done, " increments, ", found.divided, " in parts, worst ",
+          found.worst);
+  INFO(found.first);
+  CHECK(found.failed == 0);
+  CHECK(found.not_finite == 0);
+  CHECK(found.not_allowed == 0);
+}
+
+}  // namespace
+
+TEST_CASE("a thousand million random increments of the laws do not fail") {
+  check<MohrCoulomb, 3>(200'000'000);
+  check<MohrCoulomb, 2>(100'000'000);
+  check<DruckerPrager, 3>(100'000'000);
+  check<DruckerPrager, 2>(100'000'000);
+  check<VonMises, 3>(100'000'000);
+  check<Newtonian, 3>(100'000'000);
+  check<Bingham, 3>(100'000'000);
+  check<LinearElastic, 3>(100'000'000);
+  check<NeoHookean, 3>(100'000'000);
+  check<ModifiedCamClay, 3>(1'000'000);
+  check<NorSand, 3>(250'000);
+}
