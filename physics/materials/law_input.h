@@ -13,11 +13,11 @@ namespace lahar {
 template <int Dim, class Real>
 struct LawInput {
   static constexpr int rows = stress_components<Dim>;
-  Real rate[rows];           ///< strain rate [1/s], engineering shear; 2D: zz = 0
-  Real gradient[Dim][Dim];   ///< velocity gradient dv_a/dx_b [1/s]
-  double dt;                 ///< [s]
-  Real volumetric;           ///< volumetric strain increment at the cell's centre [-], of splines at
-                             ///< the particle
+  Real rate[rows];          ///< strain rate [1/s], engineering shear; 2D: zz = 0
+  Real gradient[Dim][Dim];  ///< velocity gradient dv_a/dx_b [1/s]
+  double dt;                ///< [s]
+  Real volumetric;          ///< volumetric strain increment at the cell's centre [-], of splines at
+                            ///< the particle
   unsigned active = all_of;  ///< bit per lane: of the others (beyond a run) nothing is kept
   static constexpr unsigned all_of = (1u << lanes<Real>)-1;
 };
@@ -51,8 +51,8 @@ LAHAR_INLINE void set_lane(Real& pack, int lane, double value) {
 
 /// One increment of one particle: as a whole by `law.update_one(increment, stress, state)`, which
 /// returns whether it converged, or else in equal parts. Where none is small enough
-/// `law.land(increment, stress, state)`, if there is one, gives a stress that the law allows, part by
-/// part. Returns the number of parts; 0 = there is no result, stress and state are as before.
+/// `law.land(increment, stress, state)`, if there is one, gives a stress that the law allows, part
+/// by part. Returns the number of parts; 0 = there is no result, stress and state are as before.
 template <class LawType>
 int update_in_parts(const LawType& law, const Increment& whole, Voigt& stress, double* state) {
   constexpr std::size_t n = LawType::state.size();

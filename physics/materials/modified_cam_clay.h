@@ -225,7 +225,8 @@ struct ModifiedCamClay {
     SoilStress now = drawn_inside(trial, M, s);
     const double upsilon = std::min(1 + s[void_ratio], most_specific_volume) / (lambda - kappa);
     const double volumetric = (trial.p - now.p) / s[bulk_modulus];
-    s[pc] = std::max(least_pc * pc0, before * std::exp(std::clamp(upsilon * volumetric, -1.0, 1.0)));
+    s[pc] =
+        std::max(least_pc * pc0, before * std::exp(std::clamp(upsilon * volumetric, -1.0, 1.0)));
     s[subloading_r] = 1;
     now = drawn_inside(trial, M, s);
     s[delta_phi] = 0;

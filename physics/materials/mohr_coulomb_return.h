@@ -131,7 +131,8 @@ LAHAR_INLINE MohrCoulombUpdate::Yield MohrCoulombUpdate::yielding(const Invarian
   const Real edge = cutoff_ * n - 2.0 * s.cohesion * lahar::sqrt(n);
   const Real least = at.p - root2_3 * at.rho * (0.5 * at.cos + (0.5 * root3) * at.sin);
   const Real h = ft + (lahar::sqrt(1.0 + n * n) + n) * (least - edge);
-  const unsigned tensile = both & greater(h, Real(as_cbgeo_ ? std::numeric_limits<double>::epsilon() : 0.0));
+  const unsigned tensile =
+      both & greater(h, Real(as_cbgeo_ ? std::numeric_limits<double>::epsilon() : 0.0));
   yield.shear &= ~tensile;
   yield.tension &= ~(both & ~tensile);
   return yield;
@@ -319,8 +320,7 @@ LAHAR_INLINE unsigned MohrCoulombUpdate::step_along_tangent(const Real* start, R
   const Direction<Real> d = direction(at, s, pdstrain, begins.tension, axes.edge);
   Real increment[Rows];
   for (int k = 0; k < Rows; ++k) increment[k] = stress[k] - start[k];
-  const Real multiplier =
-      along(d.f, axes, increment) * reciprocal(resistance(d));
+  const Real multiplier = along(d.f, axes, increment) * reciprocal(resistance(d));
   for (int k = 0; k < Rows; ++k)
     stress[k] =
         select(tangent, stress[k] - multiplier * stress_of(d.g, axes, K_, G_, k), stress[k]);

@@ -69,11 +69,8 @@ TEST_CASE("without cohesion Mohr-Coulomb is the same for stresses of any size") 
 TEST_CASE("the initial stress of a fluid is its pressure, but not as in CB-Geo MPM") {
   const Voigt given{-1200, -1200, -1200, 0, 0, 0};
   Newtonian water{.bulk_modulus = 2e6, .dynamic_viscosity = 1};
-  Bingham mud{.youngs_modulus = 1e6,
-              .poisson_ratio = 0.3,
-              .tau0 = 10,
-              .mu = 1,
-              .critical_shear_rate = 0.1};
+  Bingham mud{
+      .youngs_modulus = 1e6, .poisson_ratio = 0.3, .tau0 = 10, .mu = 1, .critical_shear_rate = 0.1};
   const auto pressure = [&](const Law& law) {
     double state[most_state];
     initial_state(law, given, state);

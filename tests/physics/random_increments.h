@@ -173,8 +173,7 @@ inline Eigen::Vector3d principal(const double* s) {
 }
 inline double mises(const double* s) {
   const double a = s[0] - s[1], b = s[1] - s[2], c = s[2] - s[0];
-  return std::sqrt((a * a + b * b + c * c) / 2 +
-                   3 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
+  return std::sqrt((a * a + b * b + c * c) / 2 + 3 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
 }
 
 template <class LawType>
@@ -196,17 +195,18 @@ inline double beyond(const MohrCoulomb& law, const double* s, const double* befo
   constexpr double radian = std::numbers::pi / 180;
   double share = 1;
   if (law.softening && before[6] > law.peak_pdstrain)
-    share = std::max(0.0, (law.residual_pdstrain - before[6]) /
-                              (law.residual_pdstrain - law.peak_pdstrain));
-  const double phi = law.softening ? radian * (law.residual_friction +
-                                               share * (law.friction - law.residual_friction))
-                                   : radian * law.friction;
+    share = std::max(
+        0.0, (law.residual_pdstrain - before[6]) / (law.residual_pdstrain - law.peak_pdstrain));
+  const double phi =
+      law.softening
+          ? radian * (law.residual_friction + share * (law.friction - law.residual_friction))
+          : radian * law.friction;
   const double c = law.softening
                        ? law.residual_cohesion + share * (law.cohesion - law.residual_cohesion)
                        : law.cohesion;
   const Eigen::Vector3d sigma = principal(s);
-  const double shear = (sigma[2] - sigma[0]) / 2 / std::cos(phi) +
-                       (sigma[2] + sigma[0]) / 2 * std::tan(phi) - c;
+  const double shear =
+      (sigma[2] - sigma[0]) / 2 / std::cos(phi) + (sigma[2] + sigma[0]) / 2 * std::tan(phi) - c;
   return std::max(shear, sigma[2] - law.tension_cutoff);
 }
 
@@ -224,7 +224,8 @@ double strength_of(const LawType& law) {
 /// What was found of one law.
 struct RandomIncrements {
   std::int64_t done = 0, divided = 0, failed = 0, not_finite = 0, not_allowed = 0;
-  double worst = 0;  ///< largest share of the stresses about by which one was beyond what is allowed
+  double worst =
+      0;  ///< largest share of the stresses about by which one was beyond what is allowed
   std::string first;  ///< the first increment that went wrong
 };
 
@@ -314,8 +315,7 @@ class RandomPaths {
     else if (kind == 5)  // of two equal ones
       e[0] = e[1] = dice_.below(2) ? 1 : -1, e[2] = dice_.normal_like();
     else if (kind == 6 && largest > 0)  // back to where it comes from, or on
-      for (int k = 0; k < rows; ++k)
-        e[k] = (dice_.below(2) ? 1 : -1) * stress[k][lane] / largest;
+      for (int k = 0; k < rows; ++k) e[k] = (dice_.below(2) ? 1 : -1) * stress[k][lane] / largest;
     // else: none
     if (Dim == 2) e[2] = 0;
     for (int k = 0; k < rows; ++k) set_lane(in.rate[k], lane, size * e[k] / in.dt);
@@ -367,7 +367,8 @@ class RandomPaths {
     for (int k = 0; k < rows; ++k) stress[k] = Pack(0.0);  // a new beginning
     Voigt none{};
     double s[states]{};
-    if constexpr (requires { law.initial_state(none.data(), s); }) law.initial_state(none.data(), s);
+    if constexpr (requires { law.initial_state(none.data(), s); })
+      law.initial_state(none.data(), s);
     for (std::size_t k = 0; k < states; ++k) state[k] = Pack(s[k]);
   }
 
