@@ -248,9 +248,12 @@ const Section& friction_section() {
       .path = "mesh.boundary_conditions.friction_constraints[]",
       .help =
           "Coulomb friction of a set of nodes on a rigid wall, or a `file` of lines `node dir "
-          "sign_n friction`. It acts where the acceleration presses a node against the wall. A "
-          "node has one friction; of several the last counts. What keeps the node from leaving "
-          "through the wall is a velocity constraint.",
+          "sign_n friction`. The wall pushes and does not pull: it stops what moves into it, at "
+          "the velocity that is prescribed along its normal (0 if none is), and friction is at "
+          "most `friction` times that impulse. With `two_sided` the wall is as in CB-Geo MPM: a "
+          "velocity constraint along the normal holds the node in both directions, and friction "
+          "acts where the acceleration presses the node against the wall. Of several for a node "
+          "and direction the last counts.",
       .fields = {
           {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
@@ -265,7 +268,39 @@ const Section& friction_section() {
            .help = "friction coefficient",
            .unit = "-",
            .min = 0},
+          {.key = "two_sided",
+           .kinds = boolean,
+           .help = "the wall also pulls, as in CB-Geo MPM; default false, with the preset cbgeo true",
+           .native = true},
           {.key = "file", .kinds = file, .help = "file of lines `node dir sign_n friction`"},
+      }};
+  return section;
+}
+
+const Section& wall_section() {
+  static const Section section{
+      .name = "a wall",
+      .path = "mesh.boundary_conditions.walls[]",
+      .help =
+          "A rigid wall at rest along an axis, which a set of nodes lies on. It pushes and does not "
+          "pull: material may leave it, and slides on it with Coulomb's friction. A node may lie on "
+          "several walls, along different axes. Symmetry planes and fixed ends are velocity "
+          "constraints.",
+      .fields = {
+          {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
+          {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
+          {.key = "normal",
+           .kinds = vector,
+           .help = "direction from the wall into the material, along an axis: [0, 1] for a floor",
+           .required = true,
+           .native = true},
+          {.key = "friction",
+           .kinds = number | text,
+           .help = "friction coefficient, or \"rough\": material does not slide while it is pressed "
+                   "against the wall",
+           .unit = "-",
+           .fallback = "0",
+           .native = true},
       }};
   return section;
 }
@@ -391,6 +426,11 @@ const Section& boundary_section() {
                                     .kinds = list | file,
                                     .help = "friction at nodes; older cases name a file",
                                     .section = friction_section},
+                                   {.key = "walls",
+                                    .kinds = list,
+                                    .help = "rigid walls that push and do not pull",
+                                    .section = wall_section,
+                                    .native = true},
                                    {.key = "nodal_euler_angles",
                                     .kinds = file,
                                     .help = "rotated frames of nodes, in which their velocity and "

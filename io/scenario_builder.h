@@ -98,6 +98,7 @@ class ScenarioBuilder {
   // scenario_loads.cpp
   void build_constraints();
   void build_friction();
+  void build_walls();
   void build_absorbing();      // scenario_absorbing.cpp
   void build_accelerations();  // scenario_accelerations.cpp
   void build_particle_constraints();

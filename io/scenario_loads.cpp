@@ -125,7 +125,10 @@ void ScenarioBuilder<Dim>::build_friction() {
     const auto file = in_.open(object, key);
     if (!file) return;
     if (const auto rows = read_friction_file(*file, {n_nodes(), Dim}, team_, in_.problems))
-      out.insert(out.end(), rows->begin(), rows->end());
+      for (NodeFriction row : *rows) {
+        row.one_sided = !in_.cbgeo_defaults;
+        out.push_back(row);
+      }
   };
   if (is_file_name("friction_constraints")) add_file(boundary(), "friction_constraints");
   for (const JsonValue* c : get_list(boundary(), "friction_constraints")) {
@@ -142,11 +145,48 @@ void ScenarioBuilder<Dim>::build_friction() {
       continue;
     }
     if (!dir || !sign || !friction || !nodes) continue;
-    for (const Index node : *nodes) out.push_back({node, *dir, static_cast<int>(*sign), *friction});
+    const bool one_sided = !get_bool(*c, "two_sided").value_or(in_.cbgeo_defaults);
+    for (const Index node : *nodes)
+      out.push_back({node, *dir, static_cast<int>(*sign), *friction, one_sided});
   }
+  build_walls();
   if (const auto file = in_.open(boundary(), "nodal_euler_angles"))
     if (auto frames = read_angle_file<Dim>(*file, n_nodes(), team_, in_.problems))
       model_.node_frames = std::move(*frames);
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_walls() {
+  for (const JsonValue* wall : get_list(boundary(), "walls")) {
+    const auto normal = get_vector<Dim>(*wall, "normal");
+    const auto nodes = members(*wall, "nset_id", "nset", sets_.nodes);
+    const JsonValue* friction = wall->find("friction");
+    if (!nodes || !normal || !friction) continue;
+    int axis = 0;
+    const double most = normal->cwiseAbs().maxCoeff(&axis);
+    if (!(most > 0) || most < normal->norm() * (1 - 1e-9)) {
+      in_.error(*wall->find("normal"), "'normal' of a wall must lie along an axis",
+                "[0, 1] for a floor along x; for another one give the nodes axes of their own with "
+                "'nodal_euler_angles', and a friction constraint");
+      continue;
+    }
+    if (friction->is<std::string>() && friction->as<std::string>() != "rough") {
+      in_.error(*friction, fmt::format("'friction' must be a coefficient or \"rough\", found {}",
+                                       to_json(*friction)),
+                "\"rough\": material does not slide while it is pressed against the wall");
+      continue;
+    }
+    const double mu = friction->is_number() ? friction->number()
+                                            : std::numeric_limits<double>::infinity();
+    if (mu < 0) {
+      in_.error(*friction, fmt::format("'friction' must be at least 0, found {}",
+                                       to_json(*friction)));
+      continue;
+    }
+    const int outward = (*normal)[axis] > 0 ? -1 : 1;  // the normal points into the material
+    for (const Index node : *nodes)
+      model_.node_frictions.push_back({node, axis, outward, mu, true});
+  }
 }
 
 template <int Dim>
@@ -241,6 +281,7 @@ void ScenarioBuilder<Dim>::build_nodal_forces() {
                                                 const std::vector<std::string_view>&); \
   template void ScenarioBuilder<Dim>::build_constraints();                             \
   template void ScenarioBuilder<Dim>::build_friction();                                \
+  template void ScenarioBuilder<Dim>::build_walls();                                   \
   template void ScenarioBuilder<Dim>::build_particle_constraints();                    \
   template void ScenarioBuilder<Dim>::build_gravity();                                 \
   template void ScenarioBuilder<Dim>::build_tractions();                               \

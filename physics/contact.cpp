@@ -115,12 +115,12 @@ class NodeContact {
 /// Hold the prescribed velocities of a wall that contact has changed; others are held with all
 /// nodes. Returns the work of what holds them per mass [J/kg].
 template <int Dim>
-double hold_at_wall(const Patch<Dim>& patch, Local node, Eigen::Map<Vec<Dim>> velocity,
-                    Eigen::Map<Vec<Dim>> acceleration) {
+double hold_at_wall(const Patch<Dim>& patch, double dt, Local node,
+                    Eigen::Map<Vec<Dim>> velocity, Eigen::Map<Vec<Dim>> acceleration) {
   const auto wall = std::lower_bound(patch.walls.begin(), patch.walls.end(), node,
                                      [](const WallNode<Dim>& w, Local n) { return w.node < n; });
   if (wall == patch.walls.end() || wall->node != node) return 0.0;
-  return hold_velocity(*wall, velocity.data(), acceleration.data());
+  return hold_velocity(*wall, dt, velocity.data(), acceleration.data());
 }
 
 }  // namespace
@@ -145,7 +145,7 @@ void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Di
               &patch.damping[static_cast<std::size_t>(field.node) * node_width]);
           patch.work.damping += 0.5 * dt * own_mass / contact.mass(field.node) * drag.dot(change);
         }
-        patch.work.external += own_mass * hold_at_wall<Dim>(patch, field.node, v, a);
+        patch.work.external += own_mass * hold_at_wall<Dim>(patch, dt, field.node, v, a);
       }
     }
   }

@@ -61,12 +61,14 @@ struct NodeVelocity {
   double velocity;  ///< [m/s]
 };
 
-/// Coulomb friction of a node on a rigid wall. One per node.
+/// Coulomb friction of a node on a rigid wall. One two-sided wall per node, or one-sided ones along
+/// different axes.
 struct NodeFriction {
   Index node;
   int normal;       ///< direction of the wall's normal, in the node's frame
   int outward;      ///< sign of the normal that points out of the body: 1 or -1
-  double friction;  ///< coefficient [-]
+  double friction;  ///< coefficient [-]; infinite: no sliding while pressed
+  bool one_sided = false;  ///< the wall pushes and does not pull, at the node's prescribed velocity
 };
 
 /// Prescribed acceleration component of a node, in its frame; of several for a node and direction

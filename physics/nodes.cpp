@@ -139,10 +139,16 @@ void make_room(Patch<Dim>& patch) {
   patch.acceleration.assign(size, 0.0);
 }
 
+/// Also take what moves into one-sided walls. Where a step begins with these velocities (`begins`),
+/// Patch::acceleration keeps it for the walls' impulses.
 template <int Dim>
-void prescribe_velocities(Patch<Dim>& patch) {
+void prescribe_velocities(Patch<Dim>& patch, bool begins) {
   for (const auto& fixed : patch.fixed) at(patch.velocity, fixed.node)[fixed.dir] = fixed.velocity;
-  for (const auto& wall : patch.walls) prescribe_velocity(wall, at(patch.velocity, wall.node));
+  for (const auto& wall : patch.walls) {
+    prescribe_velocity(wall, at(patch.velocity, wall.node));
+    const Vec<Dim> taken = stop_at_wall(wall, at(patch.velocity, wall.node));
+    if (begins) Eigen::Map<Vec<Dim>>(at(patch.acceleration, wall.node)) = taken;
+  }
 }
 
 /// Ranges of the nodes that are marked as active. Sums exist from the first of them on: most
@@ -239,7 +245,7 @@ void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
                 [&](Local i, const NodeVector&, const NodeVector& sum) {
                   store(velocity_of(patch, sum, sum), at(patch.velocity, i));
                 });
-  prescribe_velocities(patch);
+  prescribe_velocities(patch, true);
 }
 
 template <int Dim>
@@ -249,7 +255,7 @@ void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   double* v = at(patch.velocity, i);
                   store(velocity_of(patch, sum, load<NodeVector>(v)), v);
                 });
-  prescribe_velocities(patch);
+  prescribe_velocities(patch, false);
 }
 
 template <int Dim>
@@ -443,6 +449,8 @@ class Integrator {
     store(old, velocity);
     store(a, acceleration);
     WallNode<Dim> wall = *wall_;
+    if (step_.model->analysis.scheme == Scheme::usf)  // what nodal_velocity() took
+      Eigen::Map<Vec<Dim>>(velocity) += Eigen::Map<const Vec<Dim>>(at(patch_.acceleration, i));
     for (std::size_t d = 0; d < Dim; ++d)
       if (wall.shaken[d])
         wall.acceleration[d] *= load_factor(*step_.model, wall.function[d], step_.time);

@@ -1,6 +1,8 @@
 // Every copy of a node runs this very code, so that all are equal to the last bit.
 #include "physics/wall_node.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "physics/kernels.h"
@@ -36,6 +38,35 @@ Vec<Dim> with_friction(const WallNode<Dim>& wall, const Vec<Dim>& v, const Vec<D
   return a_t;
 }
 
+/// Speed [m/s] at which a velocity, in the wall's axes, moves into the one-sided wall of an axis.
+template <int Dim>
+double speed_into(const WallNode<Dim>& wall, const Vec<Dim>& v, std::size_t axis) {
+  return wall.pushes[axis] * (v[static_cast<int>(axis)] - wall.velocity[axis]);
+}
+
+/// One-sided walls on `v`, the velocity at the end of the step without them, in the wall's axes.
+template <int Dim>
+void push(const WallNode<Dim>& wall, Vec<Dim>& v) {
+  std::array<double, Dim> pressed{};
+  for (std::size_t k = 0; k < Dim; ++k) {
+    if (wall.pushes[k] == 0) continue;
+    pressed[k] = std::max(0.0, speed_into<Dim>(wall, v, k));
+    if (pressed[k] > 0) v[static_cast<int>(k)] = wall.velocity[k];
+  }
+  for (std::size_t k = 0; k < Dim; ++k) {
+    if (!(pressed[k] > 0)) continue;
+    Vec<Dim> slip = Vec<Dim>::Zero();
+    for (std::size_t t = 0; t < Dim; ++t)
+      if (t != k && !wall.fixed[t] && !(pressed[t] > 0))
+        slip[static_cast<int>(t)] = v[static_cast<int>(t)];
+    const double speed = slip.norm(), most = wall.rubs[k] * pressed[k];
+    if (speed <= most)
+      v -= slip;
+    else
+      v -= most / speed * slip;
+  }
+}
+
 /// The reference code's threshold, for velocities and accelerations alike.
 template <int Dim>
 void store_flushed(const Vec<Dim>& values, double* to) {
@@ -56,7 +87,21 @@ void prescribe_velocity(const WallNode<Dim>& wall, double* velocity) {
 }
 
 template <int Dim>
-double hold_velocity(const WallNode<Dim>& wall, double* velocity, double* acceleration) {
+Vec<Dim> stop_at_wall(const WallNode<Dim>& wall, double* velocity) {
+  Eigen::Map<Vec<Dim>> global(velocity);
+  const Vec<Dim> v = wall.axes.transpose() * global;
+  Vec<Dim> taken = Vec<Dim>::Zero();
+  for (std::size_t k = 0; k < Dim; ++k)
+    if (wall.pushes[k] != 0 && speed_into<Dim>(wall, v, k) > 0)
+      taken[static_cast<int>(k)] = v[static_cast<int>(k)] - wall.velocity[k];
+  if (taken.isZero(0.0)) return taken;
+  taken = wall.axes * taken;
+  global -= taken;
+  return taken;
+}
+
+template <int Dim>
+double hold_velocity(const WallNode<Dim>& wall, double dt, double* velocity, double* acceleration) {
   Eigen::Map<Vec<Dim>> global_v(velocity), global_a(acceleration);
   Vec<Dim> v = wall.axes.transpose() * global_v, a = wall.axes.transpose() * global_a;
   double work = 0;
@@ -66,6 +111,14 @@ double hold_velocity(const WallNode<Dim>& wall, double* velocity, double* accele
     work += (wall.velocity[k] - v[d]) * wall.velocity[k];
     v[d] = wall.velocity[k];
     a[d] = 0.0;
+  }
+  for (std::size_t k = 0; k < Dim; ++k) {
+    const double into = wall.pushes[k] != 0 ? speed_into<Dim>(wall, v, k) : 0.0;
+    if (!(into > 0)) continue;
+    const int d = static_cast<int>(k);
+    work -= wall.pushes[k] * into * wall.velocity[k];
+    v[d] = wall.velocity[k];
+    a[d] -= wall.pushes[k] * into / dt;
   }
   store_flushed<Dim>(wall.axes * v, velocity);
   store_flushed<Dim>(wall.axes * a, acceleration);
@@ -88,6 +141,10 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
     a[d] = wall.acceleration[k];
   }
   Vec<Dim> v = before + dt * a;
+  const Vec<Dim> alone = v;
+  push<Dim>(wall, v);
+  const Vec<Dim> pushed = v - alone;
+  a += pushed / dt;
   WallWork work;
   for (std::size_t k = 0; k < Dim; ++k) {
     if (!wall.fixed[k]) continue;
@@ -97,7 +154,12 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
     a[d] = 0.0;
   }
   const Vec<Dim> mean = v - 0.5 * dt * a;  // velocity of the step
-  work.friction = dt * rubbed.dot(mean);
+  // A moving wall pushes along its own velocity; the rest of its work is lost.
+  Vec<Dim> walls = Vec<Dim>::Zero();
+  for (std::size_t k = 0; k < Dim; ++k)
+    if (wall.pushes[k] != 0) walls[static_cast<int>(k)] = wall.velocity[k];
+  work.reaction += pushed.dot(walls);
+  work.friction = dt * rubbed.dot(mean) - pushed.dot(mean - walls);
   work.reaction += dt * shaken.dot(mean);
   store_flushed<Dim>(wall.axes * v, velocity);
   store_flushed<Dim>(wall.axes * a, acceleration);
@@ -106,8 +168,10 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
 
 template void prescribe_velocity(const WallNode<2>&, double*);
 template void prescribe_velocity(const WallNode<3>&, double*);
-template double hold_velocity(const WallNode<2>&, double*, double*);
-template double hold_velocity(const WallNode<3>&, double*, double*);
+template Vec<2> stop_at_wall(const WallNode<2>&, double*);
+template Vec<3> stop_at_wall(const WallNode<3>&, double*);
+template double hold_velocity(const WallNode<2>&, double, double*, double*);
+template double hold_velocity(const WallNode<3>&, double, double*, double*);
 template WallWork advance_at_wall(const WallNode<2>&, double, bool, double*, double*);
 template WallWork advance_at_wall(const WallNode<3>&, double, bool, double*, double*);
 

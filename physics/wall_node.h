@@ -20,9 +20,13 @@ struct WallNode {
   std::array<bool, Dim> shaken{};      ///< acceleration is prescribed along that axis
   std::array<double, Dim> acceleration{};  ///< [m/s^2] prescribed, by local axis
   std::array<int, Dim> function{};         ///< of time, its factor: Model::functions; -1 = constant
-  int normal = -1;                     ///< local axis along the wall's normal; -1 = no friction
-  double outward = 1;                  ///< sign of the normal that points out of the body
-  double friction = 0;                 ///< Coulomb's coefficient [-]
+  int normal = -1;     ///< local axis along the normal of a two-sided wall; -1 = no friction
+  double outward = 1;  ///< sign of the normal that points out of the body
+  double friction = 0;  ///< Coulomb's coefficient [-]
+  /// One-sided walls, one per axis at most: sign of the axis that points out of the body, 0 = none.
+  /// `velocity` along that axis is the wall's; `fixed` is false there.
+  std::array<int, Dim> pushes{};
+  std::array<double, Dim> rubs{};  ///< Coulomb's coefficient [-] of the one-sided wall
 };
 
 /// Work at a wall per mass of the node [J/kg].
@@ -31,14 +35,21 @@ struct WallWork {
   double friction = 0;  ///< taken from the node
 };
 
-/// Prescribe the velocity of a node: its component along each fixed axis.
+/// Prescribe the velocity of a node: its component along each fixed axis. One-sided walls do
+/// nothing: their impulse depends on the velocity at the end of the step.
 template <int Dim>
 void prescribe_velocity(const WallNode<Dim>& wall, double* velocity);
 
-/// The same at the end of a step, where the prescribed components also have no acceleration.
-/// Returns the work of what holds them per mass [J/kg].
+/// Take from a velocity what moves into one-sided walls, and return it [m/s], along global axes.
+/// For velocities that only strains are taken from, and those that a step begins with.
 template <int Dim>
-double hold_velocity(const WallNode<Dim>& wall, double* velocity, double* acceleration);
+Vec<Dim> stop_at_wall(const WallNode<Dim>& wall, double* velocity);
+
+/// The same as prescribe_velocity() at the end of a step of `dt` [s], where the prescribed components
+/// also have no acceleration, and one-sided walls stop what moves into them. Returns the work of
+/// what holds them per mass [J/kg].
+template <int Dim>
+double hold_velocity(const WallNode<Dim>& wall, double dt, double* velocity, double* acceleration);
 
 /// Advance the velocity of a node by its acceleration: first friction changes the acceleration,
 /// then prescribed accelerations replace it (without their factors of time), then v += dt a, then
@@ -49,7 +60,11 @@ double hold_velocity(const WallNode<Dim>& wall, double* velocity, double* accele
 /// Friction acts where the acceleration presses the node against the wall, and is limited by
 /// mu |a_n| along the tangential velocity v_t + dt a_t that the node would get: it stops the node
 /// if that suffices, else it slows it (CB-Geo MPM). A node at rest stays where |a_t| <= mu |a_n|.
-/// `as_cbgeo`: in 3D a node that begins to slip is slowed by mu |a_n| |a_t| / (|a_t| - mu |a_n|),
+/// One-sided walls act on v* = v + dt a, without their part in `a`. Where v* moves into the wall, at
+/// the speed w along its normal, an impulse of w per mass stops it, and friction takes from the
+/// sliding velocity at most mu w (Bardenhagen et al. 2001, of a rigid body). Directions that are held
+/// take no part in sliding. Velocity and acceleration both change, by w and w / dt: particles get all
+/// of the impulse, so that momentum is balanced. `as_cbgeo`: in 3D a node that begins to slip is slowed by mu |a_n| |a_t| / (|a_t| - mu |a_n|),
 /// as there.
 template <int Dim>
 WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, double* velocity,
@@ -57,8 +72,10 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
 
 extern template void prescribe_velocity(const WallNode<2>&, double*);
 extern template void prescribe_velocity(const WallNode<3>&, double*);
-extern template double hold_velocity(const WallNode<2>&, double*, double*);
-extern template double hold_velocity(const WallNode<3>&, double*, double*);
+extern template Vec<2> stop_at_wall(const WallNode<2>&, double*);
+extern template Vec<3> stop_at_wall(const WallNode<3>&, double*);
+extern template double hold_velocity(const WallNode<2>&, double, double*, double*);
+extern template double hold_velocity(const WallNode<3>&, double, double*, double*);
 extern template WallWork advance_at_wall(const WallNode<2>&, double, bool, double*, double*);
 extern template WallWork advance_at_wall(const WallNode<3>&, double, bool, double*, double*);
 

@@ -39,10 +39,18 @@ void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<
     wall.acceleration[d] = a.acceleration;
     wall.function[d] = a.function;
   }
-  if (frictions.empty()) return;
-  wall.normal = frictions.back().normal;
-  wall.outward = frictions.back().outward;
-  wall.friction = frictions.back().friction;
+  for (const NodeFriction& friction : frictions) {
+    if (friction.one_sided) {
+      const auto d = static_cast<std::size_t>(friction.normal);
+      wall.fixed[d] = false;
+      wall.pushes[d] = friction.outward;
+      wall.rubs[d] = friction.friction;
+      continue;
+    }
+    wall.normal = friction.normal;
+    wall.outward = friction.outward;
+    wall.friction = friction.friction;
+  }
 }
 
 /// Mark the cells that have functions at absorbing nodes.

@@ -169,3 +169,68 @@ TEST_CASE(
   CHECK(local[1] == doctest::Approx((wall.axes.transpose() * Vec<2>(1, -8))[1]));
   CHECK((turned.v - (Vec<2>(2, 1) + dt * turned.a)).norm() < 1e-14);
 }
+
+namespace {
+
+/// A one-sided floor below.
+template <int Dim>
+WallNode<Dim> one_sided_floor(double friction) {
+  WallNode<Dim> wall;
+  wall.pushes[Dim - 1] = -1;
+  wall.rubs[Dim - 1] = friction;
+  return wall;
+}
+
+}  // namespace
+
+TEST_CASE("a one-sided wall stops what moves into it, rubs by mu times that impulse, lets go else") {
+  const WallNode<2> wall = one_sided_floor<2>(0.25);
+  // Momentum that a node brings counts as what accelerates it does.
+  const After<2> brings = advance<2>(wall, {2, -0.4}, {0, 0});
+  CHECK((brings.v - Vec<2>(2 - 0.1, 0)).norm() < 1e-15);
+  CHECK((brings.a - Vec<2>(-0.1, 0.4) / dt).norm() < 1e-12);
+  CHECK((advance<2>(wall, {2, 0}, {1, -8}).v - Vec<2>(2 + dt - 2 * dt, 0)).norm() < 1e-15);
+  CHECK(advance<2>(wall, {0.05, -0.4}, {0, 0}).v == Vec<2>(0, 0));
+  const After<2> leaves = advance<2>(wall, {2, 0.1}, {0, -8});
+  CHECK((leaves.v - Vec<2>(2, 0.1 - 8 * dt)).norm() < 1e-15);
+  CHECK(leaves.work.friction == 0);
+}
+
+TEST_CASE("the kinetic energy of a node at a one-sided wall changes by the work of all forces") {
+  std::mt19937 random(7);
+  for (int k = 0; k < 1000; ++k) {
+    WallNode<3> wall = one_sided_floor<3>(uniform(random, 0, 1));
+    random_turn(wall.axes, random);
+    wall.velocity[2] = k % 2 == 0 ? 0.0 : uniform(random, -1, 1);
+    if (k % 3 == 0) wall.pushes[0] = 1, wall.rubs[0] = 0.3;
+    if (k % 5 == 0) wall.fixed[1] = true;
+    Vec<3> v = random_point<3>(random, -Vec<3>::Ones(), Vec<3>::Ones());
+    prescribe_velocity(wall, v.data());
+    const Vec<3> a = random_point<3>(random, -100 * Vec<3>::Ones(), 100 * Vec<3>::Ones());
+    const After<3> after = advance<3>(wall, v, a);
+    const Vec<3> mean = 0.5 * (v + after.v);
+    // What holds a fixed direction at rest does no work, nor do forces along it.
+    CHECK(0.5 * (after.v.squaredNorm() - v.squaredNorm()) ==
+          doctest::Approx(dt * a.dot(mean) + after.work.reaction - after.work.friction));
+    Vec<3> local = wall.axes.transpose() * after.v;
+    CHECK(local[2] >= wall.velocity[2] - 1e-13);
+    if (wall.velocity[2] == 0 && k % 3 != 0) {
+      Vec<3> free = wall.axes.transpose() * Vec<3>(v + dt * a);
+      const double pressed = std::max(0.0, -free[2]);
+      Vec<3> change = wall.axes.transpose() * (after.v - v - dt * a);
+      if (k % 5 == 0) change[1] = 0;
+      CHECK(change[2] == doctest::Approx(pressed).epsilon(1e-9));
+      CHECK(change.head<2>().norm() <= wall.rubs[2] * pressed + 1e-13);
+    }
+  }
+}
+
+TEST_CASE("strains are taken with velocities that do not move into a one-sided wall") {
+  const WallNode<2> wall = one_sided_floor<2>(0.5);
+  Vec<2> v(3, -2);
+  CHECK(stop_at_wall(wall, v.data()) == Vec<2>(0, -2));
+  CHECK(v == Vec<2>(3, 0));
+  Vec<2> up(3, 2);
+  CHECK(stop_at_wall(wall, up.data()) == Vec<2>(0, 0));
+  CHECK(up == Vec<2>(3, 2));
+}

@@ -1,0 +1,77 @@
+// Elastic blocks on rigid walls that push and do not pull, whatever their stiffness, the functions,
+// the scheme and the step: friction is mu times the normal impulse.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tests/verification/case.h"
+
+using namespace lahar;
+using namespace lahar::verification;
+
+namespace {
+
+constexpr double g = 9.81, mu = 0.3, v0 = 3.0, T = 0.5, mass = 1000.0;
+
+struct Block {
+  double stiffness = 1e7, cell = 0.1, safety = 0.5;
+  const char* scheme = "musl";
+  const char* functions = "element";
+  const char* update = "flip";
+  double tilt = 0;  ///< of gravity [rad]
+};
+
+HistoryRow slide(const Block& block) {
+  Simulation<2> simulation(model_of_text<2>(fmt::format(
+      R"({{"mesh": {{"structured": {{"cell_size": {}, "extent": [4, 1.2]}},
+            "boundary_conditions": {{"walls": [{{"nset": "floor", "normal": [0, 1], "friction": {}}}]}}}},
+          "sets": {{"nodes": {{"floor": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}}}},
+          "materials": [{{"name": "b", "type": "LinearElastic", "density": 2000,
+                          "youngs_modulus": {}, "poisson_ratio": 0.3}}],
+          "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "b",
+             "region": {{"box": {{"min": [0.5, 0], "max": [1.5, 0.5]}}}}, "velocity": [{}, 0]}}}}],
+          "external_loading_conditions": {{"gravity": [{}, {}]}},
+          "analysis": {{"mpm_scheme": "{}", "shape_functions": "{}", "velocity_update": "{}",
+             "time_step": {{"adaptive": true, "safety": {}}}, "end_time": {}}}}})",
+      block.cell, mu, block.stiffness, v0, g * std::sin(block.tilt), -g * std::cos(block.tilt),
+      block.scheme, block.functions, block.update, block.safety, T)));
+  simulation.run();
+  return simulation.history();
+}
+
+/// Friction as a share of the normal impulse that the wall gave, and as if it were of the weight.
+struct Friction {
+  double of_impulse, of_weight;
+};
+Friction friction(const Block& block) {
+  const HistoryRow end = slide(block);
+  const double pushed = end.momentum[1] + mass * g * std::cos(block.tilt) * T;
+  const double lost = mass * v0 + mass * g * std::sin(block.tilt) * T - end.momentum[0];
+  return {lost / pushed, lost / (mass * g * std::cos(block.tilt) * T)};
+}
+
+}  // namespace
+
+TEST_CASE("a block slides on a floor with the friction that was asked for") {
+  const auto check = [](const Block& block, const char* what) {
+    CAPTURE(what);
+    const Friction found = friction(block);
+    MESSAGE(what << ": " << found.of_impulse << " of the impulse, " << found.of_weight
+                 << " of the weight");
+    CHECK(found.of_impulse == doctest::Approx(mu).epsilon(0.02));
+    CHECK(found.of_weight == doctest::Approx(mu).epsilon(0.02));
+  };
+  check({}, "by default");
+  check({.safety = 0.25}, "half the step");
+  check({.cell = 0.05}, "half the cell");
+  check({.stiffness = 1e8}, "ten times as stiff");
+  check({.stiffness = 1e6}, "a tenth as stiff");
+  check({.scheme = "usf"}, "USF");
+  check({.scheme = "usl"}, "USL");
+  check({.functions = "gimp"}, "GIMP");
+  check({.functions = "quadratic_spline"}, "quadratic splines");
+  check({.functions = "quadratic_spline", .update = "apic"}, "quadratic splines, APIC");
+  check({.update = "pic"}, "PIC");
+  check({.tilt = 0.2}, "on an incline");
+}
