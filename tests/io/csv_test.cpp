@@ -8,6 +8,7 @@
 #include "io/atomic_file.h"
 #include "physics/error.h"
 #include "tests/io/frame_samples.h"
+#include "tests/published_cases.h"
 
 namespace lahar {
 
@@ -142,18 +143,11 @@ TEST_CASE("a missing table is an error with the system's reason") {
 }
 
 TEST_CASE("published reference tables are read") {
-  const std::filesystem::path cases =
-      std::filesystem::path(__FILE__).parent_path() / "../../../shared/cases";
-  if (!std::filesystem::is_directory(cases)) {
-    MESSAGE("skipped: no published cases at " << cases.string());
-    return;
-  }
-  for (const auto& entry : std::filesystem::directory_iterator(cases)) {
-    const std::filesystem::path file = entry.path() / "reference.csv";
-    if (!std::filesystem::exists(file)) continue;
+  for (const auto& folder : test::published_cases()) {
+    const std::filesystem::path file = folder / "reference.csv";
     CAPTURE(file.string());
     const Frame frame = read_csv(file);
-    CHECK(frame.dim == (entry.path().filename().string().starts_with("2d") ? 2 : 3));
+    CHECK(frame.dim == (folder.filename().string().starts_with("2d") ? 2 : 3));
     CHECK(frame.size() > 0);
     for (const char* name : {"mass", "volume", "displacement", "velocity", "stress", "strain"})
       CHECK(frame.find(name) != nullptr);

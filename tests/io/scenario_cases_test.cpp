@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "io/scenario.h"
+#include "tests/published_cases.h"
 
 namespace fs = std::filesystem;
 using namespace lahar;
@@ -75,16 +76,14 @@ void check_initial_state(const Model<Dim>& model, const Csv& csv) {
 }  // namespace
 
 TEST_CASE("published cases start with the particles, ids and masses of the reference") {
-  const auto folder = cases();
-  if (folder.empty()) return;
+  const auto folders = test::published_cases();
+  if (folders.empty()) return;
   int accepted = 0;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    if (!entry.is_directory()) continue;
-    CAPTURE(name);
-    const Csv csv = read_csv(entry.path() / "reference.csv");
+  for (const fs::path& folder : folders) {
+    CAPTURE(folder.string());
+    const Csv csv = read_csv(folder / "reference.csv");
     for (const char* file : {"mpm.json", "case.json"}) {
-      const Scenario s = read_scenario(entry.path() / file);
+      const Scenario s = read_scenario(folder / file);
       std::visit([&](const auto& model) { check_initial_state(model, csv); }, s.model);
       ++accepted;
     }

@@ -11,6 +11,7 @@
 
 #include "io/fields.h"
 #include "io/scenario.h"
+#include "tests/published_cases.h"
 
 namespace fs = std::filesystem;
 using namespace lahar;
@@ -176,16 +177,9 @@ TEST_CASE("the schema accepts the examples, the example of the reference and pub
       CHECK(validator.check(parse(content(entry.path())), schema) == "");
     }
   CHECK(validator.check(parse(first_code_block(scenario_reference())), schema) == "");
-  const fs::path published = source.parent_path() / "shared" / "cases";
-  if (!fs::exists(published)) {
-    MESSAGE("no published cases beside the repository: skipped");
-    return;
-  }
-  for (const auto& entry : fs::directory_iterator(published)) {
-    if (!entry.is_directory()) continue;
-    const std::string name = entry.path().filename().string();
-    CAPTURE(name);
-    CHECK(validator.check(parse(content(entry.path() / "mpm.json")), schema) == "");
+  for (const auto& folder : test::published_cases()) {
+    CAPTURE(folder.string());
+    CHECK(validator.check(parse(content(folder / "mpm.json")), schema) == "");
   }
 }
 

@@ -13,6 +13,7 @@
 #include "io/scenario.h"
 #include "team_folder.h"
 #include "thread_team.h"
+#include "tests/published_cases.h"
 
 namespace fs = std::filesystem;
 using namespace lahar;
@@ -205,17 +206,11 @@ const char* const all_files = R"("particles_volumes": "volumes.txt", "particle_c
 }  // namespace
 
 TEST_CASE("shares of published cases are together what one process reads") {
-  const fs::path cases = source.parent_path() / "shared" / "cases";
-  if (!fs::exists(cases)) {
-    MESSAGE("no published cases beside the repository: skipped");
-    return;
-  }
-  for (const auto& entry : fs::directory_iterator(cases)) {
-    const std::string name = entry.path().filename().string();
-    if (!entry.is_directory() || name == "2d_mc_uniaxial_compression" || name == "2d_sliding_block")
-      continue;
+  for (const auto& folder : test::published_cases()) {
+    const std::string name = folder.filename().string();
+    if (name == "2d_mc_uniaxial_compression" || name == "2d_sliding_block") continue;
     CAPTURE(name);
-    for (const char* file : {"mpm.json", "case.json"}) check_shares(entry.path() / file);
+    for (const char* file : {"mpm.json", "case.json"}) check_shares(folder / file);
   }
 }
 

@@ -200,7 +200,9 @@ TEST_CASE("the kinetic energy of a node at a one-sided wall changes by the work 
   std::mt19937 random(7);
   for (int k = 0; k < 1000; ++k) {
     WallNode<3> wall = one_sided_floor<3>(uniform(random, 0, 1));
-    random_turn(wall.axes, random);
+    Eigen::Matrix3d turn;
+    random_turn(turn, random);
+    wall.axes = turn;
     wall.velocity[2] = k % 2 == 0 ? 0.0 : uniform(random, -1, 1);
     if (k % 3 == 0) wall.pushes[0] = 1, wall.rubs[0] = 0.3;
     if (k % 5 == 0) wall.fixed[1] = true;
