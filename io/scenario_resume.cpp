@@ -124,6 +124,12 @@ void ScenarioBuilder<Dim>::build_resume() {
               "the file does not say at which time its step was; give a fixed dt");
     return;
   }
+  if (a.affine != Affine::none)
+    in_.warning(
+        *resume,
+        "the particle file has no affine velocities: \"apic\" and \"tpic\" begin without them",
+        "the first step smooths velocities as PIC does; go on from a checkpoint (--restart) "
+        "to keep them");
   a.first_step = *step + 1;
   if (a.nsteps < a.first_step) {
     in_.error(*resume,

@@ -111,9 +111,12 @@ void Particles<Dim>::copy(std::span<const SlotCopy> copies, const Particles& oth
   apply(other.id, id);
   apply(other.cell, cell);
   apply(other.material, material);
-  if (other.loads.empty()) return;
+  if (loads.empty() && other.loads.empty()) return;
   loads.resize(static_cast<std::size_t>(size_));
-  apply(other.loads, loads);
+  if (other.loads.empty())  // none of its particles has loads: who was in the slot before may have
+    for (const SlotCopy& one : copies) loads[static_cast<std::size_t>(one.to)] = 0;
+  else
+    apply(other.loads, loads);
 }
 
 template <int Dim>

@@ -152,6 +152,23 @@ TEST_CASE("particles stay intact however they are added, sent, removed and rearr
     }
 }
 
+TEST_CASE("a particle without loads has none in a slot of one that had some") {
+  // Where no particle of a block has loads, the block has no list of them.
+  Particles<2> with, without;
+  with.resize(2);
+  with.loads = {5, 9};
+  without.resize(1);
+  without.id[0] = 7;
+  const SlotCopy takes_place{0, 1};
+  with.copy({&takes_place, 1}, without);
+  CHECK(with.id[1] == 7);
+  CHECK(with.loads == std::vector<std::uint64_t>{5, 0});
+  with.append(without, 0);
+  CHECK(with.loads == std::vector<std::uint64_t>{5, 0, 0});
+  without.append(without, 0);
+  CHECK(without.loads.empty());
+}
+
 TEST_CASE("rows start on cache lines and may be read a vector beyond the last particle") {
   Particles<3> particles{
       ColumnLayout<3>({.size = true, .state = 3, .natural = true, .strain = true})};

@@ -141,6 +141,29 @@ TEST_CASE("resuming from the files of all ranks of a parallel run, in any order"
   CHECK(same_bits(frame_of(resumed("usl", folder.path, R"("step": 39)"), serial(), 5), expected));
 }
 
+TEST_CASE("a resumed run whose transfer has an affine field is told that it begins without one") {
+  const TemporaryFolder folder;
+  fs::create_directories(folder.path / "results/before");
+  const Frame middle = frame_of(model_of_text<2>(water_and_block("usl", "")), serial(), 40);
+  write_cbgeo(middle, run_info, folder.path / "results/before/particles039.h5");
+  std::string text =
+      water_and_block("usl", R"(, "resume": {"resume": true, "uuid": "before", "step": 39})");
+  const auto about_affine = [&] {
+    Index n = 0;
+    for (const Problem& warning : read_scenario_text(text, folder.path).warnings)
+      n += warning.message ==
+           "the particle file has no affine velocities: \"apic\" and \"tpic\" begin without them";
+    return n;
+  };
+  CHECK(about_affine() == 0);
+  for (const char* update : {"apic", "tpic"}) {
+    const std::string before = "\"velocity_update\": \"";
+    const std::size_t at = text.find(before) + before.size();
+    text.replace(at, text.find('"', at) - at, update);
+    CHECK(about_affine() == 1);
+  }
+}
+
 TEST_CASE("particle files that do not belong to the case are refused") {
   const TemporaryFolder folder;
   fs::create_directories(folder.path / "results/before");
