@@ -204,7 +204,7 @@ TEST_CASE("the kinetic energy of a node at a one-sided wall changes by the work 
     random_turn(turn, random);
     wall.axes = turn;
     wall.velocity[2] = k % 2 == 0 ? 0.0 : uniform(random, -1, 1);
-    if (k % 3 == 0) wall.pushes[0] = 1, wall.rubs[0] = 0.3;
+    if (k % 6 == 0) wall.pushes[0] = 1, wall.rubs[0] = 0.3;  // a corner, of walls at rest
     if (k % 5 == 0) wall.fixed[1] = true;
     Vec<3> v = random_point<3>(random, -Vec<3>::Ones(), Vec<3>::Ones());
     prescribe_velocity(wall, v.data());
@@ -216,7 +216,7 @@ TEST_CASE("the kinetic energy of a node at a one-sided wall changes by the work 
           doctest::Approx(dt * a.dot(mean) + after.work.reaction - after.work.friction));
     Vec<3> local = wall.axes.transpose() * after.v;
     CHECK(local[2] >= wall.velocity[2] - 1e-13);
-    if (wall.velocity[2] == 0 && k % 3 != 0) {
+    if (wall.velocity[2] == 0 && k % 6 != 0) {
       Vec<3> free = wall.axes.transpose() * Vec<3>(v + dt * a);
       const double pressed = std::max(0.0, -free[2]);
       Vec<3> change = wall.axes.transpose() * (after.v - v - dt * a);
