@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "io/values.h"
 
@@ -189,6 +190,27 @@ bool in_polygon(const std::vector<Vec<2>>& corner, const Vec<2>& x, double eps) 
   return inside;
 }
 
+double area_of(const Vec<2>& a, const Vec<2>& b, const Vec<2>& c) {
+  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+}
+
+// The first two edges that cross each other between their ends; edges that touch do not.
+std::optional<std::pair<std::size_t, std::size_t>> crossing_edges(
+    const std::vector<Vec<2>>& corner) {
+  const std::size_t n = corner.size();
+  const auto end = [&](std::size_t i) -> const Vec<2>& { return corner[(i + 1) % n]; };
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = i + 2; j < n; ++j) {
+      const Vec<2>&a = corner[i], &b = end(i), &c = corner[j], &d = end(j);
+      if (std::max(a.x(), b.x()) < std::min(c.x(), d.x()) ||
+          std::max(c.x(), d.x()) < std::min(a.x(), b.x()))
+        continue;
+      if (area_of(a, b, c) * area_of(a, b, d) < 0 && area_of(c, d, a) * area_of(c, d, b) < 0)
+        return std::pair(i, j);
+    }
+  return std::nullopt;
+}
+
 template <int Dim>
 Test<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
   const JsonValue* list = v.find("points");
@@ -201,6 +223,17 @@ Test<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
   if (corner.size() < 3) {
     error(*list, fmt::format("a polygon needs at least three points, found {}", corner.size()));
     return {};
+  }
+  if (const auto edges = crossing_edges(corner)) {
+    const auto edge = [&](std::size_t i) {
+      const Vec<2>&a = corner[i], &b = corner[(i + 1) % corner.size()];
+      return fmt::format("({}, {}) to ({}, {})", a.x(), a.y(), b.x(), b.y());
+    };
+    problems_.warning(document_.at(
+        *list,
+        fmt::format("the polygon crosses itself: its edges {} and {} do", edge(edges->first),
+                    edge(edges->second)),
+        "points are those of the outline, in order; what it goes around twice is outside"));
   }
   Vec<2> low_corner = corner[0], high_corner = corner[0];
   for (const Vec<2>& x : corner)

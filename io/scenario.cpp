@@ -26,6 +26,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_analysis();
   build_contact();
   build_output();
+  warn_of_doubts();
   build_resume();
   return std::move(model_);
 }

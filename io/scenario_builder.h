@@ -7,6 +7,7 @@
 #include "io/cbgeo_table.h"
 #include "io/mesh_search.h"
 #include "io/particles_generator.h"
+#include "io/scenario_doubts.h"
 #include "io/scenario_input.h"
 #include "physics/model.h"
 
@@ -105,6 +106,24 @@ class ScenarioBuilder {
   void build_gravity();
   void build_tractions();
   void build_nodal_forces();
+  // scenario_doubts.cpp
+  void warn_of_doubts();  ///< last of all, where the input has no problems; collective
+  void warn_of_weak_materials();
+  void warn_of_angles();
+  void warn_of_steep_friction();
+  void warn_of_free_fall();
+  void warn_of_fields();
+  // scenario_doubts_places.cpp
+  void warn_of_walls();
+  void warn_of_side(const JsonValue& entry, const double* low, const double* high, int axis,
+                    int outward);
+  void warn_of_clipping(const JsonValue& shape, const Region<Dim>& region, Index particles);
+  void warn_of_overlap();
+  bool generators_meet() const;  ///< boxes around their particles; collective
+  std::vector<Vec<Dim>> places_of(const std::vector<Index>& nodes) const;  ///< collective
+  Vec<Dim> outer_cell() const;  ///< [m] edges of a cell, or of the boxes around them in the mean
+  bool is_held(Index node, int dir) const;
+  // scenario_loads.cpp
   /// The ids that `id_key` or `name_key` of an object mean, ascending (-1 = all of them); nothing
   /// if reported. Those that this member of the team has: nodes of home_of(), particles it holds.
   std::optional<std::vector<Index>> members(const JsonValue& object, std::string_view id_key,
@@ -153,6 +172,8 @@ class ScenarioBuilder {
     Index first, last;
   };
   std::vector<Source> sources_;
+  std::vector<GeneratorRows> generators_;  ///< that gave particles, in their order
+  std::vector<FrictionEntry> friction_entries_;
 };
 
 }  // namespace lahar

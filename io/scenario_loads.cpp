@@ -130,10 +130,19 @@ void ScenarioBuilder<Dim>::build_friction() {
         out.push_back(row);
       }
   };
-  if (is_file_name("friction_constraints")) add_file(boundary(), "friction_constraints");
+  std::size_t first = 0;
+  const auto note = [&](const JsonValue& entry) {
+    friction_entries_.push_back({&entry, first, out.size()});
+    first = out.size();
+  };
+  if (is_file_name("friction_constraints")) {
+    add_file(boundary(), "friction_constraints");
+    note(*boundary().find("friction_constraints"));
+  }
   for (const JsonValue* c : get_list(boundary(), "friction_constraints")) {
     if (from_file(*c, {"dir", "sign_n", "friction"})) {
       add_file(*c, "file");
+      note(*c);
       continue;
     }
     const auto dir = direction_of(*c);
@@ -148,6 +157,7 @@ void ScenarioBuilder<Dim>::build_friction() {
     const bool one_sided = !get_bool(*c, "two_sided").value_or(in_.cbgeo_defaults);
     for (const Index node : *nodes)
       out.push_back({node, *dir, static_cast<int>(*sign), *friction, one_sided});
+    note(*c);
   }
   build_walls();
   if (const auto file = in_.open(boundary(), "nodal_euler_angles"))
@@ -184,8 +194,10 @@ void ScenarioBuilder<Dim>::build_walls() {
       continue;
     }
     const int outward = (*normal)[axis] > 0 ? -1 : 1;  // the normal points into the material
+    const std::size_t first = model_.node_frictions.size();
     for (const Index node : *nodes)
       model_.node_frictions.push_back({node, axis, outward, mu, true});
+    friction_entries_.push_back({wall, first, model_.node_frictions.size()});
   }
 }
 

@@ -164,7 +164,8 @@ void ScenarioBuilder<Dim>::build_sets() {
                });
     return spread_evenly(std::move(ids), team_);
   });
-  own_nodes_ = {};
+  // Warnings of walls ask where their nodes are.
+  if (!boundary().find("walls") && !boundary().find("friction_constraints")) own_nodes_ = {};
 }
 
 template void ScenarioBuilder<2>::build_mesh();

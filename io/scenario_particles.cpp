@@ -67,7 +67,9 @@ void ScenarioBuilder<Dim>::generate(const JsonValue& generator) {
         shape ? Region<Dim>(*shape, region_tolerance_, in_.document, in_.problems) : Region<Dim>();
     const auto n = get_integer(generator, "per_cell");
     if (n) fresh = fill_region<Dim>(*mesh_, region, static_cast<int>(*n), team_);
-    if (n && !team_.any(!fresh.x.empty()) && in_.problems.empty())
+    const Index made = team_.sum(static_cast<Index>(fresh.x.size()));
+    if (n && shape && made > 0) warn_of_clipping(*shape, region, made);
+    if (n && made == 0 && in_.problems.empty())
       in_.error(generator, "the region contains no particle",
                 "does it lie inside the mesh? per_cell may be too small for it");
   }
@@ -75,6 +77,7 @@ void ScenarioBuilder<Dim>::generate(const JsonValue& generator) {
   const Index first = rows_.total(), own = p.size();
   rows_.append(static_cast<Index>(fresh.x.size()), team_);
   if (rows_.total() == first) particles_complete_ = false;
+  if (rows_.total() > first) generators_.push_back({&generator, first, rows_.total()});
   const auto append = [](auto& to, auto& from) {
     if (to.empty())
       to = std::move(from);
