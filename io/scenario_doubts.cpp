@@ -116,8 +116,11 @@ void ScenarioBuilder<Dim>::warn_of_steep_friction() {
   constexpr double most = 2;  // [-] tan 63 degrees
   const auto warn = [&](const JsonValue& at, double mu, bool file) {
     in_.warning(at,
-                fmt::format("{}friction coefficient {} is above {}, which looks like an angle",
-                            file ? "the file has the " : "", mu, most),
+                file ? fmt::format("the file has friction coefficients up to {}, above {}, which "
+                                   "look like angles",
+                                   mu, most)
+                     : fmt::format("friction coefficient {} is above {}, which looks like an angle",
+                                   mu, most),
                 fmt::format("a coefficient is the tangent of an angle: of {} degrees {:.3g}", mu,
                             std::tan(mu / 57.29577951308232)));
   };

@@ -23,7 +23,7 @@ std::string extent(const std::pair<Vec<Dim>, Vec<Dim>>& box) {
   const auto point = [](const Vec<Dim>& x) {
     std::string text;
     for (int d = 0; d < Dim; ++d)
-      text += fmt::format("{}{:.6g}", d > 0 ? ", " : "", std::abs(x[d]) < 1e-9 ? 0.0 : x[d]);
+      text += fmt::format("{}{:.6g}", d > 0 ? ", " : "", std::abs(x[d]) < 1e-8 ? 0.0 : x[d]);
     return text;
   };
   return fmt::format("from ({}) to ({})", point(box.first), point(box.second));
