@@ -198,6 +198,11 @@ TEST_CASE("a cell that would collapse within one step is reported") {
         std::string::npos);
   CHECK(error.find("step 0 (t = 0 s), rank 0, patch ") == 0);
   CHECK(error.find("stage stress: particle 0 at (1.5, 1.5) m") != std::string::npos);
+  CHECK(error.find("\"mpm_scheme\": \"musl\"") != std::string::npos);
+  model.analysis.scheme = Scheme::musl;  // which is not advised then
+  const std::string with_musl = run(model, serial()).error;
+  CHECK(with_musl.find("its cell collapses. Reduce the time step.") != std::string::npos);
+  CHECK(with_musl.find("musl") == std::string::npos);
 }
 
 TEST_CASE("a fixed step above the limit is refused with the particle that sets it") {
