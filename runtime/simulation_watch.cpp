@@ -15,7 +15,7 @@ void Simulation<Dim>::Impl::begin_watch() {
   std::vector<Index> elements(stored.elements().begin(), stored.elements().end());
   ranks.sum(elements);
   judge.state = {};
-  judge.state.stored = ExactSum(std::span(std::as_const(elements)).first<ExactSum::size>()).value();
+  judge.state.stored = ExactSum(std::span<const Index, ExactSum::size>(elements)).value();
   judge.state.speed = start_row.max_speed;
 }
 

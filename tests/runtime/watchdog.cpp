@@ -102,8 +102,8 @@ TEST_CASE("speeds are judged against all that mean something") {
   CHECK(judged(bounds, {.waves = 9}, fast) == "speed");
   CHECK(judged(bounds, {.waves = 11}, fast) == "");
   CHECK(judged(bounds, {.prescribed = 11}, fast) == "");
-  CHECK(judged(bounds, {.acceleration = 21}, fast) == "speed");  // for 0.5 s: 10.5 m/s, but...
-  CHECK(judged(bounds, {.acceleration = 23}, fast) == "");
+  CHECK(judged(bounds, {.acceleration = 19}, fast) == "speed");  // for 0.5 s
+  CHECK(judged(bounds, {.acceleration = 21}, fast) == "");
   CHECK(judged(bounds, {.fall = 11}, fast) == "");
   CHECK(judged(bounds, {}, row(5, 0, 100, 0, 100)) == "");  // 105 J for 2 kg
   CHECK(judged({.speed = 0}, {}, fast) == "");
