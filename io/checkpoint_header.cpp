@@ -35,6 +35,37 @@ std::vector<PatchSplit> splits_of(const Json& list) {
   return splits;
 }
 
+Json watchdog_json(const WatchdogState& state) {
+  const WatchdogAlarm& alarm = state.alarm;
+  return {{"stored", state.stored},
+          {"put_in", state.put_in},
+          {"speed", state.speed},
+          {"first_step", state.first_step},
+          {"end_step", state.end_step},
+          {"alarm",
+           {{"kind", static_cast<int>(alarm.kind)},
+            {"step", alarm.step},
+            {"time", alarm.time},
+            {"value", or_null(alarm.value)},
+            {"text", alarm.text}}}};
+}
+
+WatchdogState watchdog_of(const Json& run) {
+  if (!run.contains("watchdog")) return {};  // before there was one
+  const Json& json = run.at("watchdog");
+  const Json& alarm = json.at("alarm");
+  return {.stored = json.at("stored"),
+          .put_in = json.at("put_in"),
+          .speed = json.at("speed"),
+          .first_step = json.at("first_step"),
+          .end_step = json.at("end_step"),
+          .alarm = {.kind = static_cast<WatchdogAlarm::Kind>(alarm.at("kind").get<int>()),
+                    .step = alarm.at("step"),
+                    .time = alarm.at("time"),
+                    .value = or_infinity(alarm.at("value")),
+                    .text = alarm.at("text")}};
+}
+
 Json run_json(const RunState& run) {
   return {{"dim", run.dim},
           {"step", run.step},
@@ -55,28 +86,30 @@ Json run_json(const RunState& run) {
           {"least_mass", run.least_mass},
           {"columns", run.columns},
           {"splits", splits_json(run.splits)},
-          {"split_step", run.split_step}};
+          {"split_step", run.split_step},
+          {"watchdog", watchdog_json(run.watchdog)}};
 }
 
 RunState run_of(const Json& json) {
   const Json& work = json.at("work");
-  return {.dim = json.at("dim"),
-          .step = json.at("step"),
-          .time = json.at("time"),
-          .dt = json.at("dt"),
-          .dt_limit = or_infinity(json.at("dt_limit")),
-          .particles = json.at("particles"),
-          .removed = json.at("removed"),
-          .next_id = json.value("next_id", Index{0}),  // before there were injections: not needed
-          .history_steps = json.at("history_steps"),
-          .work = {work.at("internal"), work.at("external"), work.at("damping"),
-                   work.at("divided")},
-          .kinetic_at_start = json.at("kinetic_at_start"),
-          .cells_per_patch = json.at("cells_per_patch"),
-          .least_mass = json.at("least_mass"),
-          .columns = json.at("columns"),
-          .splits = splits_of(json.at("splits")),
-          .split_step = json.at("split_step")};
+  return {
+      .dim = json.at("dim"),
+      .step = json.at("step"),
+      .time = json.at("time"),
+      .dt = json.at("dt"),
+      .dt_limit = or_infinity(json.at("dt_limit")),
+      .particles = json.at("particles"),
+      .removed = json.at("removed"),
+      .next_id = json.value("next_id", Index{0}),  // before there were injections: not needed
+      .history_steps = json.at("history_steps"),
+      .work = {work.at("internal"), work.at("external"), work.at("damping"), work.at("divided")},
+      .kinetic_at_start = json.at("kinetic_at_start"),
+      .cells_per_patch = json.at("cells_per_patch"),
+      .least_mass = json.at("least_mass"),
+      .columns = json.at("columns"),
+      .splits = splits_of(json.at("splits")),
+      .split_step = json.at("split_step"),
+      .watchdog = watchdog_of(json)};
 }
 
 }  // namespace

@@ -12,6 +12,25 @@
 
 namespace lahar {
 
+/// What the watchdog found wrong (runtime/watchdog.h).
+struct WatchdogAlarm {
+  enum class Kind { energy, speed, time_step, volume } kind = Kind::energy;
+  Index step = -1;        ///< steps done when it was found
+  double time = 0;        ///< [s] then
+  double value = 0;       ///< what the key of the kind bounds; of volumes none
+  std::string text = {};  ///< what is wrong, a sentence
+};
+
+/// What the watchdog remembers of a run.
+struct WatchdogState {
+  double stored = 0;      ///< [J] most elastic energy that stresses held at the start
+  double put_in = 0;      ///< [J] most energy that had come from there and from outside
+  double speed = 0;       ///< [m/s] of the fastest particle at the start
+  double first_step = 0;  ///< [s] as it was or would have been without output; adaptive runs
+  Index end_step = -1;    ///< at which `alarm` ends the run; -1 = there is none
+  WatchdogAlarm alarm = {};
+};
+
 /// The numbers of a simulation between two steps: what goes on with the patches' states.
 struct RunState {
   int dim = 0;
@@ -31,6 +50,7 @@ struct RunState {
   std::vector<PatchSplit> splits = {};  ///< of patches, since the start, in order
   /// Steps after which patches are to be split, as was decided before; -1 = none.
   Index split_step = -1;
+  WatchdogState watchdog = {};
 };
 
 /// A file that the scenario refers to.

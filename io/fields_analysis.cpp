@@ -17,6 +17,8 @@ const Section& resume_section() {
           "post_processing.path (of a parallel run: those of all its ranks). The file has the "
           "state of the particles, and their ids, so that sets and loads act on the same ones. "
           "The run begins with step `step` + 1, and `nsteps` counts the steps before. "
+          "Materials have the parameters of this scenario, whatever they were before: of "
+          "MohrCoulomb `phi`, `psi` and `cohesion` follow from them and from `pdstrain`. "
           "`lahar export --to cbgeo` writes such files.",
       .fields = {
           {.key = "resume",
@@ -175,6 +177,72 @@ const Section& time_step_section() {
   return section;
 }
 
+const Section& watchdog_section() {
+  static const Section section{
+      .name = "analysis.watchdog",
+      .path = "analysis.watchdog",
+      .help =
+          "Results beyond these bounds cannot be right. The run then ends with exit code 3, a "
+          "message that says what, where and why most likely, a frame and a checkpoint. Sums, "
+          "speeds and volumes are looked at every 64 steps, adaptive steps each time; a run ends "
+          "4 steps later. From the checkpoint a run may go on with other bounds.",
+      .fields = {
+          {.key = "action",
+           .kinds = text,
+           .help = "stop: end the run; warn: say it once and go on; off. Default: stop, with the "
+                   "preset cbgeo warn",
+           .allowed = {"stop", "warn", "off"},
+           .native = true},
+          {.key = "energy",
+           .kinds = number,
+           .help = "energy made out of nothing, as a share of what was "
+                   "put in: kinetic at the start, most elastic energy that the initial stresses "
+                   "may hold, largest work from outside. What a strain of 0.1 % or a fall through "
+                   "1 % of the mesh would be in all of the material counts as put in. 0: not "
+                   "watched",
+           .unit = "-",
+           .fallback = "1",
+           .min = 0,
+           .native = true},
+          {.key = "speed",
+           .kinds = number,
+           .help = "largest particle speed, as a multiple of the largest of these: waves in the "
+                   "materials, speeds at the start, prescribed and injected ones, prescribed "
+                   "accelerations times the time, the fall through the mesh, and what the energy "
+                   "that was put in would give to all of the mass. 0: not watched",
+           .unit = "-",
+           .fallback = "10",
+           .min = 0,
+           .native = true},
+          {.key = "time_step",
+           .kinds = number,
+           .help = "least adaptive step, as a share of the first; shortened ones for output do not "
+                   "count. A step that does not change the time is always beyond the bounds",
+           .unit = "-",
+           .fallback = "1e-3",
+           .min = 0,
+           .max = 1,
+           .native = true},
+          {.key = "compression",
+           .kinds = number,
+           .help = "least volume of a particle, as a share of that of its mass at the initial "
+                   "density",
+           .unit = "-",
+           .fallback = "0.01",
+           .min = 0,
+           .max = 1,
+           .native = true},
+          {.key = "expansion",
+           .kinds = number,
+           .help = "largest volume of a particle, likewise; 0: not watched",
+           .unit = "-",
+           .fallback = "1e6",
+           .min = 0,
+           .native = true},
+      }};
+  return section;
+}
+
 }  // namespace
 
 const Section& analysis_section() {
@@ -278,6 +346,12 @@ const Section& analysis_section() {
            .help = "adaptive steps and the stability limit",
            .fallback = "{}",
            .section = time_step_section,
+           .native = true},
+          {.key = "watchdog",
+           .kinds = object,
+           .help = "when results cannot be right any more, and what to do then",
+           .fallback = "{}",
+           .section = watchdog_section,
            .native = true},
           {.key = "uuid",
            .kinds = text,

@@ -95,8 +95,9 @@ Problem JsonDocument::at_key(const JsonValue& object, const JsonValue::Member& m
   return p;
 }
 
-int JsonDocument::line(const JsonValue& value) const {
-  return at_offset(value.source, value.offset, "").line;
+std::string JsonDocument::line(const JsonValue& value) const {
+  const int line = at_offset(value.source, value.offset, "").line;
+  return line > 0 ? fmt::format("on line {}", line) : "on the command line";
 }
 
 namespace {

@@ -72,8 +72,8 @@ class JsonDocument {
 
   /// JSON pointer of a value inside the tree; empty for the root.
   std::string pointer(const JsonValue& value) const;
-  /// 1-based line of a value; 0 for overrides.
-  int line(const JsonValue& value) const;
+  /// Where a value is: "on line 3", or "on the command line".
+  std::string line(const JsonValue& value) const;
 
  private:
   struct Text {

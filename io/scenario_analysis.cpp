@@ -62,6 +62,7 @@ void ScenarioBuilder<Dim>::build_analysis() {
   build_velocity_update(*analysis);
   build_shape_functions(*analysis);
   build_time_step(*analysis);
+  build_watchdog(*analysis);
   Analysis& a = model_.analysis;
   build_damping(*analysis);
   a.pressure_smoothing = get_bool(*analysis, "pressure_smoothing").value_or(false);
@@ -240,11 +241,39 @@ void ScenarioBuilder<Dim>::build_time_step(const JsonValue& analysis) {
 }
 
 template <int Dim>
+void ScenarioBuilder<Dim>::build_watchdog(JsonValue& analysis) {
+  JsonValue* given = analysis.find("watchdog");
+  if (!given || !given->is<JsonValue::Object>()) return;
+  using Action = Watchdog::Action;
+  Watchdog& dog = model_.watchdog;
+  // The reference code goes on whatever happens.
+  const std::string action =
+      get_text(*given, "action").value_or(in_.cbgeo_defaults ? "warn" : "stop");
+  set(*given, "action", action);
+  dog.action = action == "off" ? Action::none : action == "warn" ? Action::warn : Action::stop;
+  const Watchdog usual;
+  dog.energy = get_number(*given, "energy").value_or(usual.energy);
+  dog.speed = get_number(*given, "speed").value_or(usual.speed);
+  dog.time_step = get_number(*given, "time_step").value_or(usual.time_step);
+  dog.compression = get_number(*given, "compression").value_or(usual.compression);
+  dog.expansion = get_number(*given, "expansion").value_or(usual.expansion);
+}
+
+template <int Dim>
 void ScenarioBuilder<Dim>::build_output() {
   OutputPlan& out = model_.output;
   const JsonValue& post = section("post_processing");
   out.frame_steps = get_integer(post, "output_steps").value_or(0);
+  out.frame_dt = get_number(post, "output_dt").value_or(0);
+  out.max_frames = get_integer(post, "max_frames").value_or(out.max_frames);
   out.history_steps = get_integer(post, "history_steps").value_or(0);
+  out.history_dt = get_number(post, "history_dt").value_or(0);
+  if (out.frame_steps > 0 && out.frame_dt > 0)
+    in_.error(*post.find("output_dt"), "'output_steps' and 'output_dt' both say when frames come",
+              "leave one of them out");
+  if (out.history_steps > 0 && out.history_dt > 0)
+    in_.error(*post.find("history_dt"), "'history_steps' and 'history_dt' both say when rows come",
+              "leave one of them out");
   out.checkpoint_steps = get_integer(post, "checkpoint_steps").value_or(0);
   out.checkpoint_minutes = get_number(post, "checkpoint_minutes").value_or(0);
   out.checkpoints_kept = get_integer(post, "checkpoints_kept").value_or(2);
@@ -271,6 +300,7 @@ void ScenarioBuilder<Dim>::build_output() {
   template void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue&); \
   template bool ScenarioBuilder<Dim>::is_grid() const;                         \
   template void ScenarioBuilder<Dim>::build_time_step(const JsonValue&);       \
+  template void ScenarioBuilder<Dim>::build_watchdog(JsonValue&);              \
   template void ScenarioBuilder<Dim>::build_output();
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

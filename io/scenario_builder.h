@@ -63,6 +63,7 @@ class ScenarioBuilder {
   void build_shape_functions(const JsonValue& analysis);
   bool is_grid() const;  ///< collective
   void build_time_step(const JsonValue& analysis);
+  void build_watchdog(JsonValue& analysis);
   void build_output();
   // scenario_contact.cpp
   void build_contact();

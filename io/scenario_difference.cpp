@@ -17,6 +17,7 @@ constexpr std::array allowed_keys{
     "/analysis/end_time",
     "/analysis/uuid",
     "/analysis/nload_balance_steps",
+    "/analysis/watchdog",
     "/post_processing",
 };
 

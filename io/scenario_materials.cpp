@@ -18,8 +18,8 @@ bool is_new(const std::map<T, const JsonValue*>& seen, const T& key, const JsonV
             std::string_view what, ScenarioInput& in) {
   const auto it = seen.find(key);
   if (it == seen.end()) return true;
-  in.error(at, fmt::format("{} '{}' occurs twice; first on line {}", what, key,
-                           in.document.line(*it->second)));
+  in.error(at,
+           fmt::format("{} '{}' occurs twice; first {}", what, key, in.document.line(*it->second)));
   return false;
 }
 

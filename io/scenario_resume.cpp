@@ -219,6 +219,7 @@ void ScenarioBuilder<Dim>::add_resumed(const CbgeoParticle& row, const std::stri
     refuse(file, fmt::format("particle {} has {} state variables, its material {} has {}", row.id,
                              row.nstate_vars, row.material_id, n));
   std::copy_n(row.svars, n, to.state.emplace_back().begin());
+  follow_parameters(material->law, to.state.back().data());
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                \

@@ -46,6 +46,16 @@ inline void initial_state(const Law& law, const Voigt& stress, double* state) {
       law);
 }
 
+/// Set the state variables that follow from the law's parameters and from other state variables:
+/// where a particle goes on with parameters that may be others.
+inline void follow_parameters(const Law& law, double* state) {
+  std::visit(
+      [&](const auto& m) {
+        if constexpr (requires { m.follow_parameters(state); }) m.follow_parameters(state);
+      },
+      law);
+}
+
 /// Set the state variables that follow from the stress.
 inline void derive_state(const Law& law, const Voigt& stress, double* state) {
   std::visit(

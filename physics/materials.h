@@ -32,7 +32,8 @@ using Law = std::variant<  //
 /// What every law has; besides, one of the functions that update() (law_input.h) calls. Optional:
 /// `initial_state(const double* stress, double* state)` with the initial stress (Voigt, zero if
 /// none was given), where not all state variables begin at zero; `derive(const double* stress,
-/// double* state)` for state variables that follow from the stress; `prepared()`, what update()
+/// double* state)` for state variables that follow from the stress; `follow_parameters(double*
+/// state)` for those that follow from parameters; `prepared()`, what update()
 /// takes instead of the law, where something can be computed once for many particles; `native =
 /// true` for a law that CB-Geo MPM does not have; `as_cbgeo`, a flag that --as-cbgeo sets.
 template <class T>

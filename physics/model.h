@@ -200,6 +200,15 @@ struct Analysis {
   Index split_steps = 100;
 };
 
+/// When results cannot be right any more, and what to do then (runtime/watchdog.h).
+struct Watchdog {
+  enum class Action { none, warn, stop } action = Action::stop;
+  double energy = 1;        ///< energy made out of nothing, as a share of what was put in
+  double speed = 10;        ///< largest speed, as a multiple of speeds that mean something
+  double time_step = 1e-3;  ///< least adaptive step, as a share of the first
+  double compression = 0.01, expansion = 1e6;  ///< least and largest volume, as shares of the first
+};
+
 struct OutputPlan {
   std::string folder;             ///< run folder
   Index frame_steps = 0;          ///< a frame every so many steps; 0 = only the end
@@ -207,6 +216,9 @@ struct OutputPlan {
   Index checkpoint_steps = 0;     ///< a checkpoint every so many steps; 0 = none
   double checkpoint_minutes = 0;  ///< [min] of wall time between checkpoints; 0 = none
   Index checkpoints_kept = 2;     ///< the last so many; older ones are removed
+  double frame_dt = 0;            ///< [s] frames at multiples of this time instead; 0 = none
+  double history_dt = 0;          ///< [s] the same for rows
+  Index max_frames = 10000;       ///< frames beside the first and the last
 };
 
 template <int Dim>
@@ -226,6 +238,7 @@ struct Model : NodeConditions<Dim> {
   std::vector<ParticleVelocity> particle_velocities;
   Analysis analysis;
   OutputPlan output;
+  Watchdog watchdog;
 };
 
 using AnyModel = std::variant<Model<2>, Model<3>>;

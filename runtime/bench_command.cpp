@@ -38,7 +38,7 @@ class Progress {
   }
 
  private:
-  bool terminal_ = isatty(STDERR_FILENO) != 0;
+  bool terminal_ = is_terminal(STDERR_FILENO);
   std::string name_;
 };
 

@@ -7,6 +7,7 @@
 #include <exception>
 
 #include "lahar_version.h"
+#include "runtime/output_times.h"
 #include "runtime/run_description.h"
 #include "runtime/signals.h"
 
@@ -88,6 +89,7 @@ int CaseRun<Dim>::execute() {
   first_share_ = share(simulation.step(), simulation.time());
   steps_ = planned_steps(info);
   describe(console_, header, info, outline_.step, ranks_.size());
+  describe_frames(console_, output_, outline_, info);
   warn_of_unstable_step(info);
 
   RunInfo about = run_info(arguments_, scenario_);
@@ -146,11 +148,21 @@ void CaseRun<Dim>::open_checkpoint_to_restart() {
 template <int Dim>
 RunContinuation CaseRun<Dim>::continuation() const {
   const RunState& run = restart_->header().run;
-  const auto due = [&](Index every) { return every > 0 && run.step % every == 0; };
+  const TimeStep& plan = outline_.step;
+  const double before =
+      plan.adaptive ? run.time - run.dt : static_cast<double>(run.step - 1) * plan.dt;
+  const auto due = [&](Index every, double interval) {
+    if (run.step == 0) return every > 0 || interval > 0;
+    return (every > 0 && run.step % every == 0) ||
+           (interval > 0 && multiples_by(run.time, interval) > multiples_by(before, interval));
+  };
+  const bool by_time = output_.history_dt > 0;
+  const Index history_steps = by_time ? 0 : output_.history_steps;
   return {.step = run.step,
           .time = run.time,
-          .has_row = due(output_.history_steps > 0 ? output_.history_steps : run.history_steps),
-          .has_frame = due(output_.frame_steps),
+          .has_row = due(by_time || history_steps > 0 ? history_steps : run.history_steps,
+                         output_.history_dt),
+          .has_frame = due(output_.frame_steps, output_.frame_dt),
           .checkpoint = restart_->file().string()};
 }
 
@@ -185,7 +197,7 @@ void CaseRun<Dim>::write_beginning(Simulation<Dim>& simulation) {
   const HistoryRow row = simulation.history();
   if (!restart_) {
     write_row(row);
-    if (output_.frame_steps > 0) frames_->write(simulation.frame_source());
+    if (plans_frames()) frames_->write(simulation.frame_source());
     return;
   }
   const RunContinuation from = continuation();
@@ -248,7 +260,7 @@ void CaseRun<Dim>::describe_staging(const SimulationInfo& info) {
       waits += fmt::format("{}{} ({} of the largest rank)", waits.empty() ? "" : " and ", what,
                            format_bytes(static_cast<double>(bytes)));
   };
-  add(output_.frame_steps > 0, "frames", info.frame_bytes);
+  add(plans_frames(), "frames", info.frame_bytes);
   add(plans_checkpoints(), "checkpoints", info.state_bytes);
   if (!waits.empty())
     console_.line(fmt::format("staging    {}: steps wait while {} are written (see --staging)",
@@ -289,7 +301,8 @@ Observer CaseRun<Dim>::observer() {
           },
           [this](std::span<const RemovedParticle> particles) {
             if (folder_) folder_->removed(particles);
-          }};
+          },
+          [this](const std::string& text) { warn(text); }};
 }
 
 template <int Dim>

@@ -103,14 +103,16 @@ class CaseRun {
   /// Sums over the ranks.
   std::vector<StageTiming> timings_of_all(std::vector<StageTiming> all) const;
   void report_balance(const BalanceReport& balance, double wall);
+  bool plans_frames() const { return output_.frame_steps > 0 || output_.frame_dt > 0; }
   bool plans_checkpoints() const {
     return output_.checkpoint_steps > 0 || output_.checkpoint_minutes > 0;
   }
 
   /// If a frame could not be written, the manifest says failed and the error is thrown.
   void finish(RunEnd& end);
+  /// `is_whole`: all patches are after the same step.
   void report(Simulation<Dim>& simulation, const SimulationInfo& info, const RunEnd& end,
-              double wall);
+              double wall, bool is_whole);
 
   const RunArguments& arguments_;
   Scenario& scenario_;

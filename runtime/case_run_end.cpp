@@ -9,6 +9,7 @@
 #include "runtime/run_description.h"
 #include "runtime/signals.h"
 #include "runtime/trace/log.h"
+#include "runtime/watchdog.h"
 
 namespace lahar {
 
@@ -19,6 +20,7 @@ int CaseRun<Dim>::step_to_the_end(Simulation<Dim>& simulation) {
   watch_ = &watch;
   RunEnd end;
   int code = exit_ok;
+  bool is_whole = true;  // all patches are after the same step
   try {
     simulation.run();
     if (!simulation.finished()) {
@@ -27,16 +29,22 @@ int CaseRun<Dim>::step_to_the_end(Simulation<Dim>& simulation) {
       end.message = signal != 0 ? fmt::format("signal {}", signal) : "wall time";
       code = exit_stopped;
     }
+  } catch (const WatchdogError& error) {
+    end.status = RunStatus::failed;
+    end.message = error.what();
+    code = exit_simulation;
+    is_whole = true;
   } catch (const SimulationError& error) {
     end.status = RunStatus::failed;
     end.message = error.what();
     code = exit_simulation;
+    is_whole = false;
   }
   watch.steps_ended();
   const double wall = seconds_since(loop_begin_);
-  if (code == exit_stopped || (code == exit_ok && plans_checkpoints()))
+  if (code == exit_stopped || (is_whole && (code == exit_simulation || plans_checkpoints())))
     checkpoints_->write(simulation.state());
-  if (code != exit_simulation) {
+  if (is_whole) {
     const HistoryRow row = simulation.history();
     if (last_row_.step != row.step) write_row(row);
     if (printed_ != row.step && row.step > 0) print_row(row);
@@ -44,7 +52,7 @@ int CaseRun<Dim>::step_to_the_end(Simulation<Dim>& simulation) {
   if (last_frame_ != simulation.step()) frames_->write(simulation.frame_source());
   checkpoints_->finish();
   const SimulationInfo info = simulation.info();
-  report(simulation, info, end, wall);
+  report(simulation, info, end, wall, is_whole);
   if (trace_) {
     const Index records = trace_->finish();
     console_.line(fmt::format("trace: {} records in {}; see lahar trace {}", records,
@@ -114,16 +122,20 @@ void CaseRun<Dim>::finish(RunEnd& end) {
 
 template <int Dim>
 void CaseRun<Dim>::report(Simulation<Dim>& simulation, const SimulationInfo& info,
-                          const RunEnd& end, double wall) {
+                          const RunEnd& end, double wall, bool is_whole) {
   const auto steps = static_cast<double>(simulation.step() - first_step_);
   const double particle_steps = this->particle_steps(simulation.step());
   console_.line("");
   if (end.status == RunStatus::failed) {
     console_.warn("lahar: error: " + end.message);
     console_.line(
-        fmt::format("The last frame shows the particles where the run stopped, some a few "
-                    "steps beyond step {}.",
-                    simulation.step()));
+        is_whole
+            ? fmt::format("The last frame and a checkpoint show the particles after step {}. To "
+                          "continue, with other bounds: the same command with --restart latest.",
+                          simulation.step())
+            : fmt::format("The last frame shows the particles where the run stopped, some a few "
+                          "steps beyond step {}.",
+                          simulation.step()));
   }
   if (end.status == RunStatus::stopped)
     console_.line(
@@ -163,7 +175,7 @@ void CaseRun<Dim>::report(Simulation<Dim>& simulation, const SimulationInfo& inf
   template void CaseRun<Dim>::report_balance(const BalanceReport&, double);                       \
   template void CaseRun<Dim>::finish(RunEnd&);                                                    \
   template void CaseRun<Dim>::report(Simulation<Dim>&, const SimulationInfo&, const RunEnd&,      \
-                                     double);
+                                     double, bool);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

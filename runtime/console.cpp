@@ -7,15 +7,32 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <string_view>
 
 namespace lahar {
 
-bool use_colour(int file_descriptor) {
-  const char* no_color = std::getenv("NO_COLOR");
-  return isatty(file_descriptor) && !(no_color && *no_color);
+bool is_terminal(int file_descriptor) {
+  const char* kind = std::getenv("TERM");
+  return isatty(file_descriptor) && !MpiSession::is_launched() &&
+         !(kind && std::string_view(kind) == "dumb");
 }
 
-Console::Console(Voice voice) : voice_(voice), terminal_(isatty(STDOUT_FILENO) != 0) {}
+bool use_colour(int file_descriptor) {
+  const char* no_color = std::getenv("NO_COLOR");
+  return is_terminal(file_descriptor) && !(no_color && *no_color);
+}
+
+std::string without_colours(const std::string& text) {
+  std::string plain;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t escape = std::min(text.find("\033[", at), text.size());
+    plain.append(text, at, escape - at);
+    at = std::min(text.find('m', escape), text.size() - 1) + 1;
+  }
+  return plain;
+}
+
+Console::Console(Voice voice) : voice_(voice), terminal_(is_terminal(STDOUT_FILENO)) {}
 
 void Console::log_to(std::function<void(const std::string&)> sink) {
   sink_ = std::move(sink);
@@ -43,7 +60,7 @@ void Console::warn(const std::string& text) {
   clear_bar();
   const std::string end = text.ends_with('\n') ? "" : "\n";
   if (voice_ != Voice::silent) std::fputs((text + end).c_str(), stderr);
-  keep(text);
+  keep(without_colours(text));
 }
 
 std::string progress_bar(double share, double rate) {

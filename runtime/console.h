@@ -36,8 +36,15 @@ class Console {
   std::function<void(const std::string&)> sink_;
 };
 
+/// True if somebody looks at a terminal there, which knows escape codes. Launchers of MPI give
+/// ranks a terminal wherever their own output goes, so below one it is false.
+bool is_terminal(int file_descriptor);
+
 /// True if messages may have colours: a terminal, and NO_COLOR not set.
 bool use_colour(int file_descriptor);
+
+/// A text without the escape codes of colours.
+std::string without_colours(const std::string& text);
 
 std::string format_bytes(double bytes);
 std::string format_seconds(double seconds);

@@ -92,9 +92,11 @@ std::string describe_mark(const Mark& mark, const Model<Dim>& model) {
     case Mark::Kind::volume:
       return fmt::format(
           "{} at {} m{} would get a volume of zero or less within one step: "
-          "its cell collapses. Reduce the time step, or use \"mpm_scheme\": \"musl\", "
-          "which bears nodes of little mass better.",
-          name_of(mark.particle), tuple(std::span(mark.position).first(n)), more);
+          "its cell collapses. Reduce the time step{}.",
+          name_of(mark.particle), tuple(std::span(mark.position).first(n)), more,
+          model.analysis.scheme == Scheme::musl
+              ? ""
+              : ", or use \"mpm_scheme\": \"musl\", which bears nodes of little mass better");
     case Mark::Kind::moved_too_far:
       return particle + more +
              " moved beyond the neighbouring patches within one step. Reduce the time step.";

@@ -26,13 +26,6 @@ namespace {
 MPI_Comm farewell = MPI_COMM_NULL;
 std::atomic<Index> last_step{0};
 
-/// Set by the launchers of Open MPI, MPICH and Slurm's PMIx or PMI plugins for their processes.
-bool started_by_launcher() {
-  const std::array names{"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK"};
-  return std::any_of(names.begin(), names.end(),
-                     [](const char* name) { return std::getenv(name) != nullptr; });
-}
-
 bool running() {
   int begun = 0, ended = 0;
   MPI_Initialized(&begun);
@@ -47,8 +40,15 @@ int count_of(std::size_t n) {
 
 }  // namespace
 
+bool MpiSession::is_launched() {
+  // Set by the launchers of Open MPI, MPICH and Slurm's PMIx or PMI plugins for their processes.
+  const std::array names{"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK"};
+  return std::any_of(names.begin(), names.end(),
+                     [](const char* name) { return std::getenv(name) != nullptr; });
+}
+
 MpiSession::MpiSession(int& argc, char**& argv) {
-  if (!started_by_launcher()) return;
+  if (!is_launched()) return;
   // Messages of Open MPI to a rank on the same machine are copied by the receiver through a system
   // call each, unless they are short: let all but the longest count as that. The user's wish first.
   for (const char* name : {"OMPI_MCA_btl_vader_eager_limit", "OMPI_MCA_btl_sm_eager_limit"})

@@ -86,10 +86,12 @@ int check_command(const RunArguments& arguments) {
   std::visit(
       [&]<int Dim>(Model<Dim>& model) {
         const Model<Dim> header = without_particles(model);
-        const std::string folder = model.output.folder;
+        const OutputPlan output = model.output;
         const auto simulation = make_simulation(scenario, std::move(model), arguments.execution);
-        describe(console, header, simulation->info(), header.analysis.step);
-        console.line(fmt::format("output     {}", folder));
+        const SimulationInfo info = simulation->info();
+        describe(console, header, info, header.analysis.step);
+        describe_frames(console, output, header.analysis, info);
+        console.line(fmt::format("output     {}", output.folder));
         if (arguments.ranks > 0)
           describe_ranks(console, simulation->patch_graph(), simulation->patch_counts(),
                          arguments.ranks, arguments.partitioner);

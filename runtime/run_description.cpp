@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "physics/error.h"
 #include "physics/patch_split.h"
+#include "runtime/output_times.h"
 
 namespace lahar {
 
@@ -53,6 +57,32 @@ void describe(Console& console, const Model<Dim>& model, const SimulationInfo& i
         format_count(model.analysis.split_steps)));
   console.line(fmt::format("memory     {} for particles and nodes",
                            format_bytes(static_cast<double>(info.bytes))));
+}
+
+void describe_frames(Console& console, const OutputPlan& plan, const Analysis& analysis,
+                     const SimulationInfo& info) {
+  const double by_time = std::ceil(analysis.end_time / info.dt * (1 - rounding_of_multiples));
+  const double steps = std::min(by_time, static_cast<double>(analysis.nsteps)) -
+                       static_cast<double>(analysis.first_step);
+  double frames = 0;  // beside the first
+  if (plan.frame_steps > 0) frames = steps / static_cast<double>(plan.frame_steps);
+  if (plan.frame_dt > 0) frames = std::min(analysis.end_time, steps * info.dt) / plan.frame_dt;
+  if (!(frames < 1e15)) return;  // nobody can tell
+  const auto whole = static_cast<Index>(frames + rounding_of_multiples);
+  const bool ends_with_one = frames - static_cast<double>(whole) < rounding_of_multiples;
+  const bool too_many = whole > plan.max_frames;
+  const bool last = frames > 0 && (too_many || !ends_with_one);
+  const Index all = 1 + std::min(whole, plan.max_frames) + last;
+  const auto bytes = static_cast<double>(info.all_frame_bytes);
+  // An adaptive step may become another.
+  console.line(fmt::format(
+      "frames     {}{} of {}, {}", analysis.step.adaptive && plan.frame_steps > 0 ? "about " : "",
+      format_count(all), format_bytes(bytes), format_bytes(bytes * static_cast<double>(all))));
+  if (too_many)
+    console.warn(fmt::format(
+        "lahar: warning: {} frames are planned, of which post_processing.max_frames allows {}; "
+        "after these only the last state is written.",
+        format_count(whole), format_count(plan.max_frames)));
 }
 
 void describe_ranks(Console& console, const PatchGraph& graph, std::span<const Index> particles,

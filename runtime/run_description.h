@@ -20,6 +20,11 @@ template <int Dim>
 void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
               const TimeStep& plan, int ranks = 1);
 
+/// How many frames to expect and how large, with the first and the last; an adaptive step is taken
+/// not to change.
+void describe_frames(Console& console, const OutputPlan& plan, const Analysis& analysis,
+                     const SimulationInfo& info);
+
 /// The partition over ranks that a run would begin with; `particles` of each patch.
 void describe_ranks(Console& console, const PatchGraph& graph, std::span<const Index> particles,
                     int ranks, Partitioner partitioner);

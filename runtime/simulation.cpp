@@ -27,12 +27,6 @@ ExecutionOptions with_threads(ExecutionOptions options) {
   return options;
 }
 
-/// A history row about every 1 % of the run where the scenario does not say.
-Index history_interval(const OutputPlan& plan, double steps) {
-  return plan.history_steps > 0 ? plan.history_steps
-                                : std::max<Index>(1, static_cast<Index>(steps / 100));
-}
-
 template <int Dim>
 std::vector<double> limits_of_injections(const PatchSet<Dim>& patches, const Model<Dim>& model,
                                          const Ranks& ranks) {
@@ -56,6 +50,7 @@ Simulation<Dim>::Impl::Impl(Model<Dim> model_in, ExecutionOptions options_in, Ob
       model(std::move(model_in)),
       stages(timestep<Dim>(model.analysis, !model.injections.empty())),
       ranks(options.ranks),
+      speeds(speed_scales(model, ranks)),
       phases(phases_of(stage_list(), ranks.several())),
       patches(make_patches(state)),
       injection_limits(limits_of_injections(patches, model, ranks)),
@@ -68,6 +63,7 @@ Simulation<Dim>::Impl::Impl(Model<Dim> model_in, ExecutionOptions options_in, Ob
                  wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
   if (ranks.several() && !is_parallel(options))
     throw InputError("only the task graph runs on several ranks; leave out --serial");
+  judge = WatchdogJudge(model.watchdog, speeds);
   log = InjectionLog(model.injections, state ? state->run.next_id : patches.next_id());
   measure_frame();
   if (state)
@@ -97,14 +93,22 @@ void Simulation<Dim>::Impl::measure_frame() {
 }
 
 template <int Dim>
+Index Simulation<Dim>::Impl::history_interval(double first_dt) const {
+  if (model.output.history_dt > 0) return 0;
+  if (model.output.history_steps > 0) return model.output.history_steps;
+  const double steps = std::min(static_cast<double>(nsteps), model.analysis.end_time / first_dt);
+  return std::max<Index>(1, static_cast<Index>(steps / 100));
+}
+
+template <int Dim>
 void Simulation<Dim>::Impl::start() {
   step = model.analysis.first_step;
   start_row = present_row();
+  begin_watch();
   set_first_dt();
   for (int p = 0; p < patches.size(); ++p) map_first(patches[p], stages, context(step));
   balance.share(patches, step);
-  history_steps = history_interval(
-      model.output, std::min(static_cast<double>(nsteps), model.analysis.end_time / dt[0]));
+  history_steps = history_interval(dt[0]);
   build_executor();
 }
 
@@ -195,6 +199,7 @@ SimulationInfo Simulation<Dim>::info() const {
   info.dt = impl_->dt_of(impl_->step);
   info.bytes = static_cast<std::size_t>(ranks.sum(static_cast<Index>(impl_->patches.bytes())));
   info.frame_bytes = impl_->frame_size;
+  info.all_frame_bytes = lahar::frame_bytes(impl_->patches.layout(), impl_->model, info.particles);
   info.state_bytes = static_cast<std::size_t>(ranks.max(static_cast<Index>(impl_->state_bytes())));
   return info;
 }

@@ -55,9 +55,9 @@ struct ExecutionOptions {
 /// time each. With several ranks frames are those of the rank, history and progress are the same on
 /// all.
 struct Observer {
-  /// Every OutputPlan::frame_steps; pieces are this rank's patches, ascending.
+  /// When OutputPlan says so; pieces are this rank's patches, ascending.
   std::function<void(FramePieces&&)> frame;
-  std::function<void(const HistoryRow&)> history;  ///< every OutputPlan::history_steps
+  std::function<void(const HistoryRow&)> history;  ///< when OutputPlan says so
   /// Instead of `frame` for frames above ExecutionOptions::staging_bytes; good during the
   /// call, which all ranks make while no step is taken. Without this all frames are copied.
   std::function<void(const FrameSource&)> large_frame;
@@ -75,6 +75,8 @@ struct Observer {
   /// Particles that left the mesh since the last call, ascending by step and id, the same on all
   /// ranks; while no step is taken, before a checkpoint of that step.
   std::function<void(std::span<const RemovedParticle>)> removed;
+  /// Something that the user should know; the same on all ranks, while steps are taken.
+  std::function<void(const std::string&)> warning;
 };
 
 /// Time spent in one stage, summed over its tasks.
@@ -97,6 +99,7 @@ struct SimulationInfo {
   std::size_t bytes = 0;  ///< of particles and nodes, of all ranks
   /// At present, of the rank that has most of it.
   std::size_t frame_bytes = 0, state_bytes = 0;
+  std::size_t all_frame_bytes = 0;  ///< of a frame of all ranks
 };
 
 template <int Dim>
@@ -113,7 +116,8 @@ class Simulation {
 
   /// Take `steps` steps (fewer where the end time comes first, or progress() asked to stop).
   /// Throws SimulationError; step() is then that of the failure, and patches are where they were
-  /// when they learned of it, some of them up to max_lead steps ahead.
+  /// when they learned of it, some of them up to max_lead steps ahead. (Not where it is a
+  /// WatchdogError: all patches are then at step().)
   void advance(Index steps);
   /// Take all steps of the scenario.
   void run();

@@ -29,7 +29,8 @@ RunState Simulation<Dim>::Impl::run_state(Step at) const {
           .least_mass = patches.least_mass(),
           .columns = column_text(patches.layout()),
           .splits = patches.splits(),
-          .split_step = split_step};
+          .split_step = split_step,
+          .watchdog = judge.state};
 }
 
 template <int Dim>

@@ -20,7 +20,10 @@ void Simulation<Dim>::Impl::restore(const RunState& run) {
   removed = ranks.rank() == 0 ? run.removed : 0;
   work = run.work;
   start_row.kinetic = run.kinetic_at_start;
-  history_steps = model.output.history_steps > 0 ? model.output.history_steps : run.history_steps;
+  history_steps = history_interval(run.dt);
+  if (model.output.history_steps == 0 && model.output.history_dt == 0 && run.history_steps > 0)
+    history_steps = run.history_steps;
+  restore_watch(run.watchdog);
   start_time[step] = run.time;
   last_limit = run.dt_limit;
   build_executor();
@@ -41,6 +44,7 @@ void Simulation<Dim>::Impl::advance(Index steps) {
   const Step end = std::min<Step>(step + steps, nsteps);
   stop_requested = false;
   stop_asked = false;
+  end_where_watched();
   while (step < end && step < nsteps && !stop_requested) {
     const auto n = static_cast<std::size_t>(patches.size());
     for (Step s = 0; s < max_lead + 2; ++s) {
@@ -69,6 +73,7 @@ void Simulation<Dim>::Impl::advance(Index steps) {
     // What was asked for and comes after the end is written now.
     const bool ends = step >= end || step >= nsteps || stop_requested;
     if (checkpoint_due(step) || (ends && requested_checkpoint > step)) write_checkpoint();
+    end_where_watched();
   }
 }
 

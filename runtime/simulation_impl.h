@@ -18,12 +18,14 @@
 #include "physics/patch_split.h"
 #include "runtime/failure.h"
 #include "runtime/injection_log.h"
+#include "runtime/output_times.h"
 #include "runtime/patch_set.h"
 #include "runtime/rank_exchange.h"
 #include "runtime/simulation.h"
 #include "runtime/stage_clock.h"
 #include "runtime/timestep.h"
 #include "runtime/trace/recorder.h"
+#include "runtime/watchdog.h"
 
 namespace lahar {
 
@@ -53,6 +55,8 @@ struct Simulation<Dim>::Impl {
   PatchSet<Dim> make_patches(const SimulationState* state);
   void measure_frame();
   void start();
+  /// Steps between rows of history.csv: about 1 % of the run where the scenario does not say.
+  Index history_interval(double first_dt) const;
 
   // --- state ------------------------------------------------------------------------------------
 
@@ -105,6 +109,9 @@ struct Simulation<Dim>::Impl {
   }
 
   void set_first_dt();
+  /// dt of an adaptive step, from what is stable: shortened so that steps end at times of output
+  /// and at the end. The time at which the next one begins goes with it. True: it is the last.
+  bool plan_step(Step step, double stable);
 
   /// The limit that particles have which may come in at the beginning of a step; where nothing else
   /// limits it, of those that come later, too.
@@ -197,10 +204,33 @@ struct Simulation<Dim>::Impl {
 
   // --- output -----------------------------------------------------------------------------------
 
-  bool history_due(Step step) const { return (step + 1) % history_steps == 0; }
+  /// Whether a multiple of `interval` [s] comes in a step: dt is known.
+  bool reaches(Step step, double interval) const {
+    return multiples_by(time_at(step + 1), interval) > multiples_by(time_at(step), interval);
+  }
+  bool history_due(Step step) const {
+    return (history_steps > 0 && (step + 1) % history_steps == 0) ||
+           (model.output.history_dt > 0 && reaches(step, model.output.history_dt));
+  }
+  bool plans_frames() const { return model.output.frame_steps > 0 || model.output.frame_dt > 0; }
+  /// Frames that are planned up to the end of a step, but for the one of the beginning.
+  Index frames_by(Step step) const {
+    const OutputPlan& plan = model.output;
+    const Step first = model.analysis.first_step;
+    if (plan.frame_dt > 0)
+      return multiples_by(time_at(step + 1), plan.frame_dt) -
+             (first > 0 ? multiples_by(time_at(first), plan.frame_dt) : 0);
+    return (step + 1) / plan.frame_steps - first / plan.frame_steps;
+  }
+  /// A frame is planned after this step, whether there may be so many or not.
+  bool frame_planned(Step step) const {
+    const OutputPlan& plan = model.output;
+    return (plan.frame_steps > 0 && (step + 1) % plan.frame_steps == 0) ||
+           (plan.frame_dt > 0 && reaches(step, plan.frame_dt));
+  }
   bool frame_due(Step step) const {
-    return (observer.frame || observer.large_frame) && model.output.frame_steps > 0 &&
-           (step + 1) % model.output.frame_steps == 0;
+    return (observer.frame || observer.large_frame) && plans_frames() && frame_planned(step) &&
+           frames_by(step) <= model.output.max_frames;
   }
   bool copy_due(Step step) const {
     return observer.frame && !frames_are_large() && frame_due(step);
@@ -213,12 +243,29 @@ struct Simulation<Dim>::Impl {
 
   /// Frames are due that are copied now, but might grow too large for that.
   bool copies_frames() const {
-    return observer.large_frame && model.output.frame_steps > 0 && !frames_are_large();
+    return observer.large_frame && plans_frames() && !frames_are_large();
   }
+
+  // --- watchdog ---------------------------------------------------------------------------------
+
+  bool watch_due(Step step) const { return judge.on() && (step + 1) % watch_steps == 0; }
+  bool sums_due(Step step) const { return history_due(step) || watch_due(step); }
+  void begin_watch();
+  void restore_watch(const WatchdogState& state);
+  /// By hand_on(), when the sums after a step are known.
+  void watch(Step step, const HistoryRow& row, bool strained);
+  /// By set_dt(), with what is stable.
+  void watch_step(Step step, double stable);
+  /// At rest: end the run where the watchdog said so, with a message that is the same for any
+  /// ranks.
+  void end_where_watched();
+  void warn_once(const WatchdogAlarm& alarm);
 
   /// Where the graph has to drain: at `end`, or before it at a frame or a checkpoint that is not
   /// copied.
   Step drain_step(Step end) const;
+  /// The step after which the next frame by time comes, as far as that is known.
+  Step step_of_frame() const;
 
   /// The output stage: copy what is due; nobody in the loop waits for more. (Frames too large to be
   /// copied: advance().)
@@ -308,6 +355,7 @@ struct Simulation<Dim>::Impl {
   Model<Dim> model;
   std::vector<TimestepStage<Dim>> stages;
   Ranks ranks;
+  SpeedScales speeds;
   std::vector<Phase> phases;   ///< the tasks of a patch
   std::optional<Phase> whole;  ///< the one that has a rest, with it
   PatchSet<Dim> patches;
@@ -321,7 +369,8 @@ struct Simulation<Dim>::Impl {
   PerStep<Agreement> agreed;
   PerStep<double> agreed_limit;
   std::size_t locate_index = 0, output_index = 0, first_dt_stage = 0;
-  Index nsteps = 0, history_steps = 1;
+  Index nsteps = 0;
+  Index history_steps = 1;      ///< 0 = rows come by time
   std::size_t frame_size = 0;   ///< [bytes] of a frame, of the rank with most of it
   double wave_speed_bound = 0;  ///< [m/s] of all materials
   Step step = 0;                ///< steps done
@@ -340,9 +389,15 @@ struct Simulation<Dim>::Impl {
   /// steps before: the same step for any ranks and threads, whatever else makes the graph drain. -1
   /// = none.
   Step split_step = -1;
-  std::atomic<bool> stop_asked{false};                            ///< of this rank
-  std::atomic<bool> stop_requested{false};                        ///< all ranks know of it
-  std::atomic<bool> checkpoint_asked{false};                      ///< of this rank
+  WatchdogJudge judge;
+  WatchdogAlarm step_alarm;  ///< of the time step, by set_dt(); its step is -1 where there is none
+  Step step_alarm_end = -1;  ///< at which it ends the run; -1 = it does not
+  std::atomic<bool> step_alarm_is_new{false};  ///< for hand_on() to warn
+  std::array<bool, 4> warned{};                ///< by WatchdogAlarm::Kind
+  PerStep<std::atomic<bool>> strained;        ///< by step: a patch of this rank has such a particle
+  std::atomic<bool> stop_asked{false};        ///< of this rank
+  std::atomic<bool> stop_requested{false};    ///< all ranks know of it
+  std::atomic<bool> checkpoint_asked{false};  ///< of this rank
   std::atomic<Step> stop_step{std::numeric_limits<Step>::max()};  ///< not taken any more
   bool copies_states = false;                                     ///< for checkpoints, by tasks
   /// [bytes] of the largest copy of a rank, as measured at rest when the last id was this one.

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 
@@ -15,6 +17,13 @@ namespace {
 /// steps for slow changes of density: computing the limit costs as much as a stage.
 constexpr Step limit_check_steps = 16;
 
+std::string too_many_frames(Step step, double time) {
+  return fmt::format(
+      "step {} (t = {:.6g} s): no more frames are written but the last one; "
+      "post_processing.max_frames is the largest number of them.",
+      step, time);
+}
+
 }  // namespace
 
 template <int Dim>
@@ -27,7 +36,8 @@ Agreement Simulation<Dim>::Impl::give(Step step) {
   own.least.checkpoint = checkpoint_asked.load() ? -1 : 0;
   own.least.stop = stop_asked.load() ? -1 : 0;
   own.least.crowded = crowded[step].exchange(false) ? -1 : 0;
-  if (history_due(step)) {
+  if (watch_due(step)) own.least.strained = strained[step].exchange(false) ? -1 : 0;
+  if (sums_due(step)) {
     RowSums sums;
     double fastest = 0;
     for (const HistoryRow& part : rows[step]) {
@@ -61,6 +71,9 @@ Step Simulation<Dim>::Impl::drain_step(Step end) const {
     if (drains && every > 0) end = std::min<Step>(end, (step / every + 1) * every);
   };
   before(frames_are_large(), model.output.frame_steps);
+  if (frames_are_large() && model.output.frame_dt > 0) end = std::min(end, step_of_frame());
+  if (step_alarm_end > step) end = std::min(end, step_alarm_end);
+  if (judge.state.end_step > step) end = std::min(end, judge.state.end_step);
   before(observer.checkpoint && !copies_states, model.output.checkpoint_steps);
   if (!copies_states && requested_checkpoint > step)
     end = std::min(end, requested_checkpoint.load());
@@ -70,11 +83,25 @@ Step Simulation<Dim>::Impl::drain_step(Step end) const {
 }
 
 template <int Dim>
+Step Simulation<Dim>::Impl::step_of_frame() const {
+  constexpr Step never = std::numeric_limits<Step>::max();
+  if (model.analysis.step.adaptive) return frame_due(step) ? step + 1 : never;  // set_dt() does it
+  const double interval = model.output.frame_dt, length = model.analysis.step.dt;
+  const double steps = next_multiple(time_at(step), interval) / length;
+  if (steps > 1e18) return never;
+  Step at = std::max(step + 1, static_cast<Step>(steps) - 1);
+  while (multiples_by(time_at(at), interval) == multiples_by(time_at(step), interval)) ++at;
+  return at;
+}
+
+template <int Dim>
 void Simulation<Dim>::Impl::output(int p, Step step) {
   const auto i = static_cast<std::size_t>(p);
   if (may_be_unstable(p, step)) check_limit(p, step);
-  if (history_due(step) || frame_due(step)) check_finite(patches[p]);
-  if (history_due(step)) rows[step][i] = sums(patches[p]);
+  const bool needs_sums = sums_due(step);
+  if (needs_sums || frame_due(step)) check_finite(patches[p]);
+  if (needs_sums) rows[step][i] = sums(patches[p]);
+  if (watch_due(step) && is_strained(patches[p], model)) strained[step] = true;
   if (copy_due(step)) pieces[step][i] = snapshot(patches[p], model, spare->take(i));
   if (split_due(step) && is_crowded(patches[p], most_particles())) crowded[step] = true;
 }
@@ -126,16 +153,21 @@ void Simulation<Dim>::Impl::hand_on(Step step) {
   if (log.due(time_at(step))) take_injected(step);
   // Patches that are ahead may have failed in a later step: this one is still good.
   const bool failed = least.failed_step <= step;
-  if (history_due(step) && !failed) {
+  if (sums_due(step) && !failed) {
     HistoryRow row = RowSums::row(agreed[step].sum, std::bit_cast<double>(-least.minus_speed));
     finish_row(row, step + 1);
-    if (observer.history) attempt([&] { observer.history(row); });
+    if (history_due(step) && observer.history) attempt([&] { observer.history(row); });
+    if (watch_due(step)) watch(step, row, least.strained < 0);
   }
+  if (step_alarm_is_new.exchange(false)) warn_once(step_alarm);
   if (copy_due(step) && !failed) {
     for (Frame& piece : pieces[step]) log.make_dense(piece.id);
     attempt([&] { observer.frame({header_at(step + 1), std::move(pieces[step]), spare}); });
     pieces[step].assign(static_cast<std::size_t>(patches.size()), {});
   }
+  if (plans_frames() && observer.warning && frame_planned(step) && !failed &&
+      frames_by(step) == model.output.max_frames + 1)
+    attempt([&] { observer.warning(too_many_frames(step + 1, time_at(step + 1))); });
   if (keeps(step) && least.failed_step > step) hand_on_kept(step);
   if (keeps(step + 1)) kept_run = run_state(step + 1);
   if (observer.checkpoint_wanted && observer.checkpoint_wanted()) checkpoint_asked = true;
@@ -152,7 +184,7 @@ template <int Dim>
 void Simulation<Dim>::Impl::take_injected(Step step) {
   const Index before = log.next_id();
   log.take(step, std::span(std::as_const(agreed[step].sum))
-                     .subspan(history_due(step) ? RowSums::n_elements : 0, log.n_elements()));
+                     .subspan(sums_due(step) ? RowSums::n_elements : 0, log.n_elements()));
   all_particles += log.next_id() - before;
   if (!copies_states && !copies_frames()) return;
   // All of them on one rank, at the most. (Of states, without sums of nodes.) A little more is let
@@ -242,6 +274,7 @@ FrameSource Simulation<Dim>::Impl::present_frame() const {
 #define LAHAR_INSTANTIATE(Dim)                                                                  \
   template Agreement Simulation<Dim>::Impl::give(Step);                                         \
   template Step Simulation<Dim>::Impl::drain_step(Step) const;                                  \
+  template Step Simulation<Dim>::Impl::step_of_frame() const;                                   \
   template void Simulation<Dim>::Impl::output(int, Step);                                       \
   template bool Simulation<Dim>::Impl::may_be_unstable(int, Step) const;                        \
   template void Simulation<Dim>::Impl::check_limit(int, Step);                                  \

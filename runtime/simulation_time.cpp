@@ -82,14 +82,37 @@ void Simulation<Dim>::Impl::set_first_dt() {
     last_limit = limit;
     limit = limit_with_injections(0, limit);
   }
-  dt[0] = plan.adaptive ? std::min(adaptive_dt(limit), model.analysis.end_time) : plan.dt;
   start_time[0] = 0.0;
-  start_time[1] = dt[0];
-  if (plan.adaptive && dt[0] >= model.analysis.end_time) nsteps = std::min<Index>(nsteps, 1);
-  if (!plan.adaptive) {
+  if (plan.adaptive) {
+    const double stable = adaptive_dt(limit);
+    watch_step(0, stable);
+    if (plan_step(0, stable)) nsteps = std::min<Index>(nsteps, 1);
+  } else {
+    dt[0] = plan.dt;
     check_first_dt(limit);
     limit_steps_by_time();
   }
+}
+
+template <int Dim>
+bool Simulation<Dim>::Impl::plan_step(Step step, double stable) {
+  const OutputPlan& plan = model.output;
+  const double now = start_time[step], end = model.analysis.end_time;
+  double target = std::numeric_limits<double>::infinity();
+  for (const double interval : {plan.frame_dt, plan.history_dt})
+    if (interval > 0) target = std::min(target, next_multiple(now, interval));
+  const auto reached = [&](double time) { return time - now <= stable * (1 + rounding_of_time); };
+  const bool last = reached(end) && end <= target * (1 + rounding_of_time);
+  dt[step] = stable;
+  start_time[step + 1] = now + stable;
+  if (last || reached(target)) {
+    start_time[step + 1] = last ? end : target;
+    dt[step] = start_time[step + 1] - now;
+  } else if (target < end && target - now < 2 * stable) {  // two equal ones, and no tiny one
+    dt[step] = 0.5 * (target - now);
+    start_time[step + 1] = now + dt[step];
+  }
+  return last;
 }
 
 template <int Dim>
@@ -104,16 +127,16 @@ template <int Dim>
 void Simulation<Dim>::Impl::set_dt(Step step, double limit) {
   this->limit[step] = limit;
   limit = limit_with_injections(step, limit);
-  // Without particles there is no limit: go on as before.
-  dt[step] = std::isfinite(limit) || step == 0 ? adaptive_dt(limit) : dt[step - 1];
-  const double left = model.analysis.end_time - start_time[step];
-  const bool last = left <= dt[step] * (1 + rounding_of_time);
-  if (last) dt[step] = left;
-  start_time[step + 1] = start_time[step] + dt[step];
-  if (last) {  // nobody has begun the step after this one: it needs this dt
-    nsteps = step + 1;
+  // Without particles there is no limit: go on as before, or from output to output.
+  const bool by_time = model.output.frame_dt > 0 || model.output.history_dt > 0;
+  const bool limited = std::isfinite(limit) || step == 0;
+  const double stable = limited || by_time ? adaptive_dt(limit) : dt[step - 1];
+  if (limited) watch_step(step, stable);
+  const bool last = plan_step(step, stable);
+  if (last) nsteps = step + 1;
+  // Nobody has begun the step after this one: it needs this dt.
+  if (last || step_alarm_end == step + 1 || (frames_are_large() && frame_due(step)))
     executor->stop_before(step + 1);
-  }
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                      \
@@ -122,6 +145,7 @@ void Simulation<Dim>::Impl::set_dt(Step step, double limit) {
   template double Simulation<Dim>::Impl::limit_with_injections(Step, double) const; \
   template void Simulation<Dim>::Impl::check_first_dt(double) const;                \
   template void Simulation<Dim>::Impl::set_first_dt();                              \
+  template bool Simulation<Dim>::Impl::plan_step(Step, double);                     \
   template void Simulation<Dim>::Impl::limit_steps_by_time();                       \
   template void Simulation<Dim>::Impl::set_dt(Step, double);
 LAHAR_INSTANTIATE(2)

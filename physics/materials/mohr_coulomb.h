@@ -1,6 +1,7 @@
 /// \file Mohr-Coulomb plasticity with tension cut-off and strain softening.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -65,6 +66,17 @@ struct MohrCoulomb {
     to[0] = friction * radian;
     to[1] = dilation * radian;
     to[2] = cohesion;
+  }
+  /// Strength follows from the parameters and the plastic strain.
+  void follow_parameters(double* to) const {
+    initial_state(nullptr, to);
+    if (!softening || !(to[6] > peak_pdstrain)) return;
+    constexpr double radian = std::numbers::pi / 180.0;
+    const double share =
+        std::max(0.0, (to[6] - residual_pdstrain) / (peak_pdstrain - residual_pdstrain));
+    to[0] = (residual_friction + (friction - residual_friction) * share) * radian;
+    to[1] = (residual_dilation + (dilation - residual_dilation) * share) * radian;
+    to[2] = residual_cohesion + (cohesion - residual_cohesion) * share;
   }
   void derive(const double* stress, double* to) const;
   MohrCoulombUpdate prepared() const;

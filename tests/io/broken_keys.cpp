@@ -333,6 +333,32 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
         ^
   hint: for example --set analysis.nsteps=10 or --set /materials/0/density=1800
 )"},
+    {"an override that another value does not agree with",
+     {replace("mpm.json", "{\"id\": 0, \"type\"", "{\"id\": 7, \"type\": \"Newtonian\", \"density\": 1, \"bulk_modulus\": 1, \"dynamic_viscosity\": 0},\n    {\"id\": 0, \"type\"")},
+     {"materials.0.id=0"},
+     R"(mpm.json:16:12: error: material id '0' occurs twice; first on the command line [/materials/1/id]
+      {"id": 0, "type": "LinearElastic2D", "density": 1000,
+             ^
+)"},
+    {"frames and rows by steps and by time",
+     {replace("mpm.json", "\"output_steps\": 5", "\"output_steps\": 5, \"output_dt\": 0.1, \"history_steps\": 1, \"history_dt\": 0.2")},
+     {},
+     R"(mpm.json:20:54: error: 'output_steps' and 'output_dt' both say when frames come [/post_processing/output_dt]
+    "post_processing": {"output_steps": 5, "output_dt": 0.1, "history_steps": 1, "history_dt": 0.2}
+                                                        ^
+  hint: leave one of them out
+mpm.json:20:92: error: 'history_steps' and 'history_dt' both say when rows come [/post_processing/history_dt]
+    "post_processing": {"output_steps": 5, "output_dt": 0.1, "history_steps": 1, "history_dt": 0.2}
+                                                                                               ^
+  hint: leave one of them out
+)"},
+    {"a watchdog that is to do what it cannot",
+     {},
+     {"analysis.watchdog.action=bark"},
+     R"(command line: error: 'action' must be one of stop, warn, off, found text "bark" [/analysis/watchdog/action]
+  --set analysis.watchdog.action=bark
+                                 ^
+)"},
     {"an override inside a number",
      {},
      {"analysis.dt.max=5"},
@@ -341,5 +367,5 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
                     ^
 )"},
   };
-  check(table, 43);
+  check(table, 46);
 }

@@ -270,6 +270,37 @@ TEST_CASE("overrides replace, add and are converted") {
   CHECK(m.output.frame_steps == 5);
 }
 
+TEST_CASE("the watchdog ends runs, but only warns where the reference code goes on") {
+  using Action = Watchdog::Action;
+  CHECK(model({}).watchdog.action == Action::stop);
+  CHECK(model({}).watchdog.energy == 1);
+  CHECK(model({}, {{"analysis.preset=cbgeo"}, false}).watchdog.action == Action::warn);
+  CHECK(model({}, {{}, true}).watchdog.action == Action::warn);
+  CHECK(model({}, {{"analysis.watchdog.action=stop"}, true}).watchdog.action == Action::stop);
+  const Watchdog given =
+      model({}, {{"analysis.watchdog.action=off", "analysis.watchdog.speed=3",
+                  "analysis.watchdog.compression=0.2", "analysis.watchdog.expansion=0"},
+                 false})
+          .watchdog;
+  CHECK(given.action == Action::none);
+  CHECK(given.speed == 3);
+  CHECK(given.compression == 0.2);
+  CHECK(given.expansion == 0);
+}
+
+TEST_CASE("output may come by time") {
+  const OutputPlan plan =
+      model({}, {{"post_processing.output_dt=0.1", "post_processing.history_dt=0.02",
+                  "post_processing.max_frames=7"},
+                 false})
+          .output;
+  CHECK(plan.frame_dt == 0.1);
+  CHECK(plan.history_dt == 0.02);
+  CHECK(plan.max_frames == 7);
+  CHECK(model({}).output.frame_dt == 0);
+  CHECK(model({}).output.max_frames == 10000);
+}
+
 TEST_CASE("checkpoints are planned in post_processing; without a plan there are none") {
   const OutputPlan none = model({}).output;
   CHECK(none.checkpoint_steps == 0);

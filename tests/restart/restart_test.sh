@@ -132,3 +132,32 @@ for file in history.csv frames/particles.hdf.series frames/particles_0000002100.
   cmp "stopped/$file" "longer/$file" ||
     fail "a run that was made longer is not one that was longer from the start"
 done
+
+# Output by time: rows and frames at the time of a checkpoint are kept or written, as they should.
+by_time=(--set analysis.nsteps=24 --set post_processing.output_steps=0
+  --set post_processing.history_steps=0 --set post_processing.output_dt=2e-3
+  --set post_processing.history_dt=1e-3 --checkpoint-steps 1)
+run --output times "${by_time[@]}"
+[[ "$(ls times/frames/*.hdf | wc -l)" -gt 3 ]] || fail "no frames by time: $(ls times/frames)"
+cp -r times again
+for step in 22 17 16 15 14 13 12 11 10 9 8 7 1; do
+  run --output again "${by_time[@]}" --restart "again/checkpoints/checkpoint_00000000$(printf %02d $step).h5"
+  for file in history.csv frames/particles.hdf.series; do
+    cmp "times/$file" "again/$file" || fail "$file by time differs after a restart from step $step"
+  done
+  [[ "$(ls times/frames)" == "$(ls again/frames)" ]] || fail "other frames from step $step"
+done
+
+# The watchdog ends a run with status 3, a frame and a checkpoint, from which it goes on if told to.
+status=0
+run --output watched --checkpoint-steps 0 --set analysis.watchdog.speed=1e-3 2>errors.txt || status="$?"
+[[ "$status" == 3 ]] || fail "the watchdog ends a run with $status, not 3"
+grep -q "step 64 (t = .*): the largest speed is .* The fastest particle after step 67: particle" \
+  errors.txt || fail "the watchdog says: $(cat errors.txt)"
+[[ -e watched/frames/particles_0000000067.hdf && -e watched/checkpoints/checkpoint_0000000067.h5 ]] ||
+  fail "the watchdog kept $(ls watched/frames watched/checkpoints)"
+status=0
+run --output watched --restart latest --set analysis.watchdog.speed=1e-3 2>again.txt || status="$?"
+[[ "$status" == 3 ]] && grep -qF "$(grep "the largest speed" errors.txt)" again.txt ||
+  fail "with the same bounds: $status, $(cat again.txt)"
+run --output watched --restart latest --set analysis.watchdog.action=off --set analysis.nsteps=100

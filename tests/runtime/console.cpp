@@ -1,6 +1,13 @@
 #include "runtime/console.h"
 
 #include <doctest/doctest.h>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "runtime/ranks.h"
 
 using namespace lahar;
 
@@ -24,4 +31,33 @@ TEST_CASE("counts have separators, times the unit that suits them") {
   CHECK(format_seconds(7260) == "2 h 01 min");
   CHECK(format_bytes(512) == "512 B");
   CHECK(format_bytes(1.5 * 1024 * 1024) == "1.5 MiB");
+}
+
+TEST_CASE("the log has no escape codes") {
+  CHECK(without_colours("plain\n") == "plain\n");
+  CHECK(without_colours("\033[1ma.json\033[0m:3: \033[1;31merror:\033[0m no m") ==
+        "a.json:3: error: no m");
+  CHECK(without_colours("\033[1") == "");
+  CHECK(without_colours("") == "");
+}
+
+TEST_CASE("below a launcher of MPI nobody looks at the terminal that ranks are given") {
+  const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+  REQUIRE(terminal >= 0);
+  const char* kind = std::getenv("TERM");
+  const std::string before = kind ? kind : "";
+  unsetenv("OMPI_COMM_WORLD_SIZE");
+  setenv("TERM", "xterm", 1);
+  if (!MpiSession::is_launched()) {
+    CHECK(is_terminal(terminal));
+    setenv("TERM", "dumb", 1);
+    CHECK(!is_terminal(terminal));
+    setenv("TERM", "xterm", 1);
+    setenv("OMPI_COMM_WORLD_SIZE", "1", 1);
+    CHECK(!is_terminal(terminal));
+    CHECK(!use_colour(terminal));
+    unsetenv("OMPI_COMM_WORLD_SIZE");
+  }
+  setenv("TERM", before.c_str(), 1);
+  close(terminal);
 }

@@ -93,6 +93,7 @@ TEST_CASE("no particle is lost from the last state of a run that failed") {
   Model<2> model = two_discs();
   model.analysis.patch_particles = 16;
   for (auto& v : model.particles.velocity) v *= 2;
+  model.watchdog.action = Watchdog::Action::none;  // they are squeezed to nothing first
   model.analysis.nsteps = 1000;
   for (const ExecutionOptions& way : every_way()) {
     CAPTURE(describe(way));
@@ -198,6 +199,11 @@ TEST_CASE("a cell that would collapse within one step is reported") {
         std::string::npos);
   CHECK(error.find("step 0 (t = 0 s), rank 0, patch ") == 0);
   CHECK(error.find("stage stress: particle 0 at (1.5, 1.5) m") != std::string::npos);
+  CHECK(error.find("\"mpm_scheme\": \"musl\"") != std::string::npos);
+  model.analysis.scheme = Scheme::musl;  // which is not advised then
+  const std::string with_musl = run(model, serial()).error;
+  CHECK(with_musl.find("its cell collapses. Reduce the time step.") != std::string::npos);
+  CHECK(with_musl.find("musl") == std::string::npos);
 }
 
 TEST_CASE("a fixed step above the limit is refused with the particle that sets it") {

@@ -1,7 +1,9 @@
 // Runs that go on from a particle file of CB-Geo MPM.
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "io/cbgeo_export.h"
@@ -161,6 +163,49 @@ TEST_CASE("a resumed run whose transfer has an affine field is told that it begi
     const std::size_t at = text.find(before) + before.size();
     text.replace(at, text.find('"', at) - at, update);
     CHECK(about_affine() == 1);
+  }
+}
+
+TEST_CASE("a resumed material has the strength of its parameters and its plastic strain") {
+  const TemporaryFolder folder;
+  fs::create_directories(folder.path / "results/before");
+  std::vector<CbgeoParticle> rows(3);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    CbgeoParticle& p = rows[i];
+    p.id = static_cast<Index>(i);
+    p.mass = p.volume = 1;
+    p.coord[0] = p.coord[1] = 0.5;
+    p.nstate_vars = 7;
+    p.svars[0] = 0.7, p.svars[1] = 0.1, p.svars[2] = 5;  // parameters of before
+  }
+  rows[1].svars[6] = 0.2;  // half way from peak to residual strength
+  rows[2].svars[6] = 9;
+  write_cbgeo_table(folder.path / "results/before/particles039.h5", 3, [&](Index first, Index n) {
+    return std::vector<CbgeoParticle>(rows.begin() + first, rows.begin() + first + n);
+  });
+  const Scenario scenario = read_scenario_text(R"({
+    "mesh": {"structured": {"cell_size": 1, "extent": [2, 2]}},
+    "materials": [{"id": 0, "type": "MohrCoulomb", "density": 1, "youngs_modulus": 1e4,
+                   "poisson_ratio": 0.3, "friction": 30, "dilation": 10, "cohesion": 2000,
+                   "tension_cutoff": 0, "softening": true, "residual_friction": 20,
+                   "residual_dilation": 0, "residual_cohesion": 1000, "peak_pdstrain": 0.1,
+                   "residual_pdstrain": 0.3}],
+    "particles": [{"generator": {"type": "region", "per_cell": 1, "material": 0,
+                                 "region": {"box": {"min": [0, 0], "max": [1, 1]}}}}],
+    "analysis": {"dt": 1e-3, "nsteps": 100,
+                 "resume": {"resume": true, "uuid": "before", "step": 39}}})",
+                                               folder.path);
+  const auto& state = std::get<Model<2>>(scenario.model).particles.state;
+  REQUIRE(state.size() == 3);
+  constexpr double degree = std::numbers::pi / 180;
+  const std::array<std::array<double, 3>, 3> expected{
+      {{30, 10, 2000}, {25, 5, 1500}, {20, 0, 1000}}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    CAPTURE(i);
+    CHECK(state[i][0] == doctest::Approx(expected[i][0] * degree));
+    CHECK(state[i][1] == doctest::Approx(expected[i][1] * degree));
+    CHECK(state[i][2] == doctest::Approx(expected[i][2]));
+    CHECK(state[i][6] == rows[i].svars[6]);
   }
 }
 
