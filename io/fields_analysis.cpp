@@ -368,6 +368,13 @@ const Section& analysis_section() {
            .help = "average the pressure of fluids "
                    "over nodes before the stress update",
            .fallback = "false"},
+          {.key = "opening",
+           .kinds = boolean,
+           .help = "true: what material at its limit of tension expands by are gaps between grains "
+                   "or drops (the field `opening`, their volume as a share of the material's), "
+                   "which close before it has stress again, and the volume of particles is the "
+                   "material's alone. Without it true, for CB-Geo input false",
+           .native = true},
           {.key = "interface",
            .kinds = boolean,
            .help = "contact between bodies: each has velocities of its own at the nodes, and they "

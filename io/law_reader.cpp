@@ -1,6 +1,8 @@
 #include "io/law_reader.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "io/fields.h"
 
@@ -10,13 +12,18 @@ namespace {
 
 // A law from the keys of its table. What stands for bad values, which were reported, is not used.
 template <class LawType>
-LawType law_of(const JsonValue& m, bool as_cbgeo) {
+LawType law_of(const JsonValue& m, const ScenarioInput& in) {
   LawType law{};
   for (const auto& p : LawType::parameters) {
     if (p.flag) law.*p.flag = get_bool(m, p.key).value_or(false);
     if (p.number) law.*p.number = get_number(m, p.key).value_or(p.required ? 1.0 : p.fallback);
   }
-  if constexpr (requires { law.as_cbgeo; }) law.as_cbgeo = as_cbgeo;
+  if constexpr (requires { law.as_cbgeo; }) law.as_cbgeo = in.as_cbgeo;
+  if constexpr (requires { law.tension_limit; }) {
+    const bool unlimited = in.as_cbgeo || in.cbgeo_defaults;
+    if (std::isnan(law.tension_limit))
+      law.tension_limit = unlimited ? std::numeric_limits<double>::infinity() : 0.0;
+  }
   return law;
 }
 
@@ -37,7 +44,7 @@ Law choose(const JsonValue& m, std::string_view type, ScenarioInput& in,
   Law law;
   const auto try_one = [&]<class LawType>(const LawType*) {
     if (type != LawType::name) return;
-    const auto made = law_of<LawType>(m, in.as_cbgeo);
+    const auto made = law_of<LawType>(m, in);
     law = made;
     if (!is_complete<LawType>(m)) return;
     if (const std::string problem = made.problem(); !problem.empty()) in.error(m, problem);

@@ -66,6 +66,8 @@ void ScenarioBuilder<Dim>::build_analysis() {
   Analysis& a = model_.analysis;
   build_damping(*analysis);
   a.pressure_smoothing = get_bool(*analysis, "pressure_smoothing").value_or(false);
+  a.opening = get_bool(*analysis, "opening").value_or(!in_.cbgeo_defaults);
+  set(*analysis, "opening", a.opening);
   a.remove_leaving_particles = !get_bool(*analysis, "locate_particles").value_or(true);
   a.patch_particles = get_integer(*analysis, "patch_particles").value_or(4096);
   a.split_steps = get_integer(*analysis, "split_steps").value_or(100);

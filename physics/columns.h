@@ -27,9 +27,10 @@ enum class Column : int {
   vectors,
   next_vectors,
   corners,
-  next_corners
+  next_corners,
+  opening
 };
-inline constexpr int n_columns = 17;
+inline constexpr int n_columns = 18;
 
 struct ColumnInfo {
   Column column;
@@ -59,6 +60,7 @@ inline constexpr std::array<ColumnInfo, n_columns> column_table{{
     {Column::next_vectors, "next_vectors", "m", 4, 9, true, false}, // the same from the next step on
     {Column::corners,  "domain_corners", "m", 8, 24, true, true},   // CPDI2: corners, from x
     {Column::next_corners, "next_corners", "m", 8, 24, true, false}, // the same from the next step on
+    {Column::opening,  "opening",      "-",   1, 1, true,  true},   // gaps between grains or drops, by volume
 }};
 // clang-format on
 
@@ -76,6 +78,7 @@ struct ColumnNeeds {
   bool corners = false;      ///< CPDI2
   bool next_corners = false;  ///< CPDI2 where functions are used after particles have moved (MUSL)
   bool strain = false;   ///< not where all laws give it as a function of stress (strain_of())
+  bool opening = false;  ///< materials with a limit of tension, see physics/opening.h
   bool operator==(const ColumnNeeds&) const = default;
 };
 
@@ -95,6 +98,7 @@ class ColumnLayout {
                            (info.column == Column::next_vectors && needs.vectors) ||
                            (info.column == Column::corners && needs.corners) ||
                            (info.column == Column::next_corners && needs.next_corners) ||
+                           (info.column == Column::opening && needs.opening) ||
                            (info.column == Column::strain && needs.strain);
       row_[static_cast<int>(info.column)] = present ? rows_ : -1;
       if (present) rows_ += components(info);

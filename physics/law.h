@@ -104,6 +104,18 @@ inline bool has_pressure(const Law& law) {
   return !state.empty() && state.front().name == "pressure";
 }
 
+/// True if gaps may open in the law's material (physics/opening.h).
+inline bool can_open(const Law& law) {
+  return std::visit(
+      [](const auto& m) {
+        if constexpr (requires { m.has_tension_limit(); })
+          return m.has_tension_limit();
+        else
+          return false;
+      },
+      law);
+}
+
 /// Modulus of longitudinal waves M [Pa]; wave speed c = sqrt(M / density).
 inline double wave_modulus(const Law& law) {
   return std::visit([](const auto& m) { return m.wave_modulus(); }, law);

@@ -186,6 +186,7 @@ struct Analysis {
   double flip = 1.0;     ///< velocity update: 1 = FLIP, 0 = PIC, between = blend
   double damping = 0.0;  ///< Cundall factor [-]; 0 = none
   bool pressure_smoothing = false;
+  bool opening = false;  ///< what opens between grains or drops is not volume of the particles
   Contact contact;
   bool absorbs = false;  ///< some process has Model::node_absorptions
   bool remove_leaving_particles =

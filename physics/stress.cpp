@@ -4,6 +4,7 @@
 #include "physics/cell_map.h"
 #include "physics/kernels.h"
 #include "physics/law.h"
+#include "physics/opening.h"
 #include "physics/support_kernels.h"
 
 namespace lahar {
@@ -41,6 +42,7 @@ struct Rows {
   std::array<double*, strain_components<Dim>> strain{};
   double* volume;
   std::array<double*, most_state> state{};
+  double* opening = nullptr;
   std::array<double*, Dim> domain{}, next_domain{};
   std::array<double*, static_cast<std::size_t>(Dim) * Dim> vectors{}, next_vectors{};
 
@@ -52,6 +54,7 @@ struct Rows {
     if (particles.layout().has(Column::state))
       for (int k = 0; k < particles.layout().components(Column::state); ++k)
         state[static_cast<std::size_t>(k)] = particles.row(Column::state, k);
+    if (particles.layout().has(Column::opening)) opening = particles.row(Column::opening);
     if (particles.layout().has(Column::next_domain)) {
       domain = particles.template rows<Dim>(Column::domain);
       next_domain = particles.template rows<Dim>(Column::next_domain);
@@ -191,13 +194,38 @@ LAHAR_INLINE void deform_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim]
   }
 }
 
+/// Domains of the n particles from p on follow L.
+template <int Dim, class Real>
+LAHAR_INLINE void move_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt, Local p,
+                              Local n) {
+  if (rows.next_domain[0]) stretch_domain(rows, L, dt, p, n);
+  if (rows.next_vectors[0]) deform_domain(rows, L, dt, p, n);
+}
+
+template <class Real>
+LAHAR_INLINE void change_volume(double* volume, const Real& strain, Local p, Local n) {
+  store_first(load<Real>(volume + p) * (1.0 + strain), volume + p, n);
+}
+
+/// Volume [m^3] of a cell, or of a cube of its smallest width.
+template <int Dim>
+double space_of(const Patch<Dim>& patch, Local cell) {
+  const auto c = static_cast<std::size_t>(cell);
+  double volume = 1;
+  for (std::size_t d = 0; d < Dim; ++d)
+    volume *= patch.cartesian ? 2.0 / patch.box[c][Dim + d] : patch.cell_size[c];
+  return volume;
+}
+
 /// One run with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
-template <int Dim, class Real, class Gradient, class LawType>
+/// With Gaps the column Column::opening is there, and volumes are of the material.
+template <bool Gaps, int Dim, class Real, class Gradient, class LawType>
 LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const Run& run,
                              const Rows<Dim>& rows, double dt, StressPart part,
                              const LawType& law) {
   const double least = dt * gradient.least_trace(run.end - run.begin);
   if (!(1.0 + least > 0.0)) mark_collapse(patch, run, least);
+  const double space = Gaps ? space_of(patch, run.cell) : 0.0;
 
   Real work(0.0);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
@@ -209,17 +237,14 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
     in.dt = dt;
 
     if (part != StressPart::law) {
-      if constexpr (Gradient::domains) {
-        if (rows.next_domain[0]) stretch_domain(rows, in.gradient, dt, p, n);
-        if (rows.next_vectors[0]) deform_domain(rows, in.gradient, dt, p, n);
-      }
+      if constexpr (Gradient::domains && !Gaps) move_domain(rows, in.gradient, dt, p, n);
       if (rows.strain[0]) {
         LAHAR_UNROLL
         for (std::size_t k = 0; k < strain_components<Dim>; ++k)
           store_first(load<Real>(rows.strain[k] + p) + dt * in.rate[strain_voigt<Dim>[k]],
                       rows.strain[k] + p, n);
       }
-      store_first(load<Real>(rows.volume + p) * (1.0 + in.volumetric), rows.volume + p, n);
+      if constexpr (!Gaps) change_volume(rows.volume, in.volumetric, p, n);
     }
     if (part != StressPart::strain) {
       constexpr bool may_fail = can_fail<LawType, Dim, Real>;
@@ -234,10 +259,27 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
       load_state<LawType>(rows.state, p, state);
       if constexpr (may_fail) {
         if (n < lanes<Real>) in.active = (1u << n) - 1;
-        const Failures failures = update(law, in, stress, state);
-        if (failures.failed | failures.divided) mark_failures(patch, run, p, failures, before);
+      }
+      const auto apply = [&](const LawInput<Dim, Real>& given) __attribute__((always_inline)) {
+        const Failures failures = update(law, given, stress, state);
+        if constexpr (may_fail) {
+          if (failures.failed | failures.divided) mark_failures(patch, run, p, failures, before);
+        }
+      };
+      if constexpr (Gaps) {
+        OpeningIncrement<Dim, Real, LawType> gaps(law, load<Real>(rows.opening + p),
+                                                  space / load<Real>(rows.volume + p) - 1.0);
+        apply(gaps.close(in, stress, state));
+        gaps.open(stress, state);
+        store_first(gaps.opening(), rows.opening + p, n);
+        change_volume(rows.volume, gaps.of_material(in.volumetric), p, n);
+        if constexpr (Gradient::domains) {
+          Real L[Dim][Dim];
+          gaps.of_domain(in, L);
+          move_domain(rows, L, dt, p, n);
+        }
       } else {
-        update(law, in, stress, state);
+        apply(in);
       }
       store_state<LawType>(state, rows.state, p, n);
       LAHAR_UNROLL
@@ -250,6 +292,17 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
     }
   }
   return work;
+}
+
+/// The same with gaps where the law has a limit of tension and the particles a column for them.
+template <int Dim, class Real, class Gradient, class LawType>
+LAHAR_INLINE Real update_one_run(Patch<Dim>& patch, const Gradient& gradient, const Run& run,
+                                 const Rows<Dim>& rows, double dt, StressPart part,
+                                 const LawType& law) {
+  if constexpr (Opens<LawType, Dim, Real>) {
+    if (rows.opening) return update_run<true, Dim, Real>(patch, gradient, run, rows, dt, part, law);
+  }
+  return update_run<false, Dim, Real>(patch, gradient, run, rows, dt, part, law);
 }
 
 }  // namespace
@@ -274,7 +327,7 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, S
           if (supported::is(patch)) {
             for (std::size_t r = from; r < to; ++r)
               if (const Run& run = runs[r]; run.begin < run.end)
-                work += update_run<Dim, Real>(
+                work += update_one_run<Dim, Real>(
                     patch, StoredGradient<Dim>(*gradients, gradients->first[r], run.begin), run,
                     rows, step.dt, part, law);
             return;
@@ -283,7 +336,7 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, S
               patch, runs.subspan(from, to - from),
               [&](const auto& map, const Run& run) __attribute__((always_inline)) {
                 const LinearGradient<Dim, std::decay_t<decltype(map)>> gradient(patch, map, run);
-                work += update_run<Dim, Real>(patch, gradient, run, rows, step.dt, part, law);
+                work += update_one_run<Dim, Real>(patch, gradient, run, rows, step.dt, part, law);
               });
         },
         step.model->materials[runs[from].material].law);

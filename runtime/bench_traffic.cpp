@@ -60,6 +60,10 @@ std::vector<TrafficPhase> traffic_phases(const Analysis& analysis, bool cartesia
     }
     if (stretches || analysis.functions == ShapeFunctions::uniform_gimp)
       phase.reads.push_back(domain);
+    if (analysis.opening && strains) {
+      phase.reads.push_back(opening);
+      phase.writes.push_back(opening);
+    }
     if (stretches && strains) phase.writes.push_back(next_domain);
     if (stretches && moves) phase.writes.push_back(domain);
     if (stretches && moves && !strains) phase.reads.push_back(next_domain);

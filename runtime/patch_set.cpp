@@ -55,6 +55,8 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
     if (!census.used[m]) continue;
     needs.state =
         std::max(needs.state, static_cast<int>(state_variables(model.materials[m].law).size()));
+    needs.opening =
+        needs.opening || (model.analysis.opening && can_open(model.materials[m].law));
     needs.strain = needs.strain || !strain_follows_from_stress(model.materials[m].law);
   }
   return ColumnLayout<Dim>(needs);

@@ -1,6 +1,8 @@
 /// \file Bingham fluid.
 #pragma once
 
+#include <cmath>
+#include <limits>
 #include <string>
 
 #include "physics/materials/law_input.h"
@@ -15,6 +17,8 @@ struct Bingham {
   double tau0, mu, critical_shear_rate;
   bool incompressible = false;
   bool as_cbgeo = false;  ///< what the reference code computes, see update()
+  /// [Pa] the largest tension; the reference code has no limit
+  double tension_limit = std::numeric_limits<double>::infinity();
 
   static constexpr std::string_view name = "Bingham";
   static constexpr std::string_view help = "viscous fluid with a yield stress";
@@ -26,10 +30,21 @@ struct Bingham {
       {"critical_shear_rate", "1/s", "shear rate below which there is no shear stress",
        &Bingham::critical_shear_rate, Bound::positive},
       {"incompressible", "true: the law adds no pressure", &Bingham::incompressible},
+      {"tension_limit", "Pa",
+       "largest tension, beyond which the fluid parts into drops; without it 0, for CB-Geo input "
+       "no "
+       "limit",
+       &Bingham::tension_limit, Bound::not_negative, no_default},
   });
   static constexpr auto state = std::to_array<StateVariable>({{"pressure", "Pa", "pressure"}});
 
   std::string problem() const { return ""; }
+  bool has_tension_limit() const { return !incompressible && std::isfinite(tension_limit); }
+  /// The lanes whose pressure is at the limit of tension.
+  template <int Rows, class Real>
+  LAHAR_INLINE unsigned at_tension_limit(const Real*, const Real* pressure, const Real&) const {
+    return ~greater(*pressure, Real(-tension_limit)) & LawInput<2, Real>::all_of;
+  }
   double bulk_modulus() const { return youngs_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio)); }
   /// The mean of the initial stress is the pressure at the start; the reference code begins with
   /// none.
@@ -62,6 +77,7 @@ struct Bingham {
     const Real twice = select(flows, apparent, Real(0.0));
     const double compressible = incompressible ? 0.0 : 1.0;
     *pressure -= compressible * bulk_modulus() * in.volumetric;
+    *pressure = select(greater(Real(-tension_limit), *pressure), Real(-tension_limit), *pressure);
     const Real volumetric = -compressible * *pressure;
     LAHAR_UNROLL
     for (int k = 0; k < 3; ++k) {

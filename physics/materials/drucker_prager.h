@@ -48,6 +48,14 @@ struct DruckerPrager {
     return "";
   }
 
+  bool has_tension_limit() const { return friction > 0 || !std::isnan(tension_cutoff); }
+  /// The lanes whose mean stress is at the cut-off or the tip.
+  template <int Rows, class Real>
+  LAHAR_INLINE unsigned at_tension_limit(const Real* stress, const Real*,
+                                         const Real& tolerance) const {
+    return greater(mean_of(stress) + tolerance, Real(highest()));
+  }
+
   /// q <= slope(friction) (tip - p), p <= cut-off, p positive in tension; flow of slope(dilation):
   /// d(ev) = slope(dilation) d(eq). The return is exact: along a straight line to the cone, to the
   /// cut-off, or to the circle where they meet (de Souza Neto et al. 2008, 8.3, with a plane at the
@@ -58,7 +66,7 @@ struct DruckerPrager {
     const double eta = slope(friction), flow = slope(dilation);
     const double strength = 6.0 * cohesion * std::cos(radians(friction)) /
                             (3.0 - std::sin(radians(friction)));  // eta times the tip, also if 0
-    const double highest = std::min(std::isnan(tension_cutoff) ? tip() : tension_cutoff, 1e300);
+    const double limit = highest();
     elastic_trial<Dim>(in, K, G, stress);
     StressPoint<in.rows, Real> at;
     deviator_of(stress, at);
@@ -67,9 +75,9 @@ struct DruckerPrager {
     const Real x = max(q - strength + eta * at.p, Real(0.0)) / (3.0 * G + K * eta * flow);
     Real p = at.p - (K * flow) * x, to_q = q - (3.0 * G) * x;
     // Beyond the cut-off there: to the plane, and where that is beyond the cone, to their circle.
-    const unsigned tensile = greater(p, Real(highest));
-    const Real circle = Real(std::max(strength - eta * highest, 0.0));
-    p = select(tensile, Real(highest), p);
+    const unsigned tensile = greater(p, Real(limit));
+    const Real circle = Real(std::max(strength - eta * limit, 0.0));
+    p = select(tensile, Real(limit), p);
     to_q = select(tensile, -max(-q, -circle), to_q);
     const Real keep = max(to_q, Real(0.0)) / select(greater(q, Real(0.0)), q, Real(1.0));
     state[0] += (q - to_q) * (1.0 / (3.0 * G));
@@ -83,6 +91,10 @@ struct DruckerPrager {
   static double slope(double degrees) {
     const double sine = std::sin(radians(degrees));
     return 6.0 * sine / (3.0 - sine);
+  }
+  /// [Pa] the largest mean stress
+  double highest() const {
+    return std::min(std::isnan(tension_cutoff) ? tip() : tension_cutoff, 1e300);
   }
   /// [Pa] infinite without friction
   double tip() const {

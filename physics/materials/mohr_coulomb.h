@@ -61,6 +61,7 @@ struct MohrCoulomb {
   double shear_modulus() const { return youngs_modulus / (2.0 * (1.0 + poisson_ratio)); }
   double wave_modulus() const { return bulk_modulus() + 4.0 / 3.0 * shear_modulus(); }
   double viscosity() const { return 0; }
+  bool has_tension_limit() const { return true; }
   void initial_state(const double*, double* to) const {
     constexpr double radian = std::numbers::pi / 180.0;
     to[0] = friction * radian;
@@ -114,6 +115,10 @@ class MohrCoulombUpdate {
   LAHAR_INLINE Failures update(const LawInput<Dim, Real>& in, Real* stress, Real* state) const;
   bool update_one(const Increment& in, Voigt& stress, double* state) const;
   void land(const Increment& in, Voigt& stress, double* state) const;
+  double bulk_modulus() const { return K_; }
+  template <int Rows, class Real>
+  LAHAR_INLINE unsigned at_tension_limit(const Real* stress, const Real* state,
+                                         const Real& tolerance) const;
 
  private:
   template <class Real>

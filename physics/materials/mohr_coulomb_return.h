@@ -245,6 +245,27 @@ LAHAR_INLINE Failures MohrCoulombUpdate::update(const LawInput<Dim, Real>& in, R
   return failures;
 }
 
+/// The lanes whose stress is on the surface of tension or at the apex.
+template <int Rows, class Real>
+LAHAR_INLINE unsigned MohrCoulombUpdate::at_tension_limit(const Real* stress, const Real* state,
+                                                          const Real& tolerance) const {
+  StressPoint<Rows, Real> at;
+  deviator_of(stress, at);
+  const Real near =
+      tolerance + on_surface * (at.rho + max(at.p, -at.p)) + (as_cbgeo_ ? cbgeo_tolerance : 0.0);
+  unsigned limit = greater(root2_3 * at.rho + at.p + near, Real(cutoff_));
+  if (limit) {
+    lode_of(at, least_J2_);
+    limit &= greater(root2_3 * at.cos * at.rho + at.p + near, Real(cutoff_));
+  }
+  Real q[MohrCoulomb::state.size()];
+  LAHAR_UNROLL
+  for (std::size_t k = 0; k < MohrCoulomb::state.size(); ++k) q[k] = state[k];
+  const Strength<Real> s = strength(q);
+  const Real apex = s.cohesion * s.cos_phi / max(s.sin_phi, Real(1e-300));
+  return limit | (greater(at.p + near, apex) & greater(near, at.rho));
+}
+
 inline void MohrCoulombUpdate::elastic_stress(const Increment& in, const Voigt& stress,
                                               Scalar* trial) const {
   const double volumetric = (K_ - 2.0 / 3.0 * G_) * (in.strain[0] + in.strain[1] + in.strain[2]);

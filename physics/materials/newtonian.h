@@ -1,6 +1,8 @@
 /// \file Weakly compressible Newtonian fluid.
 #pragma once
 
+#include <cmath>
+#include <limits>
 #include <string>
 
 #include "physics/materials/law_input.h"
@@ -14,6 +16,8 @@ struct Newtonian {
   double dynamic_viscosity;     ///< [Pa s]
   bool incompressible = false;  ///< true: no volumetric (pressure) stress, as in the reference
   bool as_cbgeo = false;        ///< an initial stress is no pressure
+  /// [Pa] the largest tension; the reference code has no limit
+  double tension_limit = std::numeric_limits<double>::infinity();
 
   static constexpr std::string_view name = "Newtonian";
   static constexpr std::string_view help = "weakly compressible viscous fluid";
@@ -23,10 +27,21 @@ struct Newtonian {
       {"dynamic_viscosity", "Pa s", "viscosity", &Newtonian::dynamic_viscosity,
        Bound::not_negative},
       {"incompressible", "true: the law adds no pressure", &Newtonian::incompressible},
+      {"tension_limit", "Pa",
+       "largest tension, beyond which the fluid parts into drops; without it 0, for CB-Geo input "
+       "no "
+       "limit",
+       &Newtonian::tension_limit, Bound::not_negative, no_default},
   });
   static constexpr auto state = std::to_array<StateVariable>({{"pressure", "Pa", "pressure"}});
 
   std::string problem() const { return ""; }
+  bool has_tension_limit() const { return !incompressible && std::isfinite(tension_limit); }
+  /// The lanes whose pressure is at the limit of tension.
+  template <int Rows, class Real>
+  LAHAR_INLINE unsigned at_tension_limit(const Real*, const Real* pressure, const Real&) const {
+    return ~greater(*pressure, Real(-tension_limit)) & LawInput<2, Real>::all_of;
+  }
   /// The mean of the initial stress is the pressure at the start; the reference code begins with
   /// none.
   void initial_state(const double* stress, double* pressure) const {
@@ -46,6 +61,7 @@ struct Newtonian {
     Real trace = in.rate[0] + in.rate[1];
     if constexpr (Dim == 3) trace += in.rate[2];
     *pressure -= compressible * bulk_modulus * in.volumetric;
+    *pressure = select(greater(Real(-tension_limit), *pressure), Real(-tension_limit), *pressure);
     const Real volumetric = compressible * (-*pressure - (2.0 / 3.0) * mu * trace);
     LAHAR_UNROLL
     for (int k = 0; k < 3; ++k) {

@@ -17,6 +17,11 @@ inline constexpr double root3_2 = 1.2247448713915890;   ///< sqrt(3/2)
 inline constexpr double least_J2 = 1e-140;
 inline constexpr double cbgeo_least_J2 = std::numeric_limits<double>::epsilon();
 
+template <class Real>
+LAHAR_INLINE Real mean_of(const Real* stress) {
+  return (1.0 / 3.0) * (stress[0] + stress[1] + stress[2]);
+}
+
 /// Stress after an elastic increment with bulk and shear modulus K and G [Pa].
 template <int Dim, class Real>
 LAHAR_INLINE void elastic_trial(const LawInput<Dim, Real>& in, double K, double G, Real* stress) {
