@@ -136,7 +136,9 @@ const Section& mesh_section() {
            .help =
                "element; the default follows from the "
                "dimension. ED2Q16G and ED3H64G: GIMP, the file lists the nodes around each cell "
-               "as well; ED2Q4P2B and ED3H8P2B: quadratic B-splines",
+               "as well; ED2Q4P2B and ED3H8P2B: quadratic B-splines. ED2T6, ED2Q9 and ED3H27: "
+               "quadratic Bernstein polynomials, with analysis.preset \"cbgeo\" Lagrange's; ED2Q8 "
+               "and ED3H20 with that preset only",
            .fallback = "\"ED2Q4\"",
            .fallback_3d = "\"ED3H8\"",
            .allowed = {"ED2T3", "ED2T6", "ED2Q4", "ED2Q8", "ED2Q9", "ED3T4", "ED3H8", "ED3H20",
@@ -396,8 +398,10 @@ const Section& particle_velocity_section() {
       .name = "a particle velocity constraint",
       .path = "mesh.boundary_conditions.particles_velocity_constraints[]",
       .help =
-          "A prescribed velocity component of a set of particles, applied at the end of every "
-          "step.",
+          "A prescribed velocity component of a set of particles. They move by it exactly, as a body "
+          "that does not deform, and drive the nodes around them: other material there sticks to "
+          "them. With analysis.preset \"cbgeo\" it is set at the end of every step, and particles "
+          "move with nodes that do not know of it.",
       .fields = {
           {.key = "pset_id",
            .kinds = id,

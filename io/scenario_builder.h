@@ -34,7 +34,7 @@ class ScenarioBuilder {
  private:
   // scenario_mesh.cpp
   void build_mesh();
-  void warn_of_negative_masses(const JsonValue& mesh);
+  void check_second_order(const JsonValue& mesh);
   void build_structured_mesh(const JsonValue& mesh, const JsonValue& structured);
   std::vector<Index> nodes_in(const Region<Dim>& region) const;
   void build_sets();

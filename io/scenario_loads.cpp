@@ -211,6 +211,7 @@ void ScenarioBuilder<Dim>::build_particle_constraints() {
       model_.particle_velocities.push_back(
           {std::move(*ids), *dir, *v, means_all(*c, "pset_id", "pset")});
   }
+  model_.analysis.drives_nodes = !in_.cbgeo_defaults && !model_.particle_velocities.empty();
 }
 
 template <int Dim>

@@ -51,22 +51,44 @@ void ScenarioBuilder<Dim>::build_mesh() {
     in_.warning(*nonlocal, "'nonlocal_mesh_properties' has no effect",
                 "where splines end follows from the mesh");
   mesh_ = model_.mesh;
-  if (mesh_) warn_of_negative_masses(*mesh);
+  if (mesh_) check_second_order(*mesh);
   if (mesh_) region_tolerance_ = region_tolerance * smallest_cell(*mesh_, team_);
 }
 
-/// The integral of a corner's function over a cell is zero (T6) or negative (Q8, H20).
+/// Lagrange's functions of second order are negative in parts; the integral of a corner's function
+/// over a cell is zero (T6) or negative (Q8, H20). T6, Q9 and H27 have positive functions in their
+/// place, the serendipity elements have none that reproduce linear fields on curved cells.
 template <int Dim>
-void ScenarioBuilder<Dim>::warn_of_negative_masses(const JsonValue& mesh) {
+void ScenarioBuilder<Dim>::check_second_order(const JsonValue& mesh) {
   const Element element = mesh_->element();
-  if (element != Element::T6 && element != Element::Q8 && element != Element::H20) return;
+  if (info(element).order < 2) return;
+  const auto name = info(element).name;
+  const auto better = element == Element::Q8    ? "ED2Q9"
+                      : element == Element::H20 ? "ED3H27"
+                                                : "";
+  model_.analysis.lagrange_functions = in_.cbgeo_defaults;
+  if (!in_.cbgeo_defaults) {
+    if (*better)
+      in_.error(*mesh.find("cell_type"),
+                fmt::format("cells of {} are for input of CB-Geo MPM only: corner nodes have masses "
+                            "below zero, with which bodies that move gain energy",
+                            name),
+                fmt::format("take {}, quadratic splines on a structured mesh (analysis."
+                            "shape_functions), or \"preset\": \"cbgeo\" in analysis",
+                            better));
+    return;
+  }
+  const bool corners = *better || element == Element::T6;
   in_.warning(*mesh.find("cell_type"),
-              fmt::format("corner nodes of {} have masses of zero or below, with which waves in a "
-                          "solid grow instead of passing",
-                          info(element).name),
-              element == Element::T6   ? "ED2T3 and ED2Q9 have no such nodes"
-              : element == Element::Q8 ? "ED2Q9 has no such nodes"
-                                       : "ED3H27 has no such nodes");
+              corners ? fmt::format("corner nodes of {} have masses of zero or below, with which "
+                                    "waves in a solid grow instead of passing",
+                                    name)
+                      : fmt::format("nodes of {} have masses near zero or below, with which bodies "
+                                    "that move through cells gain energy",
+                                    name),
+              *better ? fmt::format("{} with \"preset\": \"lahar\" in analysis has no such nodes",
+                                    better)
+                      : "with \"preset\": \"lahar\" in analysis there are no such nodes");
 }
 
 template <int Dim>
@@ -172,8 +194,8 @@ template void ScenarioBuilder<2>::build_mesh();
 template void ScenarioBuilder<3>::build_mesh();
 template void ScenarioBuilder<2>::build_structured_mesh(const JsonValue&, const JsonValue&);
 template void ScenarioBuilder<3>::build_structured_mesh(const JsonValue&, const JsonValue&);
-template void ScenarioBuilder<2>::warn_of_negative_masses(const JsonValue&);
-template void ScenarioBuilder<3>::warn_of_negative_masses(const JsonValue&);
+template void ScenarioBuilder<2>::check_second_order(const JsonValue&);
+template void ScenarioBuilder<3>::check_second_order(const JsonValue&);
 template std::vector<Index> ScenarioBuilder<2>::nodes_in(const Region<2>&) const;
 template std::vector<Index> ScenarioBuilder<3>::nodes_in(const Region<3>&) const;
 template void ScenarioBuilder<2>::build_sets();

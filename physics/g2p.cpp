@@ -46,20 +46,38 @@ LAHAR_INLINE Real update_run(const Patch<Dim>& patch, const Map& map, const Run&
 }  // namespace
 
 template <int Dim>
-void prescribe_velocities(Patch<Dim>& patch, const Run& run, const StepContext<Dim>& step) {
-  const Model<Dim>& model = *step.model;
-  Particles<Dim>& particles = patch.particles;
+void PrescribedMotion<Dim>::keep_places(const Run& run) {
+  kept_.clear();
+  const Particles<Dim>& particles = patch_.particles;
   for (Local p = run.begin; p < run.end; ++p) {
-    const std::uint64_t bits = particles.loads[static_cast<std::size_t>(p)];
-    for (std::size_t k = 0; k < model.particle_velocities.size(); ++k)
-      if (bits >> (model.tractions.size() + k) & 1) {
-        double& v = particles.row(Column::v, model.particle_velocities[k].dir)[p];
-        const double prescribed = model.particle_velocities[k].velocity;
-        patch.work.external +=
-            0.5 * particles.row(Column::mass)[p] * (prescribed - v) * (prescribed + v);
-        v = prescribed;
-        patch.max_speed = std::max(patch.max_speed, std::sqrt(Dim) * std::abs(prescribed));
-      }
+    const auto prescribed = prescribed_velocity(particles, p, *step_.model);
+    for (int d = 0; d < Dim; ++d)
+      if (prescribed.along[static_cast<std::size_t>(d)])
+        for (const Column column : {Column::x, Column::u})
+          kept_.push_back(particles.row(column, d)[p]);
+  }
+}
+
+template <int Dim>
+void PrescribedMotion<Dim>::prescribe(const Run& run) {
+  Particles<Dim>& particles = patch_.particles;
+  auto kept = kept_.begin();
+  for (Local p = run.begin; p < run.end; ++p) {
+    const auto prescribed = prescribed_velocity(particles, p, *step_.model);
+    const double m = particles.row(Column::mass)[p];
+    for (int d = 0; d < Dim; ++d) {
+      if (!prescribed.along[static_cast<std::size_t>(d)]) continue;
+      const double w = prescribed.velocity[static_cast<std::size_t>(d)];
+      double& v = particles.row(Column::v, d)[p];
+      // What prescribes does work along w; the rest of its impulse's work is lost.
+      patch_.work.external += m * (w - v) * w;
+      patch_.work.damping += 0.5 * m * (w - v) * (w - v);
+      v = w;
+      patch_.max_speed = std::max(patch_.max_speed, std::sqrt(Dim) * std::abs(w));
+      if (!step_.model->analysis.drives_nodes) continue;
+      for (const Column column : {Column::x, Column::u})
+        particles.row(column, d)[p] = *kept++ + step_.dt * w;
+    }
   }
 }
 
@@ -71,10 +89,12 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs
   const VelocityUpdate update(step.model->analysis.flip, step.dt);
   const MovedRows<Dim> rows(patch.particles);
   Real fastest(0.0);
+  PrescribedMotion<Dim> prescribed(patch, step);
   for_each_run(
       patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
+        prescribed.begin(run);
         fastest = max(fastest, update_run<Dim, Real>(patch, map, run, rows, update, step.dt));
-        if (run.loaded) prescribe_velocities(patch, run, step);
+        prescribed.end(run);
       });
   note_speeds(patch, fastest);
 }
@@ -129,8 +149,8 @@ LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)
 LAHAR_INSTANTIATE(2, Scalar)
 LAHAR_INSTANTIATE(3, Scalar)
-template void prescribe_velocities<2>(Patch<2>&, const Run&, const StepContext<2>&);
-template void prescribe_velocities<3>(Patch<3>&, const Run&, const StepContext<3>&);
+template class PrescribedMotion<2>;
+template class PrescribedMotion<3>;
 template void add_work_of_tractions<2>(Patch<2>&, const StepContext<2>&, Runs);
 template void add_work_of_tractions<3>(Patch<3>&, const StepContext<3>&, Runs);
 

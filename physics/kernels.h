@@ -123,7 +123,7 @@ template <int Dim>
 void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step);
 
 /// v_p: FLIP v_p + dt sum_i N_i a_i, PIC sum_i N_i v_i, or their blend; x_p, u_p += dt sum_i N_i
-/// v_i; prescribed particle velocities. Raises Patch::max_speed. `gradients`, only where
+/// v_i; prescribed particle velocities, and places where nodes are driven. Raises Patch::max_speed. `gradients`, only where
 /// gives_gradients() (support.h), receives what update_stress() would find before particles move.
 template <int Dim, class Real = Pack>
 void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,

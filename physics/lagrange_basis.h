@@ -1,9 +1,12 @@
 /// \file The basis of Lagrange elements other than Q4 and H8: shape functions of the cell that a
-/// particle is in, at its natural coordinates; and the inverse map for packs of particles.
+/// particle is in, at its natural coordinates; and the inverse map for packs of particles. The
+/// functions are those of the element or Bernstein's, which map to the same places.
 #pragma once
 
 #include <array>
+#include <type_traits>
 
+#include "physics/bernstein.h"
 #include "physics/cell_polynomial.h"
 #include "physics/element.h"
 #include "physics/inverse_mapping.h"
@@ -19,8 +22,8 @@ inline constexpr int lagrange_max_steps = 8;
 /// its cell, or in a cell that is a parallelogram.
 inline constexpr int lagrange_corrections = 3;
 
-/// A basis (basis.h) that holds the positions of one cell's nodes.
-template <Element E>
+/// A basis (basis.h) that holds the positions of one cell's nodes, or its control points.
+template <Element E, class Functions = Shape<E>>
 class LagrangeBasis {
  public:
   static constexpr int dim = Shape<E>::dim, nodes = Shape<E>::nodes;
@@ -40,6 +43,7 @@ class LagrangeBasis {
     store(origin, origin_);
     // Differences keep full precision far from the origin.
     for (int a = 0; a < nodes; ++a) store(at(a) - origin, x_[a]);
+    if constexpr (!std::is_same_v<Functions, Shape<E>>) Functions::to_control_points(x_);
     if constexpr (affine) {
       const Scalar anywhere[dim] = {};
       Scalar slope[dim][nodes], to_natural[dim][dim];
@@ -55,7 +59,7 @@ class LagrangeBasis {
   LAHAR_INLINE void functions(Local p, Real (&N)[nodes]) const {
     Real xi[dim];
     natural(p, xi);
-    Shape<E>::values(xi, N);
+    Functions::values(xi, N);
   }
   template <class Real>
   LAHAR_INLINE void gradients(Local p, Real (&dN)[dim][nodes]) const {
@@ -84,7 +88,7 @@ class LagrangeBasis {
     }
     Scalar xi[dim], dN[nodes][dim], J[dim][dim], to_natural[dim][dim];
     for (int d = 0; d < dim; ++d) xi[d] = Scalar(info(E).simplex ? 1.0 / (dim + 1) : 0.0);
-    Shape<E>::gradients(xi, dN);
+    Functions::gradients(xi, dN);
     NodeVector along[dim], change[dim];  // of place and field with each natural coordinate
     LAHAR_UNROLL
     for (int k = 0; k < dim; ++k) {
@@ -109,7 +113,7 @@ class LagrangeBasis {
                                       Real (&to_natural)[dim][dim]) const requires(!affine) {
     Real xi[dim], J[dim][dim];
     natural(p, xi);
-    Shape<E>::gradients(xi, dN);
+    Functions::gradients(xi, dN);
     jacobian(dN, J);
     inverse(J, to_natural);
   }
@@ -140,7 +144,7 @@ class LagrangeBasis {
         // What a correction leaves is of the order of its length and of the step's, multiplied.
         for (int k = 0; k < lagrange_corrections && open != 0; ++k) {
           Real N[nodes];
-          Shape<E>::values(xi, N);
+          Functions::values(xi, N);
           solve(offset, N, to_natural, step);
           open &= outside(length * take_step(step, open, xi), pack_error_tolerance, n);
         }
@@ -190,7 +194,7 @@ class LagrangeBasis {
   LAHAR_INLINE void physical_gradients(const Real (&xi)[dim], Real (&slope)[dim][nodes],
                                        Real (&to_natural)[dim][dim]) const {
     Real dN[nodes][dim], J[dim][dim];
-    Shape<E>::gradients(xi, dN);
+    Functions::gradients(xi, dN);
     jacobian(dN, J);
     inverse(J, to_natural);
     LAHAR_UNROLL
@@ -206,8 +210,8 @@ class LagrangeBasis {
   LAHAR_INLINE void newton_step(const Real (&offset)[dim], const Real (&xi)[dim], Real (&step)[dim],
                                 Real (&to_natural)[dim][dim]) const {
     Real N[nodes], dN[nodes][dim], J[dim][dim];
-    Shape<E>::values(xi, N);
-    Shape<E>::gradients(xi, dN);
+    Functions::values(xi, N);
+    Functions::gradients(xi, dN);
     jacobian(dN, J);
     inverse(J, to_natural);
     solve(offset, N, to_natural, step);
@@ -250,7 +254,7 @@ class LagrangeBasis {
 };
 
 /// Makes the bases of a patch's cells.
-template <Element E>
+template <Element E, class Functions = Shape<E>>
 class LagrangeCells {
  public:
   static constexpr int dim = info(E).dim;
@@ -259,7 +263,7 @@ class LagrangeCells {
       : position_(patch.node_position.data()),
         nodes_(patch.topology.support_nodes.data()),
         rows_(patch.particles.template rows<dim>(Column::xi)) {}
-  LAHAR_INLINE LagrangeBasis<E> operator[](Local cell) const {
+  LAHAR_INLINE LagrangeBasis<E, Functions> operator[](Local cell) const {
     return {position_, nodes_ + static_cast<std::ptrdiff_t>(cell) * info(E).nodes, rows_};
   }
 
@@ -278,11 +282,13 @@ LAHAR_INLINE void with_lagrange(const Patch<Dim>& patch, Body body) {
       case T3:
         return body(LagrangeCells<T3>(patch));
       case T6:
-        return body(LagrangeCells<T6>(patch));
+        return patch.lagrange_functions ? body(LagrangeCells<T6>(patch))
+                                        : body(LagrangeCells<T6, Bernstein<T6>>(patch));
       case Q8:
         return body(LagrangeCells<Q8>(patch));
       case Q9:
-        return body(LagrangeCells<Q9>(patch));
+        return patch.lagrange_functions ? body(LagrangeCells<Q9>(patch))
+                                        : body(LagrangeCells<Q9, Bernstein<Q9>>(patch));
       default:
         return;
     }
@@ -293,7 +299,8 @@ LAHAR_INLINE void with_lagrange(const Patch<Dim>& patch, Body body) {
       case H20:
         return body(LagrangeCells<H20>(patch));
       case H27:
-        return body(LagrangeCells<H27>(patch));
+        return patch.lagrange_functions ? body(LagrangeCells<H27>(patch))
+                                        : body(LagrangeCells<H27, Bernstein<H27>>(patch));
       default:
         return;
     }

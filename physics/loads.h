@@ -2,6 +2,9 @@
 /// of the model's list (tractions first, then prescribed velocities) acts on the particle.
 #pragma once
 
+#include <algorithm>
+#include <array>
+
 #include "physics/patch.h"
 
 namespace lahar {
@@ -24,6 +27,29 @@ std::uint64_t loads_of_all(const Model<Dim>& model) {
   for (const auto& traction : model.tractions) bits |= std::uint64_t{traction.all} << k++;
   for (const auto& velocity : model.particle_velocities) bits |= std::uint64_t{velocity.all} << k++;
   return bits;
+}
+
+/// What is prescribed of a particle's velocity; of several for a direction the last wins.
+template <int Dim>
+struct PrescribedVelocity {
+  std::array<bool, Dim> along{};
+  std::array<double, Dim> velocity{};  ///< [m/s]
+  bool any() const { return std::find(along.begin(), along.end(), true) != along.end(); }
+};
+template <int Dim>
+PrescribedVelocity<Dim> prescribed_velocity(const Particles<Dim>& particles, Local p,
+                                            const Model<Dim>& model) {
+  PrescribedVelocity<Dim> found;
+  const std::uint64_t bits =
+      particles.loads.empty() ? 0 : particles.loads[static_cast<std::size_t>(p)];
+  if (bits == 0) return found;
+  for (std::size_t k = 0; k < model.particle_velocities.size(); ++k)
+    if (bits >> (model.tractions.size() + k) & 1) {
+      const auto d = static_cast<std::size_t>(model.particle_velocities[k].dir);
+      found.along[d] = true;
+      found.velocity[d] = model.particle_velocities[k].velocity;
+    }
+  return found;
 }
 
 /// Force of all tractions on particle p [N]: traction(t) * volume / size, size = initial

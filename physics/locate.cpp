@@ -8,6 +8,7 @@
 
 #include "physics/cell_polynomial.h"
 #include "physics/inverse_mapping.h"
+#include "physics/closed_faces.h"
 #include "physics/kernels.h"
 #include "physics/lagrange_basis.h"
 #include "physics/law.h"
@@ -287,10 +288,17 @@ void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
     set_mark(patch, kind, movers, i);
     place(patch, movers, i, old);
   };
-  const Vec<Dim> x = position(movers, i);
+  Vec<Dim> x = position(movers, i);
   if (!x.allFinite()) return stays(Mark::Kind::not_finite);
   const bool has_natural = movers.layout().has(Column::xi);
-  const auto found = find_cell(patch, *step.model->mesh, x, old, has_natural);
+  const bool closed = closes_faces(step.model->analysis);
+  if (closed && return_through_faces(patch, movers, i, old)) x = position(movers, i);
+  auto found = find_cell(patch, *step.model->mesh, x, old, has_natural);
+  if (closed && (found.cell < 0 ? return_to_mesh(patch, *step.model->mesh, movers, i, old)
+                                : return_through_edge(patch, movers, i, old, found.cell))) {
+    x = position(movers, i);
+    found = find_cell(patch, *step.model->mesh, x, old, has_natural);
+  }
   if (found.cell < 0) {
     // A part of a mesh cannot tell what is far away: no mesh may, or ranks would make a difference.
     if (!step.model->mesh->is_near(x, patch.topology.cells[static_cast<std::size_t>(old)]))

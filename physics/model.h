@@ -189,6 +189,12 @@ struct Analysis {
   bool opening = false;  ///< what opens between grains or drops is not volume of the particles
   Contact contact;
   bool absorbs = false;  ///< some process has Model::node_absorptions
+  /// Particles with prescribed velocities move by them, and drive the nodes around them
+  /// (driven_nodes.h); else they move with nodes that do not know of them, as in CB-Geo MPM.
+  bool drives_nodes = false;
+  /// Elements of second order have Lagrange's functions, which are negative in parts, as in CB-Geo
+  /// MPM; else T6, Q9 and H27 have Bernstein's (bernstein.h).
+  bool lagrange_functions = false;
   bool remove_leaving_particles =
       false;              ///< particles that leave the mesh are removed, not an error
   bool as_cbgeo = false;  ///< what CB-Geo MPM computes where that deviates (io/cbgeo_deviations.h)

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "physics/contact.h"
+#include "physics/driven_nodes.h"
 #include "physics/kernels.h"
 #include "physics/loads.h"
 
@@ -143,6 +144,7 @@ void make_room(Patch<Dim>& patch) {
 /// Patch::acceleration keeps it for the walls' impulses.
 template <int Dim>
 void prescribe_velocities(Patch<Dim>& patch, bool begins) {
+  drive_nodes(patch, begins);
   for (const auto& fixed : patch.fixed) at(patch.velocity, fixed.node)[fixed.dir] = fixed.velocity;
   for (const auto& wall : patch.walls) {
     prescribe_velocity(wall, at(patch.velocity, wall.node));
@@ -236,6 +238,24 @@ void set_absorbing_nodes(Patch<Dim>& patch, const StepContext<Dim>& step) {
     store(second_of(sum), w);
     if (more_than(w[mass_lane], patch.least_mass)) at.set(u, w);
   }
+}
+
+template <int Dim>
+void find_driven_nodes(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  patch.driven.clear();
+  for_each_node(patch, SumOverPatches<Dim, SumLine>(patch, NodeSum::prescribed_mass, step.step),
+                [&](Local i, const SumLine&, const SumLine& sum) {
+                  const NodeVector mass = first_of(sum), momentum = second_of(sum);
+                  DrivenNode<Dim> node{.node = i};
+                  bool any = false;
+                  for (std::size_t d = 0; d < Dim; ++d) {
+                    const int k = static_cast<int>(d);
+                    if (!(mass[k] > patch.least_mass)) continue;
+                    node.driven[d] = any = true;
+                    node.velocity[d] = momentum[k] / mass[k];
+                  }
+                  if (any) patch.driven.push_back(node);
+                });
 }
 
 template <int Dim>
@@ -335,11 +355,10 @@ class Integrator {
       patch_.work.external += step_.dt * gravity_[d] * weight_work_[d];
       patch_.work.damping += step_.dt * damping_work_[d];
     }
-    if (patch_.bodies() > 1) {
-      Vec<Dim> g;
-      for (int d = 0; d < Dim; ++d) g[d] = gravity_[d];
-      apply_contact(patch_, step_, g);
-    }
+    Vec<Dim> g;
+    for (int d = 0; d < Dim; ++d) g[d] = gravity_[d];
+    if (patch_.bodies() > 1) apply_contact(patch_, step_, g);
+    if (!patch_.driven.empty()) finish_driven_nodes(patch_, step_, g);
     const double* own_mass = patch_.own_sums(NodeSum::mass_momentum, step_.step) + mass_lane;
     for (const auto& fixed : patch_.fixed) {
       double& v = at(patch_.velocity, fixed.node)[fixed.dir];
@@ -514,6 +533,7 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template void activate_nodes<Dim>(Patch<Dim>&);                                \
   template void nodal_gradient<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void set_absorbing_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&);  \
+  template void find_driven_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&);    \
   template void nodal_velocity<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void nodal_velocity_again<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
   template void nodal_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \

@@ -1,6 +1,8 @@
 /// \file What G2P does to a pack of particles once nodal values are interpolated.
 #pragma once
 
+#include <vector>
+
 #include "physics/patch.h"
 #include "physics/simd.h"
 
@@ -54,8 +56,25 @@ LAHAR_INLINE void note_speeds(Patch<Dim>& patch, const Real& speed2) {
     patch.max_speed = std::max(patch.max_speed, std::sqrt(speed2[lane]));
 }
 
-/// Prescribed velocities of the particles of one run.
+/// Particles whose velocities are prescribed: begin() comes before G2P moves a run, end() after it.
 template <int Dim>
-void prescribe_velocities(Patch<Dim>& patch, const Run& run, const StepContext<Dim>& step);
+class PrescribedMotion {
+ public:
+  PrescribedMotion(Patch<Dim>& patch, const StepContext<Dim>& step) : patch_(patch), step_(step) {}
+  void begin(const Run& run) {
+    if (run.loaded && step_.model->analysis.drives_nodes) keep_places(run);
+  }
+  void end(const Run& run) {
+    if (run.loaded) prescribe(run);
+  }
+
+ private:
+  void keep_places(const Run& run);
+  void prescribe(const Run& run);
+
+  Patch<Dim>& patch_;
+  const StepContext<Dim>& step_;
+  std::vector<double> kept_;  ///< [m] x, u along prescribed directions, as G2P found them
+};
 
 }  // namespace lahar

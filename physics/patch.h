@@ -11,6 +11,7 @@
 
 #include "physics/absorbing.h"
 #include "physics/columns.h"
+#include "physics/driven_node.h"
 #include "physics/model.h"
 #include "physics/particles.h"
 #include "physics/partition.h"
@@ -42,19 +43,23 @@ enum class NodeSum : int {
   pressure,
   gradient,
   displacement = 6,
-  waves
+  waves,
+  prescribed_mass,
+  prescribed_momentum
 };
-inline constexpr int n_node_sums = 8;
+inline constexpr int n_node_sums = 10;
 /// Doubles of every quantity of a node, one vector: {m v, m}, {f, 0}, {m v, m} (MUSL's second
 /// mapping), {m p, 0, 0, 0}, {V grad N, 0} (contact), {m u, 0} and {m c_p, m c_s, m rho, m}
-/// (absorbing boundaries); nodal state {v, m} and {a, 0}.
+/// (absorbing boundaries), {m, 0} and {m v, 0} by direction of particles whose velocity along it is
+/// prescribed; nodal state {v, m} and {a, 0}.
 inline constexpr int node_width = 4;
 inline constexpr int mass_lane = 3;
 using NodeVector = PackOf<node_width>;
 using NodeArray = std::vector<double, Eigen::aligned_allocator<double>>;
 
-/// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, -} and
-/// {displacement, waves}: what is exchanged together is one cache line per node.
+/// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, -},
+/// {displacement, waves} and {prescribed_mass, prescribed_momentum}: what is exchanged together is
+/// one cache line per node.
 inline constexpr int sum_stride = 2 * node_width;
 inline constexpr int n_sum_arrays = (n_node_sums + 1) / 2;
 /// Array that holds a kind of sum, and where in a node's line it begins.
@@ -68,7 +73,7 @@ constexpr int sum_offset(NodeSum which) {
 /// How many copies of each array of sums there are, used in turn by step. Two where a patch may
 /// begin to sum for the next step while neighbours still read the sums of this one.
 struct NodeSumCopies {
-  std::array<int, n_sum_arrays> of{1, 0, 0, 0};
+  std::array<int, n_sum_arrays> of{1, 0, 0, 0, 0};
   bool operator==(const NodeSumCopies&) const = default;
 };
 
@@ -140,6 +145,7 @@ struct Patch {
   PatchTopology<Dim> topology;
   BasisKind basis = BasisKind::linear;  ///< others need topology.support_nodes
   Element element = multilinear<Dim>;   ///< of the mesh
+  bool lagrange_functions = false;      ///< Analysis::lagrange_functions
   Particles<Dim> particles;             ///< slots, of which those in runs are in use
   std::vector<Run> runs;
   std::vector<Local> first_run;  ///< by local cell, -1 = none
@@ -205,6 +211,7 @@ struct Patch {
   std::vector<PointForce> forces;  ///< ascending nodes
   std::vector<AbsorbingNode<Dim>> absorbing;  ///< ascending nodes
   std::vector<char> absorbing_cells;          ///< by local cell: has functions at one of them
+  std::vector<DrivenNode<Dim>> driven;        ///< of this step; ascending nodes
   bool has_conditions = false;  ///< the lists above were filled, and those of injections
 
   // Particles on their way to neighbours, by position in topology.neighbours.

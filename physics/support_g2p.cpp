@@ -102,10 +102,12 @@ Real update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
   const double* v = patch.velocity.data();
   const double* const acceleration[1] = {patch.acceleration.data()};
   CornerMotion<Dim> corners_of(patch, step.dt);
+  PrescribedMotion<Dim> prescribed(patch, step);
   Real fastest(0.0);
   for_each_supported_run(
       patch, runs,
       [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
+        prescribed.begin(run);
         for (Local p = run.begin; p < run.end; p += lanes<Real>) {
           const Local n = run.end - p;
           prefetch(rows.v, p);
@@ -122,7 +124,7 @@ Real update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
           corners_of.move(basis, p, n, v, nodes, value);
           fastest = max(fastest, advance(rows, p, n, value, a[0], update, step.dt));
         }
-        if (run.loaded) prescribe_velocities(patch, run, step);
+        prescribed.end(run);
       });
   return fastest;
 }
@@ -138,6 +140,7 @@ Real update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
   if (is_affine) affine = patch.particles.template rows<Dim * Dim>(Column::affine);
   const double *v = patch.velocity.data(), *a = patch.acceleration.data();
   SplinePolynomials polynomials(patch.topology, v);
+  PrescribedMotion<Dim> prescribed(patch, step);
   Real fastest(0.0);
   for_each_tensor_run(
       patch, runs,
@@ -148,6 +151,7 @@ Real update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
         if constexpr (polynomial) polynomials.move_to(run.cell);
         const double centre = at_centre ? centre_trace<Dim>(basis, v, nodes) : 0.0;
         auto to = gradients.begin(run, runs);
+        prescribed.begin(run);
         for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {
           const Local n = run.end - p;
           prefetch(rows.v, p);
@@ -174,7 +178,7 @@ Real update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
           }
           fastest = max(fastest, advance(rows, p, n, at.v, at.a, update, step.dt));
         }
-        if (run.loaded) prescribe_velocities(patch, run, step);
+        prescribed.end(run);
       });
   return fastest;
 }
@@ -202,10 +206,12 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs
   const MovedRows<Dim> rows(patch.particles);
   const double* const fields[2] = {patch.velocity.data(), patch.acceleration.data()};
   CornerMotion<Dim> corners_of(patch, step.dt);
+  PrescribedMotion<Dim> prescribed(patch, step);
   Real fastest(0.0);
   for_each_supported_run(
       patch, runs,
       [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
+        prescribed.begin(run);
         for (Local p = run.begin; p < run.end; p += lanes<Real>) {
           prefetch(rows.v, p);
           prefetch(rows.u, p);
@@ -214,7 +220,7 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs
           corners_of.move(basis, p, run.end - p, fields[0], nodes, sum[0]);
           fastest = max(fastest, advance(rows, p, run.end - p, sum[0], sum[1], update, step.dt));
         }
-        if (run.loaded) prescribe_velocities(patch, run, step);
+        prescribed.end(run);
       });
   note_speeds(patch, fastest);
 }

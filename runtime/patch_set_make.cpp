@@ -27,6 +27,7 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   set_bodies(*patch, *model_);
   patch->basis = basis_kind(mesh, model_->analysis);
   patch->element = mesh.element();
+  patch->lagrange_functions = model_->analysis.lagrange_functions;
   patch->particles = Particles<Dim>(layout_);
   patch->cartesian = mesh.is_cartesian();
   const auto& cells = patch->topology.cells;

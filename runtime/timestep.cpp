@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "physics/driven_nodes.h"
 #include "physics/kernels.h"
 #include "physics/support.h"
 
@@ -18,6 +19,7 @@ void map_late(Patch<Dim>& patch, const StepContext<Dim>& step) {
     map_mass_momentum(patch, step, patch.late);
     if (WithForce) map_force(patch, step, patch.late);
     if (patch.bodies() > 1) map_gradient(patch, step, patch.late);
+    if (step.model->analysis.drives_nodes) map_prescribed(patch, step, patch.late);
     if (WithForce) map_waves(patch, step, patch.late);
     patch.late.clear();
     patch.contributes[static_cast<std::size_t>(step.step % 2)] = 1;
@@ -72,9 +74,10 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
   // With one exchange per step nothing else keeps a patch from overtaking its neighbours' reading.
   const int copies = analysis.scheme == Scheme::usl ? 2 : 1;
   const bool more = analysis.scheme == Scheme::musl || analysis.pressure_smoothing;
-  // Gradients and waves are read before the phase in which the next ones are mapped is begun
-  // anywhere near.
-  return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0, analysis.absorbs ? 1 : 0}};
+  // Gradients, waves and prescribed velocities are read before the phase in which the next ones are
+  // mapped is begun anywhere near.
+  return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0, analysis.absorbs ? 1 : 0,
+           analysis.drives_nodes ? 1 : 0}};
 }
 
 bool keeps_nodal_state(const Analysis& analysis) {
@@ -133,6 +136,15 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
   const TimestepStage<Dim> normals{.stage = {.name = "normals", .exchange = "gradient"},
                                    .takes = {NodeSum::gradient},
                                    .begin = [](P& p, S& s) { nodal_gradient(p, s); }};
+  const TimestepStage<Dim> prescribed{
+      .stage = {.name = "prescribed"},
+      .begin = [](P& p, S& s) { clear_prescribed(p, s); },
+      .runs = [](P& p, S& s, Runs runs) { map_prescribed(p, s, runs); },
+      .of_next_step = true};
+  const TimestepStage<Dim> drive{
+      .stage = {.name = "drive", .exchange = "prescribed velocities"},
+      .takes = {NodeSum::prescribed_mass, NodeSum::prescribed_momentum},
+      .begin = [](P& p, S& s) { find_driven_nodes(p, s); }};
   const TimestepStage<Dim> force{
       .stage = {.name = "force"},
       .begin = usf ? +[](P& p, S& s) { clear_sums(p, s, NodeSum::force); } : nullptr,
@@ -186,6 +198,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
   add(arrivals);
   if (injects) add(injection);  // into cells that are empty when everybody has arrived
   if (contact) add(normals);
+  if (analysis.drives_nodes) add(drive);
   if (usf) {  // update stress first: strain from the velocities at the beginning of the step
     add({.stage = {.name = "velocity", .exchange = "mass, momentum"},
          .takes = {NodeSum::mass_momentum},
@@ -229,6 +242,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
     if (analysis.absorbs) add(waves);
   }
   if (contact) add(surface);
+  if (analysis.drives_nodes) add(prescribed);
   add(output);
   return list;
 }

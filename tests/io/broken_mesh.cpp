@@ -237,7 +237,7 @@ mesh.txt:10:7: error: unexpected '4' at the end of the row
 mpm.json:6:18: warning: corner nodes of ED2Q8 have masses of zero or below, with which waves in a solid grow instead of passing [/mesh/cell_type]
       "cell_type": "ED2Q8",
                    ^
-  hint: ED2Q9 has no such nodes
+  hint: ED2Q9 with "preset": "lahar" in analysis has no such nodes
 )"},
     {"functions that reach beyond cells which are no boxes",
      {replace("mpm.json", "\"dt\"", "\"shape_functions\": \"gimp\", \"dt\""),

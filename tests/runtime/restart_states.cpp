@@ -134,6 +134,8 @@ TEST_CASE("restart: loads travel with particles, and particles that left stay aw
   model.particle_velocities = {drag};
   model.node_forces = {{.node = 210, .dir = 0, .force = 2.0, .function = -1}};
   check_restart(model, 30, 60);
+  model.analysis.drives_nodes = true;
+  check_restart(model, 30, 60);
 
   Model<2> leaving = two_discs();
   leaving.analysis.remove_leaving_particles = true;

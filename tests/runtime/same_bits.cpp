@@ -232,6 +232,14 @@ TEST_CASE("loads and prescribed velocities that travel with particles give the s
   model.particle_velocities = {drag};
   model.node_forces = {{.node = 210, .dir = 0, .force = 2.0, .function = -1}};
   check_all_ways(model, other_ways());
+  for (const Scheme scheme : schemes) {
+    Model<2> driven = model;
+    driven.analysis.drives_nodes = true;
+    driven.analysis.scheme = scheme;
+    if (scheme == Scheme::usl) driven.analysis.nsteps = usl_discs;
+    CAPTURE(static_cast<int>(scheme));
+    check_all_ways(driven, other_ways());
+  }
   // They still act on the same particles at the end, wherever those are.
   const Outcome outcome = run(model, serial());
   const auto& v = outcome.frames.back().find("velocity")->values;

@@ -39,13 +39,17 @@ std::vector<Analysis> every_option(int bodies = 1) {
   return all;
 }
 
-/// And contact of bodies, and absorbing boundaries.
+/// And contact of bodies, absorbing boundaries, and nodes that particles drive.
 std::vector<Analysis> every_option_and_contact() {
   std::vector<Analysis> all = every_option();
   for (const Analysis& analysis : every_option(2)) all.push_back(analysis);
   for (std::size_t k = all.size(); k-- > 0;) {
     all.push_back(all[k]);
     all.back().absorbs = true;
+  }
+  for (std::size_t k = all.size(); k-- > 0;) {
+    all.push_back(all[k]);
+    all.back().drives_nodes = true;
   }
   return all;
 }
@@ -268,5 +272,7 @@ TEST_CASE("sums have two copies where nothing keeps a patch from overtaking its 
     CHECK(of(NodeSum::gradient) == (analysis.contact.bodies > 1 ? 1 : 0));
     CHECK(of(NodeSum::displacement) == (analysis.absorbs ? 1 : 0));
     CHECK(of(NodeSum::waves) == of(NodeSum::displacement));
+    CHECK(of(NodeSum::prescribed_mass) == (analysis.drives_nodes ? 1 : 0));
+    CHECK(of(NodeSum::prescribed_momentum) == of(NodeSum::prescribed_mass));
   }
 }
