@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
 #include <vector>
 
 namespace lahar {
@@ -32,129 +34,266 @@ void repeat_for_bodies(PatchTopology<Dim>& topology, int bodies, Index mesh_node
   }
 }
 
-template <int Dim>
-Vec<Dim> contact_impulse(const BodyAtNode<Dim>& a, const BodyAtNode<Dim>& b, double friction) {
-  const double size_a = a.gradient.squaredNorm(), size_b = b.gradient.squaredNorm();
-  const double size = std::sqrt(std::max(size_a, size_b));
-  if (!(size > 0.0)) return Vec<Dim>::Zero();
-  const Vec<Dim> normal =
-      size_a >= size_b ? Vec<Dim>(a.gradient / size) : Vec<Dim>(-b.gradient / size);
-  const Vec<Dim> relative = a.velocity - b.velocity;
-  const double approach = relative.dot(normal);
-  if (!(approach > 0.0)) return Vec<Dim>::Zero();
-  const double reduced = a.mass * b.mass / (a.mass + b.mass);
-  const Vec<Dim> slip = relative - approach * normal;
-  const double speed = slip.norm();
-  const double held = std::min(speed, friction * approach);
-  Vec<Dim> change = approach * normal;
-  if (held > 0.0) change += held / speed * slip;
-  return reduced * change;
-}
-
 namespace {
 
-/// The bodies at one node.
+/// What is left of an inverse mass, or of a length, where constraints hold all of it: rounding.
+constexpr double nothing_left = 1e-12;
+
+/// Part of a slip that friction can act on: along what is free, across the normal.
+template <int Dim>
+Vec<Dim> across(const Vec<Dim>& slip, const Vec<Dim>& normal,
+                const Eigen::Matrix<double, Dim, Dim>& free) {
+  const Vec<Dim> along = free * normal;
+  const double length = along.squaredNorm();
+  return length > nothing_left ? Vec<Dim>(slip - along.dot(slip) / length * along) : slip;
+}
+
+}  // namespace
+
+template <int Dim>
+ContactImpulse<Dim> contact_impulse(const BodyAtNode<Dim>& a, const BodyAtNode<Dim>& b,
+                                    const Vec<Dim>& normal, double most, double friction,
+                                    bool together) {
+  ContactImpulse<Dim> done;
+  const Vec<Dim> relative = a.velocity - b.velocity;
+  const double approach = relative.dot(normal);
+  const double excess = together && approach < 0.0 ? approach : std::max(approach - most, 0.0);
+  if (excess == 0.0 && !together) return done;
+  // An impulse j from a to b takes A j from their relative velocity.
+  const Eigen::Matrix<double, Dim, Dim> A = a.free / a.mass + b.free / b.mass;
+  const double given = normal.dot(A * normal);
+  if (!(given * std::min(a.mass, b.mass) > nothing_left)) return done;  // both are held
+  const double pressed = excess / given;
+  done.pressed = true;
+  done.impulse = pressed * normal;
+  if (!(friction > 0.0)) return done;
+  const auto& free = a.free.trace() >= b.free.trace() ? a.free : b.free;
+  const Vec<Dim> slip = across<Dim>(relative - pressed * (A * normal), normal, free);
+  const double speed = slip.norm();
+  done.stuck = true;
+  if (!(speed > 0.0)) return done;
+  const Vec<Dim> direction = slip / speed;
+  const double yields = direction.dot(A * direction);
+  if (!(yields * std::min(a.mass, b.mass) > nothing_left)) return done;
+  const double sticks = speed / yields;
+  const double most_held =  // an infinite coefficient holds without any pressure
+      std::isinf(friction) ? friction : friction * std::abs(pressed);
+  done.stuck = sticks <= most_held;
+  done.impulse += std::min(sticks, most_held) * direction;
+  return done;
+}
+namespace {
+
+template <int Dim>
+const WallNode<Dim>* wall_of(const Patch<Dim>& patch, Local node) {
+  const auto wall = std::lower_bound(patch.walls.begin(), patch.walls.end(), node,
+                                     [](const WallNode<Dim>& w, Local n) { return w.node < n; });
+  return wall == patch.walls.end() || wall->node != node ? nullptr : &*wall;
+}
+
+/// The bodies that meet at one node.
 template <int Dim>
 class NodeContact {
  public:
-  NodeContact(Patch<Dim>& patch, double dt, double friction)
-      : patch_(patch), dt_(dt), friction_(friction) {}
-
-  /// Returns whether anything changed; then before() is the velocity of a field without contact.
-  bool apply(Local node) {
-    fields_.clear();
-    for (Local f = node; f < patch_.n_nodes(); f += patch_.body_nodes)
-      if (mass(f) > patch_.least_mass) fields_.push_back({f, velocity(f)});
-    if (fields_.size() < 2) return false;
-    bool any = false;
-    for (int sweep = 0; sweep < (fields_.size() == 2 ? 1 : contact_sweeps); ++sweep)
-      for (std::size_t a = 0; a < fields_.size(); ++a)
-        for (std::size_t b = a + 1; b < fields_.size(); ++b)
-          any = meet(fields_[a].node, fields_[b].node) || any;
-    return any;
-  }
+  using Meetings = std::span<Meeting<Dim>>;
 
   struct Field {
     Local node;
-    Vec<Dim> before;  ///< [m/s]
+    double mass;      ///< [kg]
+    Vec<Dim> before;  ///< [m/s] without contact
+    Vec<Dim> velocity;
+    Eigen::Matrix<double, Dim, Dim> free;
+    const WallNode<Dim>* wall;
+    Vec<Dim> change() const { return velocity - before; }
   };
+
+  explicit NodeContact(const Patch<Dim>& patch) : patch_(patch) {}
+
+  /// Take the meetings of one node, with nodal velocities as they are.
+  void begin(Meetings meetings) {
+    fields_.clear();
+    meetings_ = meetings;
+    for (const Meeting<Dim>& meeting : meetings) add(meeting.a), add(meeting.b);
+  }
+
+  /// Let them meet, where they approach faster than their gap / dt. Returns whether any velocity
+  /// changed; notes what acted in the meetings.
+  bool meet(double dt, double friction) {
+    bool any = false;
+    for (int sweep = 0; sweep < sweeps(); ++sweep)
+      for (Meeting<Dim>& meeting : meetings_) {
+        const auto done = meet(meeting, dt, friction, false);
+        if (!done.pressed) continue;
+        meeting.pressed = any = true;
+        meeting.stuck = done.stuck;
+      }
+    return any;
+  }
+
+  /// Those that were pressed together, or stuck.
+  void hold_together(double dt) {
+    constexpr double all = std::numeric_limits<double>::infinity();
+    for (int sweep = 0; sweep < sweeps(); ++sweep)
+      for (const Meeting<Dim>& meeting : meetings_)
+        if (meeting.pressed) meet(meeting, dt, meeting.stuck ? all : 0.0, true);
+  }
+
   const std::vector<Field>& fields() const { return fields_; }
 
-  double mass(Local f) const { return at(patch_.velocity, f)[mass_lane]; }
-  Eigen::Map<Vec<Dim>> velocity(Local f) { return Eigen::Map<Vec<Dim>>(at(patch_.velocity, f)); }
-  Eigen::Map<Vec<Dim>> acceleration(Local f) {
-    return Eigen::Map<Vec<Dim>>(at(patch_.acceleration, f));
-  }
-
  private:
-  static double* at(NodeArray& values, Local f) {
-    return values.data() + static_cast<std::ptrdiff_t>(f) * node_width;
-  }
-  BodyAtNode<Dim> body(Local f) {
-    return {mass(f), Eigen::Map<const Vec<Dim>>(at(patch_.velocity, f)),
-            Eigen::Map<const Vec<Dim>>(at(patch_.gradient, f))};
-  }
-  bool meet(Local a, Local b) {
-    const Vec<Dim> impulse = contact_impulse<Dim>(body(a), body(b), friction_);
-    if (impulse.isZero(0.0)) return false;
-    push(a, -impulse);
-    push(b, impulse);
-    return true;
-  }
-  void push(Local f, const Vec<Dim>& impulse) {
-    const Vec<Dim> change = impulse / mass(f);
-    velocity(f) += change;
-    acceleration(f) += change / dt_;
+  Field* find(Local node) {
+    for (Field& field : fields_)
+      if (field.node == node) return &field;
+    return nullptr;
   }
 
-  Patch<Dim>& patch_;
-  double dt_, friction_;
+  void add(Local node) {
+    const double* v = patch_.velocity.data() + static_cast<std::ptrdiff_t>(node) * node_width;
+    if (!(v[mass_lane] > patch_.least_mass) || find(node)) return;
+    const Vec<Dim> velocity = Eigen::Map<const Vec<Dim>>(v);
+    Field field{node, v[mass_lane], velocity, velocity, {}, wall_of(patch_, node)};
+    field.free.setIdentity();
+    auto fixed = std::lower_bound(
+        patch_.fixed.begin(), patch_.fixed.end(), node,
+        [](const typename Patch<Dim>::FixedVelocity& f, Local n) { return f.node < n; });
+    for (; fixed != patch_.fixed.end() && fixed->node == node; ++fixed)
+      field.free(fixed->dir, fixed->dir) = 0.0;
+    const auto driven = std::lower_bound(
+        patch_.driven.begin(), patch_.driven.end(), node,
+        [](const DrivenNode<Dim>& at, Local n) { return at.node < n; });
+    if (driven != patch_.driven.end() && driven->node == node)
+      for (int d = 0; d < Dim; ++d)
+        if (driven->driven[static_cast<std::size_t>(d)]) field.free(d, d) = 0.0;
+    if (field.wall)
+      for (int k = 0; k < Dim; ++k)
+        if (field.wall->fixed[static_cast<std::size_t>(k)]) hold(field, k);
+    fields_.push_back(field);
+  }
+
+  static void hold(Field& field, int axis) {
+    const Vec<Dim> e = field.wall->axes.col(axis);
+    field.free -= e * e.transpose();
+  }
+
+  /// Hold a body along a one-sided wall that an impulse presses it into. Returns whether it does.
+  static bool hold_at_wall(Field& field, const Vec<Dim>& impulse) {
+    if (!field.wall) return false;
+    const Vec<Dim> v = field.velocity + field.free * impulse / field.mass;
+    bool any = false;
+    for (int k = 0; k < Dim; ++k) {
+      const int sign = field.wall->pushes[static_cast<std::size_t>(k)];
+      const Vec<Dim> e = field.wall->axes.col(k);
+      if (sign == 0 || !(e.dot(field.free * e) > 0.5)) continue;  // or held already
+      if (!(sign * (e.dot(v) - field.wall->velocity[static_cast<std::size_t>(k)]) > 0.0)) continue;
+      hold(field, k);
+      any = true;
+    }
+    return any;
+  }
+
+  int sweeps() const { return meetings_.size() == 1 ? 1 : contact_sweeps; }
+
+  ContactImpulse<Dim> meet(const Meeting<Dim>& meeting, double dt, double friction, bool together) {
+    ContactImpulse<Dim> done;
+    Field *a = find(meeting.a), *b = find(meeting.b);
+    if (!a || !b) return done;
+    do {
+      done =
+          contact_impulse<Dim>({a->mass, a->velocity, a->free}, {b->mass, b->velocity, b->free},
+                               meeting.normal, std::max(meeting.gap, 0.0) / dt, friction, together);
+    } while (done.pressed && (hold_at_wall(*a, -done.impulse) || hold_at_wall(*b, done.impulse)));
+    if (done.pressed) {
+      a->velocity -= a->free * done.impulse / a->mass;
+      b->velocity += b->free * done.impulse / b->mass;
+    }
+    return done;
+  }
+
+  const Patch<Dim>& patch_;
   std::vector<Field> fields_;
+  Meetings meetings_;
 };
 
-/// Hold the prescribed velocities of a wall that contact has changed; others are held with all
-/// nodes. Returns the work of what holds them per mass [J/kg].
+/// Call body(meetings) with those of each node.
+template <int Dim, class Body>
+void for_each_meeting_place(Patch<Dim>& patch, Body body) {
+  const std::span<Meeting<Dim>> all(patch.contact.meetings);
+  const auto node_of = [&](std::size_t k) { return all[k].a % patch.body_nodes; };
+  for (std::size_t from = 0, to = 0; from < all.size(); from = to) {
+    while (to < all.size() && node_of(to) == node_of(from)) ++to;
+    body(all.subspan(from, to - from));
+  }
+}
+
 template <int Dim>
-double hold_at_wall(const Patch<Dim>& patch, double dt, Local node,
-                    Eigen::Map<Vec<Dim>> velocity, Eigen::Map<Vec<Dim>> acceleration) {
-  const auto wall = std::lower_bound(patch.walls.begin(), patch.walls.end(), node,
-                                     [](const WallNode<Dim>& w, Local n) { return w.node < n; });
-  if (wall == patch.walls.end() || wall->node != node) return 0.0;
-  return hold_velocity(*wall, dt, velocity.data(), acceleration.data());
+Eigen::Map<Vec<Dim>> at(NodeArray& values, Local node) {
+  return Eigen::Map<Vec<Dim>>(values.data() + static_cast<std::ptrdiff_t>(node) * node_width);
 }
 
 }  // namespace
 
 template <int Dim>
 void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Dim>& gravity) {
+  patch.contact.touched.clear();
+  if (patch.contact.meetings.empty()) return;
   const double dt = step.dt;
-  NodeContact<Dim> contact(patch, dt, step.model->analysis.contact.friction);
   const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
-  for (const NodeRange& range : patch.active_nodes) {
-    for (Local i = range.begin; i < std::min(range.end, patch.body_nodes); ++i) {
-      if (!contact.apply(i)) continue;
-      // All work is taken with the mean velocity of the step, which contact has changed.
-      for (const auto& field : contact.fields()) {
-        const double own_mass = own[static_cast<std::ptrdiff_t>(field.node) * sum_stride];
-        auto v = contact.velocity(field.node), a = contact.acceleration(field.node);
-        const Vec<Dim> change = v - field.before;
-        patch.work.damping -= own_mass * change.dot(v - 0.5 * dt * a);
-        patch.work.external += 0.5 * dt * own_mass * gravity.dot(change);
-        if (step.model->analysis.damping > 0.0) {
-          const Eigen::Map<const Vec<Dim>> drag(
-              &patch.damping[static_cast<std::size_t>(field.node) * node_width]);
-          patch.work.damping += 0.5 * dt * own_mass / contact.mass(field.node) * drag.dot(change);
-        }
-        patch.work.external += own_mass * hold_at_wall<Dim>(patch, dt, field.node, v, a);
-      }
+  NodeContact<Dim> contact(patch);
+  for_each_meeting_place(patch, [&](std::span<Meeting<Dim>> meetings) {
+    contact.begin(meetings);
+    if (!contact.meet(dt, step.model->analysis.contact.friction)) return;
+    // All work is taken with the mean velocity of the step, which contact has changed.
+    for (const auto& field : contact.fields()) {
+      const double own_mass = own[static_cast<std::ptrdiff_t>(field.node) * sum_stride];
+      const Vec<Dim> change = field.change();
+      auto v = at<Dim>(patch.velocity, field.node), a = at<Dim>(patch.acceleration, field.node);
+      const Vec<Dim> start = v - dt * a;
+      v = field.velocity;
+      a += change / dt;
+      patch.contact.touched.push_back({field.node, start, change, v});
+      patch.work.damping -= own_mass * change.dot(0.5 * (start + v));
+      patch.work.external += 0.5 * dt * own_mass * gravity.dot(change);
+      if (step.model->analysis.damping > 0.0)
+        patch.work.damping +=
+            0.5 * dt * own_mass / field.mass * at<Dim>(patch.damping, field.node).dot(change);
+      if (field.wall)
+        patch.work.damping -=
+            0.5 * own_mass *
+            patch.contact.wall_change[static_cast<std::size_t>(field.wall - patch.walls.data())]
+                .dot(change);
     }
-  }
+  });
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                               \
-  template void repeat_for_bodies(PatchTopology<Dim>&, int, Index);                          \
-  template Vec<Dim> contact_impulse(const BodyAtNode<Dim>&, const BodyAtNode<Dim>&, double); \
-  template void apply_contact(Patch<Dim>&, const StepContext<Dim>&, const Vec<Dim>&);
+template <int Dim>
+void hold_together(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  auto touched = patch.contact.touched.cbegin();
+  const auto end = patch.contact.touched.cend();
+  if (touched == end) return;
+  const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  NodeContact<Dim> contact(patch);
+  for_each_meeting_place(patch, [&](std::span<Meeting<Dim>> meetings) {
+    const Local node = meetings.front().a % patch.body_nodes;
+    if (touched == end || touched->node % patch.body_nodes != node) return;
+    contact.begin(meetings);
+    contact.hold_together(step.dt);
+    for (const auto& field : contact.fields()) {
+      const auto& by = *touched++;  // the same fields in the same order
+      at<Dim>(patch.velocity, field.node) = field.velocity;
+      const Vec<Dim> by_forces = by.after - by.start - by.change;
+      patch.work.damping -=
+          own[static_cast<std::ptrdiff_t>(field.node) * sum_stride] *
+          (0.5 * by.change.dot(field.before - by.after) - by_forces.dot(field.change()));
+    }
+  });
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                                 \
+  template void repeat_for_bodies(PatchTopology<Dim>&, int, Index);                            \
+  template ContactImpulse<Dim> contact_impulse(const BodyAtNode<Dim>&, const BodyAtNode<Dim>&, \
+                                               const Vec<Dim>&, double, double, bool);         \
+  template void apply_contact(Patch<Dim>&, const StepContext<Dim>&, const Vec<Dim>&);          \
+  template void hold_together(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

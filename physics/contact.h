@@ -19,33 +19,59 @@ void repeat_for_bodies(PatchTopology<Dim>& topology, int bodies, Index mesh_node
 /// One body at a node.
 template <int Dim>
 struct BodyAtNode {
-  double mass;                          ///< [kg]
-  Eigen::Map<const Vec<Dim>> velocity;  ///< [m/s]
-  Eigen::Map<const Vec<Dim>> gradient;  ///< sum_p V_p grad N_i [m^2], points out of the body
+  double mass;        ///< [kg]
+  Vec<Dim> velocity;  ///< [m/s]
+  Eigen::Matrix<double, Dim, Dim> free =
+      Eigen::Matrix<double, Dim, Dim>::Identity();  ///< takes from an impulse what constraints hold
 };
 
-/// Impulse [N s] that b gets from a, and a with the other sign. Nothing unless they approach along
-/// the normal n, that of the body with the larger gradient (of two equal ones, a's): at edges of
-/// one body the surface of the other counts. Then what makes their normal velocities equal, and
-/// along the surface what makes them stick, but at most `friction` times the normal impulse
-/// (Bardenhagen et al. 2001).
+/// What two bodies that meet do to each other.
 template <int Dim>
-Vec<Dim> contact_impulse(const BodyAtNode<Dim>& a, const BodyAtNode<Dim>& b, double friction);
+struct ContactImpulse {
+  Vec<Dim> impulse = Vec<Dim>::Zero();  ///< [N s] that b gets from a, and a with the other sign
+  bool pressed = false;
+  bool stuck = false;  ///< nothing is left of the slip
+};
 
-/// Contact at all nodes that several bodies share, on velocities and accelerations at the end of
-/// the step, and its work. Impulses act on two bodies at a time, ascending, so that the momentum of
-/// all is kept to rounding; where there are more than two bodies all pairs are gone through several
-/// times (contact_sweeps). `gravity` [m/s^2] is that of the step.
+/// Bodies approach each other along the normal n (from a to b) by at most `most` [m/s], which
+/// closes the gap between them in the step. A faster approach is met by the normal impulse that
+/// takes what exceeds it, and by friction: what makes the bodies stick, but at most `friction`
+/// times the normal impulse (Bardenhagen et al. 2001, with a gap). An impulse j changes velocities
+/// by F j / m, where F is BodyAtNode::free: of a direction that is held the constraint takes the
+/// impulse, and velocities stay as prescribed.
+template <int Dim>
+ContactImpulse<Dim> contact_impulse(const BodyAtNode<Dim>& a, const BodyAtNode<Dim>& b,
+                                    const Vec<Dim>& normal, double most, double friction,
+                                    bool together = false);
+
+/// Contact at all nodes where bodies meet, on velocities and accelerations at the end of the step,
+/// which have their prescribed components, and its work. Impulses act on two bodies at a time,
+/// ascending, so that the momentum of all is kept to rounding; where there are more than two bodies
+/// all pairs are gone through several times (contact_sweeps). `gravity` [m/s^2] is that of the
+/// step.
 template <int Dim>
 void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Dim>& gravity);
 
+/// Velocities of MUSL's second mapping, of which strains are taken, after apply_contact(): bodies
+/// that were pressed together move along the normal as they then did, those that stuck together in
+/// every direction. The mapping smooths what impulses did at a node, so bodies would approach or
+/// part there, and strains do work that nothing pays for.
+///
+/// The work of contact is then counted anew. With forces f and impulses j of contact at the nodes,
+/// v0 and v~ before and after the step by either mapping, particles of FLIP get the kinetic energy
+/// (f dt + j) . (v0 + v~) / 2, and what this changes in v~ the strain energy -f dt . (v - v~):
+/// contact takes -j . (v0 + v~) / 2 + f dt . (v - v~).
+template <int Dim>
+void hold_together(Patch<Dim>& patch, const StepContext<Dim>& step);
+
 inline constexpr int contact_sweeps = 4;
 
-#define LAHAR_EXTERN(Dim)                                                                  \
-  extern template void repeat_for_bodies(PatchTopology<Dim>&, int, Index);                 \
-  extern template Vec<Dim> contact_impulse(const BodyAtNode<Dim>&, const BodyAtNode<Dim>&, \
-                                           double);                                        \
-  extern template void apply_contact(Patch<Dim>&, const StepContext<Dim>&, const Vec<Dim>&);
+#define LAHAR_EXTERN(Dim)                                                                     \
+  extern template void repeat_for_bodies(PatchTopology<Dim>&, int, Index);                    \
+  extern template ContactImpulse<Dim> contact_impulse(                                        \
+      const BodyAtNode<Dim>&, const BodyAtNode<Dim>&, const Vec<Dim>&, double, double, bool); \
+  extern template void apply_contact(Patch<Dim>&, const StepContext<Dim>&, const Vec<Dim>&);  \
+  extern template void hold_together(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_EXTERN(2)
 LAHAR_EXTERN(3)
 #undef LAHAR_EXTERN

@@ -83,9 +83,14 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
 template <int Dim, class Real = Pack>
 void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
 
-/// g_i with sums over all patches that share a node.
+/// Normals of bodies at nodes: directions of g_i, with sums over all patches that share a node.
 template <int Dim>
 void nodal_gradient(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// Which bodies meet at nodes of the patch, along which normals, and the gaps between them
+/// (contact_surface.h), with the furthest surfaces of all patches that share a node.
+template <int Dim>
+void meet_bodies(Patch<Dim>& patch, const StepContext<Dim>& step);
 
 /// What absorbing nodes take from particles (absorbing.h): (m u)_i, (m c_p)_i, (m c_s)_i, (m rho)_i
 /// += sum_p N_i m_p {u_p, c_p, c_s, rho_p}, only in cells around them. Zero before.
@@ -113,7 +118,7 @@ void nodal_pressure(Patch<Dim>& patch, const StepContext<Dim>& step);
 
 /// a_i = (f_i + m_i g + point forces + absorbing forces - alpha |f_i| sign(v_i)) / m_i;  v_i += dt
 /// a_i; prescribed velocities, which also zero the acceleration. Where bodies share nodes, contact
-/// comes before prescribed velocities (contact.h).
+/// comes last and keeps prescribed velocities (contact.h).
 template <int Dim>
 void integrate(Patch<Dim>& patch, const StepContext<Dim>& step);
 

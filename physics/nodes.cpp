@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "physics/contact.h"
+#include "physics/contact_surface.h"
 #include "physics/driven_nodes.h"
 #include "physics/kernels.h"
 #include "physics/loads.h"
@@ -53,6 +54,13 @@ class SumOverPatches {
     for (Local e = first_[s]; e < first_[s + 1]; ++e)
       if (const double* from = sums_of(e)) sum += load<Sum>(from + place(e));
     return sum;
+  }
+  /// The same with the largest of each component in place of their sum. It begins at zero.
+  LAHAR_INLINE Sum shared_most(std::size_t s) const {
+    Sum most(0.0);
+    for (Local e = first_[s]; e < first_[s + 1]; ++e)
+      if (const double* from = sums_of(e)) most = max(most, load<Sum>(from + place(e)));
+    return most;
   }
   /// Others wrote their sums long ago and elsewhere: fetch them before they are needed.
   LAHAR_INLINE void prefetch(std::size_t s) const {
@@ -219,6 +227,30 @@ void nodal_gradient(Patch<Dim>& patch, const StepContext<Dim>& step) {
                 [&](Local i, const NodeVector&, const NodeVector& sum) {
                   store(sum, at(patch.gradient, i));
                 });
+  set_normals(patch);
+}
+
+template <int Dim>
+void meet_bodies(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  patch.contact.meetings.clear();
+  if (patch.active_nodes.empty()) return;
+  const SumOverPatches<Dim> lines(patch, NodeSum::surface, step.step);
+  const auto& shared = patch.topology.shared_node;
+  const double offset = surface_offset(*step.model);
+  std::vector<NodeVector> by_body;
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < std::min(range.end, patch.body_nodes); ++i) {
+      if (!patch.contact.between_bodies[static_cast<std::size_t>(i)]) continue;
+      by_body.clear();
+      for (Local f = i; f < patch.n_nodes(); f += patch.body_nodes) {
+        const auto found = std::lower_bound(shared.begin(), shared.end(), f);
+        const bool is_shared = found != shared.end() && *found == f;
+        by_body.push_back(is_shared
+                              ? lines.shared_most(static_cast<std::size_t>(found - shared.begin()))
+                              : lines.own(f));
+      }
+      add_meetings<Dim>(patch, i, by_body, offset);
+    }
 }
 
 template <int Dim>
@@ -276,6 +308,7 @@ void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   store(velocity_of(patch, sum, load<NodeVector>(v)), v);
                 });
   prescribe_velocities(patch, false);
+  if (patch.bodies() > 1) hold_together(patch, step);
 }
 
 template <int Dim>
@@ -304,6 +337,7 @@ class Integrator {
         wall_(patch.walls.begin()),
         absorbing_(patch.absorbing.begin()),
         next_absorbing_(node_of(absorbing_)) {
+    if (patch.bodies() > 1) patch.contact.wall_change.assign(patch.walls.size(), Vec<Dim>::Zero());
     double g[node_width] = {};
     const double factor = load_factor(*step.model, step.model->gravity_function, step.time);
     for (int d = 0; d < Dim; ++d) g[d] = factor * step.model->gravity[d];
@@ -355,10 +389,6 @@ class Integrator {
       patch_.work.external += step_.dt * gravity_[d] * weight_work_[d];
       patch_.work.damping += step_.dt * damping_work_[d];
     }
-    Vec<Dim> g;
-    for (int d = 0; d < Dim; ++d) g[d] = gravity_[d];
-    if (patch_.bodies() > 1) apply_contact(patch_, step_, g);
-    if (!patch_.driven.empty()) finish_driven_nodes(patch_, step_, g);
     const double* own_mass = patch_.own_sums(NodeSum::mass_momentum, step_.step) + mass_lane;
     for (const auto& fixed : patch_.fixed) {
       double& v = at(patch_.velocity, fixed.node)[fixed.dir];
@@ -376,6 +406,10 @@ class Integrator {
       v = fixed.velocity;
       a = 0.0;
     }
+    Vec<Dim> g;
+    for (int d = 0; d < Dim; ++d) g[d] = gravity_[d];
+    if (!patch_.driven.empty()) finish_driven_nodes(patch_, step_, g);
+    if (patch_.bodies() > 1) apply_contact(patch_, step_, g);
     for (const auto& point : patch_.forces)
       if (const double m = at(patch_.velocity, point.node)[mass_lane];
           more_than(m, patch_.least_mass) && is_first_body(point.node))
@@ -475,6 +509,10 @@ class Integrator {
         wall.acceleration[d] *= load_factor(*step_.model, wall.function[d], step_.time);
     const WallWork done = lahar::advance_at_wall(wall, step_.dt, step_.model->analysis.as_cbgeo,
                                                  velocity, acceleration);
+    if (!patch_.contact.wall_change.empty())
+      for (int d = 0; d < Dim; ++d)
+        patch_.contact.wall_change[static_cast<std::size_t>(wall_ - patch_.walls.begin())][d] =
+            step_.dt * (acceleration[d] - a[d]);
     patch_.work.external += own_mass * done.reaction;
     patch_.work.damping += own_mass * done.friction;
     v = load<NodeVector>(velocity);
@@ -532,6 +570,7 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template void find_active_nodes<Dim>(Patch<Dim>&);                             \
   template void activate_nodes<Dim>(Patch<Dim>&);                                \
   template void nodal_gradient<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
+  template void meet_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&);          \
   template void set_absorbing_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&);  \
   template void find_driven_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&);    \
   template void nodal_velocity<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \

@@ -11,6 +11,7 @@
 
 #include "physics/absorbing.h"
 #include "physics/columns.h"
+#include "physics/contact_state.h"
 #include "physics/driven_node.h"
 #include "physics/model.h"
 #include "physics/particles.h"
@@ -42,22 +43,24 @@ enum class NodeSum : int {
   momentum,
   pressure,
   gradient,
-  displacement = 6,
+  surface,
+  displacement,
   waves,
   prescribed_mass,
   prescribed_momentum
 };
 inline constexpr int n_node_sums = 10;
 /// Doubles of every quantity of a node, one vector: {m v, m}, {f, 0}, {m v, m} (MUSL's second
-/// mapping), {m p, 0, 0, 0}, {V grad N, 0} (contact), {m u, 0} and {m c_p, m c_s, m rho, m}
-/// (absorbing boundaries), {m, 0} and {m v, 0} by direction of particles whose velocity along it is
-/// prescribed; nodal state {v, m} and {a, 0}.
+/// mapping), {m p, 0, 0, 0}, {V grad N, 0} and ends of the body (contact; not sums but the
+/// furthest: contact_surface.h), {m u, 0} and {m c_p, m c_s, m rho, m} (absorbing boundaries),
+/// {m, 0} and {m v, 0} by direction of particles whose velocity along it is prescribed; nodal state
+/// {v, m} and {a, 0}.
 inline constexpr int node_width = 4;
 inline constexpr int mass_lane = 3;
 using NodeVector = PackOf<node_width>;
 using NodeArray = std::vector<double, Eigen::aligned_allocator<double>>;
 
-/// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, -},
+/// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, surface},
 /// {displacement, waves} and {prescribed_mass, prescribed_momentum}: what is exchanged together is
 /// one cache line per node.
 inline constexpr int sum_stride = 2 * node_width;
@@ -176,11 +179,12 @@ struct Patch {
   NodeArray velocity;            ///< {v [m/s], m [kg]}, m summed over all patches
   NodeArray acceleration;        ///< {a [m/s^2], 0}
   std::vector<double> pressure;  ///< [Pa]; only with pressure smoothing
-  NodeArray gradient;            ///< {sum_p V_p grad N [m^2], 0}; only with contact
+  NodeArray gradient;            ///< {direction of sum_p V_p grad N, 0}; only with contact
   NodeArray damping;             ///< {damping force [N], 0}; only where there is damping
   // Bodies in contact have nodes and cells of their own (contact.h).
   Local body_nodes = 0;          ///< nodes of one body; 0 = not set, there is one
   std::vector<Local> body_cell;  ///< by material: first local cell of its body; empty = one body
+  ContactState<Dim> contact;
   /// Nodes of cells that have runs: of a patch that is filled in part, or lies around the body,
   /// nothing else is summed and integrated. Sums at other nodes are zero, their state is undefined.
   std::vector<NodeRange> active_nodes;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "physics/contact_surface.h"
 #include "physics/driven_nodes.h"
 #include "physics/kernels.h"
 #include "physics/support.h"
@@ -135,7 +136,15 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
                                    .of_next_step = true};
   const TimestepStage<Dim> normals{.stage = {.name = "normals", .exchange = "gradient"},
                                    .takes = {NodeSum::gradient},
-                                   .begin = [](P& p, S& s) { nodal_gradient(p, s); }};
+                                   .begin =
+                                       [](P& p, S& s) {
+                                         nodal_gradient(p, s);
+                                         clear_sums(p, s, NodeSum::surface);
+                                       },
+                                   .runs = [](P& p, S& s, Runs runs) { map_surface(p, s, runs); }};
+  const TimestepStage<Dim> gaps{.stage = {.name = "gaps", .exchange = "surface"},
+                                .takes = {NodeSum::surface},
+                                .begin = [](P& p, S& s) { meet_bodies(p, s); }};
   const TimestepStage<Dim> prescribed{
       .stage = {.name = "prescribed"},
       .begin = [](P& p, S& s) { clear_prescribed(p, s); },
@@ -197,7 +206,10 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
 
   add(arrivals);
   if (injects) add(injection);  // into cells that are empty when everybody has arrived
-  if (contact) add(normals);
+  if (contact) {
+    add(normals);
+    add(gaps);
+  }
   if (analysis.drives_nodes) add(drive);
   if (usf) {  // update stress first: strain from the velocities at the beginning of the step
     add({.stage = {.name = "velocity", .exchange = "mass, momentum"},
