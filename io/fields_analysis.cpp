@@ -127,18 +127,48 @@ const Section& contact_section() {
 }
 
 const Section& blending_section() {
-  static const Section section{.name = "analysis.velocity_update_settings",
-                               .path = "analysis.velocity_update_settings",
-                               .help = "Blend of FLIP with PIC, APIC or TPIC.",
-                               .fields = {
-                                   {.key = "blending_ratio",
-                                    .kinds = number,
-                                    .help = "share of FLIP: 1 = FLIP, 0 = PIC; default 1, with "
-                                            "apic and tpic 0",
-                                    .unit = "-",
-                                    .min = 0,
-                                    .max = 1},
-                               }};
+  static const Section section{
+      .name = "analysis.velocity_update_settings",
+      .path = "analysis.velocity_update_settings",
+      .help =
+          "What particles keep of the part of their velocities that nodes do not have. They lose "
+          "it in a time, so that halving the time step does not change how much is damped; only "
+          "the blending_ratio of CB-Geo's input acts per step. What is taken is counted as "
+          "damping in history.csv.",
+      .fields = {
+          {.key = "blending_ratio",
+           .kinds = number,
+           .help = "share of FLIP: 1 = FLIP, 0 = PIC; default 1, with apic, tpic, xpic and fmpm 0. "
+                   "It is what is kept in the time of a wave through a cell, the same as "
+                   "relaxation = -ln(blending_ratio); with CB-Geo's defaults (preset), in a step",
+           .unit = "-",
+           .min = 0,
+           .max = 1},
+          {.key = "relaxation",
+           .kinds = number,
+           .help = "share of the part that is lost in the time of a wave through a cell, h / c, "
+                   "if at a constant rate: of noise exp(-relaxation) is left. h: the mesh's cells "
+                   "(of a table, mean), c: the slowest of "
+                   "the wave speeds of the body's materials. 0 = FLIP",
+           .unit = "-",
+           .min = 0,
+           .native = true},
+          {.key = "relaxation_time",
+           .kinds = number,
+           .help = "the time in which noise falls to 37 %. A longer step takes all of it",
+           .unit = "s",
+           .min = 0,
+           .above_min = true,
+           .native = true},
+          {.key = "order",
+           .kinds = integer,
+           .help = "of the filter that tells the part: a wave of wave number q is damped at the "
+                   "rate (q^2 h^2 / 6)^order / relaxation time or so. 1 = PIC, with functions of "
+                   "any kind; each order more costs one mapping. Default 1, with xpic and fmpm 2",
+           .min = 1,
+           .max = 10,
+           .native = true},
+      }};
   return section;
 }
 
@@ -295,9 +325,12 @@ const Section& analysis_section() {
                "\"apic\" and \"tpic\" take it with an affine field around the particle, of which "
                "nodes get their share (apic: its moments; tpic: the velocity gradient). With the "
                "functions of elements the two are the same, and apic is for linear ones: those of "
-               "order two have no moments",
+               "order two have no moments. \"xpic\" takes from its own velocity what a filter of "
+               "higher order says that nodes do not have (Hammerquist and Nairn 2017), \"fmpm\" "
+               "filters the change of velocity with it (Nairn and Hammerquist 2021). "
+               "velocity_update_settings make all of these act in a time",
            .fallback = "false",
-           .allowed = {"flip", "pic", "apic", "tpic"},
+           .allowed = {"flip", "pic", "apic", "tpic", "xpic", "fmpm"},
            .planned = {"asflip"}},
           {.key = "shape_functions",
            .kinds = text,
@@ -321,7 +354,7 @@ const Section& analysis_section() {
            .native = true},
           {.key = "velocity_update_settings",
            .kinds = object,
-           .help = "blend of FLIP with PIC, APIC or TPIC",
+           .help = "what particles keep of their own velocities",
            .section = blending_section},
           {.key = "dt",
            .kinds = number,

@@ -25,6 +25,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_nodal_forces();
   build_analysis();
   build_contact();
+  build_transfer_rates();  // of its bodies
   build_output();
   warn_of_doubts();
   build_resume();

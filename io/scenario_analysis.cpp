@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "io/scenario_builder.h"
+#include "physics/law.h"
 
 namespace lahar {
 
@@ -134,8 +135,11 @@ void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
                            : !update->is<bool>() ? update->as<std::string>()
                            : update->as<bool>()  ? "pic"
                                                  : "flip";
-  const bool pic = name == "pic";
-  model_.analysis.flip = name == "flip" ? 1.0 : 0.0;
+  VelocityTransfer& transfer = model_.analysis.transfer;
+  const bool of_order = name == "xpic" || name == "fmpm";
+  transfer.flip = name == "flip" ? 1.0 : 0.0;
+  transfer.order = of_order ? 2 : 1;
+  transfer.filters_change = name == "fmpm";
   model_.analysis.affine = name == "apic"   ? Affine::apic
                            : name == "tpic" ? Affine::tpic
                                             : Affine::none;
@@ -146,12 +150,50 @@ void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
                           info(mesh_->element()).name),
               "take \"tpic\", which gives nodes the velocity gradient, or linear elements");
   if (!settings) return;
+  if (name == "pic")
+    return in_.error(*settings, "'velocity_update_settings' does not apply to PIC",
+                     "set velocity_update to \"flip\" to blend");
   const auto ratio = get_number(*settings, "blending_ratio");
-  if (pic)
-    in_.error(*settings, "'velocity_update_settings' does not apply to PIC",
-              "set velocity_update to \"flip\" to blend");
+  relaxation_ = get_number(*settings, "relaxation");
+  relaxation_time_ = get_number(*settings, "relaxation_time");
+  if (ratio.has_value() + relaxation_.has_value() + relaxation_time_.has_value() > 1)
+    in_.error(*settings,
+              "'blending_ratio', 'relaxation' and 'relaxation_time' all say how much of its own "
+              "velocity a particle keeps",
+              "leave one of them");
+  if (ratio && in_.cbgeo_defaults)
+    transfer.flip = *ratio;
   else if (ratio)
-    model_.analysis.flip = *ratio;
+    relaxation_ = -std::log(*ratio);  // infinite where nothing is kept
+  if (const auto order = get_integer(*settings, "order")) {
+    transfer.order = static_cast<int>(*order);
+    if (model_.analysis.affine != Affine::none && transfer.order > 1)
+      in_.error(*settings->find("order"),
+                fmt::format("'order' {} does not go together with \"{}\": its affine field takes "
+                            "the place of a higher order",
+                            transfer.order, name),
+                "leave it out, or set velocity_update to \"flip\"");
+  }
+}
+
+// Rates are those of bodies, in times of a wave through a cell.
+template <int Dim>
+void ScenarioBuilder<Dim>::build_transfer_rates() {
+  Analysis& a = model_.analysis;
+  if (!mesh_ || (!relaxation_ && !relaxation_time_)) return;
+  const double h =
+      mesh_->is_structured() ? mesh_->spacing().minCoeff() : mesh_->mean_cell().minCoeff();
+  constexpr double none = std::numeric_limits<double>::infinity();
+  std::vector<double> slowest(static_cast<std::size_t>(a.contact.bodies), none);  // [m/s]
+  for (const Material& material : model_.materials) {
+    double& c = slowest[static_cast<std::size_t>(material.body)];
+    c = std::min(c, std::sqrt(wave_modulus(material.law) / material.density));
+  }
+  for (const double c : slowest)
+    a.transfer.rates.push_back(relaxation_ ? *relaxation_ * c / h : 1.0 / *relaxation_time_);
+  if (std::all_of(a.transfer.rates.begin(), a.transfer.rates.end(),
+                  [](double rate) { return rate == 0.0; }))
+    a.transfer = {};  // FLIP
 }
 
 template <int Dim>
@@ -299,6 +341,7 @@ void ScenarioBuilder<Dim>::build_output() {
   template void ScenarioBuilder<Dim>::build_analysis();                        \
   template void ScenarioBuilder<Dim>::build_scheme(JsonValue&);                \
   template void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue&); \
+  template void ScenarioBuilder<Dim>::build_transfer_rates();                  \
   template void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue&); \
   template bool ScenarioBuilder<Dim>::is_grid() const;                         \
   template void ScenarioBuilder<Dim>::build_time_step(const JsonValue&);       \

@@ -60,6 +60,7 @@ class ScenarioBuilder {
   void build_scheme(JsonValue& analysis);
   void build_damping(const JsonValue& analysis);
   void build_velocity_update(const JsonValue& analysis);
+  void build_transfer_rates();  ///< after the bodies
   void build_shape_functions(const JsonValue& analysis);
   bool is_grid() const;  ///< collective
   void build_time_step(const JsonValue& analysis);
@@ -164,6 +165,8 @@ class ScenarioBuilder {
   double region_tolerance_ = 0;  ///< [m]
   RowShares rows_;               ///< of model_.particles: who has which
   bool particles_complete_ = true;  ///< false: some generator failed, the number is not known
+  std::optional<double> relaxation_;       ///< [-] of velocities, by the wave speed
+  std::optional<double> relaxation_time_;  ///< [s]
   bool moving_ = false;             ///< some generator gave a velocity
   std::set<Index> generator_sets_;  ///< particle set ids that a generator made
   std::set<Index> shadowed_sets_;   ///< of those: also in entity_sets.json, with other members

@@ -10,18 +10,19 @@ namespace lahar {
 
 namespace {
 
-/// Returns the largest speed squared at each lane.
 template <int Dim, class Real, class Map>
-LAHAR_INLINE Real update_run(const Patch<Dim>& patch, const Map& map, const Run& run,
-                             const MovedRows<Dim>& rows, const VelocityUpdate& update, double dt) {
+LAHAR_INLINE void update_run(const Patch<Dim>& patch, const Map& map, const Run& run,
+                             const MovedRows<Dim>& rows, VelocityUpdates<Dim>& updates, double dt,
+                             Advanced<Real>& all) {
+  const VelocityUpdate update = updates.of(run);
+  const double* change = updates.field(patch);
   const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
   const double *node_v[corners<Dim>], *node_a[corners<Dim>];
   LAHAR_UNROLL
   for (std::size_t i = 0; i < corners<Dim>; ++i) {
     node_v[i] = patch.velocity.data() + static_cast<std::ptrdiff_t>(corner[i]) * node_width;
-    node_a[i] = patch.acceleration.data() + static_cast<std::ptrdiff_t>(corner[i]) * node_width;
+    node_a[i] = change + static_cast<std::ptrdiff_t>(corner[i]) * node_width;
   }
-  Real fastest(0.0);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = run.end - p;
     prefetch(rows.v, p);
@@ -38,9 +39,8 @@ LAHAR_INLINE Real update_run(const Patch<Dim>& patch, const Map& map, const Run&
       for (int d = 0; d < Dim; ++d)
         a[d] = i == 0 ? multiply(N, node_a[i] + d) : multiply_add(a[d], N, node_a[i] + d);
     }
-    fastest = max(fastest, advance(rows, p, n, v, a, update, dt));
+    advance(rows, p, n, v, a, update, dt, updates.mass(), all);
   }
-  return fastest;
 }
 
 }  // namespace
@@ -86,17 +86,17 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs
                       VelocityGradients<Dim>* gradients) {
   if (supported::is(patch))
     return supported::update_particles<Dim, Real>(patch, step, runs, gradients);
-  const VelocityUpdate update(step.model->analysis.flip, step.dt);
+  VelocityUpdates<Dim> updates(patch, step);
   const MovedRows<Dim> rows(patch.particles);
-  Real fastest(0.0);
+  Advanced<Real> all;
   PrescribedMotion<Dim> prescribed(patch, step);
   for_each_run(
       patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
         prescribed.begin(run);
-        fastest = max(fastest, update_run<Dim, Real>(patch, map, run, rows, update, step.dt));
+        update_run<Dim, Real>(patch, map, run, rows, updates, step.dt, all);
         prescribed.end(run);
       });
-  note_speeds(patch, fastest);
+  note(patch, all);
 }
 
 template <int Dim>

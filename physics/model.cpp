@@ -14,4 +14,8 @@ double MathFunction::operator()(double t) const {
   return f[i - 1] + (f[i] - f[i - 1]) * (t - x[i - 1]) / (x[i] - x[i - 1]);
 }
 
+double VelocityTransfer::kept(int body, double dt) const {
+  return rates.empty() ? flip : std::max(0.0, 1.0 - dt * rates[static_cast<std::size_t>(body)]);
+}
+
 }  // namespace lahar

@@ -65,9 +65,9 @@ struct NodeVelocity {
 /// different axes.
 struct NodeFriction {
   Index node;
-  int normal;       ///< direction of the wall's normal, in the node's frame
-  int outward;      ///< sign of the normal that points out of the body: 1 or -1
-  double friction;  ///< coefficient [-]; infinite: no sliding while pressed
+  int normal;              ///< direction of the wall's normal, in the node's frame
+  int outward;             ///< sign of the normal that points out of the body: 1 or -1
+  double friction;         ///< coefficient [-]; infinite: no sliding while pressed
   bool one_sided = false;  ///< the wall pushes and does not pull, at the node's prescribed velocity
 };
 
@@ -143,13 +143,13 @@ struct ParticleTable {
   std::vector<Vec<Dim>> velocity;       ///< [m/s]; empty = zero
   std::vector<Voigt> stress;            ///< [Pa]; empty = zero
   // What particles of an earlier run bring with them.
-  std::vector<Vec<Dim>> displacement;   ///< [m]; empty = zero
-  std::vector<Voigt> strain;            ///< engineering shear; empty = zero
-  std::vector<double> mass;             ///< [kg]; empty = volume times the material's density
+  std::vector<Vec<Dim>> displacement;  ///< [m]; empty = zero
+  std::vector<Voigt> strain;           ///< engineering shear; empty = zero
+  std::vector<double> mass;            ///< [kg]; empty = volume times the material's density
   /// State variables of the particle's material, in its order; empty = those of its beginning.
   std::vector<std::array<double, most_state>> state;
-  std::vector<Index> id;                ///< ascending; empty = the position
-  std::vector<std::uint64_t> loads;     ///< as Particles::loads; empty = not yet set
+  std::vector<Index> id;             ///< ascending; empty = the position
+  std::vector<std::uint64_t> loads;  ///< as Particles::loads; empty = not yet set
   Index size() const { return static_cast<Index>(x.size()); }
   Index id_of(std::size_t row) const { return id.empty() ? static_cast<Index>(row) : id[row]; }
 };
@@ -163,6 +163,28 @@ struct TimeStep {
   bool accept_unstable = false;  ///< a fixed step above the limit is a warning, not an error
 };
 
+/// What particles keep of the part of their velocities that nodes do not have.
+///
+/// With P = S S+, S+ from particles to nodes (means weighted by mass) and S back, FLIP changes
+/// velocities by dt S a, and the transfer then takes from them
+///     theta (I - P)^order v_p,    theta = rate dt <= 1, or the same in every step. 
+/// Order 1 is PIC (theta = 1) and its blend with FLIP; with theta = 1 higher orders are XPIC
+/// (Hammerquist & Nairn 2017), and FMPM (Nairn & Hammerquist 2021) where the change of nodal
+/// velocities is filtered with them. A wave of wave number q loses its velocity at the rate
+/// (q^2 h^2 / 6)^order theta / dt or so: higher orders leave alone what the mesh resolves.
+struct VelocityTransfer {
+  double flip = 1.0;  ///< 1 - theta where it is the same in every step
+  /// [1/s] by body, infinite where nothing is kept; empty: `flip` holds. Of one body all particles
+  /// have the same, else momentum would not be kept.
+  std::vector<double> rates;
+  int order = 1;
+  bool filters_change = false;  ///< FMPM
+
+  /// 1 - theta of a body in a step of dt [s].
+  double kept(int body, double dt) const;
+  bool takes() const { return !rates.empty() || flip < 1.0; }
+};
+
 /// Bodies that have velocities of their own at nodes, and meet there.
 struct Contact {
   int bodies = 1;       ///< one has no contact
@@ -173,17 +195,17 @@ struct Analysis {
   Scheme scheme = Scheme::usf;
   ShapeFunctions functions = ShapeFunctions::element;
   Affine affine = Affine::none;
-  /// GIMP as in CB-Geo: edges of domains are the cell's over the number of particles in it, not over
-  /// its root.
+  /// GIMP as in CB-Geo: edges of domains are the cell's over the number of particles in it, not
+  /// over its root.
   bool cbgeo_domains = false;
   /// A particle whose domain reaches beyond the cells around its own stops the run; else functions
   /// are those of a smaller one.
   bool refuse_large_domains = false;
   TimeStep step;
   Index first_step = 0;  ///< steps that an earlier run did, from which this one goes on
-  Index nsteps = 0;  ///< steps to take, these included; with end_time whichever comes first
+  Index nsteps = 0;      ///< steps to take, these included; with end_time whichever comes first
   double end_time = std::numeric_limits<double>::infinity();  ///< [s]
-  double flip = 1.0;     ///< velocity update: 1 = FLIP, 0 = PIC, between = blend
+  VelocityTransfer transfer;
   double damping = 0.0;  ///< Cundall factor [-]; 0 = none
   bool pressure_smoothing = false;
   bool opening = false;  ///< what opens between grains or drops is not volume of the particles
@@ -202,8 +224,8 @@ struct Analysis {
   /// of 125 thousand and 1 million particles, against 4096: 1024 20 % slower, 2048 8 %; 8192 and
   /// 16384 3 to 7 % faster, but half and a quarter of the patches to share among threads.
   Index patch_particles = 4096;
-  /// Every so many steps, patches that hold more than split_factor times as many are looked for, and
-  /// split; 0 = never. Part of the result's identity.
+  /// Every so many steps, patches that hold more than split_factor times as many are looked for,
+  /// and split; 0 = never. Part of the result's identity.
   Index split_steps = 100;
 };
 

@@ -1,7 +1,6 @@
 /// Nodal kernels. Every patch that holds a node does the same arithmetic in the same order on the
 /// same sums, so that all copies of a node are identical.
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -10,132 +9,17 @@
 #include "physics/driven_nodes.h"
 #include "physics/kernels.h"
 #include "physics/loads.h"
+#include "physics/node_sums.h"
 
 namespace lahar {
 
 namespace {
-
-/// Two kinds of node sums that lie beside each other: a line.
-using SumLine = PackOf<sum_stride>;
-LAHAR_INLINE NodeVector first_of(const SumLine& line) {
-  return NodeVector::of(__builtin_shufflevector(line.v, line.v, 0, 1, 2, 3));
-}
-LAHAR_INLINE NodeVector second_of(const SumLine& line) {
-  return NodeVector::of(__builtin_shufflevector(line.v, line.v, 4, 5, 6, 7));
-}
-
-/// Node sums over all patches that share a node, in ascending patch id: of one kind (a NodeVector),
-/// or of `which` and the kind beside it (a SumLine).
-template <int Dim, class Sum = NodeVector>
-class SumOverPatches {
- public:
-  SumOverPatches(Patch<Dim>& patch, NodeSum which, Index step)
-      : shared_node_(patch.topology.shared_node.data()),
-        shares_(patch.topology.shares.data()),
-        first_(patch.topology.first.data()),
-        n_shared_(patch.topology.shared_node.size()),
-        own_(patch.own_sums(which, step)),
-        sums_(patch.all_sums(which, step)),
-        offset_(sum_offset(which)) {
-    assert(offset_ + lanes<Sum> <= sum_stride);
-  }
-
-  /// What this patch alone contributes.
-  LAHAR_INLINE Sum own(Local node) const {
-    return load<Sum>(own_ + static_cast<std::ptrdiff_t>(node) * sum_stride);
-  }
-  /// The node of shared(s); beyond all nodes after the last.
-  LAHAR_INLINE Local shared_node(std::size_t s) const {
-    return s < n_shared_ ? shared_node_[s] : std::numeric_limits<Local>::max();
-  }
-  /// The sum at shared_node(s). Sums that are zero may be left out: it begins at zero.
-  LAHAR_INLINE Sum shared(std::size_t s) const {
-    Sum sum(0.0);
-    for (Local e = first_[s]; e < first_[s + 1]; ++e)
-      if (const double* from = sums_of(e)) sum += load<Sum>(from + place(e));
-    return sum;
-  }
-  /// The same with the largest of each component in place of their sum. It begins at zero.
-  LAHAR_INLINE Sum shared_most(std::size_t s) const {
-    Sum most(0.0);
-    for (Local e = first_[s]; e < first_[s + 1]; ++e)
-      if (const double* from = sums_of(e)) most = max(most, load<Sum>(from + place(e)));
-    return most;
-  }
-  /// Others wrote their sums long ago and elsewhere: fetch them before they are needed.
-  LAHAR_INLINE void prefetch(std::size_t s) const {
-    constexpr std::size_t ahead = 8;
-    if (s + ahead >= n_shared_) return;
-    for (Local e = first_[s + ahead]; e < first_[s + ahead + 1]; ++e)
-      if (const double* from = sums_of(e)) __builtin_prefetch(from + place(e));
-  }
-
- private:
-  LAHAR_INLINE const double* sums_of(Local e) const { return sums_[shares_[e].neighbour + 1]; }
-  LAHAR_INLINE std::ptrdiff_t place(Local e) const {
-    return static_cast<std::ptrdiff_t>(shares_[e].node) * sum_stride + offset_;
-  }
-
-  const Local* shared_node_;
-  const typename PatchTopology<Dim>::Share* shares_;
-  const Local* first_;
-  std::size_t n_shared_;
-  const double* own_;
-  const double* const* sums_;  ///< of this patch and the neighbours
-  int offset_;
-};
-
-/// Call node(i, this patch's own sum, sum) for every active node, in order.
-template <int Dim, class Sum, class Node>
-void for_each_node(const Patch<Dim>& patch, const SumOverPatches<Dim, Sum>& sums, Node node) {
-  for (const NodeRange& range : patch.active_nodes) {
-    std::size_t s = range.first_shared;
-    Local next_shared = sums.shared_node(s);
-    for (Local i = range.begin; i < range.end; ++i) {
-      const Sum own = sums.own(i);
-      Sum sum = own;
-      if (i == next_shared) {
-        sums.prefetch(s);
-        sum = sums.shared(s);
-        next_shared = sums.shared_node(++s);
-      }
-      node(i, own, sum);
-    }
-  }
-}
-
-LAHAR_INLINE double* at(NodeArray& values, Local node) {
-  return values.data() + static_cast<std::ptrdiff_t>(node) * node_width;
-}
-LAHAR_INLINE const double* at(const NodeArray& values, Local node) {
-  return values.data() + static_cast<std::ptrdiff_t>(node) * node_width;
-}
-
-/// {v, m} from a velocity and a vector with the mass.
-LAHAR_INLINE NodeVector with_mass(const NodeVector& v, const NodeVector& m) {
-  return NodeVector::of(__builtin_shufflevector(v.v, m.v, 0, 1, 2, 4 + mass_lane));
-}
 
 LAHAR_INLINE NodeVector with_component(const NodeVector& v, int component, double value) {
   double values[node_width];
   store(v, values);
   values[component] = value;
   return load<NodeVector>(values);
-}
-
-/// Where an element's functions are negative in places, so may be the mass of a node: what is
-/// divided by it still moves with the body, as linear and angular momentum demand.
-LAHAR_INLINE bool more_than(double m, double least) {
-  return std::abs(m) > least;
-}
-
-/// {v, m} of a node from the sums {m v} and the mass {., m}.
-template <int Dim>
-LAHAR_INLINE NodeVector velocity_of(const Patch<Dim>& patch, const NodeVector& momentum,
-                                    const NodeVector& mass) {
-  const double m = mass[mass_lane];
-  if (!more_than(m, 0.1 * patch.least_mass)) return with_mass(NodeVector(0.0), mass);
-  return with_mass(flushed(momentum * NodeVector(1.0 / m), least_nodal_velocity), mass);
 }
 
 /// The state of nodes exists where there are, or were, particles: most patches of the ring around
@@ -425,6 +309,7 @@ class Integrator {
         patch_.work.damping += point.drag[d] * move;
       }
     }
+    if (step_.model->analysis.transfer.takes()) count_transfer(own_mass);
   }
 
  private:
@@ -434,6 +319,19 @@ class Integrator {
 
   double point_force(const PointForce& point) const {
     return point.force * load_factor(*step_.model, point.function, step_.time);
+  }
+
+  /// What the velocity transfer takes is what nodes got in the step, counted here, and particles
+  /// did not (Advanced::lost).
+  void count_transfer(const double* own_mass) {
+    NodeVector got(0.0);
+    for (const NodeRange& range : patch_.active_nodes)
+      for (Local i = range.begin; i < range.end; ++i) {
+        const auto a = load<NodeVector>(at(patch_.acceleration, i));
+        const auto mean = load<NodeVector>(at(patch_.velocity, i)) - (0.5 * step_.dt) * a;
+        got += own_mass[static_cast<std::ptrdiff_t>(i) * sum_stride] * (a * mean);
+      }
+    for (int d = 0; d < Dim; ++d) patch_.work.damping += step_.dt * got[d];
   }
 
   /// A point force acts on the first of the bodies that are at its node.

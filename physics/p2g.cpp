@@ -11,6 +11,7 @@
 #include "physics/law.h"
 #include "physics/loads.h"
 #include "physics/support_kernels.h"
+#include "physics/velocity_transfer.h"
 
 namespace lahar {
 
@@ -158,6 +159,33 @@ void map_mass_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Runs run
 template <int Dim, class Real>
 void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   map_momentum_to<Dim, Real>(patch, runs, patch.own_sums(NodeSum::momentum, step.step));
+}
+
+template <int Dim, class Real>
+void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, int order) {
+  double* nodes = patch.own_sums(sum_of_order(order), step.step);
+  if (supported::is(patch)) return supported::map_smoothed<Dim, Real>(patch, runs, nodes);
+  const double *m = patch.particles.row(Column::mass), *v = patch.transfer.data();
+  for_each_run(
+      patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
+        const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
+        scatter<(1u << Dim) - 1, Real>(
+            map, run, corner,
+            nodes, [&](Local p, Local n, Real(&q)[node_width]) __attribute__((always_inline)) {
+              const auto w = weights_at<Dim, Real>(map, p);
+              LAHAR_UNROLL
+              for (std::size_t i = 0; i < corners<Dim>; ++i) {
+                const Real N = w.N(static_cast<int>(i));
+                const double* at = v + static_cast<std::ptrdiff_t>(corner[i]) * node_width;
+                LAHAR_UNROLL
+                for (int d = 0; d < Dim; ++d)
+                  q[d] = i == 0 ? multiply(N, at + d) : multiply_add(q[d], N, at + d);
+              }
+              const Real mass = load_first<Real>(m + p, n);
+              LAHAR_UNROLL
+              for (int d = 0; d < Dim; ++d) q[d] *= mass;
+            });
+      });
 }
 
 template <int Dim, class Real>
@@ -345,6 +373,7 @@ void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   template void map_mass_momentum<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs); \
   template void map_momentum<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);      \
   template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);      \
+  template void map_smoothed<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, int); \
   template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);
 LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)

@@ -5,6 +5,7 @@
 
 #include "physics/patch.h"
 #include "physics/simd.h"
+#include "physics/velocity_transfer.h"
 
 namespace lahar {
 
@@ -18,6 +19,47 @@ struct VelocityUpdate {
       : keep(flip), acceleration(flip * dt), velocity(1.0 - flip) {}
 };
 
+/// The velocity updates of a patch in a step, and what they take the acceleration from.
+template <int Dim>
+class VelocityUpdates {
+ public:
+  VelocityUpdates(const Patch<Dim>& patch, const StepContext<Dim>& step)
+      : model_(*step.model), dt_(step.dt), filtered_(has_filter(model_.analysis.transfer)) {
+    set(0);
+    if (model_.analysis.transfer.takes()) mass_ = patch.particles.row(Column::mass);
+  }
+  LAHAR_INLINE const VelocityUpdate& of(const Run& run) {
+    if (model_.analysis.contact.bodies > 1)
+      if (const int body = model_.materials[run.material].body; body != body_) set(body);
+    return update_;
+  }
+  /// Whether any needs the interpolated acceleration.
+  bool need_acceleration() const {
+    return filtered_ || !model_.analysis.transfer.rates.empty() ||
+           model_.analysis.transfer.flip != 0.0;
+  }
+  /// Nodal field whose factor is VelocityUpdate::acceleration.
+  const double* field(const Patch<Dim>& patch) const {
+    return (filtered_ ? patch.transfer : patch.acceleration).data();
+  }
+  /// Masses of the particles where the kinetic energy that is taken is counted, else null.
+  const double* mass() const { return mass_; }
+
+ private:
+  void set(int body) {
+    body_ = body;
+    update_ = VelocityUpdate(model_.analysis.transfer.kept(body, dt_), dt_);
+    if (filtered_) update_.acceleration = 1.0, update_.velocity = 0.0;
+  }
+
+  const Model<Dim>& model_;
+  double dt_;
+  bool filtered_;
+  int body_ = 0;
+  VelocityUpdate update_{1.0, 0.0};
+  const double* mass_ = nullptr;
+};
+
 /// Rows of the columns that G2P changes.
 template <int Dim>
 struct MovedRows {
@@ -29,31 +71,43 @@ struct MovedRows {
         u(particles.template rows<Dim>(Column::u)) {}
 };
 
-/// Velocities and places of the n particles from p on, from interpolated v and a. Returns the speed
-/// squared at each lane, zero beyond the n.
+/// What G2P finds of all particles, at each lane.
+template <class Real>
+struct Advanced {
+  Real fastest = Real(0.0);  ///< largest speed squared
+  Real lost = Real(0.0);     ///< kinetic energy before, less that after [J]
+};
+
+/// Velocities and places of the n particles from p on, from interpolated v and a. `mass`: of all
+/// particles where energy is counted, else null.
 template <int Dim, class Real>
-LAHAR_INLINE Real advance(const MovedRows<Dim>& rows, Local p, Local n, const Real (&v)[Dim],
-                          const Real (&a)[Dim], const VelocityUpdate& update, double dt) {
-  Real speed2(0.0);
+LAHAR_INLINE void advance(const MovedRows<Dim>& rows, Local p, Local n, const Real (&v)[Dim],
+                          const Real (&a)[Dim], const VelocityUpdate& update, double dt,
+                          const double* mass, Advanced<Real>& all) {
+  Real speed2(0.0), lost(0.0);
   LAHAR_UNROLL
   for (std::size_t d = 0; d < Dim; ++d) {
     // Factors of exactly 0 and 1 leave pure FLIP and pure PIC unchanged to the last bit.
-    const Real blended = update.keep * load<Real>(rows.v[d] + p) + update.acceleration * a[d] +
-                         update.velocity * v[d];
+    const Real old = load<Real>(rows.v[d] + p);
+    const Real blended = update.keep * old + update.acceleration * a[d] + update.velocity * v[d];
+    if (mass) lost += (old - blended) * (old + blended);
     store_first(blended, rows.v[d] + p, n);
     speed2 += blended * blended;
     const Real move = dt * v[d];
     store_first(load<Real>(rows.x[d] + p) + move, rows.x[d] + p, n);
     store_first(load<Real>(rows.u[d] + p) + move, rows.u[d] + p, n);
   }
-  return first_lanes(speed2, n);
+  all.fastest = max(all.fastest, first_lanes(speed2, n));
+  if (mass) all.lost += first_lanes(0.5 * load<Real>(mass + p) * lost, n);
 }
 
-/// Raise Patch::max_speed to the speeds whose squares the lanes hold [m/s].
+/// Raise Patch::max_speed, and add what particles lost to what the transfer takes: what nodes got
+/// is subtracted from it in integrate().
 template <int Dim, class Real>
-LAHAR_INLINE void note_speeds(Patch<Dim>& patch, const Real& speed2) {
+LAHAR_INLINE void note(Patch<Dim>& patch, const Advanced<Real>& all) {
   for (int lane = 0; lane < lanes<Real>; ++lane)
-    patch.max_speed = std::max(patch.max_speed, std::sqrt(speed2[lane]));
+    patch.max_speed = std::max(patch.max_speed, std::sqrt(all.fastest[lane]));
+  patch.work.damping += reduce(all.lost);
 }
 
 /// Particles whose velocities are prescribed: begin() comes before G2P moves a run, end() after it.

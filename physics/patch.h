@@ -47,22 +47,24 @@ enum class NodeSum : int {
   displacement,
   waves,
   prescribed_mass,
-  prescribed_momentum
+  prescribed_momentum,
+  smoothed,       ///< momentum of interpolated velocities, of even orders
+  smoothed_again  ///< the same of odd orders: neighbours may still read the others
 };
-inline constexpr int n_node_sums = 10;
+inline constexpr int n_node_sums = 12;
 /// Doubles of every quantity of a node, one vector: {m v, m}, {f, 0}, {m v, m} (MUSL's second
 /// mapping), {m p, 0, 0, 0}, {V grad N, 0} and ends of the body (contact; not sums but the
 /// furthest: contact_surface.h), {m u, 0} and {m c_p, m c_s, m rho, m} (absorbing boundaries),
-/// {m, 0} and {m v, 0} by direction of particles whose velocity along it is prescribed; nodal state
-/// {v, m} and {a, 0}.
+/// {m, 0} and {m v, 0} by direction of particles whose velocity along it is prescribed, twice
+/// {m v, 0} (orders of the velocity transfer); nodal state {v, m} and {a, 0}.
 inline constexpr int node_width = 4;
 inline constexpr int mass_lane = 3;
 using NodeVector = PackOf<node_width>;
 using NodeArray = std::vector<double, Eigen::aligned_allocator<double>>;
 
 /// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, surface},
-/// {displacement, waves} and {prescribed_mass, prescribed_momentum}: what is exchanged together is
-/// one cache line per node.
+/// {displacement, waves}, {prescribed_mass, prescribed_momentum} and {smoothed, smoothed_again}:
+/// what is exchanged together is one cache line per node.
 inline constexpr int sum_stride = 2 * node_width;
 inline constexpr int n_sum_arrays = (n_node_sums + 1) / 2;
 /// Array that holds a kind of sum, and where in a node's line it begins.
@@ -76,7 +78,7 @@ constexpr int sum_offset(NodeSum which) {
 /// How many copies of each array of sums there are, used in turn by step. Two where a patch may
 /// begin to sum for the next step while neighbours still read the sums of this one.
 struct NodeSumCopies {
-  std::array<int, n_sum_arrays> of{1, 0, 0, 0, 0};
+  std::array<int, n_sum_arrays> of{1, 0, 0, 0, 0, 0};
   bool operator==(const NodeSumCopies&) const = default;
 };
 
@@ -88,7 +90,8 @@ struct NodeRange {
 
 /// What one patch contributes to a row of history.csv (HistoryRow), reset after each row.
 struct PatchWork {
-  double internal = 0, external = 0, damping = 0;  ///< [J] the last with friction
+  double internal = 0, external = 0;
+  double damping = 0;  ///< [J] with friction, and with what the velocity transfer takes
   double divided = 0;  ///< increments that a law could only do in parts (update_in_parts())
   PatchWork& operator+=(const PatchWork& other) {
     internal += other.internal;
@@ -109,7 +112,7 @@ struct Mark {
   std::array<double, 3> velocity{};
   std::array<double, 6> stress{};  ///< [Pa] before the increment; of Kind::law
   std::uint16_t material = 0;      ///< index into the materials; of Kind::law
-  Index count = 0;  ///< particles marked in this patch and step
+  Index count = 0;                 ///< particles marked in this patch and step
 };
 
 /// What all patches share and kernels only read.
@@ -169,15 +172,16 @@ struct Patch {
   /// [m] node_width per node; isoparametric cells, and affine velocities where functions
   /// are given one by one (corners, CPDI).
   NodeArray node_position;
-  double smallest_cell = 0;                      ///< [m] least of cell_size
-  std::vector<double> cell_size;                 ///< [m], for the time step limit
-  tsl::robin_map<Index, Local> local_cell;       ///< local number of a global cell id; first body
+  double smallest_cell = 0;                 ///< [m] least of cell_size
+  std::vector<double> cell_size;            ///< [m], for the time step limit
+  tsl::robin_map<Index, Local> local_cell;  ///< local number of a global cell id; first body
 
   // Node arrays by local node, node_width doubles each, sums sum_stride apart.
   std::array<std::vector<NodeArray>, n_sum_arrays> sums;  ///< private; read by neighbours; empty
                                                           ///< before there are active nodes
   NodeArray velocity;            ///< {v [m/s], m [kg]}, m summed over all patches
   NodeArray acceleration;        ///< {a [m/s^2], 0}
+  NodeArray transfer;            ///< {v [m/s], 0} of velocity_transfer.h; only where it needs one
   std::vector<double> pressure;  ///< [Pa]; only with pressure smoothing
   NodeArray gradient;            ///< {direction of sum_p V_p grad N, 0}; only with contact
   NodeArray damping;             ///< {damping force [N], 0}; only where there is damping
@@ -212,7 +216,7 @@ struct Patch {
     double force;  ///< [N]
     int function;  ///< -1 = constant
   };
-  std::vector<PointForce> forces;  ///< ascending nodes
+  std::vector<PointForce> forces;             ///< ascending nodes
   std::vector<AbsorbingNode<Dim>> absorbing;  ///< ascending nodes
   std::vector<char> absorbing_cells;          ///< by local cell: has functions at one of them
   std::vector<DrivenNode<Dim>> driven;        ///< of this step; ascending nodes

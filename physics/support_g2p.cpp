@@ -57,12 +57,14 @@ LAHAR_INLINE void moments_of_domain(const Basis& basis, Local p, const double* v
   }
 }
 
-/// Velocity of the nodes and its affine part C at the particles from p on: of APIC
-/// sum_i N_i v_i (x_i - x_p)^T D^-1 (Jiang et al. 2015), of TPIC, and of APIC with functions of
-/// elements, the velocity gradient. For linear functions on boxes and simplices these are the same.
+/// Velocity of the nodes at the particles from p on, and the affine part C of the nodal velocities
+/// `spread` there: of APIC sum_i N_i v_i (x_i - x_p)^T D^-1 (Jiang et al. 2015), of TPIC, and of
+/// APIC with functions of elements, the velocity gradient. For linear functions on boxes and
+/// simplices these are the same.
 template <int Dim, class Real, TensorBasis Basis>
 LAHAR_INLINE void affine_velocity(const Basis& basis, Affine affine, Local p, const double* v,
-                                  const Local* nodes, Real (&value)[Dim], Real (&C)[Dim][Dim]) {
+                                  const double* /*spread*/, const Local* nodes, Real (&value)[Dim],
+                                  Real (&C)[Dim][Dim]) {
   AxisWeights<Dim, Real> by;
   Fields<Dim, Real> at;
   basis.weights(p, by.w, by.dw);
@@ -82,39 +84,42 @@ LAHAR_INLINE void affine_velocity(const Basis& basis, Affine affine, Local p, co
 }
 template <int Dim, class Real, class Basis>
 LAHAR_INLINE void affine_velocity(const Basis& basis, Affine affine, Local p, const double* v,
-                                  const Local* nodes, Real (&value)[Dim], Real (&C)[Dim][Dim]) {
+                                  const double* spread, const Local* nodes, Real (&value)[Dim],
+                                  Real (&C)[Dim][Dim]) {
   const double* const fields[1] = {v};
   Real sum[1][Dim];
   interpolate<Dim, 1>(basis, p, fields, nodes, sum);
   LAHAR_UNROLL
   for (int d = 0; d < Dim; ++d) value[d] = sum[0][d];
-  gradient<Dim, Real>(basis, p, v, nodes, C);
+  gradient<Dim, Real>(basis, p, spread, nodes, C);
   if constexpr (DomainBasis<Basis>)
-    if (affine == Affine::apic) moments_of_domain<Dim>(basis, p, v, nodes, C);
+    if (affine == Affine::apic) moments_of_domain<Dim>(basis, p, spread, nodes, C);
 }
 
 /// update_particles() with affine velocities.
 template <int Dim, class Real>
-Real update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
-                   const VelocityUpdate& update) {
+void update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+                   VelocityUpdates<Dim>& updates) {
   const MovedRows<Dim> rows(patch.particles);
   const auto affine = patch.particles.template rows<Dim * Dim>(Column::affine);
   const double* v = patch.velocity.data();
-  const double* const acceleration[1] = {patch.acceleration.data()};
+  const double* spread = spreads_before_forces(step.model->analysis) ? patch.transfer.data() : v;
+  const double* const acceleration[1] = {updates.field(patch)};
   CornerMotion<Dim> corners_of(patch, step.dt);
   PrescribedMotion<Dim> prescribed(patch, step);
-  Real fastest(0.0);
+  Advanced<Real> all;
   for_each_supported_run(
       patch, runs,
       [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
         prescribed.begin(run);
+        const VelocityUpdate update = updates.of(run);
         for (Local p = run.begin; p < run.end; p += lanes<Real>) {
           const Local n = run.end - p;
           prefetch(rows.v, p);
           prefetch(rows.u, p);
           prefetch(affine, p);
           Real value[Dim], C[Dim][Dim], a[1][Dim];
-          affine_velocity<Dim>(basis, step.model->analysis.affine, p, v, nodes, value, C);
+          affine_velocity<Dim>(basis, step.model->analysis.affine, p, v, spread, nodes, value, C);
           LAHAR_UNROLL
           for (std::size_t k = 0; k < Dim * Dim; ++k)
             store_first(C[k / Dim][k % Dim], affine[k] + p, n);
@@ -122,26 +127,26 @@ Real update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
           for (Real& component : a[0]) component = Real(0.0);
           if (update.acceleration != 0.0) interpolate<Dim, 1>(basis, p, acceleration, nodes, a);
           corners_of.move(basis, p, n, v, nodes, value);
-          fastest = max(fastest, advance(rows, p, n, value, a[0], update, step.dt));
+          advance(rows, p, n, value, a[0], update, step.dt, updates.mass(), all);
         }
         prescribed.end(run);
       });
-  return fastest;
+  note(patch, all);
 }
 
 /// update_particles() that also finds velocity gradients.
 template <Wanted wanted, int Dim, class Real>
-Real update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
-                           const VelocityUpdate& update, VelocityGradients<Dim>& gradients) {
+void update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+                           VelocityUpdates<Dim>& updates, VelocityGradients<Dim>& gradients) {
   gradients.make_room(runs, lanes<Real>);
   const MovedRows<Dim> rows(patch.particles);
   std::array<double*, static_cast<std::size_t>(Dim) * Dim> affine{};
   const bool is_affine = patch.particles.layout().has(Column::affine);
   if (is_affine) affine = patch.particles.template rows<Dim * Dim>(Column::affine);
-  const double *v = patch.velocity.data(), *a = patch.acceleration.data();
+  const double *v = patch.velocity.data(), *a = updates.field(patch);
   SplinePolynomials polynomials(patch.topology, v);
   PrescribedMotion<Dim> prescribed(patch, step);
-  Real fastest(0.0);
+  Advanced<Real> all;
   for_each_tensor_run(
       patch, runs,
       [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
@@ -150,6 +155,7 @@ Real update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
         constexpr bool polynomial = Dim == 3 && Basis::per_particle < axis_nodes && !wanted.a;
         if constexpr (polynomial) polynomials.move_to(run.cell);
         const double centre = at_centre ? centre_trace<Dim>(basis, v, nodes) : 0.0;
+        const VelocityUpdate update = updates.of(run);
         auto to = gradients.begin(run, runs);
         prescribed.begin(run);
         for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {
@@ -176,11 +182,11 @@ Real update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
             for (std::size_t k = 0; k < Dim * Dim; ++k)
               store_first(C[k / Dim][k % Dim], affine[k] + p, n);
           }
-          fastest = max(fastest, advance(rows, p, n, at.v, at.a, update, step.dt));
+          advance(rows, p, n, at.v, at.a, update, step.dt, updates.mass(), all);
         }
         prescribed.end(run);
       });
-  return fastest;
+  note(patch, all);
 }
 
 }  // namespace
@@ -188,13 +194,12 @@ Real update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
 template <int Dim, class Real>
 void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
                       VelocityGradients<Dim>* gradients) {
-  const VelocityUpdate update(step.model->analysis.flip, step.dt);
+  VelocityUpdates<Dim> updates(patch, step);
   if (gradients) {
     const auto find = [&]<Wanted wanted>() {
-      note_speeds(patch,
-                  update_with_gradients<wanted, Dim, Real>(patch, step, runs, update, *gradients));
+      update_with_gradients<wanted, Dim, Real>(patch, step, runs, updates, *gradients);
     };
-    const bool a = update.acceleration != 0.0;
+    const bool a = updates.need_acceleration();
     if (step.model->analysis.affine == Affine::apic)
       return a ? find.template operator()<Wanted{true, true}>()
                : find.template operator()<Wanted{true, false}>();
@@ -202,27 +207,28 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs
              : find.template operator()<Wanted{false, false}>();
   }
   if (patch.particles.layout().has(Column::affine))
-    return note_speeds(patch, update_affine<Dim, Real>(patch, step, runs, update));
+    return update_affine<Dim, Real>(patch, step, runs, updates);
   const MovedRows<Dim> rows(patch.particles);
-  const double* const fields[2] = {patch.velocity.data(), patch.acceleration.data()};
+  const double* const fields[2] = {patch.velocity.data(), updates.field(patch)};
   CornerMotion<Dim> corners_of(patch, step.dt);
   PrescribedMotion<Dim> prescribed(patch, step);
-  Real fastest(0.0);
+  Advanced<Real> all;
   for_each_supported_run(
       patch, runs,
       [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
         prescribed.begin(run);
+        const VelocityUpdate update = updates.of(run);
         for (Local p = run.begin; p < run.end; p += lanes<Real>) {
           prefetch(rows.v, p);
           prefetch(rows.u, p);
           Real sum[2][Dim];
           interpolate<Dim, 2, Real>(basis, p, fields, nodes, sum);
           corners_of.move(basis, p, run.end - p, fields[0], nodes, sum[0]);
-          fastest = max(fastest, advance(rows, p, run.end - p, sum[0], sum[1], update, step.dt));
+          advance(rows, p, run.end - p, sum[0], sum[1], update, step.dt, updates.mass(), all);
         }
         prescribed.end(run);
       });
-  note_speeds(patch, fastest);
+  note(patch, all);
 }
 
 template <int Dim>

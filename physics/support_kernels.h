@@ -29,7 +29,11 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, doubl
 template <int Dim, class Real>
 void map_gradient(Patch<Dim>& patch, Runs runs, double* sums);
 
-/// The same for quadratic splines in 3D.
+/// (m v)_i += sum_p N_i m_p sum_j N_j v_j with the velocities of Patch::transfer.
+template <int Dim, class Real>
+void map_smoothed(Patch<Dim>& patch, Runs runs, double* sums);
+
+/// The same of the first four for quadratic splines in 3D.
 template <class Real>
 void map_spline_momentum(Patch<3>& patch, Runs runs, double* sums);
 template <class Real>

@@ -7,6 +7,7 @@
 #include "physics/law.h"
 #include "physics/loads.h"
 #include "physics/particle_sums.h"
+#include "physics/support_fields.h"
 #include "physics/support_kernels.h"
 #include "physics/tensor_p2g.h"
 
@@ -155,6 +156,26 @@ void map_momentum(Patch<Dim>& patch, Runs runs, double* sums) {
 }
 
 template <int Dim, class Real>
+void map_smoothed(Patch<Dim>& patch, Runs runs, double* sums) {
+  const double* m = patch.particles.row(Column::mass);
+  const double* const field[1] = {patch.transfer.data()};
+  for_each_supported_run(
+      patch, runs,
+      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
+        scatter<Dim, Dim, Real>(
+            basis, run, nodes, sums,
+            [&](Local p, Local n, Real(&q)[Dim]) __attribute__((always_inline)) {
+              Real v[1][Dim];
+              interpolate<Dim, 1>(basis, p, field, nodes, v);
+              const Real mass = load_first<Real>(m + p, n);
+              LAHAR_UNROLL
+              for (int d = 0; d < Dim; ++d) q[d] = mass * v[0][d];
+            },
+            [](int k) { return k; });
+      });
+}
+
+template <int Dim, class Real>
 void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, double* sums) {
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
@@ -205,6 +226,7 @@ void map_gradient(Patch<Dim>& patch, Runs runs, double* sums) {
 #define LAHAR_INSTANTIATE(Dim, Real)                                                          \
   template void map_momentum<Dim, Real>(Patch<Dim>&, Runs, double*);                          \
   template void map_gradient<Dim, Real>(Patch<Dim>&, Runs, double*);                          \
+  template void map_smoothed<Dim, Real>(Patch<Dim>&, Runs, double*);                          \
   template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, double*); \
   template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, double*);
 LAHAR_INSTANTIATE(2, Pack)

@@ -126,7 +126,7 @@ BenchPlan kernels(const std::string& size_name, const BlockSize& size) {
                                                      : element_block<Dim>(size, element);
       model.analysis.functions = functions;
       model.analysis.affine = affine;
-      if (affine != Affine::none) model.analysis.flip = 0.0;
+      if (affine != Affine::none) model.analysis.transfer.flip = 0.0;
       return AnyModel(std::move(model));
     };
     plan.jobs.push_back(job);

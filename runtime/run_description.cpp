@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "physics/error.h"
 #include "physics/patch_split.h"
@@ -27,6 +28,28 @@ Model<Dim> without_particles(const Model<Dim>& model) {
   return header;
 }
 
+/// The velocity transfer in words.
+std::string describe(const Analysis& analysis) {
+  const VelocityTransfer& transfer = analysis.transfer;
+  const std::string affine = analysis.affine == Affine::apic   ? "APIC"
+                             : analysis.affine == Affine::tpic ? "TPIC"
+                                                               : "";
+  const bool all = transfer.rates.empty() ? transfer.flip == 0.0 : std::isinf(transfer.rates[0]);
+  if (!transfer.takes()) return affine.empty() ? "FLIP" : affine + " and FLIP";
+  const std::string order =
+      !affine.empty() ? affine
+      : transfer.order == 1
+          ? "PIC"
+          : fmt::format("{} of order {}", transfer.filters_change ? "FMPM" : "XPIC",
+                        transfer.order);
+  if (all) return order;
+  if (transfer.rates.empty()) return fmt::format("{:g} FLIP, the rest {}", transfer.flip, order);
+  std::string times;
+  for (const double rate : transfer.rates)
+    times += fmt::format("{}{:.3g}", times.empty() ? "" : ", ", 1.0 / rate);
+  return fmt::format("FLIP that becomes {} in {} s", order, times);
+}
+
 template <int Dim>
 void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
               const TimeStep& plan, int ranks) {
@@ -42,10 +65,7 @@ void describe(Console& console, const Model<Dim>& model, const SimulationInfo& i
   console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles),
                            model.materials.size(), model.materials.size() == 1 ? "" : "s"));
   console.line(fmt::format("scheme     {}, {}", scheme_name(model.analysis.scheme),
-                           model.analysis.flip == 1.0 ? "FLIP"
-                           : model.analysis.flip == 0.0
-                               ? "PIC"
-                               : fmt::format("{:g} FLIP", model.analysis.flip)));
+                           describe(model.analysis)));
   console.line(fmt::format("time step  {:.4g} s{}, stability limit {:.4g} s", info.dt,
                            plan.adaptive ? " (adaptive)" : "", info.dt_limit));
   console.line(fmt::format("patches    {} of about {} cells, {} tasks per step", info.patches,

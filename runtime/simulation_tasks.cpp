@@ -23,9 +23,10 @@ class BorrowedNodalState {
 
  private:
   void exchange() {
-    thread_local NodeArray velocity, acceleration;
+    thread_local NodeArray velocity, acceleration, transfer;
     velocity.swap(patch_.velocity);
     acceleration.swap(patch_.acceleration);
+    transfer.swap(patch_.transfer);
   }
 
   Patch<Dim>& patch_;

@@ -1,5 +1,7 @@
 #include "runtime/timestep.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -7,6 +9,7 @@
 #include "physics/driven_nodes.h"
 #include "physics/kernels.h"
 #include "physics/support.h"
+#include "physics/velocity_transfer.h"
 
 namespace lahar {
 
@@ -69,6 +72,39 @@ VelocityGradients<Dim>& gradients_of_chunk() {
   return gradients;
 }
 
+/// The filter of the velocity transfer, of orders from Order on: of each, a stage that gives nodes
+/// what they gave to particles, and an exchange.
+template <int Dim, int Order>
+void add_filter(std::vector<TimestepStage<Dim>>& list, int order) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  static constexpr bool first = Order == 2;
+  TimestepStage<Dim> stage{.stage = {.name = fmt::format("filter {}", Order)}};
+  if constexpr (!first) {
+    stage.stage.exchange = "smoothed momentum";
+    stage.takes = {sum_of_order(Order - 1)};
+  }
+  if (order < Order) {
+    stage.stage.name = "filtered";
+    stage.begin = [](P& p, S& s) {
+      raise_filter(p, s, Order - 1);
+      finish_filter(p, s);
+    };
+    list.push_back(stage);
+    return;
+  }
+  stage.begin = [](P& p, S& s) {
+    if constexpr (first)
+      begin_filter(p, s);
+    else
+      raise_filter(p, s, Order - 1);
+    clear_sums(p, s, sum_of_order(Order));
+  };
+  stage.runs = [](P& p, S& s, Runs runs) { map_smoothed(p, s, runs, Order); };
+  list.push_back(stage);
+  if constexpr (Order <= most_transfer_order) add_filter<Dim, Order + 1>(list, order);
+}
+
 }  // namespace
 
 NodeSumCopies node_sum_copies(const Analysis& analysis) {
@@ -78,11 +114,12 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
   // Gradients, waves and prescribed velocities are read before the phase in which the next ones are
   // mapped is begun anywhere near.
   return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0, analysis.absorbs ? 1 : 0,
-           analysis.drives_nodes ? 1 : 0}};
+           analysis.drives_nodes ? 1 : 0, has_filter(analysis.transfer) ? 1 : 0}};
 }
 
 bool keeps_nodal_state(const Analysis& analysis) {
-  return analysis.scheme != Scheme::usl || analysis.pressure_smoothing;
+  return analysis.scheme != Scheme::usl || analysis.pressure_smoothing ||
+         has_filter(analysis.transfer);
 }
 
 template <int Dim>
@@ -150,10 +187,9 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
       .begin = [](P& p, S& s) { clear_prescribed(p, s); },
       .runs = [](P& p, S& s, Runs runs) { map_prescribed(p, s, runs); },
       .of_next_step = true};
-  const TimestepStage<Dim> drive{
-      .stage = {.name = "drive", .exchange = "prescribed velocities"},
-      .takes = {NodeSum::prescribed_mass, NodeSum::prescribed_momentum},
-      .begin = [](P& p, S& s) { find_driven_nodes(p, s); }};
+  const TimestepStage<Dim> drive{.stage = {.name = "drive", .exchange = "prescribed velocities"},
+                                 .takes = {NodeSum::prescribed_mass, NodeSum::prescribed_momentum},
+                                 .begin = [](P& p, S& s) { find_driven_nodes(p, s); }};
   const TimestepStage<Dim> force{
       .stage = {.name = "force"},
       .begin = usf ? +[](P& p, S& s) { clear_sums(p, s, NodeSum::force); } : nullptr,
@@ -202,6 +238,12 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
   const auto add = [&](const TimestepStage<Dim>& stage) { list.push_back(stage); };
   const auto add_stress = [&] { list.insert(list.end(), stress.begin(), stress.end()); };
 
+  const auto add_transfer = [&] {
+    if (spreads_before_forces(analysis))
+      add({.stage = {.name = "affine"},
+           .begin = [](P& p, S& s) { velocities_before_forces(p, s); }});
+    if (has_filter(analysis.transfer)) add_filter<Dim, 2>(list, analysis.transfer.order);
+  };
   const bool contact = analysis.contact.bodies > 1;
 
   add(arrivals);
@@ -224,6 +266,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
     add({.stage = {.name = "integrate", .exchange = "force"},
          .takes = {NodeSum::force},
          .begin = [](P& p, S& s) { integrate(p, s); }});
+    add_transfer();
     add(g2p);
     add(locate);
     add(p2g);
@@ -232,6 +275,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
     add({.stage = {.name = "integrate", .exchange = "mass, momentum, force", .needs_dt = true},
          .takes = {NodeSum::mass_momentum, NodeSum::force},
          .begin = [](P& p, S& s) { velocity_and_integrate(p, s); }});
+    add_transfer();
     if (musl) {  // nodal velocities again, from the updated particles
       add(g2p);
       add({.stage = {.name = "P2G again"},

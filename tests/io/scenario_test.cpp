@@ -241,7 +241,7 @@ TEST_CASE("time steps, durations and schemes") {
   const auto a = model({.analysis = R"("dt": 0.1, "end_time": 0.3)"}).analysis;
   CHECK(a.nsteps == 3);
   CHECK(a.scheme == Scheme::usf);
-  CHECK(a.flip == 1.0);
+  CHECK(a.transfer.flip == 1.0);
   const auto b = model({.analysis = R"("time_step": {"adaptive": true, "safety": 0.4},
     "end_time": 2, "mpm_scheme": "musl", "velocity_update": "flip",
     "velocity_update_settings": {"blending_ratio": 0.95}, "locate_particles": false)"})
@@ -251,12 +251,12 @@ TEST_CASE("time steps, durations and schemes") {
   CHECK(std::isinf(b.step.dt));
   CHECK(b.end_time == 2);
   CHECK(b.scheme == Scheme::musl);
-  CHECK(b.flip == 0.95);
+  CHECK(b.transfer.flip == 0.95);
   CHECK(b.remove_leaving_particles);
   const auto c =
       model({.analysis = R"("dt": 1, "nsteps": 1.0E+5, "velocity_update": true)"}).analysis;
   CHECK(c.nsteps == 100000);
-  CHECK(c.flip == 0.0);
+  CHECK(c.transfer.flip == 0.0);
 }
 
 TEST_CASE("overrides replace, add and are converted") {

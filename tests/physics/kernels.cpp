@@ -107,7 +107,7 @@ TEST_CASE("nodes to particles: a linear field arrives exactly, by FLIP, PIC and 
   on_every_mesh([](auto& f, std::mt19937& random) {
     constexpr int Dim = std::decay_t<decltype(f)>::dim;
     for (const double flip : {1.0, 0.0, 0.7}) {
-      f.model.analysis.flip = flip;
+      f.model.analysis.transfer.flip = flip;
       const auto [A, b] = set_linear(f, f.patch.velocity, random);
       const auto [B, c] = set_linear(f, f.patch.acceleration, random);
       std::vector<Vec<Dim>> x, v, u;

@@ -3,6 +3,7 @@
 
 #include <map>
 
+#include "physics/velocity_transfer.h"
 #include "tests/physics/kernels_fixture.h"
 
 using namespace lahar;
@@ -23,8 +24,9 @@ void on_every_twin(Check check, Functions functions = Functions::linear) {
         set_linear(*f, f->patch.velocity, random);
         set_linear(*f, f->patch.acceleration, random);
         for (double& v : f->patch.velocity) v += uniform(random, -0.1, 0.1);
+        velocities_before_forces(f->patch, f->context());
         for (double& p : f->patch.pressure) p = uniform(random, 1, 2);
-        f->model.analysis.flip = 0.6;
+        f->model.analysis.transfer.flip = 0.6;
       }
       check(a, b);
     }
@@ -103,6 +105,9 @@ TEST_CASE("kernels on packs do what kernels on single particles do, to rounding"
               []<class Real>(P& p, const S& s, Real) { smooth_pressure<Dim, Real>(p, s, p.runs); });
         check("stress", []<class Real>(P& p, const S& s, Real) {
           update_stress<Dim, Real>(p, s, p.runs, StressPart::both);
+        });
+        check("smoothed", []<class Real>(P& p, const S& s, Real) {
+          map_smoothed<Dim, Real>(p, s, p.runs, 2);
         });
         check("G2P", []<class Real>(P& p, const S& s, Real) {
           update_particles<Dim, Real>(p, s, p.runs);
@@ -254,7 +259,7 @@ void on_every_twin_of_axes(Check check) {
           if (!gives_gradients(a.model.analysis)) return;
           CAPTURE(static_cast<int>(a.patch.basis));
           CAPTURE(static_cast<int>(a.model.analysis.affine));
-          a.model.analysis.flip = b.model.analysis.flip = flip;
+          a.model.analysis.transfer.flip = b.model.analysis.transfer.flip = flip;
           check(a, b);
         },
         Functions::all);

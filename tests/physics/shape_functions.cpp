@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "physics/basis.h"
+#include "physics/velocity_transfer.h"
 #include "tests/physics/kernels_fixture.h"
 
 using namespace lahar;
@@ -235,7 +236,7 @@ TEST_CASE("kernels of wide functions and of other elements add what the function
     std::vector<double> mass(nodes, 0.0), pressure = mass;
     std::vector<Vec<Dim>> v_p, x_p;
     constexpr int voigt[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
-    f.model.analysis.flip = 0.7;
+    f.model.analysis.transfer.flip = 0.7;
     for (const Local p : f.slots()) {
       const auto at = functions_at<Dim, Scalar>(f, p);
       Vec<Dim> v = Vec<Dim>::Zero(), a = v;
@@ -287,12 +288,13 @@ TEST_CASE("affine particles give a linear velocity field to nodes and take it ba
       auto f = make();
       constexpr int Dim = decltype(f)::dim;
       f.fill(random, Slots::with_free);
-      f.model.analysis.flip = 0.0;
+      f.model.analysis.transfer.flip = 0.0;
       const auto [A, b] = set_linear(f, f.patch.velocity, random);
       CAPTURE(static_cast<int>(f.model.analysis.functions));
       std::vector<Vec<Dim>> x;
       for (const Local p : f.slots()) x.push_back(f.vector(Column::x, p));
       f.dt = 0.0;
+      velocities_before_forces(f.patch, f.context());
       update_particles(f.patch, f.context(), f.patch.runs);
       for (std::size_t k = 0; const Local p : f.slots()) {
         CHECK((f.vector(Column::v, p) - (A * x[k++] + b)).norm() < 1e-11);
@@ -349,7 +351,7 @@ TEST_CASE("splines with APIC keep angular momentum when it goes to nodes and bac
     }
     CHECK((of_nodes - before).norm() < 1e-10);
     nodal_velocity(f.patch, f.context());
-    f.model.analysis.flip = 0.0;
+    f.model.analysis.transfer.flip = 0.0;
     f.dt = 1e-300;  // nothing moves
     update_particles(f.patch, f.context(), f.patch.runs);
     CHECK(before.norm() > 1);
@@ -406,8 +408,9 @@ void check_angular_momentum(OnePatch<Dim> f, std::mt19937& random, double within
   CHECK(before.norm() > 0.1);
   CHECK((nodes - nodes.transpose() - before).norm() < 1e-10);
   nodal_velocity(f.patch, f.context());
-  f.model.analysis.flip = 0.0;
+  f.model.analysis.transfer.flip = 0.0;
   f.dt = 1e-300;  // nothing moves
+  velocities_before_forces(f.patch, f.context());
   update_particles(f.patch, f.context(), f.patch.runs);
   CHECK((angular_momentum(f) - before).norm() < 1e-9);
 }

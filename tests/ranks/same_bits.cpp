@@ -331,6 +331,16 @@ TEST_CASE("GIMP, and splines with affine velocities") {
   check(last, 16, threads_only);
 }
 
+TEST_CASE("filters of the velocity transfer") {
+  for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl})
+    for (const int order : {2, 3}) {
+      Model<2> discs = with_patches(two_discs(), 40);
+      discs.analysis.scheme = scheme;
+      discs.analysis.transfer = {.rates = {20.0}, .order = order, .filters_change = order == 3};
+      check(discs, scheme == Scheme::usl ? 35 : 60, threads_only);
+    }
+}
+
 TEST_CASE("fewer patches than ranks") {
   check(with_patches(two_discs(), 100000), 60, threads_only);
 }

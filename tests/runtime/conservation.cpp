@@ -72,7 +72,7 @@ TEST_CASE("a collision keeps the momentum of all particles to rounding") {
     for (const double flip : {1.0, 0.0}) {
       Model<2> model = two_discs();
       model.analysis.scheme = scheme;
-      model.analysis.flip = flip;
+      model.analysis.transfer.flip = flip;
       model.analysis.nsteps = 35;
       check_momentum(run_through(model), 1e-13);
     }
@@ -90,7 +90,7 @@ TEST_CASE("contact keeps the momentum of all particles to rounding, of two bodie
         }
         model = in_contact(model);
         model.analysis.scheme = scheme;
-        model.analysis.flip = flip;
+        model.analysis.transfer.flip = flip;
         model.analysis.nsteps = 35;
         CAPTURE(static_cast<int>(scheme));
         CAPTURE(flip);

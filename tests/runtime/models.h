@@ -166,7 +166,7 @@ Model<Dim> with_functions(Model<Dim> model, ShapeFunctions functions,
                           Affine affine = Affine::none) {
   model.analysis.functions = functions;
   model.analysis.affine = affine;
-  if (affine != Affine::none) model.analysis.flip = 0.0;
+  if (affine != Affine::none) model.analysis.transfer.flip = 0.0;
   return model;
 }
 

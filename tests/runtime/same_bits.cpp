@@ -47,13 +47,43 @@ TEST_CASE("two discs: every scheme, velocity update and damping gives the serial
     for (const double flip : {1.0, 0.0, 0.9}) {
       Model<2> model = two_discs();
       model.analysis.scheme = scheme;
-      model.analysis.flip = flip;
+      model.analysis.transfer.flip = flip;
       model.analysis.damping = flip == 0.9 ? 0.02 : 0.0;
       if (scheme == Scheme::usl) model.analysis.nsteps = usl_discs;
       CAPTURE(static_cast<int>(scheme));
       CAPTURE(flip);
       check_all_ways(model, other_ways());
     }
+}
+
+TEST_CASE("filters of the velocity transfer give the serial loop's bits") {
+  const auto filtered = [](auto model, int order, bool filters_change) {
+    model.analysis.transfer = {.rates = std::vector<double>(2, 20.0),
+                               .order = order,
+                               .filters_change = filters_change};
+    return model;
+  };
+  for (const Scheme scheme : schemes)
+    for (const int order : {1, 2, 3, 4}) {
+      Model<2> model = filtered(two_discs(), order, order == 3);
+      model.analysis.scheme = scheme;
+      if (scheme == Scheme::usl) model.analysis.nsteps = usl_discs;
+      if (order == 2) model.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.3};
+      CAPTURE(static_cast<int>(scheme));
+      CAPTURE(order);
+      check_all_ways(model, other_ways());
+      if (order == 3) check_all_ways(in_contact(model), {flow(2), flow(8), random_order(9)});
+    }
+  for (const ShapeFunctions functions : {ShapeFunctions::gimp, ShapeFunctions::quadratic_spline}) {
+    check_all_ways(with_functions(filtered(two_discs(), 3, false), functions),
+                   {flow(8), random_order(2)});
+    check_all_ways(with_functions(filtered(dam_break_3d(), 2, true), functions),
+                   {flow(8), random_order(2)});
+  }
+  check_all_ways(distorted(filtered(two_discs(), 2, false), 0.012), {flow(8), random_order(2)});
+  Model<3> water = with_walls(filtered(dam_break_3d(), 3, false));
+  water.analysis.pressure_smoothing = true;
+  check_all_ways(water, {flow(8), random_order(2)});
 }
 
 TEST_CASE("two discs with adaptive steps and an end time give the serial loop's bits") {

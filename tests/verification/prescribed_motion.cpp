@@ -80,7 +80,7 @@ TEST_CASE("particles with prescribed velocities go where these take them, with e
         Model<2> model = plate(0.25, -0.5);
         model.analysis.functions = kind;
         model.analysis.scheme = scheme;
-        model.analysis.flip = flip;
+        model.analysis.transfer.flip = flip;
         CAPTURE(static_cast<int>(kind));
         CAPTURE(static_cast<int>(scheme));
         CAPTURE(flip);
@@ -97,7 +97,7 @@ TEST_CASE("particles with prescribed velocities go where these take them, with e
         model.analysis.functions = kind;
         model.analysis.scheme = scheme;
         model.analysis.affine = affine;
-        model.analysis.flip = 0.0;
+        model.analysis.transfer.flip = 0.0;
         CAPTURE(static_cast<int>(kind));
         CAPTURE(static_cast<int>(affine));
         CAPTURE(static_cast<int>(scheme));
@@ -138,7 +138,7 @@ TEST_CASE("the reaction of a body that is pushed is the rate of momentum, and it
         model.node_velocities.clear();
         model.analysis.functions = kind;
         model.analysis.scheme = scheme;
-        model.analysis.flip = flip;
+        model.analysis.transfer.flip = flip;
         Simulation<2> simulation(std::move(model));
         simulation.advance(60);
         const HistoryRow end = simulation.history();

@@ -29,7 +29,7 @@ TEST_CASE("a body falls freely: v = g t, and positions follow the sum of the ste
     for (const double flip : {1.0, 0.0, 0.9}) {
       Model<2> model = block();
       model.analysis.scheme = scheme;
-      model.analysis.flip = flip;
+      model.analysis.transfer.flip = flip;
       model.gravity = {0.5, -9.81};
       const Index n = model.analysis.nsteps;
       const double dt = model.analysis.step.dt;

@@ -25,7 +25,7 @@ Model<2> turning_block(double flip, double turns) {
     "analysis": {"mpm_scheme": "musl", "dt": 5e-4, "end_time": 1}})");
   for (const Vec<2>& x : model.particles.x)
     model.particles.velocity.push_back({-omega * x[1], omega * x[0]});
-  model.analysis.flip = flip;
+  model.analysis.transfer.flip = flip;
   model.analysis.nsteps = 1000000;
   model.analysis.end_time = turns * 2 * std::numbers::pi / omega;
   return model;

@@ -93,7 +93,7 @@ TEST_CASE("a thick-walled cylinder under internal pressure has Lame's stresses")
     load(model);
     model.analysis.scheme = scheme;
     model.analysis.damping = 0.02;
-    model.analysis.flip = 0.99;
+    model.analysis.transfer.flip = 0.99;
     model.analysis.step.dt = 5e-4;
     model.analysis.nsteps = 20000;
     Simulation<2> simulation(std::move(model));

@@ -46,7 +46,7 @@ TEST_CASE("two discs: PIC keeps mass and momentum too, but loses nearly all of t
   // Velocities are filtered by the mesh 3,500 times: the discs spin up no counterpart of the motion
   // they lose. Energy balance: what is gone is drift, nothing else takes it.
   Model<2> model = model_of_file<2>("examples/two-discs.json");
-  model.analysis.flip = 0;
+  model.analysis.transfer.flip = 0;
   Simulation<2> simulation(std::move(model));
   const HistoryRow start = simulation.history();
   simulation.run();

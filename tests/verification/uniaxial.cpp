@@ -46,7 +46,7 @@ std::string block(int dim, bool confined) {
 template <int Dim>
 void check_stress(bool confined, const double (&expected)[3], double tolerance) {
   Model<Dim> model = model_of_text<Dim>(block(Dim, confined));
-  if (!confined) model.analysis.flip = 0;
+  if (!confined) model.analysis.transfer.flip = 0;
   for (const Vec<Dim>& x : model.particles.x) {  // the final motion from the start: no waves
     Vec<Dim> v = Vec<Dim>::Zero();
     v[1] = -0.001 * x[1];

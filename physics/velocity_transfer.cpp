@@ -1,0 +1,94 @@
+/// Every copy of a node runs this very code, so that all are equal to the last bit.
+#include "physics/velocity_transfer.h"
+
+#include <algorithm>
+
+#include "physics/node_sums.h"
+#include "physics/wall_node.h"
+
+namespace lahar {
+
+namespace {
+
+/// Velocities that are filtered: those before forces act, or (`after`) with their change.
+template <int Dim>
+LAHAR_INLINE NodeVector unfiltered(const Patch<Dim>& patch, Local i, bool after, double dt) {
+  const auto v = load<NodeVector>(at(patch.velocity, i));
+  return after ? v : v - dt * load<NodeVector>(at(patch.acceleration, i));
+}
+
+template <int Dim>
+void prescribe(Patch<Dim>& patch) {
+  for (const auto& fixed : patch.fixed) at(patch.transfer, fixed.node)[fixed.dir] = fixed.velocity;
+  for (const auto& wall : patch.walls) {
+    prescribe_velocity(wall, at(patch.transfer, wall.node));
+    stop_at_wall(wall, at(patch.transfer, wall.node));
+  }
+}
+
+template <int Dim, class Node>
+void for_each_active_node(const Patch<Dim>& patch, Node node) {
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < range.end; ++i) node(i);
+}
+
+}  // namespace
+
+template <int Dim>
+void velocities_before_forces(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  patch.transfer.resize(patch.velocity.size());
+  for_each_active_node(
+      patch, [&](Local i) { store(unfiltered(patch, i, false, step.dt), at(patch.transfer, i)); });
+}
+
+template <int Dim>
+void begin_filter(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const bool after = step.model->analysis.transfer.filters_change;
+  patch.transfer.resize(patch.velocity.size());
+  for_each_active_node(
+      patch, [&](Local i) { store(unfiltered(patch, i, after, step.dt), at(patch.transfer, i)); });
+  prescribe(patch);
+}
+
+template <int Dim>
+void raise_filter(Patch<Dim>& patch, const StepContext<Dim>& step, int order) {
+  const bool after = step.model->analysis.transfer.filters_change;
+  for_each_node(patch, SumOverPatches<Dim>(patch, sum_of_order(order), step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  const double m = at(patch.velocity, i)[mass_lane];
+                  if (!more_than(m, 0.1 * patch.least_mass)) return;
+                  const auto lower = load<NodeVector>(at(patch.transfer, i));
+                  store(unfiltered(patch, i, after, step.dt) + (lower - (1.0 / m) * sum),
+                        at(patch.transfer, i));
+                });
+  prescribe(patch);
+}
+
+template <int Dim>
+void finish_filter(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const VelocityTransfer& transfer = step.model->analysis.transfer;
+  const auto bodies = static_cast<Local>(patch.bodies());
+  const Local per_body = bodies == 1 ? patch.n_nodes() : patch.body_nodes;
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local from = range.begin; from < range.end;) {  // node by node of one body
+      const Local body = std::min(from / per_body, bodies - 1),
+                  end = std::min(range.end, (body + 1) * per_body);
+      const double kept = transfer.kept(body, step.dt), taken = 1.0 - kept;
+      const double change = transfer.filters_change ? kept * step.dt : step.dt;
+      for (; from < end; ++from)
+        store(taken * load<NodeVector>(at(patch.transfer, from)) +
+                  change * load<NodeVector>(at(patch.acceleration, from)),
+              at(patch.transfer, from));
+    }
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                       \
+  template void velocities_before_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
+  template void begin_filter<Dim>(Patch<Dim>&, const StepContext<Dim>&);             \
+  template void raise_filter<Dim>(Patch<Dim>&, const StepContext<Dim>&, int);        \
+  template void finish_filter<Dim>(Patch<Dim>&, const StepContext<Dim>&);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar
