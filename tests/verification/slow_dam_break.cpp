@@ -75,7 +75,7 @@ double largest_error(const Curve& points, const Curve& front, double late) {
 /// Mean dZ/dT between the second published point and the last one that the run reaches.
 double speed(const Curve& points, const Curve& front, bool published) {
   std::size_t last = points.y.size() - 1;
-  while (points.y[last] > front.y.back()) --last;
+  while (points.y[last] > front.y.back() || points.x[last] > front.x.back()) --last;
   const double dZ = points.y[last] - points.y[1];
   if (published) return dZ / (points.x[last] - points.x[1]);
   return dZ / (front.first_reach(points.y[last]) - front.first_reach(points.y[1]));

@@ -3,9 +3,10 @@
 // published as curves only, and no reading of them was found that could be cited: nothing here is
 // compared with them. What is checked is what follows from mechanics, and that the force converges:
 //
-// - before the wall the sand slides as a block does, with g (sin - mu cos);
-// - at rest the wall carries what the bed does not: M g sin of the chute's angle, less at most
-//   mu M g cos, the friction of a bed on which the sand slid down until it stopped;
+// - before its front meets the wall, after 0.34 s, the sand gains speed as a block does, with
+//   g (sin - mu cos);
+// - at rest the wall carries M g sin of the chute's angle, give or take what the bed can: mu M g
+// cos;
 // - the largest force is more than that of the sand at rest.
 #include <doctest/doctest.h>
 
@@ -50,7 +51,7 @@ Numbers impact(const Resolution& at) {
   keep_curve("chute-force", at, force);
   Numbers n{{"dt", mean_step(simulation)},
             {"lost share", lost_share(simulation)},
-            {"speed after 0.4 s", speed.at(0.4)},
+            {"speed after 0.3 s", speed.at(0.3)},
             {"largest force / weight", 0}};
   const double end = force.x.back();
   const auto mean = [&](double from, double to) {
@@ -76,8 +77,9 @@ Numbers impact(const Resolution& at) {
 
 TEST_CASE("sand that slides down a chute pushes a wall as the balance of forces says") {
   const Study study("sand on a chute", {"0.02", 0.4}, "0.01", impact);
-  study.agrees("speed after 0.4 s", (g_along - mu * g_across) * 0.4, 0.03);
-  study.agrees("force at rest / weight", 1 - mu * g_across / g_along, 1, 0.05);
+  study.agrees("speed after 0.3 s", (g_along - mu * g_across) * 0.3, 0.03);
+  study.agrees("force at rest / weight", 1 - mu * g_across / g_along, 1 + mu * g_across / g_along,
+               0.05);
   CHECK(study.value("largest force / weight") > study.value("force at rest / weight"));
   study.stays_below("lost share", 0.001);
   study.converges("largest force / weight", 0, 0.05, 0.1);
