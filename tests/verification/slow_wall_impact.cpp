@@ -1,0 +1,89 @@
+// Force of sand that slides down a chute on a wall across it, as Moriguchi, Borja, Yashima and
+// Sawada (2009), Acta Geotech. 4, 57-71, measured it at 45 to 65 degrees. Their forces are
+// published as curves only, and no reading of them was found that could be cited: nothing here is
+// compared with them. What is checked is what follows from mechanics, and that the force converges:
+//
+// - until its front meets the wall, after 0.34 s, the bed takes mu times the impulse that it gives;
+// - at rest the wall carries M g sin of the chute's angle, give or take what the bed can: mu M g
+// cos;
+// - the largest force is more than that of the sand at rest.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tests/verification/world.h"
+
+using namespace lahar;
+using namespace lahar::verification;
+
+namespace {
+
+/// As in world/sand-chute.json; `g_along` and `g_across` are gravity's components.
+constexpr double density = 1600, mu = 0.4, g_along = 6.936717, g_across = 6.936717;
+constexpr double length = 0.6, depth = 0.2, weight = density * length * depth * g_along;
+/// The force is that of the stresses within a cell of the larger size from the wall.
+constexpr double strip = 0.02;
+/// Means over so many seconds, as a load cell gives them, a value every so many.
+constexpr double window = 0.04, interval = 0.004;
+
+/// Force per width on the wall at x = 0 [N/m].
+double force_on_wall(const State& state) {
+  double sum = 0;
+  for (Index p = 0; p < state.size(); ++p)
+    if (state.x(p, 0) < strip) sum -= state.get("stress", p) * state.get("volume", p);
+  return sum / strip;
+}
+
+Numbers impact(const Resolution& at) {
+  Simulation<2> simulation(world_case<2>("sand-chute.json", Flow::sand, at));
+  Curve force, friction;
+  const StepGuard guard(simulation);
+  while (!simulation.finished()) {
+    guard.check(simulation);
+    simulation.advance(std::max<Index>(1, static_cast<Index>(interval / simulation.info().dt)));
+    const HistoryRow row = simulation.history();
+    force.add(row.time, force_on_wall(State(simulation.frame())) / weight);
+    // What the bed took of the momentum along it, over what it gave across: until the wall acts.
+    friction.add(row.time, (row.mass * g_along * row.time + row.momentum[0]) /
+                               (row.mass * g_across * row.time + row.momentum[1]));
+  }
+  keep_curve("chute-force", at, force);
+  Numbers n{{"dt", mean_step(simulation)},
+            {"lost share", lost_share(simulation)},
+            {"friction of the bed", friction.at(0.3)},
+            {"largest force / weight", 0}};
+  const double end = force.x.back();
+  const auto mean = [&](double from, double to) {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < force.x.size(); ++i)
+      if (force.x[i] >= from && force.x[i] < to) {
+        sum += force.y[i];
+        ++count;
+      }
+    return count > 0 ? sum / count : 0.0;
+  };
+  for (double t = 0; t + window <= end; t += interval)
+    if (const double f = mean(t, t + window); f > n["largest force / weight"]) {
+      n["largest force / weight"] = f;
+      n["time of the largest force"] = t + window / 2;
+    }
+  n["force at rest / weight"] = mean(end - 0.2, end);
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("sand that slides down a chute pushes a wall as the balance of forces says") {
+  const Study study("sand on a chute", {"0.02", 0.4}, "0.01", impact);
+  study.agrees("friction of the bed", mu, 0.03);
+  study.agrees("force at rest / weight", 1 - mu * g_across / g_along, 1 + mu * g_across / g_along,
+               0.05);
+  CHECK(study.value("largest force / weight") > study.value("force at rest / weight"));
+  study.stays_below("lost share", 0.001);
+  study.converges("largest force / weight", 0, 0.05, 0.1);
+  study.converges("time of the largest force");
+  study.converges("force at rest / weight", 0, 0.05, 0.1);
+}
