@@ -355,7 +355,7 @@ mpm.json:20:92: error: 'history_steps' and 'history_dt' both say when rows come 
     {"a watchdog that is to do what it cannot",
      {},
      {"analysis.watchdog.action=bark"},
-     R"(command line: error: 'action' must be one of stop, warn, off, found text "bark" [/analysis/watchdog/action]
+     R"(command line: error: 'action' must be one of "stop", "warn", "off", found "bark" [/analysis/watchdog/action]
   --set analysis.watchdog.action=bark
                                  ^
 )"},
