@@ -335,7 +335,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
 )"},
     {"an override that another value does not agree with",
      {replace("mpm.json", "{\"id\": 0, \"type\"", "{\"id\": 7, \"type\": \"Newtonian\", \"density\": 1, \"bulk_modulus\": 1, \"dynamic_viscosity\": 0},\n    {\"id\": 0, \"type\"")},
-     {"materials.0.id=0"},
+     {R"(materials.0={"id": 0, "type": "LinearElastic", "density": 1, "youngs_modulus": 1, "poisson_ratio": 0})"},
      R"(mpm.json:16:12: error: material id '0' occurs twice; first on the command line [/materials/1/id]
       {"id": 0, "type": "LinearElastic2D", "density": 1000,
              ^
@@ -343,13 +343,13 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
     {"frames and rows by steps and by time",
      {replace("mpm.json", "\"output_steps\": 5", "\"output_steps\": 5, \"output_dt\": 0.1, \"history_steps\": 1, \"history_dt\": 0.2")},
      {},
-     R"(mpm.json:20:54: error: 'output_steps' and 'output_dt' both say when frames come [/post_processing/output_dt]
+     R"(mpm.json:20:55: error: 'output_steps' and 'output_dt' both say when frames come [/post_processing/output_dt]
     "post_processing": {"output_steps": 5, "output_dt": 0.1, "history_steps": 1, "history_dt": 0.2}
                                                         ^
   hint: leave one of them out
-mpm.json:20:92: error: 'history_steps' and 'history_dt' both say when rows come [/post_processing/history_dt]
-    "post_processing": {"output_steps": 5, "output_dt": 0.1, "history_steps": 1, "history_dt": 0.2}
-                                                                                               ^
+mpm.json:20:94: error: 'history_steps' and 'history_dt' both say when rows come [/post_processing/history_dt]
+  ssing": {"output_steps": 5, "output_dt": 0.1, "history_steps": 1, "history_dt": 0.2}
+                                                                                  ^
   hint: leave one of them out
 )"},
     {"a watchdog that is to do what it cannot",
