@@ -67,6 +67,7 @@ void ScenarioBuilder<Dim>::build_analysis() {
   Analysis& a = model_.analysis;
   build_damping(*analysis);
   a.pressure_smoothing = get_bool(*analysis, "pressure_smoothing").value_or(false);
+  a.closed_faces = !in_.cbgeo_defaults;
   a.opening = get_bool(*analysis, "opening").value_or(!in_.cbgeo_defaults);
   set(*analysis, "opening", a.opening);
   a.remove_leaving_particles = !get_bool(*analysis, "locate_particles").value_or(true);

@@ -114,10 +114,6 @@ bool ends_at_faces(const Patch<Dim>& patch) {
 
 }  // namespace
 
-bool closes_faces(const Analysis& analysis) {
-  return !analysis.as_cbgeo;
-}
-
 template <int Dim>
 bool return_through_faces(Patch<Dim>& patch, Particles<Dim>& particles, Local i, Local old) {
   if (holds_nothing(patch) || !ends_at_faces(patch)) return false;

@@ -12,9 +12,6 @@
 
 namespace lahar {
 
-/// Whether faces are closed in this run: not where all is to be as in CB-Geo MPM.
-bool closes_faces(const Analysis& analysis);
-
 /// Put particle i of `particles`, which has left the local cell `old`, back if it has passed closed
 /// faces of the cell. In the mesh: for functions of elements on boxes only; others are not zero on
 /// faces inside of the mesh. Returns whether it has moved.

@@ -291,7 +291,7 @@ void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
   Vec<Dim> x = position(movers, i);
   if (!x.allFinite()) return stays(Mark::Kind::not_finite);
   const bool has_natural = movers.layout().has(Column::xi);
-  const bool closed = closes_faces(step.model->analysis);
+  const bool closed = step.model->analysis.closed_faces;
   if (closed && return_through_faces(patch, movers, i, old)) x = position(movers, i);
   auto found = find_cell(patch, *step.model->mesh, x, old, has_natural);
   if (closed && (found.cell < 0 ? return_to_mesh(patch, *step.model->mesh, movers, i, old)

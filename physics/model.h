@@ -217,6 +217,9 @@ struct Analysis {
   /// Elements of second order have Lagrange's functions, which are negative in parts, as in CB-Geo
   /// MPM; else T6, Q9 and H27 have Bernstein's (bernstein.h).
   bool lagrange_functions = false;
+  /// Particles do not pass faces of cells whose nodes are held (closed_faces.h). In CB-Geo MPM they
+  /// do.
+  bool closed_faces = true;
   bool remove_leaving_particles =
       false;              ///< particles that leave the mesh are removed, not an error
   bool as_cbgeo = false;  ///< what CB-Geo MPM computes where that deviates (io/cbgeo_deviations.h)

@@ -15,7 +15,7 @@ namespace {
 /// right side of a cell of 0.1 m whose nodes are held, in a mesh of 3 x 3 cells. The explicit step
 /// moves it by dt^2 sigma / (rho h) = 1e-4 m towards that side.
 Model<2> beside_wall(const std::string& element, double side, const std::string& condition,
-                     double s) {
+                     double s, const std::string& more = "") {
   Model<2> model = model_of_text<2>(fmt::format(
       R"({{
     "mesh": {{"structured": {{"cell_size": 0.1, "counts": [3, 3]}}, "cell_type": "{0}",
@@ -25,8 +25,8 @@ Model<2> beside_wall(const std::string& element, double side, const std::string&
                     "poisson_ratio": 0}}],
     "particles": [{{"generator": {{"type": "region", "per_cell": 1, "material": 0, "velocity": [0.02, 0.1],
                     "region": {{"box": {{"min": [{4}, 0.1], "max": [{5}, 0.2]}}}}}}}}],
-    "analysis": {{"mpm_scheme": "musl", "dt": 1e-3, "nsteps": 50}}}})",
-      element, condition, side - 1e-6, side + 0.1 + 1e-6, side - 0.1, side));
+    "analysis": {{{6}"mpm_scheme": "musl", "dt": 1e-3, "nsteps": 50}}}})",
+      element, condition, side - 1e-6, side + 0.1 + 1e-6, side - 0.1, side, more));
   model.particles.x.resize(1);
   model.particles.cell.resize(1);
   model.particles.volume.resize(1);
@@ -69,6 +69,11 @@ TEST_CASE("a particle that a light node pulls does not pass a closed side of the
 
 TEST_CASE("a particle that a light node pulls does not enter an obstacle of nodes that are held") {
   check_stays(beside_wall("ED2Q4", 0.2, held, 1e-5), 0.2);
+}
+
+TEST_CASE("with CB-Geo's preset a particle passes a closed side of the mesh, as there") {
+  Model<2> model = beside_wall("ED2Q4", 0.3, held, 1e-5, R"("preset": "cbgeo", )");
+  CHECK_THROWS_AS(Simulation<2>(model).advance(1), SimulationError);
 }
 
 TEST_CASE("a side of the mesh that is not held is open") {
