@@ -273,6 +273,10 @@ class Integrator {
       patch_.work.external += step_.dt * gravity_[d] * weight_work_[d];
       patch_.work.damping += step_.dt * damping_work_[d];
     }
+    Vec<Dim> g;
+    for (int d = 0; d < Dim; ++d) g[d] = gravity_[d];
+    // Nodal constraints win over what particles prescribe; contact keeps both.
+    if (!patch_.driven.empty()) finish_driven_nodes(patch_, step_, g);
     const double* own_mass = patch_.own_sums(NodeSum::mass_momentum, step_.step) + mass_lane;
     for (const auto& fixed : patch_.fixed) {
       double& v = at(patch_.velocity, fixed.node)[fixed.dir];
@@ -290,9 +294,6 @@ class Integrator {
       v = fixed.velocity;
       a = 0.0;
     }
-    Vec<Dim> g;
-    for (int d = 0; d < Dim; ++d) g[d] = gravity_[d];
-    if (!patch_.driven.empty()) finish_driven_nodes(patch_, step_, g);
     if (patch_.bodies() > 1) apply_contact(patch_, step_, g);
     for (const auto& point : patch_.forces)
       if (const double m = at(patch_.velocity, point.node)[mass_lane];
