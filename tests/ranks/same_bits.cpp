@@ -344,3 +344,24 @@ TEST_CASE("filters of the velocity transfer") {
 TEST_CASE("fewer patches than ranks") {
   check(with_patches(two_discs(), 100000), 60, threads_only);
 }
+
+TEST_CASE("particles with prescribed velocities drive nodes of all ranks, to the bit of one") {
+  for (const char* scheme : {"usf", "usl", "musl"}) {
+    const Model<2> model = std::get<Model<2>>(read_scenario_text(std::string(R"({
+      "mesh": {"structured": {"cell_size": 0.1, "counts": [40, 10]},
+               "boundary_conditions": {"particles_velocity_constraints": [
+                 {"pset": "pushed", "dir": "y", "velocity": 0.1}]}},
+      "sets": {"particles": {"pushed": {"box": {"min": [0.6, 0], "max": [9, 9]}}}},
+      "particles": [{"generator": {"type": "region", "per_cell": 2, "material": 0,
+                     "velocity": [2, 0], "region": {"box": {"min": [0.2, 0.2], "max": [1.0, 0.4]}}}}],
+      "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e4,
+                     "poisson_ratio": 0}],
+      "analysis": {"dt": 2e-3, "nsteps": 200, "patch_particles": 8, "mpm_scheme": ")") +
+                                                                     scheme + "\"}}",
+                                                                 LAHAR_SOURCE_DIR)
+                                                  .model);
+    CHECK(model.analysis.drives_nodes);
+    CAPTURE(scheme);
+    check(model, 200, {{.threads = 1}, {.threads = 2, .balance = every(20)}});
+  }
+}
