@@ -77,6 +77,13 @@ std::span<const Local> nodes_of(const Patch<Dim>& patch, Local cell) {
 /// The least length of the sum of two normals of which their mean is one.
 constexpr double least_sum_of_normals = 0.1;
 
+/// Particles whose centres are no further from the axis through the node along the normal than this
+/// many cells are near it. At least one of them is, where the body lies before the node and has one
+/// particle per cell and direction.
+constexpr double near_cells = 0.6;
+/// Ends of near particles have an offset so many times as large that they count before all others.
+constexpr double nearer_offsets = 4.0;
+
 }  // namespace
 
 template <int Dim>
@@ -160,6 +167,8 @@ void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
     }
     if (places.empty()) continue;
     const HalfEdges<Dim> half_edges(patch, run.cell);
+    const double near =
+        near_cells * patch.cell_size[static_cast<std::size_t>(run.cell) % patch.cell_size.size()];
     for (Local p = run.begin; p < run.end; ++p) {
       Vec<Dim> x_p;
       for (int d = 0; d < Dim; ++d) x_p[d] = x[static_cast<std::size_t>(d)][p];
@@ -168,9 +177,12 @@ void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
         for (int k = 0; k < place.directions.count; ++k) {
           const auto& direction = place.directions.of[static_cast<std::size_t>(k)];
           if (direction.from != body && direction.to >= 0 && direction.to != body) continue;
-          const double ahead = direction.normal.dot(x_p - place.x);
+          const Vec<Dim> from_node = x_p - place.x;
+          const double ahead = direction.normal.dot(from_node);
+          const bool beside = (from_node - ahead * direction.normal).squaredNorm() > near * near;
           const double end = (direction.from == body ? ahead : -ahead) +
-                             (r.transpose() * direction.normal).norm() + offset;
+                             (r.transpose() * direction.normal).norm() +
+                             (beside ? offset : nearer_offsets * offset);
           place.line[k] = std::max(place.line[k], end);
         }
     }
@@ -181,6 +193,9 @@ template <int Dim>
 void add_meetings(Patch<Dim>& patch, Local node, std::span<const NodeVector> lines, double offset) {
   const SurfaceDirections<Dim> directions = surface_directions(patch, node);
   const auto n_bodies = static_cast<int>(lines.size());
+  const auto offset_of = [=](double end) {
+    return end > 0.5 * nearer_offsets * offset ? nearer_offsets * offset : offset;
+  };
   for (int a = 0; a < n_bodies; ++a)
     for (int b = a + 1; b < n_bodies; ++b) {
       Meeting<Dim> meeting{.a = node + a * patch.body_nodes, .b = node + b * patch.body_nodes};
@@ -193,7 +208,7 @@ void add_meetings(Patch<Dim>& patch, Local node, std::span<const NodeVector> lin
         const double end_a = lines[static_cast<std::size_t>(a)][k],
                      end_b = lines[static_cast<std::size_t>(b)][k];
         if (end_a == 0.0 || end_b == 0.0) continue;  // one of them is not there
-        const double gap = (offset - end_a) + (offset - end_b);
+        const double gap = (offset_of(end_a) - end_a) + (offset_of(end_b) - end_b);
         if (found && !(gap > meeting.gap)) continue;
         found = true;
         meeting.gap = gap;

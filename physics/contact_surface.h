@@ -1,8 +1,9 @@
 /// \file Where the surfaces of bodies lie that meet at a node: the direction in which they meet,
 /// and the gap between them.
 ///
-/// A body ends, along a direction n, where the outermost of its particles ends that the node has
-/// functions at: s = max_p n.x_p + R_p(n), with R_p(n) = |(n.r_1, ... n.r_d)| the half width of the
+/// A body ends, along a direction n, where the outermost of its particles ends that are near the
+/// line through the node along n or, if there are none, of those in all cells that the node has
+/// functions in: s = max_p n.x_p + R_p(n), with R_p(n) = |(n.r_1, ... n.r_d)| the half width of the
 /// ellipsoid inside of the particle's domain, whose edges are 2 r_k. Two bodies are apart by
 /// g(n) = -s_b(-n) - s_a(n). Convex bodies that are apart have an n with g(n) > 0; of the normals
 /// of a, of b and their mean, the one with the largest gap is that of the contact: at an edge of
