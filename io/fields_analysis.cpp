@@ -99,15 +99,16 @@ const Section& contact_section() {
       .name = "analysis.contact",
       .path = "analysis.contact",
       .help =
-          "Bodies that approach each other at a node, along the normal of the one with the larger "
-          "gradient of volume there, get the impulses that make their normal velocities equal, and "
-          "Coulomb friction along the surface (Bardenhagen et al. 2001); bodies that part are "
-          "free. "
-          "More than two bodies at a node meet two at a time, in the order of the list, several "
-          "times. As nodes are what they share, bodies meet up to about a cell before they touch. "
-          "A "
-          "nodal force acts on the first body that is at its node; constraints hold all of them. "
-          "What contact takes of the energy is in history.csv under damping.",
+          "Bodies that would overlap at a node within the step get the impulses that close the gap "
+          "between them and no more, and Coulomb friction along the surface (Bardenhagen et al. "
+          "2001); bodies that part are free. The gap lies between the ends of their particles, "
+          "along "
+          "the normal that gives the largest. Impulses keep prescribed velocities. More than two "
+          "bodies at a node meet two at a time, in the order of the list, several times. Take "
+          "\"mpm_scheme\": \"musl\": with usf contact still makes energy. A nodal force acts on "
+          "the "
+          "first body that is at its node; constraints hold all of them. What contact takes of the "
+          "energy is in history.csv under damping.",
       .fields = {
           {.key = "friction",
            .kinds = number,
