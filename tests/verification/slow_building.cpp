@@ -78,6 +78,9 @@ Numbers flood(const Resolution& at) {
     if (name == "G1") n["depth of the bore at G1"] = mean_between(depth[i], 2.1, 2.2);
     if (name == "G2") n["depth behind the front at G2"] = mean_between(depth[i], 1.0, 1.4);
   }
+  for (const char* later : {"G1", "G3", "G4"})
+    n[fmt::format("from G2 to {}", later)] =
+        n[fmt::format("arrival at {}", later)] - n["arrival at G2"];
   return n;
 }
 
@@ -86,16 +89,20 @@ Numbers flood(const Resolution& at) {
 TEST_CASE("a dam break arrives around a building when Soares-Frazao and Zech measured it") {
   // Two layers of particles per cell, ten cells in the reservoir's depth; half the cell, twenty.
   const Study study("isolated building", {"[0.1,0.1,0.04]", 0.5}, "[0.05,0.05,0.02]", flood);
-  // The gate took a while, and water has a boundary layer: the experiment is later. 15 % are 0.13
-  // to 0.27 s.
+  // When the water was free is not recorded: the results of others, with depth-averaged equations
+  // on a dry bed, come to G2 after 1.12 s in place of 0.85 (data/results/rv of the Kratos example).
+  // How long the front takes from gauge to gauge does not depend on it.
   for (const Gauge& gauge : gauges)
-    if (std::string(gauge.name) != "G6")
-      study.agrees(fmt::format("arrival at {}", gauge.name), arrival(measured(gauge)), 0.15);
+    if (gauge.column != 6)
+      study.agrees(fmt::format("arrival at {}", gauge.name), arrival(measured(gauge)), 0.25);
+  for (const Gauge& gauge : {gauges[0], gauges[2], gauges[3]})
+    study.agrees(fmt::format("from G2 to {}", gauge.name),
+                 arrival(measured(gauge)) - arrival(measured(gauges[1])), 0.2);
   study.agrees("depth left at G6 after 2 s", mean_between(measured(gauges[4]), 1.9, 2.1), 0.05);
   study.agrees("depth behind the front at G2", mean_between(measured(gauges[1]), 1.0, 1.4), 0.25);
   study.agrees("depth of the bore at G1", mean_between(measured(gauges[0]), 2.1, 2.2), 0.3);
   study.stays_below("lost share", 0);
   for (const Gauge& gauge : gauges)
-    if (std::string(gauge.name) != "G6") study.converges(fmt::format("arrival at {}", gauge.name));
+    if (gauge.column != 6) study.converges(fmt::format("arrival at {}", gauge.name));
   study.converges("depth left at G6 after 2 s");
 }
