@@ -207,14 +207,20 @@ LAHAR_INLINE void change_volume(double* volume, const Real& strain, Local p, Loc
   store_first(load<Real>(volume + p) * (1.0 + strain), volume + p, n);
 }
 
-/// Volume [m^3] of a cell, or of a cube of its smallest width.
+/// Volume of a run's cell, or of a cube of its smallest width, as a multiple of that of the
+/// material of its particles.
 template <int Dim>
-double space_of(const Patch<Dim>& patch, Local cell) {
-  const auto c = static_cast<std::size_t>(cell);
-  double volume = 1;
+double space_of(const Patch<Dim>& patch, const Run& run) {
+  const auto c = static_cast<std::size_t>(run.cell);
+  double space = 1, material = 0;
   for (std::size_t d = 0; d < Dim; ++d)
-    volume *= patch.cartesian ? 2.0 / patch.box[c][Dim + d] : patch.cell_size[c];
-  return volume;
+    space *= patch.cartesian ? 2.0 / patch.box[c][Dim + d] : patch.cell_size[c];
+  const double* volume = patch.particles.row(Column::volume);
+  for (Local r = patch.first_run[c]; r >= 0; r = patch.runs[static_cast<std::size_t>(r)].next) {
+    const Run& other = patch.runs[static_cast<std::size_t>(r)];
+    for (Local p = other.begin; p < other.end; ++p) material += volume[p];
+  }
+  return space / material;
 }
 
 /// One run with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
@@ -225,7 +231,7 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
                              const LawType& law) {
   const double least = dt * gradient.least_trace(run.end - run.begin);
   if (!(1.0 + least > 0.0)) mark_collapse(patch, run, least);
-  const double space = Gaps ? space_of(patch, run.cell) : 0.0;
+  const double space = Gaps ? space_of(patch, run) : 0.0;
 
   Real work(0.0);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
@@ -268,11 +274,11 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
       };
       if constexpr (Gaps) {
         OpeningIncrement<Dim, Real, LawType> gaps(law, load<Real>(rows.opening + p),
-                                                  space / load<Real>(rows.volume + p) - 1.0);
+                                                  Real(std::max(space - 1.0, 0.0)));
         apply(gaps.close(in, stress, state));
         gaps.open(stress, state);
         store_first(gaps.opening(), rows.opening + p, n);
-        change_volume(rows.volume, gaps.of_material(in.volumetric), p, n);
+        change_volume(rows.volume, gaps.of_material(), p, n);
         if constexpr (Gradient::domains) {
           Real L[Dim][Dim];
           gaps.of_domain(in, L);
@@ -300,7 +306,8 @@ LAHAR_INLINE Real update_one_run(Patch<Dim>& patch, const Gradient& gradient, co
                                  const Rows<Dim>& rows, double dt, StressPart part,
                                  const LawType& law) {
   if constexpr (Opens<LawType, Dim, Real>) {
-    if (rows.opening) return update_run<true, Dim, Real>(patch, gradient, run, rows, dt, part, law);
+    if (rows.opening && law.has_tension_limit())
+      return update_run<true, Dim, Real>(patch, gradient, run, rows, dt, part, law);
   }
   return update_run<false, Dim, Real>(patch, gradient, run, rows, dt, part, law);
 }
