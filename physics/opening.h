@@ -20,6 +20,10 @@
 /// volume correction of Tampubolon et al. (2017), but for the elastic strain of the limit.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 #include "physics/columns.h"
 #include "physics/materials/law_input.h"
 #include "physics/materials/stress_invariants.h"
@@ -32,14 +36,36 @@ concept Opens = requires(const LawType& law, const Real* q, const Real& toleranc
   law.template at_tension_limit<stress_components<Dim>>(q, q, tolerance);
 };
 
+/// Plastic volumetric strain per plastic deviatoric strain that shear has, at most, of laws with
+/// angles of friction and dilation: the cones of Mohr-Coulomb and Drucker-Prager in triaxial
+/// compression. What a material expands by beyond that are gaps, also where its stress ends below
+/// the limit after it was there.
+template <class LawType>
+double dilatancy(const LawType& law) {
+  if constexpr (requires { law.dilation; }) {
+    constexpr double radian = std::numbers::pi / 180.0;
+    const double psi = law.dilation * radian, sin = std::sin(psi);
+    double largest = 6.0 * sin / (3.0 - sin);
+    const auto of = [&](double phi) {
+      return 6.0 * std::tan(psi) * std::cos(phi) / (3.0 - std::sin(phi));
+    };
+    largest = std::max(largest, of(law.friction * radian));
+    if constexpr (requires { law.residual_friction; })
+      if (law.softening) largest = std::max(largest, of(law.residual_friction * radian));
+    return largest;
+  }
+  return 0.0;
+}
+
 /// An increment of a material whose gaps open and close: close() before the law, open() after it.
 template <int Dim, class Real, class LawType>
 class OpeningIncrement {
  public:
-  /// `opening` before the increment; at most `most` after it: a particle's gaps and material are
-  /// not larger than its cell.
-  LAHAR_INLINE OpeningIncrement(const LawType& law, const Real& opening, const Real& most)
-      : law_(law), opening_(opening), most_(most) {}
+  /// `dilatancy` of the law; `opening` before the increment; at most `most` after it: a particle's
+  /// gaps and material are not larger than its cell.
+  LAHAR_INLINE OpeningIncrement(const LawType& law, double dilatancy, const Real& opening,
+                                const Real& most)
+      : law_(law), dilatancy_(dilatancy), opening_(opening), most_(most) {}
 
   /// What the law sees: the increment without what closes gaps. In plane strain gaps close in the
   /// plane.
@@ -48,7 +74,7 @@ class OpeningIncrement {
     LawInput<Dim, Real> given = in;
     strain_ = pressure_is_state ? in.volumetric : in.dt * trace(in);
     mean_ = mean(stress, state);
-    if constexpr (requires { law_.dilatancy(); }) shear_before_ = state[LawType::shear_strain];
+    if constexpr (shears) shear_before_ = state[shear_row];
     if constexpr (pressure_is_state) stress_before_ = mean_of(stress);
     const unsigned closes = greater(opening_, Real(0.0)) & greater(Real(0.0), strain_);
     if (closes == 0) return given;
@@ -76,8 +102,8 @@ class OpeningIncrement {
     Real opened = plastic;
     const unsigned limit = law_.template at_tension_limit<stress_components<Dim>>(
         stress, state, tolerance * bulk() * kinematic);
-    if constexpr (requires { law_.dilatancy(); }) {
-      const Real dilation = law_.dilatancy() * (state[LawType::shear_strain] - shear_before_);
+    if constexpr (shears) {
+      const Real dilation = dilatancy_ * (state[shear_row] - shear_before_);
       opened = select(limit, plastic, plastic - dilation);
       opens &= greater(opened, Real(least));
     } else {
@@ -111,6 +137,13 @@ class OpeningIncrement {
     else
       return false;
   }();
+  /// Where the law keeps its plastic deviatoric strain.
+  static constexpr std::size_t shear_row = [] {
+    std::size_t row = 0;
+    while (row < LawType::state.size() && LawType::state[row].name != "pdstrain") ++row;
+    return row;
+  }();
+  static constexpr bool shears = shear_row < LawType::state.size();
   /// Rounding of stresses, as a share of those of the increment.
   static constexpr double tolerance = 1e-9;
   /// Rounding of strain increments [-].
@@ -135,6 +168,7 @@ class OpeningIncrement {
   }
 
   const LawType& law_;
+  double dilatancy_;
   Real opening_, most_, strain_, mean_, stress_before_, shear_before_;
 };
 

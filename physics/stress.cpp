@@ -43,6 +43,7 @@ struct Rows {
   double* volume;
   std::array<double*, most_state> state{};
   double* opening = nullptr;
+  double dilatancy = 0.0;  ///< of the law
   std::array<double*, Dim> domain{}, next_domain{};
   std::array<double*, static_cast<std::size_t>(Dim) * Dim> vectors{}, next_vectors{};
 
@@ -273,7 +274,7 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
         }
       };
       if constexpr (Gaps) {
-        OpeningIncrement<Dim, Real, LawType> gaps(law, load<Real>(rows.opening + p),
+        OpeningIncrement<Dim, Real, LawType> gaps(law, rows.dilatancy, load<Real>(rows.opening + p),
                                                   Real(std::max(space - 1.0, 0.0)));
         apply(gaps.close(in, stress, state));
         gaps.open(stress, state);
@@ -306,8 +307,7 @@ LAHAR_INLINE Real update_one_run(Patch<Dim>& patch, const Gradient& gradient, co
                                  const Rows<Dim>& rows, double dt, StressPart part,
                                  const LawType& law) {
   if constexpr (Opens<LawType, Dim, Real>) {
-    if (rows.opening && law.has_tension_limit())
-      return update_run<true, Dim, Real>(patch, gradient, run, rows, dt, part, law);
+    if (rows.opening) return update_run<true, Dim, Real>(patch, gradient, run, rows, dt, part, law);
   }
   return update_run<false, Dim, Real>(patch, gradient, run, rows, dt, part, law);
 }
@@ -331,19 +331,22 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, S
     std::visit(
         [&](const auto& given) {
           const auto law = prepare(given);
+          Rows<Dim> of_law = rows;
+          if (!can_open(step.model->materials[runs[from].material].law)) of_law.opening = nullptr;
+          of_law.dilatancy = dilatancy(given);
           if (supported::is(patch)) {
             for (std::size_t r = from; r < to; ++r)
               if (const Run& run = runs[r]; run.begin < run.end)
                 work += update_one_run<Dim, Real>(
                     patch, StoredGradient<Dim>(*gradients, gradients->first[r], run.begin), run,
-                    rows, step.dt, part, law);
+                    of_law, step.dt, part, law);
             return;
           }
           for_each_run(
               patch, runs.subspan(from, to - from),
               [&](const auto& map, const Run& run) __attribute__((always_inline)) {
                 const LinearGradient<Dim, std::decay_t<decltype(map)>> gradient(patch, map, run);
-                work += update_one_run<Dim, Real>(patch, gradient, run, rows, step.dt, part, law);
+                work += update_one_run<Dim, Real>(patch, gradient, run, of_law, step.dt, part, law);
               });
         },
         step.model->materials[runs[from].material].law);

@@ -49,10 +49,6 @@ struct DruckerPrager {
   }
 
   bool has_tension_limit() const { return friction > 0 || !std::isnan(tension_cutoff); }
-  /// Plastic volumetric strain per plastic deviatoric strain in shear; where the latter is in the
-  /// state.
-  double dilatancy() const { return slope(dilation); }
-  static constexpr std::size_t shear_strain = 0;
   /// The lanes whose mean stress is at the cut-off or the tip.
   template <int Rows, class Real>
   LAHAR_INLINE unsigned at_tension_limit(const Real* stress, const Real*,

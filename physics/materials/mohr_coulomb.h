@@ -116,11 +116,6 @@ class MohrCoulombUpdate {
   bool update_one(const Increment& in, Voigt& stress, double* state) const;
   void land(const Increment& in, Voigt& stress, double* state) const;
   double bulk_modulus() const { return K_; }
-  bool has_tension_limit() const { return true; }
-  /// Plastic volumetric strain per plastic deviatoric strain in shear, at most; where the latter is
-  /// in the state.
-  double dilatancy() const { return peak_.tan_psi / peak_.scale; }
-  static constexpr std::size_t shear_strain = 6;
   template <int Rows, class Real>
   LAHAR_INLINE unsigned at_tension_limit(const Real* stress, const Real* state,
                                          const Real& tolerance) const;
