@@ -12,9 +12,17 @@
 ///   the
 ///           law gets the rest of e alone, and V changes by it.
 ///
+/// For the rest V changes by the strain that the law is given, that at the particle for solids, so
+/// that volume and stress stay in keeping; and for fluids by d of the whole step, which has the
+/// change of the pressure by smoothing.
+///
 /// So a material that was torn apart has its strength again at the volume that it had, as with the
 /// volume correction of Tampubolon et al. (2017), but for the elastic strain of the limit.
 #pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "physics/columns.h"
 #include "physics/materials/law_input.h"
@@ -28,14 +36,36 @@ concept Opens = requires(const LawType& law, const Real* q, const Real& toleranc
   law.template at_tension_limit<stress_components<Dim>>(q, q, tolerance);
 };
 
+/// Plastic volumetric strain per plastic deviatoric strain that shear has, at most, of laws with
+/// angles of friction and dilation: the cones of Mohr-Coulomb and Drucker-Prager in triaxial
+/// compression. What a material expands by beyond that are gaps, also where its stress ends below
+/// the limit after it was there.
+template <class LawType>
+double dilatancy(const LawType& law) {
+  if constexpr (requires { law.dilation; }) {
+    constexpr double radian = std::numbers::pi / 180.0;
+    const double psi = law.dilation * radian, sin = std::sin(psi);
+    double largest = 6.0 * sin / (3.0 - sin);
+    const auto of = [&](double phi) {
+      return 6.0 * std::tan(psi) * std::cos(phi) / (3.0 - std::sin(phi));
+    };
+    largest = std::max(largest, of(law.friction * radian));
+    if constexpr (requires { law.residual_friction; })
+      if (law.softening) largest = std::max(largest, of(law.residual_friction * radian));
+    return largest;
+  }
+  return 0.0;
+}
+
 /// An increment of a material whose gaps open and close: close() before the law, open() after it.
 template <int Dim, class Real, class LawType>
 class OpeningIncrement {
  public:
-  /// `opening` before the increment; at most `most` after it: a particle's gaps and material are
-  /// not larger than its cell.
-  LAHAR_INLINE OpeningIncrement(const LawType& law, const Real& opening, const Real& most)
-      : law_(law), opening_(opening), most_(most) {}
+  /// `dilatancy` of the law; `opening` before the increment; at most `most` after it: a particle's
+  /// gaps and material are not larger than its cell.
+  LAHAR_INLINE OpeningIncrement(const LawType& law, double dilatancy, const Real& opening,
+                                const Real& most)
+      : law_(law), dilatancy_(dilatancy), opening_(opening), most_(most) {}
 
   /// What the law sees: the increment without what closes gaps. In plane strain gaps close in the
   /// plane.
@@ -44,14 +74,16 @@ class OpeningIncrement {
     LawInput<Dim, Real> given = in;
     strain_ = pressure_is_state ? in.volumetric : in.dt * trace(in);
     mean_ = mean(stress, state);
-    changed_ = greater(opening_, Real(0.0)) & greater(Real(0.0), strain_);
-    if (changed_ == 0) return given;
+    if constexpr (shears) shear_before_ = state[shear_row];
+    if constexpr (pressure_is_state) stress_before_ = mean_of(stress);
+    const unsigned closes = greater(opening_, Real(0.0)) & greater(Real(0.0), strain_);
+    if (closes == 0) return given;
     // First tension goes: a strain between `strain_` and zero.
     const Real relief = max(strain_, max(mean_, Real(0.0)) * (-1.0 / bulk()));
     const Real space = (1.0 + opening_) * (1.0 + strain_) / (1.0 + relief) - 1.0;
     const Real rest = relief - max(-space, Real(0.0));
-    const Real closed = select(changed_, strain_ - rest, Real(0.0));
-    opening_ = select(changed_, max(space, Real(0.0)), opening_);
+    const Real closed = select(closes, strain_ - rest, Real(0.0));
+    opening_ = select(closes, max(space, Real(0.0)), opening_);
     strain_ -= closed;
     LAHAR_UNROLL
     for (int d = 0; d < Dim; ++d) given.rate[d] -= closed * (1.0 / (Dim * in.dt));
@@ -61,29 +93,36 @@ class OpeningIncrement {
 
   LAHAR_INLINE void open(const Real* stress, const Real* state) {
     const Real elastic = (mean(stress, state) - mean_) * (1.0 / bulk());
-    unsigned opens = greater(strain_, elastic) & greater(strain_, Real(0.0));
+    const Real kinematic = strain_;
+    if constexpr (pressure_is_state) strain_ = (mean_of(stress) - stress_before_) * (1.0 / bulk());
+    opening_ = -max(-opening_, -most_);
+    const Real plastic = kinematic - elastic;
+    unsigned opens = greater(plastic, Real(least)) & greater(kinematic, Real(0.0));
     if (opens == 0) return;
-    opens &= law_.template at_tension_limit<stress_components<Dim>>(stress, state,
-                                                                    tolerance * bulk() * strain_);
+    Real opened = plastic;
+    const unsigned limit = law_.template at_tension_limit<stress_components<Dim>>(
+        stress, state, tolerance * bulk() * kinematic);
+    if constexpr (shears) {
+      const Real dilation = dilatancy_ * (state[shear_row] - shear_before_);
+      opened = select(limit, plastic, plastic - dilation);
+      opens &= greater(opened, Real(least));
+    } else {
+      opens &= limit;
+    }
     if (opens == 0) return;
-    const Real wide = (1.0 + opening_) * (1.0 + strain_) / (1.0 + elastic) - 1.0;
-    const Real bounded = -max(-wide, -max(most_, opening_));
-    opening_ = select(opens, max(bounded, Real(0.0)), opening_);
-    strain_ = select(opens, elastic, strain_);
-    changed_ |= opens;
+    const Real wide = (1.0 + opening_) * (1.0 + kinematic) / (1.0 + kinematic - opened) - 1.0;
+    opening_ = select(opens, max(-max(-wide, -most_), Real(0.0)), opening_);
+    if constexpr (!pressure_is_state) strain_ = select(opens, kinematic - opened, strain_);
   }
 
   const Real& opening() const { return opening_; }
-  /// Volumetric strain increment of the material; `whole` where no gaps changed.
-  LAHAR_INLINE Real of_material(const Real& whole) const {
-    return select(changed_, strain_, whole);
-  }
+  /// Volumetric strain increment of the material.
+  const Real& of_material() const { return strain_; }
   /// Velocity gradient that the particle's domain follows: domains are of the material, and where
   /// there are gaps it does not deform.
   LAHAR_INLINE void of_domain(const LawInput<Dim, Real>& in, Real (&L)[Dim][Dim]) const {
     const unsigned loose = greater(opening_, Real(0.0));
-    const Real gaps =
-        select(changed_, (trace(in) * in.dt - strain_) * (1.0 / (Dim * in.dt)), Real(0.0));
+    const Real gaps = (in.dt * trace(in) - strain_) * (1.0 / (Dim * in.dt));
     LAHAR_UNROLL
     for (int a = 0; a < Dim; ++a)
       for (int b = 0; b < Dim; ++b)
@@ -98,8 +137,17 @@ class OpeningIncrement {
     else
       return false;
   }();
+  /// Where the law keeps its plastic deviatoric strain.
+  static constexpr std::size_t shear_row = [] {
+    std::size_t row = 0;
+    while (row < LawType::state.size() && LawType::state[row].name != "pdstrain") ++row;
+    return row;
+  }();
+  static constexpr bool shears = shear_row < LawType::state.size();
   /// Rounding of stresses, as a share of those of the increment.
   static constexpr double tolerance = 1e-9;
+  /// Rounding of strain increments [-].
+  static constexpr double least = 1e-13;
 
   static Real trace(const LawInput<Dim, Real>& in) {
     Real sum = in.rate[0] + in.rate[1];
@@ -120,8 +168,8 @@ class OpeningIncrement {
   }
 
   const LawType& law_;
-  Real opening_, most_, strain_, mean_;
-  unsigned changed_ = 0;
+  double dilatancy_;
+  Real opening_, most_, strain_, mean_, stress_before_, shear_before_;
 };
 
 }  // namespace lahar

@@ -43,6 +43,7 @@ struct Rows {
   double* volume;
   std::array<double*, most_state> state{};
   double* opening = nullptr;
+  double dilatancy = 0.0;  ///< of the law
   std::array<double*, Dim> domain{}, next_domain{};
   std::array<double*, static_cast<std::size_t>(Dim) * Dim> vectors{}, next_vectors{};
 
@@ -207,14 +208,20 @@ LAHAR_INLINE void change_volume(double* volume, const Real& strain, Local p, Loc
   store_first(load<Real>(volume + p) * (1.0 + strain), volume + p, n);
 }
 
-/// Volume [m^3] of a cell, or of a cube of its smallest width.
+/// Volume of a run's cell, or of a cube of its smallest width, as a multiple of that of the
+/// material of its particles.
 template <int Dim>
-double space_of(const Patch<Dim>& patch, Local cell) {
-  const auto c = static_cast<std::size_t>(cell);
-  double volume = 1;
+double space_of(const Patch<Dim>& patch, const Run& run) {
+  const auto c = static_cast<std::size_t>(run.cell);
+  double space = 1, material = 0;
   for (std::size_t d = 0; d < Dim; ++d)
-    volume *= patch.cartesian ? 2.0 / patch.box[c][Dim + d] : patch.cell_size[c];
-  return volume;
+    space *= patch.cartesian ? 2.0 / patch.box[c][Dim + d] : patch.cell_size[c];
+  const double* volume = patch.particles.row(Column::volume);
+  for (Local r = patch.first_run[c]; r >= 0; r = patch.runs[static_cast<std::size_t>(r)].next) {
+    const Run& other = patch.runs[static_cast<std::size_t>(r)];
+    for (Local p = other.begin; p < other.end; ++p) material += volume[p];
+  }
+  return space / material;
 }
 
 /// One run with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
@@ -225,7 +232,7 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
                              const LawType& law) {
   const double least = dt * gradient.least_trace(run.end - run.begin);
   if (!(1.0 + least > 0.0)) mark_collapse(patch, run, least);
-  const double space = Gaps ? space_of(patch, run.cell) : 0.0;
+  const double space = Gaps ? space_of(patch, run) : 0.0;
 
   Real work(0.0);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
@@ -267,12 +274,12 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
         }
       };
       if constexpr (Gaps) {
-        OpeningIncrement<Dim, Real, LawType> gaps(law, load<Real>(rows.opening + p),
-                                                  space / load<Real>(rows.volume + p) - 1.0);
+        OpeningIncrement<Dim, Real, LawType> gaps(law, rows.dilatancy, load<Real>(rows.opening + p),
+                                                  Real(std::max(space - 1.0, 0.0)));
         apply(gaps.close(in, stress, state));
         gaps.open(stress, state);
         store_first(gaps.opening(), rows.opening + p, n);
-        change_volume(rows.volume, gaps.of_material(in.volumetric), p, n);
+        change_volume(rows.volume, gaps.of_material(), p, n);
         if constexpr (Gradient::domains) {
           Real L[Dim][Dim];
           gaps.of_domain(in, L);
@@ -324,19 +331,22 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, S
     std::visit(
         [&](const auto& given) {
           const auto law = prepare(given);
+          Rows<Dim> of_law = rows;
+          if (!can_open(step.model->materials[runs[from].material].law)) of_law.opening = nullptr;
+          of_law.dilatancy = dilatancy(given);
           if (supported::is(patch)) {
             for (std::size_t r = from; r < to; ++r)
               if (const Run& run = runs[r]; run.begin < run.end)
                 work += update_one_run<Dim, Real>(
                     patch, StoredGradient<Dim>(*gradients, gradients->first[r], run.begin), run,
-                    rows, step.dt, part, law);
+                    of_law, step.dt, part, law);
             return;
           }
           for_each_run(
               patch, runs.subspan(from, to - from),
               [&](const auto& map, const Run& run) __attribute__((always_inline)) {
                 const LinearGradient<Dim, std::decay_t<decltype(map)>> gradient(patch, map, run);
-                work += update_one_run<Dim, Real>(patch, gradient, run, rows, step.dt, part, law);
+                work += update_one_run<Dim, Real>(patch, gradient, run, of_law, step.dt, part, law);
               });
         },
         step.model->materials[runs[from].material].law);
