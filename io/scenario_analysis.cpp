@@ -224,6 +224,17 @@ void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue& analysis) {
       get_text(analysis, "large_domains").value_or("clip") == "error";
   if (name == "quadratic_spline") functions = ShapeFunctions::quadratic_spline;
   if (name == "cubic_spline") functions = ShapeFunctions::cubic_spline;
+  const bool opens = std::any_of(model_.materials.begin(), model_.materials.end(),
+                                 [](const Material& m) { return can_open(m.law); });
+  if (functions == ShapeFunctions::element && model_.analysis.affine != Affine::none && opens &&
+      !in_.cbgeo_defaults)
+    in_.error(*analysis.find("velocity_update"),
+              fmt::format("'velocity_update': \"{}\" does not go together with the functions of "
+                          "elements where material may come apart: where a particle is nearly "
+                          "alone at a node, gradients of nodal velocities have no bound, and the "
+                          "run makes energy",
+                          analysis.find("velocity_update")->template as<std::string>()),
+              "take \"shape_functions\": \"quadratic_spline\" or \"gimp\", or \"flip\"");
   if (functions != ShapeFunctions::element && mesh_ && !is_grid())
     in_.error(name != "element" ? *key : *cell_type,
               fmt::format("\"{}\" needs a mesh of equal boxes along the axes that fill a box",

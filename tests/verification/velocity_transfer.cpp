@@ -48,7 +48,7 @@ Model<2> standing_wave(const Wave& wave) {
     "analysis": {"mpm_scheme": ")" + wave.scheme +
                                     R"(", "shape_functions": ")" + wave.functions + R"(",
                  "dt": )" + std::to_string(wave.step * h / c) +
-                                    R"(, "end_time": 1, )" + settings + "}})");
+                                    R"(, "end_time": 1, )" + settings + "}}");
   for (const Vec<2>& x : model.particles.x)
     model.particles.velocity.push_back(Vec<2>(1e-3 * std::sin(2 * pi * x[0] / length), 0.0));
   return model;
