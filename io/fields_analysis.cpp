@@ -186,15 +186,15 @@ const Section& time_step_section() {
       .fields = {
           {.key = "adaptive",
            .kinds = boolean,
-           .help = "choose the time step from the limit",
-           .fallback = "false",
+           .help =
+               "choose the time step from the limit. Default: true where there is no `dt`; with "
+               "the preset cbgeo false",
            .native = true},
           {.key = "safety",
            .kinds = number,
-           .help = "share of the limit that an adaptive step "
-                   "takes",
+           .help = "share of the limit that an adaptive step takes. Default 0.4; with the preset "
+                   "cbgeo 0.5",
            .unit = "-",
-           .fallback = "0.5",
            .min = 0,
            .max = 1,
            .above_min = true,
@@ -307,7 +307,7 @@ const Section& analysis_section() {
            .help = "when stresses are updated: before the "
                    "forces (usf), at the end of the step (usl), or at the end with velocities "
                    "mapped once "
-                   "more (musl); default usf",
+                   "more (musl). Default musl; with the preset cbgeo usf",
            .allowed = {"usf", "usl", "musl"}},
           {.key = "stress_update",
            .kinds = text,
@@ -340,8 +340,10 @@ const Section& analysis_section() {
                    "uniform_gimp (boxes keep their size), cpdi (boxes deform to parallelepipeds), "
                    "cpdi2 (to hexahedra whose corners move with the nodes, so that particles that "
                    "share corners go on doing so), quadratic_spline, cubic_spline (B-splines "
-                   "of nodes; at walls only those of wall nodes are not zero)",
-           .fallback = "\"element\"",
+                   "of nodes; at walls only those of wall nodes are not zero). Default: "
+                   "quadratic_spline "
+                   "on meshes of equal boxes with Q4 or H8 cells, if any material is not a fluid; "
+                   "else, and with the preset cbgeo, element",
            .allowed = {"element", "gimp", "uniform_gimp", "cpdi", "cpdi2", "quadratic_spline",
                        "cubic_spline"},
            .native = true},
@@ -355,7 +357,8 @@ const Section& analysis_section() {
            .native = true},
           {.key = "velocity_update_settings",
            .kinds = object,
-           .help = "what particles keep of their own velocities",
+           .help = "what particles keep of their own velocities. Default: relaxation 0.05 where "
+                   "`velocity_update` is not written either; nothing with the preset cbgeo",
            .section = blending_section},
           {.key = "dt",
            .kinds = number,

@@ -55,10 +55,43 @@ void ScenarioBuilder<Dim>::build_as_cbgeo() {
   set(*analysis, "preset", std::string(in_.cbgeo_defaults ? "cbgeo" : preset));
 }
 
+// What keys that are not written mean in scenarios written for Lahar: what gave stable results that
+// hardly depend on the step (tests/verification/results.md).
+template <int Dim>
+void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
+  JsonValue* step = analysis.find("time_step");
+  const bool adaptive = !in_.cbgeo_defaults && !analysis.find("dt") && !written(analysis, "dt");
+  if (step && step->is<JsonValue::Object>()) {
+    if (!written(*step, "adaptive")) set(*step, "adaptive", adaptive);
+    if (!written(*step, "safety")) set(*step, "safety", in_.cbgeo_defaults ? 0.5 : 0.4);
+  }
+  if (in_.cbgeo_defaults) return;
+  if (!written(analysis, "mpm_scheme") && !written(analysis, "stress_update") &&
+      !written(analysis, "stress_analysis"))
+    set(analysis, "mpm_scheme", std::string("musl"));
+  const JsonValue* update = analysis.find("velocity_update");
+  if ((!update || update->defaulted) && !written(analysis, "velocity_update_settings")) {
+    JsonValue relaxation;
+    relaxation.data = 0.05;
+    set(analysis, "velocity_update_settings",
+        JsonValue::Object{{"relaxation", analysis.offset, relaxation}});
+  }
+  // Drops and obstacles are those of cells; in solids and soils particles that cross cells must not
+  // make noise.
+  const bool fluids = std::all_of(model_.materials.begin(), model_.materials.end(),
+                                  [](const Material& m) { return has_pressure(m.law); });
+  const JsonValue* cell_type = section("mesh").find("cell_type");
+  const std::string type = cell_type ? cell_type->as<std::string>() : "";
+  const bool linear = type.empty() || type == "ED2Q4" || type == "ED3H8";
+  if (!written(analysis, "shape_functions") && !fluids && linear && mesh_ && is_grid())
+    set(analysis, "shape_functions", std::string("quadratic_spline"));
+}
+
 template <int Dim>
 void ScenarioBuilder<Dim>::build_analysis() {
   JsonValue* analysis = root_.find("analysis");
   if (!analysis) return;
+  build_defaults(*analysis);
   build_scheme(*analysis);
   build_velocity_update(*analysis);
   build_shape_functions(*analysis);
@@ -351,6 +384,7 @@ void ScenarioBuilder<Dim>::build_output() {
 #define LAHAR_INSTANTIATE(Dim)                                                 \
   template void ScenarioBuilder<Dim>::build_as_cbgeo();                        \
   template void ScenarioBuilder<Dim>::build_analysis();                        \
+  template void ScenarioBuilder<Dim>::build_defaults(JsonValue&);              \
   template void ScenarioBuilder<Dim>::build_scheme(JsonValue&);                \
   template void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue&); \
   template void ScenarioBuilder<Dim>::build_transfer_rates();                  \

@@ -57,6 +57,7 @@ class ScenarioBuilder {
   // scenario_analysis.cpp
   void build_as_cbgeo();  ///< first of all: others depend on it
   void build_analysis();
+  void build_defaults(JsonValue& analysis);
   void build_scheme(JsonValue& analysis);
   void build_damping(const JsonValue& analysis);
   void build_velocity_update(const JsonValue& analysis);
@@ -164,12 +165,12 @@ class ScenarioBuilder {
   Index listed_cells_ = -1;      ///< those of a mesh file that has nodes around them, too; -1 = all
   double region_tolerance_ = 0;  ///< [m]
   RowShares rows_;               ///< of model_.particles: who has which
-  bool particles_complete_ = true;  ///< false: some generator failed, the number is not known
-  std::optional<double> relaxation_;       ///< [-] of velocities, by the wave speed
+  bool particles_complete_ = true;    ///< false: some generator failed, the number is not known
+  std::optional<double> relaxation_;  ///< [-] of velocities, by the wave speed
   std::optional<double> relaxation_time_;  ///< [s]
-  bool moving_ = false;             ///< some generator gave a velocity
-  std::set<Index> generator_sets_;  ///< particle set ids that a generator made
-  std::set<Index> shadowed_sets_;   ///< of those: also in entity_sets.json, with other members
+  bool moving_ = false;                    ///< some generator gave a velocity
+  std::set<Index> generator_sets_;         ///< particle set ids that a generator made
+  std::set<Index> shadowed_sets_;  ///< of those: also in entity_sets.json, with other members
   /// A file of positions and its rows, for the line numbers of particles outside the mesh.
   struct Source {
     SideFile file;

@@ -10,6 +10,7 @@
 #include "physics/kernels.h"
 #include "physics/loads.h"
 #include "physics/node_sums.h"
+#include "physics/velocity_transfer.h"
 
 namespace lahar {
 
@@ -310,7 +311,8 @@ class Integrator {
         patch_.work.damping += point.drag[d] * move;
       }
     }
-    if (step_.model->analysis.transfer.takes()) count_transfer(own_mass);
+    const VelocityTransfer& transfer = step_.model->analysis.transfer;
+    if (transfer.takes() && !blends(transfer)) count_transfer(own_mass);
   }
 
  private:
@@ -322,8 +324,8 @@ class Integrator {
     return point.force * load_factor(*step_.model, point.function, step_.time);
   }
 
-  /// What the velocity transfer takes is what nodes got in the step, counted here, and particles
-  /// did not (Advanced::lost).
+  /// What a velocity transfer takes that does not blend is what nodes got in the step, counted
+  /// here, and particles did not (Advanced::lost).
   void count_transfer(const double* own_mass) {
     NodeVector got(0.0);
     for (const NodeRange& range : patch_.active_nodes)

@@ -14,9 +14,10 @@ struct VelocityUpdate {
   double keep;          ///< factor of the particle's own velocity (FLIP fraction)
   double acceleration;  ///< factor of the interpolated acceleration [s]
   double velocity;      ///< factor of the interpolated velocity (PIC fraction)
+  double flip_step;     ///< [s] the step, or 0 where a filter has the accelerations
 
   VelocityUpdate(double flip, double dt)
-      : keep(flip), acceleration(flip * dt), velocity(1.0 - flip) {}
+      : keep(flip), acceleration(flip * dt), velocity(1.0 - flip), flip_step(dt) {}
 };
 
 /// The velocity updates of a patch in a step, and what they take the acceleration from.
@@ -50,6 +51,7 @@ class VelocityUpdates {
     body_ = body;
     update_ = VelocityUpdate(model_.analysis.transfer.kept(body, dt_), dt_);
     if (filtered_) update_.acceleration = 1.0, update_.velocity = 0.0;
+    if (!blends(model_.analysis.transfer)) update_.flip_step = 0.0;
   }
 
   const Model<Dim>& model_;
@@ -75,11 +77,13 @@ struct MovedRows {
 template <class Real>
 struct Advanced {
   Real fastest = Real(0.0);  ///< largest speed squared
-  Real lost = Real(0.0);     ///< kinetic energy before, less that after [J]
+  Real lost = Real(0.0);     ///< kinetic energy that the transfer takes [J], see advance()
 };
 
 /// Velocities and places of the n particles from p on, from interpolated v and a. `mass`: of all
-/// particles where energy is counted, else null.
+/// particles where energy is counted, else null. What a blend takes is the kinetic energy of FLIP's
+/// velocities less that of the new ones; where a filter has the accelerations, the energy before
+/// less that after, from which integrate() subtracts what nodes got.
 template <int Dim, class Real>
 LAHAR_INLINE void advance(const MovedRows<Dim>& rows, Local p, Local n, const Real (&v)[Dim],
                           const Real (&a)[Dim], const VelocityUpdate& update, double dt,
@@ -90,7 +94,10 @@ LAHAR_INLINE void advance(const MovedRows<Dim>& rows, Local p, Local n, const Re
     // Factors of exactly 0 and 1 leave pure FLIP and pure PIC unchanged to the last bit.
     const Real old = load<Real>(rows.v[d] + p);
     const Real blended = update.keep * old + update.acceleration * a[d] + update.velocity * v[d];
-    if (mass) lost += (old - blended) * (old + blended);
+    if (mass) {
+      const Real from = old + update.flip_step * a[d];
+      lost += (from - blended) * (from + blended);
+    }
     store_first(blended, rows.v[d] + p, n);
     speed2 += blended * blended;
     const Real move = dt * v[d];

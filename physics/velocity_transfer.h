@@ -29,6 +29,12 @@ inline bool has_filter(const VelocityTransfer& transfer) {
   return transfer.order > 1 && transfer.takes();
 }
 
+/// True if the transfer takes a share of FLIP's velocities in favour of those of the nodes.
+inline bool blends(const VelocityTransfer& transfer) {
+  return transfer.order == 1 && !transfer.filters_change &&
+         (!transfer.rates.empty() || transfer.flip > 0.0);
+}
+
 /// The sum that has R V_{order - 1}.
 constexpr NodeSum sum_of_order(int order) {
   return order % 2 == 0 ? NodeSum::smoothed : NodeSum::smoothed_again;
