@@ -114,9 +114,7 @@ def make(folder, cell):
                        "softening": False, "residual_friction": 24, "residual_dilation": 0,
                        "residual_cohesion": 2000, "peak_pdstrain": 0, "residual_pdstrain": 0}],
         "external_loading_conditions": {"gravity": [0, 0, -9.81]},
-        "analysis": {"type": "MPMExplicit3D", "mpm_scheme": "musl", "velocity_update_settings": {"blending_ratio": 0.95},
-                     "time_step": {"adaptive": True, "safety": 0.4}, "end_time": 20.0,
-                     "locate_particles": False},
+        "analysis": {"end_time": 20.0, "locate_particles": False},
         "post_processing": {"output_steps": 1000},
     }
     (folder / "landslide.json").write_text(json.dumps(scenario, indent=2) + "\n")
