@@ -1,8 +1,8 @@
 /// \file Particle states as CSV tables, one row per particle.
 ///
 /// Columns: id, mass, volume, coord_x.., displacement_x.., velocity_x.., stress_xx yy zz xy [yz
-/// xz], strain_xx yy xy (2D) or xx yy zz xy yz xz, svars_0.. (state variables: the frame's other
-/// scalars, in its order). Stress has zz in 2D, plane strain has none. Shear strains are
+/// xz], strain_xx yy xy (2D) or xx yy zz xy yz xz, opening, svars_0.. (state variables: the frame's
+/// other scalars, in its order). Stress has zz in 2D, plane strain has none. Shear strains are
 /// engineering shears.
 #pragma once
 

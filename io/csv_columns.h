@@ -23,6 +23,7 @@ inline constexpr TableField table_fields[] = {
     {"velocity",     "velocity",     "m/s", TableField::Kind::vector},
     {"stress",       "stress",       "Pa",  TableField::Kind::stress},
     {"strain",       "strain",       "-",   TableField::Kind::strain},
+    {"opening",      "opening",      "-",   TableField::Kind::scalar},
 };
 // clang-format on
 

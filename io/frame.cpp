@@ -125,7 +125,9 @@ std::span<const char* const> component_names(int components) {
 }
 
 bool is_state_variable(const FrameColumn& column) {
-  if (column.components != 1 || column.name == "mass" || column.name == "volume") return false;
+  if (column.components != 1 || column.name == "mass" || column.name == "volume" ||
+      column.name == "opening")
+    return false;
   return column.name.starts_with("svars_") || !column.unit.empty();
 }
 

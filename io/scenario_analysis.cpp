@@ -103,6 +103,8 @@ void ScenarioBuilder<Dim>::build_analysis() {
   a.closed_faces = !in_.cbgeo_defaults;
   a.opening = get_bool(*analysis, "opening").value_or(!in_.cbgeo_defaults);
   set(*analysis, "opening", a.opening);
+  const auto opens = [](const Material& material) { return can_open(material.law); };
+  a.opening = a.opening && std::any_of(model_.materials.begin(), model_.materials.end(), opens);
   a.remove_leaving_particles = !get_bool(*analysis, "locate_particles").value_or(true);
   a.patch_particles = get_integer(*analysis, "patch_particles").value_or(4096);
   a.split_steps = get_integer(*analysis, "split_steps").value_or(100);

@@ -2,22 +2,22 @@
 ///
 /// At the limit a material does not resist when it is pulled apart: what grows are the gaps. They
 /// are a state of the particle of their own, Column::opening: their volume as a share of the
-/// material's. The column `volume` is that of the material alone, of which mass, waves, internal
-/// forces and domains depend. With the volumetric strain increment e = dt tr(L) and what elasticity
-/// takes of it, d = dp / K (p the mean stress, positive in tension):
+/// material's. The column `volume` is that of the material alone, of which waves, internal forces
+/// and domains depend. With the volumetric strain increment e = dt tr(L), its elastic part d = dp /
+/// K (p the mean stress, positive in tension) and J(e) = exp(e):
 ///
-///   opens   where the stress ends at the limit and e > d:
-///           1 + o <- (1 + o) (1 + e) / (1 + d),  V <- V (1 + d);
-///   closes  where o > 0 and e < 0, after tension is gone: 1 + o <- (1 + o) (1 + e) until o = 0;
+///   opens   where e > d: if the stress ends at the limit by e - d, else by what of that is more
+///           than the dilation of the increment's shear: 1 + o <- (1 + o) J(e - d);
+///   closes  where o > 0 and e < 0, after tension is gone: 1 + o <- (1 + o) J(e) until o = 0. Only
 ///   the
-///           law gets the rest of e alone, and V changes by it.
+///           rest of e is given to the law.
 ///
-/// For the rest V changes by the strain that the law is given, that at the particle for solids, so
-/// that volume and stress stay in keeping; and for fluids by d of the whole step, which has the
-/// change of the pressure by smoothing.
-///
-/// So a material that was torn apart has its strength again at the volume that it had, as with the
-/// volume correction of Tampubolon et al. (2017), but for the elastic strain of the limit.
+/// V changes by J of what is left of e, which is that at the particle for solids, so that volume
+/// and stress stay in keeping; for fluids by J of d over the whole step, which has the change of
+/// the pressure by smoothing. Gaps and material of a cell's particles together are not larger than
+/// the cell: what came down to others in it has no gaps any more. So a material that was torn apart
+/// has its strength again at the volume that it had (the volume correction of Tampubolon et al.
+/// 2017), but for the elastic strain of the limit.
 #pragma once
 
 #include <algorithm>
@@ -35,6 +35,13 @@ template <class LawType, int Dim, class Real>
 concept Opens = requires(const LawType& law, const Real* q, const Real& tolerance) {
   law.template at_tension_limit<stress_components<Dim>>(q, q, tolerance);
 };
+
+/// Ratio of volumes of a volumetric strain increment e: exp(e), but for e^3 / 12. So what opens and
+/// closes by turns stays as it was.
+template <class Real>
+LAHAR_INLINE Real stretch_of(const Real& e) {
+  return (2.0 + e) / (2.0 - e);
+}
 
 /// Plastic volumetric strain per plastic deviatoric strain that shear has, at most, of laws with
 /// angles of friction and dilation: the cones of Mohr-Coulomb and Drucker-Prager in triaxial
@@ -80,8 +87,9 @@ class OpeningIncrement {
     if (closes == 0) return given;
     // First tension goes: a strain between `strain_` and zero.
     const Real relief = max(strain_, max(mean_, Real(0.0)) * (-1.0 / bulk()));
-    const Real space = (1.0 + opening_) * (1.0 + strain_) / (1.0 + relief) - 1.0;
-    const Real rest = relief - max(-space, Real(0.0));
+    const Real space = (1.0 + opening_) * stretch_of(strain_ - relief) - 1.0;
+    const Real over = -max(-space, Real(0.0));
+    const Real rest = relief + 2.0 * over / (2.0 + over);
     const Real closed = select(closes, strain_ - rest, Real(0.0));
     opening_ = select(closes, max(space, Real(0.0)), opening_);
     strain_ -= closed;
@@ -110,7 +118,7 @@ class OpeningIncrement {
       opens &= limit;
     }
     if (opens == 0) return;
-    const Real wide = (1.0 + opening_) * (1.0 + kinematic) / (1.0 + kinematic - opened) - 1.0;
+    const Real wide = (1.0 + opening_) * stretch_of(opened) - 1.0;
     opening_ = select(opens, max(-max(-wide, -most_), Real(0.0)), opening_);
     if constexpr (!pressure_is_state) strain_ = select(opens, kinematic - opened, strain_);
   }

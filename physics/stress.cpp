@@ -203,11 +203,6 @@ LAHAR_INLINE void move_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], 
   if (rows.next_vectors[0]) deform_domain(rows, L, dt, p, n);
 }
 
-template <class Real>
-LAHAR_INLINE void change_volume(double* volume, const Real& strain, Local p, Local n) {
-  store_first(load<Real>(volume + p) * (1.0 + strain), volume + p, n);
-}
-
 /// Volume of a run's cell, or of a cube of its smallest width, as a multiple of that of the
 /// material of its particles.
 template <int Dim>
@@ -251,7 +246,8 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
           store_first(load<Real>(rows.strain[k] + p) + dt * in.rate[strain_voigt<Dim>[k]],
                       rows.strain[k] + p, n);
       }
-      if constexpr (!Gaps) change_volume(rows.volume, in.volumetric, p, n);
+      if constexpr (!Gaps)
+        store_first(load<Real>(rows.volume + p) * (1.0 + in.volumetric), rows.volume + p, n);
     }
     if (part != StressPart::strain) {
       constexpr bool may_fail = can_fail<LawType, Dim, Real>;
@@ -279,7 +275,8 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
         apply(gaps.close(in, stress, state));
         gaps.open(stress, state);
         store_first(gaps.opening(), rows.opening + p, n);
-        change_volume(rows.volume, gaps.of_material(), p, n);
+        store_first(load<Real>(rows.volume + p) * stretch_of(gaps.of_material()), rows.volume + p,
+                    n);
         if constexpr (Gradient::domains) {
           Real L[Dim][Dim];
           gaps.of_domain(in, L);
