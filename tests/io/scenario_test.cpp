@@ -240,8 +240,7 @@ TEST_CASE("sets of particles come from regions and generators, and change materi
 TEST_CASE("time steps, durations and schemes") {
   const auto a = model({.analysis = R"("dt": 0.1, "end_time": 0.3)"}).analysis;
   CHECK(a.nsteps == 3);
-  CHECK(a.scheme == Scheme::usf);
-  CHECK(a.transfer.flip == 1.0);
+  CHECK(!a.step.adaptive);
   const auto b = model({.analysis = R"("time_step": {"adaptive": true, "safety": 0.4},
     "end_time": 2, "mpm_scheme": "musl", "velocity_update": "flip",
     "velocity_update_settings": {"blending_ratio": 0.95}, "locate_particles": false)"})
@@ -251,12 +250,29 @@ TEST_CASE("time steps, durations and schemes") {
   CHECK(std::isinf(b.step.dt));
   CHECK(b.end_time == 2);
   CHECK(b.scheme == Scheme::musl);
-  CHECK(b.transfer.flip == 0.95);
+  CHECK(b.transfer.rates.size() == 1);  // what is kept in a time, not in a step
   CHECK(b.remove_leaving_particles);
   const auto c =
       model({.analysis = R"("dt": 1, "nsteps": 1.0E+5, "velocity_update": true)"}).analysis;
   CHECK(c.nsteps == 100000);
   CHECK(c.transfer.flip == 0.0);
+}
+
+TEST_CASE("defaults are those of Lahar, or CB-Geo's where the preset says so") {
+  const auto ours = model({.analysis = R"("end_time": 1)"}).analysis;
+  CHECK(ours.scheme == Scheme::musl);
+  CHECK(ours.step.adaptive);
+  CHECK(ours.step.safety == 0.4);
+  CHECK(ours.functions == ShapeFunctions::quadratic_spline);
+  CHECK(ours.transfer.rates.size() == 1);
+  const auto theirs = model({.analysis = R"("preset": "cbgeo", "dt": 1, "nsteps": 1)"}).analysis;
+  CHECK(theirs.scheme == Scheme::usf);
+  CHECK(!theirs.step.adaptive);
+  CHECK(theirs.functions == ShapeFunctions::element);
+  CHECK(!theirs.transfer.takes());
+  // Who names the transfer gets just that.
+  CHECK(!model({.analysis = R"("end_time": 1, "velocity_update": "flip")"})
+             .analysis.transfer.takes());
 }
 
 TEST_CASE("overrides replace, add and are converted") {

@@ -30,10 +30,8 @@ enum class Flow { sand, water };
 /// Functions, transfers and smoothing of all cases here, and of no other place. What the native
 /// defaults do well need not be written.
 inline std::vector<std::string> method(Flow flow) {
-  if (flow == Flow::sand)
-    return {"analysis.mpm_scheme=musl", "analysis.shape_functions=quadratic_spline",
-            "analysis.velocity_update=apic"};
-  return {"analysis.mpm_scheme=musl", "analysis.pressure_smoothing=true"};
+  if (flow == Flow::sand) return {};
+  return {"analysis.pressure_smoothing=true"};
 }
 
 /// How large the changes may be that follow from half the step and from half the cell.
