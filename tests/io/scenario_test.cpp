@@ -243,14 +243,15 @@ TEST_CASE("time steps, durations and schemes") {
   CHECK(!a.step.adaptive);
   const auto b = model({.analysis = R"("time_step": {"adaptive": true, "safety": 0.4},
     "end_time": 2, "mpm_scheme": "musl", "velocity_update": "flip",
-    "velocity_update_settings": {"blending_ratio": 0.95}, "locate_particles": false)"})
+    "velocity_update_settings": {"blending_ratio": 0.95}, "locate_particles": false,
+    "preset": "cbgeo")"})
                      .analysis;
   CHECK(b.step.adaptive);
   CHECK(b.step.safety == 0.4);
   CHECK(std::isinf(b.step.dt));
   CHECK(b.end_time == 2);
   CHECK(b.scheme == Scheme::musl);
-  CHECK(b.transfer.rates.size() == 1);  // what is kept in a time, not in a step
+  CHECK(b.transfer.flip == 0.95);
   CHECK(b.remove_leaving_particles);
   const auto c =
       model({.analysis = R"("dt": 1, "nsteps": 1.0E+5, "velocity_update": true)"}).analysis;
@@ -273,6 +274,52 @@ TEST_CASE("defaults are those of Lahar, or CB-Geo's where the preset says so") {
   // Who names the transfer gets just that.
   CHECK(!model({.analysis = R"("end_time": 1, "velocity_update": "flip")"})
              .analysis.transfer.takes());
+}
+
+TEST_CASE("velocity transfers act in a time, but for the blending ratio of CB-Geo's input") {
+  const auto transfer = [](const std::string& keys) {
+    return model({.analysis = R"("dt": 0.1, "nsteps": 1, )" + keys}).analysis.transfer;
+  };
+  const auto with = [&](const std::string& update, const std::string& settings) {
+    return transfer(R"("velocity_update": ")" + update + R"(", "velocity_update_settings": {)" +
+                    settings + "}");
+  };
+  // The slower wave of the two materials takes 2 s through a cell of 1 m.
+  const auto relaxed = with("flip", R"("relaxation": 0.3)");
+  CHECK(relaxed.rates == std::vector<double>{0.15});
+  CHECK(relaxed.order == 1);
+  CHECK(relaxed.kept(0, 0.1) == doctest::Approx(0.985));
+  CHECK(relaxed.kept(0, 100) == 0);
+  CHECK(with("flip", R"("relaxation_time": 4, "order": 3)").rates == std::vector<double>{0.25});
+  CHECK(with("flip", R"("relaxation_time": 4, "order": 3)").order == 3);
+  const auto blended = with("flip", R"("blending_ratio": 0.95)");
+  CHECK(blended.rates[0] == doctest::Approx(-0.5 * std::log(0.95)));
+  CHECK(with("flip", R"("blending_ratio": 0)").kept(0, 1e-9) == 0);
+  CHECK(!with("flip", R"("relaxation": 0)").takes());
+  const auto fmpm = transfer(R"("velocity_update": "fmpm")");
+  CHECK(fmpm.kept(0, 0.1) == 0);
+  CHECK(fmpm.order == 2);
+  CHECK(fmpm.filters_change);
+  CHECK(!transfer(R"("velocity_update": "xpic")").filters_change);
+}
+
+TEST_CASE("affine velocities with functions of elements are refused where material comes apart") {
+  const auto sand = [](const std::string& more) {
+    return R"({"mesh": {"structured": {"cell_size": 1, "extent": [4, 4]}},
+      "materials": [{"type": "MohrCoulomb", "density": 1, "youngs_modulus": 1, "poisson_ratio": 0,
+                     "friction": 30, "dilation": 0, "cohesion": 0, "tension_cutoff": 0}],
+      "particles": [{"generator": {"type": "region", "per_cell": 1, "material": 0,
+                                   "region": {"box": {"min": [0, 0], "max": [1, 1]}}}}],
+      "analysis": {"dt": 0.1, "nsteps": 1, "velocity_update": "apic", "shape_functions": ")" +
+           more + "}}";
+  };
+  CHECK_THROWS_WITH_AS(
+      read_scenario_text(sand("element\""), ""),
+      doctest::Contains("\"apic\" does not go together with the functions of elements where "
+                        "material may come apart"),
+      InputError);
+  CHECK_NOTHROW(read_scenario_text(sand(R"(element", "preset": "cbgeo")"), ""));
+  CHECK_NOTHROW(read_scenario_text(sand("gimp\""), ""));
 }
 
 TEST_CASE("overrides replace, add and are converted") {

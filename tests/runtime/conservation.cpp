@@ -78,6 +78,30 @@ TEST_CASE("a collision keeps the momentum of all particles to rounding") {
     }
 }
 
+TEST_CASE("filters of the velocity transfer keep momentum to rounding, and the speed of a block") {
+  for (const Scheme scheme : schemes)
+    for (const int order : {1, 2, 3}) {
+      Model<2> model = two_discs();
+      model.analysis.scheme = scheme;
+      model.analysis.transfer = {
+          .rates = {50.0, 5.0}, .order = order, .filters_change = order == 2};
+      model.analysis.nsteps = 35;
+      CAPTURE(static_cast<int>(scheme));
+      CAPTURE(order);
+      check_momentum(run_through(model), 1e-13);
+      check_momentum(run_through(in_contact(model)), 1e-13);
+
+      Model<2> block = vibrating_block();
+      block.analysis.scheme = scheme;
+      block.analysis.transfer = {.rates = {500.0}, .order = order};
+      for (Vec<2>& v : block.particles.velocity) v = {0.5, -0.3};
+      block.analysis.nsteps = 100;
+      const auto [start, end] = run_through(block);
+      CHECK(end.kinetic == doctest::Approx(start.kinetic).epsilon(1e-12));
+      CHECK(std::abs(end.damping) < 1e-12 * start.kinetic);
+    }
+}
+
 TEST_CASE("contact keeps the momentum of all particles to rounding, of two bodies and of more") {
   for (const Scheme scheme : schemes)
     for (const double flip : {1.0, 0.0})
