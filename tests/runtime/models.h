@@ -18,12 +18,13 @@
 #include "physics/partition.h"
 #include "runtime/simulation.h"
 #include "tests/io/frame_samples.h"
+#include "tests/plain_defaults.h"
 
 namespace lahar::test {
 
 template <int Dim>
 Model<Dim> model_of_text(const std::string& text) {
-  Scenario scenario = read_scenario_text(text, LAHAR_SOURCE_DIR);
+  Scenario scenario = read_scenario_text(text, LAHAR_SOURCE_DIR, test::plain_defaults(text));
   return std::get<Model<Dim>>(std::move(scenario.model));
 }
 
@@ -103,8 +104,10 @@ inline Model<2> jet(const std::string& scheme, bool adaptive) {
                      "velocity": [0, -1], "material": 0}}],
     "external_loading_conditions": {"gravity": [0, -9.81]},
     "analysis": {"dt": 5e-3, "nsteps": 120, "patch_particles": 24, "locate_particles": false,
-                 "velocity_update": "pic", "mpm_scheme": ")" + scheme + R"(",
-                 "time_step": {"adaptive": )" + (adaptive ? "true" : "false") + R"(}},
+                 "velocity_update": "pic", "mpm_scheme": ")" +
+                          scheme + R"(",
+                 "time_step": {"adaptive": )" +
+                          (adaptive ? "true" : "false") + R"(}},
     "post_processing": {"output_steps": 10, "history_steps": 10}})");
 }
 
@@ -218,10 +221,9 @@ inline bool same_bits(const std::vector<double>& a, const std::vector<double>& b
 
 inline bool same_bits(const HistoryRow& a, const HistoryRow& b) {
   const auto numbers = [](const HistoryRow& r) {
-    return std::vector<double>{r.time,        r.dt,          r.mass,    r.momentum[0],
-                               r.momentum[1], r.momentum[2], r.kinetic, r.internal,
-                               r.external,    r.damping,     r.balance, r.max_speed,
-                               r.divided};
+    return std::vector<double>{r.time,        r.dt,        r.mass,     r.momentum[0], r.momentum[1],
+                               r.momentum[2], r.kinetic,   r.internal, r.external,    r.damping,
+                               r.balance,     r.max_speed, r.divided};
   };
   return a.step == b.step && a.particles == b.particles && same_bits(numbers(a), numbers(b));
 }

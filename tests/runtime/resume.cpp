@@ -72,9 +72,9 @@ Frame frame_of(const Model<2>& model, const ExecutionOptions& options, Index ste
 const CbgeoRun run_info{.nsteps = 100, .states = {{3, {"pressure"}}}};
 
 Model<2> resumed(const std::string& scheme, const fs::path& folder, const std::string& keys) {
-  Scenario scenario = read_scenario_text(
-      water_and_block(scheme, R"(, "resume": {"resume": true, "uuid": "before", )" + keys + "}"),
-      folder);
+  const std::string text =
+      water_and_block(scheme, R"(, "resume": {"resume": true, "uuid": "before", )" + keys + "}");
+  Scenario scenario = read_scenario_text(text, folder, test::plain_defaults(text));
   return std::get<Model<2>>(std::move(scenario.model));
 }
 
@@ -152,7 +152,8 @@ TEST_CASE("a resumed run whose transfer has an affine field is told that it begi
       water_and_block("usl", R"(, "resume": {"resume": true, "uuid": "before", "step": 39})");
   const auto about_affine = [&] {
     Index n = 0;
-    for (const Problem& warning : read_scenario_text(text, folder.path).warnings)
+    for (const Problem& warning :
+         read_scenario_text(text, folder.path, test::plain_defaults(text)).warnings)
       n += warning.message ==
            "the particle file has no affine velocities: \"apic\" and \"tpic\" begin without them";
     return n;

@@ -45,7 +45,7 @@ class GridFile {
   Scenario scenario(const std::string& text, bool as_cbgeo = false) const {
     ScenarioOptions options;
     options.as_cbgeo = as_cbgeo;
-    return read_scenario_text(text, folder_.string(), options);
+    return read_scenario_text(text, folder_.string(), test::plain_defaults(text, options));
   }
 
  private:

@@ -7,6 +7,7 @@
 
 #include "io/scenario.h"
 #include "runtime/simulation.h"
+#include "tests/plain_defaults.h"
 
 namespace lahar::verification {
 
@@ -20,7 +21,7 @@ Model<Dim> model_of_file(const std::string& file) {
 /// The model of a scenario that is given as text.
 template <int Dim>
 Model<Dim> model_of_text(const std::string& text) {
-  Scenario scenario = read_scenario_text(text, LAHAR_SOURCE_DIR);
+  Scenario scenario = read_scenario_text(text, LAHAR_SOURCE_DIR, test::plain_defaults(text));
   return std::get<Model<Dim>>(std::move(scenario.model));
 }
 
