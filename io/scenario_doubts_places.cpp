@@ -338,7 +338,7 @@ void ScenarioBuilder<Dim>::warn_of_overlap() {
   for (const auto& [key, o] : found) {
     const auto& earlier = generators_[static_cast<std::size_t>(o.earlier)];
     in_.warning(*generators_[static_cast<std::size_t>(o.generator)].generator,
-                fmt::format("this generator fills the same place as the one on {}: {} cells "
+                fmt::format("this generator fills the same place as the one {}: {} cells "
                             "hold particles of both, of up to {:.3g} times the cell's volume",
                             in_.document.line(*earlier.generator), o.cells, o.most),
                 "material is there twice: take the smaller region out of the larger one with "

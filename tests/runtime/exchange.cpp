@@ -39,7 +39,7 @@ void make_sums(Patch<Dim>& patch) {
 /// Every kind of sum, and every copy, is what a patch and its neighbours hold of it.
 template <int Dim>
 void check_sums(Model<Dim> model, int rings) {
-  const NodeSumCopies copies{{2, 1, 1, 1, 1}};
+  const NodeSumCopies copies{{2, 1, 1, 1, 1, 1}};
   PatchSet<Dim> patches(model, rings, copies);
   REQUIRE(patches.size() > 8);
   for (int k = 0; k < n_node_sums; ++k)
@@ -91,7 +91,7 @@ void check_sums(Model<Dim> model, int rings) {
 /// What nodal_velocity() and so on compute is the sum of all patches in ascending order.
 template <int Dim>
 void check_velocities(Model<Dim> model, int rings) {
-  PatchSet<Dim> patches(model, rings, {{1, 1, 1, 1, 1}});
+  PatchSet<Dim> patches(model, rings, {{1, 1, 1, 1, 1, 1}});
   const StepContext<Dim> context{&model, &patches.partition(), 0, 0, 1};
   std::map<Index, std::array<std::array<double, node_width>, n_node_sums>> expected;
   for (int i = 0; i < patches.size(); ++i) {
