@@ -1,6 +1,6 @@
 /// \file Scenarios of tests whose keys that are not written mean the plainest method: USF,
-/// functions of the elements, FLIP alone, half of the stable step. The program's defaults may then
-/// change.
+/// functions of the elements, FLIP alone, half of the stable step. The program's
+/// defaults may then change.
 #pragma once
 
 #include <string>
@@ -13,7 +13,8 @@ namespace lahar::test {
 inline ScenarioOptions plain_defaults(const std::string& text, ScenarioOptions options = {}) {
   for (const auto& [key, value] :
        {std::pair("mpm_scheme", "usf"), std::pair("shape_functions", "element"),
-        std::pair("velocity_update", "flip"), std::pair("safety", "0.5")}) {
+        std::pair("velocity_update", "flip"), std::pair("safety", "0.5"),
+        std::pair("watchdog", "off")}) {
     if (text.find('"' + std::string(key)) != std::string::npos) continue;
     if (std::string(key) == "shape_functions" &&
         (text.find("P2B\"") != std::string::npos || text.find("16G\"") != std::string::npos))

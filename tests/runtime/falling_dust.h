@@ -22,7 +22,8 @@ inline Model<2> falling_dust(const std::string& source = "") {
                                  "material": 0,
                                  "region": {"box": {"min": [0, 0], "max": [0.8, 1]}}}})" +
                           source + R"(],
-    "analysis": {"dt": 0.01, "nsteps": 100, "patch_particles": 36, "split_steps": 7},
+    "analysis": {"dt": 0.01, "nsteps": 100, "patch_particles": 36, "split_steps": 7,
+                 "watchdog": {"action": "off"}},
     "post_processing": {"output_steps": 20, "history_steps": 8}})");
 }
 
@@ -45,7 +46,8 @@ inline Model<3> falling_dust_3d() {
     "particles": [{"generator": {"type": "region", "per_cell": 2, "velocity": [-0.1, 0, -1],
                                  "material": 0,
                                  "region": {"box": {"min": [0, 0, 0], "max": [0.8, 0.6, 1]}}}}],
-    "analysis": {"dt": 0.01, "nsteps": 100, "patch_particles": 100, "split_steps": 7},
+    "analysis": {"dt": 0.01, "nsteps": 100, "patch_particles": 100, "split_steps": 7,
+                 "watchdog": {"action": "off"}},
     "post_processing": {"output_steps": 20, "history_steps": 8}})");
 }
 

@@ -65,6 +65,7 @@ TEST_CASE("large frames hold the particles that are left, and all of a run that 
   Model<2> model = two_discs();
   model.analysis.patch_particles = 16;
   for (auto& v : model.particles.velocity) v *= 2;
+  model.watchdog.action = Watchdog::Action::none;
   model.analysis.nsteps = 1000;
   model.output.frame_steps = 10;
   const Outcome failed = run_with_large_frames(model, flow(3));

@@ -148,8 +148,9 @@ TEST_CASE("a resumed run whose transfer has an affine field is told that it begi
   fs::create_directories(folder.path / "results/before");
   const Frame middle = frame_of(model_of_text<2>(water_and_block("usl", "")), serial(), 40);
   write_cbgeo(middle, run_info, folder.path / "results/before/particles039.h5");
-  std::string text =
-      water_and_block("usl", R"(, "resume": {"resume": true, "uuid": "before", "step": 39})");
+  std::string text = water_and_block(
+      "usl",
+      R"(, "shape_functions": "gimp", "resume": {"resume": true, "uuid": "before", "step": 39})");
   const auto about_affine = [&] {
     Index n = 0;
     for (const Problem& warning :

@@ -12,7 +12,9 @@ namespace {
 
 /// All ways of executing give the serial loop's bits, on a case whose particles change patches.
 template <int Dim>
-void check_all_ways(const Model<Dim>& model, const std::vector<ExecutionOptions>& ways) {
+void check_all_ways(Model<Dim> model, const std::vector<ExecutionOptions>& ways) {
+  model.watchdog.action =
+      Watchdog::Action::none;  // bits are equal, whether results make sense or not
   const Outcome reference = run(model, serial());
   REQUIRE(reference.error == "");
   REQUIRE(reference.frames.size() >= 2);
@@ -58,9 +60,8 @@ TEST_CASE("two discs: every scheme, velocity update and damping gives the serial
 
 TEST_CASE("filters of the velocity transfer give the serial loop's bits") {
   const auto filtered = [](auto model, int order, bool filters_change) {
-    model.analysis.transfer = {.rates = std::vector<double>(2, 20.0),
-                               .order = order,
-                               .filters_change = filters_change};
+    model.analysis.transfer = {
+        .rates = std::vector<double>(2, 20.0), .order = order, .filters_change = filters_change};
     return model;
   };
   for (const Scheme scheme : schemes)
@@ -80,9 +81,9 @@ TEST_CASE("filters of the velocity transfer give the serial loop's bits") {
     check_all_ways(with_functions(filtered(dam_break_3d(), 2, true), functions),
                    {flow(8), random_order(2)});
   }
-  check_all_ways(distorted(with_functions(filtered(two_discs(), 2, false), ShapeFunctions::element),
-                           0.012),
-                 {flow(8), random_order(2)});
+  check_all_ways(
+      distorted(with_functions(filtered(two_discs(), 2, false), ShapeFunctions::element), 0.012),
+      {flow(8), random_order(2)});
   Model<3> water = with_walls(filtered(dam_break_3d(), 3, false));
   water.analysis.pressure_smoothing = true;
   check_all_ways(water, {flow(8), random_order(2)});
