@@ -13,8 +13,7 @@ namespace lahar::test {
 inline ScenarioOptions plain_defaults(const std::string& text, ScenarioOptions options = {}) {
   for (const auto& [key, value] :
        {std::pair("mpm_scheme", "usf"), std::pair("shape_functions", "element"),
-        std::pair("velocity_update", "flip"), std::pair("safety", "0.5"),
-        std::pair("watchdog", "off")}) {
+        std::pair("velocity_update", "flip"), std::pair("safety", "0.5")}) {
     if (text.find('"' + std::string(key)) != std::string::npos) continue;
     if (std::string(key) == "shape_functions" &&
         (text.find("P2B\"") != std::string::npos || text.find("16G\"") != std::string::npos))
