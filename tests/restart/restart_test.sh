@@ -135,7 +135,7 @@ done
 
 # Output by time: rows and frames at the time of a checkpoint are kept or written, as they should.
 by_time=(--set analysis.nsteps=24 --set post_processing.output_steps=0
-  --set post_processing.history_steps=0 --set post_processing.output_dt=2e-3
+  --set post_processing.history_steps=0 --set post_processing.output_dt=1.5e-3
   --set post_processing.history_dt=1e-3 --checkpoint-steps 1)
 run --output times "${by_time[@]}"
 [[ "$(ls times/frames/*.hdf | wc -l)" -gt 3 ]] || fail "no frames by time: $(ls times/frames)"
