@@ -2,11 +2,9 @@
 
 #include <cmath>
 
-#include "physics/basis.h"
-#include "physics/kernels.h"
+#include "physics/any_basis.h"
 #include "physics/law.h"
 #include "physics/particle_sums.h"
-#include "physics/support_kernels.h"
 
 namespace lahar {
 
@@ -71,27 +69,14 @@ void map_waves(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   static_assert(sum_array(NodeSum::displacement) == sum_array(NodeSum::waves));
   static_assert(sum_offset(NodeSum::displacement) == 0);
   double* sums = patch.own_sums(NodeSum::displacement, step.step);
-  const auto map = [&](const auto& cells, auto nodes_of) {
-    for (const Run& run : runs)
-      if (run.begin < run.end && patch.absorbing_cells[static_cast<std::size_t>(run.cell)])
-        scatter(cells[run.cell], patch, run, nodes_of(run.cell),
-                WaveSpeeds(step.model->materials[run.material]), sums);
-  };
-  if (supported::is(patch)) {
-    with_bases(patch, [&](const auto& cells) {
-      map(cells, [&](Local cell) {
-        return patch.topology.support(static_cast<std::size_t>(cell)).data();
+  for_each_run_with_basis(
+      patch, runs,
+      [&](const Run& run) {
+        return patch.absorbing_cells[static_cast<std::size_t>(run.cell)] != 0;
+      },
+      [&](const auto& basis, const Run& run, const Local* nodes) {
+        scatter(basis, patch, run, nodes, WaveSpeeds(step.model->materials[run.material]), sums);
       });
-    });
-    return;
-  }
-  const auto corners_of = [&](Local cell) {
-    return patch.topology.corner_nodes[static_cast<std::size_t>(cell)].data();
-  };
-  if (patch.cartesian)
-    map(LinearCells<Dim, CartesianCells<Dim>>(patch), corners_of);
-  else
-    map(LinearCells<Dim, IsoparametricCells<Dim>>(patch), corners_of);
 }
 
 template <int Dim>

@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "physics/node_sums.h"
+
 namespace lahar {
 
 template <int Dim>
@@ -84,13 +86,6 @@ ContactImpulse<Dim> contact_impulse(const BodyAtNode<Dim>& a, const BodyAtNode<D
 }
 namespace {
 
-template <int Dim>
-const WallNode<Dim>* wall_of(const Patch<Dim>& patch, Local node) {
-  const auto wall = std::lower_bound(patch.walls.begin(), patch.walls.end(), node,
-                                     [](const WallNode<Dim>& w, Local n) { return w.node < n; });
-  return wall == patch.walls.end() || wall->node != node ? nullptr : &*wall;
-}
-
 /// The bodies that meet at one node.
 template <int Dim>
 class NodeContact {
@@ -148,20 +143,17 @@ class NodeContact {
   }
 
   void add(Local node) {
-    const double* v = patch_.velocity.data() + static_cast<std::ptrdiff_t>(node) * node_width;
+    const double* v = at(patch_.velocity, node);
     if (!(v[mass_lane] > patch_.least_mass) || find(node)) return;
     const Vec<Dim> velocity = Eigen::Map<const Vec<Dim>>(v);
-    Field field{node, v[mass_lane], velocity, velocity, {}, wall_of(patch_, node)};
+    Field field{node, v[mass_lane], velocity, velocity, {}, find_node(patch_.walls, node)};
     field.free.setIdentity();
     auto fixed = std::lower_bound(
         patch_.fixed.begin(), patch_.fixed.end(), node,
         [](const typename Patch<Dim>::FixedVelocity& f, Local n) { return f.node < n; });
     for (; fixed != patch_.fixed.end() && fixed->node == node; ++fixed)
       field.free(fixed->dir, fixed->dir) = 0.0;
-    const auto driven = std::lower_bound(
-        patch_.driven.begin(), patch_.driven.end(), node,
-        [](const DrivenNode<Dim>& at, Local n) { return at.node < n; });
-    if (driven != patch_.driven.end() && driven->node == node)
+    if (const DrivenNode<Dim>* driven = find_node(patch_.driven, node))
       for (int d = 0; d < Dim; ++d)
         if (driven->driven[static_cast<std::size_t>(d)]) field.free(d, d) = 0.0;
     if (field.wall)
@@ -226,8 +218,8 @@ void for_each_meeting_place(Patch<Dim>& patch, Body body) {
 }
 
 template <int Dim>
-Eigen::Map<Vec<Dim>> at(NodeArray& values, Local node) {
-  return Eigen::Map<Vec<Dim>>(values.data() + static_cast<std::ptrdiff_t>(node) * node_width);
+Eigen::Map<Vec<Dim>> vector_at(NodeArray& values, Local node) {
+  return Eigen::Map<Vec<Dim>>(at(values, node));
 }
 
 }  // namespace
@@ -246,7 +238,8 @@ void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Di
     for (const auto& field : contact.fields()) {
       const double own_mass = own[static_cast<std::ptrdiff_t>(field.node) * sum_stride];
       const Vec<Dim> change = field.change();
-      auto v = at<Dim>(patch.velocity, field.node), a = at<Dim>(patch.acceleration, field.node);
+      auto v = vector_at<Dim>(patch.velocity, field.node),
+           a = vector_at<Dim>(patch.acceleration, field.node);
       const Vec<Dim> start = v - dt * a;
       v = field.velocity;
       a += change / dt;
@@ -254,8 +247,8 @@ void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Di
       patch.work.damping -= own_mass * change.dot(0.5 * (start + v));
       patch.work.external += 0.5 * dt * own_mass * gravity.dot(change);
       if (step.model->analysis.damping > 0.0)
-        patch.work.damping +=
-            0.5 * dt * own_mass / field.mass * at<Dim>(patch.damping, field.node).dot(change);
+        patch.work.damping += 0.5 * dt * own_mass / field.mass *
+                              vector_at<Dim>(patch.damping, field.node).dot(change);
       if (field.wall)
         patch.work.damping -=
             0.5 * own_mass *
@@ -279,7 +272,7 @@ void hold_together(Patch<Dim>& patch, const StepContext<Dim>& step) {
     contact.hold_together(step.dt);
     for (const auto& field : contact.fields()) {
       const auto& by = *touched++;  // the same fields in the same order
-      at<Dim>(patch.velocity, field.node) = field.velocity;
+      vector_at<Dim>(patch.velocity, field.node) = field.velocity;
       const Vec<Dim> by_forces = by.after - by.start - by.change;
       patch.work.damping -=
           own[static_cast<std::ptrdiff_t>(field.node) * sum_stride] *

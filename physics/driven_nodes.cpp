@@ -3,19 +3,14 @@
 
 #include <algorithm>
 
-#include "physics/basis.h"
-#include "physics/kernels.h"
+#include "physics/any_basis.h"
 #include "physics/loads.h"
+#include "physics/node_sums.h"
 #include "physics/particle_sums.h"
-#include "physics/support_kernels.h"
 
 namespace lahar {
 
 namespace {
-
-double* at(NodeArray& values, Local node) {
-  return values.data() + static_cast<std::ptrdiff_t>(node) * node_width;
-}
 
 template <int Dim, class Basis>
 void scatter(const Basis& basis, const Particles<Dim>& particles, const Run& run,
@@ -44,9 +39,8 @@ void scatter(const Basis& basis, const Particles<Dim>& particles, const Run& run
 /// per mass [J/kg].
 template <int Dim>
 double hold_at_wall(Patch<Dim>& patch, double dt, Local node) {
-  const auto wall = std::lower_bound(patch.walls.begin(), patch.walls.end(), node,
-                                     [](const WallNode<Dim>& w, Local n) { return w.node < n; });
-  if (wall == patch.walls.end() || wall->node != node) return 0.0;
+  const WallNode<Dim>* wall = find_node(patch.walls, node);
+  if (!wall) return 0.0;
   return hold_velocity(*wall, dt, at(patch.velocity, node), at(patch.acceleration, node));
 }
 
@@ -58,26 +52,11 @@ void map_prescribed(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) 
   static_assert(sum_offset(NodeSum::prescribed_mass) == 0);
   if (std::none_of(runs.begin(), runs.end(), [](const Run& run) { return run.loaded; })) return;
   double* sums = patch.own_sums(NodeSum::prescribed_mass, step.step);
-  const auto map = [&](const auto& cells, auto nodes_of) {
-    for (const Run& run : runs)
-      if (run.loaded && run.begin < run.end)
-        scatter<Dim>(cells[run.cell], patch.particles, run, nodes_of(run.cell), *step.model, sums);
-  };
-  if (supported::is(patch)) {
-    with_bases(patch, [&](const auto& cells) {
-      map(cells, [&](Local cell) {
-        return patch.topology.support(static_cast<std::size_t>(cell)).data();
+  for_each_run_with_basis(
+      patch, runs, [](const Run& run) { return run.loaded; },
+      [&](const auto& basis, const Run& run, const Local* nodes) {
+        scatter<Dim>(basis, patch.particles, run, nodes, *step.model, sums);
       });
-    });
-    return;
-  }
-  const auto corners_of = [&](Local cell) {
-    return patch.topology.corner_nodes[static_cast<std::size_t>(cell)].data();
-  };
-  if (patch.cartesian)
-    map(LinearCells<Dim, CartesianCells<Dim>>(patch), corners_of);
-  else
-    map(LinearCells<Dim, IsoparametricCells<Dim>>(patch), corners_of);
 }
 
 template <int Dim>
@@ -86,14 +65,38 @@ void clear_prescribed(Patch<Dim>& patch, const StepContext<Dim>& step) {
 }
 
 template <int Dim>
-void drive_nodes(Patch<Dim>& patch, bool begins) {
+void find_driven_nodes(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  patch.driven.clear();
+  for_each_node(patch, SumOverPatches<Dim, SumLine>(patch, NodeSum::prescribed_mass, step.step),
+                [&](Local i, const SumLine&, const SumLine& sum) {
+                  const NodeVector mass = first_of(sum), momentum = second_of(sum);
+                  DrivenNode<Dim> node{.node = i};
+                  bool any = false;
+                  for (std::size_t d = 0; d < Dim; ++d) {
+                    const int k = static_cast<int>(d);
+                    if (!(mass[k] > patch.least_mass)) continue;
+                    node.driven[d] = any = true;
+                    node.velocity[d] = momentum[k] / mass[k];
+                  }
+                  if (any) patch.driven.push_back(node);
+                });
+}
+
+template <int Dim>
+void prescribe_velocities(Patch<Dim>& patch, NodeArray& velocity, bool begins) {
   for (auto& driven : patch.driven) {
-    double* v = at(patch.velocity, driven.node);
+    double* v = at(velocity, driven.node);
     for (std::size_t d = 0; d < Dim; ++d) {
       if (!driven.driven[d]) continue;
       if (begins) driven.taken[d] = v[d] - driven.velocity[d];
       v[d] = driven.velocity[d];
     }
+  }
+  for (const auto& fixed : patch.fixed) at(velocity, fixed.node)[fixed.dir] = fixed.velocity;
+  for (const auto& wall : patch.walls) {
+    prescribe_velocity(wall, at(velocity, wall.node));
+    const Vec<Dim> taken = stop_at_wall(wall, at(velocity, wall.node));
+    if (begins) Eigen::Map<Vec<Dim>>(at(patch.acceleration, wall.node)) = taken;
   }
 }
 
@@ -128,7 +131,8 @@ void finish_driven_nodes(Patch<Dim>& patch, const StepContext<Dim>& step, const 
 #define LAHAR_INSTANTIATE(Dim)                                                   \
   template void map_prescribed<Dim>(Patch<Dim>&, const StepContext<Dim>&, Runs); \
   template void clear_prescribed<Dim>(Patch<Dim>&, const StepContext<Dim>&);     \
-  template void drive_nodes<Dim>(Patch<Dim>&, bool);                             \
+  template void find_driven_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&);    \
+  template void prescribe_velocities<Dim>(Patch<Dim>&, NodeArray&, bool);        \
   template void finish_driven_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&, const Vec<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -24,9 +24,11 @@ void clear_prescribed(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void find_driven_nodes(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// Nodal velocities that only strains are taken from, or (`begins`) those that a step begins with.
+/// Nodal velocities become what driven nodes, nodal constraints and walls allow. Where a step
+/// begins with them (`begins`), DrivenNode::taken and, at walls, Patch::acceleration keep what was
+/// taken from them, for the impulses of the step.
 template <int Dim>
-void drive_nodes(Patch<Dim>& patch, bool begins);
+void prescribe_velocities(Patch<Dim>& patch, NodeArray& velocity, bool begins = false);
 
 /// Velocities and accelerations at the end of the step, and the work of what drives the nodes, with
 /// that of weight (`gravity` [m/s^2]) and damping along the way. What drives a node does work along

@@ -1,9 +1,11 @@
 /// \file Sums of nodes over the patches that share them, for nodal kernels.
 #pragma once
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "physics/kernels.h"
 
@@ -56,6 +58,15 @@ class SumOverPatches {
       if (const double* from = sums_of(e)) most = max(most, load<Sum>(from + place(e)));
     return most;
   }
+  /// shared() and shared_most() of any node, which is looked for.
+  Sum at(Local node) const {
+    const std::size_t s = find(node);
+    return s < n_shared_ ? shared(s) : own(node);
+  }
+  Sum most_at(Local node) const {
+    const std::size_t s = find(node);
+    return s < n_shared_ ? shared_most(s) : own(node);
+  }
   /// Others wrote their sums long ago and elsewhere: fetch them before they are needed.
   LAHAR_INLINE void prefetch(std::size_t s) const {
     constexpr std::size_t ahead = 8;
@@ -65,6 +76,12 @@ class SumOverPatches {
   }
 
  private:
+  /// Number of a shared node; n_shared_ of others.
+  std::size_t find(Local node) const {
+    const Local* found = std::lower_bound(shared_node_, shared_node_ + n_shared_, node);
+    const auto s = static_cast<std::size_t>(found - shared_node_);
+    return shared_node(s) == node ? s : n_shared_;
+  }
   LAHAR_INLINE const double* sums_of(Local e) const { return sums_[shares_[e].neighbour + 1]; }
   LAHAR_INLINE std::ptrdiff_t place(Local e) const {
     return static_cast<std::ptrdiff_t>(shares_[e].node) * sum_stride + offset_;
@@ -96,6 +113,14 @@ void for_each_node(const Patch<Dim>& patch, const SumOverPatches<Dim, Sum>& sums
       node(i, own, sum);
     }
   }
+}
+
+/// The entry of a node in a list of ascending nodes, or null.
+template <class Entry>
+const Entry* find_node(const std::vector<Entry>& entries, Local node) {
+  const auto found = std::lower_bound(entries.begin(), entries.end(), node,
+                                      [](const Entry& e, Local n) { return e.node < n; });
+  return found == entries.end() || found->node != node ? nullptr : &*found;
 }
 
 LAHAR_INLINE double* at(NodeArray& values, Local node) {

@@ -33,19 +33,6 @@ void make_room(Patch<Dim>& patch) {
   patch.acceleration.assign(size, 0.0);
 }
 
-/// Also take what moves into one-sided walls. Where a step begins with these velocities (`begins`),
-/// Patch::acceleration keeps it for the walls' impulses.
-template <int Dim>
-void prescribe_velocities(Patch<Dim>& patch, bool begins) {
-  drive_nodes(patch, begins);
-  for (const auto& fixed : patch.fixed) at(patch.velocity, fixed.node)[fixed.dir] = fixed.velocity;
-  for (const auto& wall : patch.walls) {
-    prescribe_velocity(wall, at(patch.velocity, wall.node));
-    const Vec<Dim> taken = stop_at_wall(wall, at(patch.velocity, wall.node));
-    if (begins) Eigen::Map<Vec<Dim>>(at(patch.acceleration, wall.node)) = taken;
-  }
-}
-
 /// Ranges of the nodes that are marked as active. Sums exist from the first of them on: most
 /// patches around a body never have one.
 template <int Dim>
@@ -120,20 +107,14 @@ void meet_bodies(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.contact.meetings.clear();
   if (patch.active_nodes.empty()) return;
   const SumOverPatches<Dim> lines(patch, NodeSum::surface, step.step);
-  const auto& shared = patch.topology.shared_node;
   const double offset = surface_offset(*step.model);
   std::vector<NodeVector> by_body;
   for (const NodeRange& range : patch.active_nodes)
     for (Local i = range.begin; i < std::min(range.end, patch.body_nodes); ++i) {
       if (!patch.contact.between_bodies[static_cast<std::size_t>(i)]) continue;
       by_body.clear();
-      for (Local f = i; f < patch.n_nodes(); f += patch.body_nodes) {
-        const auto found = std::lower_bound(shared.begin(), shared.end(), f);
-        const bool is_shared = found != shared.end() && *found == f;
-        by_body.push_back(is_shared
-                              ? lines.shared_most(static_cast<std::size_t>(found - shared.begin()))
-                              : lines.own(f));
-      }
+      for (Local f = i; f < patch.n_nodes(); f += patch.body_nodes)
+        by_body.push_back(lines.most_at(f));
       add_meetings<Dim>(patch, i, by_body, offset);
     }
 }
@@ -142,37 +123,15 @@ template <int Dim>
 void set_absorbing_nodes(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.absorbing.empty() || patch.active_nodes.empty()) return;
   const SumOverPatches<Dim, SumLine> sums(patch, NodeSum::displacement, step.step);  // and waves
-  const auto& shared = patch.topology.shared_node;
   for (auto& at : patch.absorbing) {
     at.release();
     if (!patch.node_is_active[static_cast<std::size_t>(at.node)]) continue;
-    const auto found = std::lower_bound(shared.begin(), shared.end(), at.node);
-    const auto s = static_cast<std::size_t>(found - shared.begin());
-    const bool is_shared = found != shared.end() && *found == at.node;
-    const SumLine sum = is_shared ? sums.shared(s) : sums.own(at.node);
+    const SumLine sum = sums.at(at.node);
     double u[node_width], w[node_width];
     store(first_of(sum), u);
     store(second_of(sum), w);
     if (more_than(w[mass_lane], patch.least_mass)) at.set(u, w);
   }
-}
-
-template <int Dim>
-void find_driven_nodes(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  patch.driven.clear();
-  for_each_node(patch, SumOverPatches<Dim, SumLine>(patch, NodeSum::prescribed_mass, step.step),
-                [&](Local i, const SumLine&, const SumLine& sum) {
-                  const NodeVector mass = first_of(sum), momentum = second_of(sum);
-                  DrivenNode<Dim> node{.node = i};
-                  bool any = false;
-                  for (std::size_t d = 0; d < Dim; ++d) {
-                    const int k = static_cast<int>(d);
-                    if (!(mass[k] > patch.least_mass)) continue;
-                    node.driven[d] = any = true;
-                    node.velocity[d] = momentum[k] / mass[k];
-                  }
-                  if (any) patch.driven.push_back(node);
-                });
 }
 
 template <int Dim>
@@ -182,7 +141,7 @@ void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
                 [&](Local i, const NodeVector&, const NodeVector& sum) {
                   store(velocity_of(patch, sum, sum), at(patch.velocity, i));
                 });
-  prescribe_velocities(patch, true);
+  prescribe_velocities(patch, patch.velocity, true);
 }
 
 template <int Dim>
@@ -192,7 +151,7 @@ void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   double* v = at(patch.velocity, i);
                   store(velocity_of(patch, sum, load<NodeVector>(v)), v);
                 });
-  prescribe_velocities(patch, false);
+  prescribe_velocities(patch, patch.velocity);
   if (patch.bodies() > 1) hold_together(patch, step);
 }
 
@@ -473,7 +432,6 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template void nodal_gradient<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void meet_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&);          \
   template void set_absorbing_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&);  \
-  template void find_driven_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&);    \
   template void nodal_velocity<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void nodal_velocity_again<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
   template void nodal_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "physics/driven_nodes.h"
 #include "physics/node_sums.h"
-#include "physics/wall_node.h"
 
 namespace lahar {
 
@@ -17,13 +17,23 @@ LAHAR_INLINE NodeVector unfiltered(const Patch<Dim>& patch, Local i, bool after,
   return after ? v : v - dt * load<NodeVector>(at(patch.acceleration, i));
 }
 
+/// V_order + dt a becomes what is prescribed; with FMPM, V_order does.
 template <int Dim>
-void prescribe(Patch<Dim>& patch) {
-  for (const auto& fixed : patch.fixed) at(patch.transfer, fixed.node)[fixed.dir] = fixed.velocity;
-  for (const auto& wall : patch.walls) {
-    prescribe_velocity(wall, at(patch.transfer, wall.node));
-    stop_at_wall(wall, at(patch.transfer, wall.node));
-  }
+void prescribe(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const double dt = step.model->analysis.transfer.filters_change ? 0.0 : step.dt;
+  const auto add = [&](Local i, double time) {  // a is zero along directions that are fixed
+    store(load<NodeVector>(at(patch.transfer, i)) +
+              NodeVector(time) * load<NodeVector>(at(patch.acceleration, i)),
+          at(patch.transfer, i));
+  };
+  const auto add_change = [&](double time) {
+    for (const auto& driven : patch.driven) add(driven.node, time);
+    for (const auto& wall : patch.walls)
+      if (!find_node(patch.driven, wall.node)) add(wall.node, time);
+  };
+  add_change(dt);
+  prescribe_velocities(patch, patch.transfer);
+  add_change(-dt);
 }
 
 template <int Dim, class Node>
@@ -47,7 +57,7 @@ void begin_filter(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.transfer.resize(patch.velocity.size());
   for_each_active_node(
       patch, [&](Local i) { store(unfiltered(patch, i, after, step.dt), at(patch.transfer, i)); });
-  prescribe(patch);
+  prescribe(patch, step);
 }
 
 template <int Dim>
@@ -61,7 +71,7 @@ void raise_filter(Patch<Dim>& patch, const StepContext<Dim>& step, int order) {
                   store(unfiltered(patch, i, after, step.dt) + (lower - (1.0 / m) * sum),
                         at(patch.transfer, i));
                 });
-  prescribe(patch);
+  prescribe(patch, step);
 }
 
 template <int Dim>
