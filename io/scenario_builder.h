@@ -77,10 +77,6 @@ class ScenarioBuilder {
   NewParticles<Dim> read_particles(const JsonValue& generator);
   bool check_gauss_points(const JsonValue& generator);
   NewParticles<Dim> fill_gauss(const JsonValue& generator);
-  // scenario_injection.cpp
-  std::optional<std::vector<Index>> cells_of(const JsonValue& generator);
-  void build_injection(const JsonValue& generator);
-  // scenario_particles.cpp
   void name_particle_set(const JsonValue& generator, Index first, Index last);
   void warn_of_coincident(const JsonValue& particles);
   void place_particles();
@@ -93,6 +89,9 @@ class ScenarioBuilder {
   void collect_particle_sets();
   void build_particle_sets();
   void assign_material_sets();
+  // scenario_injection.cpp
+  std::optional<std::vector<Index>> cells_of(const JsonValue& generator);
+  void build_injection(const JsonValue& generator);
   // scenario_resume.cpp
   void build_resume();
   std::vector<std::filesystem::path> find_resume_files(const JsonValue& resume,

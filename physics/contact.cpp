@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "physics/node_sums.h"
+#include "physics/velocity_transfer.h"
 
 namespace lahar {
 
@@ -274,9 +275,10 @@ void hold_together(Patch<Dim>& patch, const StepContext<Dim>& step) {
       const auto& by = *touched++;  // the same fields in the same order
       vector_at<Dim>(patch.velocity, field.node) = field.velocity;
       const Vec<Dim> by_forces = by.after - by.start - by.change;
-      patch.work.damping -=
-          own[static_cast<std::ptrdiff_t>(field.node) * sum_stride] *
-          (0.5 * by.change.dot(field.before - by.after) - by_forces.dot(field.change()));
+      const double m = own[static_cast<std::ptrdiff_t>(field.node) * sum_stride];
+      patch.work.damping += m * by_forces.dot(field.change());
+      if (!counts_at_nodes(step.model->analysis))
+        patch.work.damping -= 0.5 * m * by.change.dot(field.before - by.after);
     }
   });
 }

@@ -270,8 +270,7 @@ class Integrator {
         patch_.work.damping += point.drag[d] * move;
       }
     }
-    const VelocityTransfer& transfer = step_.model->analysis.transfer;
-    if (transfer.takes() && !blends(transfer)) count_transfer(own_mass);
+    if (counts_at_nodes(step_.model->analysis)) count_transfer(own_mass);
   }
 
  private:

@@ -51,7 +51,7 @@ class VelocityUpdates {
     body_ = body;
     update_ = VelocityUpdate(model_.analysis.transfer.kept(body, dt_), dt_);
     if (filtered_) update_.acceleration = 1.0, update_.velocity = 0.0;
-    if (!blends(model_.analysis.transfer)) update_.flip_step = 0.0;
+    if (!blends(model_.analysis)) update_.flip_step = 0.0;
   }
 
   const Model<Dim>& model_;

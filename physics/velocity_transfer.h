@@ -29,10 +29,18 @@ inline bool has_filter(const VelocityTransfer& transfer) {
   return transfer.order > 1 && transfer.takes();
 }
 
-/// True if the transfer takes a share of FLIP's velocities in favour of those of the nodes.
-inline bool blends(const VelocityTransfer& transfer) {
-  return transfer.order == 1 && !transfer.filters_change &&
+/// True if what particles get from nodes is FLIP's change, of which the transfer may take a share:
+/// that share is counted at particles, and what walls and contact take is what particles lose. Else
+/// all that nodes got and particles did not is counted with the transfer (integrate(), advance()):
+/// affine velocities take part in the work at nodes, too.
+inline bool blends(const Analysis& analysis) {
+  const VelocityTransfer& transfer = analysis.transfer;
+  return transfer.order == 1 && !transfer.filters_change && analysis.affine == Affine::none &&
          (!transfer.rates.empty() || transfer.flip > 0.0);
+}
+/// Whether the transfer's loss is counted at nodes.
+inline bool counts_at_nodes(const Analysis& analysis) {
+  return analysis.transfer.takes() && !blends(analysis);
 }
 
 /// The sum that has R V_{order - 1}.

@@ -105,6 +105,36 @@ TEST_CASE("particles with prescribed velocities go where these take them, with e
       }
 }
 
+TEST_CASE("a filter of any order gives a particle the velocity that all around it are prescribed") {
+  for (const bool fmpm : {false, true})
+    for (const int order : {1, 2, 3}) {
+      Model<2> model = plate(0.25, -0.5);
+      model.analysis.scheme = Scheme::musl;
+      model.analysis.transfer.flip = 0.0;
+      model.analysis.transfer.order = order;
+      model.analysis.transfer.filters_change = fmpm;
+      // All but one, in the middle of the ground, and at rest at first.
+      const Vec<2> middle(1, 0.5);
+      Index alone = 0;
+      std::vector<Index> others;
+      const auto& x = model.particles.x;
+      for (std::size_t p = 0; p < x.size(); ++p)
+        if ((x[p] - middle).norm() < (x[static_cast<std::size_t>(alone)] - middle).norm())
+          alone = static_cast<Index>(p);
+      for (Index p = 0; p < model.particles.size(); ++p)
+        if (p != alone) others.push_back(p);
+      model.node_velocities.clear();
+      model.particle_velocities = {{others, 0, 0.2}, {others, 1, 0.1}};
+      Simulation<2> simulation(std::move(model));
+      simulation.advance(3);
+      const State end(simulation.frame());
+      CAPTURE(fmpm);
+      CAPTURE(order);
+      CHECK(std::abs(end.get("velocity", alone, 0) - 0.2) < 1e-14);
+      CHECK(std::abs(end.get("velocity", alone, 1) - 0.1) < 1e-14);
+    }
+}
+
 TEST_CASE("a plate that is pushed does not deform, whatever it pushes") {
   for (const Scheme scheme : schemes) {
     Model<2> model = plate(0.25, -0.5);
