@@ -154,6 +154,17 @@ const Section& blending_section() {
            .unit = "-",
            .min = 0,
            .native = true},
+          {.key = "viscosity",
+           .kinds = number,
+           .help =
+               "kinematic viscosity that the transfer gives to what the mesh resolves, whatever "
+               "its cells: the part relaxes at the rate viscosity / (k h^2), k = 1/6 with "
+               "functions of elements (second order: 1/12), 1/4 and 1/3 with quadratic and "
+               "cubic splines, 3/16 with domains; with `relaxation` at the higher of both "
+               "rates. Order 1 only",
+           .unit = "m^2/s",
+           .min = 0,
+           .native = true},
           {.key = "relaxation_time",
            .kinds = number,
            .help = "the time in which noise falls to 37 %. A longer step takes all of it",
@@ -357,8 +368,11 @@ const Section& analysis_section() {
            .native = true},
           {.key = "velocity_update_settings",
            .kinds = object,
-           .help = "what particles keep of their own velocities. Default: relaxation 0.05 where "
-                   "`velocity_update` is not written either; nothing with the preset cbgeo",
+           .help =
+               "what particles keep of their own velocities. Default where `velocity_update` is "
+               "not written either: relaxation 0.05, and, if gravity acts and any material is "
+               "not a fluid, viscosity 0.015 sqrt(g H^3), H the mean depth: volume over the "
+               "box around the particles, seen along gravity; nothing with the preset cbgeo",
            .section = blending_section},
           {.key = "dt",
            .kinds = number,

@@ -15,15 +15,6 @@ Scheme scheme_of(const std::string& name) {
   return name == "usl" ? Scheme::usl : name == "musl" ? Scheme::musl : Scheme::usf;
 }
 
-// Set a key of an object, for scenario.full.json.
-void set(JsonValue& object, std::string_view key, auto value) {
-  auto& members = std::get<JsonValue::Object>(object.data);
-  auto it =
-      std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.key == key; });
-  if (it == members.end()) it = members.insert(it, {std::string(key), object.offset, {}});
-  it->value.data = std::move(value);
-}
-
 // A title as a folder name: letters, digits, '-', '_' and '.', the rest becomes '-'.
 std::string folder_name(const std::string& title) {
   std::string out;
@@ -70,12 +61,8 @@ void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
       !written(analysis, "stress_analysis"))
     set(analysis, "mpm_scheme", std::string("musl"));
   const JsonValue* update = analysis.find("velocity_update");
-  if ((!update || update->defaulted) && !written(analysis, "velocity_update_settings")) {
-    JsonValue relaxation;
-    relaxation.data = 0.05;
-    set(analysis, "velocity_update_settings",
-        JsonValue::Object{{"relaxation", analysis.offset, relaxation}});
-  }
+  default_transfer_ =
+      (!update || update->defaulted) && !written(analysis, "velocity_update_settings");
   // Drops and obstacles are those of cells; in solids and soils particles that cross cells must not
   // make noise.
   const bool fluids = std::all_of(model_.materials.begin(), model_.materials.end(),
@@ -161,75 +148,6 @@ void ScenarioBuilder<Dim>::build_scheme(JsonValue& analysis) {
   std::erase_if(members, [](const auto& m) {
     return m.key == "stress_update" || m.key == "stress_analysis";
   });
-}
-
-template <int Dim>
-void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
-  const JsonValue* update = analysis.find("velocity_update");
-  const JsonValue* settings = analysis.find("velocity_update_settings");
-  const std::string name = !update               ? "flip"
-                           : !update->is<bool>() ? update->as<std::string>()
-                           : update->as<bool>()  ? "pic"
-                                                 : "flip";
-  VelocityTransfer& transfer = model_.analysis.transfer;
-  const bool of_order = name == "xpic" || name == "fmpm";
-  transfer.flip = name == "flip" ? 1.0 : 0.0;
-  transfer.order = of_order ? 2 : 1;
-  transfer.filters_change = name == "fmpm";
-  model_.analysis.affine = name == "apic"   ? Affine::apic
-                           : name == "tpic" ? Affine::tpic
-                                            : Affine::none;
-  if (name == "apic" && mesh_ && info(mesh_->element()).order > 1)
-    in_.error(*update,
-              fmt::format("'velocity_update': \"apic\" does not go together with {} cells: their "
-                          "functions reproduce second moments, so that particles have none",
-                          info(mesh_->element()).name),
-              "take \"tpic\", which gives nodes the velocity gradient, or linear elements");
-  if (!settings) return;
-  if (name == "pic")
-    return in_.error(*settings, "'velocity_update_settings' does not apply to PIC",
-                     "set velocity_update to \"flip\" to blend");
-  const auto ratio = get_number(*settings, "blending_ratio");
-  relaxation_ = get_number(*settings, "relaxation");
-  relaxation_time_ = get_number(*settings, "relaxation_time");
-  if (ratio.has_value() + relaxation_.has_value() + relaxation_time_.has_value() > 1)
-    in_.error(*settings,
-              "'blending_ratio', 'relaxation' and 'relaxation_time' all say how much of its own "
-              "velocity a particle keeps",
-              "leave one of them");
-  if (ratio && in_.cbgeo_defaults)
-    transfer.flip = *ratio;
-  else if (ratio)
-    relaxation_ = -std::log(*ratio);  // infinite where nothing is kept
-  if (const auto order = get_integer(*settings, "order")) {
-    transfer.order = static_cast<int>(*order);
-    if (model_.analysis.affine != Affine::none && transfer.order > 1)
-      in_.error(*settings->find("order"),
-                fmt::format("'order' {} does not go together with \"{}\": its affine field takes "
-                            "the place of a higher order",
-                            transfer.order, name),
-                "leave it out, or set velocity_update to \"flip\"");
-  }
-}
-
-// Rates are those of bodies, in times of a wave through a cell.
-template <int Dim>
-void ScenarioBuilder<Dim>::build_transfer_rates() {
-  Analysis& a = model_.analysis;
-  if (!mesh_ || (!relaxation_ && !relaxation_time_)) return;
-  const double h =
-      mesh_->is_structured() ? mesh_->spacing().minCoeff() : mesh_->mean_cell().minCoeff();
-  constexpr double none = std::numeric_limits<double>::infinity();
-  std::vector<double> slowest(static_cast<std::size_t>(a.contact.bodies), none);  // [m/s]
-  for (const Material& material : model_.materials) {
-    double& c = slowest[static_cast<std::size_t>(material.body)];
-    c = std::min(c, std::sqrt(wave_modulus(material.law) / material.density));
-  }
-  for (const double c : slowest)
-    a.transfer.rates.push_back(relaxation_ ? *relaxation_ * c / h : 1.0 / *relaxation_time_);
-  if (std::all_of(a.transfer.rates.begin(), a.transfer.rates.end(),
-                  [](double rate) { return rate == 0.0; }))
-    a.transfer = {};  // FLIP
 }
 
 template <int Dim>
@@ -388,8 +306,6 @@ void ScenarioBuilder<Dim>::build_output() {
   template void ScenarioBuilder<Dim>::build_analysis();                        \
   template void ScenarioBuilder<Dim>::build_defaults(JsonValue&);              \
   template void ScenarioBuilder<Dim>::build_scheme(JsonValue&);                \
-  template void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue&); \
-  template void ScenarioBuilder<Dim>::build_transfer_rates();                  \
   template void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue&); \
   template bool ScenarioBuilder<Dim>::is_grid() const;                         \
   template void ScenarioBuilder<Dim>::build_time_step(const JsonValue&);       \

@@ -60,8 +60,6 @@ class ScenarioBuilder {
   void build_defaults(JsonValue& analysis);
   void build_scheme(JsonValue& analysis);
   void build_damping(const JsonValue& analysis);
-  void build_velocity_update(const JsonValue& analysis);
-  void build_transfer_rates();  ///< after the bodies
   void build_shape_functions(const JsonValue& analysis);
   bool is_grid() const;  ///< collective
   void build_time_step(const JsonValue& analysis);
@@ -98,6 +96,13 @@ class ScenarioBuilder {
                                                        const std::string& run, Index step);
   void resume_from(const std::vector<std::filesystem::path>& files);
   void add_resumed(const CbgeoParticle& row, const std::string& file);
+  // scenario_transfer.cpp
+  void build_velocity_update(const JsonValue& analysis);
+  void build_transfer_rates();  ///< after the bodies
+  void build_default_transfer();
+  /// Volume of the particles over the area of the box around them as gravity sees it [m]; 0 without
+  /// gravity or particles. Collective.
+  double mean_depth() const;
   // scenario_loads.cpp
   void build_constraints();
   void build_friction();
@@ -139,6 +144,14 @@ class ScenarioBuilder {
   /// True, with a warning, where constraints are the name of a file, as they were in older cases.
   bool is_file_name(std::string_view constraints);
 
+  /// Set a key of an object, for scenario.full.json.
+  static void set(JsonValue& object, std::string_view key, auto value) {
+    auto& members = std::get<JsonValue::Object>(object.data);
+    auto it =
+        std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.key == key; });
+    if (it == members.end()) it = members.insert(it, {std::string(key), object.offset, {}});
+    it->value.data = std::move(value);
+  }
   const JsonValue& section(std::string_view key) const {
     const JsonValue* v = root_.find(key);
     return v && v->is<JsonValue::Object>() ? *v : empty_;
@@ -167,6 +180,8 @@ class ScenarioBuilder {
   bool particles_complete_ = true;    ///< false: some generator failed, the number is not known
   std::optional<double> relaxation_;  ///< [-] of velocities, by the wave speed
   std::optional<double> relaxation_time_;  ///< [s]
+  std::optional<double> viscosity_;        ///< [m^2/s] of velocities
+  bool default_transfer_ = false;          ///< nothing is written about the transfer
   bool moving_ = false;                    ///< some generator gave a velocity
   std::set<Index> generator_sets_;         ///< particle set ids that a generator made
   std::set<Index> shadowed_sets_;  ///< of those: also in entity_sets.json, with other members

@@ -144,6 +144,38 @@ void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
   prescribe_velocities(patch, patch.velocity, true);
 }
 
+namespace {
+
+template <int Dim>
+std::vector<Vec<Dim>> velocities_at_walls(Patch<Dim>& patch) {
+  std::vector<Vec<Dim>> all;
+  for (const auto& wall : patch.walls)
+    all.push_back(Eigen::Map<const Vec<Dim>>(at(patch.velocity, wall.node)));
+  return all;
+}
+
+/// What walls pressed stays with them (hold_at_walls()). Their work is then counted anew, as that
+/// of contact is (hold_together()); `mapped` are the velocities [m/s] before anything held them.
+template <int Dim>
+void hold_pressed(Patch<Dim>& patch, const StepContext<Dim>& step,
+                  const std::vector<Vec<Dim>>& mapped) {
+  const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  for (std::size_t k = 0; k < patch.wall_pushes.size(); ++k) {
+    const WallPush<Dim>& push = patch.wall_pushes[k];
+    if (!push.any()) continue;
+    const WallNode<Dim>& wall = patch.walls[k];
+    hold_at_walls(wall, push, at(patch.velocity, wall.node));
+    const Vec<Dim> held = Eigen::Map<const Vec<Dim>>(at(patch.velocity, wall.node));
+    const double m = own[static_cast<std::ptrdiff_t>(wall.node) * sum_stride];
+    const Vec<Dim> by_forces = push.after - push.start - push.change;
+    patch.work.damping += m * by_forces.dot(held - mapped[k]);
+    if (!counts_at_nodes(step.model->analysis))
+      patch.work.damping -= 0.5 * m * push.change.dot(mapped[k] - push.after);
+  }
+}
+
+}  // namespace
+
 template <int Dim>
 void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
   for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::momentum, step.step),
@@ -151,7 +183,9 @@ void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   double* v = at(patch.velocity, i);
                   store(velocity_of(patch, sum, load<NodeVector>(v)), v);
                 });
+  const std::vector<Vec<Dim>> mapped = velocities_at_walls(patch);
   prescribe_velocities(patch, patch.velocity);
+  hold_pressed(patch, step, mapped);
   if (patch.bodies() > 1) hold_together(patch, step);
 }
 
@@ -181,6 +215,8 @@ class Integrator {
         wall_(patch.walls.begin()),
         absorbing_(patch.absorbing.begin()),
         next_absorbing_(node_of(absorbing_)) {
+    if (step.model->analysis.scheme == Scheme::musl)
+      patch.wall_pushes.assign(patch.walls.size(), WallPush<Dim>());
     if (patch.bodies() > 1) patch.contact.wall_change.assign(patch.walls.size(), Vec<Dim>::Zero());
     double g[node_width] = {};
     const double factor = load_factor(*step.model, step.model->gravity_function, step.time);
@@ -366,12 +402,13 @@ class Integrator {
     for (std::size_t d = 0; d < Dim; ++d)
       if (wall.shaken[d])
         wall.acceleration[d] *= load_factor(*step_.model, wall.function[d], step_.time);
+    const auto at_walls = static_cast<std::size_t>(wall_ - patch_.walls.begin());
+    WallPush<Dim>* push = patch_.wall_pushes.empty() ? nullptr : &patch_.wall_pushes[at_walls];
     const WallWork done = lahar::advance_at_wall(wall, step_.dt, step_.model->analysis.as_cbgeo,
-                                                 velocity, acceleration);
+                                                 velocity, acceleration, push);
     if (!patch_.contact.wall_change.empty())
       for (int d = 0; d < Dim; ++d)
-        patch_.contact.wall_change[static_cast<std::size_t>(wall_ - patch_.walls.begin())][d] =
-            step_.dt * (acceleration[d] - a[d]);
+        patch_.contact.wall_change[at_walls][d] = step_.dt * (acceleration[d] - a[d]);
     patch_.work.external += own_mass * done.reaction;
     patch_.work.damping += own_mass * done.friction;
     v = load<NodeVector>(velocity);

@@ -46,7 +46,7 @@ double speed_into(const WallNode<Dim>& wall, const Vec<Dim>& v, std::size_t axis
 
 /// One-sided walls on `v`, the velocity at the end of the step without them, in the wall's axes.
 template <int Dim>
-void push(const WallNode<Dim>& wall, Vec<Dim>& v) {
+void push(const WallNode<Dim>& wall, Vec<Dim>& v, WallPush<Dim>* done) {
   std::array<double, Dim> pressed{};
   for (std::size_t k = 0; k < Dim; ++k) {
     if (wall.pushes[k] == 0) continue;
@@ -55,6 +55,7 @@ void push(const WallNode<Dim>& wall, Vec<Dim>& v) {
   }
   for (std::size_t k = 0; k < Dim; ++k) {
     if (!(pressed[k] > 0)) continue;
+    if (done) done->pressed[k] = true;
     Vec<Dim> slip = Vec<Dim>::Zero();
     for (std::size_t t = 0; t < Dim; ++t)
       if (t != k && !wall.fixed[t] && !(pressed[t] > 0))
@@ -64,6 +65,7 @@ void push(const WallNode<Dim>& wall, Vec<Dim>& v) {
       v -= slip;
     else
       v -= most / speed * slip;
+    if (done) done->stuck = done->stuck || (speed <= most && wall.rubs[k] > 0);
   }
 }
 
@@ -127,7 +129,7 @@ double hold_velocity(const WallNode<Dim>& wall, double dt, double* velocity, dou
 
 template <int Dim>
 WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, double* velocity,
-                         double* acceleration) {
+                         double* acceleration, WallPush<Dim>* done) {
   Eigen::Map<Vec<Dim>> global_v(velocity), global_a(acceleration);
   const Vec<Dim> before = wall.axes.transpose() * global_v;
   const Vec<Dim> free = wall.axes.transpose() * global_a;
@@ -142,7 +144,7 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
   }
   Vec<Dim> v = before + dt * a;
   const Vec<Dim> alone = v;
-  push<Dim>(wall, v);
+  push<Dim>(wall, v, done);
   const Vec<Dim> pushed = v - alone;
   a += pushed / dt;
   WallWork work;
@@ -163,7 +165,26 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
   work.reaction += dt * shaken.dot(mean);
   store_flushed<Dim>(wall.axes * v, velocity);
   store_flushed<Dim>(wall.axes * a, acceleration);
+  if (done) {
+    done->start = wall.axes * before;
+    done->change = wall.axes * pushed;
+    done->after = global_v;
+  }
   return work;
+}
+
+template <int Dim>
+void hold_at_walls(const WallNode<Dim>& wall, const WallPush<Dim>& push, double* velocity) {
+  Eigen::Map<Vec<Dim>> global(velocity);
+  Vec<Dim> v = wall.axes.transpose() * global;
+  for (std::size_t k = 0; k < Dim; ++k) {
+    const int d = static_cast<int>(k);
+    if (push.pressed[k])
+      v[d] = wall.velocity[k];
+    else if (push.stuck && !wall.fixed[k] && wall.pushes[k] == 0)
+      v[d] = 0.0;
+  }
+  global = wall.axes * v;
 }
 
 template void prescribe_velocity(const WallNode<2>&, double*);
@@ -172,7 +193,9 @@ template Vec<2> stop_at_wall(const WallNode<2>&, double*);
 template Vec<3> stop_at_wall(const WallNode<3>&, double*);
 template double hold_velocity(const WallNode<2>&, double, double*, double*);
 template double hold_velocity(const WallNode<3>&, double, double*, double*);
-template WallWork advance_at_wall(const WallNode<2>&, double, bool, double*, double*);
-template WallWork advance_at_wall(const WallNode<3>&, double, bool, double*, double*);
+template WallWork advance_at_wall(const WallNode<2>&, double, bool, double*, double*, WallPush<2>*);
+template void hold_at_walls(const WallNode<2>&, const WallPush<2>&, double*);
+template void hold_at_walls(const WallNode<3>&, const WallPush<3>&, double*);
+template WallWork advance_at_wall(const WallNode<3>&, double, bool, double*, double*, WallPush<3>*);
 
 }  // namespace lahar
