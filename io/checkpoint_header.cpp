@@ -80,6 +80,7 @@ Json run_json(const RunState& run) {
            {{"internal", run.work.internal},
             {"external", run.work.external},
             {"damping", run.work.damping},
+            {"friction", run.work.friction},
             {"divided", run.work.divided}}},
           {"kinetic_at_start", run.kinetic_at_start},
           {"cells_per_patch", run.cells_per_patch},
@@ -102,7 +103,7 @@ RunState run_of(const Json& json) {
       .removed = json.at("removed"),
       .next_id = json.value("next_id", Index{0}),  // before there were injections: not needed
       .history_steps = json.at("history_steps"),
-      .work = {work.at("internal"), work.at("external"), work.at("damping"), work.at("divided")},
+      .work = {work.at("internal"), work.at("external"), work.at("damping"), work.at("friction"), work.at("divided")},
       .kinetic_at_start = json.at("kinetic_at_start"),
       .cells_per_patch = json.at("cells_per_patch"),
       .least_mass = json.at("least_mass"),

@@ -104,11 +104,11 @@ const Section& contact_section() {
           "2001); bodies that part are free. The gap lies between the ends of their particles, "
           "along "
           "the normal that gives the largest. Impulses keep prescribed velocities. More than two "
-          "bodies at a node meet two at a time, in the order of the list, several times. Take "
-          "\"mpm_scheme\": \"musl\": with usf contact still makes energy. A nodal force acts on "
-          "the "
-          "first body that is at its node; constraints hold all of them. What contact takes of the "
-          "energy is in history.csv under damping.",
+          "bodies at a node meet two at a time, in the order of the list, several times. Contact "
+          "needs \"mpm_scheme\": \"musl\": with usf it makes energy or takes it, with usl it takes "
+          "too much. CB-Geo's input gets a warning instead. A nodal force acts on the first body "
+          "that is at its node; constraints hold all of them. In history.csv, damping has the "
+          "energy that contact takes, and friction the part of it that friction takes.",
       .fields = {
           {.key = "friction",
            .kinds = number,

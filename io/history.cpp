@@ -18,7 +18,9 @@ std::span<const HistoryColumn> history_columns() {
       {"internal", "J", "work of the stresses since the start"},
       {"external", "J", "work of gravity, loads and prescribed velocities since the start"},
       {"damping", "J",
-       "energy taken by damping, friction and the velocity transfer since the start"},
+       "energy taken by damping, contact, friction and the velocity transfer since the start"},
+      {"friction", "J",
+       "part of damping: energy taken by friction between bodies in contact since the start"},
       {"balance", "J", "kinetic + internal + damping - external - kinetic at the start"},
       {"max_speed", "m/s", "largest particle speed"},
       {"divided", "-", "increments that materials could only do in parts, since the start"},
@@ -51,6 +53,7 @@ std::string history_line(const HistoryRow& row) {
   add(row.internal);
   add(row.external);
   add(row.damping);
+  add(row.friction);
   add(row.balance);
   add(row.max_speed);
   add(row.divided);

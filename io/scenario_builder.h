@@ -67,6 +67,7 @@ class ScenarioBuilder {
   void build_output();
   // scenario_contact.cpp
   void build_contact();
+  void check_scheme_of_contact();
   void add_body(const JsonValue& body, int number);
   void number_bodies();
   // scenario_particles.cpp

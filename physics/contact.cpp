@@ -82,7 +82,8 @@ ContactImpulse<Dim> contact_impulse(const BodyAtNode<Dim>& a, const BodyAtNode<D
   const double most_held =  // an infinite coefficient holds without any pressure
       std::isinf(friction) ? friction : friction * std::abs(pressed);
   done.stuck = sticks <= most_held;
-  done.impulse += std::min(sticks, most_held) * direction;
+  done.friction = std::min(sticks, most_held) * direction;
+  done.impulse += done.friction;
   return done;
 }
 namespace {
@@ -98,6 +99,7 @@ class NodeContact {
     double mass;      ///< [kg]
     Vec<Dim> before;  ///< [m/s] without contact
     Vec<Dim> velocity;
+    Vec<Dim> rubbed;  ///< [m/s] what friction did to it
     Eigen::Matrix<double, Dim, Dim> free;
     const WallNode<Dim>* wall;
     Vec<Dim> change() const { return velocity - before; }
@@ -147,7 +149,13 @@ class NodeContact {
     const double* v = at(patch_.velocity, node);
     if (!(v[mass_lane] > patch_.least_mass) || find(node)) return;
     const Vec<Dim> velocity = Eigen::Map<const Vec<Dim>>(v);
-    Field field{node, v[mass_lane], velocity, velocity, {}, find_node(patch_.walls, node)};
+    Field field{node,
+                v[mass_lane],
+                velocity,
+                velocity,
+                Vec<Dim>::Zero(),
+                {},
+                find_node(patch_.walls, node)};
     field.free.setIdentity();
     auto fixed = std::lower_bound(
         patch_.fixed.begin(), patch_.fixed.end(), node,
@@ -198,6 +206,8 @@ class NodeContact {
     if (done.pressed) {
       a->velocity -= a->free * done.impulse / a->mass;
       b->velocity += b->free * done.impulse / b->mass;
+      a->rubbed -= a->free * done.friction / a->mass;
+      b->rubbed += b->free * done.friction / b->mass;
     }
     return done;
   }
@@ -244,8 +254,9 @@ void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Di
       const Vec<Dim> start = v - dt * a;
       v = field.velocity;
       a += change / dt;
-      patch.contact.touched.push_back({field.node, start, change, v});
+      patch.contact.touched.push_back({field.node, start, change, field.rubbed, v});
       patch.work.damping -= own_mass * change.dot(0.5 * (start + v));
+      patch.work.friction -= own_mass * field.rubbed.dot(0.5 * (start + v));
       patch.work.external += 0.5 * dt * own_mass * gravity.dot(change);
       if (step.model->analysis.damping > 0.0)
         patch.work.damping += 0.5 * dt * own_mass / field.mass *
@@ -277,8 +288,10 @@ void hold_together(Patch<Dim>& patch, const StepContext<Dim>& step) {
       const Vec<Dim> by_forces = by.after - by.start - by.change;
       const double m = own[static_cast<std::ptrdiff_t>(field.node) * sum_stride];
       patch.work.damping += m * by_forces.dot(field.change());
-      if (!counts_at_nodes(step.model->analysis))
+      if (!counts_at_nodes(step.model->analysis)) {
         patch.work.damping -= 0.5 * m * by.change.dot(field.before - by.after);
+        patch.work.friction -= 0.5 * m * by.rubbed.dot(field.before - by.after);
+      }
     }
   });
 }

@@ -28,7 +28,8 @@ struct BodyAtNode {
 /// What two bodies that meet do to each other.
 template <int Dim>
 struct ContactImpulse {
-  Vec<Dim> impulse = Vec<Dim>::Zero();  ///< [N s] that b gets from a, and a with the other sign
+  Vec<Dim> impulse = Vec<Dim>::Zero();   ///< [N s] that b gets from a, and a with the other sign
+  Vec<Dim> friction = Vec<Dim>::Zero();  ///< [N s] part of it that is friction
   bool pressed = false;
   bool stuck = false;  ///< nothing is left of the slip
 };

@@ -27,6 +27,7 @@ struct ContactState {
     Local node;
     Vec<Dim> start;   ///< [m/s] at the beginning of the step
     Vec<Dim> change;  ///< [m/s] by contact
+    Vec<Dim> rubbed;  ///< [m/s] part of it that is by friction
     Vec<Dim> after;   ///< [m/s] at the end of the step
   };
   std::vector<Touched> touched;

@@ -11,9 +11,8 @@
 namespace lahar {
 
 /// A node of at most this mass [kg], whatever its sign (quadratic functions have negative parts),
-/// is not accelerated, one of at most a tenth of it has no velocity: the reference code's values,
-/// 1e-15 and 1e-16 kg, but for models whose particles are so light that these would be more than
-/// rounding (see Patch::least_mass).
+/// is not accelerated: the reference code's value, but for models whose particles are so light that
+/// it would be more than rounding (see Patch::least_mass).
 inline constexpr double least_nodal_mass = 1e-15;
 /// The same as a share of the lightest particle's mass; a particle contributes less than this to a
 /// node only where its shape function there is rounding.
@@ -128,8 +127,9 @@ template <int Dim>
 void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step);
 
 /// v_p: FLIP v_p + dt sum_i N_i a_i, PIC sum_i N_i v_i, or their blend; x_p, u_p += dt sum_i N_i
-/// v_i; prescribed particle velocities, and places where nodes are driven. Raises Patch::max_speed. `gradients`, only where
-/// gives_gradients() (support.h), receives what update_stress() would find before particles move.
+/// v_i; prescribed particle velocities, and places where nodes are driven. Raises Patch::max_speed.
+/// `gradients`, only where gives_gradients() (support.h), receives what update_stress() would find
+/// before particles move.
 template <int Dim, class Real = Pack>
 void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
                       VelocityGradients<Dim>* gradients = nullptr);

@@ -141,12 +141,28 @@ LAHAR_INLINE bool more_than(double m, double least) {
   return std::abs(m) > least;
 }
 
+/// A node of functions that are nowhere negative moves as its particles do, however small its mass
+/// is: a particle at the edge of its cell gives a node across it hardly any mass, but takes
+/// gradients from it. At rest such a node would strain a particle that moves rigidly, and its
+/// force, for which it has not enough mass, would be lost. The least mass is beyond all products of
+/// roundings [kg].
+inline constexpr double least_moving_mass = 1e-200;
+
+/// Whether a node of mass m has a velocity. Of functions that are negative in places, masses may
+/// cancel: a quotient of what then remains is rounding (a tenth of Patch::least_mass, as in the
+/// reference code).
+template <int Dim>
+LAHAR_INLINE bool has_velocity(const Patch<Dim>& patch, double m) {
+  return more_than(m,
+                   patch.basis == BasisKind::element ? 0.1 * patch.least_mass : least_moving_mass);
+}
+
 /// {v, m} of a node from the sums {m v} and the mass {., m}.
 template <int Dim>
 LAHAR_INLINE NodeVector velocity_of(const Patch<Dim>& patch, const NodeVector& momentum,
                                     const NodeVector& mass) {
   const double m = mass[mass_lane];
-  if (!more_than(m, 0.1 * patch.least_mass)) return with_mass(NodeVector(0.0), mass);
+  if (!has_velocity(patch, m)) return with_mass(NodeVector(0.0), mass);
   return with_mass(flushed(momentum * NodeVector(1.0 / m), least_nodal_velocity), mass);
 }
 

@@ -195,7 +195,7 @@ void nodal_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
                 [&](Local i, const NodeVector&, const NodeVector& sum) {
                   const double m = at(patch.velocity, i)[mass_lane];
                   patch.pressure[static_cast<std::size_t>(i)] =
-                      more_than(m, 0.1 * patch.least_mass) ? sum[0] / m : 0.0;
+                      has_velocity(patch, m) ? sum[0] / m : 0.0;
                 });
 }
 

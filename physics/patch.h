@@ -91,12 +91,14 @@ struct NodeRange {
 /// What one patch contributes to a row of history.csv (HistoryRow), reset after each row.
 struct PatchWork {
   double internal = 0, external = 0;
-  double damping = 0;  ///< [J] with friction, and with what the velocity transfer takes
-  double divided = 0;  ///< increments that a law could only do in parts (update_in_parts())
+  double damping = 0;   ///< [J] with friction, and with what the velocity transfer takes
+  double friction = 0;  ///< [J] of damping: what friction between bodies in contact takes
+  double divided = 0;   ///< increments that a law could only do in parts (update_in_parts())
   PatchWork& operator+=(const PatchWork& other) {
     internal += other.internal;
     external += other.external;
     damping += other.damping;
+    friction += other.friction;
     divided += other.divided;
     return *this;
   }

@@ -66,7 +66,7 @@ void raise_filter(Patch<Dim>& patch, const StepContext<Dim>& step, int order) {
   for_each_node(patch, SumOverPatches<Dim>(patch, sum_of_order(order), step.step),
                 [&](Local i, const NodeVector&, const NodeVector& sum) {
                   const double m = at(patch.velocity, i)[mass_lane];
-                  if (!more_than(m, 0.1 * patch.least_mass)) return;
+                  if (!has_velocity(patch, m)) return;
                   const auto lower = load<NodeVector>(at(patch.transfer, i));
                   store(unfiltered(patch, i, after, step.dt) + (lower - (1.0 / m) * sum),
                         at(patch.transfer, i));

@@ -14,13 +14,13 @@ namespace lahar {
 /// order.
 class RowSums {
  public:
-  static constexpr std::size_t n_sums = 9;
+  static constexpr std::size_t n_sums = 10;
   static constexpr std::size_t n_elements = 1 + n_sums * ExactSum::size;
   void add(const HistoryRow& row) {
     particles_ += row.particles;
-    const std::array<double, n_sums> terms{row.mass,        row.momentum[0], row.momentum[1],
-                                           row.momentum[2], row.kinetic,     row.internal,
-                                           row.external,    row.damping,     row.divided};
+    const std::array<double, n_sums> terms{
+        row.mass,     row.momentum[0], row.momentum[1], row.momentum[2], row.kinetic,
+        row.internal, row.external,    row.damping,     row.friction,    row.divided};
     for (std::size_t k = 0; k < n_sums; ++k) sums_[k] += terms[k];
   }
   std::vector<Index> elements() const {
@@ -41,7 +41,8 @@ class RowSums {
     row.internal = value[5];
     row.external = value[6];
     row.damping = value[7];
-    row.divided = value[8];
+    row.friction = value[8];
+    row.divided = value[9];
     row.max_speed = max_speed;
     return row;
   }

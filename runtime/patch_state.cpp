@@ -256,8 +256,8 @@ void pack(const Patch<Dim>& patch, Index step, std::byte* to) {
   const Head head = head_of(patch);
   Writer out(to);
   out.put(head);
-  for (const double work :
-       {patch.work.internal, patch.work.external, patch.work.damping, patch.work.divided})
+  for (const double work : {patch.work.internal, patch.work.external, patch.work.damping,
+                            patch.work.friction, patch.work.divided})
     out.put(work);
   for (const Run& run : patch.runs)
     out.put(PackedRun{run.cell, run.begin, run.end, run.limit, run.material, run.loaded});
@@ -298,8 +298,8 @@ template <int Dim>
 void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step) {
   const Head head = read_head(bytes, patch);
   Reader in(bytes.data() + sizeof(Head));
-  for (double* work :
-       {&patch.work.internal, &patch.work.external, &patch.work.damping, &patch.work.divided})
+  for (double* work : {&patch.work.internal, &patch.work.external, &patch.work.damping,
+                       &patch.work.friction, &patch.work.divided})
     *work = in.get<double>();
   read_runs(in, head, patch);
   read_particles(in, head, patch);

@@ -197,7 +197,7 @@ void Simulation<Dim>::Impl::take_injected(Step step) {
 
 template <int Dim>
 void Simulation<Dim>::Impl::finish_row(HistoryRow& row, Step step) {
-  work += PatchWork{row.internal, row.external, row.damping, row.divided};
+  work += PatchWork{row.internal, row.external, row.damping, row.friction, row.divided};
   complete_row(row, step, work);
 }
 
@@ -210,6 +210,7 @@ void Simulation<Dim>::Impl::complete_row(HistoryRow& row, Step step,
   row.internal = since_start.internal;
   row.external = since_start.external;
   row.damping = since_start.damping;
+  row.friction = since_start.friction;
   row.divided = since_start.divided;
   row.balance = row.kinetic + row.internal + row.damping - row.external - start_row.kinetic;
 }
@@ -229,7 +230,7 @@ HistoryRow Simulation<Dim>::Impl::present_row() {
   ranks.sum(elements);
   HistoryRow row = RowSums::row(elements, ranks.max(fastest));
   PatchWork since_start = work;
-  since_start += PatchWork{row.internal, row.external, row.damping, row.divided};
+  since_start += PatchWork{row.internal, row.external, row.damping, row.friction, row.divided};
   complete_row(row, step, since_start);
   return row;
 }

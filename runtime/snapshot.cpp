@@ -273,6 +273,7 @@ HistoryRow sums(Patch<Dim>& patch) {
   row.internal = patch.work.internal;
   row.external = patch.work.external;
   row.damping = patch.work.damping;
+  row.friction = patch.work.friction;
   row.divided = patch.work.divided;
   patch.work = {};
   return row;

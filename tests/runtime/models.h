@@ -221,9 +221,9 @@ inline bool same_bits(const std::vector<double>& a, const std::vector<double>& b
 
 inline bool same_bits(const HistoryRow& a, const HistoryRow& b) {
   const auto numbers = [](const HistoryRow& r) {
-    return std::vector<double>{r.time,        r.dt,        r.mass,     r.momentum[0], r.momentum[1],
-                               r.momentum[2], r.kinetic,   r.internal, r.external,    r.damping,
-                               r.balance,     r.max_speed, r.divided};
+    return std::vector<double>{r.time,        r.dt,      r.mass,      r.momentum[0], r.momentum[1],
+                               r.momentum[2], r.kinetic, r.internal,  r.external,    r.damping,
+                               r.friction,    r.balance, r.max_speed, r.divided};
   };
   return a.step == b.step && a.particles == b.particles && same_bits(numbers(a), numbers(b));
 }
