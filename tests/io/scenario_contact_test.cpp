@@ -1,6 +1,8 @@
 // Which bodies a scenario makes.
 #include <doctest/doctest.h>
 
+#include <string>
+
 #include "io/scenario.h"
 
 using namespace lahar;
@@ -102,4 +104,24 @@ TEST_CASE("an interface of one body is warned about") {
                {.overrides = {R"(sets.particles.middle={"all": true})"}});
   REQUIRE(s.warnings.size() == 1);
   CHECK(s.warnings[0].message == "'interface' has no effect: all particles are one body");
+}
+
+TEST_CASE("contact with usf or usl is refused with the reason; CB-Geo's input gets a warning") {
+  for (const std::string scheme : {"usf", "usl"}) {
+    const std::string keys = R"(, "interface": true, "mpm_scheme": ")" + scheme + '"';
+    std::string message;
+    try {
+      scenario(keys);
+    } catch (const InputError& error) {
+      message = error.what();
+    }
+    CHECK(message.find("'interface' does not go together with this 'mpm_scheme': " + scheme +
+                       " takes strains from") != std::string::npos);
+    CHECK(message.find(R"(take "mpm_scheme": "musl")") != std::string::npos);
+    const Scenario s = scenario(keys + R"(, "preset": "cbgeo")");
+    REQUIRE(s.warnings.size() == 1);
+    CHECK(s.warnings[0].message.starts_with("'interface' is inaccurate with this 'mpm_scheme': " +
+                                            scheme));
+  }
+  CHECK(scenario(R"(, "interface": true, "mpm_scheme": "musl")").warnings.empty());
 }

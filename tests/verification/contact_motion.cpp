@@ -1,0 +1,144 @@
+// Bodies that move on a second body: a block that friction stops, a cylinder that rolls or slides.
+// Each at the default step and cell, at half of the step, and at half of the cell.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "tests/verification/case.h"
+
+using namespace lahar;
+using namespace lahar::verification;
+
+namespace {
+
+constexpr double g = 9.81;
+
+struct Setup {
+  double cell = 0.1, safety = 0.4;
+};
+constexpr std::array<Setup, 3> setups = {Setup{}, Setup{.safety = 0.2}, Setup{.cell = 0.05}};
+
+/// An elastic body, `region`, on a slab that is held; gravity is turned by theta instead of them.
+Model<2> on_slab(const Setup& setup, const std::string& region, int per_cell, double friction,
+                 double theta, double end_time, double speed = 0) {
+  const std::string text = fmt::format(
+      R"({{
+    "mesh": {{"structured": {{"cell_size": {}, "extent": [4, 1.5]}},
+             "boundary_conditions": {{"velocity_constraints": [
+               {{"nset": "floor", "dir": "x", "velocity": 0}},
+               {{"nset": "floor", "dir": "y", "velocity": 0}},
+               {{"nset": "ends", "dir": "x", "velocity": 0}}]}}}},
+    "sets": {{"nodes": {{
+      "floor": {{"box": {{"max": [9, 0]}}}},
+      "ends": {{"union": [{{"box": {{"max": [0, 9]}}}}, {{"box": {{"min": [4, 0]}}}}]}}}}}},
+    "materials": [
+      {{"name": "slab", "type": "LinearElastic", "density": 2000, "youngs_modulus": 1e7,
+       "poisson_ratio": 0.3}},
+      {{"name": "body", "type": "LinearElastic", "density": 2000, "youngs_modulus": 1e7,
+       "poisson_ratio": 0.3}}],
+    "particles": [
+      {{"generator": {{"type": "region", "per_cell": 2, "material": "slab",
+                     "region": {{"box": {{"max": [4, 0.4]}}}}}}}},
+      {{"generator": {{"type": "region", "per_cell": {}, "material": "body", "velocity": [{}, 0],
+                     "region": {}}}}}],
+    "external_loading_conditions": {{"gravity": [{}, {}]}},
+    "analysis": {{"mpm_scheme": "musl", "velocity_update": "flip", "end_time": {},
+                 "shape_functions": "quadratic_spline", "interface": true,
+                 "contact": {{"friction": {}}},
+                 "time_step": {{"adaptive": true, "safety": {}}}}}}})",
+      setup.cell, per_cell, speed, region, g * std::sin(theta), -g * std::cos(theta), end_time,
+      friction, setup.safety);
+  return model_of_text<2>(text);
+}
+
+/// The second body: its mass, place, and motion.
+struct Motion {
+  double mass = 0, inertia = 0, spin = 0;  ///< [kg], [kg m^2] and [1/s] about its centre
+  Vec<2> x = Vec<2>::Zero(), v = Vec<2>::Zero();
+};
+
+Motion motion_of(const Frame& frame, Index first) {
+  const State state(frame);
+  Motion body;
+  for (Index p = first; p < state.size(); ++p) {
+    const double m = state.get("mass", p);
+    body.mass += m;
+    for (int d = 0; d < 2; ++d) {
+      body.x[d] += m * state.x(p, d);
+      body.v[d] += m * state.get("velocity", p, d);
+    }
+  }
+  body.x /= body.mass;
+  body.v /= body.mass;
+  for (Index p = first; p < state.size(); ++p) {
+    const double m = state.get("mass", p);
+    const Vec<2> r = Vec<2>(state.x(p, 0), state.x(p, 1)) - body.x;
+    const Vec<2> v = Vec<2>(state.get("velocity", p, 0), state.get("velocity", p, 1)) - body.v;
+    body.inertia += m * r.squaredNorm();
+    body.spin += m * (r[0] * v[1] - r[1] * v[0]);
+  }
+  body.spin /= body.inertia;
+  return body;
+}
+
+struct Result {
+  Motion start, end;
+  HistoryRow row;
+};
+
+Result run_on_slab(Model<2> model) {
+  Index first = 0;
+  while (model.particles.material[static_cast<std::size_t>(first)] == 0) ++first;
+  Simulation<2> simulation(std::move(model));
+  Result result;
+  result.start = motion_of(simulation.frame(), first);
+  simulation.run();
+  result.end = motion_of(simulation.frame(), first);
+  result.row = simulation.history();
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a block that slides on another body stops as Coulomb says, and friction has its energy") {
+  constexpr double mu = 0.3, v0 = 1.5, distance = v0 * v0 / (2 * mu * g);
+  for (const Setup& setup : setups) {
+    const Result r = run_on_slab(
+        on_slab(setup, R"({"box": {"min": [0.4, 0.4], "max": [1.2, 0.8]}})", 2, mu, 0, 0.7, v0));
+    const double kinetic = 0.5 * r.start.mass * v0 * v0, moved = r.end.x[0] - r.start.x[0];
+    MESSAGE("cell " << setup.cell << " m, safety " << setup.safety << ": distance "
+                    << moved / distance << ", heat " << r.row.friction / kinetic
+                    << ", contact and friction " << r.row.damping / kinetic << ", balance "
+                    << r.row.balance / kinetic);
+    CHECK(moved == doctest::Approx(distance).epsilon(0.02));
+    CHECK(r.row.friction == doctest::Approx(kinetic).epsilon(0.03));
+    CHECK(std::abs(r.row.balance) < 0.01 * kinetic);
+    CHECK(std::abs(r.end.v[0]) < 0.01 * v0);
+  }
+}
+
+TEST_CASE("a cylinder rolls down another body at 2/3 of g sin, or slides and turns by friction") {
+  constexpr double theta = std::numbers::pi / 6, radius = 0.4, time = 0.6;
+  for (const double mu : {0.6, 0.1})  // more and less than tan(theta) / 3 = 0.19
+    for (const Setup& setup : setups) {
+      const bool rolls = mu > std::tan(theta) / 3;
+      const double a = rolls ? g * std::sin(theta) * 2 / 3
+                             : g * (std::sin(theta) - mu * std::cos(theta)),
+                   turns = rolls ? a / radius : 2 * mu * g * std::cos(theta) / radius;
+      const Result r = run_on_slab(on_slab(
+          setup, R"({"sphere": {"centre": [0.8, 0.8], "radius": 0.4}})", 4, mu, theta, time));
+      MESSAGE("mu " << mu << ", cell " << setup.cell << " m, safety " << setup.safety << ": speed "
+                    << r.end.v[0] / (a * time) << ", spin " << -r.end.spin / (turns * time)
+                    << ", distance " << (r.end.x[0] - r.start.x[0]) / (0.5 * a * time * time)
+                    << ", friction " << r.row.friction << " J, balance "
+                    << r.row.balance / r.row.external);
+      CHECK(r.end.v[0] == doctest::Approx(a * time).epsilon(0.05));
+      CHECK(-r.end.spin == doctest::Approx(turns * time).epsilon(0.1));
+      CHECK(std::abs(r.row.balance) < 0.01 * r.row.external);
+    }
+}
