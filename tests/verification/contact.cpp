@@ -116,7 +116,9 @@ TEST_CASE("blocks that collide bounce: they exchange their velocities and lose l
     const double after = mean(
         state, [&](Index p) { return p < left; },
         [&](Index p) { return state.get("velocity", p, 0); });
-    // Ten cells per block: contact excites waves. The loss falls with the cell.
+    // Ten cells per block. With MUSL at 0.4 of the stable step contact takes 9 % of the energy and
+    // 7 % are left as strain energy of waves; with half of the cell 4.5 and 6.6 %
+    // (contact_motion.cpp has the table for splines).
     CHECK(after < -0.89 * v);
     CHECK(after > -v);
     CHECK(end.kinetic > 0.85 * start.kinetic);

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -115,16 +116,23 @@ TEST_CASE(
                     << moved / distance << ", heat " << r.row.friction / kinetic
                     << ", contact and friction " << r.row.damping / kinetic << ", balance "
                     << r.row.balance / kinetic);
+    // The block trembles while it slides: contact takes 2 to 3 % of its energy along the normal,
+    // and 1 to 2 % are left as vibration.
     CHECK(moved == doctest::Approx(distance).epsilon(0.02));
-    CHECK(r.row.friction == doctest::Approx(kinetic).epsilon(0.03));
-    CHECK(std::abs(r.row.balance) < 0.01 * kinetic);
+    CHECK(r.row.friction == doctest::Approx(mu * r.start.mass * g * moved).epsilon(0.03));
+    CHECK(r.row.friction == doctest::Approx(kinetic).epsilon(0.04));
+    CHECK(std::abs(r.row.balance) < 0.001 * kinetic);
     CHECK(std::abs(r.end.v[0]) < 0.01 * v0);
   }
 }
 
+// Turning is resisted as if the normal force acted a quarter to a third of a cell ahead of the
+// centre (from spins; 4 and 8 cells per radius): nodes ahead of the lowest point are pressed, and
+// bodies part behind it. Half of the cell more than halves the errors.
 TEST_CASE("a cylinder rolls down another body at 2/3 of g sin, or slides and turns by friction") {
   constexpr double theta = std::numbers::pi / 6, radius = 0.4, time = 0.6;
-  for (const double mu : {0.6, 0.1})  // more and less than tan(theta) / 3 = 0.19
+  for (const double mu : {0.6, 0.1}) {  // more and less than tan(theta) / 3 = 0.19
+    std::array<double, 2> coarse{};
     for (const Setup& setup : setups) {
       const bool rolls = mu > std::tan(theta) / 3;
       const double a = rolls ? g * std::sin(theta) * 2 / 3
@@ -137,8 +145,68 @@ TEST_CASE("a cylinder rolls down another body at 2/3 of g sin, or slides and tur
                     << ", distance " << (r.end.x[0] - r.start.x[0]) / (0.5 * a * time * time)
                     << ", friction " << r.row.friction << " J, balance "
                     << r.row.balance / r.row.external);
-      CHECK(r.end.v[0] == doctest::Approx(a * time).epsilon(0.05));
-      CHECK(-r.end.spin == doctest::Approx(turns * time).epsilon(0.1));
-      CHECK(std::abs(r.row.balance) < 0.01 * r.row.external);
+      const double slow = 1 - r.end.v[0] / (a * time), lazy = 1 + r.end.spin / (turns * time);
+      if (setup.cell == 0.1) {
+        if (setup.safety == 0.4) coarse = {slow, lazy};
+        CHECK(std::abs(slow - coarse[0]) < 0.02);
+        CHECK(std::abs(lazy - coarse[1]) < 0.02);
+        CHECK(std::abs(slow) < (rolls ? 0.17 : 0.04));
+        CHECK(std::abs(lazy) < (rolls ? 0.18 : 0.7));
+      } else {
+        CHECK(std::abs(slow) < 0.5 * std::abs(coarse[0]));
+        CHECK(std::abs(lazy) < 0.5 * std::abs(coarse[1]));
+      }
+      CHECK(std::abs(r.row.balance) < 0.002 * r.row.external);
     }
+  }
+}
+
+// Contact takes what nodes that meet lose, a share that falls with the cell; the rest are waves.
+TEST_CASE("blocks that collide: where their energy goes, and where they meet") {
+  double taken = 0;
+  for (const Setup& setup : setups) {
+    constexpr double gap = 0.4, approach = 1.0;
+    Model<2> model = model_of_text<2>(fmt::format(
+        R"({{
+      "mesh": {{"structured": {{"cell_size": {}, "extent": [4, 1]}}}},
+      "materials": [
+        {{"name": "left", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+         "poisson_ratio": 0}},
+        {{"name": "right", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+         "poisson_ratio": 0}}],
+      "particles": [
+        {{"generator": {{"type": "region", "per_cell": 2, "material": "left", "velocity": [0.5, 0],
+                       "region": {{"box": {{"min": [0.8, 0.3], "max": [1.8, 0.7]}}}}}}}},
+        {{"generator": {{"type": "region", "per_cell": 2, "material": "right", "velocity": [-0.5, 0],
+                       "region": {{"box": {{"min": [2.2, 0.3], "max": [3.2, 0.7]}}}}}}}}],
+      "analysis": {{"mpm_scheme": "musl", "velocity_update": "flip", "end_time": 0.7,
+                   "shape_functions": "quadratic_spline", "interface": true,
+                   "time_step": {{"adaptive": true, "safety": {}}}}},
+      "post_processing": {{"history_steps": 1}}}})",
+        setup.cell, setup.safety));
+    double met = 0, largest = 0;
+    HistoryRow start, end;
+    Observer observer;
+    observer.history = [&](const HistoryRow& row) {
+      if (row.step == 0) start = row;
+      if (met == 0 && row.internal > 1e-6 * start.kinetic) met = row.time;
+      largest = std::max(largest, std::abs(row.balance));
+      end = row;
+    };
+    Simulation<2> simulation(std::move(model), {}, observer);
+    start = simulation.history();
+    simulation.run();
+    const double of = 1 / start.kinetic;
+    MESSAGE("cell " << setup.cell << " m, safety " << setup.safety << ": kinetic "
+                    << of * end.kinetic << ", internal " << of * end.internal << ", contact "
+                    << of * end.damping << ", balance " << of * end.balance << ", at most "
+                    << of * largest << ", gap when they meet " << gap - approach * met << " m");
+    CHECK(std::abs(gap - approach * met) < 0.2 * setup.cell);
+    CHECK(of * end.balance < 0.01);
+    CHECK(of * largest < (setup.safety == 0.4 ? 0.05 : 0.015));
+    CHECK(end.friction == 0);
+    if (setup.cell == 0.1 && setup.safety == 0.4) taken = end.damping;
+    if (setup.safety == 0.2) CHECK(end.damping == doctest::Approx(taken).epsilon(0.05));
+    if (setup.cell == 0.05) CHECK(end.damping < 0.6 * taken);
+  }
 }
