@@ -76,8 +76,8 @@ TEST_CASE("a run folder holds what the conventions promise, and nothing else") {
   run.history(row);
   CHECK(read_text_file(path / "history.csv") ==
         "step,time,dt,particles,mass,momentum_x,momentum_y,momentum_z,kinetic,internal,external,"
-        "damping,balance,max_speed,divided\n"
-        "3,0.1,0,0,0,1,-2,1e-30,0,0,0,0,0,0.5,0\n");
+        "damping,friction,balance,max_speed,divided\n"
+        "3,0.1,0,0,0,1,-2,1e-30,0,0,0,0,0,0,0.5,0\n");
   run.finish({.status = RunStatus::finished, .message = "", .steps = 5, .warnings = {"watch out"}});
   CHECK(contains(path / "manifest.json", "\"status\": \"finished\""));
   CHECK(contains(path / "manifest.json", "\"watch out\""));
