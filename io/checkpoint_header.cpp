@@ -93,24 +93,24 @@ Json run_json(const RunState& run) {
 
 RunState run_of(const Json& json) {
   const Json& work = json.at("work");
-  return {
-      .dim = json.at("dim"),
-      .step = json.at("step"),
-      .time = json.at("time"),
-      .dt = json.at("dt"),
-      .dt_limit = or_infinity(json.at("dt_limit")),
-      .particles = json.at("particles"),
-      .removed = json.at("removed"),
-      .next_id = json.value("next_id", Index{0}),  // before there were injections: not needed
-      .history_steps = json.at("history_steps"),
-      .work = {work.at("internal"), work.at("external"), work.at("damping"), work.at("friction"), work.at("divided")},
-      .kinetic_at_start = json.at("kinetic_at_start"),
-      .cells_per_patch = json.at("cells_per_patch"),
-      .least_mass = json.at("least_mass"),
-      .columns = json.at("columns"),
-      .splits = splits_of(json.at("splits")),
-      .split_step = json.at("split_step"),
-      .watchdog = watchdog_of(json)};
+  return {.dim = json.at("dim"),
+          .step = json.at("step"),
+          .time = json.at("time"),
+          .dt = json.at("dt"),
+          .dt_limit = or_infinity(json.at("dt_limit")),
+          .particles = json.at("particles"),
+          .removed = json.at("removed"),
+          .next_id = json.value("next_id", Index{0}),  // before there were injections: not needed
+          .history_steps = json.at("history_steps"),
+          .work = {work.at("internal"), work.at("external"), work.at("damping"),
+                   work.at("friction"), work.at("divided")},
+          .kinetic_at_start = json.at("kinetic_at_start"),
+          .cells_per_patch = json.at("cells_per_patch"),
+          .least_mass = json.at("least_mass"),
+          .columns = json.at("columns"),
+          .splits = splits_of(json.at("splits")),
+          .split_step = json.at("split_step"),
+          .watchdog = watchdog_of(json)};
 }
 
 }  // namespace

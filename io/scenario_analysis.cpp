@@ -65,12 +65,10 @@ void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
       (!update || update->defaulted) && !written(analysis, "velocity_update_settings");
   // Drops and obstacles are those of cells; in solids and soils particles that cross cells must not
   // make noise.
-  const bool fluids = std::all_of(model_.materials.begin(), model_.materials.end(),
-                                  [](const Material& m) { return has_pressure(m.law); });
   const JsonValue* cell_type = section("mesh").find("cell_type");
   const std::string type = cell_type ? cell_type->as<std::string>() : "";
   const bool linear = type.empty() || type == "ED2Q4" || type == "ED3H8";
-  if (!written(analysis, "shape_functions") && !fluids && linear && mesh_ && is_grid())
+  if (!written(analysis, "shape_functions") && !all_fluids() && linear && mesh_ && is_grid())
     set(analysis, "shape_functions", std::string("quadratic_spline"));
 }
 

@@ -1,6 +1,7 @@
 /// \file From a checked scenario to a Model: one member function per part.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <set>
 
@@ -9,6 +10,7 @@
 #include "io/particles_generator.h"
 #include "io/scenario_doubts.h"
 #include "io/scenario_input.h"
+#include "physics/law.h"
 #include "physics/model.h"
 
 namespace lahar {
@@ -97,6 +99,10 @@ class ScenarioBuilder {
                                                        const std::string& run, Index step);
   void resume_from(const std::vector<std::filesystem::path>& files);
   void add_resumed(const CbgeoParticle& row, const std::string& file);
+  bool all_fluids() const {
+    return std::all_of(model_.materials.begin(), model_.materials.end(),
+                       [](const Material& m) { return has_pressure(m.law); });
+  }
   // scenario_transfer.cpp
   void build_velocity_update(const JsonValue& analysis);
   void build_transfer_rates();  ///< after the bodies

@@ -70,8 +70,7 @@ void ScenarioBuilder<Dim>::warn_of_weak_materials() {
     range[2 * m] = std::max(range[2 * m], -at);
     range[2 * m + 1] = std::max(range[2 * m + 1], at);
   }
-  for (const auto& member : team_.gather(range))
-    for (std::size_t k = 0; k < range.size(); ++k) range[k] = std::max(range[k], member[k]);
+  range = team_.most(std::move(range));
   for (std::size_t m = 0; m < n; ++m) {
     const double height = range[2 * m] + range[2 * m + 1];
     if (!(height > 0)) continue;
@@ -129,8 +128,7 @@ void ScenarioBuilder<Dim>::warn_of_steep_friction() {
     for (std::size_t i = e.first; i < e.end; ++i)
       if (std::isfinite(model_.node_frictions[i].friction))
         largest = std::max(largest, model_.node_frictions[i].friction);
-    for (const auto& part : team_.gather(std::vector<double>{largest}))
-      largest = std::max(largest, part.front());
+    largest = team_.most({largest}).front();
     const JsonValue* value = e.entry->is<JsonValue::Object>() ? e.entry->find("friction") : nullptr;
     if (largest > most) warn(value ? *value : *e.entry, largest, !value);
   }

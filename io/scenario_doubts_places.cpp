@@ -274,8 +274,7 @@ bool ScenarioBuilder<Dim>::generators_meet() const {
           side[0] = std::max(side[0], -at);
           side[1] = std::max(side[1], at);
         }
-  for (const auto& part : team_.gather(box))
-    for (std::size_t k = 0; k < box.size(); ++k) box[k] = std::max(box[k], part[k]);
+  box = team_.most(std::move(box));
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t b = a + 1; b < n; ++b) {
       bool apart = false;
@@ -350,7 +349,8 @@ void ScenarioBuilder<Dim>::warn_of_overlap() {
   template void ScenarioBuilder<Dim>::warn_of_walls();                                       \
   template void ScenarioBuilder<Dim>::warn_of_clipping(const JsonValue&, const Region<Dim>&, \
                                                        Index);                               \
-  template void ScenarioBuilder<Dim>::warn_of_overlap();
+  template void ScenarioBuilder<Dim>::warn_of_overlap();                                     \
+  template Vec<Dim> ScenarioBuilder<Dim>::outer_cell() const;
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

@@ -92,8 +92,7 @@ double ScenarioBuilder<Dim>::mean_depth() const {
   const double g = model_.gravity.norm();
   const ParticleTable<Dim>& particles = model_.particles;
   if (g == 0 || !mesh_) return 0;
-  const Vec<Dim> cells = mesh_->is_structured() ? Vec<Dim>(mesh_->spacing()) : mesh_->mean_cell();
-  const double unit = 0x1p-20 * cells.prod();  // [m^3]
+  const double unit = 0x1p-20 * outer_cell().prod();  // [m^3]
   std::vector<double> box(2 * Dim, -std::numeric_limits<double>::infinity());
   Index volume = 0;
   for (std::size_t p = 0; p < particles.x.size(); ++p) {
@@ -104,8 +103,7 @@ double ScenarioBuilder<Dim>::mean_depth() const {
       box[low + 1] = std::max(box[low + 1], particles.x[p][d]);
     }
   }
-  for (const auto& member : team_.gather(box))
-    for (std::size_t k = 0; k < box.size(); ++k) box[k] = std::max(box[k], member[k]);
+  box = team_.most(std::move(box));
   volume = team_.sum(volume);
   const Index count = team_.sum(static_cast<Index>(particles.x.size()));
   if (volume <= 0) return 0;
@@ -136,9 +134,7 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
     return json;
   };
   JsonValue::Object settings{{"relaxation", analysis->offset, setting(*relaxation_)}};
-  const bool fluids = std::all_of(model_.materials.begin(), model_.materials.end(),
-                                  [](const Material& m) { return has_pressure(m.law); });
-  const double depth = fluids ? 0.0 : mean_depth();
+  const double depth = all_fluids() ? 0.0 : mean_depth();
   if (depth > 0) {
     viscosity_ = 0.015 * std::sqrt(model_.gravity.norm() * std::pow(depth, 3));
     settings.push_back({"viscosity", analysis->offset, setting(*viscosity_)});
@@ -152,8 +148,7 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
   build_default_transfer();
   Analysis& a = model_.analysis;
   if (!mesh_ || !(relaxation_ || relaxation_time_ || viscosity_)) return;
-  const double h =
-      mesh_->is_structured() ? mesh_->spacing().minCoeff() : mesh_->mean_cell().minCoeff();
+  const double h = outer_cell().minCoeff();
   constexpr double none = std::numeric_limits<double>::infinity();
   std::vector<double> slowest(static_cast<std::size_t>(a.contact.bodies), none);  // [m/s]
   for (const Material& material : model_.materials) {

@@ -55,6 +55,12 @@ class Team {
     for (const auto& one : gather(std::vector<Index>{own})) all.push_back(one.front());
     return all;
   }
+  /// The largest of all members, element by element.
+  std::vector<double> most(std::vector<double> own) const {
+    for (const auto& member : gather(own))
+      for (std::size_t k = 0; k < own.size(); ++k) own[k] = std::max(own[k], member[k]);
+    return own;
+  }
   Index sum(Index own) const {
     const auto all = each(own);
     return std::accumulate(all.begin(), all.end(), Index{0});

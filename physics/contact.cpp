@@ -254,7 +254,7 @@ void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Di
       const Vec<Dim> start = v - dt * a;
       v = field.velocity;
       a += change / dt;
-      patch.contact.touched.push_back({field.node, start, change, field.rubbed, v});
+      patch.contact.touched.push_back({field.node, {start, change, v}, field.rubbed});
       patch.work.damping -= own_mass * change.dot(0.5 * (start + v));
       patch.work.friction -= own_mass * field.rubbed.dot(0.5 * (start + v));
       patch.work.external += 0.5 * dt * own_mass * gravity.dot(change);
@@ -276,6 +276,7 @@ void hold_together(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const auto end = patch.contact.touched.cend();
   if (touched == end) return;
   const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  const bool at_nodes = counts_at_nodes(step.model->analysis);
   NodeContact<Dim> contact(patch);
   for_each_meeting_place(patch, [&](std::span<Meeting<Dim>> meetings) {
     const Local node = meetings.front().a % patch.body_nodes;
@@ -283,15 +284,11 @@ void hold_together(Patch<Dim>& patch, const StepContext<Dim>& step) {
     contact.begin(meetings);
     contact.hold_together(step.dt);
     for (const auto& field : contact.fields()) {
-      const auto& by = *touched++;  // the same fields in the same order
+      const auto& [_, by, rubbed] = *touched++;  // the same fields in the same order
       vector_at<Dim>(patch.velocity, field.node) = field.velocity;
-      const Vec<Dim> by_forces = by.after - by.start - by.change;
       const double m = own[static_cast<std::ptrdiff_t>(field.node) * sum_stride];
-      patch.work.damping += m * by_forces.dot(field.change());
-      if (!counts_at_nodes(step.model->analysis)) {
-        patch.work.damping -= 0.5 * m * by.change.dot(field.before - by.after);
-        patch.work.friction -= 0.5 * m * by.rubbed.dot(field.before - by.after);
-      }
+      patch.work.damping += m * by.taken_again(field.before, field.velocity, at_nodes);
+      if (!at_nodes) patch.work.friction -= 0.5 * m * rubbed.dot(field.before - by.after);
     }
   });
 }

@@ -56,12 +56,8 @@ void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Di
 /// Velocities of MUSL's second mapping, of which strains are taken, after apply_contact(): bodies
 /// that were pressed together move along the normal as they then did, those that stuck together in
 /// every direction. The mapping smooths what impulses did at a node, so bodies would approach or
-/// part there, and strains do work that nothing pays for.
-///
-/// The work of contact is then counted anew. With forces f and impulses j of contact at the nodes,
-/// v0 and v~ before and after the step by either mapping, particles of FLIP get the kinetic energy
-/// (f dt + j) . (v0 + v~) / 2, and what this changes in v~ the strain energy -f dt . (v - v~):
-/// contact takes -j . (v0 + v~) / 2 + f dt . (v - v~).
+/// part there, and strains do work that nothing pays for. The work of contact is then counted anew
+/// (NodeImpulse::taken_again()).
 template <int Dim>
 void hold_together(Patch<Dim>& patch, const StepContext<Dim>& step);
 

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "physics/node_impulse.h"
 #include "physics/types.h"
 
 namespace lahar {
@@ -25,10 +26,8 @@ struct ContactState {
   /// Velocity of a body that others pressed at a node; in the order of meetings.
   struct Touched {
     Local node;
-    Vec<Dim> start;   ///< [m/s] at the beginning of the step
-    Vec<Dim> change;  ///< [m/s] by contact
-    Vec<Dim> rubbed;  ///< [m/s] part of it that is by friction
-    Vec<Dim> after;   ///< [m/s] at the end of the step
+    NodeImpulse<Dim> by;  ///< by contact
+    Vec<Dim> rubbed;      ///< [m/s] part of its change that is by friction
   };
   std::vector<Touched> touched;
   std::vector<Vec<Dim>> wall_change;  ///< [m/s] by Patch::walls: what their impulses did

@@ -146,31 +146,19 @@ void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
 
 namespace {
 
+/// Hold what walls pressed (hold_at_walls()), and count their work anew.
 template <int Dim>
-std::vector<Vec<Dim>> velocities_at_walls(Patch<Dim>& patch) {
-  std::vector<Vec<Dim>> all;
-  for (const auto& wall : patch.walls)
-    all.push_back(Eigen::Map<const Vec<Dim>>(at(patch.velocity, wall.node)));
-  return all;
-}
-
-/// What walls pressed stays with them (hold_at_walls()). Their work is then counted anew, as that
-/// of contact is (hold_together()); `mapped` are the velocities [m/s] before anything held them.
-template <int Dim>
-void hold_pressed(Patch<Dim>& patch, const StepContext<Dim>& step,
-                  const std::vector<Vec<Dim>>& mapped) {
+void hold_pressed(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  const bool at_nodes = counts_at_nodes(step.model->analysis);
   for (std::size_t k = 0; k < patch.wall_pushes.size(); ++k) {
     const WallPush<Dim>& push = patch.wall_pushes[k];
     if (!push.any()) continue;
     const WallNode<Dim>& wall = patch.walls[k];
-    hold_at_walls(wall, push, at(patch.velocity, wall.node));
-    const Vec<Dim> held = Eigen::Map<const Vec<Dim>>(at(patch.velocity, wall.node));
-    const double m = own[static_cast<std::ptrdiff_t>(wall.node) * sum_stride];
-    const Vec<Dim> by_forces = push.after - push.start - push.change;
-    patch.work.damping += m * by_forces.dot(held - mapped[k]);
-    if (!counts_at_nodes(step.model->analysis))
-      patch.work.damping -= 0.5 * m * push.change.dot(mapped[k] - push.after);
+    double* v = at(patch.velocity, wall.node);
+    hold_at_walls(wall, push, v);
+    patch.work.damping += own[static_cast<std::ptrdiff_t>(wall.node) * sum_stride] *
+                          push.by.taken_again(push.mapped, Eigen::Map<Vec<Dim>>(v), at_nodes);
   }
 }
 
@@ -183,9 +171,11 @@ void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   double* v = at(patch.velocity, i);
                   store(velocity_of(patch, sum, load<NodeVector>(v)), v);
                 });
-  const std::vector<Vec<Dim>> mapped = velocities_at_walls(patch);
+  for (std::size_t k = 0; k < patch.wall_pushes.size(); ++k)
+    patch.wall_pushes[k].mapped =
+        Eigen::Map<const Vec<Dim>>(at(patch.velocity, patch.walls[k].node));
   prescribe_velocities(patch, patch.velocity);
-  hold_pressed(patch, step, mapped);
+  hold_pressed(patch, step);
   if (patch.bodies() > 1) hold_together(patch, step);
 }
 

@@ -210,7 +210,7 @@ struct Patch {
     int dir;
     double velocity;  ///< [m/s]
   };
-  std::vector<FixedVelocity> fixed;  ///< one per node and direction, ascending nodes
+  std::vector<FixedVelocity> fixed;        ///< one per node and direction, ascending nodes
   std::vector<WallPush<Dim>> wall_pushes;  ///< of this step, by `walls`; with MUSL only
   std::vector<WallNode<Dim>> walls;  ///< ascending; their prescribed velocities are not in `fixed`
   struct PointForce {

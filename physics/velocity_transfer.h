@@ -29,10 +29,10 @@ inline bool has_filter(const VelocityTransfer& transfer) {
   return transfer.order > 1 && transfer.takes();
 }
 
-/// True if what particles get from nodes is FLIP's change, of which the transfer may take a share:
-/// that share is counted at particles, and what walls and contact take is what particles lose. Else
-/// all that nodes got and particles did not is counted with the transfer (integrate(), advance()):
-/// affine velocities take part in the work at nodes, too.
+/// True if particles get FLIP's change from the nodes, and the transfer takes at most a share of
+/// it. That share is counted at particles; walls and contact take what particles lose. Other
+/// transfers are counted at nodes, by what nodes got and particles did not (integrate(),
+/// advance()). There the affine velocities do work, too.
 inline bool blends(const Analysis& analysis) {
   const VelocityTransfer& transfer = analysis.transfer;
   return transfer.order == 1 && !transfer.filters_change && analysis.affine == Affine::none &&

@@ -165,11 +165,7 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
   work.reaction += dt * shaken.dot(mean);
   store_flushed<Dim>(wall.axes * v, velocity);
   store_flushed<Dim>(wall.axes * a, acceleration);
-  if (done) {
-    done->start = wall.axes * before;
-    done->change = wall.axes * pushed;
-    done->after = global_v;
-  }
+  if (done) done->by = {wall.axes * before, wall.axes * pushed, global_v};
   return work;
 }
 
@@ -194,8 +190,8 @@ template Vec<3> stop_at_wall(const WallNode<3>&, double*);
 template double hold_velocity(const WallNode<2>&, double, double*, double*);
 template double hold_velocity(const WallNode<3>&, double, double*, double*);
 template WallWork advance_at_wall(const WallNode<2>&, double, bool, double*, double*, WallPush<2>*);
+template WallWork advance_at_wall(const WallNode<3>&, double, bool, double*, double*, WallPush<3>*);
 template void hold_at_walls(const WallNode<2>&, const WallPush<2>&, double*);
 template void hold_at_walls(const WallNode<3>&, const WallPush<3>&, double*);
-template WallWork advance_at_wall(const WallNode<3>&, double, bool, double*, double*, WallPush<3>*);
 
 }  // namespace lahar

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 
+#include "physics/node_impulse.h"
 #include "physics/types.h"
 
 namespace lahar {
@@ -38,17 +40,11 @@ struct WallWork {
 /// What one-sided walls did to a node in a step.
 template <int Dim>
 struct WallPush {
-  std::array<bool, Dim> pressed{};  ///< the walls that pushed, by local axis
-  bool stuck = false;               ///< friction left no sliding
-  Vec<Dim>
-      start = Vec<Dim>::Zero(),
-      change = Vec<Dim>::Zero(),
-      after = Vec<Dim>::Zero();  ///< [m/s] velocity before the step, what walls added, and after it
-  bool any() const {
-    for (const bool axis : pressed)
-      if (axis) return true;
-    return false;
-  }
+  std::array<bool, Dim> pressed{};     ///< the walls that pushed, by local axis
+  bool stuck = false;                  ///< friction left no sliding
+  NodeImpulse<Dim> by;                 ///< of all of them
+  Vec<Dim> mapped = Vec<Dim>::Zero();  ///< [m/s] by MUSL's second mapping, before anything held it
+  bool any() const { return std::find(pressed.begin(), pressed.end(), true) != pressed.end(); }
 };
 
 /// Prescribe the velocity of a node: its component along each fixed axis. One-sided walls do
@@ -86,9 +82,10 @@ template <int Dim>
 WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, double* velocity,
                          double* acceleration, WallPush<Dim>* push = nullptr);
 
-/// Velocity of MUSL's second mapping, of which strains are taken, at a node that walls pushed: it
-/// moves with them along their normals, and where it stuck not at all. The mapping smooths what
-/// walls did; nodes that could leave and not enter would stretch what is pressed, step by step.
+/// Hold a node that walls pushed, in MUSL's second mapping, which strains are taken from. The node
+/// moves with the walls along their normals. It does not slide where friction stuck it. The mapping
+/// smooths what walls did: a node that may leave a wall, but not enter it, would stretch what the
+/// wall presses, step by step.
 template <int Dim>
 void hold_at_walls(const WallNode<Dim>& wall, const WallPush<Dim>& push, double* velocity);
 
@@ -100,9 +97,9 @@ extern template double hold_velocity(const WallNode<2>&, double, double*, double
 extern template double hold_velocity(const WallNode<3>&, double, double*, double*);
 extern template WallWork advance_at_wall(const WallNode<2>&, double, bool, double*, double*,
                                          WallPush<2>*);
-extern template void hold_at_walls(const WallNode<2>&, const WallPush<2>&, double*);
-extern template void hold_at_walls(const WallNode<3>&, const WallPush<3>&, double*);
 extern template WallWork advance_at_wall(const WallNode<3>&, double, bool, double*, double*,
                                          WallPush<3>*);
+extern template void hold_at_walls(const WallNode<2>&, const WallPush<2>&, double*);
+extern template void hold_at_walls(const WallNode<3>&, const WallPush<3>&, double*);
 
 }  // namespace lahar

@@ -22,22 +22,30 @@ struct Block {
   const char* functions = "element";
   const char* update = "flip";
   double tilt = 0;  ///< of gravity [rad]
+  double friction = mu, gravity = g, end_time = T;
+  Vec<2> place{0.5, 0}, velocity{v0, 0};  ///< [m] of its lower left corner; it is 1 m by 0.5 m
 };
 
-HistoryRow slide(const Block& block) {
-  Simulation<2> simulation(model_of_text<2>(fmt::format(
-      R"({{"mesh": {{"structured": {{"cell_size": {}, "extent": [4, 1.2]}},
+Model<2> on_floor(const Block& block) {
+  return model_of_text<2>(fmt::format(
+      R"({{"mesh": {{"structured": {{"cell_size": {}, "extent": [4, 2.4]}},
             "boundary_conditions": {{"walls": [{{"nset": "floor", "normal": [0, 1], "friction": {}}}]}}}},
           "sets": {{"nodes": {{"floor": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}}}},
           "materials": [{{"name": "b", "type": "LinearElastic", "density": 2000,
                           "youngs_modulus": {}, "poisson_ratio": 0.3}}],
           "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "b",
-             "region": {{"box": {{"min": [0.5, 0], "max": [1.5, 0.5]}}}}, "velocity": [{}, 0]}}}}],
+             "region": {{"box": {{"min": [{}, {}], "max": [{}, {}]}}}}, "velocity": [{}, {}]}}}}],
           "external_loading_conditions": {{"gravity": [{}, {}]}},
           "analysis": {{"mpm_scheme": "{}", "shape_functions": "{}", "velocity_update": "{}",
              "time_step": {{"adaptive": true, "safety": {}}}, "end_time": {}}}}})",
-      block.cell, mu, block.stiffness, v0, g * std::sin(block.tilt), -g * std::cos(block.tilt),
-      block.scheme, block.functions, block.update, block.safety, T)));
+      block.cell, block.friction, block.stiffness, block.place[0], block.place[1],
+      block.place[0] + 1, block.place[1] + 0.5, block.velocity[0], block.velocity[1],
+      block.gravity * std::sin(block.tilt), -block.gravity * std::cos(block.tilt), block.scheme,
+      block.functions, block.update, block.safety, block.end_time));
+}
+
+HistoryRow slide(const Block& block) {
+  Simulation<2> simulation(on_floor(block));
   simulation.run();
   return simulation.history();
 }
@@ -82,18 +90,16 @@ TEST_CASE("a block that bounces on a one-sided wall makes no energy") {
   struct Bounce {
     double largest_after, balance;  ///< shares of the kinetic energy before
   };
-  const auto bounce = [](const std::string& functions, const std::string& update, double safety) {
-    Simulation<2> simulation(model_of_text<2>(fmt::format(
-        R"({{"mesh": {{"structured": {{"cell_size": 0.1, "extent": [4, 2.4]}},
-              "boundary_conditions": {{"walls": [{{"nset": "floor", "normal": [0, 1], "friction": 0}}]}}}},
-            "sets": {{"nodes": {{"floor": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}}}},
-            "materials": [{{"name": "b", "type": "LinearElastic", "density": 2000,
-                            "youngs_modulus": 1e6, "poisson_ratio": 0.3}}],
-            "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "b",
-               "region": {{"box": {{"min": [1, 0.4], "max": [2, 0.9]}}}}, "velocity": [0, -2]}}}}],
-            "analysis": {{"mpm_scheme": "musl", "shape_functions": "{}", "velocity_update": "{}",
-               "time_step": {{"adaptive": true, "safety": {}}}, "end_time": 0.6}}}})",
-        functions, update, safety)));
+  const auto bounce = [](const char* functions, const char* update, double safety) {
+    Simulation<2> simulation(on_floor({.stiffness = 1e6,
+                                       .safety = safety,
+                                       .functions = functions,
+                                       .update = update,
+                                       .friction = 0,
+                                       .gravity = 0,
+                                       .end_time = 0.6,
+                                       .place = {1, 0.4},
+                                       .velocity = {0, -2}}));
     const double before = simulation.history().kinetic;
     Bounce found{0, 0};
     while (!simulation.finished()) {
@@ -110,7 +116,8 @@ TEST_CASE("a block that bounces on a one-sided wall makes no energy") {
       if (functions == "element" && update == "tpic") continue;
       CAPTURE(functions);
       CAPTURE(update);
-      const Bounce at = bounce(functions, update, 0.4), half = bounce(functions, update, 0.2);
+      const Bounce at = bounce(functions.c_str(), update.c_str(), 0.4),
+                   half = bounce(functions.c_str(), update.c_str(), 0.2);
       MESSAGE(functions << ", " << update << ": " << at.largest_after << " is left, balance "
                         << at.balance << "; half the step " << half.largest_after << ", "
                         << half.balance);

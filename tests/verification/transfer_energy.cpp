@@ -100,7 +100,7 @@ TEST_CASE("the account of blocks that collide closes with every transfer") {
     }
 }
 
-// TPIC 0.12 and 0.14 (MUSL), the others at most 0.09: a matter of cells, not of the step.
+// TPIC 0.12 and, with half the step, 0.14 (MUSL), the others at most 0.09.
 TEST_CASE("the account of a block that falls on held nodes closes with every transfer") {
   for (const std::string scheme : {"usl", "musl"})
     for (const Transfer& transfer : transfers)
