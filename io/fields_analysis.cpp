@@ -352,9 +352,8 @@ const Section& analysis_section() {
                    "cpdi2 (to hexahedra whose corners move with the nodes, so that particles that "
                    "share corners go on doing so), quadratic_spline, cubic_spline (B-splines "
                    "of nodes; at walls only those of wall nodes are not zero). Default: "
-                   "quadratic_spline "
-                   "on meshes of equal boxes with Q4 or H8 cells, if any material is not a fluid; "
-                   "else, and with the preset cbgeo, element",
+                   "quadratic_spline on meshes of equal boxes with Q4 or H8 cells; else, and with "
+                   "the preset cbgeo, element",
            .allowed = {"element", "gimp", "uniform_gimp", "cpdi", "cpdi2", "quadratic_spline",
                        "cubic_spline"},
            .native = true},
@@ -416,8 +415,8 @@ const Section& analysis_section() {
           {.key = "damping", .kinds = object, .help = "damping", .section = damping_section},
           {.key = "pressure_smoothing",
            .kinds = boolean,
-           .help = "average the pressure of fluids "
-                   "over nodes before the stress update",
+           .help = "average the pressure of fluids over nodes before the stress update. The "
+                   "pressure then forgets the volume: water at rest gets denser and denser",
            .fallback = "false"},
           {.key = "opening",
            .kinds = boolean,

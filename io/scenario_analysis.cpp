@@ -63,12 +63,11 @@ void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
   const JsonValue* update = analysis.find("velocity_update");
   default_transfer_ =
       (!update || update->defaulted) && !written(analysis, "velocity_update_settings");
-  // Drops and obstacles are those of cells; in solids and soils particles that cross cells must not
-  // make noise.
+  // Particles that cross cells make no noise with functions that are smooth.
   const JsonValue* cell_type = section("mesh").find("cell_type");
   const std::string type = cell_type ? cell_type->as<std::string>() : "";
   const bool linear = type.empty() || type == "ED2Q4" || type == "ED3H8";
-  if (!written(analysis, "shape_functions") && !all_fluids() && linear && mesh_ && is_grid())
+  if (!written(analysis, "shape_functions") && linear && mesh_ && is_grid())
     set(analysis, "shape_functions", std::string("quadratic_spline"));
 }
 
@@ -86,6 +85,7 @@ void ScenarioBuilder<Dim>::build_analysis() {
   build_damping(*analysis);
   a.pressure_smoothing = get_bool(*analysis, "pressure_smoothing").value_or(false);
   a.closed_faces = !in_.cbgeo_defaults;
+  a.volume_as_cbgeo = in_.cbgeo_defaults;
   a.opening = get_bool(*analysis, "opening").value_or(!in_.cbgeo_defaults);
   set(*analysis, "opening", a.opening);
   const auto opens = [](const Material& material) { return can_open(material.law); };

@@ -50,7 +50,19 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_walls();
   warn_of_free_fall();
   warn_of_overlap();
+  warn_of_smoothing();
   warn_of_fields();
+}
+
+// Means of the pressure are not those of the volume that particles have.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_smoothing() {
+  const JsonValue* key = section("analysis").find("pressure_smoothing");
+  if (in_.cbgeo_defaults || !model_.analysis.pressure_smoothing || !key) return;
+  in_.warning(*key,
+              "with 'pressure_smoothing' a fluid forgets its volume: water that comes to rest gets "
+              "up to twice as dense",
+              "leave it out: on equal boxes the default functions give smooth pressures");
 }
 
 // Settlement by gravity is about rho g H / (2 E) of the height.

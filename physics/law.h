@@ -100,8 +100,7 @@ std::array<double, stress_components<Dim>> strain_of(
 
 /// True if the law's first state variable is the pressure, which pressure smoothing averages.
 inline bool has_pressure(const Law& law) {
-  const auto state = state_variables(law);
-  return !state.empty() && state.front().name == "pressure";
+  return std::visit([]<class LawType>(const LawType&) { return pressure_is_state<LawType>; }, law);
 }
 
 /// True if gaps may open in the law's material (physics/opening.h).

@@ -217,6 +217,10 @@ struct Analysis {
   /// Elements of second order have Lagrange's functions, which are negative in parts, as in CB-Geo
   /// MPM; else T6, Q9 and H27 have Bernstein's (bernstein.h).
   bool lagrange_functions = false;
+  /// The volumetric strain of fluids is that at the cell's centre, and pressure acts by gradients
+  /// at particles, as in CB-Geo MPM. Then forces do not do the work of stresses, and flows may make
+  /// energy. Else both are at the centre with linear functions, and at particles with others.
+  bool volume_as_cbgeo = false;
   /// Particles do not pass faces of cells whose nodes are held (closed_faces.h). In CB-Geo MPM they
   /// do.
   bool closed_faces = true;

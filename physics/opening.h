@@ -138,13 +138,7 @@ class OpeningIncrement {
   }
 
  private:
-  /// The pressure of fluids is a state variable, and follows from the strain at the cell's centre.
-  static constexpr bool pressure_is_state = [] {
-    if constexpr (LawType::state.size() > 0)
-      return LawType::state.front().name == "pressure";
-    else
-      return false;
-  }();
+  static constexpr bool pressure_is_state = lahar::pressure_is_state<LawType>;
   /// Where the law keeps its plastic deviatoric strain.
   static constexpr std::size_t shear_row = [] {
     std::size_t row = 0;

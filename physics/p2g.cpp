@@ -231,6 +231,33 @@ struct PulledStress {
   }
 };
 
+/// The same without the pressure of a fluid.
+template <int Dim>
+struct PulledShear {
+  const double* V;
+  std::array<const double*, stress_components<Dim>> stress;
+  const double* pressure;
+
+  explicit PulledShear(const Particles<Dim>& particles)
+      : V(particles.row(Column::volume)),
+        stress(particles.template rows<stress_components<Dim>>(Column::stress)),
+        pressure(particles.row(Column::state)) {}
+
+  template <class Real, class Map>
+  LAHAR_INLINE void at(const Map& map, Local p, Local n, Real (&T)[Dim][Dim]) const {
+    constexpr std::size_t voigt[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+    const Real volume = load_first<Real>(V + p, n), there = load<Real>(pressure + p);
+    Real S[Dim][Dim];
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int b = 0; b < Dim; ++b) {
+      const Real sigma = load<Real>(stress[voigt[a][b]] + p);
+      S[a][b] = volume * (a == b ? sigma + there : sigma);
+    }
+    map.pull_back(p, S, T);
+  }
+};
+
 /// The same of a pressure of 1 everywhere, whose internal force is sum_p V_p grad N_i.
 template <int Dim>
 struct PulledPressure {
@@ -321,6 +348,30 @@ LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const Run
   add_to_nodes(nodes, corner, force);
 }
 
+/// Force of the pressure of a run's fluid: sum_p V_p p_p grad N_i at the cell's centre, whose
+/// volumetric strain the fluid has (B-bar, Hughes 1980). So forces do the work of the stresses.
+template <int Dim, class Real, class Map>
+LAHAR_INLINE void pressure_force(const Map& map, const PulledShear<Dim>& fluid, const Run& run,
+                                 const std::array<Local, corners<Dim>>& corner, double* nodes) {
+  Real lanes_sum(0.0);
+  for (Local p = run.begin; p < run.end; p += lanes<Real>)
+    lanes_sum += load_first<Real>(fluid.V + p, run.end - p) * load<Real>(fluid.pressure + p);
+  const double pushed = reduce(lanes_sum) / face_corners<Dim>;  // [J]
+  double along[Dim][Dim], gradient[Dim][Dim];
+  for (int k = 0; k < Dim; ++k)
+    for (int d = 0; d < Dim; ++d) along[k][d] = k == d ? 1.0 : 0.0;
+  map.to_physical_centre(along, gradient);
+  for (int i = 0; i < corners<Dim>; ++i) {
+    double* f =
+        nodes + static_cast<std::ptrdiff_t>(corner[static_cast<std::size_t>(i)]) * sum_stride;
+    for (int a = 0; a < Dim; ++a) {
+      double sum = 0.0;
+      for (int k = 0; k < Dim; ++k) sum += i >> k & 1 ? gradient[k][a] : -gradient[k][a];
+      f[a] += pushed * sum;
+    }
+  }
+}
+
 /// Forces of the particles of one run on its nodes: N_i f.
 template <int Dim, class Map>
 void particle_force(const Map& map, const Patch<Dim>& patch, const Run& run,
@@ -346,11 +397,17 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   double* nodes = patch.own_sums(NodeSum::force, step.step);
   if (supported::is(patch)) return supported::map_force<Dim, Real>(patch, step, runs, nodes);
   const PulledStress<Dim> stress(patch.particles);
+  const bool as_cbgeo = step.model->analysis.volume_as_cbgeo;
   for_each_run(
       patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
-        internal_force<Real>(map, stress, run,
-                             patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)],
-                             nodes);
+        const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
+        if (!as_cbgeo && has_pressure(step.model->materials[run.material].law)) {
+          const PulledShear<Dim> fluid(patch.particles);
+          internal_force<Real>(map, fluid, run, corner, nodes);
+          pressure_force<Dim, Real>(map, fluid, run, corner, nodes);
+        } else {
+          internal_force<Real>(map, stress, run, corner, nodes);
+        }
         if (has_particle_forces(run, *step.model)) particle_force(map, patch, run, step, nodes);
       });
 }

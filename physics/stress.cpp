@@ -219,12 +219,20 @@ double space_of(const Patch<Dim>& patch, const Run& run) {
   return space / material;
 }
 
+template <int Dim, class Real>
+LAHAR_INLINE Real trace(const LawInput<Dim, Real>& in) {
+  Real sum = in.rate[0] + in.rate[1];
+  if constexpr (Dim == 3) sum += in.rate[2];
+  return sum;
+}
+
 /// One run with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
 /// With Gaps the column Column::opening is there, and volumes are of the material.
 template <bool Gaps, int Dim, class Real, class Gradient, class LawType>
 LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const Run& run,
-                             const Rows<Dim>& rows, double dt, StressPart part,
+                             const Rows<Dim>& rows, const StepContext<Dim>& step, StressPart part,
                              const LawType& law) {
+  const double dt = step.dt;
   const double least = dt * gradient.least_trace(run.end - run.begin);
   if (!(1.0 + least > 0.0)) mark_collapse(patch, run, least);
   const double space = Gaps ? space_of(patch, run) : 0.0;
@@ -260,6 +268,8 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
         if constexpr (may_fail) before[k] = stress[k];
       }
       load_state<LawType>(rows.state, p, state);
+      Real pressure_before(0.0);
+      if constexpr (pressure_is_state<LawType>) pressure_before = state[0];
       if constexpr (may_fail) {
         if (n < lanes<Real>) in.active = (1u << n) - 1;
       }
@@ -291,6 +301,10 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
         power += stress[k] * in.rate[k];
         store_first(stress[k], rows.stress[k] + p, n);
       }
+      // Pressure does its work at the strain that the fluid has, not at that of the particle.
+      if constexpr (pressure_is_state<LawType>)
+        if (!step.model->analysis.volume_as_cbgeo)
+          power -= (pressure_before + state[0]) * (in.volumetric * (1.0 / dt) - trace(in));
       // Beyond the run laws may see anything, also what is not finite.
       work += first_lanes((0.5 * dt) * load<Real>(rows.volume + p) * power, n);
     }
@@ -301,12 +315,13 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
 /// The same with gaps where the law has a limit of tension and the particles a column for them.
 template <int Dim, class Real, class Gradient, class LawType>
 LAHAR_INLINE Real update_one_run(Patch<Dim>& patch, const Gradient& gradient, const Run& run,
-                                 const Rows<Dim>& rows, double dt, StressPart part,
-                                 const LawType& law) {
+                                 const Rows<Dim>& rows, const StepContext<Dim>& step,
+                                 StressPart part, const LawType& law) {
   if constexpr (Opens<LawType, Dim, Real>) {
-    if (rows.opening) return update_run<true, Dim, Real>(patch, gradient, run, rows, dt, part, law);
+    if (rows.opening)
+      return update_run<true, Dim, Real>(patch, gradient, run, rows, step, part, law);
   }
-  return update_run<false, Dim, Real>(patch, gradient, run, rows, dt, part, law);
+  return update_run<false, Dim, Real>(patch, gradient, run, rows, step, part, law);
 }
 
 }  // namespace
@@ -319,7 +334,7 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, S
   if (supported::is(patch) && !gradients) {
     // A buffer that all patches of a thread share stays in its cache.
     static thread_local VelocityGradients<Dim> found;
-    supported::find_gradients<Dim, Real>(patch, runs, found);
+    supported::find_gradients<Dim, Real>(patch, step, runs, found);
     gradients = &found;
   }
   // Runs of one material together: its law is found once.
@@ -336,14 +351,14 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, S
               if (const Run& run = runs[r]; run.begin < run.end)
                 work += update_one_run<Dim, Real>(
                     patch, StoredGradient<Dim>(*gradients, gradients->first[r], run.begin), run,
-                    of_law, step.dt, part, law);
+                    of_law, step, part, law);
             return;
           }
           for_each_run(
               patch, runs.subspan(from, to - from),
               [&](const auto& map, const Run& run) __attribute__((always_inline)) {
                 const LinearGradient<Dim, std::decay_t<decltype(map)>> gradient(patch, map, run);
-                work += update_one_run<Dim, Real>(patch, gradient, run, of_law, step.dt, part, law);
+                work += update_one_run<Dim, Real>(patch, gradient, run, of_law, step, part, law);
               });
         },
         step.model->materials[runs[from].material].law);

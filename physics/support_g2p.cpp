@@ -147,14 +147,17 @@ void update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
   SplinePolynomials polynomials(patch.topology, v);
   PrescribedMotion<Dim> prescribed(patch, step);
   Advanced<Real> all;
+  const bool as_cbgeo = step.model->analysis.volume_as_cbgeo;
   for_each_tensor_run(
       patch, runs,
       [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
         using Basis = std::decay_t<decltype(basis)>;
-        constexpr bool at_centre = Basis::volume_at_centre;
+        const bool at_centre = Basis::volume_at_centre && as_cbgeo;
         constexpr bool polynomial = Dim == 3 && Basis::per_particle < axis_nodes && !wanted.a;
         if constexpr (polynomial) polynomials.move_to(run.cell);
-        const double centre = at_centre ? centre_trace<Dim>(basis, v, nodes) : 0.0;
+        double centre = 0.0;
+        if constexpr (Basis::volume_at_centre)
+          if (at_centre) centre = centre_trace<Dim>(basis, v, nodes);
         const VelocityUpdate update = updates.of(run);
         auto to = gradients.begin(run, runs);
         prescribed.begin(run);

@@ -58,6 +58,7 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs)
 
 /// Fill `gradients` for these runs.
 template <int Dim, class Real>
-void find_gradients(const Patch<Dim>& patch, Runs runs, VelocityGradients<Dim>& gradients);
+void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+                    VelocityGradients<Dim>& gradients);
 
 }  // namespace lahar::supported

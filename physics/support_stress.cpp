@@ -5,27 +5,31 @@
 namespace lahar::supported {
 
 template <int Dim, class Real>
-void find_gradients(const Patch<Dim>& patch, Runs runs, VelocityGradients<Dim>& gradients) {
+void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+                    VelocityGradients<Dim>& gradients) {
   gradients.make_room(runs, lanes<Real>);
   const double* v = patch.velocity.data();
+  const bool as_cbgeo = step.model->analysis.volume_as_cbgeo;
   for_each_supported_run(
       patch, runs,
       [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
-        constexpr bool at_centre = std::decay_t<decltype(basis)>::volume_at_centre;
+        const bool at_centre = std::decay_t<decltype(basis)>::volume_at_centre && as_cbgeo;
         Real trace(0.0);
-        if constexpr (at_centre) trace = Real(centre_trace<Dim>(basis, v, nodes));
+        if constexpr (std::decay_t<decltype(basis)>::volume_at_centre)
+          if (as_cbgeo) trace = Real(centre_trace<Dim>(basis, v, nodes));
         auto to = gradients.begin(run, runs);
         for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {
           Real L[Dim][Dim];
           gradient<Dim, Real>(basis, p, v, nodes, L);
-          if constexpr (!at_centre) trace = lahar::supported::trace(L);
+          if (!at_centre) trace = lahar::supported::trace(L);
           gradients.put(to, L, trace);
         }
       });
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real) \
-  template void find_gradients<Dim, Real>(const Patch<Dim>&, Runs, VelocityGradients<Dim>&);
+#define LAHAR_INSTANTIATE(Dim, Real)                                                        \
+  template void find_gradients<Dim, Real>(const Patch<Dim>&, const StepContext<Dim>&, Runs, \
+                                          VelocityGradients<Dim>&);
 LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)
 LAHAR_INSTANTIATE(2, Scalar)

@@ -16,11 +16,19 @@ struct LawInput {
   Real rate[rows];          ///< strain rate [1/s], engineering shear; 2D: zz = 0
   Real gradient[Dim][Dim];  ///< velocity gradient dv_a/dx_b [1/s]
   double dt;                ///< [s]
-  Real volumetric;          ///< volumetric strain increment at the cell's centre [-], of splines at
-                            ///< the particle
+  Real volumetric;  ///< volumetric strain increment of fluids [-] (Analysis::volume_as_cbgeo)
   unsigned active = all_of;  ///< bit per lane: of the others (beyond a run) nothing is kept
   static constexpr unsigned all_of = (1u << lanes<Real>)-1;
 };
+
+/// True of fluids: their first state variable is the pressure, which follows from `volumetric`.
+template <class LawType>
+inline constexpr bool pressure_is_state = [] {
+  if constexpr (LawType::state.size() > 0)
+    return LawType::state.front().name == "pressure";
+  else
+    return false;
+}();
 
 /// Lanes whose increment was not done as a whole; a bit for each.
 struct Failures {
@@ -32,7 +40,7 @@ struct Failures {
 struct Increment {
   Voigt strain;       ///< [-] engineering shear
   double dt;          ///< [s]
-  double volumetric;  ///< volumetric strain increment at the cell's centre [-]
+  double volumetric;  ///< volumetric strain increment of fluids [-]
 };
 
 /// An increment that does not converge is done in 2, 4, ... parts, at most as many as this.

@@ -1,6 +1,8 @@
 #include <doctest/doctest.h>
 
 #include "broken_case.h"
+#include "io/problems.h"
+#include "io/scenario.h"
 
 using namespace lahar::broken;
 
@@ -139,4 +141,21 @@ mpm.json:20:43: warning: particles have no field 'displacments' [/post_processin
 )"},
   };
   check(table, 14);
+}
+
+TEST_CASE("smoothing of pressure is warned of in scenarios written for Lahar alone") {
+  const auto warnings = [](const std::string& type) {
+    const lahar::Scenario s = lahar::read_scenario_text(
+        R"({"mesh": {"structured": {"cell_size": 1, "counts": [2, 2]}},
+            "materials": [{"type": "Newtonian", "density": 1000, "bulk_modulus": 1e6,
+                           "dynamic_viscosity": 1e-3}],
+            "particles": [{"generator": {"type": "region", "per_cell": 1, "material": 0}}],
+            "analysis": {)" +
+            type + R"("pressure_smoothing": true, "dt": 1e-3, "nsteps": 1}})",
+        "");
+    return lahar::format_problems(s.warnings, "warning");
+  };
+  CHECK(warnings("").find("with 'pressure_smoothing' a fluid forgets its volume") !=
+        std::string::npos);
+  CHECK(warnings(R"("type": "MPMExplicit2D", )").find("forgets") == std::string::npos);
 }

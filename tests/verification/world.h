@@ -1,6 +1,5 @@
-/// \file Cases against experiments: scenarios of the folder `world`, the methods that they run
-/// with, and how their numbers are compared with what was measured and with half the step and the
-/// cell.
+/// \file Cases against experiments: scenarios of the folder `world`, run with native defaults, and
+/// how their numbers are compared with what was measured and with half the step and the cell.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -24,16 +23,6 @@
 
 namespace lahar::verification {
 
-/// What flows.
-enum class Flow { sand, water };
-
-/// Functions, transfers and smoothing of all cases here, and of no other place. What the native
-/// defaults do well need not be written.
-inline std::vector<std::string> method(Flow flow) {
-  if (flow == Flow::sand) return {};
-  return {"analysis.pressure_smoothing=true"};
-}
-
 /// How large the changes may be that follow from half the step and from half the cell.
 constexpr double change_by_step = 0.02, change_by_cell = 0.05;
 
@@ -47,12 +36,11 @@ struct Resolution {
   double safety;
 };
 
-/// The scenario `name` of the folder `world`, with `changes` as for --set.
+/// The scenario `name` of the folder `world` with native defaults and `changes` as for --set.
 template <int Dim>
-Model<Dim> world_case(const std::string& name, Flow flow, const Resolution& at,
+Model<Dim> world_case(const std::string& name, const Resolution& at,
                       const std::vector<std::string>& changes = {}) {
   ScenarioOptions options;
-  options.overrides = method(flow);
   options.overrides.push_back("mesh.structured.cell_size=" + at.cell);
   options.overrides.push_back(fmt::format("analysis.time_step.safety={}", at.safety));
   options.overrides.insert(options.overrides.end(), changes.begin(), changes.end());
