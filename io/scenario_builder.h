@@ -127,6 +127,7 @@ class ScenarioBuilder {
   void warn_of_steep_friction();
   void warn_of_free_fall();
   void warn_of_smoothing();
+  void warn_of_locking();
   void warn_of_fields();
   // scenario_doubts_places.cpp
   void warn_of_walls();

@@ -51,7 +51,37 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_free_fall();
   warn_of_overlap();
   warn_of_smoothing();
+  warn_of_locking();
   warn_of_fields();
+}
+
+// Particles ask for more volumetric strains than nodes have motions.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_locking() {
+  constexpr double hardly = 0.45, several = 1.5;  // Poisson's ratio; particles per cell
+  const auto materials = get_list(root_, "materials");
+  const auto& p = model_.particles;
+  if (in_.cbgeo_defaults || materials.empty()) return;
+  const std::size_t n = materials.size();
+  std::vector<double> least(n, -infinity);  // of volumes, over the cell's: its negative
+  const double cell = outer_cell().prod();
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    const std::size_t m = p.material[i] % n;  // bodies in contact have copies
+    least[m] = std::max(least[m], -p.volume[i] / cell);
+  }
+  least = team_.most(std::move(least));
+  for (std::size_t m = 0; m < n; ++m) {
+    if (!(-least[m] * several < 1)) continue;
+    const JsonValue* ratio = materials[m]->find("poisson_ratio");
+    const bool von_mises = std::holds_alternative<VonMises>(model_.materials[m].law);
+    if (!von_mises && !(ratio && ratio->is_number() && ratio->number() > hardly)) continue;
+    in_.warning(ratio ? *ratio : *materials[m],
+                fmt::format("material '{}' hardly changes its volume, and locks where a cell has "
+                            "several particles: forces may be half too high, pressures have "
+                            "stripes",
+                            model_.materials[m].name),
+                "take \"per_cell\": 1, and compare with half the cell");
+  }
 }
 
 // Means of the pressure are not those of the volume that particles have.

@@ -159,3 +159,25 @@ TEST_CASE("smoothing of pressure is warned of in scenarios written for Lahar alo
         std::string::npos);
   CHECK(warnings(R"("type": "MPMExplicit2D", )").find("forgets") == std::string::npos);
 }
+
+TEST_CASE("materials that lock are warned of where a cell has several particles") {
+  const auto locks = [](const char* material, int per_cell) {
+    const lahar::Scenario s = lahar::read_scenario_text(
+        R"({"mesh": {"structured": {"cell_size": 1, "counts": [2, 2]}},
+            "materials": [{"density": 1000, "youngs_modulus": 1e6, )" +
+            std::string(material) +
+            R"(}], "particles": [{"generator": {"type": "region", "material": 0, "per_cell": )" +
+            std::to_string(per_cell) + R"(}}], "analysis": {"nsteps": 1}})",
+        "");
+    return lahar::format_problems(s.warnings, "warning").find("and locks where") !=
+           std::string::npos;
+  };
+  const char* const clay =
+      R"("type": "VonMises", "poisson_ratio": 0.3, "yield_stress": 1e4)";
+  const char* const rubber = R"("type": "LinearElastic", "poisson_ratio": 0.49)";
+  const char* const steel = R"("type": "LinearElastic", "poisson_ratio": 0.3)";
+  CHECK(locks(clay, 2));
+  CHECK(locks(rubber, 2));
+  CHECK_FALSE(locks(clay, 1));
+  CHECK_FALSE(locks(steel, 2));
+}
