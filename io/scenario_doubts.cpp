@@ -55,46 +55,6 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_fields();
 }
 
-// Particles ask for more volumetric strains than nodes have motions.
-template <int Dim>
-void ScenarioBuilder<Dim>::warn_of_locking() {
-  constexpr double hardly = 0.45, several = 1.5;  // Poisson's ratio; particles per cell
-  const auto materials = get_list(root_, "materials");
-  const auto& p = model_.particles;
-  if (in_.cbgeo_defaults || materials.empty()) return;
-  const std::size_t n = materials.size();
-  std::vector<double> least(n, -infinity);  // of volumes, over the cell's: its negative
-  const double cell = outer_cell().prod();
-  for (std::size_t i = 0; i < p.x.size(); ++i) {
-    const std::size_t m = p.material[i] % n;  // bodies in contact have copies
-    least[m] = std::max(least[m], -p.volume[i] / cell);
-  }
-  least = team_.most(std::move(least));
-  for (std::size_t m = 0; m < n; ++m) {
-    if (!(-least[m] * several < 1)) continue;
-    const JsonValue* ratio = materials[m]->find("poisson_ratio");
-    const bool von_mises = std::holds_alternative<VonMises>(model_.materials[m].law);
-    if (!von_mises && !(ratio && ratio->is_number() && ratio->number() > hardly)) continue;
-    in_.warning(ratio ? *ratio : *materials[m],
-                fmt::format("material '{}' hardly changes its volume, and locks where a cell has "
-                            "several particles: forces may be half too high, pressures have "
-                            "stripes",
-                            model_.materials[m].name),
-                "take \"per_cell\": 1, and compare with half the cell");
-  }
-}
-
-// Means of the pressure are not those of the volume that particles have.
-template <int Dim>
-void ScenarioBuilder<Dim>::warn_of_smoothing() {
-  const JsonValue* key = section("analysis").find("pressure_smoothing");
-  if (in_.cbgeo_defaults || !model_.analysis.pressure_smoothing || !key) return;
-  in_.warning(*key,
-              "with 'pressure_smoothing' a fluid forgets its volume: water that comes to rest gets "
-              "up to twice as dense",
-              "leave it out: on equal boxes the default functions give smooth pressures");
-}
-
 // Settlement by gravity is about rho g H / (2 E) of the height.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_weak_materials() {
@@ -208,6 +168,48 @@ void ScenarioBuilder<Dim>::warn_of_free_fall() {
                                            [&](double g) { return std::abs(g) == largest; }))]),
       "add a wall or a velocity constraint in mesh.boundary_conditions; a body in free fall "
       "needs none");
+}
+
+// Means of the pressure are not those of the volume that particles have.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_smoothing() {
+  if (in_.cbgeo_defaults || !model_.analysis.pressure_smoothing) return;
+  in_.warning(*section("analysis").find("pressure_smoothing"),
+              "with 'pressure_smoothing' a fluid forgets its volume: water that comes to rest gets "
+              "up to twice as dense",
+              "leave it out: on equal boxes the default functions give smooth pressures");
+}
+
+// Particles ask for more volumetric strains than nodes have motions.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_locking() {
+  constexpr double hardly = 0.45, several = 1.5;  // Poisson's ratio; particles per cell
+  const auto materials = get_list(root_, "materials");
+  const std::size_t n = materials.size();
+  std::vector<bool> may_lock(n);
+  for (std::size_t m = 0; m < n; ++m)
+    may_lock[m] = std::holds_alternative<VonMises>(model_.materials[m].law) ||
+                  get_number(*materials[m], "poisson_ratio").value_or(0) > hardly;
+  if (in_.cbgeo_defaults || std::find(may_lock.begin(), may_lock.end(), true) == may_lock.end())
+    return;
+  const ParticleTable<Dim>& p = model_.particles;
+  const double cell = outer_cell().prod();
+  std::vector<double> per_cell(n, 0.0);  // most, by material
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    const std::size_t m = p.material[i] % n;  // bodies in contact have copies
+    per_cell[m] = std::max(per_cell[m], cell / p.volume[i]);
+  }
+  per_cell = team_.most(std::move(per_cell));
+  for (std::size_t m = 0; m < n; ++m) {
+    if (!may_lock[m] || !(per_cell[m] > several)) continue;
+    const JsonValue* ratio = materials[m]->find("poisson_ratio");
+    in_.warning(ratio ? *ratio : *materials[m],
+                fmt::format("material '{}' hardly changes its volume, and locks where a cell has "
+                            "several particles: forces may be half too high, pressures have "
+                            "stripes",
+                            model_.materials[m].name),
+                "take \"per_cell\": 1, and compare with half the cell");
+  }
 }
 
 template <int Dim>

@@ -8,7 +8,8 @@
 ///     void functions(Local p, Real (&N)[nodes]) const;
 ///     template <class Real>                     and dN[d][i] = dN_i/dx_d there [1/m]
 ///     void gradients(Local p, Real (&dN)[Dim][nodes]) const;
-///     static constexpr bool volume_at_centre;   the volumetric strain increment is that of
+///     static constexpr bool volume_at_centre;   with Analysis::volume_as_cbgeo the volumetric
+///                                               strain increment is that of
 ///     void centre_gradients(double (&dN)[Dim][nodes]) const;      the gradients at the centre, or
 ///     double centre_trace(const double* v, const Local* node) const;   of those of a field
 ///

@@ -111,6 +111,21 @@ struct IsoparametricMap {
   }
 };
 
+/// dN[d][i] = dN_i/dx_d [1/m] of linear functions at a cell's centre.
+template <int Dim, class Map>
+LAHAR_INLINE void centre_gradients(const Map& map, double (&dN)[Dim][corners<Dim>]) {
+  double one[Dim][Dim], ds[Dim][Dim];  // ds[k][d] = ds_k/dx_d
+  for (int k = 0; k < Dim; ++k)
+    for (int d = 0; d < Dim; ++d) one[k][d] = k == d ? 1.0 : 0.0;
+  map.to_physical_centre(one, ds);
+  for (int i = 0; i < corners<Dim>; ++i)
+    for (int d = 0; d < Dim; ++d) {
+      dN[d][i] = 0.0;
+      for (int k = 0; k < Dim; ++k)
+        dN[d][i] += (i >> k & 1 ? 1.0 : -1.0) / face_corners<Dim> * ds[k][d];
+    }
+}
+
 /// Keeps natural coordinates that are within [-1, 1] but for rounding below 1 in magnitude.
 inline constexpr double pulled_inside = 1.0 - 4 * std::numeric_limits<double>::epsilon();
 

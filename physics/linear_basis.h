@@ -28,16 +28,7 @@ struct LinearBasis {
     to_gradients(weights_at<Dim, Real>(map, p), ds, dN);
   }
   LAHAR_INLINE void centre_gradients(double (&dN)[Dim][nodes]) const {
-    double one[Dim][Dim], ds[Dim][Dim];
-    for (int k = 0; k < Dim; ++k)
-      for (int d = 0; d < Dim; ++d) one[k][d] = k == d ? 1.0 : 0.0;
-    map.to_physical_centre(one, ds);
-    for (int i = 0; i < nodes; ++i)
-      for (int d = 0; d < Dim; ++d) {
-        dN[d][i] = 0.0;
-        for (int k = 0; k < Dim; ++k)
-          dN[d][i] += (i >> k & 1 ? 1.0 : -1.0) / face_corners<Dim> * ds[k][d];
-      }
+    lahar::centre_gradients(map, dN);
   }
 
  private:

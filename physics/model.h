@@ -219,7 +219,8 @@ struct Analysis {
   bool lagrange_functions = false;
   /// The volumetric strain of fluids is that at the cell's centre, and pressure acts by gradients
   /// at particles, as in CB-Geo MPM. Then forces do not do the work of stresses, and flows may make
-  /// energy. Else both are at the centre with linear functions, and at particles with others.
+  /// energy. Else both are at the centre for Q4 and H8 with their own functions and no affine
+  /// velocities, and at particles for others.
   bool volume_as_cbgeo = false;
   /// Particles do not pass faces of cells whose nodes are held (closed_faces.h). In CB-Geo MPM they
   /// do.

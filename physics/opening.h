@@ -79,7 +79,7 @@ class OpeningIncrement {
   LAHAR_INLINE LawInput<Dim, Real> close(const LawInput<Dim, Real>& in, const Real* stress,
                                          const Real* state) {
     LawInput<Dim, Real> given = in;
-    strain_ = pressure_is_state ? in.volumetric : in.dt * trace(in);
+    strain_ = pressure_is_state ? in.volumetric : in.dt * volumetric_rate(in);
     mean_ = mean(stress, state);
     if constexpr (shears) shear_before_ = state[shear_row];
     if constexpr (pressure_is_state) stress_before_ = mean_of(stress);
@@ -130,7 +130,7 @@ class OpeningIncrement {
   /// there are gaps it does not deform.
   LAHAR_INLINE void of_domain(const LawInput<Dim, Real>& in, Real (&L)[Dim][Dim]) const {
     const unsigned loose = greater(opening_, Real(0.0));
-    const Real gaps = (in.dt * trace(in) - strain_) * (1.0 / (Dim * in.dt));
+    const Real gaps = (in.dt * volumetric_rate(in) - strain_) * (1.0 / (Dim * in.dt));
     LAHAR_UNROLL
     for (int a = 0; a < Dim; ++a)
       for (int b = 0; b < Dim; ++b)
@@ -151,11 +151,6 @@ class OpeningIncrement {
   /// Rounding of strain increments [-].
   static constexpr double least = 1e-13;
 
-  static Real trace(const LawInput<Dim, Real>& in) {
-    Real sum = in.rate[0] + in.rate[1];
-    if constexpr (Dim == 3) sum += in.rate[2];
-    return sum;
-  }
   static Real mean(const Real* stress, const Real* state) {
     if constexpr (pressure_is_state)
       return -state[0];

@@ -10,6 +10,7 @@
 #include "physics/kernels.h"
 #include "physics/law.h"
 #include "physics/loads.h"
+#include "physics/particle_sums.h"
 #include "physics/support_kernels.h"
 #include "physics/velocity_transfer.h"
 
@@ -208,71 +209,33 @@ void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
 
 namespace {
 
-/// T[a][k] = V sum_d sigma_ad dxi_k/dx_d of the first n particles from p on (but for factors
-/// Map::finish): the internal force of node i is -sum_p sum_k T[a][k] dN_i/dxi_k.
-template <int Dim>
-struct PulledStress {
-  const double* V;
-  std::array<const double*, stress_components<Dim>> stress;
+/// T[a][k] = sum_d S_ad dxi_k/dx_d of the first n particles from p on (but for factors
+/// Map::finish), S as a `Stress` of particle_sums.h gives it: the internal force of node i is
+/// -sum_p sum_k T[a][k] dN_i/dxi_k.
+template <class Stress>
+struct Pulled {
+  Stress stress;
 
-  explicit PulledStress(const Particles<Dim>& particles)
-      : V(particles.row(Column::volume)),
-        stress(particles.template rows<stress_components<Dim>>(Column::stress)) {}
-
-  template <class Real, class Map>
+  template <class Real, int Dim, class Map>
   LAHAR_INLINE void at(const Map& map, Local p, Local n, Real (&T)[Dim][Dim]) const {
-    constexpr std::size_t voigt[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
-    const Real volume = load_first<Real>(V + p, n);
     Real S[Dim][Dim];
-    LAHAR_UNROLL
-    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
-    for (int b = 0; b < Dim; ++b) S[a][b] = volume * load<Real>(stress[voigt[a][b]] + p);
+    stress.at(p, n, S);
     map.pull_back(p, S, T);
   }
 };
 
-/// The same without the pressure of a fluid.
+/// V sigma of a fluid without its pressure.
 template <int Dim>
-struct PulledShear {
-  const double* V;
-  std::array<const double*, stress_components<Dim>> stress;
+struct StressWithoutPressure {
+  supported::ParticleStress<Dim> whole;
   const double* pressure;
 
-  explicit PulledShear(const Particles<Dim>& particles)
-      : V(particles.row(Column::volume)),
-        stress(particles.template rows<stress_components<Dim>>(Column::stress)),
-        pressure(particles.row(Column::state)) {}
-
-  template <class Real, class Map>
-  LAHAR_INLINE void at(const Map& map, Local p, Local n, Real (&T)[Dim][Dim]) const {
-    constexpr std::size_t voigt[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
-    const Real volume = load_first<Real>(V + p, n), there = load<Real>(pressure + p);
-    Real S[Dim][Dim];
+  template <class Real>
+  LAHAR_INLINE void at(Local p, Local n, Real (&S)[Dim][Dim]) const {
+    whole.at(p, n, S);
+    const Real pushed = load_first<Real>(whole.V + p, n) * load<Real>(pressure + p);
     LAHAR_UNROLL
-    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
-    for (int b = 0; b < Dim; ++b) {
-      const Real sigma = load<Real>(stress[voigt[a][b]] + p);
-      S[a][b] = volume * (a == b ? sigma + there : sigma);
-    }
-    map.pull_back(p, S, T);
-  }
-};
-
-/// The same of a pressure of 1 everywhere, whose internal force is sum_p V_p grad N_i.
-template <int Dim>
-struct PulledPressure {
-  const double* V;
-
-  explicit PulledPressure(const Particles<Dim>& particles) : V(particles.row(Column::volume)) {}
-
-  template <class Real, class Map>
-  LAHAR_INLINE void at(const Map& map, Local p, Local n, Real (&T)[Dim][Dim]) const {
-    const Real volume = load_first<Real>(V + p, n);
-    Real S[Dim][Dim];
-    LAHAR_UNROLL
-    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
-    for (int b = 0; b < Dim; ++b) S[a][b] = a == b ? -volume : Real(0.0);
-    map.pull_back(p, S, T);
+    for (int d = 0; d < Dim; ++d) S[d][d] += pushed;
   }
 };
 
@@ -351,24 +314,18 @@ LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const Run
 /// Force of the pressure of a run's fluid: sum_p V_p p_p grad N_i at the cell's centre, whose
 /// volumetric strain the fluid has (B-bar, Hughes 1980). So forces do the work of the stresses.
 template <int Dim, class Real, class Map>
-LAHAR_INLINE void pressure_force(const Map& map, const PulledShear<Dim>& fluid, const Run& run,
-                                 const std::array<Local, corners<Dim>>& corner, double* nodes) {
-  Real lanes_sum(0.0);
+LAHAR_INLINE void pressure_force(const Map& map, const StressWithoutPressure<Dim>& fluid,
+                                 const Run& run, const std::array<Local, corners<Dim>>& corner,
+                                 double* nodes) {
+  Real pushed(0.0);
   for (Local p = run.begin; p < run.end; p += lanes<Real>)
-    lanes_sum += load_first<Real>(fluid.V + p, run.end - p) * load<Real>(fluid.pressure + p);
-  const double pushed = reduce(lanes_sum) / face_corners<Dim>;  // [J]
-  double along[Dim][Dim], gradient[Dim][Dim];
-  for (int k = 0; k < Dim; ++k)
-    for (int d = 0; d < Dim; ++d) along[k][d] = k == d ? 1.0 : 0.0;
-  map.to_physical_centre(along, gradient);
-  for (int i = 0; i < corners<Dim>; ++i) {
-    double* f =
-        nodes + static_cast<std::ptrdiff_t>(corner[static_cast<std::size_t>(i)]) * sum_stride;
-    for (int a = 0; a < Dim; ++a) {
-      double sum = 0.0;
-      for (int k = 0; k < Dim; ++k) sum += i >> k & 1 ? gradient[k][a] : -gradient[k][a];
-      f[a] += pushed * sum;
-    }
+    pushed += load_first<Real>(fluid.whole.V + p, run.end - p) * load<Real>(fluid.pressure + p);
+  const double total = reduce(pushed);  // [J]
+  double dN[Dim][corners<Dim>];
+  centre_gradients(map, dN);
+  for (std::size_t i = 0; i < corner.size(); ++i) {
+    double* f = nodes + static_cast<std::ptrdiff_t>(corner[i]) * sum_stride;
+    for (int a = 0; a < Dim; ++a) f[a] += total * dN[a][i];
   }
 }
 
@@ -396,15 +353,17 @@ template <int Dim, class Real>
 void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   double* nodes = patch.own_sums(NodeSum::force, step.step);
   if (supported::is(patch)) return supported::map_force<Dim, Real>(patch, step, runs, nodes);
-  const PulledStress<Dim> stress(patch.particles);
+  const Pulled<supported::ParticleStress<Dim>> stress{
+      supported::ParticleStress<Dim>(patch.particles)};
   const bool as_cbgeo = step.model->analysis.volume_as_cbgeo;
   for_each_run(
       patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
         const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
         if (!as_cbgeo && has_pressure(step.model->materials[run.material].law)) {
-          const PulledShear<Dim> fluid(patch.particles);
-          internal_force<Real>(map, fluid, run, corner, nodes);
-          pressure_force<Dim, Real>(map, fluid, run, corner, nodes);
+          const Pulled<StressWithoutPressure<Dim>> rest{
+              {stress.stress, patch.particles.row(Column::state)}};
+          internal_force<Real>(map, rest, run, corner, nodes);
+          pressure_force<Dim, Real>(map, rest.stress, run, corner, nodes);
         } else {
           internal_force<Real>(map, stress, run, corner, nodes);
         }
@@ -416,7 +375,7 @@ template <int Dim, class Real>
 void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   double* nodes = patch.own_sums(NodeSum::gradient, step.step);
   if (supported::is(patch)) return supported::map_gradient<Dim, Real>(patch, runs, nodes);
-  const PulledPressure<Dim> pressure(patch.particles);
+  const Pulled<supported::UnitPressure<Dim>> pressure{{patch.particles.row(Column::volume)}};
   for_each_run(
       patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
         internal_force<Real>(map, pressure, run,

@@ -219,13 +219,6 @@ double space_of(const Patch<Dim>& patch, const Run& run) {
   return space / material;
 }
 
-template <int Dim, class Real>
-LAHAR_INLINE Real trace(const LawInput<Dim, Real>& in) {
-  Real sum = in.rate[0] + in.rate[1];
-  if constexpr (Dim == 3) sum += in.rate[2];
-  return sum;
-}
-
 /// One run with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
 /// With Gaps the column Column::opening is there, and volumes are of the material.
 template <bool Gaps, int Dim, class Real, class Gradient, class LawType>
@@ -304,7 +297,8 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
       // Pressure does its work at the strain that the fluid has, not at that of the particle.
       if constexpr (pressure_is_state<LawType>)
         if (!step.model->analysis.volume_as_cbgeo)
-          power -= (pressure_before + state[0]) * (in.volumetric * (1.0 / dt) - trace(in));
+          power -=
+              (pressure_before + state[0]) * (in.volumetric * (1.0 / dt) - volumetric_rate(in));
       // Beyond the run laws may see anything, also what is not finite.
       work += first_lanes((0.5 * dt) * load<Real>(rows.volume + p) * power, n);
     }

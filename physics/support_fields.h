@@ -1,7 +1,10 @@
 /// \file Nodal fields at a pack of particles, with any basis (basis.h).
 #pragma once
 
+#include <optional>
+
 #include "physics/basis.h"
+#include "physics/model.h"
 
 namespace lahar::supported {
 
@@ -227,6 +230,16 @@ double centre_trace(const Basis& basis, const double* v, const Local* nodes) {
         trace += dN[d][i] * v[static_cast<std::ptrdiff_t>(nodes[i]) * node_width + d];
     return trace;
   }
+}
+
+/// Volumetric strain rate [1/s] that all particles of a cell have: with Analysis::volume_as_cbgeo
+/// that at its centre, where the basis has one; else none.
+template <int Dim, class Basis>
+LAHAR_INLINE std::optional<double> rate_of_cell(const Basis& basis, const Analysis& analysis,
+                                                const double* v, const Local* nodes) {
+  if constexpr (Basis::volume_at_centre)
+    if (analysis.volume_as_cbgeo) return centre_trace<Dim>(basis, v, nodes);
+  return std::nullopt;
 }
 
 }  // namespace lahar::supported

@@ -147,17 +147,13 @@ void update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
   SplinePolynomials polynomials(patch.topology, v);
   PrescribedMotion<Dim> prescribed(patch, step);
   Advanced<Real> all;
-  const bool as_cbgeo = step.model->analysis.volume_as_cbgeo;
   for_each_tensor_run(
       patch, runs,
       [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
         using Basis = std::decay_t<decltype(basis)>;
-        const bool at_centre = Basis::volume_at_centre && as_cbgeo;
         constexpr bool polynomial = Dim == 3 && Basis::per_particle < axis_nodes && !wanted.a;
         if constexpr (polynomial) polynomials.move_to(run.cell);
-        double centre = 0.0;
-        if constexpr (Basis::volume_at_centre)
-          if (at_centre) centre = centre_trace<Dim>(basis, v, nodes);
+        const auto of_cell = rate_of_cell<Dim>(basis, step.model->analysis, v, nodes);
         const VelocityUpdate update = updates.of(run);
         auto to = gradients.begin(run, runs);
         prescribed.begin(run);
@@ -178,7 +174,7 @@ void update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
             if constexpr (wanted.C) basis.moments(p, by.w, by.dw, by.m);
             with_weights<wanted>(by, v, a, nodes, at);
           }
-          gradients.put(to, at.L, at_centre ? Real(centre) : trace(at.L));
+          gradients.put(to, at.L, of_cell ? Real(*of_cell) : trace(at.L));
           if (is_affine) {
             const auto& C = wanted.C ? at.C : at.L;
             LAHAR_UNROLL

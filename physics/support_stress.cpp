@@ -9,20 +9,15 @@ void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, Runs 
                     VelocityGradients<Dim>& gradients) {
   gradients.make_room(runs, lanes<Real>);
   const double* v = patch.velocity.data();
-  const bool as_cbgeo = step.model->analysis.volume_as_cbgeo;
   for_each_supported_run(
       patch, runs,
       [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
-        const bool at_centre = std::decay_t<decltype(basis)>::volume_at_centre && as_cbgeo;
-        Real trace(0.0);
-        if constexpr (std::decay_t<decltype(basis)>::volume_at_centre)
-          if (as_cbgeo) trace = Real(centre_trace<Dim>(basis, v, nodes));
+        const auto of_cell = rate_of_cell<Dim>(basis, step.model->analysis, v, nodes);
         auto to = gradients.begin(run, runs);
         for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {
           Real L[Dim][Dim];
           gradient<Dim, Real>(basis, p, v, nodes, L);
-          if (!at_centre) trace = lahar::supported::trace(L);
-          gradients.put(to, L, trace);
+          gradients.put(to, L, of_cell ? Real(*of_cell) : trace(L));
         }
       });
 }

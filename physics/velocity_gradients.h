@@ -15,7 +15,7 @@ template <int Dim>
 struct VelocityGradients {
   std::vector<Local> first;  ///< by position of the run: where its particles begin, in whole packs
   std::array<NodeArray, static_cast<std::size_t>(Dim) * Dim> L;  ///< Dim a + b: dv_a/dx_b [1/s]
-  NodeArray trace;  ///< [1/s] where the basis takes it at the cell's centre, else at the particle
+  NodeArray trace;  ///< [1/s] at the particle, or that of the cell (Analysis::volume_as_cbgeo)
 
   /// Room for the particles of these runs, in packs of so many lanes.
   void make_room(Runs runs, int lanes) {

@@ -21,6 +21,14 @@ struct LawInput {
   static constexpr unsigned all_of = (1u << lanes<Real>)-1;
 };
 
+/// Volumetric strain rate [1/s].
+template <int Dim, class Real>
+LAHAR_INLINE Real volumetric_rate(const LawInput<Dim, Real>& in) {
+  Real sum = in.rate[0] + in.rate[1];
+  if constexpr (Dim == 3) sum += in.rate[2];
+  return sum;
+}
+
 /// True of fluids: their first state variable is the pressure, which follows from `volumetric`.
 template <class LawType>
 inline constexpr bool pressure_is_state = [] {

@@ -35,9 +35,7 @@ struct LinearElastic {
     const double G = youngs_modulus / (2.0 * (1.0 + poisson_ratio));
     const double lambda =
         youngs_modulus * poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio));
-    Real trace = in.rate[0] + in.rate[1];
-    if constexpr (Dim == 3) trace += in.rate[2];
-    const Real volumetric = (lambda * in.dt) * trace;
+    const Real volumetric = (lambda * in.dt) * volumetric_rate(in);
     LAHAR_UNROLL
     for (int k = 0; k < 3; ++k) {
       if (Dim == 2 && k == 2)

@@ -58,11 +58,9 @@ struct Newtonian {
   LAHAR_INLINE void update(const LawInput<Dim, Real>& in, Real* stress, Real* pressure) const {
     const double compressible = incompressible ? 0.0 : 1.0;
     const double mu = dynamic_viscosity;
-    Real trace = in.rate[0] + in.rate[1];
-    if constexpr (Dim == 3) trace += in.rate[2];
     *pressure -= compressible * bulk_modulus * in.volumetric;
     *pressure = select(greater(Real(-tension_limit), *pressure), Real(-tension_limit), *pressure);
-    const Real volumetric = compressible * (-*pressure - (2.0 / 3.0) * mu * trace);
+    const Real volumetric = compressible * (-*pressure - (2.0 / 3.0) * mu * volumetric_rate(in));
     LAHAR_UNROLL
     for (int k = 0; k < 3; ++k) {
       if (Dim == 2 && k == 2)

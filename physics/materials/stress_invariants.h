@@ -25,9 +25,7 @@ LAHAR_INLINE Real mean_of(const Real* stress) {
 /// Stress after an elastic increment with bulk and shear modulus K and G [Pa].
 template <int Dim, class Real>
 LAHAR_INLINE void elastic_trial(const LawInput<Dim, Real>& in, double K, double G, Real* stress) {
-  Real volumetric = in.rate[0] + in.rate[1];
-  if constexpr (Dim == 3) volumetric += in.rate[2];
-  volumetric *= (K - 2.0 / 3.0 * G) * in.dt;
+  const Real volumetric = volumetric_rate(in) * ((K - 2.0 / 3.0 * G) * in.dt);
   LAHAR_UNROLL
   for (int k = 0; k < in.rows; ++k)
     stress[k] += k < 3 ? volumetric + (2.0 * G * in.dt) * in.rate[k] : (G * in.dt) * in.rate[k];

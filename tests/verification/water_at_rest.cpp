@@ -78,8 +78,7 @@ TEST_CASE("water that sloshed comes to rest as high as its volume, and makes no 
 
 namespace {
 
-/// Energy that water stores over what stress took from the flow, of water that moves to and fro
-/// without viscosity, all under pressure.
+/// Energy that water without viscosity stores, over what its stress took from the flow.
 template <int Dim>
 double stored_of_work(Model<Dim> model) {
   auto& water = std::get<Newtonian>(model.materials[0].law);
