@@ -174,10 +174,12 @@ void ScenarioBuilder<Dim>::warn_of_free_fall() {
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_smoothing() {
   if (in_.cbgeo_defaults || !model_.analysis.pressure_smoothing) return;
-  in_.warning(*section("analysis").find("pressure_smoothing"),
-              "with 'pressure_smoothing' a fluid forgets its volume: water that comes to rest gets "
-              "up to twice as dense",
-              "leave it out: on equal boxes the default functions give smooth pressures");
+  in_.warning(
+      *section("analysis").find("pressure_smoothing"),
+      "with 'pressure_smoothing' a fluid forgets its volume: water that comes to rest gets "
+      "up to twice as dense",
+      "leave it out, and take means of the pressure over some cells: that of single particles "
+      "scatters");
 }
 
 // Particles ask for more volumetric strains than nodes have motions.
