@@ -128,6 +128,7 @@ class ScenarioBuilder {
   void warn_of_free_fall();
   void warn_of_smoothing();
   void warn_of_locking();
+  void warn_of_bonds();
   void warn_of_fields();
   // scenario_doubts_places.cpp
   void warn_of_walls();

@@ -100,8 +100,11 @@ class NodeContact {
     Vec<Dim> before;  ///< [m/s] without contact
     Vec<Dim> velocity;
     Vec<Dim> rubbed;  ///< [m/s] what friction did to it
+    /// [N s] of what prescribes velocities, against contact and against its friction
+    Vec<Dim> reaction, against_friction;
     Eigen::Matrix<double, Dim, Dim> free;
     const WallNode<Dim>* wall;
+    Vec<Dim> prescribed = Vec<Dim>::Zero();  ///< [m/s] along what is not free
     Vec<Dim> change() const { return velocity - before; }
   };
 
@@ -154,6 +157,8 @@ class NodeContact {
                 velocity,
                 velocity,
                 Vec<Dim>::Zero(),
+                Vec<Dim>::Zero(),
+                Vec<Dim>::Zero(),
                 {},
                 find_node(patch_.walls, node)};
     field.free.setIdentity();
@@ -168,6 +173,7 @@ class NodeContact {
     if (field.wall)
       for (int k = 0; k < Dim; ++k)
         if (field.wall->fixed[static_cast<std::size_t>(k)]) hold(field, k);
+    field.prescribed = velocity - field.free * velocity;
     fields_.push_back(field);
   }
 
@@ -187,6 +193,7 @@ class NodeContact {
       if (sign == 0 || !(e.dot(field.free * e) > 0.5)) continue;  // or held already
       if (!(sign * (e.dot(v) - field.wall->velocity[static_cast<std::size_t>(k)]) > 0.0)) continue;
       hold(field, k);
+      field.prescribed += field.wall->velocity[static_cast<std::size_t>(k)] * e;
       any = true;
     }
     return any;
@@ -204,12 +211,18 @@ class NodeContact {
                                meeting.normal, std::max(meeting.gap, 0.0) / dt, friction, together);
     } while (done.pressed && (hold_at_wall(*a, -done.impulse) || hold_at_wall(*b, done.impulse)));
     if (done.pressed) {
-      a->velocity -= a->free * done.impulse / a->mass;
-      b->velocity += b->free * done.impulse / b->mass;
-      a->rubbed -= a->free * done.friction / a->mass;
-      b->rubbed += b->free * done.friction / b->mass;
+      take(*a, -done.impulse, -done.friction);
+      take(*b, done.impulse, done.friction);
     }
     return done;
+  }
+
+  static void take(Field& field, const Vec<Dim>& impulse, const Vec<Dim>& friction) {
+    const Vec<Dim> moves = field.free * impulse, rubs = field.free * friction;
+    field.velocity += moves / field.mass;
+    field.rubbed += rubs / field.mass;
+    field.reaction -= impulse - moves;
+    field.against_friction -= friction - rubs;
   }
 
   const Patch<Dim>& patch_;
@@ -252,6 +265,11 @@ void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Di
       auto v = vector_at<Dim>(patch.velocity, field.node),
            a = vector_at<Dim>(patch.acceleration, field.node);
       const Vec<Dim> start = v - dt * a;
+      const Vec<Dim> share = own_mass / field.mass * field.prescribed;
+      const double paid = share.dot(field.reaction);
+      patch.work.external += paid;
+      patch.work.damping += paid;
+      patch.work.friction += share.dot(field.against_friction);
       v = field.velocity;
       a += change / dt;
       patch.contact.touched.push_back({field.node, {start, change, v}, field.rubbed});

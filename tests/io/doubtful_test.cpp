@@ -181,3 +181,32 @@ TEST_CASE("materials that lock are warned of where a cell has several particles"
   CHECK_FALSE(locks(clay, 1));
   CHECK_FALSE(locks(steel, 2));
 }
+
+TEST_CASE("a body with prescribed velocities is warned of where other material sticks to it") {
+  const auto warnings = [](const char* plate, const char* analysis) {
+    const lahar::Scenario s = lahar::read_scenario_text(
+        R"({"mesh": {"structured": {"cell_size": 1, "counts": [4, 4]},
+                     "boundary_conditions": {"particles_velocity_constraints": [
+                       {"pset": "plate", "dir": "y", "velocity": -1}]}},
+            "materials": [
+              {"name": "soil", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+               "poisson_ratio": 0.3},
+              {"name": "steel", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e7,
+               "poisson_ratio": 0.3}],
+            "particles": [
+              {"generator": {"type": "region", "material": "soil", "per_cell": 1,
+                             "region": {"box": {"max": [4, 2]}}}},
+              {"generator": {"type": "region", "material": ")" +
+            std::string(plate) + R"(", "per_cell": 1, "pset": "plate",
+                             "region": {"box": {"min": [0, 2], "max": [2, 3]}}}}],
+            "analysis": {)" +
+            analysis + R"("nsteps": 1}})",
+        "");
+    return lahar::format_problems(s.warnings, "warning");
+  };
+  CHECK(warnings("steel", "").find("other material sticks to particles with prescribed") !=
+        std::string::npos);
+  CHECK(warnings("steel", R"("interface": true, )").find("sticks") == std::string::npos);
+  CHECK(warnings("steel", R"("interface": false, )").find("sticks") == std::string::npos);
+  CHECK(warnings("soil", "").find("sticks") == std::string::npos);  // the end of a bar
+}

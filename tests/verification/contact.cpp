@@ -146,3 +146,50 @@ TEST_CASE("blocks that part do not hold each other: not a bit of stress") {
     CHECK(error < 1e-10);
   }
 }
+
+TEST_CASE(
+    "a body that is driven against another one does the work of its reaction, with friction") {
+  // A plate comes down on a free block, and slides along it: work = velocity x momentum of the
+  // block.
+  for (const ShapeFunctions kind :
+       {ShapeFunctions::element, ShapeFunctions::gimp, ShapeFunctions::quadratic_spline})
+    for (const double friction : {0.0, 0.3}) {
+      Model<2> model = model_of_text<2>(R"({
+        "mesh": {"structured": {"cell_size": 0.1, "extent": [3, 3]},
+                 "boundary_conditions": {"particles_velocity_constraints": [
+                   {"pset": "plate", "dir": "x", "velocity": 0.4},
+                   {"pset": "plate", "dir": "y", "velocity": -1}]}},
+        "materials": [
+          {"name": "block", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+           "poisson_ratio": 0.2},
+          {"name": "plate", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+           "poisson_ratio": 0}],
+        "particles": [
+          {"generator": {"type": "region", "per_cell": 2, "material": "block",
+                         "region": {"box": {"min": [1, 1], "max": [2, 1.6]}}}},
+          {"generator": {"type": "region", "per_cell": 2, "material": "plate", "pset": "plate",
+                         "region": {"box": {"min": [0.8, 1.6], "max": [2.2, 1.9]}}}}],
+        "analysis": {"velocity_update": "flip", "dt": 5e-4, "nsteps": 200, "patch_particles": 64,
+                     "interface": true}})");
+      model.analysis.functions = kind;
+      model.analysis.contact.friction = friction;
+      Simulation<2> simulation(std::move(model));
+      const HistoryRow start = simulation.history();
+      simulation.run();
+      const HistoryRow end = simulation.history();
+      CAPTURE(static_cast<int>(kind));
+      CAPTURE(friction);
+      const double x = end.momentum[0] - start.momentum[0], y = end.momentum[1] - start.momentum[1];
+      CHECK(y < -100);
+      CHECK(end.external == doctest::Approx(0.4 * x - y).epsilon(1e-9));
+      CHECK(end.damping > 0.0);
+      CHECK(end.damping < 0.25 * end.external);  // it meets the block with a shock
+      CHECK(std::abs(end.balance) < 0.02 * end.external);
+      CHECK(x < 0.35 * std::abs(y));
+      if (friction > 0.0) {
+        CHECK(x > 0.2 * std::abs(y));
+        CHECK(end.friction > 0.0);
+        CHECK(end.friction < end.damping);
+      }
+    }
+}

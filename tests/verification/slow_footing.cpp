@@ -93,6 +93,49 @@ Load bearing_capacity(const Method& method) {
   return load;
 }
 
+/// Reaction of a rough plate over Prandtl's load, in the mean over penetrations of 5 to 7 % of its
+/// width of 1 m. It is a body in contact, with velocities prescribed at its particles; half of it.
+double plate_reaction(double cell, double safety) {
+  constexpr double yield = 20000, speed = 0.2;  // [Pa], [m/s]
+  const std::string text = fmt::format(
+      R"({{
+    "mesh": {{"structured": {{"cell_size": {cell}, "extent": [5, 4]}},
+             "boundary_conditions": {{
+               "velocity_constraints": [{{"nset": "base", "dir": "x", "velocity": 0}},
+                                        {{"nset": "base", "dir": "y", "velocity": 0}},
+                                        {{"nset": "sides", "dir": "x", "velocity": 0}}],
+               "particles_velocity_constraints": [{{"pset": "plate", "dir": "x", "velocity": 0}},
+                                                  {{"pset": "plate", "dir": "y", "velocity": {v}}}]}}}},
+    "sets": {{"nodes": {{
+      "base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+      "sides": {{"union": [{{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}},
+                          {{"half_space": {{"point": [5, 0], "normal": [-1, 0]}}}}]}}}}}},
+    "materials": [
+      {{"name": "clay", "type": "VonMises", "density": 1800, "youngs_modulus": 1e7,
+       "poisson_ratio": 0.45, "yield_stress": {yield}}},
+      {{"name": "steel", "type": "LinearElastic", "density": 7800, "youngs_modulus": 2e7,
+       "poisson_ratio": 0.2}}],
+    "particles": [
+      {{"generator": {{"type": "region", "per_cell": 2, "material": "clay",
+                     "region": {{"box": {{"max": [5, 3]}}}}}}}},
+      {{"generator": {{"type": "region", "per_cell": 2, "material": "steel", "pset": "plate",
+                     "region": {{"box": {{"min": [0, 3], "max": [0.5, 3.3]}}}}}}}}],
+    "analysis": {{"interface": true, "contact": {{"friction": 1}}, "end_time": 0.35,
+                 "time_step": {{"safety": {safety}}}}},
+    "post_processing": {{"output_dt": 0.25}}}})",
+      fmt::arg("cell", cell), fmt::arg("v", -speed), fmt::arg("yield", yield),
+      fmt::arg("safety", safety));
+  Scenario scenario = read_scenario_text(text, LAHAR_SOURCE_DIR);  // native defaults
+  Simulation<2> simulation(std::get<Model<2>>(std::move(scenario.model)));
+  while (simulation.time() < 0.25 * (1 - 1e-9)) simulation.advance(1);
+  const HistoryRow first = simulation.history();
+  simulation.run();
+  const HistoryRow last = simulation.history();
+  CHECK(std::abs(last.balance) < 0.01 * last.external);
+  const double reaction = (last.external - first.external) / (speed * (last.time - first.time));
+  return reaction / (0.5 * (2 + std::numbers::pi) * yield / std::numbers::sqrt3);
+}
+
 }  // namespace
 
 TEST_CASE("a strip footing fails at Prandtl's load") {
@@ -112,4 +155,18 @@ TEST_CASE("a strip footing fails at Prandtl's load") {
   check({"quadratic_spline", "apic", 2}, 0.11);
   check({"gimp", "flip", 2}, 0.13);
   check({"element", "flip", 2}, 0.17);
+}
+
+TEST_CASE("a plate in contact that is pushed into clay meets Prandtl's load as cells get smaller") {
+  const double coarse = plate_reaction(0.1, 0.4), half_step = plate_reaction(0.1, 0.2),
+               half_cell = plate_reaction(0.05, 0.4);
+  MESSAGE("reaction over Prandtl's: " << coarse << ", half the step " << half_step
+                                      << ", half the cell " << half_cell);
+  // The clay rises beside the plate, and it is sheared along the plate's sides: above 1 at any
+  // cell.
+  CHECK(half_step == doctest::Approx(coarse).epsilon(0.01));
+  CHECK(half_cell == doctest::Approx(coarse).epsilon(0.08));
+  CHECK(half_cell < coarse);
+  CHECK(half_cell > 1.0);
+  CHECK(coarse < 1.4);
 }
