@@ -16,7 +16,8 @@ const Section& resume_section() {
           "Go on from a particle file of CB-Geo MPM, particlesNNN.h5 in the folder `uuid` of "
           "post_processing.path (of a parallel run: those of all its ranks). The file has the "
           "state of the particles, and their ids, so that sets and loads act on the same ones. "
-          "The run begins with step `step` + 1, and `nsteps` counts the steps before. "
+          "With a fixed `dt` the run begins with step `step` + 1, and `nsteps` and `end_time` count "
+          "what was before; with adaptive steps time and steps begin at 0. "
           "Materials have the parameters of this scenario, whatever they were before: of "
           "MohrCoulomb `phi`, `psi` and `cohesion` follow from them and from `pdstrain`. "
           "`lahar export --to cbgeo` writes such files.",
@@ -46,7 +47,9 @@ const Section& damping_section() {
       .path = "analysis.damping",
       .help =
           "Local damping: a force against each velocity component, `damping_factor` times the "
-          "magnitude of the unbalanced nodal force.",
+          "component of the unbalanced nodal force (Cundall 1987). With analysis.preset \"cbgeo\" "
+          "times the magnitude of the whole force: then walls that carry a side pressure shake "
+          "what is beside them for ever.",
       .fields = {
           {.key = "type",
            .kinds = text,

@@ -20,7 +20,7 @@ std::span<const HistoryColumn> history_columns() {
       {"damping", "J",
        "energy taken by damping, contact, friction and the velocity transfer since the start"},
       {"friction", "J",
-       "part of damping: energy taken by friction between bodies in contact since the start"},
+       "part of damping: energy taken by friction at walls and between bodies since the start"},
       {"balance", "J", "kinetic + internal + damping - external - kinetic at the start"},
       {"max_speed", "m/s", "largest particle speed"},
       {"divided", "-", "increments that materials could only do in parts, since the start"},

@@ -24,7 +24,7 @@ struct HistoryRow {
   double internal = 0;  ///< work of the stresses since the start (elastic: the strain energy)
   double external = 0;  ///< work of gravity, loads and prescribed velocities since the start
   double damping = 0;   ///< energy taken by damping, contact, friction and the velocity transfer
-  double friction = 0;  ///< of damping: what friction between bodies in contact took
+  double friction = 0;  ///< of damping: what friction at walls and between bodies took
   double balance =
       0;  ///< kinetic + internal + damping - external - kinetic at start: numerical drift
   double max_speed = 0;  ///< [m/s]

@@ -86,6 +86,7 @@ void ScenarioBuilder<Dim>::build_analysis() {
   a.pressure_smoothing = get_bool(*analysis, "pressure_smoothing").value_or(false);
   a.closed_faces = !in_.cbgeo_defaults;
   a.volume_as_cbgeo = in_.cbgeo_defaults;
+  a.damping_as_cbgeo = in_.cbgeo_defaults;
   a.opening = get_bool(*analysis, "opening").value_or(!in_.cbgeo_defaults);
   set(*analysis, "opening", a.opening);
   const auto opens = [](const Material& material) { return can_open(material.law); };

@@ -155,8 +155,10 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
     double& c = slowest[static_cast<std::size_t>(material.body)];
     c = std::min(c, std::sqrt(wave_modulus(material.law) / material.density));
   }
-  const double viscous =
-      viscosity_.value_or(0) / (smoothing(a.functions, info(mesh_->element()).order) * h * h);
+  if (a.transfer.order == 1)
+    a.transfer.smoothing = smoothing(a.functions, info(mesh_->element()).order) * h * h;
+  a.transfer.viscosity = viscosity_.value_or(0);
+  const double viscous = viscosity_ ? *viscosity_ / a.transfer.smoothing : 0.0;
   for (const double c : slowest)
     a.transfer.rates.push_back(relaxation_time_
                                    ? 1.0 / *relaxation_time_

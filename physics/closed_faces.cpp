@@ -106,17 +106,11 @@ bool holds_nothing(const Patch<Dim>& patch) {
   return patch.fixed.empty() && patch.walls.empty();
 }
 
-/// Functions are zero on the faces of cells that do not have their node.
-template <int Dim>
-bool ends_at_faces(const Patch<Dim>& patch) {
-  return patch.cartesian && (patch.basis == BasisKind::linear || patch.basis == BasisKind::corners);
-}
-
 }  // namespace
 
 template <int Dim>
 bool return_through_faces(Patch<Dim>& patch, Particles<Dim>& particles, Local i, Local old) {
-  if (holds_nothing(patch) || !ends_at_faces(patch)) return false;
+  if (holds_nothing(patch) || !patch.cartesian) return false;
   const auto passed = sides_passed(patch, particles, i, old);
   bool any = false;
   for (std::size_t d = 0; d < Dim; ++d) {
@@ -133,7 +127,7 @@ bool return_through_faces(Patch<Dim>& patch, Particles<Dim>& particles, Local i,
 template <int Dim>
 bool return_through_edge(Patch<Dim>& patch, Particles<Dim>& particles, Local i, Local old,
                          Index found) {
-  if (holds_nothing(patch) || !ends_at_faces(patch)) return false;
+  if (holds_nothing(patch) || !patch.cartesian) return false;
   const auto passed = sides_passed(patch, particles, i, old);
   if (Dim - std::count(passed.begin(), passed.end(), 0) < 2) return false;
   const auto local = patch.local_cell.find(found);

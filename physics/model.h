@@ -179,6 +179,9 @@ struct VelocityTransfer {
   std::vector<double> rates;
   int order = 1;
   bool filters_change = false;  ///< FMPM
+  /// For messages, of order 1: rate of the damping of what the mesh resolves over the wave number
+  /// squared, as a share of `rates` [m^2], and the viscosity that was asked for [m^2/s].
+  double smoothing = 0, viscosity = 0;
 
   /// 1 - theta of a body in a step of dt [s].
   double kept(int body, double dt) const;
@@ -207,6 +210,9 @@ struct Analysis {
   double end_time = std::numeric_limits<double>::infinity();  ///< [s]
   VelocityTransfer transfer;
   double damping = 0.0;  ///< Cundall factor [-]; 0 = none
+  /// Each component of the velocity is damped by the magnitude of the whole unbalanced force, as in
+  /// CB-Geo MPM, also by what walls carry; else by that of its own component (Cundall 1987).
+  bool damping_as_cbgeo = false;
   bool pressure_smoothing = false;
   bool opening = false;  ///< what opens between grains or drops is not volume of the particles
   Contact contact;

@@ -157,15 +157,36 @@ void hold_pressed(Patch<Dim>& patch, const StepContext<Dim>& step) {
     const WallNode<Dim>& wall = patch.walls[k];
     double* v = at(patch.velocity, wall.node);
     hold_at_walls(wall, push, v);
-    patch.work.damping += own[static_cast<std::ptrdiff_t>(wall.node) * sum_stride] *
-                          push.by.taken_again(push.mapped, Eigen::Map<Vec<Dim>>(v), at_nodes);
+    const double m = own[static_cast<std::ptrdiff_t>(wall.node) * sum_stride];
+    patch.work.damping += m * push.by.taken_again(push.mapped, Eigen::Map<Vec<Dim>>(v), at_nodes);
+    if (!at_nodes) patch.work.friction -= 0.5 * m * push.rubbed.dot(push.mapped - push.by.after);
   }
+}
+
+/// What this patch's share of the damping forces takes at the present velocities [W].
+template <int Dim>
+double damping_power(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  double power = 0.0;
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < range.end; ++i) {
+      const double* v = at(patch.velocity, i);
+      if (!(v[mass_lane] > patch.least_mass)) continue;
+      const double share = own[static_cast<std::ptrdiff_t>(i) * sum_stride] / v[mass_lane];
+      for (int d = 0; d < Dim; ++d) power += share * at(patch.damping, i)[d] * v[d];
+    }
+  return power;
 }
 
 }  // namespace
 
+// Of a force f particles of FLIP get the energy f dt . (start + mapped) / 2 (NodeImpulse). Damping
+// forces differ from node to node, so that what the mapping smooths matters.
 template <int Dim>
 void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const Analysis& analysis = step.model->analysis;
+  const bool counts_damping = analysis.damping > 0.0 && !counts_at_nodes(analysis);
+  const double power = counts_damping ? damping_power(patch, step) : 0.0;
   for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::momentum, step.step),
                 [&](Local i, const NodeVector&, const NodeVector& sum) {
                   double* v = at(patch.velocity, i);
@@ -175,6 +196,7 @@ void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
     patch.wall_pushes[k].mapped =
         Eigen::Map<const Vec<Dim>>(at(patch.velocity, patch.walls[k].node));
   prescribe_velocities(patch, patch.velocity);
+  if (counts_damping) patch.work.damping += 0.5 * step.dt * (damping_power(patch, step) - power);
   hold_pressed(patch, step);
   if (patch.bodies() > 1) hold_together(patch, step);
 }
@@ -356,10 +378,13 @@ class Integrator {
     return load<NodeVector>(f);
   }
 
-  /// Cundall's force alpha |f| sign(v), against the velocity. The force has no mass lane.
+  /// Cundall's force alpha |f_d| sign(v_d), against the velocity. The force has no mass lane.
   NodeVector damping(const NodeVector& v, const NodeVector& force) const {
-    const NodeVector against(step_.model->analysis.damping * std::sqrt(reduce(force * force)));
     const NodeVector zero(0.0);
+    const Analysis& analysis = step_.model->analysis;
+    const NodeVector size = analysis.damping_as_cbgeo ? NodeVector(std::sqrt(reduce(force * force)))
+                                                      : max(force, zero - force);
+    const NodeVector against = analysis.damping * size;
     const auto signed_force = v.v > zero.v ? against.v : v.v < zero.v ? -against.v : zero.v;
     return with_mass(NodeVector::of(signed_force), zero);
   }
@@ -400,7 +425,8 @@ class Integrator {
       for (int d = 0; d < Dim; ++d)
         patch_.contact.wall_change[at_walls][d] = step_.dt * (acceleration[d] - a[d]);
     patch_.work.external += own_mass * done.reaction;
-    patch_.work.damping += own_mass * done.friction;
+    patch_.work.damping += own_mass * done.taken;
+    patch_.work.friction += own_mass * done.friction;
     v = load<NodeVector>(velocity);
     a = load<NodeVector>(acceleration);
   }

@@ -92,7 +92,7 @@ struct NodeRange {
 struct PatchWork {
   double internal = 0, external = 0;
   double damping = 0;   ///< [J] with friction, and with what the velocity transfer takes
-  double friction = 0;  ///< [J] of damping: what friction between bodies in contact takes
+  double friction = 0;  ///< [J] of damping: what friction at walls and between bodies takes
   double divided = 0;   ///< increments that a law could only do in parts (update_in_parts())
   PatchWork& operator+=(const PatchWork& other) {
     internal += other.internal;

@@ -157,15 +157,22 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
   }
   const Vec<Dim> mean = v - 0.5 * dt * a;  // velocity of the step
   // A moving wall pushes along its own velocity; the rest of its work is lost.
-  Vec<Dim> walls = Vec<Dim>::Zero();
+  Vec<Dim> walls = Vec<Dim>::Zero(), slowed = pushed;
   for (std::size_t k = 0; k < Dim; ++k)
-    if (wall.pushes[k] != 0) walls[static_cast<int>(k)] = wall.velocity[k];
+    if (wall.pushes[k] != 0) {
+      walls[static_cast<int>(k)] = wall.velocity[k];
+      slowed[static_cast<int>(k)] = 0.0;
+    }
   work.reaction += pushed.dot(walls);
-  work.friction = dt * rubbed.dot(mean) - pushed.dot(mean - walls);
+  work.taken = dt * rubbed.dot(mean) - pushed.dot(mean - walls);
+  work.friction = dt * rubbed.dot(mean) - slowed.dot(mean);
   work.reaction += dt * shaken.dot(mean);
   store_flushed<Dim>(wall.axes * v, velocity);
   store_flushed<Dim>(wall.axes * a, acceleration);
-  if (done) done->by = {wall.axes * before, wall.axes * pushed, global_v};
+  if (done) {
+    done->by = {wall.axes * before, wall.axes * pushed, global_v};
+    done->rubbed = wall.axes * slowed;
+  }
   return work;
 }
 

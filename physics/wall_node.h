@@ -34,7 +34,8 @@ struct WallNode {
 /// Work at a wall per mass of the node [J/kg].
 struct WallWork {
   double reaction = 0;  ///< of what holds prescribed velocities and accelerations, on the node
-  double friction = 0;  ///< taken from the node
+  double taken = 0;     ///< from the node
+  double friction = 0;  ///< of it, by friction
 };
 
 /// What one-sided walls did to a node in a step.
@@ -43,6 +44,7 @@ struct WallPush {
   std::array<bool, Dim> pressed{};     ///< the walls that pushed, by local axis
   bool stuck = false;                  ///< friction left no sliding
   NodeImpulse<Dim> by;                 ///< of all of them
+  Vec<Dim> rubbed = Vec<Dim>::Zero();  ///< [m/s] of by.change, what friction did
   Vec<Dim> mapped = Vec<Dim>::Zero();  ///< [m/s] by MUSL's second mapping, before anything held it
   bool any() const { return std::find(pressed.begin(), pressed.end(), true) != pressed.end(); }
 };

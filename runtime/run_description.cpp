@@ -29,7 +29,9 @@ Model<Dim> without_particles(const Model<Dim>& model) {
 }
 
 /// The velocity transfer in words.
-std::string describe(const Analysis& analysis) {
+template <int Dim>
+std::string describe_transfer(const Model<Dim>& model) {
+  const Analysis& analysis = model.analysis;
   const VelocityTransfer& transfer = analysis.transfer;
   const std::string affine = analysis.affine == Affine::apic   ? "APIC"
                              : analysis.affine == Affine::tpic ? "TPIC"
@@ -44,10 +46,30 @@ std::string describe(const Analysis& analysis) {
                         transfer.order);
   if (all) return order;
   if (transfer.rates.empty()) return fmt::format("{:g} FLIP, the rest {}", transfer.flip, order);
-  std::string times;
-  for (const double rate : transfer.rates)
-    times += fmt::format("{}{:.3g}", times.empty() ? "" : ", ", 1.0 / rate);
-  return fmt::format("FLIP that becomes {} in {} s", order, times);
+  std::string times, viscosities;
+  bool by_cells = false;
+  for (std::size_t body = 0; body < transfer.rates.size(); ++body) {
+    const double viscosity = transfer.rates[body] * transfer.smoothing;  // [m^2/s]
+    const char* comma = body == 0 ? "" : ", ";
+    times += fmt::format("{}{:.3g}", comma, 1.0 / transfer.rates[body]);
+    viscosities += fmt::format("{}{:.3g}", comma, viscosity);
+    by_cells |= viscosity > 1.001 * transfer.viscosity;
+  }
+  std::string text = fmt::format("FLIP that becomes {} in {} s", order, times);
+  if (transfer.smoothing > 0.0)
+    text += fmt::format(", as a viscosity of {} m^2/s{}", viscosities,
+                        by_cells ? ", less with finer cells" : "");
+  if (transfer.rates.size() > 1) {
+    std::string names;
+    for (int body = 0; body < analysis.contact.bodies; ++body)
+      for (const Material& material : model.materials)
+        if (material.body == body) {
+          names += fmt::format("{}'{}'", body == 0 ? "" : ", ", material.name);
+          break;
+        }
+    text += fmt::format(" (bodies of {})", names);
+  }
+  return text;
 }
 
 template <int Dim>
@@ -65,7 +87,7 @@ void describe(Console& console, const Model<Dim>& model, const SimulationInfo& i
   console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles),
                            model.materials.size(), model.materials.size() == 1 ? "" : "s"));
   console.line(fmt::format("scheme     {}, {}", scheme_name(model.analysis.scheme),
-                           describe(model.analysis)));
+                           describe_transfer(model)));
   console.line(fmt::format("time step  {:.4g} s{}, stability limit {:.4g} s", info.dt,
                            plan.adaptive ? " (adaptive)" : "", info.dt_limit));
   console.line(fmt::format("patches    {} of about {} cells, {} tasks per step", info.patches,

@@ -86,6 +86,19 @@ TEST_CASE("a block slides on a floor with the friction that was asked for") {
   check({.tilt = 0.2}, "on an incline");
 }
 
+TEST_CASE("what friction at a wall takes is its force times the path, and stands in the history") {
+  for (const char* const scheme : {"usf", "musl"})
+    for (const char* const functions : {"element", "gimp", "quadratic_spline"}) {
+      const HistoryRow end = slide({.scheme = scheme, .functions = functions});
+      const double heat = 0.5 * mass * v0 * v0 - end.kinetic;
+      CAPTURE(scheme);
+      CAPTURE(functions);
+      CHECK(end.friction == doctest::Approx(heat).epsilon(0.03));
+      CHECK(end.friction < 1.005 * end.damping);  // ringing may give a little
+    }
+  CHECK(slide({.friction = 0}).friction == doctest::Approx(0.0));
+}
+
 TEST_CASE("a block that bounces on a one-sided wall makes no energy") {
   struct Bounce {
     double largest_after, balance;  ///< shares of the kinetic energy before
