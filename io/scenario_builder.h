@@ -128,7 +128,6 @@ class ScenarioBuilder {
   void warn_of_free_fall();
   void warn_of_smoothing();
   void warn_of_locking();
-  void warn_of_bonds();
   void warn_of_fields();
   // scenario_doubts_places.cpp
   void warn_of_walls();
@@ -136,7 +135,18 @@ class ScenarioBuilder {
                     int outward);
   void warn_of_clipping(const JsonValue& shape, const Region<Dim>& region, Index particles);
   void warn_of_overlap();
-  bool generators_meet() const;  ///< boxes around their particles; collective
+  using Box = std::array<Vec<Dim>, 2>;                   ///< its lowest and highest corner [m]
+  std::vector<Box> generator_boxes() const;              ///< around their particles; collective
+  /// Whether boxes are further from each other than `gap` along an axis.
+  static bool apart(const Box& a, const Box& b, const Vec<Dim>& gap);
+  // scenario_doubts_bodies.cpp
+  bool decides_on_contact() const;  ///< by `interface`, or as CB-Geo MPM
+  void warn_of_bonds();
+  void warn_of_distance();
+  void warn_of_stillness();
+  void warn_of_softening();
+  void warn_of_thin_layers();
+  // scenario_doubts_places.cpp
   std::vector<Vec<Dim>> places_of(const std::vector<Index>& nodes) const;  ///< collective
   Vec<Dim> outer_cell() const;  ///< [m] edges of a cell, or of the boxes around them in the mean
   bool is_held(Index node, int dir) const;

@@ -53,6 +53,10 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_smoothing();
   warn_of_locking();
   warn_of_bonds();
+  warn_of_distance();
+  warn_of_stillness();
+  warn_of_softening();
+  warn_of_thin_layers();
   warn_of_fields();
 }
 
@@ -213,35 +217,6 @@ void ScenarioBuilder<Dim>::warn_of_locking() {
                             model_.materials[m].name),
                 "take \"per_cell\": 1, and compare with half the cell");
   }
-}
-
-// A body of its own material, with prescribed velocities, beside another material.
-template <int Dim>
-void ScenarioBuilder<Dim>::warn_of_bonds() {
-  const JsonValue* interface = section("analysis").find("interface");
-  if (!model_.analysis.drives_nodes || (interface && !interface->defaulted)) return;
-  const ParticleTable<Dim>& p = model_.particles;
-  std::vector<bool> is_prescribed(p.x.size());
-  for (const auto& entry : model_.particle_velocities)
-    for (const Index i : entry.particles)
-      is_prescribed[static_cast<std::size_t>(rows_.local(i))] = true;
-  const std::size_t n = model_.materials.size();
-  std::vector<double> has(2 * n, 0.0);  // prescribed particles, and others, by material
-  for (std::size_t i = 0; i < p.x.size(); ++i)
-    has[2 * p.material[i] + (is_prescribed[i] ? 0 : 1)] = 1.0;
-  has = team_.most(std::move(has));
-  bool others = false, bodies = false;
-  for (std::size_t m = 0; m < n; ++m) {
-    others |= has[2 * m + 1] > 0.0;
-    bodies |= has[2 * m] > 0.0 && has[2 * m + 1] == 0.0;
-  }
-  if (!others || !bodies) return;
-  in_.warning(*boundary().find("particles_velocity_constraints"),
-              "other material sticks to particles with prescribed velocities, as if they were up "
-              "to a cell and a half larger: forces on a body that is pushed into soil come out too "
-              "high",
-              "\"interface\": true with \"contact\": {\"friction\": ...} in analysis gives a body its "
-              "own size; \"interface\": false keeps it bonded without this warning");
 }
 
 template <int Dim>

@@ -260,38 +260,42 @@ void merge_shares(std::vector<CellShare>& shares) {
 }  // namespace
 
 template <int Dim>
-bool ScenarioBuilder<Dim>::generators_meet() const {
-  const std::size_t n = generators_.size();
-  std::vector<double> box(n * 2 * Dim, -infinity);  // -low, high
-  const auto& x = model_.particles.x;
+auto ScenarioBuilder<Dim>::generator_boxes() const -> std::vector<Box> {
+  const std::size_t n = generators_.size(), sides = 2 * static_cast<std::size_t>(Dim);
+  std::vector<double> box(n * sides, -infinity);  // -low, then high
   for (std::size_t g = 0; g < n; ++g)
-    for (const auto& r : rows_.own_ranges())
-      for (Index row = std::max(r.first, generators_[g].first);
-           row < std::min(r.end, generators_[g].end); ++row)
-        for (int d = 0; d < Dim; ++d) {
-          const double at = x[static_cast<std::size_t>(r.local + row - r.first)][d];
-          double* side = &box[(g * Dim + static_cast<std::size_t>(d)) * 2];
-          side[0] = std::max(side[0], -at);
-          side[1] = std::max(side[1], at);
-        }
-  box = team_.most(std::move(box));
-  for (std::size_t a = 0; a < n; ++a)
-    for (std::size_t b = a + 1; b < n; ++b) {
-      bool apart = false;
-      for (std::size_t d = 0; d < Dim; ++d) {
-        const double* p = &box[(a * Dim + d) * 2];
-        const double* q = &box[(b * Dim + d) * 2];
-        apart |= p[1] < -q[0] || q[1] < -p[0];
+    for (const Index row : rows_.own_rows(generators_[g].first, generators_[g].end))
+      for (int d = 0; d < Dim; ++d) {
+        const double at = model_.particles.x[static_cast<std::size_t>(rows_.local(row))][d];
+        double* side = &box[g * sides + 2 * static_cast<std::size_t>(d)];
+        side[0] = std::max(side[0], -at);
+        side[1] = std::max(side[1], at);
       }
-      if (!apart) return true;
+  box = team_.most(std::move(box));
+  std::vector<Box> boxes(n);
+  for (std::size_t g = 0; g < n; ++g)
+    for (int d = 0; d < Dim; ++d) {
+      const double* side = &box[g * sides + 2 * static_cast<std::size_t>(d)];
+      boxes[g][0][d] = -side[0];
+      boxes[g][1][d] = side[1];
     }
-  return false;
+  return boxes;
+}
+
+template <int Dim>
+bool ScenarioBuilder<Dim>::apart(const Box& a, const Box& b, const Vec<Dim>& gap) {
+  return ((a[1] + gap).array() < b[0].array()).any() || ((b[1] + gap).array() < a[0].array()).any();
 }
 
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_overlap() {
   constexpr double most = 1.05;  // of particle volume over the cell's [-]
-  if (generators_.size() < 2 || !generators_meet()) return;
+  if (generators_.size() < 2) return;
+  const std::vector<Box> boxes = generator_boxes();
+  bool meet = false;
+  for (std::size_t a = 0; a < boxes.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b) meet |= !apart(boxes[a], boxes[b], Vec<Dim>::Zero());
+  if (!meet) return;
   const auto& p = model_.particles;
   std::vector<CellShare> own;
   std::size_t g = 0;
@@ -350,6 +354,8 @@ void ScenarioBuilder<Dim>::warn_of_overlap() {
   template void ScenarioBuilder<Dim>::warn_of_clipping(const JsonValue&, const Region<Dim>&, \
                                                        Index);                               \
   template void ScenarioBuilder<Dim>::warn_of_overlap();                                     \
+  template auto ScenarioBuilder<Dim>::generator_boxes() const->std::vector<Box>;             \
+  template bool ScenarioBuilder<Dim>::apart(const Box&, const Box&, const Vec<Dim>&);        \
   template Vec<Dim> ScenarioBuilder<Dim>::outer_cell() const;
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

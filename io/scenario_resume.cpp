@@ -119,23 +119,22 @@ void ScenarioBuilder<Dim>::build_resume() {
         "(--restart), or take \"cpdi\", whose domains begin anew as boxes");
     return;
   }
-  if (a.step.adaptive) {
-    in_.error(*resume, "a run with adaptive steps cannot be resumed from a particle file",
-              "the file does not say at which time its step was; give a fixed dt");
-    return;
-  }
   if (a.affine != Affine::none)
     in_.warning(
         *resume,
         "the particle file has no affine velocities: \"apic\" and \"tpic\" begin without them",
         "the first step smooths velocities as PIC does; go on from a checkpoint (--restart) "
         "to keep them");
-  a.first_step = *step + 1;
+  // The file does not have its time: steps before may have been of any length.
+  a.first_step = a.step.adaptive ? 0 : *step + 1;
   if (a.nsteps < a.first_step) {
     in_.error(*resume,
               fmt::format("the run ends with step {}, but is to go on from step {}", a.nsteps,
                           a.first_step),
-              "raise nsteps: it counts the steps before as well");
+              written(section("analysis"), "nsteps")
+                  ? "raise nsteps: it counts the steps before as well"
+                  : "raise end_time: with a fixed dt it counts the time before, steps times dt, as "
+                    "well; or leave dt out");
     return;
   }
   const auto files = find_resume_files(*resume, *run, *step);

@@ -141,14 +141,6 @@ mpm.json:19:51: error: 'step' is missing in analysis.resume [/analysis/resume]
                                                     ^
   hint: the file does not have the corners of the particles' domains; go on from a checkpoint (--restart), or take "cpdi", whose domains begin anew as boxes
 )"},
-    {"adaptive steps",
-     {resume(R"("resume": true, "uuid": "x", "step": 5)", R"("time_step": {"adaptive": true}, )")},
-     {},
-     R"(mpm.json:19:51: error: a run with adaptive steps cannot be resumed from a particle file [/analysis/resume]
-    "analysis": {"type": "MPMExplicit2D", "resume": {"resume": true, "uuid": "x", "step": 5}, "time_step": {"adaptive": true}, "dt": 0.001, "nsteps": 10},
-                                                    ^
-  hint: the file does not say at which time its step was; give a fixed dt
-)"},
     {"not an HDF5 file",
      {resume(R"("resume": true, "uuid": ".", "step": 5)"),
       replace("mpm.json", "\"output_steps\"", "\"path\": \".\", \"output_steps\""),
@@ -183,6 +175,15 @@ mpm.json:19:51: error: 'step' is missing in analysis.resume [/analysis/resume]
     "analysis": {"type": "MPMExplicit2D", "resume": {"resume": true, "uuid": ".", "step": 10}, "dt": 0.001, "nsteps": 10},
                                                     ^
   hint: raise nsteps: it counts the steps before as well
+)"},
+    {"the end comes before, by time",
+     {resume(R"("resume": true, "uuid": ".", "step": 10)"),
+      replace("mpm.json", "\"nsteps\": 10", "\"end_time\": 0.01")},
+     {},
+     R"(mpm.json:19:51: error: the run ends with step 10, but is to go on from step 11 [/analysis/resume]
+    "analysis": {"type": "MPMExplicit2D", "resume": {"resume": true, "uuid": ".", "step": 10}, "dt": 0.001, "end_time": 0.01},
+                                                    ^
+  hint: raise end_time: with a fixed dt it counts the time before, steps times dt, as well; or leave dt out
 )"},
   };
   // clang-format on

@@ -210,3 +210,113 @@ TEST_CASE("a body with prescribed velocities is warned of where other material s
   CHECK(warnings("steel", R"("interface": false, )").find("sticks") == std::string::npos);
   CHECK(warnings("soil", "").find("sticks") == std::string::npos);  // the end of a bar
 }
+
+TEST_CASE("bodies that are apart are warned of where nothing is said of contact") {
+  const auto warnings = [](const char* material, double bottom, const char* analysis,
+                           const char* more = "") {
+    const lahar::Scenario s = lahar::read_scenario_text(
+        R"({"mesh": {"structured": {"cell_size": 1, "counts": [4, 6]}},
+            "materials": [
+              {"name": "soil", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+               "poisson_ratio": 0.3},
+              {"name": "steel", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e7,
+               "poisson_ratio": 0.3},
+              {"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 1e6,
+               "dynamic_viscosity": 1e-3}],
+            "particles": [
+              {"generator": {"type": "region", "material": "soil", "per_cell": 2,
+                             "region": {"box": {"max": [4, 2]}}}},
+              {"generator": {"type": "region", "material": ")" +
+            std::string(material) + R"(", "per_cell": 2,
+                             "region": {"box": {"min": [0, )" +
+            std::to_string(bottom) + R"(], "max": [2, 5]}}}})" + more + R"(],
+            "analysis": {)" +
+            analysis + R"("nsteps": 1}})",
+        "");
+    return lahar::format_problems(s.warnings, "warning");
+  };
+  CHECK(warnings("steel", 3, "").find("a body apart from those on line ") != std::string::npos);
+  CHECK(warnings("steel", 2, "").find("apart") == std::string::npos);  // on the soil
+  CHECK(warnings("soil", 3, "").find("apart") == std::string::npos);
+  CHECK(warnings("water", 3, "").find("apart") == std::string::npos);
+  CHECK(warnings("steel", 3, R"("interface": true, )").find("apart") == std::string::npos);
+  CHECK(warnings("steel", 3, R"("interface": false, )").find("apart") == std::string::npos);
+  CHECK(warnings("steel", 3, R"("type": "MPMExplicit2D", "dt": 1e-3, )").find("apart") == std::string::npos);
+  const char* const layer = R"(, {"generator": {"type": "region", "material": "soil",
+    "per_cell": 2, "region": {"box": {"min": [0, 2], "max": [2, 3]}}}})";
+  CHECK(warnings("steel", 3, "", layer).find("apart") == std::string::npos);
+}
+
+TEST_CASE("a scenario in which nothing can move is warned of") {
+  const auto warnings = [](const char* conditions, const char* normal) {
+    const lahar::Scenario s = lahar::read_scenario_text(
+        R"({"mesh": {"structured": {"cell_size": 1, "counts": [4, 4]},
+                     "boundary_conditions": {)" +
+            std::string(conditions) + R"(}},
+            "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0], "normal": [0, )" +
+            normal + R"(]}}}},
+            "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+                           "poisson_ratio": 0.3}],
+            "particles": [{"generator": {"type": "region", "material": 0, "per_cell": 1,
+                                         "region": {"box": {"max": [4, 2]}}}}],
+            "analysis": {"nsteps": 1}})",
+        "");
+    return lahar::format_problems(s.warnings, "warning");
+  };
+  const char* const walls = R"("walls": [{"nset": "floor", "normal": [0, 1], "friction": 0.5}])";
+  const char* const held = R"("velocity_constraints": [
+    {"nset": "floor", "dir": "x", "velocity": 0}, {"nset": "floor", "dir": "y", "velocity": 0}])";
+  const char* const column = R"("velocity_constraints": [
+    {"nset": "floor", "dir": "x", "velocity": 0}])";
+  CHECK(warnings(walls, "-1").find("all nodes of the mesh are nodes of this wall") !=
+        std::string::npos);
+  CHECK(warnings(held, "-1").find("all nodes of the mesh are held in all directions") !=
+        std::string::npos);
+  for (const char* const fine : {walls, held})
+    CHECK(warnings(fine, "1").find("all nodes") == std::string::npos);
+  CHECK(warnings(column, "-1").find("all nodes") == std::string::npos);
+}
+
+TEST_CASE("residual strengths of soil that does not soften are warned of") {
+  const auto warnings = [](const char* keys, const char* analysis) {
+    const lahar::Scenario s = lahar::read_scenario_text(
+        R"({"mesh": {"structured": {"cell_size": 1, "counts": [2, 2]}},
+            "materials": [{"name": "sand", "type": "MohrCoulomb", "density": 1000,
+                           "youngs_modulus": 1e6, "poisson_ratio": 0.3, "friction": 30,
+                           "dilation": 0, "cohesion": 0, "tension_cutoff": 0)" +
+            std::string(keys) + R"(}],
+            "particles": [{"generator": {"type": "region", "material": 0, "per_cell": 1}}],
+            "analysis": {)" +
+            analysis + R"("nsteps": 1}})",
+        "");
+    return lahar::format_problems(s.warnings, "warning");
+  };
+  const char* const residual = R"(, "residual_friction": 20)";
+  CHECK(warnings(residual, "").find("'residual_friction' has no effect: material 'sand'") !=
+        std::string::npos);
+  CHECK(warnings("", "").find("has no effect") == std::string::npos);
+  CHECK(warnings(residual, R"("type": "MPMExplicit2D", "dt": 1e-3, )").find("residual") == std::string::npos);
+}
+
+TEST_CASE("a layer that yields and is hardly thicker than cells is warned of") {
+  const auto thin = [](const char* law, double thickness, const char* cells) {
+    const lahar::Scenario s = lahar::read_scenario_text(
+        R"({"mesh": {"structured": {"cell_size": 1, "counts": )" + std::string(cells) + R"(}},
+            "materials": [{"name": "weak", "density": 1000, "youngs_modulus": 1e6,
+                           "poisson_ratio": 0.3, "type": )" +
+            law + R"(}],
+            "particles": [{"generator": {"type": "region", "material": 0, "per_cell": 1,
+              "region": {"box": {"min": [0, 4], "max": [9, )" +
+            std::to_string(4 + thickness) + R"(]}}}}], "analysis": {"nsteps": 1}})",
+        "");
+    return lahar::format_problems(s.warnings, "warning").find("at most two cells thick") !=
+           std::string::npos;
+  };
+  const char* const sand =
+      R"("MohrCoulomb", "friction": 30, "dilation": 0, "cohesion": 0, "tension_cutoff": 0)";
+  CHECK(thin(sand, 2, "[9, 9]"));
+  CHECK_FALSE(thin(sand, 3, "[9, 9]"));
+  CHECK_FALSE(thin(sand, 3, "[1, 9]"));  // a column
+  CHECK(thin(sand, 2, "[1, 9]"));
+  CHECK_FALSE(thin(R"("LinearElastic")", 2, "[9, 9]"));
+}
