@@ -143,6 +143,21 @@ TEST_CASE("resuming from the files of all ranks of a parallel run, in any order"
   CHECK(same_bits(frame_of(resumed("usl", folder.path, R"("step": 39)"), serial(), 5), expected));
 }
 
+TEST_CASE("with adaptive steps a resumed run begins at 0 with the state of the file") {
+  const TemporaryFolder folder;
+  fs::create_directories(folder.path / "results/before");
+  const Frame middle = frame_of(model_of_text<2>(water_and_block("usf", "")), serial(), 40);
+  write_cbgeo(middle, run_info, folder.path / "results/before/particles039.h5");
+  const Model<2> model = resumed(
+      "usf", folder.path,
+      R"("step": 39}, "end_time": 0.02, "time_step": {"adaptive": true, "accept_unstable": false)");
+  Simulation<2> simulation(model, serial());
+  CHECK(simulation.time() == 0.0);
+  CHECK(simulation.history().particles == middle.size());
+  simulation.run();
+  CHECK(simulation.time() == doctest::Approx(0.02));
+}
+
 TEST_CASE("a resumed run whose transfer has an affine field is told that it begins without one") {
   const TemporaryFolder folder;
   fs::create_directories(folder.path / "results/before");
