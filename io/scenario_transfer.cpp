@@ -39,18 +39,19 @@ void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
                            : update->as<bool>()  ? "pic"
                                                  : "flip";
   VelocityTransfer& transfer = model_.analysis.transfer;
-  const bool of_order = name == "xpic" || name == "fmpm";
-  transfer.flip = name == "flip" ? 1.0 : 0.0;
+  const bool of_order = name == "xpic" || name == "fmpm", separates = name == "asflip";
+  transfer.flip = name == "flip" || separates ? 1.0 : 0.0;
   transfer.order = of_order ? 2 : 1;
   transfer.filters_change = name == "fmpm";
-  model_.analysis.affine = name == "apic"   ? Affine::apic
-                           : name == "tpic" ? Affine::tpic
-                                            : Affine::none;
-  if (name == "apic" && mesh_ && info(mesh_->element()).order > 1)
+  transfer.separation = separates ? 1.0 : 0.0;
+  model_.analysis.affine = name == "apic" || separates ? Affine::apic
+                           : name == "tpic"            ? Affine::tpic
+                                                       : Affine::none;
+  if (model_.analysis.affine == Affine::apic && mesh_ && info(mesh_->element()).order > 1)
     in_.error(*update,
-              fmt::format("'velocity_update': \"apic\" does not go together with {} cells: their "
+              fmt::format("'velocity_update': \"{}\" does not go together with {} cells: their "
                           "functions reproduce second moments, so that particles have none",
-                          info(mesh_->element()).name),
+                          name, info(mesh_->element()).name),
               "take \"tpic\", which gives nodes the velocity gradient, or linear elements");
   if (!settings) return;
   if (name == "pic")
@@ -69,6 +70,20 @@ void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
     transfer.flip = *ratio;
   else if (ratio)
     relaxation_ = -std::log(*ratio);  // infinite where nothing is kept
+  if (const auto share = get_number(*settings, "separation")) {
+    if (!separates)
+      in_.error(*settings->find("separation"),
+                fmt::format("'separation' does not apply to \"{}\": its particles move with the "
+                            "nodes",
+                            name),
+                "leave it out, or set velocity_update to \"asflip\"");
+    transfer.separation = *share;
+  }
+  if (viscosity_ && separates)
+    in_.error(*settings->find("viscosity"),
+              "'viscosity' does not go together with \"asflip\": nodes have the gradients of its "
+              "affine field, and what it takes is not that of a viscosity",
+              "give 'relaxation' or 'relaxation_time'");
   if (const auto order = get_integer(*settings, "order")) {
     transfer.order = static_cast<int>(*order);
     if (model_.analysis.affine != Affine::none && transfer.order > 1)
@@ -126,13 +141,22 @@ double ScenarioBuilder<Dim>::mean_depth() const {
 template <int Dim>
 void ScenarioBuilder<Dim>::build_default_transfer() {
   JsonValue* analysis = root_.find("analysis");
-  if (!default_transfer_ || !analysis) return;
+  if (!analysis) return;
+  const JsonValue* update = analysis->find("velocity_update");
+  const bool separates = update && update->is<std::string>() && update->as<std::string>() == "asflip";
+  const bool relaxes = separates && !in_.cbgeo_defaults && !relaxation_ && !relaxation_time_;
+  if (!default_transfer_ && !relaxes) return;
   relaxation_ = 0.05;
   const auto setting = [&](double value) {
     JsonValue json;
     json.data = value;
     return json;
   };
+  if (relaxes) {
+    if (!analysis->find("velocity_update_settings"))
+      set(*analysis, "velocity_update_settings", JsonValue::Object());
+    return set(*analysis->find("velocity_update_settings"), "relaxation", *relaxation_);
+  }
   JsonValue::Object settings{{"relaxation", analysis->offset, setting(*relaxation_)}};
   const double depth = all_fluids() ? 0.0 : mean_depth();
   if (depth > 0) {
@@ -163,7 +187,7 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
                                    : std::max(relaxation_.value_or(0) * c / h, viscous));
   if (std::all_of(a.transfer.rates.begin(), a.transfer.rates.end(),
                   [](double rate) { return rate == 0.0; }))
-    a.transfer = {};  // FLIP
+    a.transfer = {.separation = a.transfer.separation};  // FLIP
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                 \

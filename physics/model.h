@@ -179,6 +179,9 @@ struct VelocityTransfer {
   std::vector<double> rates;
   int order = 1;
   bool filters_change = false;  ///< FMPM
+  /// [-] ASFLIP: share of what particles keep of their own velocities that also moves them, where
+  /// material comes apart (separation.h). 0: particles move with the nodes.
+  double separation = 0.0;
 
   /// 1 - theta of a body in a step of dt [s].
   double kept(int body, double dt) const;

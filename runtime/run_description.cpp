@@ -34,6 +34,11 @@ std::string describe(const Analysis& analysis) {
   const std::string affine = analysis.affine == Affine::apic   ? "APIC"
                              : analysis.affine == Affine::tpic ? "TPIC"
                                                                : "";
+  if (transfer.separation > 0.0) {
+    Analysis without = analysis;
+    without.transfer.separation = 0.0;
+    return "ASFLIP: " + describe(without);
+  }
   const bool all = transfer.rates.empty() ? transfer.flip == 0.0 : std::isinf(transfer.rates[0]);
   if (!transfer.takes()) return affine.empty() ? "FLIP" : affine + " and FLIP";
   const std::string order =

@@ -259,6 +259,22 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
                                                                                   ^
   hint: set velocity_update to "flip" to blend
 )"},
+    {"separation without particles that come apart",
+     {replace("mpm.json", "\"dt\"", "\"velocity_update\": \"apic\", \"velocity_update_settings\": {\"separation\": 1}, \"dt\"")},
+     {},
+     R"(X)"},
+    {"a viscosity of affine velocities",
+     {replace("mpm.json", "\"dt\"", "\"velocity_update\": \"asflip\", \"velocity_update_settings\": {\"viscosity\": 1, \"order\": 2}, \"dt\"")},
+     {},
+     R"(X)"},
+    {"corners that move with nodes where particles do not",
+     {replace("mpm.json", "\"dt\"", "\"velocity_update\": \"asflip\", \"shape_functions\": \"cpdi2\", \"dt\"")},
+     {},
+     R"(X)"},
+    {"more separation than there is",
+     {replace("mpm.json", "\"dt\"", "\"velocity_update\": \"asflip\", \"velocity_update_settings\": {\"separation\": 1.5}, \"dt\"")},
+     {},
+     R"(X)"},
     {"a function with times that do not ascend",
      {replace("mpm.json", "\"analysis\"", R"("math_functions": [{"id": 0, "type": "Linear", "xvalues": [0, 1, 1], "fxvalues": [0, 1, 1]}],
   "analysis")")},
@@ -367,5 +383,5 @@ mpm.json:20:94: error: 'history_steps' and 'history_dt' both say when rows come 
                     ^
 )"},
   };
-  check(table, 46);
+  check(table, 50);
 }

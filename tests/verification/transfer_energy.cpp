@@ -68,7 +68,9 @@ const std::vector<Transfer> transfers = {
     {"xpic", R"("order": 3)"},        {"fmpm", R"("order": 2)"},
     {"fmpm", R"("order": 3)"},        {"apic", ""},
     {"apic", R"("relaxation": 0.2)"}, {"tpic", ""},
-    {"tpic", R"("relaxation": 0.2)"}};
+    {"tpic", R"("relaxation": 0.2)"}, {"apic", R"("relaxation": 0)"},
+    {"asflip", ""},                   {"asflip", R"("relaxation": 0)"},
+    {"asflip", R"("relaxation": 0.2)"}};
 
 /// Largest balance over the run, as a share of the largest kinetic energy.
 double worst_balance(Model<2> model) {
