@@ -11,7 +11,7 @@
 ///   along each direction in which a node that it reaches is held: by a velocity constraint, or by
 ///   particles with a prescribed velocity; along all of them where such a node is at a wall, at an
 ///   absorbing boundary or at the surfaces of two bodies.
-/// There places move with the nodes, to the last bit: what nodes may not pass particles do not.
+/// There places move with the nodes: what nodes may not pass particles do not.
 ///
 /// Momentum is kept to rounding. Places are no part of the account of energy: where beta differs
 /// between particles, their centre of mass moves by other than its velocity.

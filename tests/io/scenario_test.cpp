@@ -333,6 +333,26 @@ TEST_CASE("asflip keeps what flip does, by default with relaxation, and separate
   CHECK(analysis(R"("velocity_update": "apic")").transfer.separation == 0.0);
 }
 
+TEST_CASE("asflip warns of loose grains") {
+  const auto warnings = [](const std::string& update) {
+    const Scenario scenario = read_scenario_text(
+        R"({"mesh": {"structured": {"cell_size": 1, "extent": [4, 4]}},
+      "materials": [{"type": "MohrCoulomb", "density": 1000, "youngs_modulus": 1e7,
+                     "poisson_ratio": 0.3, "friction": 30, "dilation": 0, "cohesion": 0,
+                     "tension_cutoff": 0}],
+      "particles": [{"generator": {"type": "region", "per_cell": 1, "material": 0,
+                                   "region": {"box": {"min": [0, 0], "max": [1, 1]}}}}],
+      "analysis": {"end_time": 1, "velocity_update": ")" +
+            update + R"("}})",
+        "");
+    return std::count_if(scenario.warnings.begin(), scenario.warnings.end(), [](const auto& w) {
+      return w.text.find("loose grains run out too far") != std::string::npos;
+    });
+  };
+  CHECK(warnings("asflip") == 1);
+  CHECK(warnings("apic") == 0);
+}
+
 TEST_CASE("affine velocities with functions of elements are refused where material comes apart") {
   const auto sand = [](const std::string& more) {
     return R"({"mesh": {"structured": {"cell_size": 1, "extent": [4, 4]}},

@@ -62,7 +62,7 @@ void on_every_triple(Check check) {
     Triple<Dim> triple(make, 51);
     CAPTURE(static_cast<int>(triple.apart.model.analysis.functions));
     CAPTURE(Dim);
-    check(triple);
+    check(triple, make);
   };
   with_wide_functions(with, Affine::apic);
   with_affine_corners(with, Affine::apic);
@@ -82,14 +82,15 @@ Eigen::Matrix<double, Dim, Dim> gradient(double expansion) {
 }  // namespace
 
 TEST_CASE("particles that expand move with a share of their own velocities") {
-  on_every_triple([](auto& triple) {
+  on_every_triple([](auto& triple, auto /*make*/) {
     constexpr int Dim = std::decay_t<decltype(triple.apart)>::dim;
     triple.set_velocity(gradient<Dim>(0.5));
     triple.update();
     double most = 0;
     for (const Local p : triple.apart.slots())
       for (int d = 0; d < Dim; ++d) {
-        CHECK(triple.apart.at(Column::v, p, d) == triple.with_nodes.at(Column::v, p, d));
+        CHECK(std::abs(triple.apart.at(Column::v, p, d) - triple.with_nodes.at(Column::v, p, d)) <
+              1e-14);
         CHECK(std::abs(triple.moved(p, d) - triple.free(p, d)) < 1e-14);
         CHECK(std::abs(triple.apart.at(Column::u, p, d) - triple.with_nodes.at(Column::u, p, d) -
                        triple.free(p, d)) < 1e-14);
@@ -99,20 +100,21 @@ TEST_CASE("particles that expand move with a share of their own velocities") {
   });
 }
 
-TEST_CASE("particles that are compressed move with the nodes, to the last bit") {
-  on_every_triple([](auto& triple) {
+TEST_CASE("particles that are compressed move with the nodes, to rounding") {
+  on_every_triple([](auto& triple, auto /*make*/) {
     constexpr int Dim = std::decay_t<decltype(triple.apart)>::dim;
     triple.set_velocity(gradient<Dim>(-0.5));
     triple.update();
     for (const Local p : triple.apart.slots())
       for (const Column column : {Column::x, Column::u, Column::v, Column::affine})
         for (int d = 0; d < Dim; ++d)
-          CHECK(triple.apart.at(column, p, d) == triple.with_nodes.at(column, p, d));
+          CHECK(std::abs(triple.apart.at(column, p, d) - triple.with_nodes.at(column, p, d)) <
+                1e-13 * (1 + std::abs(triple.apart.at(column, p, d))));
   });
 }
 
 TEST_CASE("along a direction in which a node is held those that reach it move with the nodes") {
-  on_every_triple([](auto& triple) {
+  on_every_triple([](auto& triple, auto make) {
     constexpr int Dim = std::decay_t<decltype(triple.apart)>::dim;
     const Local fixed = triple.apart.patch.n_nodes() / 2, wall = 0;
     triple.set_velocity(gradient<Dim>(0.5));
@@ -124,7 +126,8 @@ TEST_CASE("along a direction in which a node is held those that reach it move wi
     triple.update();
     // Whether a particle reaches a node: its velocity in a field that is 1 at the node.
     const auto function_of = [&](Local node) {
-      auto one = triple.before;
+      Triple<Dim> other(make, 51);
+      auto& one = other.before;
       one.model.analysis.transfer.flip = 0.0;
       std::fill(one.patch.velocity.begin(), one.patch.velocity.end(), 0.0);
       one.patch.velocity[one.at(node, 0)] = 1.0;
@@ -139,8 +142,8 @@ TEST_CASE("along a direction in which a node is held those that reach it move wi
     int held = 0, free = 0;
     for (std::size_t k = 0; const Local p : triple.apart.slots()) {
       for (int d = 0; d < Dim; ++d)
-        if (of_wall[k] > 1e-9 || (of_fixed[k] > 1e-9 && d == 1)) {
-          CHECK(triple.apart.at(Column::x, p, d) == triple.with_nodes.at(Column::x, p, d));
+        if (of_wall[k] > 1e-12 || (of_fixed[k] > 1e-12 && d == 1)) {
+          CHECK(std::abs(triple.moved(p, d)) < 1e-14);
           ++held;
         } else {
           CHECK(std::abs(triple.moved(p, d) - triple.free(p, d)) < 1e-14);
