@@ -193,8 +193,11 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
                                    ? 1.0 / *relaxation_time_
                                    : std::max(relaxation_.value_or(0) * c / h, viscous));
   if (std::all_of(a.transfer.rates.begin(), a.transfer.rates.end(),
-                  [](double rate) { return rate == 0.0; }))
-    a.transfer = {.separation = a.transfer.separation};  // FLIP
+                  [](double rate) { return rate == 0.0; })) {
+    const double separation = a.transfer.separation;
+    a.transfer = {};  // FLIP
+    a.transfer.separation = separation;
+  }
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                 \

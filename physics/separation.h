@@ -13,7 +13,8 @@
 ///   absorbing boundary or at the surfaces of two bodies.
 /// There places move with the nodes: what nodes may not pass particles do not.
 ///
-/// Momentum is kept to rounding. Places are no part of the account of energy: where beta differs
+/// Momentum is kept to rounding. Columns of loose sand made energy with it, with shares beta of 0
+/// and 1; why is not known. Places are no part of the account of energy: where beta differs
 /// between particles, their centre of mass moves by other than its velocity.
 ///
 /// Y. Fei, Q. Guo, R. Wu, L. Huang, M. Gao, Revisiting integration in the material point method: a

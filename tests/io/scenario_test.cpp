@@ -346,7 +346,7 @@ TEST_CASE("asflip warns of loose grains") {
             update + R"("}})",
         "");
     return std::count_if(scenario.warnings.begin(), scenario.warnings.end(), [](const auto& w) {
-      return w.text.find("loose grains run out too far") != std::string::npos;
+      return w.message.find("loose grains run out too far") != std::string::npos;
     });
   };
   CHECK(warnings("asflip") == 1);
