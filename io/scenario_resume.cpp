@@ -127,7 +127,8 @@ void ScenarioBuilder<Dim>::build_resume() {
   if (a.affine != Affine::none)
     in_.warning(
         *resume,
-        "the particle file has no affine velocities: \"apic\", \"tpic\" and \"asflip\" begin without them",
+        "the particle file has no affine velocities: \"apic\", \"tpic\" and \"asflip\" begin "
+        "without them",
         "the first step smooths velocities as PIC does; go on from a checkpoint (--restart) "
         "to keep them");
   a.first_step = *step + 1;

@@ -143,7 +143,8 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
   JsonValue* analysis = root_.find("analysis");
   if (!analysis) return;
   const JsonValue* update = analysis->find("velocity_update");
-  const bool separates = update && update->is<std::string>() && update->as<std::string>() == "asflip";
+  const bool separates =
+      update && update->is<std::string>() && update->as<std::string>() == "asflip";
   const bool relaxes = separates && !in_.cbgeo_defaults && !relaxation_ && !relaxation_time_;
   if (!default_transfer_ && !relaxes) return;
   relaxation_ = 0.05;
@@ -174,10 +175,11 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
   const auto loose = [](const Material& m) { return can_open(m.law) && !has_pressure(m.law); };
   if (a.transfer.separation > 0.0 &&
       std::any_of(model_.materials.begin(), model_.materials.end(), loose))
-    in_.warning(*root_.find("analysis")->find("velocity_update"),
-                "\"asflip\" hardly damps what moves from particle to particle: loose grains run out "
-                "too far, and may make energy, which ends the run (analysis.watchdog)",
-                "of granular flows leave 'velocity_update' out; \"asflip\" is for fluids and solids");
+    in_.warning(
+        *root_.find("analysis")->find("velocity_update"),
+        "\"asflip\" hardly damps what moves from particle to particle: loose grains run out "
+        "too far, and may make energy, which ends the run (analysis.watchdog)",
+        "of granular flows leave 'velocity_update' out; \"asflip\" is for fluids and solids");
   if (!mesh_ || !(relaxation_ || relaxation_time_ || viscosity_)) return;
   const double h = outer_cell().minCoeff();
   constexpr double none = std::numeric_limits<double>::infinity();

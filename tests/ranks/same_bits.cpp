@@ -346,8 +346,7 @@ TEST_CASE("particles that come apart (ASFLIP)") {
     Model<2> discs = separable(with_patches(two_discs(), 40), ShapeFunctions::quadratic_spline);
     discs.analysis.scheme = scheme;
     check(discs, scheme == Scheme::usl ? 35 : 60, threads_only);
-    Model<3> water =
-        separable(with_patches(dam_break_3d(), 100), ShapeFunctions::quadratic_spline);
+    Model<3> water = separable(with_patches(dam_break_3d(), 100), ShapeFunctions::quadratic_spline);
     water.analysis.scheme = scheme;
     check(water, 16, threads_only);
   }
