@@ -142,7 +142,8 @@ const Section& blending_section() {
       .fields = {
           {.key = "blending_ratio",
            .kinds = number,
-           .help = "share of FLIP: 1 = FLIP, 0 = PIC; default 1, with apic, tpic, xpic and fmpm 0. "
+           .help = "share of FLIP: 1 = FLIP, 0 = PIC; default 1, with apic, tpic, xpic and fmpm 0, "
+                   "with asflip relaxation 0.05, with CB-Geo's defaults 1. "
                    "It is what is kept in the time of a wave through a cell, the same as "
                    "relaxation = -ln(blending_ratio); with CB-Geo's defaults (preset), in a step",
            .unit = "-",
@@ -182,6 +183,16 @@ const Section& blending_section() {
                    "any kind; each order more costs one mapping. Default 1, with xpic and fmpm 2",
            .min = 1,
            .max = 10,
+           .native = true},
+          {.key = "separation",
+           .kinds = number,
+           .help = "of asflip: the share beta of what a particle keeps of its own velocity that "
+                   "also moves it. It is zero where the particle is compressed, along directions "
+                   "in which a node that it reaches is held, and at walls and between bodies. "
+                   "0: all move with the nodes. Default 1",
+           .unit = "-",
+           .min = 0,
+           .max = 1,
            .native = true},
       }};
   return section;
@@ -340,13 +351,15 @@ const Section& analysis_section() {
                "\"apic\" and \"tpic\" take it with an affine field around the particle, of which "
                "nodes get their share (apic: its moments; tpic: the velocity gradient). With the "
                "functions of elements the two are the same, and apic is for linear ones: those of "
-               "order two have no moments. \"xpic\" takes from its own velocity what a filter of "
+               "order two have no moments. \"asflip\" is apic whose particles keep of their own "
+               "velocities "
+               "what flip does, and move with them where material comes apart (Fei et al. 2021). "
+               "\"xpic\" takes from its own velocity what a filter of "
                "higher order says that nodes do not have (Hammerquist and Nairn 2017), \"fmpm\" "
                "filters the change of velocity with it (Nairn and Hammerquist 2021). "
                "velocity_update_settings make all of these act in a time",
            .fallback = "false",
-           .allowed = {"flip", "pic", "apic", "tpic", "xpic", "fmpm"},
-           .planned = {"asflip"}},
+           .allowed = {"flip", "pic", "apic", "tpic", "asflip", "xpic", "fmpm"}},
           {.key = "shape_functions",
            .kinds = text,
            .help = "functions between particles and nodes: those of the elements, or on a mesh of "

@@ -187,6 +187,11 @@ void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue& analysis) {
                           "run makes energy",
                           analysis.find("velocity_update")->template as<std::string>()),
               "take \"shape_functions\": \"quadratic_spline\" or \"gimp\", or \"flip\"");
+  if (functions == ShapeFunctions::cpdi2 && model_.analysis.transfer.separation > 0.0)
+    in_.error(*key,
+              "\"cpdi2\" does not go together with \"velocity_update\": \"asflip\": corners of "
+              "domains move with the nodes, and particles would not",
+              "take \"cpdi\", or set separation to 0 in velocity_update_settings");
   if (functions != ShapeFunctions::element && mesh_ && !is_grid())
     in_.error(name != "element" ? *key : *cell_type,
               fmt::format("\"{}\" needs a mesh of equal boxes along the axes that fill a box",

@@ -122,7 +122,8 @@ void ScenarioBuilder<Dim>::build_resume() {
   if (a.affine != Affine::none)
     in_.warning(
         *resume,
-        "the particle file has no affine velocities: \"apic\" and \"tpic\" begin without them",
+        "the particle file has no affine velocities: \"apic\", \"tpic\" and \"asflip\" begin "
+        "without them",
         "the first step smooths velocities as PIC does; go on from a checkpoint (--restart) "
         "to keep them");
   // The file does not have its time: steps before may have been of any length.

@@ -39,18 +39,19 @@ void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
                            : update->as<bool>()  ? "pic"
                                                  : "flip";
   VelocityTransfer& transfer = model_.analysis.transfer;
-  const bool of_order = name == "xpic" || name == "fmpm";
-  transfer.flip = name == "flip" ? 1.0 : 0.0;
+  const bool of_order = name == "xpic" || name == "fmpm", separates = name == "asflip";
+  transfer.flip = name == "flip" || separates ? 1.0 : 0.0;
   transfer.order = of_order ? 2 : 1;
   transfer.filters_change = name == "fmpm";
-  model_.analysis.affine = name == "apic"   ? Affine::apic
-                           : name == "tpic" ? Affine::tpic
-                                            : Affine::none;
-  if (name == "apic" && mesh_ && info(mesh_->element()).order > 1)
+  transfer.separation = separates ? 1.0 : 0.0;
+  model_.analysis.affine = name == "apic" || separates ? Affine::apic
+                           : name == "tpic"            ? Affine::tpic
+                                                       : Affine::none;
+  if (model_.analysis.affine == Affine::apic && mesh_ && info(mesh_->element()).order > 1)
     in_.error(*update,
-              fmt::format("'velocity_update': \"apic\" does not go together with {} cells: their "
+              fmt::format("'velocity_update': \"{}\" does not go together with {} cells: their "
                           "functions reproduce second moments, so that particles have none",
-                          info(mesh_->element()).name),
+                          name, info(mesh_->element()).name),
               "take \"tpic\", which gives nodes the velocity gradient, or linear elements");
   if (!settings) return;
   if (name == "pic")
@@ -69,6 +70,20 @@ void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
     transfer.flip = *ratio;
   else if (ratio)
     relaxation_ = -std::log(*ratio);  // infinite where nothing is kept
+  if (const auto share = get_number(*settings, "separation")) {
+    if (!separates)
+      in_.error(*settings->find("separation"),
+                fmt::format("'separation' does not apply to \"{}\": its particles move with the "
+                            "nodes",
+                            name),
+                "leave it out, or set velocity_update to \"asflip\"");
+    transfer.separation = *share;
+  }
+  if (viscosity_ && separates)
+    in_.error(*settings->find("viscosity"),
+              "'viscosity' does not go together with \"asflip\": nodes have the gradients of its "
+              "affine field, and what it takes is not that of a viscosity",
+              "give 'relaxation' or 'relaxation_time'");
   if (const auto order = get_integer(*settings, "order")) {
     transfer.order = static_cast<int>(*order);
     if (model_.analysis.affine != Affine::none && transfer.order > 1)
@@ -126,13 +141,23 @@ double ScenarioBuilder<Dim>::mean_depth() const {
 template <int Dim>
 void ScenarioBuilder<Dim>::build_default_transfer() {
   JsonValue* analysis = root_.find("analysis");
-  if (!default_transfer_ || !analysis) return;
+  if (!analysis) return;
+  const JsonValue* update = analysis->find("velocity_update");
+  const bool separates =
+      update && update->is<std::string>() && update->as<std::string>() == "asflip";
+  const bool relaxes = separates && !in_.cbgeo_defaults && !relaxation_ && !relaxation_time_;
+  if (!default_transfer_ && !relaxes) return;
   relaxation_ = 0.05;
   const auto setting = [&](double value) {
     JsonValue json;
     json.data = value;
     return json;
   };
+  if (relaxes) {
+    if (!analysis->find("velocity_update_settings"))
+      set(*analysis, "velocity_update_settings", JsonValue::Object());
+    return set(*analysis->find("velocity_update_settings"), "relaxation", *relaxation_);
+  }
   JsonValue::Object settings{{"relaxation", analysis->offset, setting(*relaxation_)}};
   const double depth = all_fluids() ? 0.0 : mean_depth();
   if (depth > 0) {
@@ -147,6 +172,14 @@ template <int Dim>
 void ScenarioBuilder<Dim>::build_transfer_rates() {
   build_default_transfer();
   Analysis& a = model_.analysis;
+  const auto loose = [](const Material& m) { return can_open(m.law) && !has_pressure(m.law); };
+  if (a.transfer.separation > 0.0 &&
+      std::any_of(model_.materials.begin(), model_.materials.end(), loose))
+    in_.warning(
+        *root_.find("analysis")->find("velocity_update"),
+        "\"asflip\" hardly damps what moves from particle to particle: loose grains run out "
+        "too far, and may make energy, which ends the run (analysis.watchdog)",
+        "of granular flows leave 'velocity_update' out; \"asflip\" is for fluids and solids");
   if (!mesh_ || !(relaxation_ || relaxation_time_ || viscosity_)) return;
   const double h = outer_cell().minCoeff();
   constexpr double none = std::numeric_limits<double>::infinity();
@@ -155,17 +188,20 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
     double& c = slowest[static_cast<std::size_t>(material.body)];
     c = std::min(c, std::sqrt(wave_modulus(material.law) / material.density));
   }
-  if (a.transfer.order == 1)
-    a.transfer.smoothing = smoothing(a.functions, info(mesh_->element()).order) * h * h;
+  const double per_rate = smoothing(a.functions, info(mesh_->element()).order) * h * h;  // [m^2]
+  if (a.transfer.order == 1 && a.affine == Affine::none) a.transfer.smoothing = per_rate;
   a.transfer.viscosity = viscosity_.value_or(0);
-  const double viscous = viscosity_ ? *viscosity_ / a.transfer.smoothing : 0.0;
+  const double viscous = a.transfer.viscosity / per_rate;
   for (const double c : slowest)
     a.transfer.rates.push_back(relaxation_time_
                                    ? 1.0 / *relaxation_time_
                                    : std::max(relaxation_.value_or(0) * c / h, viscous));
   if (std::all_of(a.transfer.rates.begin(), a.transfer.rates.end(),
-                  [](double rate) { return rate == 0.0; }))
+                  [](double rate) { return rate == 0.0; })) {
+    const double separation = a.transfer.separation;
     a.transfer = {};  // FLIP
+    a.transfer.separation = separation;
+  }
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                 \

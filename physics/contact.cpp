@@ -294,7 +294,6 @@ void hold_together(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const auto end = patch.contact.touched.cend();
   if (touched == end) return;
   const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
-  const bool at_nodes = counts_at_nodes(step.model->analysis);
   NodeContact<Dim> contact(patch);
   for_each_meeting_place(patch, [&](std::span<Meeting<Dim>> meetings) {
     const Local node = meetings.front().a % patch.body_nodes;
@@ -305,8 +304,8 @@ void hold_together(Patch<Dim>& patch, const StepContext<Dim>& step) {
       const auto& [_, by, rubbed] = *touched++;  // the same fields in the same order
       vector_at<Dim>(patch.velocity, field.node) = field.velocity;
       const double m = own[static_cast<std::ptrdiff_t>(field.node) * sum_stride];
-      patch.work.damping += m * by.taken_again(field.before, field.velocity, at_nodes);
-      if (!at_nodes) patch.work.friction -= 0.5 * m * rubbed.dot(field.before - by.after);
+      patch.work.damping += m * by.taken_again(field.before, field.velocity);
+      patch.work.friction -= 0.5 * m * rubbed.dot(field.before - by.after);
     }
   });
 }

@@ -182,6 +182,9 @@ struct VelocityTransfer {
   /// For messages, of order 1: rate of the damping of what the mesh resolves over the wave number
   /// squared, as a share of `rates` [m^2], and the viscosity that was asked for [m^2/s].
   double smoothing = 0, viscosity = 0;
+  /// [-] ASFLIP: share of what particles keep of their own velocities that also moves them, where
+  /// material comes apart (separation.h). 0: particles move with the nodes.
+  double separation = 0.0;
 
   /// 1 - theta of a body in a step of dt [s].
   double kept(int body, double dt) const;

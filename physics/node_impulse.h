@@ -17,10 +17,8 @@ struct NodeImpulse {
   /// With forces f and impulses j at the nodes, particles of FLIP get the kinetic energy
   /// (f dt + j) . (start + mapped) / 2, and what `held` changes in `mapped` the strain energy
   /// -f dt . (held - mapped): the impulse takes -j . (start + mapped) / 2 + f dt . (held - mapped).
-  /// Where the loss of the transfer is counted at nodes (`at_nodes`), the kinetic part is in that.
-  double taken_again(const Vec<Dim>& mapped, const Vec<Dim>& held, bool at_nodes) const {
-    const double strain = (after - start - change).dot(held - mapped);
-    return at_nodes ? strain : strain - 0.5 * change.dot(mapped - after);
+  double taken_again(const Vec<Dim>& mapped, const Vec<Dim>& held) const {
+    return (after - start - change).dot(held - mapped) - 0.5 * change.dot(mapped - after);
   }
 };
 

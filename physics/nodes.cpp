@@ -150,7 +150,6 @@ namespace {
 template <int Dim>
 void hold_pressed(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
-  const bool at_nodes = counts_at_nodes(step.model->analysis);
   for (std::size_t k = 0; k < patch.wall_pushes.size(); ++k) {
     const WallPush<Dim>& push = patch.wall_pushes[k];
     if (!push.any()) continue;
@@ -158,35 +157,50 @@ void hold_pressed(Patch<Dim>& patch, const StepContext<Dim>& step) {
     double* v = at(patch.velocity, wall.node);
     hold_at_walls(wall, push, v);
     const double m = own[static_cast<std::ptrdiff_t>(wall.node) * sum_stride];
-    patch.work.damping += m * push.by.taken_again(push.mapped, Eigen::Map<Vec<Dim>>(v), at_nodes);
-    if (!at_nodes) patch.work.friction -= 0.5 * m * push.rubbed.dot(push.mapped - push.by.after);
+    patch.work.damping += m * push.by.taken_again(push.mapped, Eigen::Map<Vec<Dim>>(v));
+    patch.work.friction -= 0.5 * m * push.rubbed.dot(push.mapped - push.by.after);
   }
 }
 
-/// What this patch's share of the damping forces takes at the present velocities [W].
-template <int Dim>
-double damping_power(Patch<Dim>& patch, const StepContext<Dim>& step) {
+/// Power of nodal forces per mass, `force(node, mass)` [m/s^2], of this patch's share of the mass
+/// at the present velocities [W].
+template <int Dim, class Force>
+double power_of(Patch<Dim>& patch, const StepContext<Dim>& step, Force force) {
   const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
-  double power = 0.0;
+  NodeVector power(0.0);
   for (const NodeRange& range : patch.active_nodes)
     for (Local i = range.begin; i < range.end; ++i) {
-      const double* v = at(patch.velocity, i);
-      if (!(v[mass_lane] > patch.least_mass)) continue;
-      const double share = own[static_cast<std::ptrdiff_t>(i) * sum_stride] / v[mass_lane];
-      for (int d = 0; d < Dim; ++d) power += share * at(patch.damping, i)[d] * v[d];
+      const auto v = load<NodeVector>(at(patch.velocity, i));
+      const double m = v[mass_lane];
+      if (m > patch.least_mass)
+        power += own[static_cast<std::ptrdiff_t>(i) * sum_stride] * (force(i, m) * v);
     }
-  return power;
+  double sum = 0.0;
+  for (int d = 0; d < Dim; ++d) sum += power[d];
+  return sum;
 }
 
 }  // namespace
 
-// Of a force f particles of FLIP get the energy f dt . (start + mapped) / 2 (NodeImpulse). Damping
-// forces differ from node to node, so that what the mapping smooths matters.
+// With FLIP particles get the energy f dt . (start + mapped) / 2 of a nodal force f (NodeImpulse),
+// not what integrate() counted, which has the velocity before the mapping. So it is of damping
+// forces, and of all of them where a transfer's loss is what nodes got and particles did not:
+// strains are taken from the mapped velocities. Energy that particles do not have is else counted.
 template <int Dim>
 void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const Analysis& analysis = step.model->analysis;
-  const bool counts_damping = analysis.damping > 0.0 && !counts_at_nodes(analysis);
-  const double power = counts_damping ? damping_power(patch, step) : 0.0;
+  const bool damps = analysis.damping > 0.0, transfer = counts_at_nodes(analysis);
+  const auto of_all = [&] {
+    return power_of(patch, step,
+                    [&](Local i, double) { return load<NodeVector>(at(patch.acceleration, i)); });
+  };
+  const auto of_damping = [&] {
+    return power_of(patch, step, [&](Local i, double m) {
+      return load<NodeVector>(at(patch.damping, i)) * NodeVector(1.0 / m);
+    });
+  };
+  const double counted = (transfer ? of_all() : 0.0) + (damps ? of_damping() : 0.0);
+  double power = 0.0;
   for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::momentum, step.step),
                 [&](Local i, const NodeVector&, const NodeVector& sum) {
                   double* v = at(patch.velocity, i);
@@ -195,8 +209,10 @@ void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
   for (std::size_t k = 0; k < patch.wall_pushes.size(); ++k)
     patch.wall_pushes[k].mapped =
         Eigen::Map<const Vec<Dim>>(at(patch.velocity, patch.walls[k].node));
+  if (transfer) power += of_all();
   prescribe_velocities(patch, patch.velocity);
-  if (counts_damping) patch.work.damping += 0.5 * step.dt * (damping_power(patch, step) - power);
+  if (damps) power += of_damping();
+  patch.work.damping += 0.5 * step.dt * (power - counted);
   hold_pressed(patch, step);
   if (patch.bodies() > 1) hold_together(patch, step);
 }

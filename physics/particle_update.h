@@ -27,7 +27,7 @@ class VelocityUpdates {
   VelocityUpdates(const Patch<Dim>& patch, const StepContext<Dim>& step)
       : model_(*step.model), dt_(step.dt), filtered_(has_filter(model_.analysis.transfer)) {
     set(0);
-    if (model_.analysis.transfer.takes()) mass_ = patch.particles.row(Column::mass);
+    if (counts(model_.analysis)) mass_ = patch.particles.row(Column::mass);
   }
   LAHAR_INLINE const VelocityUpdate& of(const Run& run) {
     if (model_.analysis.contact.bodies > 1)
@@ -80,14 +80,23 @@ struct Advanced {
   Real lost = Real(0.0);     ///< kinetic energy that the transfer takes [J], see advance()
 };
 
-/// Velocities and places of the n particles from p on, from interpolated v and a. `mass`: of all
+/// Places move with the velocity v of the nodes, whatever the particle's new one.
+struct MovesWithNodes {
+  template <class Real>
+  LAHAR_INLINE Real operator()(std::size_t, const Real& v, const Real&) const {
+    return v;
+  }
+};
+
+/// Velocities and places of the n particles from p on, from interpolated v and a. `moves(d, v_d,
+/// new velocity)` says with which velocity places move. `mass`: of all
 /// particles where energy is counted, else null. What a blend takes is the kinetic energy of FLIP's
 /// velocities less that of the new ones; where a filter has the accelerations, the energy before
 /// less that after, from which integrate() subtracts what nodes got.
-template <int Dim, class Real>
+template <int Dim, class Real, class Moves = MovesWithNodes>
 LAHAR_INLINE void advance(const MovedRows<Dim>& rows, Local p, Local n, const Real (&v)[Dim],
                           const Real (&a)[Dim], const VelocityUpdate& update, double dt,
-                          const double* mass, Advanced<Real>& all) {
+                          const double* mass, Advanced<Real>& all, const Moves& moves = {}) {
   Real speed2(0.0), lost(0.0);
   LAHAR_UNROLL
   for (std::size_t d = 0; d < Dim; ++d) {
@@ -100,7 +109,7 @@ LAHAR_INLINE void advance(const MovedRows<Dim>& rows, Local p, Local n, const Re
     }
     store_first(blended, rows.v[d] + p, n);
     speed2 += blended * blended;
-    const Real move = dt * v[d];
+    const Real move = dt * moves(d, v[d], blended);
     store_first(load<Real>(rows.x[d] + p) + move, rows.x[d] + p, n);
     store_first(load<Real>(rows.u[d] + p) + move, rows.u[d] + p, n);
   }

@@ -184,6 +184,7 @@ struct Patch {
   NodeArray velocity;            ///< {v [m/s], m [kg]}, m summed over all patches
   NodeArray acceleration;        ///< {a [m/s^2], 0}
   NodeArray transfer;            ///< {v [m/s], 0} of velocity_transfer.h; only where it needs one
+  NodeArray held;                ///< {1 along what holds the node, 1 if any}; only with separation.h
   std::vector<double> pressure;  ///< [Pa]; only with pressure smoothing
   NodeArray gradient;            ///< {direction of sum_p V_p grad N, 0}; only with contact
   NodeArray damping;             ///< {damping force [N], 0}; only where there is damping

@@ -38,9 +38,14 @@ inline bool blends(const Analysis& analysis) {
   return transfer.order == 1 && !transfer.filters_change && analysis.affine == Affine::none &&
          (!transfer.rates.empty() || transfer.flip > 0.0);
 }
+/// Whether the transfer changes energy. Where FLIP takes nothing, affine velocities do: forces do
+/// their work at nodal velocities, of which they are a part.
+inline bool counts(const Analysis& analysis) {
+  return analysis.transfer.takes() || analysis.affine != Affine::none;
+}
 /// Whether the transfer's loss is counted at nodes.
 inline bool counts_at_nodes(const Analysis& analysis) {
-  return analysis.transfer.takes() && !blends(analysis);
+  return counts(analysis) && !blends(analysis);
 }
 
 /// The sum that has R V_{order - 1}.

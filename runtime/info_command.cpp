@@ -60,8 +60,8 @@ int info_command() {
       "threads    {} available\n"
       "elements   ED2T3, ED2T6, ED2Q4, ED2Q8, ED2Q9, ED3T4, ED3H8, ED3H20, ED3H27\n"
       "materials  {}\n"
-      "schemes    usf, usl, musl; velocity update: flip, pic and their blend, apic, tpic, xpic, "
-      "fmpm\n"
+      "schemes    usf, usl, musl; velocity update: flip, pic and their blend, apic, tpic, "
+      "asflip, xpic, fmpm\n"
       "input      lahar info --reference (every key), lahar info --schema (JSON Schema)\n",
       version_line(), compiler_line(), libraries, available_threads(), material_names());
   return exit_ok;

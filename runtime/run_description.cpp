@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
 
 #include "physics/error.h"
@@ -29,13 +30,16 @@ Model<Dim> without_particles(const Model<Dim>& model) {
 }
 
 /// The velocity transfer in words.
-template <int Dim>
-std::string describe_transfer(const Model<Dim>& model) {
-  const Analysis& analysis = model.analysis;
+std::string describe_transfer(const Analysis& analysis, std::span<const Material> materials) {
   const VelocityTransfer& transfer = analysis.transfer;
   const std::string affine = analysis.affine == Affine::apic   ? "APIC"
                              : analysis.affine == Affine::tpic ? "TPIC"
                                                                : "";
+  if (transfer.separation > 0.0) {
+    Analysis without = analysis;
+    without.transfer.separation = 0.0;
+    return "ASFLIP: " + describe_transfer(without, materials);
+  }
   const bool all = transfer.rates.empty() ? transfer.flip == 0.0 : std::isinf(transfer.rates[0]);
   if (!transfer.takes()) return affine.empty() ? "FLIP" : affine + " and FLIP";
   const std::string order =
@@ -62,7 +66,7 @@ std::string describe_transfer(const Model<Dim>& model) {
   if (transfer.rates.size() > 1) {
     std::string names;
     for (int body = 0; body < analysis.contact.bodies; ++body)
-      for (const Material& material : model.materials)
+      for (const Material& material : materials)
         if (material.body == body) {
           names += fmt::format("{}'{}'", body == 0 ? "" : ", ", material.name);
           break;
@@ -87,7 +91,7 @@ void describe(Console& console, const Model<Dim>& model, const SimulationInfo& i
   console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles),
                            model.materials.size(), model.materials.size() == 1 ? "" : "s"));
   console.line(fmt::format("scheme     {}, {}", scheme_name(model.analysis.scheme),
-                           describe_transfer(model)));
+                           describe_transfer(model.analysis, model.materials)));
   console.line(fmt::format("time step  {:.4g} s{}, stability limit {:.4g} s", info.dt,
                            plan.adaptive ? " (adaptive)" : "", info.dt_limit));
   console.line(fmt::format("patches    {} of about {} cells, {} tasks per step", info.patches,

@@ -23,10 +23,11 @@ class BorrowedNodalState {
 
  private:
   void exchange() {
-    thread_local NodeArray velocity, acceleration, transfer;
+    thread_local NodeArray velocity, acceleration, transfer, held;
     velocity.swap(patch_.velocity);
     acceleration.swap(patch_.acceleration);
     transfer.swap(patch_.transfer);
+    held.swap(patch_.held);
   }
 
   Patch<Dim>& patch_;

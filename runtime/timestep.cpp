@@ -8,6 +8,7 @@
 #include "physics/contact_surface.h"
 #include "physics/driven_nodes.h"
 #include "physics/kernels.h"
+#include "physics/separation.h"
 #include "physics/support.h"
 #include "physics/velocity_transfer.h"
 
@@ -242,6 +243,8 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
     if (spreads_before_forces(analysis))
       add({.stage = {.name = "affine"},
            .begin = [](P& p, S& s) { velocities_before_forces(p, s); }});
+    if (separates(analysis))
+      add({.stage = {.name = "held"}, .begin = [](P& p, S& s) { find_held_nodes(p, s); }});
     if (has_filter(analysis.transfer)) add_filter<Dim, 2>(list, analysis.transfer.order);
   };
   const bool contact = analysis.contact.bodies > 1;

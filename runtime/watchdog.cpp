@@ -69,7 +69,9 @@ std::string advice(WatchdogAlarm::Kind kind, const Model<Dim>& model) {
     text += fmt::format(
         " \"velocity_update\": \"{}\" with the functions of elements makes energy where material "
         "comes apart: use \"flip\", or \"shape_functions\": \"gimp\".",
-        a.affine == Affine::apic ? "apic" : "tpic");
+        a.transfer.separation > 0.0 ? "asflip"
+        : a.affine == Affine::apic  ? "apic"
+                                    : "tpic");
   text += a.step.adaptive
               ? fmt::format(" Try a \"safety\" below {:g} in \"time_step\"", a.step.safety)
               : fmt::format(" Try a time step below {:g} s", a.step.dt);

@@ -259,6 +259,37 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
                                                                                   ^
   hint: set velocity_update to "flip" to blend
 )"},
+    {"separation without particles that come apart",
+     {replace("mpm.json", "\"dt\"", "\"velocity_update\": \"apic\", \"velocity_update_settings\": {\"separation\": 1}, \"dt\"")},
+     {},
+     R"(mpm.json:19:111: error: 'separation' does not apply to "apic": its particles move with the nodes [/analysis/velocity_update_settings/separation]
+  licit2D", "velocity_update": "apic", "velocity_update_settings": {"separation": 1}, "dt": 0.001, "nsteps": 10},
+                                                                                  ^
+  hint: leave it out, or set velocity_update to "asflip"
+)"},
+    {"a viscosity of affine velocities",
+     {replace("mpm.json", "\"dt\"", "\"velocity_update\": \"asflip\", \"velocity_update_settings\": {\"viscosity\": 1}, \"dt\"")},
+     {},
+     R"(mpm.json:19:112: error: 'viscosity' does not go together with "asflip": nodes have the gradients of its affine field, and what it takes is not that of a viscosity [/analysis/velocity_update_settings/viscosity]
+  icit2D", "velocity_update": "asflip", "velocity_update_settings": {"viscosity": 1}, "dt": 0.001, "nsteps": 10},
+                                                                                  ^
+  hint: give 'relaxation' or 'relaxation_time'
+)"},
+    {"corners that move with nodes where particles do not",
+     {replace("mpm.json", "\"dt\"", "\"velocity_update\": \"asflip\", \"shape_functions\": \"cpdi2\", \"dt\"")},
+     {},
+     R"(mpm.json:19:89: error: "cpdi2" does not go together with "velocity_update": "asflip": corners of domains move with the nodes, and particles would not [/analysis/shape_functions]
+  sis": {"type": "MPMExplicit2D", "velocity_update": "asflip", "shape_functions": "cpdi2", "dt": 0.001, "nsteps": 10},
+                                                                                  ^
+  hint: take "cpdi", or set separation to 0 in velocity_update_settings
+)"},
+    {"more separation than there is",
+     {replace("mpm.json", "\"dt\"", "\"velocity_update\": \"asflip\", \"velocity_update_settings\": {\"separation\": 1.5}, \"dt\"")},
+     {},
+     R"(mpm.json:19:113: error: 'separation' must be at least 0 and at most 1, found 1.5 [/analysis/velocity_update_settings/separation]
+  cit2D", "velocity_update": "asflip", "velocity_update_settings": {"separation": 1.5}, "dt": 0.001, "nsteps": 10},
+                                                                                  ^
+)"},
     {"a function with times that do not ascend",
      {replace("mpm.json", "\"analysis\"", R"("math_functions": [{"id": 0, "type": "Linear", "xvalues": [0, 1, 1], "fxvalues": [0, 1, 1]}],
   "analysis")")},
@@ -367,5 +398,5 @@ mpm.json:20:94: error: 'history_steps' and 'history_dt' both say when rows come 
                     ^
 )"},
   };
-  check(table, 46);
+  check(table, 50);
 }

@@ -303,6 +303,56 @@ TEST_CASE("velocity transfers act in a time, but for the blending ratio of CB-Ge
   CHECK(!transfer(R"("velocity_update": "xpic")").filters_change);
 }
 
+TEST_CASE("asflip keeps what flip does, by default with relaxation, and separates") {
+  const auto analysis = [](const std::string& keys) {
+    return model({.analysis = R"("dt": 0.1, "nsteps": 1, )" + keys}).analysis;
+  };
+  const auto with = [&](const std::string& settings) {
+    return analysis(R"("velocity_update": "asflip", "velocity_update_settings": {)" + settings +
+                    "}")
+        .transfer;
+  };
+  const auto plain = analysis(R"("velocity_update": "asflip")");
+  CHECK(plain.affine == Affine::apic);
+  CHECK(plain.transfer.separation == 1.0);
+  CHECK(plain.transfer.rates[0] == doctest::Approx(0.05 / 2));
+  CHECK(with(R"("separation": 0.25)").separation == 0.25);
+  CHECK(with(R"("separation": 0)").rates[0] == doctest::Approx(0.05 / 2));
+  CHECK(with(R"("relaxation_time": 4)").rates == std::vector<double>{0.25});
+  CHECK(with(R"("relaxation_time": 4)").separation == 1.0);
+  const auto all = with(R"("relaxation": 0)");
+  CHECK(!all.takes());
+  CHECK(all.separation == 1.0);
+  // In CB-Geo's input the blending ratio acts per step.
+  const auto theirs = analysis(R"("preset": "cbgeo", "velocity_update": "asflip")").transfer;
+  CHECK(theirs.flip == 1.0);
+  CHECK(theirs.separation == 1.0);
+  CHECK(analysis(R"("preset": "cbgeo", "velocity_update": "asflip",
+                    "velocity_update_settings": {"blending_ratio": 0.9})")
+            .transfer.flip == 0.9);
+  CHECK(analysis(R"("velocity_update": "apic")").transfer.separation == 0.0);
+}
+
+TEST_CASE("asflip warns of loose grains") {
+  const auto warnings = [](const std::string& update) {
+    const Scenario scenario = read_scenario_text(
+        R"({"mesh": {"structured": {"cell_size": 1, "extent": [4, 4]}},
+      "materials": [{"type": "MohrCoulomb", "density": 1000, "youngs_modulus": 1e7,
+                     "poisson_ratio": 0.3, "friction": 30, "dilation": 0, "cohesion": 0,
+                     "tension_cutoff": 0}],
+      "particles": [{"generator": {"type": "region", "per_cell": 1, "material": 0,
+                                   "region": {"box": {"min": [0, 0], "max": [1, 1]}}}}],
+      "analysis": {"end_time": 1, "velocity_update": ")" +
+            update + R"("}})",
+        "");
+    return std::count_if(scenario.warnings.begin(), scenario.warnings.end(), [](const auto& w) {
+      return w.message.find("loose grains run out too far") != std::string::npos;
+    });
+  };
+  CHECK(warnings("asflip") == 1);
+  CHECK(warnings("apic") == 0);
+}
+
 TEST_CASE("affine velocities with functions of elements are refused where material comes apart") {
   const auto sand = [](const std::string& more) {
     return R"({"mesh": {"structured": {"cell_size": 1, "extent": [4, 4]}},

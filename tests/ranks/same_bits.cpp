@@ -341,6 +341,17 @@ TEST_CASE("filters of the velocity transfer") {
     }
 }
 
+TEST_CASE("particles that come apart (ASFLIP)") {
+  for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+    Model<2> discs = separable(with_patches(two_discs(), 40), ShapeFunctions::quadratic_spline);
+    discs.analysis.scheme = scheme;
+    check(discs, scheme == Scheme::usl ? 35 : 60, threads_only);
+    Model<3> water = separable(with_patches(dam_break_3d(), 100), ShapeFunctions::quadratic_spline);
+    water.analysis.scheme = scheme;
+    check(water, 16, threads_only);
+  }
+}
+
 TEST_CASE("fewer patches than ranks") {
   check(with_patches(two_discs(), 100000), 60, threads_only);
 }

@@ -173,6 +173,15 @@ Model<Dim> with_functions(Model<Dim> model, ShapeFunctions functions,
   return model;
 }
 
+/// The same with ASFLIP.
+template <int Dim>
+Model<Dim> separable(Model<Dim> model, ShapeFunctions functions) {
+  model = with_functions(std::move(model), functions, Affine::apic);
+  model.analysis.transfer.flip = 0.95;
+  model.analysis.transfer.separation = 1.0;
+  return model;
+}
+
 /// The structured mesh as a table of cells that are no boxes: every inner node moves by up to
 /// `amount`.
 template <int Dim>

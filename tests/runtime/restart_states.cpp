@@ -65,9 +65,11 @@ TEST_CASE("restart: GIMP, CPDI, splines and affine velocities") {
     discs = with_functions(two_discs(), ShapeFunctions::element, Affine::apic);
     discs.analysis.scheme = scheme;
     check_restart(discs, 17, 34);
+    check_restart(separable(discs, ShapeFunctions::quadratic_spline), 17, 34);
   }
   Model<3> water = with_functions(dam_break_3d(), ShapeFunctions::quadratic_spline, Affine::apic);
   check_restart(water, 11, 30);
+  check_restart(separable(water, ShapeFunctions::quadratic_spline), 11, 30);
   check_restart(with_functions(dam_break_3d(), ShapeFunctions::cpdi2), 11, 30);
 }
 

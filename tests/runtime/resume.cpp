@@ -171,11 +171,12 @@ TEST_CASE("a resumed run whose transfer has an affine field is told that it begi
     for (const Problem& warning :
          read_scenario_text(text, folder.path, test::plain_defaults(text)).warnings)
       n += warning.message ==
-           "the particle file has no affine velocities: \"apic\" and \"tpic\" begin without them";
+           "the particle file has no affine velocities: \"apic\", \"tpic\" and \"asflip\" begin "
+           "without them";
     return n;
   };
   CHECK(about_affine() == 0);
-  for (const char* update : {"apic", "tpic"}) {
+  for (const char* update : {"apic", "tpic", "asflip"}) {
     const std::string before = "\"velocity_update\": \"";
     const std::size_t at = text.find(before) + before.size();
     text.replace(at, text.find('"', at) - at, update);

@@ -253,6 +253,26 @@ TEST_CASE("GIMP, CPDI, splines and affine velocities give the serial loop's bits
   }
 }
 
+TEST_CASE("particles that come apart (ASFLIP) give the serial loop's bits") {
+  for (const Scheme scheme : schemes)
+    for (const ShapeFunctions functions :
+         {ShapeFunctions::element, ShapeFunctions::cpdi, ShapeFunctions::quadratic_spline}) {
+      Model<2> discs = separable(two_discs(), functions);
+      discs.analysis.scheme = scheme;
+      if (scheme != Scheme::musl) discs.analysis.nsteps = usl_discs;
+      CAPTURE(static_cast<int>(functions));
+      CAPTURE(static_cast<int>(scheme));
+      check_all_ways(discs, {flow(2), flow(8), random_order(4)});
+      if (functions == ShapeFunctions::quadratic_spline)
+        check_all_ways(in_contact(discs), {flow(8), random_order(4)});
+    }
+  for (const Scheme scheme : schemes) {
+    Model<3> water = separable(dam_break_3d(), ShapeFunctions::quadratic_spline);
+    water.analysis.scheme = scheme;
+    check_all_ways(water, {flow(8), random_order(4)});
+  }
+}
+
 TEST_CASE("loads and prescribed velocities that travel with particles give the serial bits") {
   Model<2> model = two_discs();
   const Index n = model.particles.size();

@@ -62,13 +62,21 @@ Model<2> colliding(const Transfer& transfer, double dt) {
       dt, keys(transfer)));
 }
 
-const std::vector<Transfer> transfers = {
-    {"flip", R"("relaxation": 0)"},   {"flip", R"("relaxation": 0.05)"},
-    {"xpic", R"("order": 1)"},        {"xpic", R"("order": 2)"},
-    {"xpic", R"("order": 3)"},        {"fmpm", R"("order": 2)"},
-    {"fmpm", R"("order": 3)"},        {"apic", ""},
-    {"apic", R"("relaxation": 0.2)"}, {"tpic", ""},
-    {"tpic", R"("relaxation": 0.2)"}};
+const std::vector<Transfer> transfers = {{"flip", R"("relaxation": 0)"},
+                                         {"flip", R"("relaxation": 0.05)"},
+                                         {"xpic", R"("order": 1)"},
+                                         {"xpic", R"("order": 2)"},
+                                         {"xpic", R"("order": 3)"},
+                                         {"fmpm", R"("order": 2)"},
+                                         {"fmpm", R"("order": 3)"},
+                                         {"apic", ""},
+                                         {"apic", R"("relaxation": 0.2)"},
+                                         {"tpic", ""},
+                                         {"tpic", R"("relaxation": 0.2)"},
+                                         {"apic", R"("relaxation": 0)"},
+                                         {"asflip", ""},
+                                         {"asflip", R"("relaxation": 0)"},
+                                         {"asflip", R"("relaxation": 0.2)"}};
 
 /// Largest balance over the run, as a share of the largest kinetic energy.
 double worst_balance(Model<2> model) {
@@ -86,21 +94,21 @@ double worst_balance(Model<2> model) {
 
 }  // namespace
 
-// What stays is the work of forces at velocities of nodes against that of stress at filtered ones.
-TEST_CASE("the account of blocks that collide closes with every transfer") {
-  // Contact was counted twice where transfers are counted at nodes, and the affine part was not:
-  // 0.19 with PIC, 0.15 with XPIC, 0.12 with FMPM, 0.14 with APIC that relaxes.
+// What the second mapping smooths was counted as given to particles: 0.10 with APIC without
+// relaxation, 0.06 with others. Measured 0.010 to 0.011, and half of it with half the step.
+TEST_CASE("the account of blocks that collide closes with every transfer, and with the step") {
   for (const Transfer& transfer : transfers)
     for (const double dt : {3e-4, 1.5e-4}) {
       const double worst = worst_balance(colliding(transfer, dt));
       CAPTURE(transfer.name);
       CAPTURE(transfer.settings);
       CAPTURE(dt);
-      CHECK(worst < (dt > 2e-4 ? 0.06 : 0.04));
+      CHECK(worst < (dt > 2e-4 ? 0.015 : 0.008));
     }
 }
 
-// TPIC 0.12 and, with half the step, 0.14 (MUSL), the others at most 0.09.
+// USL has strains of velocities that particles do not get: TPIC 0.08 and, with half the step, 0.10.
+// MUSL at most 0.014, and half of it.
 TEST_CASE("the account of a block that falls on held nodes closes with every transfer") {
   for (const std::string scheme : {"usl", "musl"})
     for (const Transfer& transfer : transfers)
@@ -110,6 +118,44 @@ TEST_CASE("the account of a block that falls on held nodes closes with every tra
         CAPTURE(transfer.name);
         CAPTURE(transfer.settings);
         CAPTURE(dt);
-        CHECK(worst < 0.15);
+        CHECK(worst < (scheme == "usl" ? 0.12 : dt > 2e-4 ? 0.02 : 0.01));
       }
+}
+
+// What the second mapping smooths is not given to particles. It was counted as if it were: 0.28 of
+// the work with PIC, 0.44 with XPIC of order 2, 0.57 with order 5.
+TEST_CASE("the account of water that sloshes closes with every transfer that damps in each step") {
+  for (const Transfer& transfer : std::vector<Transfer>{{"xpic", R"("order": 1)"},
+                                                        {"xpic", R"("order": 2)"},
+                                                        {"xpic", R"("order": 5)"},
+                                                        {"fmpm", R"("order": 2)"},
+                                                        {"apic", ""},
+                                                        {"tpic", ""}}) {
+    Model<2> model = model_of_text<2>(fmt::format(
+        R"({{
+    "mesh": {{"structured": {{"cell_size": 0.02, "extent": [0.2, 0.6]}},
+             "boundary_conditions": {{"velocity_constraints": [
+               {{"nset": "sides", "dir": "x", "velocity": 0}},
+               {{"nset": "floor", "dir": "y", "velocity": 0}}]}}}},
+    "sets": {{"nodes": {{
+      "floor": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+      "sides": {{"union": [{{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}},
+                          {{"half_space": {{"point": [0.2, 0], "normal": [-1, 0]}}}}]}}}}}},
+    "materials": [{{"type": "Newtonian", "density": 1000, "bulk_modulus": 4e5,
+                   "dynamic_viscosity": 1e-3}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 3, "material": 0,
+                   "region": {{"box": {{"max": [0.1, 0.2]}}}}}}}}],
+    "external_loading_conditions": {{"gravity": [0, -9.81]}},
+    "analysis": {{"mpm_scheme": "musl", "shape_functions": "quadratic_spline",
+                 "patch_particles": 64, "time_step": {{"adaptive": true, "safety": 0.4}},
+                 "end_time": 0.8, {}}}}})",
+        keys(transfer)));
+    Simulation<2> simulation(std::move(model));
+    simulation.run();
+    const HistoryRow end = simulation.history();
+    CAPTURE(transfer.name);
+    CAPTURE(transfer.settings);
+    CHECK(end.external > 5);
+    CHECK(std::abs(end.balance) < 0.03 * end.external);
+  }
 }
