@@ -75,7 +75,8 @@ std::string block_scenario(int dim, const BlockSize& size) {
   "particles": [{{"generator": {{"type": "region", "per_cell": {}, "material": 0,
                                 "velocity": [{}],
                                 "region": {{"box": {{"min": [{}], "max": [{}, {}]}}}}}}}}],
-  "analysis": {{"mpm_scheme": "usl", "dt": {}, "nsteps": 1}}}})",
+  "analysis": {{"mpm_scheme": "usl", "shape_functions": "element", "velocity_update": "flip",
+               "dt": {}, "nsteps": 1}}}})",
       repeated(end + above, dim), per_cell(dim), repeated(1e-6, dim), repeated(below, dim),
       static_cast<double>(below) + size.filled * static_cast<double>(size.cells),
       repeated(end, dim - 1), block_step);
@@ -184,7 +185,8 @@ Model<3> sliding_block(Index length, bool moves) {
   "particles": [{{"generator": {{"type": "region", "per_cell": {2}, "material": 0,
                                 "velocity": [{3}, 0, 0],
                                 "region": {{"box": {{"min": [0, 0, 0], "max": [{4}, {1}, {1}]}}}}}}}}],
-  "analysis": {{"mpm_scheme": "usl", "dt": {5}, "nsteps": {6}}}}})",
+  "analysis": {{"mpm_scheme": "usl", "shape_functions": "element", "velocity_update": "flip",
+               "dt": {5}, "nsteps": {6}}}}})",
       2 * length, length / 2, per_cell(3), moves ? sliding_speed : 0.0, length, block_step,
       sliding_steps(length));
   return std::get<Model<3>>(read_scenario_text(text, ".").model);

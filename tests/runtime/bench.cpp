@@ -123,6 +123,20 @@ TEST_CASE("the deformation of the benchmark preserves volume and the block's out
   check_volume_is_preserved<3>();
 }
 
+TEST_CASE("blocks of the benchmark have functions of elements and FLIP, whatever the defaults are") {
+  const auto check = [](const Analysis& analysis) {
+    CHECK(analysis.scheme == Scheme::usl);
+    CHECK(analysis.functions == ShapeFunctions::element);
+    CHECK_FALSE(analysis.transfer.takes());
+    CHECK(analysis.affine == Affine::none);
+  };
+  const BlockSize size{6};
+  check(lattice_block<2>(size).analysis);
+  check(deformed_block<3>(size).analysis);
+  check(soil_block(size, SoilState::yielding).analysis);
+  check(sliding_block(8, true).analysis);
+}
+
 TEST_CASE_TEMPLATE("a deformed block is irregular and about 1 % of it changes cells in a step", D,
                    std::integral_constant<int, 2>, std::integral_constant<int, 3>) {
   constexpr int Dim = D::value;
