@@ -217,7 +217,8 @@ void ScenarioBuilder<Dim>::add_resumed(const CbgeoParticle& row, const std::stri
   const std::size_t n = state_variables(material->law).size();
   if (row.nstate_vars != n)
     refuse(file, fmt::format("particle {} has {} state variables, its material {} has {}", row.id,
-                             row.nstate_vars, row.material_id, n));
+                             row.nstate_vars, row.material_id, n),
+           "materials need the types that they had in the run before; their parameters may differ");
   std::copy_n(row.svars, n, to.state.emplace_back().begin());
   follow_parameters(material->law, to.state.back().data());
 }
