@@ -1,7 +1,7 @@
 /// \file ASFLIP: particles move with velocities of their own where material comes apart.
 ///
-/// Velocities are those of APIC, of which particles keep a share alpha of what nodes do not have,
-/// as FLIP does. With S from nodes to particles, V before forces act and v after,
+/// Particles get the velocities of APIC. Of their own they keep the share alpha that nodes do not
+/// have, as with FLIP. With S from nodes to particles, V before forces act and v after,
 ///     v_p <- S v + alpha (v_p - S V)
 /// Where places move with S v alone, particles near each other move together, and what they keep
 /// cannot part them. Here

@@ -38,8 +38,8 @@ inline bool blends(const Analysis& analysis) {
   return transfer.order == 1 && !transfer.filters_change && analysis.affine == Affine::none &&
          (!transfer.rates.empty() || transfer.flip > 0.0);
 }
-/// Whether the transfer changes energy. Where FLIP takes nothing, affine velocities do: forces do
-/// their work at nodal velocities, of which they are a part.
+/// Whether the transfer changes energy. Where FLIP takes nothing, affine velocities do: they are
+/// part of the nodal velocities at which forces do their work.
 inline bool counts(const Analysis& analysis) {
   return analysis.transfer.takes() || analysis.affine != Affine::none;
 }
