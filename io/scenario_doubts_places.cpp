@@ -264,13 +264,16 @@ auto ScenarioBuilder<Dim>::generator_boxes() const -> std::vector<Box> {
   const std::size_t n = generators_.size(), sides = 2 * static_cast<std::size_t>(Dim);
   std::vector<double> box(n * sides, -infinity);  // -low, then high
   for (std::size_t g = 0; g < n; ++g)
-    for (const Index row : rows_.own_rows(generators_[g].first, generators_[g].end))
-      for (int d = 0; d < Dim; ++d) {
-        const double at = model_.particles.x[static_cast<std::size_t>(rows_.local(row))][d];
-        double* side = &box[g * sides + 2 * static_cast<std::size_t>(d)];
-        side[0] = std::max(side[0], -at);
-        side[1] = std::max(side[1], at);
-      }
+    for (const auto& r : rows_.own_ranges())
+      for (Index row = std::max(r.first, generators_[g].first);
+           row < std::min(r.end, generators_[g].end); ++row)
+        for (int d = 0; d < Dim; ++d) {
+          const double at =
+              model_.particles.x[static_cast<std::size_t>(r.local + row - r.first)][d];
+          double* side = &box[g * sides + 2 * static_cast<std::size_t>(d)];
+          side[0] = std::max(side[0], -at);
+          side[1] = std::max(side[1], at);
+        }
   box = team_.most(std::move(box));
   std::vector<Box> boxes(n);
   for (std::size_t g = 0; g < n; ++g)

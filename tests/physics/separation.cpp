@@ -44,7 +44,7 @@ struct Triple {
       update_particles(f->patch, f->context(), f->patch.runs);
     }
   }
-  /// Of a particle along d: how far its own velocity moved it, and would move it.
+  /// How far its own velocity moved a particle along d, and how far it would move it.
   double moved(Local p, int d) {
     return apart.at(Column::x, p, d) - with_nodes.at(Column::x, p, d);
   }
