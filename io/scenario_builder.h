@@ -134,15 +134,26 @@ class ScenarioBuilder {
   void warn_of_side(const JsonValue& entry, const double* low, const double* high, int axis,
                     int outward);
   void warn_of_clipping(const JsonValue& shape, const Region<Dim>& region, Index particles);
-  void warn_of_overlap();
-  using Box = std::array<Vec<Dim>, 2>;                   ///< its lowest and highest corner [m]
-  std::vector<Box> generator_boxes() const;              ///< around their particles; collective
+  using Box = std::array<Vec<Dim>, 2>;  ///< its lowest and highest corner [m]
+  /// Around the particles of each generator; none where there is but one. Collective.
+  std::vector<Box> generator_boxes() const;
+  /// visit(generator, position) of all particles that this member holds, in their order.
+  template <class Visit>
+  void for_own_particles(const Visit& visit) const {
+    std::size_t g = 0;
+    for (const RowShares::Range& range : rows_.own_ranges())
+      for (Index row = range.first; row < range.end; ++row) {
+        while (row >= generators_[g].end) ++g;
+        visit(g, static_cast<std::size_t>(range.local + row - range.first));
+      }
+  }
+  void warn_of_overlap(const std::vector<Box>& boxes);
   /// Whether boxes are further from each other than `gap` along an axis.
   static bool apart(const Box& a, const Box& b, const Vec<Dim>& gap);
   // scenario_doubts_bodies.cpp
   bool decides_on_contact() const;  ///< by `interface`, or as CB-Geo MPM
   void warn_of_bonds();
-  void warn_of_distance();
+  void warn_of_distance(const std::vector<Box>& boxes);
   void warn_of_stillness();
   void warn_of_softening();
   void warn_of_thin_layers();

@@ -44,16 +44,17 @@ std::vector<std::string> field_names(std::span<const Material> materials) {
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_doubts() {
   if (!in_.problems.empty() || !mesh_) return;
+  const std::vector<Box> boxes = generator_boxes();
   warn_of_weak_materials();
   warn_of_angles();
   warn_of_steep_friction();
   warn_of_walls();
   warn_of_free_fall();
-  warn_of_overlap();
+  warn_of_overlap(boxes);
   warn_of_smoothing();
   warn_of_locking();
   warn_of_bonds();
-  warn_of_distance();
+  warn_of_distance(boxes);
   warn_of_stillness();
   warn_of_softening();
   warn_of_thin_layers();

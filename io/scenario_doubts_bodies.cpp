@@ -48,16 +48,15 @@ void ScenarioBuilder<Dim>::warn_of_bonds() {
 
 // Bodies of different materials that are apart at the beginning. Fluids may flow together.
 template <int Dim>
-void ScenarioBuilder<Dim>::warn_of_distance() {
+void ScenarioBuilder<Dim>::warn_of_distance(const std::vector<Box>& boxes) {
   constexpr double touching = 1.01;  // distance of particles in cells, at most
-  const std::size_t n = generators_.size();
+  const std::size_t n = boxes.size();
   if (decides_on_contact() || n < 2) return;
-  std::vector<double> material(n, -1.0);  // of the generator's particles
-  for (std::size_t g = 0; g < n; ++g)
-    if (const auto rows = rows_.own_rows(generators_[g].first, generators_[g].end); !rows.empty())
-      material[g] = model_.particles.material[static_cast<std::size_t>(rows_.local(rows.front()))];
+  std::vector<double> material(n, -1.0);  // of the generator's first particle
+  for_own_particles([&](std::size_t g, std::size_t i) {
+    if (material[g] < 0.0) material[g] = model_.particles.material[i];
+  });
   material = team_.most(std::move(material));
-  const std::vector<Box> boxes = generator_boxes();
   const auto meet = [&](std::size_t a, std::size_t b) {
     return !apart(boxes[a], boxes[b], touching * outer_cell());
   };
@@ -222,11 +221,11 @@ void ScenarioBuilder<Dim>::warn_of_thin_layers() {
                   "that");
 }
 
-#define LAHAR_INSTANTIATE(Dim)                             \
-  template void ScenarioBuilder<Dim>::warn_of_bonds();     \
-  template void ScenarioBuilder<Dim>::warn_of_distance();  \
-  template void ScenarioBuilder<Dim>::warn_of_stillness(); \
-  template void ScenarioBuilder<Dim>::warn_of_softening(); \
+#define LAHAR_INSTANTIATE(Dim)                                                   \
+  template void ScenarioBuilder<Dim>::warn_of_bonds();                           \
+  template void ScenarioBuilder<Dim>::warn_of_distance(const std::vector<Box>&); \
+  template void ScenarioBuilder<Dim>::warn_of_stillness();                       \
+  template void ScenarioBuilder<Dim>::warn_of_softening();                       \
   template void ScenarioBuilder<Dim>::warn_of_thin_layers();
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

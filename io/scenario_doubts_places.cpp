@@ -262,18 +262,16 @@ void merge_shares(std::vector<CellShare>& shares) {
 template <int Dim>
 auto ScenarioBuilder<Dim>::generator_boxes() const -> std::vector<Box> {
   const std::size_t n = generators_.size(), sides = 2 * static_cast<std::size_t>(Dim);
+  if (n < 2) return {};
   std::vector<double> box(n * sides, -infinity);  // -low, then high
-  for (std::size_t g = 0; g < n; ++g)
-    for (const auto& r : rows_.own_ranges())
-      for (Index row = std::max(r.first, generators_[g].first);
-           row < std::min(r.end, generators_[g].end); ++row)
-        for (int d = 0; d < Dim; ++d) {
-          const double at =
-              model_.particles.x[static_cast<std::size_t>(r.local + row - r.first)][d];
-          double* side = &box[g * sides + 2 * static_cast<std::size_t>(d)];
-          side[0] = std::max(side[0], -at);
-          side[1] = std::max(side[1], at);
-        }
+  for_own_particles([&](std::size_t g, std::size_t i) {
+    for (int d = 0; d < Dim; ++d) {
+      const double at = model_.particles.x[i][d];
+      double* side = &box[g * sides + 2 * static_cast<std::size_t>(d)];
+      side[0] = std::max(side[0], -at);
+      side[1] = std::max(side[1], at);
+    }
+  });
   box = team_.most(std::move(box));
   std::vector<Box> boxes(n);
   for (std::size_t g = 0; g < n; ++g)
@@ -291,26 +289,20 @@ bool ScenarioBuilder<Dim>::apart(const Box& a, const Box& b, const Vec<Dim>& gap
 }
 
 template <int Dim>
-void ScenarioBuilder<Dim>::warn_of_overlap() {
+void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
   constexpr double most = 1.05;  // of particle volume over the cell's [-]
-  if (generators_.size() < 2) return;
-  const std::vector<Box> boxes = generator_boxes();
   bool meet = false;
   for (std::size_t a = 0; a < boxes.size(); ++a)
     for (std::size_t b = 0; b < a; ++b) meet |= !apart(boxes[a], boxes[b], Vec<Dim>::Zero());
   if (!meet) return;
   const auto& p = model_.particles;
   std::vector<CellShare> own;
-  std::size_t g = 0;
-  for (const auto& r : rows_.own_ranges())
-    for (Index row = r.first; row < r.end; ++row) {
-      while (row >= generators_[g].end) ++g;
-      const auto i = static_cast<std::size_t>(r.local + row - r.first);
-      const int generator = static_cast<int>(g);
-      if (own.empty() || own.back().cell != p.cell[i] || own.back().generator != generator)
-        own.push_back({p.cell[i], generator, 0.0});
-      own.back().volume += p.volume[i];
-    }
+  for_own_particles([&](std::size_t g, std::size_t i) {
+    const int generator = static_cast<int>(g);
+    if (own.empty() || own.back().cell != p.cell[i] || own.back().generator != generator)
+      own.push_back({p.cell[i], generator, 0.0});
+    own.back().volume += p.volume[i];
+  });
   merge_shares(own);
   if (!team_.alone()) {
     std::vector<std::vector<CellShare>> to(static_cast<std::size_t>(team_.size()));
@@ -356,7 +348,7 @@ void ScenarioBuilder<Dim>::warn_of_overlap() {
   template void ScenarioBuilder<Dim>::warn_of_walls();                                       \
   template void ScenarioBuilder<Dim>::warn_of_clipping(const JsonValue&, const Region<Dim>&, \
                                                        Index);                               \
-  template void ScenarioBuilder<Dim>::warn_of_overlap();                                     \
+  template void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>&);              \
   template auto ScenarioBuilder<Dim>::generator_boxes() const->std::vector<Box>;             \
   template bool ScenarioBuilder<Dim>::apart(const Box&, const Box&, const Vec<Dim>&);        \
   template Vec<Dim> ScenarioBuilder<Dim>::outer_cell() const;
