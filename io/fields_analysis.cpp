@@ -217,8 +217,9 @@ const Section& time_step_section() {
            .native = true},
           {.key = "safety",
            .kinds = number,
-           .help = "share of the limit that an adaptive step takes. Default 0.4; with the preset "
-                   "cbgeo 0.5",
+           .help = "share of the limit that an adaptive step takes. Default 0.4, and 0.2 where a "
+                   "material is of grains: it has a limit of tension and is not a fluid; with the "
+                   "preset cbgeo 0.5",
            .unit = "-",
            .min = 0,
            .max = 1,
@@ -385,9 +386,10 @@ const Section& analysis_section() {
            .kinds = object,
            .help =
                "what particles keep of their own velocities. Default where `velocity_update` is "
-               "not written either: relaxation 0.05, and, if gravity acts and any material is "
-               "not a fluid, viscosity 0.015 sqrt(g H^3), H the mean depth: volume over the "
-               "box around the particles, seen along gravity; nothing with the preset cbgeo",
+               "not written either: relaxation 0.05; if gravity acts and any material is not a "
+               "fluid, relaxation 0.01 and viscosity 0.0075 sqrt(g H^3), with functions of "
+               "elements 0.05 and 0.015. H is the mean depth: volume over the box around the "
+               "particles, seen along gravity. Nothing with the preset cbgeo",
            .section = blending_section},
           {.key = "dt",
            .kinds = number,

@@ -47,14 +47,16 @@ void ScenarioBuilder<Dim>::build_as_cbgeo() {
 }
 
 // What keys that are not written mean in scenarios written for Lahar: what gave stable results that
-// hardly depend on the step (tests/verification/results.md).
+// hardly depend on the step (tests/verification/results.md). Where grains part and meet again, run-outs
+// grow with the step.
 template <int Dim>
 void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
   JsonValue* step = analysis.find("time_step");
   const bool adaptive = !in_.cbgeo_defaults && !analysis.find("dt") && !written(analysis, "dt");
   if (step && step->is<JsonValue::Object>()) {
     if (!written(*step, "adaptive")) set(*step, "adaptive", adaptive);
-    if (!written(*step, "safety")) set(*step, "safety", in_.cbgeo_defaults ? 0.5 : 0.4);
+    const double safety = in_.cbgeo_defaults ? 0.5 : any_granular() ? 0.2 : 0.4;
+    if (!written(*step, "safety")) set(*step, "safety", safety);
   }
   if (in_.cbgeo_defaults) return;
   if (!written(analysis, "mpm_scheme") && !written(analysis, "stress_update") &&

@@ -99,6 +99,12 @@ class ScenarioBuilder {
                                                        const std::string& run, Index step);
   void resume_from(const std::vector<std::filesystem::path>& files);
   void add_resumed(const CbgeoParticle& row, const std::string& file);
+  /// Some material is of grains: gaps open in it where it is pulled apart, and it is not a fluid.
+  bool any_granular() const {
+    return std::any_of(model_.materials.begin(), model_.materials.end(), [](const Material& m) {
+      return can_open(m.law) && !has_pressure(m.law);
+    });
+  }
   bool all_fluids() const {
     return std::all_of(model_.materials.begin(), model_.materials.end(),
                        [](const Material& m) { return has_pressure(m.law); });

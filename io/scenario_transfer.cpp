@@ -137,7 +137,8 @@ double ScenarioBuilder<Dim>::mean_depth() const {
 }
 
 // What relaxes noise whatever the stiffness, and a viscosity that does not depend on the cells: a
-// run-out then does not either, where they are fine enough for the viscosity to rule.
+// run-out then does not either, where they are fine enough for the viscosity to rule. Particles that
+// cross cells make noise with functions of elements: these need more of both.
 template <int Dim>
 void ScenarioBuilder<Dim>::build_default_transfer() {
   JsonValue* analysis = root_.find("analysis");
@@ -147,7 +148,9 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
       update && update->is<std::string>() && update->as<std::string>() == "asflip";
   const bool relaxes = separates && !in_.cbgeo_defaults && !relaxation_ && !relaxation_time_;
   if (!default_transfer_ && !relaxes) return;
-  relaxation_ = 0.05;
+  const double depth = separates || all_fluids() ? 0.0 : mean_depth();
+  const bool smooth = model_.analysis.functions != ShapeFunctions::element;
+  relaxation_ = depth > 0 && smooth ? 0.01 : 0.05;
   const auto setting = [&](double value) {
     JsonValue json;
     json.data = value;
@@ -159,9 +162,8 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
     return set(*analysis->find("velocity_update_settings"), "relaxation", *relaxation_);
   }
   JsonValue::Object settings{{"relaxation", analysis->offset, setting(*relaxation_)}};
-  const double depth = all_fluids() ? 0.0 : mean_depth();
   if (depth > 0) {
-    viscosity_ = 0.015 * std::sqrt(model_.gravity.norm() * std::pow(depth, 3));
+    viscosity_ = (smooth ? 0.0075 : 0.015) * std::sqrt(model_.gravity.norm() * std::pow(depth, 3));
     settings.push_back({"viscosity", analysis->offset, setting(*viscosity_)});
   }
   set(*analysis, "velocity_update_settings", std::move(settings));
@@ -172,9 +174,7 @@ template <int Dim>
 void ScenarioBuilder<Dim>::build_transfer_rates() {
   build_default_transfer();
   Analysis& a = model_.analysis;
-  const auto loose = [](const Material& m) { return can_open(m.law) && !has_pressure(m.law); };
-  if (a.transfer.separation > 0.0 &&
-      std::any_of(model_.materials.begin(), model_.materials.end(), loose))
+  if (a.transfer.separation > 0.0 && any_granular())
     in_.warning(
         *root_.find("analysis")->find("velocity_update"),
         "\"asflip\" hardly damps what moves from particle to particle: loose grains run out "

@@ -271,9 +271,32 @@ TEST_CASE("defaults are those of Lahar, or CB-Geo's where the preset says so") {
   CHECK(!theirs.step.adaptive);
   CHECK(theirs.functions == ShapeFunctions::element);
   CHECK(!theirs.transfer.takes());
+  // The mean depth is 2 m. The slower wave takes 2 s through a cell; half of gravity's sqrt(g H^3).
+  const auto falling = [](const std::string& analysis, const std::string& more = {}) {
+    return model({.loads = R"({"gravity": [0, -8]})", .analysis = analysis, .more = more}).analysis;
+  };
+  CHECK(falling(R"("end_time": 1)").transfer.viscosity == doctest::Approx(0.0075 * 8));
+  CHECK(falling(R"("end_time": 1, "shape_functions": "element")").transfer.viscosity ==
+        doctest::Approx(0.015 * 8));
   // Who names the transfer gets just that.
   CHECK(!model({.analysis = R"("end_time": 1, "velocity_update": "flip")"})
              .analysis.transfer.takes());
+}
+
+TEST_CASE("steps are half as long where a material is of grains") {
+  const auto safety = [](const std::string& material, const std::string& analysis) {
+    const std::string text = R"({"mesh": {"structured": {"cell_size": 1, "counts": [4, 2]}},
+      "particles": [{"generator": {"type": "region", "per_cell": 1, "material": "a"}}],
+      "materials": [{"name": "a", "density": 10, )" +
+                             material + R"(}], "analysis": {"end_time": 1)" + analysis + "}}";
+    return std::get<Model<2>>(read_scenario_text(text, "", {}).model).analysis.step.safety;
+  };
+  const std::string sand = R"("type": "MohrCoulomb", "youngs_modulus": 100, "poisson_ratio": 0.2,
+    "friction": 30, "dilation": 0, "cohesion": 0, "tension_cutoff": 0, "softening": false)";
+  CHECK(safety(sand, "") == 0.2);
+  CHECK(safety(sand, R"(, "time_step": {"safety": 0.3})") == 0.3);
+  CHECK(safety(sand, R"(, "preset": "cbgeo", "dt": 0.01)") == 0.5);
+  CHECK(safety(R"("type": "Newtonian", "bulk_modulus": 5, "dynamic_viscosity": 0)", "") == 0.4);
 }
 
 TEST_CASE("velocity transfers act in a time, but for the blending ratio of CB-Geo's input") {

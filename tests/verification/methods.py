@@ -188,8 +188,9 @@ def main():
     for functions, transfer in METHODS:
         cells = []
         for case in cases:
-            value, balance, why = result(args, case, functions, transfer, 0.4)
-            half, _, why_half = result(args, case, functions, transfer, 0.2)
+            step = 0.2 if case == "sand" else 0.4  # the defaults
+            value, balance, why = result(args, case, functions, transfer, step)
+            half, _, why_half = result(args, case, functions, transfer, step / 2)
             change = why_half  # of a number that is hardly above zero says nothing
             if value and half and value > 0.02:
                 change = f"{100 * (half / value - 1):+.1f} %"

@@ -46,7 +46,7 @@ Numbers collapse(const Resolution& at) {
 }  // namespace
 
 TEST_CASE("aluminium rods come to rest, and fail, where Bui et al. photographed them") {
-  const Study study("aluminium rods", {"0.005", 0.4}, "0.0025", collapse);
+  const Study study("aluminium rods", {"0.005", 0.2}, "0.0025", collapse);
   study.agrees("front", surface.last_above(layer), 0.1);
   study.stays_below("distance to the surface / H", 0.05);
   study.stays_below("distance to the failure line / H", 0.1);

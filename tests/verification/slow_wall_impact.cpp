@@ -77,7 +77,7 @@ Numbers impact(const Resolution& at) {
 }  // namespace
 
 TEST_CASE("sand that slides down a chute pushes a wall as the balance of forces says") {
-  const Study study("sand on a chute", {"0.02", 0.4}, "0.01", impact);
+  const Study study("sand on a chute", {"0.02", 0.2}, "0.01", impact);
   study.agrees("friction of the bed", mu, 0.03);
   study.agrees("force at rest / weight", 1 - mu * g_across / g_along, 1 + mu * g_across / g_along,
                0.05);
