@@ -157,12 +157,15 @@ void AtomicFile::commit() {
   sync_path(folder.empty() ? fs::path(".") : folder, target_, O_RDONLY | O_DIRECTORY);
 }
 
+bool is_part(const fs::path& file) {
+  const std::string name = file.filename().string();
+  return name.starts_with('.') && name.ends_with(part_suffix);
+}
+
 void remove_abandoned_parts(const fs::path& folder) {
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with('.') && name.ends_with(part_suffix)) fs::remove(entry.path(), error);
-  }
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (is_part(entry.path())) fs::remove(entry.path(), error);
 }
 
 void write_text_file(const fs::path& file, std::string_view text) {

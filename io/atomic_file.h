@@ -67,6 +67,9 @@ class AtomicFile {
 /// Where process `pid` of this machine or another writes what will become `target`: .NAME.PID.part
 std::filesystem::path part_file(const std::filesystem::path& target, Index pid);
 
+/// True if the name is one that part_file() gives.
+bool is_part(const std::filesystem::path& file);
+
 /// Remove temporary files of killed processes from a folder; errors are ignored.
 void remove_abandoned_parts(const std::filesystem::path& folder);
 

@@ -49,16 +49,14 @@ void write_text(const HdfSession& hdf, hid_t file, const char* name, const std::
   hdf.check(H5Tset_size(type, text.size()));
   hdf.check(H5Tset_strpad(type, H5T_STR_NULLPAD));
   const HdfHandle space = hdf.own(H5Screate(H5S_SCALAR), H5Sclose);
-  const HdfHandle data = create_dataset(hdf, file, name, type, space);
-  hdf.check(H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()));
+  hdf.write(create_dataset(hdf, file, name, type, space), type, text.data());
 }
 
 void write_table(const HdfSession& hdf, hid_t file, std::span<const CheckpointPatch> patches) {
   const hsize_t size[2] = {patches.size(), table_columns};
   const HdfHandle space = hdf.own(H5Screate_simple(2, size, nullptr), H5Sclose);
-  const HdfHandle data = create_dataset(hdf, file, "patches", H5T_STD_I64LE, space);
-  if (!patches.empty())
-    hdf.check(H5Dwrite(data, H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, patches.data()));
+  HdfHandle data = create_dataset(hdf, file, "patches", H5T_STD_I64LE, space);
+  if (!patches.empty()) hdf.write(std::move(data), H5T_NATIVE_INT64, patches.data());
 }
 
 Index end_of(std::span<const CheckpointPatch> patches) {

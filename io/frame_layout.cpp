@@ -4,6 +4,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/hdf_handle.h"
@@ -78,8 +79,7 @@ class LayoutWriter {
   }
 
   void scalar(hid_t parent, const char* name, hid_t type, const void* value) const {
-    const HdfHandle data = dataset(parent, name, type, 1);
-    hdf_.check(H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, value));
+    hdf_.write(dataset(parent, name, type, 1), type, value);
   }
 
   /// Where in the file a dataset begins [bytes]; 0 where it is empty and has no place.
@@ -108,13 +108,13 @@ void lay_out_topology(const HdfSession& hdf, const LayoutWriter& out, hid_t root
   layout.types = out.place(out.dataset(root, "Types", H5T_NATIVE_UINT8, n), n);
 
   // Cell i ends where the next begins; the end of the last one belongs to no particle.
-  const HdfHandle offsets = out.dataset(root, "Offsets", H5T_NATIVE_INT64, n + 1);
+  HdfHandle offsets = out.dataset(root, "Offsets", H5T_NATIVE_INT64, n + 1);
   layout.offsets = out.place(offsets, n + 1);
   const hsize_t one = 1, last = static_cast<hsize_t>(n);
   const HdfHandle memory = hdf.own(H5Screate_simple(1, &one, nullptr), H5Sclose);
   const HdfHandle space = hdf.own(H5Dget_space(offsets), H5Sclose);
   hdf.check(H5Sselect_hyperslab(space, H5S_SELECT_SET, &last, nullptr, &one, nullptr));
-  hdf.check(H5Dwrite(offsets, H5T_NATIVE_INT64, memory, space, H5P_DEFAULT, &n));
+  hdf.write(std::move(offsets), H5T_NATIVE_INT64, &n, memory, space);
 }
 
 void lay_out_point_data(const HdfSession& hdf, const LayoutWriter& out, hid_t root,

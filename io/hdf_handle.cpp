@@ -42,6 +42,12 @@ HdfSession::HdfSession(std::filesystem::path file, const char* action)
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
+void HdfSession::write(HdfHandle data, hid_t type, const void* values, hid_t memory,
+                       hid_t space) const {
+  check(H5Dwrite(data, type, memory, space, H5P_DEFAULT, values));
+  check(H5Dclose(data.release()));
+}
+
 void HdfSession::fail() const {
   Reasons reasons;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, collect, &reasons);

@@ -50,6 +50,10 @@ class HdfSession {
     return result;
   }
   HdfHandle own(hid_t id, HdfHandle::Close close) const { return {check(id), close}; }
+  /// Write all of a dataset, or what `space` of it selects, and close it: what it buffers may meet a
+  /// full disk only then.
+  void write(HdfHandle data, hid_t type, const void* values, hid_t memory = H5S_ALL,
+             hid_t space = H5S_ALL) const;
   [[noreturn]] void fail() const;  ///< with the reason of the last HDF5 error
   [[noreturn]] void fail(const std::string& why) const;
 

@@ -43,7 +43,6 @@ void remove_results(const fs::path& folder) {
   }
   prune_checkpoints(checkpoint_folder(folder), 0);
   remove_abandoned_parts(checkpoint_folder(folder));
-  remove_abandoned_parts(folder);
   fs::remove(folder / "manifest.json");
 }
 
@@ -54,11 +53,20 @@ void lock_log(const OutputFile& log, const fs::path& folder) {
            "wait for it to end, or choose another output folder");
 }
 
+/// Nothing but what a run leaves that ended before it had a manifest.
+bool is_abandoned_start(const fs::path& folder) {
+  return std::all_of(fs::directory_iterator(folder), fs::directory_iterator(),
+                     [](const auto& entry) {
+                       return is_part(entry.path()) ||
+                              (entry.path().filename() == "log.txt" && fs::is_empty(entry));
+                     });
+}
+
 /// Make the folder or empty it; returns its locked log.
 OutputFile claim_folder(const fs::path& folder, bool overwrite) {
   make_folder(folder);
   const bool run = is_run_folder(folder);
-  if (!run && !fs::is_empty(folder))
+  if (!run && !is_abandoned_start(folder))
     refuse(fmt::format("output folder {} exists and is not a run of Lahar", folder.string()),
            "choose another output folder, or remove this one yourself");
   if (run && !overwrite)
@@ -67,6 +75,7 @@ OutputFile claim_folder(const fs::path& folder, bool overwrite) {
            "output folder");
   OutputFile log(folder / "log.txt", OutputFile::Mode::append);
   lock_log(log, folder);
+  remove_abandoned_parts(folder);
   if (run) remove_results(folder);
   log.truncate();
   return log;

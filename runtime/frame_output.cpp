@@ -174,6 +174,8 @@ void FrameOutput::wait_for_named() {
   std::unique_lock lock(mutex_);
   const Index all = handed_;
   changed_.wait(lock, [&] { return ended_ >= all || (given_up_ && agreement_.several()); });
+  if (failure_) std::rethrow_exception(failure_);
+  if (late_failure_) std::rethrow_exception(late_failure_);
   if (ended_ < all) throw IoError("the run ended before its frames were written");
 }
 

@@ -60,8 +60,8 @@ class FrameOutput {
   /// Go on with what ranks tell each other; returns at once. To be called often while steps are
   /// taken, in turn with all other calls of MPI. One rank: needs not be called.
   void progress();
-  /// Wait until the frames that were handed over by now have their names, or never will. From a
-  /// thread of its own, while others call progress().
+  /// Wait until the frames that were handed over by now have their names; IoError if one never will.
+  /// From a thread of its own, while others call progress().
   void wait_for_named();
   /// Nobody will call progress() any more: wait_for_named() throws IoError.
   void give_up();

@@ -5,9 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <map>
 #include <new>
+#include <string_view>
 #include <system_error>
 
 #include "io/compare.h"
@@ -403,6 +405,30 @@ int leave(int code, const std::string& message) {
   return code;
 }
 
+constexpr const char* no_memory =
+    "lahar: error: not enough memory. Use fewer cells or particles; `lahar check` prints what a case "
+    "holds.\n";
+
+/// Libraries ask for memory where they may not throw: in destructors, for instance.
+[[noreturn]] void end_at_once() {
+  if (const auto exception = std::current_exception()) try {
+      std::rethrow_exception(exception);
+    } catch (const std::bad_alloc&) {
+      std::fputs(no_memory, stderr);
+      std::_Exit(exit_file);
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "lahar: internal error: %s\n", error.what());
+    } catch (...) {
+    }
+  std::abort();
+}
+
+int leave_without_thread() {
+  return leave(exit_file,
+               "lahar: error: the system starts no more threads. Use fewer (--threads), or raise "
+               "the limit of processes (ulimit -u).\n");
+}
+
 int guarded(int argc, char** argv) {
   try {
     const int code = run_program(argc, argv);
@@ -418,12 +444,12 @@ int guarded(int argc, char** argv) {
   } catch (const RankError& error) {
     return leave(exit_rank, fmt::format("lahar: error: {}\n", error.what()));
   } catch (const std::bad_alloc&) {
-    return leave(exit_file,
-                 "lahar: error: not enough memory. Use fewer cells or particles; `lahar check` "
-                 "prints what a case holds.\n");
+    return leave(exit_file, no_memory);
   } catch (const std::system_error& error) {
+    if (error.code() == std::errc::resource_unavailable_try_again) return leave_without_thread();
     return leave(exit_file, fmt::format("lahar: error: {}\n", error.what()));
   } catch (const std::exception& error) {
+    if (std::string_view(error.what()).starts_with("pthread_create")) return leave_without_thread();
     return leave(exit_internal, fmt::format("lahar: internal error: {}\n", error.what()));
   }
 }
@@ -433,6 +459,7 @@ int guarded(int argc, char** argv) {
 }  // namespace lahar
 
 int main(int argc, char** argv) {
+  std::set_terminate(lahar::end_at_once);
   try {
     const lahar::MpiSession session(argc, argv);
     return lahar::guarded(argc, argv);
