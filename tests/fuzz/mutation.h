@@ -1,0 +1,30 @@
+/// \file Inputs made from others: by structure where they are JSON, by lines and bytes else.
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace lahar::fuzz {
+
+using Random = std::mt19937_64;
+
+/// Keys and words of the input, from its schema; numbers at which something may end.
+class Mutator {
+ public:
+  Mutator();
+
+  /// One to eight changes of `input`; `others` lend parts of theirs.
+  std::string mutate(const std::string& input, bool json, const std::vector<std::string>& others,
+                     Random& random) const;
+
+ private:
+  std::string mutate_json(const std::string& text, const std::string& other, Random& random) const;
+  std::string mutate_text(std::string text, Random& random) const;
+  std::string mutate_bytes(std::string text, Random& random) const;
+
+  std::vector<std::string> keys_, words_;
+};
+
+}  // namespace lahar::fuzz
