@@ -58,6 +58,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
      R"(mpm.json:14:16: error: there are no materials [/materials]
     "materials": [],
                  ^
+  hint: give at least one material: its type, density and parameters
 )"},
     {"no time step",
      {replace("mpm.json", "\"dt\": 0.001, ", "")},
