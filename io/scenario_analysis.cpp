@@ -274,6 +274,23 @@ void ScenarioBuilder<Dim>::build_watchdog(JsonValue& analysis) {
   dog.expansion = get_number(*given, "expansion").value_or(usual.expansion);
 }
 
+/// Refuse intervals that a run has more multiples of than can be counted.
+template <int Dim>
+void ScenarioBuilder<Dim>::check_interval(const JsonValue& post, std::string_view key) {
+  constexpr double most = 9e15;  // whole numbers up to this are exact
+  const Analysis& a = model_.analysis;
+  const double by_steps = a.step.adaptive ? std::numeric_limits<double>::infinity()
+                                          : static_cast<double>(a.nsteps) * a.step.dt;
+  const double duration = std::min(a.end_time, by_steps);
+  const double interval = get_number(post, key).value_or(0);
+  if (!(interval > 0) || !std::isfinite(duration) || duration / interval <= most) return;
+  in_.error(*post.find(key),
+            fmt::format("'{}' is {} s: the run of {:.4g} s has {:.4g} multiples of it; at most "
+                        "{:.0e} can be counted",
+                        key, interval, duration, duration / interval, most),
+            "give a longer interval [s]");
+}
+
 template <int Dim>
 void ScenarioBuilder<Dim>::build_output() {
   OutputPlan& out = model_.output;
@@ -289,6 +306,7 @@ void ScenarioBuilder<Dim>::build_output() {
   if (out.history_steps > 0 && out.history_dt > 0)
     in_.error(*post.find("history_dt"), "'history_steps' and 'history_dt' both say when rows come",
               "leave one of them out");
+  for (const std::string_view key : {"output_dt", "history_dt"}) check_interval(post, key);
   out.checkpoint_steps = get_integer(post, "checkpoint_steps").value_or(0);
   out.checkpoint_minutes = get_number(post, "checkpoint_minutes").value_or(0);
   out.checkpoints_kept = get_integer(post, "checkpoints_kept").value_or(2);
@@ -316,7 +334,8 @@ void ScenarioBuilder<Dim>::build_output() {
   template bool ScenarioBuilder<Dim>::is_grid() const;                         \
   template void ScenarioBuilder<Dim>::build_time_step(const JsonValue&);       \
   template void ScenarioBuilder<Dim>::build_watchdog(JsonValue&);              \
-  template void ScenarioBuilder<Dim>::build_output();
+  template void ScenarioBuilder<Dim>::build_output();                          \
+  template void ScenarioBuilder<Dim>::check_interval(const JsonValue&, std::string_view);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

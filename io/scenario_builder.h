@@ -67,6 +67,7 @@ class ScenarioBuilder {
   void build_time_step(const JsonValue& analysis);
   void build_watchdog(JsonValue& analysis);
   void build_output();
+  void check_interval(const JsonValue& post, std::string_view key);
   // scenario_contact.cpp
   void build_contact();
   void check_scheme_of_contact();

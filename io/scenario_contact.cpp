@@ -98,6 +98,7 @@ void ScenarioBuilder<Dim>::add_body(const JsonValue& body, int number) {
 template <int Dim>
 void ScenarioBuilder<Dim>::number_bodies() {
   auto& materials = model_.materials;
+  if (materials.empty()) return;  // reported; particles name a material that does not exist
   std::vector<char> used(materials.size(), 0);
   for (const std::uint16_t m : model_.particles.material) used[m] = 1;
   for (const Injection<Dim>& injection : model_.injections) used[injection.material] = 1;

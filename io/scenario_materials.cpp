@@ -85,7 +85,8 @@ void ScenarioBuilder<Dim>::build_materials() {
   }
   const JsonValue* list = root_.find("materials");
   if (list && model_.materials.empty() && list->is<JsonValue::Array>())
-    in_.error(*list, "there are no materials");
+    in_.error(*list, "there are no materials",
+              "give at least one material: its type, density and parameters");
   check_names_of_state_variables(section("post_processing"), model_.materials, in_);
 }
 

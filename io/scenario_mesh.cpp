@@ -17,6 +17,9 @@ constexpr double region_tolerance = 1e-9;
 // A count computed as extent / cell size may miss the whole number by rounding [-].
 constexpr double count_tolerance = 1e-6;
 
+// The largest 'counts' (fields_mesh.cpp): positions along an axis stay exact.
+constexpr double most_cells_of_axis = 2e9;
+
 // Beyond this, going once through the nodes of a mesh takes minutes.
 constexpr double most_grid_nodes = 1e10;
 
@@ -112,6 +115,12 @@ void ScenarioBuilder<Dim>::build_structured_mesh(const JsonValue& mesh, const Js
   std::array<Index, Dim> n{};
   for (int d = 0; d < Dim; ++d) {
     const double exact = counts ? (*counts)[d] : (*extent)[d] / (*cell)[d];
+    if (!(exact <= most_cells_of_axis))
+      return in_.error(*s.find("extent"),
+                       fmt::format("the extent {} is {:.4g} cells of size {} along {}; at most "
+                                   "{:.0e} are possible",
+                                   (*extent)[d], exact, (*cell)[d], "xyz"[d], most_cells_of_axis),
+                       "take larger cells or a smaller extent; both are in metres");
     n[static_cast<std::size_t>(d)] = std::llround(exact);
     if (!counts && (exact < 0.5 || std::abs(exact - std::round(exact)) > count_tolerance * exact))
       return in_.error(*s.find("extent"),

@@ -108,10 +108,11 @@ double ScenarioBuilder<Dim>::mean_depth() const {
   const ParticleTable<Dim>& particles = model_.particles;
   if (g == 0 || !mesh_) return 0;
   const double unit = 0x1p-20 * outer_cell().prod();  // [m^3]
+  constexpr double most_units = 0x1p31;  // of a particle, 2048 cells: no sum overflows
   std::vector<double> box(2 * Dim, -std::numeric_limits<double>::infinity());
   Index volume = 0;
   for (std::size_t p = 0; p < particles.x.size(); ++p) {
-    volume += std::llround(particles.volume[p] / unit);
+    volume += std::llround(std::min(particles.volume[p] / unit, most_units));
     for (int d = 0; d < Dim; ++d) {
       const auto low = static_cast<std::size_t>(2 * d);
       box[low] = std::max(box[low], -particles.x[p][d]);

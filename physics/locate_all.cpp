@@ -27,10 +27,10 @@ class BinnedPoints {
                const Vec<Dim>& high, double bins)
       : low_(low) {
     const Vec<Dim> extent = high - low;
-    const double edge = std::pow(extent.prod() / bins, 1.0 / Dim);
+    const Vec<Dim> wanted = bins_along(extent, bins);
     std::size_t n_bins = 1;
     for (int d = 0; d < Dim; ++d) {
-      counts_[d] = std::max<Index>(1, std::lround(extent[d] / edge));
+      counts_[d] = std::max<Index>(1, std::lround(wanted[d]));
       per_metre_[d] = static_cast<double>(counts_[d]) / extent[d];
       n_bins *= static_cast<std::size_t>(counts_[d]);
     }
@@ -70,6 +70,21 @@ class BinnedPoints {
   std::array<std::vector<double>, Dim> at;  ///< [m] its coordinates; a pack more can be read
 
  private:
+  /// About `bins` cubes in a box. Where it is thinner than a cube there is one bin across, and
+  /// fewer along the others: cells far from each other must not make more bins than there are
+  /// cells.
+  static Vec<Dim> bins_along(const Vec<Dim>& extent, double bins) {
+    Vec<Dim> n = extent / std::pow(extent.prod() / bins, 1.0 / Dim);
+    for (int pass = 1; pass < Dim; ++pass) {
+      const double thin = n.cwiseMin(1.0).prod();  // what rounding up to one bin multiplies by
+      const auto wide = (n.array() > 1.0).count();
+      if (thin >= 1.0 || wide == 0) break;
+      const double factor = std::pow(thin, 1.0 / static_cast<double>(wide));
+      n = (n.array() > 1.0).select(n * factor, 1.0);
+    }
+    return n.cwiseMax(1.0).cwiseMin(std::max(bins, 1.0));
+  }
+
   /// Beyond the grid, and for what is no number, that of a bin at its border.
   Index position(const Vec<Dim>& x, int d) const {
     const double bins = (x[d] - low_[d]) * per_metre_[d];

@@ -90,7 +90,9 @@ Step Simulation<Dim>::Impl::step_of_frame() const {
   const double steps = next_multiple(time_at(step), interval) / length;
   if (steps > 1e18) return never;
   Step at = std::max(step + 1, static_cast<Step>(steps) - 1);
-  while (multiples_by(time_at(at), interval) == multiples_by(time_at(step), interval)) ++at;
+  while (at < nsteps &&
+         multiples_by(time_at(at), interval) == multiples_by(time_at(step), interval))
+    ++at;
   return at;
 }
 

@@ -13,6 +13,9 @@ namespace {
 /// An end time that is missed by this share of a step is reached: sums of steps are rounded.
 constexpr double rounding_of_time = 1e-9;
 
+/// The largest analysis.nsteps.
+constexpr double most_steps = 9e15;
+
 }  // namespace
 
 template <int Dim>
@@ -119,8 +122,10 @@ template <int Dim>
 void Simulation<Dim>::Impl::limit_steps_by_time() {
   const TimeStep& plan = model.analysis.step;
   if (std::isfinite(model.analysis.end_time))
-    nsteps = std::min(nsteps, static_cast<Index>(std::ceil(model.analysis.end_time / plan.dt *
-                                                           (1 - rounding_of_time))));
+    nsteps = std::min(
+        nsteps,
+        static_cast<Index>(std::min(
+            std::ceil(model.analysis.end_time / plan.dt * (1 - rounding_of_time)), most_steps)));
 }
 
 template <int Dim>

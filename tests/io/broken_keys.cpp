@@ -58,6 +58,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
      R"(mpm.json:14:16: error: there are no materials [/materials]
     "materials": [],
                  ^
+  hint: give at least one material: its type, density and parameters
 )"},
     {"no time step",
      {replace("mpm.json", "\"dt\": 0.001, ", "")},
@@ -371,6 +372,18 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
       {"id": 0, "type": "LinearElastic2D", "density": 1000,
              ^
 )"},
+    {"output that comes more often than can be counted",
+     {replace("mpm.json", "\"output_steps\": 5", "\"output_dt\": 1e-300, \"history_dt\": 1e-20")},
+     {},
+     R"(mpm.json:20:36: error: 'output_dt' is 1e-300 s: the run of 0.01 s has 1e+298 multiples of it; at most 9e+15 can be counted [/post_processing/output_dt]
+    "post_processing": {"output_dt": 1e-300, "history_dt": 1e-20}
+                                     ^
+  hint: give a longer interval [s]
+mpm.json:20:58: error: 'history_dt' is 1e-20 s: the run of 0.01 s has 1e+18 multiples of it; at most 9e+15 can be counted [/post_processing/history_dt]
+    "post_processing": {"output_dt": 1e-300, "history_dt": 1e-20}
+                                                           ^
+  hint: give a longer interval [s]
+)"},
     {"frames and rows by steps and by time",
      {replace("mpm.json", "\"output_steps\": 5", "\"output_steps\": 5, \"output_dt\": 0.1, \"history_steps\": 1, \"history_dt\": 0.2")},
      {},
@@ -398,5 +411,5 @@ mpm.json:20:94: error: 'history_steps' and 'history_dt' both say when rows come 
                     ^
 )"},
   };
-  check(table, 50);
+  check(table, 51);
 }

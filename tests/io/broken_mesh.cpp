@@ -35,6 +35,22 @@ TEST_CASE("meshes that cannot be used are refused") {
       "structured": {"cell_size": 0.3, "extent": [2, 1]},
                                                  ^
 )"},
+    {"an extent of more cells than can be counted",
+     {replace("mpm.json", "\"mesh\": \"mesh.txt\",", "\"structured\": {\"cell_size\": 0.1, \"extent\": [2, 6e99]},")},
+     {},
+     R"(mpm.json:4:48: error: the extent 6e+99 is 6e+100 cells of size 0.1 along y; at most 2e+09 are possible [/mesh/structured/extent]
+      "structured": {"cell_size": 0.1, "extent": [2, 6e99]},
+                                                 ^
+  hint: take larger cells or a smaller extent; both are in metres
+)"},
+    {"an extent of more cells than an axis may have",
+     {replace("mpm.json", "\"mesh\": \"mesh.txt\",", "\"structured\": {\"cell_size\": [1e-300, 1], \"extent\": [2, 1]},")},
+     {},
+     R"(mpm.json:4:56: error: the extent 2 is 2e+300 cells of size 1e-300 along x; at most 2e+09 are possible [/mesh/structured/extent]
+      "structured": {"cell_size": [1e-300, 1], "extent": [2, 1]},
+                                                         ^
+  hint: take larger cells or a smaller extent; both are in metres
+)"},
     {"a mesh that fits no machine",
      {replace("mpm.json", "\"mesh\": \"mesh.txt\",", "\"structured\": {\"cell_size\": 1, \"counts\": [2000000000, 2000000000]},")},
      {},
@@ -305,5 +321,5 @@ mesh.txt:10:8: error: a node id is missing
   hint: the nodes of a GIMP cell are its corners and all around it, one cell away
 )"},
   };
-  check(table, 34);
+  check(table, 36);
 }

@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <limits>
+#include <utility>
 
 #include "physics/inverse_mapping.h"
 #include "physics/locate_all.h"
@@ -55,6 +56,19 @@ TEST_CASE("the cells of many points together are those found one by one") {
   check_against_one_by_one<2>(quadrilaterals, points_of_all_kinds<2>(quadrilaterals, random, 3000));
   const auto hexahedra = distorted<3>(grid_tables<3>({5, 6, 7}), 0.2, random).mesh(true);
   check_against_one_by_one<3>(hexahedra, points_of_all_kinds<3>(hexahedra, random, 3000));
+}
+
+TEST_CASE("cells far from each other are searched without bins for all that lies between") {
+  std::mt19937 random(12);
+  auto tables = distorted<3>(grid_tables<3>({5, 4, 4}), 0.2, random);
+  auto& [nodes, cells] = tables;
+  const auto all = std::exchange(cells, {});
+  for (std::size_t c = 0; c < all.size(); ++c)
+    if (c % 5 != 2) cells.push_back(all[c]);  // without the layer in the middle
+  for (std::size_t n = 0; n < nodes.size(); ++n)
+    if (n % 6 > 2) nodes[n][0] += 1e8;
+  const auto mesh = tables.mesh(true);
+  check_against_one_by_one<3>(mesh, points_of_all_kinds<3>(mesh, random, 500));
 }
 
 TEST_CASE("few points, and meshes of boxes, are located one by one") {

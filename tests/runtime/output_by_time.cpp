@@ -54,6 +54,10 @@ TEST_CASE("a time that rounding misses is a multiple all the same") {
   CHECK(multiples_by(sum, 1e-3) == 1000);
   CHECK(next_multiple(0.3, 0.1) == 4 * 0.1);
   CHECK(next_multiple(0.31, 0.1) == 4 * 0.1);
+  // Intervals that times are too coarse for: numbers stay whole, and time goes on.
+  CHECK(multiples_by(1.0, 1e-300) == 9'000'000'000'000'000);
+  CHECK(next_multiple(1.0, 1e-300) > 1.0);
+  CHECK(next_multiple(1e20, 1e-300) > 1e20);
 }
 
 TEST_CASE("a fixed step gives a frame where it reaches a multiple of the time") {
