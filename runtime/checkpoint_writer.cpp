@@ -9,6 +9,7 @@
 #include <limits>
 #include <numeric>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "physics/error.h"
@@ -186,7 +187,7 @@ void CheckpointWriter::advance() {
       case Phase::writing:
       case Phase::completing:
         if (!thread_done_) return;
-        thread_.join();
+        if (thread_.joinable()) thread_.join();
         break;
       case Phase::counting:
       case Phase::placing:
@@ -203,6 +204,7 @@ void CheckpointWriter::advance() {
         break;
       case Phase::placing:
         place();
+        memory_->news = {.begin = -1, .reason = "nothing was begun"};
         if (ranks_.rank() == 0)
           start(Phase::creating, [this] { create(); });
         else
@@ -231,12 +233,19 @@ void CheckpointWriter::advance() {
 void CheckpointWriter::start(Phase phase, std::function<void()> work) {
   phase_ = phase;
   thread_done_ = false;
-  thread_ = std::thread([this, work = std::move(work)] {
-    const TraceSpan trace = TraceSpan::beside_steps(TraceKind::checkpoint, last_step_);
-    attempt(work);
+  try {
+    thread_ = std::thread([this, work = std::move(work)] {
+      const TraceSpan trace = TraceSpan::beside_steps(TraceKind::checkpoint, last_step_);
+      attempt(work);
+      thread_done_ = true;
+      thread_done_.notify_all();
+    });
+  } catch (
+      const std::system_error& error) {  // no more threads: others hear of it as of any failure
+    failure_ = std::make_exception_ptr(IoError(
+        fmt::format("cannot write {}: no thread for it: {}", target_.string(), error.what())));
     thread_done_ = true;
-    thread_done_.notify_all();
-  });
+  }
 }
 
 bool CheckpointWriter::operation_is_done() {
@@ -285,7 +294,7 @@ void CheckpointWriter::start_telling() {
 
 void CheckpointWriter::follow_news() {
   if (memory_->news.begin < 0) {
-    failure_ = std::make_exception_ptr(IoError(memory_->news.reason));
+    if (!failure_) failure_ = std::make_exception_ptr(IoError(memory_->news.reason));
     return forget();
   }
   if (copied_)

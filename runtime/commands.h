@@ -7,14 +7,11 @@
 
 #include "io/scenario.h"
 #include "runtime/balance.h"
+#include "runtime/exit_codes.h"
 #include "runtime/simulation.h"
 #include "runtime/trace/record.h"
 
 namespace lahar {
-
-/// Exit codes.
-inline constexpr int exit_ok = 0, exit_internal = 1, exit_input = 2, exit_simulation = 3,
-                     exit_file = 4, exit_rank = 5, exit_stopped = 75;
 
 struct RunArguments {
   std::string scenario;

@@ -17,6 +17,7 @@
 
 #include "graph/give_way.h"
 #include "physics/error.h"
+#include "runtime/exit_codes.h"
 
 namespace lahar {
 
@@ -31,6 +32,20 @@ bool running() {
   MPI_Initialized(&begun);
   MPI_Finalized(&ended);
   return begun != 0 && ended == 0;
+}
+
+/// What MPI cannot do ends all ranks.
+void end_by_mpi(MPI_Comm*, int* code, ...) {
+  std::array<char, MPI_MAX_ERROR_STRING + 1> text{};
+  int length = 0, rank = 0;
+  MPI_Error_string(*code, text.data(), &length);
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  std::fprintf(stderr,
+               "lahar: error: MPI fails on rank %d: %s. The last step that all ranks finished is "
+               "%lld. If there are checkpoints, `--restart latest` goes on.\n",
+               rank, text.data(), static_cast<long long>(last_step.load()));
+  std::fflush(nullptr);
+  MPI_Abort(MPI_COMM_WORLD, exit_rank);
 }
 
 int count_of(std::size_t n) {
@@ -61,6 +76,11 @@ MpiSession::MpiSession(int& argc, char**& argv) {
         "this MPI library gives no thread level of MPI_THREAD_SERIALIZED or more, which is needed "
         "for several ranks. Use a build of MPI with thread support (Debian's Open MPI has it).");
   }
+  // Communicators that are made from it have the same.
+  MPI_Errhandler handler = MPI_ERRHANDLER_NULL;
+  MPI_Comm_create_errhandler(end_by_mpi, &handler);
+  MPI_Comm_set_errhandler(MPI_COMM_WORLD, handler);
+  MPI_Errhandler_free(&handler);
   MPI_Comm_dup(MPI_COMM_WORLD, &farewell);
 }
 

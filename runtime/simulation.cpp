@@ -151,6 +151,7 @@ void Simulation<Dim>::poll() {
   if (!impl_->exchange) return;
   const auto lock = impl_->exchange->lock_mpi();
   impl_->poll();
+  if (impl_->poll_failure) std::rethrow_exception(impl_->poll_failure);
 }
 
 template <int Dim>

@@ -126,7 +126,8 @@ class Simulation {
   /// That of this rank without a copy, by patches; good until the next call of advance().
   FrameSource frame_source() const;
   /// Several ranks: call Observer::poll when nobody else calls MPI. For whoever waits, while steps
-  /// are taken or not.
+  /// are taken or not. Throws what that threw, then and in all later calls: it is not called any
+  /// more, and who waits for it would wait for ever.
   void poll();
   HistoryRow history() const;  ///< present sums
   /// Present state, without a copy: good until the next call of advance().

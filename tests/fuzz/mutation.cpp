@@ -178,7 +178,7 @@ std::string Mutator::mutate(const std::string& input, bool json,
   const std::size_t at = one_in(2, random) ? 0 : below(files.size(), random);
   std::string& text = files[at].text;
   const std::string other = others.empty() ? text : any_of(others, random);
-  for (std::size_t k = 0, n = 1 + below(4, random) * below(3, random); k < n; ++k) {
+  for (std::size_t k = 0, n = one_in(4, random) ? 1 + below(8, random) : 1; k < n; ++k) {
     if (json && at == 0 && !one_in(8, random))
       text = mutate_json(text, unbundle(other).front().text, random);
     else if (one_in(3, random))
@@ -195,7 +195,7 @@ std::string Mutator::mutate_json(const std::string& text, const std::string& oth
   if (json.is_discarded()) return mutate_text(text, random);
   Json lender = Json::parse(other, nullptr, false, true);
   // An object cannot change while a part of it is moved into another part of it.
-  for (std::size_t k = 0, n = 1 + below(3, random); k < n; ++k)
+  for (std::size_t k = 0, n = one_in(3, random) ? 1 + below(4, random) : 1; k < n; ++k)
     change(json, lender, keys_, words_, random);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -15,7 +15,7 @@ class Mutator {
  public:
   Mutator();
 
-  /// One to eight changes of `input`; `others` lend parts of theirs.
+  /// One change of `input`, or several; `others` lend parts of theirs.
   std::string mutate(const std::string& input, bool json, const std::vector<std::string>& others,
                      Random& random) const;
 

@@ -239,13 +239,15 @@ std::vector<std::string> corpus(const Target& target) {
   return inputs;
 }
 
-void run(const Target& target, Bytes input) {
+bool run(const Target& target, Bytes input) {
   try {
     target.run(input);
+    return true;
   } catch (const InputError&) {
   } catch (const IoError&) {
   } catch (const SimulationError&) {
   }
+  return false;
 }
 
 std::vector<BundledFile> unbundle(std::string_view text) {

@@ -30,8 +30,8 @@ const Target& target(std::string_view name);
 /// Inputs to begin with: seeds and the files in corpus/NAME, in the order of their names.
 std::vector<std::string> corpus(const Target& target);
 
-/// Runs a target. Throws what is not allowed to come out of it.
-void run(const Target& target, Bytes input);
+/// Runs a target; true if nothing was wrong with the input. Throws what is not allowed to come out.
+bool run(const Target& target, Bytes input);
 
 /// A text with several files, which follow a line "=== NAME"; what is before the first of these is
 /// the scenario.
