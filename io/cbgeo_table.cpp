@@ -101,11 +101,12 @@ class Table {
   explicit Table(const fs::path& path) : hdf_(path, "read") {
     std::error_code error;
     if (!fs::exists(path, error)) refuse(path, "the particle file does not exist");
+    if (!fs::is_regular_file(path, error)) refuse(path, "the particle file is not a regular file");
     if (H5Fis_hdf5(path.c_str()) <= 0) refuse(path, "this is not an HDF5 file");
-    file_ = hdf_.own(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    file_ = open_file(hdf_, path);
     if (H5Lexists(file_, "table", H5P_DEFAULT) <= 0)
       refuse(path, "there is no 'table' in the file", "CB-Geo MPM writes its particles as one");
-    data_ = hdf_.own(H5Dopen2(file_, "table", H5P_DEFAULT), H5Dclose);
+    data_ = open_data(hdf_, file_, "table");
     const HdfHandle type = hdf_.own(H5Dget_type(data_), H5Tclose);
     const HdfHandle space = hdf_.own(H5Dget_space(data_), H5Sclose);
     if (H5Tget_class(type) != H5T_COMPOUND || H5Sget_simple_extent_ndims(space) != 1)

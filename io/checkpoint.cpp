@@ -80,7 +80,7 @@ Index read_attribute(const HdfSession& hdf, hid_t file, const char* name) {
 }
 
 std::string read_text(const HdfSession& hdf, hid_t file, const char* name) {
-  const HdfHandle data = hdf.own(H5Dopen2(file, name, H5P_DEFAULT), H5Dclose);
+  const HdfHandle data = open_data(hdf, file, name);
   const HdfHandle type = hdf.own(H5Dget_type(data), H5Tclose);
   const HdfHandle space = hdf.own(H5Dget_space(data), H5Sclose);
   if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0 ||
@@ -92,7 +92,7 @@ std::string read_text(const HdfSession& hdf, hid_t file, const char* name) {
 }
 
 std::vector<CheckpointPatch> read_table(const HdfSession& hdf, hid_t file) {
-  const HdfHandle data = hdf.own(H5Dopen2(file, "patches", H5P_DEFAULT), H5Dclose);
+  const HdfHandle data = open_data(hdf, file, "patches");
   const HdfHandle space = hdf.own(H5Dget_space(data), H5Sclose);
   hsize_t size[2] = {0, 0};
   if (H5Sget_simple_extent_ndims(space) != 2 ||
@@ -179,7 +179,7 @@ void CheckpointReader::read_tables() {
   hsize_t stored = 0;
   {
     const HdfSession hdf(file_, "read");
-    const HdfHandle in = hdf.own(H5Fopen(file_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    const HdfHandle in = open_file(hdf, file_);
     if (H5Aexists(in, "header_checksum") <= 0) hdf.fail("it is not a checkpoint of Lahar");
     text = read_text(hdf, in, "header");
     if (checksum(std::as_bytes(std::span(text))) != read_attribute(hdf, in, "header_checksum"))
@@ -187,7 +187,7 @@ void CheckpointReader::read_tables() {
     patches_ = read_table(hdf, in);
     if (checksum(std::as_bytes(std::span(patches_))) != read_attribute(hdf, in, "patches_checksum"))
       hdf.fail("its table of patches does not match its checksum");
-    const HdfHandle data = hdf.own(H5Dopen2(in, "data", H5P_DEFAULT), H5Dclose);
+    const HdfHandle data = open_data(hdf, in, "data");
     const HdfHandle space = hdf.own(H5Dget_space(data), H5Sclose);
     stored = static_cast<hsize_t>(hdf.check(H5Sget_simple_extent_npoints(space)));
     const haddr_t begin = stored > 0 ? H5Dget_offset(data) : 0;

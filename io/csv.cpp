@@ -5,6 +5,7 @@
 #include "io/atomic_file.h"
 #include "io/csv_columns.h"
 #include "io/numbers.h"
+#include "io/text.h"
 
 namespace lahar {
 
@@ -36,13 +37,22 @@ std::vector<Source> sources(const Frame& frame) {
   return list;
 }
 
+/// The name of a column, which may come from any file, in the header (RFC 4180).
+std::string csv_name(const std::string& name) {
+  const std::string text = printable(name);
+  if (text.find_first_of(",\"") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
 /// Pass the table to `sink` piece by piece: a large one does not fit into memory twice.
 template <class Sink>
 void emit(const Frame& frame, Sink&& sink) {
   check_consistent(frame);
   const std::vector<Source> columns = sources(frame);
   std::string text = "id";
-  for (const Source& column : columns) text += ',' + column.name;
+  for (const Source& column : columns) text += ',' + csv_name(column.name);
   text += '\n';
   for (Index i = 0; i < frame.size(); ++i) {
     append_number(text, frame.id[i]);

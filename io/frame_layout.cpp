@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "io/hdf_handle.h"
+#include "physics/columns.h"
+#include "physics/materials.h"
 
 namespace lahar {
 
@@ -134,6 +136,13 @@ void lay_out_point_data(const HdfSession& hdf, const LayoutWriter& out, hid_t ro
 }
 
 }  // namespace
+
+template <class T>
+inline constexpr std::size_t all_states_of = 0;
+template <class... Laws>
+inline constexpr std::size_t all_states_of<std::variant<Laws...>> = (Laws::state.size() + ...);
+static_assert(n_columns + all_states_of<Law> <= FrameLayout::max_columns,
+              "frames of models with all laws need more columns: raise max_columns");
 
 FrameLayout lay_out_frame(const FrameHeader& header, Index total, const std::filesystem::path& file,
                           const std::filesystem::path& shown) {

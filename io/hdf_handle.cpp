@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "io/text.h"
 #include "physics/error.h"
 
 namespace lahar {
@@ -59,6 +60,53 @@ void HdfSession::fail() const {
 
 void HdfSession::fail(const std::string& why) const {
   throw IoError(fmt::format("cannot {} {}: {}", action_, file_.string(), why));
+}
+
+namespace {
+
+/// How much deflate can shrink data (RFC 1951: 258 bytes in two bits, rounded up) [-].
+constexpr double most_compression = 1040;
+
+void refuse_links(const HdfSession& hdf, hid_t file, const std::string& path) {
+  for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
+    const std::string name = path.substr(0, end);
+    H5L_info_t link;
+    hdf.check(H5Lget_info(file, name.c_str(), &link, H5P_DEFAULT));
+    if (link.type != H5L_TYPE_HARD) hdf.fail("'" + name + "' is a link to somewhere else");
+    if (end == std::string::npos) return;
+  }
+}
+
+}  // namespace
+
+HdfHandle open_file(const HdfSession& hdf, const std::filesystem::path& file) {
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (std::filesystem::exists(status) && !std::filesystem::is_directory(status) &&
+      !std::filesystem::is_regular_file(status))
+    hdf.fail("it is not a regular file");
+  return hdf.own(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+}
+
+HdfHandle open_data(const HdfSession& hdf, hid_t file, const std::string& path) {
+  refuse_links(hdf, file, path);
+  HdfHandle data = hdf.own(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  const HdfHandle plan = hdf.own(H5Dget_create_plist(data), H5Pclose);
+  const H5D_layout_t layout = H5Pget_layout(plan);
+  if (layout == H5D_VIRTUAL || (layout == H5D_CONTIGUOUS && H5Pget_external_count(plan) > 0))
+    hdf.fail("'" + path + "' has its data in other files");
+  const HdfHandle type = hdf.own(H5Dget_type(data), H5Tclose);
+  if (H5Tdetect_class(type, H5T_VLEN) > 0 || H5Tdetect_class(type, H5T_REFERENCE) > 0)
+    hdf.fail("'" + path + "' has values of variable length");
+  const HdfHandle space = hdf.own(H5Dget_space(data), H5Sclose);
+  const double bytes = static_cast<double>(hdf.check(H5Sget_simple_extent_npoints(space))) *
+                       static_cast<double>(H5Tget_size(type));
+  hsize_t size = 0;
+  hdf.check(H5Fget_filesize(file, &size));
+  if (bytes > most_compression * static_cast<double>(size))
+    hdf.fail(fmt::format("'{}' claims {} of values, more than a file of {} can hold", path,
+                         format_bytes(bytes), format_bytes(static_cast<double>(size))));
+  return data;
 }
 
 }  // namespace lahar

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <mutex>
+#include <string>
 #include <utility>
 
 namespace lahar {
@@ -62,5 +63,13 @@ class HdfSession {
   std::filesystem::path file_;
   const char* action_;
 };
+
+/// Open a file for reading that may be of anyone. Throws IoError where it is not a regular file.
+HdfHandle open_file(const HdfSession& hdf, const std::filesystem::path& file);
+
+/// Open a dataset of such a file. Throws IoError for what would have HDF5 read other files, or take
+/// memory that the file's size does not explain: soft and external links on the way, data in other
+/// files, virtual datasets, values of variable length, more values than the file can hold.
+HdfHandle open_data(const HdfSession& hdf, hid_t file, const std::string& path);
 
 }  // namespace lahar

@@ -125,6 +125,7 @@ class RegionParts {
     points_ = tensor_points<Dim>(centres);
   }
 
+  std::size_t size() const { return std::max(points_.size(), parts_.size()); }  ///< per cell
   /// Call `visit(x, volume)` for each; volume() computes it.
   void visit(Index cell, auto&& visit) const {
     if (!mesh_.is_multilinear()) return visit_parts(mesh_.element_geometry(cell), visit);
@@ -217,7 +218,7 @@ class RowsOnTheirWay {
 
 template <int Dim>
 NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, int n,
-                              const Team& team) {
+                              const Team& team, const ParticleLimit& limit) {
   // How many particles a cell has is not known before it has been looked at. So members first count
   // those of some blocks of cells each, and then look at the blocks that have their own particles.
   constexpr Index blocks_of_member = 64;
@@ -229,18 +230,35 @@ NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, 
   };
   Index first = 0, end = std::numeric_limits<Index>::max();
   std::vector<Index> counts(1, 1);  // particles of each block
+  const double most = static_cast<double>(limit.of_member) * team.size();
+  const auto check = [&](Index count) {
+    if (static_cast<double>(count) > most) limit.too_many(count);
+  };
+  if (team.alone() && static_cast<double>(cells.size()) * static_cast<double>(parts.size()) > most) {
+    Index count = 0;  // where there may be too many, they are counted before they are kept
+    cells.visit(0, cells.size(), [&](Index cell) {
+      parts.visit(cell, [&](const auto&, auto&&) { ++count; });
+      check(count);
+    });
+  }
   if (!team.alone()) {
     std::vector<Index> own(blocks_of_member, 0);
-    for (Index b = 0; b < blocks_of_member; ++b) {
-      const Index block = team.index() * blocks_of_member + b;
-      Index& count = own[static_cast<std::size_t>(b)];
-      cells.visit(block_begin(block), block_begin(block + 1),
-                  [&](Index cell) { parts.visit(cell, [&](const auto&, auto&&) { ++count; }); });
-    }
+    all_or_none(team, [&] {
+      Index all = 0;
+      for (Index b = 0; b < blocks_of_member; ++b) {
+        const Index block = team.index() * blocks_of_member + b;
+        Index& count = own[static_cast<std::size_t>(b)];
+        cells.visit(block_begin(block), block_begin(block + 1), [&](Index cell) {
+          parts.visit(cell, [&](const auto&, auto&&) { ++count, ++all; });
+          check(all);
+        });
+      }
+    });
     counts.clear();
     for (const auto& member : team.gather(own))
       counts.insert(counts.end(), member.begin(), member.end());
     const Index total = std::accumulate(counts.begin(), counts.end(), Index{0});
+    check(total);
     first = team.part(total, team.index());
     end = team.part(total, team.index() + 1);
   }
@@ -295,7 +313,7 @@ std::vector<Index> place(const Mesh<Dim>& mesh, const std::vector<Index>& sugges
   template Vec<Dim> cell_point<Dim>(const Mesh<Dim>&, Index, const Vec<Dim>&);               \
   template NewParticles<Dim> fill_cells<Dim>(const Mesh<Dim>&, std::span<const Index>, int); \
   template NewParticles<Dim> fill_region<Dim>(const Mesh<Dim>&, const Region<Dim>&, int,     \
-                                              const Team&);                                  \
+                                              const Team&, const ParticleLimit&);            \
   template std::vector<Index> place<Dim>(const Mesh<Dim>&, const std::vector<Index>&,        \
                                          ParticleTable<Dim>&);
 LAHAR_INSTANTIATE(2)

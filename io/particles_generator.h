@@ -1,6 +1,8 @@
 /// \file Where particles start: Gauss points, regions, and the cell and volume of each.
 #pragma once
 
+#include <functional>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -28,12 +30,19 @@ struct NewParticles {
 template <int Dim>
 NewParticles<Dim> fill_cells(const Mesh<Dim>& mesh, std::span<const Index> cells, int n);
 
+/// So many particles may be held by each member of a team; `too_many(n)` is called where there are
+/// n or more of all members instead, and throws.
+struct ParticleLimit {
+  Index of_member = std::numeric_limits<Index>::max();
+  std::function<void(Index)> too_many = {};
+};
+
 /// Each cell is cut into n^Dim equal parts of the natural coordinates; those whose centre lies in
 /// the region get a particle with their volume (exact). The first axis runs fastest. Of a team,
 /// each member gets its part of the particles, equal to the others' but for one. Collective.
 template <int Dim>
 NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, int n,
-                              const Team& team = Team());
+                              const Team& team = Team(), const ParticleLimit& limit = {});
 
 /// Fill in the cells that are not known: the suggested one (-1 = none) if it contains the particle,
 /// else the lowest that does. Returns the particles that no cell contains.

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "io/scenario.h"
+#include "io/text.h"
 
 namespace lahar {
 
@@ -84,10 +85,41 @@ std::string suggest(std::string_view name, const std::vector<std::string>& candi
   return candidates.empty() ? "" : fmt::format("{}: {}", what, join(candidates));
 }
 
+namespace {
+
+/// A line of input and, where a column [bytes, 1-based] is known, a caret below it.
+std::string quoted_source(std::string_view source, int column, const char* green, const char* off) {
+  // A longer line (a mesh on one line, say) would bury the message.
+  constexpr std::size_t longest = 160;
+  const std::size_t at =
+      std::min(column > 0 ? static_cast<std::size_t>(column) - 1 : 0, source.size());
+  const std::size_t skip = at > longest / 2 ? cut_text(source, at - longest / 2).size() : 0;
+  const std::string_view shown = cut_text(source.substr(skip), longest);
+  std::string out = "  ";
+  // Tabs stay tabs, so that the caret lands below its character.
+  const auto add = [](std::string& to, std::string_view text, auto&& convert) {
+    for (std::size_t begin = 0; begin <= text.size();) {
+      const std::size_t tab = std::min(text.find('\t', begin), text.size());
+      to += convert(printable(text.substr(begin, tab - begin)));
+      if (tab < text.size()) to += '\t';
+      begin = tab + 1;
+    }
+  };
+  const auto same = [](std::string text) { return text; };
+  add(out, shown.substr(0, at - skip), same);
+  add(out, shown.substr(std::min(at - skip, shown.size())), same);
+  out += '\n';
+  if (column <= 0) return out;
+  out += "  ";
+  add(out, source.substr(skip, at - skip),
+      [](const std::string& text) { return std::string(text_width(text), ' '); });
+  return out + fmt::format("{}^{}\n", green, off);
+}
+
+}  // namespace
+
 std::string format_problems(const std::vector<Problem>& problems, const char* severity,
                             bool colour) {
-  // A longer line (a mesh on one line, say) would bury the message.
-  constexpr std::size_t longest_source = 160;
   const char* bold = colour ? "\033[1m" : "";
   const char* red =
       colour ? (std::string_view(severity) == "error" ? "\033[1;31m" : "\033[1;35m") : "";
@@ -95,26 +127,14 @@ std::string format_problems(const std::vector<Problem>& problems, const char* se
   const char* off = colour ? "\033[0m" : "";
   std::string out;
   for (const Problem& p : problems) {
-    out += fmt::format("{}{}", bold, p.file.empty() ? "command line" : p.file);
+    out += fmt::format("{}{}", bold, p.file.empty() ? "command line" : printable(p.file));
     if (p.line > 0) out += fmt::format(":{}", p.line);
     if (p.line > 0 && p.column > 0) out += fmt::format(":{}", p.column);
-    out += fmt::format(": {}{}:{} {}", red, severity, off, p.message);
-    if (!p.where.empty()) out += fmt::format(" [{}]", p.where);
+    out += fmt::format(": {}{}:{} {}", red, severity, off, printable(p.message));
+    if (!p.where.empty()) out += fmt::format(" [{}]", printable(p.where));
     out += '\n';
-    if (!p.source.empty()) {
-      const std::size_t column = p.column > 0 ? static_cast<std::size_t>(p.column) - 1 : 0;
-      const std::size_t skip = column > longest_source / 2 ? column - longest_source / 2 : 0;
-      const auto shown = std::string_view(p.source).substr(std::min(skip, p.source.size()));
-      out += fmt::format("  {}\n", shown.substr(0, longest_source));
-      if (p.column > 0) {
-        std::string indent;  // tabs stay tabs, so that the caret lands below its character
-        for (std::size_t i = skip; i < column && i < p.source.size(); ++i)
-          if ((static_cast<unsigned char>(p.source[i]) & 0xC0) != 0x80)
-            indent += p.source[i] == '\t' ? '\t' : ' ';
-        out += fmt::format("  {}{}^{}\n", indent, green, off);
-      }
-    }
-    if (!p.hint.empty()) out += fmt::format("  hint: {}\n", p.hint);
+    if (!p.source.empty()) out += quoted_source(p.source, p.column, green, off);
+    if (!p.hint.empty()) out += fmt::format("  hint: {}\n", printable(p.hint));
   }
   return out;
 }

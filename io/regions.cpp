@@ -283,7 +283,14 @@ Region<Dim>::Region(const JsonValue& value, double tolerance, const JsonDocument
     : Region() {
   if (!value.is<JsonValue::Object>()) return;
   auto test = RegionReader<Dim>(tolerance, document, problems).read(value);
-  if (test.contains) shape_->test = std::move(test);
+  if (test.contains) {
+    shape_->test = std::move(test);
+    return;
+  }
+  // Reported. Everywhere could be a great many cells.
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  shape_->test = {[](const Vec<Dim>&) { return false; },
+                  {Vec<Dim>::Constant(inf), Vec<Dim>::Constant(-inf)}};
 }
 
 template <int Dim>

@@ -19,7 +19,7 @@ class Region {
   /// Everywhere.
   Region();
   /// From the checked object; problems that the table cannot see (no shape, two shapes, an empty
-  /// box, a zero normal) are reported. `tolerance` [m].
+  /// box, a zero normal) are reported, and the region is then empty. `tolerance` [m].
   Region(const JsonValue& value, double tolerance, const JsonDocument& document,
          ProblemList& problems);
   Region(Region&&) noexcept;

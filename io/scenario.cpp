@@ -122,6 +122,8 @@ Problem place_problem(const JsonDocument& document, const Problem& problem) {
 }
 
 Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options) {
+  in.memory = options.memory;
+  in.phase = options.phase;
   JsonValue& root = in.document.root;
   if (root.valid())
     for (const auto& argument : options.overrides)

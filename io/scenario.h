@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "io/memory_limit.h"
 #include "io/team.h"
 #include "physics/error.h"
 #include "physics/model.h"
@@ -17,6 +18,9 @@ struct ScenarioOptions {
   bool as_cbgeo = false;               ///< what CB-Geo would have run (ignores "stress_update")
   const Team* team = nullptr;          ///< who reads it together; null = this process alone
   std::filesystem::path folder = {};   ///< that file names are relative to; empty = the scenario's
+  MemoryLimit memory = {};             ///< the same on all members of a team
+  /// Called with what is being done next, where that may take long.
+  std::function<void(const std::string&)> phase = {};
 };
 
 /// A scenario that has been read completely.

@@ -313,6 +313,12 @@ void ScenarioBuilder<Dim>::build_output() {
   model_.title = get_text(root_, "title").value_or("");
   if (model_.title.empty()) model_.title = in_.stem;
   std::string name = get_text(section("analysis"), "uuid").value_or("");
+  if (name == "." || name == ".." || name.find_first_of(std::string_view("/\0", 2)) != name.npos) {
+    in_.error(*section("analysis").find("uuid"),
+              fmt::format("'uuid' must be the name of a folder, found {}", json_quoted(name)),
+              "results are in post_processing.path/uuid; --output FOLDER writes them elsewhere");
+    name.clear();
+  }
   if (name.empty()) name = folder_name(get_text(root_, "title").value_or(""));
   if (name.empty()) name = in_.stem;
   // The files that a run goes on from stay where they are.

@@ -34,11 +34,30 @@ class ScenarioBuilder {
   Model<Dim> build();
 
  private:
+  // scenario_memory.cpp
+  /// Say what is done next, which may take long.
+  void phase(const std::string& text) const {
+    if (in_.phase) in_.phase(text);
+  }
+  /// Note that this process will hold `bytes` more for `what`. Throws InputError, with the problems
+  /// so far, where that is more than it may, on all members of the team: before the memory is taken.
+  /// Collective.
+  void need_memory(const JsonValue& at, double bytes, const std::string& what);
+  /// How many more things of so many bytes each member may hold. Collective.
+  Index room_for(double bytes) const;
+  /// What each member will have taken with its part of so many particles more [bytes].
+  double with_particles(Index count) const;
+  void need_particles(const JsonValue& at, Index count);  ///< of all members; collective
+  [[noreturn]] void refuse_memory(const JsonValue& at, double bytes, const std::string& what);
   // scenario_mesh.cpp
   void build_mesh();
   void check_second_order(const JsonValue& mesh);
   void build_structured_mesh(const JsonValue& mesh, const JsonValue& structured);
-  std::vector<Index> nodes_in(const Region<Dim>& region) const;
+  void need_memory_of_grid(const JsonValue& at, Element element,
+                           const std::array<Index, Dim>& counts);
+  std::vector<Index> nodes_in(const Region<Dim>& region, const JsonValue& at);
+  /// ids.push_back(id), as long as there is memory for it. Of this member alone.
+  void add_member(std::vector<Index>& ids, Index id, const JsonValue& set);
   void build_sets();
   // scenario_mesh_file.cpp
   TableMeshKeys table_mesh_keys(const JsonValue& mesh) const;
@@ -79,6 +98,13 @@ class ScenarioBuilder {
   NewParticles<Dim> read_particles(const JsonValue& generator);
   bool check_gauss_points(const JsonValue& generator);
   NewParticles<Dim> fill_gauss(const JsonValue& generator);
+  /// Gauss points of the cells of all members. Collective.
+  Index gauss_count(const std::vector<Index>& cells, int n) const {
+    const auto points = static_cast<Index>(gauss_points<Dim>(mesh_->element(), n).size());
+    return points * team_.sum(static_cast<Index>(cells.size()));
+  }
+  /// fill_region() where there is memory for it (scenario_memory.cpp).
+  NewParticles<Dim> fill(const JsonValue& generator, const Region<Dim>& region, int per_cell);
   void name_particle_set(const JsonValue& generator, Index first, Index last);
   void warn_of_coincident(const JsonValue& particles);
   void place_particles();
@@ -214,6 +240,8 @@ class ScenarioBuilder {
   EntityFile sets_;
   Index listed_cells_ = -1;      ///< those of a mesh file that has nodes around them, too; -1 = all
   double region_tolerance_ = 0;  ///< [m]
+  double memory_ = 0;            ///< [bytes] noted by need_memory()
+  static constexpr double member_bytes = 2 * sizeof(Index);  ///< of a set, with room to grow
   RowShares rows_;               ///< of model_.particles: who has which
   bool particles_complete_ = true;    ///< false: some generator failed, the number is not known
   std::optional<double> relaxation_;  ///< [-] of velocities, by the wave speed

@@ -7,6 +7,7 @@
 
 #include "io/scenario_builder.h"
 #include "io/shared_mesh.h"
+#include "io/text.h"
 #include "physics/home.h"
 
 namespace lahar {
@@ -20,6 +21,8 @@ std::optional<std::vector<Index>> ScenarioBuilder<Dim>::cells_of(const JsonValue
     return listed ? std::optional(*listed) : std::nullopt;
   }
   if (!mesh_) return std::nullopt;
+  need_memory(generator, sizeof(Index) * static_cast<double>(n_cells()) / team_.size(),
+              fmt::format("a list of {} cells", format_count(n_cells())));
   const auto [first, end] = own_cells(n_cells(), team_);
   std::vector<Index> own(static_cast<std::size_t>(end - first));
   std::iota(own.begin(), own.end(), first);
@@ -87,6 +90,9 @@ void ScenarioBuilder<Dim>::build_injection(const JsonValue& generator) {
   injection.all_cells = team_.sum(static_cast<Index>(cells->size()));
   if (injection.all_cells == 0)
     return in_.error(generator, "there is no cell to inject particles into");
+  const Index points = gauss_count(*cells, static_cast<int>(*n));
+  need_memory(generator, sizeof(Vec<Dim>) * static_cast<double>(points) / team_.size(),
+              fmt::format("{} places of injection", format_count(points)));
   const auto mesh = mesh_with(*cells);
   injection.x = fill_cells<Dim>(*mesh, *cells, static_cast<int>(*n)).x;
   injection.per_cell = team_.sum(static_cast<Index>(injection.x.size())) / injection.all_cells;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/json_source.h"
+#include "io/memory_limit.h"
 #include "io/side_files.h"
 #include "io/team.h"
 #include "io/values.h"
@@ -26,6 +27,8 @@ struct ScenarioInput {
   bool as_cbgeo = false;
   const Team* team = nullptr;                          ///< never null
   std::vector<std::filesystem::path> side_files = {};  ///< opened so far
+  MemoryLimit memory = {};
+  std::function<void(const std::string&)> phase = {};  ///< called with what is done next, if set
   bool cbgeo_defaults = false;  ///< keys that are not written mean what they do in CB-Geo MPM
 
   void error(const JsonValue& at, std::string message, std::string hint = "") {

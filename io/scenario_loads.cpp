@@ -5,9 +5,17 @@
 
 #include "io/node_files.h"
 #include "io/scenario_builder.h"
+#include "io/text.h"
 #include "physics/home.h"
 
 namespace lahar {
+
+namespace {
+
+/// An id and what is said of it, such as NodeVelocity [bytes].
+constexpr double condition_bytes = sizeof(Index) + sizeof(NodeVelocity);
+
+}  // namespace
 
 template <int Dim>
 std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(const JsonValue& object,
@@ -26,6 +34,8 @@ std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(const JsonValue&
   std::vector<Index> ids;
   if (value->is_number() && value->number() == -1) {
     if (&sets == &sets_.particles) return rows_.own_rows(0, rows_.total());
+    need_memory(*value, condition_bytes * static_cast<double>(n_nodes()) / team_.size(),
+                fmt::format("what is said of all {} nodes", format_count(n_nodes())));
     for (Index i = 0; i < n_nodes(); ++i)
       if (home_of(i, team_.size()) == team_.index()) ids.push_back(i);
     return ids;
@@ -39,6 +49,9 @@ std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(const JsonValue&
                             "generator's counts",
                             to_json(*value)),
                 "the reference does the same");
+  if (&sets == &sets_.nodes)
+    need_memory(*value, condition_bytes * static_cast<double>(found->size()),
+                "what is said of sets of nodes");
   ids = *found;
   std::sort(ids.begin(), ids.end());
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());

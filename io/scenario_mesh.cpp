@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "io/scenario_builder.h"
+#include "io/text.h"
+#include "physics/element_grid.h"
 #include "physics/home.h"
 
 namespace lahar {
@@ -137,6 +139,7 @@ void ScenarioBuilder<Dim>::build_structured_mesh(const JsonValue& mesh, const Js
                                     "possible",
                                     total, most));
   if (!origin) return;
+  if (element != multilinear<Dim>) need_memory_of_grid(s, element, n);
   try {
     if (element == multilinear<Dim>) {
       model_.mesh = std::make_shared<const Mesh<Dim>>(Mesh<Dim>::structured(*origin, *cell, n));
@@ -148,15 +151,35 @@ void ScenarioBuilder<Dim>::build_structured_mesh(const JsonValue& mesh, const Js
   }
 }
 
+/// A grid whose cells are stored.
+template <int Dim>
+void ScenarioBuilder<Dim>::need_memory_of_grid(const JsonValue& at, Element element,
+                                               const std::array<Index, Dim>& counts) {
+  // Tables as they are made, kept, and turned into what searches and neighbours need, at least.
+  constexpr double copies = 3;
+  const ElementGrid<Dim> grid(element, counts);
+  const auto nodes = static_cast<double>(grid.n_nodes), cells = static_cast<double>(grid.n_cells);
+  const double row = sizeof(Index) * static_cast<double>(info(element).nodes);
+  const std::string what =
+      fmt::format("a mesh of {} nodes and {} cells of {}", format_count(grid.n_nodes),
+                  format_count(grid.n_cells), info(element).name);
+  phase(what);
+  need_memory(at, copies * (nodes * sizeof(Vec<Dim>) + cells * row) / team_.size(), what);
+}
+
 /// The nodes of a region that this member keeps (home_of()), ascending. Collective.
 template <int Dim>
-std::vector<Index> ScenarioBuilder<Dim>::nodes_in(const Region<Dim>& region) const {
+std::vector<Index> ScenarioBuilder<Dim>::nodes_in(const Region<Dim>& region,
+                                                  const JsonValue& at) {
   std::vector<Index> ids;
   if (!mesh_->is_share()) {
-    for_nodes_near<Dim>(*mesh_, region, [&](Index i) {
-      if (home_of(i, team_.size()) == team_.index() && region.contains(mesh_->node(i)))
-        ids.push_back(i);
+    all_or_none(team_, [&] {
+      for_nodes_near<Dim>(*mesh_, region, [&](Index i) {
+        if (home_of(i, team_.size()) == team_.index() && region.contains(mesh_->node(i)))
+          add_member(ids, i, at);
+      });
     });
+    need_memory(at, member_bytes * static_cast<double>(ids.size()), "sets of nodes");
     return ids;
   }
   std::vector<std::vector<Index>> to(static_cast<std::size_t>(team_.size()));
@@ -170,7 +193,20 @@ std::vector<Index> ScenarioBuilder<Dim>::nodes_in(const Region<Dim>& region) con
 }
 
 template <int Dim>
+void ScenarioBuilder<Dim>::add_member(std::vector<Index>& ids, Index id, const JsonValue& set) {
+  constexpr std::size_t often = std::size_t{1} << 20;
+  ids.push_back(id);
+  if (ids.size() % often != 0) return;
+  const auto bytes = member_bytes * static_cast<double>(ids.size());
+  if (memory_ + bytes > in_.memory.bytes)
+    refuse_memory(set, memory_ + bytes,
+                  fmt::format("sets, one with more than {} members",
+                              format_count(static_cast<Index>(ids.size()))));
+}
+
+template <int Dim>
 void ScenarioBuilder<Dim>::build_sets() {
+  phase("sets");
   sets_ = read_entity_sets(section("mesh"), n_nodes(), n_cells(), in_);
   const JsonValue& sets = section("sets");
   const auto each = [&](const char* key, EntitySets& out, auto&& members) {
@@ -180,19 +216,23 @@ void ScenarioBuilder<Dim>::build_sets() {
     for (const auto& [name, offset, value] : regions->template as<JsonValue::Object>()) {
       const Region<Dim> region(value, region_tolerance_, in_.document, in_.problems);
       auto& ids = out.by_name[name];
-      if (mesh_) ids = members(region);
+      if (mesh_) ids = members(region, value);
       if (mesh_ && !team_.any(!ids.empty()) && value.valid())
         in_.warning(value, fmt::format("the {} set '{}' is empty", out.kind, name));
     }
   };
-  each("nodes", sets_.nodes, [&](const Region<Dim>& region) { return nodes_in(region); });
-  each("cells", sets_.cells, [&](const Region<Dim>& region) {
+  each("nodes", sets_.nodes,
+       [&](const Region<Dim>& region, const JsonValue& at) { return nodes_in(region, at); });
+  each("cells", sets_.cells, [&](const Region<Dim>& region, const JsonValue& at) {
     std::vector<Index> ids;
     const CellsNear<Dim> near(*mesh_, region);
-    near.visit(team_.part(near.size(), team_.index()), team_.part(near.size(), team_.index() + 1),
-               [&](Index i) {
-                 if (region.contains(mesh_->cell_centre(i))) ids.push_back(i);
-               });
+    all_or_none(team_, [&] {
+      near.visit(team_.part(near.size(), team_.index()), team_.part(near.size(), team_.index() + 1),
+                 [&](Index i) {
+                   if (region.contains(mesh_->cell_centre(i))) add_member(ids, i, at);
+                 });
+    });
+    need_memory(at, member_bytes * static_cast<double>(ids.size()), "sets of cells");
     return spread_evenly(std::move(ids), team_);
   });
   // Warnings of walls ask where their nodes are.
@@ -205,8 +245,8 @@ template void ScenarioBuilder<2>::build_structured_mesh(const JsonValue&, const 
 template void ScenarioBuilder<3>::build_structured_mesh(const JsonValue&, const JsonValue&);
 template void ScenarioBuilder<2>::check_second_order(const JsonValue&);
 template void ScenarioBuilder<3>::check_second_order(const JsonValue&);
-template std::vector<Index> ScenarioBuilder<2>::nodes_in(const Region<2>&) const;
-template std::vector<Index> ScenarioBuilder<3>::nodes_in(const Region<3>&) const;
+template std::vector<Index> ScenarioBuilder<2>::nodes_in(const Region<2>&, const JsonValue&);
+template std::vector<Index> ScenarioBuilder<3>::nodes_in(const Region<3>&, const JsonValue&);
 template void ScenarioBuilder<2>::build_sets();
 template void ScenarioBuilder<3>::build_sets();
 

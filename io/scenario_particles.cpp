@@ -7,6 +7,7 @@
 
 #include "io/particle_files.h"
 #include "io/scenario_builder.h"
+#include "io/text.h"
 
 namespace lahar {
 
@@ -35,6 +36,7 @@ void ScenarioBuilder<Dim>::build_particles() {
     check_duplicates |= !different && get_bool(*generator, "check_duplicates").value_or(true);
   }
   if (!particles_complete_) sets_.particles.all_known = false;
+  if (rows_.total() > 0) phase(fmt::format("cells of {} particles", format_count(rows_.total())));
   if (check_duplicates) warn_of_coincident(*list);
   place_particles();
   assign_volumes();
@@ -66,7 +68,7 @@ void ScenarioBuilder<Dim>::generate(const JsonValue& generator) {
     const Region<Dim> region =
         shape ? Region<Dim>(*shape, region_tolerance_, in_.document, in_.problems) : Region<Dim>();
     const auto n = get_integer(generator, "per_cell");
-    if (n) fresh = fill_region<Dim>(*mesh_, region, static_cast<int>(*n), team_);
+    if (n) fresh = fill(generator, region, static_cast<int>(*n));
     const Index made = team_.sum(static_cast<Index>(fresh.x.size()));
     if (n && shape && made > 0) warn_of_clipping(*shape, region, made);
     if (n && made == 0 && in_.problems.empty())
@@ -103,6 +105,7 @@ NewParticles<Dim> ScenarioBuilder<Dim>::read_particles(const JsonValue& generato
   if (!file) return {};
   auto points = read_particle_file<Dim>(*file, team_, in_.problems);
   if (!points) return {};
+  need_particles(generator, team_.sum(static_cast<Index>(points->size())));
   NewParticles<Dim> fresh;
   fresh.x = std::move(*points);
   fresh.cell.assign(fresh.x.size(), -1);
@@ -132,6 +135,8 @@ NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue& generator) {
   const auto n = get_integer(generator, "nparticles_per_dir");
   const auto cells = cells_of(generator);
   if (!check_gauss_points(generator) || !mesh_ || !n || !cells) return {};
+  phase("particles at Gauss points");
+  need_particles(generator, gauss_count(*cells, static_cast<int>(*n)));
   return fill_cells<Dim>(*mesh_with(*cells), *cells, static_cast<int>(*n));
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "io/scenario_input.h"
+#include "io/text.h"
 #include "physics/home.h"
 
 namespace lahar {
@@ -19,8 +20,8 @@ std::optional<SideFile> ScenarioInput::open(const JsonValue& object, std::string
     reason = "has no name";
   else
     file = open_side_file(name, (folder / name).string(), reason);
-  if (file && !team->alone() && !file->regular())
-    reason = "is no regular file: several processes cannot read it together";
+  if (file && static_cast<double>(file->size) > memory.bytes)
+    reason = fmt::format("has {}; {}", format_bytes(static_cast<double>(file->size)), memory.source);
   const std::vector<Index> sizes = team->each(file ? file->size : 0);
   if (std::adjacent_find(sizes.begin(), sizes.end(), std::not_equal_to<>()) != sizes.end())
     reason = reason.empty() ? "is not the same for all processes" : reason;

@@ -11,12 +11,28 @@
 #include <filesystem>
 #include <memory>
 
+#include "io/text.h"
+
 namespace lahar {
+
+namespace {
+
+/// A text that is read as a whole, such as a scenario [bytes].
+constexpr std::size_t most_text = std::size_t{1} << 30;
+
+}  // namespace
 
 std::optional<std::string> read_text_file(const std::string& path, std::string& reason) {
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) {
+  const auto status = std::filesystem::status(path, error);
+  if (std::filesystem::is_directory(status)) {
     reason = "is a folder, not a file";
+    return std::nullopt;
+  }
+  // Devices may never end. A pipe may, and is what a shell makes of <(...).
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
+      !std::filesystem::is_fifo(status)) {
+    reason = "is not a regular file";
     return std::nullopt;
   }
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(path.c_str(), "rb"),
@@ -27,10 +43,19 @@ std::optional<std::string> read_text_file(const std::string& path, std::string& 
   }
   std::string text;
   const auto size = std::filesystem::file_size(path, error);
+  if (!error && size > most_text) {
+    reason = fmt::format("has {}; at most {} are read", format_bytes(static_cast<double>(size)),
+                         format_bytes(static_cast<double>(most_text)));
+    return std::nullopt;
+  }
   if (!error) text.resize(size);
   std::size_t have = 0, got;
   while ((got = std::fread(text.data() + have, 1, text.size() - have, in.get())) > 0) {
     have += got;
+    if (have > most_text) {
+      reason = fmt::format("has more than {}", format_bytes(static_cast<double>(most_text)));
+      return std::nullopt;
+    }
     if (have == text.size()) text.resize(have + 4096);  // a pipe, or a file that grows
   }
   text.resize(have);
@@ -51,14 +76,6 @@ bool blank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
 }
 
-// Text for a message: control characters would garble it.
-std::string printable(std::string_view text) {
-  std::string out(text);
-  for (char& c : out)
-    if ((static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7f) c = '?';
-  return out;
-}
-
 // The row that begins at `begin`: its end, and whether it holds data.
 const char* row_end(const char* begin, const char* end) {
   const auto* newline =
@@ -77,19 +94,21 @@ std::optional<SideFile> open_side_file(std::string name, const std::string& path
                                        std::string& reason) {
   SideFile file{std::move(name), path, 0, ""};
   std::error_code error;
-  if (std::filesystem::is_regular_file(path, error)) {
-    const auto size = std::filesystem::file_size(path, error);
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(path.c_str(), "rb"),
-                                                             &std::fclose);
-    if (in && !error && size > 0) {
-      file.size = static_cast<Index>(size);
-      return file;
-    }
-  }
-  auto text = read_text_file(path, reason);
-  if (!text) return std::nullopt;
-  file.text = std::move(*text);
-  file.size = static_cast<Index>(file.text.size());
+  const auto status = std::filesystem::status(path, error);
+  const auto refuse = [&](std::string why) {
+    reason = std::move(why);
+    return std::nullopt;
+  };
+  if (!std::filesystem::exists(status)) return refuse("does not exist");
+  if (std::filesystem::is_directory(status)) return refuse("is a folder, not a file");
+  // It is read in pieces, and as often as needed.
+  if (!std::filesystem::is_regular_file(status)) return refuse("is not a regular file");
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(path.c_str(), "rb"),
+                                                           &std::fclose);
+  if (!in) return refuse(std::strerror(errno));
+  file.size = static_cast<Index>(std::filesystem::file_size(path, error));
+  if (error) return refuse(error.message());
+  if (file.size == 0) return refuse("is empty");
   return file;
 }
 
@@ -208,7 +227,7 @@ void RowReader::complain(std::string message, std::string hint) {
   p.hint = std::move(hint);
   const char* end = row_end_;
   while (end > row_ && blank(end[-1])) --end;
-  p.source = printable({row_, static_cast<std::size_t>(end - row_)});
+  p.source.assign(row_, end);
   problems_.error(std::move(p));
 }
 
@@ -288,7 +307,7 @@ bool RowReader::real(double& value, std::string_view what) {
   }
   std::string_view word;
   if (!token(what, word)) return false;
-  complain(fmt::format("{} must be a finite number, found '{}'", what, printable(word)));
+  complain(fmt::format("{} must be a finite number, found '{}'", what, word));
   return false;
 }
 
@@ -306,7 +325,7 @@ bool RowReader::integer(Index& value, std::string_view what, Index low, Index hi
   const std::string range = high == std::numeric_limits<Index>::max()
                                 ? fmt::format("an integer of at least {}", low)
                                 : fmt::format("an integer from {} to {}", low, high);
-  complain(fmt::format("{} must be {}, found '{}'", what, range, printable(word)));
+  complain(fmt::format("{} must be {}, found '{}'", what, range, word));
   return false;
 }
 
@@ -323,7 +342,7 @@ bool RowReader::end_of_row(int optional) {
   if (word[0] == '#' || word[0] == '!')
     complain("a comment must have a line of its own", "the reference skips the whole line");
   else
-    complain(fmt::format("unexpected '{}' at the end of the row", printable(word)));
+    complain(fmt::format("unexpected '{}' at the end of the row", word));
   return false;
 }
 

@@ -12,13 +12,13 @@
 
 namespace lahar {
 
-/// A side file that could be opened and is not empty. It is read in pieces, as often as needed;
-/// what can be read only once (a pipe) is kept.
+/// A side file that could be opened and is not empty: a regular file, which is read in pieces, as
+/// often as needed; or a text that is kept.
 struct SideFile {
   std::string name;  ///< as the scenario names it
   std::string path;
   Index size = 0;    ///< [bytes]
-  std::string text;  ///< all of a file that can be read only once; else empty
+  std::string text;  ///< all of it, where it is not read from a file; else empty
 
   /// Copies up to n bytes from `offset` on; fewer only at the end. Throws IoError.
   std::size_t read(Index offset, char* to, std::size_t n) const;
@@ -34,7 +34,8 @@ struct SideFile {
   Index line_start(Index offset) const;
 };
 
-/// Open a side file; says why in `reason` if that fails (missing, a folder, empty, unreadable).
+/// Open a side file; says why in `reason` if that fails (missing, a folder, a
+/// device or pipe, empty, unreadable).
 std::optional<SideFile> open_side_file(std::string name, const std::string& path,
                                        std::string& reason);
 

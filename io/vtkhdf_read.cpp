@@ -20,7 +20,7 @@ constexpr Index block_rows = 1 << 15;
 class FrameFileReader {
  public:
   FrameFileReader(const HdfSession& hdf, const std::filesystem::path& file) : hdf_(hdf) {
-    file_ = hdf.own(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    file_ = open_file(hdf, file);
   }
 
   bool exists(const std::string& path) const {
@@ -102,7 +102,7 @@ class FrameFileReader {
 
  private:
   HdfHandle open(const std::string& path) const {
-    return hdf_.own(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    return open_data(hdf_, file_, path);
   }
 
   void expect_values(hid_t space_id, const std::string& what, Index expected) const {

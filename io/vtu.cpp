@@ -12,6 +12,7 @@
 
 #include "io/atomic_file.h"
 #include "io/numbers.h"
+#include "io/text.h"
 
 namespace lahar {
 
@@ -69,23 +70,8 @@ Array values_array(std::string attributes, const std::vector<double>& values, in
           }};
 }
 
-std::string escape(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else if (c == '"')
-      result += "&quot;";
-    else
-      result += c;
-  }
-  return result;
-}
-
 std::string attributes_of(const char* type, const std::string& name, int components) {
-  std::string text = fmt::format("type=\"{}\" Name=\"{}\"", type, escape(name));
+  std::string text = fmt::format("type=\"{}\" Name=\"{}\"", type, xml_escaped(name));
   if (components == 1) return text;
   const int stored = components == 2 ? 3 : components;
   text += fmt::format(" NumberOfComponents=\"{}\"", stored);

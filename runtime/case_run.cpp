@@ -10,6 +10,7 @@
 #include "runtime/output_times.h"
 #include "runtime/run_description.h"
 #include "runtime/signals.h"
+#include "runtime/startup_progress.h"
 
 namespace lahar {
 
@@ -79,8 +80,12 @@ int CaseRun<Dim>::execute() {
   Model<Dim> header = without_particles(model);
   header_ = checkpoint_header(scenario_);
   if (!arguments_.restart.empty()) open_checkpoint_to_restart();
-  const auto made = make_simulation(scenario_, std::move(model), arguments_.execution, observer(),
-                                    restart_.get());
+  const auto made = [&] {
+    StartupProgress progress(ranks_.rank() == 0 && !arguments_.quiet);
+    progress.phase("patches and particles");
+    return make_simulation(scenario_, std::move(model), arguments_.execution, observer(),
+                           restart_.get());
+  }();
   Simulation<Dim>& simulation = *made;
   const SimulationInfo info = simulation.info();
   particles_ = info.particles;

@@ -9,9 +9,13 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "io/scenario.h"
+
 namespace lahar {
 
 bool is_terminal(int file_descriptor) {
+  if (const char* told = std::getenv("LAHAR_TERMINAL"); told && *told)
+    return std::string_view(told) != "0";
   const char* kind = std::getenv("TERM");
   return isatty(file_descriptor) && !MpiSession::is_launched() &&
          !(kind && std::string_view(kind) == "dumb");
@@ -47,8 +51,9 @@ void Console::keep(const std::string& text) {
     early_.push_back(text);
 }
 
-void Console::line(const std::string& text) {
+void Console::line(const std::string& said) {
   clear_bar();
+  const std::string text = printable_lines(said);
   if (voice_ == Voice::normal) {
     std::fputs((text + "\n").c_str(), stdout);
     std::fflush(stdout);
@@ -57,6 +62,15 @@ void Console::line(const std::string& text) {
 }
 
 void Console::warn(const std::string& text) {
+  tell(printable_lines(text));
+}
+
+void Console::warn(const std::vector<Problem>& warnings) {
+  tell(format_problems(warnings, "warning", use_colour(STDERR_FILENO)));
+}
+
+/// Safe text, perhaps with colours.
+void Console::tell(const std::string& text) {
   clear_bar();
   const std::string end = text.ends_with('\n') ? "" : "\n";
   if (voice_ != Voice::silent) std::fputs((text + end).c_str(), stderr);
@@ -87,26 +101,12 @@ void Console::clear_bar() {
   bar_shown_ = false;
 }
 
-std::string format_bytes(double bytes) {
-  const char* units[] = {"B", "KiB", "MiB", "GiB", "TiB"};
-  int u = 0;
-  while (bytes >= 1024 && u < 4) bytes /= 1024, ++u;
-  return fmt::format("{:.{}f} {}", bytes, u == 0 ? 0 : 1, units[u]);
-}
-
 std::string format_seconds(double seconds) {
   if (!std::isfinite(seconds)) return "?";
   if (seconds < 100) return fmt::format("{:.1f} s", seconds);
   const auto s = static_cast<long>(seconds);
   if (s < 3600) return fmt::format("{} min {:02} s", s / 60, s % 60);
   return fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
-}
-
-std::string format_count(Index n) {
-  std::string digits = std::to_string(n);
-  for (int at = static_cast<int>(digits.size()) - 3; at > (n < 0 ? 1 : 0); at -= 3)
-    digits.insert(static_cast<std::size_t>(at), ",");
-  return digits;
 }
 
 std::string progress_head() {

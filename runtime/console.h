@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "io/history.h"
+#include "io/text.h"
+#include "physics/error.h"
 #include "runtime/simulation.h"
 
 namespace lahar {
@@ -19,14 +21,17 @@ class Console {
   explicit Console(bool quiet) : Console(quiet ? Voice::quiet : Voice::normal) {}
   /// Also hand every line to `sink` from now on; lines said before are handed over at once.
   void log_to(std::function<void(const std::string&)> sink);
+  /// Text may have what was in the input: it is shown as printable_lines().
   void line(const std::string& text);
   void warn(const std::string& text);  ///< to standard error, also when quiet
+  void warn(const std::vector<Problem>& warnings);
   /// Redraw the bar (terminals only, a few times a second).
   void bar(double share, double rate);
   void clear_bar();
 
  private:
   void keep(const std::string& text);
+  void tell(const std::string& text);
 
   Voice voice_;
   bool terminal_;
@@ -37,7 +42,8 @@ class Console {
 };
 
 /// True if somebody looks at a terminal there, which knows escape codes. Launchers of MPI give
-/// ranks a terminal wherever their own output goes, so below one it is false.
+/// ranks a terminal wherever their own output goes, so below one it is false. LAHAR_TERMINAL (0 or
+/// 1) says otherwise.
 bool is_terminal(int file_descriptor);
 
 /// True if messages may have colours: a terminal, and NO_COLOR not set.
@@ -46,9 +52,7 @@ bool use_colour(int file_descriptor);
 /// A text without the escape codes of colours.
 std::string without_colours(const std::string& text);
 
-std::string format_bytes(double bytes);
 std::string format_seconds(double seconds);
-std::string format_count(Index n);  ///< 40,155
 
 /// A bar filled to `share` (0 to 1; what is beyond is moved there), and particle-steps per second.
 std::string progress_bar(double share, double rate);

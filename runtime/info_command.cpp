@@ -112,11 +112,18 @@ void write_text(const std::string& file, const std::string& text) {
   if (!(out << text) || !out.flush()) throw IoError(fmt::format("{}: cannot be written", file));
 }
 
+/// One word of a shell command, whatever is in it.
+std::string shell_word(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
 /// Draw with Graphviz's dot.
 void draw(const std::string& file, const std::string& format, const std::string& text) {
   const std::string dot_file = file + ".dot";
   write_text(dot_file, text);
-  const std::string command = fmt::format("dot -T{} -o '{}' '{}'", format, file, dot_file);
+  const std::string command = fmt::format("dot -T{} -o {} {}", format, shell_word(file), shell_word(dot_file));
   if (std::system(command.c_str()) != 0)
     throw IoError(
         fmt::format("{}: could not be drawn with Graphviz's dot (Debian package graphviz). "
@@ -132,7 +139,7 @@ int graph_command(const GraphArguments& arguments) {
   std::string text;
   std::visit(
       [&]<int Dim>(Model<Dim>& model) {
-        const std::string title = model.title;
+        const std::string title = printable(model.title);
         ExecutionOptions execution;
         execution.mode = ExecutionOptions::Mode::serial;
         const Simulation<Dim> simulation(std::move(model), execution);

@@ -14,6 +14,8 @@
 
 #include "io/compare.h"
 #include "io/export.h"
+#include "io/memory_limit.h"
+#include "io/text.h"
 #include "runtime/bench_command.h"
 #include "runtime/bench_locate.h"
 #include "runtime/bench_ranks.h"
@@ -66,6 +68,16 @@ CLI::Option* add_partition(CLI::App& command, Partitioner& chosen, const std::st
 const std::map<std::string, std::uint64_t> size_units{
     {"KiB", 1ULL << 10}, {"MiB", 1ULL << 20}, {"GiB", 1ULL << 30}, {"TiB", 1ULL << 40}};
 
+/// --memory, of run and check.
+void add_memory(CLI::App& command, double& bytes) {
+  command
+      .add_option_function<std::string>(
+          "--memory", [&bytes](const std::string& text) { bytes = bytes_of(text); },
+          "Memory of the machine that the case may take, 64G or 500M (default: all of it, or what "
+          "its control group allows); one that needs more is refused")
+      ->type_name("SIZE");
+}
+
 /// What --balance says.
 BalanceOptions balance_options(const std::string& text, Partitioner partitioner) {
   using When = BalanceOptions::When;
@@ -87,7 +99,7 @@ int export_command(const std::string& run, const std::string& format, const std:
   else if (step != "last")
     choice = {FrameChoice::Kind::step, std::stoll(step)};
   for (const auto& file : export_run(run, export_format(format), choice, output))
-    fmt::print("{}\n", file.string());
+    fmt::print("{}\n", printable(file.string()));
   return exit_ok;
 }
 
@@ -95,7 +107,7 @@ int compare_command(const std::string& a, const std::string& b, const Tolerances
                     std::optional<Index> step) {
   const Comparison comparison =
       compare(std::filesystem::path(a), std::filesystem::path(b), tolerances, step);
-  fmt::print("{}", comparison.text());
+  fmt::print("{}", printable_lines(comparison.text()));
   return comparison.passed ? exit_ok : exit_internal;
 }
 
@@ -165,6 +177,7 @@ int run_program(int argc, char** argv) {
       ->add_option("--checkpoint-minutes", run.checkpoint_minutes,
                    "Minutes between checkpoints, 0 for none (default: the scenario's)")
       ->check(CLI::NonNegativeNumber);
+  add_memory(*run_app, run.memory);
   run_app->add_flag("--quiet,-q", run.quiet, "Only warnings and errors on the terminal");
   run_app->callback([&] {
     run.execution.ranks = Ranks::world();
@@ -187,6 +200,7 @@ int run_program(int argc, char** argv) {
       check_app
           ->add_option("--ranks", check.ranks, "Show how patches would be shared among MPI ranks")
           ->check(CLI::Range(1, 1'000'000));
+  add_memory(*check_app, check.memory);
   add_partition(*check_app, check.partitioner, "How: curve (default) or scotch")
       ->needs(ranks_option);
   check_app->callback([&] {
@@ -438,19 +452,20 @@ int guarded(int argc, char** argv) {
   } catch (const InputError& error) {
     return leave(exit_input, format_problems(error.problems(), "error", use_colour(STDERR_FILENO)));
   } catch (const IoError& error) {
-    return leave(exit_file, fmt::format("lahar: error: {}\n", error.what()));
+    return leave(exit_file, fmt::format("lahar: error: {}\n", printable_lines(error.what())));
   } catch (const SimulationError& error) {
-    return leave(exit_simulation, fmt::format("lahar: error: {}\n", error.what()));
+    return leave(exit_simulation, fmt::format("lahar: error: {}\n", printable_lines(error.what())));
   } catch (const RankError& error) {
-    return leave(exit_rank, fmt::format("lahar: error: {}\n", error.what()));
+    return leave(exit_rank, fmt::format("lahar: error: {}\n", printable_lines(error.what())));
   } catch (const std::bad_alloc&) {
     return leave(exit_file, no_memory);
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::resource_unavailable_try_again) return leave_without_thread();
-    return leave(exit_file, fmt::format("lahar: error: {}\n", error.what()));
+    return leave(exit_file, fmt::format("lahar: error: {}\n", printable_lines(error.what())));
   } catch (const std::exception& error) {
     if (std::string_view(error.what()).starts_with("pthread_create")) return leave_without_thread();
-    return leave(exit_internal, fmt::format("lahar: internal error: {}\n", error.what()));
+    return leave(exit_internal,
+                 fmt::format("lahar: internal error: {}\n", printable_lines(error.what())));
   }
 }
 

@@ -48,7 +48,7 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
   out.write(text);
   out.close();
   atomic.commit();
-  fmt::print("{}\n", file.string());
+  fmt::print("{}\n", printable(file.string()));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "runtime/patch_set.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -55,8 +57,7 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
     if (!census.used[m]) continue;
     needs.state =
         std::max(needs.state, static_cast<int>(state_variables(model.materials[m].law).size()));
-    needs.opening =
-        needs.opening || (model.analysis.opening && can_open(model.materials[m].law));
+    needs.opening = needs.opening || (model.analysis.opening && can_open(model.materials[m].law));
     needs.strain = needs.strain || !strain_follows_from_stress(model.materials[m].law);
   }
   return ColumnLayout<Dim>(needs);
@@ -110,7 +111,17 @@ double lightest_injected(const Model<Dim>& model) {
 
 /// The cut of a mesh; empty where ranks have shares of it, which are cut later.
 template <int Dim>
-Partition<Dim> first_partition(const Mesh<Dim>& mesh, Index target_cells, const Ranks& ranks) {
+Partition<Dim> first_partition(const Mesh<Dim>& mesh, Index target_cells, const Ranks& ranks,
+                               const MemoryLimit& memory) {
+  // Of a grid each patch has its place on the curve, both ways, and a row of particles.
+  constexpr double bytes_per_patch = 5 * sizeof(Index);
+  const double patches = static_cast<double>(mesh.n_cells()) / static_cast<double>(target_cells);
+  if (const double bytes = bytes_per_patch * patches; bytes > memory.bytes) {
+    Problem problem = too_much_memory(bytes, fmt::format("{:.4g} patches", patches), memory);
+    problem.where = "/analysis/patch_particles";
+    problem.hint = "raise analysis.patch_particles, or take larger cells or a smaller mesh";
+    throw InputError({problem});
+  }
   if (ranks.several() && !mesh.is_structured()) return Partition<Dim>(mesh, 0, {});
   return Partition<Dim>(mesh, target_cells);
 }
@@ -147,11 +158,12 @@ std::vector<typename Partition<Dim>::Brick> bricks_of_all(
 
 template <int Dim>
 PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads,
-                        Ranks ranks, SumMessages messages)
+                        Ranks ranks, SumMessages messages, const MemoryLimit& memory)
     : model_(&model),
+      memory_(memory),
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(cells_per_patch(model, census_)),
-      partition_(first_partition(*model.mesh, target_cells_, ranks)),
+      partition_(first_partition(*model.mesh, target_cells_, ranks, memory)),
       injected_(kept_injections(model.injections)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
@@ -165,11 +177,12 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
 template <int Dim>
 PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies,
                         const SimulationState& state, int threads, Ranks ranks,
-                        SumMessages messages)
+                        SumMessages messages, const MemoryLimit& memory)
     : model_(&model),
+      memory_(memory),
       census_((prepare(model, ranks), take_census(model, ranks))),
       target_cells_(state.run.cells_per_patch),
-      partition_(first_partition(*model.mesh, target_cells_, ranks)),
+      partition_(first_partition(*model.mesh, target_cells_, ranks, memory)),
       injected_(kept_injections(model.injections)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
@@ -217,6 +230,7 @@ void PatchSet<Dim>::distribute(Model<Dim>& model, int threads) {
   }
   if (ranks_.several()) rows = by_patch();
   const std::vector<Index> ids = own_patches();
+  need_memory(ids, rows.occupied(), model.particles.size());
   patches_.resize(ids.size());
   parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
     const auto at = static_cast<std::size_t>(i);
@@ -315,6 +329,7 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
         "of this mesh can be.");
   }
   const std::vector<Index> ids = own_patches();
+  need_memory(ids, ids, 0);  // of particles: what the state's file has, which is there
   patches_.resize(ids.size());
   parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
     patches_[static_cast<std::size_t>(i)] = make_patch(ids[static_cast<std::size_t>(i)]);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "graph/executor.h"
+#include "io/memory_limit.h"
 #include "physics/patch.h"
 #include "runtime/home_lists.h"
 #include "runtime/initial_particles.h"
@@ -60,12 +61,13 @@ class PatchSet {
   /// meshes from tables each rank has a share (shared_mesh.h), or all of it. Of what is said of
   /// nodes and cells each rank keeps its part (home_lists.h).
   PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads = 1,
-           Ranks ranks = {}, SumMessages messages = {});
+           Ranks ranks = {}, SumMessages messages = {}, const MemoryLimit& memory = {});
   /// The same cut, with the patches of a state instead of the model's particles, which are
   /// released; of several ranks, each takes a share of them. Throws InputError where the state is
   /// not one of this model.
   PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, const SimulationState& state,
-           int threads = 1, Ranks ranks = {}, SumMessages messages = {});
+           int threads = 1, Ranks ranks = {}, SumMessages messages = {},
+           const MemoryLimit& memory = {});
 
   const Partition<Dim>& partition() const { return partition_; }
   /// Patches of this rank.
@@ -118,6 +120,10 @@ class PatchSet {
   std::unique_ptr<Patch<Dim>> make_patch(Index id) const;
   void set_conditions();
   std::vector<Brick> filled_bricks(const RowsByPatch& rows, int threads) const;
+  /// Throws InputError, on all ranks, where this rank's patches would take more memory than it may:
+  /// `occupied` of them (ascending), with these particles, have it for nodes as well. Collective.
+  void need_memory(std::span<const Index> ids, std::span<const Index> occupied,
+                   Index particles) const;
   void distribute(Model<Dim>& model, int threads);
   void share_patches(const std::vector<Index>& particles);
   bool shares_mesh() const { return ranks_.several() && !model_->mesh->is_structured(); }
@@ -146,7 +152,8 @@ class PatchSet {
   void renumber(const PatchRenumbering& ids);
   Patches parts_of(Patch<Dim>& patch, Index first, Index n) const;
 
-  Model<Dim>* model_;  ///< whose mesh is this rank's part where there are several
+  Model<Dim>* model_;   ///< whose mesh is this rank's part where there are several
+  MemoryLimit memory_;  ///< the same on all ranks
   ParticleCensus census_;
   Index target_cells_;
   Partition<Dim> partition_;

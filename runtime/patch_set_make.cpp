@@ -1,6 +1,10 @@
 /// \file A patch as it is without particles.
-#include <algorithm>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "io/text.h"
 #include "physics/contact.h"
 #include "physics/partition_common.h"
 #include "physics/support.h"
@@ -17,6 +21,55 @@ PatchTopology<Dim> PatchSet<Dim>::topology_of(Index id) const {
   add_support(mesh, model_->analysis, topology);
   repeat_for_bodies(topology, model_->analysis.contact.bodies, mesh.n_nodes());
   return topology;
+}
+
+template <int Dim>
+void PatchSet<Dim>::need_memory(std::span<const Index> ids, std::span<const Index> occupied,
+                                Index particles) const {
+  if (!std::isfinite(memory_.bytes)) return;
+  const Mesh<Dim>& mesh = *model_->mesh;
+  const double bodies = model_->analysis.contact.bodies;
+  // A cell's id and its place, nodes, measures; a node's id, and where it has sums these and what
+  // follows from them: velocity and acceleration.
+  constexpr double cell_bytes =
+      3 * sizeof(Index) + corners<Dim> * sizeof(Local) + (2 * Dim + 1) * sizeof(double);
+  double copies = 2;
+  for (const int of : copies_.of) copies += of;
+  const double sum_bytes = copies * node_width * sizeof(double);
+  double cells = 0, nodes = 0, nodes_with_sums = 0;
+  auto next = occupied.begin();
+  for (const Index id : ids) {
+    double own_cells = 1, own_nodes = 1;
+    if (mesh.is_structured()) {
+      const Brick brick = partition_.brick(id);
+      for (std::size_t d = 0; d < Dim; ++d) {
+        const auto width = static_cast<double>(brick.high[d] - brick.low[d]);
+        own_cells *= width;
+        own_nodes *= width + 1;
+      }
+    } else {
+      own_cells = static_cast<double>(mesh.n_cells()) / static_cast<double>(partition_.n_patches());
+      own_nodes =
+          own_cells * static_cast<double>(mesh.n_nodes()) / static_cast<double>(mesh.n_cells());
+    }
+    cells += own_cells;
+    nodes += own_nodes;
+    next = std::lower_bound(next, occupied.end(), id);
+    if (next != occupied.end() && *next == id) nodes_with_sums += own_nodes;
+  }
+  const double bytes =
+      bodies * (cells * cell_bytes + nodes * sizeof(Index) + nodes_with_sums * sum_bytes) +
+      static_cast<double>(ids.size() * sizeof(Patch<Dim>)) +
+      static_cast<double>(particles) * layout_.rows() * sizeof(double);
+  if (const double most = ranks_.max(bytes); most > memory_.bytes) {
+    Problem problem = too_much_memory(
+        most, fmt::format("the patches{}", ranks_.several() ? " of a rank" : ""), memory_);
+    problem.message +=
+        fmt::format(" ({} particles and {} patches in all)", format_count(census_.particles),
+                    format_count(static_cast<Index>(all_.size())));
+    problem.where = "/mesh";
+    throw InputError({problem});
+  }
 }
 
 template <int Dim>
@@ -120,9 +173,11 @@ void PatchSet<Dim>::set_conditions() {
   });
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                         \
-  template void PatchSet<Dim>::set_conditions();                       \
-  template PatchTopology<Dim> PatchSet<Dim>::topology_of(Index) const; \
+#define LAHAR_INSTANTIATE(Dim)                                                                    \
+  template void PatchSet<Dim>::set_conditions();                                                  \
+  template void PatchSet<Dim>::need_memory(std::span<const Index>, std::span<const Index>, Index) \
+      const;                                                                                      \
+  template PatchTopology<Dim> PatchSet<Dim>::topology_of(Index) const;                            \
   template std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index) const;
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

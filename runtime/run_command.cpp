@@ -1,7 +1,9 @@
 /// `lahar run` and `lahar check`.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <span>
 
 #include "lahar_version.h"
 #include "runtime/case_run.h"
@@ -10,6 +12,7 @@
 #include "runtime/rank_team.h"
 #include "runtime/run_description.h"
 #include "runtime/signals.h"
+#include "runtime/startup_progress.h"
 
 namespace lahar {
 
@@ -18,9 +21,13 @@ namespace {
 Scenario read(const RunArguments& arguments, Console& console, const Team* team = nullptr) {
   ScenarioOptions options = arguments.options;
   options.team = team;
-  Scenario scenario = read_scenario(arguments.scenario, options);
-  if (!scenario.warnings.empty())
-    console.warn(format_problems(scenario.warnings, "warning", use_colour(2)));
+  options.memory = arguments.execution.memory;
+  Scenario scenario = [&] {
+    StartupProgress progress(arguments.execution.ranks.rank() == 0 && !arguments.quiet);
+    options.phase = [&](const std::string& text) { progress.phase(text); };
+    return read_scenario(arguments.scenario, options);
+  }();
+  if (!scenario.warnings.empty()) console.warn(scenario.warnings);
   return scenario;
 }
 
@@ -61,9 +68,25 @@ void check_alike(const RunArguments& arguments) {
   }
 }
 
+/// What each rank may take: the least of all ranks, so that all decide alike.
+MemoryLimit limit_of_ranks(const RunArguments& arguments) {
+  const Ranks& ranks = arguments.execution.ranks;
+  if (!ranks.several()) return memory_limit(arguments.memory, 1);
+  Ranks machine = ranks.on_machine();
+  const int processes = machine.size();
+  machine.release();
+  MemoryLimit own = memory_limit(arguments.memory, processes);
+  const auto all = ranks.gather_all(std::span<const double>(&own.bytes, 1));
+  const auto least = std::min_element(all.begin(), all.end()) - all.begin();
+  own.bytes = all[static_cast<std::size_t>(least)];
+  ranks.broadcast(own.source, static_cast<int>(least));
+  return own;
+}
+
 }  // namespace
 
-int run_command(const RunArguments& arguments) {
+int run_command(const RunArguments& given) {
+  RunArguments arguments = given;
   watch_signals();
   Console console(arguments.execution.ranks.rank() > 0 ? Console::Voice::silent
                   : arguments.quiet                    ? Console::Voice::quiet
@@ -71,6 +94,7 @@ int run_command(const RunArguments& arguments) {
   console.line("Lahar " + version_line());
   console.line("built with " + compiler_line());
   check_alike(arguments);
+  arguments.execution.memory = limit_of_ranks(arguments);
   const RankTeam team(arguments.execution.ranks);
   Scenario scenario = read(arguments, console, &team);
   return std::visit(
@@ -80,14 +104,20 @@ int run_command(const RunArguments& arguments) {
       scenario.model);
 }
 
-int check_command(const RunArguments& arguments) {
+int check_command(const RunArguments& given) {
+  RunArguments arguments = given;
+  arguments.execution.memory = memory_limit(arguments.memory, 1);
   Console console(false);
   Scenario scenario = read(arguments, console);
   std::visit(
       [&]<int Dim>(Model<Dim>& model) {
         const Model<Dim> header = without_particles(model);
         const OutputPlan output = model.output;
-        const auto simulation = make_simulation(scenario, std::move(model), arguments.execution);
+        const auto simulation = [&] {
+          StartupProgress progress(true);
+          progress.phase("patches and particles");
+          return make_simulation(scenario, std::move(model), arguments.execution);
+        }();
         const SimulationInfo info = simulation->info();
         describe(console, header, info, header.analysis.step);
         describe_frames(console, output, header.analysis, info);

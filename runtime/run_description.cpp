@@ -68,7 +68,7 @@ std::string describe_transfer(const Analysis& analysis, std::span<const Material
     for (int body = 0; body < analysis.contact.bodies; ++body)
       for (const Material& material : materials)
         if (material.body == body) {
-          names += fmt::format("{}'{}'", body == 0 ? "" : ", ", material.name);
+          names += fmt::format("{}'{}'", body == 0 ? "" : ", ", printable(material.name));
           break;
         }
     text += fmt::format(" (bodies of {})", names);
@@ -79,7 +79,7 @@ std::string describe_transfer(const Analysis& analysis, std::span<const Material
 template <int Dim>
 void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
               const TimeStep& plan, int ranks) {
-  console.line(fmt::format("case       {}", model.title.empty() ? "(untitled)" : model.title));
+  console.line(fmt::format("case       {}", model.title.empty() ? "(untitled)" : printable(model.title)));
   console.line(ranks == 1 ? fmt::format("threads    {} on 1 rank", info.threads)
                           : fmt::format("threads    {} on each of {} ranks", info.threads, ranks));
   console.line(fmt::format(

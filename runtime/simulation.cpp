@@ -66,6 +66,7 @@ Simulation<Dim>::Impl::Impl(Model<Dim> model_in, ExecutionOptions options_in, Ob
   judge = WatchdogJudge(model.watchdog, speeds);
   log = InjectionLog(model.injections, state ? state->run.next_id : patches.next_id());
   measure_frame();
+  need_memory_of_copies();
   if (state)
     restore(state->run);
   else
@@ -81,15 +82,41 @@ PatchSet<Dim> Simulation<Dim>::Impl::make_patches(const SimulationState* state) 
   const int threads = is_parallel(options) ? options.threads : 1;
   const NodeSumCopies copies = node_sum_copies(model.analysis);
   const SumMessages messages = message_of_sums(stages);
-  return state
-             ? PatchSet<Dim>(model, options.support_rings, copies, *state, threads, ranks, messages)
-             : PatchSet<Dim>(model, options.support_rings, copies, threads, ranks, messages);
+  return state ? PatchSet<Dim>(model, options.support_rings, copies, *state, threads, ranks,
+                               messages, options.memory)
+               : PatchSet<Dim>(model, options.support_rings, copies, threads, ranks, messages,
+                               options.memory);
 }
 
 template <int Dim>
 void Simulation<Dim>::Impl::measure_frame() {
   const std::size_t own = frame_bytes(patches.layout(), model, patches.particles());
   frame_size = static_cast<std::size_t>(ranks.max(static_cast<Index>(own)));
+}
+
+/// Beside patches: copies of frames and states that are written while steps are taken.
+template <int Dim>
+void Simulation<Dim>::Impl::need_memory_of_copies() const {
+  if (!std::isfinite(options.memory.bytes)) return;
+  constexpr double frames = 3, states = 2;  // see ExecutionOptions::staging_bytes
+  const auto staging = static_cast<double>(options.staging_bytes);
+  const auto copies = [&](bool planned, double number, std::size_t bytes) {
+    const auto size = static_cast<double>(bytes);
+    return planned && size <= staging ? number * size : 0.0;
+  };
+  const OutputPlan& plan = model.output;
+  const double bytes =
+      static_cast<double>(patches.bytes()) +
+      copies(plan.frame_steps > 0 || plan.frame_dt > 0, frames, frame_size) +
+      copies(plan.checkpoint_steps > 0 || plan.checkpoint_minutes > 0, states, state_bytes());
+  const double most = ranks.max(bytes);
+  if (most <= options.memory.bytes) return;
+  Problem problem = too_much_memory(
+      most, "patches and copies of frames and checkpoints that wait to be written", options.memory);
+  problem.where = "/post_processing";
+  problem.hint =
+      "give a smaller --staging: steps then wait while larger ones are written; or " + problem.hint;
+  throw InputError({problem});
 }
 
 template <int Dim>

@@ -10,6 +10,7 @@
 #include "graph/task_graph.h"
 #include "io/frame.h"
 #include "io/history.h"
+#include "io/memory_limit.h"
 #include "physics/model.h"
 #include "physics/removed_particle.h"
 #include "runtime/rank_balance.h"
@@ -49,6 +50,9 @@ struct ExecutionOptions {
   /// spare: the computation waits while Observer::large_frame or Observer::checkpoint takes them
   /// from where the particles are. (So it does for states of runs that particles may leave.)
   std::size_t staging_bytes = default_staging_bytes;
+  /// That this process may take; the same on all ranks. Throws InputError where it does not suffice
+  /// for patches and particles.
+  MemoryLimit memory = {};
 };
 
 /// Receives what a simulation produces while it runs; called from worker threads, one call at a

@@ -54,6 +54,7 @@ struct Simulation<Dim>::Impl {
        const SimulationState* state = nullptr);
   PatchSet<Dim> make_patches(const SimulationState* state);
   void measure_frame();
+  void need_memory_of_copies() const;
   void start();
   /// Steps between rows of history.csv: about 1 % of the run where the scenario does not say.
   Index history_interval(double first_dt) const;

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "io/text.h"
+
 namespace lahar {
 
 namespace {
@@ -16,13 +18,6 @@ std::string attributes(const Svg::Style& style) {
     text += fmt::format(" stroke=\"{}\" stroke-width=\"{:g}\"", style.stroke, style.width);
   if (!style.dash.empty()) text += fmt::format(" stroke-dasharray=\"{}\"", style.dash);
   if (style.opacity < 1) text += fmt::format(" opacity=\"{:g}\"", style.opacity);
-  return text;
-}
-
-std::string escaped(const std::string& words) {
-  std::string text;
-  for (const char c : words)
-    text += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
   return text;
 }
 
@@ -66,7 +61,7 @@ void Svg::text(double x, double y, const std::string& words, double size, const 
       "fill=\"{}\"",
       x, y, size, anchor, fill);
   if (angle != 0) body_ += fmt::format(" transform=\"rotate({:g} {:.2f} {:.2f})\"", angle, x, y);
-  body_ += fmt::format(">{}</text>\n", escaped(words));
+  body_ += fmt::format(">{}</text>\n", xml_escaped(words));
 }
 
 std::string Svg::finish() const {

@@ -6,7 +6,9 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <optional>
 
+#include "io/text.h"
 #include "physics/error.h"
 #include "runtime/commands.h"
 #include "runtime/trace/analysis.h"
@@ -20,9 +22,19 @@ namespace lahar {
 
 namespace {
 
+/// With --json standard output has nothing but that.
+void tell_file(const TraceArguments& arguments, const std::string& file, const char* hint) {
+  fmt::print(arguments.json ? stderr : stdout, "{}\n{}", printable(file), hint);
+}
+
+/// The trace may be of anyone.
+void print(const std::string& text) {
+  fmt::print("{}", printable_lines(text));
+}
+
 int check(const TraceLog& log) {
   const std::vector<std::string> problems = problems_of(log);
-  for (const std::string& problem : problems) fmt::print("{}\n", problem);
+  for (const std::string& problem : problems) print(problem + "\n");
   if (problems.empty())
     fmt::print("sound: {} tasks, {} messages, steps {} to {}\n", log.tasks.size(),
                log.messages.size(), log.run.first, log.run.last);
@@ -35,7 +47,6 @@ void write_page(const TraceLog& log, const TraceReport& report, const std::strin
   out.write(page.data(), static_cast<std::streamsize>(page.size()));
   out.close();
   if (!out) throw IoError("cannot write " + file + ": " + std::strerror(errno));
-  fmt::print("{}\nopen it with a browser\n", file);
 }
 
 int print_replay(const TraceLog& log, const TraceArguments& arguments) {
@@ -43,7 +54,7 @@ int print_replay(const TraceLog& log, const TraceArguments& arguments) {
                                      .threads = arguments.threads,
                                      .network = read_network(arguments.replay),
                                      .bulk_synchronous = arguments.bulk});
-  fmt::print("{}", arguments.json ? json_of(result) + "\n" : text_of(result));
+  print(arguments.json ? json_of(result) + "\n" : text_of(result));
   return exit_ok;
 }
 
@@ -51,7 +62,7 @@ int print_projection(const TraceLog& log, const TraceArguments& arguments) {
   ProjectionAsk ask{.threads = arguments.threads, .steady = arguments.steady};
   if (!arguments.replay.empty()) ask.network = read_network(arguments.replay);
   const Projection result = project(log, ask);
-  fmt::print("{}", arguments.json ? json_of(result) + "\n" : text_of(result));
+  print(arguments.json ? json_of(result) + "\n" : text_of(result));
   return exit_ok;
 }
 
@@ -69,25 +80,33 @@ void split_communication(const TraceLog& log, Efficiencies& efficiencies) {
 int trace_command(const TraceArguments& arguments) {
   const TraceLog log = read_trace(arguments.run);
   if (arguments.check) return check(log);
+  std::optional<TraceReport> report;
+  const auto analysed = [&]() -> const TraceReport& {
+    if (!report) {
+      report = analyse(log);
+      split_communication(log, report->efficiencies);
+    }
+    return *report;
+  };
+  // All that is asked for is written; text is for who asks for no file.
+  const bool files =
+      !arguments.chrome.empty() || !arguments.otf2.empty() || !arguments.html.empty();
   if (!arguments.chrome.empty()) {
     write_chrome(log, arguments.chrome);
-    fmt::print("{}\nopen it at https://ui.perfetto.dev\n", arguments.chrome);
-    return exit_ok;
+    tell_file(arguments, arguments.chrome, "open it at https://ui.perfetto.dev\n");
   }
   if (!arguments.otf2.empty()) {
     write_otf2(log, arguments.otf2);
-    fmt::print("{}/trace.otf2\n", arguments.otf2);
-    return exit_ok;
+    tell_file(arguments, arguments.otf2 + "/trace.otf2", "");
   }
-  if (arguments.project) return print_projection(log, arguments);
-  if (!arguments.replay.empty()) return print_replay(log, arguments);
-  TraceReport report = analyse(log);
-  split_communication(log, report.efficiencies);
   if (!arguments.html.empty()) {
-    write_page(log, report, arguments.html);
-    return exit_ok;
+    write_page(log, analysed(), arguments.html);
+    tell_file(arguments, arguments.html, "open it with a browser\n");
   }
-  fmt::print("{}", arguments.json ? json_of(log, report) + "\n" : text_of(log, report));
+  if (arguments.project) return print_projection(log, arguments);  // on the network of --replay
+  if (!arguments.replay.empty()) return print_replay(log, arguments);
+  if (!files || arguments.json)
+    print(arguments.json ? json_of(log, analysed()) + "\n" : text_of(log, analysed()));
   return exit_ok;
 }
 

@@ -12,6 +12,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "io/text.h"
 #include "physics/error.h"
 #include "runtime/trace/counters.h"
 #include "runtime/trace/log_links.h"
@@ -119,12 +120,17 @@ RankFile read_file(const std::filesystem::path& path) {
   return file;
 }
 
+/// Text that reports and pages show as it is.
+std::string text_in(const json& head, const char* key) {
+  return printable(head.at(key).get<std::string>());
+}
+
 TraceRun run_of(const json& head) {
   TraceRun run{.id = head.at("run"),
-               .version = head.at("version"),
-               .title = head.at("title"),
-               .scheme = head.at("scheme"),
-               .executor = head.at("executor"),
+               .version = text_in(head, "version"),
+               .title = text_in(head, "title"),
+               .scheme = text_in(head, "scheme"),
+               .executor = text_in(head, "executor"),
                .ranks = head.at("ranks"),
                .adaptive = head.at("adaptive"),
                .latency = head.at("latency")};

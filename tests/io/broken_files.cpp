@@ -123,8 +123,8 @@ particles.txt: error: and 3 more particles lie outside the mesh
     {"a particle file of zero bytes in it",
      {replace("particles.txt", "0.75", std::string("0.\0" "75", 5))},
      {},
-     R"(particles.txt:3:1: error: x must be a finite number, found '0.?75'
-  0.?75 0.5
+     R"(particles.txt:3:1: error: x must be a finite number, found '0.\x0075'
+  0.\x0075 0.5
   ^
 )"},
     {"a negative volume",

@@ -125,7 +125,7 @@ TEST_CASE("scenarios that are no JSON are refused at the place where they stop b
     {"bytes that are no UTF-8",
      {replace("mpm.json", "Broken", "Br\xFF" "ken")},
      {},
-     "mpm.json:2:15: error: syntax error while parsing value - invalid string: ill-formed UTF-8 byte\n    \"title\": \"Br\xFF" "ken\",\n                ^\n"},
+     "mpm.json:2:15: error: syntax error while parsing value - invalid string: ill-formed UTF-8 byte\n    \"title\": \"Br\\xffken\",\n                ^\n"},
     {"nested too deeply",
      {write("mpm.json", std::string(120, '[') + std::string(120, ']') + "\n")},
      {},

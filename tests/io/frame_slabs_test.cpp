@@ -10,7 +10,9 @@
 #include "io/atomic_file.h"
 #include "io/vtkhdf.h"
 #include "physics/error.h"
+#include "physics/law.h"
 #include "tests/io/frame_samples.h"
+#include "tests/physics/material_samples.h"
 
 namespace lahar {
 
@@ -56,6 +58,20 @@ TEST_CASE("a frame in pieces, written by many threads in any order, is the file 
     }
     CHECK(read_text_file(pieces) == read_text_file(whole));
   }
+}
+
+TEST_CASE("a frame has room for the state variables of all laws at once") {
+  const TemporaryFolder folder;
+  const auto file = folder.path / "frame.hdf";
+  Frame frame = sample_frame(2, 10);
+  for (const Law& law : sample_laws())
+    for (const StateVariable& variable : state_variables(law))
+      if (!frame.find(std::string(variable.name)))
+        frame.columns.push_back({std::string(variable.name), std::string(variable.unit), 1,
+                                 std::vector<double>(10, 1.5)});
+  CHECK(frame.columns.size() > 32);
+  write_frame(frame, file);
+  CHECK(read_frame(file).columns.size() == frame.columns.size());
 }
 
 TEST_CASE("particles in any order are read by ascending id") {

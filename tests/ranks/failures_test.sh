@@ -57,6 +57,21 @@ says() {
 }
 run=("$lahar" run "$here/tank.json" --threads 1 --output "$work/run" --overwrite)
 
+# Into a file there are no escape codes, though mpirun gives rank 0 a terminal; nor in what input says.
+sed 's/"title": "[^"]*"/"title": "\\u001b[31m tank"/' "$here/tank.json" >"$work/coloured.json"
+TERM=xterm timeout -k 5 150 "$mpiexec" --oversubscribe --bind-to none -n 2 "$lahar" run \
+  "$work/coloured.json" --threads 1 --output "$work/run" --overwrite \
+  --set analysis.nsteps=50 >"$work/out" 2>&1 || fail "a run into a file"
+says 'x1b.31m tank' "the title"
+if grep -q $'\033' "$work/out" "$work/run/log.txt"; then fail "escape codes in a file"; fi
+
+# A case that does not fit is refused once, with the limit of each rank.
+on_ranks "$lahar" run "$here/tank.json" --threads 1 --output "$work/run" --overwrite --memory 1M
+[[ "$status" == 2 ]] || fail "status of a case that does not fit: $status"
+[[ "$(grep -c "of memory are needed" "$work/out")" == 1 ]] || fail "memory: not one message"
+says "341.3 KiB for each of 3 ranks" "--memory"
+rm -rf "$work/run"
+
 # A rank is killed.
 in_background "${run[@]}"
 kill -KILL "$(process_of 1)"

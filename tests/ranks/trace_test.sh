@@ -68,6 +68,12 @@ says "sound: " "$lahar" trace "$work/window" --check
 
 # Trace events: complete, ascending within a row where they nest, each arrow with both ends.
 "$lahar" trace "$work/plain" --chrome "$work/plain.json.gz" >"$work/out" 2>&1 || fail "--chrome"
+"$lahar" trace "$work/plain" --chrome "$work/both.json" --html "$work/both.html" --json \
+  >"$work/both.report.json" 2>"$work/out" || fail "--chrome, --html and --json"
+for file in both.json both.html both.report.json; do
+  [[ -s "$work/$file" ]] || fail "$file is missing where several outputs are asked for"
+done
+grep -q '"findings"' "$work/both.report.json" || fail "--json beside files"
 "$python" - "$work/plain.json.gz" >"$work/out" 2>&1 <<'EOF' || fail "trace events"
 import collections, gzip, json, sys
 events = json.load(gzip.open(sys.argv[1]))["traceEvents"]
