@@ -20,10 +20,17 @@ struct RunRecord {
   std::vector<RemovedParticle> removed;
   std::vector<std::string> warnings;
   std::string error;               ///< of a run that failed, without the number of the rank
+  std::string end_file;            ///< bytes of the last checkpoint, where files are written
   std::optional<StoredState> end;  ///< unless patches ended at different steps
   std::optional<Frame> last_frame;
   std::optional<HistoryRow> last_row;
 
+  /// What a run gives that goes on from `step`.
+  void forget_until(Index step) {
+    std::erase_if(frames, [&](const Frame& frame) { return frame.step <= step; });
+    std::erase_if(rows, [&](const HistoryRow& row) { return row.step <= step; });
+    std::erase_if(removed, [&](const RemovedParticle& one) { return one.step <= step; });
+  }
   /// What an interrupted run gave after `step` is not part of it.
   void forget_after(Index step) {
     std::erase_if(frames, [&](const Frame& frame) { return frame.step > step; });
@@ -136,6 +143,7 @@ inline std::string difference(const RunRecord& record, const RunRecord& other,
   if (record.end && other.end)
     if (const auto text = difference(*record.end, *other.end); !text.empty())
       return "checkpoints: " + text;
+  if (record.end_file != other.end_file) return "checkpoint files of the end differ";
   if (compare_warnings && record.warnings != other.warnings) return "other warnings";
   return "";
 }
