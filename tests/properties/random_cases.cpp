@@ -151,6 +151,9 @@ Tally try_cases(Seeds seeds, const Property& property, const Speaker& speaker) {
       ++tally.reasons["ended: " + kind_of(verdict.error)];
     }
     if (verdict.difference.empty()) continue;
+    if (speaker.speaks)  // making it smaller takes a while
+      std::fprintf(stderr, "random scenarios: seed %llu fails: %.200s\n",
+                   static_cast<unsigned long long>(seed), verdict.difference.c_str());
     tally.failures.push_back(tally.failures.size() < most_shown
                                  ? trial.report(seed, choices.values(), verdict)
                                  : fmt::format("seed {}: {}", seed, verdict.difference));

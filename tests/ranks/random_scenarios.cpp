@@ -170,22 +170,33 @@ class Comparison {
     Index there = ranks_.rank() == 0 && fs::exists(one / name) && fs::exists(all / name);
     there = ranks_.max(there);
     if (there == 0) return;
-    const auto open = [](const fs::path& file) { return std::make_unique<CheckpointReader>(file); };
+    // What one rank cannot read, none can.
+    const auto open = [this](const fs::path& file) {
+      std::unique_ptr<CheckpointReader> reader;
+      try {
+        reader = std::make_unique<CheckpointReader>(file);
+      } catch (const IoError& error) {
+        if (difference_.empty()) difference_ = error.what();
+      }
+      return reader;
+    };
     if (ranks_.rank() == 0 && difference_.empty() &&
         read_text_file(one / name) != read_text_file(all / name))
       difference_ = fmt::format("checkpoints of step {} differ", middle_);
     {
       RunRecord record;
-      const auto reader = open(one / name);
-      execute(way_of(choices_, "way_on"), folder_ / "all_on", share_, reader.get(), record);
-      compare_rest(record, "all ranks that go on from one");
+      if (const auto reader = open(one / name)) {
+        execute(way_of(choices_, "way_on"), folder_ / "all_on", share_, reader.get(), record);
+        compare_rest(record, "all ranks that go on from one");
+      }
     }
     if (ranks_.rank() == 0) {
       RunRecord record;
-      const auto reader = open(all / name);
-      execute({.mode = ExecutionOptions::Mode::serial}, folder_ / "one_on", whole_, reader.get(),
-              record);
-      compare_rest(record, "one that goes on from all ranks");
+      if (const auto reader = open(all / name)) {
+        execute({.mode = ExecutionOptions::Mode::serial}, folder_ / "one_on", whole_, reader.get(),
+                record);
+        compare_rest(record, "one that goes on from all ranks");
+      }
     }
     ranks_.wait_for_all();
   }
