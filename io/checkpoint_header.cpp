@@ -23,6 +23,15 @@ double or_infinity(const Json& value) {
   return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
 }
 
+/// What runs without a watchdog may come to: "inf", "-inf" or "nan" where it is no finite number.
+Json any_number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(fmt::format("{}", value));
+}
+
+double number_of(const Json& value) {
+  return value.is_string() ? std::stod(value.get<std::string>()) : value.get<double>();
+}
+
 Json splits_json(const std::vector<PatchSplit>& splits) {
   Json list = Json::array();
   for (const PatchSplit& split : splits) list.push_back({split.patch, split.axis, split.at});
@@ -37,10 +46,10 @@ std::vector<PatchSplit> splits_of(const Json& list) {
 
 Json watchdog_json(const WatchdogState& state) {
   const WatchdogAlarm& alarm = state.alarm;
-  return {{"stored", state.stored},
-          {"put_in", state.put_in},
-          {"speed", state.speed},
-          {"first_step", state.first_step},
+  return {{"stored", any_number(state.stored)},
+          {"put_in", any_number(state.put_in)},
+          {"speed", any_number(state.speed)},
+          {"first_step", any_number(state.first_step)},
           {"end_step", state.end_step},
           {"alarm",
            {{"kind", static_cast<int>(alarm.kind)},
@@ -54,10 +63,10 @@ WatchdogState watchdog_of(const Json& run) {
   if (!run.contains("watchdog")) return {};  // before there was one
   const Json& json = run.at("watchdog");
   const Json& alarm = json.at("alarm");
-  return {.stored = json.at("stored"),
-          .put_in = json.at("put_in"),
-          .speed = json.at("speed"),
-          .first_step = json.at("first_step"),
+  return {.stored = number_of(json.at("stored")),
+          .put_in = number_of(json.at("put_in")),
+          .speed = number_of(json.at("speed")),
+          .first_step = number_of(json.at("first_step")),
           .end_step = json.at("end_step"),
           .alarm = {.kind = static_cast<WatchdogAlarm::Kind>(alarm.at("kind").get<int>()),
                     .step = alarm.at("step"),
@@ -77,12 +86,12 @@ Json run_json(const RunState& run) {
           {"next_id", run.next_id},
           {"history_steps", run.history_steps},
           {"work",
-           {{"internal", run.work.internal},
-            {"external", run.work.external},
-            {"damping", run.work.damping},
-            {"friction", run.work.friction},
+           {{"internal", any_number(run.work.internal)},
+            {"external", any_number(run.work.external)},
+            {"damping", any_number(run.work.damping)},
+            {"friction", any_number(run.work.friction)},
             {"divided", run.work.divided}}},
-          {"kinetic_at_start", run.kinetic_at_start},
+          {"kinetic_at_start", any_number(run.kinetic_at_start)},
           {"cells_per_patch", run.cells_per_patch},
           {"least_mass", run.least_mass},
           {"columns", run.columns},
@@ -102,9 +111,10 @@ RunState run_of(const Json& json) {
           .removed = json.at("removed"),
           .next_id = json.value("next_id", Index{0}),  // before there were injections: not needed
           .history_steps = json.at("history_steps"),
-          .work = {work.at("internal"), work.at("external"), work.at("damping"),
-                   work.at("friction"), work.at("divided")},
-          .kinetic_at_start = json.at("kinetic_at_start"),
+          .work = {number_of(work.at("internal")), number_of(work.at("external")),
+                   number_of(work.at("damping")), number_of(work.at("friction")),
+                   work.at("divided")},
+          .kinetic_at_start = number_of(json.at("kinetic_at_start")),
           .cells_per_patch = json.at("cells_per_patch"),
           .least_mass = json.at("least_mass"),
           .columns = json.at("columns"),

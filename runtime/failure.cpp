@@ -54,30 +54,30 @@ std::string tuple(std::span<const double> values) {
   return fmt::format("({:.6g})", fmt::join(values, ", "));
 }
 
-/// Particles that came in lately have no id yet that frames know (physics/injection.h).
-std::string name_of(Index id) {
-  return id >= first_injected_id ? "an injected particle" : fmt::format("particle {}", id);
+std::string name_of(Index id, Index injected) {
+  return id >= injected ? "an injected particle" : fmt::format("particle {}", id);
 }
 
 }  // namespace
 
 template <int Dim>
-std::string describe_particle(const Particles<Dim>& particles, Local p) {
+std::string describe_particle(const Particles<Dim>& particles, Local p, Index injected) {
   std::array<double, Dim> x, v;
   for (int d = 0; d < Dim; ++d) {
     x[static_cast<std::size_t>(d)] = particles.row(Column::x, d)[p];
     v[static_cast<std::size_t>(d)] = particles.row(Column::v, d)[p];
   }
   return fmt::format("{} at {} m, velocity {} m/s",
-                     name_of(particles.id[static_cast<std::size_t>(p)]), tuple(x), tuple(v));
+                     name_of(particles.id[static_cast<std::size_t>(p)], injected), tuple(x),
+                     tuple(v));
 }
 
 template <int Dim>
-std::string describe_mark(const Mark& mark, const Model<Dim>& model) {
+std::string describe_mark(const Mark& mark, const Model<Dim>& model, Index injected) {
   constexpr std::size_t n = Dim;
-  const std::string particle = fmt::format("{} at {} m, velocity {} m/s", name_of(mark.particle),
-                                           tuple(std::span(mark.position).first(n)),
-                                           tuple(std::span(mark.velocity).first(n)));
+  const std::string particle = fmt::format(
+      "{} at {} m, velocity {} m/s", name_of(mark.particle, injected),
+      tuple(std::span(mark.position).first(n)), tuple(std::span(mark.velocity).first(n)));
   const std::string more = mark.count > 1 ? fmt::format(" (and {} more here)", mark.count - 1) : "";
   switch (mark.kind) {
     case Mark::Kind::left_mesh:
@@ -93,7 +93,7 @@ std::string describe_mark(const Mark& mark, const Model<Dim>& model) {
       return fmt::format(
           "{} at {} m{} would get a volume of zero or less within one step: "
           "its cell collapses. Reduce the time step{}.",
-          name_of(mark.particle), tuple(std::span(mark.position).first(n)), more,
+          name_of(mark.particle, injected), tuple(std::span(mark.position).first(n)), more,
           model.analysis.scheme == Scheme::musl
               ? ""
               : ", or use \"mpm_scheme\": \"musl\", which bears nodes of little mass better");
@@ -137,9 +137,9 @@ std::string unstable_hint(double limit) {
       limit);
 }
 
-template std::string describe_mark<2>(const Mark&, const Model<2>&);
-template std::string describe_mark<3>(const Mark&, const Model<3>&);
-template std::string describe_particle<2>(const Particles<2>&, Local);
-template std::string describe_particle<3>(const Particles<3>&, Local);
+template std::string describe_mark<2>(const Mark&, const Model<2>&, Index);
+template std::string describe_mark<3>(const Mark&, const Model<3>&, Index);
+template std::string describe_particle<2>(const Particles<2>&, Local, Index);
+template std::string describe_particle<3>(const Particles<3>&, Local, Index);
 
 }  // namespace lahar

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "graph/stage.h"
+#include "physics/injection.h"
 #include "physics/patch.h"
 
 namespace lahar {
@@ -40,13 +41,15 @@ class FailureList {
 /// The first failure of a run, of `failed` patches in its step.
 std::string failure_message(const Failure& first, int rank, Index failed);
 
-/// "particle 12 at (1, 2) m, velocity (0, 3) m/s"
+/// "particle 12 at (1, 2) m, velocity (0, 3) m/s". Ids from `injected` on are not named: when
+/// injected particles get those that frames know depends on output and restarts.
 template <int Dim>
-std::string describe_particle(const Particles<Dim>& particles, Local p);
+std::string describe_particle(const Particles<Dim>& particles, Local p,
+                              Index injected = first_injected_id);
 
-/// What a mark says, and what to do.
+/// What a mark says, and what to do; likewise.
 template <int Dim>
-std::string describe_mark(const Mark& mark, const Model<Dim>& model);
+std::string describe_mark(const Mark& mark, const Model<Dim>& model, Index injected);
 
 std::string unstable_message(double dt, double limit, const std::string& particle);
 std::string unstable_hint(double limit);

@@ -123,7 +123,7 @@ void Simulation<Dim>::Impl::check_end() {
   for (int p = 0; p < patches.size(); ++p) {
     check_finite(patches[p]);
     if (patches[p].mark.kind != Mark::Kind::none)
-      fail(output_index, p, step - 1, describe_mark(patches[p].mark, model));
+      fail(output_index, p, step - 1, describe_mark(patches[p].mark, model, patches.next_id()));
   }
   stop_where_failed();
 }
@@ -181,6 +181,10 @@ void Simulation<Dim>::Impl::take_removed() {
     all.insert(all.end(), patches[i].removed.begin(), patches[i].removed.end());
     patches[i].removed.clear();
   }
+  // Where the run failed, some patches were ahead.
+  const Step last = ranks.min(failed_step.load());
+  std::erase_if(all, [&](const RemovedParticle& one) { return one.step > last; });
+  for (RemovedParticle& one : all) one.id = log.dense(one.id);
   removed += static_cast<Index>(all.size());
   if (ranks.several()) all = ranks.gather_all(std::span<const RemovedParticle>(all));
   if (all.empty() || !observer.removed) return;

@@ -124,8 +124,9 @@ void Simulation<Dim>::Impl::check_limit(int p, Step step) {
   Local limiting = -1;
   const double limit = time_step_limit<Dim>(patches[p], model, patches[p].runs, &limiting);
   fail(output_index, p, step,
-       unstable_message(used, limit, describe_particle(patches[p].particles, limiting)) + " " +
-           unstable_hint(limit));
+       unstable_message(used, limit,
+                        describe_particle(patches[p].particles, limiting, patches.next_id())) +
+           " " + unstable_hint(limit));
 }
 
 template <int Dim>

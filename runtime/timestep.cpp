@@ -310,7 +310,7 @@ template <int Dim>
 std::vector<RankMessage> rank_messages(const std::vector<TimestepStage<Dim>>& stages,
                                        const std::vector<Phase>& phases) {
   std::vector<RankMessage> messages;
-  int sums = 0;
+  const auto message_of = message_of_sums(stages);
   for (std::size_t f = 0; f < phases.size(); ++f) {
     const bool last = f + 1 == phases.size();
     const auto& next = stages[last ? 0 : phases[f + 1].first];
@@ -319,19 +319,26 @@ std::vector<RankMessage> rank_messages(const std::vector<TimestepStage<Dim>>& st
     else if (next.takes.empty())
       messages.push_back({.kind = RankMessage::Kind::particles});
     else
-      messages.push_back({RankMessage::Kind::sums, sums++, sum_array(next.takes.front())});
+      messages.push_back({RankMessage::Kind::sums,
+                          message_of[static_cast<std::size_t>(next.takes.front())],
+                          sum_array(next.takes.front())});
   }
   return messages;
 }
 
 template <int Dim>
 std::array<int, n_node_sums> message_of_sums(const std::vector<TimestepStage<Dim>>& stages) {
+  constexpr int none = -1;
   std::array<int, n_node_sums> message{};
+  message.fill(none);
   int number = 0;
   for (const auto& stage : stages) {
+    if (stage.takes.empty() || message[static_cast<std::size_t>(stage.takes.front())] != none)
+      continue;
     for (const NodeSum kind : stage.takes) message[static_cast<std::size_t>(kind)] = number;
-    if (!stage.takes.empty()) ++number;
+    ++number;
   }
+  for (int& kind : message) kind = std::max(kind, 0);
   return message;
 }
 

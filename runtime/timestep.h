@@ -42,7 +42,9 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects 
 /// What patches of other ranks need of a phase when it is done: what the phase after it exchanges.
 struct RankMessage {
   enum class Kind { none, sums, particles } kind = Kind::none;
-  int number = 0;             ///< of messages with sums, in the order of a step
+  /// Of messages with sums, in the order of a step. Those that bring the same kind of sum again
+  /// have one number: nobody sends it before it has been used.
+  int number = 0;
   std::size_t sum_array = 0;  ///< the array that holds the sums
 };
 /// One for each phase.

@@ -201,8 +201,9 @@ double stored_energy(const Patch<Dim>& patch, const Model<Dim>& model) {
       square += s * s;
     }
     const auto material = patch.particles.material[static_cast<std::size_t>(p)];
-    energy += patch.particles.row(Column::volume)[p] * square * compliance /
-              wave_modulus(model.materials[material].law);
+    const double modulus = wave_modulus(model.materials[material].law);
+    if (modulus > 0)  // else it has no elastic stress
+      energy += patch.particles.row(Column::volume)[p] * square * compliance / modulus;
   });
   return energy;
 }

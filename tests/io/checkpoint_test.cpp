@@ -2,7 +2,9 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <fstream>
+#include <limits>
 
 #include "io/atomic_file.h"
 #include "io/shared_file.h"
@@ -106,6 +108,20 @@ TEST_CASE("a checkpoint gives back every bit, patches in ascending order") {
     CHECK(reader.patch(i) ==
           bytes_of(static_cast<std::size_t>(patch.bytes), static_cast<int>(patch.id)));
   }
+}
+
+TEST_CASE("numbers of a run that came to nothing finite are given back") {
+  CheckpointHeader header = sample_header();
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  header.run.work.internal = infinity;
+  header.run.work.external = -infinity;
+  header.run.work.damping = std::numeric_limits<double>::quiet_NaN();
+  header.run.kinetic_at_start = -std::numeric_limits<double>::quiet_NaN();
+  header.run.watchdog.put_in = infinity;
+  const CheckpointHeader read = read_header(header_text(header));
+  CHECK(header_text(read) == header_text(header));
+  CHECK(read.run.work.external == -infinity);
+  CHECK(std::isnan(read.run.work.damping));
 }
 
 TEST_CASE("equal states give equal checkpoint files") {

@@ -341,6 +341,19 @@ TEST_CASE("filters of the velocity transfer") {
     }
 }
 
+TEST_CASE("filters of orders that exchange a kind of sum several times in a step") {
+  for (const int order : {4, 5, 10}) {
+    Model<2> discs = in_contact(with_absorbing(with_patches(two_discs(), 40)));
+    discs.analysis.scheme = Scheme::musl;
+    discs.analysis.transfer = {.rates = {20.0, 20.0}, .order = order};
+    CAPTURE(order);
+    check(discs, 40, threads_only);
+    discs.analysis.scheme = Scheme::usf;
+    discs.analysis.pressure_smoothing = true;
+    check(discs, 40, threads_only);
+  }
+}
+
 TEST_CASE("particles that come apart (ASFLIP)") {
   for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
     Model<2> discs = separable(with_patches(two_discs(), 40), ShapeFunctions::quadratic_spline);

@@ -181,6 +181,51 @@ TEST_CASE("a jet has the same bits however its tasks are executed") {
   }
 }
 
+TEST_CASE("what is said of injected particles does not depend on when they get the ids of frames") {
+  // Blown out of the mesh on the left, until what is on the right is too fast for the step.
+  Model<2> model = model_of_text<2>(R"({
+    "mesh": {"structured": {"cell_size": 0.1, "counts": [12, 6]}},
+    "sets": {"cells": {"left": {"box": {"min": [0, 0.1], "max": [0.3, 0.4]}},
+                       "right": {"box": {"min": [0.8, 0.2], "max": [0.9, 0.3]}}}},
+    "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e4,
+                   "poisson_ratio": 0}],
+    "particles": [
+      {"generator": {"type": "inject", "cset": "left", "nparticles_per_dir": 2,
+                     "velocity": [-4, 0], "material": 0, "duration": [0, 0.1]}},
+      {"generator": {"type": "inject", "cset": "right", "nparticles_per_dir": 1,
+                     "velocity": [0, 0], "material": 0}}],
+    "math_functions": [{"type": "Linear", "xvalues": [0.12, 0.13], "fxvalues": [0, 1]}],
+    "external_loading_conditions": {"particle_surface_traction": [
+      {"pset_id": -1, "dir": 0, "traction": 1e6, "math_function_id": 0}]},
+    "analysis": {"dt": 2e-3, "nsteps": 200, "locate_particles": false}})");
+  const auto said = [&](const ExecutionOptions& way, Index steps_at_once) {
+    Outcome outcome;
+    Observer observer;
+    observer.removed = [&](std::span<const RemovedParticle> particles) {
+      for (const RemovedParticle& one : particles) {
+        CHECK(one.id < 1000);
+        outcome.removed_rows += removed_line(one);
+      }
+    };
+    Simulation<2> simulation(model, way, observer);
+    try {
+      while (!simulation.finished()) simulation.advance(steps_at_once);
+    } catch (const SimulationError& error) {
+      outcome.error = error.what();
+    }
+    return outcome;
+  };
+  const Outcome reference = said(serial(), 1000);
+  CHECK(reference.error.find("an injected particle") != std::string::npos);
+  CHECK(std::count(reference.removed_rows.begin(), reference.removed_rows.end(), '\n') > 20);
+  for (const Index steps_at_once : {1, 7, 1000})
+    for (const auto& way : {serial(), flow(2), random_order(1)}) {
+      CAPTURE(describe(way));
+      CAPTURE(steps_at_once);
+      CHECK(same_bits(said(way, steps_at_once), reference));
+    }
+}
+
 TEST_CASE("loads and constraints of all particles act on injected ones") {
   Model<2> model = free_jet(inlet, 5);
   model.particle_velocities.push_back({{}, 1, 0.25, true});

@@ -1,0 +1,126 @@
+#include "tests/properties/scenario_generator.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "tests/properties/scenario_parts.h"
+
+namespace lahar::test {
+
+namespace {
+
+double with_four_digits(double value) {
+  return std::stod(fmt::format("{:.4g}", value));
+}
+
+std::string element_of(Choices& choices, const Outline& outline) {
+  if (!choices.chance("element.other", 35)) return outline.dim == 2 ? "ED2Q4" : "ED3H8";
+  const std::string name = outline.dim == 2
+                               ? choices.of("element", {"ED2T3", "ED2Q9", "ED2T6", "ED2Q8"})
+                               : choices.of("element", {"ED3T4", "ED3H27", "ED3H20"});
+  const bool only_cbgeo = name == "ED2Q8" || name == "ED3H20";
+  return !only_cbgeo || outline.cbgeo ? name : outline.dim == 2 ? "ED2Q9" : "ED3H27";
+}
+
+void decide_mesh(Choices& choices, Outline& outline) {
+  outline.element = element_of(choices, outline);
+  outline.second_order = outline.element != "ED2Q4" && outline.element != "ED3H8" &&
+                         outline.element != "ED2T3" && outline.element != "ED3T4";
+  outline.table = choices.chance("mesh.table", 25);
+  const double h = choices.chance("mesh.anisotropic", 25) ? 1.25 : 1.0;
+  for (int d = 0; d < outline.dim; ++d) {
+    outline.h.push_back(0.1 * (d == 0 ? h : 1.0));
+    const int least = outline.dim == 2 ? 9 : 6;
+    outline.counts.push_back(least +
+                             choices.pick(name("mesh", d, "cells"), outline.dim == 2 ? 9 : 4));
+  }
+}
+
+/// Which functions and updates of velocities go together with the rest.
+void decide_method(Choices& choices, Outline& outline) {
+  outline.functions = choices.of("functions", {"element", "quadratic_spline", "gimp", "cpdi",
+                                               "cubic_spline", "uniform_gimp", "cpdi2"});
+  const bool linear_box = outline.element == "ED2Q4" || outline.element == "ED3H8";
+  if (outline.table || !linear_box) outline.functions = "element";
+  outline.update = choices.of("update", {"flip", "pic", "apic", "tpic", "asflip", "xpic", "fmpm"});
+  const bool moments = outline.update == "apic" || outline.update == "asflip";
+  if (moments && outline.second_order) outline.update = "tpic";
+  const bool affine = moments || outline.update == "tpic";
+  if (affine && outline.functions == "element" && outline.opens && !outline.cbgeo)
+    outline.update = "flip";
+  if (outline.update == "asflip" && outline.functions == "cpdi2") outline.update = "apic";
+  outline.contact = outline.bodies > 1 && !outline.second_order && choices.chance("contact", 40);
+  outline.scheme = choices.of("scheme", {"usf", "usl", "musl"});
+  if (outline.contact && !outline.cbgeo) outline.scheme = "musl";
+  outline.accelerates = !outline.contact && choices.chance("accelerates", 15);
+  outline.functions_of_time = choices.pick("functions_of_time", 3);
+}
+
+}  // namespace
+
+std::string name(const char* thing, int i, const char* what) {
+  return fmt::format("{}{}.{}", thing, i, what);
+}
+
+Json point(const Outline& outline, const std::vector<double>& cells) {
+  Json at = Json::array();
+  for (int d = 0; d < outline.dim; ++d) {
+    const auto k = static_cast<std::size_t>(d);
+    at.push_back(with_four_digits(cells[k] * outline.h[k]));
+  }
+  return at;
+}
+
+double stable_step(const Outline& outline) {
+  const double h = *std::min_element(outline.h.begin(), outline.h.end());
+  return with_four_digits(h / (outline.wave + 1.5 * outline.speed));
+}
+
+Outline outline_of(Choices& choices) {
+  Outline outline;
+  outline.dim = choices.chance("three_dimensions", 35) ? 3 : 2;
+  outline.cbgeo = choices.chance("preset.cbgeo", 25);
+  outline.bodies = 1 + choices.pick("bodies", 3);
+  decide_mesh(choices, outline);
+  return outline;
+}
+
+GeneratedCase generate_case(Choices& choices) {
+  GeneratedCase made;
+  Outline outline = outline_of(choices);
+  made.dim = outline.dim;
+  Json scenario, sets;
+  const Json materials = materials_of(choices, outline);
+  // Soils that come apart take increments in up to 1024 parts.
+  if (outline.has_soil) outline.speed = 1;
+  const bool is_long = choices.chance("long", 12);
+  made.steps = 1 + choices.pick("steps", outline.has_soil ? 15 : is_long ? 90 : 45);
+  decide_method(choices, outline);
+  scenario["mesh"] = mesh_of(choices, outline, made);
+  scenario["mesh"]["boundary_conditions"] = boundary_of(choices, outline, made, sets);
+  scenario["materials"] = materials;
+  scenario["particles"] = bodies_of(choices, outline, made, sets);
+  scenario["external_loading_conditions"] = loads_of(choices, outline, sets);
+  if (outline.functions_of_time > 0) scenario["math_functions"] = functions_of(choices, outline);
+  if (outline.bodies > 1 && choices.chance("material_set", 15)) {
+    sets["particles"]["others"]["half_space"] = {
+        {"point", point(outline, {5, 5, 3})},
+        {"normal", outline.dim == 2 ? Json{1, 1} : Json{1, 1, 0}}};
+    scenario["material_sets"] = Json::array({{{"material_id", 0}, {"pset", "others"}}});
+  }
+  scenario["analysis"] = analysis_of(choices, outline, made);
+  scenario["post_processing"] = output_of(choices, outline, made, stable_step(outline));
+  if (!sets.empty()) scenario["sets"] = sets;
+  made.text = scenario.dump(1);
+  return made;
+}
+
+void write_case(const GeneratedCase& made, const std::filesystem::path& folder) {
+  for (const auto& [file, contents] : made.files)
+    std::ofstream(folder / file, std::ios::binary) << contents;
+  std::ofstream(folder / "case.json", std::ios::binary) << made.text << "\n";
+}
+
+}  // namespace lahar::test

@@ -1,0 +1,248 @@
+// Random scenarios give on several ranks the bits of one, interrupted or not.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include "runtime/checkpoint_writer.h"
+#include "runtime/rank_team.h"
+#include "runtime/restart.h"
+#include "tests/properties/random_cases.h"
+#include "tests/properties/run_record.h"
+#include "tests/ranks/shared_folder.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A run, its checkpoints, and how it is executed.
+template <int Dim>
+class Run {
+ public:
+  Run(ExecutionOptions way, fs::path folder)
+      : way_(std::move(way)),
+        writer_({.folder = folder, .kept = 1000}, way_.ranks),
+        folder_(std::move(folder)) {}
+
+  /// From the beginning, or from a checkpoint of another run. Collective.
+  RunRecord execute(const Model<Dim>& model, const CheckpointReader* from = nullptr) {
+    RunRecord record;
+    Observer observer = observer_of(record);
+    // The ranks have a part of each frame.
+    observer.frame = [&](FramePieces&& frame) { pieces_.push_back(join(frame)); };
+    observer.checkpoint = [&](const SimulationState& state) { keep(state); };
+    observer.poll = [this] { writer_.progress(); };
+    Simulation<Dim> simulation = from ? Simulation<Dim>(model, way_, observer, state_in(*from))
+                                      : Simulation<Dim>(model, way_, observer);
+    bool whole = true;
+    try {
+      simulation.run();
+    } catch (const WatchdogError& error) {
+      record.error = error.what();
+    } catch (const SimulationError& error) {
+      record.error = without_rank(error.what());
+      whole = false;
+    }
+    if (whole) finish(simulation, record);
+    writer_.finish();
+    const auto frames = static_cast<Index>(pieces_.size());
+    if (way_.ranks.any(frames != way_.ranks.max(frames)))
+      record.error += " (some ranks gave more frames than others)";
+    else
+      for (Frame& piece : pieces_) record.frames.push_back(of_all(std::move(piece)));
+    return record;
+  }
+
+ private:
+  void keep(const SimulationState& state) {
+    CheckpointHeader header;
+    header.run = state.run;
+    writer_.write(header, state);
+  }
+  void finish(Simulation<Dim>& simulation, RunRecord& record) {
+    record.last_frame = simulation.frame();
+    record.last_row = simulation.history();
+    writer_.finish();
+    if (writer_.last_step() != simulation.step()) keep(simulation.state());
+    writer_.finish();
+    way_.ranks.wait_for_all();
+    record.end_file = read_text_file(folder_ / checkpoint_name(simulation.step()));
+  }
+  Frame of_all(Frame own) const {
+    const Ranks& ranks = way_.ranks;
+    if (!ranks.several()) return own;
+    const auto gather = [&](auto& values) {
+      values = ranks.gather_all(std::span(std::as_const(values)));
+    };
+    gather(own.id);
+    gather(own.material);
+    gather(own.coordinates);
+    for (FrameColumn& column : own.columns) gather(column.values);
+    sort_by_id(own);
+    return own;
+  }
+
+  ExecutionOptions way_;
+  CheckpointWriter writer_;
+  fs::path folder_;
+  std::vector<Frame> pieces_;
+};
+
+ExecutionOptions way_of(Choices& choices, const std::string& name) {
+  ExecutionOptions way{.threads = 1 + choices.pick(name + ".threads", 2)};
+  way.ranks = Ranks::world();
+  if (choices.chance(name + ".bulk", 15)) way.mode = ExecutionOptions::Mode::bulk;
+  if (choices.chance(name + ".balanced", 50))
+    way.balance = {BalanceOptions::When::forced, 1 + choices.pick(name + ".balance", 10),
+                   choices.chance(name + ".scotch", 30) ? Partitioner::scotch : Partitioner::curve};
+  if (choices.chance(name + ".messages", 30)) way.shared_memory = false;
+  if (choices.chance(name + ".late", 15)) way.latency = 2e-5;
+  return way;
+}
+
+template <int Dim>
+class Comparison {
+ public:
+  Comparison(const fs::path& folder, Index steps, Choices& choices)
+      : folder_(folder),
+        team_(ranks_),
+        choices_(choices),
+        middle_(std::max<Index>(1, steps * choices.pick("way.middle", 100) / 100)) {}
+
+  Verdict verdict() {
+    read();
+    if (!agreed(refused_).empty()) return {refused_, "", ""};
+    const ExecutionOptions alone{.mode = ExecutionOptions::Mode::serial};
+    const fs::path one = folder_ / "one", all = folder_ / "all";
+    if (ranks_.rank() == 0) execute(alone, one, whole_, nullptr, reference_);
+    ranks_.broadcast(reference_.error);
+    ranks_.broadcast(refused_);
+    if (!refused_.empty()) return {refused_, "", ""};
+    const ExecutionOptions way = way_of(choices_, "way");
+    RunRecord record;
+    Model<Dim> model = share_;
+    execute(way, all, model, nullptr, record);
+    compare(record, "all ranks");
+    go_on(one, all);
+    Verdict verdict{"", reference_.error, agreed(difference_)};
+    return verdict;
+  }
+
+ private:
+  /// On one rank alone the model as one process reads it, on all of them a share.
+  void read() {
+    const auto file = folder_ / "case.json";
+    try {
+      auto share = read_scenario(file, {{}, false, &team_});
+      share_ = std::get<Model<Dim>>(std::move(share.model));
+      share_.output.checkpoint_steps = middle_;
+    } catch (const InputError& error) {
+      refused_ = error.what();
+    }
+    if (ranks_.rank() != 0 || !refused_.empty()) return;
+    whole_ = std::get<Model<Dim>>(read_scenario(file).model);
+    whole_.output.checkpoint_steps = middle_;
+  }
+  void execute(const ExecutionOptions& way, const fs::path& to, const Model<Dim>& model,
+               const CheckpointReader* from, RunRecord& record) {
+    try {
+      record = Run<Dim>(way, to).execute(model, from);
+    } catch (const InputError& error) {
+      record.error = refused_ = error.what();
+    } catch (const std::exception& error) {
+      record.error = error.what();
+    }
+  }
+  /// Of rank 0, which has the reference, and all that is the same on all ranks.
+  void compare(const RunRecord& record, const std::string& what) {
+    if (ranks_.rank() != 0 || !difference_.empty()) return;
+    const std::string text = difference(reference_, record, false);
+    if (!text.empty()) difference_ = "one rank against " + what + ": " + text;
+  }
+  std::string agreed(std::string text) const {
+    ranks_.broadcast(text);
+    return text;
+  }
+  /// All ranks go on from what one wrote in the middle, and one from what all wrote.
+  void go_on(const fs::path& one, const fs::path& all) {
+    const fs::path name = checkpoint_name(middle_);
+    Index there = ranks_.rank() == 0 && fs::exists(one / name) && fs::exists(all / name);
+    there = ranks_.max(there);
+    if (there == 0) return;
+    // What one rank cannot read, none can.
+    const auto open = [this](const fs::path& file) {
+      std::unique_ptr<CheckpointReader> reader;
+      try {
+        reader = std::make_unique<CheckpointReader>(file);
+      } catch (const IoError& error) {
+        if (difference_.empty()) difference_ = error.what();
+      }
+      return reader;
+    };
+    if (ranks_.rank() == 0 && difference_.empty() &&
+        read_text_file(one / name) != read_text_file(all / name))
+      difference_ = fmt::format("checkpoints of step {} differ", middle_);
+    {
+      RunRecord record;
+      if (const auto reader = open(one / name)) {
+        execute(way_of(choices_, "way_on"), folder_ / "all_on", share_, reader.get(), record);
+        compare_rest(record, "all ranks that go on from one");
+      }
+    }
+    if (ranks_.rank() == 0) {
+      RunRecord record;
+      if (const auto reader = open(all / name)) {
+        execute({.mode = ExecutionOptions::Mode::serial}, folder_ / "one_on", whole_, reader.get(),
+                record);
+        compare_rest(record, "one that goes on from all ranks");
+      }
+    }
+    ranks_.wait_for_all();
+  }
+  /// With what the reference gave after the middle.
+  void compare_rest(const RunRecord& record, const std::string& what) {
+    RunRecord rest = reference_;
+    rest.forget_until(middle_);
+    if (ranks_.rank() != 0 || !difference_.empty()) return;
+    const std::string text = difference(rest, record, false);
+    if (!text.empty())
+      difference_ = fmt::format("one rank against {} in step {}: {}", what, middle_, text);
+  }
+
+  fs::path folder_;
+  Ranks ranks_ = Ranks::world();
+  RankTeam team_;
+  Choices& choices_;
+  Index middle_;
+  Model<Dim> whole_, share_;
+  RunRecord reference_;
+  std::string refused_, difference_;
+};
+
+Verdict check(const GeneratedCase& made, const fs::path& folder, Choices& choices) {
+  return made.dim == 2 ? Comparison<2>(folder, made.steps, choices).verdict()
+                       : Comparison<3>(folder, made.steps, choices).verdict();
+}
+
+}  // namespace
+
+TEST_CASE("random scenarios give on several ranks the bits of one, interrupted or not") {
+  const Ranks ranks = Ranks::world();
+  if (!ranks.several()) return;
+  const SharedFolder folder(ranks);
+  const Speaker speaker{
+      .speaks = ranks.rank() == 0,
+      .folder = folder.path,
+      .wait_for_all = [&] { ranks.wait_for_all(); },
+      .command = fmt::format("mpirun -n {} build/release/tests/test_ranks -tc='random scenarios*'",
+                             ranks.size())};
+  // Seven ranks share two cores as a rule.
+  const int count = ranks.size() > 4 ? 15 : 40;
+  const Tally tally = try_cases(
+      {.first = 1000 * static_cast<std::uint64_t>(ranks.size()), .count = count}, check, speaker);
+  if (ranks.rank() != 0) return;
+  MESSAGE(summary(tally));
+  for (const std::string& failure : tally.failures) FAIL_CHECK(failure);
+  CHECK(tally.refused <= tally.cases / 20 + 1);
+}
