@@ -28,6 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Runs take some steps where they are small.
+constexpr double most_memory = 256e6;  // [bytes]
 constexpr Index most_particles = 2000, most_cells = 20000, steps = 3;
 
 /// A folder of this process, in memory where that is possible.
@@ -95,7 +96,9 @@ void scenario(Bytes input) {
     for (const fs::path& file : written) fs::remove(file, error);
   };
   try {
-    Scenario read = read_scenario_text(files.front().text, work_folder());
+    ScenarioOptions options;
+    options.memory = {most_memory, "a fuzzed input may take"};
+    Scenario read = read_scenario_text(files.front().text, work_folder(), options);
     for (const Problem& warning : read.warnings) static_cast<void>(format_problems({warning}));
     std::visit([](auto& model) { take_steps(std::move(model)); }, read.model);
   } catch (const InputError& error) {
