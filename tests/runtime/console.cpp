@@ -4,10 +4,15 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <thread>
 
 #include "runtime/ranks.h"
+#include "runtime/startup_progress.h"
 
 using namespace lahar;
 
@@ -56,8 +61,53 @@ TEST_CASE("below a launcher of MPI nobody looks at the terminal that ranks are g
     setenv("OMPI_COMM_WORLD_SIZE", "1", 1);
     CHECK(!is_terminal(terminal));
     CHECK(!use_colour(terminal));
+    setenv("LAHAR_TERMINAL", "1", 1);
+    CHECK(is_terminal(terminal));
     unsetenv("OMPI_COMM_WORLD_SIZE");
+    setenv("LAHAR_TERMINAL", "0", 1);
+    CHECK(!is_terminal(terminal));
+    unsetenv("LAHAR_TERMINAL");
   }
   setenv("TERM", before.c_str(), 1);
   close(terminal);
+}
+
+namespace {
+
+/// What a start whose parts take so many milliseconds says on standard error, which is a pipe.
+std::string said_by_start(bool shown, int first, int second) {
+  int ends[2];
+  REQUIRE(pipe(ends) == 0);
+  std::fflush(stderr);
+  const int before = dup(STDERR_FILENO);
+  dup2(ends[1], STDERR_FILENO);
+  {
+    StartupProgress progress(shown);
+    progress.phase("mesh\x1b");
+    std::this_thread::sleep_for(std::chrono::milliseconds(first));
+    progress.phase("particles");
+    std::this_thread::sleep_for(std::chrono::milliseconds(second));
+  }
+  std::fflush(stderr);
+  dup2(before, STDERR_FILENO);
+  close(before);
+  close(ends[1]);
+  std::string text(4096, '\0');
+  const ssize_t size = read(ends[0], text.data(), text.size());
+  close(ends[0]);
+  text.resize(static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a start that takes more than a second says what it does, in plain lines outside terminals") {
+  CHECK(said_by_start(true, 50, 50) == "");
+  CHECK(said_by_start(false, 1500, 0) == "");
+  const std::string said = said_by_start(true, 1900, 50);
+  CHECK(said.starts_with("starting   mesh\\x1b, "));
+  CHECK(said.find("particles") == std::string::npos);
+  CHECK(said.find('\x1b') == std::string::npos);
+  CHECK(said.find('\n') == said.size() - 1);
 }
