@@ -96,10 +96,13 @@ LAHAR_INLINE MohrCoulombStrength<Real> MohrCoulombUpdate::strength(Real* q) cons
     set_lane(s.cohesion, lane, c);
     set_lane(q[1], lane, psi);
   }
-  s.per_cos = 1.0 / s.cos_phi;
-  s.widest = lahar::sqrt((1.0 / 3.0) + s.sin_phi * s.sin_phi * (1.0 / 9.0));
-  s.eccentricity = (3.0 - s.sin_phi) / (3.0 + s.sin_phi);
-  s.scale = (3.0 - s.sin_phi) * (1.0 / 6.0) * s.per_cos;
+  // Others keep what was computed once: roundings differ, and must not depend on who is beside.
+  const Real per_cos = 1.0 / s.cos_phi;
+  s.widest =
+      select(softer, lahar::sqrt((1.0 / 3.0) + s.sin_phi * s.sin_phi * (1.0 / 9.0)), s.widest);
+  s.eccentricity = select(softer, (3.0 - s.sin_phi) / (3.0 + s.sin_phi), s.eccentricity);
+  s.scale = select(softer, (3.0 - s.sin_phi) * (1.0 / 6.0) * per_cos, s.scale);
+  s.per_cos = select(softer, per_cos, s.per_cos);
   q[0] = s.phi;
   q[2] = s.cohesion;
   return s;
