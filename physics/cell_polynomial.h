@@ -169,7 +169,7 @@ LAHAR_INLINE void correct_step(Real (&y)[Dim], unsigned& open, Refine refine, Be
       y[d] = select(correcting, corrected[d], y[d]);
     }
   }
-  open = correcting & outside(s2 * norm2(change), tolerance2, lanes<Real>);
+  open = correcting & outside(Real(s2 * norm2(change)), tolerance2, lanes<Real>);
 }
 
 /// r ~ 1 / x to the last digits, from eight, and with it multiples of r.

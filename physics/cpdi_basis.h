@@ -66,7 +66,7 @@ struct CpdiBasis {
         hats(s, domain, c, hat);
         LAHAR_UNROLL
         for (int d = 0; d < Dim; ++d)
-          slope[c][d] = no_domain_is_zero(slope[c][d] * map.per_length[d]);
+          slope[c][d] = no_domain_is_zero(Real(slope[c][d] * map.per_length[d]));
         for (int i = 0; i < nodes; ++i) {
           const Real N = product(hat, i);
           LAHAR_UNROLL
@@ -80,7 +80,7 @@ struct CpdiBasis {
       alignas(64) double slope_c[Dim][lanes<Real>];
       LAHAR_UNROLL
       for (int d = 0; d < Dim; ++d)
-        store(no_domain_is_zero(slope[c][d] * map.per_length[d]), slope_c[d]);
+        store(no_domain_is_zero(Real(slope[c][d] * map.per_length[d])), slope_c[d]);
       const CornerNodes<Real> at(*this, s, domain, c);
       for (int j = 0; j < lanes<Real>; ++j)
         at.for_each(j, [&](int i, double N_c) {

@@ -146,7 +146,7 @@ class LagrangeBasis {
           Real N[nodes];
           Functions::values(xi, N);
           solve(offset, N, to_natural, step);
-          open &= outside(length * take_step(step, open, xi), pack_error_tolerance, n);
+          open &= outside(Real(length * take_step(step, open, xi)), pack_error_tolerance, n);
         }
       }
       return open;

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "physics/cell_polynomial.h"
-#include "physics/inverse_mapping.h"
 #include "physics/closed_faces.h"
+#include "physics/inverse_mapping.h"
 #include "physics/kernels.h"
 #include "physics/lagrange_basis.h"
 #include "physics/law.h"
@@ -600,7 +600,7 @@ class LimitRate {
     Real speed2(0.0);
     for (const double* row : v_) speed2 += load<Real>(row + p) * load<Real>(row + p);
     const Real c2 = modulus_ * specific_volume, diffusion = diffusion_ * specific_volume;
-    const Real waves2 = (c2 + speed2 + 2.0 * lahar::sqrt(c2 * speed2)) * per_area_;
+    const Real waves2 = (c2 + speed2 + 2.0 * lahar::sqrt(Real(c2 * speed2))) * per_area_;
     return max(waves2, diffusion * diffusion);
   }
 

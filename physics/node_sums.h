@@ -163,7 +163,8 @@ LAHAR_INLINE NodeVector velocity_of(const Patch<Dim>& patch, const NodeVector& m
                                     const NodeVector& mass) {
   const double m = mass[mass_lane];
   if (!has_velocity(patch, m)) return with_mass(NodeVector(0.0), mass);
-  return with_mass(flushed(momentum * NodeVector(1.0 / m), least_nodal_velocity), mass);
+  const NodeVector velocity = momentum * NodeVector(1.0 / m);
+  return with_mass(flushed(velocity, least_nodal_velocity), mass);
 }
 
 }  // namespace lahar

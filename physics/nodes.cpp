@@ -398,7 +398,8 @@ class Integrator {
   NodeVector damping(const NodeVector& v, const NodeVector& force) const {
     const NodeVector zero(0.0);
     const Analysis& analysis = step_.model->analysis;
-    const NodeVector size = analysis.damping_as_cbgeo ? NodeVector(std::sqrt(reduce(force * force)))
+    const NodeVector squares = force * force;
+    const NodeVector size = analysis.damping_as_cbgeo ? NodeVector(std::sqrt(reduce(squares)))
                                                       : max(force, zero - force);
     const NodeVector against = analysis.damping * size;
     const auto signed_force = v.v > zero.v ? against.v : v.v < zero.v ? -against.v : zero.v;

@@ -109,7 +109,7 @@ class OpeningIncrement {
     if (opens == 0) return;
     Real opened = plastic;
     const unsigned limit = law_.template at_tension_limit<stress_components<Dim>>(
-        stress, state, tolerance * bulk() * kinematic);
+        stress, state, Real(tolerance * bulk() * kinematic));
     if constexpr (shears) {
       const Real dilation = dilatancy_ * (state[shear_row] - shear_before_);
       opened = select(limit, plastic, plastic - dilation);

@@ -114,7 +114,7 @@ LAHAR_INLINE void advance(const MovedRows<Dim>& rows, Local p, Local n, const Re
     store_first(load<Real>(rows.u[d] + p) + move, rows.u[d] + p, n);
   }
   all.fastest = max(all.fastest, first_lanes(speed2, n));
-  if (mass) all.lost += first_lanes(0.5 * load<Real>(mass + p) * lost, n);
+  if (mass) all.lost += first_lanes(Real(0.5 * load<Real>(mass + p) * lost), n);
 }
 
 /// Raise Patch::max_speed, and add what particles lost to what the transfer takes: what nodes got

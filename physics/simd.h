@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "physics/types.h"
 
@@ -27,6 +28,9 @@ template <>
 struct VectorOf<1> {
   using type = double;
 };
+
+template <int W>
+struct ProductOf;
 
 /// W doubles that are computed with together. Operations are lane by lane; a plain double stands
 /// for a pack that holds it in every lane.
@@ -56,12 +60,14 @@ struct PackOf {
 
   LAHAR_INLINE friend PackOf operator+(PackOf a, PackOf b) { return of(a.v + b.v); }
   LAHAR_INLINE friend PackOf operator-(PackOf a, PackOf b) { return of(a.v - b.v); }
-  LAHAR_INLINE friend PackOf operator*(PackOf a, PackOf b) { return of(a.v * b.v); }
+  LAHAR_INLINE friend ProductOf<W> operator*(PackOf a, PackOf b) { return {a, b}; }
   LAHAR_INLINE friend PackOf operator/(PackOf a, PackOf b) { return of(a.v / b.v); }
   LAHAR_INLINE friend PackOf operator-(PackOf a) { return of(-a.v); }
   LAHAR_INLINE PackOf& operator+=(PackOf b) { return *this = *this + b; }
   LAHAR_INLINE PackOf& operator-=(PackOf b) { return *this = *this - b; }
-  LAHAR_INLINE PackOf& operator*=(PackOf b) { return *this = *this * b; }
+  LAHAR_INLINE PackOf& operator+=(const ProductOf<W>& p) { return *this = *this + p; }
+  LAHAR_INLINE PackOf& operator-=(const ProductOf<W>& p) { return *this = *this - p; }
+  LAHAR_INLINE PackOf& operator*=(PackOf b) { return *this = of(v * b.v); }
 };
 
 #if defined(__AVX512F__)
@@ -72,8 +78,7 @@ inline constexpr int native_lanes = 4;
 inline constexpr int native_lanes = 2;
 #endif
 
-/// a b + c, rounded once where the machine can. Where a compiler contracts a * b + c * d by itself,
-/// which product it rounds may differ between a pack and a single lane; with this it is the same.
+/// a b + c, rounded once where the machine can.
 template <int W>
 LAHAR_INLINE PackOf<W> fma(PackOf<W> a, PackOf<W> b, PackOf<W> c) {
 #if defined(__FMA__)
@@ -97,8 +102,49 @@ LAHAR_INLINE PackOf<W> fma(PackOf<W> a, PackOf<W> b, PackOf<W> c) {
   }
 #endif
 #else
-  return a * b + c;
+  return PackOf<W>::of(a.v * b.v + c.v);
 #endif
+}
+
+/// a b, rounded when it becomes a pack. A sum or difference that takes it in the same expression
+/// rounds once: a b + c is fma(a, b, c), and a b + c d is fma(a, b, c d). Which products a sum
+/// takes is thus in the source. (Compilers are told not to contract: what they choose depends on
+/// inlining, on the width of packs and on the level of optimisation.)
+template <int W>
+struct ProductOf {
+  using Real = PackOf<W>;
+  Real a, b;
+
+  LAHAR_INLINE operator Real() const { return Real::of(a.v * b.v); }
+  LAHAR_INLINE friend ProductOf operator-(const ProductOf& p) { return {-p.a, p.b}; }
+
+  LAHAR_INLINE friend Real operator+(Real c, const ProductOf& p) { return fma(p.a, p.b, c); }
+  LAHAR_INLINE friend Real operator+(const ProductOf& p, Real c) { return fma(p.a, p.b, c); }
+  LAHAR_INLINE friend Real operator+(const ProductOf& p, const ProductOf& q) { return p + Real(q); }
+  LAHAR_INLINE friend Real operator-(Real c, const ProductOf& p) { return fma(-p.a, p.b, c); }
+  LAHAR_INLINE friend Real operator-(const ProductOf& p, Real c) { return fma(p.a, p.b, -c); }
+  LAHAR_INLINE friend Real operator-(const ProductOf& p, const ProductOf& q) { return p - Real(q); }
+
+  LAHAR_INLINE friend ProductOf operator*(Real c, const ProductOf& p) { return {c, Real(p)}; }
+  LAHAR_INLINE friend ProductOf operator*(const ProductOf& p, Real c) { return {Real(p), c}; }
+  LAHAR_INLINE friend ProductOf operator*(const ProductOf& p, const ProductOf& q) {
+    return {Real(p), Real(q)};
+  }
+  LAHAR_INLINE friend Real operator/(Real c, const ProductOf& p) { return c / Real(p); }
+  LAHAR_INLINE friend Real operator/(const ProductOf& p, Real c) { return Real(p) / c; }
+  LAHAR_INLINE friend Real operator/(const ProductOf& p, const ProductOf& q) {
+    return Real(p) / Real(q);
+  }
+};
+
+/// The pack that packs, products and doubles are computed with together in.
+template <class A, class B>
+using PackIn = decltype(std::declval<A>() + std::declval<B>());
+
+template <class A, class B, class C>
+LAHAR_INLINE PackIn<A, PackIn<B, C>> fma(const A& a, const B& b, const C& c) {
+  using Real = PackIn<A, PackIn<B, C>>;
+  return fma(Real(a), Real(b), Real(c));
 }
 
 using Pack = PackOf<native_lanes>;  ///< production: the widest vector
@@ -141,7 +187,7 @@ LAHAR_INLINE PackOf<8> broadcast_four(const double* p) {
 #if defined(__AVX512F__)
   return PackOf<8>::of(PackOf<8>::Value(_mm512_maskz_broadcast_f64x4(0xff, _mm256_loadu_pd(p))));
 #else
-  const auto v = load<PackOf<4> >(p).v;
+  const auto v = load<PackOf<4>>(p).v;
   return PackOf<8>::of(__builtin_shufflevector(v, v, 0, 1, 2, 3, 0, 1, 2, 3));
 #endif
 }
@@ -156,7 +202,7 @@ LAHAR_INLINE Real multiply(const Real& a, const double* b) {
     return Real::of(v);
   }
 #endif
-  return a * broadcast<Real>(b);
+  return Real::of(a.v * broadcast<Real>(b).v);
 }
 
 /// sum + a * b with b one double in memory for all lanes: one instruction, rounded once.
@@ -368,7 +414,14 @@ LAHAR_INLINE Real inverse_sqrt(const Real& x) {
   if constexpr (lanes<Real> == 8) {
     auto y = Real::of(typename Real::Value(_mm512_maskz_rsqrt14_pd(0xff, __m512d(x.v))));
     LAHAR_UNROLL
-    for (int step = 0; step < 2; ++step) y = fma(0.5 * y, fma(-x * y, y, Real(1.0)), y);
+    for (int step = 0; step < 2; ++step) y = fma(Real(0.5 * y), fma(Real(-x * y), y, Real(1.0)), y);
+    return y;
+  } else {
+    PackOf<8> wide(1.0);
+    __builtin_memcpy(&wide.v, &x.v, sizeof(x.v));
+    wide = inverse_sqrt(wide);
+    Real y;
+    __builtin_memcpy(&y.v, &wide.v, sizeof(y.v));
     return y;
   }
 #endif
@@ -391,9 +444,11 @@ LAHAR_INLINE unsigned outside(const Real& value, double limit, Local n) {
   return bits;
 }
 
-/// Lane by lane `a` where the lane's bit is set, `b` elsewhere.
-template <class Real>
-LAHAR_INLINE Real select(unsigned bits, const Real& a, const Real& b) {
+/// Lane by lane `x` where the lane's bit is set, `y` elsewhere.
+template <class X, class Y>
+LAHAR_INLINE PackIn<X, Y> select(unsigned bits, const X& x, const Y& y) {
+  using Real = PackIn<X, Y>;
+  const Real a(x), b(y);
   if constexpr (lanes<Real> == 1) {
     return bits & 1 ? a : b;
   } else {
@@ -408,9 +463,11 @@ LAHAR_INLINE Real select(unsigned bits, const Real& a, const Real& b) {
   }
 }
 
-/// Bit per lane: a > b.
-template <class Real>
-LAHAR_INLINE unsigned greater(const Real& a, const Real& b) {
+/// Bit per lane: x > y.
+template <class X, class Y>
+LAHAR_INLINE unsigned greater(const X& x, const Y& y) {
+  using Real = PackIn<X, Y>;
+  const Real a(x), b(y);
 #if defined(__AVX512F__)
   if constexpr (lanes<Real> == 8) return _mm512_cmp_pd_mask(__m512d(a.v), __m512d(b.v), _CMP_GT_OQ);
 #endif
@@ -421,8 +478,10 @@ LAHAR_INLINE unsigned greater(const Real& a, const Real& b) {
 }
 
 /// The larger of two values, lane by lane.
-template <class Real>
-LAHAR_INLINE Real max(const Real& a, const Real& b) {
+template <class X, class Y>
+LAHAR_INLINE PackIn<X, Y> max(const X& x, const Y& y) {
+  using Real = PackIn<X, Y>;
+  const Real a(x), b(y);
   return Real::of(a.v > b.v ? a.v : b.v);
 }
 

@@ -174,7 +174,8 @@ LAHAR_INLINE void stretch_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim
                                  Local p, Local n) {
   LAHAR_UNROLL
   for (std::size_t d = 0; d < Dim; ++d)
-    store_first(load<Real>(rows.domain[d] + p) * (1.0 + dt * L[d][d]), rows.next_domain[d] + p, n);
+    store_first(Real(load<Real>(rows.domain[d] + p) * (1.0 + dt * L[d][d])),
+                rows.next_domain[d] + p, n);
 }
 
 /// The vectors along a domain's edges follow the deformation, r += dt L r.
@@ -248,7 +249,7 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
                       rows.strain[k] + p, n);
       }
       if constexpr (!Gaps)
-        store_first(load<Real>(rows.volume + p) * (1.0 + in.volumetric), rows.volume + p, n);
+        store_first(Real(load<Real>(rows.volume + p) * (1.0 + in.volumetric)), rows.volume + p, n);
     }
     if (part != StressPart::strain) {
       constexpr bool may_fail = can_fail<LawType, Dim, Real>;
@@ -278,8 +279,8 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
         apply(gaps.close(in, stress, state));
         gaps.open(stress, state);
         store_first(gaps.opening(), rows.opening + p, n);
-        store_first(load<Real>(rows.volume + p) * stretch_of(gaps.of_material()), rows.volume + p,
-                    n);
+        store_first(Real(load<Real>(rows.volume + p) * stretch_of(gaps.of_material())),
+                    rows.volume + p, n);
         if constexpr (Gradient::domains) {
           Real L[Dim][Dim];
           gaps.of_domain(in, L);
@@ -300,7 +301,7 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
           power -=
               (pressure_before + state[0]) * (in.volumetric * (1.0 / dt) - volumetric_rate(in));
       // Beyond the run laws may see anything, also what is not finite.
-      work += first_lanes((0.5 * dt) * load<Real>(rows.volume + p) * power, n);
+      work += first_lanes(Real((0.5 * dt) * load<Real>(rows.volume + p) * power), n);
     }
   }
   return work;

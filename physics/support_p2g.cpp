@@ -82,7 +82,7 @@ LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<Dim
         Real momentum = v[a];
         LAHAR_UNROLL
         for (int d = 0; d < Dim; ++d) momentum += C[a][d] * to_node[d];
-        sum[i * (Dim + 1) + a] += N[i] * momentum;
+        sum[i * (Dim + 1) + a] += momentum * N[i];
       }
       sum[i * (Dim + 1) + Dim] += N[i] * m;
     }

@@ -81,29 +81,32 @@ LAHAR_INLINE MohrCoulombStrength<Real> MohrCoulombUpdate::strength(Real* q) cons
                    peak_.per_cos, peak_.widest,  peak_.eccentricity, peak_.scale};
   if (!softening_) return s;
   const unsigned softer = greater(q[6], Real(peak_pdstrain_));
-  if (softer == 0) return s;
-  for (int lane = 0; lane < lanes<Real>; ++lane) {
-    if (!(softer >> lane & 1)) continue;
-    const double share =
-        std::max(0.0, (q[6][lane] - residual_pdstrain_) / (peak_pdstrain_ - residual_pdstrain_));
-    const double phi = residual_.phi + (peak_.phi - residual_.phi) * share,
-                 psi = residual_psi_ + (peak_psi_ - residual_psi_) * share,
-                 c = residual_.cohesion + (peak_.cohesion - residual_.cohesion) * share;
-    set_lane(s.phi, lane, phi);
-    set_lane(s.sin_phi, lane, share > 0 ? std::sin(phi) : residual_.sin_phi);
-    set_lane(s.cos_phi, lane, share > 0 ? std::cos(phi) : residual_.cos_phi);
-    set_lane(s.tan_psi, lane, share > 0 ? std::tan(psi) : residual_.tan_psi);
-    set_lane(s.cohesion, lane, c);
-    set_lane(q[1], lane, psi);
+  Real psi(peak_psi_);
+  if (softer != 0) {
+    for (int lane = 0; lane < lanes<Real>; ++lane) {
+      if (!(softer >> lane & 1)) continue;
+      const double share =
+          std::max(0.0, (q[6][lane] - residual_pdstrain_) / (peak_pdstrain_ - residual_pdstrain_));
+      const double phi = residual_.phi + (peak_.phi - residual_.phi) * share,
+                   psi_now = residual_psi_ + (peak_psi_ - residual_psi_) * share,
+                   c = residual_.cohesion + (peak_.cohesion - residual_.cohesion) * share;
+      set_lane(s.phi, lane, phi);
+      set_lane(s.sin_phi, lane, share > 0 ? std::sin(phi) : residual_.sin_phi);
+      set_lane(s.cos_phi, lane, share > 0 ? std::cos(phi) : residual_.cos_phi);
+      set_lane(s.tan_psi, lane, share > 0 ? std::tan(psi_now) : residual_.tan_psi);
+      set_lane(s.cohesion, lane, c);
+      set_lane(psi, lane, psi_now);
+    }
+    // Others keep what was computed once: roundings differ, and must not depend on who is beside.
+    const Real per_cos = 1.0 / s.cos_phi;
+    s.widest =
+        select(softer, lahar::sqrt((1.0 / 3.0) + s.sin_phi * s.sin_phi * (1.0 / 9.0)), s.widest);
+    s.eccentricity = select(softer, (3.0 - s.sin_phi) / (3.0 + s.sin_phi), s.eccentricity);
+    s.scale = select(softer, (3.0 - s.sin_phi) * (1.0 / 6.0) * per_cos, s.scale);
+    s.per_cos = select(softer, per_cos, s.per_cos);
   }
-  // Others keep what was computed once: roundings differ, and must not depend on who is beside.
-  const Real per_cos = 1.0 / s.cos_phi;
-  s.widest =
-      select(softer, lahar::sqrt((1.0 / 3.0) + s.sin_phi * s.sin_phi * (1.0 / 9.0)), s.widest);
-  s.eccentricity = select(softer, (3.0 - s.sin_phi) / (3.0 + s.sin_phi), s.eccentricity);
-  s.scale = select(softer, (3.0 - s.sin_phi) * (1.0 / 6.0) * per_cos, s.scale);
-  s.per_cos = select(softer, per_cos, s.per_cos);
   q[0] = s.phi;
+  q[1] = psi;
   q[2] = s.cohesion;
   return s;
 }
@@ -422,6 +425,8 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
     left &= ~to_apex;
     if (left == 0) break;
   }
+  // A step back to the surface, or a tangent that the increment leaves, takes from it.
+  if (!as_cbgeo_) pdstrain = select(plastic, max(pdstrain, before), pdstrain);
   LAHAR_UNROLL
   for (int k = 0; k < Rows; ++k) stress[k] = select(plastic, plane.stress(k), stress[k]);
   return left;

@@ -113,7 +113,7 @@ LAHAR_INLINE void lode_of(StressPoint<Rows, Real>& at, double least = least_J2) 
     at.v2 += (k < 3 ? 1.0 : 2.0) * v[k] * v[k];
   }
   at.per_v = inverse_sqrt(max(at.v2, Real(1e-300)));
-  const Real cos3 = clamp((root3 * std::numbers::sqrt2) * along_s * at.per_rho, 1.0);
+  const Real cos3 = clamp(Real((root3 * std::numbers::sqrt2) * along_s * at.per_rho), 1.0);
   at.sin3 = select(some, root3_2 * at.v2 * at.per_v * per_J2, Real(1.0));
   third_of_angle(select(some, cos3, Real(0.0)), at.sin3, at.cos, at.sin);
 }

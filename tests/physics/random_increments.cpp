@@ -18,6 +18,13 @@ void check(std::int64_t increments) {
   CHECK(found.failed == 0);
   CHECK(found.not_finite == 0);
   CHECK(found.not_allowed == 0);
+  CHECK(found.unhardened == 0);
+}
+
+template <class LawType, int Dim>
+void check_widths(std::int64_t increments) {
+  CAPTURE(LawType::name);
+  CHECK(RandomPaths<LawType, Dim>(2, 1, true).run(increments).unlike == 0);
 }
 
 /// One increment of a particle without stress.
@@ -43,6 +50,22 @@ TEST_CASE("every law answers random increments with a finite stress that it allo
   check<NeoHookean, 3>(1'000'000);
   check<ModifiedCamClay, 3>(20'000);
   check<NorSand, 3>(5'000);
+}
+
+TEST_CASE("a particle gets the same bits from its law in a pack of any width") {
+  check_widths<MohrCoulomb, 2>(100'000);
+  check_widths<MohrCoulomb, 3>(100'000);
+  check_widths<DruckerPrager, 2>(100'000);
+  check_widths<DruckerPrager, 3>(100'000);
+  check_widths<VonMises, 2>(100'000);
+  check_widths<VonMises, 3>(100'000);
+  check_widths<Newtonian, 3>(100'000);
+  check_widths<Bingham, 3>(100'000);
+  check_widths<LinearElastic, 3>(100'000);
+  check_widths<NeoHookean, 2>(100'000);
+  check_widths<NeoHookean, 3>(100'000);
+  check_widths<ModifiedCamClay, 3>(5'000);
+  check_widths<NorSand, 3>(1'000);
 }
 
 TEST_CASE("without cohesion Mohr-Coulomb is the same for stresses of any size") {

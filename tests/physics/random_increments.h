@@ -224,6 +224,8 @@ double strength_of(const LawType& law) {
 /// What was found of one law.
 struct RandomIncrements {
   std::int64_t done = 0, divided = 0, failed = 0, not_finite = 0, not_allowed = 0;
+  std::int64_t unhardened = 0;  ///< plastic strain became less
+  std::int64_t unlike = 0;      ///< other bits in packs of another width
   double worst =
       0;  ///< largest share of the stresses about by which one was beyond what is allowed
   std::string first;  ///< the first increment that went wrong
@@ -240,7 +242,9 @@ class RandomPaths {
   static constexpr double tolerance = 1e-9;
   static constexpr int steps = 32;
 
-  RandomPaths(std::uint64_t seed, int look) : dice_(seed), look_(look) {}
+  /// One of `look` increments is judged; `widths`: each is done in packs of 1, 2 and 4, too.
+  RandomPaths(std::uint64_t seed, int look, bool widths = false)
+      : dice_(seed), look_(look), widths_(widths) {}
 
   /// `increments` of laws with new parameters for every path.
   RandomIncrements run(std::int64_t increments) {
@@ -281,6 +285,10 @@ class RandomPaths {
       for (int k = 0; k < rows; ++k) before[k] = stress[k];
       for (std::size_t k = 0; k < states; ++k) q[k] = state[k];
       const Failures failures = update<Dim>(prepared, in, stress, state);
+      if (widths_)
+        found_.unlike += unlike<1>(prepared, in, before, q, stress, state) +
+                         unlike<2>(prepared, in, before, q, stress, state) +
+                         unlike<4>(prepared, in, before, q, stress, state);
       judge(law, M, in, before, q, stress, state, failures, step);
     }
   }
@@ -333,6 +341,42 @@ class RandomPaths {
     }
   }
 
+  /// Lanes that get other bits in packs of W.
+  template <int W>
+  static int unlike(const auto& prepared, const LawInput<Dim, Pack>& in, const Pack* before,
+                    const Pack* q, const Pack* stress, const Pack* state) {
+    using Real = PackOf<W>;
+    int found = 0;
+    for (int first = 0; first + W <= width; first += W) {
+      const auto part = [&](const Pack& whole) {
+        double values[width];
+        store(whole, values);
+        return load<Real>(values + first);
+      };
+      LawInput<Dim, Real> some;
+      some.dt = in.dt;
+      some.volumetric = part(in.volumetric);
+      for (int k = 0; k < rows; ++k) some.rate[k] = part(in.rate[k]);
+      for (int a = 0; a < Dim; ++a)
+        for (int b = 0; b < Dim; ++b) some.gradient[a][b] = part(in.gradient[a][b]);
+      Real s[rows], now[states];
+      for (int k = 0; k < rows; ++k) s[k] = part(before[k]);
+      for (std::size_t k = 0; k < states; ++k) now[k] = part(q[k]);
+      update<Dim>(prepared, some, s, now);
+      for (int lane = 0; lane < W; ++lane) {
+        const auto differs = [&](const Real& x, const Pack& y) {
+          return std::bit_cast<std::uint64_t>(x[lane]) !=
+                 std::bit_cast<std::uint64_t>(y[first + lane]);
+        };
+        bool other = false;
+        for (int k = 0; k < rows; ++k) other |= differs(s[k], stress[k]);
+        for (std::size_t k = 0; k < states; ++k) other |= differs(now[k], state[k]);
+        found += other;
+      }
+    }
+    return found;
+  }
+
   void judge(const LawType& law, double M, const LawInput<Dim, Pack>& in, const Pack* before,
              const Pack* q, Pack* stress, Pack* state, const Failures& failures, int step) {
     found_.done += width;
@@ -358,6 +402,12 @@ class RandomPaths {
       for (std::size_t k = 0; k < states; ++k) old[k] = q[k][lane], now[k] = state[k][lane];
       about += M * strain + strength_of(law);
       const double share = beyond(law, s, old, now) / (about > 0 ? about : 1e-300);
+      for (std::size_t k = 0; k < LawType::state.size(); ++k)
+        if (LawType::state[k].name == "pdstrain" && now[k] < old[k]) {
+          ++found_.unhardened;
+          if (found_.first.empty())
+            tell("loses plastic strain", law, in, before, q, stress, 1u << lane, step);
+        }
       found_.worst = std::max(found_.worst, share);
       if (share <= tolerance) continue;
       ++found_.not_allowed;
@@ -398,6 +448,7 @@ class RandomPaths {
 
   Dice dice_;
   int look_, until_look_ = 1;
+  bool widths_;
   RandomIncrements found_;
 };
 

@@ -41,14 +41,48 @@ TEST_CASE("arithmetic of packs is that of doubles in every lane, to the last bit
     for (int k = 0; k < W; ++k) {
       CHECK((x + y)[k] == a[k] + b[k]);
       CHECK((x - y)[k] == a[k] - b[k]);
-      CHECK((x * y)[k] == a[k] * b[k]);
+      CHECK(Pack(x * y)[k] == a[k] * b[k]);
       CHECK((x / y)[k] == a[k] / b[k]);
       CHECK((-x)[k] == -a[k]);
-      CHECK((s * x)[k] == s * a[k]);
+      CHECK(Pack(s * x)[k] == s * a[k]);
       CHECK(sum[k] == a[k] + b[k]);
       CHECK(less[k] == a[k] - b[k]);
       CHECK(times[k] == a[k] * b[k]);
       CHECK(Pack(s)[k] == s);
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE(
+    "a sum that takes a product in its expression rounds once, in packs of any width", Real, Scalar,
+    PackOf<2>, PackOf<4>, PackOf<8>) {
+#if defined(__FMA__)
+  const auto once = [](double a, double b, double c) { return std::fma(a, b, c); };
+#else
+  const auto once = [](double a, double b, double c) { return a * b + c; };
+#endif
+  std::mt19937 random(11);
+  constexpr int width = lanes<Real>;
+  for (int trial = 0; trial < 100; ++trial) {
+    const auto a = random_values(random, width), b = random_values(random, width),
+               c = random_values(random, width), d = random_values(random, width);
+    const Real x = load<Real>(a.data()), y = load<Real>(b.data()), z = load<Real>(c.data()),
+               w = load<Real>(d.data());
+    Real more = z, less = z;
+    more += x * y;
+    less -= x * y;
+    for (int k = 0; k < width; ++k) {
+      CHECK((x * y + z)[k] == once(a[k], b[k], c[k]));
+      CHECK((z + x * y)[k] == once(a[k], b[k], c[k]));
+      CHECK((x * y - z)[k] == once(a[k], b[k], -c[k]));
+      CHECK((z - x * y)[k] == once(-a[k], b[k], c[k]));
+      CHECK((x * y + z * w)[k] == once(a[k], b[k], c[k] * d[k]));
+      CHECK((x * y - z * w)[k] == once(a[k], b[k], -(c[k] * d[k])));
+      CHECK((-(x * y) + z)[k] == once(-a[k], b[k], c[k]));
+      CHECK(more[k] == once(a[k], b[k], c[k]));
+      CHECK(less[k] == once(-a[k], b[k], c[k]));
+      CHECK((2.0 * x * y + z)[k] == once(2.0 * a[k], b[k], c[k]));
+      CHECK((x * y / z)[k] == a[k] * b[k] / c[k]);
     }
   }
 }

@@ -19,6 +19,7 @@ void check(std::int64_t increments) {
   CHECK(found.failed == 0);
   CHECK(found.not_finite == 0);
   CHECK(found.not_allowed == 0);
+  CHECK(found.unhardened == 0);
 }
 
 }  // namespace
