@@ -175,7 +175,7 @@ std::string one_per_line(std::string names) {
 }
 
 /// Text of a user within the quotes of a label.
-std::string quoted(std::string_view text) {
+std::string label_text(std::string_view text) {
   std::string out;
   for (const char c : text) {
     if (c == '"' || c == '\\') out += '\\';
@@ -205,7 +205,7 @@ std::string to_dot(const TaskGraph& graph, std::span<const std::string> patch_na
       "  node [shape=box, style=\"rounded,filled\", fillcolor=\"#eef3f8\", "
       "fontname=\"sans-serif\"];\n"
       "  edge [color=\"#44546a\"];\n",
-      quoted(title));
+      label_text(title));
   int rank = -1;
   for (const int p : by_rank(graph.patches, ranks)) {
     const auto rank_of = [&](int patch) { return ranks[static_cast<std::size_t>(patch)]; };
