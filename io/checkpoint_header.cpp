@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "io/json_text.h"
 #include "io/manifest.h"
 #include "physics/error.h"
 
@@ -29,7 +29,16 @@ Json any_number(double value) {
 }
 
 double number_of(const Json& value) {
-  return value.is_string() ? std::stod(value.get<std::string>()) : value.get<double>();
+  for (const double one : {HUGE_VAL, -HUGE_VAL, std::numeric_limits<double>::quiet_NaN()})
+    if (value == any_number(one)) return one;
+  return value.get<double>();
+}
+
+WatchdogAlarm::Kind kind_of(const Json& value) {
+  const int kind = value;
+  if (kind < 0 || kind > static_cast<int>(WatchdogAlarm::Kind::volume))
+    throw IoError("its watchdog has an alarm of an unknown kind");
+  return static_cast<WatchdogAlarm::Kind>(kind);
 }
 
 Json splits_json(const std::vector<PatchSplit>& splits) {
@@ -68,7 +77,7 @@ WatchdogState watchdog_of(const Json& run) {
           .speed = number_of(json.at("speed")),
           .first_step = number_of(json.at("first_step")),
           .end_step = json.at("end_step"),
-          .alarm = {.kind = static_cast<WatchdogAlarm::Kind>(alarm.at("kind").get<int>()),
+          .alarm = {.kind = kind_of(alarm.at("kind")),
                     .step = alarm.at("step"),
                     .time = alarm.at("time"),
                     .value = or_infinity(alarm.at("value")),
@@ -102,25 +111,25 @@ Json run_json(const RunState& run) {
 
 RunState run_of(const Json& json) {
   const Json& work = json.at("work");
-  return {.dim = json.at("dim"),
-          .step = json.at("step"),
-          .time = json.at("time"),
-          .dt = json.at("dt"),
-          .dt_limit = or_infinity(json.at("dt_limit")),
-          .particles = json.at("particles"),
-          .removed = json.at("removed"),
-          .next_id = json.value("next_id", Index{0}),  // before there were injections: not needed
-          .history_steps = json.at("history_steps"),
-          .work = {number_of(work.at("internal")), number_of(work.at("external")),
-                   number_of(work.at("damping")), number_of(work.at("friction")),
-                   work.at("divided")},
-          .kinetic_at_start = number_of(json.at("kinetic_at_start")),
-          .cells_per_patch = json.at("cells_per_patch"),
-          .least_mass = json.at("least_mass"),
-          .columns = json.at("columns"),
-          .splits = splits_of(json.at("splits")),
-          .split_step = json.at("split_step"),
-          .watchdog = watchdog_of(json)};
+  return {
+      .dim = json.at("dim"),
+      .step = json.at("step"),
+      .time = json.at("time"),
+      .dt = json.at("dt"),
+      .dt_limit = or_infinity(json.at("dt_limit")),
+      .particles = json.at("particles"),
+      .removed = json.at("removed"),
+      .next_id = json.value("next_id", Index{0}),  // before there were injections: not needed
+      .history_steps = json.at("history_steps"),
+      .work = {number_of(work.at("internal")), number_of(work.at("external")),
+               number_of(work.at("damping")), number_of(work.at("friction")), work.at("divided")},
+      .kinetic_at_start = number_of(json.at("kinetic_at_start")),
+      .cells_per_patch = json.at("cells_per_patch"),
+      .least_mass = json.at("least_mass"),
+      .columns = json.at("columns"),
+      .splits = splits_of(json.at("splits")),
+      .split_step = json.at("split_step"),
+      .watchdog = watchdog_of(json)};
 }
 
 }  // namespace
@@ -143,7 +152,8 @@ std::string header_text(const CheckpointHeader& header) {
 
 CheckpointHeader read_header(const std::string& text) {
   try {
-    const Json json = Json::parse(text);
+    const Json json = json_of_text<Json>(text);
+    if (json.is_discarded()) throw IoError("its header is no JSON");
     if (const int format = json.at("lahar_checkpoint"); format != checkpoint_format)
       throw IoError(fmt::format(
           "it has format {}, this version of Lahar reads format {}: continue with the version that "

@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "io/json_text.h"
 #include "physics/error.h"
 #include "runtime/bench_result.h"
 
@@ -209,7 +209,7 @@ std::string bench_json(const BenchResult& result) {
 }
 
 BenchResult parse_bench_json(const std::string& text, const std::string& file) {
-  const Json json = Json::parse(text, nullptr, false);
+  const Json json = json_of_text<Json>(text);
   if (json.is_discarded()) refuse(file, "it is not JSON");
   if (!json.is_object() || !json.contains(format_key))
     refuse(file, fmt::format("\"{}\" is missing", format_key));

@@ -338,7 +338,8 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
   parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
     const auto at = static_cast<std::size_t>(i);
     if (const int stored = position_of(state.patches, ids[at]); stored >= 0)
-      unpack<Dim>(state.bytes(static_cast<std::size_t>(stored)), *patches_[at], state.run.step);
+      unpack<Dim>(state.bytes(static_cast<std::size_t>(stored)), *patches_[at], state.run.step,
+                  model.materials.size());
   });
   rebuild();
 }

@@ -31,9 +31,9 @@ void change_ids(std::span<std::byte> bytes, const std::function<void(std::span<I
 
 /// Bring a patch as PatchSet makes it, with topology and geometry but no particles, into the state
 /// of pack(): all further steps have the same bits. Neighbours are to be linked afterwards. Throws
-/// IoError if the bytes are not a state of this patch.
+/// IoError if the bytes are not a state of this patch in a model of so many materials.
 template <int Dim>
-void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step);
+void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step, std::size_t materials);
 
 /// Whether a patch has a state: others are as new, and need not be kept.
 template <int Dim>
@@ -52,8 +52,8 @@ extern template void pack(const Patch<2>&, Index, std::byte*);
 extern template void pack(const Patch<3>&, Index, std::byte*);
 extern template std::size_t packed_bytes(const Patch<2>&);
 extern template std::size_t packed_bytes(const Patch<3>&);
-extern template void unpack(std::span<const std::byte>, Patch<2>&, Index);
-extern template void unpack(std::span<const std::byte>, Patch<3>&, Index);
+extern template void unpack(std::span<const std::byte>, Patch<2>&, Index, std::size_t);
+extern template void unpack(std::span<const std::byte>, Patch<3>&, Index, std::size_t);
 extern template std::string column_text(const ColumnLayout<2>&);
 extern template std::string column_text(const ColumnLayout<3>&);
 
