@@ -29,7 +29,8 @@ Json any_number(double value) {
 }
 
 double number_of(const Json& value) {
-  for (const double one : {HUGE_VAL, -HUGE_VAL, std::numeric_limits<double>::quiet_NaN()})
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double one : {HUGE_VAL, -HUGE_VAL, nan, -nan})
     if (value == any_number(one)) return one;
   return value.get<double>();
 }
@@ -109,26 +110,36 @@ Json run_json(const RunState& run) {
           {"watchdog", watchdog_json(run.watchdog)}};
 }
 
+/// A number that steps are counted by, or memory is asked for.
+Index whole(const Json& json, const char* key, Index low, Index high = INT64_MAX / 4) {
+  const Json& value = json.at(key);
+  const Index number = value.is_number_integer() ? value.get<Index>() : low - 1;
+  if (number < low || number > high)
+    throw IoError(fmt::format("its '{}' cannot be {}", key, value.dump()));
+  return number;
+}
+
 RunState run_of(const Json& json) {
   const Json& work = json.at("work");
   return {
-      .dim = json.at("dim"),
-      .step = json.at("step"),
+      .dim = static_cast<int>(whole(json, "dim", 0, 3)),
+      .step = whole(json, "step", 0),
       .time = json.at("time"),
       .dt = json.at("dt"),
       .dt_limit = or_infinity(json.at("dt_limit")),
-      .particles = json.at("particles"),
-      .removed = json.at("removed"),
-      .next_id = json.value("next_id", Index{0}),  // before there were injections: not needed
-      .history_steps = json.at("history_steps"),
+      .particles = whole(json, "particles", 0),
+      .removed = whole(json, "removed", 0),
+      // Before there were injections: not needed.
+      .next_id = json.contains("next_id") ? whole(json, "next_id", 0) : 0,
+      .history_steps = whole(json, "history_steps", 0),
       .work = {number_of(work.at("internal")), number_of(work.at("external")),
                number_of(work.at("damping")), number_of(work.at("friction")), work.at("divided")},
       .kinetic_at_start = number_of(json.at("kinetic_at_start")),
-      .cells_per_patch = json.at("cells_per_patch"),
+      .cells_per_patch = whole(json, "cells_per_patch", 0),
       .least_mass = json.at("least_mass"),
       .columns = json.at("columns"),
       .splits = splits_of(json.at("splits")),
-      .split_step = json.at("split_step"),
+      .split_step = whole(json, "split_step", -1),
       .watchdog = watchdog_of(json)};
 }
 

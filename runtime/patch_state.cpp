@@ -296,13 +296,17 @@ void change_ids(std::span<std::byte> bytes, const std::function<void(std::span<I
 
 template <int Dim>
 void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step,
-            std::size_t materials) {
+            const StateBounds& bounds) {
   const Head head = read_head(bytes, patch);
   Reader in(bytes.data() + sizeof(Head));
   for (double* work : {&patch.work.internal, &patch.work.external, &patch.work.damping,
                        &patch.work.friction, &patch.work.divided})
     *work = in.get<double>();
-  read_runs(in, head, patch, materials);
+  const double slots = static_cast<double>(head.slots) * static_cast<double>(head.rows + 2);
+  if (slots * sizeof(double) > bounds.memory)
+    refuse(head.patch,
+           fmt::format("its {} slots for particles take more memory than there is", head.slots));
+  read_runs(in, head, patch, bounds.materials);
   read_particles(in, head, patch);
   read_sums(in, head, patch, step);
   const bool filled = patch.count > 0;
@@ -324,11 +328,11 @@ std::string column_text(const ColumnLayout<Dim>& layout) {
   return text;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                       \
-  template std::vector<std::byte> pack(const Patch<Dim>&, Index);                    \
-  template void pack(const Patch<Dim>&, Index, std::byte*);                          \
-  template std::size_t packed_bytes(const Patch<Dim>&);                              \
-  template void unpack(std::span<const std::byte>, Patch<Dim>&, Index, std::size_t); \
+#define LAHAR_INSTANTIATE(Dim)                                                              \
+  template std::vector<std::byte> pack(const Patch<Dim>&, Index);                           \
+  template void pack(const Patch<Dim>&, Index, std::byte*);                                 \
+  template std::size_t packed_bytes(const Patch<Dim>&);                                     \
+  template void unpack(std::span<const std::byte>, Patch<Dim>&, Index, const StateBounds&); \
   template std::string column_text(const ColumnLayout<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -32,6 +32,7 @@ Model<Dim> without_output(Model<Dim> model) {
 ExecutionOptions serial() {
   ExecutionOptions options;
   options.mode = ExecutionOptions::Mode::serial;
+  options.memory = {256e6, "a fuzzed input may take"};
   return options;
 }
 

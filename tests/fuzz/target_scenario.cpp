@@ -1,5 +1,7 @@
 // Scenarios with their side files, and material drivers.
 #include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
 #include <variant>
 
 #include "io/cbgeo_table.h"
@@ -27,15 +29,38 @@ void take_steps(Model<Dim> model) {
   if (particles > most_particles || model.mesh->n_cells() > most_cells) return;
   model.analysis.patch_particles = std::max<Index>(model.analysis.patch_particles, 16);
   model.output = {};
+  const double end_time = model.analysis.end_time;
   ExecutionOptions options;
   options.mode = ExecutionOptions::Mode::serial;
   Simulation<Dim> simulation(std::move(model), options);
-  require(simulation.finished() || is_positive(simulation.info().dt),
-          "the first time step is not positive");
+  require(
+      simulation.finished() || end_time <= simulation.time() || is_positive(simulation.info().dt),
+      "the first time step is not positive");
   if (!simulation.finished()) simulation.advance(steps);
   static_cast<void>(simulation.frame());
   const double mass = simulation.history().mass;
   require(std::isfinite(mass) && mass >= 0, "the mass is not finite");
+}
+
+/// Grids of so many cells are looked through for as long as they say; no failure, but no time.
+bool takes_long(const std::string& scenario) {
+  constexpr double most = 1e7;
+  const auto json = nlohmann::json::parse(scenario, nullptr, false, true);
+  const nlohmann::json::json_pointer place("/mesh/structured");
+  if (json.is_discarded() || !json.contains(place)) return false;
+  const auto& grid = json[place];
+  const auto of = [&](const char* key, std::size_t d) {
+    if (!grid.contains(key)) return 1.0;
+    const auto& values = grid[key];
+    const auto& value = values.is_array() && d < values.size() ? values[d] : values;
+    return value.is_number() ? std::abs(value.get<double>()) : 1.0;
+  };
+  double cells = 1;
+  for (std::size_t d = 0; d < 3; ++d)
+    cells *= grid.is_object() && grid.contains("counts")
+                 ? of("counts", d)
+                 : of("extent", d) / std::max(of("cell_size", d), 1e-300);
+  return cells > most;
 }
 
 /// A name in the folder of the case, wherever it wants to lead.
@@ -73,6 +98,7 @@ class CaseFolder {
 
 void read_and_run(Bytes input, bool as_cbgeo) {
   const std::vector<BundledFile> files = unbundle(text_of(input));
+  if (takes_long(files.front().text)) throw InputError("it is not tried: there are many cells");
   const CaseFolder folder(files);
   try {
     ScenarioOptions options;
