@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "io/json_text.h"
+#include "io/text.h"
 #include "physics/error.h"
 #include "runtime/bench_result.h"
 
@@ -179,7 +180,7 @@ void from_tree(const Json& json, const std::string& place, T& value) {
     value = json.get<T>();
   } else if constexpr (std::is_same_v<T, std::string>) {
     if (!json.is_string()) throw Mismatch{place + " is not a text"};
-    value = json.get<std::string>();
+    value = printable(json.get<std::string>());  // it may be of anyone
   } else if constexpr (is_list<T>) {
     if (!json.is_array()) throw Mismatch{place + " is not a list"};
     for (const Json& item : json) {

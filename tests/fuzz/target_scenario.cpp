@@ -173,8 +173,8 @@ void run_material(Bytes input) {
   MaterialDriver driver = read_material_driver_text(files.front().text, folder.folder());
   check_material(driver.material);
   // Of each part of the path the beginning, in steps as large as the input wants them.
-  constexpr Index most = 20;
-  constexpr std::size_t parts = 20;
+  constexpr Index most = 2;
+  constexpr std::size_t parts = 4;
   if (driver.path.size() > parts) driver.path.resize(parts);
   for (PathSegment& segment : driver.path) {
     require(segment.steps > 0, "a path has no steps");
