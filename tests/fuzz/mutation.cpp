@@ -4,159 +4,11 @@
 #include <cctype>
 #include <cstring>
 #include <limits>
-#include <nlohmann/json.hpp>
-#include <set>
 
-#include "io/scenario.h"
+#include "tests/fuzz/mutation_values.h"
 #include "tests/fuzz/sections.h"
 
 namespace lahar::fuzz {
-
-namespace {
-
-// Keys keep their order, so that what is written again is like what was read.
-using Json = nlohmann::ordered_json;
-
-std::size_t below(std::size_t n, Random& random) {
-  return n < 2 ? 0 : static_cast<std::size_t>(random() % n);
-}
-bool one_in(std::size_t n, Random& random) {
-  return below(n, random) == 0;
-}
-template <class List>
-auto& any_of(List& list, Random& random) {
-  return list[below(list.size(), random)];
-}
-
-const std::vector<double> doubles{0,    -0.0,  1,    -1,     0.5,    2,     3,    1e-3,
-                                  1e3,  1e-30, 1e30, 1e308,  5e-324, 1e17,  9e15, 1e9,
-                                  -1e9, 89.99, 90,   0.4999, 0.5,    1e-12, 4096};
-const std::vector<std::int64_t> integers{
-    // clang-format off
-    0, 1, -1, 2, 3, 4, 7, 8, 9, 16, 20, 21, 255, 256, 65535, 65536, 1 << 20, 2147483647, 2147483648,
-    -2147483649, 9007199254740993, 9223372036854775807
-    // clang-format on
-};
-const std::vector<std::string> texts{
-    "",         "x",           "0",         "a\x1b[31mb", "<script>alert(1)</script>",
-    "../../up", "/etc/passwd", "/dev/zero", "\xc3\xa9",   "\xe2\x80\xae",
-    "%s%n",     "a/b",         "."};
-
-void collect(const nlohmann::json& schema, std::set<std::string>& keys,
-             std::set<std::string>& words) {
-  if (schema.is_object())
-    for (const auto& [key, value] : schema.items()) {
-      if (key == "properties" && value.is_object())
-        for (const auto& property : value.items()) keys.insert(property.key());
-      if ((key == "enum" || key == "const"))
-        for (const auto& word : value.is_array() ? value : nlohmann::json::array({value}))
-          if (word.is_string()) words.insert(word.get<std::string>());
-      collect(value, keys, words);
-    }
-  if (schema.is_array())
-    for (const auto& value : schema) collect(value, keys, words);
-}
-
-/// All values in a document, the document first.
-void nodes_of(Json& json, std::vector<Json*>& nodes) {
-  nodes.push_back(&json);
-  if (json.is_structured())
-    for (auto& value : json) nodes_of(value, nodes);
-}
-
-Json other_value(const Json& old, const std::vector<std::string>& words, Random& random) {
-  switch (below(10, random)) {
-    case 0:
-      return any_of(integers, random);
-    case 1:
-      return any_of(doubles, random);
-    case 2:
-      return any_of(texts, random);
-    case 3:
-      return any_of(words, random);
-    case 4:
-      return one_in(2, random);
-    case 5:
-      return one_in(2, random) ? Json::array() : Json::object();
-    case 6:
-      return nullptr;
-    default:
-      break;
-  }
-  if (old.is_boolean()) return !old.get<bool>();
-  if (old.is_number()) {
-    const double value = old.get<double>();
-    switch (below(6, random)) {
-      case 0:
-        return -value;
-      case 1:
-        return value * 10;
-      case 2:
-        return value * 0.1;
-      case 3:
-        return value + 1;
-      case 4:
-        return any_of(doubles, random);
-      default:
-        return any_of(integers, random);
-    }
-  }
-  if (old.is_string()) return any_of(words, random);
-  return any_of(doubles, random);
-}
-
-/// Changes one value, or a key, in place.
-void change(Json& json, Json& other, const std::vector<std::string>& keys,
-            const std::vector<std::string>& words, Random& random) {
-  std::vector<Json*> nodes;
-  nodes_of(json, nodes);
-  Json& node = *any_of(nodes, random);
-  switch (below(10, random)) {
-    case 0:  // a part goes
-      if (node.is_object() && !node.empty()) {
-        auto at = node.begin();
-        std::advance(at, static_cast<std::ptrdiff_t>(below(node.size(), random)));
-        node.erase(at);
-      } else if (node.is_array() && !node.empty()) {
-        node.erase(below(node.size(), random));
-      }
-      return;
-    case 1:  // a part is there twice
-      if (node.is_array() && !node.empty() && node.size() < 64) {
-        const Json copy = node[below(node.size(), random)];
-        node.push_back(copy);
-      }
-      return;
-    case 2:  // a key that the input knows
-      if (node.is_object()) node[any_of(keys, random)] = other_value(nullptr, words, random);
-      return;
-    case 3: {  // a part of another input
-      std::vector<Json*> lent;
-      nodes_of(other, lent);
-      const Json copy = *any_of(lent, random);
-      if (node.is_object())
-        node[any_of(keys, random)] = copy;
-      else
-        node = copy;
-      return;
-    }
-    case 4:  // values change places
-      std::swap(node, *any_of(nodes, random));
-      return;
-    default:
-      if (node.is_structured() && !one_in(8, random)) return;
-      node = other_value(node, words, random);
-  }
-}
-
-}  // namespace
-
-Mutator::Mutator() {
-  std::set<std::string> keys, words;
-  collect(nlohmann::json::parse(scenario_schema()), keys, words);
-  keys_.assign(keys.begin(), keys.end());
-  words_.assign(words.begin(), words.end());
-}
 
 std::string Mutator::mutate(const std::string& input, Form form,
                             const std::vector<std::string>& others, Random& random) const {
@@ -280,17 +132,6 @@ std::string Mutator::mutate_words(std::string text, Random& random) const {
   }
   std::memcpy(text.data() + at, &value, size);
   return text;
-}
-
-std::string Mutator::mutate_json(const std::string& text, const std::string& other,
-                                 Random& random) const {
-  Json json = Json::parse(text, nullptr, false, true);
-  if (json.is_discarded()) return mutate_text(text, random);
-  Json lender = Json::parse(other, nullptr, false, true);
-  // An object cannot change while a part of it is moved into another part of it.
-  for (std::size_t k = 0, n = one_in(3, random) ? 1 + below(4, random) : 1; k < n; ++k)
-    change(json, lender, keys_, words_, random);
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 /// Words and lines: a number becomes another, a line goes or comes twice.

@@ -124,7 +124,7 @@ TEST_CASE("a compound whose members lie beyond it, or on each other, is refused"
     bytes.close();
     return data_refusal(file);
   };
-  CHECK(has(refusal_of(16, 0, 8), "the type of 'data' is damaged"));   // 12 + 8 > 16
+  CHECK(has(refusal_of(16, 0, 8), "the type of 'data' is damaged"));  // 12 + 8 > 16
   CHECK(refusal_of(32, 8, 16) != "read");  // 8 to 16 and 12 to 20, which HDF5 finds itself
   CHECK(refusal_of(32, 0, 16) == "read");
 }
