@@ -4,9 +4,12 @@
 
 #include "io/cbgeo_table.h"
 #include "io/checkpoint.h"
+#include "io/compare.h"
 #include "io/csv.h"
 #include "io/scenario.h"
+#include "io/text.h"
 #include "io/vtkhdf.h"
+#include "physics/error.h"
 #include "runtime/bench_result.h"
 #include "runtime/simulation.h"
 #include "runtime/trace/network.h"
@@ -36,7 +39,10 @@ Frame small_frame() {
 
 void run_csv(Bytes input) {
   const Frame frame = parse_csv(text_of(input), "input.csv");
+  // As read_particles() does.
+  if (frame.coordinates.empty() && frame.size() > 0) throw InputError("there are no coordinates");
   static_cast<void>(csv_text(frame));
+  check_shown(printable_lines(compare(frame, frame).text()));
 }
 
 std::vector<Seed> csv_seeds() {
