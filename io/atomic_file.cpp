@@ -140,7 +140,13 @@ fs::path part_file(const fs::path& target, Index pid) {
 }
 
 AtomicFile::AtomicFile(fs::path target)
-    : target_(std::move(target)), temporary_(part_file(target_, ::getpid())) {}
+    : target_(std::move(target)), temporary_(part_file(target_, ::getpid())) {
+  // A device would become a file: /dev/null for instance, of a user who may do that.
+  std::error_code error;
+  const fs::file_status status = fs::status(target_, error);
+  if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status))
+    throw IoError(fmt::format("cannot write {}: it is not a regular file", target_.string()));
+}
 
 AtomicFile::~AtomicFile() {
   if (committed_) return;

@@ -48,6 +48,7 @@ class OutputFile {
 /// Without commit() the temporary file is removed and the target is untouched.
 class AtomicFile {
  public:
+  /// Throws IoError where the target is a device, a pipe or a socket.
   explicit AtomicFile(std::filesystem::path target);
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;

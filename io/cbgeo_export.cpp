@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
 #include "io/cbgeo_table.h"
 #include "io/fields.h"
+#include "io/json_text.h"
 #include "physics/error.h"
 #include "physics/materials.h"
 
@@ -89,7 +89,7 @@ CbgeoRun read_cbgeo_run(const std::filesystem::path& run) {
   CbgeoRun result;
   if (!std::filesystem::exists(file)) return result;
   try {
-    const auto json = nlohmann::json::parse(read_text_file(file));
+    const auto json = json_of_text(read_text_file(file));
     if (const auto& analysis = json.at("analysis"); analysis.contains("nsteps"))
       result.nsteps = static_cast<Index>(analysis["nsteps"].get<double>());
     Index position = 0;

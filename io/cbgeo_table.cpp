@@ -174,7 +174,9 @@ constexpr Index block_rows = 1 << 14;
 /// high-level library, which CB-Geo MPM uses.
 HdfHandle create_table(const HdfSession& hdf, hid_t file, hid_t type, Index n) {
   const HdfHandle plist = hdf.own(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  const auto rows = static_cast<hsize_t>(n), chunk = static_cast<hsize_t>(block_rows);
+  // A small table is no larger than its rows: HDF5 writes whole chunks.
+  const auto rows = static_cast<hsize_t>(n),
+             chunk = static_cast<hsize_t>(std::clamp<Index>(n, 1, block_rows));
   const hsize_t unlimited = H5S_UNLIMITED;
   hdf.check(H5Pset_obj_track_times(plist, false));
   hdf.check(H5Pset_chunk(plist, 1, &chunk));

@@ -104,6 +104,19 @@ std::vector<CheckpointPatch> read_table(const HdfSession& hdf, hid_t file) {
   return patches;
 }
 
+/// Whether it is as lay_out() makes it: a checksum says who wrote it as little as what is in it.
+bool is_laid_out(std::span<const CheckpointPatch> patches, Index stored) {
+  Index id = -1, offset = 0;
+  for (const CheckpointPatch& patch : patches) {
+    if (patch.id <= id || patch.offset != offset || patch.bytes < 0 ||
+        patch.bytes > stored - offset)
+      return false;
+    id = patch.id;
+    offset += patch.bytes;
+  }
+  return offset == stored;
+}
+
 std::optional<Index> step_of(const std::string& name) {
   if (!name.starts_with(prefix) || !name.ends_with(suffix)) return {};
   Index step = 0;
@@ -194,7 +207,8 @@ void CheckpointReader::read_tables() {
     if (begin == HADDR_UNDEF) hdf.fail("its data are not contiguous");
     data_ = static_cast<Index>(begin);
   }
-  if (stored != static_cast<hsize_t>(end_of(patches_))) damaged("its data have another size");
+  if (!is_laid_out(patches_, static_cast<Index>(stored)))
+    damaged("its table of patches is not one of its data");
   try {
     header_ = read_header(text);
   } catch (const IoError& error) {

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "io/json_text.h"
 #include "io/manifest.h"
 #include "physics/error.h"
 
@@ -29,7 +29,17 @@ Json any_number(double value) {
 }
 
 double number_of(const Json& value) {
-  return value.is_string() ? std::stod(value.get<std::string>()) : value.get<double>();
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double one : {HUGE_VAL, -HUGE_VAL, nan, -nan})
+    if (value == any_number(one)) return one;
+  return value.get<double>();
+}
+
+WatchdogAlarm::Kind kind_of(const Json& value) {
+  const int kind = value;
+  if (kind < 0 || kind > static_cast<int>(WatchdogAlarm::Kind::volume))
+    throw IoError("its watchdog has an alarm of an unknown kind");
+  return static_cast<WatchdogAlarm::Kind>(kind);
 }
 
 Json splits_json(const std::vector<PatchSplit>& splits) {
@@ -68,7 +78,7 @@ WatchdogState watchdog_of(const Json& run) {
           .speed = number_of(json.at("speed")),
           .first_step = number_of(json.at("first_step")),
           .end_step = json.at("end_step"),
-          .alarm = {.kind = static_cast<WatchdogAlarm::Kind>(alarm.at("kind").get<int>()),
+          .alarm = {.kind = kind_of(alarm.at("kind")),
                     .step = alarm.at("step"),
                     .time = alarm.at("time"),
                     .value = or_infinity(alarm.at("value")),
@@ -100,27 +110,37 @@ Json run_json(const RunState& run) {
           {"watchdog", watchdog_json(run.watchdog)}};
 }
 
+/// A number that steps are counted by, or memory is asked for.
+Index whole(const Json& json, const char* key, Index low, Index high = INT64_MAX / 4) {
+  const Json& value = json.at(key);
+  const Index number = value.is_number_integer() ? value.get<Index>() : low - 1;
+  if (number < low || number > high)
+    throw IoError(fmt::format("its '{}' cannot be {}", key, value.dump()));
+  return number;
+}
+
 RunState run_of(const Json& json) {
   const Json& work = json.at("work");
-  return {.dim = json.at("dim"),
-          .step = json.at("step"),
-          .time = json.at("time"),
-          .dt = json.at("dt"),
-          .dt_limit = or_infinity(json.at("dt_limit")),
-          .particles = json.at("particles"),
-          .removed = json.at("removed"),
-          .next_id = json.value("next_id", Index{0}),  // before there were injections: not needed
-          .history_steps = json.at("history_steps"),
-          .work = {number_of(work.at("internal")), number_of(work.at("external")),
-                   number_of(work.at("damping")), number_of(work.at("friction")),
-                   work.at("divided")},
-          .kinetic_at_start = number_of(json.at("kinetic_at_start")),
-          .cells_per_patch = json.at("cells_per_patch"),
-          .least_mass = json.at("least_mass"),
-          .columns = json.at("columns"),
-          .splits = splits_of(json.at("splits")),
-          .split_step = json.at("split_step"),
-          .watchdog = watchdog_of(json)};
+  return {
+      .dim = static_cast<int>(whole(json, "dim", 0, 3)),
+      .step = whole(json, "step", 0),
+      .time = json.at("time"),
+      .dt = json.at("dt"),
+      .dt_limit = or_infinity(json.at("dt_limit")),
+      .particles = whole(json, "particles", 0),
+      .removed = whole(json, "removed", 0),
+      // Before there were injections: not needed.
+      .next_id = json.contains("next_id") ? whole(json, "next_id", 0) : 0,
+      .history_steps = whole(json, "history_steps", 0),
+      .work = {number_of(work.at("internal")), number_of(work.at("external")),
+               number_of(work.at("damping")), number_of(work.at("friction")), work.at("divided")},
+      .kinetic_at_start = number_of(json.at("kinetic_at_start")),
+      .cells_per_patch = whole(json, "cells_per_patch", 0),
+      .least_mass = json.at("least_mass"),
+      .columns = json.at("columns"),
+      .splits = splits_of(json.at("splits")),
+      .split_step = whole(json, "split_step", -1),
+      .watchdog = watchdog_of(json)};
 }
 
 }  // namespace
@@ -143,7 +163,8 @@ std::string header_text(const CheckpointHeader& header) {
 
 CheckpointHeader read_header(const std::string& text) {
   try {
-    const Json json = Json::parse(text);
+    const Json json = json_of_text<Json>(text);
+    if (json.is_discarded()) throw IoError("its header is no JSON");
     if (const int format = json.at("lahar_checkpoint"); format != checkpoint_format)
       throw IoError(fmt::format(
           "it has format {}, this version of Lahar reads format {}: continue with the version that "

@@ -51,8 +51,8 @@ class HdfSession {
     return result;
   }
   HdfHandle own(hid_t id, HdfHandle::Close close) const { return {check(id), close}; }
-  /// Write all of a dataset, or what `space` of it selects, and close it: what it buffers may meet a
-  /// full disk only then.
+  /// Write all of a dataset, or what `space` of it selects, and close it: what it buffers may meet
+  /// a full disk only then.
   void write(HdfHandle data, hid_t type, const void* values, hid_t memory = H5S_ALL,
              hid_t space = H5S_ALL) const;
   [[noreturn]] void fail() const;  ///< with the reason of the last HDF5 error
@@ -69,7 +69,8 @@ HdfHandle open_file(const HdfSession& hdf, const std::filesystem::path& file);
 
 /// Open a dataset of such a file. Throws IoError for what would have HDF5 read other files, or take
 /// memory that the file's size does not explain: soft and external links on the way, data in other
-/// files, virtual datasets, values of variable length, more values than the file can hold.
+/// files, virtual datasets, values of variable length, more values than the file can hold; and for
+/// types whose parts lie beyond them, which HDF5 1.10 converts all the same.
 HdfHandle open_data(const HdfSession& hdf, hid_t file, const std::string& path);
 
 }  // namespace lahar

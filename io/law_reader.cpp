@@ -1,5 +1,7 @@
 #include "io/law_reader.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -47,7 +49,17 @@ Law choose(const JsonValue& m, std::string_view type, ScenarioInput& in,
     const auto made = law_of<LawType>(m, in);
     law = made;
     if (!is_complete<LawType>(m)) return;
-    if (const std::string problem = made.problem(); !problem.empty()) in.error(m, problem);
+    if (const std::string problem = made.problem(); !problem.empty()) return in.error(m, problem);
+    const double stiffness = made.wave_modulus();
+    bool none = false;
+    if constexpr (requires { made.incompressible; }) none = made.incompressible;
+    if (!std::isfinite(stiffness) || stiffness < 0 || (stiffness == 0 && !none))
+      in.error(
+          m,
+          fmt::format("the stiffness of compression waves must be a finite number above 0, but "
+                      "follows from these values as {} Pa",
+                      stiffness),
+          "see what the moduli are computed from; stresses are in Pa");
   };
   (try_one(static_cast<const Laws*>(nullptr)), ...);
   return law;

@@ -8,6 +8,7 @@
 
 #include "io/atomic_file.h"
 #include "io/history.h"
+#include "io/json_text.h"
 #include "physics/error.h"
 #include "physics/patch_split.h"
 
@@ -114,9 +115,13 @@ Manifest::Manifest(const RunInfo& info) {
 
 Manifest::Manifest(const RunInfo& info, const std::string& earlier, const RunRestart& restart)
     : Manifest(info) {
-  const Json before = Json::parse(earlier, nullptr, /*exceptions=*/false);
+  const Json before = json_of_text<Json>(earlier);
   Json json = Json::parse(start_);
-  Json restarts = before.value("restarts", Json::array());
+  // Somebody may have edited it: what is not as it was written is made anew.
+  const auto kept = [&](const char* key, Json::value_t type) {
+    return before.is_object() && before.contains(key) && before[key].type() == type;
+  };
+  Json restarts = kept("restarts", Json::value_t::array) ? before["restarts"] : Json::array();
   restarts.push_back({{"step", restart.step},
                       {"time", restart.time},
                       {"checkpoint", restart.checkpoint},
@@ -124,8 +129,8 @@ Manifest::Manifest(const RunInfo& info, const std::string& earlier, const RunRes
                       {"command", info.command},
                       {"version", info.version},
                       {"commit", info.commit}});
-  for (const char* key : {"model", "started"})
-    if (before.contains(key)) json[key] = before[key];
+  if (kept("model", Json::value_t::object)) json["model"] = before["model"];
+  if (kept("started", Json::value_t::string)) json["started"] = before["started"];
   json["model"]["steps"] = info.steps;
   json["restarts"] = restarts;
   start_ = dump(json);
@@ -149,8 +154,7 @@ std::string Manifest::with_end(const RunEnd* end) const {
 
 bool is_run_folder(const std::filesystem::path& folder) {
   try {
-    const Json json =
-        Json::parse(read_text_file(folder / "manifest.json"), nullptr, /*exceptions=*/false);
+    const Json json = json_of_text<Json>(read_text_file(folder / "manifest.json"));
     return json.is_object() && json.contains("lahar_run");
   } catch (const IoError&) {
     return false;

@@ -2,11 +2,11 @@
 
 #include <charconv>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "io/atomic_file.h"
 #include "io/history.h"
+#include "io/json_text.h"
 #include "io/removed.h"
 #include "io/run_folder.h"
 #include "io/vtkhdf.h"
@@ -26,10 +26,11 @@ bool keeps(Index step, bool due, const RunContinuation& from) {
 std::map<std::string, double> listed_times(const fs::path& series) {
   std::map<std::string, double> times;
   if (!fs::exists(series)) return times;
-  const auto json = nlohmann::json::parse(read_text_file(series), nullptr, /*exceptions=*/false);
+  const auto json = json_of_text(read_text_file(series));
   if (!json.is_object() || !json.contains("files")) return times;
   for (const auto& entry : json["files"])
-    if (entry.contains("name") && entry.contains("time") && entry["time"].is_number())
+    if (entry.contains("name") && entry["name"].is_string() && entry.contains("time") &&
+        entry["time"].is_number())
       times[entry["name"]] = entry["time"];
   return times;
 }

@@ -40,8 +40,8 @@ class ScenarioBuilder {
     if (in_.phase) in_.phase(text);
   }
   /// Note that this process will hold `bytes` more for `what`. Throws InputError, with the problems
-  /// so far, where that is more than it may, on all members of the team: before the memory is taken.
-  /// Collective.
+  /// so far, where that is more than it may, on all members of the team: before the memory is
+  /// taken. Collective.
   void need_memory(const JsonValue& at, double bytes, const std::string& what);
   /// How many more things of so many bytes each member may hold. Collective.
   Index room_for(double bytes) const;
@@ -116,6 +116,7 @@ class ScenarioBuilder {
   const RowShares* known_rows() const { return particles_complete_ ? &rows_ : nullptr; }
   void collect_particle_sets();
   void build_particle_sets();
+  void check_masses();  ///< scenario_masses.cpp; collective
   void assign_material_sets();
   // scenario_injection.cpp
   std::optional<std::vector<Index>> cells_of(const JsonValue& generator);
@@ -128,9 +129,8 @@ class ScenarioBuilder {
   void add_resumed(const CbgeoParticle& row, const std::string& file);
   /// Some material is of grains: gaps open in it where it is pulled apart, and it is not a fluid.
   bool any_granular() const {
-    return std::any_of(model_.materials.begin(), model_.materials.end(), [](const Material& m) {
-      return can_open(m.law) && !has_pressure(m.law);
-    });
+    return std::any_of(model_.materials.begin(), model_.materials.end(),
+                       [](const Material& m) { return can_open(m.law) && !has_pressure(m.law); });
   }
   bool all_fluids() const {
     return std::all_of(model_.materials.begin(), model_.materials.end(),
@@ -242,7 +242,7 @@ class ScenarioBuilder {
   double region_tolerance_ = 0;  ///< [m]
   double memory_ = 0;            ///< [bytes] noted by need_memory()
   static constexpr double member_bytes = 2 * sizeof(Index);  ///< of a set, with room to grow
-  RowShares rows_;               ///< of model_.particles: who has which
+  RowShares rows_;                                           ///< of model_.particles: who has which
   bool particles_complete_ = true;    ///< false: some generator failed, the number is not known
   std::optional<double> relaxation_;  ///< [-] of velocities, by the wave speed
   std::optional<double> relaxation_time_;  ///< [s]

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
 #include <string_view>
+
+#include "io/json_text.h"
+#include "physics/error.h"
 
 namespace lahar {
 
@@ -59,7 +61,8 @@ std::span<const char* const> allowed_differences() {
 
 std::vector<ScenarioDifference> differences(const std::string& before, const std::string& now) {
   std::vector<ScenarioDifference> found;
-  const Json a = Json::parse(before), b = Json::parse(now);
+  const Json a = json_of_text<Json>(before), b = json_of_text<Json>(now);
+  if (a.is_discarded()) throw IoError("the scenario in the checkpoint is not JSON");
   compare("", &a, &b, found);
   return found;
 }

@@ -23,6 +23,7 @@ struct ScenarioDifference {
 std::span<const char* const> allowed_differences();
 
 /// Differences of two scenarios with every default filled in (Scenario::full), as JSON values.
+/// Throws IoError where the one before is no JSON.
 std::vector<ScenarioDifference> differences(const std::string& before, const std::string& now);
 
 /// Differences of the contents of side files, in the order in which the scenarios name them.

@@ -44,6 +44,7 @@ void ScenarioBuilder<Dim>::build_particles() {
   collect_particle_sets();
   build_particle_sets();
   assign_material_sets();
+  check_masses();
   if (!team_.alone()) model_.particles.id = rows_.own_rows(0, rows_.total());
 }
 

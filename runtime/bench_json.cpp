@@ -2,9 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "io/json_text.h"
+#include "io/text.h"
 #include "physics/error.h"
 #include "runtime/bench_result.h"
 
@@ -179,7 +180,7 @@ void from_tree(const Json& json, const std::string& place, T& value) {
     value = json.get<T>();
   } else if constexpr (std::is_same_v<T, std::string>) {
     if (!json.is_string()) throw Mismatch{place + " is not a text"};
-    value = json.get<std::string>();
+    value = printable(json.get<std::string>());  // it may be of anyone
   } else if constexpr (is_list<T>) {
     if (!json.is_array()) throw Mismatch{place + " is not a list"};
     for (const Json& item : json) {
@@ -209,7 +210,7 @@ std::string bench_json(const BenchResult& result) {
 }
 
 BenchResult parse_bench_json(const std::string& text, const std::string& file) {
-  const Json json = Json::parse(text, nullptr, false);
+  const Json json = json_of_text<Json>(text);
   if (json.is_discarded()) refuse(file, "it is not JSON");
   if (!json.is_object() || !json.contains(format_key))
     refuse(file, fmt::format("\"{}\" is missing", format_key));

@@ -181,7 +181,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
     : model_(&model),
       memory_(memory),
       census_((prepare(model, ranks), take_census(model, ranks))),
-      target_cells_(state.run.cells_per_patch),
+      target_cells_(std::max<Index>(1, state.run.cells_per_patch)),
       partition_(first_partition(*model.mesh, target_cells_, ranks, memory)),
       injected_(kept_injections(model.injections)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
@@ -338,7 +338,8 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
   parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
     const auto at = static_cast<std::size_t>(i);
     if (const int stored = position_of(state.patches, ids[at]); stored >= 0)
-      unpack<Dim>(state.bytes(static_cast<std::size_t>(stored)), *patches_[at], state.run.step);
+      unpack<Dim>(state.bytes(static_cast<std::size_t>(stored)), *patches_[at], state.run.step,
+                  {model.materials.size(), memory_.bytes});
   });
   rebuild();
 }

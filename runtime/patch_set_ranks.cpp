@@ -124,7 +124,8 @@ void PatchSet<Dim>::give_to(const std::vector<int>& owner, Index step) {
       rest = rest.subspan(sizeof parcel);
       const auto size = static_cast<std::size_t>(parcel.bytes);
       const int at = position_of(patches_, parcel.patch);
-      unpack<Dim>(rest.first(size), *patches_[static_cast<std::size_t>(at)], step);
+      unpack<Dim>(rest.first(size), *patches_[static_cast<std::size_t>(at)], step,
+                  {model_->materials.size(), memory_.bytes});
       rest = rest.subspan(size);
     }
   }

@@ -177,7 +177,7 @@ Head read_head(std::span<const std::byte> bytes, const Patch<Dim>& patch) {
 
 /// Runs and what follows from them.
 template <int Dim>
-void read_runs(Reader& in, const Head& head, Patch<Dim>& patch) {
+void read_runs(Reader& in, const Head& head, Patch<Dim>& patch, std::size_t materials) {
   const Index id = patch.topology.patch;
   patch.first_run.assign(patch.topology.cells.size(), -1);
   patch.runs.clear();
@@ -187,7 +187,7 @@ void read_runs(Reader& in, const Head& head, Patch<Dim>& patch) {
     const Local free_from = patch.runs.empty() ? 0 : patch.runs.back().limit;
     if (run.cell < 0 || run.cell >= head.cells || run.begin < free_from || run.end < run.begin ||
         run.limit < run.end || run.limit > head.slots || run.material < 0 ||
-        run.material > std::numeric_limits<std::uint16_t>::max())
+        static_cast<std::size_t>(run.material) >= materials)
       refuse(id, fmt::format("run {} is not one", r));
     Local& first = patch.first_run[static_cast<std::size_t>(run.cell)];
     patch.runs.push_back({.cell = run.cell,
@@ -295,13 +295,18 @@ void change_ids(std::span<std::byte> bytes, const std::function<void(std::span<I
 }
 
 template <int Dim>
-void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step) {
+void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step,
+            const StateBounds& bounds) {
   const Head head = read_head(bytes, patch);
   Reader in(bytes.data() + sizeof(Head));
   for (double* work : {&patch.work.internal, &patch.work.external, &patch.work.damping,
                        &patch.work.friction, &patch.work.divided})
     *work = in.get<double>();
-  read_runs(in, head, patch);
+  const double slots = static_cast<double>(head.slots) * static_cast<double>(head.rows + 2);
+  if (slots * sizeof(double) > bounds.memory)
+    refuse(head.patch,
+           fmt::format("its {} slots for particles take more memory than there is", head.slots));
+  read_runs(in, head, patch, bounds.materials);
   read_particles(in, head, patch);
   read_sums(in, head, patch, step);
   const bool filled = patch.count > 0;
@@ -323,11 +328,11 @@ std::string column_text(const ColumnLayout<Dim>& layout) {
   return text;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                          \
-  template std::vector<std::byte> pack(const Patch<Dim>&, Index);       \
-  template void pack(const Patch<Dim>&, Index, std::byte*);             \
-  template std::size_t packed_bytes(const Patch<Dim>&);                 \
-  template void unpack(std::span<const std::byte>, Patch<Dim>&, Index); \
+#define LAHAR_INSTANTIATE(Dim)                                                              \
+  template std::vector<std::byte> pack(const Patch<Dim>&, Index);                           \
+  template void pack(const Patch<Dim>&, Index, std::byte*);                                 \
+  template std::size_t packed_bytes(const Patch<Dim>&);                                     \
+  template void unpack(std::span<const std::byte>, Patch<Dim>&, Index, const StateBounds&); \
   template std::string column_text(const ColumnLayout<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -29,11 +29,18 @@ void pack(const Patch<Dim>& patch, Index step, std::byte* to);
 /// Change the ids of the particles in what pack() returned.
 void change_ids(std::span<std::byte> bytes, const std::function<void(std::span<Index>)>& change);
 
+/// What a state may ask for.
+struct StateBounds {
+  std::size_t materials = 0;  ///< of the model
+  double memory = 0;          ///< [bytes] for its slots, of which free ones take none in a file
+};
+
 /// Bring a patch as PatchSet makes it, with topology and geometry but no particles, into the state
 /// of pack(): all further steps have the same bits. Neighbours are to be linked afterwards. Throws
-/// IoError if the bytes are not a state of this patch.
+/// IoError if the bytes are not a state of this patch within the bounds.
 template <int Dim>
-void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step);
+void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step,
+            const StateBounds& bounds);
 
 /// Whether a patch has a state: others are as new, and need not be kept.
 template <int Dim>
@@ -52,8 +59,8 @@ extern template void pack(const Patch<2>&, Index, std::byte*);
 extern template void pack(const Patch<3>&, Index, std::byte*);
 extern template std::size_t packed_bytes(const Patch<2>&);
 extern template std::size_t packed_bytes(const Patch<3>&);
-extern template void unpack(std::span<const std::byte>, Patch<2>&, Index);
-extern template void unpack(std::span<const std::byte>, Patch<3>&, Index);
+extern template void unpack(std::span<const std::byte>, Patch<2>&, Index, const StateBounds&);
+extern template void unpack(std::span<const std::byte>, Patch<3>&, Index, const StateBounds&);
 extern template std::string column_text(const ColumnLayout<2>&);
 extern template std::string column_text(const ColumnLayout<3>&);
 

@@ -88,6 +88,14 @@ void Simulation<Dim>::Impl::set_first_dt() {
   start_time[0] = 0.0;
   if (plan.adaptive) {
     const double stable = adaptive_dt(limit);
+    if (stable < std::numeric_limits<double>::min()) {  // time would stand still
+      std::string where;
+      present_limit(&where);
+      throw InputError({Problem{
+          .where = "/analysis",
+          .message = fmt::format("the adaptive time step would be {:.3g} s: see {}", stable, where),
+          .hint = "check speeds, stiffnesses and densities; units are m, kg, s, Pa"}});
+    }
     watch_step(0, stable);
     if (plan_step(0, stable)) nsteps = std::min<Index>(nsteps, 1);
   } else {

@@ -37,7 +37,10 @@ class PathFinder {
       if (end > begin) parts.push_back({kind, begin, end, task});
     };
     int t = last_task();
-    while (t >= 0) {
+    // In a damaged trace tasks may wait for each other.
+    std::vector<bool> passed(log_.tasks.size(), false);
+    while (t >= 0 && !passed[static_cast<std::size_t>(t)]) {
+      passed[static_cast<std::size_t>(t)] = true;
       const TraceTask& task = log_.tasks[static_cast<std::size_t>(t)];
       add(PathPart::Kind::task, task.begin, task.end, t);
       const int on_worker = before[static_cast<std::size_t>(t)];

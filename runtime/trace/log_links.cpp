@@ -131,7 +131,7 @@ class Linker {
       }
       inputs.give(task);
       if (const auto begun = epochs_.find(task.step); begun != epochs_.end() && !task.noted)
-        task.ready = std::clamp(begun->second, task.ready, task.begin);
+        task.ready = std::max(task.ready, std::min(begun->second, task.begin));
     }
     log_.first_input.push_back(static_cast<int>(log_.inputs.size()));
   }

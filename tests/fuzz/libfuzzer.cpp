@@ -19,20 +19,26 @@ const Target& chosen() {
   return one;
 }
 
+std::vector<std::string> seeds() {
+  std::vector<std::string> texts;
+  for (const Seed& seed : corpus(chosen())) texts.push_back(seed.text);
+  return texts;
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  run(chosen(), {data, size});
+  static_cast<void>(run(chosen(), {data, size}));
   return 0;
 }
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t most, unsigned seed) {
   static const Mutator mutator;
-  static const std::vector<std::string> seeds = corpus(chosen());
+  static const std::vector<std::string> others = seeds();
   Random random(seed);
   const std::string made =
-      mutator.mutate({reinterpret_cast<const char*>(data), size}, chosen().json, seeds, random);
+      mutator.mutate({reinterpret_cast<const char*>(data), size}, chosen().form, others, random);
   const std::size_t bytes = std::min(made.size(), most);
   std::memcpy(data, made.data(), bytes);
   return bytes;

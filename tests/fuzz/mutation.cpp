@@ -2,202 +2,136 @@
 
 #include <algorithm>
 #include <cctype>
-#include <nlohmann/json.hpp>
-#include <set>
+#include <cstring>
+#include <limits>
 
-#include "io/scenario.h"
-#include "tests/fuzz/targets.h"
+#include "tests/fuzz/mutation_values.h"
+#include "tests/fuzz/sections.h"
 
 namespace lahar::fuzz {
 
-namespace {
-
-// Keys keep their order, so that what is written again is like what was read.
-using Json = nlohmann::ordered_json;
-
-std::size_t below(std::size_t n, Random& random) {
-  return n < 2 ? 0 : static_cast<std::size_t>(random() % n);
-}
-bool one_in(std::size_t n, Random& random) {
-  return below(n, random) == 0;
-}
-template <class T>
-const T& any_of(const std::vector<T>& list, Random& random) {
-  return list[below(list.size(), random)];
-}
-
-const std::vector<double> doubles{0,    -0.0,  1,    -1,     0.5,    2,     3,    1e-3,
-                                  1e3,  1e-30, 1e30, 1e308,  5e-324, 1e17,  9e15, 1e9,
-                                  -1e9, 89.99, 90,   0.4999, 0.5,    1e-12, 4096};
-const std::vector<std::int64_t> integers{0,
-                                         1,
-                                         -1,
-                                         2,
-                                         3,
-                                         4,
-                                         7,
-                                         8,
-                                         9,
-                                         16,
-                                         20,
-                                         21,
-                                         255,
-                                         256,
-                                         65535,
-                                         65536,
-                                         1 << 20,
-                                         2147483647,
-                                         2147483648,
-                                         -2147483649,
-                                         9007199254740993,
-                                         9223372036854775807};
-const std::vector<std::string> texts{
-    "",         "x",           "0",         "a\x1b[31mb", "<script>alert(1)</script>",
-    "../../up", "/etc/passwd", "/dev/zero", "\xc3\xa9",   "\xe2\x80\xae",
-    "%s%n",     "a/b",         "."};
-
-void collect(const nlohmann::json& schema, std::set<std::string>& keys,
-             std::set<std::string>& words) {
-  if (schema.is_object())
-    for (const auto& [key, value] : schema.items()) {
-      if (key == "properties" && value.is_object())
-        for (const auto& property : value.items()) keys.insert(property.key());
-      if ((key == "enum" || key == "const"))
-        for (const auto& word : value.is_array() ? value : nlohmann::json::array({value}))
-          if (word.is_string()) words.insert(word.get<std::string>());
-      collect(value, keys, words);
-    }
-  if (schema.is_array())
-    for (const auto& value : schema) collect(value, keys, words);
-}
-
-/// All values in a document, the document first.
-void nodes_of(Json& json, std::vector<Json*>& nodes) {
-  nodes.push_back(&json);
-  if (json.is_structured())
-    for (auto& value : json) nodes_of(value, nodes);
-}
-
-Json other_value(const Json& old, const std::vector<std::string>& words, Random& random) {
-  switch (below(10, random)) {
-    case 0:
-      return any_of(integers, random);
-    case 1:
-      return any_of(doubles, random);
-    case 2:
-      return any_of(texts, random);
-    case 3:
-      return any_of(words, random);
-    case 4:
-      return one_in(2, random);
-    case 5:
-      return one_in(2, random) ? Json::array() : Json::object();
-    case 6:
-      return nullptr;
-    default:
-      break;
-  }
-  if (old.is_boolean()) return !old.get<bool>();
-  if (old.is_number()) {
-    const double value = old.get<double>();
-    switch (below(6, random)) {
-      case 0:
-        return -value;
-      case 1:
-        return value * 10;
-      case 2:
-        return value * 0.1;
-      case 3:
-        return value + 1;
-      case 4:
-        return any_of(doubles, random);
-      default:
-        return any_of(integers, random);
-    }
-  }
-  if (old.is_string()) return any_of(words, random);
-  return any_of(doubles, random);
-}
-
-/// Changes one value, or a key, in place.
-void change(Json& json, Json& other, const std::vector<std::string>& keys,
-            const std::vector<std::string>& words, Random& random) {
-  std::vector<Json*> nodes;
-  nodes_of(json, nodes);
-  Json& node = *any_of(nodes, random);
-  switch (below(10, random)) {
-    case 0:  // a part goes
-      if (node.is_object() && !node.empty()) {
-        auto at = node.begin();
-        std::advance(at, static_cast<std::ptrdiff_t>(below(node.size(), random)));
-        node.erase(at);
-      } else if (node.is_array() && !node.empty()) {
-        node.erase(below(node.size(), random));
-      }
-      return;
-    case 1:  // a part is there twice
-      if (node.is_array() && !node.empty() && node.size() < 64) {
-        const Json copy = node[below(node.size(), random)];
-        node.push_back(copy);
-      }
-      return;
-    case 2:  // a key that the input knows
-      if (node.is_object()) node[any_of(keys, random)] = other_value(nullptr, words, random);
-      return;
-    case 3: {  // a part of another input
-      std::vector<Json*> lent;
-      nodes_of(other, lent);
-      const Json copy = *any_of(lent, random);
-      if (node.is_object())
-        node[any_of(keys, random)] = copy;
-      else
-        node = copy;
-      return;
-    }
-    case 4:  // values change places
-      std::swap(node, *any_of(nodes, random));
-      return;
-    default:
-      if (node.is_structured() && !one_in(8, random)) return;
-      node = other_value(node, words, random);
-  }
-}
-
-}  // namespace
-
-Mutator::Mutator() {
-  std::set<std::string> keys, words;
-  collect(nlohmann::json::parse(scenario_schema()), keys, words);
-  keys_.assign(keys.begin(), keys.end());
-  words_.assign(words.begin(), words.end());
-}
-
-std::string Mutator::mutate(const std::string& input, bool json,
+std::string Mutator::mutate(const std::string& input, Form form,
                             const std::vector<std::string>& others, Random& random) const {
-  std::vector<BundledFile> files = json ? unbundle(input) : std::vector<BundledFile>{{"", input}};
+  const std::string& other = others.empty() ? input : any_of(others, random);
+  std::string made = input;
+  for (std::size_t k = 0, n = one_in(4, random) ? 1 + below(8, random) : 1; k < n; ++k) {
+    if (form == Form::bundle)
+      made = mutate_bundle(made, other, random);
+    else if (form == Form::sections && !one_in(16, random))
+      made = mutate_sections(made, other, random);
+    else if (form == Form::bytes && one_in(2, random))
+      made = mutate_text(std::move(made), random);
+    else
+      made = mutate_bytes(std::move(made), random);
+  }
+  return made;
+}
+
+std::string Mutator::mutate_bundle(const std::string& input, const std::string& other,
+                                   Random& random) const {
+  std::vector<BundledFile> files = unbundle(input);
   const std::size_t at = one_in(2, random) ? 0 : below(files.size(), random);
   std::string& text = files[at].text;
-  const std::string other = others.empty() ? text : any_of(others, random);
-  for (std::size_t k = 0, n = one_in(4, random) ? 1 + below(8, random) : 1; k < n; ++k) {
-    if (json && at == 0 && !one_in(8, random))
-      text = mutate_json(text, unbundle(other).front().text, random);
-    else if (one_in(3, random))
-      text = mutate_bytes(std::move(text), random);
-    else
-      text = mutate_text(std::move(text), random);
-  }
-  return json ? bundle(files) : text;
+  const bool json = at == 0 || text.starts_with("{");
+  if (json && !one_in(8, random))
+    text = mutate_json(text, unbundle(other).front().text, random);
+  else if (one_in(3, random))
+    text = mutate_bytes(std::move(text), random);
+  else
+    text = mutate_text(std::move(text), random);
+  return bundle(files);
 }
 
-std::string Mutator::mutate_json(const std::string& text, const std::string& other,
-                                 Random& random) const {
-  Json json = Json::parse(text, nullptr, false, true);
-  if (json.is_discarded()) return mutate_text(text, random);
-  Json lender = Json::parse(other, nullptr, false, true);
-  // An object cannot change while a part of it is moved into another part of it.
-  for (std::size_t k = 0, n = one_in(3, random) ? 1 + below(4, random) : 1; k < n; ++k)
-    change(json, lender, keys_, words_, random);
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+/// JSON as such, records by their words; sections go, come twice or change places.
+std::string Mutator::mutate_sections(const std::string& input, const std::string& other,
+                                     Random& random) const {
+  std::vector<SectionedFile> files = split_sections(input);
+  if (files.empty()) return mutate_bytes(input, random);
+  SectionedFile& file = any_of(files, random);
+  if (file.empty()) return mutate_bytes(input, random);
+  Section& section = any_of(file, random);
+  const std::vector<SectionedFile> lenders = split_sections(other);
+  switch (below(24, random)) {
+    case 0:
+      file.erase(file.begin() + (&section - file.data()));
+      break;
+    case 1:
+      file.push_back(Section(section));
+      break;
+    case 2:
+      std::swap(section, any_of(file, random));
+      break;
+    case 3:
+      if (!lenders.empty() && !any_of(lenders, random).empty())
+        section = any_of(any_of(lenders, random), random);
+      break;
+    case 4:
+      section.kind = static_cast<TraceSection::Kind>(below(6, random));
+      break;
+    case 5:
+      if (files.size() < 4) files.push_back(SectionedFile(file));
+      break;
+    default:
+      if (section.kind == TraceSection::Kind::records) {
+        section.bytes = mutate_words(std::move(section.bytes), random);
+      } else {
+        std::string lent = section.bytes;
+        for (const SectionedFile& lender : lenders)
+          for (const Section& one : lender)
+            if (one.kind == section.kind) lent = one.bytes;
+        section.bytes = mutate_json(section.bytes, lent, random);
+      }
+  }
+  return join_sections(files);
+}
+
+/// A number of 1 to 8 bytes becomes another, at an address that is a multiple of its size; records
+/// change places.
+std::string Mutator::mutate_words(std::string text, Random& random) const {
+  if (text.size() < 16 || one_in(8, random)) return mutate_bytes(std::move(text), random);
+  const std::size_t size = std::size_t{1} << below(4, random);
+  const auto place = [&] { return below(text.size() / size, random) * size; };
+  const std::size_t at = place();
+  std::uint64_t value = 0;
+  std::memcpy(&value, text.data() + at, size);
+  switch (below(8, random)) {
+    case 0:
+      value = static_cast<std::uint64_t>(any_of(integers, random));
+      break;
+    case 1:
+      value += 1;
+      break;
+    case 2:
+      value -= 1;
+      break;
+    case 3:
+      value ^= std::uint64_t{1} << below(8 * size, random);
+      break;
+    case 4:
+      std::memcpy(&value, text.data() + place(), size);
+      break;
+    case 5: {
+      const double real =
+          one_in(4, random) ? std::numeric_limits<double>::quiet_NaN() : any_of(doubles, random);
+      if (size == 8) std::memcpy(&value, &real, size);
+      break;
+    }
+    case 6: {
+      constexpr std::size_t record = sizeof(TraceRecord);
+      if (text.size() < 2 * record) break;
+      const std::size_t a = below(text.size() / record, random) * record,
+                        b = below(text.size() / record, random) * record;
+      std::swap_ranges(
+          text.begin() + static_cast<std::ptrdiff_t>(a),
+          text.begin() + static_cast<std::ptrdiff_t>(std::min(a + record, text.size())),
+          text.begin() + static_cast<std::ptrdiff_t>(b));
+      return text;
+    }
+    default:
+      value = random();
+  }
+  std::memcpy(text.data() + at, &value, size);
+  return text;
 }
 
 /// Words and lines: a number becomes another, a line goes or comes twice.
@@ -236,6 +170,12 @@ std::string Mutator::mutate_text(std::string text, Random& random) const {
 std::string Mutator::mutate_bytes(std::string text, Random& random) const {
   if (text.empty()) return std::string(1, static_cast<char>(random()));
   const std::size_t at = below(text.size(), random);
+  if (one_in(200, random)) {  // something within itself, many times
+    const std::string part = one_in(2, random) ? "[" : text.substr(at, 1 + below(8, random));
+    std::string many;
+    for (std::size_t k = 0, n = std::size_t{1} << below(17, random); k < n; ++k) many += part;
+    return text.insert(at, many);
+  }
   switch (below(5, random)) {
     case 0:
       text[at] = static_cast<char>(random());

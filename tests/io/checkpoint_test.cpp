@@ -124,6 +124,30 @@ TEST_CASE("numbers of a run that came to nothing finite are given back") {
   CHECK(std::isnan(read.run.work.damping));
 }
 
+TEST_CASE("a header that counts what cannot be is refused") {
+  const std::string good = header_text(sample_header());
+  const auto refusal = [&](const std::string& key, const std::string& value) {
+    const std::size_t at = good.find('"' + key + "\":");
+    REQUIRE(at != std::string::npos);
+    std::string text = good;
+    const std::size_t begin = at + key.size() + 3;
+    text.replace(begin, text.find_first_of(",\n", begin) - begin, value);
+    try {
+      read_header(text);
+      return std::string("read");
+    } catch (const IoError& error) {
+      return std::string(error.what());
+    }
+  };
+  CHECK(refusal("step", "-3") == "its 'step' cannot be -3");
+  CHECK(refusal("cells_per_patch", "1.5") == "its 'cells_per_patch' cannot be 1.5");
+  CHECK(refusal("particles", "9223372036854775807") ==
+        "its 'particles' cannot be 9223372036854775807");
+  CHECK(refusal("internal", "\"many\"").starts_with("its header is not one of a checkpoint"));
+  CHECK(refusal("kind", "77") == "its watchdog has an alarm of an unknown kind");
+  CHECK(refusal("step", "3") == "read");
+}
+
 TEST_CASE("equal states give equal checkpoint files") {
   const TemporaryFolder folder;
   const std::string a = read_text_file(write_sample(folder.path / "a.h5"));

@@ -7,8 +7,10 @@
 #include <filesystem>
 #include <fstream>
 
+#include "io/atomic_file.h"
 #include "io/checkpoint.h"
 #include "io/hdf_handle.h"
+#include "io/json_text.h"
 #include "io/scenario.h"
 #include "io/side_files.h"
 #include "physics/error.h"
@@ -81,6 +83,50 @@ TEST_CASE("side files must be regular files") {
   std::string reason;
   CHECK(!read_text_file("/dev/zero", reason));
   CHECK(reason == "is not a regular file");
+}
+
+TEST_CASE("a device does not become a file") {
+  CHECK_THROWS_WITH_AS(write_text_file("/dev/null", "x"),
+                       "cannot write /dev/null: it is not a regular file", IoError);
+  CHECK(fs::is_character_file("/dev/null"));
+}
+
+TEST_CASE("JSON that is deeper than a stack is none") {
+  const auto nested = [](std::size_t depth) {
+    return json_of_text(std::string(depth, '[') + std::string(depth, ']'));
+  };
+  CHECK(nested(50).is_array());
+  CHECK(nested(200).is_discarded());
+  CHECK(nested(1'000'000).is_discarded());
+  CHECK(json_of_text("{").is_discarded());
+}
+
+TEST_CASE("a compound whose members lie beyond it, or on each other, is refused") {
+  const Folder folder;
+  const auto refusal_of = [&](std::size_t size, std::size_t first, std::size_t second) {
+    const fs::path file = folder / "compound.h5";
+    const hid_t out = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t type = H5Tcreate(H5T_COMPOUND, size);
+    H5Tinsert(type, "aaaaaaa", first, H5T_NATIVE_DOUBLE);
+    H5Tinsert(type, "bbbbbbb", second, H5T_NATIVE_DOUBLE);
+    const hsize_t n = 1;
+    const hid_t space = H5Screate_simple(1, &n, nullptr);
+    const hid_t data = H5Dcreate2(out, "data", type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    H5Dclose(data), H5Sclose(space), H5Tclose(type), H5Fclose(out);
+    // The library refuses to write it: the place of the second member becomes another.
+    std::fstream bytes(file, std::ios::in | std::ios::out | std::ios::binary);
+    std::string text{std::istreambuf_iterator<char>(bytes), {}};
+    const auto at = text.find("bbbbbbb");
+    REQUIRE(at != std::string::npos);
+    bytes.clear();
+    bytes.seekp(static_cast<std::streamoff>(at + 8));
+    bytes.put('\x0c');
+    bytes.close();
+    return data_refusal(file);
+  };
+  CHECK(has(refusal_of(16, 0, 8), "the type of 'data' is damaged"));  // 12 + 8 > 16
+  CHECK(refusal_of(32, 8, 16) != "read");  // 8 to 16 and 12 to 20, which HDF5 finds itself
+  CHECK(refusal_of(32, 0, 16) == "read");
 }
 
 TEST_CASE("datasets that lead to other files, or are larger than theirs, are refused") {

@@ -1,0 +1,29 @@
+/// \file JSON that this program wrote once, and that anyone may have changed since.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+namespace lahar {
+
+/// Arrays and objects within each other: copying, comparing and writing them takes stack.
+inline constexpr int most_json_depth = 100;
+
+/// `text` as JSON; discarded (is_discarded()) where it is none, or deeper than most_json_depth.
+template <class Json = nlohmann::json>
+Json json_of_text(std::string_view text) {
+  struct TooDeep {};
+  try {
+    return Json::parse(
+        text,
+        [](int depth, typename Json::parse_event_t, Json&) {
+          if (depth > most_json_depth) throw TooDeep{};
+          return true;
+        },
+        /*allow_exceptions=*/false);
+  } catch (const TooDeep&) {
+    return Json(Json::value_t::discarded);
+  }
+}
+
+}  // namespace lahar
