@@ -47,6 +47,13 @@ void make_folder(const fs::path& folder) {
   if (error) throw_io_error("make folder", folder, error.value());
 }
 
+void make_folder_in_place(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directory(folder, error);
+  if (error == std::errc::file_exists) error.assign(ENOTDIR, std::generic_category());
+  if (error) throw_io_error("make folder", folder, error.value());
+}
+
 std::string read_text_file(const fs::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) throw_io_error("read", file, errno);
@@ -155,8 +162,9 @@ AtomicFile::~AtomicFile() {
   ::unlink(temporary_.c_str());
 }
 
-void AtomicFile::commit() {
+void AtomicFile::commit(const std::function<void()>& check) {
   sync_path(temporary_, target_, O_RDONLY);
+  if (check) check();
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) throw_io_error("write", target_, errno);
   committed_ = true;
   const fs::path folder = target_.parent_path();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,6 +17,9 @@ namespace lahar {
 
 /// Make a folder and its parents; an existing one is fine. Throws IoError.
 void make_folder(const std::filesystem::path& folder);
+
+/// The same in a folder that exists. Throws IoError where it does not.
+void make_folder_in_place(const std::filesystem::path& folder);
 
 /// Whole contents of a file. Throws IoError.
 std::string read_text_file(const std::filesystem::path& file);
@@ -57,8 +61,9 @@ class AtomicFile {
   /// The part_file() of this process, hidden in the target's folder.
   const std::filesystem::path& temporary() const { return temporary_; }
   const std::filesystem::path& target() const { return target_; }
-  /// Bring the temporary file to the disk and give it its name, replacing an older file.
-  void commit();
+  /// Bring the temporary file to the disk and give it its name, replacing an older file; before the
+  /// latter call `check`, which may throw.
+  void commit(const std::function<void()>& check = {});
 
  private:
   std::filesystem::path target_, temporary_;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -62,9 +63,8 @@ bool is_abandoned_start(const fs::path& folder) {
                      });
 }
 
-/// Make the folder or empty it; returns its locked log.
-OutputFile claim_folder(const fs::path& folder, bool overwrite) {
-  make_folder(folder);
+/// Whether a run is in the folder; throws where it, or what else is there, must stay.
+bool may_be_taken(const fs::path& folder, bool overwrite) {
   const bool run = is_run_folder(folder);
   if (!run && !is_abandoned_start(folder))
     refuse(fmt::format("output folder {} exists and is not a run of Lahar", folder.string()),
@@ -73,8 +73,19 @@ OutputFile claim_folder(const fs::path& folder, bool overwrite) {
     refuse(fmt::format("output folder {} holds the results of an earlier run", folder.string()),
            "add --restart latest to continue it, --overwrite to replace them, or choose another "
            "output folder");
-  OutputFile log(folder / "log.txt", OutputFile::Mode::append);
+  return run;
+}
+
+/// Make the folder or empty it; returns its locked log.
+OutputFile claim_folder(const fs::path& folder, bool overwrite) {
+  make_folder(folder);
+  const fs::path file = folder / "log.txt";
+  // A run that is only beginning looks like anything: whether there is one comes first.
+  const bool begun = fs::is_regular_file(file);
+  if (!begun) may_be_taken(folder, overwrite);
+  OutputFile log(file, OutputFile::Mode::append);
   lock_log(log, folder);
+  const bool run = may_be_taken(folder, overwrite);  // under the lock: nothing changes any more
   remove_abandoned_parts(folder);
   if (run) remove_results(folder);
   log.truncate();
@@ -153,8 +164,25 @@ struct RunFolder::Impl {
     make_folder(frames_folder(folder));
   }
 
+  /// The log is what this run has locked: where its name leads elsewhere, so do all others.
+  void check_place() const {
+    const fs::path file = folder / "log.txt";
+    struct stat own {
+    }, named{};
+    if (::fstat(log.descriptor(), &own) != 0) throw_io_error("read", file, errno);
+    const int error = ::stat(file.c_str(), &named) == 0 ? 0 : errno;
+    if (error != 0 && error != ENOENT && error != ENOTDIR) throw_io_error("read", file, error);
+    if (error == 0 && own.st_dev == named.st_dev && own.st_ino == named.st_ino) return;
+    throw IoError(fmt::format(
+        "run folder {} was removed, moved or replaced while this run wrote to it (log.txt there is "
+        "not the one of this run); nothing more is written. Start the run again, and leave its "
+        "folder where it is until it has ended",
+        folder.string()));
+  }
+
   void complete(const RunEnd& end) {
     finished = true;
+    check_place();
     write_text_file(folder / "manifest.json", manifest.text(end));
   }
 
@@ -201,6 +229,7 @@ void RunFolder::removed(std::span<const RemovedParticle> particles) {
   if (particles.empty()) return;
   const std::lock_guard lock(impl_->history_mutex);
   if (!impl_->removed) {
+    check_place();
     const fs::path file = impl_->folder / removed_file;
     const bool goes_on = fs::exists(file);
     impl_->removed.emplace(file, goes_on ? OutputFile::Mode::append : OutputFile::Mode::truncate);
@@ -214,7 +243,12 @@ std::vector<TimedFile> RunFolder::kept_frames() const {
   return impl_->kept;
 }
 
+void RunFolder::check_place() const {
+  impl_->check_place();
+}
+
 void RunFolder::sync() {
+  check_place();
   const std::lock_guard lock(impl_->history_mutex);
   impl_->history.sync();
   if (impl_->removed) impl_->removed->sync();

@@ -54,7 +54,10 @@ class RunFolder {
   void log(std::string_view line);  ///< a newline is added where there is none
   void history(const HistoryRow& row);
   void removed(std::span<const RemovedParticle> particles);
-  /// Bring the rows that were handed over to the disk.
+  /// Throws where the folder was removed, moved or replaced since it was claimed: what would be
+  /// written is lost, or lands between the results of another run.
+  void check_place() const;
+  /// Bring the rows that were handed over to the disk; throws as check_place().
   void sync();
   /// Bring everything to the disk and complete the manifest. If that cannot be done, the manifest
   /// says failed and the error is thrown.

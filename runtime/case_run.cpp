@@ -107,6 +107,7 @@ int CaseRun<Dim>::execute() {
       frames_folder(output_.folder), ranks_,
       folder_ ? folder_->kept_frames() : std::vector<TimedFile>{}, arguments_.writers);
   frames_->while_waiting([&simulation] { simulation.poll(); });
+  if (folder_) frames_->before_naming([this] { folder_->check_place(); });
   begin_checkpoints(simulation, info);
   console_.line(fmt::format("output     {}", output_.folder));
   describe_staging(info);
@@ -115,7 +116,11 @@ int CaseRun<Dim>::execute() {
   console_.line(progress_head());
   write_beginning(simulation);
   if (arguments_.trace) begin_trace(simulation, info, header.title);
-  return step_to_the_end(simulation);
+  try {
+    return step_to_the_end(simulation);
+  } catch (const IoError& error) {
+    throw IoError(error.what() + how_to_go_on());
+  }
 }
 
 template <int Dim>
@@ -190,6 +195,7 @@ void CaseRun<Dim>::begin_checkpoints(Simulation<Dim>& simulation, const Simulati
                                                frames_->wait_for_named();
                                                folder_->sync();
                                              },
+                                         .before_naming = [this] { folder_->check_place(); },
                                          .while_waiting = [&simulation] { simulation.poll(); }},
                        ranks_);
   // As rank 0 sees it: all must begin the same checkpoints.

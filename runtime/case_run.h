@@ -99,6 +99,8 @@ class CaseRun {
   double rate(Index step) const { return particle_steps(step) / seconds_since(loop_begin_); }
 
   int step_to_the_end(Simulation<Dim>& simulation);
+  /// After a failure of files: with which option, and from where. Empty if there is no telling.
+  std::string how_to_go_on() const;
 
   /// Sums over the ranks.
   std::vector<StageTiming> timings_of_all(std::vector<StageTiming> all) const;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "io/checkpoint.h"
+#include "io/manifest.h"
 #include "physics/error.h"
 #include "physics/patch_split.h"
 #include "runtime/case_run.h"
@@ -67,6 +69,25 @@ int CaseRun<Dim>::step_to_the_end(Simulation<Dim>& simulation) {
   finish(end);
   ranks_.wait_for_all();
   return code;
+}
+
+template <int Dim>
+std::string CaseRun<Dim>::how_to_go_on() const {
+  if (!is_run_folder(output_.folder)) return "";
+  std::vector<CheckpointFile> checkpoints;
+  try {
+    checkpoints = checkpoints_in(checkpoint_folder(output_.folder));
+  } catch (const std::exception&) {
+    return "";  // of a folder that cannot be read nothing is known
+  }
+  if (checkpoints.empty())
+    return ". There is no checkpoint: when the cause is mended, start again with --overwrite.";
+  const auto later = [](const CheckpointFile& a, const CheckpointFile& b) {
+    return a.step < b.step;
+  };
+  return fmt::format(
+      ". When the cause is mended, the same command with --restart latest goes on from step {}.",
+      std::max_element(checkpoints.begin(), checkpoints.end(), later)->step);
 }
 
 template <int Dim>
@@ -171,6 +192,7 @@ void CaseRun<Dim>::report(Simulation<Dim>& simulation, const SimulationInfo& inf
 
 #define LAHAR_INSTANTIATE(Dim)                                                                    \
   template int CaseRun<Dim>::step_to_the_end(Simulation<Dim>&);                                   \
+  template std::string CaseRun<Dim>::how_to_go_on() const;                                        \
   template std::vector<StageTiming> CaseRun<Dim>::timings_of_all(std::vector<StageTiming>) const; \
   template void CaseRun<Dim>::report_balance(const BalanceReport&, double);                       \
   template void CaseRun<Dim>::finish(RunEnd&);                                                    \

@@ -128,7 +128,7 @@ void CheckpointWriter::create() {
   News& news = memory_->news;
   news = {.begin = -1, .reason = {}};
   try {
-    make_folder(options_.folder);
+    make_folder_in_place(options_.folder);
     file_.emplace(target_);
     news.begin = create_checkpoint(file_->temporary(), target_, header_, memory_->all);
   } catch (const std::exception& error) {  // whatever it is, others wait for the news
@@ -153,7 +153,7 @@ void CheckpointWriter::write_large(const SimulationState& state) {
 
 void CheckpointWriter::complete() {
   if (options_.before_complete) options_.before_complete();
-  file_->commit();
+  file_->commit(options_.before_naming);
   prune_checkpoints(options_.folder, options_.kept);
 }
 

@@ -30,6 +30,9 @@ struct CheckpointOptions {
   /// Brings to the disk what an undisturbed run has written before the checkpoint (RunFolder::
   /// sync()); called on rank 0 by the background thread before the checkpoint gets its name.
   std::function<void()> before_complete = {};
+  /// Called there when all is on the disk, immediately before that: where it throws, the checkpoint
+  /// gets no name.
+  std::function<void()> before_naming = {};
   /// Several ranks: called again and again by whoever waits here, in place of progress(), which it
   /// has to call.
   std::function<void()> while_waiting = {};

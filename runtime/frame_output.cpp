@@ -357,7 +357,7 @@ void FrameOutput::rest() {
 }
 
 void FrameOutput::name(Job& job) {
-  job.file->commit();
+  job.file->commit(check_);
   const FrameHeader& header = job.frame.header;
   const std::string name = job.file->target().filename().string();
   // A frame of the same step replaces the earlier one, in the index too.

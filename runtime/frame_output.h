@@ -60,8 +60,8 @@ class FrameOutput {
   /// Go on with what ranks tell each other; returns at once. To be called often while steps are
   /// taken, in turn with all other calls of MPI. One rank: needs not be called.
   void progress();
-  /// Wait until the frames that were handed over by now have their names; IoError if one never will.
-  /// From a thread of its own, while others call progress().
+  /// Wait until the frames that were handed over by now have their names; IoError if one never
+  /// will. From a thread of its own, while others call progress().
   void wait_for_named();
   /// Nobody will call progress() any more: wait_for_named() throws IoError.
   void give_up();
@@ -70,6 +70,9 @@ class FrameOutput {
   /// Where add(), write() and finish() have to wait for other ranks, they call progress() again and
   /// again, or else this, which has to do so.
   void while_waiting(std::function<void()> poll) { poll_ = std::move(poll); }
+  /// Called by a thread of rank 0 before a frame gets its name, which it does not where this
+  /// throws.
+  void before_naming(std::function<void()> check) { check_ = std::move(check); }
 
  private:
   enum class Stage { waiting, counting, laying_out, telling, writing, reporting, naming };
@@ -117,7 +120,7 @@ class FrameOutput {
   Index writer_pid_;  ///< of rank 0, part of temporary names
   FrameAgreement agreement_;
   FrameRelay relay_;
-  std::function<void()> poll_;
+  std::function<void()> poll_, check_;
   std::vector<TimedFile> index_;  // of the thread
 
   std::mutex mutex_;

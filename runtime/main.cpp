@@ -23,6 +23,7 @@
 #include "runtime/commands.h"
 #include "runtime/console.h"
 #include "runtime/material_command.h"
+#include "runtime/signals.h"
 #include "runtime/study_options.h"
 #include "runtime/trace/command.h"
 #include "runtime/verify_command.h"
@@ -420,7 +421,8 @@ int leave(int code, const std::string& message) {
 }
 
 constexpr const char* no_memory =
-    "lahar: error: not enough memory. Use fewer cells or particles; `lahar check` prints what a case "
+    "lahar: error: not enough memory. Use fewer cells or particles; `lahar check` prints what a "
+    "case "
     "holds.\n";
 
 /// Libraries ask for memory where they may not throw: in destructors, for instance.
@@ -475,6 +477,7 @@ int guarded(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::set_terminate(lahar::end_at_once);
+  lahar::ignore_file_size_signal();  // before MPI makes files of its own
   try {
     const lahar::MpiSession session(argc, argv);
     return lahar::guarded(argc, argv);

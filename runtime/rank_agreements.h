@@ -22,6 +22,7 @@ struct Agreement {
     Index checkpoint = 0;       ///< -1: some rank was asked for a checkpoint
     Index stop = 0;             ///< -1: some rank was asked to stop
     Index crowded = 0;          ///< -1: some patch is to be split
+    Index full = 0;             ///< -1: some patch has a long list of removed particles
     Index strained = 0;         ///< -1: the volume of some particle is beyond its bounds
     Index minus_speed = 0;      ///< the bits of the largest speed, negated
     Index minus_work = 0;       ///< of the heaviest rank, negated [ns]

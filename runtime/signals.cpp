@@ -29,6 +29,10 @@ void watch_signals() {
   sigaction(SIGUSR1, &action, nullptr);
 }
 
+void ignore_file_size_signal() {
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
 int stop_signal() {
   return stop_received;
 }

@@ -6,6 +6,10 @@ namespace lahar {
 /// From now on, SIGINT, SIGTERM and SIGHUP ask the run to stop, and SIGUSR1 asks for a checkpoint.
 void watch_signals();
 
+/// A file that would exceed the limit of file sizes (ulimit -f) is an error of the write, as any
+/// other, and not the silent end of the process.
+void ignore_file_size_signal();
+
 /// The signal that asked the run to stop; 0 = none.
 int stop_signal();
 

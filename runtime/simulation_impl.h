@@ -386,6 +386,8 @@ struct Simulation<Dim>::Impl {
   std::atomic<bool> rebuild_needed{false};
   /// By step: a patch of this rank is to be split.
   PerStep<std::atomic<bool>> crowded;
+  /// By step: the list of removed particles of a patch is to be written.
+  PerStep<std::atomic<bool>> full;
   /// Patches are split when so many steps are done, which follows from what was found max_lead
   /// steps before: the same step for any ranks and threads, whatever else makes the graph drain. -1
   /// = none.

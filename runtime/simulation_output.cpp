@@ -17,6 +17,10 @@ namespace {
 /// steps for slow changes of density: computing the limit costs as much as a stage.
 constexpr Step limit_check_steps = 16;
 
+/// Particles that left a patch [-] wait in its memory until the graph drains. It has to where they
+/// are so many, 70 KiB, as perhaps nothing else makes it drain.
+constexpr std::size_t most_removed = 1000;
+
 std::string too_many_frames(Step step, double time) {
   return fmt::format(
       "step {} (t = {:.6g} s): no more frames are written but the last one; "
@@ -36,6 +40,7 @@ Agreement Simulation<Dim>::Impl::give(Step step) {
   own.least.checkpoint = checkpoint_asked.load() ? -1 : 0;
   own.least.stop = stop_asked.load() ? -1 : 0;
   own.least.crowded = crowded[step].exchange(false) ? -1 : 0;
+  own.least.full = full[step].exchange(false) ? -1 : 0;
   if (watch_due(step)) own.least.strained = strained[step].exchange(false) ? -1 : 0;
   if (sums_due(step)) {
     RowSums sums;
@@ -105,6 +110,7 @@ void Simulation<Dim>::Impl::output(int p, Step step) {
   if (needs_sums) rows[step][i] = sums(patches[p]);
   if (watch_due(step) && is_strained(patches[p], model)) strained[step] = true;
   if (copy_due(step)) pieces[step][i] = snapshot(patches[p], model, spare->take(i));
+  if (patches[p].removed.size() >= most_removed) full[step] = true;
   if (split_due(step) && is_crowded(patches[p], most_particles())) crowded[step] = true;
 }
 
@@ -146,6 +152,7 @@ void Simulation<Dim>::Impl::hand_on(Step step) {
     split_step = step + max_lead;
     executor->stop_before(split_step);
   }
+  if (least.full < 0) executor->stop_before(step + max_lead);
   if (balance.is_due(step)) {
     const auto all = std::span(std::as_const(agreed[step].sum)).template last<2>();
     if (balance.is_uneven({-least.minus_work, -least.minus_particles}, {all[0], all[1]})) {

@@ -21,6 +21,7 @@ std::string_view name_of(TraceKind kind) {
 
 struct TraceRecorder::Buffer {
   static constexpr std::size_t capacity = 16384;  // 1 MiB
+  std::atomic<bool> has_thread{true};
   std::uint16_t thread;
   std::vector<TraceRecord> records;
 };
@@ -42,23 +43,39 @@ TraceRecorder::~TraceRecorder() {
 }
 
 TraceRecorder::Buffer& TraceRecorder::own_buffer() {
-  thread_local std::uint64_t owner = 0;
-  thread_local Buffer* buffer = nullptr;
-  if (owner != number_) {
+  // Threads that write checkpoints come and go: the next takes the buffer of one that has ended.
+  struct Holding {
+    std::uint64_t owner = 0;
+    std::shared_ptr<Buffer> buffer;
+    void release() {
+      if (buffer) buffer->has_thread.store(false, std::memory_order_release);
+    }
+    ~Holding() { release(); }
+  };
+  thread_local Holding own;
+  if (own.owner != number_) {
+    own.release();
     const std::scoped_lock lock(mutex_);
-    owner = number_;
-    buffer = buffers_.emplace_back(std::make_unique<Buffer>()).get();
-    buffer->thread = static_cast<std::uint16_t>(buffers_.size() - 1);
-    buffer->records.reserve(Buffer::capacity);
+    own.owner = number_;
+    own.buffer = free_buffer();
   }
-  return *buffer;
+  return *own.buffer;
 }
 
-void TraceRecorder::add(TraceRecord record) {
+std::shared_ptr<TraceRecorder::Buffer> TraceRecorder::free_buffer() {
+  for (const auto& buffer : buffers_)
+    if (!buffer->has_thread.exchange(true, std::memory_order_acquire)) return buffer;
+  auto& buffer = buffers_.emplace_back(std::make_shared<Buffer>());
+  buffer->thread = static_cast<std::uint16_t>(buffers_.size() - 1);
+  buffer->records.reserve(Buffer::capacity);
+  return buffer;
+}
+
+std::uint16_t TraceRecorder::add(TraceRecord record) {
   Buffer& buffer = own_buffer();
   record.thread = buffer.thread;
   buffer.records.push_back(record);
-  if (buffer.records.size() + 1 < Buffer::capacity) return;
+  if (buffer.records.size() + 1 < Buffer::capacity) return buffer.thread;
   TraceRecord writing{.begin = ticks(), .step = record.step, .kind = TraceKind::trace};
   {
     const std::scoped_lock lock(mutex_);
@@ -67,6 +84,7 @@ void TraceRecorder::add(TraceRecord record) {
   writing.thread = buffer.thread;
   writing.end = ticks();
   buffer.records.push_back(writing);
+  return buffer.thread;
 }
 
 void TraceRecorder::flush(Buffer& buffer) {

@@ -27,8 +27,9 @@ class TraceRecorder {
 
   bool has(Step step) const { return window_.has(step); }
 
-  /// Any thread. The record's thread is set here.
-  void add(TraceRecord record);
+  /// Any thread. The record's thread is set here, and returned: the number of a thread that has
+  /// ended is given again.
+  std::uint16_t add(TraceRecord record);
 
   /// Patches are others from now on; while no step is taken.
   void add_graph(const std::string& graph);
@@ -56,6 +57,7 @@ class TraceRecorder {
  private:
   struct Buffer;
   Buffer& own_buffer();
+  std::shared_ptr<Buffer> free_buffer();  ///< under the lock
   void write(TraceSection::Kind kind, const void* data, std::size_t bytes);
   void flush(Buffer& buffer);
 
@@ -69,7 +71,8 @@ class TraceRecorder {
   bool failed_ = false;
   std::int64_t records_ = 0;
   std::mutex mutex_;  ///< of the file and of buffers_
-  std::vector<std::unique_ptr<Buffer>> buffers_;
+  std::vector<std::shared_ptr<Buffer>>
+      buffers_;  ///< shared with their threads, which may outlive it
 };
 
 /// Records what is done during its life.

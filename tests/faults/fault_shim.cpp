@@ -2,6 +2,9 @@
 ///
 ///     LAHAR_FAULT=KIND:N       fail the N-th call of this kind, counted from 1
 ///     LAHAR_FAULT=KIND:N+      and all later ones, as a disk that stays full
+///     LAHAR_FAULT_ERRNO=E      the error number that file calls give instead of that below
+///     LAHAR_FAULT_CLOCK=S      nothing fails: the wall clock jumps twenty times a second, to S
+///                              seconds ahead and to S seconds behind
 ///     LAHAR_FAULT_RANK=R       only on this rank; without it on all
 ///     LAHAR_FAULT_UNDER=PATH   file calls count below this folder only
 ///     LAHAR_FAULT_TRACE=1      show where the call that fails comes from
@@ -17,7 +20,9 @@
 #include <mpi.h>
 #include <pthread.h>
 #include <sys/stat.h>
+#include <sys/time.h>
 #include <sys/uio.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -61,6 +66,8 @@ struct State {
   char under[4096]{};
   int kind = kinds;
   long at = 0;
+  int number = 0;  ///< of the error; 0 = that of the kind
+  long jump = 0;   ///< [s] of the wall clock
   bool goes_on = false;
   bool shows = false;
   std::atomic<bool> begun{false};  ///< a file was opened
@@ -98,8 +105,19 @@ int note(int descriptor, bool watch) {
 }
 template <class Result>
 Result error(int number, Result result) {
-  errno = number;
+  errno = state.number != 0 ? state.number : number;
   return result;
+}
+
+/// [s] by which the wall clock is wrong at this moment.
+long wrong_by() {
+  if (state.jump == 0) return 0;
+  static const auto real = next(&::clock_gettime, "clock_gettime");
+  timespec now{};
+  real(CLOCK_MONOTONIC, &now);
+  constexpr long interval = 50'000'000;  // [ns]
+  const long turns = now.tv_sec * (1'000'000'000 / interval) + now.tv_nsec / interval;
+  return turns % 2 == 0 ? state.jump : -state.jump;
 }
 
 __attribute__((constructor)) void begin() {
@@ -108,6 +126,8 @@ __attribute__((constructor)) void begin() {
   const char* fault = std::getenv("LAHAR_FAULT");
   const char* only = std::getenv("LAHAR_FAULT_RANK");
   const char* rank = std::getenv("OMPI_COMM_WORLD_RANK");
+  if (const char* number = std::getenv("LAHAR_FAULT_ERRNO")) state.number = std::atoi(number);
+  if (const char* jump = std::getenv("LAHAR_FAULT_CLOCK")) state.jump = std::atol(jump);
   if (!fault || (only && std::strcmp(only, rank ? rank : "0") != 0)) return;
   const std::string_view text(fault);
   const auto colon = text.find(':');
@@ -258,6 +278,24 @@ int mkdir(const char* path, mode_t mode) noexcept {
   NEXT(mkdir);
   if (is_watched(path) && fails(folders)) return error(ENOSPC, -1);
   return real(path, mode);
+}
+int clock_gettime(clockid_t clock, struct timespec* now) noexcept {
+  NEXT(clock_gettime);
+  const int status = real(clock, now);
+  if (clock == CLOCK_REALTIME || clock == CLOCK_REALTIME_COARSE) now->tv_sec += wrong_by();
+  return status;
+}
+int gettimeofday(struct timeval* now, void* zone) noexcept {
+  NEXT(gettimeofday);
+  const int status = real(now, zone);
+  now->tv_sec += wrong_by();
+  return status;
+}
+time_t time(time_t* at) noexcept {
+  NEXT(time);
+  const time_t now = real(nullptr) + wrong_by();
+  if (at) *at = now;
+  return now;
 }
 int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*work)(void*),
                    void* argument) noexcept {

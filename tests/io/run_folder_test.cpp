@@ -131,6 +131,45 @@ TEST_CASE("two runs do not write to one folder at the same time") {
             "wait for it to end, or choose another output folder");
 }
 
+TEST_CASE("a run in a folder that is removed or replaced ends, and writes nothing into another's") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path / "run", moved = folder.path / "moved";
+  const auto lost = [&](RunFolder& run) {
+    const std::string message = "run folder " + path.string() + " was removed, moved or replaced";
+    CHECK_THROWS_WITH_AS(run.check_place(), doctest::Contains(message.c_str()), IoError);
+    CHECK_THROWS_AS(run.sync(), IoError);
+    CHECK_THROWS_AS(run.removed(std::vector<RemovedParticle>(1)), IoError);
+    CHECK_THROWS_AS(run.finish({}), IoError);
+  };
+  {
+    RunFolder first(path, contents());
+    CHECK_NOTHROW(first.check_place());
+    fs::rename(path, moved);
+    lost(first);
+    CHECK(!fs::exists(path));
+  }
+  {
+    RunFolder second(path, contents());
+    fs::remove_all(path);
+    make_run(path, {7});
+    const std::string manifest = read_text_file(path / "manifest.json");
+    lost(second);
+    CHECK(read_text_file(path / "manifest.json") == manifest);
+    CHECK(!fs::exists(path / "removed.csv"));
+  }
+  CHECK(is_run_folder(moved));
+}
+
+TEST_CASE("a run that is only beginning in a folder refuses another, too") {
+  const TemporaryFolder folder;
+  const RunFolder first(folder.path, contents());
+  // Before its manifest has its name, but after other files.
+  fs::remove(folder.path / "manifest.json");
+  CHECK(refusal([&] { RunFolder(folder.path, contents()); }) ==
+        "output folder " + folder.path.string() + " is being written to by another run | " +
+            "wait for it to end, or choose another output folder");
+}
+
 TEST_CASE("an output folder that cannot be made is an error with the system's reason") {
   const TemporaryFolder folder;
   write_text_file(folder.path / "file", "");

@@ -98,6 +98,7 @@ int check(const Model<Dim>& model, Index steps, const std::vector<ExecutionOptio
     ExecutionOptions way = ways[k];
     way.ranks = ranks;
     const auto own = folder.path / std::to_string(k);
+    if (ranks.rank() == 0) make_folder(own);
     OnTheWay checkpoints(own / "way", ranks);
     Simulation<Dim> simulation(keeping, way, checkpoints.observer());
     simulation.advance(steps);

@@ -134,6 +134,15 @@ TEST_CASE("what waits is written even where nobody asks for the end") {
   CHECK(names_in(folder.path).size() == 3);
 }
 
+TEST_CASE("a frame gets no name where its folder is not that of the run any more") {
+  const TemporaryFolder folder;
+  FrameOutput output(folder.path);
+  output.before_naming([] { throw IoError("the folder is another's"); });
+  output.add(frame_at(1));
+  CHECK_THROWS_WITH_AS(output.finish(), "the folder is another's", IoError);
+  CHECK(names_in(folder.path).empty());
+}
+
 TEST_CASE("a frame that cannot be written is an error at the next one, or at the end") {
   const TemporaryFolder folder;
   write_text_file(folder.path / "file", "");

@@ -1,8 +1,10 @@
 // Particles that come into the model during the run: when, where, how many, with which ids.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "physics/error.h"
 #include "runtime/injection_log.h"
@@ -224,6 +226,38 @@ TEST_CASE("what is said of injected particles does not depend on when they get t
       CAPTURE(steps_at_once);
       CHECK(same_bits(said(way, steps_at_once), reference));
     }
+}
+
+TEST_CASE(
+    "particles that leave are told of again and again, though nothing else makes the graph drain") {
+  const Model<2> model = model_of_text<2>(R"({
+    "mesh": {"structured": {"cell_size": 0.1, "counts": [6, 6]}},
+    "sets": {"cells": {"inlet": {"box": {"min": [0, 0.1], "max": [0.2, 0.5]}}}},
+    "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e4,
+                   "poisson_ratio": 0}],
+    "particles": [{"generator": {"type": "inject", "cset": "inlet", "nparticles_per_dir": 4,
+                                 "velocity": [-10, 0], "material": 0}}],
+    "analysis": {"dt": 1e-3, "nsteps": 4000, "patch_particles": 2000, "split_steps": 0,
+                 "locate_particles": false}})");
+  const auto told = [&](const ExecutionOptions& way, Index steps_at_once) {
+    std::pair<std::string, std::size_t> rows_and_most;
+    Observer observer;
+    observer.removed = [&](std::span<const RemovedParticle> particles) {
+      rows_and_most.second = std::max(rows_and_most.second, particles.size());
+      for (const RemovedParticle& one : particles) rows_and_most.first += removed_line(one);
+    };
+    Simulation<2> simulation(model, way, observer);
+    while (!simulation.finished()) simulation.advance(steps_at_once);
+    return rows_and_most;
+  };
+  const auto reference = told(serial(), 10);
+  CHECK(std::count(reference.first.begin(), reference.first.end(), '\n') > 10'000);
+  for (const auto& way : {serial(), flow(2), random_order(1)}) {
+    CAPTURE(describe(way));
+    const auto [rows, most] = told(way, 4000);
+    CHECK(rows == reference.first);
+    CHECK(most < 3000);
+  }
 }
 
 TEST_CASE("loads and constraints of all particles act on injected ones") {

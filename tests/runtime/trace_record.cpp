@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <thread>
 
 #include "runtime/trace/analysis.h"
 #include "runtime/trace/counters.h"
@@ -54,6 +55,24 @@ TEST_CASE("when a task was ready is noted: after all that it waited for, before 
     CHECK(later[later.size() / 2] < 20e-6);
     CHECK(later[later.size() * 9 / 10] < 100e-6);
   }
+}
+
+TEST_CASE("threads that end give their buffers back: memory does not grow with their number") {
+  const auto folder = std::filesystem::temp_directory_path() / "lahar-recorder-test";
+  std::filesystem::create_directories(folder);
+  std::uint16_t last = 0;
+  {
+    TraceRecorder recorder(folder / "rank-0.trace", TraceWindow{}, "{}");
+    const auto record = [&] { last = recorder.add({.step = 1, .kind = TraceKind::checkpoint}); };
+    for (int k = 0; k < 100; ++k) std::thread(record).join();
+    CHECK(last == 0);
+    std::thread([&] {
+      record();
+      std::thread(record).join();
+    }).join();
+    CHECK(last == 1);  // while another thread has the first
+  }
+  std::filesystem::remove_all(folder);
 }
 
 TEST_CASE("where nothing notes when tasks are ready, it is when the last input had ended") {
