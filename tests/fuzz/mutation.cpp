@@ -62,8 +62,9 @@ std::string Mutator::mutate_sections(const std::string& input, const std::string
       std::swap(section, any_of(file, random));
       break;
     case 3:
-      if (!lenders.empty() && !any_of(lenders, random).empty())
-        section = any_of(any_of(lenders, random), random);
+      if (!lenders.empty())
+        if (const SectionedFile& lender = any_of(lenders, random); !lender.empty())
+          section = any_of(lender, random);
       break;
     case 4:
       section.kind = static_cast<TraceSection::Kind>(below(6, random));
