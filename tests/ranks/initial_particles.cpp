@@ -196,7 +196,7 @@ TEST_CASE("a broken file is reported alike by all ranks") {
   const RankTeam team(ranks);
   const Folder folder(ranks);
   std::string text = random_particles(20000);
-  text.replace(text.rfind('.'), 1, ",");
+  text[text.rfind('.')] = ',';
   folder.write("particles.txt", text);
   folder.write("case.json", scenario);
   const auto said = [&](const Team* members) {
