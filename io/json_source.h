@@ -36,7 +36,7 @@ struct JsonValue {
   bool valid() const { return !is<Invalid>(); }
   bool is_number() const { return is<std::int64_t>() || is<double>(); }
   double number() const;  ///< integer or floating point
-  void invalidate() { data = Invalid{}; }
+  void invalidate();
 
   /// The valid value under `key` of an object; null if there is none (or this is no object).
   const JsonValue* find(std::string_view key) const;
@@ -49,6 +49,10 @@ struct JsonValue::Member {
   std::uint32_t offset = 0;  ///< of the key's opening quote
   JsonValue value;
 };
+
+inline void JsonValue::invalidate() {
+  data = Invalid{};
+}
 
 /// A JSON file with its `--set` overrides. Values keep the position of the text that they come
 /// from.

@@ -71,8 +71,8 @@ Partition<Dim> Partition<Dim>::part(const Mesh<Dim>& mesh, std::span<const Index
                                                     piece.cells.data() + piece.first[i + 1]));
   const auto id = [](const auto& row) { return row.first; };
   std::ranges::sort(rows, {}, id);
-  const auto repeated = std::ranges::unique(rows, {}, id);
-  rows.erase(repeated.begin(), repeated.end());
+  const auto same = [](const Row& a, const Row& b) { return a.first == b.first; };
+  rows.erase(std::unique(rows.begin(), rows.end(), same), rows.end());
   result.hold(rows);
   return result;
 }

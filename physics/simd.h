@@ -362,7 +362,7 @@ LAHAR_INLINE void transpose(const PackOf<8> (&value)[4], PackOf<4> (&rows)[8]) {
 template <class Real>
 LAHAR_INLINE Real flushed(const Real& value, double limit) {
   const Real high(limit), low(-limit);
-  return Real::of((value.v < high.v) & (value.v > low.v) ? Real(0.0).v : value.v);
+  return Real::of(((value.v < high.v) & (value.v > low.v)) ? Real(0.0).v : value.v);
 }
 
 template <class Real>

@@ -68,7 +68,7 @@ struct DruckerPrager {
                             (3.0 - std::sin(radians(friction)));  // eta times the tip, also if 0
     const double limit = highest();
     elastic_trial<Dim>(in, K, G, stress);
-    StressPoint<in.rows, Real> at;
+    StressPoint<LawInput<Dim, Real>::rows, Real> at;
     deviator_of(stress, at);
     const Real q = root3_2 * at.rho;
     // To the cone: q - 3 G x = strength - eta (p - K flow x).

@@ -39,7 +39,7 @@ struct VonMises {
   LAHAR_INLINE void update(const LawInput<Dim, Real>& in, Real* stress, Real* pdstrain) const {
     const double K = bulk_modulus(), G = shear_modulus();
     elastic_trial<Dim>(in, K, G, stress);
-    StressPoint<in.rows, Real> at;
+    StressPoint<LawInput<Dim, Real>::rows, Real> at;
     deviator_of(stress, at);
     const Real q = root3_2 * at.rho;
     const Real beyond = max(q - (yield_stress + hardening_modulus * *pdstrain), Real(0.0));

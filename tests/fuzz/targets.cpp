@@ -38,6 +38,20 @@ constexpr Target all[] = {
     {"bench", "results of `lahar bench`", Form::bundle, run_bench, bench_seeds},
 };
 
+constexpr std::string_view folder_prefix = "lahar-fuzz-";
+
+/// Folders of processes that an input, or a user, ended.
+void remove_abandoned(const fs::path& base) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(base, error)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(folder_prefix)) continue;
+    const std::string process = name.substr(folder_prefix.size());
+    if (!process.empty() && !fs::exists(fs::path("/proc") / process, error) && !error)
+      fs::remove_all(entry.path(), error);
+  }
+}
+
 struct Cleaner {
   fs::path folder;
   ~Cleaner() {
@@ -118,7 +132,8 @@ std::string bundle(const std::vector<BundledFile>& files) {
 const fs::path& work_folder() {
   static const Cleaner made = [] {
     const fs::path base = fs::is_directory("/dev/shm") ? "/dev/shm" : fs::temp_directory_path();
-    fs::path folder = base / ("lahar-fuzz-" + std::to_string(::getpid()));
+    remove_abandoned(base);
+    fs::path folder = base / (std::string(folder_prefix) + std::to_string(::getpid()));
     fs::create_directories(folder);
     return Cleaner{folder};
   }();

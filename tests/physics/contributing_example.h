@@ -32,7 +32,7 @@ struct Maxwell {
   template <int Dim, class Real>
   LAHAR_INLINE void update(const LawInput<Dim, Real>& in, Real* stress, Real* vdstrain) const {
     elastic_trial<Dim>(in, bulk(), shear(), stress);
-    StressPoint<in.rows, Real> at;
+    StressPoint<LawInput<Dim, Real>::rows, Real> at;
     deviator_of(stress, at);
     const double keep = 1.0 / (1.0 + in.dt / relaxation_time);
     *vdstrain += (root2_3 * (1.0 - keep) / (2.0 * shear())) * at.rho;
