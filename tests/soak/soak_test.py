@@ -11,8 +11,8 @@ which patches are made and split:
 
 - the number of particles is stationary: the means of the second and of the last third differ by less than 10 %;
 - memory (VmRSS): a straight line through the samples rises by less than 2 % of their mean, or 0.5 MiB, whichever is
-  more (4 MiB more for two ranks in runs of less than a minute: that long, MPI and patches that move take what they
-  need). What is kept for each step, and be it a few bytes, rises more in half an hour;
+  more (4 MiB more in runs of less than a minute: that long, threads, MPI and patches that move take what they need).
+  What is kept for each step, and be it a few bytes, rises more in half an hour;
 - address space (VmData): its largest value in the last third is at most 8 MiB above that of the second third;
 - descriptors, threads, and segments of shared memory: the largest number in the last third is at most that of the
   second third, and one more for what happens to be open. Threads that write come and go.
@@ -163,7 +163,7 @@ def problems_of(run, seconds):
         print(f"  process {pid}: {len(samples)} samples, VmRSS {mean / 1024:.2f} MiB, rises by {rises:.0f} KiB "
               f"({100 * rises / mean:.2f} %); " + ", ".join(f"{key} {a} then {b}" for key, (a, b) in most.items()),
               flush=True)
-        warm_up = 4096 if run.ranks > 1 and seconds < 60 else 0
+        warm_up = 4096 if seconds < 60 else 0
         if rises > max(0.02 * mean, 512) + warm_up:
             found.append(f"memory of process {pid} rises by {rises:.0f} KiB")
         for key, (before, after) in most.items():

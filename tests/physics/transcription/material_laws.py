@@ -215,7 +215,7 @@ class MohrCoulomb:
                 yields, tensile, value = self.off_surface(now, tolerance)
         for _ in range(200):
             if not yields:
-                return now, x + gained
+                return now, x + max(0, gained)  # plastic strain never falls
             f, Dg, per, K = self.step(now, tensile)
             k = value / K
             now, gained = [a - k * b for a, b in zip(now, Dg)], gained + k * per
