@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "io/sha256.h"
 #include "io/json_text.h"
 #include "io/manifest.h"
 #include "physics/error.h"

@@ -108,4 +108,7 @@ std::string_view without_dimension(std::string_view type);
 /// `a number [s]`, `true or false`, ...: what a field may be, in words; dim 0: for any dimension.
 std::string allowed_kinds(const Field& field, int dim = 0);
 
+std::string scenario_schema();     ///< JSON Schema of the input, from the field tables
+std::string scenario_reference();  ///< Markdown reference of the input, from the field tables
+
 }  // namespace lahar

@@ -5,7 +5,6 @@
 
 #include "io/cbgeo_deviations.h"
 #include "io/fields.h"
-#include "io/scenario.h"
 
 namespace lahar {
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "io/fields.h"
-#include "io/scenario.h"
 
 namespace lahar {
 

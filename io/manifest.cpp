@@ -6,6 +6,7 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "io/sha256.h"
 #include "io/atomic_file.h"
 #include "io/history.h"
 #include "io/json_text.h"

@@ -67,9 +67,4 @@ class Manifest {
 /// True if `folder` holds a manifest.json that Lahar wrote.
 bool is_run_folder(const std::filesystem::path& folder);
 
-/// SHA-256 of a file as 64 hexadecimal digits (as sha256sum prints). Throws IoError.
-std::string sha256_of_file(const std::filesystem::path& file);
-/// SHA-256 of a text.
-std::string sha256(std::string_view text);
-
 }  // namespace lahar

@@ -6,7 +6,6 @@
 #include <cctype>
 #include <tuple>
 
-#include "io/scenario.h"
 #include "io/text.h"
 
 namespace lahar {

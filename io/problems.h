@@ -46,4 +46,8 @@ std::string suggest(std::string_view name, const std::vector<std::string>& candi
 /// a, b, c
 std::string join(const std::vector<std::string>& words, std::string_view separator = ", ");
 
+/// Compiler-like text of problems (file:line:column: error: ..., the line, a caret, a hint).
+std::string format_problems(const std::vector<Problem>& problems, const char* severity = "error",
+                            bool colour = false);
+
 }  // namespace lahar

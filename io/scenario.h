@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/memory_limit.h"
+#include "io/problems.h"
 #include "io/team.h"
 #include "physics/error.h"
 #include "physics/model.h"
@@ -48,12 +49,5 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
 /// The same from text; side files are looked up in `folder`.
 Scenario read_scenario_text(const std::string& text, const std::filesystem::path& folder,
                             const ScenarioOptions& options = {});
-
-std::string scenario_schema();     ///< JSON Schema of the input, from the field tables
-std::string scenario_reference();  ///< Markdown reference of the input, from the field tables
-
-/// Compiler-like text of problems (file:line:column: error: ..., the line, a caret, a hint).
-std::string format_problems(const std::vector<Problem>& problems, const char* severity = "error",
-                            bool colour = false);
 
 }  // namespace lahar

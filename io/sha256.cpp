@@ -1,4 +1,3 @@
-// SHA-256 (FIPS 180-4), so that a manifest says which input a result belongs to.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -9,7 +8,7 @@
 #include <string_view>
 
 #include "io/atomic_file.h"
-#include "io/manifest.h"
+#include "io/sha256.h"
 
 namespace lahar {
 

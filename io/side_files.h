@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/problems.h"
-#include "physics/model.h"
+#include "physics/types.h"
 
 namespace lahar {
 

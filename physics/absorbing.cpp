@@ -1,31 +1,12 @@
-#include "physics/absorbing.h"
-
+// Kernels of absorbing boundaries (absorbing_node.h): what their nodes take from particles.
 #include <cmath>
 
 #include "physics/any_basis.h"
+#include "physics/kernels.h"
 #include "physics/law.h"
 #include "physics/particle_sums.h"
 
 namespace lahar {
-
-template <int Dim>
-void AbsorbingNode<Dim>::set(const double* displacement, const double* waves) {
-  const double per_mass = 1.0 / waves[mass_lane];
-  const double c_p = waves[0] * per_mass, c_s = waves[1] * per_mass, rho = waves[2] * per_mass;
-  for (int d = 0; d < Dim; ++d) {
-    const double c = d == normal ? c_p : c_s;
-    dashpot[d] = area * rho * (d == normal ? a : b) * c;
-    spring[d] = area * rho * c * c / delta * (displacement[d] * per_mass);
-  }
-  drag.setZero();
-}
-
-template <int Dim>
-void AbsorbingNode<Dim>::release() {
-  spring.setZero();
-  dashpot.setZero();
-  drag.setZero();
-}
 
 namespace {
 
@@ -85,7 +66,6 @@ void clear_waves(Patch<Dim>& patch, const StepContext<Dim>& step) {
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                              \
-  template struct AbsorbingNode<Dim>;                                       \
   template void map_waves<Dim>(Patch<Dim>&, const StepContext<Dim>&, Runs); \
   template void clear_waves<Dim>(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2)

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "physics/basis.h"
-#include "physics/kernels.h"
-#include "physics/support_kernels.h"
+#include "physics/linear_basis.h"
+#include "physics/support.h"
 
 namespace lahar {
 

@@ -7,7 +7,7 @@
 /// fma(), so that a particle's result is the same, to the last bit, in a pack of any width.
 #pragma once
 
-#include "physics/patch.h"
+#include "physics/types.h"
 #include "physics/simd.h"
 
 namespace lahar {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "physics/node_sums.h"
-#include "physics/velocity_transfer.h"
+#include "physics/transfer_options.h"
 
 namespace lahar {
 

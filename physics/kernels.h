@@ -4,22 +4,12 @@
 /// 2019).
 #pragma once
 
+#include "physics/nodal_limits.h"
 #include "physics/patch.h"
 #include "physics/simd.h"
 #include "physics/velocity_gradients.h"
 
 namespace lahar {
-
-/// A node of at most this mass [kg], whatever its sign (quadratic functions have negative parts),
-/// is not accelerated: the reference code's value, but for models whose particles are so light that
-/// it would be more than rounding (see Patch::least_mass).
-inline constexpr double least_nodal_mass = 1e-15;
-/// The same as a share of the lightest particle's mass; a particle contributes less than this to a
-/// node only where its shape function there is rounding.
-inline constexpr double least_nodal_mass_share = 1e-10;
-/// Nodal velocity components smaller than this become zero [m/s], because the sign of a velocity
-/// decides the direction of damping; the reference code's value.
-inline constexpr double least_nodal_velocity = 1e-15;
 
 /// Place the particles that neighbours sent, in ascending patch id, in runs of their cells. The
 /// first call sorts all particles into runs (stable, by cell and material). Those placed later are

@@ -6,7 +6,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "physics/model.h"
+#include "physics/material.h"
 
 namespace lahar {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "physics/injection.h"
-#include "physics/materials.h"
+#include "physics/material.h"
 #include "physics/mesh.h"
 #include "physics/types.h"
 
@@ -35,14 +35,6 @@ enum class Affine {
   none,
   apic,  ///< affine particle-in-cell (Jiang et al. 2015)
   tpic   ///< Taylor particle-in-cell: the velocity gradient (Nakamura et al. 2023)
-};
-
-struct Material {
-  Index id = 0;        ///< as in the scenario
-  std::string name;    ///< as in the scenario; the id's digits where it has no name
-  double density = 0;  ///< [kg/m^3] initial
-  int body = 0;        ///< of Contact::bodies
-  Law law;
 };
 
 /// A factor that multiplies a load over time.

@@ -7,7 +7,8 @@
 #include <limits>
 #include <vector>
 
-#include "physics/kernels.h"
+#include "physics/nodal_limits.h"
+#include "physics/patch.h"
 
 namespace lahar {
 

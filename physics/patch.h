@@ -9,11 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "physics/absorbing.h"
+#include "physics/absorbing_node.h"
 #include "physics/columns.h"
 #include "physics/contact_state.h"
 #include "physics/driven_node.h"
 #include "physics/model.h"
+#include "physics/node_vector.h"
 #include "physics/particles.h"
 #include "physics/partition.h"
 #include "physics/removed_particle.h"
@@ -52,16 +53,6 @@ enum class NodeSum : int {
   smoothed_again  ///< the same of odd orders: neighbours may still read the others
 };
 inline constexpr int n_node_sums = 12;
-/// Doubles of every quantity of a node, one vector: {m v, m}, {f, 0}, {m v, m} (MUSL's second
-/// mapping), {m p, 0, 0, 0}, {V grad N, 0} and ends of the body (contact; not sums but the
-/// furthest: contact_surface.h), {m u, 0} and {m c_p, m c_s, m rho, m} (absorbing boundaries),
-/// {m, 0} and {m v, 0} by direction of particles whose velocity along it is prescribed, twice
-/// {m v, 0} (orders of the velocity transfer); nodal state {v, m} and {a, 0}.
-inline constexpr int node_width = 4;
-inline constexpr int mass_lane = 3;
-using NodeVector = PackOf<node_width>;
-using NodeArray = std::vector<double, Eigen::aligned_allocator<double>>;
-
 /// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, surface},
 /// {displacement, waves}, {prescribed_mass, prescribed_momentum} and {smoothed, smoothed_again}:
 /// what is exchanged together is one cache line per node.

@@ -27,4 +27,14 @@ bool gives_gradients(const Analysis& analysis);
 template <int Dim>
 void add_support(const Mesh<Dim>& mesh, const Analysis& analysis, PatchTopology<Dim>& topology);
 
+namespace supported {
+
+/// Whether kernels use a basis (basis.h) for the particles of a patch.
+template <int Dim>
+LAHAR_INLINE bool is(const Patch<Dim>& patch) {
+  return patch.basis != BasisKind::linear;
+}
+
+}  // namespace supported
+
 }  // namespace lahar

@@ -2,16 +2,10 @@
 /// kernels.h do for a patch that has topology.support_nodes.
 #pragma once
 
-#include "physics/patch.h"
+#include "physics/support.h"
 #include "physics/velocity_gradients.h"
 
 namespace lahar::supported {
-
-/// Whether a patch's particles are mapped by these.
-template <int Dim>
-LAHAR_INLINE bool is(const Patch<Dim>& patch) {
-  return patch.basis != BasisKind::linear;
-}
 
 /// {m v, m}_i += sum_p N_i {m_p v_p, m_p} into nodal sums.
 template <int Dim, class Real>

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "physics/kernels.h"
+#include "physics/nodal_limits.h"
 
 namespace lahar {
 

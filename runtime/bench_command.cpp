@@ -12,7 +12,8 @@
 #include "io/atomic_file.h"
 #include "runtime/bench_machine.h"
 #include "runtime/bench_measure.h"
-#include "runtime/commands.h"
+#include "runtime/exit_codes.h"
+#include "runtime/version.h"
 #include "runtime/console.h"
 
 namespace lahar {

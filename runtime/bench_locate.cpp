@@ -12,7 +12,7 @@
 
 #include "physics/element_grid.h"
 #include "physics/locate_all.h"
-#include "runtime/commands.h"
+#include "runtime/exit_codes.h"
 #include "runtime/console.h"
 #include "runtime/simulation.h"
 

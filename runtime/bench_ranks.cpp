@@ -12,7 +12,7 @@
 
 #include "runtime/bench_cases.h"
 #include "runtime/bench_result.h"
-#include "runtime/commands.h"
+#include "runtime/exit_codes.h"
 #include "runtime/console.h"
 
 namespace lahar {

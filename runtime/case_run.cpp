@@ -11,6 +11,7 @@
 #include "runtime/run_description.h"
 #include "runtime/signals.h"
 #include "runtime/startup_progress.h"
+#include "runtime/version.h"
 
 namespace lahar {
 

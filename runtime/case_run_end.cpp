@@ -12,6 +12,7 @@
 #include "runtime/signals.h"
 #include "runtime/trace/log.h"
 #include "runtime/watchdog.h"
+#include "runtime/timing_table.h"
 
 namespace lahar {
 

@@ -47,9 +47,4 @@ int graph_command(const GraphArguments& arguments);
 
 int info_command();
 
-/// "1.2.3 (commit abc1234)", compiler and flags, libraries.
-std::string version_line();
-std::string compiler_line();
-std::vector<std::pair<std::string, std::string>> library_versions();
-
 }  // namespace lahar

@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "io/scenario.h"
+#include "io/problems.h"
 
 namespace lahar {
 
@@ -121,25 +121,6 @@ std::string progress_line(const HistoryRow& row, double energy_scale, double rat
   return fmt::format("{:>12} {:>11.5g} {:>10.3g} {:>12.4g} {:>13} {:>12.1f} {:>10}",
                      format_count(row.step), row.time, row.dt, row.kinetic, drift, rate * 1e-6,
                      format_seconds(seconds_left));
-}
-
-std::string timing_table(const std::vector<StageTiming>& timings, double wall_seconds,
-                         int threads) {
-  const double all = wall_seconds * threads;
-  std::string text = fmt::format("  {:<12} {:>12} {:>11} {:>11} {:>11} {:>11} {:>8}\n", "task",
-                                 "calls", "total [s]", "avg [us]", "min [us]", "max [us]", "share");
-  double busy = 0.0;
-  for (const StageTiming& t : timings) {
-    busy += t.total;
-    const double average = t.calls > 0 ? t.total / static_cast<double>(t.calls) : 0.0;
-    text += fmt::format("  {:<12} {:>12} {:>11.3f} {:>11.2f} {:>11.2f} {:>11.2f} {:>7.1f} %\n",
-                        t.name, format_count(t.calls), t.total, average * 1e6, t.shortest * 1e6,
-                        t.longest * 1e6, all > 0 ? 100 * t.total / all : 0.0);
-  }
-  text +=
-      fmt::format("  {:<12} {:>12} {:>11.3f} {:>47.1f} %", "idle, graph", "",
-                  std::max(0.0, all - busy), all > 0 ? 100 * std::max(0.0, all - busy) / all : 0.0);
-  return text;
 }
 
 }  // namespace lahar

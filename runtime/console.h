@@ -9,7 +9,6 @@
 #include "io/history.h"
 #include "io/text.h"
 #include "physics/error.h"
-#include "runtime/simulation.h"
 
 namespace lahar {
 
@@ -61,8 +60,5 @@ std::string progress_bar(double share, double rate);
 std::string progress_head();
 std::string progress_line(const HistoryRow& row, double energy_scale, double rate,
                           double seconds_left);
-
-/// End-of-run table: time per stage, its share of all thread time, shortest and longest task, idle.
-std::string timing_table(const std::vector<StageTiming>& timings, double wall_seconds, int threads);
 
 }  // namespace lahar

@@ -1,9 +1,7 @@
 /// `lahar info` and `lahar graph`.
 #include <fmt/format.h>
-#include <oneapi/tbb/version.h>
 #include <unistd.h>
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -11,31 +9,12 @@
 #include <numeric>
 
 #include "graph/executor.h"
-#include "io/vtkhdf.h"
-#include "lahar_version.h"
 #include "physics/materials.h"
 #include "runtime/commands.h"
 #include "runtime/console.h"
+#include "runtime/version.h"
 
 namespace lahar {
-
-std::string version_line() {
-  return fmt::format("{} (commit {})", LAHAR_VERSION, LAHAR_COMMIT);
-}
-
-std::string compiler_line() {
-  return fmt::format("{}, {}, {}, vectors of {} doubles", LAHAR_COMPILER, LAHAR_BUILD_TYPE,
-                     LAHAR_FLAGS, lanes<Pack>);
-}
-
-std::vector<std::pair<std::string, std::string>> library_versions() {
-  return {{"Eigen",
-           fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
-          {"oneTBB", TBB_runtime_version()},
-          {"HDF5", hdf5_version()},
-          {"fmt", fmt::format("{}.{}.{}", FMT_VERSION / 10000, FMT_VERSION / 100 % 100,
-                              FMT_VERSION % 100)}};
-}
 
 namespace {
 

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "io/fields.h"
 #include "io/compare.h"
 #include "io/export.h"
 #include "io/memory_limit.h"
@@ -27,6 +28,7 @@
 #include "runtime/study_options.h"
 #include "runtime/trace/command.h"
 #include "runtime/verify_command.h"
+#include "runtime/version.h"
 
 namespace lahar {
 

@@ -15,7 +15,7 @@
 #include <string>
 #include <utility>
 
-#include "runtime/commands.h"
+#include "runtime/exit_codes.h"
 
 namespace lahar {
 

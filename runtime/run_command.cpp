@@ -5,6 +5,7 @@
 #include <array>
 #include <span>
 
+#include "io/sha256.h"
 #include "lahar_version.h"
 #include "runtime/case_run.h"
 #include "runtime/commands.h"
@@ -13,6 +14,7 @@
 #include "runtime/run_description.h"
 #include "runtime/signals.h"
 #include "runtime/startup_progress.h"
+#include "runtime/version.h"
 
 namespace lahar {
 

@@ -4,7 +4,7 @@
 
 #include "io/problems.h"
 #include "physics/error.h"
-#include "runtime/commands.h"
+#include "runtime/exit_codes.h"
 
 namespace lahar {
 

@@ -10,7 +10,7 @@
 
 #include "io/text.h"
 #include "physics/error.h"
-#include "runtime/commands.h"
+#include "runtime/exit_codes.h"
 #include "runtime/trace/analysis.h"
 #include "runtime/trace/chrome.h"
 #include "runtime/trace/otf2.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "runtime/ranks.h"
-#include "runtime/simulation.h"
+#include "graph/stage.h"
 #include "runtime/trace/recorder.h"
 
 namespace lahar {

@@ -1,6 +1,7 @@
 // Changes of JSON: values, keys and parts, with the words that the schema knows.
 #include <set>
 
+#include "io/fields.h"
 #include "io/scenario.h"
 #include "tests/fuzz/mutation_values.h"
 

@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "io/sha256.h"
 #include "io/atomic_file.h"
 #include "io/compare.h"
 #include "io/export.h"

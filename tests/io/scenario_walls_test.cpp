@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "io/fields.h"
 #include "io/cbgeo_deviations.h"
 #include "io/scenario.h"
 

@@ -9,11 +9,6 @@
 
 namespace lahar {
 
-template <int Dim>
-struct Patch;
-template <int Dim>
-struct StepContext;
-
 /// The traction on the boundary is -rho c v - k u in each direction, with c = a c_p and
 /// k = rho c_p^2 / delta along the normal of the boundary, c = b c_s and k = rho c_s^2 / delta
 /// along the others. v is the node's velocity; density rho, wave speeds and displacement u are the
