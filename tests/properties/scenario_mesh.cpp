@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "physics/element_grid.h"
+#include "physics/mesh/element_grid.h"
 #include "tests/properties/scenario_parts.h"
 
 namespace lahar::test {

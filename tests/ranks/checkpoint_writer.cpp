@@ -1,5 +1,5 @@
 // Checkpoints that all ranks write together.
-#include "runtime/checkpoint_writer.h"
+#include "runtime/output/checkpoint_writer.h"
 
 #include <doctest/doctest.h>
 
@@ -7,10 +7,10 @@
 #include <optional>
 #include <string>
 
-#include "io/atomic_file.h"
-#include "physics/error.h"
-#include "runtime/restart.h"
-#include "tests/io/frame_samples.h"
+#include "io/base/atomic_file.h"
+#include "physics/base/error.h"
+#include "runtime/step/restart.h"
+#include "tests/io/frames/frame_samples.h"
 #include "tests/ranks/shared_folder.h"
 
 using namespace lahar;
@@ -74,7 +74,8 @@ TEST_CASE("the bytes of a checkpoint do not depend on ranks, nor on whether it w
   const Ranks ranks = Ranks::world();
   for (const std::size_t copied : {std::size_t{1} << 20, std::size_t{0}}) {
     const SharedFolder folder(ranks);
-    CheckpointWriter writer({.folder = folder.path / "checkpoints", .staging_bytes = copied}, ranks);
+    CheckpointWriter writer({.folder = folder.path / "checkpoints", .staging_bytes = copied},
+                            ranks);
     write(writer, share_of(ranks, 10));
     writer.finish();
     const fs::path file = folder.path / "checkpoints" / checkpoint_name(10);

@@ -6,14 +6,14 @@
 #include <random>
 #include <vector>
 
-#include "io/scenario.h"
-#include "physics/element_grid.h"
-#include "runtime/patch_set.h"
-#include "runtime/rank_team.h"
-#include "runtime/simulation.h"
-#include "runtime/timestep.h"
+#include "io/scenario/scenario.h"
+#include "physics/mesh/element_grid.h"
+#include "runtime/comm/rank_team.h"
+#include "runtime/patches/patch_set.h"
+#include "runtime/step/simulation.h"
+#include "runtime/step/timestep.h"
 #include "tests/ranks/shared_folder.h"
-#include "tests/runtime/models.h"
+#include "tests/runtime/step/models.h"
 
 using namespace lahar;
 using namespace lahar::test;

@@ -1,5 +1,5 @@
 // Frames that all ranks write together.
-#include "runtime/frame_output.h"
+#include "runtime/output/frame_output.h"
 
 #include <doctest/doctest.h>
 
@@ -8,10 +8,10 @@
 #include <optional>
 #include <utility>
 
-#include "io/run_folder.h"
-#include "io/vtkhdf.h"
-#include "physics/error.h"
-#include "runtime/ranks.h"
+#include "io/frames/vtkhdf.h"
+#include "io/run/run_folder.h"
+#include "physics/base/error.h"
+#include "runtime/comm/ranks.h"
 #include "tests/ranks/shared_folder.h"
 
 using namespace lahar;

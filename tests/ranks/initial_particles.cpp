@@ -1,5 +1,5 @@
 // From a scenario to the rows that each rank owns.
-#include "runtime/initial_particles.h"
+#include "runtime/patches/initial_particles.h"
 
 #include <doctest/doctest.h>
 #include <fmt/format.h>
@@ -11,9 +11,9 @@
 #include <numeric>
 #include <random>
 
-#include "io/scenario.h"
-#include "runtime/rank_partition.h"
-#include "runtime/rank_team.h"
+#include "io/scenario/scenario.h"
+#include "runtime/comm/rank_team.h"
+#include "runtime/patches/rank_partition.h"
 
 namespace fs = std::filesystem;
 using namespace lahar;

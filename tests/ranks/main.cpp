@@ -3,7 +3,7 @@
 #define DOCTEST_CONFIG_IMPLEMENT
 #include <doctest/doctest.h>
 
-#include "runtime/ranks.h"
+#include "runtime/comm/ranks.h"
 
 int main(int argc, char** argv) {
   const lahar::MpiSession session(argc, argv);

@@ -6,12 +6,12 @@
 #include <fstream>
 #include <random>
 
-#include "io/scenario.h"
-#include "physics/element_grid.h"
-#include "runtime/rank_team.h"
-#include "runtime/simulation.h"
+#include "io/scenario/scenario.h"
+#include "physics/mesh/element_grid.h"
+#include "runtime/comm/rank_team.h"
+#include "runtime/step/simulation.h"
 #include "tests/ranks/shared_folder.h"
-#include "tests/runtime/soil_models.h"
+#include "tests/runtime/step/soil_models.h"
 
 using namespace lahar;
 using namespace lahar::test;

@@ -1,6 +1,6 @@
 // Records that several threads send to all other ranks arrive whole, once, in the order in which
 // each thread sent them, however they share messages.
-#include "runtime/message_streams.h"
+#include "runtime/comm/message_streams.h"
 
 #include <doctest/doctest.h>
 

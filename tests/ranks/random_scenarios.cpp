@@ -2,9 +2,9 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
-#include "runtime/checkpoint_writer.h"
-#include "runtime/rank_team.h"
-#include "runtime/restart.h"
+#include "runtime/comm/rank_team.h"
+#include "runtime/output/checkpoint_writer.h"
+#include "runtime/step/restart.h"
 #include "tests/properties/random_cases.h"
 #include "tests/properties/run_record.h"
 #include "tests/ranks/shared_folder.h"

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "io/atomic_file.h"
-#include "io/scenario.h"
-#include "runtime/bench_cases.h"
-#include "runtime/checkpoint_writer.h"
-#include "runtime/restart.h"
+#include "io/base/atomic_file.h"
+#include "io/scenario/scenario.h"
+#include "runtime/bench/bench_cases.h"
+#include "runtime/output/checkpoint_writer.h"
+#include "runtime/step/restart.h"
 #include "tests/ranks/shared_folder.h"
-#include "tests/runtime/falling_dust.h"
+#include "tests/runtime/step/falling_dust.h"
 
 using namespace lahar;
 using namespace lahar::test;

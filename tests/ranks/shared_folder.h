@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "io/atomic_file.h"
-#include "physics/error.h"
-#include "runtime/ranks.h"
-#include "tests/io/frame_samples.h"
+#include "io/base/atomic_file.h"
+#include "physics/base/error.h"
+#include "runtime/comm/ranks.h"
+#include "tests/io/frames/frame_samples.h"
 
 namespace lahar::test {
 

@@ -1,11 +1,11 @@
 // Frames of a simulation on several ranks.
 #include <doctest/doctest.h>
 
-#include "io/run_folder.h"
-#include "io/vtkhdf.h"
-#include "runtime/frame_output.h"
+#include "io/frames/vtkhdf.h"
+#include "io/run/run_folder.h"
+#include "runtime/output/frame_output.h"
 #include "tests/ranks/shared_folder.h"
-#include "tests/runtime/models.h"
+#include "tests/runtime/step/models.h"
 
 using namespace lahar;
 using namespace lahar::test;

@@ -1,8 +1,8 @@
 // Soil that yields, injection in three dimensions and of bodies in contact: the bits of one rank.
 #include <doctest/doctest.h>
 
-#include "runtime/simulation.h"
-#include "tests/runtime/soil_models.h"
+#include "runtime/step/simulation.h"
+#include "tests/runtime/step/soil_models.h"
 
 using namespace lahar;
 using namespace lahar::test;

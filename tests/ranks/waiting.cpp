@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "graph/executor.h"
-#include "runtime/ranks.h"
+#include "runtime/comm/ranks.h"
 
 using namespace lahar;
 
