@@ -101,12 +101,12 @@ template <int Dim, class Real>
 }
 
 /// The state variables that a law keeps, from their rows and back; those that follow from the
-/// stress stay where they are.
+/// stress stay where they are, and the law gets zeros.
 template <class LawType, class Real>
 LAHAR_INLINE void load_state(const std::array<double*, most_state>& rows, Local p, Real* state) {
   LAHAR_UNROLL
   for (std::size_t k = 0; k < LawType::state.size(); ++k)
-    if (!LawType::state[k].of_stress) state[k] = load<Real>(rows[k] + p);
+    state[k] = LawType::state[k].of_stress ? Real(0.0) : load<Real>(rows[k] + p);
 }
 template <class LawType, class Real>
 LAHAR_INLINE void store_state(const Real* state, const std::array<double*, most_state>& rows,

@@ -282,7 +282,8 @@ inline void NorSand::land(const Increment& increment, Voigt& sigma, double* s) c
   Voigt stepped = sigma;
   bool stands = step(increment.strain, stepped, after.data());
   for (const double value : stepped) stands = stands && std::isfinite(value);
-  for (const double value : after) stands = stands && std::isfinite(value);
+  for (std::size_t k = 0; k < after.size(); ++k)
+    stands = stands && (state[k].of_stress || std::isfinite(after[k]));
   if (!stands) return NorSandReturn(*this, increment.strain, sigma, s).land(sigma, s);
   sigma = stepped;
   std::copy_n(after.begin(), std::size_t{states}, s);

@@ -60,3 +60,21 @@ TEST_CASE("NorSand: torn apart and pressed together by more, sand is weaker than
     CHECK(whole.p() > 2e5);
   }
 }
+
+// What follows from the stress is computed after a step; kernels have no value of it before.
+TEST_CASE("NorSand: an increment that no step can take does not depend on M_theta of its start") {
+  NorSand m = sand();
+  m.void_ratio_initial = 1.1;
+  m.p_image_initial = 1500;
+  const Voigt strain{0.016699202903712185, 0.02858986842944485,   0.001052928376298619,
+                     0.002837056858961787, 0.0046862025868061935, 0.011230988652066442};
+  const auto after = [&](double M_theta) {
+    Voigt sigma = soil::isotropic(2000);
+    double state[NorSand::states];
+    m.initial_state(sigma.data(), state);
+    state[NorSand::M_theta] = M_theta;
+    CHECK(lahar::update_in_parts(m, lahar::Increment{strain, 1, 0}, sigma, state) > 1);
+    return sigma;
+  };
+  CHECK(after(std::numeric_limits<double>::infinity()) == after(0));
+}

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -341,7 +342,12 @@ class RandomPaths {
     }
   }
 
-  /// Lanes that get other bits in packs of W.
+  static constexpr bool of_stress(std::size_t k) {
+    return k < LawType::state.size() && LawType::state[k].of_stress;
+  }
+
+  /// Lanes that get other bits in packs of W, and where state variables that follow from the stress
+  /// are not numbers: a law does not read them.
   template <int W>
   static int unlike(const auto& prepared, const LawInput<Dim, Pack>& in, const Pack* before,
                     const Pack* q, const Pack* stress, const Pack* state) {
@@ -361,7 +367,8 @@ class RandomPaths {
         for (int b = 0; b < Dim; ++b) some.gradient[a][b] = part(in.gradient[a][b]);
       Real s[rows], now[states];
       for (int k = 0; k < rows; ++k) s[k] = part(before[k]);
-      for (std::size_t k = 0; k < states; ++k) now[k] = part(q[k]);
+      for (std::size_t k = 0; k < states; ++k)
+        now[k] = of_stress(k) ? Real(std::numeric_limits<double>::quiet_NaN()) : part(q[k]);
       update<Dim>(prepared, some, s, now);
       for (int lane = 0; lane < W; ++lane) {
         const auto differs = [&](const Real& x, const Pack& y) {
@@ -370,7 +377,8 @@ class RandomPaths {
         };
         bool other = false;
         for (int k = 0; k < rows; ++k) other |= differs(s[k], stress[k]);
-        for (std::size_t k = 0; k < states; ++k) other |= differs(now[k], state[k]);
+        for (std::size_t k = 0; k < states; ++k)
+          other |= !of_stress(k) && differs(now[k], state[k]);
         found += other;
       }
     }
