@@ -9,6 +9,7 @@
 
 #include "io/base/side_files.h"
 #include "io/base/team.h"
+#include "physics/model/model.h"
 
 namespace lahar {
 

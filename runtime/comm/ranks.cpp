@@ -18,6 +18,7 @@
 #include "graph/give_way.h"
 #include "physics/base/error.h"
 #include "runtime/base/exit_codes.h"
+#include "runtime/base/launcher.h"
 
 namespace lahar {
 
@@ -54,13 +55,6 @@ int count_of(std::size_t n) {
 }
 
 }  // namespace
-
-bool MpiSession::is_launched() {
-  // Set by the launchers of Open MPI, MPICH and Slurm's PMIx or PMI plugins for their processes.
-  const std::array names{"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK"};
-  return std::any_of(names.begin(), names.end(),
-                     [](const char* name) { return std::getenv(name) != nullptr; });
-}
 
 MpiSession::MpiSession(int& argc, char**& argv) {
   if (!is_launched()) return;

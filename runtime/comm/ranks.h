@@ -28,8 +28,6 @@ class MpiSession {
   MpiSession(int& argc, char**& argv);
   /// All processes end here together. One that fails calls leave() before.
   ~MpiSession();
-  /// True if the environment is that of a launcher.
-  static bool is_launched();
   /// To be called with the message of an error before the process ends: shows it, once where
   /// several ranks have the same. Ranks that do not come here as well within two seconds are ended,
   /// by MPI_Abort() with `code`, as they may be waiting for this one for ever.

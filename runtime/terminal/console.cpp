@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "io/base/problems.h"
+#include "runtime/base/launcher.h"
 
 namespace lahar {
 
@@ -17,8 +18,7 @@ bool is_terminal(int file_descriptor) {
   if (const char* told = std::getenv("LAHAR_TERMINAL"); told && *told)
     return std::string_view(told) != "0";
   const char* kind = std::getenv("TERM");
-  return isatty(file_descriptor) && !MpiSession::is_launched() &&
-         !(kind && std::string_view(kind) == "dumb");
+  return isatty(file_descriptor) && !is_launched() && !(kind && std::string_view(kind) == "dumb");
 }
 
 bool use_colour(int file_descriptor) {

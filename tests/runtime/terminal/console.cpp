@@ -1,3 +1,4 @@
+#include "runtime/base/launcher.h"
 #include "runtime/terminal/console.h"
 
 #include <doctest/doctest.h>
@@ -53,7 +54,7 @@ TEST_CASE("below a launcher of MPI nobody looks at the terminal that ranks are g
   const std::string before = kind ? kind : "";
   unsetenv("OMPI_COMM_WORLD_SIZE");
   setenv("TERM", "xterm", 1);
-  if (!MpiSession::is_launched()) {
+  if (!is_launched()) {
     CHECK(is_terminal(terminal));
     setenv("TERM", "dumb", 1);
     CHECK(!is_terminal(terminal));
