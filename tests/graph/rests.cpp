@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "step_graphs.h"
+#include "tests/graph/step_graphs.h"
 
 namespace lahar {
 

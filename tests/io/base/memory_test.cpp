@@ -3,10 +3,10 @@
 
 #include <fstream>
 
-#include "broken_case.h"
 #include "io/base/memory_limit.h"
 #include "io/scenario/scenario.h"
-#include "thread_team.h"
+#include "tests/io/base/thread_team.h"
+#include "tests/io/scenario/broken_case.h"
 
 namespace fs = std::filesystem;
 using namespace lahar;

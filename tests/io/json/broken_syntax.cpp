@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include "broken_case.h"
+#include "tests/io/scenario/broken_case.h"
 
 using namespace lahar::broken;
 

@@ -13,8 +13,8 @@
 #include "io/mesh/mesh_search.h"
 #include "io/scenario/scenario.h"
 #include "physics/mesh/element_grid.h"
-#include "team_folder.h"
-#include "thread_team.h"
+#include "tests/io/base/team_folder.h"
+#include "tests/io/base/thread_team.h"
 
 namespace fs = std::filesystem;
 using namespace lahar;

@@ -1,4 +1,4 @@
-#include "broken_case.h"
+#include "tests/io/scenario/broken_case.h"
 
 #include <doctest/doctest.h>
 #include <unistd.h>
@@ -8,7 +8,7 @@
 #include <map>
 
 #include "io/scenario/scenario.h"
-#include "thread_team.h"
+#include "tests/io/base/thread_team.h"
 
 namespace fs = std::filesystem;
 

@@ -1,7 +1,7 @@
 // What is wrong with generators that inject particles, and with runs that are to be resumed.
 #include <doctest/doctest.h>
 
-#include "broken_case.h"
+#include "tests/io/scenario/broken_case.h"
 
 using namespace lahar::broken;
 

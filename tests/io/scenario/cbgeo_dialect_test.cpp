@@ -1,7 +1,7 @@
 // Spellings of published CB-Geo cases, of several years: read, or refused with what to write.
 #include <doctest/doctest.h>
 
-#include "broken_case.h"
+#include "tests/io/scenario/broken_case.h"
 
 using namespace lahar::broken;
 

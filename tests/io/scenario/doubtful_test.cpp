@@ -1,8 +1,8 @@
 #include <doctest/doctest.h>
 
-#include "broken_case.h"
 #include "io/base/problems.h"
 #include "io/scenario/scenario.h"
+#include "tests/io/scenario/broken_case.h"
 
 using namespace lahar::broken;
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <chrono>
 
-#include "broken_case.h"
 #include "io/scenario/scenario.h"
+#include "tests/io/scenario/broken_case.h"
 
 using namespace lahar;
 using namespace lahar::broken;

@@ -11,9 +11,9 @@
 
 #include "io/scenario/particles_generator.h"
 #include "io/scenario/scenario.h"
-#include "team_folder.h"
+#include "tests/io/base/team_folder.h"
+#include "tests/io/base/thread_team.h"
 #include "tests/published_cases.h"
-#include "thread_team.h"
 
 namespace fs = std::filesystem;
 using namespace lahar;

@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-#include "element_fixtures.h"
+#include "tests/physics/mesh/element_fixtures.h"
 
 using namespace lahar;
 using namespace lahar::test;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "element_fixtures.h"
+#include "tests/physics/mesh/element_fixtures.h"
 
 using namespace lahar;
 using namespace lahar::test;

@@ -4,7 +4,7 @@
 
 #include <tuple>
 
-#include "soil_paths.h"
+#include "tests/physics/materials/soil_paths.h"
 
 using lahar::NorSand;
 using lahar::Voigt;

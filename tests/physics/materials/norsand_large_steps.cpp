@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "physics/materials/norsand.h"
-#include "soil_paths.h"
+#include "tests/physics/materials/soil_paths.h"
 
 using lahar::NorSand;
 using lahar::Voigt;

@@ -1,7 +1,7 @@
 #include <doctest/doctest.h>
 
-#include "element_fixtures.h"
 #include "physics/base/error.h"
+#include "tests/physics/mesh/element_fixtures.h"
 
 using namespace lahar;
 using namespace lahar::test;

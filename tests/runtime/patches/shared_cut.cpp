@@ -7,8 +7,8 @@
 #include <numeric>
 #include <random>
 
-#include "../io/thread_team.h"
 #include "physics/mesh/element_grid.h"
+#include "tests/io/base/thread_team.h"
 
 using namespace lahar;
 

@@ -1,4 +1,3 @@
-#include "runtime/base/launcher.h"
 #include "runtime/terminal/console.h"
 
 #include <doctest/doctest.h>
@@ -12,6 +11,7 @@
 #include <string>
 #include <thread>
 
+#include "runtime/base/launcher.h"
 #include "runtime/comm/ranks.h"
 #include "runtime/program/startup_progress.h"
 
