@@ -1,4 +1,4 @@
-/// The step graph as a oneTBB flow graph that is fired over and over.
+/// \file The step graph as a oneTBB flow graph that is fired over and over.
 ///
 /// Edges within a step are make_edge edges. Edges from one step to the next are explicit try_put
 /// calls in the bodies, so that the graph drains when the last step is done. A continue_node counts

@@ -12,8 +12,8 @@ std::string format_bytes(double bytes);  ///< 1.5 MiB
 std::string format_count(Index n);       ///< 40,155
 
 /// Text from input (names, titles, paths, words of a file) as a terminal, a log or a table may get
-/// it: control characters become visible escapes (\n, \x1b, \u009b), and so do characters that
-/// change the direction of text and bytes that are not UTF-8 (\xff). All other UTF-8 stays.
+/// it: control characters become visible escapes (`\n`, `\x1b`, `\u009b`), and so do characters
+/// that change the direction of text and bytes that are not UTF-8 (`\xff`). All other UTF-8 stays.
 std::string printable(std::string_view text);
 /// The same of text with several lines: line ends and tabs stay.
 std::string printable_lines(std::string_view text);

@@ -1,4 +1,4 @@
-/// Grid to particle: velocities and positions, nodal pressure.
+/// \file Grid to particle: velocities and positions, nodal pressure.
 #include "physics/basis/cell_map.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/particle_update.h"

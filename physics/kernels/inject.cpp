@@ -1,4 +1,4 @@
-/// Particles that come into the model at the beginning of a step.
+/// \file Particles that come into the model at the beginning of a step.
 #include <algorithm>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-/// Which cell a particle is in after it moved, and the exchange of particles between patches.
+/// \file Which cell a particle is in after it moved, and the exchange of particles between patches.
 #include <algorithm>
 #include <bit>
 #include <cmath>

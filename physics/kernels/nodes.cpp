@@ -1,5 +1,5 @@
-/// Nodal kernels. Every patch that holds a node does the same arithmetic in the same order on the
-/// same sums, so that all copies of a node are identical.
+/// \file Nodal kernels. Every patch that holds a node does the same arithmetic in the same order on
+/// the same sums, so that all copies of a node are identical.
 #include <algorithm>
 #include <cmath>
 #include <limits>

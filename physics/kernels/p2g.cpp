@@ -1,5 +1,5 @@
-/// Particle to grid: a run of particles of one cell is accumulated in registers, then added once to
-/// the cell's nodes in the patch's private arrays. No other patch writes them.
+/// \file Particle to grid: a run of particles of one cell is accumulated in registers, then added
+/// once to the cell's nodes in the patch's private arrays. No other patch writes them.
 ///
 /// Q4 has few nodes and many particles per cell: lanes are particles, and the sums of all nodes are
 /// reduced together. H8 has many nodes and few particles: lanes are the eight nodes, so that a

@@ -1,8 +1,8 @@
-/// Particle to grid for tensor bases in 3D of which a particle reaches three of the cell's four
-/// nodes along each axis (basis.h): quadratic splines. Lanes are the components of two nodes that
-/// are neighbours along the first axis. Particles follow one another, octants of the cell along the
-/// second and third axis one after the other: the nodes that particles of one octant reach have
-/// their sums in registers.
+/// \file Particle to grid for tensor bases in 3D of which a particle reaches three of the cell's
+/// four nodes along each axis (basis.h): quadratic splines. Lanes are the components of two nodes
+/// that are neighbours along the first axis. Particles follow one another, octants of the cell
+/// along the second and third axis one after the other: the nodes that particles of one octant
+/// reach have their sums in registers.
 #include <algorithm>
 #include <bit>
 

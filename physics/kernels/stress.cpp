@@ -1,4 +1,4 @@
-/// Strain increment and constitutive update.
+/// \file Strain increment and constitutive update.
 #include <algorithm>
 
 #include "physics/basis/cell_map.h"

@@ -1,4 +1,4 @@
-/// Grid to particle for bases of any support. Lanes are particles.
+/// \file Grid to particle for bases of any support. Lanes are particles.
 #include "physics/basis/spline_polynomials.h"
 #include "physics/basis/support_fields.h"
 #include "physics/kernels/affine_velocity.h"

@@ -1,4 +1,4 @@
-/// Particle to grid for bases of any support. Where functions are given one by one lanes are
+/// \file Particle to grid for bases of any support. Where functions are given one by one lanes are
 /// particles; where they are products of functions of one axis, tensor_p2g.h sums, and
 /// for quadratic splines in 3D spline_p2g.cpp.
 #include <algorithm>

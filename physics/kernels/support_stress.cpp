@@ -1,4 +1,4 @@
-/// Velocity gradients at particles, for bases of any support.
+/// \file Velocity gradients at particles, for bases of any support.
 #include "physics/basis/support_fields.h"
 #include "physics/kernels/support_kernels.h"
 

@@ -1,4 +1,4 @@
-/// Every copy of a node runs this very code, so that all are equal to the last bit.
+/// \file Every copy of a node runs this very code, so that all are equal to the last bit.
 #include "physics/kernels/velocity_transfer.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-/// `lahar info` and `lahar graph`.
+/// \file `lahar info` and `lahar graph`.
 #include <fmt/format.h>
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-/// The program: command line, and one place that turns errors into messages and exit codes.
+/// \file The program: command line, and one place that turns errors into messages and exit codes.
 #include <fmt/format.h>
 #include <unistd.h>
 

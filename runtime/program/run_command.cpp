@@ -1,4 +1,4 @@
-/// `lahar run` and `lahar check`.
+/// \file `lahar run` and `lahar check`.
 #include <fmt/format.h>
 
 #include <algorithm>

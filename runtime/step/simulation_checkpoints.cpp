@@ -1,4 +1,4 @@
-/// States for checkpoints. Tasks copy those of their patches while steps are taken: at the
+/// \file States for checkpoints. Tasks copy those of their patches while steps are taken: at the
 /// beginning of a step, when a patch's particles have come and nothing else of the step is done, a
 /// patch is as it would be if the graph had drained. What cannot be copied so is taken from a
 /// drained graph.

@@ -1,4 +1,4 @@
-/// What the watchdog does in a simulation.
+/// \file What the watchdog does in a simulation.
 #include <algorithm>
 #include <limits>
 

@@ -31,7 +31,7 @@ class Svg {
   std::string head_, body_;
 };
 
-/// A colour of the map "viridis" for a value from 0 to 1, as #rrggbb.
+/// A colour of the map "viridis" for a value from 0 to 1, as `#rrggbb`.
 std::string viridis(double value);
 
 }  // namespace lahar

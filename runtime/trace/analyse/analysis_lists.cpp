@@ -1,4 +1,4 @@
-/// Lists and sums of an analysis: waits, patches, messages, and how far patches were apart.
+/// \file Lists and sums of an analysis: waits, patches, messages, and how far patches were apart.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-/// What cannot be in a sound trace.
+/// \file What cannot be in a sound trace.
 #include <fmt/format.h>
 
 #include <map>

@@ -1,4 +1,4 @@
-/// What costs most, in words.
+/// \file What costs most, in words.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-/// Simulation of steps with a barrier after each phase.
+/// \file Simulation of steps with a barrier after each phase.
 #include <algorithm>
 #include <cmath>
 

@@ -1,5 +1,5 @@
-/// Simulation of the step graph. Every task counts what it still waits for, as in the executor, but
-/// for several steps at once, so that nothing has to be proved about tokens here.
+/// \file Simulation of the step graph. Every task counts what it still waits for, as in the
+/// executor, but for several steps at once, so that nothing has to be proved about tokens here.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,4 +1,4 @@
-/// What an analysis says, for people.
+/// \file What an analysis says, for people.
 #include <fmt/format.h>
 
 #include <algorithm>

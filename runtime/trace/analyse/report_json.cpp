@@ -1,5 +1,5 @@
-/// What an analysis says, for programs; runtime/trace/analyse/schema/report.schema.json describes
-/// it.
+/// \file What an analysis says, for programs; runtime/trace/analyse/schema/report.schema.json
+/// describes it.
 #include <nlohmann/json.hpp>
 
 #include "runtime/trace/analyse/analysis.h"
