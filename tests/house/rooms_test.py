@@ -4,7 +4,9 @@
     rooms_test.py SOURCE_FOLDER
 
 Rooms and what lies below them are the lines lahar_room(...) of CMakeLists.txt. Tests mirror them: a file of
-tests/<room>/ may include what its room may, and what is beside it.
+tests/<room>/ may include what its folder may, and what is beside it.
+
+Besides: names of test cases are such that CTest finds them.
 """
 import re
 import sys
@@ -94,6 +96,10 @@ def main():
         for line, target in includes(test):
             if FOLDERS.index(target.split("/")[0]) > FOLDERS.index(top):
                 problems.append(f"tests/{room}/{test.name}:{line}: {target} is above {top}")
+    for test in sorted((root / "tests").rglob("*.cpp")):
+        for name in re.findall(r'TEST_CASE(?:_TEMPLATE)?\(\s*"([^"]*)"', test.read_text()):
+            if re.search(r"[;\[\]\\]", name):
+                problems.append(f"{test.relative_to(root)}: CTest cannot find '{name}': no ; [ ] or \\ in names")
     problems += [f"headers in a circle: {circle}" for circle in cycles(graph)]
     for problem in problems:
         print(problem)

@@ -185,7 +185,7 @@ TEST_CASE("materials are compared exactly") {
   CHECK_FALSE(compare(a, b, {.rtol = 100, .atol = 100}).passed);
 }
 
-TEST_CASE("a frame agrees with the table made from it; its pressure is svars_0") {
+TEST_CASE("a frame agrees with the table made from it, its pressure is svars_0") {
   const TemporaryFolder folder;
   write_frame(two_particles(), folder.path / "a.hdf");
   write_csv(two_particles(), folder.path / "b.csv");

@@ -186,7 +186,7 @@ TEST_CASE("the manifest of a run that is not finished says failed") {
   CHECK(contains(folder.path / "manifest.json", "\"status\": \"failed\""));
 }
 
-TEST_CASE("a frame of a run is found by its step; a missing one is answered with those there are") {
+TEST_CASE("a frame of a run is found by its step, a missing one is answered with those there are") {
   const TemporaryFolder folder;
   const fs::path path = folder.path / "run";
   std::vector<Index> steps;

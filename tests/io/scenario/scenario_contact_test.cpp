@@ -106,7 +106,7 @@ TEST_CASE("an interface of one body is warned about") {
   CHECK(s.warnings[0].message == "'interface' has no effect: all particles are one body");
 }
 
-TEST_CASE("contact with usf or usl is refused with the reason; CB-Geo's input gets a warning") {
+TEST_CASE("contact with usf or usl is refused with the reason, CB-Geo's input gets a warning") {
   for (const std::string scheme : {"usf", "usl"}) {
     const std::string keys = R"(, "interface": true, "mpm_scheme": ")" + scheme + '"';
     std::string message;

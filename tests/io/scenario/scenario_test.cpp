@@ -203,7 +203,7 @@ TEST_CASE("functions of time are linear between their points and constant outsid
   CHECK(f[2](2.5) == 0.0);
 }
 
-TEST_CASE("of several constraints the first wins; of several forces the last, with its function") {
+TEST_CASE("of several constraints the first wins, of several forces the last, with its function") {
   const auto m = model({.mesh = R"(, "boundary_conditions": {"velocity_constraints": [
          {"nset": "corner", "dir": 0, "velocity": 1}, {"nset_id": -1, "dir": 0, "velocity": 2}]})",
                         .sets = R"({"nodes": {"corner": {"box": {"max": [0, 0]}}}})",
@@ -437,7 +437,7 @@ TEST_CASE("output may come by time") {
   CHECK(model({}).output.max_frames == 10000);
 }
 
-TEST_CASE("checkpoints are planned in post_processing; without a plan there are none") {
+TEST_CASE("checkpoints are planned in post_processing, without a plan there are none") {
   const OutputPlan none = model({}).output;
   CHECK(none.checkpoint_steps == 0);
   CHECK(none.checkpoint_minutes == 0);

@@ -112,7 +112,7 @@ TEST_CASE("the reference page lists where CB-Geo MPM deviates") {
     CHECK(page.find(deviation.what) != std::string::npos);
 }
 
-TEST_CASE("accelerations come from sets and files, with functions of time; the last counts") {
+TEST_CASE("accelerations come from sets and files, with functions of time, the last counts") {
   const Folder folder;
   folder.write("shake.txt", "# node dir acceleration\n1 0 0.5\n7 1 -0.25\n");
   std::string text = scenario(2, R"("acceleration_constraints": [

@@ -146,7 +146,7 @@ TEST_CASE("clamping moves values to the limit and no further") {
   }
 }
 
-TEST_CASE("a lane's bit selects between two packs; fma rounds alike in packs and single lanes") {
+TEST_CASE("a lane's bit selects between two packs, fma rounds alike in packs and single lanes") {
   std::mt19937 random(9);
   for (unsigned bits = 0; bits < 1u << W; bits += 1 + random() % 5) {
     const auto a = random_values(random, W), b = random_values(random, W);

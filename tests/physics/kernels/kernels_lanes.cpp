@@ -78,7 +78,7 @@ constexpr double untouched = -1234.5;
 }  // namespace
 
 // Sums over particles are made lane by lane first: their order is that of the pack's width.
-TEST_CASE("a particle gets the same bits in a pack and alone; sums over particles are rounded") {
+TEST_CASE("a particle gets the same bits in a pack and alone, sums over particles are rounded") {
   on_every_twin(
       [](auto& packs, auto& singles) {
         constexpr int Dim = std::decay_t<decltype(packs)>::dim;

@@ -269,7 +269,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "packs never put a point inside a cell that it is not in; what they fail at is reported") {
+    "packs never put a point inside a cell that it is not in, what they fail at is reported") {
   on_distorted_meshes([]<int Dim>(const Mesh<Dim>& mesh, std::mt19937& random) {
     int reported = 0;
     for (Index c = 0; c < mesh.n_cells(); ++c) {

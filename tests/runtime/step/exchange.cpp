@@ -255,7 +255,7 @@ void check_active_nodes(Model<Dim> model, int steps) {
 
 }  // namespace
 
-TEST_CASE("nodes of cells with particles are active; the sums at all others are zero") {
+TEST_CASE("nodes of cells with particles are active, the sums at all others are zero") {
   for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
     CAPTURE(static_cast<int>(scheme));
     Model<2> discs = two_discs();

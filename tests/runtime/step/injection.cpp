@@ -114,7 +114,7 @@ TEST_CASE("ids follow the order of the cells in their set") {
   }
 }
 
-TEST_CASE("particles come in steps that begin in [start, end) alone") {
+TEST_CASE("particles come in steps that begin in the interval from start to before end alone") {
   const auto timed = [](const std::string& duration) {
     return free_jet(R"({"generator": {"type": "inject", "cset": "corner", "nparticles_per_dir": 1,
         "velocity": [0, 0], "material": 0, "duration": )" +

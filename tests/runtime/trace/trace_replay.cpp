@@ -305,7 +305,7 @@ TEST_CASE("a projection of uneven work: barriers wait for the slowest of all ran
   CHECK(text_of(p) == text_of(project(log, {.network = Network::ideal(), .cores = 1e5})));
 }
 
-TEST_CASE("networks are read with units; mistakes are named with their place") {
+TEST_CASE("networks are read with units, mistakes are named with their place") {
   const auto path = std::filesystem::temp_directory_path() / "lahar-network-test.json";
   const auto read = [&](const std::string& text) {
     std::ofstream(path) << text;
