@@ -18,7 +18,7 @@ std::vector<TrafficPhase> phases_of_boxes(Scheme scheme) {
       return {{"velocity stress force", {x, stress, volume}, {stress, volume}},
               {"integrate G2P locate P2G", {x, v, u, mass}, {x, v, u}}};
     case Scheme::musl:
-      return {{"integrate G2P P2G again", {x, xi, v, u, mass}, {x, v, u}},
+      return {{"integrate G2P P2G remap", {x, xi, v, u, mass}, {x, v, u}},
               {"velocity stress locate P2G force",
                {x, xi, v, stress, volume, mass},
                {xi, stress, volume}}};

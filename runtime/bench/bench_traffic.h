@@ -21,7 +21,7 @@ struct TrafficPhase {
 ///     USL     integrate stress G2P locate P2G force    x v u stress volume mass    x v u stress volume
 ///     USF     velocity stress force                    x stress volume             stress volume
 ///             integrate G2P locate P2G                 x v u mass                  x v u
-///     MUSL    integrate G2P P2G again                  x xi v u mass               x v u
+///     MUSL    integrate G2P P2G remap                  x xi v u mass               x v u
 ///             velocity stress locate P2G force         x xi v stress volume mass   xi stress volume
 ///
 /// A mesh of general cells keeps the natural coordinates xi: read instead of x where x stays, read

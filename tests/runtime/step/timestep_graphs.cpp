@@ -118,8 +118,8 @@ TEST_CASE("schemes update stresses where their names say") {
       }
     }
     if (analysis.scheme == Scheme::musl) {
-      CHECK(at("G2P") < at("P2G again"));
-      CHECK(at("P2G again") < at("velocity"));
+      CHECK(at("G2P") < at("P2G remap"));
+      CHECK(at("P2G remap") < at("velocity"));
       CHECK(at("velocity") < at("stress"));
     }
     CHECK(at("stress") < at("locate"));
@@ -180,20 +180,20 @@ TEST_CASE(
       {Scheme::musl,
        false,
        false,
-       {"arrivals", "integrate, G2P, P2G again", "velocity, stress, locate, P2G, force, output"}},
+       {"arrivals", "integrate, G2P, P2G remap", "velocity, stress, locate, P2G, force, output"}},
       {Scheme::musl,
        false,
        true,
-       {"arrivals", "integrate, G2P, P2G again", "velocity, stress, locate, P2G, force, output"}},
+       {"arrivals", "integrate, G2P, P2G remap", "velocity, stress, locate, P2G, force, output"}},
       {Scheme::musl,
        true,
        false,
-       {"arrivals", "integrate, G2P, P2G again", "velocity, strain",
+       {"arrivals", "integrate, G2P, P2G remap", "velocity, strain",
         "stress, locate, P2G, force, output"}},
       {Scheme::musl,
        true,
        true,
-       {"arrivals", "integrate, G2P, P2G again", "velocity, strain",
+       {"arrivals", "integrate, G2P, P2G remap", "velocity, strain",
         "stress, locate, P2G, force, output"}},
       {Scheme::usf,
        false,
