@@ -6,8 +6,8 @@
 
 #include <algorithm>
 
+#include "graph/back_off.h"
 #include "graph/executor.h"
-#include "graph/give_way.h"
 
 namespace lahar {
 

@@ -9,7 +9,7 @@
 #include <set>
 #include <span>
 
-#include "physics/base/home.h"
+#include "physics/base/directory_rank.h"
 
 namespace lahar {
 
@@ -175,7 +175,7 @@ void keep_first(std::vector<RingCell<Dim>>& found, const MeshRows<Dim>& rows, co
   const auto size = static_cast<std::size_t>(team.size());
   std::vector<std::vector<RingCell<Dim>>> to(size);
   const auto send = [&](const RingCell<Dim>& cell) {
-    const int home = home_of(*std::ranges::min_element(cell.corner), team.size());
+    const int home = directory_rank(*std::ranges::min_element(cell.corner), team.size());
     to[static_cast<std::size_t>(home)].push_back(cell);
   };
   for (std::size_t at = 0; at < rows.cell_nodes.size(); at += per_cell)

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "io/base/file_part.h"
-#include "physics/base/home.h"
+#include "physics/base/directory_rank.h"
 
 namespace lahar {
 
@@ -50,7 +50,7 @@ std::optional<std::vector<Row>> read_together(const SideFile& file, const Team& 
         more = rows.next();
         Row row{};
         if (more && parse(rows, row))
-          to[static_cast<std::size_t>(home_of(row.node, team.size()))].push_back(row);
+          to[static_cast<std::size_t>(directory_rank(row.node, team.size()))].push_back(row);
       }
     });
     if (team.any(rows.failed())) return std::nullopt;

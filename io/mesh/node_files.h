@@ -1,6 +1,6 @@
 /// \file Side files with a row for each of some nodes, which a team reads together: each member
-/// gets the rows of the nodes that it keeps (home_of()), in the order of the file. All functions
-/// are collective, and give nothing to any member if anything is wrong (reported).
+/// gets the rows of the nodes that it keeps (directory_rank()), in the order of the file. All
+/// functions are collective, and give nothing to any member if anything is wrong (reported).
 #pragma once
 
 #include <optional>

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "io/scenario/scenario_input.h"
-#include "physics/base/home.h"
+#include "physics/base/directory_rank.h"
 
 namespace lahar {
 
@@ -120,7 +120,7 @@ class Outliner : public SetStream {
   bool member(Kind kind, Index id) override {
     outline_.add(id);
     // Whether one occurs twice is looked at by one member of the team for each.
-    if (home_of(id, team_.size()) == team_.index()) ids_.push_back(id);
+    if (directory_rank(id, team_.size()) == team_.index()) ids_.push_back(id);
     const Index n = kind == Kind::node ? n_nodes_ : kind == Kind::cell ? n_cells_ : -1;
     return n < 0 || id < n;
   }

@@ -196,7 +196,8 @@ class ScenarioBuilder {
   bool is_held(Index node, int dir) const;
   // scenario_loads.cpp
   /// The ids that `id_key` or `name_key` of an object mean, ascending (-1 = all of them); nothing
-  /// if reported. Those that this member of the team has: nodes of home_of(), particles it holds.
+  /// if reported. Those that this member of the team has: nodes of directory_rank(), particles it
+  /// holds.
   std::optional<std::vector<Index>> members(const JsonValue& object, std::string_view id_key,
                                             std::string_view name_key, const EntitySets& sets);
   /// Whether these keys mean all particles (-1), those that are still to come too.

@@ -8,7 +8,7 @@
 #include "io/base/text.h"
 #include "io/mesh/shared_mesh.h"
 #include "io/scenario/scenario_builder.h"
-#include "physics/base/home.h"
+#include "physics/base/directory_rank.h"
 
 namespace lahar {
 
@@ -31,8 +31,8 @@ std::optional<std::vector<Index>> ScenarioBuilder<Dim>::cells_of(const JsonValue
 
 namespace {
 
-/// Let every member have the cells that it keeps (home_of()), instead of its part of the list.
-/// Collective.
+/// Let every member have the cells that it keeps (directory_rank()), instead of its part of the
+/// list. Collective.
 template <int Dim>
 void send_home(Injection<Dim>& injection, const Team& team) {
   struct Cell {
@@ -46,7 +46,7 @@ void send_home(Injection<Dim>& injection, const Team& team) {
   Index position = team.part(injection.all_cells, team.index());
   auto x = injection.x.begin();
   for (std::size_t i = 0; i < injection.cells.size(); ++i) {
-    const auto to = static_cast<std::size_t>(home_of(injection.cells[i], team.size()));
+    const auto to = static_cast<std::size_t>(directory_rank(injection.cells[i], team.size()));
     cells[to].push_back({position++, injection.cells[i], injection.volume[i]});
     for (Index k = 0; k < injection.per_cell; ++k)
       std::copy_n((x++)->data(), Dim, points[to].emplace_back().begin());

@@ -65,8 +65,8 @@ struct SetOutline {
 };
 
 /// Sets of entity_sets.json. Each member of the team has a part of their members: of a set of nodes
-/// those of home_of(), of a set of cells an equal part of the list (Team::part()), of sets of
-/// particles those that it holds, which it takes when the particles are there.
+/// those of directory_rank(), of a set of cells an equal part of the list (Team::part()), of sets
+/// of particles those that it holds, which it takes when the particles are there.
 struct EntityFile {
   EntitySets nodes{"node", {}, {}}, cells{"cell", {}, {}}, particles{"particle", {}, {}};
   std::unordered_map<Index, SetOutline> outlines;  ///< of particle sets, whose `by_id` are empty

@@ -6,7 +6,7 @@
 #include "io/base/text.h"
 #include "io/mesh/node_files.h"
 #include "io/scenario/scenario_builder.h"
-#include "physics/base/home.h"
+#include "physics/base/directory_rank.h"
 
 namespace lahar {
 
@@ -37,7 +37,7 @@ std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(const JsonValue&
     need_memory(*value, condition_bytes * static_cast<double>(n_nodes()) / team_.size(),
                 fmt::format("what is said of all {} nodes", format_count(n_nodes())));
     for (Index i = 0; i < n_nodes(); ++i)
-      if (home_of(i, team_.size()) == team_.index()) ids.push_back(i);
+      if (directory_rank(i, team_.size()) == team_.index()) ids.push_back(i);
     return ids;
   }
   const auto* found = sets.find(*value, in_);

@@ -5,7 +5,7 @@
 
 #include "io/base/text.h"
 #include "io/scenario/scenario_builder.h"
-#include "physics/base/home.h"
+#include "physics/base/directory_rank.h"
 #include "physics/mesh/element_grid.h"
 
 namespace lahar {
@@ -166,14 +166,14 @@ void ScenarioBuilder<Dim>::need_memory_of_grid(const JsonValue& at, Element elem
   need_memory(at, copies * (nodes * sizeof(Vec<Dim>) + cells * row) / team_.size(), what);
 }
 
-/// The nodes of a region that this member keeps (home_of()), ascending. Collective.
+/// The nodes of a region that this member keeps (directory_rank()), ascending. Collective.
 template <int Dim>
 std::vector<Index> ScenarioBuilder<Dim>::nodes_in(const Region<Dim>& region, const JsonValue& at) {
   std::vector<Index> ids;
   if (!mesh_->is_share()) {
     all_or_none(team_, [&] {
       for_nodes_near<Dim>(*mesh_, region, [&](Index i) {
-        if (home_of(i, team_.size()) == team_.index() && region.contains(mesh_->node(i)))
+        if (directory_rank(i, team_.size()) == team_.index() && region.contains(mesh_->node(i)))
           add_member(ids, i, at);
       });
     });
@@ -184,7 +184,7 @@ std::vector<Index> ScenarioBuilder<Dim>::nodes_in(const Region<Dim>& region, con
   Index node = team_.part(n_nodes(), team_.index());
   for (const Vec<Dim>& x : own_nodes_) {
     if (region.contains(x))
-      to[static_cast<std::size_t>(home_of(node, team_.size()))].push_back(node);
+      to[static_cast<std::size_t>(directory_rank(node, team_.size()))].push_back(node);
     ++node;
   }
   return joined(team_.exchange(std::move(to)));

@@ -6,7 +6,7 @@
 
 #include "io/base/text.h"
 #include "io/scenario/scenario_input.h"
-#include "physics/base/home.h"
+#include "physics/base/directory_rank.h"
 
 namespace lahar {
 
@@ -203,7 +203,7 @@ EntityFile read_entity_sets(const JsonValue& mesh, Index n_nodes, Index n_cells,
     out.nodes.all_known = out.cells.all_known = out.particles.all_known = false;
   const Team& team = *in.team;
   for (auto& [id, set] : out.nodes.by_id)
-    std::erase_if(set, [&](Index i) { return home_of(i, team.size()) != team.index(); });
+    std::erase_if(set, [&](Index i) { return directory_rank(i, team.size()) != team.index(); });
   for (auto& [id, set] : out.cells.by_id) {
     const auto n = static_cast<Index>(set.size());
     set = {set.begin() + team.part(n, team.index()), set.begin() + team.part(n, team.index() + 1)};

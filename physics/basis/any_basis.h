@@ -11,13 +11,13 @@ namespace lahar {
 /// Call body(basis, run, nodes) for every run that is not empty and for which takes(run) is true,
 /// with the local nodes of the basis.
 template <int Dim, class Takes, class Body>
-void for_each_run_with_basis(const Patch<Dim>& patch, Runs runs, Takes takes, Body body) {
+void for_each_run_with_basis(const Patch<Dim>& patch, ParticleBins bins, Takes takes, Body body) {
   const auto with = [&](const auto& cells, auto nodes_of) {
-    for (const Run& run : runs)
+    for (const ParticleBin& run : bins)
       if (run.begin < run.end && takes(run))
         body(cells[run.cell], run, nodes_of(static_cast<std::size_t>(run.cell)).data());
   };
-  if (supported::is(patch)) {
+  if (general::is(patch)) {
     with_bases(patch, [&](const auto& cells) {
       with(cells, [&](std::size_t cell) { return patch.topology.support(cell); });
     });

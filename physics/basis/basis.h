@@ -88,25 +88,26 @@ LAHAR_INLINE void with_bases(const Patch<Dim>& patch, Body body) {
 
 /// Call body(basis, run, nodes) for every run that is not empty, with the local nodes of the basis.
 template <int Dim, class Body>
-LAHAR_INLINE void for_each_supported_run(const Patch<Dim>& patch, Runs runs, Body body) {
+LAHAR_INLINE void for_each_supported_run(const Patch<Dim>& patch, ParticleBins bins, Body body) {
   const Local* nodes = patch.topology.support_nodes.data();
   const auto stride = static_cast<std::ptrdiff_t>(patch.topology.support_size);
   // A function for each basis: in one for all, GCC 12 keeps less in registers.
   with_bases(
       patch, [&](const auto& cells) __attribute__((noinline)) {
-        for (Run& run : runs)
+        for (ParticleBin& run : bins)
           if (run.begin < run.end) body(cells[run.cell], run, nodes + stride * run.cell);
       });
 }
 
 /// The same for patches whose basis is a tensor basis.
 template <int Dim, class Body>
-LAHAR_INLINE void for_each_tensor_run(const Patch<Dim>& patch, Runs runs, Body body) {
+LAHAR_INLINE void for_each_tensor_run(const Patch<Dim>& patch, ParticleBins bins, Body body) {
   for_each_supported_run(
-      patch, runs,
-      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
-        if constexpr (TensorBasis<std::decay_t<decltype(basis)>>) body(basis, run, nodes);
-      });
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+          __attribute__((always_inline)) {
+            if constexpr (TensorBasis<std::decay_t<decltype(basis)>>) body(basis, run, nodes);
+          });
 }
 
 }  // namespace lahar

@@ -185,9 +185,9 @@ LAHAR_INLINE Weights<Dim, Real> weights_at(const Map& map, Local p) {
 
 /// Call body(map, run) for every run that is not empty, with the map of its cell.
 template <int Dim, class Body>
-LAHAR_INLINE void for_each_run(const Patch<Dim>& patch, Runs runs, Body body) {
+LAHAR_INLINE void for_each_run(const Patch<Dim>& patch, ParticleBins bins, Body body) {
   const auto with = [&](const auto& cells) __attribute__((always_inline)) {
-    for (Run& run : runs)
+    for (ParticleBin& run : bins)
       if (run.begin < run.end) body(cells[run.cell], run);
   };
   if (patch.cartesian)

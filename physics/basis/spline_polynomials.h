@@ -16,10 +16,10 @@
 /// where only two nodes are reached, they are the same.
 #pragma once
 
-#include "physics/basis/support_fields.h"
+#include "physics/basis/nodal_fields.h"
 #include "physics/basis/tensor_basis.h"
 
-namespace lahar::supported {
+namespace lahar::general {
 
 /// A place along an axis of a cell. In q, in dq/dt and in moments a has the weights 1, 0 and 0, and
 /// b has t, 1 and 1.
@@ -208,4 +208,4 @@ class SplinePolynomials {
   unsigned border_ = 0, turned_ = 0;
 };
 
-}  // namespace lahar::supported
+}  // namespace lahar::general

@@ -27,7 +27,7 @@ bool gives_gradients(const Analysis& analysis);
 template <int Dim>
 void add_support(const Mesh<Dim>& mesh, const Analysis& analysis, PatchTopology<Dim>& topology);
 
-namespace supported {
+namespace general {
 
 /// Whether kernels use a basis (basis.h) for the particles of a patch.
 template <int Dim>
@@ -35,6 +35,6 @@ LAHAR_INLINE bool is(const Patch<Dim>& patch) {
   return patch.basis != BasisKind::linear;
 }
 
-}  // namespace supported
+}  // namespace general
 
 }  // namespace lahar

@@ -103,7 +103,7 @@ class NodeContact {
     /// [N s] of what prescribes velocities, against contact and against its friction
     Vec<Dim> reaction, against_friction;
     Eigen::Matrix<double, Dim, Dim> free;
-    const WallNode<Dim>* wall;
+    const ConstrainedNode<Dim>* wall;
     Vec<Dim> prescribed = Vec<Dim>::Zero();  ///< [m/s] along what is not free
     Vec<Dim> change() const { return velocity - before; }
   };

@@ -142,7 +142,7 @@ double surface_offset(const Model<Dim>& model) {
 }
 
 template <int Dim>
-void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   struct Place {
     double* line;
     Vec<Dim> x;  ///< [m] of the node
@@ -152,7 +152,7 @@ void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   double* lines = patch.own_sums(NodeSum::surface, step.step);
   const double offset = surface_offset(*step.model);
   const auto x = patch.particles.template rows<Dim>(Column::x);
-  for (const Run& run : runs) {
+  for (const ParticleBin& run : bins) {
     if (run.begin == run.end) continue;
     places.clear();
     int body = 0;
@@ -218,11 +218,11 @@ void add_meetings(Patch<Dim>& patch, Local node, std::span<const NodeVector> lin
     }
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                  \
-  template SurfaceDirections<Dim> surface_directions(const Patch<Dim>&, Local); \
-  template void set_normals(Patch<Dim>&);                                       \
-  template void map_surface(Patch<Dim>&, const StepContext<Dim>&, Runs);        \
-  template double surface_offset(const Model<Dim>&);                            \
+#define LAHAR_INSTANTIATE(Dim)                                                   \
+  template SurfaceDirections<Dim> surface_directions(const Patch<Dim>&, Local);  \
+  template void set_normals(Patch<Dim>&);                                        \
+  template void map_surface(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  template double surface_offset(const Model<Dim>&);                             \
   template void add_meetings(Patch<Dim>&, Local, std::span<const NodeVector>, double);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

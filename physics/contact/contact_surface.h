@@ -43,7 +43,7 @@ void set_normals(Patch<Dim>& patch);
 /// Where the particles of some runs end along the directions at their nodes, from the node and
 /// `surface_offset()` more, so that a place without particles is zero.
 template <int Dim>
-void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
 /// [m] More than any extent of a body; the same for all patches.
 template <int Dim>
@@ -53,11 +53,11 @@ double surface_offset(const Model<Dim>& model);
 template <int Dim>
 void add_meetings(Patch<Dim>& patch, Local node, std::span<const NodeVector> lines, double offset);
 
-#define LAHAR_EXTERN(Dim)                                                              \
-  extern template SurfaceDirections<Dim> surface_directions(const Patch<Dim>&, Local); \
-  extern template void set_normals(Patch<Dim>&);                                       \
-  extern template void map_surface(Patch<Dim>&, const StepContext<Dim>&, Runs);        \
-  extern template double surface_offset(const Model<Dim>&);                            \
+#define LAHAR_EXTERN(Dim)                                                               \
+  extern template SurfaceDirections<Dim> surface_directions(const Patch<Dim>&, Local);  \
+  extern template void set_normals(Patch<Dim>&);                                        \
+  extern template void map_surface(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  extern template double surface_offset(const Model<Dim>&);                             \
   extern template void add_meetings(Patch<Dim>&, Local, std::span<const NodeVector>, double);
 LAHAR_EXTERN(2)
 LAHAR_EXTERN(3)

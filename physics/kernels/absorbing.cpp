@@ -23,8 +23,8 @@ struct WaveSpeeds {
 
 /// {m u} and {m c_p, m c_s, m rho, m} of a run. There are few such particles, those at a boundary.
 template <int Dim, class Basis>
-void scatter(const Basis& basis, const Patch<Dim>& patch, const Run& run, const Local* nodes,
-             const WaveSpeeds& c, double* displacement) {
+void scatter(const Basis& basis, const Patch<Dim>& patch, const ParticleBin& run,
+             const Local* nodes, const WaveSpeeds& c, double* displacement) {
   const auto& particles = patch.particles;
   double* waves = displacement + sum_offset(NodeSum::waves);
   for (Local p = run.begin; p < run.end; ++p) {
@@ -36,8 +36,8 @@ void scatter(const Basis& basis, const Patch<Dim>& patch, const Run& run, const 
     basis.functions(p, N);
     for (int i = 0; i < Basis::nodes; ++i) {
       const NodeVector share(N[i][0]);
-      supported::add_to_node(displacement, nodes[i], share * load<NodeVector>(moment));
-      supported::add_to_node(waves, nodes[i], share * load<NodeVector>(wave));
+      general::add_to_node(displacement, nodes[i], share * load<NodeVector>(moment));
+      general::add_to_node(waves, nodes[i], share * load<NodeVector>(wave));
     }
   }
 }
@@ -45,17 +45,17 @@ void scatter(const Basis& basis, const Patch<Dim>& patch, const Run& run, const 
 }  // namespace
 
 template <int Dim>
-void map_waves(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+void map_waves(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   if (patch.absorbing.empty()) return;
   static_assert(sum_array(NodeSum::displacement) == sum_array(NodeSum::waves));
   static_assert(sum_offset(NodeSum::displacement) == 0);
   double* sums = patch.own_sums(NodeSum::displacement, step.step);
   for_each_run_with_basis(
-      patch, runs,
-      [&](const Run& run) {
+      patch, bins,
+      [&](const ParticleBin& run) {
         return patch.absorbing_cells[static_cast<std::size_t>(run.cell)] != 0;
       },
-      [&](const auto& basis, const Run& run, const Local* nodes) {
+      [&](const auto& basis, const ParticleBin& run, const Local* nodes) {
         scatter(basis, patch, run, nodes, WaveSpeeds(step.model->materials[run.material]), sums);
       });
 }
@@ -65,8 +65,8 @@ void clear_waves(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (!patch.absorbing.empty()) clear_sums_with(patch, step, NodeSum::displacement);
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                              \
-  template void map_waves<Dim>(Patch<Dim>&, const StepContext<Dim>&, Runs); \
+#define LAHAR_INSTANTIATE(Dim)                                                      \
+  template void map_waves<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
   template void clear_waves<Dim>(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -1,9 +1,9 @@
 /// \file The affine velocity field of particles (Affine), from nodal velocities.
 #pragma once
 
-#include "physics/basis/support_fields.h"
+#include "physics/basis/nodal_fields.h"
 
-namespace lahar::supported {
+namespace lahar::general {
 
 /// The affine part of APIC where functions are those of a domain with corners, in place of C, which
 /// holds the gradient. D, of at least the domain's own second moments, is singular only where
@@ -90,4 +90,4 @@ LAHAR_INLINE void affine_velocity(const Basis& basis, Affine affine, Local p, co
     if (affine == Affine::apic) moments_of_domain<Dim>(basis, p, spread, nodes, C);
 }
 
-}  // namespace lahar::supported
+}  // namespace lahar::general

@@ -62,18 +62,18 @@ class CornerMotion {
   [[gnu::noinline]] void mark(unsigned bits, Local p) {
     for (; bits != 0; bits &= bits - 1) {
       const Local q = p + std::countr_zero(bits);
-      Mark& mark = patch_.mark;
-      if (mark.kind == Mark::Kind::folded) ++mark.count;
-      if (mark.kind != Mark::Kind::none) continue;
-      mark.kind = Mark::Kind::folded;
-      mark.count = 1;
-      mark.particle = patch_.particles.id[static_cast<std::size_t>(q)];
+      ParticleFault& fault = patch_.fault;
+      if (fault.kind == ParticleFault::Kind::folded) ++fault.count;
+      if (fault.kind != ParticleFault::Kind::none) continue;
+      fault.kind = ParticleFault::Kind::folded;
+      fault.count = 1;
+      fault.particle = patch_.particles.id[static_cast<std::size_t>(q)];
       for (int d = 0; d < Dim; ++d) {
         const auto at = static_cast<std::size_t>(d);
-        mark.position[at] = x_[at][q];
-        mark.velocity[at] = patch_.particles.row(Column::v, d)[q];
-        if (!std::isfinite(mark.position[at] + mark.velocity[at]))
-          mark.kind = Mark::Kind::not_finite;
+        fault.position[at] = x_[at][q];
+        fault.velocity[at] = patch_.particles.row(Column::v, d)[q];
+        if (!std::isfinite(fault.position[at] + fault.velocity[at]))
+          fault.kind = ParticleFault::Kind::not_finite;
       }
     }
   }

@@ -14,7 +14,7 @@ namespace lahar {
 namespace {
 
 template <int Dim, class Basis>
-void scatter(const Basis& basis, const Particles<Dim>& particles, const Run& run,
+void scatter(const Basis& basis, const Particles<Dim>& particles, const ParticleBin& run,
              const Local* nodes, const Model<Dim>& model, double* sums) {
   for (Local p = run.begin; p < run.end; ++p) {
     const auto prescribed = prescribed_velocity(particles, p, model);
@@ -29,9 +29,9 @@ void scatter(const Basis& basis, const Particles<Dim>& particles, const Run& run
     basis.functions(p, N);
     for (int i = 0; i < Basis::nodes; ++i) {
       const NodeVector share(N[i][0]);
-      supported::add_to_node(sums, nodes[i], share * load<NodeVector>(mass));
-      supported::add_to_node(sums + sum_offset(NodeSum::prescribed_momentum), nodes[i],
-                             share * load<NodeVector>(momentum));
+      general::add_to_node(sums, nodes[i], share * load<NodeVector>(mass));
+      general::add_to_node(sums + sum_offset(NodeSum::prescribed_momentum), nodes[i],
+                           share * load<NodeVector>(momentum));
     }
   }
 }
@@ -40,7 +40,7 @@ void scatter(const Basis& basis, const Particles<Dim>& particles, const Run& run
 /// per mass [J/kg].
 template <int Dim>
 double hold_at_wall(Patch<Dim>& patch, double dt, Local node) {
-  const WallNode<Dim>* wall = find_node(patch.walls, node);
+  const ConstrainedNode<Dim>* wall = find_node(patch.walls, node);
   if (!wall) return 0.0;
   return hold_velocity(*wall, dt, at(patch.velocity, node), at(patch.acceleration, node));
 }
@@ -48,14 +48,15 @@ double hold_at_wall(Patch<Dim>& patch, double dt, Local node) {
 }  // namespace
 
 template <int Dim>
-void map_prescribed(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+void map_prescribed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   static_assert(sum_array(NodeSum::prescribed_mass) == sum_array(NodeSum::prescribed_momentum));
   static_assert(sum_offset(NodeSum::prescribed_mass) == 0);
-  if (std::none_of(runs.begin(), runs.end(), [](const Run& run) { return run.loaded; })) return;
+  if (std::none_of(bins.begin(), bins.end(), [](const ParticleBin& run) { return run.loaded; }))
+    return;
   double* sums = patch.own_sums(NodeSum::prescribed_mass, step.step);
   for_each_run_with_basis(
-      patch, runs, [](const Run& run) { return run.loaded; },
-      [&](const auto& basis, const Run& run, const Local* nodes) {
+      patch, bins, [](const ParticleBin& run) { return run.loaded; },
+      [&](const auto& basis, const ParticleBin& run, const Local* nodes) {
         scatter<Dim>(basis, patch.particles, run, nodes, *step.model, sums);
       });
 }
@@ -129,11 +130,11 @@ void finish_driven_nodes(Patch<Dim>& patch, const StepContext<Dim>& step, const 
   }
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                   \
-  template void map_prescribed<Dim>(Patch<Dim>&, const StepContext<Dim>&, Runs); \
-  template void clear_prescribed<Dim>(Patch<Dim>&, const StepContext<Dim>&);     \
-  template void find_driven_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&);    \
-  template void prescribe_velocities<Dim>(Patch<Dim>&, NodeArray&, bool);        \
+#define LAHAR_INSTANTIATE(Dim)                                                           \
+  template void map_prescribed<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  template void clear_prescribed<Dim>(Patch<Dim>&, const StepContext<Dim>&);             \
+  template void find_driven_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&);            \
+  template void prescribe_velocities<Dim>(Patch<Dim>&, NodeArray&, bool);                \
   template void finish_driven_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&, const Vec<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

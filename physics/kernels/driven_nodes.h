@@ -16,7 +16,7 @@ namespace lahar {
 /// m_i,d += sum_p N_i m_p and (m v)_i,d += sum_p N_i m_p v_p,d over the particles whose velocity
 /// along d is prescribed. Zero before.
 template <int Dim>
-void map_prescribed(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+void map_prescribed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 template <int Dim>
 void clear_prescribed(Patch<Dim>& patch, const StepContext<Dim>& step);
 

@@ -1,8 +1,8 @@
 /// \file Grid to particle: velocities and positions, nodal pressure.
 #include "physics/basis/cell_map.h"
+#include "physics/kernels/general_kernels.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/particle_update.h"
-#include "physics/kernels/support_kernels.h"
 #include "physics/materials/law.h"
 #include "physics/particles/loads.h"
 
@@ -11,7 +11,7 @@ namespace lahar {
 namespace {
 
 template <int Dim, class Real, class Map>
-LAHAR_INLINE void update_run(const Patch<Dim>& patch, const Map& map, const Run& run,
+LAHAR_INLINE void update_run(const Patch<Dim>& patch, const Map& map, const ParticleBin& run,
                              const MovedRows<Dim>& rows, VelocityUpdates<Dim>& updates, double dt,
                              Advanced<Real>& all) {
   const VelocityUpdate update = updates.of(run);
@@ -46,7 +46,7 @@ LAHAR_INLINE void update_run(const Patch<Dim>& patch, const Map& map, const Run&
 }  // namespace
 
 template <int Dim>
-void PrescribedMotion<Dim>::keep_places(const Run& run) {
+void PrescribedMotion<Dim>::keep_places(const ParticleBin& run) {
   kept_.clear();
   const Particles<Dim>& particles = patch_.particles;
   for (Local p = run.begin; p < run.end; ++p) {
@@ -59,7 +59,7 @@ void PrescribedMotion<Dim>::keep_places(const Run& run) {
 }
 
 template <int Dim>
-void PrescribedMotion<Dim>::prescribe(const Run& run) {
+void PrescribedMotion<Dim>::prescribe(const ParticleBin& run) {
   Particles<Dim>& particles = patch_.particles;
   auto kept = kept_.begin();
   for (Local p = run.begin; p < run.end; ++p) {
@@ -82,16 +82,15 @@ void PrescribedMotion<Dim>::prescribe(const Run& run) {
 }
 
 template <int Dim, class Real>
-void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                       VelocityGradients<Dim>* gradients) {
-  if (supported::is(patch))
-    return supported::update_particles<Dim, Real>(patch, step, runs, gradients);
+  if (general::is(patch)) return general::update_particles<Dim, Real>(patch, step, bins, gradients);
   VelocityUpdates<Dim> updates(patch, step);
   const MovedRows<Dim> rows(patch.particles);
   Advanced<Real> all;
   PrescribedMotion<Dim> prescribed(patch, step);
   for_each_run(
-      patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
+      patch, bins, [&](const auto& map, const ParticleBin& run) __attribute__((always_inline)) {
         prescribed.begin(run);
         update_run<Dim, Real>(patch, map, run, rows, updates, step.dt, all);
         prescribed.end(run);
@@ -100,10 +99,10 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs
 }
 
 template <int Dim>
-void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   if (step.model->tractions.empty() && !step.model->body_force) return;
-  if (supported::is(patch)) return supported::add_work_of_tractions(patch, step, runs);
-  for_each_run(patch, runs, [&](const auto& map, const Run& run) {
+  if (general::is(patch)) return general::add_work_of_tractions(patch, step, bins);
+  for_each_run(patch, bins, [&](const auto& map, const ParticleBin& run) {
     if (!has_particle_forces(run, *step.model)) return;
     const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
     for (Local p = run.begin; p < run.end; ++p) {
@@ -123,10 +122,10 @@ void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Runs
 }
 
 template <int Dim, class Real>
-void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
-  if (supported::is(patch)) return supported::smooth_pressure<Dim, Real>(patch, step, runs);
+void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  if (general::is(patch)) return general::smooth_pressure<Dim, Real>(patch, step, bins);
   Particles<Dim>& particles = patch.particles;
-  for_each_run(patch, runs, [&](const auto& map, const Run& run) {
+  for_each_run(patch, bins, [&](const auto& map, const ParticleBin& run) {
     if (!has_pressure(step.model->materials[run.material].law)) return;
     const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
     for (Local p = run.begin; p < run.end; p += lanes<Real>) {
@@ -141,17 +140,17 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs)
   });
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                                    \
-  template void update_particles<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, \
-                                            VelocityGradients<Dim>*);                   \
-  template void smooth_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);
+#define LAHAR_INSTANTIATE(Dim, Real)                                                            \
+  template void update_particles<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
+                                            VelocityGradients<Dim>*);                           \
+  template void smooth_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
 LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)
 LAHAR_INSTANTIATE(2, Scalar)
 LAHAR_INSTANTIATE(3, Scalar)
 template class PrescribedMotion<2>;
 template class PrescribedMotion<3>;
-template void add_work_of_tractions<2>(Patch<2>&, const StepContext<2>&, Runs);
-template void add_work_of_tractions<3>(Patch<3>&, const StepContext<3>&, Runs);
+template void add_work_of_tractions<2>(Patch<2>&, const StepContext<2>&, ParticleBins);
+template void add_work_of_tractions<3>(Patch<3>&, const StepContext<3>&, ParticleBins);
 
 }  // namespace lahar

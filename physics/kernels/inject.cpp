@@ -16,10 +16,10 @@ namespace {
 template <int Dim>
 bool is_empty(const Patch<Dim>& patch, Local cell) {
   const std::size_t cells = patch.topology.cells.size() / patch.bodies();
-  for (std::size_t c = static_cast<std::size_t>(cell) % cells; c < patch.first_run.size();
+  for (std::size_t c = static_cast<std::size_t>(cell) % cells; c < patch.first_bin.size();
        c += cells)
-    for (Local r = patch.first_run[c]; r >= 0;) {
-      const Run& run = patch.runs[static_cast<std::size_t>(r)];
+    for (Local r = patch.first_bin[c]; r >= 0;) {
+      const ParticleBin& run = patch.bins[static_cast<std::size_t>(r)];
       if (run.begin < run.end) return false;
       r = run.next;
     }

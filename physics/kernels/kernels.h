@@ -13,7 +13,7 @@ namespace lahar {
 
 /// Place the particles that neighbours sent, in ascending patch id, in runs of their cells. The
 /// first call sorts all particles into runs (stable, by cell and material). Those placed later are
-/// listed in Patch::late until they are mapped.
+/// listed in Patch::unmapped until they are mapped.
 template <int Dim>
 void receive(Patch<Dim>& patch);
 
@@ -22,7 +22,8 @@ template <int Dim>
 void place_new(Patch<Dim>& patch, const Particles<Dim>& from, Local cell);
 
 /// The particles that Model::injections bring at the beginning of the step, after receive() has
-/// shown which cells are empty. They are listed in Patch::late, their events in Patch::injected.
+/// shown which cells are empty. They are listed in Patch::unmapped, their events in
+/// Patch::injected.
 template <int Dim>
 void inject(Patch<Dim>& patch, const StepContext<Dim>& step);
 
@@ -33,7 +34,7 @@ double injection_limit(const Patch<Dim>& patch, std::size_t generator, const Mod
 
 /// Sort particles again where too many runs had to be added for cells without a free slot; forget
 /// the runs of a patch that has become empty. When depends on what is in the patch only.
-/// Patch::late must be empty.
+/// Patch::unmapped must be empty.
 template <int Dim>
 void sort_if_scattered(Patch<Dim>& patch);
 
@@ -54,23 +55,23 @@ void clear_sums_with(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSum wh
 
 /// m_i += sum_p N_i m_p,  (m v)_i += sum_p N_i m_p v_p, into the patch's own sums.
 template <int Dim, class Real = Pack>
-void map_mass_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+void map_mass_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
 /// (m v)_i += sum_p N_i m_p v_p with the updated particle velocities (MUSL's second mapping).
 template <int Dim, class Real = Pack>
-void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
 /// (m p)_i += sum_p N_i m_p p_p over particles whose law has a pressure.
 template <int Dim, class Real = Pack>
-void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
 /// f_i += -sum_p V_p sigma_p grad N_i + sum_p N_i t_p V_p / size_p (traction).
 template <int Dim, class Real = Pack>
-void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
 /// g_i += sum_p V_p grad N_i: points out of a body, for contact.
 template <int Dim, class Real = Pack>
-void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
 /// Normals of bodies at nodes: directions of g_i, with sums over all patches that share a node.
 template <int Dim>
@@ -84,7 +85,7 @@ void meet_bodies(Patch<Dim>& patch, const StepContext<Dim>& step);
 /// What absorbing nodes take from particles (absorbing.h): (m u)_i, (m c_p)_i, (m c_s)_i, (m rho)_i
 /// += sum_p N_i m_p {u_p, c_p, c_s, rho_p}, only in cells around them. Zero before.
 template <int Dim>
-void map_waves(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+void map_waves(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 template <int Dim>
 void clear_waves(Patch<Dim>& patch, const StepContext<Dim>& step);
 
@@ -121,12 +122,12 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step);
 /// `gradients`, only where gives_gradients() (support.h), receives what update_stress() would find
 /// before particles move.
 template <int Dim, class Real = Pack>
-void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                       VelocityGradients<Dim>* gradients = nullptr);
 
 /// Work of the tractions over the step, before stresses change volumes or particles move.
 template <int Dim>
-void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
 /// Which parts of the stress stage to do; pressure smoothing comes between the two.
 enum class StressPart { both, strain, law };
@@ -134,12 +135,12 @@ enum class StressPart { both, strain, law };
 /// Strain rate from nodal velocities; strain, volume (gradient at the cell's centre) and the law.
 /// With `gradients` it takes those: of the same runs, from update_particles().
 template <int Dim, class Real = Pack>
-void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, StressPart part,
-                   const VelocityGradients<Dim>* gradients = nullptr);
+void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                   StressPart part, const VelocityGradients<Dim>* gradients = nullptr);
 
 /// p_p = sum_i N_i p_i.
 template <int Dim, class Real = Pack>
-void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
 /// Empty the outboxes before particles are located.
 template <int Dim>
@@ -148,7 +149,7 @@ void clear_outboxes(Patch<Dim>& patch);
 /// Take the particles that are no longer in their cell out of their runs, into Patch::movers.
 /// Natural coordinates of the others.
 template <int Dim, class Real = Pack>
-void locate(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+void locate(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
 /// Find the cells of Patch::movers: they go to another run, to a neighbour's outbox, or (where the
 /// model says so) are removed.
@@ -164,7 +165,7 @@ void check_finite(Patch<Dim>& patch);
 /// material's longitudinal wave speed; a viscous fluid also h^2 density / (2 Dim 4/3 mu).
 /// `limiting` (optional) receives the particle's position in the patch.
 template <int Dim>
-double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, std::span<const Run> runs,
-                       Local* limiting = nullptr);
+double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model,
+                       std::span<const ParticleBin> bins, Local* limiting = nullptr);
 
 }  // namespace lahar

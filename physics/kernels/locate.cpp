@@ -50,7 +50,7 @@ struct PlaceRows {
 /// Natural coordinates in the present cell; bits of `outside` for those that have left it.
 template <int Dim, class Real, class Outside>
 LAHAR_INLINE void locate_run_cartesian(const Patch<Dim>& patch, const PlaceRows<Dim>& rows,
-                                       const Run& run, Outside outside) {
+                                       const ParticleBin& run, Outside outside) {
   const auto& box = patch.box[static_cast<std::size_t>(run.cell)];
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = run.end - p;
@@ -87,7 +87,8 @@ template <int Dim>
 /// As locate_run_cartesian. Packs start from the particles' natural coordinates before they moved.
 template <int Dim, class Real, class Outside>
 LAHAR_INLINE void locate_run_isoparametric(Patch<Dim>& patch, const PlaceRows<Dim>& rows,
-                                           const Run& run, const Mesh<Dim>& mesh, Outside outside) {
+                                           const ParticleBin& run, const Mesh<Dim>& mesh,
+                                           Outside outside) {
   const auto c = static_cast<std::size_t>(run.cell);
   const CellPolynomial<Dim> cell(patch.node_position.data(), patch.topology.corner_nodes[c]);
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
@@ -112,8 +113,8 @@ LAHAR_INLINE void locate_run_isoparametric(Patch<Dim>& patch, const PlaceRows<Di
 /// As locate_run_isoparametric, in cells of other elements.
 template <int Dim, class Real, class Cells, class Outside>
 LAHAR_INLINE void locate_run_element(Patch<Dim>& patch, const PlaceRows<Dim>& rows,
-                                     const Cells& cells, const Run& run, const Mesh<Dim>& mesh,
-                                     Outside outside) {
+                                     const Cells& cells, const ParticleBin& run,
+                                     const Mesh<Dim>& mesh, Outside outside) {
   const auto cell = cells[run.cell];
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = run.end - p;
@@ -138,7 +139,7 @@ LAHAR_INLINE void locate_run_element(Patch<Dim>& patch, const PlaceRows<Dim>& ro
 
 /// Take a particle out of its run; the run's last one is to take its place: move_out().
 template <int Dim>
-void take_out(Patch<Dim>& patch, Run& run, Local p) {
+void take_out(Patch<Dim>& patch, ParticleBin& run, Local p) {
   patch.leaving.push_back({p, patch.movers.size() + static_cast<Local>(patch.leaving.size())});
   --run.end;
   --patch.count;
@@ -157,15 +158,16 @@ void move_out(Patch<Dim>& patch) {
 }
 
 template <int Dim>
-void set_mark(Patch<Dim>& patch, Mark::Kind kind, const Particles<Dim>& particles, Local p) {
-  Mark& mark = patch.mark;
-  ++mark.count;
-  if (mark.kind != Mark::Kind::none) return;
-  mark.kind = kind;
-  mark.particle = particles.id[static_cast<std::size_t>(p)];
+void set_mark(Patch<Dim>& patch, ParticleFault::Kind kind, const Particles<Dim>& particles,
+              Local p) {
+  ParticleFault& fault = patch.fault;
+  ++fault.count;
+  if (fault.kind != ParticleFault::Kind::none) return;
+  fault.kind = kind;
+  fault.particle = particles.id[static_cast<std::size_t>(p)];
   for (int d = 0; d < Dim; ++d) {
-    mark.position[static_cast<std::size_t>(d)] = particles.row(Column::x, d)[p];
-    mark.velocity[static_cast<std::size_t>(d)] = particles.row(Column::v, d)[p];
+    fault.position[static_cast<std::size_t>(d)] = particles.row(Column::x, d)[p];
+    fault.velocity[static_cast<std::size_t>(d)] = particles.row(Column::v, d)[p];
   }
 }
 
@@ -175,15 +177,15 @@ constexpr Local added_slots = 8;
 
 /// A run of the cell and material that has a free slot.
 template <int Dim>
-Run& run_with_room(Patch<Dim>& patch, Local cell, std::uint16_t material) {
-  Local& first = patch.first_run[static_cast<std::size_t>(cell)];
-  for (Local r = first; r >= 0; r = patch.runs[static_cast<std::size_t>(r)].next) {
-    Run& run = patch.runs[static_cast<std::size_t>(r)];
+ParticleBin& run_with_room(Patch<Dim>& patch, Local cell, std::uint16_t material) {
+  Local& first = patch.first_bin[static_cast<std::size_t>(cell)];
+  for (Local r = first; r >= 0; r = patch.bins[static_cast<std::size_t>(r)].next) {
+    ParticleBin& run = patch.bins[static_cast<std::size_t>(r)];
     if (run.material == material && run.end < run.limit) return run;
   }
   const Local begin = patch.particles.size();
   patch.particles.resize(begin + added_slots);
-  patch.runs.push_back({.cell = cell,
+  patch.bins.push_back({.cell = cell,
                         .begin = begin,
                         .end = begin,
                         .limit = begin + added_slots,
@@ -191,9 +193,9 @@ Run& run_with_room(Patch<Dim>& patch, Local cell, std::uint16_t material) {
                         .material = material,
                         .loaded = false});
   if (first < 0) patch.cells_to_activate.push_back(cell);
-  first = static_cast<Local>(patch.runs.size()) - 1;
-  ++patch.added_runs;
-  return patch.runs.back();
+  first = static_cast<Local>(patch.bins.size()) - 1;
+  ++patch.added_bins;
+  return patch.bins.back();
 }
 
 /// Find a slot in a run of the cell for particle `i` of `from`, which is still to be copied there,
@@ -201,9 +203,9 @@ Run& run_with_room(Patch<Dim>& patch, Local cell, std::uint16_t material) {
 template <int Dim>
 void place(Patch<Dim>& patch, const Particles<Dim>& from, Local i, Local cell) {
   const auto at = static_cast<std::size_t>(i);
-  Run& run = run_with_room(patch, cell, from.material[at]);
-  if (run.begin == run.end && !patch.watched.empty() &&
-      patch.watched[static_cast<std::size_t>(cell)])
+  ParticleBin& run = run_with_room(patch, cell, from.material[at]);
+  if (run.begin == run.end && !patch.halo_edge_cells.empty() &&
+      patch.halo_edge_cells[static_cast<std::size_t>(cell)])
     patch.needs_surroundings = true;
   const Local slot = run.end++;
   patch.placing.push_back({i, slot});
@@ -211,17 +213,17 @@ void place(Patch<Dim>& patch, const Particles<Dim>& from, Local i, Local cell) {
   const bool loaded = !from.loads.empty() && from.loads[at] != 0;
   run.loaded = run.loaded || loaded;
   ++patch.count;
-  if (!patch.late.empty() && patch.late.back().end == slot &&
-      patch.late.back().limit == run.limit) {
-    ++patch.late.back().end;
-    patch.late.back().loaded = patch.late.back().loaded || loaded;
+  if (!patch.unmapped.empty() && patch.unmapped.back().end == slot &&
+      patch.unmapped.back().limit == run.limit) {
+    ++patch.unmapped.back().end;
+    patch.unmapped.back().loaded = patch.unmapped.back().loaded || loaded;
   } else {
-    patch.late.push_back({.cell = cell,
-                          .begin = slot,
-                          .end = slot + 1,
-                          .limit = run.limit,
-                          .material = run.material,
-                          .loaded = loaded});
+    patch.unmapped.push_back({.cell = cell,
+                              .begin = slot,
+                              .end = slot + 1,
+                              .limit = run.limit,
+                              .material = run.material,
+                              .loaded = loaded});
   }
 }
 
@@ -284,12 +286,13 @@ template <int Dim>
 void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
   Particles<Dim>& movers = patch.movers;
   const Local old = movers.cell[static_cast<std::size_t>(i)];
-  const auto stays = [&](Mark::Kind kind) {  // marked: the step fails, but nothing gets lost
-    set_mark(patch, kind, movers, i);
-    place(patch, movers, i, old);
-  };
+  const auto stays =
+      [&](ParticleFault::Kind kind) {  // marked: the step fails, but nothing gets lost
+        set_mark(patch, kind, movers, i);
+        place(patch, movers, i, old);
+      };
   Vec<Dim> x = position(movers, i);
-  if (!x.allFinite()) return stays(Mark::Kind::not_finite);
+  if (!x.allFinite()) return stays(ParticleFault::Kind::not_finite);
   const bool has_natural = movers.layout().has(Column::xi);
   const bool closed = step.model->analysis.closed_faces;
   if (closed && return_through_faces(patch, movers, i, old)) x = position(movers, i);
@@ -302,8 +305,9 @@ void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
   if (found.cell < 0) {
     // A part of a mesh cannot tell what is far away: no mesh may, or ranks would make a difference.
     if (!step.model->mesh->is_near(x, patch.topology.cells[static_cast<std::size_t>(old)]))
-      return stays(Mark::Kind::moved_too_far);
-    if (!step.model->analysis.remove_leaving_particles) return stays(Mark::Kind::left_mesh);
+      return stays(ParticleFault::Kind::moved_too_far);
+    if (!step.model->analysis.remove_leaving_particles)
+      return stays(ParticleFault::Kind::left_mesh);
     return remove(patch, movers, i, step.step + 1);
   }
   if (has_natural)
@@ -314,7 +318,7 @@ void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
   const Index target = step.partition->patch_of(found.cell);
   const auto& neighbours = patch.topology.neighbours;
   const auto at = std::lower_bound(neighbours.begin(), neighbours.end(), target);
-  if (at == neighbours.end() || *at != target) return stays(Mark::Kind::moved_too_far);
+  if (at == neighbours.end() || *at != target) return stays(ParticleFault::Kind::moved_too_far);
   auto& out = patch.outbox[static_cast<std::size_t>(at - neighbours.begin())];
   if (out.cell.empty()) {
     patch.filled_outboxes.push_back(static_cast<Local>(at - neighbours.begin()));
@@ -340,7 +344,7 @@ void clear_outboxes(Patch<Dim>& patch) {
 /// The first particle of a run whose domain reaches further than a cell from its middle, so that it
 /// may go beyond the cells around; -1 = none.
 template <int Dim>
-Local too_large(const Patch<Dim>& patch, const Run& run) {
+Local too_large(const Patch<Dim>& patch, const ParticleBin& run) {
   const Particles<Dim>& particles = patch.particles;
   const auto& box = patch.box[static_cast<std::size_t>(run.cell)];
   const bool vectors = particles.layout().has(Column::vectors),
@@ -363,10 +367,10 @@ Local too_large(const Patch<Dim>& patch, const Run& run) {
 
 /// All functions of the step have been used: domains become those that its strain left.
 template <int Dim>
-void adopt_domains(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+void adopt_domains(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   const auto& layout = patch.particles.layout();
   const auto adopt = [&](Column from, Column to, int components) {
-    for (const Run& run : runs)
+    for (const ParticleBin& run : bins)
       for (int k = 0; k < components; ++k) {
         const double* row = patch.particles.row(from, k);
         std::copy(row + run.begin, row + run.end, patch.particles.row(to, k) + run.begin);
@@ -377,23 +381,23 @@ void adopt_domains(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   if (layout.has(Column::next_corners))
     adopt(Column::next_corners, Column::corners, Dim * corners<Dim>);
   if (!step.model->analysis.refuse_large_domains) return;
-  for (const Run& run : runs)
+  for (const ParticleBin& run : bins)
     if (const Local p = too_large(patch, run); p >= 0)
-      set_mark(patch, Mark::Kind::domain, patch.particles, p);
+      set_mark(patch, ParticleFault::Kind::domain, patch.particles, p);
 }
 
 template <int Dim, class Real>
-void locate(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+void locate(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   std::vector<std::pair<Local, unsigned>> left;
   if (patch.particles.layout().has(Column::next_domain) ||
       patch.particles.layout().has(Column::next_vectors) ||
       patch.particles.layout().has(Column::corners))
-    adopt_domains(patch, step, runs);
+    adopt_domains(patch, step, bins);
   const PlaceRows<Dim> rows(patch.particles);
   const Mesh<Dim>& mesh = *step.model->mesh;
   const auto outside = [&](Local p, unsigned bits) { left.emplace_back(p, bits); };
   const auto in_all = [&](auto locate_run) __attribute__((always_inline)) {
-    for (Run& run : runs) {
+    for (ParticleBin& run : bins) {
       if (run.begin == run.end) continue;
       locate_run(run);
       // From the last to the first, so that the particle that takes a place is never one that left.
@@ -407,16 +411,16 @@ void locate(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
   };
   if (patch.basis == BasisKind::element)
     with_lagrange(patch, [&](const auto& cells) {
-      in_all([&](const Run& run) __attribute__((always_inline)) {
+      in_all([&](const ParticleBin& run) __attribute__((always_inline)) {
         locate_run_element<Dim, Real>(patch, rows, cells, run, mesh, outside);
       });
     });
   else if (patch.cartesian)
-    in_all([&](const Run& run) __attribute__((always_inline)) {
+    in_all([&](const ParticleBin& run) __attribute__((always_inline)) {
       locate_run_cartesian<Dim, Real>(patch, rows, run, outside);
     });
   else
-    in_all([&](const Run& run) __attribute__((always_inline)) {
+    in_all([&](const ParticleBin& run) __attribute__((always_inline)) {
       locate_run_isoparametric<Dim, Real>(patch, rows, run, mesh, outside);
     });
   move_out(patch);
@@ -435,25 +439,25 @@ namespace {
 /// patch whose particles move get a free slot, so that they need not be sorted again soon.
 template <int Dim>
 void sort_runs(Patch<Dim>& patch) {
-  auto& runs = patch.runs;
-  std::erase_if(runs, [](const Run& run) { return run.begin == run.end; });
-  std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) {
+  auto& bins = patch.bins;
+  std::erase_if(bins, [](const ParticleBin& run) { return run.begin == run.end; });
+  std::stable_sort(bins.begin(), bins.end(), [](const ParticleBin& a, const ParticleBin& b) {
     return std::tie(a.cell, a.material) < std::tie(b.cell, b.material);
   });
-  std::vector<Run> joined;
+  std::vector<ParticleBin> joined;
   std::vector<SlotMove> moves;
-  joined.reserve(runs.size());
-  moves.reserve(runs.size());
+  joined.reserve(bins.size());
+  moves.reserve(bins.size());
   const Local free_slots = patch.moving ? 1 : 0;
   Local slot = 0;
-  for (const Run& run : runs) {
+  for (const ParticleBin& run : bins) {
     if (joined.empty() || joined.back().cell != run.cell ||
         joined.back().material != run.material) {
       slot += joined.empty() ? 0 : free_slots;
       joined.push_back(run);
       joined.back().begin = slot;
     }
-    Run& to = joined.back();
+    ParticleBin& to = joined.back();
     moves.push_back({run.begin, slot, run.end - run.begin});
     slot += run.end - run.begin;
     to.end = slot;
@@ -461,14 +465,14 @@ void sort_runs(Patch<Dim>& patch) {
     to.loaded = to.loaded || run.loaded;
   }
   patch.particles.rearrange(moves, slot + (joined.empty() ? 0 : free_slots));
-  runs = std::move(joined);
-  patch.first_run.assign(patch.topology.cells.size(), -1);
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    Local& first = patch.first_run[static_cast<std::size_t>(runs[r].cell)];
-    runs[r].next = first;
+  bins = std::move(joined);
+  patch.first_bin.assign(patch.topology.cells.size(), -1);
+  for (std::size_t r = 0; r < bins.size(); ++r) {
+    Local& first = patch.first_bin[static_cast<std::size_t>(bins[r].cell)];
+    bins[r].next = first;
     first = static_cast<Local>(r);
   }
-  patch.added_runs = 0;
+  patch.added_bins = 0;
   find_active_nodes(patch);
 }
 
@@ -476,20 +480,20 @@ void sort_runs(Patch<Dim>& patch) {
 template <int Dim>
 void find_runs(Patch<Dim>& patch) {
   const Particles<Dim>& particles = patch.particles;
-  auto& runs = patch.runs;
-  runs.clear();
+  auto& bins = patch.bins;
+  bins.clear();
   for (Local p = 0; p < particles.size(); ++p) {
     const auto i = static_cast<std::size_t>(p);
     const Local cell = particles.cell[i];
-    if (runs.empty() || runs.back().cell != cell || runs.back().material != particles.material[i])
-      runs.push_back({.cell = cell,
+    if (bins.empty() || bins.back().cell != cell || bins.back().material != particles.material[i])
+      bins.push_back({.cell = cell,
                       .begin = p,
                       .end = p,
                       .limit = p,
                       .material = particles.material[i],
                       .loaded = false});
-    runs.back().end = p + 1;
-    if (!particles.loads.empty() && particles.loads[i]) runs.back().loaded = true;
+    bins.back().end = p + 1;
+    if (!particles.loads.empty() && particles.loads[i]) bins.back().loaded = true;
   }
   patch.count = particles.size();
 }
@@ -529,10 +533,10 @@ void place_new(Patch<Dim>& patch, const Particles<Dim>& from, Local cell) {
 /// been dropped in between, which depends on when others caused a rebuild, changes no bit.
 template <int Dim>
 void forget_runs(Patch<Dim>& patch) {
-  patch.runs.clear();
-  patch.first_run.assign(patch.topology.cells.size(), -1);
+  patch.bins.clear();
+  patch.first_bin.assign(patch.topology.cells.size(), -1);
   patch.particles = Particles<Dim>(patch.particles.layout());
-  patch.added_runs = 0;
+  patch.added_bins = 0;
   patch.moving = false;
   find_active_nodes(patch);
 }
@@ -540,11 +544,11 @@ void forget_runs(Patch<Dim>& patch) {
 template <int Dim>
 void sort_if_scattered(Patch<Dim>& patch) {
   if (patch.count == 0) {
-    if (!patch.runs.empty()) forget_runs(patch);
+    if (!patch.bins.empty()) forget_runs(patch);
     return;
   }
-  const auto sorted_runs = static_cast<int>(patch.runs.size()) - patch.added_runs;
-  if (patch.added_runs <= 1 + sorted_runs / runs_per_added_run) return;
+  const auto sorted_runs = static_cast<int>(patch.bins.size()) - patch.added_bins;
+  if (patch.added_bins <= 1 + sorted_runs / runs_per_added_run) return;
   patch.moving = true;
   sort_runs(patch);
 }
@@ -554,7 +558,7 @@ void check_finite(Patch<Dim>& patch) {
   const auto v = patch.particles.template rows<Dim>(Column::v);
   const auto stress = patch.particles.template rows<stress_components<Dim>>(Column::stress);
   Pack zero(0.0);  // stays zero as long as everything is finite
-  for (const Run& run : patch.runs)
+  for (const ParticleBin& run : patch.bins)
     for (Local p = run.begin; p < run.end; p += lanes<Pack>) {
       for (const double* row : v) zero += 0.0 * load_first<Pack>(row + p, run.end - p);
       for (const double* row : stress) zero += 0.0 * load_first<Pack>(row + p, run.end - p);
@@ -564,7 +568,7 @@ void check_finite(Patch<Dim>& patch) {
     double sum = 0.0;  // not finite if one of its terms is not
     for (const double* row : v) sum += row[p];
     for (const double* row : stress) sum += row[p];
-    if (!std::isfinite(sum)) set_mark(patch, Mark::Kind::not_finite, patch.particles, p);
+    if (!std::isfinite(sum)) set_mark(patch, ParticleFault::Kind::not_finite, patch.particles, p);
   });
 }
 
@@ -582,7 +586,7 @@ class LimitRate {
         m_(patch.particles.row(Column::mass)),
         v_(patch.particles.template rows<Dim>(Column::v)) {}
 
-  void enter(const Run& run) {
+  void enter(const ParticleBin& run) {
     if (run.material != material_) {
       const Law& law = model_.materials[run.material].law;
       material_ = run.material;
@@ -616,11 +620,11 @@ class LimitRate {
 }  // namespace
 
 template <int Dim>
-double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, std::span<const Run> runs,
-                       Local* limiting) {
+double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model,
+                       std::span<const ParticleBin> bins, Local* limiting) {
   Pack rates(0.0);
   LimitRate<Dim> rate(patch, model);
-  for (const Run& run : runs) {
+  for (const ParticleBin& run : bins) {
     rate.enter(run);
     for (Local p = run.begin; p < run.end; p += lanes<Pack>)
       rates = max(rates, first_lanes(rate.template at<Pack>(p), run.end - p));
@@ -629,7 +633,7 @@ double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, std::sp
   for (int lane = 0; lane < lanes<Pack>; ++lane) largest = std::max(largest, rates[lane]);
   if (limiting) {
     double most = -1.0;
-    for (const Run& run : runs) {
+    for (const ParticleBin& run : bins) {
       rate.enter(run);
       for (Local p = run.begin; p < run.end; ++p)
         if (const double r = rate.template at<Scalar>(p)[0]; r > most) most = r, *limiting = p;
@@ -638,17 +642,17 @@ double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model, std::sp
   return 1.0 / std::sqrt(largest);
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                     \
-  template void clear_outboxes<Dim>(Patch<Dim>&);                                                  \
-  template void locate<Dim, Pack>(Patch<Dim>&, const StepContext<Dim>&, Runs);                     \
-  template void locate<Dim, Scalar>(Patch<Dim>&, const StepContext<Dim>&, Runs);                   \
-  template void place_movers<Dim>(Patch<Dim>&, const StepContext<Dim>&);                           \
-  template void receive<Dim>(Patch<Dim>&);                                                         \
-  template void place_new<Dim>(Patch<Dim>&, const Particles<Dim>&, Local);                         \
-  template void sort_if_scattered<Dim>(Patch<Dim>&);                                               \
-  template void check_finite<Dim>(Patch<Dim>&);                                                    \
-  template double time_step_limit<Dim>(const Patch<Dim>&, const Model<Dim>&, std::span<const Run>, \
-                                       Local*);
+#define LAHAR_INSTANTIATE(Dim)                                                           \
+  template void clear_outboxes<Dim>(Patch<Dim>&);                                        \
+  template void locate<Dim, Pack>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);   \
+  template void locate<Dim, Scalar>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  template void place_movers<Dim>(Patch<Dim>&, const StepContext<Dim>&);                 \
+  template void receive<Dim>(Patch<Dim>&);                                               \
+  template void place_new<Dim>(Patch<Dim>&, const Particles<Dim>&, Local);               \
+  template void sort_if_scattered<Dim>(Patch<Dim>&);                                     \
+  template void check_finite<Dim>(Patch<Dim>&);                                          \
+  template double time_step_limit<Dim>(const Patch<Dim>&, const Model<Dim>&,             \
+                                       std::span<const ParticleBin>, Local*);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 

@@ -73,8 +73,8 @@ template <int Dim>
 void find_active_nodes(Patch<Dim>& patch) {
   const std::vector<char> before = std::move(patch.node_is_active);
   patch.node_is_active.assign(static_cast<std::size_t>(patch.n_nodes()), 0);
-  for (std::size_t c = 0; c < patch.first_run.size(); ++c)
-    if (patch.first_run[c] >= 0) mark_nodes(patch, c);
+  for (std::size_t c = 0; c < patch.first_bin.size(); ++c)
+    if (patch.first_bin[c] >= 0) mark_nodes(patch, c);
   for (std::size_t i = 0; i < before.size(); ++i)
     if (before[i] && !patch.node_is_active[i])
       for (auto& copies : patch.sums)
@@ -153,7 +153,7 @@ void hold_pressed(Patch<Dim>& patch, const StepContext<Dim>& step) {
   for (std::size_t k = 0; k < patch.wall_pushes.size(); ++k) {
     const WallPush<Dim>& push = patch.wall_pushes[k];
     if (!push.any()) continue;
-    const WallNode<Dim>& wall = patch.walls[k];
+    const ConstrainedNode<Dim>& wall = patch.walls[k];
     double* v = at(patch.velocity, wall.node);
     hold_at_walls(wall, push, v);
     const double m = own[static_cast<std::ptrdiff_t>(wall.node) * sum_stride];
@@ -428,11 +428,11 @@ class Integrator {
     double velocity[node_width], acceleration[node_width];
     store(old, velocity);
     store(a, acceleration);
-    WallNode<Dim> wall = *wall_;
+    ConstrainedNode<Dim> wall = *wall_;
     if (step_.model->analysis.scheme == Scheme::usf)  // what nodal_velocity() took
       Eigen::Map<Vec<Dim>>(velocity) += Eigen::Map<const Vec<Dim>>(at(patch_.acceleration, i));
     for (std::size_t d = 0; d < Dim; ++d)
-      if (wall.shaken[d])
+      if (wall.accelerated[d])
         wall.acceleration[d] *= load_factor(*step_.model, wall.function[d], step_.time);
     const auto at_walls = static_cast<std::size_t>(wall_ - patch_.walls.begin());
     WallPush<Dim>* push = patch_.wall_pushes.empty() ? nullptr : &patch_.wall_pushes[at_walls];
@@ -455,7 +455,7 @@ class Integrator {
   Patch<Dim>& patch_;
   const StepContext<Dim>& step_;
   typename std::vector<PointForce>::const_iterator point_;
-  typename std::vector<WallNode<Dim>>::const_iterator wall_;
+  typename std::vector<ConstrainedNode<Dim>>::const_iterator wall_;
   Absorbing absorbing_;
   Local next_absorbing_;  ///< the node that it is at
   NodeVector gravity_;

@@ -7,9 +7,9 @@
 #include <algorithm>
 
 #include "physics/basis/cell_map.h"
+#include "physics/kernels/general_kernels.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/particle_sums.h"
-#include "physics/kernels/support_kernels.h"
 #include "physics/kernels/velocity_transfer.h"
 #include "physics/materials/law.h"
 #include "physics/particles/loads.h"
@@ -57,8 +57,8 @@ constexpr unsigned vector_and_mass = ((1u << Dim) - 1) | 1u << mass_lane;
 /// Add sum_p N_i q_p over the particles of a run to the components `Used` of its cell's nodes.
 /// `values(p, n, q)` fills q for the particles from p on, with zero beyond the first n.
 template <unsigned Used, class Real, class Map, class Values>
-LAHAR_INLINE void scatter(const Map& map, const Run& run, const std::array<Local, 4>& corner,
-                          double* nodes, Values values) {
+LAHAR_INLINE void scatter(const Map& map, const ParticleBin& run,
+                          const std::array<Local, 4>& corner, double* nodes, Values values) {
   Real sum[4 * node_width];
   LAHAR_UNROLL
   for (Real& s : sum) s = Real(0.0);
@@ -82,8 +82,8 @@ LAHAR_INLINE void scatter(const Map& map, const Run& run, const std::array<Local
 }
 
 template <unsigned Used, class Real, class Map, class Values>
-LAHAR_INLINE void scatter(const Map& map, const Run& run, const std::array<Local, 8>& corner,
-                          double* nodes, Values values) {
+LAHAR_INLINE void scatter(const Map& map, const ParticleBin& run,
+                          const std::array<Local, 8>& corner, double* nodes, Values values) {
   EightNodes sum[node_width];
   LAHAR_UNROLL
   for (EightNodes& s : sum) s = EightNodes(0.0);
@@ -109,9 +109,10 @@ LAHAR_INLINE void scatter(const Map& map, const Run& run, const std::array<Local
 }
 
 template <unsigned Used, int Dim, class Real, class Values>
-LAHAR_INLINE void scatter_runs(const Patch<Dim>& patch, Runs runs, double* nodes, Values values) {
+LAHAR_INLINE void scatter_runs(const Patch<Dim>& patch, ParticleBins bins, double* nodes,
+                               Values values) {
   for_each_run(
-      patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
+      patch, bins, [&](const auto& map, const ParticleBin& run) __attribute__((always_inline)) {
         scatter<Used, Real>(
             map, run, patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)],
             nodes, [&](Local p, Local n, Real(&q)[node_width]) __attribute__((always_inline)) {
@@ -121,17 +122,18 @@ LAHAR_INLINE void scatter_runs(const Patch<Dim>& patch, Runs runs, double* nodes
 }
 
 template <int Dim, class Real>
-LAHAR_INLINE void map_momentum_to(Patch<Dim>& patch, Runs runs, double* nodes) {
-  if (supported::is(patch)) return supported::map_momentum<Dim, Real>(patch, runs, nodes);
+LAHAR_INLINE void map_momentum_to(Patch<Dim>& patch, ParticleBins bins, double* nodes) {
+  if (general::is(patch)) return general::map_momentum<Dim, Real>(patch, bins, nodes);
   const double* m = patch.particles.row(Column::mass);
   const auto v = patch.particles.template rows<Dim>(Column::v);
   scatter_runs<vector_and_mass<Dim>, Dim, Real>(
-      patch, runs, nodes,
-      [=](const Run&, Local p, Local n, Real(&q)[node_width]) __attribute__((always_inline)) {
-        q[mass_lane] = load_first<Real>(m + p, n);
-        LAHAR_UNROLL
-        for (std::size_t d = 0; d < Dim; ++d) q[d] = q[mass_lane] * load<Real>(v[d] + p);
-      });
+      patch, bins, nodes,
+      [=](const ParticleBin&, Local p, Local n, Real(&q)[node_width])
+          __attribute__((always_inline)) {
+            q[mass_lane] = load_first<Real>(m + p, n);
+            LAHAR_UNROLL
+            for (std::size_t d = 0; d < Dim; ++d) q[d] = q[mass_lane] * load<Real>(v[d] + p);
+          });
 }
 
 }  // namespace
@@ -153,22 +155,22 @@ void clear_sums_with(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSum wh
 }
 
 template <int Dim, class Real>
-void map_mass_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
-  map_momentum_to<Dim, Real>(patch, runs, patch.own_sums(NodeSum::mass_momentum, step.step));
+void map_mass_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  map_momentum_to<Dim, Real>(patch, bins, patch.own_sums(NodeSum::mass_momentum, step.step));
 }
 
 template <int Dim, class Real>
-void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
-  map_momentum_to<Dim, Real>(patch, runs, patch.own_sums(NodeSum::momentum, step.step));
+void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  map_momentum_to<Dim, Real>(patch, bins, patch.own_sums(NodeSum::momentum, step.step));
 }
 
 template <int Dim, class Real>
-void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, int order) {
+void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, int order) {
   double* nodes = patch.own_sums(sum_of_order(order), step.step);
-  if (supported::is(patch)) return supported::map_smoothed<Dim, Real>(patch, runs, nodes);
+  if (general::is(patch)) return general::map_smoothed<Dim, Real>(patch, bins, nodes);
   const double *m = patch.particles.row(Column::mass), *v = patch.transfer.data();
   for_each_run(
-      patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
+      patch, bins, [&](const auto& map, const ParticleBin& run) __attribute__((always_inline)) {
         const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
         scatter<(1u << Dim) - 1, Real>(
             map, run, corner,
@@ -190,21 +192,22 @@ void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, in
 }
 
 template <int Dim, class Real>
-void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   if (!patch.particles.layout().has(Column::state)) return;
-  if (supported::is(patch))
-    return supported::map_pressure<Dim, Real>(patch, step, runs,
-                                              patch.own_sums(NodeSum::pressure, step.step));
+  if (general::is(patch))
+    return general::map_pressure<Dim, Real>(patch, step, bins,
+                                            patch.own_sums(NodeSum::pressure, step.step));
   const double* m = patch.particles.row(Column::mass);
   const double* pressure = patch.particles.row(Column::state);
   const auto& materials = step.model->materials;
   scatter_runs<1u, Dim, Real>(
-      patch, runs, patch.own_sums(NodeSum::pressure, step.step),
-      [&](const Run& run, Local p, Local n, Real(&q)[node_width]) __attribute__((always_inline)) {
-        q[0] = has_pressure(materials[run.material].law)
-                   ? load_first<Real>(m + p, n) * load<Real>(pressure + p)
-                   : Real(0.0);
-      });
+      patch, bins, patch.own_sums(NodeSum::pressure, step.step),
+      [&](const ParticleBin& run, Local p, Local n, Real(&q)[node_width])
+          __attribute__((always_inline)) {
+            q[0] = has_pressure(materials[run.material].law)
+                       ? load_first<Real>(m + p, n) * load<Real>(pressure + p)
+                       : Real(0.0);
+          });
 }
 
 namespace {
@@ -227,7 +230,7 @@ struct Pulled {
 /// V sigma of a fluid without its pressure.
 template <int Dim>
 struct StressWithoutPressure {
-  supported::ParticleStress<Dim> whole;
+  general::ParticleStress<Dim> whole;
   const double* pressure;
 
   template <class Real>
@@ -242,7 +245,7 @@ struct StressWithoutPressure {
 /// Internal force of one run in 2D. With corners paired across each axis the gradient is +- face
 /// weight, so that one sum serves both corners of a pair.
 template <class Real, class Map, class Stress>
-LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const Run& run,
+LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const ParticleBin& run,
                                  const std::array<Local, 4>& corner, double* nodes) {
   Real sum[8];  // 4 k + 2 c + a: axis, corner of the face normal to it, component
   LAHAR_UNROLL
@@ -272,7 +275,7 @@ LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const Run
 
 /// The same in 3D, lanes are the cell's nodes.
 template <class Real, class Map, class Stress>
-LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const Run& run,
+LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const ParticleBin& run,
                                  const std::array<Local, 8>& corner, double* nodes) {
   EightNodes sum[9];  // 3 a + k: component, axis
   LAHAR_UNROLL
@@ -315,8 +318,8 @@ LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const Run
 /// volumetric strain the fluid has (B-bar, Hughes 1980). So forces do the work of the stresses.
 template <int Dim, class Real, class Map>
 LAHAR_INLINE void pressure_force(const Map& map, const StressWithoutPressure<Dim>& fluid,
-                                 const Run& run, const std::array<Local, corners<Dim>>& corner,
-                                 double* nodes) {
+                                 const ParticleBin& run,
+                                 const std::array<Local, corners<Dim>>& corner, double* nodes) {
   Real pushed(0.0);
   for (Local p = run.begin; p < run.end; p += lanes<Real>)
     pushed += load_first<Real>(fluid.whole.V + p, run.end - p) * load<Real>(fluid.pressure + p);
@@ -331,7 +334,7 @@ LAHAR_INLINE void pressure_force(const Map& map, const StressWithoutPressure<Dim
 
 /// Forces of the particles of one run on its nodes: N_i f.
 template <int Dim, class Map>
-void particle_force(const Map& map, const Patch<Dim>& patch, const Run& run,
+void particle_force(const Map& map, const Patch<Dim>& patch, const ParticleBin& run,
                     const StepContext<Dim>& step, double* nodes) {
   const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
   for (Local p = run.begin; p < run.end; ++p) {
@@ -350,14 +353,13 @@ void particle_force(const Map& map, const Patch<Dim>& patch, const Run& run,
 }  // namespace
 
 template <int Dim, class Real>
-void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   double* nodes = patch.own_sums(NodeSum::force, step.step);
-  if (supported::is(patch)) return supported::map_force<Dim, Real>(patch, step, runs, nodes);
-  const Pulled<supported::ParticleStress<Dim>> stress{
-      supported::ParticleStress<Dim>(patch.particles)};
+  if (general::is(patch)) return general::map_force<Dim, Real>(patch, step, bins, nodes);
+  const Pulled<general::ParticleStress<Dim>> stress{general::ParticleStress<Dim>(patch.particles)};
   const bool as_cbgeo = step.model->analysis.volume_as_cbgeo;
   for_each_run(
-      patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
+      patch, bins, [&](const auto& map, const ParticleBin& run) __attribute__((always_inline)) {
         const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
         if (!as_cbgeo && has_pressure(step.model->materials[run.material].law)) {
           const Pulled<StressWithoutPressure<Dim>> rest{
@@ -372,25 +374,25 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
 }
 
 template <int Dim, class Real>
-void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs) {
+void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   double* nodes = patch.own_sums(NodeSum::gradient, step.step);
-  if (supported::is(patch)) return supported::map_gradient<Dim, Real>(patch, runs, nodes);
-  const Pulled<supported::UnitPressure<Dim>> pressure{{patch.particles.row(Column::volume)}};
+  if (general::is(patch)) return general::map_gradient<Dim, Real>(patch, bins, nodes);
+  const Pulled<general::UnitPressure<Dim>> pressure{{patch.particles.row(Column::volume)}};
   for_each_run(
-      patch, runs, [&](const auto& map, const Run& run) __attribute__((always_inline)) {
+      patch, bins, [&](const auto& map, const ParticleBin& run) __attribute__((always_inline)) {
         internal_force<Real>(map, pressure, run,
                              patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)],
                              nodes);
       });
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                                      \
-  template void map_gradient<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);      \
-  template void map_mass_momentum<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs); \
-  template void map_momentum<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);      \
-  template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);      \
-  template void map_smoothed<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, int); \
-  template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs);
+#define LAHAR_INSTANTIATE(Dim, Real)                                                              \
+  template void map_gradient<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);      \
+  template void map_mass_momentum<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  template void map_momentum<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);      \
+  template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);      \
+  template void map_smoothed<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, int); \
+  template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
 LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)
 LAHAR_INSTANTIATE(2, Scalar)

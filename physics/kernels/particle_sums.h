@@ -7,7 +7,7 @@
 #include "physics/particles/loads.h"
 #include "physics/particles/patch.h"
 
-namespace lahar::supported {
+namespace lahar::general {
 
 LAHAR_INLINE void add_to_node(double* sums, Local node, const NodeVector& value) {
   double* at = sums + static_cast<std::ptrdiff_t>(node) * sum_stride;
@@ -78,8 +78,8 @@ struct UnitPressure {
 
 /// Tractions on the particles of one run: N_i t V / size.
 template <int Dim, class Basis>
-void particle_force(const Basis& basis, const Patch<Dim>& patch, const Run& run, const Local* nodes,
-                    const StepContext<Dim>& step, double* sums) {
+void particle_force(const Basis& basis, const Patch<Dim>& patch, const ParticleBin& run,
+                    const Local* nodes, const StepContext<Dim>& step, double* sums) {
   for (Local p = run.begin; p < run.end; ++p) {
     const Vec<Dim> f = force_on(patch.particles, p, step);
     if (f.isZero(0.0)) continue;
@@ -91,4 +91,4 @@ void particle_force(const Basis& basis, const Patch<Dim>& patch, const Run& run,
   }
 }
 
-}  // namespace lahar::supported
+}  // namespace lahar::general

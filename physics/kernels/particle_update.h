@@ -29,7 +29,7 @@ class VelocityUpdates {
     set(0);
     if (counts(model_.analysis)) mass_ = patch.particles.row(Column::mass);
   }
-  LAHAR_INLINE const VelocityUpdate& of(const Run& run) {
+  LAHAR_INLINE const VelocityUpdate& of(const ParticleBin& run) {
     if (model_.analysis.contact.bodies > 1)
       if (const int body = model_.materials[run.material].body; body != body_) set(body);
     return update_;
@@ -131,16 +131,16 @@ template <int Dim>
 class PrescribedMotion {
  public:
   PrescribedMotion(Patch<Dim>& patch, const StepContext<Dim>& step) : patch_(patch), step_(step) {}
-  void begin(const Run& run) {
+  void begin(const ParticleBin& run) {
     if (run.loaded && step_.model->analysis.drives_nodes) keep_places(run);
   }
-  void end(const Run& run) {
+  void end(const ParticleBin& run) {
     if (run.loaded) prescribe(run);
   }
 
  private:
-  void keep_places(const Run& run);
-  void prescribe(const Run& run);
+  void keep_places(const ParticleBin& run);
+  void prescribe(const ParticleBin& run);
 
   Patch<Dim>& patch_;
   const StepContext<Dim>& step_;

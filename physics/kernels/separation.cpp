@@ -41,7 +41,7 @@ void find_held_nodes(Patch<Dim>& patch, const StepContext<Dim>&) {
   }
 }
 
-namespace supported {
+namespace general {
 
 namespace {
 
@@ -107,9 +107,9 @@ LAHAR_INLINE void fields_at(const Basis& basis, Affine affine, Local p, const do
 }  // namespace
 
 template <int Dim, class Real>
-void update_separable(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+void update_separable(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                       VelocityGradients<Dim>* gradients) {
-  if (gradients) gradients->make_room(runs, lanes<Real>);
+  if (gradients) gradients->make_room(bins, lanes<Real>);
   VelocityUpdates<Dim> updates(patch, step);
   const Analysis& analysis = step.model->analysis;
   const MovedRows<Dim> rows(patch.particles);
@@ -120,40 +120,41 @@ void update_separable(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs
   PrescribedMotion<Dim> prescribed(patch, step);
   Advanced<Real> all;
   for_each_supported_run(
-      patch, runs,
-      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
-        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
-        const bool near = std::any_of(nodes, nodes + n_nodes, [&](Local i) {
-          return held[static_cast<std::ptrdiff_t>(i) * node_width + mass_lane] != 0.0;
-        });
-        const auto of_cell = rate_of_cell<Dim>(basis, analysis, v, nodes);
-        const VelocityUpdate update = updates.of(run);
-        auto to = gradients ? gradients->begin(run, runs) : 0;
-        prescribed.begin(run);
-        for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {
-          const Local n = run.end - p;
-          Fields<Dim, Real> at;
-          fields_at<Dim>(basis, analysis.affine, p, v, spread, a, nodes, at);
-          LAHAR_UNROLL
-          for (std::size_t k = 0; k < Dim * Dim; ++k)
-            store_first(at.C[k / Dim][k % Dim], affine[k] + p, n);
-          if (gradients) gradients->put(to, at.L, of_cell ? Real(*of_cell) : trace(at.L));
-          const Real beta = select(greater(Real(0.0), expansion(at.L, step.dt)), Real(0.0),
-                                   Real(analysis.transfer.separation));
-          MovesApart<Dim, Real> apart;
-          LAHAR_UNROLL
-          for (Real& along : apart.beta) along = beta;
-          if (near) let_go(basis, p, held, nodes, apart.beta);
-          corners_of.move(basis, p, n, v, nodes, at.v);
-          advance(rows, p, n, at.v, at.a, update, step.dt, updates.mass(), all, apart);
-        }
-        prescribed.end(run);
-      });
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+          __attribute__((always_inline)) {
+            constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
+            const bool near = std::any_of(nodes, nodes + n_nodes, [&](Local i) {
+              return held[static_cast<std::ptrdiff_t>(i) * node_width + mass_lane] != 0.0;
+            });
+            const auto of_cell = rate_of_cell<Dim>(basis, analysis, v, nodes);
+            const VelocityUpdate update = updates.of(run);
+            auto to = gradients ? gradients->begin(run, bins) : 0;
+            prescribed.begin(run);
+            for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {
+              const Local n = run.end - p;
+              Fields<Dim, Real> at;
+              fields_at<Dim>(basis, analysis.affine, p, v, spread, a, nodes, at);
+              LAHAR_UNROLL
+              for (std::size_t k = 0; k < Dim * Dim; ++k)
+                store_first(at.C[k / Dim][k % Dim], affine[k] + p, n);
+              if (gradients) gradients->put(to, at.L, of_cell ? Real(*of_cell) : trace(at.L));
+              const Real beta = select(greater(Real(0.0), expansion(at.L, step.dt)), Real(0.0),
+                                       Real(analysis.transfer.separation));
+              MovesApart<Dim, Real> apart;
+              LAHAR_UNROLL
+              for (Real& along : apart.beta) along = beta;
+              if (near) let_go(basis, p, held, nodes, apart.beta);
+              corners_of.move(basis, p, n, v, nodes, at.v);
+              advance(rows, p, n, at.v, at.a, update, step.dt, updates.mass(), all, apart);
+            }
+            prescribed.end(run);
+          });
   note(patch, all);
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                                    \
-  template void update_separable<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, \
+#define LAHAR_INSTANTIATE(Dim, Real)                                                            \
+  template void update_separable<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
                                             VelocityGradients<Dim>*);
 LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)
@@ -161,7 +162,7 @@ LAHAR_INSTANTIATE(2, Scalar)
 LAHAR_INSTANTIATE(3, Scalar)
 #undef LAHAR_INSTANTIATE
 
-}  // namespace supported
+}  // namespace general
 
 template void find_held_nodes<2>(Patch<2>&, const StepContext<2>&);
 template void find_held_nodes<3>(Patch<3>&, const StepContext<3>&);

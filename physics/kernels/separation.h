@@ -34,13 +34,13 @@ inline bool separates(const Analysis& analysis) {
 template <int Dim>
 void find_held_nodes(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-namespace supported {
+namespace general {
 
-/// update_particles() of support_kernels.h with separation. Affine velocities are needed.
+/// update_particles() of general_kernels.h with separation. Affine velocities are needed.
 template <int Dim, class Real>
-void update_separable(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs,
+void update_separable(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                       VelocityGradients<Dim>* gradients);
 
-}  // namespace supported
+}  // namespace general
 
 }  // namespace lahar

@@ -7,11 +7,11 @@
 #include <bit>
 
 #include "physics/basis/tensor_basis.h"
+#include "physics/kernels/general_kernels.h"
 #include "physics/kernels/particle_sums.h"
-#include "physics/kernels/support_kernels.h"
 #include "physics/materials/law.h"
 
-namespace lahar::supported {
+namespace lahar::general {
 
 namespace {
 
@@ -218,7 +218,8 @@ struct Products {
 
 /// Add sum_p N_i q_p over a run. `values(p, n, q)` fills q for the particles from p on.
 template <class Real, class Values>
-LAHAR_INLINE void scatter(const Basis& basis, const Run& run, SumsWindow& window, Values values) {
+LAHAR_INLINE void scatter(const Basis& basis, const ParticleBin& run, SumsWindow& window,
+                          Values values) {
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = std::min<Local>(run.end - p, lanes<Real>);
     using In = Octants<Real>;
@@ -246,7 +247,7 @@ LAHAR_INLINE void scatter(const Basis& basis, const Run& run, SumsWindow& window
 /// a column of C times the cell's length.
 template <class Real>
 LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<3>& particle,
-                                  const Run& run, SumsWindow& window) {
+                                  const ParticleBin& run, SumsWindow& window) {
   double length[3];
   for (int d = 0; d < 3; ++d) length[d] = basis.cell_length(d);
   alignas(64) double turned[axis_nodes][node_width];  // the nodes' numbers along the first axis
@@ -304,7 +305,7 @@ LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<3>&
 /// Internal force of a run: -sum_p S_p grad N_i. Of each component, S_ax dN/dx + S_ay dN/dy goes
 /// with the weight of the third axis and S_az N with its slope.
 template <class Real, class Stress>
-LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const Run& run,
+LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const ParticleBin& run,
                                  SumsWindow& window) {
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = std::min<Local>(run.end - p, lanes<Real>);
@@ -351,10 +352,11 @@ LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const
 
 /// Call body(basis, run, window) for every run that is not empty.
 template <class Body>
-LAHAR_INLINE void for_each_spline_run(const Patch<3>& patch, Runs runs, double* sums, Body body) {
+LAHAR_INLINE void for_each_spline_run(const Patch<3>& patch, ParticleBins bins, double* sums,
+                                      Body body) {
   const Splines cells(patch);
   SumsWindow window(patch.topology, sums);
-  for (Run& run : runs) {
+  for (ParticleBin& run : bins) {
     if (run.begin == run.end) continue;
     const Basis basis = cells[run.cell];
     window.move_to(run.cell);
@@ -366,27 +368,27 @@ LAHAR_INLINE void for_each_spline_run(const Patch<3>& patch, Runs runs, double* 
 }  // namespace
 
 template <class Real>
-void map_spline_momentum(Patch<3>& patch, Runs runs, double* sums) {
+void map_spline_momentum(Patch<3>& patch, ParticleBins bins, double* sums) {
   const ParticleMomentum<3> particle(patch.particles);
   if (particle.is_affine())
     return for_each_spline_run(
-        patch, runs, sums,
-        [&](const Basis& basis, const Run& run, SumsWindow& window) __attribute__((always_inline)) {
-          affine_momentum<Real>(basis, particle, run, window);
-        });
+        patch, bins, sums,
+        [&](const Basis& basis, const ParticleBin& run, SumsWindow& window) __attribute__((
+            always_inline)) { affine_momentum<Real>(basis, particle, run, window); });
   const auto values = [&](Local p, Local n, Real(&q)[4]) __attribute__((always_inline)) {
     q[mass_lane] = load_first<Real>(particle.m + p, n);
     LAHAR_UNROLL
     for (std::size_t d = 0; d < 3; ++d) q[d] = q[mass_lane] * load<Real>(particle.v[d] + p);
   };
   for_each_spline_run(
-      patch, runs, sums,
-      [&](const Basis& basis, const Run& run, SumsWindow& window)
+      patch, bins, sums,
+      [&](const Basis& basis, const ParticleBin& run, SumsWindow& window)
           __attribute__((always_inline)) { scatter<Real>(basis, run, window, values); });
 }
 
 template <class Real>
-void map_spline_pressure(Patch<3>& patch, const StepContext<3>& step, Runs runs, double* sums) {
+void map_spline_pressure(Patch<3>& patch, const StepContext<3>& step, ParticleBins bins,
+                         double* sums) {
   const double* m = patch.particles.row(Column::mass);
   const double* pressure = patch.particles.row(Column::state);
   const auto values = [=](Local p, Local n, Real(&q)[4]) __attribute__((always_inline)) {
@@ -394,20 +396,23 @@ void map_spline_pressure(Patch<3>& patch, const StepContext<3>& step, Runs runs,
     q[1] = q[2] = q[3] = Real(0.0);
   };
   for_each_spline_run(
-      patch, runs, sums,
-      [&](const Basis& basis, const Run& run, SumsWindow& window) __attribute__((always_inline)) {
-        if (has_pressure(step.model->materials[run.material].law))
-          scatter<Real>(basis, run, window, values);
-      });
+      patch, bins, sums,
+      [&](const Basis& basis, const ParticleBin& run, SumsWindow& window)
+          __attribute__((always_inline)) {
+            if (has_pressure(step.model->materials[run.material].law))
+              scatter<Real>(basis, run, window, values);
+          });
 }
 
 template <class Real>
-void map_spline_force(Patch<3>& patch, const StepContext<3>& step, Runs runs, double* sums) {
+void map_spline_force(Patch<3>& patch, const StepContext<3>& step, ParticleBins bins,
+                      double* sums) {
   const ParticleStress<3> stress(patch.particles);
   const Local* nodes = patch.topology.support_nodes.data();
   for_each_spline_run(
-      patch, runs, sums,
-      [&](const Basis& basis, const Run& run, SumsWindow& window) __attribute__((always_inline)) {
+      patch, bins, sums,
+      [&](const Basis& basis, const ParticleBin& run,
+          SumsWindow& window) __attribute__((always_inline)) {
         internal_force<Real>(basis, stress, run, window);
         if (!has_particle_forces(run, *step.model)) return;
         window.finish();
@@ -417,20 +422,21 @@ void map_spline_force(Patch<3>& patch, const StepContext<3>& step, Runs runs, do
 }
 
 template <class Real>
-void map_spline_gradient(Patch<3>& patch, Runs runs, double* sums) {
+void map_spline_gradient(Patch<3>& patch, ParticleBins bins, double* sums) {
   const UnitPressure<3> pressure{patch.particles.row(Column::volume)};
   for_each_spline_run(
-      patch, runs, sums,
-      [&](const Basis& basis, const Run& run, SumsWindow& window)
+      patch, bins, sums,
+      [&](const Basis& basis, const ParticleBin& run, SumsWindow& window)
           __attribute__((always_inline)) { internal_force<Real>(basis, pressure, run, window); });
 }
 
-#define LAHAR_INSTANTIATE(Real)                                                             \
-  template void map_spline_momentum<Real>(Patch<3>&, Runs, double*);                        \
-  template void map_spline_gradient<Real>(Patch<3>&, Runs, double*);                        \
-  template void map_spline_pressure<Real>(Patch<3>&, const StepContext<3>&, Runs, double*); \
-  template void map_spline_force<Real>(Patch<3>&, const StepContext<3>&, Runs, double*);
+#define LAHAR_INSTANTIATE(Real)                                                           \
+  template void map_spline_momentum<Real>(Patch<3>&, ParticleBins, double*);              \
+  template void map_spline_gradient<Real>(Patch<3>&, ParticleBins, double*);              \
+  template void map_spline_pressure<Real>(Patch<3>&, const StepContext<3>&, ParticleBins, \
+                                          double*);                                       \
+  template void map_spline_force<Real>(Patch<3>&, const StepContext<3>&, ParticleBins, double*);
 LAHAR_INSTANTIATE(Pack)
 LAHAR_INSTANTIATE(Scalar)
 
-}  // namespace lahar::supported
+}  // namespace lahar::general

@@ -2,9 +2,9 @@
 #include <algorithm>
 
 #include "physics/basis/cell_map.h"
+#include "physics/kernels/general_kernels.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/opening.h"
-#include "physics/kernels/support_kernels.h"
 #include "physics/materials/law.h"
 
 namespace lahar {
@@ -68,34 +68,36 @@ struct Rows {
 };
 
 template <int Dim>
-void mark_collapse(Patch<Dim>& patch, const Run& run, double volumetric) {
-  if (patch.mark.kind != Mark::Kind::none) return;
-  patch.mark.kind = std::isfinite(volumetric) ? Mark::Kind::volume : Mark::Kind::not_finite;
-  patch.mark.particle = patch.particles.id[static_cast<std::size_t>(run.begin)];
-  patch.mark.count = run.end - run.begin;
+void mark_collapse(Patch<Dim>& patch, const ParticleBin& run, double volumetric) {
+  if (patch.fault.kind != ParticleFault::Kind::none) return;
+  patch.fault.kind =
+      std::isfinite(volumetric) ? ParticleFault::Kind::volume : ParticleFault::Kind::not_finite;
+  patch.fault.particle = patch.particles.id[static_cast<std::size_t>(run.begin)];
+  patch.fault.count = run.end - run.begin;
   for (int d = 0; d < Dim; ++d)
-    patch.mark.position[static_cast<std::size_t>(d)] = patch.particles.row(Column::x, d)[run.begin];
+    patch.fault.position[static_cast<std::size_t>(d)] =
+        patch.particles.row(Column::x, d)[run.begin];
 }
 
 /// Lanes of the particles from p on for which the law failed, `before` with their stress before.
 template <int Dim, class Real>
-[[gnu::noinline]] void mark_failures(Patch<Dim>& patch, const Run& run, Local p,
+[[gnu::noinline]] void mark_failures(Patch<Dim>& patch, const ParticleBin& run, Local p,
                                      const Failures& failures, const Real* before) {
   for (int lane = 0; lane < lanes<Real>; ++lane) {
     patch.work.divided += failures.divided >> lane & 1;
     if (!(failures.failed >> lane & 1)) continue;
-    Mark& mark = patch.mark;
-    if (mark.kind == Mark::Kind::law) ++mark.count;
-    if (mark.kind != Mark::Kind::none) continue;
-    mark.kind = Mark::Kind::law;
-    mark.particle = patch.particles.id[static_cast<std::size_t>(p + lane)];
-    mark.material = run.material;
-    mark.count = 1;
-    for (std::size_t k = 0; k < stress_components<Dim>; ++k) mark.stress[k] = before[k][lane];
+    ParticleFault& fault = patch.fault;
+    if (fault.kind == ParticleFault::Kind::law) ++fault.count;
+    if (fault.kind != ParticleFault::Kind::none) continue;
+    fault.kind = ParticleFault::Kind::law;
+    fault.particle = patch.particles.id[static_cast<std::size_t>(p + lane)];
+    fault.material = run.material;
+    fault.count = 1;
+    for (std::size_t k = 0; k < stress_components<Dim>; ++k) fault.stress[k] = before[k][lane];
     for (int d = 0; d < Dim; ++d) {
       const auto at = static_cast<std::size_t>(d);
-      mark.position[at] = patch.particles.row(Column::x, d)[p + lane];
-      mark.velocity[at] = patch.particles.row(Column::v, d)[p + lane];
+      fault.position[at] = patch.particles.row(Column::x, d)[p + lane];
+      fault.velocity[at] = patch.particles.row(Column::v, d)[p + lane];
     }
   }
 }
@@ -124,7 +126,7 @@ struct LinearGradient {
   CornerDifferences<Dim> difference;
   double centre_trace = 0.0;
 
-  LAHAR_INLINE LinearGradient(const Patch<Dim>& patch, const Map& cell_map, const Run& run)
+  LAHAR_INLINE LinearGradient(const Patch<Dim>& patch, const Map& cell_map, const ParticleBin& run)
       : map(cell_map),
         difference(patch.velocity.data(),
                    patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)]) {
@@ -207,14 +209,14 @@ LAHAR_INLINE void move_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], 
 /// Volume of a run's cell, or of a cube of its smallest width, as a multiple of that of the
 /// material of its particles.
 template <int Dim>
-double space_of(const Patch<Dim>& patch, const Run& run) {
+double space_of(const Patch<Dim>& patch, const ParticleBin& run) {
   const auto c = static_cast<std::size_t>(run.cell);
   double space = 1, material = 0;
   for (std::size_t d = 0; d < Dim; ++d)
     space *= patch.cartesian ? 2.0 / patch.box[c][Dim + d] : patch.cell_size[c];
   const double* volume = patch.particles.row(Column::volume);
-  for (Local r = patch.first_run[c]; r >= 0; r = patch.runs[static_cast<std::size_t>(r)].next) {
-    const Run& other = patch.runs[static_cast<std::size_t>(r)];
+  for (Local r = patch.first_bin[c]; r >= 0; r = patch.bins[static_cast<std::size_t>(r)].next) {
+    const ParticleBin& other = patch.bins[static_cast<std::size_t>(r)];
     for (Local p = other.begin; p < other.end; ++p) material += volume[p];
   }
   return space / material;
@@ -223,7 +225,7 @@ double space_of(const Patch<Dim>& patch, const Run& run) {
 /// One run with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
 /// With Gaps the column Column::opening is there, and volumes are of the material.
 template <bool Gaps, int Dim, class Real, class Gradient, class LawType>
-LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const Run& run,
+LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const ParticleBin& run,
                              const Rows<Dim>& rows, const StepContext<Dim>& step, StressPart part,
                              const LawType& law) {
   const double dt = step.dt;
@@ -309,9 +311,10 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
 
 /// The same with gaps where the law has a limit of tension and the particles a column for them.
 template <int Dim, class Real, class Gradient, class LawType>
-LAHAR_INLINE Real update_one_run(Patch<Dim>& patch, const Gradient& gradient, const Run& run,
-                                 const Rows<Dim>& rows, const StepContext<Dim>& step,
-                                 StressPart part, const LawType& law) {
+LAHAR_INLINE Real update_one_run(Patch<Dim>& patch, const Gradient& gradient,
+                                 const ParticleBin& run, const Rows<Dim>& rows,
+                                 const StepContext<Dim>& step, StressPart part,
+                                 const LawType& law) {
   if constexpr (Opens<LawType, Dim, Real>) {
     if (rows.opening)
       return update_run<true, Dim, Real>(patch, gradient, run, rows, step, part, law);
@@ -322,48 +325,48 @@ LAHAR_INLINE Real update_one_run(Patch<Dim>& patch, const Gradient& gradient, co
 }  // namespace
 
 template <int Dim, class Real>
-void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, StressPart part,
-                   const VelocityGradients<Dim>* gradients) {
+void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                   StressPart part, const VelocityGradients<Dim>* gradients) {
   const Rows<Dim> rows(patch.particles);
   Real work(0.0);
-  if (supported::is(patch) && !gradients) {
+  if (general::is(patch) && !gradients) {
     // A buffer that all patches of a thread share stays in its cache.
     static thread_local VelocityGradients<Dim> found;
-    supported::find_gradients<Dim, Real>(patch, step, runs, found);
+    general::find_gradients<Dim, Real>(patch, step, bins, found);
     gradients = &found;
   }
   // Runs of one material together: its law is found once.
-  for (std::size_t from = 0, to = 0; from < runs.size(); from = to) {
-    while (to < runs.size() && runs[to].material == runs[from].material) ++to;
+  for (std::size_t from = 0, to = 0; from < bins.size(); from = to) {
+    while (to < bins.size() && bins[to].material == bins[from].material) ++to;
     std::visit(
         [&](const auto& given) {
           const auto law = prepare(given);
           Rows<Dim> of_law = rows;
-          if (!can_open(step.model->materials[runs[from].material].law)) of_law.opening = nullptr;
+          if (!can_open(step.model->materials[bins[from].material].law)) of_law.opening = nullptr;
           of_law.dilatancy = dilatancy(given);
-          if (supported::is(patch)) {
+          if (general::is(patch)) {
             for (std::size_t r = from; r < to; ++r)
-              if (const Run& run = runs[r]; run.begin < run.end)
+              if (const ParticleBin& run = bins[r]; run.begin < run.end)
                 work += update_one_run<Dim, Real>(
                     patch, StoredGradient<Dim>(*gradients, gradients->first[r], run.begin), run,
                     of_law, step, part, law);
             return;
           }
           for_each_run(
-              patch, runs.subspan(from, to - from),
-              [&](const auto& map, const Run& run) __attribute__((always_inline)) {
+              patch, bins.subspan(from, to - from),
+              [&](const auto& map, const ParticleBin& run) __attribute__((always_inline)) {
                 const LinearGradient<Dim, std::decay_t<decltype(map)>> gradient(patch, map, run);
                 work += update_one_run<Dim, Real>(patch, gradient, run, of_law, step, part, law);
               });
         },
-        step.model->materials[runs[from].material].law);
+        step.model->materials[bins[from].material].law);
   }
   patch.work.internal += reduce(work);
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                                             \
-  template void update_stress<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, StressPart, \
-                                         const VelocityGradients<Dim>*);
+#define LAHAR_INSTANTIATE(Dim, Real)                                                         \
+  template void update_stress<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
+                                         StressPart, const VelocityGradients<Dim>*);
 LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)
 LAHAR_INSTANTIATE(2, Scalar)

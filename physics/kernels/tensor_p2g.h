@@ -7,7 +7,7 @@
 #include "physics/basis/basis.h"
 #include "physics/kernels/particle_sums.h"
 
-namespace lahar::supported {
+namespace lahar::general {
 
 /// Lanes of node values: nodes (k, l) of the first two axes, k = 0..3 and l = 2 h, 2 h + 1.
 using EightNodes = PackOf<8>;
@@ -77,8 +77,8 @@ struct TensorSums {
 /// Add sum_p N_i q_p over a run to components `lane(k)`, k < Width, of its cell's nodes.
 /// `values(p, n, q)` fills q for the particles from p on.
 template <int Dim, int Width, class Real, TensorBasis Basis, class Values, class Lane>
-LAHAR_INLINE void scatter(const Basis& basis, const Run& run, const Local* nodes, double* sums,
-                          Values values, Lane lane) {
+LAHAR_INLINE void scatter(const Basis& basis, const ParticleBin& run, const Local* nodes,
+                          double* sums, Values values, Lane lane) {
   TensorSums<Dim, Width> sum;
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
     const Local n = std::min<Local>(run.end - p, lanes<Real>);
@@ -127,7 +127,7 @@ alignas(64) inline constexpr double along_second[halves][8] = {{0, 0, 0, 0, 1, 1
 /// along the third axis goes with its weight and the rest with its weight times the node's number.
 template <int Dim, class Real, TensorBasis Basis>
 LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<Dim>& particle,
-                                  const Patch<Dim>&, const Run& run, const Local* nodes,
+                                  const Patch<Dim>&, const ParticleBin& run, const Local* nodes,
                                   double* sums) {
   TensorSums<Dim, Dim + 1> sum;
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
@@ -193,7 +193,7 @@ LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<Dim
 /// Internal force of a run: -sum_p S_p grad N_i. Of each component, S_ax dN/dx + S_ay dN/dy goes
 /// with the weight of the third axis and S_az N with its slope.
 template <int Dim, class Real, TensorBasis Basis, class Stress>
-LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const Run& run,
+LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const ParticleBin& run,
                                  const Local* nodes, double* sums) {
   TensorSums<Dim, Dim> sum;
   for (Local p = run.begin; p < run.end; p += lanes<Real>) {
@@ -245,4 +245,4 @@ LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const
   sum.add_to(sums, nodes, [](int a) { return a; });
 }
 
-}  // namespace lahar::supported
+}  // namespace lahar::general

@@ -18,10 +18,10 @@ struct VelocityGradients {
   NodeArray trace;  ///< [1/s] at the particle, or that of the cell (Analysis::volume_as_cbgeo)
 
   /// Room for the particles of these runs, in packs of so many lanes.
-  void make_room(Runs runs, int lanes) {
+  void make_room(ParticleBins bins, int lanes) {
     first.clear();
     Local size = 0;
-    for (const Run& run : runs) {
+    for (const ParticleBin& run : bins) {
       first.push_back(size);
       size += (run.end - run.begin + lanes - 1) / lanes * lanes;
     }
@@ -31,8 +31,8 @@ struct VelocityGradients {
     trace.resize(room);
   }
   /// Where those of a run begin.
-  LAHAR_INLINE std::size_t begin(const Run& run, Runs runs) const {
-    return static_cast<std::size_t>(first[static_cast<std::size_t>(&run - runs.data())]);
+  LAHAR_INLINE std::size_t begin(const ParticleBin& run, ParticleBins bins) const {
+    return static_cast<std::size_t>(first[static_cast<std::size_t>(&run - bins.data())]);
   }
   template <class Real>
   LAHAR_INLINE void put(std::size_t at, const Real (&gradient)[Dim][Dim], const Real& trace_there) {

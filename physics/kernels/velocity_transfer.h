@@ -49,6 +49,6 @@ void finish_filter(Patch<Dim>& patch, const StepContext<Dim>& step);
 /// (m v)_i += sum_p N_i m_p sum_j N_j(x_p) v_j with the velocities of Patch::transfer, into the sum
 /// of an order.
 template <int Dim, class Real = Pack>
-void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, int order);
+void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, int order);
 
 }  // namespace lahar

@@ -15,8 +15,8 @@ namespace lahar {
 template <int Dim>
 struct Injection {
   std::vector<Index> cells;  ///< in this order
-  /// Where several processes have some of the cells each (those of home_of()): where in the list of
-  /// all each of them is; empty = the position.
+  /// Where several processes have some of the cells each (those of directory_rank()): where in the
+  /// list of all each of them is; empty = the position.
   std::vector<Index> position;
   Index all_cells = -1;                  ///< of all processes; -1 = those that are here
   Index per_cell = 0;                    ///< particles of a cell

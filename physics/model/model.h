@@ -96,7 +96,7 @@ struct NodeForce {
 };
 
 /// Constraints and loads of nodes. Of several processes that read a scenario together each has
-/// those of some nodes (home_of()), and patches ask for theirs.
+/// those of some nodes (directory_rank()), and patches ask for theirs.
 template <int Dim>
 struct NodeConditions {
   std::vector<NodeVelocity> node_velocities;

@@ -71,7 +71,7 @@ Vec<Dim> traction_on(const Particles<Dim>& particles, Local p, const StepContext
 
 /// True if particles of a run may have forces of their own.
 template <int Dim>
-bool has_particle_forces(const Run& run, const Model<Dim>& model) {
+bool has_particle_forces(const ParticleBin& run, const Model<Dim>& model) {
   return run.loaded || model.body_force;
 }
 

@@ -12,9 +12,9 @@
 #include "physics/base/node_vector.h"
 #include "physics/base/simd.h"
 #include "physics/boundary/absorbing_node.h"
+#include "physics/boundary/constrained_node.h"
 #include "physics/boundary/contact_state.h"
 #include "physics/boundary/driven_node.h"
-#include "physics/boundary/wall_node.h"
 #include "physics/mesh/partition.h"
 #include "physics/model/model.h"
 #include "physics/particles/columns.h"
@@ -25,7 +25,7 @@ namespace lahar {
 
 /// Consecutive particles of one cell and one material: what a kernel accumulates in registers.
 /// Slots [end, limit) are free; arrivals take them, so that most movements cost no sorting.
-struct Run {
+struct ParticleBin {
   Local cell;
   Local begin, end;        ///< particles [begin, end)
   Local limit;             ///< first slot that is not this run's
@@ -34,7 +34,7 @@ struct Run {
   bool loaded;             ///< some particle has a load or a prescribed velocity
 };
 /// Runs that a kernel works on: all of a patch, or some that fit in a first- or second-level cache.
-using Runs = std::span<Run>;
+using ParticleBins = std::span<ParticleBin>;
 
 /// Node quantities that neighbours sum. Each is a private partial sum of this patch, exchanged once
 /// per step where the scheme says so.
@@ -97,7 +97,7 @@ struct PatchWork {
 };
 
 /// Something that a kernel found wrong with a particle or node; kernels mark, the step reports.
-struct Mark {
+struct ParticleFault {
   enum class Kind { none, left_mesh, not_finite, volume, moved_too_far, law, domain, folded };
   Kind kind = Kind::none;
   Index particle = -1;
@@ -146,16 +146,16 @@ struct Patch {
   Element element = multilinear<Dim>;   ///< of the mesh
   bool lagrange_functions = false;      ///< Analysis::lagrange_functions
   Particles<Dim> particles;             ///< slots, of which those in runs are in use
-  std::vector<Run> runs;
-  std::vector<Local> first_run;  ///< by local cell, -1 = none
+  std::vector<ParticleBin> bins;
+  std::vector<Local> first_bin;  ///< by local cell, -1 = none
   Local count = 0;               ///< particles in runs
-  int added_runs = 0;            ///< since the last sort, for cells without a free slot
+  int added_bins = 0;            ///< since the last sort, for cells without a free slot
   bool sorted = false;           ///< runs describe the particles
   bool moving = false;           ///< has been sorted after particles moved: runs get a free slot
   bool idle = false;             ///< no particles and all partial sums zero
   /// By local cell: a patch that does not exist is so near that particles may soon be in it; empty
   /// where none is. Where such a cell gets particles, the patch needs its surroundings.
-  std::vector<char> watched;
+  std::vector<char> halo_edge_cells;
   bool needs_surroundings = false;
   int clear_sums = 0;  ///< steps for which no particle has been mapped, at most 2
 
@@ -204,7 +204,8 @@ struct Patch {
   };
   std::vector<FixedVelocity> fixed;        ///< one per node and direction, ascending nodes
   std::vector<WallPush<Dim>> wall_pushes;  ///< of this step, by `walls`; with MUSL only
-  std::vector<WallNode<Dim>> walls;  ///< ascending; their prescribed velocities are not in `fixed`
+  std::vector<ConstrainedNode<Dim>>
+      walls;  ///< ascending; their prescribed velocities are not in `fixed`
   struct PointForce {
     Local node;
     int dir;
@@ -227,7 +228,7 @@ struct Patch {
   Particles<Dim> movers;               ///< left their cell in this step; `cell` is the old one
   std::vector<SlotCopy> leaving, filling, placing;  ///< scratch of locate() and receive()
   std::vector<Local> placing_cell;
-  std::vector<Run> late;  ///< placed after their runs were mapped: still to be mapped
+  std::vector<ParticleBin> unmapped;  ///< placed after their runs were mapped: still to be mapped
 
   std::vector<InjectionCell> injection_cells;  ///< ascending events
   std::vector<Vec<Dim>> injection_points;      ///< [m]
@@ -238,7 +239,7 @@ struct Patch {
   double time_step_limit = std::numeric_limits<double>::infinity();  ///< [s], adaptive runs
   double max_speed = 0;                  ///< [m/s] of the particles, at most; by G2P
   std::vector<RemovedParticle> removed;  ///< left the mesh, since the driver took the list
-  Mark mark;
+  ParticleFault fault;
 
   Local n_nodes() const { return static_cast<Local>(topology.nodes.size()); }
 
@@ -273,7 +274,7 @@ struct Patch {
   /// Call body(p) with the slot of every particle.
   template <class Body>
   void for_each_particle(Body body) const {
-    for (const Run& run : runs)
+    for (const ParticleBin& run : bins)
       for (Local p = run.begin; p < run.end; ++p) body(p);
   }
 };

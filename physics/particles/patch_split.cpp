@@ -146,13 +146,14 @@ class Cutter {
 template <int Dim>
 bool is_crowded(const Patch<Dim>& patch, Index most) {
   if (patch.count <= most) return false;
-  const auto filled = [](const Run& run) { return run.begin < run.end; };
-  const auto cell = [&](const Run& run) {  // of whichever body
+  const auto filled = [](const ParticleBin& run) { return run.begin < run.end; };
+  const auto cell = [&](const ParticleBin& run) {  // of whichever body
     return patch.topology.cells[static_cast<std::size_t>(run.cell)];
   };
-  const auto first = std::find_if(patch.runs.begin(), patch.runs.end(), filled);
-  return std::any_of(first, patch.runs.end(),
-                     [&](const Run& run) { return filled(run) && cell(run) != cell(*first); });
+  const auto first = std::find_if(patch.bins.begin(), patch.bins.end(), filled);
+  return std::any_of(first, patch.bins.end(), [&](const ParticleBin& run) {
+    return filled(run) && cell(run) != cell(*first);
+  });
 }
 
 template <int Dim>

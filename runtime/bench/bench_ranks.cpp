@@ -45,15 +45,15 @@ struct StepTimes {
 
 class RankMeasurement {
  public:
-  RankMeasurement(const RankBenchArguments& arguments, const Ranks& world)
+  RankMeasurement(const RankBenchArguments& arguments, const Communicator& world)
       : arguments_(arguments), world_(world) {}
 
   /// Samples taken in turn.
   StepTimes step_times(std::vector<RankJob> jobs) const {
     std::vector<std::unique_ptr<Simulation<3>>> simulations;
-    std::vector<Ranks> groups;
+    std::vector<Communicator> groups;
     for (RankJob& job : jobs) {
-      groups.push_back(job.alone ? Ranks{} : world_.first(job.ranks));
+      groups.push_back(job.alone ? Communicator{} : world_.first(job.ranks));
       simulations.emplace_back();
       if (world_.rank() < job.ranks) {
         job.execution.ranks = groups.back();
@@ -79,7 +79,7 @@ class RankMeasurement {
         if (s == 0) steps[k] = steps_of(step);
       }
     simulations.clear();
-    for (Ranks& group : groups) group.release();
+    for (Communicator& group : groups) group.release();
     return times;
   }
 
@@ -104,7 +104,7 @@ class RankMeasurement {
   }
 
   const RankBenchArguments& arguments_;
-  Ranks world_;
+  Communicator world_;
 };
 
 Model<3> block(Index cells) {
@@ -115,7 +115,7 @@ double nanoseconds(double step, Index cells) {
   return step * 1e9 / static_cast<double>(BlockSize{cells}.particles(3));
 }
 
-void measure_ranks(const RankBenchArguments& arguments, const Ranks& world) {
+void measure_ranks(const RankBenchArguments& arguments, const Communicator& world) {
   const RankMeasurement measurement(arguments, world);
   const bool speaks = world.rank() == 0;
   if (world.size() == 2) {
@@ -161,7 +161,7 @@ void measure_ranks(const RankBenchArguments& arguments, const Ranks& world) {
       efficiency * std::max(1.0, world.size() / double(cores)));
 }
 
-void measure_overlap(const RankBenchArguments& arguments, const Ranks& world) {
+void measure_overlap(const RankBenchArguments& arguments, const Communicator& world) {
   constexpr double latency = 600e-6;
   constexpr Index cells = 40;
   const RankMeasurement measurement(arguments, world);
@@ -198,7 +198,7 @@ void measure_overlap(const RankBenchArguments& arguments, const Ranks& world) {
   if (speaks) fmt::print("\n");
 }
 
-void measure_balance(const RankBenchArguments& arguments, const Ranks& world) {
+void measure_balance(const RankBenchArguments& arguments, const Communicator& world) {
   const bool speaks = world.rank() == 0;
   if (speaks)
     fmt::print(
@@ -250,7 +250,7 @@ int start(const RankBenchArguments& arguments, const std::string& what,
 
 int measured(const RankBenchArguments& arguments, const std::string& what,
              const std::vector<int>& sizes, auto measure) {
-  const Ranks world = Ranks::world();
+  const Communicator world = Communicator::world();
   if (!world.several()) return start(arguments, what, sizes);
   measure(arguments, world);
   return exit_ok;

@@ -85,7 +85,7 @@ struct MessageStreams::Incoming {
   std::size_t next = 0;
 };
 
-MessageStreams::MessageStreams(const Ranks& ranks, const std::vector<Peer>& peers)
+MessageStreams::MessageStreams(const Communicator& ranks, const std::vector<Peer>& peers)
     : ranks_(ranks), came_(peers.size()), status_(peers.size()) {
   for (const Peer& peer : peers) {
     peers_.push_back(peer.rank);

@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 
 namespace lahar {
 
@@ -35,7 +35,7 @@ class MessageStreams {
   };
 
   /// A stream to and from each of `peers`, who must name each other. Collective.
-  MessageStreams(const Ranks& ranks, const std::vector<Peer>& peers);
+  MessageStreams(const Communicator& ranks, const std::vector<Peer>& peers);
   MessageStreams(const MessageStreams&) = delete;
   MessageStreams& operator=(const MessageStreams&) = delete;
   /// Everything that was sent must have been received by then.
@@ -114,7 +114,7 @@ class MessageStreams {
   void expect_next(std::size_t peer);
   void reclaim(Outgoing& to);
 
-  Ranks ranks_;
+  Communicator ranks_;
   std::vector<int> peers_;
   std::atomic<int> unposted_{0};         ///< messages that have records and are not posted: by MPI
   std::atomic<int> shared_unposted_{0};  ///< others

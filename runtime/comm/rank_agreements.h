@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "graph/executor.h"
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 
 namespace lahar {
 
@@ -53,7 +53,8 @@ std::int64_t exchange_due(std::int64_t sent, std::int64_t latency);
 class RankAgreements {
  public:
   /// Groups for steps that are done and for time steps.
-  RankAgreements(const Ranks& steps, const Ranks& limits) : steps_(steps), limits_(limits) {}
+  RankAgreements(const Communicator& steps, const Communicator& limits)
+      : steps_(steps), limits_(limits) {}
   void give_limit(Step step, double limit);
   void give(Step step, Agreement&& own);
   /// Append those that are complete; `latency` [ns] is added to each.
@@ -70,7 +71,7 @@ class RankAgreements {
   };
   Pending& of(Step step) { return pending_[static_cast<std::size_t>(step % max_lead)]; }
 
-  Ranks steps_, limits_;
+  Communicator steps_, limits_;
   Step limit_step_ = -1;
   std::uint64_t limit_begin_ = 0;
   std::array<double, 2> limit_given_{}, limit_found_{};

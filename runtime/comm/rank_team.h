@@ -2,21 +2,21 @@
 #pragma once
 
 #include "io/base/team.h"
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 
 namespace lahar {
 
 /// For ScenarioOptions::team: every rank reads its share.
 class RankTeam : public Team {
  public:
-  explicit RankTeam(Ranks ranks) : ranks_(ranks) {}
+  explicit RankTeam(Communicator ranks) : ranks_(ranks) {}
   int index() const override { return ranks_.rank(); }
   int size() const override { return ranks_.size(); }
   std::vector<Bytes> gather_bytes(Bytes own) const override;
   std::vector<Bytes> exchange_bytes(std::vector<Bytes> to) const override;
 
  private:
-  Ranks ranks_;
+  Communicator ranks_;
 };
 
 }  // namespace lahar

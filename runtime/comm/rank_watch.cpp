@@ -42,7 +42,7 @@ HostName host_name() {
 
 }  // namespace
 
-RankWatch::RankWatch(const Ranks& ranks, std::function<bool()> stop_asked)
+RankWatch::RankWatch(const Communicator& ranks, std::function<bool()> stop_asked)
     : rank_(ranks.rank()), stop_asked_(std::move(stop_asked)) {
   if (!ranks.several()) return;
   struct Self {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "graph/stage.h"
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 
 namespace lahar {
 
@@ -25,7 +25,7 @@ namespace lahar {
 class RankWatch {
  public:
   /// Collective. `stop_asked` tells whether a signal has asked this rank to stop.
-  RankWatch(const Ranks& ranks, std::function<bool()> stop_asked);
+  RankWatch(const Communicator& ranks, std::function<bool()> stop_asked);
   ~RankWatch();
 
   /// All ranks have finished the steps before `step`.

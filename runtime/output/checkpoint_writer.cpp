@@ -18,7 +18,7 @@
 
 namespace lahar {
 
-CheckpointWriter::CheckpointWriter(CheckpointOptions options, const Ranks& ranks)
+CheckpointWriter::CheckpointWriter(CheckpointOptions options, const Communicator& ranks)
     : options_(std::move(options)),
       ranks_(ranks.duplicate()),
       writer_pid_(ranks.max(ranks.rank() == 0 ? Index{::getpid()} : Index{0})),

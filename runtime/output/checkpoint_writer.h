@@ -14,7 +14,7 @@
 #include "io/base/atomic_file.h"
 #include "io/base/shared_file.h"
 #include "io/run/checkpoint.h"
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 #include "runtime/patches/simulation_state.h"
 
 namespace lahar {
@@ -53,7 +53,7 @@ struct CheckpointOptions {
 class CheckpointWriter {
  public:
   /// Collective.
-  explicit CheckpointWriter(CheckpointOptions options, const Ranks& ranks = {});
+  explicit CheckpointWriter(CheckpointOptions options, const Communicator& ranks = {});
   ~CheckpointWriter();  ///< waits for the thread; errors are lost, so call finish() first
   CheckpointWriter(const CheckpointWriter&) = delete;
   CheckpointWriter& operator=(const CheckpointWriter&) = delete;
@@ -132,7 +132,7 @@ class CheckpointWriter {
   void wait_until(const std::function<bool()>& is_done);
 
   CheckpointOptions options_;
-  Ranks ranks_;
+  Communicator ranks_;
   Index writer_pid_;  ///< of rank 0, part of the temporary name
   Index last_step_ = -1;
 

@@ -13,7 +13,7 @@ static_assert(std::is_trivially_copyable_v<FrameLayout>);
 
 }  // namespace
 
-FrameAgreement::FrameAgreement(const Ranks& ranks)
+FrameAgreement::FrameAgreement(const Communicator& ranks)
     : ranks_(ranks.duplicate()), memory_(std::make_unique<Memory>()) {
   memory_->all.resize(static_cast<std::size_t>(ranks.size()));
 }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "io/frames/frame_layout.h"
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 
 namespace lahar {
 
@@ -16,7 +16,7 @@ namespace lahar {
 /// all is done at once. Starts and done() are calls of MPI: by one thread at a time.
 class FrameAgreement {
  public:
-  explicit FrameAgreement(const Ranks& ranks);  ///< collective
+  explicit FrameAgreement(const Communicator& ranks);  ///< collective
   /// An operation that others did not take part in, because they were lost, is left behind.
   ~FrameAgreement();
   FrameAgreement(const FrameAgreement&) = delete;
@@ -53,7 +53,7 @@ class FrameAgreement {
     int failed = 0, first_failed = 0;
   };
 
-  Ranks ranks_;
+  Communicator ranks_;
   std::unique_ptr<Memory> memory_;
   MPI_Request request_ = MPI_REQUEST_NULL;
 };

@@ -28,7 +28,7 @@ constexpr std::chrono::microseconds poll_interval{100};
 
 }  // namespace
 
-FrameOutput::FrameOutput(std::filesystem::path folder, const Ranks& ranks,
+FrameOutput::FrameOutput(std::filesystem::path folder, const Communicator& ranks,
                          std::vector<TimedFile> earlier, int writers)
     : folder_(std::move(folder)),
       writer_pid_(ranks.max(ranks.rank() == 0 ? Index{::getpid()} : Index{0})),

@@ -24,7 +24,7 @@
 #include "io/base/series.h"
 #include "io/frames/frame.h"
 #include "io/frames/frame_slabs.h"
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 #include "runtime/output/frame_agreement.h"
 #include "runtime/output/frame_relay.h"
 
@@ -45,7 +45,7 @@ class FrameOutput {
   /// Collective. The folder exists.
   /// `earlier`: frames that are in the folder and belong in the index. `writers`: so many ranks
   /// write; 0 = all.
-  explicit FrameOutput(std::filesystem::path folder, const Ranks& ranks = {},
+  explicit FrameOutput(std::filesystem::path folder, const Communicator& ranks = {},
                        std::vector<TimedFile> earlier = {}, int writers = 0);
   /// One rank: writes what waits; errors are lost, so call finish() first. Several: what is not
   /// written by then is not, because other ranks may be gone.

@@ -21,7 +21,7 @@ int FrameRelay::writer_of(int rank, int ranks, int writers) {
   return static_cast<int>(w * ranks / writers);
 }
 
-FrameRelay::FrameRelay(const Ranks& ranks, int writers)
+FrameRelay::FrameRelay(const Communicator& ranks, int writers)
     : ranks_(ranks.duplicate()),
       writer_(writer_of(ranks.rank(), ranks.size(), writers)),
       others_(0),

@@ -1,4 +1,4 @@
-/// \file Ranks that give what they have of a frame to another rank, which writes it.
+/// \file Communicator that give what they have of a frame to another rank, which writes it.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 
 namespace lahar {
 
@@ -29,7 +29,7 @@ class FrameRelay {
   using Wait = std::function<void()>;
 
   /// Collective. `writers` < 1 or more than ranks: every rank writes for itself.
-  FrameRelay(const Ranks& ranks, int writers);
+  FrameRelay(const Communicator& ranks, int writers);
   /// A block that others did not take, because they were lost, is left behind.
   ~FrameRelay();
   FrameRelay(const FrameRelay&) = delete;
@@ -62,7 +62,7 @@ class FrameRelay {
   void receive();
   std::optional<Block> next();
 
-  Ranks ranks_;
+  Communicator ranks_;
   int writer_;  ///< of this rank
   int others_;  ///< for whom this rank writes
   std::mutex mutex_;

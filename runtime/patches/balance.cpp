@@ -143,7 +143,7 @@ void check(const PatchGraph& costs, std::span<const int> owner, std::span<const 
 }  // namespace
 
 std::vector<int> partition(Partitioner partitioner, const PatchGraph& graph, int ranks) {
-  return partitioner == Partitioner::curve ? curve_chunks(graph.weight, ranks)
+  return partitioner == Partitioner::curve ? curve_partition(graph.weight, ranks)
                                            : scotch_partition(graph, ranks);
 }
 

@@ -5,7 +5,7 @@
 #include <functional>
 #include <utility>
 
-#include "physics/base/home.h"
+#include "physics/base/directory_rank.h"
 #include "runtime/patches/patch_constraints.h"
 
 namespace lahar {
@@ -28,14 +28,14 @@ void for_each_list(Conditions& of, auto&& visit) {
 
 /// Let each rank that keeps some of the ids (ascending) answer for them: calls `answer(asked)`,
 /// which is collective, with what each rank asked of this one, some at a time. Collective.
-void ask_homes(const std::vector<Index>& ids, const Ranks& ranks,
+void ask_homes(const std::vector<Index>& ids, const Communicator& ranks,
                const std::function<void(const std::vector<std::vector<Index>>&)>& answer) {
   std::size_t next = 0;
   while (ranks.any(next < ids.size())) {
     std::vector<std::vector<Index>> to(static_cast<std::size_t>(ranks.size()));
     const std::size_t end = std::min(ids.size(), next + at_a_time);
     for (; next < end; ++next)
-      to[static_cast<std::size_t>(home_of(ids[next], ranks.size()))].push_back(ids[next]);
+      to[static_cast<std::size_t>(directory_rank(ids[next], ranks.size()))].push_back(ids[next]);
     answer(ranks.exchange(to));
   }
 }
@@ -69,7 +69,7 @@ void restore(const SentFrame<Dim>& sent, NodeFrame<Dim>& frame) {
 /// The entries of one list for the nodes that each rank asked for. Collective.
 template <class Entry>
 void send_entries(const std::vector<std::vector<Index>>& asked, const std::vector<Entry>& kept,
-                  std::vector<Entry>& found, const Ranks& ranks) {
+                  std::vector<Entry>& found, const Communicator& ranks) {
   using Sent = decltype(plain(std::declval<const Entry&>()));
   std::vector<std::vector<Sent>> replies(asked.size());
   for (std::size_t r = 0; r < asked.size(); ++r)
@@ -82,8 +82,8 @@ void send_entries(const std::vector<std::vector<Index>>& asked, const std::vecto
 }  // namespace
 
 template <int Dim>
-void keep_home_lists(Model<Dim>& model, const Ranks& ranks) {
-  const auto elsewhere = [&](Index id) { return home_of(id, ranks.size()) != ranks.rank(); };
+void keep_home_lists(Model<Dim>& model, const Communicator& ranks) {
+  const auto elsewhere = [&](Index id) { return directory_rank(id, ranks.size()) != ranks.rank(); };
   if (ranks.several()) {
     for_each_list(model, [&](auto& list) {
       if (std::erase_if(list, [&](const auto& entry) { return elsewhere(entry.node); }) > 0)
@@ -113,7 +113,7 @@ void keep_home_lists(Model<Dim>& model, const Ranks& ranks) {
 
 template <int Dim>
 NodeConditions<Dim> conditions_at(const std::vector<Index>& nodes, const NodeConditions<Dim>& kept,
-                                  const Ranks& ranks) {
+                                  const Communicator& ranks) {
   std::vector<Index> present{static_cast<Index>(nodes.size())};
   for_each_list(kept,
                 [&](const auto& list) { present.push_back(static_cast<Index>(list.size())); });
@@ -168,7 +168,7 @@ InjectedCells<Dim> kept_injections(const std::vector<Injection<Dim>>& injections
 template <int Dim>
 InjectedCells<Dim> injections_at(const std::vector<Index>& cells, const InjectedCells<Dim>& kept,
                                  const std::vector<Injection<Dim>>& injections,
-                                 const Ranks& ranks) {
+                                 const Communicator& ranks) {
   using Entry = typename InjectedCells<Dim>::Entry;
   using Point = std::array<double, static_cast<std::size_t>(Dim)>;
   InjectedCells<Dim> found;
@@ -202,12 +202,13 @@ InjectedCells<Dim> injections_at(const std::vector<Index>& cells, const Injected
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                    \
-  template void keep_home_lists(Model<Dim>&, const Ranks&);                                       \
+  template void keep_home_lists(Model<Dim>&, const Communicator&);                                \
   template NodeConditions<Dim> conditions_at(const std::vector<Index>&,                           \
-                                             const NodeConditions<Dim>&, const Ranks&);           \
+                                             const NodeConditions<Dim>&, const Communicator&);    \
   template InjectedCells<Dim> kept_injections(const std::vector<Injection<Dim>>&);                \
   template InjectedCells<Dim> injections_at(const std::vector<Index>&, const InjectedCells<Dim>&, \
-                                            const std::vector<Injection<Dim>>&, const Ranks&);
+                                            const std::vector<Injection<Dim>>&,                   \
+                                            const Communicator&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

@@ -26,7 +26,7 @@ void for_different(const std::vector<Index>& cells, auto&& visit) {
 }
 
 /// Different cells of all ranks. Each cell is counted by one of them.
-Index count_different(const std::vector<Index>& cells, const Ranks& ranks) {
+Index count_different(const std::vector<Index>& cells, const Communicator& ranks) {
   Index different = 0;
   const auto count = [&](Index) { ++different; };
   if (!ranks.several()) {
@@ -46,7 +46,7 @@ Index count_different(const std::vector<Index>& cells, const Ranks& ranks) {
 }  // namespace
 
 template <int Dim>
-ParticleCensus take_census(const Model<Dim>& model, const Ranks& ranks) {
+ParticleCensus take_census(const Model<Dim>& model, const Communicator& ranks) {
   ParticleCensus census;
   census.particles = ranks.sum(model.particles.size());
   const auto& ids = model.particles.id;
@@ -64,7 +64,8 @@ ParticleCensus take_census(const Model<Dim>& model, const Ranks& ranks) {
 
 template <int Dim>
 std::vector<Index> particles_of_patches(const ParticleTable<Dim>& particles,
-                                        const Partition<Dim>& partition, const Ranks& ranks) {
+                                        const Partition<Dim>& partition,
+                                        const Communicator& ranks) {
   std::vector<Index> count(static_cast<std::size_t>(partition.n_patches()), 0);
   Index last_cell = -1, patch = -1;
   for (const Index cell : particles.cell) {
@@ -105,7 +106,7 @@ void set_loads(Model<Dim>& model) {
 }
 
 template <int Dim>
-void keep_share(ParticleTable<Dim>& particles, const Ranks& ranks) {
+void keep_share(ParticleTable<Dim>& particles, const Communicator& ranks) {
   const auto boundary = [&](int rank) {
     return static_cast<std::ptrdiff_t>(particles.size() * rank / ranks.size());
   };
@@ -157,7 +158,8 @@ void restore(const std::array<double, static_cast<std::size_t>(Dim)>& from, Vec<
 /// Where each row goes, and where those that come are put.
 class Delivery {
  public:
-  Delivery(std::size_t rows, const std::function<int(std::size_t)>& owner, const Ranks& ranks)
+  Delivery(std::size_t rows, const std::function<int(std::size_t)>& owner,
+           const Communicator& ranks)
       : ranks_(ranks), to_(rows) {
     for (std::size_t row = 0; row < rows; ++row) to_[row] = owner(row);
   }
@@ -205,7 +207,7 @@ class Delivery {
     }
   }
 
-  const Ranks& ranks_;
+  const Communicator& ranks_;
   std::vector<int> to_;               ///< rank of each row
   std::vector<std::uint32_t> place_;  ///< of each row that comes
 };
@@ -214,7 +216,7 @@ class Delivery {
 
 template <int Dim>
 void send_to_owners(ParticleTable<Dim>& particles, const std::function<int(std::size_t)>& owner,
-                    const Ranks& ranks) {
+                    const Communicator& ranks) {
   if (!ranks.several()) return;
   Delivery delivery(particles.x.size(), owner, ranks);
   delivery.send_ids(particles.id);
@@ -231,14 +233,14 @@ void send_to_owners(ParticleTable<Dim>& particles, const std::function<int(std::
   delivery.send(particles.loads);
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                              \
-  template ParticleCensus take_census(const Model<Dim>&, const Ranks&);                     \
-  template std::vector<Index> particles_of_patches(const ParticleTable<Dim>&,               \
-                                                   const Partition<Dim>&, const Ranks&);    \
-  template void set_loads(Model<Dim>&);                                                     \
-  template void keep_share(ParticleTable<Dim>&, const Ranks&);                              \
-  template void send_to_owners(ParticleTable<Dim>&, const std::function<int(std::size_t)>&, \
-                               const Ranks&);
+#define LAHAR_INSTANTIATE(Dim)                                                                  \
+  template ParticleCensus take_census(const Model<Dim>&, const Communicator&);                  \
+  template std::vector<Index> particles_of_patches(const ParticleTable<Dim>&,                   \
+                                                   const Partition<Dim>&, const Communicator&); \
+  template void set_loads(Model<Dim>&);                                                         \
+  template void keep_share(ParticleTable<Dim>&, const Communicator&);                           \
+  template void send_to_owners(ParticleTable<Dim>&, const std::function<int(std::size_t)>&,     \
+                               const Communicator&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

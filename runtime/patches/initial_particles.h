@@ -8,7 +8,7 @@
 
 #include "physics/mesh/partition.h"
 #include "physics/model/model.h"
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 
 namespace lahar {
 
@@ -22,12 +22,12 @@ struct ParticleCensus {
   std::vector<char> used;    ///< by material: some particle is made of it, or will be
 };
 template <int Dim>
-ParticleCensus take_census(const Model<Dim>& model, const Ranks& ranks);
+ParticleCensus take_census(const Model<Dim>& model, const Communicator& ranks);
 
 /// Particles in each patch.
 template <int Dim>
 std::vector<Index> particles_of_patches(const ParticleTable<Dim>& particles,
-                                        const Partition<Dim>& partition, const Ranks& ranks);
+                                        const Partition<Dim>& partition, const Communicator& ranks);
 
 /// Fill in ParticleTable::loads from the lists of particles of tractions and prescribed velocities,
 /// which are released; nothing where there are none, or where it is done. Throws InputError for
@@ -38,23 +38,23 @@ void set_loads(Model<Dim>& model);
 /// Of a table of all particles that every rank has, keep an equal part, which has ids then. Loads
 /// are to be set before.
 template <int Dim>
-void keep_share(ParticleTable<Dim>& particles, const Ranks& ranks);
+void keep_share(ParticleTable<Dim>& particles, const Communicator& ranks);
 
 /// Send every row to the rank `owner(row)`, which is asked before anything is sent. The table is
 /// then that of the rows that this rank owns, with ascending ids. Columns go one after the other,
 /// so that there are never two whole tables in memory.
 template <int Dim>
 void send_to_owners(ParticleTable<Dim>& particles, const std::function<int(std::size_t)>& owner,
-                    const Ranks& ranks);
+                    const Communicator& ranks);
 
 #define LAHAR_DECLARE(Dim)                                                                         \
-  extern template ParticleCensus take_census(const Model<Dim>&, const Ranks&);                     \
-  extern template std::vector<Index> particles_of_patches(const ParticleTable<Dim>&,               \
-                                                          const Partition<Dim>&, const Ranks&);    \
+  extern template ParticleCensus take_census(const Model<Dim>&, const Communicator&);              \
+  extern template std::vector<Index> particles_of_patches(                                         \
+      const ParticleTable<Dim>&, const Partition<Dim>&, const Communicator&);                      \
   extern template void set_loads(Model<Dim>&);                                                     \
-  extern template void keep_share(ParticleTable<Dim>&, const Ranks&);                              \
+  extern template void keep_share(ParticleTable<Dim>&, const Communicator&);                       \
   extern template void send_to_owners(ParticleTable<Dim>&, const std::function<int(std::size_t)>&, \
-                                      const Ranks&);
+                                      const Communicator&);
 LAHAR_DECLARE(2)
 LAHAR_DECLARE(3)
 #undef LAHAR_DECLARE

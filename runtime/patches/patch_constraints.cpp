@@ -27,7 +27,7 @@ void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<
       if (!std::exchange(taken[v.dir], true)) patch.fixed.push_back({local, v.dir, v.velocity});
     return;
   }
-  WallNode<Dim>& wall = patch.walls.emplace_back();
+  ConstrainedNode<Dim>& wall = patch.walls.emplace_back();
   wall.node = local;
   if (!frames.empty()) wall.axes = frames.front().axes;
   for (const NodeVelocity& v : velocities)
@@ -35,7 +35,7 @@ void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<
       wall.velocity[d] = v.velocity;
   for (const NodeAcceleration& a : accelerations) {
     const auto d = static_cast<std::size_t>(a.dir);
-    wall.shaken[d] = true;
+    wall.accelerated[d] = true;
     wall.acceleration[d] = a.acceleration;
     wall.function[d] = a.function;
   }

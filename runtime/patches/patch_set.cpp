@@ -66,7 +66,7 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
 /// Loads and constraints in the order in which patches look for them. Of several ranks that have
 /// the table of all particles each keeps a part, so that every particle is in one share.
 template <int Dim>
-void prepare(Model<Dim>& model, const Ranks& ranks) {
+void prepare(Model<Dim>& model, const Communicator& ranks) {
   set_loads(model);
   if (ranks.several() && !ranks.any(!model.particles.id.empty()))
     keep_share(model.particles, ranks);
@@ -111,7 +111,7 @@ double lightest_injected(const Model<Dim>& model) {
 
 /// The cut of a mesh; empty where ranks have shares of it, which are cut later.
 template <int Dim>
-Partition<Dim> first_partition(const Mesh<Dim>& mesh, Index target_cells, const Ranks& ranks,
+Partition<Dim> first_partition(const Mesh<Dim>& mesh, Index target_cells, const Communicator& ranks,
                                const MemoryLimit& memory) {
   // Of a grid each patch has its place on the curve, both ways, and a row of particles.
   constexpr double bytes_per_patch = 5 * sizeof(Index);
@@ -131,7 +131,7 @@ Partition<Dim> first_partition(const Mesh<Dim>& mesh, Index target_cells, const 
 template <int Dim>
 std::vector<typename Partition<Dim>::Brick> bricks_of_all(
     const std::vector<Index>& patch, const std::vector<typename Partition<Dim>::Brick>& brick,
-    const Ranks& ranks) {
+    const Communicator& ranks) {
   struct Known {
     Index patch;
     typename Partition<Dim>::Brick brick;
@@ -158,7 +158,7 @@ std::vector<typename Partition<Dim>::Brick> bricks_of_all(
 
 template <int Dim>
 PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads,
-                        Ranks ranks, SumMessages messages, const MemoryLimit& memory)
+                        Communicator ranks, SumMessages messages, const MemoryLimit& memory)
     : model_(&model),
       memory_(memory),
       census_((prepare(model, ranks), take_census(model, ranks))),
@@ -176,7 +176,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
 
 template <int Dim>
 PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies,
-                        const SimulationState& state, int threads, Ranks ranks,
+                        const SimulationState& state, int threads, Communicator ranks,
                         SumMessages messages, const MemoryLimit& memory)
     : model_(&model),
       memory_(memory),
@@ -247,7 +247,7 @@ template <int Dim>
 void PatchSet<Dim>::share_patches(const std::vector<Index>& particles) {
   std::vector<Index> counts;
   for (const Index id : all_) counts.push_back(particles[static_cast<std::size_t>(id)]);
-  owner_ = curve_chunks(work_of(counts), ranks_.size());
+  owner_ = curve_partition(work_of(counts), ranks_.size());
 }
 
 /// The cells of each patch into which particles are injected, as if they were filled; of several
@@ -358,7 +358,7 @@ void PatchSet<Dim>::choose_owners(const SimulationState& state) {
     const int stored = position_of(state.patches, id);
     weight.push_back(stored >= 0 ? state.sizes[static_cast<std::size_t>(stored)] : 1);
   }
-  owner_ = curve_chunks(weight, ranks_.size());
+  owner_ = curve_partition(weight, ranks_.size());
 }
 
 template <int Dim>
@@ -369,7 +369,7 @@ void PatchSet<Dim>::rebuild() {
     if (patch->work != PatchWork{}) ids.push_back(patch->topology.patch);
     if (!model_->mesh->is_structured() || patch->count == 0) continue;
     CellsAround<Dim> cells(*model_->mesh);
-    for (const Run& run : patch->runs)
+    for (const ParticleBin& run : patch->bins)
       if (run.begin < run.end) cells.add(patch->topology.cells[static_cast<std::size_t>(run.cell)]);
     filled.push_back(cells.brick());
   }
@@ -413,7 +413,7 @@ template <int Dim>
 std::size_t PatchSet<Dim>::bytes() const {
   std::size_t bytes = 0;
   for (const auto& patch : patches_) {
-    bytes += patch->particles.bytes() + patch->runs.capacity() * sizeof(Run) +
+    bytes += patch->particles.bytes() + patch->bins.capacity() * sizeof(ParticleBin) +
              patch->box.capacity() * sizeof(patch->box[0]) +
              patch->topology.corner_nodes.capacity() * sizeof(patch->topology.corner_nodes[0]) +
              patch->local_cell.bucket_count() * (sizeof(Index) + 2 * sizeof(Local));

@@ -9,7 +9,7 @@
 #include "graph/executor.h"
 #include "io/base/memory_limit.h"
 #include "physics/particles/patch.h"
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 #include "runtime/patches/home_lists.h"
 #include "runtime/patches/initial_particles.h"
 #include "runtime/patches/patch_filling.h"
@@ -61,12 +61,12 @@ class PatchSet {
   /// meshes from tables each rank has a share (shared_mesh.h), or all of it. Of what is said of
   /// nodes and cells each rank keeps its part (home_lists.h).
   PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads = 1,
-           Ranks ranks = {}, SumMessages messages = {}, const MemoryLimit& memory = {});
+           Communicator ranks = {}, SumMessages messages = {}, const MemoryLimit& memory = {});
   /// The same cut, with the patches of a state instead of the model's particles, which are
   /// released; of several ranks, each takes a share of them. Throws InputError where the state is
   /// not one of this model.
   PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, const SimulationState& state,
-           int threads = 1, Ranks ranks = {}, SumMessages messages = {},
+           int threads = 1, Communicator ranks = {}, SumMessages messages = {},
            const MemoryLimit& memory = {});
 
   const Partition<Dim>& partition() const { return partition_; }
@@ -139,7 +139,7 @@ class PatchSet {
   std::vector<Index> of_all_ranks(const std::vector<Index>& ids) const;
   int owner_of(Index id) const;
   std::vector<Index> own_patches() const;
-  std::vector<char> watched_cells(const Patch<Dim>& patch) const;
+  std::vector<char> find_halo_edge_cells(const Patch<Dim>& patch) const;
   void arrange(std::vector<Index> ids);
   void link();
   std::vector<char> connect_changed();
@@ -162,7 +162,7 @@ class PatchSet {
   NodeSumCopies copies_;
   ColumnLayout<Dim> layout_;
   double least_mass_ = 0;  ///< Patch::least_mass
-  Ranks ranks_;
+  Communicator ranks_;
   SumMessages messages_;
   Patches patches_;  ///< of this rank, ascending patch id
   std::vector<Index> all_;

@@ -69,7 +69,7 @@ void PatchSet<Dim>::link() {
   for (std::size_t p = 0; p < patches_.size(); ++p) {
     auto& patch = patches_[p];
     const auto& neighbours = patch->topology.neighbours;
-    if (changed[p] || all_changed_) patch->watched = watched_cells(*patch);
+    if (changed[p] || all_changed_) patch->halo_edge_cells = find_halo_edge_cells(*patch);
     patch->needs_surroundings = false;
     patch->inbox.clear();
     patch->arrived.assign(neighbours.size(), 0);
@@ -212,24 +212,24 @@ std::vector<std::vector<int>> PatchSet<Dim>::neighbours() const {
 }
 
 template <int Dim>
-std::vector<char> PatchSet<Dim>::watched_cells(const Patch<Dim>& patch) const {
-  std::vector<char> watched;
-  if (!model_->mesh->is_structured()) return watched;
+std::vector<char> PatchSet<Dim>::find_halo_edge_cells(const Patch<Dim>& patch) const {
+  std::vector<char> halo_edge_cells;
+  if (!model_->mesh->is_structured()) return halo_edge_cells;
   const Brick own = partition_.brick(patch.topology.patch);
   for (const Index near : partition_.patches_near(own, watch_distance)) {
     if (std::binary_search(all_.begin(), all_.end(), near)) continue;
-    watched.resize(patch.topology.cells.size(), 0);
+    halo_edge_cells.resize(patch.topology.cells.size(), 0);
     Brick within = partition_.brick(near);
     for (std::size_t d = 0; d < Dim; ++d) {
       within.low[d] = std::max(own.low[d], within.low[d] - watch_distance);
       within.high[d] = std::min(own.high[d], within.high[d] + watch_distance);
     }
-    const std::size_t bodies = patch.bodies(), body_cells = watched.size() / bodies;
+    const std::size_t bodies = patch.bodies(), body_cells = halo_edge_cells.size() / bodies;
     for (const Index cell : partition_.cells_in(within))
       for (std::size_t b = 0; b < bodies; ++b)
-        watched[static_cast<std::size_t>(patch.local_cell.at(cell)) + b * body_cells] = 1;
+        halo_edge_cells[static_cast<std::size_t>(patch.local_cell.at(cell)) + b * body_cells] = 1;
   }
-  return watched;
+  return halo_edge_cells;
 }
 
 template <int Dim>
@@ -255,16 +255,16 @@ PatchGraph PatchSet<Dim>::graph() const {
   return graph;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                      \
-  template std::vector<char> PatchSet<Dim>::connect_changed();                      \
-  template void PatchSet<Dim>::link();                                              \
-  template void PatchSet<Dim>::link_own(Patch<Dim>&);                               \
-  template void PatchSet<Dim>::link_elsewhere(Patch<Dim>&, RemotePatch<Dim>&);      \
-  template void PatchSet<Dim>::mirror_nodes();                                      \
-  template void PatchSet<Dim>::find_sends();                                        \
-  template std::vector<std::vector<int>> PatchSet<Dim>::neighbours() const;         \
-  template std::vector<char> PatchSet<Dim>::watched_cells(const Patch<Dim>&) const; \
-  template PatchGraph PatchSet<Dim>::graph() const;                                 \
+#define LAHAR_INSTANTIATE(Dim)                                                             \
+  template std::vector<char> PatchSet<Dim>::connect_changed();                             \
+  template void PatchSet<Dim>::link();                                                     \
+  template void PatchSet<Dim>::link_own(Patch<Dim>&);                                      \
+  template void PatchSet<Dim>::link_elsewhere(Patch<Dim>&, RemotePatch<Dim>&);             \
+  template void PatchSet<Dim>::mirror_nodes();                                             \
+  template void PatchSet<Dim>::find_sends();                                               \
+  template std::vector<std::vector<int>> PatchSet<Dim>::neighbours() const;                \
+  template std::vector<char> PatchSet<Dim>::find_halo_edge_cells(const Patch<Dim>&) const; \
+  template PatchGraph PatchSet<Dim>::graph() const;                                        \
   template std::vector<Index> shared_nodes(const PatchTopology<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

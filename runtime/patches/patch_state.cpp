@@ -24,8 +24,8 @@ struct Head {
   Index marker = lahar::marker;
   Index dim = 0, patch = 0;
   Index cells = 0, nodes = 0, rows = 0;  ///< of the patch, and of a particle
-  Index slots = 0, runs = 0, particles = 0, active_nodes = 0;
-  Index added_runs = 0, moving = 0, loads = 0;
+  Index slots = 0, bins = 0, particles = 0, active_nodes = 0;
+  Index added_bins = 0, moving = 0, loads = 0;
   Index sums = 1;  ///< arrays of sums that are mapped for the next step
 };
 static_assert(std::has_unique_object_representations_v<Head>, "no padding");
@@ -40,8 +40,8 @@ static_assert(std::has_unique_object_representations_v<PackedRun>, "no padding")
 /// Runs stay loaded when their loaded particles have left.
 template <int Dim>
 bool any_loads(const Patch<Dim>& patch) {
-  return std::any_of(patch.runs.begin(), patch.runs.end(),
-                     [](const Run& run) { return run.loaded; });
+  return std::any_of(patch.bins.begin(), patch.bins.end(),
+                     [](const ParticleBin& run) { return run.loaded; });
 }
 
 template <int Dim>
@@ -70,10 +70,10 @@ Head head_of(const Patch<Dim>& patch) {
           .nodes = patch.n_nodes(),
           .rows = patch.particles.layout().rows(),
           .slots = patch.particles.size(),
-          .runs = static_cast<Index>(patch.runs.size()),
+          .bins = static_cast<Index>(patch.bins.size()),
           .particles = patch.count,
           .active_nodes = count_active_nodes(patch),
-          .added_runs = patch.added_runs,
+          .added_bins = patch.added_bins,
           .moving = patch.moving,
           .loads = any_loads(patch),
           .sums = static_cast<Index>(mapped_sums(patch).size())};
@@ -85,7 +85,7 @@ std::size_t n_bytes(Index count, std::size_t size) {
 
 /// Where the ids of the particles begin.
 std::size_t ids_offset(const Head& head) {
-  return sizeof(Head) + sizeof(PatchWork) + n_bytes(head.runs, sizeof(PackedRun));
+  return sizeof(Head) + sizeof(PatchWork) + n_bytes(head.bins, sizeof(PackedRun));
 }
 
 std::size_t bytes_of(const Head& head) {
@@ -168,7 +168,7 @@ Head read_head(std::span<const std::byte> bytes, const Patch<Dim>& patch) {
          static_cast<Index>(mapped_sums(patch).size()));
   expect("the number of values of a particle", head.rows, patch.particles.layout().rows());
   constexpr Index most = std::numeric_limits<Local>::max();
-  for (const Index n : {head.slots, head.runs, head.particles, head.active_nodes, head.added_runs})
+  for (const Index n : {head.slots, head.bins, head.particles, head.active_nodes, head.added_bins})
     if (n < 0 || n > most) refuse(id, fmt::format("{} is not a number of anything", n));
   if (bytes.size() != bytes_of(head))
     refuse(id, fmt::format("it has {} bytes instead of {}", bytes.size(), bytes_of(head)));
@@ -179,18 +179,18 @@ Head read_head(std::span<const std::byte> bytes, const Patch<Dim>& patch) {
 template <int Dim>
 void read_runs(Reader& in, const Head& head, Patch<Dim>& patch, std::size_t materials) {
   const Index id = patch.topology.patch;
-  patch.first_run.assign(patch.topology.cells.size(), -1);
-  patch.runs.clear();
+  patch.first_bin.assign(patch.topology.cells.size(), -1);
+  patch.bins.clear();
   Index particles = 0;
-  for (Index r = 0; r < head.runs; ++r) {
+  for (Index r = 0; r < head.bins; ++r) {
     const auto run = in.get<PackedRun>();
-    const Local free_from = patch.runs.empty() ? 0 : patch.runs.back().limit;
+    const Local free_from = patch.bins.empty() ? 0 : patch.bins.back().limit;
     if (run.cell < 0 || run.cell >= head.cells || run.begin < free_from || run.end < run.begin ||
         run.limit < run.end || run.limit > head.slots || run.material < 0 ||
         static_cast<std::size_t>(run.material) >= materials)
       refuse(id, fmt::format("run {} is not one", r));
-    Local& first = patch.first_run[static_cast<std::size_t>(run.cell)];
-    patch.runs.push_back({.cell = run.cell,
+    Local& first = patch.first_bin[static_cast<std::size_t>(run.cell)];
+    patch.bins.push_back({.cell = run.cell,
                           .begin = run.begin,
                           .end = run.end,
                           .limit = run.limit,
@@ -211,13 +211,13 @@ void read_particles(Reader& in, const Head& head, Patch<Dim>& patch) {
   to.resize(static_cast<Local>(head.slots));
   if (head.loads != 0) to.loads.assign(static_cast<std::size_t>(head.slots), 0);
   const auto fill = [&](auto* values) {
-    for (const Run& run : patch.runs)
+    for (const ParticleBin& run : patch.bins)
       in.get(values + run.begin, static_cast<std::size_t>(run.end - run.begin));
   };
   fill(to.id.data());
   if (head.loads != 0) fill(to.loads.data());
   for_each_row(to.layout(), [&](Column column, int k) { fill(to.row(column, k)); });
-  for (const Run& run : patch.runs) {
+  for (const ParticleBin& run : patch.bins) {
     std::fill(to.cell.begin() + run.begin, to.cell.begin() + run.end, run.cell);
     std::fill(to.material.begin() + run.begin, to.material.begin() + run.end, run.material);
   }
@@ -259,10 +259,10 @@ void pack(const Patch<Dim>& patch, Index step, std::byte* to) {
   for (const double work : {patch.work.internal, patch.work.external, patch.work.damping,
                             patch.work.friction, patch.work.divided})
     out.put(work);
-  for (const Run& run : patch.runs)
+  for (const ParticleBin& run : patch.bins)
     out.put(PackedRun{run.cell, run.begin, run.end, run.limit, run.material, run.loaded});
   const auto add = [&](const auto* values) {
-    for (const Run& run : patch.runs)
+    for (const ParticleBin& run : patch.bins)
       out.put(values + run.begin, static_cast<std::size_t>(run.end - run.begin));
   };
   const Particles<Dim>& particles = patch.particles;
@@ -310,7 +310,7 @@ void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step,
   read_particles(in, head, patch);
   read_sums(in, head, patch, step);
   const bool filled = patch.count > 0;
-  patch.added_runs = static_cast<int>(head.added_runs);
+  patch.added_bins = static_cast<int>(head.added_bins);
   patch.moving = head.moving != 0;
   patch.sorted = true;
   patch.idle = !filled;

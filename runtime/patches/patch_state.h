@@ -11,7 +11,7 @@
 
 namespace lahar {
 
-/// The state of a patch between two steps, when no particle is on its way: outboxes, `late` and
+/// The state of a patch between two steps, when no particle is on its way: outboxes, `unmapped` and
 /// `movers` are empty. `step` is the number of steps done. Equal states give equal bytes, whatever
 /// threads, ranks, allocations and rebuilds came before: no free slots, no padding, nothing that
 /// follows from the rest or is computed anew before it is read.

@@ -47,7 +47,7 @@ class RankBalance {
   /// In one step of so many, tasks of a patch are timed.
   static constexpr Step sampled = 4;
 
-  RankBalance(Ranks ranks, BalanceOptions options, int threads)
+  RankBalance(Communicator ranks, BalanceOptions options, int threads)
       : ranks_(ranks), options_(options), threads_(threads) {}
 
   bool samples(Step step, int patch) const;
@@ -97,7 +97,7 @@ class RankBalance {
   void take_over_rates(const std::vector<Known>& known, const std::vector<int>& before,
                        const std::vector<int>& after);
 
-  Ranks ranks_;
+  Communicator ranks_;
   BalanceOptions options_;
   int threads_;
   MoveCost move_;

@@ -8,7 +8,7 @@
 
 namespace lahar {
 
-std::vector<int> curve_chunks(std::span<const Index> weight, int ranks) {
+std::vector<int> curve_partition(std::span<const Index> weight, int ranks) {
   if (ranks <= 0) throw std::invalid_argument("a partition needs at least one rank");
   const WeightPrefix prefix(weight);
   const Index most = prefix.least_heaviest(ranks);

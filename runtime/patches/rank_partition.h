@@ -24,7 +24,7 @@ struct PatchGraph {
 /// Owner of every patch such that each rank has consecutive patches and the heaviest rank is as
 /// light as that allows; boundaries are as near to an even share as that allows. O(n log W) for n
 /// patches of total weight W. Throws std::invalid_argument unless ranks > 0.
-std::vector<int> curve_chunks(std::span<const Index> weight, int ranks);
+std::vector<int> curve_partition(std::span<const Index> weight, int ranks);
 
 /// What a partition means for each rank.
 struct RankShare {

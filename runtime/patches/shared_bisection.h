@@ -8,8 +8,9 @@
 
 namespace lahar {
 
-/// The patch of each cell of a share, with ids as Partition gives them. Ranks cut together while
-/// there is more than a rank's share to cut; each then cuts some of the pieces alone. Collective.
+/// The patch of each cell of a share, with ids as Partition gives them. Communicator cut together
+/// while there is more than a rank's share to cut; each then cuts some of the pieces alone.
+/// Collective.
 template <int Dim>
 std::vector<Local> bisect(const Mesh<Dim>& share, Index parts, const Team& team);
 

@@ -118,7 +118,7 @@ int CaseRun<Dim>::execute() {
   write_beginning(simulation);
   if (arguments_.trace) begin_trace(simulation, info, header.title);
   try {
-    return step_to_the_end(simulation);
+    return run_time_loop(simulation);
   } catch (const IoError& error) {
     throw IoError(error.what() + how_to_go_on());
   }

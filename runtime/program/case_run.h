@@ -98,7 +98,7 @@ class CaseRun {
 
   double rate(Index step) const { return particle_steps(step) / seconds_since(loop_begin_); }
 
-  int step_to_the_end(Simulation<Dim>& simulation);
+  int run_time_loop(Simulation<Dim>& simulation);
   /// After a failure of files: with which option, and from where. Empty if there is no telling.
   std::string how_to_go_on() const;
 
@@ -119,7 +119,7 @@ class CaseRun {
   const RunArguments& arguments_;
   Scenario& scenario_;
   Console& console_;
-  Ranks ranks_;
+  Communicator ranks_;
   Analysis outline_;
   OutputPlan output_;
   CheckpointHeader header_;                    ///< of checkpoints that are written

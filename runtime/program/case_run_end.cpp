@@ -17,7 +17,7 @@
 namespace lahar {
 
 template <int Dim>
-int CaseRun<Dim>::step_to_the_end(Simulation<Dim>& simulation) {
+int CaseRun<Dim>::run_time_loop(Simulation<Dim>& simulation) {
   loop_begin_ = Clock::now();
   RankWatch watch(ranks_, [] { return stop_signal() != 0; });
   watch_ = &watch;
@@ -192,7 +192,7 @@ void CaseRun<Dim>::report(Simulation<Dim>& simulation, const SimulationInfo& inf
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                    \
-  template int CaseRun<Dim>::step_to_the_end(Simulation<Dim>&);                                   \
+  template int CaseRun<Dim>::run_time_loop(Simulation<Dim>&);                                     \
   template std::string CaseRun<Dim>::how_to_go_on() const;                                        \
   template std::vector<StageTiming> CaseRun<Dim>::timings_of_all(std::vector<StageTiming>) const; \
   template void CaseRun<Dim>::report_balance(const BalanceReport&, double);                       \

@@ -51,7 +51,7 @@ void add_scenario(CLI::App& command, std::string& scenario, ScenarioOptions& opt
 
 /// Refuse rather than do the same several times.
 void refuse_several_ranks(const char* command) {
-  if (const Ranks ranks = Ranks::world(); ranks.several())
+  if (const Communicator ranks = Communicator::world(); ranks.several())
     throw InputError(
         fmt::format("`lahar {}` is not for several ranks, found {}; only `lahar run` is. Start it "
                     "without mpirun.",
@@ -183,7 +183,7 @@ int run_program(int argc, char** argv) {
   add_memory(*run_app, run.memory);
   run_app->add_flag("--quiet,-q", run.quiet, "Only warnings and errors on the terminal");
   run_app->callback([&] {
-    run.execution.ranks = Ranks::world();
+    run.execution.ranks = Communicator::world();
     study.give(run);
     if (serial && run.execution.ranks.several())
       throw InputError("--serial is for one rank: on several, only the task graph runs.");
@@ -403,7 +403,7 @@ int run_program(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) throw InputError(argument_problems(app, error));
-    if (Ranks::world().rank() == 0) app.exit(error);  // help, version
+    if (Communicator::world().rank() == 0) app.exit(error);  // help, version
   }
   return code;
 }

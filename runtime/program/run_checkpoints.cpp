@@ -20,7 +20,7 @@ std::chrono::steady_clock::duration of_minutes(double minutes) {
 }  // namespace
 
 RunCheckpoints::RunCheckpoints(CheckpointHeader header, double minutes, CheckpointOptions options,
-                               const Ranks& ranks)
+                               const Communicator& ranks)
     : header_(std::move(header)),
       interval_(of_minutes(minutes)),
       due_(Clock::now() + interval_),

@@ -12,7 +12,7 @@ class RunCheckpoints {
  public:
   /// `header` says everything but RunState. Collective.
   RunCheckpoints(CheckpointHeader header, double minutes, CheckpointOptions options,
-                 const Ranks& ranks);
+                 const Communicator& ranks);
 
   /// Whether one is due by wall time, or was asked for by a signal. Stays true until write().
   bool wanted();

@@ -36,7 +36,7 @@ Scenario read(const RunArguments& arguments, Console& console, const Team* team 
 /// All ranks must compute the same, to the last bit, or the result would be nobody's. Before the
 /// scenario is read, which they do together.
 void check_alike(const RunArguments& arguments) {
-  const Ranks& ranks = arguments.execution.ranks;
+  const Communicator& ranks = arguments.execution.ranks;
   if (!ranks.several()) return;
   std::string options;  // but for the program's name, and for threads, which may differ
   for (std::size_t k = 1; k < arguments.command.size(); ++k) {
@@ -72,9 +72,9 @@ void check_alike(const RunArguments& arguments) {
 
 /// What each rank may take: the least of all ranks, so that all decide alike.
 MemoryLimit limit_of_ranks(const RunArguments& arguments) {
-  const Ranks& ranks = arguments.execution.ranks;
+  const Communicator& ranks = arguments.execution.ranks;
   if (!ranks.several()) return memory_limit(arguments.memory, 1);
-  Ranks machine = ranks.on_machine();
+  Communicator machine = ranks.on_machine();
   const int processes = machine.size();
   machine.release();
   MemoryLimit own = memory_limit(arguments.memory, processes);

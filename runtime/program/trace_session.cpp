@@ -50,14 +50,14 @@ json phase_list(const std::vector<Phase>& phases, const std::vector<Stage>& stag
 
 }  // namespace
 
-ClockReading read_clock(const Ranks& ranks) {
+ClockReading read_clock(const Communicator& ranks) {
   ClockReading best{.tick = ticks()};
   if (!ranks.several()) return best;
-  // Ranks of a machine count the same ticks. On a busy one round trips would take milliseconds, as
-  // the two are seldom awake together.
+  // Communicator of a machine count the same ticks. On a busy one round trips would take
+  // milliseconds, as the two are seldom awake together.
   const std::vector<int> machines = ranks.machines();
   if (std::ranges::all_of(machines, [&](int m) { return m == machines.front(); })) return best;
-  Ranks own = ranks.duplicate();
+  Communicator own = ranks.duplicate();
   const MPI_Comm group = own.communicator();
   for (int r = 1; r < own.size(); ++r) {
     for (int k = 0; k < round_trips; ++k) {
@@ -86,9 +86,10 @@ ClockReading read_clock(const Ranks& ranks) {
   return best;
 }
 
-TraceSession::TraceSession(const std::filesystem::path& run, TraceWindow window, const Ranks& ranks,
-                           const TraceAbout& about, const std::vector<Phase>& phases,
-                           const std::vector<Stage>& stages, const std::string& graph)
+TraceSession::TraceSession(const std::filesystem::path& run, TraceWindow window,
+                           const Communicator& ranks, const TraceAbout& about,
+                           const std::vector<Phase>& phases, const std::vector<Stage>& stages,
+                           const std::string& graph)
     : ranks_(ranks) {
   seconds_per_tick();  // begins to measure
   std::string id = ranks.rank() == 0 ? random_id() : "";

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "graph/stage.h"
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 #include "runtime/trace/record/recorder.h"
 
 namespace lahar {
@@ -20,9 +20,9 @@ struct ClockReading {
   double bound = 0;        ///< [ticks] that the offset may be wrong by: half of a round trip
 };
 
-/// Ranks on the machine of rank 0 have its clock; others find it by the shortest of several round
-/// trips (Cristian 1989). Collective.
-ClockReading read_clock(const Ranks& ranks);
+/// Communicator on the machine of rank 0 have its clock; others find it by the shortest of several
+/// round trips (Cristian 1989). Collective.
+ClockReading read_clock(const Communicator& ranks);
 
 /// What a trace says of its run beside its steps.
 struct TraceAbout {
@@ -35,7 +35,7 @@ struct TraceAbout {
 class TraceSession {
  public:
   /// Begins a trace in the run folder, which exists; an earlier one there is removed. Collective.
-  TraceSession(const std::filesystem::path& run, TraceWindow window, const Ranks& ranks,
+  TraceSession(const std::filesystem::path& run, TraceWindow window, const Communicator& ranks,
                const TraceAbout& about, const std::vector<Phase>& phases,
                const std::vector<Stage>& stages, const std::string& graph);
   ~TraceSession();  ///< of a run that failed: without a tail, the trace is not complete
@@ -46,7 +46,7 @@ class TraceSession {
   Index finish();
 
  private:
-  Ranks ranks_;
+  Communicator ranks_;
   ClockReading begin_;
   std::unique_ptr<TraceRecorder> recorder_;
 };

@@ -73,45 +73,46 @@ std::string describe_particle(const Particles<Dim>& particles, Local p, Index in
 }
 
 template <int Dim>
-std::string describe_mark(const Mark& mark, const Model<Dim>& model, Index injected) {
+std::string describe_mark(const ParticleFault& fault, const Model<Dim>& model, Index injected) {
   constexpr std::size_t n = Dim;
   const std::string particle = fmt::format(
-      "{} at {} m, velocity {} m/s", name_of(mark.particle, injected),
-      tuple(std::span(mark.position).first(n)), tuple(std::span(mark.velocity).first(n)));
-  const std::string more = mark.count > 1 ? fmt::format(" (and {} more here)", mark.count - 1) : "";
-  switch (mark.kind) {
-    case Mark::Kind::left_mesh:
+      "{} at {} m, velocity {} m/s", name_of(fault.particle, injected),
+      tuple(std::span(fault.position).first(n)), tuple(std::span(fault.velocity).first(n)));
+  const std::string more =
+      fault.count > 1 ? fmt::format(" (and {} more here)", fault.count - 1) : "";
+  switch (fault.kind) {
+    case ParticleFault::Kind::left_mesh:
       return particle + more +
              " left the mesh. Enlarge the mesh, constrain its boundary nodes, or let such "
              "particles "
              "be removed with \"locate_particles\": false in \"analysis\".";
-    case Mark::Kind::not_finite:
+    case ParticleFault::Kind::not_finite:
       return particle + more +
              " is not finite: the computation has become unstable. Reduce the time step or check "
              "material parameters and loads.";
-    case Mark::Kind::volume:
+    case ParticleFault::Kind::volume:
       return fmt::format(
           "{} at {} m{} would get a volume of zero or less within one step: "
           "its cell collapses. Reduce the time step{}.",
-          name_of(mark.particle, injected), tuple(std::span(mark.position).first(n)), more,
+          name_of(fault.particle, injected), tuple(std::span(fault.position).first(n)), more,
           model.analysis.scheme == Scheme::musl
               ? ""
               : ", or use \"mpm_scheme\": \"musl\", which bears nodes of little mass better");
-    case Mark::Kind::moved_too_far:
+    case ParticleFault::Kind::moved_too_far:
       return particle + more +
              " moved beyond the neighbouring patches within one step. Reduce the time step.";
-    case Mark::Kind::law:
+    case ParticleFault::Kind::law:
       return fmt::format(
           "{}{}: material '{}' found no stress that it allows after stress {} Pa (xx yy zz xy yz "
           "xz), not even in {} parts of the increment. Check its parameters, or reduce the time "
           "step.",
-          particle, more, model.materials[mark.material].name, tuple(mark.stress), most_parts);
-    case Mark::Kind::domain:
+          particle, more, model.materials[fault.material].name, tuple(fault.stress), most_parts);
+    case ParticleFault::Kind::domain:
       return particle + more +
              " has a domain that reaches beyond the cells around its own. Use larger cells or "
              "smaller particles, or take the functions of a smaller domain with "
              "\"large_domains\": \"clip\" in \"analysis\".";
-    case Mark::Kind::folded:
+    case ParticleFault::Kind::folded:
       return particle + more +
              " has a domain whose corners have moved so that it folds: functions would be "
              "negative. Reduce the time step, use more particles per cell, or "
@@ -137,8 +138,8 @@ std::string unstable_hint(double limit) {
       limit);
 }
 
-template std::string describe_mark<2>(const Mark&, const Model<2>&, Index);
-template std::string describe_mark<3>(const Mark&, const Model<3>&, Index);
+template std::string describe_mark<2>(const ParticleFault&, const Model<2>&, Index);
+template std::string describe_mark<3>(const ParticleFault&, const Model<3>&, Index);
 template std::string describe_particle<2>(const Particles<2>&, Local, Index);
 template std::string describe_particle<3>(const Particles<3>&, Local, Index);
 

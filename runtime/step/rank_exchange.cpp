@@ -6,7 +6,7 @@
 #include <exception>
 #include <utility>
 
-#include "graph/give_way.h"
+#include "graph/back_off.h"
 #include "physics/base/error.h"
 #include "runtime/patches/particle_message.h"
 #include "runtime/trace/record/recorder.h"
@@ -259,7 +259,7 @@ void RankExchange<Dim>::send_rest() {
       streams_->post();
       if (calls_.others) calls_.others();
     }
-    if (streams_->has_unposted()) give_way();
+    if (streams_->has_unposted()) back_off();
   }
 }
 

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "graph/executor.h"
+#include "runtime/comm/communicator.h"
 #include "runtime/comm/message_streams.h"
 #include "runtime/comm/rank_agreements.h"
-#include "runtime/comm/ranks.h"
 #include "runtime/patches/patch_set.h"
 #include "runtime/step/timestep.h"
 
@@ -44,7 +44,7 @@ struct InjectedLatency {
 /// steps. Collective to make and to release; there is none with one rank.
 class ExchangeGroups {
  public:
-  ExchangeGroups(const Ranks& ranks, int threads)
+  ExchangeGroups(const Communicator& ranks, int threads)
       : patches(ranks.duplicate()),
         steps(ranks.duplicate()),
         limits(ranks.duplicate()),
@@ -58,7 +58,7 @@ class ExchangeGroups {
     steps.release();
     limits.release();
   }
-  Ranks patches, steps, limits;
+  Communicator patches, steps, limits;
   std::vector<int> machines;  ///< by rank
   bool have_cores;            ///< for as many threads per rank
 };
@@ -123,7 +123,7 @@ class RankExchange final : public Remote {
   void deliver(const ExchangeEvent& event, Executor& executor);
   void record(const ExchangeEvent& event) const;
 
-  Ranks ranks_;
+  Communicator ranks_;
   PatchSet<Dim>* patches_;
   std::vector<RankMessage> messages_;
   ExchangeCalls calls_;

@@ -12,7 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Open and verify one file; all ranks come to the same end. Returns why it cannot be used.
-std::string try_open(const fs::path& file, const Ranks& ranks,
+std::string try_open(const fs::path& file, const Communicator& ranks,
                      std::unique_ptr<CheckpointReader>& reader) {
   std::string why;
   try {
@@ -34,7 +34,7 @@ std::string try_open(const fs::path& file, const Ranks& ranks,
 }  // namespace
 
 std::unique_ptr<CheckpointReader> open_checkpoint(
-    const std::string& which, const fs::path& folder, const Ranks& ranks,
+    const std::string& which, const fs::path& folder, const Communicator& ranks,
     const std::function<void(const std::string&)>& warn) {
   std::unique_ptr<CheckpointReader> reader;
   if (which != "latest") {

@@ -9,7 +9,7 @@
 
 #include "io/run/checkpoint.h"
 #include "io/scenario/scenario.h"
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 #include "runtime/patches/simulation_state.h"
 
 namespace lahar {
@@ -19,7 +19,7 @@ namespace lahar {
 /// Throws IoError for a damaged file, InputError where there is no checkpoint to go on from.
 /// Collective.
 std::unique_ptr<CheckpointReader> open_checkpoint(
-    const std::string& which, const std::filesystem::path& folder, const Ranks& ranks,
+    const std::string& which, const std::filesystem::path& folder, const Communicator& ranks,
     const std::function<void(const std::string&)>& warn);
 
 /// Compare a scenario, and its side files as in `now`, with those of the checkpoint. Returns what

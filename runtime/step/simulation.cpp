@@ -29,7 +29,7 @@ ExecutionOptions with_threads(ExecutionOptions options) {
 
 template <int Dim>
 std::vector<double> limits_of_injections(const PatchSet<Dim>& patches, const Model<Dim>& model,
-                                         const Ranks& ranks) {
+                                         const Communicator& ranks) {
   std::vector<double> limits;
   for (std::size_t g = 0; g < model.injections.size(); ++g) {
     double least = std::numeric_limits<double>::infinity();
@@ -212,7 +212,7 @@ SimulationInfo Simulation<Dim>::info() const {
   info.threads = is_parallel(impl_->options) ? impl_->options.threads : 1;
   info.cells = impl_->model.mesh->n_cells();
   info.nodes = impl_->model.mesh->n_nodes();
-  const Ranks& ranks = impl_->ranks;
+  const Communicator& ranks = impl_->ranks;
   info.particles = ranks.sum(impl_->patches.particles());
   info.removed = ranks.sum(impl_->removed);
   double divided = 0;

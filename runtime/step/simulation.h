@@ -13,7 +13,7 @@
 #include "io/run/history.h"
 #include "physics/model/model.h"
 #include "physics/particles/removed_particle.h"
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 #include "runtime/patches/rank_balance.h"
 #include "runtime/patches/rank_partition.h"
 #include "runtime/patches/simulation_state.h"
@@ -24,7 +24,7 @@ namespace lahar {
 struct StudyDelays {
   Index slow_patch = -1;   ///< number of a patch whose tasks take `slow_factor` times their time
   double slow_factor = 1;  ///< at least 1
-  int late_rank = -1;      ///< rank whose threads wait `late` before each message
+  int late_rank = -1;      ///< rank whose threads wait `unmapped` before each message
   double late = 0;         ///< [s]
   double serial = 0;       ///< [s] per step in which nothing else happens on a rank
 };
@@ -36,7 +36,7 @@ struct ExecutionOptions {
   /// Flow graph and bulk. Each has a share of the patches, and all of them make the simulation and
   /// call its member functions, apart from step(), time(), finished(), timings() and graph(),
   /// together.
-  Ranks ranks = {};
+  Communicator ranks = {};
   BalanceOptions balance = {};
   double latency = 0;  ///< [s] held back from each message between ranks, for studies
   /// Messages between ranks of a machine do not go through MPI, except for many particles at once.

@@ -122,8 +122,8 @@ template <int Dim>
 void Simulation<Dim>::Impl::check_end() {
   for (int p = 0; p < patches.size(); ++p) {
     check_finite(patches[p]);
-    if (patches[p].mark.kind != Mark::Kind::none)
-      fail(output_index, p, step - 1, describe_mark(patches[p].mark, model, patches.next_id()));
+    if (patches[p].fault.kind != ParticleFault::Kind::none)
+      fail(output_index, p, step - 1, describe_mark(patches[p].fault, model, patches.next_id()));
   }
   stop_where_failed();
 }

@@ -253,7 +253,7 @@ struct Simulation<Dim>::Impl {
   bool sums_due(Step step) const { return history_due(step) || watch_due(step); }
   void begin_watch();
   void restore_watch(const WatchdogState& state);
-  /// By hand_on(), when the sums after a step are known.
+  /// By finish_step(), when the sums after a step are known.
   void watch(Step step, const HistoryRow& row, bool strained);
   /// By set_dt(), with what is stable.
   void watch_step(Step step, double stable);
@@ -276,7 +276,7 @@ struct Simulation<Dim>::Impl {
 
   /// All patches are done with `step`. Steps arrive in order, one call at a time.
   void complete(Step step) {
-    attempt([&] { hand_on(step); });
+    attempt([&] { finish_step(step); });
   }
 
   /// What fails on one rank, as on a full disk, must not keep it from what all ranks do.
@@ -289,7 +289,7 @@ struct Simulation<Dim>::Impl {
     }
   }
 
-  void hand_on(Step step);
+  void finish_step(Step step);
 
   /// Turn sums since the last row into sums since the start.
   void finish_row(HistoryRow& row, Step step);
@@ -355,7 +355,7 @@ struct Simulation<Dim>::Impl {
   Observer observer;
   Model<Dim> model;
   std::vector<TimestepStage<Dim>> stages;
-  Ranks ranks;
+  Communicator ranks;
   SpeedScales speeds;
   std::vector<Phase> phases;   ///< the tasks of a patch
   std::optional<Phase> whole;  ///< the one that has a rest, with it
@@ -395,7 +395,7 @@ struct Simulation<Dim>::Impl {
   WatchdogJudge judge;
   WatchdogAlarm step_alarm;  ///< of the time step, by set_dt(); its step is -1 where there is none
   Step step_alarm_end = -1;  ///< at which it ends the run; -1 = it does not
-  std::atomic<bool> step_alarm_is_new{false};  ///< for hand_on() to warn
+  std::atomic<bool> step_alarm_is_new{false};  ///< for finish_step() to warn
   std::array<bool, 4> warned{};                ///< by WatchdogAlarm::Kind
   PerStep<std::atomic<bool>> strained;        ///< by step: a patch of this rank has such a particle
   std::atomic<bool> stop_asked{false};        ///< of this rank

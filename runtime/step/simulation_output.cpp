@@ -126,9 +126,9 @@ bool Simulation<Dim>::Impl::may_be_unstable(int p, Step step) const {
 template <int Dim>
 void Simulation<Dim>::Impl::check_limit(int p, Step step) {
   const double used = dt_of(step);
-  if (!(used > time_step_limit<Dim>(patches[p], model, patches[p].runs))) return;
+  if (!(used > time_step_limit<Dim>(patches[p], model, patches[p].bins))) return;
   Local limiting = -1;
-  const double limit = time_step_limit<Dim>(patches[p], model, patches[p].runs, &limiting);
+  const double limit = time_step_limit<Dim>(patches[p], model, patches[p].bins, &limiting);
   fail(output_index, p, step,
        unstable_message(used, limit,
                         describe_particle(patches[p].particles, limiting, patches.next_id())) +
@@ -136,7 +136,7 @@ void Simulation<Dim>::Impl::check_limit(int p, Step step) {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::hand_on(Step step) {
+void Simulation<Dim>::Impl::finish_step(Step step) {
   const TraceSpan trace(TraceKind::completed, step);
   record_progress(step);
   if (options.delays.serial > 0) waste_time(options.delays.serial, step);
@@ -289,7 +289,7 @@ FrameSource Simulation<Dim>::Impl::present_frame() const {
   template void Simulation<Dim>::Impl::output(int, Step);                                       \
   template bool Simulation<Dim>::Impl::may_be_unstable(int, Step) const;                        \
   template void Simulation<Dim>::Impl::check_limit(int, Step);                                  \
-  template void Simulation<Dim>::Impl::hand_on(Step);                                           \
+  template void Simulation<Dim>::Impl::finish_step(Step);                                       \
   template void Simulation<Dim>::Impl::take_injected(Step);                                     \
   template void Simulation<Dim>::Impl::finish_row(HistoryRow&, Step);                           \
   template void Simulation<Dim>::Impl::complete_row(HistoryRow&, Step, const PatchWork&) const; \

@@ -192,13 +192,13 @@ void Simulation<Dim>::Impl::run_own_task(const Phase& phase, int p, Step step, S
 template <int Dim>
 void Simulation<Dim>::Impl::take_unmapped(Patch<Dim>& patch) {
   receive(patch);
-  patch.late.clear();
+  patch.unmapped.clear();
 }
 
 template <int Dim>
 void Simulation<Dim>::Impl::take_back_movers(Patch<Dim>& patch, Step step) const {
   place_movers(patch, context(step));
-  patch.mark = {};
+  patch.fault = {};
 }
 
 template <int Dim>
@@ -217,7 +217,7 @@ void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, Sta
     std::size_t failed = 0;
     if (phase.first == 0 && keeps(step)) {
       failed = run(part_of(phase, 0, 1));  // arrivals
-      if (patch.mark.kind == Mark::Kind::none) {
+      if (patch.fault.kind == ParticleFault::Kind::none) {
         keep(p, step);
         clock.lap(0);
         failed = run(part_of(phase, 1, phase.last));
@@ -225,8 +225,8 @@ void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, Sta
     } else {
       failed = run(phase);
     }
-    if (patch.mark.kind != Mark::Kind::none) {
-      fail(failed, p, step, describe_mark(patch.mark, model, patches.next_id()));
+    if (patch.fault.kind != ParticleFault::Kind::none) {
+      fail(failed, p, step, describe_mark(patch.fault, model, patches.next_id()));
       if (locates) take_back_movers(patch, step);
       return;
     }
@@ -240,15 +240,15 @@ void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, Sta
   if (phase.last > output_index) {
     output(p, step);
     clock.lap(output_index);
-    if (patch.mark.kind != Mark::Kind::none)
-      fail(output_index, p, step, describe_mark(patch.mark, model, patches.next_id()));
+    if (patch.fault.kind != ParticleFault::Kind::none)
+      fail(output_index, p, step, describe_mark(patch.fault, model, patches.next_id()));
   }
 }
 
 template <int Dim>
 void Simulation<Dim>::Impl::fail(std::size_t s, int p, Step step, const std::string& cause) {
   poisoned[static_cast<std::size_t>(p)] = 1;
-  patches[p].mark = {};
+  patches[p].fault = {};
   failures.add({step, static_cast<int>(s), stages[s].stage.name, time_at(step),
                 patches[p].topology.patch, cause});
   learn_of_failure(step);

@@ -39,7 +39,7 @@ double Simulation<Dim>::Impl::present_limit(std::string* where) const {
   for (int i = 0; i < patches.size(); ++i) {
     Local p = -1;
     const double limit =
-        time_step_limit<Dim>(patches[i], model, patches[i].runs, where ? &p : nullptr);
+        time_step_limit<Dim>(patches[i], model, patches[i].bins, where ? &p : nullptr);
     if (limit < least && p >= 0) *where = describe_particle(patches[i].particles, p);
     least = std::min(least, limit);
   }

@@ -22,22 +22,22 @@ int voigt(Column column, int component) {
 template <int Dim>
 struct Block {
   const Particles<Dim>* particles;
-  const std::vector<Run>* runs = nullptr;
+  const std::vector<ParticleBin>* bins = nullptr;
 
   /// Call body(begin, end) with slots that follow each other.
   void for_each_range(auto&& body) const {
-    if (runs == nullptr) {
+    if (bins == nullptr) {
       body(Local{0}, particles->size());
       return;
     }
-    for (const Run& run : *runs) body(run.begin, run.end);
+    for (const ParticleBin& run : *bins) body(run.begin, run.end);
   }
 };
 
 /// All particles that a patch holds.
 template <int Dim>
 std::vector<Block<Dim>> blocks_of(const Patch<Dim>& patch) {
-  std::vector<Block<Dim>> blocks{{&patch.particles, &patch.runs}};
+  std::vector<Block<Dim>> blocks{{&patch.particles, &patch.bins}};
   for (const auto& out : patch.outbox)
     if (out.particles.size() > 0) blocks.push_back({&out.particles});
   return blocks;
@@ -192,7 +192,7 @@ Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model, Frame spare) {
 template <int Dim>
 Index particles_of(const Patch<Dim>& patch) {
   Index n = 0;
-  for (const Run& run : patch.runs) n += run.end - run.begin;
+  for (const ParticleBin& run : patch.bins) n += run.end - run.begin;
   for (const auto& out : patch.outbox) n += out.particles.size();
   return n;
 }
@@ -227,12 +227,13 @@ std::size_t frame_bytes(const ColumnLayout<Dim>& layout, const Model<Dim>& model
 namespace {
 
 template <int Dim>
-void add_particles(HistoryRow& row, std::span<const Run> runs, const Particles<Dim>& particles) {
+void add_particles(HistoryRow& row, std::span<const ParticleBin> bins,
+                   const Particles<Dim>& particles) {
   const double* m = particles.row(Column::mass);
   const auto v = particles.template rows<Dim>(Column::v);
   Pack mass(0.0), kinetic(0.0), fastest(0.0), momentum[Dim];
   for (Pack& component : momentum) component = Pack(0.0);
-  for (const Run& run : runs) {
+  for (const ParticleBin& run : bins) {
     row.particles += run.end - run.begin;
     for (Local p = run.begin; p < run.end; p += lanes<Pack>) {
       const Local n = run.end - p;
@@ -260,14 +261,14 @@ void add_particles(HistoryRow& row, std::span<const Run> runs, const Particles<D
 template <int Dim>
 HistoryRow sums(Patch<Dim>& patch) {
   HistoryRow row;
-  add_particles<Dim>(row, patch.runs, patch.particles);
+  add_particles<Dim>(row, patch.bins, patch.particles);
   for (const auto& out : patch.outbox) {
-    const Run all{.cell = -1,
-                  .begin = 0,
-                  .end = out.particles.size(),
-                  .limit = 0,
-                  .material = 0,
-                  .loaded = false};
+    const ParticleBin all{.cell = -1,
+                          .begin = 0,
+                          .end = out.particles.size(),
+                          .limit = 0,
+                          .material = 0,
+                          .loaded = false};
     if (all.end > 0) add_particles<Dim>(row, {&all, 1}, out.particles);
   }
   row.internal = patch.work.internal;

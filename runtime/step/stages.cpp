@@ -23,13 +23,13 @@ namespace {
 template <int Dim, bool WithForce>
 void map_late(Patch<Dim>& patch, const StepContext<Dim>& step) {
   activate_nodes(patch);
-  if (!patch.late.empty()) {
-    map_mass_momentum(patch, step, patch.late);
-    if (WithForce) map_force(patch, step, patch.late);
-    if (patch.bodies() > 1) map_gradient(patch, step, patch.late);
-    if (step.model->analysis.drives_nodes) map_prescribed(patch, step, patch.late);
-    if (WithForce) map_waves(patch, step, patch.late);
-    patch.late.clear();
+  if (!patch.unmapped.empty()) {
+    map_mass_momentum(patch, step, patch.unmapped);
+    if (WithForce) map_force(patch, step, patch.unmapped);
+    if (patch.bodies() > 1) map_gradient(patch, step, patch.unmapped);
+    if (step.model->analysis.drives_nodes) map_prescribed(patch, step, patch.unmapped);
+    if (WithForce) map_waves(patch, step, patch.unmapped);
+    patch.unmapped.clear();
     patch.contributes[static_cast<std::size_t>(step.step % 2)] = 1;
     patch.idle = false;
     patch.clear_sums = 0;
@@ -48,7 +48,7 @@ void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
 template <int Dim, bool WithForce>
 void take_injected(Patch<Dim>& patch, const StepContext<Dim>& step) {
   inject(patch, step);
-  if (!patch.late.empty()) map_late<Dim, WithForce>(patch, step);
+  if (!patch.unmapped.empty()) map_late<Dim, WithForce>(patch, step);
 }
 
 /// Sums for the next step begin at zero. A patch without particles is idle once all of its sums
@@ -97,7 +97,7 @@ void add_filter(Stages<Dim>& list, int order) {
       raise_filter(p, s, Order - 1);
     clear_sums(p, s, sum_of_order(Order));
   };
-  stage.runs = [](P& p, S& s, Runs runs) { map_smoothed(p, s, runs, Order); };
+  stage.bins = [](P& p, S& s, ParticleBins bins) { map_smoothed(p, s, bins, Order); };
   list.push_back(stage);
   if constexpr (Order <= most_transfer_order) add_filter<Dim, Order + 1>(list, order);
 }
@@ -135,17 +135,18 @@ Stages<Dim> meeting_bodies(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   if (analysis.contact.bodies < 2) return {};
-  return {TimestepStage<Dim>{.stage = {.name = "normals", .exchange = "gradient"},
-                             .takes = {NodeSum::gradient},
-                             .begin =
-                                 [](P& p, S& s) {
-                                   nodal_gradient(p, s);
-                                   clear_sums(p, s, NodeSum::surface);
-                                 },
-                             .runs = [](P& p, S& s, Runs runs) { map_surface(p, s, runs); }},
-          TimestepStage<Dim>{.stage = {.name = "gaps", .exchange = "surface"},
-                             .takes = {NodeSum::surface},
-                             .begin = [](P& p, S& s) { meet_bodies(p, s); }}};
+  return {
+      TimestepStage<Dim>{.stage = {.name = "normals", .exchange = "gradient"},
+                         .takes = {NodeSum::gradient},
+                         .begin =
+                             [](P& p, S& s) {
+                               nodal_gradient(p, s);
+                               clear_sums(p, s, NodeSum::surface);
+                             },
+                         .bins = [](P& p, S& s, ParticleBins bins) { map_surface(p, s, bins); }},
+      TimestepStage<Dim>{.stage = {.name = "gaps", .exchange = "surface"},
+                         .takes = {NodeSum::surface},
+                         .begin = [](P& p, S& s) { meet_bodies(p, s); }}};
 }
 
 template <int Dim>
@@ -171,12 +172,13 @@ template <int Dim>
 Stages<Dim> remapped_velocities(const Analysis&) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
-  return {TimestepStage<Dim>{.stage = {.name = "P2G remap"},
-                             .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::momentum); },
-                             .runs = [](P& p, S& s, Runs runs) { map_momentum(p, s, runs); }},
-          TimestepStage<Dim>{.stage = {.name = "velocity", .exchange = "momentum"},
-                             .takes = {NodeSum::momentum},
-                             .begin = [](P& p, S& s) { nodal_velocity_again(p, s); }}};
+  return {
+      TimestepStage<Dim>{.stage = {.name = "P2G remap"},
+                         .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::momentum); },
+                         .bins = [](P& p, S& s, ParticleBins bins) { map_momentum(p, s, bins); }},
+      TimestepStage<Dim>{.stage = {.name = "velocity", .exchange = "momentum"},
+                         .takes = {NodeSum::momentum},
+                         .begin = [](P& p, S& s) { nodal_velocity_again(p, s); }}};
 }
 
 template <int Dim>
@@ -187,31 +189,31 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
   if (analysis.pressure_smoothing)  // nodal pressure is exchanged in between
     return {TimestepStage<Dim>{.stage = {.name = "strain", .needs_dt = needs_dt},
                                .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::pressure); },
-                               .runs =
-                                   [](P& p, S& s, Runs runs) {
+                               .bins =
+                                   [](P& p, S& s, ParticleBins bins) {
                                      if (s.model->analysis.scheme == Scheme::usl)
-                                       add_work_of_tractions(p, s, runs);
-                                     update_stress(p, s, runs, StressPart::strain);
-                                     map_pressure(p, s, runs);
+                                       add_work_of_tractions(p, s, bins);
+                                     update_stress(p, s, bins, StressPart::strain);
+                                     map_pressure(p, s, bins);
                                    }},
             TimestepStage<Dim>{.stage = {.name = "stress", .exchange = "pressure"},
                                .takes = {NodeSum::pressure},
                                .begin = [](P& p, S& s) { nodal_pressure(p, s); },
-                               .runs =
-                                   [](P& p, S& s, Runs runs) {
-                                     smooth_pressure(p, s, runs);
-                                     update_stress(p, s, runs, StressPart::law);
+                               .bins =
+                                   [](P& p, S& s, ParticleBins bins) {
+                                     smooth_pressure(p, s, bins);
+                                     update_stress(p, s, bins, StressPart::law);
                                    }}};
   if (stress_follows_g2p(analysis))
-    return {TimestepStage<Dim>{.stage = {.name = "stress"}, .runs = [](P& p, S& s, Runs runs) {
-                                 update_stress(p, s, runs, StressPart::both,
-                                               &gradients_of_chunk<Dim>());
-                               }}};
+    return {TimestepStage<Dim>{
+        .stage = {.name = "stress"}, .bins = [](P& p, S& s, ParticleBins bins) {
+          update_stress(p, s, bins, StressPart::both, &gradients_of_chunk<Dim>());
+        }}};
   return {TimestepStage<Dim>{.stage = {.name = "stress", .needs_dt = needs_dt},
-                             .runs = [](P& p, S& s, Runs runs) {
+                             .bins = [](P& p, S& s, ParticleBins bins) {
                                if (s.model->analysis.scheme == Scheme::usl)
-                                 add_work_of_tractions(p, s, runs);
-                               update_stress(p, s, runs, StressPart::both);
+                                 add_work_of_tractions(p, s, bins);
+                               update_stress(p, s, bins, StressPart::both);
                              }}};
 }
 
@@ -222,7 +224,7 @@ Stages<Dim> absorbed_waves(const Analysis& analysis) {
   if (!analysis.absorbs) return {};
   return {TimestepStage<Dim>{.stage = {.name = "impedance"},
                              .begin = [](P& p, S& s) { clear_waves(p, s); },
-                             .runs = [](P& p, S& s, Runs runs) { map_waves(p, s, runs); },
+                             .bins = [](P& p, S& s, ParticleBins bins) { map_waves(p, s, bins); },
                              .of_next_step = maps_force_with_momentum(analysis)}};
 }
 
@@ -270,16 +272,16 @@ Stages<Dim> g2p(const Analysis& analysis) {
   using S = const StepContext<Dim>;
   TimestepStage<Dim> stage{.stage = {.name = "G2P"}, .begin = [](P& p, S&) { p.max_speed = 0; }};
   if (stress_follows_g2p(analysis))
-    stage.runs = [](P& p, S& s, Runs runs) {
-      add_work_of_tractions(p, s, runs);
-      update_particles(p, s, runs, &gradients_of_chunk<Dim>());
+    stage.bins = [](P& p, S& s, ParticleBins bins) {
+      add_work_of_tractions(p, s, bins);
+      update_particles(p, s, bins, &gradients_of_chunk<Dim>());
     };
   else if (analysis.scheme == Scheme::usl)  // where stress comes first, it adds the work
-    stage.runs = [](P& p, S& s, Runs runs) { update_particles(p, s, runs); };
+    stage.bins = [](P& p, S& s, ParticleBins bins) { update_particles(p, s, bins); };
   else
-    stage.runs = [](P& p, S& s, Runs runs) {
-      add_work_of_tractions(p, s, runs);
-      update_particles(p, s, runs);
+    stage.bins = [](P& p, S& s, ParticleBins bins) {
+      add_work_of_tractions(p, s, bins);
+      update_particles(p, s, bins);
     };
   return {stage};
 }
@@ -295,11 +297,11 @@ Stages<Dim> location(const Analysis& analysis) {
             clear_outboxes(p);
             p.time_step_limit = std::numeric_limits<double>::infinity();
           },
-      .runs =
-          [](P& p, S& s, Runs runs) {
+      .bins =
+          [](P& p, S& s, ParticleBins bins) {
             if (s.model->analysis.step.adaptive)  // before particles leave: none is missed
-              p.time_step_limit = std::min(p.time_step_limit, time_step_limit(p, *s.model, runs));
-            locate(p, s, runs);
+              p.time_step_limit = std::min(p.time_step_limit, time_step_limit(p, *s.model, bins));
+            locate(p, s, bins);
           },
       .end = [](P& p, S& s) { place_movers(p, s); }}};
 }
@@ -309,10 +311,11 @@ Stages<Dim> p2g(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   const bool force = maps_force_with_momentum(analysis);
-  return {TimestepStage<Dim>{.stage = {.name = "P2G"},
-                             .begin = force ? begin_mapping<Dim, true> : begin_mapping<Dim, false>,
-                             .runs = [](P& p, S& s, Runs runs) { map_mass_momentum(p, s, runs); },
-                             .of_next_step = true}};
+  return {TimestepStage<Dim>{
+      .stage = {.name = "P2G"},
+      .begin = force ? begin_mapping<Dim, true> : begin_mapping<Dim, false>,
+      .bins = [](P& p, S& s, ParticleBins bins) { map_mass_momentum(p, s, bins); },
+      .of_next_step = true}};
 }
 
 template <int Dim>
@@ -323,7 +326,7 @@ Stages<Dim> forces(const Analysis& analysis) {
   return {TimestepStage<Dim>{
       .stage = {.name = "force"},
       .begin = next ? nullptr : +[](P& p, S& s) { clear_sums(p, s, NodeSum::force); },
-      .runs = [](P& p, S& s, Runs runs) { map_force(p, s, runs); },
+      .bins = [](P& p, S& s, ParticleBins bins) { map_force(p, s, bins); },
       .of_next_step = next}};
 }
 
@@ -332,10 +335,11 @@ Stages<Dim> surfaces(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   if (analysis.contact.bodies < 2) return {};
-  return {TimestepStage<Dim>{.stage = {.name = "surface"},
-                             .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::gradient); },
-                             .runs = [](P& p, S& s, Runs runs) { map_gradient(p, s, runs); },
-                             .of_next_step = true}};
+  return {
+      TimestepStage<Dim>{.stage = {.name = "surface"},
+                         .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::gradient); },
+                         .bins = [](P& p, S& s, ParticleBins bins) { map_gradient(p, s, bins); },
+                         .of_next_step = true}};
 }
 
 template <int Dim>
@@ -343,10 +347,11 @@ Stages<Dim> prescribed_velocities(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   if (!analysis.drives_nodes) return {};
-  return {TimestepStage<Dim>{.stage = {.name = "prescribed"},
-                             .begin = [](P& p, S& s) { clear_prescribed(p, s); },
-                             .runs = [](P& p, S& s, Runs runs) { map_prescribed(p, s, runs); },
-                             .of_next_step = true}};
+  return {
+      TimestepStage<Dim>{.stage = {.name = "prescribed"},
+                         .begin = [](P& p, S& s) { clear_prescribed(p, s); },
+                         .bins = [](P& p, S& s, ParticleBins bins) { map_prescribed(p, s, bins); },
+                         .of_next_step = true}};
 }
 
 template <int Dim>

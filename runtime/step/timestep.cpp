@@ -64,7 +64,7 @@ void map_first(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& stages,
   for (const auto& stage : stages) {
     if (!stage.of_next_step) continue;
     if (stage.begin) stage.begin(patch, step);
-    stage.runs(patch, step, patch.runs);
+    stage.bins(patch, step, patch.bins);
   }
 }
 

@@ -15,12 +15,12 @@ namespace lahar {
 template <int Dim>
 struct TimestepStage {
   using OnPatch = void (*)(Patch<Dim>& patch, const StepContext<Dim>& step);
-  using OnRuns = void (*)(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs);
+  using OnRuns = void (*)(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
   Stage stage;
   std::vector<NodeSum> takes = {};  ///< sums of neighbours, where it exchanges them
   OnPatch begin = nullptr;          ///< before any run of the phase: nodes
-  OnRuns runs = nullptr;            ///< particles, a few runs at a time
+  OnRuns bins = nullptr;            ///< particles, a few runs at a time
   OnPatch end = nullptr;            ///< after all runs of the phase
   bool of_next_step = false;        ///< is done for the step after the one in which it is called
 };
@@ -82,20 +82,20 @@ std::size_t run_phase(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& 
     if (s > failed) return;
     what(stages[s], stages[s].of_next_step ? next : step);
     lap(std::clamp(s, first, last - 1));
-    if (patch.mark.kind != Mark::Kind::none && failed == stages.size()) failed = s;
+    if (patch.fault.kind != ParticleFault::Kind::none && failed == stages.size()) failed = s;
   };
   for (std::size_t s = first; s < phase.begins; ++s)
     if (stages[s].begin)
       act(s, [&](const auto& stage, const auto& context) { stage.begin(patch, context); });
-  const Runs runs(patch.runs);
-  for (std::size_t from = 0; from < runs.size();) {
+  const ParticleBins bins(patch.bins);
+  for (std::size_t from = 0; from < bins.size();) {
     std::size_t to = from;
     Local slots = 0;
-    while (to < runs.size() && slots < chunk) slots += runs[to].end - runs[to].begin, ++to;
-    const Runs some = runs.subspan(from, to - from);
+    while (to < bins.size() && slots < chunk) slots += bins[to].end - bins[to].begin, ++to;
+    const ParticleBins some = bins.subspan(from, to - from);
     for (std::size_t s = first; s < last; ++s)
-      if (stages[s].runs)
-        act(s, [&](const auto& stage, const auto& context) { stage.runs(patch, context, some); });
+      if (stages[s].bins)
+        act(s, [&](const auto& stage, const auto& context) { stage.bins(patch, context, some); });
     from = to;
   }
   for (std::size_t s = phase.ends; s < last; ++s)

@@ -82,7 +82,7 @@ std::string advice(WatchdogAlarm::Kind kind, const Model<Dim>& model) {
 }  // namespace
 
 template <int Dim>
-SpeedScales speed_scales(const Model<Dim>& model, const Ranks& ranks) {
+SpeedScales speed_scales(const Model<Dim>& model, const Communicator& ranks) {
   SpeedScales scales;
   for (const Material& material : model.materials)
     scales.waves = std::max(scales.waves, std::sqrt(wave_modulus(material.law) / material.density));
@@ -237,7 +237,7 @@ WatchedParticle watched_particle(WatchdogAlarm::Kind kind, const Patch<Dim>& pat
   };
   if (kind == WatchdogAlarm::Kind::time_step) {
     Local p = -1;
-    const double limit = time_step_limit<Dim>(patch, model, patch.runs, &p);
+    const double limit = time_step_limit<Dim>(patch, model, patch.bins, &p);
     if (p >= 0) look(p, 1 / limit);
   } else {
     patch.for_each_particle([&](Local p) {
@@ -278,7 +278,7 @@ std::string watchdog_warning(const WatchdogAlarm& alarm) {
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                          \
-  template SpeedScales speed_scales(const Model<Dim>&, const Ranks&);                   \
+  template SpeedScales speed_scales(const Model<Dim>&, const Communicator&);            \
   template double stored_energy(const Patch<Dim>&, const Model<Dim>&);                  \
   template bool is_strained(const Patch<Dim>&, const Model<Dim>&);                      \
   template WatchedParticle watched_particle(WatchdogAlarm::Kind, const Patch<Dim>&,     \

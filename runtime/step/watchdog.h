@@ -13,7 +13,7 @@
 #include "io/run/history.h"
 #include "physics/base/error.h"
 #include "physics/particles/patch.h"
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 
 namespace lahar {
 
@@ -37,7 +37,7 @@ struct SpeedScales {
 
 /// Those of a model, but for `start`. Collective.
 template <int Dim>
-SpeedScales speed_scales(const Model<Dim>& model, const Ranks& ranks);
+SpeedScales speed_scales(const Model<Dim>& model, const Communicator& ranks);
 
 /// Judges a run, step by step and in order.
 class WatchdogJudge {

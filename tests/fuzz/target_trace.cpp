@@ -53,7 +53,7 @@ SectionedFile recorded(const char* scenario) {
   fs::create_directories(run);
   TraceAbout about{.version = "0", .title = "a title", .scheme = "usf", .executor = "serial"};
   about.adaptive = std::get<Model<2>>(read.model).analysis.step.adaptive;
-  TraceSession session(run, {}, Ranks{}, about, simulation.phases(), simulation.stages(),
+  TraceSession session(run, {}, Communicator{}, about, simulation.phases(), simulation.stages(),
                        simulation.trace_graph());
   simulation.advance(3);
   session.finish();

@@ -113,7 +113,7 @@ template <int Dim>
 void check(const char* cell_type, Element element, const std::array<Index, Dim>& counts, double by,
            int first, int last) {
   CAPTURE(std::string(cell_type));
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const RankTeam team(ranks);
   const SharedFolder folder(ranks);
   if (ranks.rank() == 0) {

@@ -20,7 +20,7 @@ Outcome check(Model<Dim> model, Index patch_particles) {
       CAPTURE(threads);
       CAPTURE(moving);
       ExecutionOptions way{.threads = threads};
-      way.ranks = Ranks::world();
+      way.ranks = Communicator::world();
       if (moving) way.balance = {BalanceOptions::When::forced, 20, Partitioner::curve};
       const Outcome outcome = run(model, way);
       CHECK(outcome.error == "");

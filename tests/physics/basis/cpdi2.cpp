@@ -185,8 +185,8 @@ void check_motion() {
       corner += f.dt * v;
     }
   }
-  update_particles(f.patch, f.context(), f.patch.runs);
-  CHECK(f.patch.mark.kind == Mark::Kind::none);
+  update_particles(f.patch, f.context(), f.patch.bins);
+  CHECK(f.patch.fault.kind == ParticleFault::Kind::none);
   for (std::size_t k = 0; const Local p : f.slots()) {
     const Corners<Dim> now = corners_of(f, p);
     Vec<Dim> centroid = Vec<Dim>::Zero();
@@ -229,7 +229,7 @@ TEST_CASE("corners beyond the cells around move as the domain's inner part does"
   const auto [A, b] = set_linear(f, f.patch.velocity, random);
   auto expected = corners_of(f, 0);
   for (Vec<2>& x : expected) x += f.dt * (A * x + b);
-  update_particles(f.patch, f.context(), f.patch.runs);
+  update_particles(f.patch, f.context(), f.patch.bins);
   for (std::size_t c = 0; c < 4; ++c) CHECK((corners_of(f, 0)[c] - expected[c]).norm() < 1e-13);
 }
 
@@ -240,8 +240,8 @@ TEST_CASE("a domain that folds is marked, with its particle") {
   const Local p = f.slots()[1];
   // One corner beyond the diagonal of the other three, so that its weight is negative.
   for (int d = 0; d < 2; ++d) f.at(Column::corners, p, 6 + d) = 0.9 * f.at(Column::corners, p, d);
-  update_particles(f.patch, f.context(), f.patch.runs);
-  CHECK(f.patch.mark.kind == Mark::Kind::folded);
-  CHECK(f.patch.mark.particle == f.patch.particles.id[static_cast<std::size_t>(p)]);
-  CHECK(f.patch.mark.count == 1);
+  update_particles(f.patch, f.context(), f.patch.bins);
+  CHECK(f.patch.fault.kind == ParticleFault::Kind::folded);
+  CHECK(f.patch.fault.particle == f.patch.particles.id[static_cast<std::size_t>(p)]);
+  CHECK(f.patch.fault.count == 1);
 }

@@ -256,9 +256,9 @@ TEST_CASE("kernels of wide functions and of other elements add what the function
       v_p.push_back(0.7 * (f.vector(Column::v, p) + f.dt * a) + 0.3 * v);
       x_p.push_back(f.vector(Column::x, p) + f.dt * v);
     }
-    map_mass_momentum(f.patch, f.context(), f.patch.runs);
-    map_pressure(f.patch, f.context(), f.patch.runs);
-    map_force(f.patch, f.context(), f.patch.runs);
+    map_mass_momentum(f.patch, f.context(), f.patch.bins);
+    map_pressure(f.patch, f.context(), f.patch.bins);
+    map_force(f.patch, f.context(), f.patch.bins);
     for (Local i = 0; i < f.patch.n_nodes(); ++i) {
       const auto n = static_cast<std::size_t>(i);
       CHECK(std::abs(f.sum(NodeSum::mass_momentum, i, mass_lane) - mass[n]) < 1e-11);
@@ -268,7 +268,7 @@ TEST_CASE("kernels of wide functions and of other elements add what the function
         CHECK(std::abs(f.sum(NodeSum::force, i, d) - force[n][d]) < 1e-10);
       }
     }
-    update_particles(f.patch, f.context(), f.patch.runs);
+    update_particles(f.patch, f.context(), f.patch.bins);
     for (std::size_t k = 0; const Local p : f.slots()) {
       CHECK((f.vector(Column::v, p) - v_p[k]).norm() < 1e-12);
       // The place of CPDI2's is that of the moved domain's middle (cpdi2.cpp).
@@ -295,14 +295,14 @@ TEST_CASE("affine particles give a linear velocity field to nodes and take it ba
       for (const Local p : f.slots()) x.push_back(f.vector(Column::x, p));
       f.dt = 0.0;
       velocities_before_forces(f.patch, f.context());
-      update_particles(f.patch, f.context(), f.patch.runs);
+      update_particles(f.patch, f.context(), f.patch.bins);
       for (std::size_t k = 0; const Local p : f.slots()) {
         CHECK((f.vector(Column::v, p) - (A * x[k++] + b)).norm() < 1e-11);
         for (int d = 0; d < Dim * Dim; ++d)
           CHECK(std::abs(f.at(Column::affine, p, d) - A(d / Dim, d % Dim)) < 1e-8);
       }
       // Nodes of little mass amplify rounding by its inverse.
-      map_mass_momentum(f.patch, f.context(), f.patch.runs);
+      map_mass_momentum(f.patch, f.context(), f.patch.bins);
       for (Local i = 0; i < f.patch.n_nodes(); ++i) {
         const double m = f.sum(NodeSum::mass_momentum, i, mass_lane);
         const Vec<Dim> v = A * f.node(i) + b;
@@ -342,7 +342,7 @@ TEST_CASE("splines with APIC keep angular momentum when it goes to nodes and bac
       return L;
     };
     const Vec<3> before = of_particles();
-    map_mass_momentum(f.patch, f.context(), f.patch.runs);
+    map_mass_momentum(f.patch, f.context(), f.patch.bins);
     Vec<3> of_nodes = Vec<3>::Zero();
     for (Local i = 0; i < f.patch.n_nodes(); ++i) {
       Vec<3> momentum;
@@ -353,7 +353,7 @@ TEST_CASE("splines with APIC keep angular momentum when it goes to nodes and bac
     nodal_velocity(f.patch, f.context());
     f.model.analysis.transfer.flip = 0.0;
     f.dt = 1e-300;  // nothing moves
-    update_particles(f.patch, f.context(), f.patch.runs);
+    update_particles(f.patch, f.context(), f.patch.bins);
     CHECK(before.norm() > 1);
     CHECK((of_particles() - before).norm() < 1e-9);
   }
@@ -398,7 +398,7 @@ void check_angular_momentum(OnePatch<Dim> f, std::mt19937& random, double within
   }
   receive(f.patch);
   const Moments<Dim> before = angular_momentum(f);
-  map_mass_momentum(f.patch, f.context(), f.patch.runs);
+  map_mass_momentum(f.patch, f.context(), f.patch.bins);
   Moments<Dim> nodes = Moments<Dim>::Zero();
   for (Local i = 0; i < f.patch.n_nodes(); ++i) {
     Vec<Dim> momentum;
@@ -411,7 +411,7 @@ void check_angular_momentum(OnePatch<Dim> f, std::mt19937& random, double within
   f.model.analysis.transfer.flip = 0.0;
   f.dt = 1e-300;  // nothing moves
   velocities_before_forces(f.patch, f.context());
-  update_particles(f.patch, f.context(), f.patch.runs);
+  update_particles(f.patch, f.context(), f.patch.bins);
   CHECK((angular_momentum(f) - before).norm() < 1e-9);
 }
 
@@ -460,7 +460,7 @@ TEST_CASE(
       strain.push_back(f.at(Column::strain, p, Dim == 2 ? 2 : 3));
       if (stretches) domain.push_back(f.vector(Column::domain, p));
     }
-    update_stress(f.patch, f.context(), f.patch.runs, StressPart::both);
+    update_stress(f.patch, f.context(), f.patch.bins, StressPart::both);
     for (std::size_t k = 0; k < slots.size(); ++k) {
       CHECK(f.at(Column::volume, slots[k]) ==
             doctest::Approx(volume[k] * (1 + f.dt * A.trace())).epsilon(1e-12));

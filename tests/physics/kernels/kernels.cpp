@@ -31,8 +31,8 @@ constexpr double rounding = 1e-12;
 
 TEST_CASE("particles to nodes: mass and momentum are conserved, by both mappings") {
   on_every_mesh([](auto& f, std::mt19937&) {
-    map_mass_momentum(f.patch, f.context(), f.patch.runs);
-    map_momentum(f.patch, f.context(), f.patch.runs);
+    map_mass_momentum(f.patch, f.context(), f.patch.bins);
+    map_momentum(f.patch, f.context(), f.patch.bins);
     const double mass = sum_particles(f, [&](Local p) { return f.at(Column::mass, p); });
     CHECK(sum_nodes(f, mass_momentum, mass_lane) == doctest::Approx(mass).epsilon(1e-14));
     for (int d = 0; d < f.dim; ++d) {
@@ -47,7 +47,7 @@ TEST_CASE("particles to nodes: mass and momentum are conserved, by both mappings
 TEST_CASE("particles to nodes: the first moment of mass is where the particles are") {
   // sum_i m_i x_i = sum_p m_p x_p, because shape functions reproduce linear functions.
   on_every_mesh([](auto& f, std::mt19937&) {
-    map_mass_momentum(f.patch, f.context(), f.patch.runs);
+    map_mass_momentum(f.patch, f.context(), f.patch.bins);
     for (int d = 0; d < f.dim; ++d) {
       double nodes = 0;
       for (Local n = 0; n < f.patch.n_nodes(); ++n)
@@ -62,7 +62,7 @@ TEST_CASE("particles to nodes: the first moment of mass is where the particles a
 TEST_CASE("internal forces add up to nothing and do the work of the stresses") {
   on_every_mesh([](auto& f, std::mt19937& random) {
     constexpr int Dim = std::decay_t<decltype(f)>::dim;
-    map_force(f.patch, f.context(), f.patch.runs);
+    map_force(f.patch, f.context(), f.patch.bins);
     for (int d = 0; d < Dim; ++d) CHECK(std::abs(sum_nodes(f, force, d)) < rounding);
     // Virtual work with a linear velocity: sum_i f_i . v_i = -sum_p V_p sigma_p : A.
     const auto A = set_linear(f, f.patch.velocity, random).first;
@@ -89,8 +89,8 @@ TEST_CASE("tractions: the nodes get the force t V / size of every loaded particl
     f.time = 0.5;
     for (const Local p : f.slots())
       f.patch.particles.loads[static_cast<std::size_t>(p)] = static_cast<std::uint64_t>(p % 4);
-    for (Run& run : f.patch.runs) run.loaded = true;
-    map_force(f.patch, f.context(), f.patch.runs);
+    for (ParticleBin& run : f.patch.bins) run.loaded = true;
+    map_force(f.patch, f.context(), f.patch.bins);
     const auto loaded = [&](unsigned bit, double t) {
       return sum_particles(f, [&](Local p) {
         return f.patch.particles.loads[static_cast<std::size_t>(p)] >> bit & 1
@@ -117,7 +117,7 @@ TEST_CASE("nodes to particles: a linear field arrives exactly, by FLIP, PIC and 
         u.push_back(f.vector(Column::u, p));
       }
       f.patch.max_speed = 0;
-      update_particles(f.patch, f.context(), f.patch.runs);
+      update_particles(f.patch, f.context(), f.patch.bins);
       double worst = 0, fastest = 0;
       std::size_t i = 0;
       for (const Local p : f.slots()) {
@@ -147,7 +147,7 @@ TEST_CASE("a linear velocity strains all particles alike and changes volumes by 
       volume.push_back(f.at(Column::volume, p));
       for (int k = 0; k < strain_components<Dim>; ++k) strain.push_back(f.at(Column::strain, p, k));
     }
-    update_stress(f.patch, f.context(), f.patch.runs, StressPart::both);
+    update_stress(f.patch, f.context(), f.patch.bins, StressPart::both);
     std::vector<double> rate{A(0, 0), A(1, 1)};
     if constexpr (Dim == 3) rate.push_back(A(2, 2));
     rate.push_back(A(0, 1) + A(1, 0));
@@ -167,7 +167,7 @@ TEST_CASE("a linear velocity strains all particles alike and changes volumes by 
     }
     CHECK(worst < 1e-13);
     CHECK(worst_volume < 1e-13);
-    CHECK(f.patch.mark.kind == Mark::Kind::none);
+    CHECK(f.patch.fault.kind == ParticleFault::Kind::none);
   });
 }
 
@@ -186,15 +186,15 @@ TEST_CASE("a particle on an edge of its cell moves, and is not strained, with al
         for (int d = 0; d < Dim; ++d) f.at(Column::v, 0, d) = d + 1;
         for (int k = 0; k < stress_components<Dim>; ++k) f.at(Column::stress, 0, k) = 0;
         receive(f.patch);
-        locate(f.patch, f.context(), f.patch.runs);
+        locate(f.patch, f.context(), f.patch.bins);
         REQUIRE(f.patch.count == 1);
-        map_mass_momentum(f.patch, f.context(), f.patch.runs);
+        map_mass_momentum(f.patch, f.context(), f.patch.bins);
         f.patch.least_mass = 1e-25;  // of any model whose particles are as light
         nodal_velocity(f.patch, f.context());
         for (const Local n : f.patch.topology.corner_nodes[7])
           for (int d = 0; d < Dim; ++d)
             CHECK(f.patch.velocity[f.at(n, d)] == doctest::Approx(d + 1).epsilon(1e-14));
-        update_stress(f.patch, f.context(), f.patch.runs, StressPart::both);
+        update_stress(f.patch, f.context(), f.patch.bins, StressPart::both);
         for (int k = 0; k < stress_components<Dim>; ++k)
           CHECK(std::abs(f.at(Column::stress, 0, k)) < 1e-13);
       }

@@ -102,23 +102,23 @@ TEST_CASE("a particle gets the same bits in a pack and alone, sums over particle
         using P = Patch<Dim>;
         using S = StepContext<Dim>;
         check("mass", []<class Real>(P& p, const S& s, Real) {
-          map_mass_momentum<Dim, Real>(p, s, p.runs);
+          map_mass_momentum<Dim, Real>(p, s, p.bins);
         });
         check("momentum",
-              []<class Real>(P& p, const S& s, Real) { map_momentum<Dim, Real>(p, s, p.runs); });
+              []<class Real>(P& p, const S& s, Real) { map_momentum<Dim, Real>(p, s, p.bins); });
         check("pressure",
-              []<class Real>(P& p, const S& s, Real) { map_pressure<Dim, Real>(p, s, p.runs); });
+              []<class Real>(P& p, const S& s, Real) { map_pressure<Dim, Real>(p, s, p.bins); });
         check("force",
-              []<class Real>(P& p, const S& s, Real) { map_force<Dim, Real>(p, s, p.runs); });
+              []<class Real>(P& p, const S& s, Real) { map_force<Dim, Real>(p, s, p.bins); });
         check("smooth",
-              []<class Real>(P& p, const S& s, Real) { smooth_pressure<Dim, Real>(p, s, p.runs); });
+              []<class Real>(P& p, const S& s, Real) { smooth_pressure<Dim, Real>(p, s, p.bins); });
         check("stress", []<class Real>(P& p, const S& s, Real) {
-          update_stress<Dim, Real>(p, s, p.runs, StressPart::both);
+          update_stress<Dim, Real>(p, s, p.bins, StressPart::both);
         });
         check("smoothed",
-              []<class Real>(P& p, const S& s, Real) { map_smoothed<Dim, Real>(p, s, p.runs, 2); });
+              []<class Real>(P& p, const S& s, Real) { map_smoothed<Dim, Real>(p, s, p.bins, 2); });
         check("G2P", []<class Real>(P& p, const S& s, Real) {
-          update_particles<Dim, Real>(p, s, p.runs);
+          update_particles<Dim, Real>(p, s, p.bins);
         });
         CHECK(packs.patch.max_speed == doctest::Approx(singles.patch.max_speed).epsilon(1e-14));
       },
@@ -127,11 +127,12 @@ TEST_CASE("a particle gets the same bits in a pack and alone, sums over particle
 
 namespace {
 
-bool same(const std::vector<Run>& a, const std::vector<Run>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Run& x, const Run& y) {
-    return x.cell == y.cell && x.begin == y.begin && x.end == y.end && x.limit == y.limit &&
-           x.next == y.next && x.material == y.material && x.loaded == y.loaded;
-  });
+bool same(const std::vector<ParticleBin>& a, const std::vector<ParticleBin>& b) {
+  return std::equal(
+      a.begin(), a.end(), b.begin(), b.end(), [](const ParticleBin& x, const ParticleBin& y) {
+        return x.cell == y.cell && x.begin == y.begin && x.end == y.end && x.limit == y.limit &&
+               x.next == y.next && x.material == y.material && x.loaded == y.loaded;
+      });
 }
 
 }  // namespace
@@ -150,8 +151,8 @@ TEST_CASE("locate on packs finds the same cells, coordinates and order, to the l
       for (auto* f : {&packs, &singles})
         for (int d = 0; d < Dim; ++d) f->at(Column::x, p, d) = x[d];
     }
-    locate<Dim, Pack>(packs.patch, packs.context(), packs.patch.runs);
-    locate<Dim, Scalar>(singles.patch, singles.context(), singles.patch.runs);
+    locate<Dim, Pack>(packs.patch, packs.context(), packs.patch.bins);
+    locate<Dim, Scalar>(singles.patch, singles.context(), singles.patch.bins);
     CHECK(packs.patch.movers.size() > 10);
     CHECK(packs.patch.movers.id == singles.patch.movers.id);
     CHECK(packs.patch.count + packs.patch.movers.size() == static_cast<Local>(before.size()));
@@ -159,9 +160,9 @@ TEST_CASE("locate on packs finds the same cells, coordinates and order, to the l
     place_movers(singles.patch, singles.context());
     CHECK(packs.patch.movers.size() == 0);
     CHECK(packs.patch.count == static_cast<Local>(before.size()));
-    CHECK(packs.patch.mark.kind == Mark::Kind::none);
-    CHECK(same(packs.patch.runs, singles.patch.runs));
-    CHECK(same(packs.patch.late, singles.patch.late));
+    CHECK(packs.patch.fault.kind == ParticleFault::Kind::none);
+    CHECK(same(packs.patch.bins, singles.patch.bins));
+    CHECK(same(packs.patch.unmapped, singles.patch.unmapped));
     CHECK(packs.ids() == singles.ids());
     const bool stored = packs.patch.particles.layout().has(Column::xi);
     // Functions of other elements are rounded as the compiler sees fit.
@@ -191,12 +192,12 @@ TEST_CASE("locate on packs finds the same cells, coordinates and order, to the l
 
 TEST_CASE("a run's last pack does not touch the particles of the next run") {
   on_every_twin([](auto& f, auto& reference) {
-    REQUIRE(f.patch.runs.size() > 4);
+    REQUIRE(f.patch.bins.size() > 4);
     // Only every other run is given to the kernels; the particles of the rest must stay.
-    std::vector<Run> some;
+    std::vector<ParticleBin> some;
     std::vector<char> given(static_cast<std::size_t>(f.patch.particles.size()), 0);
-    for (std::size_t r = 0; r < f.patch.runs.size(); r += 2) {
-      some.push_back(f.patch.runs[r]);
+    for (std::size_t r = 0; r < f.patch.bins.size(); r += 2) {
+      some.push_back(f.patch.bins[r]);
       for (Local p = some.back().begin; p < some.back().end; ++p)
         given[static_cast<std::size_t>(p)] = 1;
     }
@@ -238,19 +239,19 @@ TEST_CASE("what lies in free slots or beyond the last has no influence and is no
     for (double* value : unused) *value = untouched;
     for (auto* fixture : {&f, &reference}) {
       auto& patch = fixture->patch;
-      map_mass_momentum(patch, fixture->context(), patch.runs);
-      map_momentum(patch, fixture->context(), patch.runs);
-      map_pressure(patch, fixture->context(), patch.runs);
-      map_force(patch, fixture->context(), patch.runs);
-      update_stress(patch, fixture->context(), patch.runs, StressPart::both);
-      update_particles(patch, fixture->context(), patch.runs);
-      smooth_pressure(patch, fixture->context(), patch.runs);
+      map_mass_momentum(patch, fixture->context(), patch.bins);
+      map_momentum(patch, fixture->context(), patch.bins);
+      map_pressure(patch, fixture->context(), patch.bins);
+      map_force(patch, fixture->context(), patch.bins);
+      update_stress(patch, fixture->context(), patch.bins, StressPart::both);
+      update_particles(patch, fixture->context(), patch.bins);
+      smooth_pressure(patch, fixture->context(), patch.bins);
       check_finite(patch);
     }
     CHECK(state_of(f.patch) == state_of(reference.patch));
     CHECK(f.patch.max_speed == reference.patch.max_speed);
-    CHECK(time_step_limit(f.patch, f.model, f.patch.runs) ==
-          time_step_limit(reference.patch, reference.model, reference.patch.runs));
+    CHECK(time_step_limit(f.patch, f.model, f.patch.bins) ==
+          time_step_limit(reference.patch, reference.model, reference.patch.bins));
     CHECK(std::all_of(unused.begin(), unused.end(),
                       [](const double* value) { return *value == untouched; }));
   });
@@ -278,9 +279,9 @@ template <class Real = Pack, class Fixture>
 void move_and_strain(Fixture& f, std::size_t calls = 1) {
   constexpr int Dim = Fixture::dim;
   VelocityGradients<Dim> gradients;
-  const Runs all(f.patch.runs);
+  const ParticleBins all(f.patch.bins);
   for (std::size_t k = 0; k < calls; ++k) {
-    const Runs some = calls == 1 ? all : all.subspan(k, 1);
+    const ParticleBins some = calls == 1 ? all : all.subspan(k, 1);
     update_particles<Dim, Real>(f.patch, f.context(), some, &gradients);
     update_stress<Dim, Real>(f.patch, f.context(), some, StressPart::both, &gradients);
   }
@@ -296,9 +297,9 @@ TEST_CASE("G2P that finds velocity gradients does what stress and G2P do, to rou
         move_and_strain<Scalar>(joined);
       else
         move_and_strain(joined);
-      update_stress<Dim>(reference.patch, reference.context(), reference.patch.runs,
+      update_stress<Dim>(reference.patch, reference.context(), reference.patch.bins,
                          StressPart::both);
-      update_particles<Dim>(reference.patch, reference.context(), reference.patch.runs);
+      update_particles<Dim>(reference.patch, reference.context(), reference.patch.bins);
       // As between packs and single particles: moments are small near nodes at walls.
       const double tolerance = joined.model.analysis.affine != Affine::none ? 1e-9 : 1e-13;
       CHECK(furthest(state_of(joined.patch), state_of(reference.patch)) < tolerance);
@@ -310,7 +311,7 @@ TEST_CASE(
     "G2P that finds velocity gradients gives the same bits for any number of runs at a time") {
   on_every_twin_of_axes([](auto& f, auto& reference) {
     f.patch.work.internal = reference.patch.work.internal = 0;
-    move_and_strain(f, f.patch.runs.size());
+    move_and_strain(f, f.patch.bins.size());
     move_and_strain(reference);
     // Work is a sum over packs, whose order is that of calls.
     CHECK(f.patch.work.internal == doctest::Approx(reference.patch.work.internal).epsilon(1e-12));
@@ -323,11 +324,11 @@ TEST_CASE(
 TEST_CASE("G2P that finds velocity gradients leaves other runs and free slots alone") {
   on_every_twin_of_axes([](auto& f, auto& reference) {
     constexpr int Dim = std::decay_t<decltype(f)>::dim;
-    REQUIRE(f.patch.runs.size() > 4);
-    std::vector<Run> some;
+    REQUIRE(f.patch.bins.size() > 4);
+    std::vector<ParticleBin> some;
     std::vector<char> given(static_cast<std::size_t>(f.patch.particles.size()), 0);
-    for (std::size_t r = 0; r < f.patch.runs.size(); r += 2) {
-      some.push_back(f.patch.runs[r]);
+    for (std::size_t r = 0; r < f.patch.bins.size(); r += 2) {
+      some.push_back(f.patch.bins[r]);
       for (Local p = some.back().begin; p < some.back().end; ++p)
         given[static_cast<std::size_t>(p)] = 1;
     }
@@ -354,12 +355,12 @@ TEST_CASE("G2P that finds velocity gradients leaves other runs and free slots al
 
 TEST_CASE("strain first and the law later is the same as both at once") {
   on_every_twin([](auto& f, auto& reference) {
-    update_stress(reference.patch, reference.context(), reference.patch.runs, StressPart::both);
+    update_stress(reference.patch, reference.context(), reference.patch.bins, StressPart::both);
     const double volume = f.at(Column::volume, 0), stress = f.at(Column::stress, 0);
-    update_stress(f.patch, f.context(), f.patch.runs, StressPart::strain);
+    update_stress(f.patch, f.context(), f.patch.bins, StressPart::strain);
     CHECK(f.at(Column::volume, 0) != volume);
     CHECK(f.at(Column::stress, 0) == stress);
-    update_stress(f.patch, f.context(), f.patch.runs, StressPart::law);
+    update_stress(f.patch, f.context(), f.patch.bins, StressPart::law);
     CHECK(state_of(f.patch) == state_of(reference.patch));
   });
 }
@@ -378,21 +379,21 @@ TEST_CASE("sorting into runs keeps every particle, and each run is of one cell a
     receive(f.patch);
     const Local free_slots = f.patch.moving ? 1 : 0;
     Local next = 0;
-    std::map<std::pair<Local, int>, int> runs;
-    for (const Run& run : f.patch.runs) {
+    std::map<std::pair<Local, int>, int> bins;
+    for (const ParticleBin& run : f.patch.bins) {
       CHECK(run.begin == next);
       CHECK(run.end > run.begin);
       CHECK(run.limit == run.end + free_slots);
       next = run.limit;
-      ++runs[{run.cell, run.material}];
+      ++bins[{run.cell, run.material}];
       for (Local p = run.begin; p < run.end; ++p) {
         CHECK(f.patch.particles.cell[static_cast<std::size_t>(p)] == run.cell);
         CHECK(f.patch.particles.material[static_cast<std::size_t>(p)] == run.material);
       }
     }
     CHECK(next == f.patch.particles.size());
-    CHECK(f.patch.late.empty());
-    CHECK(runs.size() == f.patch.runs.size());  // sorted: one run per cell and material
+    CHECK(f.patch.unmapped.empty());
+    CHECK(bins.size() == f.patch.bins.size());  // sorted: one run per cell and material
     const auto by_id = [](const auto& fixture) {
       std::map<Index, std::vector<double>> all;
       for (const Local p : fixture.slots()) {

@@ -15,8 +15,8 @@ using enum NodeSum;
 /// Mass, momentum and force of every node; there is one patch, whose sums are those of all.
 template <class Fixture>
 void map_all(Fixture& f) {
-  map_mass_momentum(f.patch, f.context(), f.patch.runs);
-  map_force(f.patch, f.context(), f.patch.runs);
+  map_mass_momentum(f.patch, f.context(), f.patch.bins);
+  map_force(f.patch, f.context(), f.patch.bins);
 }
 
 template <class Fixture>
@@ -181,11 +181,11 @@ TEST_CASE("a uniform pressure stays uniform when it is smoothed, and only fluids
     // Nodes average p over the mass of all particles: make them all fluid first.
     for (const Local p : f.slots())
       if (f.patch.particles.material[static_cast<std::size_t>(p)] == 0) f.at(Column::mass, p) = 0;
-    map_mass_momentum(f.patch, f.context(), f.patch.runs);
+    map_mass_momentum(f.patch, f.context(), f.patch.bins);
     nodal_velocity(f.patch, f.context());
-    map_pressure(f.patch, f.context(), f.patch.runs);
+    map_pressure(f.patch, f.context(), f.patch.bins);
     nodal_pressure(f.patch, f.context());
-    smooth_pressure(f.patch, f.context(), f.patch.runs);
+    smooth_pressure(f.patch, f.context(), f.patch.bins);
     double worst = 0;
     bool solids_kept = true;
     for (const Local p : f.slots()) {
@@ -222,7 +222,7 @@ TEST_CASE("the time step limit is the smallest h / (c + |v|), or that of viscous
         if (limit < least) least = limit, where = p;
       }
       Local limiting = -1;
-      CHECK(time_step_limit(f.patch, f.model, f.patch.runs, &limiting) ==
+      CHECK(time_step_limit(f.patch, f.model, f.patch.bins, &limiting) ==
             doctest::Approx(least).epsilon(1e-13));
       CHECK(limiting == where);
     }
@@ -237,12 +237,12 @@ TEST_CASE("a cell whose volume would vanish within a step is marked with its fir
   receive(f.patch);
   for (Local n = 0; n < f.patch.n_nodes(); ++n)
     for (int d = 0; d < 2; ++d) f.patch.velocity[f.at(n, d)] = -60 * f.node(n)[d];
-  update_stress(f.patch, f.context(), f.patch.runs, StressPart::both);  // trace * dt = -1.2
-  CHECK(f.patch.mark.kind == Mark::Kind::volume);
-  CHECK(f.patch.mark.particle == 1000);
-  CHECK(f.patch.mark.count == 2);
+  update_stress(f.patch, f.context(), f.patch.bins, StressPart::both);  // trace * dt = -1.2
+  CHECK(f.patch.fault.kind == ParticleFault::Kind::volume);
+  CHECK(f.patch.fault.particle == 1000);
+  CHECK(f.patch.fault.count == 2);
   for (int d = 0; d < 2; ++d)
-    CHECK(f.patch.mark.position[static_cast<std::size_t>(d)] == f.at(Column::x, 0, d));
+    CHECK(f.patch.fault.position[static_cast<std::size_t>(d)] == f.at(Column::x, 0, d));
 }
 
 TEST_CASE("a particle that jumped out of a table mesh within its bounds has moved too far") {
@@ -259,9 +259,10 @@ TEST_CASE("a particle that jumped out of a table mesh within its bounds has move
     f.add(random, static_cast<Local>(cell), {0, 0}, 0);
     receive(f.patch);
     f.at(Column::x, 0, 0) = 3 + distance;
-    locate(f.patch, f.context(), f.patch.runs);
+    locate(f.patch, f.context(), f.patch.bins);
     place_movers(f.patch, f.context());
-    CHECK(f.patch.mark.kind == (distance < 1 ? Mark::Kind::none : Mark::Kind::moved_too_far));
+    CHECK(f.patch.fault.kind ==
+          (distance < 1 ? ParticleFault::Kind::none : ParticleFault::Kind::moved_too_far));
     CHECK(f.patch.removed.size() == (distance < 1 ? 1 : 0));
   }
 }
@@ -274,16 +275,17 @@ TEST_CASE("a particle outside of the mesh is marked, or taken out where the mode
     receive(f.patch);
     f.model.analysis.remove_leaving_particles = remove;
     f.at(Column::x, 1, 0) = 77;
-    locate(f.patch, f.context(), f.patch.runs);
+    locate(f.patch, f.context(), f.patch.bins);
     place_movers(f.patch, f.context());
-    CHECK(f.patch.mark.kind == (remove ? Mark::Kind::none : Mark::Kind::left_mesh));
+    CHECK(f.patch.fault.kind ==
+          (remove ? ParticleFault::Kind::none : ParticleFault::Kind::left_mesh));
     CHECK(f.size() == (remove ? 2 : 3));
     CHECK(f.patch.removed.size() == (remove ? 1 : 0));
     if (remove) {
       CHECK(f.ids() == std::vector<Index>{1000, 1002});
     } else {
-      CHECK(f.patch.mark.particle == 1001);
-      CHECK(f.patch.mark.position[0] == 77);
+      CHECK(f.patch.fault.particle == 1001);
+      CHECK(f.patch.fault.position[0] == 77);
     }
   }
 }
@@ -296,10 +298,10 @@ TEST_CASE("a position that is no number is marked as such, even where particles 
     receive(f.patch);
     f.model.analysis.remove_leaving_particles = true;
     f.at(Column::x, 2, 1) = bad;
-    locate(f.patch, f.context(), f.patch.runs);
+    locate(f.patch, f.context(), f.patch.bins);
     place_movers(f.patch, f.context());
-    CHECK(f.patch.mark.kind == Mark::Kind::not_finite);
-    CHECK(f.patch.mark.particle == 1002);
+    CHECK(f.patch.fault.kind == ParticleFault::Kind::not_finite);
+    CHECK(f.patch.fault.particle == 1002);
     CHECK(f.size() == 3);
   }
 }

@@ -41,7 +41,7 @@ struct Triple {
     for (OnePatch<Dim>* f : {&with_nodes, &apart}) {
       velocities_before_forces(f->patch, f->context());
       find_held_nodes(f->patch, f->context());
-      update_particles(f->patch, f->context(), f->patch.runs);
+      update_particles(f->patch, f->context(), f->patch.bins);
     }
   }
   /// How far its own velocity moved a particle along d, and how far it would move it.
@@ -133,7 +133,7 @@ TEST_CASE("along a direction in which a node is held those that reach it move wi
       one.patch.velocity[one.at(node, 0)] = 1.0;
       std::fill(one.patch.acceleration.begin(), one.patch.acceleration.end(), 0.0);
       velocities_before_forces(one.patch, one.context());
-      update_particles(one.patch, one.context(), one.patch.runs);
+      update_particles(one.patch, one.context(), one.patch.bins);
       std::vector<double> N;
       for (const Local p : one.slots()) N.push_back(one.at(Column::v, p));
       return N;
@@ -197,9 +197,9 @@ TEST_CASE("a kernel on packs of particles moves them as one on single particles,
         find_held_nodes(f->patch, f->context());
       }
       update_particles<Dim, Pack>(triple.apart.patch, triple.apart.context(),
-                                  triple.apart.patch.runs);
+                                  triple.apart.patch.bins);
       update_particles<Dim, Scalar>(triple.with_nodes.patch, triple.with_nodes.context(),
-                                    triple.with_nodes.patch.runs);
+                                    triple.with_nodes.patch.bins);
       for (const Local p : triple.apart.slots())
         for (int d = 0; d < Dim; ++d) CHECK(std::abs(triple.moved(p, d)) < 1e-12);
     }

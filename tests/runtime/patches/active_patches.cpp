@@ -137,7 +137,7 @@ TEST_CASE("a patch exists if particles may be in it before patches are rebuilt, 
         for (Index dy = -reach; dy <= reach; ++dy)
           for (Index dx = -reach; dx <= reach; ++dx)
             missing = missing || !existing.contains(partition.patch_of(cells[c] + dx + 4000 * dy));
-        CHECK(missing == (!patches[i].watched.empty() && patches[i].watched[c]));
+        CHECK(missing == (!patches[i].halo_edge_cells.empty() && patches[i].halo_edge_cells[c]));
       }
     }
   }

@@ -59,7 +59,7 @@ TEST_CASE("Scotch cuts fewer shared nodes than the curve, and keeps parts near t
   const PatchGraph graph = load.graph(before), later = load.graph(after);
   const std::vector<int> owner = scotch_partition(graph, 4);
   CHECK(shares_of(graph, owner, 4).edge_cut <
-        shares_of(graph, curve_chunks(graph.weight, 4), 4).edge_cut);
+        shares_of(graph, curve_partition(graph.weight, 4), 4).edge_cut);
   CHECK(shares_of(later, owner, 4).imbalance() > 1.1);
   const std::vector<Index> bytes = bytes_of(after);
   const std::vector<int> moved = scotch_repartition(later, owner, bytes, 4, 3e-3);
@@ -86,7 +86,7 @@ TEST_CASE("weights beyond 32 bits are partitioned as evenly as small ones") {
 TEST_CASE("transfers move little more than the excess, to ranks with room") {
   const MovingLoad<3> load({16, 6, 6}, 0.9);
   const std::vector<Index> after = load.particles(0.35);
-  const std::vector<int> owner = curve_chunks(load.particles(0.3), 5);
+  const std::vector<int> owner = curve_partition(load.particles(0.3), 5);
   const PatchGraph graph = load.graph(after);
   const RankShares before = shares_of(graph, owner, 5);
   const std::vector<Index> bytes = bytes_of(after);

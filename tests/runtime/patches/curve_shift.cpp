@@ -75,7 +75,7 @@ TEST_CASE("chunks that are even already stay, whatever the number of ranks") {
     for (const std::size_t patches : {0, 1, 7, 200}) {
       CAPTURE(patches);
       const std::vector<Index> weight(patches, 1000), bytes(patches, 64);
-      const std::vector<int> owner = curve_chunks(weight, ranks);
+      const std::vector<int> owner = curve_partition(weight, ranks);
       CHECK(shift_chunks(weight, owner, bytes, ranks, 0) == owner);
       // No weight anywhere: any owners are even.
       CHECK(shift_chunks(std::vector<Index>(patches, 0), owner, bytes, ranks, 0.02) == owner);

@@ -45,7 +45,7 @@ TEST_CASE("chunks of the curve are consecutive, and no other chunks have a light
     std::vector<Index> weight(random() % 9);
     for (Index& w : weight) w = random() % 3 == 0 ? 0 : static_cast<Index>(random() % 50);
     const int ranks = 1 + static_cast<int>(random() % 5);
-    const std::vector<int> owner = curve_chunks(weight, ranks);
+    const std::vector<int> owner = curve_partition(weight, ranks);
     REQUIRE(owner.size() == weight.size());
     CHECK(std::is_sorted(owner.begin(), owner.end()));
     if (weight.empty()) continue;
@@ -54,7 +54,7 @@ TEST_CASE("chunks of the curve are consecutive, and no other chunks have a light
     const auto loads = loads_of(weight, owner, ranks);
     CHECK(*std::max_element(loads.begin(), loads.end()) == best_heaviest(weight, 0, ranks));
   }
-  CHECK_THROWS_AS(curve_chunks(std::vector<Index>{1}, 0), std::invalid_argument);
+  CHECK_THROWS_AS(curve_partition(std::vector<Index>{1}, 0), std::invalid_argument);
 }
 
 TEST_CASE("patches of equal weight are dealt out evenly: no rank is left empty") {
@@ -63,7 +63,7 @@ TEST_CASE("patches of equal weight are dealt out evenly: no rank is left empty")
     for (const std::size_t patches : {16, 17, 30, 100}) {
       CAPTURE(patches);
       const std::vector<Index> weight(patches, 4096);
-      const auto loads = loads_of(weight, curve_chunks(weight, ranks), ranks);
+      const auto loads = loads_of(weight, curve_partition(weight, ranks), ranks);
       const auto [least, most] = std::minmax_element(loads.begin(), loads.end());
       CHECK(*least > 0);
       CHECK(*most - *least <= 4096);
@@ -78,7 +78,7 @@ TEST_CASE("the shares of ranks hold every patch and all work, and every cut edge
   REQUIRE(graph.size() == patches.size());
   for (const int ranks : {1, 2, 5}) {
     CAPTURE(ranks);
-    const std::vector<int> owner = curve_chunks(graph.weight, ranks);
+    const std::vector<int> owner = curve_partition(graph.weight, ranks);
     const RankShares shares = shares_of(graph, owner, ranks);
     // Nodes on which two ranks meet, counted from the meshes of the patches.
     Index cut = 0;

@@ -59,7 +59,7 @@ std::string wrong_with(const Patch<Dim>& patch, const Mesh<Dim>& mesh) {
   const Particles<Dim>& particles = patch.particles;
   std::vector<char> taken(static_cast<std::size_t>(particles.size()), 0);
   Local count = 0;
-  for (const Run& run : patch.runs) {
+  for (const ParticleBin& run : patch.bins) {
     if (run.begin < 0 || run.begin > run.end || run.end > run.limit) return "order of slots";
     if (run.limit > particles.size()) return "slots that do not exist";
     for (Local p = run.begin; p < run.limit; ++p)
@@ -82,11 +82,11 @@ std::string wrong_with(const Patch<Dim>& patch, const Mesh<Dim>& mesh) {
     }
   }
   if (count != patch.count) return "the count of particles";
-  std::vector<char> chained(patch.runs.size(), 0);
+  std::vector<char> chained(patch.bins.size(), 0);
   for (std::size_t c = 0; c < patch.topology.cells.size(); ++c)
-    for (Local r = patch.first_run.at(c); r >= 0;
-         r = patch.runs[static_cast<std::size_t>(r)].next) {
-      if (patch.runs.at(static_cast<std::size_t>(r)).cell != static_cast<Local>(c))
+    for (Local r = patch.first_bin.at(c); r >= 0;
+         r = patch.bins[static_cast<std::size_t>(r)].next) {
+      if (patch.bins.at(static_cast<std::size_t>(r)).cell != static_cast<Local>(c))
         return "a run in the chain of another cell";
       if (std::exchange(chained[static_cast<std::size_t>(r)], 1)) return "a run twice in a chain";
     }
@@ -165,45 +165,45 @@ class Walk {
   void locate_and_map(Patch<Dim>& patch) {
     clear_sums(patch, context(0), NodeSum::mass_momentum);
     clear_sums(patch, context(0), NodeSum::force);
-    const Runs runs(patch.runs);
-    for (std::size_t from = 0; from < runs.size();) {
-      const std::size_t n = std::min<std::size_t>(runs.size() - from, 1 + random_() % 9);
-      const Runs some = runs.subspan(from, n);
+    const ParticleBins bins(patch.bins);
+    for (std::size_t from = 0; from < bins.size();) {
+      const std::size_t n = std::min<std::size_t>(bins.size() - from, 1 + random_() % 9);
+      const ParticleBins some = bins.subspan(from, n);
       locate(patch, context(0), some);
       map_mass_momentum(patch, context(0), some);
       map_force(patch, context(0), some);
       from += n;
     }
     place_movers(patch, context(0));
-    CHECK(patch.mark.kind == Mark::Kind::none);
+    CHECK(patch.fault.kind == ParticleFault::Kind::none);
   }
 
   void arrive(Patch<Dim>& patch) {
     receive(patch);
     activate_nodes(patch);
     CHECK(wrong_with(patch, *model_.mesh) == "");
-    for (const Run& late : patch.late) events.late += late.end - late.begin;
-    events.added = std::max(events.added, patch.added_runs);
-    map_mass_momentum(patch, context(0), patch.late);
-    map_force(patch, context(0), patch.late);
-    patch.late.clear();
-    const int added = patch.added_runs;
+    for (const ParticleBin& late : patch.unmapped) events.late += late.end - late.begin;
+    events.added = std::max(events.added, patch.added_bins);
+    map_mass_momentum(patch, context(0), patch.unmapped);
+    map_force(patch, context(0), patch.unmapped);
+    patch.unmapped.clear();
+    const int added = patch.added_bins;
     sort_if_scattered(patch);
     if (patch.count == 0) {
-      CHECK(patch.runs.empty());
+      CHECK(patch.bins.empty());
       CHECK(patch.active_nodes.empty());
       CHECK(!patch.moving);
-    } else if (patch.added_runs < added) {
+    } else if (patch.added_bins < added) {
       ++events.sorted;
-      CHECK(patch.added_runs == 0);
+      CHECK(patch.added_bins == 0);
       CHECK(patch.moving);
-      std::map<std::pair<Local, int>, int> runs;
-      for (const Run& run : patch.runs) {
-        ++runs[{run.cell, run.material}];
+      std::map<std::pair<Local, int>, int> bins;
+      for (const ParticleBin& run : patch.bins) {
+        ++bins[{run.cell, run.material}];
         CHECK(run.limit == run.end + 1);
         CHECK(run.end > run.begin);
       }
-      CHECK(runs.size() == patch.runs.size());  // one run per cell and material
+      CHECK(bins.size() == patch.bins.size());  // one run per cell and material
     }
     CHECK(wrong_with(patch, *model_.mesh) == "");
   }
@@ -216,8 +216,8 @@ class Walk {
       if (patch.active_nodes.empty()) continue;  // has no sums, and no particles
       for (const NodeSum which : {NodeSum::mass_momentum, NodeSum::force})
         clear_sums(patch, context(1), which);
-      map_mass_momentum(patch, context(1), patch.runs);
-      map_force(patch, context(1), patch.runs);
+      map_mass_momentum(patch, context(1), patch.bins);
+      map_force(patch, context(1), patch.bins);
       for (const NodeSum which : {NodeSum::mass_momentum, NodeSum::force})
         for (Local k = 0; k < patch.n_nodes() * node_width; ++k) {
           const Local at = k / node_width * sum_stride + k % node_width;
@@ -310,7 +310,7 @@ void check_chunks(Model<Dim> model, Index steps) {
       for (int p = 0; p < hand.patches.size(); ++p) {
         const Patch<Dim>& patch = hand.patches[p];
         CHECK(wrong_with(patch, *hand.model.mesh) == "");
-        added = std::max(added, patch.added_runs);
+        added = std::max(added, patch.added_bins);
         if (patch.active_nodes.empty()) continue;
         for (Local n = 0; n < patch.n_nodes(); ++n)
           now += patch.own_sums(NodeSum::mass_momentum, hand.steps)[n * sum_stride + mass_lane];

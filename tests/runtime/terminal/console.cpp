@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "runtime/base/launcher.h"
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 #include "runtime/program/startup_progress.h"
 
 using namespace lahar;

@@ -257,7 +257,7 @@ TEST_CASE("replay: a recorded run on its own machine takes the time that it took
   std::filesystem::create_directories(folder);
   Simulation<2> simulation(dam_break(), flow(1));
   {
-    TraceSession session(folder, {}, Ranks{}, TraceAbout{}, simulation.phases(),
+    TraceSession session(folder, {}, Communicator{}, TraceAbout{}, simulation.phases(),
                          simulation.stages(), simulation.trace_graph());
     simulation.run();
     session.finish();

@@ -12,20 +12,20 @@ namespace lahar {
 /// away (Linux 6.18 counts it as used), which is long after the message has come; a short sleep
 /// does not, and so this thread sleeps for a while after a yield that took long, for longer each
 /// time.
-inline void give_way() {
+inline void back_off() {
   using Clock = std::chrono::steady_clock;
   constexpr auto nap = std::chrono::microseconds(20), long_yield = std::chrono::microseconds(100);
-  constexpr int fewest = 200, most = 2000;  // naps, of some 70 us each
-  thread_local int naps = 0, next = fewest;
-  if (naps > 0) {
-    --naps;
+  constexpr int fewest = 200, most = 2000;  // sleeps, of some 70 us each
+  thread_local int sleeps = 0, next = fewest;
+  if (sleeps > 0) {
+    --sleeps;
     std::this_thread::sleep_for(nap);
     return;
   }
   const Clock::time_point begin = Clock::now();
   std::this_thread::yield();
   const bool is_shared = Clock::now() - begin > long_yield;
-  naps = is_shared ? next : 0;
+  sleeps = is_shared ? next : 0;
   next = is_shared ? std::min(2 * next, most) : fewest;
 }
 
@@ -43,7 +43,7 @@ class Waiting {
     if (found) {
       empty_ = 0;
     } else if (++empty_ >= (has_cores_ ? own : shared)) {
-      give_way();
+      back_off();
     } else if (!has_cores_) {
       std::this_thread::yield();
     }

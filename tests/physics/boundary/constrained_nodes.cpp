@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "physics/boundary/wall_node.h"
+#include "physics/boundary/constrained_node.h"
 #include "tests/physics/mesh/mesh_fixtures.h"
 
 using namespace lahar;
@@ -17,8 +17,8 @@ constexpr double dt = 0.01;
 
 /// A floor below: normal along the last axis, held.
 template <int Dim>
-WallNode<Dim> floor_of(double friction) {
-  WallNode<Dim> wall;
+ConstrainedNode<Dim> floor_of(double friction) {
+  ConstrainedNode<Dim> wall;
   wall.fixed[Dim - 1] = true;
   wall.normal = Dim - 1;
   wall.outward = -1;
@@ -32,7 +32,8 @@ struct After {
   WallWork work;
 };
 template <int Dim>
-After<Dim> advance(const WallNode<Dim>& wall, Vec<Dim> v, Vec<Dim> a, bool as_cbgeo = false) {
+After<Dim> advance(const ConstrainedNode<Dim>& wall, Vec<Dim> v, Vec<Dim> a,
+                   bool as_cbgeo = false) {
   const WallWork work = advance_at_wall(wall, dt, as_cbgeo, v.data(), a.data());
   return {v, a, work};
 }
@@ -80,7 +81,7 @@ TEST_CASE("a node at rest stays where friction holds it, else the pull that is l
 
 TEST_CASE("a node that is pulled off its wall has no friction") {
   CHECK(advance<2>(floor_of<2>(0.25), {2, 0}, {1, 8}).a == Vec<2>(1, 0));
-  WallNode<2> ceiling = floor_of<2>(0.25);
+  ConstrainedNode<2> ceiling = floor_of<2>(0.25);
   ceiling.outward = 1;
   CHECK(advance<2>(ceiling, {2, 0}, {1, 8}).a == Vec<2>(1 - 2, 0));
   CHECK(advance<2>(ceiling, {2, 0}, {1, -8}).a == Vec<2>(1, 0));
@@ -88,7 +89,7 @@ TEST_CASE("a node that is pulled off its wall has no friction") {
 }
 
 TEST_CASE("a wall without friction only holds") {
-  WallNode<3> wall;
+  ConstrainedNode<3> wall;
   wall.fixed = {false, true, false};
   wall.velocity = {9, -0.5, 9};
   const After<3> after = advance<3>(wall, {1, -0.5, 3}, {10, 20, 30});
@@ -103,9 +104,9 @@ TEST_CASE("constraints in rotated axes are those of the axes, rotated") {
   std::mt19937 random(5);
   const auto check = [&]<int Dim>(std::integral_constant<int, Dim>) {
     for (int k = 0; k < 200; ++k) {
-      WallNode<Dim> plain = floor_of<Dim>(uniform(random, 0, 1));
+      ConstrainedNode<Dim> plain = floor_of<Dim>(uniform(random, 0, 1));
       plain.velocity[Dim - 1] = k % 3 == 0 ? 0.1 : 0.0;
-      WallNode<Dim> turned = plain;
+      ConstrainedNode<Dim> turned = plain;
       Eigen::Matrix<double, Dim, Dim> turn;
       random_turn(turn, random);
       turned.axes = turn;
@@ -132,7 +133,7 @@ TEST_CASE("constraints in rotated axes are those of the axes, rotated") {
 TEST_CASE("what friction takes and the wall gives is what the kinetic energy is short of") {
   std::mt19937 random(6);
   for (int k = 0; k < 200; ++k) {
-    WallNode<3> wall = floor_of<3>(uniform(random, 0, 1));
+    ConstrainedNode<3> wall = floor_of<3>(uniform(random, 0, 1));
     wall.velocity[2] = uniform(random, -0.1, 0.1);
     const Vec<3> a = random_point<3>(random, -3 * Vec<3>::Ones(), 3 * Vec<3>::Ones());
     Vec<3> v = random_point<3>(random, -0.1 * Vec<3>::Ones(), 0.1 * Vec<3>::Ones());
@@ -150,8 +151,8 @@ TEST_CASE("what friction takes and the wall gives is what the kinetic energy is 
 
 TEST_CASE(
     "a node that is shaken has its prescribed acceleration, in its own axes, after friction") {
-  WallNode<2> wall = floor_of<2>(0.25);
-  wall.shaken[0] = true;
+  ConstrainedNode<2> wall = floor_of<2>(0.25);
+  wall.accelerated[0] = true;
   wall.acceleration[0] = 3;
   const After<2> after = advance<2>(wall, {2, 0}, {1, -8});
   CHECK(after.a == Vec<2>(3, 0));
@@ -176,8 +177,8 @@ namespace {
 
 /// A one-sided floor below.
 template <int Dim>
-WallNode<Dim> one_sided_floor(double friction) {
-  WallNode<Dim> wall;
+ConstrainedNode<Dim> one_sided_floor(double friction) {
+  ConstrainedNode<Dim> wall;
   wall.pushes[Dim - 1] = -1;
   wall.rubs[Dim - 1] = friction;
   return wall;
@@ -187,7 +188,7 @@ WallNode<Dim> one_sided_floor(double friction) {
 
 TEST_CASE(
     "a one-sided wall stops what moves into it, rubs by mu times that impulse, lets go else") {
-  const WallNode<2> wall = one_sided_floor<2>(0.25);
+  const ConstrainedNode<2> wall = one_sided_floor<2>(0.25);
   // Momentum that a node brings counts as what accelerates it does.
   const After<2> brings = advance<2>(wall, {2, -0.4}, {0, 0});
   CHECK((brings.v - Vec<2>(2 - 0.1, 0)).norm() < 1e-15);
@@ -202,7 +203,7 @@ TEST_CASE(
 TEST_CASE("the kinetic energy of a node at a one-sided wall changes by the work of all forces") {
   std::mt19937 random(7);
   for (int k = 0; k < 1000; ++k) {
-    WallNode<3> wall = one_sided_floor<3>(uniform(random, 0, 1));
+    ConstrainedNode<3> wall = one_sided_floor<3>(uniform(random, 0, 1));
     Eigen::Matrix3d turn;
     random_turn(turn, random);
     wall.axes = turn;
@@ -231,7 +232,7 @@ TEST_CASE("the kinetic energy of a node at a one-sided wall changes by the work 
 }
 
 TEST_CASE("strains are taken with velocities that do not move into a one-sided wall") {
-  const WallNode<2> wall = one_sided_floor<2>(0.5);
+  const ConstrainedNode<2> wall = one_sided_floor<2>(0.5);
   Vec<2> v(3, -2);
   CHECK(stop_at_wall(wall, v.data()) == Vec<2>(0, -2));
   CHECK(v == Vec<2>(3, 0));

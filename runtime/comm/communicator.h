@@ -29,8 +29,8 @@ class MpiSession {
   /// All processes end here together. One that fails calls leave() before.
   ~MpiSession();
   /// To be called with the message of an error before the process ends: shows it, once where
-  /// several ranks have the same. Ranks that do not come here as well within two seconds are ended,
-  /// by MPI_Abort() with `code`, as they may be waiting for this one for ever.
+  /// several ranks have the same. Communicator that do not come here as well within two seconds are
+  /// ended, by MPI_Abort() with `code`, as they may be waiting for this one for ever.
   static void leave(int code, const std::string& message);
   /// For that message: all ranks have finished the steps before `step`.
   static void steps_done(Index step);
@@ -41,10 +41,10 @@ class MpiSession {
 /// A group of processes, numbered from 0. A cheap handle: copies mean the same group. Every member
 /// function but rank() and size() is collective, waits for all others, and is for starting, for
 /// ending and for the times between in which no step is taken; none may be called while steps are.
-class Ranks {
+class Communicator {
  public:
-  Ranks() = default;     ///< this process alone, even under MPI
-  static Ranks world();  ///< all processes of the MpiSession; alone if there is none
+  Communicator() = default;     ///< this process alone, even under MPI
+  static Communicator world();  ///< all processes of the MpiSession; alone if there is none
 
   int rank() const { return rank_; }
   int size() const { return size_; }
@@ -52,11 +52,11 @@ class Ranks {
   MPI_Comm communicator() const { return communicator_; }  ///< MPI_COMM_NULL = alone
 
   /// The same processes, but messages of their own. To be released by release(), collectively.
-  Ranks duplicate() const;
+  Communicator duplicate() const;
   void release();
   /// The first `n` of them, as a group with messages of its own, to be released; the others get a
   /// handle that must not be used.
-  Ranks first(int n) const;
+  Communicator first(int n) const;
 
   /// Called again and again by whoever waits in a function of this class, or of a copy of this
   /// object, for other ranks, which may need it: they may still be busy with something in which
@@ -74,7 +74,7 @@ class Ranks {
   void sum(std::span<Index> values) const;
 
   /// Those on the machine of this one, as a group with messages of its own, to be released.
-  Ranks on_machine() const;
+  Communicator on_machine() const;
   /// By rank, a number of its machine.
   std::vector<int> machines() const;
   /// Whether each machine has, for the ranks on it, as many cores as these have threads, as far as
@@ -104,7 +104,7 @@ class Ranks {
  private:
   void wait_for(std::span<MPI_Request> requests) const;
   void wait_for(MPI_Request request) const { wait_for(std::span(&request, 1)); }
-  void become_group(const Ranks& whole);
+  void become_group(const Communicator& whole);
   template <class T>
   void reduce_all(std::span<T> values, MPI_Datatype type, MPI_Op op) const;
   template <class T>

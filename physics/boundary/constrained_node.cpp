@@ -1,5 +1,5 @@
 // Every copy of a node runs this very code, so that all are equal to the last bit.
-#include "physics/boundary/wall_node.h"
+#include "physics/boundary/constrained_node.h"
 
 #include <algorithm>
 #include <array>
@@ -13,8 +13,8 @@ namespace {
 
 /// Acceleration `a` with friction, in the wall's axes; `v` is the velocity before the step.
 template <int Dim>
-Vec<Dim> with_friction(const WallNode<Dim>& wall, const Vec<Dim>& v, const Vec<Dim>& a, double dt,
-                       bool as_cbgeo) {
+Vec<Dim> with_friction(const ConstrainedNode<Dim>& wall, const Vec<Dim>& v, const Vec<Dim>& a,
+                       double dt, bool as_cbgeo) {
   const double pressed = a[wall.normal];
   if (!(pressed * wall.outward > 0.0)) return a;
   const double most = wall.friction * std::abs(pressed);
@@ -40,13 +40,13 @@ Vec<Dim> with_friction(const WallNode<Dim>& wall, const Vec<Dim>& v, const Vec<D
 
 /// Speed [m/s] at which a velocity, in the wall's axes, moves into the one-sided wall of an axis.
 template <int Dim>
-double speed_into(const WallNode<Dim>& wall, const Vec<Dim>& v, std::size_t axis) {
+double speed_into(const ConstrainedNode<Dim>& wall, const Vec<Dim>& v, std::size_t axis) {
   return wall.pushes[axis] * (v[static_cast<int>(axis)] - wall.velocity[axis]);
 }
 
 /// One-sided walls on `v`, the velocity at the end of the step without them, in the wall's axes.
 template <int Dim>
-void push(const WallNode<Dim>& wall, Vec<Dim>& v, WallPush<Dim>* done) {
+void push(const ConstrainedNode<Dim>& wall, Vec<Dim>& v, WallPush<Dim>* done) {
   std::array<double, Dim> pressed{};
   for (std::size_t k = 0; k < Dim; ++k) {
     if (wall.pushes[k] == 0) continue;
@@ -79,7 +79,7 @@ void store_flushed(const Vec<Dim>& values, double* to) {
 }  // namespace
 
 template <int Dim>
-void prescribe_velocity(const WallNode<Dim>& wall, double* velocity) {
+void prescribe_velocity(const ConstrainedNode<Dim>& wall, double* velocity) {
   Eigen::Map<Vec<Dim>> global(velocity);
   Vec<Dim> v = wall.axes.transpose() * global;
   bool any = false;
@@ -89,7 +89,7 @@ void prescribe_velocity(const WallNode<Dim>& wall, double* velocity) {
 }
 
 template <int Dim>
-Vec<Dim> stop_at_wall(const WallNode<Dim>& wall, double* velocity) {
+Vec<Dim> stop_at_wall(const ConstrainedNode<Dim>& wall, double* velocity) {
   Eigen::Map<Vec<Dim>> global(velocity);
   const Vec<Dim> v = wall.axes.transpose() * global;
   Vec<Dim> taken = Vec<Dim>::Zero();
@@ -103,7 +103,8 @@ Vec<Dim> stop_at_wall(const WallNode<Dim>& wall, double* velocity) {
 }
 
 template <int Dim>
-double hold_velocity(const WallNode<Dim>& wall, double dt, double* velocity, double* acceleration) {
+double hold_velocity(const ConstrainedNode<Dim>& wall, double dt, double* velocity,
+                     double* acceleration) {
   Eigen::Map<Vec<Dim>> global_v(velocity), global_a(acceleration);
   Vec<Dim> v = wall.axes.transpose() * global_v, a = wall.axes.transpose() * global_a;
   double work = 0;
@@ -128,18 +129,18 @@ double hold_velocity(const WallNode<Dim>& wall, double dt, double* velocity, dou
 }
 
 template <int Dim>
-WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, double* velocity,
-                         double* acceleration, WallPush<Dim>* done) {
+WallWork advance_at_wall(const ConstrainedNode<Dim>& wall, double dt, bool as_cbgeo,
+                         double* velocity, double* acceleration, WallPush<Dim>* done) {
   Eigen::Map<Vec<Dim>> global_v(velocity), global_a(acceleration);
   const Vec<Dim> before = wall.axes.transpose() * global_v;
   const Vec<Dim> free = wall.axes.transpose() * global_a;
   Vec<Dim> a = wall.normal < 0 ? free : with_friction<Dim>(wall, before, free, dt, as_cbgeo);
   const Vec<Dim> rubbed = free - a;
-  Vec<Dim> shaken = Vec<Dim>::Zero();
+  Vec<Dim> accelerated = Vec<Dim>::Zero();
   for (std::size_t k = 0; k < Dim; ++k) {
-    if (!wall.shaken[k]) continue;
+    if (!wall.accelerated[k]) continue;
     const int d = static_cast<int>(k);
-    shaken[d] = wall.acceleration[k] - a[d];
+    accelerated[d] = wall.acceleration[k] - a[d];
     a[d] = wall.acceleration[k];
   }
   Vec<Dim> v = before + dt * a;
@@ -166,7 +167,7 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
   work.reaction += pushed.dot(walls);
   work.taken = dt * rubbed.dot(mean) - pushed.dot(mean - walls);
   work.friction = dt * rubbed.dot(mean) - slowed.dot(mean);
-  work.reaction += dt * shaken.dot(mean);
+  work.reaction += dt * accelerated.dot(mean);
   store_flushed<Dim>(wall.axes * v, velocity);
   store_flushed<Dim>(wall.axes * a, acceleration);
   if (done) {
@@ -177,7 +178,7 @@ WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, do
 }
 
 template <int Dim>
-void hold_at_walls(const WallNode<Dim>& wall, const WallPush<Dim>& push, double* velocity) {
+void hold_at_walls(const ConstrainedNode<Dim>& wall, const WallPush<Dim>& push, double* velocity) {
   Eigen::Map<Vec<Dim>> global(velocity);
   Vec<Dim> v = wall.axes.transpose() * global;
   for (std::size_t k = 0; k < Dim; ++k) {
@@ -190,15 +191,17 @@ void hold_at_walls(const WallNode<Dim>& wall, const WallPush<Dim>& push, double*
   global = wall.axes * v;
 }
 
-template void prescribe_velocity(const WallNode<2>&, double*);
-template void prescribe_velocity(const WallNode<3>&, double*);
-template Vec<2> stop_at_wall(const WallNode<2>&, double*);
-template Vec<3> stop_at_wall(const WallNode<3>&, double*);
-template double hold_velocity(const WallNode<2>&, double, double*, double*);
-template double hold_velocity(const WallNode<3>&, double, double*, double*);
-template WallWork advance_at_wall(const WallNode<2>&, double, bool, double*, double*, WallPush<2>*);
-template WallWork advance_at_wall(const WallNode<3>&, double, bool, double*, double*, WallPush<3>*);
-template void hold_at_walls(const WallNode<2>&, const WallPush<2>&, double*);
-template void hold_at_walls(const WallNode<3>&, const WallPush<3>&, double*);
+template void prescribe_velocity(const ConstrainedNode<2>&, double*);
+template void prescribe_velocity(const ConstrainedNode<3>&, double*);
+template Vec<2> stop_at_wall(const ConstrainedNode<2>&, double*);
+template Vec<3> stop_at_wall(const ConstrainedNode<3>&, double*);
+template double hold_velocity(const ConstrainedNode<2>&, double, double*, double*);
+template double hold_velocity(const ConstrainedNode<3>&, double, double*, double*);
+template WallWork advance_at_wall(const ConstrainedNode<2>&, double, bool, double*, double*,
+                                  WallPush<2>*);
+template WallWork advance_at_wall(const ConstrainedNode<3>&, double, bool, double*, double*,
+                                  WallPush<3>*);
+template void hold_at_walls(const ConstrainedNode<2>&, const WallPush<2>&, double*);
+template void hold_at_walls(const ConstrainedNode<3>&, const WallPush<3>&, double*);
 
 }  // namespace lahar

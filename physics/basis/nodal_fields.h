@@ -6,7 +6,7 @@
 #include "physics/basis/basis.h"
 #include "physics/model/model.h"
 
-namespace lahar::supported {
+namespace lahar::general {
 
 /// Nodal fields at a pack of particles.
 template <int Dim, class Real>
@@ -242,4 +242,4 @@ LAHAR_INLINE std::optional<double> rate_of_cell(const Basis& basis, const Analys
   return std::nullopt;
 }
 
-}  // namespace lahar::supported
+}  // namespace lahar::general

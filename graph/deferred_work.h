@@ -21,10 +21,11 @@ namespace lahar {
 /// are patches in the middle of a rank, for whose neighbours no other rank waits; if they are too
 /// few and ranks have cores of their own, also those that exchange, whose rests come first when
 /// they are released. (Two ranks that share a core fill each other's waits.)
-class Rests {
+class DeferredWork {
  public:
   /// `boundary`: by patch, whether it exchanges with other ranks.
-  Rests(const TaskGraph& graph, const std::vector<char>& boundary, int threads, bool has_cores)
+  DeferredWork(const TaskGraph& graph, const std::vector<char>& boundary, int threads,
+               bool has_cores)
       : tasks_(graph.own_patches()), enough_(threads + 1) {
     find_order(graph, boundary, has_cores);
   }

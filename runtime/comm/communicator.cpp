@@ -1,4 +1,4 @@
-#include "runtime/comm/ranks.h"
+#include "runtime/comm/communicator.h"
 
 #include <sched.h>
 
@@ -15,7 +15,7 @@
 #include <numeric>
 #include <thread>
 
-#include "graph/give_way.h"
+#include "graph/back_off.h"
 #include "physics/base/error.h"
 #include "runtime/base/exit_codes.h"
 #include "runtime/base/launcher.h"
@@ -87,7 +87,7 @@ void MpiSession::steps_done(Index step) {
 }
 
 void MpiSession::leave(int code, const std::string& message) {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   if (!ranks.several()) {
     std::fputs(message.c_str(), stderr);
     return;
@@ -116,8 +116,8 @@ void MpiSession::leave(int code, const std::string& message) {
   }
 }
 
-Ranks Ranks::world() {
-  Ranks ranks;
+Communicator Communicator::world() {
+  Communicator ranks;
   if (!running()) return ranks;
   MPI_Comm_rank(MPI_COMM_WORLD, &ranks.rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &ranks.size_);
@@ -128,19 +128,19 @@ Ranks Ranks::world() {
   return ranks;
 }
 
-Ranks Ranks::duplicate() const {
-  Ranks copy = *this;
+Communicator Communicator::duplicate() const {
+  Communicator copy = *this;
   if (several()) MPI_Comm_dup(communicator_, &copy.communicator_);
   return copy;
 }
 
-void Ranks::release() {
+void Communicator::release() {
   if (several() && running()) MPI_Comm_free(&communicator_);
   communicator_ = MPI_COMM_NULL;
 }
 
-Ranks Ranks::first(int n) const {
-  Ranks group;
+Communicator Communicator::first(int n) const {
+  Communicator group;
   if (!several()) return group;
   MPI_Comm_split(communicator_, rank_ < n ? 0 : MPI_UNDEFINED, rank_, &group.communicator_);
   if (group.communicator_ != MPI_COMM_NULL) group.become_group(*this);
@@ -148,32 +148,32 @@ Ranks Ranks::first(int n) const {
 }
 
 /// With the communicator that it has been given, some of the processes of `whole`.
-void Ranks::become_group(const Ranks& whole) {
+void Communicator::become_group(const Communicator& whole) {
   MPI_Comm_size(communicator_, &size_);
   MPI_Comm_rank(communicator_, &rank_);
   poll_ = whole.poll_;
   if (!several()) MPI_Comm_free(&communicator_);
 }
 
-void Ranks::while_waiting(std::function<void()> poll) const {
+void Communicator::while_waiting(std::function<void()> poll) const {
   if (several()) *poll_ = std::move(poll);
 }
 
 /// Blocking calls of MPI poll, and take the core from the rank that they wait for where there are
 /// more ranks than cores.
-void Ranks::wait_for(std::span<MPI_Request> requests) const {
+void Communicator::wait_for(std::span<MPI_Request> requests) const {
   constexpr int patience = 100;
   for (int looks = 0;; ++looks) {
     int done = 0;
     MPI_Testall(static_cast<int>(requests.size()), requests.data(), &done, MPI_STATUSES_IGNORE);
     if (done != 0) return;
     if (*poll_) (*poll_)();
-    if (looks >= patience) give_way();
+    if (looks >= patience) back_off();
   }
 }
 
-Ranks Ranks::on_machine() const {
-  Ranks machine;
+Communicator Communicator::on_machine() const {
+  Communicator machine;
   if (!several()) return machine;
   MPI_Comm_split_type(communicator_, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL,
                       &machine.communicator_);
@@ -181,14 +181,14 @@ Ranks Ranks::on_machine() const {
   return machine;
 }
 
-std::vector<int> Ranks::machines() const {
-  Ranks machine = on_machine();
+std::vector<int> Communicator::machines() const {
+  Communicator machine = on_machine();
   const auto least = static_cast<int>(machine.min(Index{rank_}));
   machine.release();
   return gather_all(std::span<const int>(&least, 1));
 }
 
-bool Ranks::have_cores(int threads) const {
+bool Communicator::have_cores(int threads) const {
   if (!several()) return true;
   std::array<std::uint64_t, sizeof(cpu_set_t) / sizeof(std::uint64_t)> cores{};
   static_assert(sizeof cores == sizeof(cpu_set_t));
@@ -196,7 +196,7 @@ bool Ranks::have_cores(int threads) const {
   CPU_ZERO(&own);
   sched_getaffinity(0, sizeof own, &own);
   std::memcpy(cores.data(), &own, sizeof own);
-  Ranks machine = on_machine();
+  Communicator machine = on_machine();
   machine.reduce_all(std::span<std::uint64_t>(cores), MPI_UINT64_T, MPI_BOR);
   int n_cores = 0;
   for (const std::uint64_t some : cores) n_cores += std::popcount(some);
@@ -206,7 +206,7 @@ bool Ranks::have_cores(int threads) const {
 }
 
 template <class T>
-void Ranks::reduce_all(std::span<T> values, MPI_Datatype type, MPI_Op op) const {
+void Communicator::reduce_all(std::span<T> values, MPI_Datatype type, MPI_Op op) const {
   if (!several()) return;
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), type, op, communicator_,
@@ -215,39 +215,39 @@ void Ranks::reduce_all(std::span<T> values, MPI_Datatype type, MPI_Op op) const 
 }
 
 template <class T>
-T Ranks::reduce(T value, MPI_Datatype type, MPI_Op op) const {
+T Communicator::reduce(T value, MPI_Datatype type, MPI_Op op) const {
   reduce_all(std::span<T>(&value, 1), type, op);
   return value;
 }
 
-void Ranks::wait_for_all() const {
+void Communicator::wait_for_all() const {
   if (!several()) return;
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Ibarrier(communicator_, &request);
   wait_for(request);
 }
 
-double Ranks::min(double value) const {
+double Communicator::min(double value) const {
   return reduce(value, MPI_DOUBLE, MPI_MIN);
 }
-double Ranks::max(double value) const {
+double Communicator::max(double value) const {
   return reduce(value, MPI_DOUBLE, MPI_MAX);
 }
-Index Ranks::min(Index value) const {
+Index Communicator::min(Index value) const {
   return reduce(value, MPI_INT64_T, MPI_MIN);
 }
-Index Ranks::max(Index value) const {
+Index Communicator::max(Index value) const {
   return reduce(value, MPI_INT64_T, MPI_MAX);
 }
-Index Ranks::sum(Index value) const {
+Index Communicator::sum(Index value) const {
   return reduce(value, MPI_INT64_T, MPI_SUM);
 }
 
-void Ranks::sum(std::span<Index> values) const {
+void Communicator::sum(std::span<Index> values) const {
   reduce_all(values, MPI_INT64_T, MPI_SUM);
 }
 
-void Ranks::broadcast(std::string& text, int root) const {
+void Communicator::broadcast(std::string& text, int root) const {
   if (!several()) return;
   auto size = static_cast<Index>(text.size());
   MPI_Request request = MPI_REQUEST_NULL;
@@ -258,7 +258,7 @@ void Ranks::broadcast(std::string& text, int root) const {
   wait_for(request);
 }
 
-std::vector<std::byte> Ranks::gather_bytes(std::span<const std::byte> bytes) const {
+std::vector<std::byte> Communicator::gather_bytes(std::span<const std::byte> bytes) const {
   if (!several()) return {bytes.begin(), bytes.end()};
   const int own = count_of(bytes.size());
   std::vector<int> counts(static_cast<std::size_t>(size_)), first(counts.size());
@@ -274,7 +274,7 @@ std::vector<std::byte> Ranks::gather_bytes(std::span<const std::byte> bytes) con
   return all;
 }
 
-std::vector<std::vector<std::byte>> Ranks::exchange_bytes(
+std::vector<std::vector<std::byte>> Communicator::exchange_bytes(
     const std::vector<std::span<const std::byte>>& to) const {
   std::vector<std::vector<std::byte>> from(to.size());
   const auto self = static_cast<std::size_t>(rank_);

@@ -13,13 +13,13 @@ namespace lahar {
 /// A node whose constraints act along axes of its own, that rubs against a wall, or is shaken. All
 /// of its prescribed velocities are here.
 template <int Dim>
-struct WallNode {
+struct ConstrainedNode {
   using Axes = Eigen::Matrix<double, Dim, Dim, Eigen::DontAlign>;
   Local node = -1;
   Axes axes = Axes::Identity();            ///< columns: local axes
   std::array<bool, Dim> fixed{};           ///< velocity is prescribed along that axis
   std::array<double, Dim> velocity{};      ///< [m/s] prescribed, by local axis
-  std::array<bool, Dim> shaken{};          ///< acceleration is prescribed along that axis
+  std::array<bool, Dim> accelerated{};     ///< acceleration is prescribed along that axis
   std::array<double, Dim> acceleration{};  ///< [m/s^2] prescribed, by local axis
   std::array<int, Dim> function{};         ///< of time, its factor: Model::functions; -1 = constant
   int normal = -1;      ///< local axis along the normal of a two-sided wall; -1 = no friction
@@ -52,18 +52,19 @@ struct WallPush {
 /// Prescribe the velocity of a node: its component along each fixed axis. One-sided walls do
 /// nothing: their impulse depends on the velocity at the end of the step.
 template <int Dim>
-void prescribe_velocity(const WallNode<Dim>& wall, double* velocity);
+void prescribe_velocity(const ConstrainedNode<Dim>& wall, double* velocity);
 
 /// Take from a velocity what moves into one-sided walls, and return it [m/s], along global axes.
 /// For velocities that only strains are taken from, and those that a step begins with.
 template <int Dim>
-Vec<Dim> stop_at_wall(const WallNode<Dim>& wall, double* velocity);
+Vec<Dim> stop_at_wall(const ConstrainedNode<Dim>& wall, double* velocity);
 
 /// The same as prescribe_velocity() at the end of a step of `dt` [s], where the prescribed
 /// components also have no acceleration, and one-sided walls stop what moves into them. Returns the
 /// work of what holds them per mass [J/kg].
 template <int Dim>
-double hold_velocity(const WallNode<Dim>& wall, double dt, double* velocity, double* acceleration);
+double hold_velocity(const ConstrainedNode<Dim>& wall, double dt, double* velocity,
+                     double* acceleration);
 
 /// Advance the velocity of a node by its acceleration: first friction changes the acceleration,
 /// then prescribed accelerations replace it (without their factors of time), then v += dt a, then
@@ -81,27 +82,27 @@ double hold_velocity(const WallNode<Dim>& wall, double dt, double* velocity, dou
 /// get all of the impulse, so that momentum is balanced. `as_cbgeo`: in 3D a node that begins to
 /// slip is slowed by mu |a_n| |a_t| / (|a_t| - mu |a_n|), as there.
 template <int Dim>
-WallWork advance_at_wall(const WallNode<Dim>& wall, double dt, bool as_cbgeo, double* velocity,
-                         double* acceleration, WallPush<Dim>* push = nullptr);
+WallWork advance_at_wall(const ConstrainedNode<Dim>& wall, double dt, bool as_cbgeo,
+                         double* velocity, double* acceleration, WallPush<Dim>* push = nullptr);
 
 /// Hold a node that walls pushed, in MUSL's second mapping, which strains are taken from. The node
 /// moves with the walls along their normals. It does not slide where friction stuck it. The mapping
 /// smooths what walls did: a node that may leave a wall, but not enter it, would stretch what the
 /// wall presses, step by step.
 template <int Dim>
-void hold_at_walls(const WallNode<Dim>& wall, const WallPush<Dim>& push, double* velocity);
+void hold_at_walls(const ConstrainedNode<Dim>& wall, const WallPush<Dim>& push, double* velocity);
 
-extern template void prescribe_velocity(const WallNode<2>&, double*);
-extern template void prescribe_velocity(const WallNode<3>&, double*);
-extern template Vec<2> stop_at_wall(const WallNode<2>&, double*);
-extern template Vec<3> stop_at_wall(const WallNode<3>&, double*);
-extern template double hold_velocity(const WallNode<2>&, double, double*, double*);
-extern template double hold_velocity(const WallNode<3>&, double, double*, double*);
-extern template WallWork advance_at_wall(const WallNode<2>&, double, bool, double*, double*,
+extern template void prescribe_velocity(const ConstrainedNode<2>&, double*);
+extern template void prescribe_velocity(const ConstrainedNode<3>&, double*);
+extern template Vec<2> stop_at_wall(const ConstrainedNode<2>&, double*);
+extern template Vec<3> stop_at_wall(const ConstrainedNode<3>&, double*);
+extern template double hold_velocity(const ConstrainedNode<2>&, double, double*, double*);
+extern template double hold_velocity(const ConstrainedNode<3>&, double, double*, double*);
+extern template WallWork advance_at_wall(const ConstrainedNode<2>&, double, bool, double*, double*,
                                          WallPush<2>*);
-extern template WallWork advance_at_wall(const WallNode<3>&, double, bool, double*, double*,
+extern template WallWork advance_at_wall(const ConstrainedNode<3>&, double, bool, double*, double*,
                                          WallPush<3>*);
-extern template void hold_at_walls(const WallNode<2>&, const WallPush<2>&, double*);
-extern template void hold_at_walls(const WallNode<3>&, const WallPush<3>&, double*);
+extern template void hold_at_walls(const ConstrainedNode<2>&, const WallPush<2>&, double*);
+extern template void hold_at_walls(const ConstrainedNode<3>&, const WallPush<3>&, double*);
 
 }  // namespace lahar

@@ -1,4 +1,4 @@
-#include "graph/rests.h"
+#include "graph/deferred_work.h"
 
 #include <doctest/doctest.h>
 
@@ -31,7 +31,7 @@ struct Row {
 struct StepSeen {
   std::vector<int> aside, released;
 };
-StepSeen take_step(Rests& rests, Step step) {
+StepSeen take_step(DeferredWork& rests, Step step) {
   StepSeen seen;
   const auto release = [&](int patch) { seen.released.push_back(patch); };
   for (int p = 0; p < length; ++p) {
@@ -51,7 +51,7 @@ TEST_CASE("as many rests are set aside as fill the wait, those furthest from oth
   const Row row;
   for (const bool has_cores : {false, true}) {
     CAPTURE(has_cores);
-    Rests rests(row.graph, row.boundary, 1, has_cores);
+    DeferredWork rests(row.graph, row.boundary, 1, has_cores);
     rests.begin(0);
     std::vector<std::vector<int>> aside;
     for (Step step = 0; step < 20; ++step) {
@@ -72,7 +72,7 @@ TEST_CASE("as many rests are set aside as fill the wait, those furthest from oth
 
 TEST_CASE("fewer rests are set aside when many are left as the time step becomes known") {
   const Row row;
-  Rests rests(row.graph, row.boundary, 1, true);
+  DeferredWork rests(row.graph, row.boundary, 1, true);
   rests.begin(0);
   Step step = 0;
   std::size_t most = 0, before = 0;

@@ -4,14 +4,14 @@
 #include <algorithm>
 
 #include "physics/basis/basis.h"
-#include "physics/basis/support_fields.h"
+#include "physics/basis/nodal_fields.h"
+#include "physics/kernels/general_kernels.h"
 #include "physics/kernels/particle_sums.h"
-#include "physics/kernels/support_kernels.h"
 #include "physics/kernels/tensor_p2g.h"
 #include "physics/materials/law.h"
 #include "physics/particles/loads.h"
 
-namespace lahar::supported {
+namespace lahar::general {
 
 namespace {
 
@@ -34,8 +34,8 @@ LAHAR_INLINE void add_to_nodes(const double* total, const Local* nodes, double* 
 /// Add sum_p N_i q_p over a run to components `lane(k)`, k < Width, of its cell's nodes.
 /// `values(p, n, q)` fills q for the particles from p on.
 template <int Dim, int Width, class Real, class Basis, class Values, class Lane>
-LAHAR_INLINE void scatter(const Basis& basis, const Run& run, const Local* nodes, double* sums,
-                          Values values, Lane lane) {
+LAHAR_INLINE void scatter(const Basis& basis, const ParticleBin& run, const Local* nodes,
+                          double* sums, Values values, Lane lane) {
   constexpr int n_sums = (Basis::nodes * Width + 7) / 8 * 8;  // reduced eight at a time
   Real sum[n_sums];
   for (Real& s : sum) s = Real(0.0);
@@ -55,8 +55,8 @@ LAHAR_INLINE void scatter(const Basis& basis, const Run& run, const Local* nodes
 /// {m v, m}_i += sum_p N_i m_p {v_p + C_p (x_i - x_p), 1}, from the nodes' positions.
 template <int Dim, class Real, class Basis>
 LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<Dim>& particle,
-                                  const Patch<Dim>& patch, const Run& run, const Local* nodes,
-                                  double* sums) {
+                                  const Patch<Dim>& patch, const ParticleBin& run,
+                                  const Local* nodes, double* sums) {
   constexpr int n_sums = (Basis::nodes * (Dim + 1) + 7) / 8 * 8;
   Real sum[n_sums];
   for (Real& s : sum) s = Real(0.0);
@@ -95,7 +95,7 @@ LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<Dim
 
 /// Internal force of a run: -sum_p S_p grad N_i.
 template <int Dim, class Real, class Basis, class Stress>
-LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const Run& run,
+LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const ParticleBin& run,
                                  const Local* nodes, double* sums) {
   constexpr int n_sums = (Basis::nodes * Dim + 7) / 8 * 8;
   Real sum[n_sums];
@@ -134,104 +134,110 @@ LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const
 }  // namespace
 
 template <int Dim, class Real>
-void map_momentum(Patch<Dim>& patch, Runs runs, double* sums) {
+void map_momentum(Patch<Dim>& patch, ParticleBins bins, double* sums) {
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
-      return map_spline_momentum<Real>(patch, runs, sums);
+      return map_spline_momentum<Real>(patch, bins, sums);
   const ParticleMomentum<Dim> particle(patch.particles);
   const bool affine = particle.is_affine();
   for_each_supported_run(
-      patch, runs,
-      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
-        if (affine) return affine_momentum<Dim, Real>(basis, particle, patch, run, nodes, sums);
-        scatter<Dim, Dim + 1, Real>(
-            basis, run, nodes, sums,
-            [&](Local p, Local n, Real(&q)[Dim + 1]) __attribute__((always_inline)) {
-              q[Dim] = load_first<Real>(particle.m + p, n);
-              LAHAR_UNROLL
-              for (std::size_t d = 0; d < Dim; ++d) q[d] = q[Dim] * load<Real>(particle.v[d] + p);
-            },
-            [](int k) { return k == Dim ? mass_lane : k; });
-      });
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+          __attribute__((always_inline)) {
+            if (affine) return affine_momentum<Dim, Real>(basis, particle, patch, run, nodes, sums);
+            scatter<Dim, Dim + 1, Real>(
+                basis, run, nodes, sums,
+                [&](Local p, Local n, Real(&q)[Dim + 1]) __attribute__((always_inline)) {
+                  q[Dim] = load_first<Real>(particle.m + p, n);
+                  LAHAR_UNROLL
+                  for (std::size_t d = 0; d < Dim; ++d)
+                    q[d] = q[Dim] * load<Real>(particle.v[d] + p);
+                },
+                [](int k) { return k == Dim ? mass_lane : k; });
+          });
 }
 
 template <int Dim, class Real>
-void map_smoothed(Patch<Dim>& patch, Runs runs, double* sums) {
+void map_smoothed(Patch<Dim>& patch, ParticleBins bins, double* sums) {
   const double* m = patch.particles.row(Column::mass);
   const double* const field[1] = {patch.transfer.data()};
   for_each_supported_run(
-      patch, runs,
-      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
-        scatter<Dim, Dim, Real>(
-            basis, run, nodes, sums,
-            [&](Local p, Local n, Real(&q)[Dim]) __attribute__((always_inline)) {
-              Real v[1][Dim];
-              interpolate<Dim, 1>(basis, p, field, nodes, v);
-              const Real mass = load_first<Real>(m + p, n);
-              LAHAR_UNROLL
-              for (int d = 0; d < Dim; ++d) q[d] = mass * v[0][d];
-            },
-            [](int k) { return k; });
-      });
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+          __attribute__((always_inline)) {
+            scatter<Dim, Dim, Real>(
+                basis, run, nodes, sums,
+                [&](Local p, Local n, Real(&q)[Dim]) __attribute__((always_inline)) {
+                  Real v[1][Dim];
+                  interpolate<Dim, 1>(basis, p, field, nodes, v);
+                  const Real mass = load_first<Real>(m + p, n);
+                  LAHAR_UNROLL
+                  for (int d = 0; d < Dim; ++d) q[d] = mass * v[0][d];
+                },
+                [](int k) { return k; });
+          });
 }
 
 template <int Dim, class Real>
-void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, double* sums) {
+void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                  double* sums) {
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
-      return map_spline_pressure<Real>(patch, step, runs, sums);
+      return map_spline_pressure<Real>(patch, step, bins, sums);
   const double* m = patch.particles.row(Column::mass);
   const double* pressure = patch.particles.row(Column::state);
   for_each_supported_run(
-      patch, runs,
-      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
-        if (!has_pressure(step.model->materials[run.material].law)) return;
-        scatter<Dim, 1, Real>(
-            basis, run, nodes, sums,
-            [=](Local p, Local n, Real(&q)[1]) __attribute__((always_inline)) {
-              q[0] = load_first<Real>(m + p, n) * load<Real>(pressure + p);
-            },
-            [](int k) { return k; });
-      });
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+          __attribute__((always_inline)) {
+            if (!has_pressure(step.model->materials[run.material].law)) return;
+            scatter<Dim, 1, Real>(
+                basis, run, nodes, sums,
+                [=](Local p, Local n, Real(&q)[1]) __attribute__((always_inline)) {
+                  q[0] = load_first<Real>(m + p, n) * load<Real>(pressure + p);
+                },
+                [](int k) { return k; });
+          });
 }
 
 template <int Dim, class Real>
-void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, Runs runs, double* sums) {
+void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, double* sums) {
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
-      return map_spline_force<Real>(patch, step, runs, sums);
+      return map_spline_force<Real>(patch, step, bins, sums);
   const ParticleStress<Dim> stress(patch.particles);
   for_each_supported_run(
-      patch, runs,
-      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
-        internal_force<Dim, Real>(basis, stress, run, nodes, sums);
-        if (has_particle_forces(run, *step.model))
-          particle_force(basis, patch, run, nodes, step, sums);
-      });
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+          __attribute__((always_inline)) {
+            internal_force<Dim, Real>(basis, stress, run, nodes, sums);
+            if (has_particle_forces(run, *step.model))
+              particle_force(basis, patch, run, nodes, step, sums);
+          });
 }
 
 template <int Dim, class Real>
-void map_gradient(Patch<Dim>& patch, Runs runs, double* sums) {
+void map_gradient(Patch<Dim>& patch, ParticleBins bins, double* sums) {
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
-      return map_spline_gradient<Real>(patch, runs, sums);
+      return map_spline_gradient<Real>(patch, bins, sums);
   const UnitPressure<Dim> pressure{patch.particles.row(Column::volume)};
   for_each_supported_run(
-      patch, runs,
-      [&](const auto& basis, const Run& run, const Local* nodes) __attribute__((always_inline)) {
-        internal_force<Dim, Real>(basis, pressure, run, nodes, sums);
-      });
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& run, const Local* nodes) __attribute__((
+          always_inline)) { internal_force<Dim, Real>(basis, pressure, run, nodes, sums); });
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                                          \
-  template void map_momentum<Dim, Real>(Patch<Dim>&, Runs, double*);                          \
-  template void map_gradient<Dim, Real>(Patch<Dim>&, Runs, double*);                          \
-  template void map_smoothed<Dim, Real>(Patch<Dim>&, Runs, double*);                          \
-  template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, double*); \
-  template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, Runs, double*);
+#define LAHAR_INSTANTIATE(Dim, Real)                                                        \
+  template void map_momentum<Dim, Real>(Patch<Dim>&, ParticleBins, double*);                \
+  template void map_gradient<Dim, Real>(Patch<Dim>&, ParticleBins, double*);                \
+  template void map_smoothed<Dim, Real>(Patch<Dim>&, ParticleBins, double*);                \
+  template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
+                                        double*);                                           \
+  template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, double*);
 LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)
 LAHAR_INSTANTIATE(2, Scalar)
 LAHAR_INSTANTIATE(3, Scalar)
 
-}  // namespace lahar::supported
+}  // namespace lahar::general
