@@ -13,15 +13,14 @@ const Section& resume_section() {
       .name = "analysis.resume",
       .path = "analysis.resume",
       .help =
-          "Go on from a particle file of CB-Geo MPM, particlesNNN.h5 in the folder `uuid` of "
-          "post_processing.path (of a parallel run: those of all its ranks). The file has the "
-          "state of the particles, and their ids, so that sets and loads act on the same ones. "
-          "With a fixed `dt` the run begins with step `step` + 1, and `nsteps` and `end_time` "
-          "count "
-          "what was before; with adaptive steps time and steps begin at 0. "
-          "Materials have the parameters of this scenario, whatever they were before: of "
-          "MohrCoulomb `phi`, `psi` and `cohesion` follow from them and from `pdstrain`. "
-          "`lahar export --to cbgeo` writes such files.",
+          "Continue from a particle file of CB-Geo MPM: particlesNNN.h5 in the folder `uuid` of "
+          "post_processing.path (for a parallel run: the files of all its ranks). The file "
+          "contains the state and the ids of the particles, so that sets and loads act on the same "
+          "particles. With a fixed `dt` the run begins with step `step` + 1, and `nsteps` and "
+          "`end_time` include the earlier steps. With adaptive steps, time and steps begin at 0. "
+          "Materials have the parameters of this scenario, whatever they were before. For "
+          "MohrCoulomb, `phi`, `psi` and `cohesion` follow from these parameters and from "
+          "`pdstrain`. `lahar export --to cbgeo` writes such files.",
       .fields = {
           {.key = "resume",
            .kinds = boolean,
@@ -30,13 +29,12 @@ const Section& resume_section() {
           {.key = "uuid", .kinds = text, .help = "run to continue"},
           {.key = "step",
            .kinds = integer,
-           .help = "step of the file, counted from 0: after it, step + 1 steps are done",
+           .help = "step of the file, counted from 0: step + 1 steps are complete",
            .min = 0,
            .max = 9e15},
           {.key = "repartition",
            .kinds = boolean,
-           .help = "no meaning here: patches do not depend "
-                   "on ranks",
+           .help = "without effect: patches do not depend on ranks",
            .support = Support::ignored},
       }};
   return section;
@@ -47,10 +45,10 @@ const Section& damping_section() {
       .name = "analysis.damping",
       .path = "analysis.damping",
       .help =
-          "Local damping: a force against each velocity component, `damping_factor` times the "
-          "component of the unbalanced nodal force (Cundall 1987). With analysis.preset \"cbgeo\" "
-          "times the magnitude of the whole force: then walls that carry a side pressure shake "
-          "what is beside them for ever.",
+          "Local damping: a force against each velocity component. Its size is `damping_factor` "
+          "times the component of the unbalanced nodal force (Cundall 1987). With analysis.preset "
+          "\"cbgeo\" its size is `damping_factor` times the magnitude of the whole force. Walls "
+          "that carry a side pressure then shake the material beside them forever.",
       .fields = {
           {.key = "type",
            .kinds = text,
@@ -65,8 +63,7 @@ const Section& damping_section() {
            .max = 1},
           {.key = "damping_ratio",
            .kinds = number,
-           .help =
-               "the same as damping_factor, in the documentation of CB-Geo MPM, which ignores it",
+           .help = "the same as damping_factor. CB-Geo MPM documents this key but ignores it",
            .unit = "-",
            .min = 0,
            .max = 1},
@@ -79,9 +76,9 @@ const Section& body_section() {
       .name = "a body",
       .path = "analysis.contact.bodies[]",
       .help =
-          "The particles of a material, or of a particle set, which need not be all of their "
-          "material. Of several bodies that name a particle the last set counts, and any set "
-          "counts before materials.",
+          "The particles of a material, or of a particle set. A set may contain a part of a "
+          "material. If several bodies name a particle, sets take precedence over materials, and "
+          "the last set wins.",
       .fields = {
           {.key = "material_id", .kinds = id, .help = "material: an id or a name", .min = 0},
           {.key = "material",
@@ -103,16 +100,16 @@ const Section& contact_section() {
       .name = "analysis.contact",
       .path = "analysis.contact",
       .help =
-          "Bodies that would overlap at a node within the step get the impulses that close the gap "
-          "between them and no more, and Coulomb friction along the surface (Bardenhagen et al. "
-          "2001); bodies that part are free. The gap lies between the ends of their particles, "
-          "along "
-          "the normal that gives the largest. Impulses keep prescribed velocities. More than two "
-          "bodies at a node meet two at a time, in the order of the list, several times. Contact "
-          "needs \"mpm_scheme\": \"musl\": with usf it makes energy or takes it, with usl it takes "
-          "too much. CB-Geo's input gets a warning instead. A nodal force acts on the first body "
-          "that is at its node; constraints hold all of them. In history.csv, damping has the "
-          "energy that contact takes, and friction the part of it that friction takes.",
+          "Contact with Coulomb friction (Bardenhagen et al. 2001). Bodies that would overlap at a "
+          "node within the step get impulses. Normal impulses close the gap between the bodies and "
+          "no more. Friction acts along the surface. Bodies that separate are free. The gap is the "
+          "distance between the ends of their particles, along the normal that gives the largest "
+          "gap. Impulses preserve prescribed velocities. More than two bodies at a node interact "
+          "in pairs, in the order of the list, several times. Contact needs \"mpm_scheme\": "
+          "\"musl\": with usf it gains or dissipates energy, with usl it dissipates too much. "
+          "CB-Geo's input gets a warning instead. A nodal force acts on the first body at its "
+          "node; constraints hold all bodies. In history.csv, damping contains the energy that "
+          "contact dissipates, and friction the share that friction dissipates.",
       .fields = {
           {.key = "friction",
            .kinds = number,
@@ -123,8 +120,8 @@ const Section& contact_section() {
            .native = true},
           {.key = "bodies",
            .kinds = list,
-           .help = "the bodies; all particles that no entry names are one more, the first. Without "
-                   "the list each material is a body",
+           .help = "the bodies. All other particles form one more body, the first. Without this "
+                   "list each material is a body",
            .section = body_section,
            .native = true},
       }};
@@ -136,61 +133,62 @@ const Section& blending_section() {
       .name = "analysis.velocity_update_settings",
       .path = "analysis.velocity_update_settings",
       .help =
-          "What particles keep of the part of their velocities that nodes do not have. They lose "
-          "it in a time, so that halving the time step does not change how much is damped; only "
-          "the blending_ratio of CB-Geo's input acts per step. What is taken is counted as "
-          "damping in history.csv.",
+          "Particle velocities have a part that nodes do not represent. These keys set how fast "
+          "particles lose that part. It decays over time, so that half the time step does not "
+          "change the damping. Only the blending_ratio of CB-Geo's input acts per step. "
+          "history.csv counts the dissipated energy as damping.",
       .fields = {
           {.key = "blending_ratio",
            .kinds = number,
-           .help = "share of FLIP: 1 = FLIP, 0 = PIC; default 1, with apic, tpic, xpic and fmpm 0, "
-                   "with asflip relaxation 0.05, with CB-Geo's defaults 1. "
-                   "It is what is kept in the time of a wave through a cell, the same as "
-                   "relaxation = -ln(blending_ratio); with CB-Geo's defaults (preset), in a step",
+           .help =
+               "share of FLIP: 1 = FLIP, 0 = PIC. Particles keep this share of the part in the "
+               "time in which a wave crosses a cell; the same as relaxation = -ln(blending_ratio). "
+               "With the preset cbgeo they keep this share in each step. Default 1; with apic, "
+               "tpic, xpic and fmpm 0; with asflip relaxation 0.05; with the preset cbgeo 1",
            .unit = "-",
            .min = 0,
            .max = 1},
           {.key = "relaxation",
            .kinds = number,
-           .help = "share of the part that is lost in the time of a wave through a cell, h / c, "
-                   "if at a constant rate: of noise exp(-relaxation) is left. h: the mesh's cells "
-                   "(of a table, mean), c: the slowest of "
-                   "the wave speeds of the body's materials. 0 = FLIP",
+           .help =
+               "decay rate of the part, times the time h / c in which a wave crosses a cell: after "
+               "that time exp(-relaxation) of the noise is left. h: cell size (mean size for a "
+               "mesh from a file); c: lowest wave speed of the body's materials. 0 = FLIP",
            .unit = "-",
            .min = 0,
            .native = true},
           {.key = "viscosity",
            .kinds = number,
-           .help =
-               "kinematic viscosity that the transfer gives to what the mesh resolves, whatever "
-               "its cells: the part relaxes at the rate viscosity / (k h^2), k = 1/6 with "
-               "functions of elements (second order: 1/12), 1/4 and 1/3 with quadratic and "
-               "cubic splines, 3/16 with domains; with `relaxation` at the higher of both "
-               "rates. Order 1 only",
+           .help = "kinematic viscosity of the transfer for motion that the mesh resolves, "
+                   "whatever the cell size. The part decays at the rate viscosity / (k h^2). k is "
+                   "1/6 with functions of elements (second order: 1/12), 1/4 with quadratic "
+                   "splines, 1/3 with cubic splines, and 3/16 with domains. With `relaxation` as "
+                   "well, the higher rate holds. Order 1 only",
            .unit = "m^2/s",
            .min = 0,
            .native = true},
           {.key = "relaxation_time",
            .kinds = number,
-           .help = "the time in which noise falls to 37 %. A longer step takes all of it",
+           .help = "time in which noise decays to 37 %. A longer step removes all of it",
            .unit = "s",
            .min = 0,
            .above_min = true,
            .native = true},
           {.key = "order",
            .kinds = integer,
-           .help = "of the filter that tells the part: a wave of wave number q is damped at the "
-                   "rate (q^2 h^2 / 6)^order / relaxation time or so. 1 = PIC, with functions of "
-                   "any kind; each order more costs one mapping. Default 1, with xpic and fmpm 2",
+           .help =
+               "order of the filter that separates the part. It damps a wave of wave number q at a "
+               "rate of about (q^2 h^2 / 6)^order / relaxation time. 1 = PIC, with functions of "
+               "any kind. Each further order costs one mapping. Default 1, with xpic and fmpm 2",
            .min = 1,
            .max = 10,
            .native = true},
           {.key = "separation",
            .kinds = number,
-           .help = "of asflip: the share beta of what a particle keeps of its own velocity that "
-                   "also moves it. It is zero where the particle is compressed, along directions "
-                   "in which a node that it reaches is held, and at walls and between bodies. "
-                   "0: all move with the nodes. Default 1",
+           .help = "for asflip. A particle keeps a part of its own velocity, and this share (beta) "
+                   "of that part also moves it. The share is zero where the particle is "
+                   "compressed, along directions in which a node in its reach is held, at walls, "
+                   "and between bodies. 0: all particles move with the nodes. Default 1",
            .unit = "-",
            .min = 0,
            .max = 1,
@@ -204,23 +202,22 @@ const Section& time_step_section() {
       .name = "analysis.time_step",
       .path = "analysis.time_step",
       .help =
-          "The stability limit of a particle is h / (c + |v|) with the cell size h, the wave "
-          "speed c of its material and its speed v; for a viscous fluid also h^2 density / (2 dim "
-          "4/3 viscosity). A fixed `dt` above the smallest limit is "
-          "an error unless `accept_unstable` says otherwise; an adaptive step is `safety` "
-          "times the smallest limit, and at most `analysis.dt` where that is given.",
+          "The stability limit of a particle is h / (c + |v|), with the cell size h, the wave "
+          "speed c of its material and its speed v. A viscous fluid also has the limit h^2 density "
+          "/ (2 dim 4/3 viscosity). A fixed `dt` above the smallest limit is an error unless "
+          "`accept_unstable` is true. An adaptive step is `safety` times the smallest limit, and "
+          "at most `analysis.dt` if that is given.",
       .fields = {
           {.key = "adaptive",
            .kinds = boolean,
-           .help =
-               "choose the time step from the limit. Default: true where there is no `dt`; with "
-               "the preset cbgeo false",
+           .help = "true: choose the time step from the limit. Default: true without `dt`; with "
+                   "the preset cbgeo false",
            .native = true},
           {.key = "safety",
            .kinds = number,
-           .help = "share of the limit that an adaptive step takes. Default 0.4, and 0.2 where a "
-                   "material is of grains: it has a limit of tension and is not a fluid; with the "
-                   "preset cbgeo 0.5",
+           .help =
+               "adaptive step as a share of the limit. Default 0.4; 0.2 if a material is granular "
+               "(it has a tension limit and is not a fluid); with the preset cbgeo 0.5",
            .unit = "-",
            .min = 0,
            .max = 1,
@@ -240,42 +237,44 @@ const Section& watchdog_section() {
       .name = "analysis.watchdog",
       .path = "analysis.watchdog",
       .help =
-          "Results beyond these bounds cannot be right. The run then ends with exit code 3, a "
-          "message that says what, where and why most likely, a frame and a checkpoint. Sums, "
-          "speeds and volumes are looked at every 64 steps, adaptive steps each time; a run ends "
-          "4 steps later. From the checkpoint a run may go on with other bounds.",
+          "Results beyond these bounds cannot be right. The run then ends with exit code 3. It "
+          "writes a frame, a checkpoint, and a message with the location and the most likely "
+          "cause. It checks sums, speeds and volumes every 64 steps, and adaptive steps every "
+          "time. It ends 4 steps after the check. A run can continue from the checkpoint with "
+          "other bounds.",
       .fields = {
           {.key = "action",
            .kinds = text,
-           .help = "stop: end the run; warn: say it once and go on; off. Default: stop, with the "
+           .help = "stop: end the run; warn: warn once and continue; off. Default: stop; with the "
                    "preset cbgeo warn",
            .allowed = {"stop", "warn", "off"},
            .native = true},
           {.key = "energy",
            .kinds = number,
-           .help = "energy made out of nothing, as a share of what was "
-                   "put in: kinetic at the start, most elastic energy that the initial stresses "
-                   "may hold, largest work from outside. What a strain of 0.1 % or a fall through "
-                   "1 % of the mesh would be in all of the material counts as put in. 0: not "
-                   "watched",
+           .help =
+               "largest spurious energy, as a share of the energy that was put in. That is the "
+               "kinetic energy at the start, the largest possible elastic energy of the initial "
+               "stresses, and the largest external work. It is at least the energy of all material "
+               "at a strain of 0.1 % and after a fall through 1 % of the mesh. 0: no check",
            .unit = "-",
            .fallback = "1",
            .min = 0,
            .native = true},
           {.key = "speed",
            .kinds = number,
-           .help = "largest particle speed, as a multiple of the largest of these: waves in the "
-                   "materials, speeds at the start, prescribed and injected ones, prescribed "
-                   "accelerations times the time, the fall through the mesh, and what the energy "
-                   "that was put in would give to all of the mass. 0: not watched",
+           .help = "largest particle speed, as a multiple of the largest of these: wave speeds of "
+                   "the materials; speeds at the start; prescribed and injection speeds; "
+                   "prescribed accelerations times the time; the speed after a fall through the "
+                   "mesh; the speed of the whole mass with the energy that was put in. 0: no check",
            .unit = "-",
            .fallback = "10",
            .min = 0,
            .native = true},
           {.key = "time_step",
            .kinds = number,
-           .help = "least adaptive step, as a share of the first; shortened ones for output do not "
-                   "count. A step that does not change the time is always beyond the bounds",
+           .help = "smallest adaptive step, as a share of the first. Steps that are shortened for "
+                   "output do not count. A step too small to change the time is always beyond the "
+                   "bounds",
            .unit = "-",
            .fallback = "1e-3",
            .min = 0,
@@ -283,8 +282,8 @@ const Section& watchdog_section() {
            .native = true},
           {.key = "compression",
            .kinds = number,
-           .help = "least volume of a particle, as a share of that of its mass at the initial "
-                   "density",
+           .help = "smallest volume of a particle, as a share of the volume of its mass at the "
+                   "initial density",
            .unit = "-",
            .fallback = "0.01",
            .min = 0,
@@ -292,7 +291,7 @@ const Section& watchdog_section() {
            .native = true},
           {.key = "expansion",
            .kinds = number,
-           .help = "largest volume of a particle, likewise; 0: not watched",
+           .help = "largest volume of a particle, as the same share; 0: no check",
            .unit = "-",
            .fallback = "1e6",
            .min = 0,
@@ -308,8 +307,8 @@ const Section& analysis_section() {
       .name = "analysis",
       .path = "analysis",
       .help =
-          "How the equations are integrated. `dt` is required unless the step is adaptive; one "
-          "of `nsteps` and `end_time` is required, whichever comes first ends the run.",
+          "How the equations are integrated. `dt` is required unless the step is adaptive. "
+          "`nsteps` or `end_time` is required. With both, whichever comes first ends the run.",
       .fields = {
           {.key = "type",
            .kinds = text,
@@ -324,22 +323,21 @@ const Section& analysis_section() {
                        "MPMSemiImplicitTwoPhase3D"}},
           {.key = "preset",
            .kinds = text,
-           .help = "the defaults of keys that are not written. \"cbgeo\": as in CB-Geo MPM; the "
-                   "default where `type` is written, as CB-Geo's input does, and with --as-cbgeo. "
-                   "\"lahar\": stable ones; the default else",
+           .help = "defaults of keys that are not written. \"cbgeo\": those of CB-Geo MPM. "
+                   "\"lahar\": stable ones. Default: \"cbgeo\" if `type` is written, as in "
+                   "CB-Geo's input, or with --as-cbgeo; otherwise \"lahar\"",
            .allowed = {"lahar", "cbgeo"},
            .native = true},
           {.key = "mpm_scheme",
            .kinds = text,
-           .help = "when stresses are updated: before the "
-                   "forces (usf), at the end of the step (usl), or at the end with velocities "
-                   "mapped once "
-                   "more (musl). Default musl; with the preset cbgeo usf",
+           .help = "when stresses are updated: before the forces (usf), at the end of the step "
+                   "(usl), or at the end after a second mapping of velocities (musl). Default "
+                   "musl; with the preset cbgeo usf",
            .allowed = {"usf", "usl", "musl"}},
           {.key = "stress_update",
            .kinds = text,
-           .help = "older spelling of mpm_scheme, honoured "
-                   "with a warning (CB-Geo ignores it and runs usf; so does --as-cbgeo)",
+           .help = "older spelling of mpm_scheme, accepted with a warning. CB-Geo MPM ignores it "
+                   "and runs usf; so does --as-cbgeo",
            .allowed = {"usf", "usl", "musl"}},
           {.key = "stress_analysis",
            .kinds = text,
@@ -347,50 +345,47 @@ const Section& analysis_section() {
            .allowed = {"usf", "usl", "musl"}},
           {.key = "velocity_update",
            .kinds = boolean | text,
-           .help =
-               "particle velocity: false or "
-               "\"flip\" adds the nodal acceleration, true or \"pic\" takes the nodal velocity; "
-               "\"apic\" and \"tpic\" take it with an affine field around the particle, of which "
-               "nodes get their share (apic: its moments; tpic: the velocity gradient). With the "
-               "functions of elements the two are the same, and apic is for linear ones: those of "
-               "order two have no moments. \"asflip\" is apic whose particles keep of their own "
-               "velocities "
-               "what flip does, and move with them where material comes apart (Fei et al. 2021). "
-               "\"xpic\" takes from its own velocity what a filter of "
-               "higher order says that nodes do not have (Hammerquist and Nairn 2017), \"fmpm\" "
-               "filters the change of velocity with it (Nairn and Hammerquist 2021). "
-               "velocity_update_settings make all of these act in a time",
+           .help = "update of the particle velocity. false or \"flip\": add the nodal "
+                   "acceleration. true or \"pic\": take the nodal velocity. \"apic\" and \"tpic\": "
+                   "take the nodal velocity, and keep an affine field around the particle that "
+                   "also maps to the nodes (apic: its moments; tpic: the velocity gradient). With "
+                   "functions of elements the two are identical. apic needs linear functions: "
+                   "second-order functions have no moments. \"asflip\": apic, but particles keep "
+                   "of their own velocities what flip keeps, and move with it where material "
+                   "separates (Fei et al. 2021). \"xpic\": a higher-order filter removes from the "
+                   "particle velocity what nodes do not represent (Hammerquist and Nairn 2017). "
+                   "\"fmpm\": the same filter acts on the change of velocity (Nairn and "
+                   "Hammerquist 2021). With velocity_update_settings all of these act over time",
            .fallback = "false",
            .allowed = {"flip", "pic", "apic", "tpic", "asflip", "xpic", "fmpm"}},
           {.key = "shape_functions",
            .kinds = text,
-           .help = "functions between particles and nodes: those of the elements, or on a mesh of "
-                   "equal boxes: gimp (means over the particle's box, which stretches with it), "
-                   "uniform_gimp (boxes keep their size), cpdi (boxes deform to parallelepipeds), "
-                   "cpdi2 (to hexahedra whose corners move with the nodes, so that particles that "
-                   "share corners go on doing so), quadratic_spline, cubic_spline (B-splines "
-                   "of nodes; at walls only those of wall nodes are not zero). Default: "
-                   "quadratic_spline on meshes of equal boxes with Q4 or H8 cells; else, and with "
-                   "the preset cbgeo, element",
+           .help = "functions between particles and nodes. element: those of the elements. The "
+                   "others need a mesh of equal boxes. gimp: means over the particle's box, which "
+                   "stretches with the particle. uniform_gimp: boxes keep their size. cpdi: boxes "
+                   "deform to parallelepipeds. cpdi2: boxes deform to hexahedra; their corners "
+                   "move with the nodes, so that particles keep their common corners. "
+                   "quadratic_spline, cubic_spline: B-splines of nodes; at walls only those of "
+                   "wall nodes are not zero. Default: quadratic_spline on meshes of equal boxes "
+                   "with Q4 or H8 cells; otherwise, and with the preset cbgeo, element",
            .allowed = {"element", "gimp", "uniform_gimp", "cpdi", "cpdi2", "quadratic_spline",
                        "cubic_spline"},
            .native = true},
           {.key = "large_domains",
            .kinds = text,
-           .help = "particles of GIMP, CPDI and CPDI2 whose domain reaches further than a cell "
-                   "from its "
-                   "middle: clip takes the functions of a smaller one, error stops the run",
+           .help = "what to do if a domain of GIMP, CPDI or CPDI2 reaches further than a cell from "
+                   "its centre. clip: use the functions of a smaller domain. error: stop the run",
            .fallback = "\"clip\"",
            .allowed = {"clip", "error"},
            .native = true},
           {.key = "velocity_update_settings",
            .kinds = object,
-           .help =
-               "what particles keep of their own velocities. Default where `velocity_update` is "
-               "not written either: relaxation 0.05; if gravity acts and any material is not a "
-               "fluid, relaxation 0.01 and viscosity 0.0075 sqrt(g H^3), with functions of "
-               "elements 0.05 and 0.015. H is the mean depth: volume over the box around the "
-               "particles, seen along gravity. Nothing with the preset cbgeo",
+           .help = "how much particles keep of their own velocities. Default if `velocity_update` "
+                   "is not written either: relaxation 0.05. If gravity acts and any material is "
+                   "not a fluid: relaxation 0.01 and viscosity 0.0075 sqrt(g H^3), or 0.05 and "
+                   "0.015 sqrt(g H^3) with functions of elements. H is the mean depth: the volume "
+                   "of the particles, divided by the area of their bounding box seen along "
+                   "gravity. The preset cbgeo has no such default",
            .section = blending_section},
           {.key = "dt",
            .kinds = number,
@@ -405,8 +400,8 @@ const Section& analysis_section() {
            .max = 9e15},
           {.key = "end_time",
            .kinds = number,
-           .help = "time at which the run ends. A fixed step is not shortened: the last one "
-                   "ends there or up to a step later",
+           .help = "time at which the run ends. A fixed step is not shortened: the last step ends "
+                   "there or up to a step later",
            .unit = "s",
            .min = 0,
            .native = true},
@@ -418,7 +413,7 @@ const Section& analysis_section() {
            .native = true},
           {.key = "watchdog",
            .kinds = object,
-           .help = "when results cannot be right any more, and what to do then",
+           .help = "bounds beyond which results cannot be right, and what to do then",
            .fallback = "{}",
            .section = watchdog_section,
            .native = true},
@@ -428,30 +423,30 @@ const Section& analysis_section() {
                    "the scenario's file name"},
           {.key = "locate_particles",
            .kinds = boolean,
-           .help = "false: particles that leave the "
-                   "mesh are removed instead of stopping the run",
+           .help = "false: remove particles that leave the mesh, instead of stopping the run",
            .fallback = "true"},
           {.key = "damping", .kinds = object, .help = "damping", .section = damping_section},
           {.key = "pressure_smoothing",
            .kinds = boolean,
-           .help = "average the pressure of fluids over nodes before the stress update. The "
-                   "pressure then forgets the volume: water at rest gets denser and denser",
+           .help =
+               "average the pressure of fluids over nodes before the stress update. The pressure "
+               "then no longer follows the volume: water at rest becomes denser and denser",
            .fallback = "false"},
           {.key = "opening",
            .kinds = boolean,
-           .help = "true: what material at its limit of tension expands by are gaps between grains "
-                   "or drops (the field `opening`, their volume as a share of the material's), "
-                   "which close before it has stress again, and the volume of particles is the "
-                   "material's alone. Without it true, for CB-Geo input false",
+           .help = "true: material at its tension limit expands by gaps between grains or drops. "
+                   "The gaps close before the material has stress again. The field `opening` is "
+                   "their volume as a share of the material's volume. The volume of a particle is "
+                   "that of its material alone. Default true, for CB-Geo's input false",
            .native = true},
           {.key = "interface",
            .kinds = boolean,
-           .help = "contact between bodies: each has velocities of its own at the nodes, and they "
-                   "meet where it shares a node with another",
+           .help = "contact between bodies. Each body has its own nodal velocities. Bodies "
+                   "interact where they share a node",
            .fallback = "false"},
           {.key = "contact",
            .kinds = object,
-           .help = "which bodies there are, and their friction",
+           .help = "bodies and their friction",
            .section = contact_section,
            .native = true},
           {.key = "as_cbgeo",
@@ -462,17 +457,17 @@ const Section& analysis_section() {
            .native = true},
           {.key = "patch_particles",
            .kinds = integer,
-           .help = "target number of particles per "
-                   "patch, the unit of parallel work; part of the result's identity",
+           .help = "target number of particles per patch, the unit of parallel work. It changes "
+                   "the rounding of results",
            .fallback = "4096",
            .min = 1,
            .max = 1e9,
            .native = true},
           {.key = "split_steps",
            .kinds = integer,
-           .help = "every so many steps, patches that hold more than 4 times patch_particles are "
-                   "looked for; they are split 4 steps later. 0: never; part of the result's "
-                   "identity",
+           .help =
+               "steps between searches for patches with more than 4 times patch_particles. Such "
+               "patches are split 4 steps later. 0: never. It changes the rounding of results",
            .fallback = "100",
            .min = 0,
            .max = 9e15,
@@ -484,7 +479,7 @@ const Section& analysis_section() {
            .min = 0},
           {.key = "verbosity",
            .kinds = any,
-           .help = "ignored by the reference",
+           .help = "ignored by CB-Geo MPM",
            .support = Support::ignored},
           {.key = "free_surface_detection",
            .kinds = any,
@@ -497,19 +492,19 @@ const Section& analysis_section() {
            .planned = {"jaumann"}},
           {.key = "newmark",
            .kinds = any,
-           .help = "of implicit analyses",
+           .help = "for implicit analyses",
            .support = Support::ignored},
           {.key = "scheme_settings",
            .kinds = any,
-           .help = "of implicit analyses",
+           .help = "for implicit analyses",
            .support = Support::ignored},
           {.key = "linear_solver",
            .kinds = any,
-           .help = "of implicit analyses",
+           .help = "for implicit analyses",
            .support = Support::ignored},
           {.key = "state_variable_smoothing",
            .kinds = any,
-           .help = "average state variables over nodes (of a branch of CB-Geo MPM)",
+           .help = "average state variables over nodes (from a branch of CB-Geo MPM)",
            .support = Support::planned},
           {.key = "pore_pressure_smoothing",
            .kinds = any,
@@ -517,13 +512,13 @@ const Section& analysis_section() {
            .support = Support::planned},
           {.key = "gravity",
            .kinds = any,
-           .help = "it is in external_loading_conditions",
+           .help = "write external_loading_conditions.gravity",
            .support = Support::older},
           {.key = "resume",
            .kinds = object,
            .help =
-               "continue an earlier run from its particle file. Files do not have the domains of "
-               "particles: those of GIMP and CPDI begin anew as boxes, cpdi2 is refused",
+               "continue an earlier run from its particle file. Files do not contain the domains "
+               "of particles: domains of GIMP and CPDI begin again as boxes, and cpdi2 is refused",
            .section = resume_section},
       }};
   return section;

@@ -49,8 +49,8 @@ const Section& driver_section() {
       .name = "a material driver",
       .path = "driver",
       .help =
-          "`lahar material driver.json` leads one material point along a path. Stresses are "
-          "positive in tension.",
+          "`lahar material driver.json` drives one material point along a strain or stress path. "
+          "Stresses are positive in tension.",
       .fields = {
           {.key = "title", .kinds = text, .help = "title of the plot", .fallback = "\"\""},
           {.key = "material",
@@ -65,7 +65,7 @@ const Section& driver_section() {
            .fallback = "[0, 0, 0, 0, 0, 0]"},
           {.key = "path",
            .kinds = list,
-           .help = "segments, one after the other",
+           .help = "segments, in order",
            .required = true,
            .section = path_section},
       }};

@@ -128,12 +128,12 @@ std::vector<Field> fields() {
   add_laws(all, static_cast<const Law*>(nullptr));
   all.push_back({.key = "tolerance",
                  .kinds = number,
-                 .help = "ignored by the reference",
+                 .help = "ignored by CB-Geo MPM",
                  .support = Support::ignored,
                  .only = laws_without("tolerance", all)});
   all.push_back({.key = "porosity",
                  .kinds = number,
-                 .help = "ignored by the reference",
+                 .help = "ignored by CB-Geo MPM",
                  .support = Support::ignored});
   all.push_back(
       planned("shear_modulus", "Pa", "shear modulus (dialect of the fork)", {"ModifiedCamClay"}));

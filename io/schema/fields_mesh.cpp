@@ -11,7 +11,7 @@ const Section& structured_section() {
       .path = "mesh.structured",
       .help =
           "A grid of equal boxes, in place of a mesh file. Two of `cell_size`, `extent` and "
-          "`counts` say how large it is. Cell (i, j, k) has the id i + nx (j + ny k).",
+          "`counts` define its size. Cell (i, j, k) has the id i + nx (j + ny k).",
       .fields = {
           {.key = "origin",
            .kinds = vector,
@@ -48,7 +48,7 @@ const Section& structured_section() {
 const Section& node_type_section() {
   static const Section section{.name = "an entry of node_types",
                                .path = "mesh.nonlocal_mesh_properties.node_types[]",
-                               .help = "Where nodes are in the mesh, along an axis.",
+                               .help = "Position of nodes in the mesh along an axis.",
                                .fields = {
                                    {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
                                    {.key = "dir", .kinds = direction, .help = "direction"},
@@ -65,10 +65,9 @@ const Section& nonlocal_section() {
       .name = "mesh.nonlocal_mesh_properties",
       .path = "mesh.nonlocal_mesh_properties",
       .help =
-          "What the fork has to be told about splines (ED2Q4P2B, ED3H8P2B). Here all of it follows "
-          "from the mesh, and these keys have no effect: splines end at the border of the mesh, "
-          "where "
-          "they sum to one and reproduce linear fields.",
+          "Settings of splines (ED2Q4P2B, ED3H8P2B) in the dialect of the fork. They have no "
+          "effect here, because the mesh determines all of them. Splines end at the border of the "
+          "mesh. They sum to one and reproduce linear fields there.",
       .fields = {
           {.key = "type",
            .kinds = text,
@@ -94,7 +93,7 @@ const Section& stresses_section() {
       .fields = {
           {.key = "type",
            .kinds = text,
-           .help = "where they come from",
+           .help = "source of the stresses",
            .required = true,
            .allowed = {"file", "isotropic"}},
           {.key = "location", .kinds = file, .help = "file of stresses", .only = {"file"}},
@@ -133,12 +132,11 @@ const Section& mesh_section() {
                    "\"particle_sets\": []}"},
           {.key = "cell_type",
            .kinds = text,
-           .help =
-               "element; the default follows from the "
-               "dimension. ED2Q16G and ED3H64G: GIMP, the file lists the nodes around each cell "
-               "as well; ED2Q4P2B and ED3H8P2B: quadratic B-splines. ED2T6, ED2Q9 and ED3H27: "
-               "quadratic Bernstein polynomials, with analysis.preset \"cbgeo\" Lagrange's; ED2Q8 "
-               "and ED3H20 with that preset only",
+           .help = "element of all cells; the default follows from the dimension. ED2Q16G and "
+                   "ED3H64G: GIMP; the file also lists the nodes around each cell. ED2Q4P2B and "
+                   "ED3H8P2B: quadratic B-splines. ED2T6, ED2Q9 and ED3H27: quadratic Bernstein "
+                   "polynomials; with analysis.preset \"cbgeo\" Lagrange functions. ED2Q8 and "
+                   "ED3H20: only with that preset",
            .fallback = "\"ED2Q4\"",
            .fallback_3d = "\"ED3H8\"",
            .allowed = {"ED2T3", "ED2T6", "ED2Q4", "ED2Q8", "ED2Q9", "ED3T4", "ED3H8", "ED3H20",
@@ -173,12 +171,11 @@ const Section& mesh_section() {
                    "for a particle first"},
           {.key = "particles_cells",
            .kinds = file,
-           .help = "the same as particle_cells, in the documentation of CB-Geo MPM, which ignores "
-                   "it"},
+           .help = "the same as particle_cells. CB-Geo MPM documents this key but ignores it"},
           {.key = "particles_volumes",
            .kinds = file,
-           .help = "lines `particle volume`; without it "
-                   "the volume is that of the cell divided by the number of particles in it"},
+           .help = "lines `particle volume`. Default: the volume of the cell divided by the number "
+                   "of particles in it"},
           {.key = "particles_stresses",
            .kinds = file | object,
            .help = "initial stresses: the "
@@ -186,7 +183,7 @@ const Section& mesh_section() {
            .section = stresses_section},
           {.key = "particles_tractions",
            .kinds = file,
-           .help = "ignored by the reference",
+           .help = "ignored by CB-Geo MPM",
            .support = Support::ignored},
           {.key = "boundary_conditions",
            .kinds = object,
@@ -205,11 +202,11 @@ const Section& mesh_section() {
           {.key = "mesh_reader", .kinds = any, .help = "write io_type", .support = Support::older},
           {.key = "material_id",
            .kinds = any,
-           .help = "it is in particles[].generator",
+           .help = "write it in particles[].generator",
            .support = Support::older},
           {.key = "particle_type",
            .kinds = any,
-           .help = "it is in particles[].generator",
+           .help = "write it in particles[].generator",
            .support = Support::older},
           {.key = "generate_particles_cells",
            .kinds = any,
@@ -228,8 +225,8 @@ const Section& velocity_constraint_section() {
       .path = "mesh.boundary_conditions.velocity_constraints[]",
       .help =
           "A prescribed velocity component of a set of nodes, or a `file` of lines `node dir "
-          "velocity`. Entries on the same node combine; of several for a node and direction "
-          "the first wins.",
+          "velocity`. Entries on the same node combine. The first entry for a node and direction "
+          "wins.",
       .fields = {
           {.key = "nset_id",
            .kinds = id,
@@ -250,12 +247,12 @@ const Section& friction_section() {
       .path = "mesh.boundary_conditions.friction_constraints[]",
       .help =
           "Coulomb friction of a set of nodes on a rigid wall, or a `file` of lines `node dir "
-          "sign_n friction`. The wall pushes and does not pull: it stops what moves into it, at "
-          "the velocity that is prescribed along its normal (0 if none is), and friction is at "
+          "sign_n friction`. The wall pushes and does not pull. It stops material that moves into "
+          "it, at the velocity that is prescribed along its normal (default 0). Friction is at "
           "most `friction` times that impulse. With `two_sided` the wall is as in CB-Geo MPM: a "
           "velocity constraint along the normal holds the node in both directions, and friction "
-          "acts where the acceleration presses the node against the wall. Of several for a node "
-          "and direction the last counts.",
+          "acts where the acceleration presses the node against the wall. The last entry for a "
+          "node and direction wins.",
       .fields = {
           {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
@@ -285,12 +282,9 @@ const Section& wall_section() {
       .name = "a wall",
       .path = "mesh.boundary_conditions.walls[]",
       .help =
-          "A rigid wall at rest along an axis, which a set of nodes lies on. It pushes and does "
-          "not "
-          "pull: material may leave it, and slides on it with Coulomb's friction. A node may lie "
-          "on "
-          "several walls, along different axes. Symmetry planes and fixed ends are velocity "
-          "constraints.",
+          "A rigid wall at rest through a set of nodes. It pushes and does not pull: material may "
+          "leave it, and slides on it with Coulomb friction. A node may lie on several walls along "
+          "different axes. Use velocity constraints for symmetry planes and fixed ends.",
       .fields = {
           {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
@@ -316,12 +310,10 @@ const Section& acceleration_section() {
       .name = "an acceleration constraint",
       .path = "mesh.boundary_conditions.acceleration_constraints[]",
       .help =
-          "A prescribed acceleration component of a set of nodes, in their frame, such as that of "
-          "a "
-          "base that an earthquake shakes; or a `file` of lines `node dir acceleration` (dialect "
-          "of "
-          "the fork). Of several for a node and direction the last wins; a prescribed velocity in "
-          "the same direction is an error.",
+          "A prescribed acceleration component of a set of nodes, in their frame, for example at "
+          "the base in an earthquake; or a `file` of lines `node dir acceleration` (dialect of the "
+          "fork). The last entry for a node and direction wins. A prescribed velocity in the same "
+          "direction is an error.",
       .fields = {
           {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
@@ -340,15 +332,14 @@ const Section& absorbing_section() {
       .name = "an absorbing constraint",
       .path = "mesh.boundary_conditions.absorbing_constraints[]",
       .help =
-          "Dashpots and springs at a set of nodes, for a boundary that waves leave through: the "
-          "traction -rho c v - rho c^2 u / delta, with c = c_p (times `a` in the first term) along "
-          "`dir` and c = c_s (times `b`) in the other directions, v the node's velocity, and rho, "
-          "c_p, c_s and the displacement u means of the particles around the node. Densities and "
-          "wave "
-          "speeds are those of the materials at the beginning; fluids have no c_s. The area of a "
-          "node follows "
-          "from `h_min` and `position`. Several entries on a node add up. In a step dashpots at "
-          "most stop a node: where it has less mass than that takes, they are weaker.",
+          "Dashpots and springs at a set of nodes: a boundary that waves leave through. The "
+          "traction is -rho c v - rho c^2 u / delta. Along `dir` c is c_p, times `a` in the first "
+          "term. In the other directions c is c_s, times `b` in the first term. v is the node's "
+          "velocity. rho, c_p, c_s and the displacement u are means over the particles around the "
+          "node. Densities and wave speeds are those of the materials at the beginning; fluids "
+          "have no c_s. The area of a node follows from `h_min` and `position`. Several entries on "
+          "a node add up. Within a step dashpots at most stop a node. They are weaker if its mass "
+          "is too small for them.",
       .fields = {
           {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
@@ -359,8 +350,8 @@ const Section& absorbing_section() {
           {.key = "delta",
            .kinds = number,
            .help =
-               "thickness of the layer whose stiffness the springs have; at least h_min / (2 a) "
-               "and h_min / (2 b). A static stress s moves the boundary by s delta / (rho c^2)",
+               "the springs have the stiffness of a layer of this thickness; at least h_min / (2 "
+               "a) and h_min / (2 b). A static stress s moves the boundary by s delta / (rho c^2)",
            .unit = "m",
            .required = true,
            .min = 0,
@@ -388,9 +379,9 @@ const Section& absorbing_section() {
            .above_min = true},
           {.key = "position",
            .kinds = text,
-           .help = "where the nodes are on the boundary, and so their area: in 2D h_min of an edge "
-                   "and half of it at its ends (corner); in 3D h_min^2 inside of a face, a half at "
-                   "its edges and a quarter at its corners",
+           .help = "position of the nodes on the boundary, which gives their area. 2D: h_min on an "
+                   "edge, half of it at the ends of an edge (corner). 3D: h_min^2 inside a face, "
+                   "half of it at the edges of a face, a quarter at its corners",
            .required = true,
            .allowed = {"corner", "edge", "face"}},
       }};
@@ -402,11 +393,10 @@ const Section& particle_velocity_section() {
       .name = "a particle velocity constraint",
       .path = "mesh.boundary_conditions.particles_velocity_constraints[]",
       .help =
-          "A prescribed velocity component of a set of particles. They move by it exactly, as a "
-          "body "
-          "that does not deform, and drive the nodes around them: other material there sticks to "
-          "them. With analysis.preset \"cbgeo\" it is set at the end of every step, and particles "
-          "move with nodes that do not know of it.",
+          "A prescribed velocity component of a set of particles. The particles move exactly with "
+          "it, as a rigid body, and drive the nodes around them. Other material there sticks to "
+          "them. With analysis.preset \"cbgeo\" the velocity is set at the end of every step, and "
+          "particles move with nodes on which the constraint does not act.",
       .fields = {
           {.key = "pset_id",
            .kinds = id,
@@ -423,61 +413,62 @@ const Section& particle_velocity_section() {
 }  // namespace
 
 const Section& boundary_section() {
-  static const Section section{.name = "mesh.boundary_conditions",
-                               .path = "mesh.boundary_conditions",
-                               .help = "Constraints on nodes and particles.",
-                               .fields = {
-                                   {.key = "velocity_constraints",
-                                    .kinds = list | file,
-                                    .help = "prescribed nodal velocities; older cases name a file",
-                                    .section = velocity_constraint_section},
-                                   {.key = "friction_constraints",
-                                    .kinds = list | file,
-                                    .help = "friction at nodes; older cases name a file",
-                                    .section = friction_section},
-                                   {.key = "walls",
-                                    .kinds = list,
-                                    .help = "rigid walls that push and do not pull",
-                                    .section = wall_section,
-                                    .native = true},
-                                   {.key = "nodal_euler_angles",
-                                    .kinds = file,
-                                    .help = "rotated frames of nodes, in which their velocity and "
-                                            "friction constraints act: lines `node alpha beta "
-                                            "[gamma]` in radians"},
-                                   {.key = "particles_velocity_constraints",
-                                    .kinds = list,
-                                    .help = "prescribed particle velocities",
-                                    .section = particle_velocity_section},
-                                   {.key = "absorbing_constraints",
-                                    .kinds = list,
-                                    .help = "boundaries that waves leave through",
-                                    .section = absorbing_section},
-                                   {.key = "acceleration_constraints",
-                                    .kinds = list,
-                                    .help = "prescribed nodal accelerations",
-                                    .section = acceleration_section},
-                                   {.key = "displacement_constraints",
-                                    .kinds = any,
-                                    .help = "of implicit analyses (dialect of the fork)",
-                                    .support = Support::planned},
-                                   {.key = "cohesion_constraints",
-                                    .kinds = any,
-                                    .help = "adhesion of nodes to a wall (dialect of the fork)",
-                                    .support = Support::planned},
-                                   {.key = "adhesion_constraints",
-                                    .kinds = any,
-                                    .help = "adhesion of nodes to a wall (dialect of the fork)",
-                                    .support = Support::planned},
-                                   {.key = "pressure_constraints",
-                                    .kinds = any,
-                                    .help = "pressures of nodes (dialect of the fork)",
-                                    .support = Support::planned},
-                                   {.key = "pore_pressure_constraints",
-                                    .kinds = any,
-                                    .help = "pressures of nodes, from files (dialect of the fork)",
-                                    .support = Support::planned},
-                               }};
+  static const Section section{
+      .name = "mesh.boundary_conditions",
+      .path = "mesh.boundary_conditions",
+      .help = "Constraints on nodes and particles.",
+      .fields = {
+          {.key = "velocity_constraints",
+           .kinds = list | file,
+           .help = "prescribed nodal velocities; a file name in older cases",
+           .section = velocity_constraint_section},
+          {.key = "friction_constraints",
+           .kinds = list | file,
+           .help = "friction at nodes; a file name in older cases",
+           .section = friction_section},
+          {.key = "walls",
+           .kinds = list,
+           .help = "rigid walls that push and do not pull",
+           .section = wall_section,
+           .native = true},
+          {.key = "nodal_euler_angles",
+           .kinds = file,
+           .help = "rotated frames of nodes, in which their velocity and "
+                   "friction constraints act: lines `node alpha beta "
+                   "[gamma]` in radians"},
+          {.key = "particles_velocity_constraints",
+           .kinds = list,
+           .help = "prescribed particle velocities",
+           .section = particle_velocity_section},
+          {.key = "absorbing_constraints",
+           .kinds = list,
+           .help = "boundaries that waves leave through",
+           .section = absorbing_section},
+          {.key = "acceleration_constraints",
+           .kinds = list,
+           .help = "prescribed nodal accelerations",
+           .section = acceleration_section},
+          {.key = "displacement_constraints",
+           .kinds = any,
+           .help = "for implicit analyses (dialect of the fork)",
+           .support = Support::planned},
+          {.key = "cohesion_constraints",
+           .kinds = any,
+           .help = "adhesion of nodes to a wall (dialect of the fork)",
+           .support = Support::planned},
+          {.key = "adhesion_constraints",
+           .kinds = any,
+           .help = "adhesion of nodes to a wall (dialect of the fork)",
+           .support = Support::planned},
+          {.key = "pressure_constraints",
+           .kinds = any,
+           .help = "pressures of nodes (dialect of the fork)",
+           .support = Support::planned},
+          {.key = "pore_pressure_constraints",
+           .kinds = any,
+           .help = "pressures of nodes, from files (dialect of the fork)",
+           .support = Support::planned},
+      }};
   return section;
 }
 
@@ -486,8 +477,8 @@ const Section& sets_section() {
       .name = "sets",
       .path = "sets",
       .help =
-          "Named sets from geometry: nodes in a region, cells whose centre is in it, particles "
-          "that start in it. A name stands wherever the CB-Geo format has a numeric id.",
+          "Named sets from geometry: nodes in a region, cells with their centre in it, particles "
+          "that start in it. A name can replace any numeric id of the CB-Geo format.",
       .fields = {
           {.key = "nodes",
            .kinds = map,

@@ -4,25 +4,25 @@
 namespace lahar {
 
 const Section& particles_section() {
-  static const Section section{.name = "an entry of particles",
-                               .path = "particles[]",
-                               .help = "One source of particles.",
-                               .fields = {
-                                   {.key = "generator",
-                                    .kinds = object,
-                                    .help = "what makes the particles",
-                                    .required = true,
-                                    .section = generator_section},
-                                   {.key = "group_id",
-                                    .kinds = integer,
-                                    .help = "ignored by the reference",
-                                    .support = Support::ignored},
-                                   {.key = "set_id",
-                                    .kinds = integer,
-                                    .help = "ignored by the reference (pset_id of the generator "
-                                            "makes a set)",
-                                    .support = Support::ignored},
-                               }};
+  static const Section section{
+      .name = "an entry of particles",
+      .path = "particles[]",
+      .help = "One source of particles.",
+      .fields = {
+          {.key = "generator",
+           .kinds = object,
+           .help = "source of the particles",
+           .required = true,
+           .section = generator_section},
+          {.key = "group_id",
+           .kinds = integer,
+           .help = "ignored by CB-Geo MPM",
+           .support = Support::ignored},
+          {.key = "set_id",
+           .kinds = integer,
+           .help = "ignored by CB-Geo MPM (pset_id of the generator makes a set)",
+           .support = Support::ignored},
+      }};
   return section;
 }
 
@@ -31,12 +31,12 @@ const Section& generator_section() {
       .name = "a generator",
       .path = "particles[].generator",
       .help =
-          "`file` reads positions; `gauss` puts particles at the Gauss points of cells; "
-          "`region` fills a region with equally spaced particles; `inject` adds particles "
-          "during the run: at the beginning of every step in `duration`, each cell of the set that "
-          "holds no particle gets particles at its Gauss points, which share the cell's volume. "
-          "Particle ids count on from one generator to the next, and those of injected particles "
-          "count on from these, step by step.",
+          "`file` reads positions; `gauss` puts particles at the Gauss points of cells; `region` "
+          "fills a region with equally spaced particles; `inject` adds particles during the run. "
+          "At the beginning of every step in `duration`, each empty cell of the set gets particles "
+          "at its Gauss points. These particles share the cell's volume. Particle ids continue "
+          "from one generator to the next. Ids of injected particles continue from these, step by "
+          "step.",
       .discriminator = "type",
       .fields = {
           {.key = "type",
@@ -71,9 +71,8 @@ const Section& generator_section() {
            .native = true},
           {.key = "nparticles_per_dir",
            .kinds = integer,
-           .help =
-               "Gauss points per direction: 1 to 4, in triangles and tetrahedra 1 (one point) or 2 "
-               "(a point per corner), in the reference's order",
+           .help = "Gauss points per direction: 1 to 4, in triangles and tetrahedra 1 (one point) "
+                   "or 2 (a point per corner), in the order of CB-Geo MPM",
            .required = true,
            .min = 1,
            .max = 4,
@@ -86,10 +85,9 @@ const Section& generator_section() {
            .native = true},
           {.key = "per_cell",
            .kinds = integer,
-           .help = "particles per direction and cell: each "
-                   "cell is cut into per_cell^dim equal parts, and a particle with the part's "
-                   "volume is "
-                   "put at the centre of those that lie in the region",
+           .help = "particles per direction and cell. Each cell is cut into per_cell^dim equal "
+                   "parts. Each part that lies in the region gets a particle at its centre, with "
+                   "the part's volume",
            .fallback = "2",
            .min = 1,
            .max = 64,
@@ -97,7 +95,7 @@ const Section& generator_section() {
            .native = true},
           {.key = "velocity",
            .kinds = vector,
-           .help = "initial velocity; default 0 (CB-Geo: of `inject` alone)",
+           .help = "initial velocity; default 0 (CB-Geo MPM: only for `inject`)",
            .unit = "m/s"},
           {.key = "duration",
            .kinds = numbers,
@@ -116,8 +114,7 @@ const Section& generator_section() {
            .native = true},
           {.key = "pset_id",
            .kinds = id,
-           .help = "particle set to make of these particles: an id "
-                   "or a new name",
+           .help = "particle set that these particles form: an id or a new name",
            .min = 0},
           {.key = "pset", .kinds = id, .help = "the same as pset_id", .min = 0, .native = true},
           {.key = "particle_type",
@@ -176,7 +173,7 @@ const Section& gravity_section() {
                                     .required = true},
                                    {.key = "ramping_time",
                                     .kinds = number,
-                                    .help = "time until it acts in full",
+                                    .help = "time at which gravity reaches its full value",
                                     .unit = "s",
                                     .min = 0},
                                }};
@@ -188,10 +185,9 @@ const Section& traction_section() {
       .name = "a surface traction",
       .path = "external_loading_conditions.particle_surface_traction[]",
       .help =
-          "Force on each particle of a set: traction * function(t) * volume / size, with size "
-          "the initial volume to the power 1/dim. Of several tractions for a particle and "
-          "direction "
-          "the last wins.",
+          "Force on each particle of a set: traction * function(t) * volume / size, where size is "
+          "the initial volume to the power 1/dim. The last traction for a particle and direction "
+          "wins.",
       .fields = {
           {.key = "pset_id",
            .kinds = id,
@@ -214,8 +210,8 @@ const Section& nodal_force_section() {
       .name = "a nodal force",
       .path = "external_loading_conditions.concentrated_nodal_forces[]",
       .help =
-          "Force on each node of a set, or a `file` of lines `node dir force`. Of several forces "
-          "for a node and direction the last wins, and so does the last function on a node.",
+          "Force on each node of a set, or a `file` of lines `node dir force`. The last force for "
+          "a node and direction wins, and so does the last function on a node.",
       .fields = {
           {.key = "nset_id",
            .kinds = id,
@@ -239,7 +235,7 @@ const Section& nodal_force_section() {
 const Section& loading_section() {
   static const Section section{.name = "external_loading_conditions",
                                .path = "external_loading_conditions",
-                               .help = "What acts on the material from outside.",
+                               .help = "External loads on the material.",
                                .fields = {
                                    {.key = "gravity",
                                     .kinds = vector | object,
@@ -254,7 +250,7 @@ const Section& loading_section() {
                                     .section = traction_section},
                                    {.key = "concentrated_nodal_forces",
                                     .kinds = list | object,
-                                    .help = "forces on nodes; one entry may stand alone",
+                                    .help = "forces on nodes: a list, or a single entry",
                                     .section = nodal_force_section},
                                }};
   return section;

@@ -12,8 +12,8 @@ namespace {
 
 constexpr const char* introduction = R"(# Reference of the scenario file
 
-A scenario is a JSON file with comments. A whole case in one file, an elastic block that rests on
-the floor and settles under its weight:
+A scenario is a JSON file with comments. This file is a complete case: an elastic block rests on
+the floor and settles under its weight.
 
 ```json
 {
@@ -50,11 +50,11 @@ names are those of `sets`, `materials[].name` and `math_functions[].name`. A gen
 makes a particle set of its particles.
 
 **Command line.** `--set analysis.nsteps=10` or `--set /materials/0/density=1800` replaces a value
-(read as JSON; what is no JSON is taken as text).
+(read as JSON, or as text if it is not valid JSON).
 
-**Which cell owns a particle.** Cells are closed. At the start a particle belongs to the cell that
-`particle_cells` names if that contains it, else to the cell with the lowest id that contains it. A
-particle outside the mesh is an error.
+**Which cell owns a particle.** Cells are closed. At the start a particle belongs to the cell in
+`particle_cells` if that cell contains it, otherwise to the cell with the lowest id that contains
+it. A particle outside the mesh is an error.
 )";
 
 constexpr const char* side_files = R"(
@@ -141,9 +141,9 @@ std::string escaped(const std::string& text) {
 
 std::string deviations() {
   std::string out =
-      "\n## What --as-cbgeo changes\n\nWhere CB-Geo MPM computes something else than its "
-      "documentation or the physics say, `--as-cbgeo`\n(or `analysis.as_cbgeo`) reproduces it, to "
-      "compare results:\n\n| what | with `--as-cbgeo`, as CB-Geo MPM | without |\n|---|---|---|\n";
+      "\n## What --as-cbgeo changes\n\nIn these places CB-Geo MPM departs from its documentation "
+      "or from physics. `--as-cbgeo` (or\n`analysis.as_cbgeo`) reproduces them, so that results "
+      "can be compared:\n\n| what | with `--as-cbgeo`, as CB-Geo MPM | without |\n|---|---|---|\n";
   for (const CbgeoDeviation& d : cbgeo_deviations())
     out += fmt::format("| {} | {} | {} |\n", d.what, d.there, d.here);
   return out;

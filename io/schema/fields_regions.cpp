@@ -132,8 +132,7 @@ const Section& region_section() {
       .help =
           "A geometric predicate: exactly one of the keys below. Points on the boundary are "
           "inside, to 1e-9 of the smallest cell size (so that nodes exactly on a plane or on the "
-          "side of a "
-          "box belong to it whatever the rounding).",
+          "side of a box belong to it despite rounding).",
       .fields = {
           {.key = "box",
            .kinds = object,

@@ -12,7 +12,7 @@ const Section& scenario_section() {
       .help =
           "A scenario is one JSON object; `//` and `/* */` comments are allowed. File names are "
           "relative to the scenario's folder. Units are SI: m, kg, s, N, Pa; in two dimensions "
-          "forces, masses and energies are per metre of thickness. The state is plane strain.",
+          "forces, masses and energies are per metre of thickness, and the state is plane strain.",
       .fields = {
           {.key = "title", .kinds = text, .help = "what the case is", .fallback = "\"\""},
           {.key = "mesh",
@@ -27,8 +27,7 @@ const Section& scenario_section() {
            .native = true},
           {.key = "particles",
            .kinds = list,
-           .help = "where the particles come from, in the order "
-                   "in which they get their ids",
+           .help = "sources of particles; ids follow their order",
            .required = true,
            .section = particles_section},
           {.key = "materials",
@@ -80,8 +79,9 @@ const Section& statevars_section() {
       .name = "post_processing.vtk_statevars",
       .path = "post_processing.vtk_statevars[]",
       .help =
-          "State variables for ParaView. Frames always hold those of all materials, each as a "
-          "field with its name, 0 for particles whose material does not have it.",
+          "State variables for ParaView. Frames always contain the state variables of all "
+          "materials, each as a field with its name. A field is 0 for particles whose material "
+          "does not have the variable.",
       .fields = {
           {.key = "phase_id",
            .kinds = integer,
@@ -104,7 +104,7 @@ const Section& post_processing_section() {
       .name = "post_processing",
       .path = "post_processing",
       .help =
-          "The run folder is `path`/`analysis.uuid`. Frames always hold every field; the names "
+          "The run folder is `path`/`analysis.uuid`. Frames always contain every field; the names "
           "in `vtk` and `vtk_statevars` are accepted for compatibility.",
       .fields = {
           {.key = "path",
@@ -122,16 +122,16 @@ const Section& post_processing_section() {
           {.key = "output_dt",
            .kinds = number,
            .help = "instead of output_steps: a frame at every multiple of this time; 0: none. A "
-                   "fixed step is not shortened: the frame comes with the step that reaches the "
-                   "time. Adaptive steps end at these times: the last two before one are equal",
+                   "fixed step is not shortened: the step that reaches the time gets the frame. "
+                   "Adaptive steps end at these times: the last two steps before a frame are equal",
            .unit = "s",
            .fallback = "0",
            .min = 0,
            .native = true},
           {.key = "max_frames",
            .kinds = integer,
-           .help = "largest number of frames beside the first and the last. A warning says when "
-                   "it is reached; after it only the last state is written",
+           .help = "largest number of frames, not counting the first and the last. The run warns "
+                   "when it reaches this number; after that it writes the last state only",
            .fallback = "10000",
            .min = 0,
            .max = 9e15,
@@ -153,8 +153,8 @@ const Section& post_processing_section() {
            .native = true},
           {.key = "checkpoint_steps",
            .kinds = integer,
-           .help = "steps between checkpoints, from which --restart continues; 0: none. With "
-                   "this or checkpoint_minutes the end gets one as well",
+           .help = "steps between checkpoints, from which --restart continues; 0: none. With this "
+                   "key or checkpoint_minutes the run also writes a checkpoint at its end",
            .fallback = "0",
            .min = 0,
            .max = 9e15,
@@ -168,7 +168,7 @@ const Section& post_processing_section() {
            .native = true},
           {.key = "checkpoints_kept",
            .kinds = integer,
-           .help = "checkpoints that are kept, the latest; older ones are removed",
+           .help = "number of latest checkpoints to keep; older ones are removed",
            .fallback = "2",
            .min = 1,
            .max = 1e6,

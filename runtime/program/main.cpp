@@ -43,10 +43,10 @@ void add_scenario(CLI::App& command, std::string& scenario, ScenarioOptions& opt
       ->type_name("KEY=VALUE");
   command
       .add_option("--folder,-f", options.folder,
-                  "Folder that file names in the scenario are relative to (default: its own)")
+                  "Folder for relative file names in the scenario (default: the scenario's folder)")
       ->type_name("FOLDER");
   command.add_flag("--as-cbgeo", options.as_cbgeo,
-                   "Run what CB-Geo MPM would have run (it ignores \"stress_update\")");
+                   "Run what CB-Geo MPM would run (it ignores \"stress_update\", for example)");
 }
 
 /// Refuse rather than do the same several times.
@@ -76,8 +76,8 @@ void add_memory(CLI::App& command, double& bytes) {
   command
       .add_option_function<std::string>(
           "--memory", [&bytes](const std::string& text) { bytes = bytes_of(text); },
-          "Memory of the machine that the case may take, 64G or 500M (default: all of it, or what "
-          "its control group allows); one that needs more is refused")
+          "Memory of the machine that the case may use, such as 64G or 500M (default: all of it, "
+          "or the limit of its control group). A case that needs more is refused")
       ->type_name("SIZE");
 }
 
@@ -117,16 +117,16 @@ int compare_command(const std::string& a, const std::string& b, const Tolerances
 int run_program(int argc, char** argv) {
   CLI::App app{
       "Material Point Method engine: large deformations of soils, fluids and solids.\n"
-      "A time step is a graph of tasks over patches of the mesh; results are the same to the\n"
-      "last bit on any number of threads and MPI ranks (mpirun lahar run ...).",
+      "A time step is a graph of tasks over patches of the mesh. Results are bitwise identical\n"
+      "for any number of threads and MPI ranks (mpirun lahar run ...).",
       "lahar"};
   app.set_version_flag("--version", "lahar " + version_line());
   app.require_subcommand(1);
   app.footer(
       "Start with:  lahar run examples/plate-with-hole.json\n"
       "Exit codes: 0 finished, 1 internal error or comparison failed, 2 invalid input,\n"
-      "3 simulation failed, 4 file failure, 5 ranks of MPI cannot work together,\n"
-      "75 stopped on request.");
+      "3 simulation failed, 4 file not read or written, 5 MPI ranks are incompatible or one was\n"
+      "lost, 75 stopped on request.");
   int code = exit_ok;
 
   RunArguments run;
@@ -137,51 +137,53 @@ int run_program(int argc, char** argv) {
   add_scenario(*run_app, run.scenario, run.options);
   run_app->add_option("--threads,-t", run.execution.threads, "Threads (default: all cores)")
       ->check(CLI::Range(1, 4096));
-  run_app->add_flag("--serial", serial, "Plain loop instead of the task graph; same results");
+  run_app->add_flag("--serial", serial,
+                    "Use a serial loop instead of the task graph; same results");
   run_app
       ->add_option("--balance", balance,
-                   "Move patches between ranks: auto (where measured work says that it pays), off, "
-                   "or a number of steps after which they move at random, for tests")
+                   "Move patches between ranks: auto (where it pays by measured work), off, or for "
+                   "tests a number of steps after which patches move at random")
       ->default_str("auto");
   add_partition(*run_app, run.execution.balance.partitioner,
-                "Of patches among ranks: curve (default) or scotch");
+                "Distribute patches among ranks by curve (space-filling curve, default) or scotch");
   run_app
       ->add_option("--writers", run.writers,
-                   "MPI ranks that write frames, for file systems that want few: others send them "
-                   "their particles (default: all)")
+                   "Number of MPI ranks that write frames (default: all). The others send them "
+                   "their particles. For file systems that slow down with many writers")
       ->check(CLI::Range(1, 1'000'000));
   run_app
       ->add_option("--staging", run.execution.staging_bytes,
-                   "Up to what size, of each rank, a frame or checkpoint is copied and written "
-                   "while steps are taken (of frames there may be three copies at a time, of "
-                   "checkpoints two); steps wait while a larger one is written")
+                   "Largest frame or checkpoint per rank that is copied and written in the "
+                   "background, with at most three copies of frames and two of checkpoints at a "
+                   "time. Steps wait while a larger one is written")
       ->transform(CLI::AsNumberWithUnit(size_units, CLI::AsNumberWithUnit::UNIT_REQUIRED))
       ->type_name("SIZE")
       ->default_str("64MiB");
   run_app->add_flag("--bulk-synchronous", bulk,
-                    "For comparison: wait for everybody after each phase; same results");
+                    "For comparison: all wait for all after each phase; same results");
   StudyOptions study;
   study.add_to(*run_app, run);
-  run_app->add_option("--output,-o", run.output, "Run folder (default: the scenario's)");
-  run_app->add_flag("--overwrite", run.overwrite, "Replace the run folder's earlier results");
+  run_app->add_option("--output,-o", run.output, "Run folder (default: from the scenario)");
+  run_app->add_flag("--overwrite", run.overwrite, "Replace earlier results in the run folder");
   run_app
-      ->add_option("--wall-time", run.wall_time,
-                   "Stop in time to have written a checkpoint after so many seconds; exit code 75")
+      ->add_option(
+          "--wall-time", run.wall_time,
+          "Write a checkpoint and stop before this many seconds of wall time; exit code 75")
       ->check(CLI::PositiveNumber);
-  auto* restart = run_app->add_option("--restart", run.restart,
-                                      "Go on with the run in its folder, from its latest "
-                                      "checkpoint or from a file");
+  auto* restart = run_app->add_option(
+      "--restart", run.restart,
+      "Continue the run in its folder, from its latest checkpoint or from a file");
   restart->type_name("latest|FILE")->excludes("--overwrite");
   run_app
       ->add_option("--checkpoint-steps", run.checkpoint_steps,
-                   "Steps between checkpoints, 0 for none (default: the scenario's)")
+                   "Steps between checkpoints; 0: none (default: from the scenario)")
       ->check(CLI::NonNegativeNumber);
   run_app
       ->add_option("--checkpoint-minutes", run.checkpoint_minutes,
-                   "Minutes between checkpoints, 0 for none (default: the scenario's)")
+                   "Minutes between checkpoints; 0: none (default: from the scenario)")
       ->check(CLI::NonNegativeNumber);
   add_memory(*run_app, run.memory);
-  run_app->add_flag("--quiet,-q", run.quiet, "Only warnings and errors on the terminal");
+  run_app->add_flag("--quiet,-q", run.quiet, "Print only warnings and errors");
   run_app->callback([&] {
     run.execution.ranks = Communicator::world();
     study.give(run);
@@ -197,14 +199,16 @@ int run_program(int argc, char** argv) {
 
   RunArguments check;
   auto* check_app =
-      app.add_subcommand("check", "Validate a case, print sizes and limits, run nothing");
+      app.add_subcommand("check", "Validate a case and print sizes and limits, without a run");
   add_scenario(*check_app, check.scenario, check.options);
   auto* ranks_option =
       check_app
-          ->add_option("--ranks", check.ranks, "Show how patches would be shared among MPI ranks")
+          ->add_option("--ranks", check.ranks,
+                       "Show how patches would be distributed among this many MPI ranks")
           ->check(CLI::Range(1, 1'000'000));
   add_memory(*check_app, check.memory);
-  add_partition(*check_app, check.partitioner, "How: curve (default) or scotch")
+  add_partition(*check_app, check.partitioner,
+                "Distribute them by curve (space-filling curve, default) or scotch")
       ->needs(ranks_option);
   check_app->callback([&] {
     refuse_several_ranks("check");
@@ -216,7 +220,7 @@ int run_program(int argc, char** argv) {
       app.add_subcommand("export", "Write particles as CSV, for ParaView or for CB-Geo MPM");
   export_app->add_option("RUN", source, "Run folder or frame")->required();
   export_app->add_option("--to", format, "csv, vtu or cbgeo")->required();
-  export_app->add_option("--step", step, "A step, last (default) or all")
+  export_app->add_option("--step", step, "Step number, last (default) or all")
       ->check([](const std::string& text) -> std::string {
         const bool number = !text.empty() && text.size() < 19 &&
                             text.find_first_not_of("0123456789") == std::string::npos;
@@ -231,21 +235,24 @@ int run_program(int argc, char** argv) {
   std::string a, b;
   Tolerances tolerances;
   std::optional<Index> compare_step;
-  auto* compare_app = app.add_subcommand("compare", "Differences of two outputs, field by field");
+  auto* compare_app = app.add_subcommand("compare", "Compare two outputs, field by field");
   compare_app->add_option("A", a, "Run folder, frame or CSV table")->required();
-  compare_app->add_option("B", b, "The same: the reference")->required();
+  compare_app->add_option("B", b, "The reference: run folder, frame or CSV table")->required();
   compare_app
-      ->add_option("--rtol", tolerances.rtol, "Relative to the field's largest magnitude in B")
+      ->add_option("--rtol", tolerances.rtol,
+                   "Relative tolerance, to the field's largest magnitude in B")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  compare_app->add_option("--atol", tolerances.atol, "Absolute, in the field's unit")
+  compare_app->add_option("--atol", tolerances.atol, "Absolute tolerance, in the field's unit")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   compare_app
-      ->add_option("--floor", tolerances.floor, "A field below this everywhere counts as zero")
+      ->add_option("--floor", tolerances.floor,
+                   "A field counts as zero if all its values are below this")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  compare_app->add_option("--step", compare_step, "Step of run folders (default: the last)");
+  compare_app->add_option("--step", compare_step,
+                          "Step to compare in run folders (default: the last)");
   compare_app->callback([&] {
     refuse_several_ranks("compare");
     // No tolerance asked for, none given: only equal values are equal.
@@ -255,12 +262,14 @@ int run_program(int argc, char** argv) {
 
   GraphArguments graph;
   auto* graph_app =
-      app.add_subcommand("graph", "The task graph of one time step, as DOT, SVG, PNG or PDF");
+      app.add_subcommand("graph", "Draw the task graph of one time step as DOT, SVG, PNG or PDF");
   add_scenario(*graph_app, graph.scenario, graph.options);
   graph_app->add_option("--output,-o", graph.output,
-                        "File .dot, .svg, .png or .pdf (default: DOT text)");
-  graph_app->add_flag("--all", graph.all, "All patches, not only one and its neighbours");
-  graph_app->add_option("--ranks", graph.ranks, "Frame the patches of each of so many MPI ranks")
+                        "File to write: .dot, .svg, .png or .pdf (default: print DOT)");
+  graph_app->add_flag("--all", graph.all, "Draw all patches, not only one and its neighbours");
+  graph_app
+      ->add_option("--ranks", graph.ranks,
+                   "Frame the patches of each rank, with this many MPI ranks")
       ->check(CLI::Range(1, 1'000'000));
   graph_app->callback([&] {
     refuse_several_ranks("graph");
@@ -268,10 +277,9 @@ int run_program(int argc, char** argv) {
   });
 
   TraceArguments trace;
-  auto* trace_app = app.add_subcommand(
-      "trace", "Where the time of a run went that was recorded with lahar run --trace");
+  auto* trace_app = app.add_subcommand("trace", "Analyse a trace that lahar run --trace recorded");
   trace_app->add_option("RUN", trace.run, "Run folder")->required();
-  trace_app->add_flag("--json", trace.json, "All figures as JSON");
+  trace_app->add_flag("--json", trace.json, "Print all figures as JSON");
   trace_app
       ->add_option("--chrome", trace.chrome,
                    "Write trace events for ui.perfetto.dev, as .json or .json.gz")
@@ -280,27 +288,27 @@ int run_program(int argc, char** argv) {
       ->type_name("FOLDER");
   trace_app->add_option("--html", trace.html, "Write a page for a browser, with a timeline")
       ->type_name("FILE");
-  trace_app->add_flag("--check", trace.check, "Only whether the trace is sound");
-  auto* replay_option = trace_app->add_option(
-      "--replay", trace.replay,
-      "How long the run would take with another network: a JSON file with latency, bandwidth and "
-      "overhead, or measured, or ideal");
+  trace_app->add_flag("--check", trace.check, "Only check whether the trace is sound");
+  auto* replay_option =
+      trace_app->add_option("--replay", trace.replay,
+                            "Simulate the run with another network: ideal, measured, or a JSON "
+                            "file with latency, bandwidth and overhead");
   replay_option->type_name("NETWORK");
-  trace_app->add_option("--ranks", trace.ranks, "Replay on so many ranks (default: as recorded)")
+  trace_app->add_option("--ranks", trace.ranks, "Ranks of the replay (default: as recorded)")
       ->needs(replay_option)
       ->check(CLI::Range(1, 100'000));
   trace_app
       ->add_option("--threads,-t", trace.threads,
-                   "Replay or project with so many threads of each rank (default: as recorded)")
+                   "Threads per rank of the replay or projection (default: as recorded)")
       ->check(CLI::Range(1, 4096));
   trace_app->add_flag("--bulk-synchronous", trace.bulk, "Replay with a barrier after each phase")
       ->needs(replay_option);
-  auto* project_option =
-      trace_app->add_flag("--project", trace.project,
-                          "Weak and strong scaling to 100,000 cores, as a graph and with barriers");
+  auto* project_option = trace_app->add_flag(
+      "--project", trace.project,
+      "Project weak and strong scaling to 100,000 cores, with the task graph and with barriers");
   trace_app
       ->add_flag("--steady", trace.steady,
-                 "Project as if each task took its median time, without this machine's noise")
+                 "Project with the median time of each task, without noise of this machine")
       ->needs(project_option);
   trace_app->callback([&] {
     refuse_several_ranks("trace");
@@ -308,8 +316,8 @@ int run_program(int argc, char** argv) {
   });
 
   MaterialArguments material;
-  auto* material_app = app.add_subcommand(
-      "material", "Lead one material point along a path of strains, stresses or both");
+  auto* material_app =
+      app.add_subcommand("material", "Drive one material point along a strain or stress path");
   material_app->add_option("DRIVER", material.driver, "Input (JSON): material and path")
       ->required();
   material_app
@@ -317,10 +325,10 @@ int run_program(int argc, char** argv) {
                    "Replace a value: material.friction=30 (repeatable)")
       ->type_name("KEY=VALUE");
   material_app->add_flag("--as-cbgeo", material.options.as_cbgeo,
-                         "Return mappings and laws as CB-Geo MPM computes them");
+                         "Use return mappings and laws as in CB-Geo MPM");
   material_app->add_option("--output,-o", material.output,
                            "Write OUTPUT.csv and OUTPUT.svg (default: beside the driver)");
-  material_app->add_flag("--no-plot", material.no_plot, "Only the table");
+  material_app->add_flag("--no-plot", material.no_plot, "Write only the table");
   material_app->callback([&] {
     refuse_several_ranks("material");
     code = material_command(material);
@@ -328,46 +336,48 @@ int run_program(int argc, char** argv) {
 
   VerifyArguments verify;
   auto* verify_app =
-      app.add_subcommand("verify", "Run a case against its solution in the literature");
-  verify_app->add_option("CASE", verify.name, "Name of the case (default: list them)");
-  verify_app->add_option("--threads,-t", verify.threads, "Most threads (default: all cores)")
+      app.add_subcommand("verify", "Compare a case with its solution in the literature");
+  verify_app->add_option("CASE", verify.name, "Name of the case (default: list the cases)");
+  verify_app
+      ->add_option("--threads,-t", verify.threads, "Largest number of threads (default: all cores)")
       ->check(CLI::Range(1, 4096));
   verify_app->add_option("--output,-o", verify.output,
-                         "Folder of pictures and tables (default: verify/CASE)");
+                         "Folder for pictures and tables (default: verify/CASE)");
   verify_app->add_flag("--published", verify.published,
-                       "Time step and duration as published: minutes instead of seconds");
+                       "Use the published time step and duration: minutes instead of seconds");
   verify_app->callback([&] {
     refuse_several_ranks("verify");
     code = verify_command(verify);
   });
 
   BenchArguments bench;
-  auto* bench_app =
-      app.add_subcommand("bench", "Measure: time per particle and step, scaling, memory, start-up");
-  bench_app->add_option("--cases", bench.cases, "Names of cases (default: all but large ones)")
+  auto* bench_app = app.add_subcommand(
+      "bench", "Measure time per particle and step, scaling, memory and start-up");
+  bench_app->add_option("--cases", bench.cases, "Cases to measure (default: all but large ones)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("NAME,...");
   bench_app->add_flag("--list", bench.list, "List the cases and the memory they need");
-  bench_app->add_flag("--large", bench.large, "Also cases that need gigabytes and minutes");
-  bench_app->add_flag("--quick", bench.quick, "Short samples: a look, not a measurement");
-  bench_app->add_option("--repeat", bench.repeats, "Samples of each (default: 5)")
+  bench_app->add_flag("--large", bench.large, "Also run cases that need gigabytes and minutes");
+  bench_app->add_flag("--quick", bench.quick,
+                      "Take short samples: for a quick look, not a measurement");
+  bench_app->add_option("--repeat", bench.repeats, "Samples of each run (default: 5)")
       ->check(CLI::Range(1, 1000));
-  bench_app->add_option("--steps", bench.steps, "Steps of a sample (default: 0.6 s of them)")
+  bench_app->add_option("--steps", bench.steps, "Steps per sample (default: as many as take 0.6 s)")
       ->check(CLI::Range(1, 1'000'000'000));
-  bench_app->add_option("--threads,-t", bench.threads, "Most threads (default: all cores)")
+  bench_app
+      ->add_option("--threads,-t", bench.threads, "Largest number of threads (default: all cores)")
       ->check(CLI::Range(1, 4096));
-  bench_app->add_option("--json", bench.json, "Write everything that was measured to a file");
-  bench_app->add_option("--markdown", bench.markdown, "Write the report to a file as well");
-  bench_app->add_option("--compare", bench.compare, "Result (JSON) to compare with");
-  bench_app->add_option("--from", bench.from, "Report a result (JSON) instead of measuring");
+  bench_app->add_option("--json", bench.json, "Write all measurements to a JSON file");
+  bench_app->add_option("--markdown", bench.markdown, "Also write the report to a file");
+  bench_app->add_option("--compare", bench.compare, "Earlier result (JSON) to compare with");
+  bench_app->add_option("--from", bench.from, "Report this result (JSON) instead of measuring");
   std::string of_ranks;
   bench_app
-      ->add_option(
-          "WHAT", of_ranks,
-          "ranks, overlap or balance: measure MPI ranks instead (starts itself under mpirun); "
-          "locate: how long it takes to find the cells of particles; trace: what recording "
-          "costs")
+      ->add_option("WHAT", of_ranks,
+                   "ranks, overlap or balance: measure MPI ranks instead (lahar starts itself "
+                   "under mpirun); locate: measure the search for cells of particles; trace: "
+                   "measure the cost of recording")
       ->check(CLI::IsMember({"ranks", "overlap", "balance", "locate", "trace"}));
   bench_app->callback([&] {
     if (of_ranks == "locate") {
@@ -389,10 +399,10 @@ int run_program(int argc, char** argv) {
   });
 
   bool schema = false, reference = false;
-  auto* info_app =
-      app.add_subcommand("info", "Version, build, what exists; reference of the input");
-  info_app->add_flag("--schema", schema, "JSON Schema of scenario files");
-  info_app->add_flag("--reference", reference, "Every key of scenario files, as Markdown");
+  auto* info_app = app.add_subcommand(
+      "info", "Print version, build and features, or the reference of the input");
+  info_app->add_flag("--schema", schema, "Print the JSON Schema of scenario files");
+  info_app->add_flag("--reference", reference, "Print every key of scenario files, as Markdown");
   info_app->callback([&] {
     if (schema) fmt::print("{}\n", scenario_schema());
     if (reference) fmt::print("{}\n", scenario_reference());
@@ -423,9 +433,8 @@ int leave(int code, const std::string& message) {
 }
 
 constexpr const char* no_memory =
-    "lahar: error: not enough memory. Use fewer cells or particles; `lahar check` prints what a "
-    "case "
-    "holds.\n";
+    "lahar: error: not enough memory. Use fewer cells or particles; `lahar check` prints the sizes "
+    "of a case.\n";
 
 /// Libraries ask for memory where they may not throw: in destructors, for instance.
 [[noreturn]] void end_at_once() {

@@ -56,27 +56,28 @@ struct StudyOptions {
         ->type_name("FIRST:LAST");
     command
         .add_option("--inject-latency", run.execution.latency,
-                    "For studies: hold back each message between ranks, such as 200us; reductions "
-                    "by this times ceil(log2 ranks)")
+                    "For studies: delay each message between ranks by this time, such as 200us, "
+                    "and each reduction by this time times ceil(log2 ranks)")
         ->transform(time_with_unit())
         ->check(CLI::Range(0.0, 10.0))
         ->type_name("TIME");
     command.add_flag_callback(
         "--no-shared-memory", [&run] { run.execution.shared_memory = false; },
-        "For studies: messages between ranks of a machine go through MPI, like those between "
+        "For studies: send messages between ranks of a machine through MPI, like those between "
         "machines");
     command
         .add_option("--slow-patch", slow_patch,
-                    "For studies: tasks of this patch take so many times longer, such as 5:10")
+                    "For studies: tasks of this patch take this many times as long, such as 5:10")
         ->type_name("PATCH:FACTOR");
     command
-        .add_option("--late-sends", late_sends,
-                    "For studies: this rank waits before it sends a message, such as 1:300us")
+        .add_option(
+            "--late-sends", late_sends,
+            "For studies: this rank waits for this time before it sends a message, such as 1:300us")
         ->type_name("RANK:TIME");
     command
         .add_option("--serial-section", run.execution.delays.serial,
-                    "For studies: one thread of each rank is busy for so long when a step is done, "
-                    "such as 1ms; patches can be at most 4 steps ahead of it")
+                    "For studies: one thread of each rank is busy for this time after each step, "
+                    "such as 1ms. Patches can be at most 4 steps ahead of it")
         ->transform(time_with_unit())
         ->check(CLI::Range(0.0, 10.0))
         ->type_name("TIME");

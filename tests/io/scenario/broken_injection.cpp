@@ -59,7 +59,7 @@ TEST_CASE("injection that cannot be is refused with what to do") {
      R"(mpm.json:12:19: error: 'nparticles_per_dir' is missing in a generator [/particles/0/generator]
       {"generator": {"type": "inject", "cset_id": -1}}
                     ^
-  hint: nparticles_per_dir: Gauss points per direction: 1 to 4, in triangles and tetrahedra 1 (one point) or 2 (a point per corner), in the reference's order
+  hint: nparticles_per_dir: Gauss points per direction: 1 to 4, in triangles and tetrahedra 1 (one point) or 2 (a point per corner), in the order of CB-Geo MPM
 mpm.json:12:19: error: 'material' is missing [/particles/0/generator]
       {"generator": {"type": "inject", "cset_id": -1}}
                     ^

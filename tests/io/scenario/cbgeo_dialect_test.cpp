@@ -140,7 +140,7 @@ mpm.json:6:27: error: 'mesh_reader' in mesh is of an older format, which CB-Geo 
 mpm.json:6:53: error: 'material_id' in mesh is of an older format, which CB-Geo MPM does not read any more [/mesh/material_id]
       "cell_type": "ED2Q4", "mesh_reader": "Ascii2D", "material_id": 0,
                                                       ^
-  hint: it is in particles[].generator
+  hint: write it in particles[].generator
 )"},
     {"gravity in the analysis",
      {replace("mpm.json", R"("dt": 0.001)", R"("gravity": [0, -9.81], "dt": 0.001)")},
@@ -148,7 +148,7 @@ mpm.json:6:53: error: 'material_id' in mesh is of an older format, which CB-Geo 
      R"(mpm.json:19:41: error: 'gravity' in analysis is of an older format, which CB-Geo MPM does not read any more [/analysis/gravity]
     "analysis": {"type": "MPMExplicit2D", "gravity": [0, -9.81], "dt": 0.001, "nsteps": 10},
                                           ^
-  hint: it is in external_loading_conditions
+  hint: write external_loading_conditions.gravity
 )"},
     {"the viscosity of a Newtonian fluid",
      {replace("mpm.json", R"("LinearElastic2D", "density": 1000,
@@ -179,7 +179,7 @@ mpm.json:16:27: error: 'mu' in a material is of an older format, which CB-Geo MP
      R"(mpm.json:9:33: error: 'position' is missing in an absorbing constraint [/mesh/boundary_conditions/absorbing_constraints/0]
         "absorbing_constraints": [{"nset_id": 0, "dir": 1, "delta": 0.1, "h_min": 0.001, "a": 1, "b": 1}]
                                   ^
-  hint: position: where the nodes are on the boundary, and so their area: in 2D h_min of an edge and half of it at its ends (corner); in 3D h_min^2 inside of a face, a half at its edges and a quarter at its corners
+  hint: position: position of the nodes on the boundary, which gives their area. 2D: h_min on an edge, half of it at the ends of an edge (corner). 3D: h_min^2 inside a face, half of it at the edges of a face, a quarter at its corners
 )"},
     {"strengths of Mohr-Coulomb by their older names",
      {replace("mpm.json", R"("LinearElastic2D", "density": 1000,
