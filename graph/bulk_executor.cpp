@@ -1,13 +1,13 @@
-/// The step graph as codes without one run it: all patches do a phase, then everybody waits for
-/// everybody. For comparison only.
+/// \file The step graph as codes without one run it: all patches do a phase, then everybody waits
+/// for everybody. For comparison only.
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 
+#include "graph/back_off.h"
 #include "graph/executor.h"
-#include "graph/give_way.h"
 
 namespace lahar {
 

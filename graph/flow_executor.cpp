@@ -1,4 +1,4 @@
-/// The step graph as a oneTBB flow graph that is fired over and over.
+/// \file The step graph as a oneTBB flow graph that is fired over and over.
 ///
 /// Edges within a step are make_edge edges. Edges from one step to the next are explicit try_put
 /// calls in the bodies, so that the graph drains when the last step is done. A continue_node counts
@@ -9,8 +9,8 @@
 /// apart.
 ///
 /// A task and its rest are one body most of the time. Where ranks have to agree on the time step,
-/// so many rests are set aside that there is something to do until they have (graph/rests.h). Rests
-/// that are set aside are nodes of their own.
+/// so many rests are set aside that there is something to do until they have
+/// (graph/deferred_work.h). DeferredWork that are set aside are nodes of their own.
 ///
 /// Several ranks: the task of a message from elsewhere is done where the message is found; that all
 /// ranks have finished a step releases permits. Every body ends with a look for messages, and a
@@ -31,10 +31,10 @@
 #include <optional>
 #include <stdexcept>
 
+#include "graph/back_off.h"
+#include "graph/deferred_work.h"
 #include "graph/executor.h"
-#include "graph/give_way.h"
 #include "graph/ready_tasks.h"
-#include "graph/rests.h"
 
 namespace lahar {
 
@@ -498,7 +498,7 @@ class FlowExecutor final : public Executor {
 
   Step first_ = 0;
   std::array<std::atomic<int>, max_lead> remaining_{};  ///< patches that have not finished a step
-  std::optional<Rests> rests_;  ///< several ranks, which have to agree on the time step
+  std::optional<DeferredWork> rests_;  ///< several ranks, which have to agree on the time step
 
   std::mutex completion_;
   std::array<bool, max_lead> finished_{};

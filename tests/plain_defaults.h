@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "io/scenario.h"
+#include "io/scenario/scenario.h"
 
 namespace lahar::test {
 

@@ -31,8 +31,8 @@ inline std::vector<std::filesystem::path> published_cases() {
     if (solved)
       found.push_back(entry.path());
     else
-      MESSAGE("equations that Lahar does not solve yet, skipped: "
-              << entry.path().filename().string());
+      MESSAGE(
+          "equations that Lahar does not solve yet, skipped: " << entry.path().filename().string());
   }
   std::sort(found.begin(), found.end());
   return found;

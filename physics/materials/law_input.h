@@ -5,7 +5,7 @@
 #include <cmath>
 #include <concepts>
 
-#include "physics/simd.h"
+#include "physics/base/simd.h"
 
 namespace lahar {
 

@@ -1,7 +1,7 @@
-/// \file The return mapping of Mohr-Coulomb; included by mohr_coulomb.h.
+/// \file The return mapping of Mohr-Coulomb; see mohr_coulomb_law.h.
 #pragma once
 
-#include "physics/materials/mohr_coulomb.h"
+#include "physics/materials/mohr_coulomb_law.h"
 
 namespace lahar {
 

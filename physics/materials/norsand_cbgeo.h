@@ -1,9 +1,9 @@
-/// \file NorSand as CB-Geo MPM computes it; included by norsand.h.
+/// \file NorSand as CB-Geo MPM computes it; see norsand_law.h.
 #pragma once
 
 #include <limits>
 
-#include "physics/materials/norsand.h"
+#include "physics/materials/norsand_law.h"
 
 namespace lahar {
 

@@ -1,7 +1,7 @@
-/// \file The implicit step of NorSand, see norsand.h; included there.
+/// \file The implicit step of NorSand, see norsand_law.h.
 #pragma once
 
-#include "physics/materials/norsand.h"
+#include "physics/materials/norsand_law.h"
 
 namespace lahar {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "physics/types.h"
+#include "physics/base/types.h"
 
 namespace lahar {
 

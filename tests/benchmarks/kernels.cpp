@@ -2,7 +2,7 @@
 // is installed (libbenchmark-dev). For ratios before and after a change on one machine:
 //   build/release/tests/benchmark_kernels --benchmark_filter=P2G --benchmark_repetitions=5
 // "items" are particles.
-#include "physics/kernels.h"
+#include "physics/kernels/kernels.h"
 
 #include <benchmark/benchmark.h>
 
@@ -10,8 +10,8 @@
 #include <cmath>
 #include <string>
 
-#include "runtime/patch_set.h"
-#include "runtime/timestep.h"
+#include "runtime/patches/patch_set.h"
+#include "runtime/step/timestep.h"
 
 using namespace lahar;
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <variant>
 
-#include "physics/model.h"
+#include "physics/model/model.h"
 
 namespace lahar::fuzz {
 

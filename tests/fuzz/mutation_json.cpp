@@ -1,7 +1,8 @@
 // Changes of JSON: values, keys and parts, with the words that the schema knows.
 #include <set>
 
-#include "io/scenario.h"
+#include "io/scenario/scenario.h"
+#include "io/schema/fields.h"
 #include "tests/fuzz/mutation_values.h"
 
 namespace lahar::fuzz {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "runtime/trace/record.h"
+#include "runtime/trace/record/record.h"
 
 namespace lahar::fuzz {
 

@@ -2,17 +2,17 @@
 #include <algorithm>
 #include <variant>
 
-#include "io/cbgeo_table.h"
-#include "io/checkpoint.h"
-#include "io/compare.h"
-#include "io/csv.h"
-#include "io/scenario.h"
-#include "io/text.h"
-#include "io/vtkhdf.h"
-#include "physics/error.h"
-#include "runtime/bench_result.h"
-#include "runtime/simulation.h"
-#include "runtime/trace/network.h"
+#include "io/base/text.h"
+#include "io/frames/cbgeo_table.h"
+#include "io/frames/csv.h"
+#include "io/frames/vtkhdf.h"
+#include "io/results/compare.h"
+#include "io/run/checkpoint.h"
+#include "io/scenario/scenario.h"
+#include "physics/base/error.h"
+#include "runtime/bench/bench_result.h"
+#include "runtime/step/simulation.h"
+#include "runtime/trace/analyse/network.h"
 #include "tests/fuzz/targets.h"
 
 namespace lahar::fuzz {

@@ -1,12 +1,12 @@
 // Run folders: what a program finds there that somebody else may have changed.
 #include <array>
 
-#include "io/compare.h"
-#include "io/export.h"
-#include "io/run_folder.h"
-#include "io/scenario.h"
-#include "io/vtkhdf.h"
-#include "runtime/simulation.h"
+#include "io/frames/vtkhdf.h"
+#include "io/results/compare.h"
+#include "io/results/export.h"
+#include "io/run/run_folder.h"
+#include "io/scenario/scenario.h"
+#include "runtime/step/simulation.h"
 #include "tests/fuzz/targets.h"
 
 namespace lahar::fuzz {

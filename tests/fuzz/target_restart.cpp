@@ -4,11 +4,11 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "io/checkpoint_header.h"
-#include "io/scenario.h"
-#include "io/scenario_difference.h"
-#include "physics/error.h"
-#include "runtime/simulation.h"
+#include "io/run/checkpoint_header.h"
+#include "io/scenario/scenario.h"
+#include "io/scenario/scenario_difference.h"
+#include "physics/base/error.h"
+#include "runtime/step/simulation.h"
 #include "tests/fuzz/accepted.h"
 #include "tests/fuzz/sections.h"
 #include "tests/fuzz/targets.h"

@@ -4,12 +4,12 @@
 #include <nlohmann/json.hpp>
 #include <variant>
 
-#include "io/cbgeo_table.h"
-#include "io/material_driver.h"
-#include "io/scenario.h"
-#include "physics/error.h"
-#include "runtime/material_command.h"
-#include "runtime/simulation.h"
+#include "io/frames/cbgeo_table.h"
+#include "io/scenario/material_driver.h"
+#include "io/scenario/scenario.h"
+#include "physics/base/error.h"
+#include "runtime/program/material_command.h"
+#include "runtime/step/simulation.h"
 #include "tests/fuzz/accepted.h"
 #include "tests/fuzz/targets.h"
 

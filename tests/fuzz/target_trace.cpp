@@ -3,15 +3,15 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "io/scenario.h"
-#include "physics/error.h"
-#include "runtime/simulation.h"
-#include "runtime/trace/analysis.h"
-#include "runtime/trace/chrome.h"
-#include "runtime/trace/page.h"
-#include "runtime/trace/project.h"
-#include "runtime/trace/replay.h"
-#include "runtime/trace/session.h"
+#include "io/scenario/scenario.h"
+#include "physics/base/error.h"
+#include "runtime/program/trace_session.h"
+#include "runtime/step/simulation.h"
+#include "runtime/trace/analyse/analysis.h"
+#include "runtime/trace/analyse/chrome.h"
+#include "runtime/trace/analyse/page.h"
+#include "runtime/trace/analyse/project.h"
+#include "runtime/trace/analyse/replay.h"
 #include "tests/fuzz/sections.h"
 #include "tests/fuzz/targets.h"
 
@@ -53,7 +53,7 @@ SectionedFile recorded(const char* scenario) {
   fs::create_directories(run);
   TraceAbout about{.version = "0", .title = "a title", .scheme = "usf", .executor = "serial"};
   about.adaptive = std::get<Model<2>>(read.model).analysis.step.adaptive;
-  TraceSession session(run, {}, Ranks{}, about, simulation.phases(), simulation.stages(),
+  TraceSession session(run, {}, Communicator{}, about, simulation.phases(), simulation.stages(),
                        simulation.trace_graph());
   simulation.advance(3);
   session.finish();

@@ -7,7 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "physics/error.h"
+#include "physics/base/error.h"
 
 namespace lahar::fuzz {
 

@@ -1,9 +1,9 @@
 /// \file What is fuzzed: functions that read what a user or another program wrote.
 ///
 /// A target takes bytes and does with them what the program does with a file of these bytes. Errors
-/// of the kinds in physics/error.h are right answers; whatever else it throws is a failure, as are
-/// a crash, more than 20 s, memory beyond what the input asks for, and a value that was accepted
-/// though it cannot be (tests/fuzz/accepted.h).
+/// of the kinds in physics/base/error.h are right answers; whatever else it throws is a failure, as
+/// are a crash, more than 20 s, memory beyond what the input asks for, and a value that was
+/// accepted though it cannot be (tests/fuzz/accepted.h).
 #pragma once
 
 #include <cstdint>

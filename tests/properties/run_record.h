@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "io/removed.h"
-#include "physics/error.h"
-#include "runtime/simulation.h"
-#include "runtime/watchdog.h"
-#include "tests/runtime/restart_checks.h"
+#include "io/run/removed.h"
+#include "physics/base/error.h"
+#include "runtime/step/simulation.h"
+#include "runtime/step/watchdog.h"
+#include "tests/runtime/step/restart_checks.h"
 
 namespace lahar::test {
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "physics/element_grid.h"
+#include "physics/mesh/element_grid.h"
 #include "tests/properties/scenario_parts.h"
 
 namespace lahar::test {
@@ -121,9 +121,9 @@ void add_side(Choices& choices, const Outline& outline, const Side& side, Json& 
       return fix(dir, choices.number(of + "speed", 0, -0.5, 0.5));
     case 7: {
       if (!outline.accelerates) return;
-      Json shaken{{"nset", side.set}, {"dir", dir}, {"acceleration", 5}};
-      if (outline.functions_of_time > 0) shaken["math_function_id"] = 0;
-      boundary["acceleration_constraints"].push_back(shaken);
+      Json accelerated{{"nset", side.set}, {"dir", dir}, {"acceleration", 5}};
+      if (outline.functions_of_time > 0) accelerated["math_function_id"] = 0;
+      boundary["acceleration_constraints"].push_back(accelerated);
       return;
     }
     default:

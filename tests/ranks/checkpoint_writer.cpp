@@ -1,5 +1,5 @@
 // Checkpoints that all ranks write together.
-#include "runtime/checkpoint_writer.h"
+#include "runtime/output/checkpoint_writer.h"
 
 #include <doctest/doctest.h>
 
@@ -7,10 +7,10 @@
 #include <optional>
 #include <string>
 
-#include "io/atomic_file.h"
-#include "physics/error.h"
-#include "runtime/restart.h"
-#include "tests/io/frame_samples.h"
+#include "io/base/atomic_file.h"
+#include "physics/base/error.h"
+#include "runtime/step/restart.h"
+#include "tests/io/frames/frame_samples.h"
 #include "tests/ranks/shared_folder.h"
 
 using namespace lahar;
@@ -29,7 +29,7 @@ std::vector<std::byte> bytes_of(Index patch) {
 }
 
 /// Every rank has every so manieth patch, the first rank none where there are several.
-SimulationState share_of(const Ranks& ranks, Index step) {
+SimulationState share_of(const Communicator& ranks, Index step) {
   SimulationState state;
   state.run = {.dim = 2, .step = step, .time = 0.25, .columns = "coordinates 2"};
   const int owners = ranks.several() ? ranks.size() - 1 : 1;
@@ -56,8 +56,8 @@ void write(CheckpointWriter& writer, const SimulationState& state) {
 /// What one rank with all patches writes.
 std::string alone(Index step) {
   const TemporaryFolder folder;
-  CheckpointWriter writer({.folder = folder.path}, Ranks());
-  write(writer, share_of(Ranks(), step));
+  CheckpointWriter writer({.folder = folder.path}, Communicator());
+  write(writer, share_of(Communicator(), step));
   writer.finish();
   return read_text_file(folder.path / checkpoint_name(step));
 }
@@ -71,10 +71,11 @@ std::vector<Index> steps_in(const fs::path& folder) {
 }  // namespace
 
 TEST_CASE("the bytes of a checkpoint do not depend on ranks, nor on whether it was copied") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   for (const std::size_t copied : {std::size_t{1} << 20, std::size_t{0}}) {
     const SharedFolder folder(ranks);
-    CheckpointWriter writer({.folder = folder.path / "checkpoints", .staging_bytes = copied}, ranks);
+    CheckpointWriter writer({.folder = folder.path / "checkpoints", .staging_bytes = copied},
+                            ranks);
     write(writer, share_of(ranks, 10));
     writer.finish();
     const fs::path file = folder.path / "checkpoints" / checkpoint_name(10);
@@ -103,7 +104,7 @@ TEST_CASE("the bytes of a checkpoint do not depend on ranks, nor on whether it w
 }
 
 TEST_CASE("a checkpoint is complete or absent, and the last ones are kept") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const SharedFolder folder(ranks);
   bool synced = false;
   std::vector<Index> complete_before;
@@ -133,7 +134,7 @@ TEST_CASE("a checkpoint is complete or absent, and the last ones are kept") {
 }
 
 TEST_CASE("a checkpoint waits for the one before") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const SharedFolder folder(ranks);
   CheckpointWriter writer({.folder = folder.path, .kept = 10}, ranks);
   for (Index step = 1; step <= 8; ++step) write(writer, share_of(ranks, step));
@@ -143,7 +144,7 @@ TEST_CASE("a checkpoint waits for the one before") {
 }
 
 TEST_CASE("what one rank cannot do fails on all, leaves no file, and the next may succeed") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const SharedFolder folder(ranks);
   CheckpointWriter writer({.folder = folder.path / "checkpoints"}, ranks);
   if (ranks.rank() == 0) write_text_file(folder.path / "checkpoints", "not a folder");
@@ -181,7 +182,7 @@ TEST_CASE("what one rank cannot do fails on all, leaves no file, and the next ma
 }
 
 TEST_CASE("what has to come before a checkpoint and fails keeps it from being complete") {
-  const Ranks ranks;
+  const Communicator ranks;
   const TemporaryFolder folder;
   CheckpointWriter writer(
       {.folder = folder.path, .before_complete = [] { throw IoError("a frame is missing"); }},
@@ -194,7 +195,7 @@ TEST_CASE("what has to come before a checkpoint and fails keeps it from being co
 }
 
 TEST_CASE("a damaged latest checkpoint is passed over by all ranks, a damaged file is an error") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const SharedFolder folder(ranks);
   const fs::path place = checkpoint_folder(folder.path);
   CheckpointWriter writer({.folder = place, .kept = 3}, ranks);

@@ -6,14 +6,14 @@
 #include <random>
 #include <vector>
 
-#include "io/scenario.h"
-#include "physics/element_grid.h"
-#include "runtime/patch_set.h"
-#include "runtime/rank_team.h"
-#include "runtime/simulation.h"
-#include "runtime/timestep.h"
+#include "io/scenario/scenario.h"
+#include "physics/mesh/element_grid.h"
+#include "runtime/comm/rank_team.h"
+#include "runtime/patches/patch_set.h"
+#include "runtime/step/simulation.h"
+#include "runtime/step/timestep.h"
 #include "tests/ranks/shared_folder.h"
-#include "tests/runtime/models.h"
+#include "tests/runtime/step/models.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -28,7 +28,8 @@ void write_files(const std::filesystem::path& folder, const Counts& counts) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> off(-0.15, 0.15);
   std::ofstream mesh(folder / "mesh.txt"), fixed(folder / "fixed.txt"), rough(folder / "rough.txt"),
-      angles(folder / "angles.txt"), forces(folder / "forces.txt"), shaken(folder / "shaken.txt");
+      angles(folder / "angles.txt"), forces(folder / "forces.txt"),
+      accelerated(folder / "shaken.txt");
   std::vector<Index> left, turned, waves, cells, fed;
   const std::size_t n_cells = grid.cells.size() / 4;
   mesh << grid.nodes.size() << " " << n_cells << "\n";
@@ -45,7 +46,7 @@ void write_files(const std::filesystem::path& folder, const Counts& counts) {
     }
     if (y == 6) forces << node << " 0 20\n" << node << " 1 " << x << "\n";
     if (x == 1 && y > 0) waves.push_back(node);
-    if (y == 2 && x > 3 && x < 6) shaken << node << " 0 3\n";
+    if (y == 2 && x > 3 && x < 6) accelerated << node << " 0 3\n";
   }
   for (std::size_t c = 0; c < n_cells; ++c) {
     const Index* node = &grid.cells[4 * c];
@@ -105,7 +106,7 @@ void for_each_list(const Model<2>& model, auto&& visit) {
 }
 
 /// All ranks together have the lists of one that is alone, and none has more than its part.
-void check_parts(const Model<2>& part, const Model<2>& whole, const Ranks& ranks) {
+void check_parts(const Model<2>& part, const Model<2>& whole, const Communicator& ranks) {
   std::vector<Index> own;
   for_each_list(
       part, [&](const char*, const auto& list) { own.push_back(static_cast<Index>(list.size())); });
@@ -154,7 +155,7 @@ void check_patches(const PatchSet<2>& patches, const PatchSet<2>& alone) {
 
 void check(const std::string& mesh) {
   CAPTURE(mesh);
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const RankTeam team(ranks);
   const SharedFolder folder(ranks);
   if (ranks.rank() == 0) {
@@ -199,7 +200,7 @@ TEST_CASE(
 }
 
 TEST_CASE("each rank keeps its part of what is said of nodes and cells") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const RankTeam team(ranks);
   const SharedFolder folder(ranks);
   if (ranks.rank() == 0) {

@@ -1,5 +1,5 @@
 // Frames that all ranks write together.
-#include "runtime/frame_output.h"
+#include "runtime/output/frame_output.h"
 
 #include <doctest/doctest.h>
 
@@ -8,10 +8,10 @@
 #include <optional>
 #include <utility>
 
-#include "io/run_folder.h"
-#include "io/vtkhdf.h"
-#include "physics/error.h"
-#include "runtime/ranks.h"
+#include "io/frames/vtkhdf.h"
+#include "io/run/run_folder.h"
+#include "physics/base/error.h"
+#include "runtime/comm/communicator.h"
 #include "tests/ranks/shared_folder.h"
 
 using namespace lahar;
@@ -33,7 +33,7 @@ Frame whole(int dim, Index step) {
 
 /// The pieces of this rank: parts of very different sizes; the first rank has none where there are
 /// several, so that rank 0 lays a file out without particles of its own.
-FramePieces pieces_of(const Frame& frame, const Ranks& ranks) {
+FramePieces pieces_of(const Frame& frame, const Communicator& ranks) {
   FramePieces own{header_of(frame), {}};
   const int owners = ranks.several() ? ranks.size() - 1 : 1;
   const int place = ranks.several() ? ranks.rank() - 1 : 0;
@@ -58,7 +58,7 @@ FrameSource source_of(const FramePieces& pieces) {
 
 TEST_CASE(
     "ranks write the file that one rank writes, whether they copy a frame or not, and few do") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   for (const auto& [dim, writers] : {std::pair{2, 0}, {3, 0}, {2, 1}, {3, 1}, {3, 2}, {3, 3}}) {
     CAPTURE(dim);
     CAPTURE(writers);
@@ -111,7 +111,7 @@ TEST_CASE("writers are the first of as many even groups of consecutive ranks") {
 }
 
 TEST_CASE("frames that are more than blocks that wait may hold come to the one that writes them") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const SharedFolder folder(ranks), alone(ranks);
   // Of each rank: more than all blocks that sender and writer hold together.
   const Index n = ranks.size() * Index{100'000};
@@ -135,7 +135,7 @@ TEST_CASE("frames that are more than blocks that wait may hold come to the one t
 }
 
 TEST_CASE("a frame without any particle is written") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const SharedFolder folder(ranks);
   FrameOutput output(folder.path, ranks);
   const Frame nothing = sample_frame(3, 0);
@@ -146,7 +146,7 @@ TEST_CASE("a frame without any particle is written") {
 }
 
 TEST_CASE("ranks that wait for others do what they are told to do meanwhile") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const SharedFolder folder(ranks);
   FrameOutput output(folder.path, ranks);
   int polls = 0;
@@ -160,7 +160,7 @@ TEST_CASE("ranks that wait for others do what they are told to do meanwhile") {
 }
 
 TEST_CASE("a disk that is full for one rank is an error on all, and finished frames stay") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const int last = ranks.size() - 1;
   for (const auto& [full, writers] : {std::pair{0, 0}, {last, 0}, {0, 1}})
     for (const bool copied : {true, false}) {

@@ -1,5 +1,5 @@
 // From a scenario to the rows that each rank owns.
-#include "runtime/initial_particles.h"
+#include "runtime/patches/initial_particles.h"
 
 #include <doctest/doctest.h>
 #include <fmt/format.h>
@@ -11,9 +11,9 @@
 #include <numeric>
 #include <random>
 
-#include "io/scenario.h"
-#include "runtime/rank_partition.h"
-#include "runtime/rank_team.h"
+#include "io/scenario/scenario.h"
+#include "runtime/comm/rank_team.h"
+#include "runtime/patches/rank_partition.h"
 
 namespace fs = std::filesystem;
 using namespace lahar;
@@ -23,7 +23,7 @@ namespace {
 // A folder that the ranks share.
 class Folder {
  public:
-  explicit Folder(const Ranks& ranks) : ranks_(ranks) {
+  explicit Folder(const Communicator& ranks) : ranks_(ranks) {
     std::string name = fmt::format("lahar-ranks-{}", ::getpid());
     ranks.broadcast(name);
     path = fs::temp_directory_path() / name;
@@ -41,7 +41,7 @@ class Folder {
   fs::path path;
 
  private:
-  const Ranks& ranks_;
+  const Communicator& ranks_;
 };
 
 const char* const scenario = R"({
@@ -119,7 +119,7 @@ bool reset_peak() {
 }  // namespace
 
 TEST_CASE("every rank gets the rows of its patches, bit for bit those of one process") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const RankTeam team(ranks);
   const Folder folder(ranks);
   folder.write("particles.txt", random_particles(20000));
@@ -129,7 +129,7 @@ TEST_CASE("every rank gets the rows of its patches, bit for bit those of one pro
   auto& alone = std::get<Model<2>>(whole.model);
   auto& model = std::get<Model<2>>(share.model);
 
-  const ParticleCensus one = take_census(alone, Ranks());
+  const ParticleCensus one = take_census(alone, Communicator());
   const ParticleCensus census = take_census(model, ranks);
   CHECK(census.particles == one.particles);
   CHECK(census.occupied_cells == one.occupied_cells);
@@ -138,8 +138,8 @@ TEST_CASE("every rank gets the rows of its patches, bit for bit those of one pro
 
   const Partition<2> partition(*model.mesh, 20);
   const auto weight = particles_of_patches(model.particles, partition, ranks);
-  CHECK(weight == particles_of_patches(alone.particles, partition, Ranks()));
-  const std::vector<int> owner = curve_chunks(weight, ranks.size());
+  CHECK(weight == particles_of_patches(alone.particles, partition, Communicator()));
+  const std::vector<int> owner = curve_partition(weight, ranks.size());
   const auto owner_of = [&](const ParticleTable<2>& table, std::size_t row) {
     return owner[static_cast<std::size_t>(partition.patch_of(table.cell[row]))];
   };
@@ -160,7 +160,7 @@ TEST_CASE("every rank gets the rows of its patches, bit for bit those of one pro
 }
 
 TEST_CASE("rows are sent to one rank and back") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   ParticleTable<2> table, whole;
   const int n = 1000;
   for (int i = 0; i < n; ++i) {
@@ -192,7 +192,7 @@ TEST_CASE("rows are sent to one rank and back") {
 }
 
 TEST_CASE("a broken file is reported alike by all ranks") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const RankTeam team(ranks);
   const Folder folder(ranks);
   std::string text = random_particles(20000);
@@ -213,7 +213,7 @@ TEST_CASE("a broken file is reported alike by all ranks") {
 }
 
 TEST_CASE("a rank that reads its share needs its share of the memory") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const RankTeam team(ranks);
   if (ranks.any(!reset_peak())) {
     MESSAGE("the peak of memory cannot be measured here: skipped");

@@ -3,11 +3,11 @@
 #define DOCTEST_CONFIG_IMPLEMENT
 #include <doctest/doctest.h>
 
-#include "runtime/ranks.h"
+#include "runtime/comm/communicator.h"
 
 int main(int argc, char** argv) {
   const lahar::MpiSession session(argc, argv);
   doctest::Context context(argc, argv);
   const int result = context.run();
-  return lahar::Ranks::world().any(result != 0) ? 1 : 0;
+  return lahar::Communicator::world().any(result != 0) ? 1 : 0;
 }

@@ -6,12 +6,12 @@
 #include <fstream>
 #include <random>
 
-#include "io/scenario.h"
-#include "physics/element_grid.h"
-#include "runtime/rank_team.h"
-#include "runtime/simulation.h"
+#include "io/scenario/scenario.h"
+#include "physics/mesh/element_grid.h"
+#include "runtime/comm/rank_team.h"
+#include "runtime/step/simulation.h"
 #include "tests/ranks/shared_folder.h"
-#include "tests/runtime/soil_models.h"
+#include "tests/runtime/step/soil_models.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -113,7 +113,7 @@ template <int Dim>
 void check(const char* cell_type, Element element, const std::array<Index, Dim>& counts, double by,
            int first, int last) {
   CAPTURE(std::string(cell_type));
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const RankTeam team(ranks);
   const SharedFolder folder(ranks);
   if (ranks.rank() == 0) {

@@ -1,6 +1,6 @@
 // Records that several threads send to all other ranks arrive whole, once, in the order in which
 // each thread sent them, however they share messages.
-#include "runtime/message_streams.h"
+#include "runtime/comm/message_streams.h"
 
 #include <doctest/doctest.h>
 
@@ -32,7 +32,7 @@ std::byte fill_of(std::int64_t number) {
   return static_cast<std::byte>(number % 251);
 }
 
-std::vector<int> others(const Ranks& ranks) {
+std::vector<int> others(const Communicator& ranks) {
   std::vector<int> peers;
   for (int r = 0; r < ranks.size(); ++r)
     if (r != ranks.rank()) peers.push_back(r);
@@ -70,10 +70,10 @@ struct Receiver {
 };
 
 /// `late`: nobody takes anything before the last record is written.
-void send_by_several_threads(const Ranks& ranks, bool shares_memory, bool late) {
+void send_by_several_threads(const Communicator& ranks, bool shares_memory, bool late) {
   CAPTURE(shares_memory);
   CAPTURE(late);
-  Ranks group = ranks.duplicate();
+  Communicator group = ranks.duplicate();
   const std::vector<int> peers = others(ranks);
   Receiver receiver;
   {
@@ -124,7 +124,7 @@ void send_by_several_threads(const Ranks& ranks, bool shares_memory, bool late) 
 }  // namespace
 
 TEST_CASE("records of several threads arrive whole and in order") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   if (!ranks.several()) return;
   send_by_several_threads(ranks, /*shares_memory=*/true, /*late=*/false);
   send_by_several_threads(ranks, /*shares_memory=*/true, /*late=*/true);
@@ -132,9 +132,9 @@ TEST_CASE("records of several threads arrive whole and in order") {
 }
 
 TEST_CASE("what is longer than a message comes on its own") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   if (!ranks.several()) return;
-  Ranks group = ranks.duplicate();
+  Communicator group = ranks.duplicate();
   const std::vector<int> peers = others(ranks);
   {
     MessageStreams streams(group, streams_to(peers, 0, /*shares_memory=*/true));

@@ -2,9 +2,9 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
-#include "runtime/checkpoint_writer.h"
-#include "runtime/rank_team.h"
-#include "runtime/restart.h"
+#include "runtime/comm/rank_team.h"
+#include "runtime/output/checkpoint_writer.h"
+#include "runtime/step/restart.h"
 #include "tests/properties/random_cases.h"
 #include "tests/properties/run_record.h"
 #include "tests/ranks/shared_folder.h"
@@ -70,7 +70,7 @@ class Run {
     record.end_file = read_text_file(folder_ / checkpoint_name(simulation.step()));
   }
   Frame of_all(Frame own) const {
-    const Ranks& ranks = way_.ranks;
+    const Communicator& ranks = way_.ranks;
     if (!ranks.several()) return own;
     const auto gather = [&](auto& values) {
       values = ranks.gather_all(std::span(std::as_const(values)));
@@ -91,7 +91,7 @@ class Run {
 
 ExecutionOptions way_of(Choices& choices, const std::string& name) {
   ExecutionOptions way{.threads = 1 + choices.pick(name + ".threads", 2)};
-  way.ranks = Ranks::world();
+  way.ranks = Communicator::world();
   if (choices.chance(name + ".bulk", 15)) way.mode = ExecutionOptions::Mode::bulk;
   if (choices.chance(name + ".balanced", 50))
     way.balance = {BalanceOptions::When::forced, 1 + choices.pick(name + ".balance", 10),
@@ -211,7 +211,7 @@ class Comparison {
   }
 
   fs::path folder_;
-  Ranks ranks_ = Ranks::world();
+  Communicator ranks_ = Communicator::world();
   RankTeam team_;
   Choices& choices_;
   Index middle_;
@@ -228,7 +228,7 @@ Verdict check(const GeneratedCase& made, const fs::path& folder, Choices& choice
 }  // namespace
 
 TEST_CASE("random scenarios give on several ranks the bits of one, interrupted or not") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   if (!ranks.several()) return;
   const SharedFolder folder(ranks);
   const Speaker speaker{

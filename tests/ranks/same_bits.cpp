@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "io/atomic_file.h"
-#include "io/scenario.h"
-#include "runtime/bench_cases.h"
-#include "runtime/checkpoint_writer.h"
-#include "runtime/restart.h"
+#include "io/base/atomic_file.h"
+#include "io/scenario/scenario.h"
+#include "runtime/bench/bench_cases.h"
+#include "runtime/output/checkpoint_writer.h"
+#include "runtime/step/restart.h"
 #include "tests/ranks/shared_folder.h"
-#include "tests/runtime/falling_dust.h"
+#include "tests/runtime/step/falling_dust.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -20,7 +20,7 @@ namespace {
 
 /// Write the state of a simulation; every rank gets the file's bytes.
 template <int Dim>
-std::string checkpoint_of(const Simulation<Dim>& simulation, const Ranks& ranks,
+std::string checkpoint_of(const Simulation<Dim>& simulation, const Communicator& ranks,
                           const std::filesystem::path& folder) {
   CheckpointWriter writer({.folder = folder, .kept = 1000}, ranks);
   CheckpointHeader header;
@@ -37,7 +37,7 @@ std::string checkpoint_of(const Simulation<Dim>& simulation, const Ranks& ranks,
 /// Checkpoints that are written while steps are taken.
 class OnTheWay {
  public:
-  OnTheWay(std::filesystem::path folder, const Ranks& ranks)
+  OnTheWay(std::filesystem::path folder, const Communicator& ranks)
       : folder_(std::move(folder)), ranks_(ranks), writer_({.folder = folder_}, ranks) {}
   Observer observer() {
     Observer observer;
@@ -60,7 +60,7 @@ class OnTheWay {
 
  private:
   std::filesystem::path folder_;
-  const Ranks& ranks_;
+  const Communicator& ranks_;
   CheckpointWriter writer_;
   int copies_ = 0;
 };
@@ -68,7 +68,8 @@ class OnTheWay {
 /// The reference: one rank and one thread, halfway and at the end.
 template <int Dim>
 struct Reference {
-  Reference(const Model<Dim>& model, Index steps, const SharedFolder& folder, const Ranks& ranks) {
+  Reference(const Model<Dim>& model, Index steps, const SharedFolder& folder,
+            const Communicator& ranks) {
     if (ranks.rank() == 0) try {
         Simulation<Dim> simulation(model, {.threads = 1});
         simulation.advance(steps / 2);
@@ -88,7 +89,7 @@ struct Reference {
 template <int Dim>
 int check(const Model<Dim>& model, Index steps, const std::vector<ExecutionOptions>& ways) {
   int copies = 0;
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const SharedFolder folder(ranks);
   const Reference<Dim> reference(model, steps, folder, ranks);
   Model<Dim> keeping = model;
@@ -212,7 +213,7 @@ TEST_CASE("particles that leave the mesh are listed alike, in the same order") {
   const std::string alone = listed({.threads = 1});
   CHECK(std::count(alone.begin(), alone.end(), '\n') > 10);
   for (ExecutionOptions way : all_ways) {
-    way.ranks = Ranks::world();
+    way.ranks = Communicator::world();
     CHECK(listed(way) == alone);
   }
 }
@@ -256,7 +257,7 @@ TEST_CASE("patches that are split because particles gather in them") {
   deep.analysis.nsteps = 100000;
   check(deep, 60, all_ways);
   // On all ranks: this does happen.
-  Simulation<3> simulation(deep, {.threads = 1, .ranks = Ranks::world()});
+  Simulation<3> simulation(deep, {.threads = 1, .ranks = Communicator::world()});
   simulation.advance(60);
   CHECK(simulation.info().splits > 2);
 }
@@ -265,7 +266,7 @@ TEST_CASE("patches that are split while particles are injected into them") {
   Model<2> dust = falling_dust_with_source();
   dust.analysis.nsteps = 100000;
   check(dust, 90, all_ways);
-  Simulation<2> simulation(dust, {.threads = 1, .ranks = Ranks::world()});
+  Simulation<2> simulation(dust, {.threads = 1, .ranks = Communicator::world()});
   simulation.advance(35);
   const Index splits = simulation.info().splits, particles = simulation.info().particles;
   simulation.advance(55);
@@ -277,13 +278,13 @@ TEST_CASE("patches that are split between bodies in contact") {
   Model<2> dust = in_contact(falling_dust());
   dust.analysis.nsteps = 100000;
   check(dust, 60, all_ways);
-  Simulation<2> simulation(dust, {.threads = 1, .ranks = Ranks::world()});
+  Simulation<2> simulation(dust, {.threads = 1, .ranks = Communicator::world()});
   simulation.advance(60);
   CHECK(simulation.info().splits > 2);
 }
 
 TEST_CASE("a run goes on, on all ranks, from any step around a split") {
-  const Ranks ranks = Ranks::world();
+  const Communicator ranks = Communicator::world();
   const SharedFolder folder(ranks);
   const Model<2> dust = falling_dust();
   Simulation<2> simulation(dust, {.threads = 1, .ranks = ranks});

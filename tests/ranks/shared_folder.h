@@ -6,17 +6,17 @@
 #include <optional>
 #include <string>
 
-#include "io/atomic_file.h"
-#include "physics/error.h"
-#include "runtime/ranks.h"
-#include "tests/io/frame_samples.h"
+#include "io/base/atomic_file.h"
+#include "physics/base/error.h"
+#include "runtime/comm/communicator.h"
+#include "tests/io/frames/frame_samples.h"
 
 namespace lahar::test {
 
 /// Made and removed by rank 0, when no rank needs it any more.
 class SharedFolder {
  public:
-  explicit SharedFolder(const Ranks& ranks) : ranks_(ranks) {
+  explicit SharedFolder(const Communicator& ranks) : ranks_(ranks) {
     if (ranks.rank() == 0) folder_.emplace();
     std::string name = folder_ ? folder_->path.string() : "";
     ranks.broadcast(name);
@@ -28,7 +28,7 @@ class SharedFolder {
   std::filesystem::path path;
 
  private:
-  Ranks ranks_;
+  Communicator ranks_;
   std::optional<TemporaryFolder> folder_;
 };
 

@@ -1,11 +1,11 @@
 // Frames of a simulation on several ranks.
 #include <doctest/doctest.h>
 
-#include "io/run_folder.h"
-#include "io/vtkhdf.h"
-#include "runtime/frame_output.h"
+#include "io/frames/vtkhdf.h"
+#include "io/run/run_folder.h"
+#include "runtime/output/frame_output.h"
 #include "tests/ranks/shared_folder.h"
-#include "tests/runtime/models.h"
+#include "tests/runtime/step/models.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -14,7 +14,7 @@ namespace {
 
 /// The files of a run, written as `lahar run` does; empty on ranks other than 0.
 template <int Dim>
-std::map<std::string, std::string> files_of(const Model<Dim>& model, const Ranks& ranks,
+std::map<std::string, std::string> files_of(const Model<Dim>& model, const Communicator& ranks,
                                             ExecutionOptions options, bool copied) {
   const SharedFolder folder(ranks);
   FrameOutput output(folder.path, ranks);
@@ -39,8 +39,8 @@ std::map<std::string, std::string> files_of(const Model<Dim>& model, const Ranks
 /// Every rank computes the reference for itself.
 template <int Dim>
 void check(const Model<Dim>& model, std::size_t frames) {
-  const Ranks ranks = Ranks::world();
-  const auto reference = files_of(model, Ranks(), serial(), true);
+  const Communicator ranks = Communicator::world();
+  const auto reference = files_of(model, Communicator(), serial(), true);
   CHECK(reference.size() == frames + 1);  // and the index
   for (const int threads : {1, 2})
     for (const bool copied : {true, false}) {

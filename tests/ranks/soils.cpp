@@ -1,8 +1,8 @@
 // Soil that yields, injection in three dimensions and of bodies in contact: the bits of one rank.
 #include <doctest/doctest.h>
 
-#include "runtime/simulation.h"
-#include "tests/runtime/soil_models.h"
+#include "runtime/step/simulation.h"
+#include "tests/runtime/step/soil_models.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -20,7 +20,7 @@ Outcome check(Model<Dim> model, Index patch_particles) {
       CAPTURE(threads);
       CAPTURE(moving);
       ExecutionOptions way{.threads = threads};
-      way.ranks = Ranks::world();
+      way.ranks = Communicator::world();
       if (moving) way.balance = {BalanceOptions::When::forced, 20, Partitioner::curve};
       const Outcome outcome = run(model, way);
       CHECK(outcome.error == "");

@@ -106,7 +106,7 @@ assert sum(e["ph"] == "X" and e["cat"] == "task" for e in events) > 60 * 4
 EOF
 
 # The JSON of both is as the schemas say.
-schemas="$here/../../runtime/trace/schema"
+schemas="$here/../../runtime/trace/analyse/schema"
 "$lahar" trace "$work/plain" --json >"$work/plain.report.json" 2>"$work/out" || fail "--json"
 record one 1 -t 1
 "$lahar" trace "$work/one" --json >"$work/one.report.json" 2>"$work/out" || fail "--json"

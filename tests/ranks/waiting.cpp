@@ -1,4 +1,4 @@
-// Ranks that wait for others go on with what those may need of them.
+// Communicator that wait for others go on with what those may need of them.
 #include <doctest/doctest.h>
 #include <sched.h>
 
@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "graph/executor.h"
-#include "runtime/ranks.h"
+#include "runtime/comm/communicator.h"
 
 using namespace lahar;
 
 TEST_CASE("whoever waits for other ranks is called back meanwhile") {
-  const Ranks ranks = Ranks::world(), copy = ranks;
+  const Communicator ranks = Communicator::world(), copy = ranks;
   if (!ranks.several()) return;
   constexpr int tag = 77;
   const auto news_of = [&](auto wait) {
@@ -54,7 +54,7 @@ TEST_CASE("whoever waits for other ranks is called back meanwhile") {
 }
 
 TEST_CASE("ranks share cores where they have more threads than the system lets them use") {
-  const Ranks world = Ranks::world();
+  const Communicator world = Communicator::world();
   if (!world.several()) return;
   const Index enough = world.sum(Index{available_threads()});
   CHECK_FALSE(world.have_cores(static_cast<int>(enough) + 1));
@@ -64,7 +64,7 @@ TEST_CASE("ranks share cores where they have more threads than the system lets t
 }
 
 TEST_CASE("ranks that are bound to a core each have cores") {
-  const Ranks world = Ranks::world();
+  const Communicator world = Communicator::world();
   cpu_set_t all, own;
   CPU_ZERO(&all);
   REQUIRE(sched_getaffinity(0, sizeof all, &all) == 0);

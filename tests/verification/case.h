@@ -5,8 +5,8 @@
 #include <utility>
 #include <variant>
 
-#include "io/scenario.h"
-#include "runtime/simulation.h"
+#include "io/scenario/scenario.h"
+#include "runtime/step/simulation.h"
 #include "tests/plain_defaults.h"
 
 namespace lahar::verification {

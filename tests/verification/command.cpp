@@ -1,9 +1,9 @@
 // The command itself.
 #include <doctest/doctest.h>
 
-#include "physics/error.h"
-#include "runtime/svg.h"
-#include "runtime/verify_command.h"
+#include "physics/base/error.h"
+#include "runtime/terminal/svg.h"
+#include "runtime/verify/verify_command.h"
 
 using namespace lahar;
 

@@ -1,5 +1,5 @@
 // The series that `lahar verify plate-with-hole` compares with and fits to particles.
-#include "runtime/hole_series.h"
+#include "runtime/verify/hole_series.h"
 
 #include <doctest/doctest.h>
 

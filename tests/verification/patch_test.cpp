@@ -13,7 +13,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "physics/element_grid.h"
+#include "physics/mesh/element_grid.h"
 #include "tests/verification/case.h"
 
 using namespace lahar;

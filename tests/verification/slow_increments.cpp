@@ -1,7 +1,7 @@
 // A thousand million random increments of the laws, without one that fails.
 #include <doctest/doctest.h>
 
-#include "tests/physics/random_increments.h"
+#include "tests/physics/materials/random_increments.h"
 
 using namespace lahar;
 using namespace lahar::test;

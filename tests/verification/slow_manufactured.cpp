@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "runtime/verify_manufactured.h"
+#include "runtime/verify/verify_manufactured.h"
 
 using namespace lahar;
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "runtime/verify_plate.h"
+#include "runtime/verify/verify_plate.h"
 #include "tests/verification/case.h"
 
 using namespace lahar;

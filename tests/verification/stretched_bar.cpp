@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/error.h"
+#include "physics/base/error.h"
 #include "tests/verification/case.h"
 
 using namespace lahar;

@@ -6,7 +6,7 @@
 #include <string>
 #include <variant>
 
-#include "tests/runtime/models.h"
+#include "tests/runtime/step/models.h"
 #include "tests/verification/case.h"
 
 using namespace lahar;

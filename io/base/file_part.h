@@ -1,0 +1,43 @@
+/// \file A side file that a team reads together, each member some of its lines.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "io/base/side_files.h"
+#include "io/base/team.h"
+
+namespace lahar {
+
+/// This member's part of the lines of a file from `begin` on.
+struct FilePart {
+  FilePart(const SideFile& file, Index begin, const Team& team)
+      : begin(file.line_start(begin + team.part(file.size - begin, team.index()))),
+        end(team.index() + 1 == team.size()
+                ? file.size
+                : file.line_start(begin + team.part(file.size - begin, team.index() + 1))) {}
+  Index begin, end;  ///< [bytes]
+};
+
+/// Data rows in a part.
+Index count_rows(const SideFile& file, const FilePart& part);
+
+/// The rows of a file behind its head, as a team sees them before it reads them.
+struct TeamRows {
+  /// `read_head` reads the first row; false if anything is wrong with it, and then no row is looked
+  /// at by this member. Collective.
+  void see(const SideFile& file, const Team& team,
+           const std::function<bool(RowReader&)>& read_head);
+
+  std::optional<FilePart> part;  ///< of this member; none where the head is wrong
+  Index first = 0;               ///< row of this part
+  Index own = 0;                 ///< rows in it
+  Index total = 0;               ///< rows of all members
+};
+
+/// What is wrong with a file, found by `read`, which one member calls. It has been refused, so
+/// there must be something. Collective.
+void explain(const SideFile& file, const Team& team, ProblemList& problems,
+             const std::function<void(ProblemList&)>& read);
+
+}  // namespace lahar

@@ -1,0 +1,43 @@
+/// \file Particles written to their places in a frame file, by many threads and processes at a
+/// time.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <utility>
+
+#include "io/base/shared_file.h"
+#include "io/frames/frame_layout.h"
+
+namespace lahar {
+
+/// Takes bytes that belong at a place [bytes] in a file.
+using ByteSink = std::function<void(Index place, std::span<const std::byte> bytes)>;
+
+/// The bytes of the particles of `pieces`, one after the other, which are those from `first` on of
+/// the file, in blocks of up to a MiB.
+void write_slab(const FrameLayout& layout, Index first, std::span<const Frame> pieces,
+                const ByteSink& sink);
+
+/// A file that lay_out_frame() has made, open for writing. Errors name `shown`.
+class SlabFile {
+ public:
+  /// Throws IoError.
+  SlabFile(const std::filesystem::path& file, std::filesystem::path shown)
+      : file_(file, std::move(shown)) {}
+
+  /// The particles of `pieces`, one after the other, become those from `first` on of the file.
+  /// Threads and processes may do so at the same time for different particles. Throws IoError.
+  void write(const FrameLayout& layout, Index first, std::span<const Frame> pieces) const;
+  /// The same of bytes from elsewhere. Throws IoError.
+  void write(Index place, std::span<const std::byte> bytes) const { file_.write(place, bytes); }
+  /// Bring what this process wrote to the disk. Throws IoError.
+  void sync() const { file_.sync(); }
+
+ private:
+  SharedFile file_;
+};
+
+}  // namespace lahar

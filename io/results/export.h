@@ -1,0 +1,33 @@
+/// \file `lahar export`: frames of a run in other formats.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/frames/frame.h"
+
+namespace lahar {
+
+enum class ExportFormat { csv, vtu, cbgeo };
+
+/// Throws InputError unless `name` is "csv", "vtu" or "cbgeo".
+ExportFormat export_format(const std::string& name);
+
+/// Which frames of a run.
+struct FrameChoice {
+  enum class Kind { last, all, step } kind = Kind::last;
+  Index step = 0;  ///< Kind::step only
+};
+
+/// Write frames of `source` (a run folder or one .hdf frame) in another format.
+/// `output`: a folder, which receives particles_STEP.csv or .vtu, and particles.pvd for several
+/// .vtu, or particlesSTEP.h5 as CB-Geo MPM counts and names them (io/frames/cbgeo_table.h); or, for
+/// a single frame, a file name with the format's extension; empty = SOURCE/export (run), or beside
+/// the frame. Every file appears whole. Returns the files written; an index comes last. Throws
+/// InputError (nothing there, no such step), IoError.
+std::vector<std::filesystem::path> export_run(const std::filesystem::path& source,
+                                              ExportFormat format, FrameChoice choice = {},
+                                              std::filesystem::path output = {});
+
+}  // namespace lahar

@@ -1,0 +1,165 @@
+#include "io/run/manifest.h"
+
+#include <fmt/chrono.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "io/base/atomic_file.h"
+#include "io/base/sha256.h"
+#include "io/json/json_text.h"
+#include "io/run/history.h"
+#include "physics/base/error.h"
+#include "physics/particles/patch_split.h"
+
+namespace lahar {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int manifest_format = 1;
+
+std::string now() {
+  const auto seconds = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(seconds));
+}
+
+std::string host_name() {
+  char name[256] = "";
+  return gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
+}
+
+const char* status_name(RunStatus status) {
+  switch (status) {
+    case RunStatus::running:
+      return "running";
+    case RunStatus::finished:
+      return "finished";
+    case RunStatus::failed:
+      return "failed";
+    case RunStatus::stopped:
+      return "stopped";
+  }
+  return "unknown";
+}
+
+Json hashes(const std::vector<std::filesystem::path>& files) {
+  Json list = Json::array();
+  for (const auto& file : files) {
+    Json hash = nullptr;
+    try {
+      hash = sha256_of_file(file);
+    } catch (const IoError&) {
+      // It was readable when the scenario was read; the results do not depend on it any more.
+    }
+    list.push_back({{"file", file.string()}, {"sha256", hash}});
+  }
+  return list;
+}
+
+Json history_json() {
+  Json columns = Json::array();
+  for (const HistoryColumn& column : history_columns())
+    columns.push_back({{"name", column.name}, {"unit", column.unit}, {"meaning", column.meaning}});
+  return columns;
+}
+
+Json program_json(const RunInfo& info) {
+  Json libraries = Json::object();
+  for (const auto& [name, version] : info.libraries) libraries[name] = version;
+  return {{"name", "lahar"},
+          {"version", info.version},
+          {"commit", info.commit},
+          {"compiler", info.compiler},
+          {"libraries", libraries}};
+}
+
+/// Text that is not UTF-8 (file names may be anything) is shown with replacement characters.
+std::string dump(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+}  // namespace
+
+Manifest::Manifest(const RunInfo& info) {
+  const Json model = {{"dim", info.dim},
+                      {"scheme", info.scheme},
+                      {"nodes", info.nodes},
+                      {"cells", info.cells},
+                      {"particles", info.particles},
+                      {"materials", info.materials},
+                      {"patches", info.patches},
+                      {"steps", info.steps},
+                      {"dt", info.dt},
+                      {"dt_limit", info.dt_limit},
+                      {"patch_particles", info.patch_particles},
+                      {"split_steps", info.split_steps},
+                      {"split_factor", split_factor}};
+  const Json json = {
+      {"lahar_run", manifest_format},
+      {"title", info.title},
+      {"program", program_json(info)},
+      {"command", info.command},
+      {"host", host_name()},
+      {"process", static_cast<std::int64_t>(getpid())},
+      {"ranks", info.ranks},
+      {"threads", info.threads},
+      {"model", model},
+      {"inputs", hashes(info.inputs)},
+      {"history", history_json()},
+      {"started", now()},
+  };
+  start_ = dump(json);
+}
+
+Manifest::Manifest(const RunInfo& info, const std::string& earlier, const RunRestart& restart)
+    : Manifest(info) {
+  const Json before = json_of_text<Json>(earlier);
+  Json json = Json::parse(start_);
+  // Somebody may have edited it: what is not as it was written is made anew.
+  const auto kept = [&](const char* key, Json::value_t type) {
+    return before.is_object() && before.contains(key) && before[key].type() == type;
+  };
+  Json restarts = kept("restarts", Json::value_t::array) ? before["restarts"] : Json::array();
+  restarts.push_back({{"step", restart.step},
+                      {"time", restart.time},
+                      {"checkpoint", restart.checkpoint},
+                      {"restarted", json["started"]},
+                      {"command", info.command},
+                      {"version", info.version},
+                      {"commit", info.commit}});
+  if (kept("model", Json::value_t::object)) json["model"] = before["model"];
+  if (kept("started", Json::value_t::string)) json["started"] = before["started"];
+  json["model"]["steps"] = info.steps;
+  json["restarts"] = restarts;
+  start_ = dump(json);
+}
+
+std::string Manifest::with_end(const RunEnd* end) const {
+  Json json = Json::parse(start_);
+  json["status"] = status_name(end ? end->status : RunStatus::running);
+  if (end) {
+    json["message"] = end->message;
+    json["ended"] = now();
+    json["wall_seconds"] = end->wall_seconds;
+    json["steps"] = end->steps;
+    json["time"] = end->time;
+    json["patches"] = end->patches;
+    json["splits"] = end->splits;
+    json["warnings"] = end->warnings;
+  }
+  return dump(json);
+}
+
+bool is_run_folder(const std::filesystem::path& folder) {
+  try {
+    const Json json = json_of_text<Json>(read_text_file(folder / "manifest.json"));
+    return json.is_object() && json.contains("lahar_run");
+  } catch (const IoError&) {
+    return false;
+  }
+}
+
+}  // namespace lahar

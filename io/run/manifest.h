@@ -1,0 +1,70 @@
+/// \file manifest.json of a run folder: who computed what, with what, and how it ended.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "physics/base/types.h"
+
+namespace lahar {
+
+/// Known when a run starts.
+struct RunInfo {
+  std::string title;
+  std::string version, commit, compiler;
+  std::vector<std::pair<std::string, std::string>> libraries;  ///< name, version
+  std::vector<std::string> command;                            ///< program and arguments
+  int ranks = 1, threads = 1;
+  int dim = 0;
+  std::string scheme;
+  Index nodes = 0, cells = 0, particles = 0, materials = 0, patches = 0;
+  Index patch_particles = 0;                  ///< wanted in a patch
+  Index split_steps = 0;                      ///< Analysis::split_steps
+  Index steps = 0;                            ///< planned; 0 = until end_time
+  double dt = 0;                              ///< [s] the first one
+  double dt_limit = 0;                        ///< [s] CFL limit at the start
+  std::vector<std::filesystem::path> inputs;  ///< scenario and side files; their hashes are stored
+};
+
+/// A run that went on from a checkpoint.
+struct RunRestart {
+  Index step = 0;
+  double time = 0;         ///< [s]
+  std::string checkpoint;  ///< file
+};
+
+enum class RunStatus { running, finished, failed, stopped };
+
+/// Known when it ends.
+struct RunEnd {
+  RunStatus status = RunStatus::finished;
+  std::string message;  ///< why it failed or stopped
+  double wall_seconds = 0;
+  Index steps = 0;                ///< updates done
+  double time = 0;                ///< [s] simulated
+  Index patches = 0, splits = 0;  ///< there are then; were made since the start of the run
+  std::vector<std::string> warnings;
+};
+
+/// The manifest as JSON text. Hashes the inputs (unreadable ones are stored as null).
+class Manifest {
+ public:
+  explicit Manifest(const RunInfo& info);  ///< status "running", start time, host, process
+  /// The same for a run that goes on, from the manifest that it has: what the model was at the
+  /// start stays, and the restart is added to the list of them.
+  Manifest(const RunInfo& info, const std::string& earlier, const RunRestart& restart);
+  std::string text() const { return with_end(nullptr); }
+  std::string text(const RunEnd& end) const { return with_end(&end); }
+
+ private:
+  std::string with_end(const RunEnd* end) const;
+  std::string start_;  // JSON
+};
+
+/// True if `folder` holds a manifest.json that Lahar wrote.
+bool is_run_folder(const std::filesystem::path& folder);
+
+}  // namespace lahar

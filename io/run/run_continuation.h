@@ -1,0 +1,31 @@
+/// \file What a run folder has to lose before a run goes on from a checkpoint in it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/base/series.h"
+#include "physics/base/types.h"
+
+namespace lahar {
+
+/// Where a run goes on.
+struct RunContinuation {
+  Index step = 0;
+  double time = 0;         ///< [s]
+  bool has_row = true;     ///< an undisturbed run has a row of history.csv at this step
+  bool has_frame = true;   ///< and a frame
+  std::string checkpoint;  ///< file that it goes on from
+};
+
+/// Remove rows of history.csv that an undisturbed run would not have written by then.
+void rewind_history(const std::filesystem::path& run, const RunContinuation& from);
+
+/// The same with removed.csv, which goes where no row is left.
+void rewind_removed(const std::filesystem::path& run, const RunContinuation& from);
+
+/// The same with frames; returns those that are left, and lists them in the series.
+std::vector<TimedFile> rewind_frames(const std::filesystem::path& run, const RunContinuation& from);
+
+}  // namespace lahar

@@ -1,0 +1,324 @@
+#include "io/run/run_folder.h"
+
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <mutex>
+
+#include "io/base/atomic_file.h"
+#include "io/run/checkpoint.h"
+#include "physics/base/error.h"
+
+namespace lahar {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view frame_prefix = "particles_";
+
+[[noreturn]] void refuse(std::string message, std::string hint) {
+  Problem problem;
+  problem.message = std::move(message);
+  problem.hint = std::move(hint);
+  throw InputError({std::move(problem)});
+}
+
+/// Remove what earlier runs wrote, and only that; a user may keep notes and pictures here.
+void remove_results(const fs::path& folder) {
+  // The manifest goes last: a folder half removed is still recognised as a run.
+  for (const char* name : {"scenario.json", "scenario.full.json", "history.csv", removed_file,
+                           "frames/particles.hdf.series"})
+    fs::remove(folder / name);
+  for (const char* name : {"frames", "export"}) {
+    if (!fs::is_directory(folder / name)) continue;
+    for (const auto& entry : fs::directory_iterator(folder / name)) {
+      const std::string file = entry.path().filename().string();
+      if (file.starts_with(frame_prefix) || file == "particles.pvd") fs::remove(entry.path());
+    }
+    remove_abandoned_parts(folder / name);
+  }
+  prune_checkpoints(checkpoint_folder(folder), 0);
+  remove_abandoned_parts(checkpoint_folder(folder));
+  fs::remove(folder / "manifest.json");
+}
+
+/// Held while a run writes to its folder.
+void lock_log(const OutputFile& log, const fs::path& folder) {
+  if (::flock(log.descriptor(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    refuse(fmt::format("output folder {} is being written to by another run", folder.string()),
+           "wait for it to end, or choose another output folder");
+}
+
+/// Nothing but what a run leaves that ended before it had a manifest.
+bool is_abandoned_start(const fs::path& folder) {
+  return std::all_of(fs::directory_iterator(folder), fs::directory_iterator(),
+                     [](const auto& entry) {
+                       return is_part(entry.path()) ||
+                              (entry.path().filename() == "log.txt" && fs::is_empty(entry));
+                     });
+}
+
+/// Whether a run is in the folder; throws where it, or what else is there, must stay.
+bool may_be_taken(const fs::path& folder, bool overwrite) {
+  const bool run = is_run_folder(folder);
+  if (!run && !is_abandoned_start(folder))
+    refuse(fmt::format("output folder {} exists and is not a run of Lahar", folder.string()),
+           "choose another output folder, or remove this one yourself");
+  if (run && !overwrite)
+    refuse(fmt::format("output folder {} holds the results of an earlier run", folder.string()),
+           "add --restart latest to continue it, --overwrite to replace them, or choose another "
+           "output folder");
+  return run;
+}
+
+/// Make the folder or empty it; returns its locked log.
+OutputFile claim_folder(const fs::path& folder, bool overwrite) {
+  make_folder(folder);
+  const fs::path file = folder / "log.txt";
+  // A run that is only beginning looks like anything: whether there is one comes first.
+  const bool begun = fs::is_regular_file(file);
+  if (!begun) may_be_taken(folder, overwrite);
+  OutputFile log(file, OutputFile::Mode::append);
+  lock_log(log, folder);
+  const bool run = may_be_taken(folder, overwrite);  // under the lock: nothing changes any more
+  remove_abandoned_parts(folder);
+  if (run) remove_results(folder);
+  log.truncate();
+  return log;
+}
+
+OutputFile claim(const fs::path& folder, bool overwrite) {
+  try {
+    return claim_folder(folder, overwrite);
+  } catch (const fs::filesystem_error& error) {
+    throw_io_error("replace", error.path1(), error.code().value());
+  }
+}
+
+/// The log of a run that goes on, locked.
+OutputFile claim_continued(const fs::path& folder) {
+  if (!is_run_folder(folder))
+    refuse(fmt::format("output folder {} holds no run that could be continued", folder.string()),
+           "start it without --restart, or name its folder with --output");
+  OutputFile log(folder / "log.txt", OutputFile::Mode::append);
+  lock_log(log, folder);
+  return log;
+}
+
+/// Later checkpoints go first: one that is left would be continued from without its frames.
+std::vector<TimedFile> rewind(const fs::path& folder, const RunContinuation& from) {
+  try {
+    const fs::path checkpoints = checkpoint_folder(folder);
+    remove_checkpoints_after(checkpoints, from.step);
+    remove_abandoned_parts(checkpoints);
+    remove_abandoned_parts(folder);
+    std::vector<TimedFile> frames = rewind_frames(folder, from);
+    rewind_history(folder, from);
+    rewind_removed(folder, from);
+    return frames;
+  } catch (const fs::filesystem_error& error) {
+    throw_io_error("read", error.path1(), error.code().value());
+  }
+}
+
+/// Step of a frame's file name; none for other files.
+std::optional<Index> step_of(const std::string& name) {
+  if (!name.starts_with(frame_prefix) || !name.ends_with(".hdf")) return {};
+  Index step = 0;
+  const char* end = name.data() + name.size() - 4;
+  const auto result = std::from_chars(name.data() + frame_prefix.size(), end, step);
+  if (result.ec != std::errc{} || result.ptr != end) return {};
+  return step;
+}
+
+}  // namespace
+
+struct RunFolder::Impl {
+  Impl(fs::path path, const RunFolderContents& contents, bool overwrite)
+      : folder(std::move(path)),
+        log(claim(folder, overwrite)),
+        manifest(contents.info),
+        history((write_start(contents), folder / "history.csv"), OutputFile::Mode::truncate) {
+    history.write(history_header());
+    history.flush();
+  }
+
+  Impl(fs::path path, const RunFolderContents& contents, const RunContinuation& from)
+      : folder(std::move(path)),
+        log(claim_continued(folder)),
+        manifest(contents.info, read_text_file(folder / "manifest.json"),
+                 {from.step, from.time, from.checkpoint}),
+        kept(rewind(folder, from)),
+        history((write_start(contents), folder / "history.csv"), OutputFile::Mode::append) {}
+
+  /// The manifest comes first, so that whatever happens next, this is known to be a run.
+  void write_start(const RunFolderContents& contents) {
+    write_text_file(folder / "manifest.json", manifest.text());
+    write_text_file(folder / "scenario.json", contents.scenario);
+    write_text_file(folder / "scenario.full.json", contents.scenario_full);
+    make_folder(frames_folder(folder));
+  }
+
+  /// The log is what this run has locked: where its name leads elsewhere, so do all others.
+  void check_place() const {
+    const fs::path file = folder / "log.txt";
+    struct stat own {
+    }, named{};
+    if (::fstat(log.descriptor(), &own) != 0) throw_io_error("read", file, errno);
+    const int error = ::stat(file.c_str(), &named) == 0 ? 0 : errno;
+    if (error != 0 && error != ENOENT && error != ENOTDIR) throw_io_error("read", file, error);
+    if (error == 0 && own.st_dev == named.st_dev && own.st_ino == named.st_ino) return;
+    throw IoError(fmt::format(
+        "run folder {} was removed, moved or replaced while this run wrote to it (log.txt there is "
+        "not the one of this run); nothing more is written. Start the run again, and leave its "
+        "folder where it is until it has ended",
+        folder.string()));
+  }
+
+  void complete(const RunEnd& end) {
+    finished = true;
+    check_place();
+    write_text_file(folder / "manifest.json", manifest.text(end));
+  }
+
+  fs::path folder;
+  std::mutex log_mutex, history_mutex;
+  OutputFile log;
+  Manifest manifest;
+  std::vector<TimedFile> kept;  ///< frames from before a run that goes on
+  OutputFile history;
+  std::optional<OutputFile> removed;  ///< where there are any in this process
+  bool finished = false;
+};
+
+RunFolder::RunFolder(fs::path folder, const RunFolderContents& contents, bool overwrite)
+    : impl_(std::make_unique<Impl>(std::move(folder), contents, overwrite)) {}
+
+RunFolder::RunFolder(fs::path folder, const RunFolderContents& contents,
+                     const RunContinuation& from)
+    : impl_(std::make_unique<Impl>(std::move(folder), contents, from)) {}
+
+RunFolder::~RunFolder() {
+  if (impl_->finished) return;
+  try {
+    finish({.status = RunStatus::failed, .message = "ended by an error", .warnings = {}});
+  } catch (const std::exception&) {
+    // The error that brought us here is the one to report.
+  }
+}
+
+void RunFolder::log(std::string_view line) {
+  const std::lock_guard lock(impl_->log_mutex);
+  impl_->log.write(line);
+  if (!line.ends_with('\n')) impl_->log.write("\n");
+  impl_->log.flush();
+}
+
+void RunFolder::history(const HistoryRow& row) {
+  const std::lock_guard lock(impl_->history_mutex);
+  impl_->history.write(history_line(row));
+  impl_->history.flush();
+}
+
+void RunFolder::removed(std::span<const RemovedParticle> particles) {
+  if (particles.empty()) return;
+  const std::lock_guard lock(impl_->history_mutex);
+  if (!impl_->removed) {
+    check_place();
+    const fs::path file = impl_->folder / removed_file;
+    const bool goes_on = fs::exists(file);
+    impl_->removed.emplace(file, goes_on ? OutputFile::Mode::append : OutputFile::Mode::truncate);
+    if (!goes_on) impl_->removed->write(removed_header());
+  }
+  for (const RemovedParticle& particle : particles) impl_->removed->write(removed_line(particle));
+  impl_->removed->flush();
+}
+
+std::vector<TimedFile> RunFolder::kept_frames() const {
+  return impl_->kept;
+}
+
+void RunFolder::check_place() const {
+  impl_->check_place();
+}
+
+void RunFolder::sync() {
+  check_place();
+  const std::lock_guard lock(impl_->history_mutex);
+  impl_->history.sync();
+  if (impl_->removed) impl_->removed->sync();
+}
+
+void RunFolder::finish(const RunEnd& end) {
+  try {
+    impl_->history.sync();
+    if (impl_->removed) impl_->removed->sync();
+    impl_->log.sync();
+  } catch (const IoError& error) {
+    RunEnd failed = end;
+    failed.status = RunStatus::failed;
+    failed.message += (end.message.empty() ? "" : "; ") + std::string(error.what());
+    try {
+      impl_->complete(failed);
+    } catch (const IoError&) {
+      // The disk that refused those may refuse this too; the first error says it.
+    }
+    throw;
+  }
+  impl_->complete(end);
+}
+
+const fs::path& RunFolder::folder() const {
+  return impl_->folder;
+}
+
+fs::path frames_folder(const fs::path& run) {
+  return run / "frames";
+}
+
+std::string frame_name(Index step, std::string_view extension) {
+  return fmt::format("{}{:010}{}", frame_prefix, step, extension);
+}
+
+std::vector<FrameFile> frames_of_run(const fs::path& folder) {
+  std::vector<FrameFile> frames;
+  std::error_code error;
+  const fs::path place = frames_folder(folder);
+  for (const auto& entry : fs::directory_iterator(place, error))
+    if (const auto step = step_of(entry.path().filename().string()))
+      frames.push_back({*step, entry.path()});
+  if (error) throw_io_error("read", place, error.value());
+  std::sort(frames.begin(), frames.end(),
+            [](const FrameFile& a, const FrameFile& b) { return a.step < b.step; });
+  return frames;
+}
+
+FrameFile find_frame(const fs::path& source, std::optional<Index> step) {
+  if (fs::is_regular_file(source)) return {step.value_or(-1), source};
+  if (!is_run_folder(source)) {
+    const char* what =
+        fs::exists(source) ? "is neither a run folder nor a frame" : "does not exist";
+    refuse(fmt::format("{} {}", source.string(), what), "");
+  }
+  const std::vector<FrameFile> frames = frames_of_run(source);
+  if (frames.empty()) refuse(fmt::format("run {} has no frames", source.string()), "");
+  if (!step) return frames.back();
+  for (const FrameFile& frame : frames)
+    if (frame.step == *step) return frame;
+  std::string steps;
+  constexpr std::size_t shown = 8;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (frames.size() > shown && i == shown - 2) steps += ", ...";
+    if (frames.size() <= shown || i < shown - 2 || i + 1 == frames.size())
+      steps += fmt::format("{}{}", i > 0 ? ", " : "", frames[i].step);
+  }
+  refuse(fmt::format("run {} has no frame at step {}", source.string(), *step),
+         "its steps are " + steps);
+}
+
+}  // namespace lahar

@@ -1,0 +1,68 @@
+/// \file Geometric predicates of the scenario: which points belong to a named set.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <utility>
+
+#include "io/json/json_source.h"
+#include "physics/mesh/mesh.h"
+
+namespace lahar {
+
+/// A checked region of the scenario (see region_section). Points on its boundary are inside, to an
+/// absolute tolerance.
+template <int Dim>
+class Region {
+ public:
+  /// Everywhere.
+  Region();
+  /// From the checked object; problems that the table cannot see (no shape, two shapes, an empty
+  /// box, a zero normal) are reported, and the region is then empty. `tolerance` [m].
+  Region(const JsonValue& value, double tolerance, const JsonDocument& document,
+         ProblemList& problems);
+  Region(Region&&) noexcept;
+  Region& operator=(Region&&) noexcept;
+  ~Region();
+
+  bool contains(const Vec<Dim>& x) const;
+  /// A box that holds the region, but for rounding; infinite where the shape does not say more.
+  const std::pair<Vec<Dim>, Vec<Dim>>& bounds() const;
+
+ private:
+  struct Shape;
+  std::unique_ptr<Shape> shape_;
+};
+
+/// Call `visit(id)` for the cells (nodes) of a mesh that may have points in (be in) a region,
+/// ascending: all of them, or of a structured mesh those near the region's bounding box, so that a
+/// small region costs little in a huge mesh.
+template <int Dim>
+void for_cells_near(const Mesh<Dim>& mesh, const Region<Dim>& region,
+                    const std::function<void(Index)>& visit);
+template <int Dim>
+void for_nodes_near(const Mesh<Dim>& mesh, const Region<Dim>& region,
+                    const std::function<void(Index)>& visit);
+
+/// The cells that for_cells_near() visits, numbered in its order, for those who share them out.
+template <int Dim>
+class CellsNear {
+ public:
+  CellsNear(const Mesh<Dim>& mesh, const Region<Dim>& region);
+  Index size() const { return size_; }
+  /// Call `visit(cell)` for the cells with these numbers.
+  void visit(Index begin, Index end, const std::function<void(Index)>& visit) const;
+
+ private:
+  bool grid_;
+  std::array<Index, Dim> counts_{}, low_{}, high_{};  ///< of a grid: cells low to high, both in
+  Index size_;
+};
+
+extern template class CellsNear<2>;
+extern template class CellsNear<3>;
+extern template class Region<2>;
+extern template class Region<3>;
+
+}  // namespace lahar

@@ -1,0 +1,53 @@
+/// \file Reading and validating a scenario: from files to a Model.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "io/base/memory_limit.h"
+#include "io/base/problems.h"
+#include "io/base/team.h"
+#include "physics/base/error.h"
+#include "physics/model/model.h"
+
+namespace lahar {
+
+struct ScenarioOptions {
+  std::vector<std::string> overrides;  ///< "--set" arguments: /json/pointer=value or a.b.c=value
+  bool as_cbgeo = false;               ///< what CB-Geo would have run (ignores "stress_update")
+  const Team* team = nullptr;          ///< who reads it together; null = this process alone
+  std::filesystem::path folder = {};   ///< that file names are relative to; empty = the scenario's
+  MemoryLimit memory = {};             ///< the same on all members of a team
+  /// Called with what is being done next, where that may take long.
+  std::function<void(const std::string&)> phase = {};
+};
+
+/// A scenario that has been read completely.
+struct Scenario {
+  AnyModel model;
+  std::vector<Problem> warnings;  ///< keys that the reference ignores, unusual values
+  std::string text;               ///< the file as it was
+  std::string full;               ///< JSON with every default filled in, for scenario.full.json
+  std::filesystem::path file;
+  std::vector<std::filesystem::path> side_files;  ///< what it refers to, as read
+  /// Gives a problem that names a JSON pointer (Problem::where) its file, line, column and source:
+  /// for what only the simulation finds out.
+  std::function<Problem(Problem)> place;
+};
+
+/// Read `file` with its side files. Throws InputError with every problem found; a file that cannot
+/// be read is one of them.
+///
+/// A team reads it together (collective): each member gets the same model but for the particles, of
+/// which it has about an equal share, with their ids (ParticleTable::id) ascending; in the lists of
+/// particles of loads and constraints are those of its own. All shares together are, bit for bit,
+/// what one process alone gets, and so are problems and warnings, which every member has.
+Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options = {});
+
+/// The same from text; side files are looked up in `folder`.
+Scenario read_scenario_text(const std::string& text, const std::filesystem::path& folder,
+                            const ScenarioOptions& options = {});
+
+}  // namespace lahar

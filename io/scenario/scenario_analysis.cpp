@@ -1,0 +1,349 @@
+// Scheme, time step, duration and output.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/scenario/scenario_builder.h"
+#include "physics/materials/law.h"
+
+namespace lahar {
+
+namespace {
+
+Scheme scheme_of(const std::string& name) {
+  return name == "usl" ? Scheme::usl : name == "musl" ? Scheme::musl : Scheme::usf;
+}
+
+// A title as a folder name: letters, digits, '-', '_' and '.', the rest becomes '-'.
+std::string folder_name(const std::string& title) {
+  std::string out;
+  for (const char c : title) {
+    const bool plain = std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.';
+    if (plain)
+      out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    else if (!out.empty() && out.back() != '-')
+      out += '-';
+  }
+  while (!out.empty() && (out.back() == '-' || out.back() == '.')) out.pop_back();
+  return out;
+}
+
+}  // namespace
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_as_cbgeo() {
+  JsonValue* analysis = root_.find("analysis");
+  if (!analysis) return;
+  in_.as_cbgeo = in_.as_cbgeo || get_bool(*analysis, "as_cbgeo").value_or(false);
+  set(*analysis, "as_cbgeo", in_.as_cbgeo);
+  model_.analysis.as_cbgeo = in_.as_cbgeo;
+  // CB-Geo's input always names its equations, scenarios written for Lahar need not.
+  const JsonValue* type = analysis->find("type");
+  const bool named = type && !type->defaulted;
+  const std::string preset = get_text(*analysis, "preset").value_or(named ? "cbgeo" : "lahar");
+  in_.cbgeo_defaults = in_.as_cbgeo || preset == "cbgeo";
+  set(*analysis, "preset", std::string(in_.cbgeo_defaults ? "cbgeo" : preset));
+}
+
+// What keys that are not written mean in scenarios written for Lahar: what gave stable results that
+// hardly depend on the step (tests/verification/results.md). Where grains part and meet again,
+// run-outs grow with the step.
+template <int Dim>
+void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
+  JsonValue* step = analysis.find("time_step");
+  const bool adaptive = !in_.cbgeo_defaults && !analysis.find("dt") && !written(analysis, "dt");
+  if (step && step->is<JsonValue::Object>()) {
+    if (!written(*step, "adaptive")) set(*step, "adaptive", adaptive);
+    const double safety = in_.cbgeo_defaults ? 0.5 : any_granular() ? 0.2 : 0.4;
+    if (!written(*step, "safety")) set(*step, "safety", safety);
+  }
+  if (in_.cbgeo_defaults) return;
+  if (!written(analysis, "mpm_scheme") && !written(analysis, "stress_update") &&
+      !written(analysis, "stress_analysis"))
+    set(analysis, "mpm_scheme", std::string("musl"));
+  const JsonValue* update = analysis.find("velocity_update");
+  default_transfer_ =
+      (!update || update->defaulted) && !written(analysis, "velocity_update_settings");
+  // Particles that cross cells make no noise with functions that are smooth.
+  const JsonValue* cell_type = section("mesh").find("cell_type");
+  const std::string type = cell_type ? cell_type->as<std::string>() : "";
+  const bool linear = type.empty() || type == "ED2Q4" || type == "ED3H8";
+  if (!written(analysis, "shape_functions") && linear && mesh_ && is_grid())
+    set(analysis, "shape_functions", std::string("quadratic_spline"));
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_analysis() {
+  JsonValue* analysis = root_.find("analysis");
+  if (!analysis) return;
+  build_defaults(*analysis);
+  build_scheme(*analysis);
+  build_velocity_update(*analysis);
+  build_shape_functions(*analysis);
+  build_time_step(*analysis);
+  build_watchdog(*analysis);
+  Analysis& a = model_.analysis;
+  build_damping(*analysis);
+  a.pressure_smoothing = get_bool(*analysis, "pressure_smoothing").value_or(false);
+  a.closed_faces = !in_.cbgeo_defaults;
+  a.volume_as_cbgeo = in_.cbgeo_defaults;
+  a.damping_as_cbgeo = in_.cbgeo_defaults;
+  a.opening = get_bool(*analysis, "opening").value_or(!in_.cbgeo_defaults);
+  set(*analysis, "opening", a.opening);
+  const auto opens = [](const Material& material) { return can_open(material.law); };
+  a.opening = a.opening && std::any_of(model_.materials.begin(), model_.materials.end(), opens);
+  a.remove_leaving_particles = !get_bool(*analysis, "locate_particles").value_or(true);
+  a.patch_particles = get_integer(*analysis, "patch_particles").value_or(4096);
+  a.split_steps = get_integer(*analysis, "split_steps").value_or(100);
+  if (const JsonValue* steps = analysis->find("nload_balance_steps"))
+    in_.warning(*steps, "'nload_balance_steps' has no effect on one rank");
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_damping(const JsonValue& analysis) {
+  const JsonValue* damping = analysis.find("damping");
+  if (!damping) return;
+  if (!written(*damping, "damping_factor") && !written(*damping, "damping_ratio"))
+    return in_.error(*damping, "'damping_factor' is missing in analysis.damping",
+                     "damping_factor [-]: share of the unbalanced force");
+  const JsonValue* given = in_.either(*damping, "damping_factor", "damping_ratio");
+  const JsonValue* documented = damping->find("damping_ratio");
+  if (documented && in_.as_cbgeo)
+    return in_.warning(*documented, "'damping_ratio' is ignored, as by CB-Geo: nothing is damped");
+  if (documented)
+    in_.warning(*documented, "'damping_ratio' is read as 'damping_factor'",
+                "CB-Geo MPM, whose documentation has it, ignores this key and damps nothing; "
+                "--as-cbgeo does the same");
+  if (given) model_.analysis.damping = given->number();
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_scheme(JsonValue& analysis) {
+  const JsonValue* scheme = analysis.find("mpm_scheme");
+  const char* key = analysis.find("stress_update") ? "stress_update" : "stress_analysis";
+  const JsonValue* older = analysis.find(key);
+  std::string name = "usf";
+  if (scheme) name = scheme->as<std::string>();
+  if (older) {
+    const std::string wanted = older->as<std::string>();
+    if (scheme && wanted != name)
+      in_.warning(*older, fmt::format("'{}' says {}, but 'mpm_scheme' says {}, which counts", key,
+                                      wanted, name));
+    else if (!scheme && in_.as_cbgeo)
+      in_.warning(*older,
+                  fmt::format("'{}': {} is ignored; usf is run, as by CB-Geo", key, wanted));
+    else if (!scheme && wanted != "usf")
+      in_.warning(*older,
+                  fmt::format("'{}' is the older spelling of 'mpm_scheme'; {} is run", key, wanted),
+                  "CB-Geo ignores this key and runs usf; --as-cbgeo does the same");
+    if (!scheme && !in_.as_cbgeo) name = wanted;
+  }
+  if (in_.as_cbgeo && name == "musl") {
+    in_.warning(*scheme, "'mpm_scheme': usf is run in place of musl, as by CB-Geo");
+    name = "usf";
+  }
+  model_.analysis.scheme = scheme_of(name);
+  set(analysis, "mpm_scheme", name);
+  auto& members = std::get<JsonValue::Object>(analysis.data);
+  std::erase_if(members, [](const auto& m) {
+    return m.key == "stress_update" || m.key == "stress_analysis";
+  });
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue& analysis) {
+  ShapeFunctions& functions = model_.analysis.functions;
+  const JsonValue* cell_type = section("mesh").find("cell_type");
+  const std::string type = cell_type ? cell_type->as<std::string>() : "";
+  if (type.ends_with("P2B")) functions = ShapeFunctions::quadratic_spline;
+  if (type.ends_with("G")) {
+    // Called contiguous in CB-Geo, whose domains keep their size.
+    functions = in_.as_cbgeo ? ShapeFunctions::uniform_gimp : ShapeFunctions::gimp;
+    model_.analysis.cbgeo_domains = in_.as_cbgeo;
+  }
+  const JsonValue* key = analysis.find("shape_functions");
+  const std::string name = key ? key->as<std::string>() : "element";
+  if (name != "element" && functions != ShapeFunctions::element)
+    return in_.error(*key,
+                     fmt::format("'shape_functions' and the cell_type {} say both what the "
+                                 "functions are",
+                                 type),
+                     "leave one of them out");
+  if (name == "gimp") functions = ShapeFunctions::gimp;
+  if (name == "uniform_gimp") functions = ShapeFunctions::uniform_gimp;
+  if (name == "cpdi") functions = ShapeFunctions::cpdi;
+  if (name == "cpdi2") functions = ShapeFunctions::cpdi2;
+  model_.analysis.refuse_large_domains =
+      get_text(analysis, "large_domains").value_or("clip") == "error";
+  if (name == "quadratic_spline") functions = ShapeFunctions::quadratic_spline;
+  if (name == "cubic_spline") functions = ShapeFunctions::cubic_spline;
+  const bool opens = std::any_of(model_.materials.begin(), model_.materials.end(),
+                                 [](const Material& m) { return can_open(m.law); });
+  if (functions == ShapeFunctions::element && model_.analysis.affine != Affine::none && opens &&
+      !in_.cbgeo_defaults)
+    in_.error(*analysis.find("velocity_update"),
+              fmt::format("'velocity_update': \"{}\" does not go together with the functions of "
+                          "elements where material may come apart: where a particle is nearly "
+                          "alone at a node, gradients of nodal velocities have no bound, and the "
+                          "run makes energy",
+                          analysis.find("velocity_update")->template as<std::string>()),
+              "take \"shape_functions\": \"quadratic_spline\" or \"gimp\", or \"flip\"");
+  if (functions == ShapeFunctions::cpdi2 && model_.analysis.transfer.separation > 0.0)
+    in_.error(*key,
+              "\"cpdi2\" does not go together with \"velocity_update\": \"asflip\": corners of "
+              "domains move with the nodes, and particles would not",
+              "take \"cpdi\", or set separation to 0 in velocity_update_settings");
+  if (functions != ShapeFunctions::element && mesh_ && !is_grid())
+    in_.error(name != "element" ? *key : *cell_type,
+              fmt::format("\"{}\" needs a mesh of equal boxes along the axes that fill a box",
+                          name != "element" ? name : type),
+              "give the mesh as \"structured\", or a file of such cells with \"isoparametric\": "
+              "false");
+}
+
+// Whether the cells are equal boxes that fill the box around them.
+template <int Dim>
+bool ScenarioBuilder<Dim>::is_grid() const {
+  constexpr double tolerance = 1e-6;  // as for cells that are boxes
+  if (mesh_->is_structured()) return true;
+  if (!mesh_->is_cartesian()) return false;
+  const bool shared = mesh_->is_share();
+  const auto [first, end] =
+      shared ? own_cells(mesh_->n_cells(), team_) : std::pair(Index{0}, mesh_->n_cells());
+  Vec<Dim> length = Vec<Dim>::Zero();  // of the first cell, which one member has
+  std::vector<double> own;
+  if (first == 0 && end > 0) {
+    length = mesh_->geometry(0).length;
+    own.assign(length.data(), length.data() + Dim);
+  }
+  if (shared)
+    for (const auto& part : team_.gather(own))
+      if (!part.empty()) length = Vec<Dim>(part.data());
+  bool different = false;
+  for (Index c = first; c < end && !different; ++c)
+    different = !mesh_->geometry(c).length.isApprox(length, tolerance);
+  if (shared ? team_.any(different) : different) return false;
+  const auto [low, high] = mesh_->bounds();
+  const double cells = (high - low).cwiseQuotient(length).prod();
+  return std::abs(cells - static_cast<double>(mesh_->n_cells())) < 0.5;
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_time_step(const JsonValue& analysis) {
+  Analysis& a = model_.analysis;
+  if (const JsonValue* step = analysis.find("time_step")) {
+    a.step.adaptive = get_bool(*step, "adaptive").value_or(false);
+    a.step.safety = get_number(*step, "safety").value_or(0.5);
+    a.step.accept_unstable = get_bool(*step, "accept_unstable").value_or(false);
+  }
+  const auto dt = get_number(analysis, "dt");
+  a.step.dt = dt.value_or(std::numeric_limits<double>::infinity());
+  if (!dt && !a.step.adaptive && !written(analysis, "dt"))
+    in_.error(analysis, "'dt' is missing in analysis",
+              "dt [s]: the time step; or \"time_step\": {\"adaptive\": true}");
+  const auto nsteps = get_integer(analysis, "nsteps");
+  const auto end = get_number(analysis, "end_time");
+  if (!nsteps && !end && !written(analysis, "nsteps") && !written(analysis, "end_time"))
+    in_.error(analysis, "'nsteps' is missing in analysis",
+              "nsteps: the number of steps; or end_time [s]");
+  if (end) a.end_time = *end;
+  // A fixed step that divides the end time to rounding needs no step more [-].
+  constexpr double rounding = 1e-9;
+  a.nsteps = nsteps.value_or(std::numeric_limits<Index>::max());
+  if (!nsteps && end && dt && !a.step.adaptive)
+    a.nsteps = static_cast<Index>(std::min(std::ceil(*end / *dt * (1 - rounding)), 9e15));
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_watchdog(JsonValue& analysis) {
+  JsonValue* given = analysis.find("watchdog");
+  if (!given || !given->is<JsonValue::Object>()) return;
+  using Action = Watchdog::Action;
+  Watchdog& dog = model_.watchdog;
+  // The reference code goes on whatever happens.
+  const std::string action =
+      get_text(*given, "action").value_or(in_.cbgeo_defaults ? "warn" : "stop");
+  set(*given, "action", action);
+  dog.action = action == "off" ? Action::none : action == "warn" ? Action::warn : Action::stop;
+  const Watchdog usual;
+  dog.energy = get_number(*given, "energy").value_or(usual.energy);
+  dog.speed = get_number(*given, "speed").value_or(usual.speed);
+  dog.time_step = get_number(*given, "time_step").value_or(usual.time_step);
+  dog.compression = get_number(*given, "compression").value_or(usual.compression);
+  dog.expansion = get_number(*given, "expansion").value_or(usual.expansion);
+}
+
+/// Refuse intervals that a run has more multiples of than can be counted.
+template <int Dim>
+void ScenarioBuilder<Dim>::check_interval(const JsonValue& post, std::string_view key) {
+  constexpr double most = 9e15;  // whole numbers up to this are exact
+  const Analysis& a = model_.analysis;
+  const double by_steps = a.step.adaptive ? std::numeric_limits<double>::infinity()
+                                          : static_cast<double>(a.nsteps) * a.step.dt;
+  const double duration = std::min(a.end_time, by_steps);
+  const double interval = get_number(post, key).value_or(0);
+  if (!(interval > 0) || !std::isfinite(duration) || duration / interval <= most) return;
+  in_.error(*post.find(key),
+            fmt::format("'{}' is {} s: the run of {:.4g} s has {:.4g} multiples of it; at most "
+                        "{:.0e} can be counted",
+                        key, interval, duration, duration / interval, most),
+            "give a longer interval [s]");
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_output() {
+  OutputPlan& out = model_.output;
+  const JsonValue& post = section("post_processing");
+  out.frame_steps = get_integer(post, "output_steps").value_or(0);
+  out.frame_dt = get_number(post, "output_dt").value_or(0);
+  out.max_frames = get_integer(post, "max_frames").value_or(out.max_frames);
+  out.history_steps = get_integer(post, "history_steps").value_or(0);
+  out.history_dt = get_number(post, "history_dt").value_or(0);
+  if (out.frame_steps > 0 && out.frame_dt > 0)
+    in_.error(*post.find("output_dt"), "'output_steps' and 'output_dt' both say when frames come",
+              "leave one of them out");
+  if (out.history_steps > 0 && out.history_dt > 0)
+    in_.error(*post.find("history_dt"), "'history_steps' and 'history_dt' both say when rows come",
+              "leave one of them out");
+  for (const std::string_view key : {"output_dt", "history_dt"}) check_interval(post, key);
+  out.checkpoint_steps = get_integer(post, "checkpoint_steps").value_or(0);
+  out.checkpoint_minutes = get_number(post, "checkpoint_minutes").value_or(0);
+  out.checkpoints_kept = get_integer(post, "checkpoints_kept").value_or(2);
+  model_.title = get_text(root_, "title").value_or("");
+  if (model_.title.empty()) model_.title = in_.stem;
+  std::string name = get_text(section("analysis"), "uuid").value_or("");
+  if (name == "." || name == ".." || name.find_first_of(std::string_view("/\0", 2)) != name.npos) {
+    in_.error(*section("analysis").find("uuid"),
+              fmt::format("'uuid' must be the name of a folder, found {}", json_quoted(name)),
+              "results are in post_processing.path/uuid; --output FOLDER writes them elsewhere");
+    name.clear();
+  }
+  if (name.empty()) name = folder_name(get_text(root_, "title").value_or(""));
+  if (name.empty()) name = in_.stem;
+  // The files that a run goes on from stay where they are.
+  if (const JsonValue* resume = section("analysis").find("resume");
+      resume && resume->is<JsonValue::Object>() && get_bool(*resume, "resume").value_or(false) &&
+      get_text(*resume, "uuid") == name)
+    name += "-resumed";
+  if (JsonValue* analysis = root_.find("analysis")) set(*analysis, "uuid", name);
+  const std::string path = get_text(post, "path").value_or("results/");
+  out.folder = (in_.folder / path / name).lexically_normal().string();
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                 \
+  template void ScenarioBuilder<Dim>::build_as_cbgeo();                        \
+  template void ScenarioBuilder<Dim>::build_analysis();                        \
+  template void ScenarioBuilder<Dim>::build_defaults(JsonValue&);              \
+  template void ScenarioBuilder<Dim>::build_scheme(JsonValue&);                \
+  template void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue&); \
+  template bool ScenarioBuilder<Dim>::is_grid() const;                         \
+  template void ScenarioBuilder<Dim>::build_time_step(const JsonValue&);       \
+  template void ScenarioBuilder<Dim>::build_watchdog(JsonValue&);              \
+  template void ScenarioBuilder<Dim>::build_output();                          \
+  template void ScenarioBuilder<Dim>::check_interval(const JsonValue&, std::string_view);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

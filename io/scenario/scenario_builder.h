@@ -1,0 +1,265 @@
+/// \file From a checked scenario to a Model: one member function per part.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <set>
+
+#include "io/frames/cbgeo_table.h"
+#include "io/mesh/mesh_search.h"
+#include "io/scenario/particles_generator.h"
+#include "io/scenario/scenario_doubts.h"
+#include "io/scenario/scenario_input.h"
+#include "physics/materials/law.h"
+#include "physics/model/model.h"
+
+namespace lahar {
+
+/// What a scenario says of its mesh file.
+struct TableMeshKeys {
+  Element element;
+  bool has_ring;  ///< nodes around the cells are listed, too
+  bool isoparametric;
+  bool check_duplicates;
+};
+
+/// Builds the model part by part. A part that cannot be built is reported and left empty; the parts
+/// that depend on it check what they can without it, so that one run finds every problem.
+template <int Dim>
+class ScenarioBuilder {
+ public:
+  explicit ScenarioBuilder(ScenarioInput& in) : in_(in), team_(*in.team), root_(in.document.root) {}
+
+  /// The model; meaningful only if the input has no problems.
+  Model<Dim> build();
+
+ private:
+  // scenario_memory.cpp
+  /// Say what is done next, which may take long.
+  void phase(const std::string& text) const {
+    if (in_.phase) in_.phase(text);
+  }
+  /// Note that this process will hold `bytes` more for `what`. Throws InputError, with the problems
+  /// so far, where that is more than it may, on all members of the team: before the memory is
+  /// taken. Collective.
+  void need_memory(const JsonValue& at, double bytes, const std::string& what);
+  /// How many more things of so many bytes each member may hold. Collective.
+  Index room_for(double bytes) const;
+  /// What each member will have taken with its part of so many particles more [bytes].
+  double with_particles(Index count) const;
+  void need_particles(const JsonValue& at, Index count);  ///< of all members; collective
+  [[noreturn]] void refuse_memory(const JsonValue& at, double bytes, const std::string& what);
+  // scenario_mesh.cpp
+  void build_mesh();
+  void check_second_order(const JsonValue& mesh);
+  void build_structured_mesh(const JsonValue& mesh, const JsonValue& structured);
+  void need_memory_of_grid(const JsonValue& at, Element element,
+                           const std::array<Index, Dim>& counts);
+  std::vector<Index> nodes_in(const Region<Dim>& region, const JsonValue& at);
+  /// ids.push_back(id), as long as there is memory for it. Of this member alone.
+  void add_member(std::vector<Index>& ids, Index id, const JsonValue& set);
+  void build_sets();
+  // scenario_mesh_file.cpp
+  TableMeshKeys table_mesh_keys(const JsonValue& mesh) const;
+  void build_table_mesh(const JsonValue& mesh);
+  std::optional<Mesh<Dim>> read_whole_mesh(const SideFile& file, const TableMeshKeys& keys,
+                                           ProblemList& problems);
+  void make_grid(Element element, const Vec<Dim>& origin, const Vec<Dim>& cell,
+                 const std::array<Index, Dim>& counts);
+  bool read_shares(const SideFile& file, const TableMeshKeys& keys);
+  std::shared_ptr<const Mesh<Dim>> mesh_with(std::vector<Index> cells) const;
+  std::vector<Index> find_cells(const std::vector<Index>& suggested);
+  // scenario_materials.cpp
+  void build_materials();
+  void build_functions();
+  void read_function(const JsonValue& object, MathFunction& f);
+  int find_material(const JsonValue& object);  ///< index; -1 = reported
+  int find_function(const JsonValue& object);  ///< index; -1 = none
+  // scenario_analysis.cpp
+  void build_as_cbgeo();  ///< first of all: others depend on it
+  void build_analysis();
+  void build_defaults(JsonValue& analysis);
+  void build_scheme(JsonValue& analysis);
+  void build_damping(const JsonValue& analysis);
+  void build_shape_functions(const JsonValue& analysis);
+  bool is_grid() const;  ///< collective
+  void build_time_step(const JsonValue& analysis);
+  void build_watchdog(JsonValue& analysis);
+  void build_output();
+  void check_interval(const JsonValue& post, std::string_view key);
+  // scenario_contact.cpp
+  void build_contact();
+  void check_scheme_of_contact();
+  void add_body(const JsonValue& body, int number);
+  void number_bodies();
+  // scenario_particles.cpp
+  void build_particles();
+  void generate(const JsonValue& generator);
+  NewParticles<Dim> read_particles(const JsonValue& generator);
+  bool check_gauss_points(const JsonValue& generator);
+  NewParticles<Dim> fill_gauss(const JsonValue& generator);
+  /// Gauss points of the cells of all members. Collective.
+  Index gauss_count(const std::vector<Index>& cells, int n) const {
+    const auto points = static_cast<Index>(gauss_points<Dim>(mesh_->element(), n).size());
+    return points * team_.sum(static_cast<Index>(cells.size()));
+  }
+  /// fill_region() where there is memory for it (scenario_memory.cpp).
+  NewParticles<Dim> fill(const JsonValue& generator, const Region<Dim>& region, int per_cell);
+  void name_particle_set(const JsonValue& generator, Index first, Index last);
+  void warn_of_coincident(const JsonValue& particles);
+  void place_particles();
+  void report_strays(const std::vector<Index>& strays);
+  void assign_volumes();
+  void assign_stresses();
+  void assign_stress(const JsonValue& given);
+  /// The rows of all particles, if their number is known.
+  const RowShares* known_rows() const { return particles_complete_ ? &rows_ : nullptr; }
+  void collect_particle_sets();
+  void build_particle_sets();
+  void check_masses();  ///< scenario_masses.cpp; collective
+  void assign_material_sets();
+  // scenario_injection.cpp
+  std::optional<std::vector<Index>> cells_of(const JsonValue& generator);
+  void build_injection(const JsonValue& generator);
+  // scenario_resume.cpp
+  void build_resume();
+  std::vector<std::filesystem::path> find_resume_files(const JsonValue& resume,
+                                                       const std::string& run, Index step);
+  void resume_from(const std::vector<std::filesystem::path>& files);
+  void add_resumed(const CbgeoParticle& row, const std::string& file);
+  /// Some material is of grains: gaps open in it where it is pulled apart, and it is not a fluid.
+  bool any_granular() const {
+    return std::any_of(model_.materials.begin(), model_.materials.end(),
+                       [](const Material& m) { return can_open(m.law) && !has_pressure(m.law); });
+  }
+  bool all_fluids() const {
+    return std::all_of(model_.materials.begin(), model_.materials.end(),
+                       [](const Material& m) { return has_pressure(m.law); });
+  }
+  // scenario_transfer.cpp
+  void build_velocity_update(const JsonValue& analysis);
+  void build_transfer_rates();  ///< after the bodies
+  void build_default_transfer();
+  /// Volume of the particles over the area of the box around them as gravity sees it [m]; 0 without
+  /// gravity or particles. Collective.
+  double mean_depth() const;
+  // scenario_loads.cpp
+  void build_constraints();
+  void build_friction();
+  void build_walls();
+  void build_absorbing();      // scenario_absorbing.cpp
+  void build_accelerations();  // scenario_accelerations.cpp
+  void build_particle_constraints();
+  void build_gravity();
+  void build_tractions();
+  void build_nodal_forces();
+  // scenario_doubts.cpp
+  void warn_of_doubts();  ///< last of all, where the input has no problems; collective
+  void warn_of_weak_materials();
+  void warn_of_angles();
+  void warn_of_steep_friction();
+  void warn_of_free_fall();
+  void warn_of_smoothing();
+  void warn_of_locking();
+  void warn_of_fields();
+  // scenario_doubts_places.cpp
+  void warn_of_walls();
+  void warn_of_side(const JsonValue& entry, const double* low, const double* high, int axis,
+                    int outward);
+  void warn_of_clipping(const JsonValue& shape, const Region<Dim>& region, Index particles);
+  using Box = std::array<Vec<Dim>, 2>;  ///< its lowest and highest corner [m]
+  /// Around the particles of each generator; none where there is but one. Collective.
+  std::vector<Box> generator_boxes() const;
+  /// visit(generator, position) of all particles that this member holds, in their order.
+  template <class Visit>
+  void for_own_particles(const Visit& visit) const {
+    std::size_t g = 0;
+    for (const RowShares::Range& range : rows_.own_ranges())
+      for (Index row = range.first; row < range.end; ++row) {
+        while (row >= generators_[g].end) ++g;
+        visit(g, static_cast<std::size_t>(range.local + row - range.first));
+      }
+  }
+  void warn_of_overlap(const std::vector<Box>& boxes);
+  /// Whether boxes are further from each other than `gap` along an axis.
+  static bool apart(const Box& a, const Box& b, const Vec<Dim>& gap);
+  // scenario_doubts_bodies.cpp
+  bool decides_on_contact() const;  ///< by `interface`, or as CB-Geo MPM
+  void warn_of_bonds();
+  void warn_of_distance(const std::vector<Box>& boxes);
+  void warn_of_stillness();
+  void warn_of_softening();
+  void warn_of_thin_layers();
+  // scenario_doubts_places.cpp
+  std::vector<Vec<Dim>> places_of(const std::vector<Index>& nodes) const;  ///< collective
+  Vec<Dim> outer_cell() const;  ///< [m] edges of a cell, or of the boxes around them in the mean
+  bool is_held(Index node, int dir) const;
+  // scenario_loads.cpp
+  /// The ids that `id_key` or `name_key` of an object mean, ascending (-1 = all of them); nothing
+  /// if reported. Those that this member of the team has: nodes of directory_rank(), particles it
+  /// holds.
+  std::optional<std::vector<Index>> members(const JsonValue& object, std::string_view id_key,
+                                            std::string_view name_key, const EntitySets& sets);
+  /// Whether these keys mean all particles (-1), those that are still to come too.
+  static bool means_all(const JsonValue& object, std::string_view id_key,
+                        std::string_view name_key);
+  std::optional<int> direction_of(const JsonValue& object);
+  /// Report keys that a `file` entry replaces or that are missing without one; true = use the file.
+  bool from_file(const JsonValue& object, const std::vector<std::string_view>& required);
+  /// True, with a warning, where constraints are the name of a file, as they were in older cases.
+  bool is_file_name(std::string_view constraints);
+
+  /// Set a key of an object, for scenario.full.json.
+  static void set(JsonValue& object, std::string_view key, auto value) {
+    auto& members = std::get<JsonValue::Object>(object.data);
+    auto it =
+        std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.key == key; });
+    if (it == members.end()) it = members.insert(it, {std::string(key), object.offset, {}});
+    it->value.data = std::move(value);
+  }
+  const JsonValue& section(std::string_view key) const {
+    const JsonValue* v = root_.find(key);
+    return v && v->is<JsonValue::Object>() ? *v : empty_;
+  }
+  const JsonValue& boundary() const {
+    const JsonValue* v = section("mesh").find("boundary_conditions");
+    return v ? *v : empty_;
+  }
+  Index n_nodes() const { return model_.mesh ? model_.mesh->n_nodes() : -1; }
+  Index n_cells() const {
+    return !model_.mesh ? -1 : listed_cells_ >= 0 ? listed_cells_ : model_.mesh->n_cells();
+  }
+
+  ScenarioInput& in_;
+  const Team& team_;
+  JsonValue& root_;
+  JsonValue empty_;
+  Model<Dim> model_;
+  std::shared_ptr<const Mesh<Dim>> mesh_;  ///< of a team and from tables, a share
+  std::vector<Vec<Dim>> own_nodes_;        ///< [m] with a share: Team::part() of the nodes
+  std::optional<MeshSearch<Dim>> search_;  ///< until the particles have their cells
+  EntityFile sets_;
+  Index listed_cells_ = -1;      ///< those of a mesh file that has nodes around them, too; -1 = all
+  double region_tolerance_ = 0;  ///< [m]
+  double memory_ = 0;            ///< [bytes] noted by need_memory()
+  static constexpr double member_bytes = 2 * sizeof(Index);  ///< of a set, with room to grow
+  RowShares rows_;                                           ///< of model_.particles: who has which
+  bool particles_complete_ = true;    ///< false: some generator failed, the number is not known
+  std::optional<double> relaxation_;  ///< [-] of velocities, by the wave speed
+  std::optional<double> relaxation_time_;  ///< [s]
+  std::optional<double> viscosity_;        ///< [m^2/s] of velocities
+  bool default_transfer_ = false;          ///< nothing is written about the transfer
+  bool moving_ = false;                    ///< some generator gave a velocity
+  std::set<Index> generator_sets_;         ///< particle set ids that a generator made
+  std::set<Index> shadowed_sets_;  ///< of those: also in entity_sets.json, with other members
+  /// A file of positions and its rows, for the line numbers of particles outside the mesh.
+  struct Source {
+    SideFile file;
+    Index first, last;
+  };
+  std::vector<Source> sources_;
+  std::vector<GeneratorRows> generators_;  ///< that gave particles, in their order
+  std::vector<FrictionEntry> friction_entries_;
+};
+
+}  // namespace lahar

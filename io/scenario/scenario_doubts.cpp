@@ -1,0 +1,246 @@
+// Warnings of what is valid but probably wrong: materials, boundaries and names of fields.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "io/scenario/scenario_builder.h"
+#include "physics/materials/law.h"
+#include "physics/particles/columns.h"
+
+namespace lahar {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// The stiffness by which gravity compresses a law, and the key that gives it.
+struct Stiffness {
+  std::string_view name;
+  double value;  ///< [Pa]
+};
+
+Stiffness stiffness_of(const JsonValue& material, const Law& law) {
+  for (const std::string_view key : {"youngs_modulus", "bulk_modulus"})
+    if (const auto value = get_number(material, key)) return {key, *value};
+  return {"stiffness of compression waves", wave_modulus(law)};
+}
+
+/// Names that mean a field of particles in `post_processing.vtk`: those of CB-Geo MPM and of
+/// frames.
+std::vector<std::string> field_names(std::span<const Material> materials) {
+  std::vector<std::string> names = {"displacements", "velocities", "normals",      "stresses",
+                                    "strains",       "mass",       "mass_density", "volume"};
+  for (const ColumnInfo& column : column_table)
+    if (column.exported) names.emplace_back(column.name);
+  for (const StateVariable* variable : state_variables(materials))
+    names.emplace_back(variable->name);
+  return names;
+}
+
+}  // namespace
+
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_doubts() {
+  if (!in_.problems.empty() || !mesh_) return;
+  const std::vector<Box> boxes = generator_boxes();
+  warn_of_weak_materials();
+  warn_of_angles();
+  warn_of_steep_friction();
+  warn_of_walls();
+  warn_of_free_fall();
+  warn_of_overlap(boxes);
+  warn_of_smoothing();
+  warn_of_locking();
+  warn_of_bonds();
+  warn_of_distance(boxes);
+  warn_of_stillness();
+  warn_of_softening();
+  warn_of_thin_layers();
+  warn_of_fields();
+}
+
+// Settlement by gravity is about rho g H / (2 E) of the height.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_weak_materials() {
+  constexpr double most = 0.1;  // rho g H / E [-]
+  const double g = model_.gravity.norm();
+  const auto materials = get_list(root_, "materials");
+  if (g == 0 || materials.empty()) return;
+  const Vec<Dim> down = model_.gravity / g;
+  const std::size_t n = materials.size();
+  std::vector<double> range(2 * n, -infinity);  // -lowest and highest along gravity, by material
+  const auto& p = model_.particles;
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    const std::size_t m = p.material[i] % n;  // bodies in contact have copies
+    const double at = p.x[i].dot(down);
+    range[2 * m] = std::max(range[2 * m], -at);
+    range[2 * m + 1] = std::max(range[2 * m + 1], at);
+  }
+  range = team_.most(std::move(range));
+  for (std::size_t m = 0; m < n; ++m) {
+    const double height = range[2 * m] + range[2 * m + 1];
+    if (!(height > 0)) continue;
+    const Material& material = model_.materials[m];
+    const auto [name, stiffness] = stiffness_of(*materials[m], material.law);
+    const double weight = material.density * g * height;
+    if (!(weight > most * stiffness)) continue;
+    const JsonValue* key = materials[m]->find(name);
+    in_.warning(key ? *key : *materials[m],
+                fmt::format("material '{}' is soft for its weight: rho g H = {:.3g} Pa over a "
+                            "height of {:.3g} m is {:.3g} times its {}, {:.3g} Pa",
+                            material.name, weight, height, weight / stiffness, name, stiffness),
+                fmt::format("at most {} is usual, else gravity alone compresses it by percents; is "
+                            "the stiffness in kPa or MPa instead of Pa?",
+                            most));
+  }
+}
+
+// 0.1 to 1.1 rad are 6 to 63 degrees.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_angles() {
+  constexpr double least = 0.1, most = 1.1, degree = 57.29577951308232;
+  const auto check = [&](const JsonValue& material, const auto& law) {
+    for (const auto& p : law.parameters) {
+      if (!p.unit.starts_with("deg") || p.key.find("friction") == std::string_view::npos) continue;
+      const JsonValue* value = material.find(p.key);
+      if (!value || !value->is_number()) continue;
+      const double angle = value->number();
+      if (angle < least || angle > most) continue;
+      in_.warning(
+          *value, fmt::format("'{}' is {} degrees, which looks like radians", p.key, angle),
+          fmt::format("angles are in degrees: {} rad are {:.1f} degrees", angle, angle * degree));
+    }
+  };
+  const auto materials = get_list(root_, "materials");
+  for (std::size_t m = 0; m < materials.size(); ++m)
+    std::visit([&](const auto& law) { check(*materials[m], law); }, model_.materials[m].law);
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_steep_friction() {
+  constexpr double most = 2;  // [-] tan 63 degrees
+  const auto warn = [&](const JsonValue& at, double mu, bool file) {
+    in_.warning(at,
+                file ? fmt::format("the file has friction coefficients up to {}, above {}, which "
+                                   "look like angles",
+                                   mu, most)
+                     : fmt::format("friction coefficient {} is above {}, which looks like an angle",
+                                   mu, most),
+                fmt::format("a coefficient is the tangent of an angle: of {} degrees {:.3g}", mu,
+                            std::tan(mu / 57.29577951308232)));
+  };
+  for (const FrictionEntry& e : friction_entries_) {
+    double largest = 0;
+    for (std::size_t i = e.first; i < e.end; ++i)
+      if (std::isfinite(model_.node_frictions[i].friction))
+        largest = std::max(largest, model_.node_frictions[i].friction);
+    largest = team_.most({largest}).front();
+    const JsonValue* value = e.entry->is<JsonValue::Object>() ? e.entry->find("friction") : nullptr;
+    if (largest > most) warn(value ? *value : *e.entry, largest, !value);
+  }
+  const JsonValue* contact = section("analysis").find("contact");
+  if (model_.analysis.contact.friction > most && contact)
+    warn(*contact->find("friction"), model_.analysis.contact.friction, false);
+}
+
+// What can hold particles against gravity, anywhere.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_free_fall() {
+  constexpr double share = 0.5;  // of the largest component: directions that count as along gravity
+  const double largest = model_.gravity.cwiseAbs().maxCoeff();
+  if (largest == 0 || rows_.total() == 0) return;
+  const auto along = [&](int dir) { return std::abs(model_.gravity[dir]) >= share * largest; };
+  const auto any = [&](const auto& list, auto&& dir) {
+    return std::any_of(list.begin(), list.end(), [&](const auto& c) { return along(dir(c)); });
+  };
+  const auto dir = [](const auto& c) { return c.dir; };
+  const auto normal = [](const auto& c) { return c.normal; };
+  const auto& m = model_;
+  const bool held = any(m.node_velocities, dir) || any(m.node_frictions, normal) ||
+                    any(m.node_accelerations, dir) || any(m.node_forces, dir) ||
+                    any(m.particle_velocities, dir) || any(m.tractions, dir) ||
+                    !m.node_absorptions.empty() || !m.node_frames.empty();
+  if (team_.any(held)) return;
+  const JsonValue* gravity = section("external_loading_conditions").find("gravity");
+  in_.warning(
+      gravity ? *gravity : root_,
+      fmt::format(
+          "nothing holds the material against gravity, which is largest along {}: no "
+          "velocity constraint, wall or load acts in that direction",
+          "xyz"[std::distance(m.gravity.data(),
+                              std::find_if(m.gravity.data(), m.gravity.data() + Dim,
+                                           [&](double g) { return std::abs(g) == largest; }))]),
+      "add a wall or a velocity constraint in mesh.boundary_conditions; a body in free fall "
+      "needs none");
+}
+
+// Means of the pressure are not those of the volume that particles have.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_smoothing() {
+  if (in_.cbgeo_defaults || !model_.analysis.pressure_smoothing) return;
+  in_.warning(
+      *section("analysis").find("pressure_smoothing"),
+      "with 'pressure_smoothing' a fluid forgets its volume: water that comes to rest gets "
+      "up to twice as dense",
+      "leave it out, and take means of the pressure over some cells: that of single particles "
+      "scatters");
+}
+
+// Particles ask for more volumetric strains than nodes have motions.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_locking() {
+  constexpr double hardly = 0.45, several = 1.5;  // Poisson's ratio; particles per cell
+  const auto materials = get_list(root_, "materials");
+  const std::size_t n = materials.size();
+  std::vector<bool> may_lock(n);
+  for (std::size_t m = 0; m < n; ++m)
+    may_lock[m] = std::holds_alternative<VonMises>(model_.materials[m].law) ||
+                  get_number(*materials[m], "poisson_ratio").value_or(0) > hardly;
+  if (in_.cbgeo_defaults || std::find(may_lock.begin(), may_lock.end(), true) == may_lock.end())
+    return;
+  const ParticleTable<Dim>& p = model_.particles;
+  const double cell = outer_cell().prod();
+  std::vector<double> per_cell(n, 0.0);  // most, by material
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    const std::size_t m = p.material[i] % n;  // bodies in contact have copies
+    per_cell[m] = std::max(per_cell[m], cell / p.volume[i]);
+  }
+  per_cell = team_.most(std::move(per_cell));
+  for (std::size_t m = 0; m < n; ++m) {
+    if (!may_lock[m] || !(per_cell[m] > several)) continue;
+    const JsonValue* ratio = materials[m]->find("poisson_ratio");
+    in_.warning(ratio ? *ratio : *materials[m],
+                fmt::format("material '{}' hardly changes its volume, and locks where a cell has "
+                            "several particles: forces come out up to a fifth too high, "
+                            "pressures have stripes",
+                            model_.materials[m].name),
+                "take \"per_cell\": 1, and compare with half the cell");
+  }
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_fields() {
+  const JsonValue* names = section("post_processing").find("vtk");
+  if (!names || !names->is<JsonValue::Array>()) return;
+  const auto known = field_names(model_.materials);
+  for (const JsonValue& name : names->as<JsonValue::Array>())
+    if (name.is<std::string>() &&
+        std::find(known.begin(), known.end(), name.as<std::string>()) == known.end())
+      in_.warning(name, fmt::format("particles have no field '{}'", name.as<std::string>()),
+                  suggest(name.as<std::string>(), known, "fields"));
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                  \
+  template void ScenarioBuilder<Dim>::warn_of_doubts();         \
+  template void ScenarioBuilder<Dim>::warn_of_weak_materials(); \
+  template void ScenarioBuilder<Dim>::warn_of_angles();         \
+  template void ScenarioBuilder<Dim>::warn_of_steep_friction(); \
+  template void ScenarioBuilder<Dim>::warn_of_free_fall();      \
+  template void ScenarioBuilder<Dim>::warn_of_fields();
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

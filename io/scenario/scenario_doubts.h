@@ -1,0 +1,23 @@
+/// \file What a reader notes about generators and walls, for warnings that need the whole model.
+#pragma once
+
+#include <cstddef>
+
+#include "io/json/json_source.h"
+#include "physics/base/types.h"
+
+namespace lahar {
+
+/// A generator and the rows of its particles.
+struct GeneratorRows {
+  const JsonValue* generator;
+  Index first, end;  ///< rows [first, end) of all members
+};
+
+/// An entry of friction constraints or walls, and the elements of Model::node_frictions it made.
+struct FrictionEntry {
+  const JsonValue* entry;
+  std::size_t first, end;  ///< of this member
+};
+
+}  // namespace lahar

@@ -1,0 +1,234 @@
+// Warnings of bodies that stick together, and of what cannot move or soften.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <variant>
+
+#include "io/scenario/scenario_builder.h"
+#include "physics/materials/law.h"
+
+namespace lahar {
+
+template <int Dim>
+bool ScenarioBuilder<Dim>::decides_on_contact() const {
+  const JsonValue* interface = section("analysis").find("interface");
+  return in_.cbgeo_defaults || (interface && !interface->defaulted);
+}
+
+// A body of its own material, with prescribed velocities, beside another material.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_bonds() {
+  if (!model_.analysis.drives_nodes || decides_on_contact()) return;
+  const ParticleTable<Dim>& p = model_.particles;
+  std::vector<bool> is_prescribed(p.x.size());
+  for (const auto& entry : model_.particle_velocities)
+    for (const Index i : entry.particles)
+      is_prescribed[static_cast<std::size_t>(rows_.local(i))] = true;
+  const std::size_t n = model_.materials.size();
+  std::vector<double> has(2 * n, 0.0);  // prescribed particles, and others, by material
+  for (std::size_t i = 0; i < p.x.size(); ++i)
+    has[2 * p.material[i] + (is_prescribed[i] ? 0 : 1)] = 1.0;
+  has = team_.most(std::move(has));
+  bool others = false, bodies = false;
+  for (std::size_t m = 0; m < n; ++m) {
+    others |= has[2 * m + 1] > 0.0;
+    bodies |= has[2 * m] > 0.0 && has[2 * m + 1] == 0.0;
+  }
+  if (!others || !bodies) return;
+  in_.warning(
+      *boundary().find("particles_velocity_constraints"),
+      "other material sticks to particles with prescribed velocities, as if they were up "
+      "to a cell and a half larger: forces on a body that is pushed into soil come out too "
+      "high",
+      "\"interface\": true with \"contact\": {\"friction\": ...} in analysis gives a body its "
+      "own size; \"interface\": false keeps it bonded without this warning");
+}
+
+// Bodies of different materials that are apart at the beginning. Fluids may flow together.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_distance(const std::vector<Box>& boxes) {
+  constexpr double touching = 1.01;  // distance of particles in cells, at most
+  const std::size_t n = boxes.size();
+  if (decides_on_contact() || n < 2) return;
+  std::vector<double> material(n, -1.0);  // of the generator's first particle
+  for_own_particles([&](std::size_t g, std::size_t i) {
+    if (material[g] < 0.0) material[g] = model_.particles.material[i];
+  });
+  material = team_.most(std::move(material));
+  const auto meet = [&](std::size_t a, std::size_t b) {
+    return !apart(boxes[a], boxes[b], touching * outer_cell());
+  };
+  std::vector<std::size_t> body(n);  // generators that touch have the same
+  std::iota(body.begin(), body.end(), std::size_t{0});
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      if (meet(a, b)) std::replace(body.begin(), body.end(), body[a], body[b]);
+  const auto is_fluid = [&](std::size_t g) {
+    return has_pressure(model_.materials[static_cast<std::size_t>(material[g])].law);
+  };
+  for (std::size_t a = 1; a < n; ++a)
+    for (std::size_t b = 0; b < a; ++b) {
+      if (body[a] == body[b] || material[a] == material[b] || is_fluid(a) || is_fluid(b)) continue;
+      return in_.warning(
+          *generators_[a].generator,
+          fmt::format("these particles are a body apart from those {}: without contact they stop "
+                      "each other at the distance of a cell, and stick together",
+                      in_.document.line(*generators_[b].generator)),
+          "\"interface\": true with \"contact\": {\"friction\": ...} in analysis lets them touch, "
+          "slide and part; \"interface\": false keeps one velocity for all without this warning");
+    }
+}
+
+// Constraints that leave no node free.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_stillness() {
+  const Index nodes = mesh_->n_nodes();
+  bool all = true;  // directions
+  for (int d = 0; d < Dim; ++d) {
+    const auto& held = model_.node_velocities;
+    const auto count =
+        std::count_if(held.begin(), held.end(), [d](const NodeVelocity& v) { return v.dir == d; });
+    all = team_.sum(static_cast<Index>(count)) == nodes && all;
+  }
+  if (all && boundary().find("velocity_constraints"))
+    in_.warning(*boundary().find("velocity_constraints"),
+                "all nodes of the mesh are held in all directions: nothing can move",
+                "the normal of a half_space points to where there are no nodes of the set");
+  for (const FrictionEntry& e : friction_entries_)
+    if (team_.sum(static_cast<Index>(e.end - e.first)) == nodes)
+      in_.warning(*e.entry, "all nodes of the mesh are nodes of this wall",
+                  "the normal of a half_space points to where there are no nodes of the set");
+}
+
+// What a law reads only where it softens.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_softening() {
+  if (in_.cbgeo_defaults) return;
+  const auto materials = get_list(root_, "materials");
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const auto* law = std::get_if<MohrCoulomb>(&model_.materials[m].law);
+    if (!law || law->softening) continue;
+    for (const std::string_view key : {"residual_friction", "residual_dilation",
+                                       "residual_cohesion", "peak_pdstrain", "residual_pdstrain"}) {
+      const JsonValue* value = materials[m]->find(key);
+      if (!value || value->defaulted) continue;
+      in_.warning(*value,
+                  fmt::format("'{}' has no effect: material '{}' does not soften", key,
+                              model_.materials[m].name),
+                  "set \"softening\": true, or leave the key out");
+      break;
+    }
+  }
+}
+
+namespace {
+
+/// A cell, a material, and the cell at it or beside it that has particles of the material.
+struct Filled {
+  Index cell;
+  int material;
+  Index by;
+  auto operator<=>(const Filled&) const = default;
+};
+
+void sort_once(std::vector<Filled>& cells) {
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+}
+
+bool yields(const Law& law) {
+  return std::holds_alternative<MohrCoulomb>(law) || std::holds_alternative<DruckerPrager>(law) ||
+         std::holds_alternative<VonMises>(law) || std::holds_alternative<ModifiedCamClay>(law) ||
+         std::holds_alternative<NorSand>(law);
+}
+
+}  // namespace
+
+// A material is three cells thick where a cell and all around it have particles of it. Along an
+// axis on which the mesh itself has hardly any cells, it need not be.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_thin_layers() {
+  constexpr Index few = 4;  // cells of the mesh along an axis that does not count, below
+  const std::size_t n = get_list(root_, "materials").size();
+  const auto& materials = model_.materials;
+  if (in_.cbgeo_defaults || !mesh_->is_structured() ||
+      std::none_of(materials.begin(), materials.end(), [](auto& m) { return yields(m.law); }))
+    return;
+  const ParticleTable<Dim>& p = model_.particles;
+  std::vector<Filled> own;
+  for (std::size_t i = 0; i < p.x.size(); ++i)
+    if (yields(materials[p.material[i]].law))
+      own.push_back({p.cell[i], static_cast<int>(p.material[i] % n), p.cell[i]});
+  sort_once(own);
+  const auto counts = mesh_->counts();
+  Index around = 1;  // cells of a block of three along each axis that counts
+  for (const Index count : counts) around *= count < few ? 1 : 3;
+  /// The k-th of them around a cell; -1 beyond the mesh.
+  const auto neighbour = [&](Index at, Index k) {
+    Index cell = 0, stride = 1;
+    for (const Index count : counts) {
+      Index along = at % count;
+      at /= count;
+      if (count >= few) along += k % 3 - 1, k /= 3;
+      if (along < 0 || along >= count) return Index{-1};
+      cell += stride * along;
+      stride *= count;
+    }
+    return cell;
+  };
+  const auto all_around = [&](const Filled& at, const std::vector<Filled>& filled) {
+    for (Index k = 0; k < around; ++k) {
+      const Index cell = neighbour(at.cell, k);
+      if (!std::binary_search(filled.begin(), filled.end(), Filled{cell, at.material, cell}))
+        return false;
+    }
+    return true;
+  };
+  std::vector<double> has(n, 0.0), thick(n, 0.0);
+  for (const Filled& at : own) {
+    double& found = thick[static_cast<std::size_t>(at.material)];
+    has[static_cast<std::size_t>(at.material)] = 1.0;
+    if (found == 0.0 && all_around(at, own)) found = 1.0;
+  }
+  has = team_.most(std::move(has));
+  thick = team_.most(std::move(thick));
+  // What members do not see in their own shares: each cell gets to know what is around it.
+  std::vector<std::vector<Filled>> to(static_cast<std::size_t>(team_.size()));
+  for (const Filled& from : own)
+    for (Index k = 0; k < around && thick[static_cast<std::size_t>(from.material)] == 0.0; ++k)
+      if (const Index cell = neighbour(from.cell, k); cell >= 0 && !team_.alone())
+        to[static_cast<std::size_t>(team_.member(cell, mesh_->n_cells()))].push_back(
+            {cell, from.material, from.cell});
+  std::vector<Filled> told = joined(team_.exchange(std::move(to)));
+  sort_once(told);
+  for (std::size_t begin = 0, end = 0; begin < told.size(); begin = end) {
+    const Filled& at = told[begin];
+    while (end < told.size() && told[end].cell == at.cell && told[end].material == at.material)
+      ++end;
+    if (static_cast<Index>(end - begin) == around)
+      thick[static_cast<std::size_t>(at.material)] = 1.0;
+  }
+  thick = team_.most(std::move(thick));
+  for (std::size_t m = 0; m < n; ++m)
+    if (has[m] > 0.0 && thick[m] == 0.0)
+      in_.warning(*get_list(root_, "materials")[m],
+                  fmt::format("material '{}' is at most two cells thick: how far it yields depends "
+                              "on the cells more than on the material",
+                              materials[m].name),
+                  "make cells a quarter of its thickness or smaller, and compare with half of "
+                  "that");
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                   \
+  template void ScenarioBuilder<Dim>::warn_of_bonds();                           \
+  template void ScenarioBuilder<Dim>::warn_of_distance(const std::vector<Box>&); \
+  template void ScenarioBuilder<Dim>::warn_of_stillness();                       \
+  template void ScenarioBuilder<Dim>::warn_of_softening();                       \
+  template void ScenarioBuilder<Dim>::warn_of_thin_layers();
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

@@ -1,0 +1,359 @@
+// Warnings of what is probably at the wrong place: walls, regions, generators.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <unordered_set>
+
+#include "io/scenario/scenario_builder.h"
+
+namespace lahar {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+template <int Dim>
+std::string extent(const std::pair<Vec<Dim>, Vec<Dim>>& box) {
+  // Six digits hide the tolerance by which regions are wider.
+  const auto point = [](const Vec<Dim>& x) {
+    std::string text;
+    for (int d = 0; d < Dim; ++d)
+      text += fmt::format("{}{:.6g}", d > 0 ? ", " : "", std::abs(x[d]) < 1e-8 ? 0.0 : x[d]);
+    return text;
+  };
+  return fmt::format("from ({}) to ({})", point(box.first), point(box.second));
+}
+
+/// Nodes of one friction entry whose walls have the same normal.
+template <int Dim>
+struct Wall {
+  Index nodes = 0, framed = 0;     ///< framed: with axes of their own
+  Index two_sided = 0, loose = 0;  ///< loose: two-sided, and not held along the normal
+  std::array<double, Dim> low, high;
+  Wall() {
+    low.fill(infinity);
+    high.fill(-infinity);
+  }
+  void add(const Wall& other) {
+    nodes += other.nodes;
+    framed += other.framed;
+    two_sided += other.two_sided;
+    loose += other.loose;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      low[d] = std::min(low[d], other.low[d]);
+      high[d] = std::max(high[d], other.high[d]);
+    }
+  }
+};
+
+}  // namespace
+
+template <int Dim>
+std::vector<Vec<Dim>> ScenarioBuilder<Dim>::places_of(const std::vector<Index>& nodes) const {
+  std::vector<Vec<Dim>> places;
+  if (!mesh_->is_share()) {
+    for (const Index node : nodes) places.push_back(mesh_->node(node));
+    return places;
+  }
+  using Place = std::array<double, static_cast<std::size_t>(Dim)>;
+  const Index first = team_.part(n_nodes(), team_.index());
+  const auto answers = ask<Place>(
+      team_, nodes, [&](Index node) { return team_.member(node, n_nodes()); },
+      [&](Index node) {
+        Place place;
+        std::copy_n(own_nodes_[static_cast<std::size_t>(node - first)].data(), Dim, place.begin());
+        return place;
+      });
+  for (const Place& place : answers) places.emplace_back(place.data());
+  return places;
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_walls() {
+  std::unordered_set<Index> framed;
+  for (const auto& frame : model_.node_frames) framed.insert(frame.node);
+  std::set<std::pair<Index, int>> shaken;
+  for (const auto& c : model_.node_accelerations) shaken.insert({c.node, c.dir});
+  for (const FrictionEntry& e : friction_entries_) {
+    std::array<Wall<Dim>, 2 * static_cast<std::size_t>(Dim)> walls;  // by normal and sign
+    std::vector<Index> nodes;
+    for (std::size_t i = e.first; i < e.end; ++i) nodes.push_back(model_.node_frictions[i].node);
+    const auto places = places_of(nodes);
+    for (std::size_t i = e.first; i < e.end; ++i) {
+      const NodeFriction& f = model_.node_frictions[i];
+      Wall<Dim>& wall = walls[2 * static_cast<std::size_t>(f.normal) + (f.outward > 0 ? 1 : 0)];
+      ++wall.nodes;
+      wall.framed += framed.count(f.node) ? 1 : 0;
+      wall.two_sided += f.one_sided ? 0 : 1;
+      const bool held = is_held(f.node, f.normal) || shaken.count({f.node, f.normal});
+      wall.loose += f.one_sided || held ? 0 : 1;
+      for (std::size_t d = 0; d < Dim; ++d) {
+        const double x = places[i - e.first][static_cast<int>(d)];
+        wall.low[d] = std::min(wall.low[d], x);
+        wall.high[d] = std::max(wall.high[d], x);
+      }
+    }
+    const auto parts = team_.gather(std::vector<Wall<Dim>>(walls.begin(), walls.end()));
+    for (std::size_t k = 0; k < walls.size(); ++k) {
+      Wall<Dim> wall;
+      for (const auto& part : parts) wall.add(part[k]);
+      const int axis = static_cast<int>(k / 2), outward = k % 2 == 1 ? 1 : -1;
+      if (wall.nodes == 0) continue;
+      if (wall.loose > 0)
+        in_.warning(*e.entry,
+                    fmt::format("{} of the {} nodes of this two-sided friction wall are not held "
+                                "along its normal, {}",
+                                wall.loose, wall.two_sided, "xyz"[axis]),
+                    fmt::format("friction alone does not stop material: add a velocity constraint "
+                                "with \"dir\": {}, or set \"two_sided\": false",
+                                axis));
+      if (wall.framed == 0)
+        warn_of_side(*e.entry, wall.low.data(), wall.high.data(), axis, outward);
+    }
+  }
+  own_nodes_ = {};
+}
+
+// A wall at the border of the mesh bounds what is in the mesh; for others particles near them tell.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_side(const JsonValue& entry, const double* low,
+                                        const double* high, int axis, int outward) {
+  const auto [mesh_low, mesh_high] = mesh_->bounds();
+  const char name = "xyz"[axis];
+  const auto warn = [&](const std::string& what) {
+    in_.warning(
+        entry,
+        fmt::format("the wall at {} = {}{} has its material on the wrong side: {}", name, low[axis],
+                    low[axis] < high[axis] ? fmt::format(" to {}", high[axis]) : "", what),
+        entry.find("normal")
+            ? "'normal' points from the wall into the material: reverse its sign"
+            : "'sign_n' is the sign of the direction that points out of the body, -1 for a "
+              "floor below it: reverse it");
+  };
+  const double tolerance = region_tolerance_;
+  const double inner = outward > 0 ? mesh_low[axis] : mesh_high[axis];
+  if (std::abs(low[axis] - inner) <= tolerance && std::abs(high[axis] - inner) <= tolerance)
+    return warn(fmt::format("it bounds what is {} it along {}, where the mesh ends",
+                            outward > 0 ? "below" : "above", name));
+  const double near = outer_cell()[axis];  // particles within a cell
+  Index before = 0, behind = 0;            // inside of the body, and beyond the wall
+  for (const Vec<Dim>& x : model_.particles.x) {
+    bool beside = false;
+    for (int d = 0; d < Dim; ++d)
+      beside |= d != axis && (x[d] < low[d] - tolerance || x[d] > high[d] + tolerance);
+    const bool above = x[axis] >= high[axis] && x[axis] < high[axis] + near;
+    const bool below = x[axis] <= low[axis] && x[axis] > low[axis] - near;
+    const bool between = x[axis] > low[axis] && x[axis] < high[axis];
+    if (beside || (!above && !below && !between)) continue;
+    ++(!between && (outward > 0 ? above : below) ? behind : before);
+  }
+  before = team_.sum(before);
+  behind = team_.sum(behind);
+  if (behind > 0 && before == 0)
+    warn(fmt::format("all {} particles within a cell of it are {} it", behind,
+                     outward > 0 ? "above" : "below"));
+}
+
+template <int Dim>
+Vec<Dim> ScenarioBuilder<Dim>::outer_cell() const {
+  return mesh_->is_structured() ? mesh_->spacing() : mesh_->mean_cell();
+}
+
+template <int Dim>
+bool ScenarioBuilder<Dim>::is_held(Index node, int dir) const {
+  const auto& v = model_.node_velocities;  // sorted by node and direction
+  const auto it = std::lower_bound(v.begin(), v.end(), std::pair(node, dir),
+                                   [](const NodeVelocity& a, const std::pair<Index, int>& key) {
+                                     return std::pair(a.node, a.dir) < key;
+                                   });
+  return it != v.end() && it->node == node && it->dir == dir;
+}
+
+// What of a region lies beyond the mesh, by points of a lattice.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_clipping(const JsonValue& shape, const Region<Dim>& region,
+                                            Index particles) {
+  constexpr int points = Dim == 2 ? 64 : 24;  // along each axis
+  constexpr double most = 0.05;               // of the region
+  auto [low, high] = region.bounds();
+  const auto mesh = mesh_->bounds();
+  bool beyond = false;
+  for (int d = 0; d < Dim; ++d) {
+    // Whoever reaches beyond the mesh at both ends means all of it.
+    const bool open = std::isinf(low[d]) || std::isinf(high[d]);
+    if (open || (low[d] < mesh.first[d] - 2 * region_tolerance_ &&
+                 high[d] > mesh.second[d] + 2 * region_tolerance_)) {
+      low[d] = std::max(low[d], mesh.first[d]);
+      high[d] = std::min(high[d], mesh.second[d]);
+    }
+    beyond |= low[d] < mesh.first[d] - 2 * region_tolerance_ ||
+              high[d] > mesh.second[d] + 2 * region_tolerance_;
+  }
+  if (!beyond) return;
+  Index inside = 0, lost = 0;
+  std::array<int, static_cast<std::size_t>(Dim)> at{};
+  for (bool more = true; more;) {
+    Vec<Dim> x;
+    for (int d = 0; d < Dim; ++d)
+      x[d] = low[d] + (high[d] - low[d]) * (at[static_cast<std::size_t>(d)] + 0.5) / points;
+    if (region.contains(x)) {
+      const bool in =
+          (x.array() >= mesh.first.array()).all() && (x.array() <= mesh.second.array()).all();
+      ++(in ? inside : lost);
+    }
+    more = false;
+    for (std::size_t d = 0; d < Dim && !more; ++d) {
+      more = ++at[d] < points;
+      if (!more) at[d] = 0;
+    }
+  }
+  const double share =
+      static_cast<double>(lost) / static_cast<double>(std::max<Index>(inside + lost, 1));
+  if (share < most || inside == 0) return;
+  in_.warning(
+      shape,
+      fmt::format("{:.0f} % of the region lie outside of the mesh and get no particles: "
+                  "about {:.0f}, beside the {} inside",
+                  100 * share, static_cast<double>(particles) * share / (1 - share), particles),
+      fmt::format("the mesh extends {}, the region {}: move one of them, or make the mesh "
+                  "larger",
+                  extent<Dim>(mesh), extent<Dim>(region.bounds())));
+}
+
+namespace {
+
+/// What particles of one generator take of a cell.
+struct CellShare {
+  Index cell;
+  int generator;
+  double volume;  ///< [m^3]
+};
+
+/// Cells in which a generator adds to those before it.
+struct Overlap {
+  int generator, earlier;
+  Index cells;
+  double most;  ///< of particle volume over the cell's [-]
+};
+
+bool before(const CellShare& a, const CellShare& b) {
+  return std::pair(a.cell, a.generator) < std::pair(b.cell, b.generator);
+}
+
+/// Sorted, with one entry per cell and generator.
+void merge_shares(std::vector<CellShare>& shares) {
+  std::stable_sort(shares.begin(), shares.end(), before);
+  std::size_t n = 0;
+  for (const CellShare& s : shares)
+    if (n > 0 && !before(shares[n - 1], s))
+      shares[n - 1].volume += s.volume;
+    else
+      shares[n++] = s;
+  shares.resize(n);
+}
+
+}  // namespace
+
+template <int Dim>
+auto ScenarioBuilder<Dim>::generator_boxes() const -> std::vector<Box> {
+  const std::size_t n = generators_.size(), sides = 2 * static_cast<std::size_t>(Dim);
+  if (n < 2) return {};
+  std::vector<double> box(n * sides, -infinity);  // -low, then high
+  for_own_particles([&](std::size_t g, std::size_t i) {
+    for (int d = 0; d < Dim; ++d) {
+      const double at = model_.particles.x[i][d];
+      double* side = &box[g * sides + 2 * static_cast<std::size_t>(d)];
+      side[0] = std::max(side[0], -at);
+      side[1] = std::max(side[1], at);
+    }
+  });
+  box = team_.most(std::move(box));
+  std::vector<Box> boxes(n);
+  for (std::size_t g = 0; g < n; ++g)
+    for (int d = 0; d < Dim; ++d) {
+      const double* side = &box[g * sides + 2 * static_cast<std::size_t>(d)];
+      boxes[g][0][d] = -side[0];
+      boxes[g][1][d] = side[1];
+    }
+  return boxes;
+}
+
+template <int Dim>
+bool ScenarioBuilder<Dim>::apart(const Box& a, const Box& b, const Vec<Dim>& gap) {
+  return ((a[1] + gap).array() < b[0].array()).any() || ((b[1] + gap).array() < a[0].array()).any();
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
+  constexpr double most = 1.05;  // of particle volume over the cell's [-]
+  bool meet = false;
+  for (std::size_t a = 0; a < boxes.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b) meet |= !apart(boxes[a], boxes[b], Vec<Dim>::Zero());
+  if (!meet) return;
+  const auto& p = model_.particles;
+  std::vector<CellShare> own;
+  for_own_particles([&](std::size_t g, std::size_t i) {
+    const int generator = static_cast<int>(g);
+    if (own.empty() || own.back().cell != p.cell[i] || own.back().generator != generator)
+      own.push_back({p.cell[i], generator, 0.0});
+    own.back().volume += p.volume[i];
+  });
+  merge_shares(own);
+  if (!team_.alone()) {
+    std::vector<std::vector<CellShare>> to(static_cast<std::size_t>(team_.size()));
+    for (const CellShare& s : own)
+      to[static_cast<std::size_t>(team_.member(s.cell, mesh_->n_cells()))].push_back(s);
+    own = joined(team_.exchange(std::move(to)));
+    merge_shares(own);
+  }
+  std::map<std::pair<int, int>, Overlap> found;
+  for (std::size_t begin = 0, end; begin < own.size(); begin = end) {
+    double volume = 0;
+    for (end = begin; end < own.size() && own[end].cell == own[begin].cell; ++end)
+      volume += own[end].volume;
+    const double ratio = end - begin < 2 ? 0 : volume / mesh_->cell_volume(own[begin].cell);
+    if (ratio <= most) continue;
+    const std::pair key(own[end - 1].generator, own[begin].generator);
+    Overlap& o = found.try_emplace(key, Overlap{key.first, key.second, 0, 0.0}).first->second;
+    ++o.cells;
+    o.most = std::max(o.most, ratio);
+  }
+  std::vector<Overlap> list;
+  for (const auto& [key, o] : found) list.push_back(o);
+  found.clear();
+  for (const auto& part : team_.gather(list))
+    for (const Overlap& other : part) {
+      const std::pair key(other.generator, other.earlier);
+      Overlap& o = found.try_emplace(key, Overlap{key.first, key.second, 0, 0.0}).first->second;
+      o.cells += other.cells;
+      o.most = std::max(o.most, other.most);
+    }
+  for (const auto& [key, o] : found) {
+    const auto& earlier = generators_[static_cast<std::size_t>(o.earlier)];
+    in_.warning(*generators_[static_cast<std::size_t>(o.generator)].generator,
+                fmt::format("this generator fills the same place as the one {}: {} cells "
+                            "hold particles of both, of up to {:.3g} times the cell's volume",
+                            in_.document.line(*earlier.generator), o.cells, o.most),
+                "material is there twice: take the smaller region out of the larger one with "
+                "\"difference\"");
+  }
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                               \
+  template void ScenarioBuilder<Dim>::warn_of_walls();                                       \
+  template void ScenarioBuilder<Dim>::warn_of_clipping(const JsonValue&, const Region<Dim>&, \
+                                                       Index);                               \
+  template void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>&);              \
+  template auto ScenarioBuilder<Dim>::generator_boxes() const->std::vector<Box>;             \
+  template bool ScenarioBuilder<Dim>::apart(const Box&, const Box&, const Vec<Dim>&);        \
+  template Vec<Dim> ScenarioBuilder<Dim>::outer_cell() const;
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

@@ -1,0 +1,113 @@
+// Generators that add particles during the run, and the cells of generators that name a set.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "io/base/text.h"
+#include "io/mesh/shared_mesh.h"
+#include "io/scenario/scenario_builder.h"
+#include "physics/base/directory_rank.h"
+
+namespace lahar {
+
+/// This member's part of the cells of a generator.
+template <int Dim>
+std::optional<std::vector<Index>> ScenarioBuilder<Dim>::cells_of(const JsonValue& generator) {
+  const JsonValue* set = in_.either(generator, "cset_id", "cset");
+  if (set && !(set->is_number() && set->number() == -1)) {
+    const std::vector<Index>* listed = sets_.cells.find(*set, in_);
+    return listed ? std::optional(*listed) : std::nullopt;
+  }
+  if (!mesh_) return std::nullopt;
+  need_memory(generator, sizeof(Index) * static_cast<double>(n_cells()) / team_.size(),
+              fmt::format("a list of {} cells", format_count(n_cells())));
+  const auto [first, end] = own_cells(n_cells(), team_);
+  std::vector<Index> own(static_cast<std::size_t>(end - first));
+  std::iota(own.begin(), own.end(), first);
+  return own;
+}
+
+namespace {
+
+/// Let every member have the cells that it keeps (directory_rank()), instead of its part of the
+/// list. Collective.
+template <int Dim>
+void send_home(Injection<Dim>& injection, const Team& team) {
+  struct Cell {
+    Index position, cell;
+    double volume;
+  };
+  using Point = std::array<double, static_cast<std::size_t>(Dim)>;
+  const auto size = static_cast<std::size_t>(team.size());
+  std::vector<std::vector<Cell>> cells(size);
+  std::vector<std::vector<Point>> points(size);
+  Index position = team.part(injection.all_cells, team.index());
+  auto x = injection.x.begin();
+  for (std::size_t i = 0; i < injection.cells.size(); ++i) {
+    const auto to = static_cast<std::size_t>(directory_rank(injection.cells[i], team.size()));
+    cells[to].push_back({position++, injection.cells[i], injection.volume[i]});
+    for (Index k = 0; k < injection.per_cell; ++k)
+      std::copy_n((x++)->data(), Dim, points[to].emplace_back().begin());
+  }
+  injection.cells.clear();
+  injection.volume.clear();
+  injection.x.clear();
+  for (const Cell& cell : joined(team.exchange(std::move(cells)))) {
+    injection.position.push_back(cell.position);
+    injection.cells.push_back(cell.cell);
+    injection.volume.push_back(cell.volume);
+  }
+  for (const Point& point : joined(team.exchange(std::move(points))))
+    injection.x.emplace_back(point.data());
+}
+
+}  // namespace
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_injection(const JsonValue& generator) {
+  Injection<Dim> injection;
+  const int material = find_material(generator);
+  injection.material = static_cast<std::uint16_t>(std::max(material, 0));
+  injection.velocity = get_vector<Dim>(generator, "velocity").value_or(Vec<Dim>::Zero());
+  if (const JsonValue* set = in_.either(generator, "pset_id", "pset"))
+    in_.warning(*set, "injected particles are in no particle set",
+                "loads and constraints of all particles (-1) act on them; leave the key out");
+  if (const JsonValue* duration = generator.find("duration")) {
+    const auto times = get_numbers(generator, "duration");
+    if (times.size() != 2 || !(times[0] < times[1]))
+      in_.error(*duration,
+                fmt::format("'duration' must be [start, end] with start < end, found {}",
+                            to_json(*duration)),
+                "particles come in steps that begin at start <= t < end [s]");
+    else
+      injection.start = times[0], injection.end = times[1];
+  }
+  const auto n = get_integer(generator, "nparticles_per_dir");
+  const auto cells = cells_of(generator);
+  if (!check_gauss_points(generator) || !mesh_ || !n || !cells) return;
+  injection.all_cells = team_.sum(static_cast<Index>(cells->size()));
+  if (injection.all_cells == 0)
+    return in_.error(generator, "there is no cell to inject particles into");
+  const Index points = gauss_count(*cells, static_cast<int>(*n));
+  need_memory(generator, sizeof(Vec<Dim>) * static_cast<double>(points) / team_.size(),
+              fmt::format("{} places of injection", format_count(points)));
+  const auto mesh = mesh_with(*cells);
+  injection.x = fill_cells<Dim>(*mesh, *cells, static_cast<int>(*n)).x;
+  injection.per_cell = team_.sum(static_cast<Index>(injection.x.size())) / injection.all_cells;
+  for (const Index cell : *cells)
+    injection.volume.push_back(mesh->cell_volume(cell) / static_cast<double>(injection.per_cell));
+  injection.cells = *cells;
+  if (!team_.alone()) send_home(injection, team_);
+  model_.injections.push_back(std::move(injection));
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                                 \
+  template std::optional<std::vector<Index>> ScenarioBuilder<Dim>::cells_of(const JsonValue&); \
+  template void ScenarioBuilder<Dim>::build_injection(const JsonValue&);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

@@ -1,0 +1,215 @@
+// Velocity transfer between particles and nodes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "io/scenario/scenario_builder.h"
+#include "physics/materials/law.h"
+
+namespace lahar {
+
+namespace {
+
+// Share of a wave of wave number q that mapping to nodes and back takes, over q^2 h^2: half of the
+// variance of both mappings together.
+double smoothing(ShapeFunctions functions, int order) {
+  switch (functions) {
+    case ShapeFunctions::element:
+      break;
+    case ShapeFunctions::quadratic_spline:
+      return 1.0 / 4.0;
+    case ShapeFunctions::cubic_spline:
+      return 1.0 / 3.0;
+    default:  // domains of half a cell
+      return 3.0 / 16.0;
+  }
+  return order > 1 ? 1.0 / 12.0 : 1.0 / 6.0;
+}
+
+}  // namespace
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
+  const JsonValue* update = analysis.find("velocity_update");
+  const JsonValue* settings = analysis.find("velocity_update_settings");
+  const std::string name = !update               ? "flip"
+                           : !update->is<bool>() ? update->as<std::string>()
+                           : update->as<bool>()  ? "pic"
+                                                 : "flip";
+  VelocityTransfer& transfer = model_.analysis.transfer;
+  const bool of_order = name == "xpic" || name == "fmpm", separates = name == "asflip";
+  transfer.flip = name == "flip" || separates ? 1.0 : 0.0;
+  transfer.order = of_order ? 2 : 1;
+  transfer.filters_change = name == "fmpm";
+  transfer.separation = separates ? 1.0 : 0.0;
+  model_.analysis.affine = name == "apic" || separates ? Affine::apic
+                           : name == "tpic"            ? Affine::tpic
+                                                       : Affine::none;
+  if (model_.analysis.affine == Affine::apic && mesh_ && info(mesh_->element()).order > 1)
+    in_.error(*update,
+              fmt::format("'velocity_update': \"{}\" does not go together with {} cells: their "
+                          "functions reproduce second moments, so that particles have none",
+                          name, info(mesh_->element()).name),
+              "take \"tpic\", which gives nodes the velocity gradient, or linear elements");
+  if (!settings) return;
+  if (name == "pic")
+    return in_.error(*settings, "'velocity_update_settings' does not apply to PIC",
+                     "set velocity_update to \"flip\" to blend");
+  const auto ratio = get_number(*settings, "blending_ratio");
+  relaxation_ = get_number(*settings, "relaxation");
+  relaxation_time_ = get_number(*settings, "relaxation_time");
+  viscosity_ = get_number(*settings, "viscosity");
+  if (ratio.has_value() + (relaxation_ || viscosity_) + relaxation_time_.has_value() > 1)
+    in_.error(*settings,
+              "'blending_ratio', 'relaxation_time', and 'relaxation' with 'viscosity' all say how "
+              "much of its own velocity a particle keeps",
+              "leave one of them");
+  if (ratio && in_.cbgeo_defaults)
+    transfer.flip = *ratio;
+  else if (ratio)
+    relaxation_ = -std::log(*ratio);  // infinite where nothing is kept
+  if (const auto share = get_number(*settings, "separation")) {
+    if (!separates)
+      in_.error(*settings->find("separation"),
+                fmt::format("'separation' does not apply to \"{}\": its particles move with the "
+                            "nodes",
+                            name),
+                "leave it out, or set velocity_update to \"asflip\"");
+    transfer.separation = *share;
+  }
+  if (viscosity_ && separates)
+    in_.error(*settings->find("viscosity"),
+              "'viscosity' does not go together with \"asflip\": nodes have the gradients of its "
+              "affine field, and what it takes is not that of a viscosity",
+              "give 'relaxation' or 'relaxation_time'");
+  if (const auto order = get_integer(*settings, "order")) {
+    transfer.order = static_cast<int>(*order);
+    if (model_.analysis.affine != Affine::none && transfer.order > 1)
+      in_.error(*settings->find("order"),
+                fmt::format("'order' {} does not go together with \"{}\": its affine field takes "
+                            "the place of a higher order",
+                            transfer.order, name),
+                "leave it out, or set velocity_update to \"flip\"");
+    if (viscosity_ && transfer.order > 1)
+      in_.error(*settings->find("order"),
+                fmt::format("'order' {} does not go together with 'viscosity': what a filter of "
+                            "higher order takes is not that of a viscosity",
+                            transfer.order),
+                "give 'relaxation' or 'relaxation_time', or leave 'order' out");
+  }
+}
+
+// Sums of integers do not depend on who has which particles.
+template <int Dim>
+double ScenarioBuilder<Dim>::mean_depth() const {
+  const double g = model_.gravity.norm();
+  const ParticleTable<Dim>& particles = model_.particles;
+  if (g == 0 || !mesh_) return 0;
+  const double unit = 0x1p-20 * outer_cell().prod();  // [m^3]
+  constexpr double most_units = 0x1p31;               // of a particle, 2048 cells: no sum overflows
+  std::vector<double> box(2 * Dim, -std::numeric_limits<double>::infinity());
+  Index volume = 0;
+  for (std::size_t p = 0; p < particles.x.size(); ++p) {
+    volume += std::llround(std::min(particles.volume[p] / unit, most_units));
+    for (int d = 0; d < Dim; ++d) {
+      const auto low = static_cast<std::size_t>(2 * d);
+      box[low] = std::max(box[low], -particles.x[p][d]);
+      box[low + 1] = std::max(box[low + 1], particles.x[p][d]);
+    }
+  }
+  box = team_.most(std::move(box));
+  volume = team_.sum(volume);
+  const Index count = team_.sum(static_cast<Index>(particles.x.size()));
+  if (volume <= 0) return 0;
+  const double total = unit * static_cast<double>(volume);
+  const double spacing = std::pow(total / static_cast<double>(count), 1.0 / Dim);
+  double seen = 0;  // area of the box's faces as gravity sees them
+  for (int d = 0; d < Dim; ++d) {
+    double face = std::abs(model_.gravity[d]) / g;
+    for (int e = 0; e < Dim; ++e) {
+      const auto low = static_cast<std::size_t>(2 * e);
+      if (e != d) face *= box[low] + box[low + 1] + spacing;
+    }
+    seen += face;
+  }
+  return total / seen;
+}
+
+// What relaxes noise whatever the stiffness, and a viscosity that does not depend on the cells: a
+// run-out then does not either, where they are fine enough for the viscosity to rule. Particles
+// that cross cells make noise with functions of elements: these need more of both.
+template <int Dim>
+void ScenarioBuilder<Dim>::build_default_transfer() {
+  JsonValue* analysis = root_.find("analysis");
+  if (!analysis) return;
+  const JsonValue* update = analysis->find("velocity_update");
+  const bool separates =
+      update && update->is<std::string>() && update->as<std::string>() == "asflip";
+  const bool relaxes = separates && !in_.cbgeo_defaults && !relaxation_ && !relaxation_time_;
+  if (!default_transfer_ && !relaxes) return;
+  const double depth = separates || all_fluids() ? 0.0 : mean_depth();
+  const bool smooth = model_.analysis.functions != ShapeFunctions::element;
+  relaxation_ = depth > 0 && smooth ? 0.01 : 0.05;
+  const auto setting = [&](double value) {
+    JsonValue json;
+    json.data = value;
+    return json;
+  };
+  if (relaxes) {
+    if (!analysis->find("velocity_update_settings"))
+      set(*analysis, "velocity_update_settings", JsonValue::Object());
+    return set(*analysis->find("velocity_update_settings"), "relaxation", *relaxation_);
+  }
+  JsonValue::Object settings{{"relaxation", analysis->offset, setting(*relaxation_)}};
+  if (depth > 0) {
+    viscosity_ = (smooth ? 0.0075 : 0.015) * std::sqrt(model_.gravity.norm() * std::pow(depth, 3));
+    settings.push_back({"viscosity", analysis->offset, setting(*viscosity_)});
+  }
+  set(*analysis, "velocity_update_settings", std::move(settings));
+}
+
+// Rates are those of bodies.
+template <int Dim>
+void ScenarioBuilder<Dim>::build_transfer_rates() {
+  build_default_transfer();
+  Analysis& a = model_.analysis;
+  if (a.transfer.separation > 0.0 && any_granular())
+    in_.warning(
+        *root_.find("analysis")->find("velocity_update"),
+        "\"asflip\" hardly damps what moves from particle to particle: loose grains run out "
+        "too far, and may make energy, which ends the run (analysis.watchdog)",
+        "of granular flows leave 'velocity_update' out; \"asflip\" is for fluids and solids");
+  if (!mesh_ || !(relaxation_ || relaxation_time_ || viscosity_)) return;
+  const double h = outer_cell().minCoeff();
+  constexpr double none = std::numeric_limits<double>::infinity();
+  std::vector<double> slowest(static_cast<std::size_t>(a.contact.bodies), none);  // [m/s]
+  for (const Material& material : model_.materials) {
+    double& c = slowest[static_cast<std::size_t>(material.body)];
+    c = std::min(c, std::sqrt(wave_modulus(material.law) / material.density));
+  }
+  const double per_rate = smoothing(a.functions, info(mesh_->element()).order) * h * h;  // [m^2]
+  if (a.transfer.order == 1 && a.affine == Affine::none) a.transfer.smoothing = per_rate;
+  a.transfer.viscosity = viscosity_.value_or(0);
+  const double viscous = a.transfer.viscosity / per_rate;
+  for (const double c : slowest)
+    a.transfer.rates.push_back(relaxation_time_
+                                   ? 1.0 / *relaxation_time_
+                                   : std::max(relaxation_.value_or(0) * c / h, viscous));
+  if (std::all_of(a.transfer.rates.begin(), a.transfer.rates.end(),
+                  [](double rate) { return rate == 0.0; })) {
+    const double separation = a.transfer.separation;
+    a.transfer = {};  // FLIP
+    a.transfer.separation = separation;
+  }
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                 \
+  template void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue&); \
+  template void ScenarioBuilder<Dim>::build_transfer_rates();
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

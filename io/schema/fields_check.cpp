@@ -1,0 +1,344 @@
+// Checking an object against its field table.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/schema/fields.h"
+
+namespace lahar {
+
+namespace {
+
+using Array = JsonValue::Array;
+using Object = JsonValue::Object;
+
+bool integral(const JsonValue& v) {
+  constexpr double most = 9.2e18;  // fits into 64 bits
+  if (v.is<std::int64_t>()) return true;
+  return v.is<double>() && std::floor(v.as<double>()) == v.as<double>() &&
+         std::abs(v.as<double>()) < most;
+}
+
+template <class Test>
+bool all_of(const JsonValue& v, Test test) {
+  if (!v.is<Array>()) return false;
+  const auto& items = v.as<Array>();
+  return std::all_of(items.begin(), items.end(), test);
+}
+
+bool is_id(const JsonValue& v) {
+  return integral(v) || v.is<std::string>();
+}
+bool is_number(const JsonValue& v) {
+  return v.is_number();
+}
+bool is_text(const JsonValue& v) {
+  return v.is<std::string>();
+}
+bool is_point(const JsonValue& v) {
+  return all_of(v, is_number) && v.as<Array>().size() == 2;
+}
+bool is_direction(const JsonValue& v) {
+  if (v.is<std::string>()) {
+    const auto& s = v.as<std::string>();
+    return s == "x" || s == "y" || s == "z";
+  }
+  return integral(v) && v.number() >= 0 && v.number() <= 2;
+}
+
+std::size_t size_of(const JsonValue& v) {
+  return v.is<Array>() ? v.as<Array>().size() : 0;
+}
+
+// The one kind of the field that this value has; 0 if none.
+unsigned matching_kind(const Field& field, const JsonValue& v, int dim) {
+  const auto length = static_cast<std::size_t>(dim);
+  const auto fits = [&](unsigned kind) {
+    switch (kind) {
+      case boolean:
+        return v.is<bool>();
+      case integer:
+        return integral(v);
+      case number:
+        return v.is_number();
+      case text:
+        return v.is<std::string>();
+      case file:
+        return v.is<std::string>();
+      case vector:
+        return all_of(v, is_number) && size_of(v) == length;
+      case counts:
+        return all_of(v, integral) && size_of(v) == length;
+      case numbers:
+        return all_of(v, is_number);
+      case texts:
+        return all_of(v, is_text);
+      case object:
+        return v.is<Object>();
+      case list:
+        return all_of(v, [](const JsonValue& i) { return i.is<Object>(); });
+      case map:
+        return v.is<Object>();
+      case id:
+        return is_id(v);
+      case ids:
+        return all_of(v, is_id);
+      case direction:
+        return is_direction(v);
+      case points:
+        return all_of(v, is_point);
+      default:
+        return false;
+    }
+  };
+  for (unsigned kind = 1; kind <= points; kind <<= 1)
+    if ((field.kinds & kind) && fits(kind)) return kind;
+  return 0;
+}
+
+std::string quoted_list(const std::vector<std::string_view>& words) {
+  std::vector<std::string> quoted;
+  for (const auto w : words) quoted.push_back(json_quoted(w));
+  return join(quoted);
+}
+
+std::vector<std::string> strings(const std::vector<std::string_view>& words) {
+  return {words.begin(), words.end()};
+}
+
+bool one_of(std::string_view word, const std::vector<std::string_view>& words) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+// What is allowed; a very large upper bound only where it is what is exceeded.
+std::string bounds(const Field& f, double found) {
+  constexpr double very_large = 1e8;
+  const bool low = std::isfinite(f.min);
+  const bool high = std::isfinite(f.max) && (f.max < very_large || found >= f.max);
+  std::string out;
+  if (low) out += fmt::format("{} {}", f.above_min ? "greater than" : "at least", f.min);
+  if (low && high) out += " and ";
+  if (high) out += fmt::format("{} {}", f.below_max ? "less than" : "at most", f.max);
+  return out;
+}
+
+class Checker {
+ public:
+  Checker(int dim, JsonDocument& document, ProblemList& problems)
+      : dim_(dim), document_(document), problems_(problems) {}
+
+  void section(const Section& section, JsonValue& value) {
+    auto& members = std::get<Object>(value.data);
+    const std::string variant = variant_of(section, value);
+    std::vector<std::string> misspelt;
+    for (auto& member : members) {
+      const Field* field = section.find(member.key, variant);
+      if (!field)
+        misspelt.push_back(unknown(section, variant, value, member));
+      else if (!field->applies(variant))
+        misplaced(section, *field, variant, value, member);
+      else
+        check(section, *field, value, member);
+    }
+    // A misspelt key is there, if only to say that it is not missing as well.
+    for (auto& key : misspelt)
+      if (!key.empty()) members.push_back({std::move(key), value.offset, {}});
+    for (const Field& field : section.fields)
+      if (field.applies(variant)) fill_in(section, field, value);
+  }
+
+ private:
+  // The discriminator's value without dimension; empty where it is missing or bad.
+  std::string variant_of(const Section& section, const JsonValue& value) const {
+    const JsonValue* type =
+        section.discriminator.empty() ? nullptr : value.find(section.discriminator);
+    if (!type || !type->is<std::string>()) return "";
+    std::string_view name = type->as<std::string>();
+    if (section.dimension_suffix) name = without_dimension(name);
+    return std::string(name);
+  }
+
+  void error(const JsonValue& at, std::string message, std::string hint = "") {
+    problems_.error(document_.at(at, std::move(message), std::move(hint)));
+  }
+
+  // Returns the key that was probably meant, or "".
+  std::string unknown(const Section& section, const std::string& variant, const JsonValue& object,
+                      JsonValue::Member& member) {
+    std::vector<std::string> keys;
+    for (const Field& f : section.fields)
+      if (f.applies(variant) && f.support != Support::older) keys.emplace_back(f.key);
+    problems_.error(document_.at_key(
+        object, member, fmt::format("unknown key '{}' in {}", member.key, section.name),
+        suggest(member.key, keys, "known keys")));
+    member.value.invalidate();
+    return nearest(member.key, keys);
+  }
+
+  // A key of another variant; says nothing more where the variant itself is unknown.
+  void misplaced(const Section& section, const Field& field, const std::string& variant,
+                 const JsonValue& object, JsonValue::Member& member) {
+    const Field* type = section.find(section.discriminator);
+    std::vector<std::string_view> owners;
+    for (const Field& f : section.fields)
+      if (f.key == field.key && f.support != Support::older)
+        owners.insert(owners.end(), f.only.begin(), f.only.end());
+    if (one_of(variant, type->allowed))
+      problems_.error(document_.at_key(
+          object, member,
+          fmt::format("'{}' does not apply to {} of type \"{}\"", field.key, section.name, variant),
+          fmt::format("it belongs to {}", quoted_list(owners))));
+    member.value.invalidate();
+  }
+
+  void check(const Section& section, const Field& field, const JsonValue& object,
+             JsonValue::Member& member) {
+    JsonValue& value = member.value;
+    if (!value.valid()) return;
+    if (field.support == Support::ignored) {
+      problems_.warning(document_.at_key(
+          object, member, fmt::format("'{}' is ignored in {}", field.key, section.name),
+          "the reference code ignores it too"));
+    } else if (field.support == Support::planned) {
+      problems_.error(
+          document_.at_key(object, member, fmt::format("'{}' is not supported yet", field.key)));
+    } else if (field.support == Support::older) {
+      problems_.error(document_.at_key(
+          object, member,
+          fmt::format("'{}' in {} is of an older format, which CB-Geo MPM does not read any more",
+                      field.key, section.name),
+          std::string(field.help)));
+    }
+    if (field.kinds == any) return value.invalidate();
+    const unsigned kind = matching_kind(field, value, dim_);
+    if (kind == 0) return wrong_kind(field, value);
+    if (field.planned_kinds & kind)
+      error(value, fmt::format("'{}' as {} is not supported yet", field.key,
+                               kind == object_kind ? "an object" : "this kind of value"));
+    check_value(section, field, value, kind);
+    if (field.planned_kinds & kind) value.invalidate();
+  }
+
+  void wrong_kind(const Field& field, JsonValue& value) {
+    error(value, fmt::format("'{}' must be {}, found {}", field.key, allowed_kinds(field, dim_),
+                             describe(value)));
+    value.invalidate();
+  }
+
+  void check_value(const Section& section, const Field& field, JsonValue& value, unsigned kind) {
+    switch (kind) {
+      case integer:
+      case id:
+      case number:
+        return check_bounds(field, value);
+      case vector:
+      case counts: {
+        for (auto& item : std::get<Array>(value.data)) check_bounds(field, item);
+        return invalidate_with_items(value);
+      }
+      case boolean:
+      case text:
+        return check_text(section, field, value);
+      case object:
+        return this->section(field.section(), value);
+      case list:
+        for (auto& item : std::get<Array>(value.data)) this->section(field.section(), item);
+        return;
+      case map:
+        for (auto& m : std::get<Object>(value.data)) {
+          if (m.value.is<Object>()) {
+            this->section(field.section(), m.value);
+          } else {
+            error(m.value,
+                  fmt::format("'{}' must be an object, found {}", m.key, describe(m.value)));
+            m.value.invalidate();
+          }
+        }
+        return;
+      default:
+        return;
+    }
+  }
+
+  static void invalidate_with_items(JsonValue& value) {
+    if (!all_of(value, [](const JsonValue& i) { return i.valid(); })) value.invalidate();
+  }
+
+  void check_bounds(const Field& field, JsonValue& value) {
+    if (!value.is_number()) return;  // a name
+    const double x = value.number();
+    const bool low = field.above_min ? x <= field.min : x < field.min;
+    const bool high = field.below_max ? x >= field.max : x > field.max;
+    if (!low && !high) return;
+    error(
+        value,
+        fmt::format("'{}' must be {}{}, found {}", field.key, bounds(field, x),
+                    field.unit.empty() || field.unit == "-" ? "" : fmt::format(" [{}]", field.unit),
+                    to_json(value)));
+    value.invalidate();
+  }
+
+  void check_text(const Section& section, const Field& field, JsonValue& value) {
+    if (field.allowed.empty() && field.planned.empty()) return;
+    const bool flag = value.is<bool>();
+    const std::string word = flag ? to_json(value) : value.as<std::string>();
+    std::string_view name = word;
+    const bool typed = section.dimension_suffix && field.key == section.discriminator;
+    if (typed) name = without_dimension(name);
+    if (one_of(name, field.planned)) {
+      std::vector<std::string> now = strings(field.allowed);
+      error(value, fmt::format("'{}': {} is not supported yet", field.key, to_json(value)),
+            now.empty() ? "" : "supported: " + join(now));
+      // A generator or material keeps its type, so that its other keys are checked as well.
+      if (field.key != section.discriminator) value.invalidate();
+      return;
+    }
+    if (flag) return;
+    if (one_of(name, field.allowed)) return;
+    auto candidates = strings(field.allowed);
+    for (const auto p : field.planned) candidates.emplace_back(p);
+    const std::string near = nearest(name, candidates);
+    error(value,
+          fmt::format("'{}' must be {}{}, found {}", field.key,
+                      field.allowed.size() > 1 ? "one of " : "", quoted_list(field.allowed),
+                      to_json(value)),
+          near.empty() ? "" : fmt::format("did you mean \"{}\"?", near));
+    value.invalidate();
+  }
+
+  void fill_in(const Section& section, const Field& field, JsonValue& value) {
+    auto& members = std::get<Object>(value.data);
+    if (std::any_of(members.begin(), members.end(),
+                    [&](const auto& m) { return m.key == field.key; }))
+      return;
+    if (field.required) {
+      std::string unit = field.unit.empty() ? "" : fmt::format(" [{}]", field.unit);
+      error(value, fmt::format("'{}' is missing in {}", field.key, section.name),
+            fmt::format("{}{}: {}", field.key, unit, field.help));
+      return;
+    }
+    if (field.fallback.empty()) return;
+    const bool other = dim_ == 3 && !field.fallback_3d.empty();
+    JsonValue fresh = parse_json_literal(other ? field.fallback_3d : field.fallback);
+    fresh.source = value.source;
+    fresh.offset = value.offset;
+    fresh.defaulted = true;
+    if (fresh.is<Object>()) this->section(field.section(), fresh);
+    members.push_back({std::string(field.key), value.offset, std::move(fresh)});
+  }
+
+  static constexpr unsigned object_kind = object;
+  int dim_;
+  JsonDocument& document_;
+  ProblemList& problems_;
+};
+
+}  // namespace
+
+void check_section(const Section& section, JsonValue& object, int dim, JsonDocument& document,
+                   ProblemList& problems) {
+  Checker(dim, document, problems).section(section, object);
+}
+
+}  // namespace lahar

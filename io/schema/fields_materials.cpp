@@ -1,0 +1,190 @@
+// Table of materials: rows of all of them, and those of each law's own table.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "io/schema/fields.h"
+#include "physics/materials/materials.h"
+
+namespace lahar {
+
+namespace {
+
+template <class LawType>
+inline constexpr bool is_native = false;
+template <class LawType>
+requires LawType::native inline constexpr bool is_native<LawType> = true;
+
+// A default as JSON. Fields view texts that live as long as the program.
+std::string_view as_json(double value) {
+  static std::vector<std::unique_ptr<const std::string>> texts;
+  texts.push_back(std::make_unique<const std::string>(fmt::format("{}", value)));
+  return *texts.back();
+}
+
+template <class LawType>
+Field field_of(const Parameter<LawType>& p) {
+  Field f{.key = p.key, .kinds = p.flag ? boolean : number, .help = p.help, .unit = p.unit};
+  f.required = p.required;
+  f.native = is_native<LawType>;
+  f.only = {LawType::name};
+  if (p.flag) f.fallback = "false";
+  if (p.number && !p.required && p.fallback == p.fallback) f.fallback = as_json(p.fallback);
+  switch (p.bound) {
+    case Bound::none:
+      break;
+    case Bound::positive:
+      f.min = 0, f.above_min = true;
+      break;
+    case Bound::not_negative:
+      f.min = 0;
+      break;
+    case Bound::angle:
+      f.min = 0, f.max = 90, f.below_max = true;
+      break;
+    case Bound::poisson:
+      f.min = -1, f.max = 0.5, f.above_min = f.below_max = true;
+      break;
+  }
+  return f;
+}
+
+// True if the rows say the same of their keys.
+bool agree(const Field& a, const Field& b) {
+  return a.key == b.key && a.kinds == b.kinds && a.help == b.help && a.unit == b.unit &&
+         a.fallback == b.fallback && a.required == b.required && a.min == b.min && a.max == b.max &&
+         a.above_min == b.above_min && a.below_max == b.below_max && a.support == b.support &&
+         a.native == b.native;
+}
+
+// A row for the keys of each law; laws of which the rows agree share one.
+template <class... Laws>
+void add_laws(std::vector<Field>& fields, const std::variant<Laws...>*) {
+  const auto add = [&]<class LawType>(const Parameter<LawType>& p) {
+    Field field = field_of(p);
+    const auto same = std::find_if(fields.begin(), fields.end(),
+                                   [&](const Field& other) { return agree(field, other); });
+    if (same == fields.end())
+      fields.push_back(std::move(field));
+    else
+      same->only.push_back(LawType::name);
+  };
+  const auto add_all = [&](const auto& parameters) {
+    for (const auto& p : parameters) add(p);
+  };
+  (add_all(Laws::parameters), ...);
+}
+
+template <class... Laws>
+std::vector<std::string_view> names_of(const std::variant<Laws...>*) {
+  return {Laws::name...};
+}
+
+std::vector<std::string_view> laws_without(std::string_view key, const std::vector<Field>& fields) {
+  std::vector<std::string_view> names = names_of(static_cast<const Law*>(nullptr));
+  for (const Field& f : fields)
+    if (f.key == key)
+      for (const auto owner : f.only) std::erase(names, owner);
+  return names;
+}
+
+Field planned(std::string_view key, std::string_view unit, std::string_view help,
+              std::vector<std::string_view> only) {
+  return {.key = key,
+          .kinds = number,
+          .help = help,
+          .unit = unit,
+          .support = Support::planned,
+          .only = std::move(only)};
+}
+
+std::vector<Field> fields() {
+  std::vector<Field> all = {
+      {.key = "id",
+       .kinds = integer,
+       .help = "id; default: the position in the list",
+       .min = 0,
+       .max = 65535},
+      {.key = "name", .kinds = text, .help = "name, usable in place of the id", .native = true},
+      {.key = "type",
+       .kinds = text,
+       .help = "constitutive law; may end in 2D or 3D",
+       .required = true,
+       .allowed = names_of(static_cast<const Law*>(nullptr)),
+       .planned = {}},
+      {.key = "density",
+       .kinds = number,
+       .help = "initial density",
+       .unit = "kg/m^3",
+       .required = true,
+       .min = 0,
+       .above_min = true},
+  };
+  // Of the reference code and of its fork.
+  for (const std::string_view later : {"Bingham", "HenckyHyperElastic", "BinghamViscoPlastic"})
+    if (std::find(all[2].allowed.begin(), all[2].allowed.end(), later) == all[2].allowed.end())
+      all[2].planned.push_back(later);
+  add_laws(all, static_cast<const Law*>(nullptr));
+  all.push_back({.key = "tolerance",
+                 .kinds = number,
+                 .help = "ignored by CB-Geo MPM",
+                 .support = Support::ignored,
+                 .only = laws_without("tolerance", all)});
+  all.push_back({.key = "porosity",
+                 .kinds = number,
+                 .help = "ignored by CB-Geo MPM",
+                 .support = Support::ignored});
+  all.push_back(
+      planned("shear_modulus", "Pa", "shear modulus (dialect of the fork)", {"ModifiedCamClay"}));
+  all.push_back(
+      planned("volumetric_gamma", "-", "compressibility (dialect of the fork)", {"Bingham"}));
+  all.push_back(planned("regularization_parameter", "s", "regularization (dialect of the fork)",
+                        {"Bingham"}));
+  for (const std::string_view k : {"k_x", "k_y", "k_z"})
+    all.push_back({.key = k,
+                   .kinds = any,
+                   .help = "permeability (dialect of the fork)",
+                   .support = Support::planned});
+  all.push_back({.key = "mu",
+                 .kinds = any,
+                 .help = "write dynamic_viscosity",
+                 .support = Support::older,
+                 .only = {"Newtonian"}});
+  const auto older = [&](std::string_view key, std::string_view help) {
+    all.push_back({.key = key,
+                   .kinds = any,
+                   .help = help,
+                   .support = Support::older,
+                   .only = {"MohrCoulomb"}});
+  };
+  older("friction_angle", "write friction");
+  older("dilation_angle", "write dilation");
+  older("residual_friction_angle", "write residual_friction");
+  older("residual_dilation_angle", "write residual_dilation");
+  for (const std::string_view key : {"peak_EPDS", "peak_epds"})
+    older(key, "write peak_pdstrain, and \"softening\": true");
+  for (const std::string_view key : {"crit_EPDS", "critical_epds"})
+    older(key, "write residual_pdstrain, and \"softening\": true");
+  all.push_back({.key = "stress_rate",
+                 .kinds = text,
+                 .help = "objective stress rate (dialect of the fork)",
+                 .support = Support::planned,
+                 .only = {"LinearElastic"}});
+  return all;
+}
+
+}  // namespace
+
+const Section& materials_section() {
+  static const Section section{
+      .name = "a material",
+      .path = "materials[]",
+      .help = "A constitutive law with its parameters. Angles are in degrees.",
+      .discriminator = "type",
+      .fields = fields(),
+      .dimension_suffix = true};
+  return section;
+}
+
+}  // namespace lahar

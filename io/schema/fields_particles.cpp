@@ -1,0 +1,313 @@
+// Tables of particles, loads and functions of time.
+#include "io/schema/fields.h"
+
+namespace lahar {
+
+const Section& particles_section() {
+  static const Section section{
+      .name = "an entry of particles",
+      .path = "particles[]",
+      .help = "One source of particles.",
+      .fields = {
+          {.key = "generator",
+           .kinds = object,
+           .help = "source of the particles",
+           .required = true,
+           .section = generator_section},
+          {.key = "group_id",
+           .kinds = integer,
+           .help = "ignored by CB-Geo MPM",
+           .support = Support::ignored},
+          {.key = "set_id",
+           .kinds = integer,
+           .help = "ignored by CB-Geo MPM (pset_id of the generator makes a set)",
+           .support = Support::ignored},
+      }};
+  return section;
+}
+
+const Section& generator_section() {
+  static const Section section{
+      .name = "a generator",
+      .path = "particles[].generator",
+      .help =
+          "`file` reads positions; `gauss` puts particles at the Gauss points of cells; `region` "
+          "fills a region with equally spaced particles; `inject` adds particles during the run. "
+          "At the beginning of every step in `duration`, each empty cell of the set gets particles "
+          "at its Gauss points. These particles share the cell's volume. Particle ids continue "
+          "from one generator to the next. Ids of injected particles continue from these, step by "
+          "step.",
+      .discriminator = "type",
+      .fields = {
+          {.key = "type",
+           .kinds = text,
+           .help = "kind of generator",
+           .required = true,
+           .allowed = {"file", "gauss", "region", "inject"}},
+          {.key = "location",
+           .kinds = file,
+           .help = "file of positions: the count, then a line of "
+                   "coordinates per particle",
+           .required = true,
+           .only = {"file"}},
+          {.key = "io_type",
+           .kinds = text,
+           .help = "follows from the dimension",
+           .fallback = "\"Ascii2D\"",
+           .fallback_3d = "\"Ascii3D\"",
+           .allowed = {"Ascii2D", "Ascii3D"},
+           .only = {"file"}},
+          {.key = "cset_id",
+           .kinds = id,
+           .help = "cells to fill: an id of entity_sets, -1 for "
+                   "all, or a name of sets.cells",
+           .min = -1,
+           .only = {"gauss", "inject"}},
+          {.key = "cset",
+           .kinds = id,
+           .help = "the same as cset_id",
+           .min = -1,
+           .only = {"gauss", "inject"},
+           .native = true},
+          {.key = "nparticles_per_dir",
+           .kinds = integer,
+           .help = "Gauss points per direction: 1 to 4, in triangles and tetrahedra 1 (one point) "
+                   "or 2 (a point per corner), in the order of CB-Geo MPM",
+           .required = true,
+           .min = 1,
+           .max = 4,
+           .only = {"gauss", "inject"}},
+          {.key = "region",
+           .kinds = object,
+           .help = "what to fill; default: the whole mesh",
+           .section = region_section,
+           .only = {"region"},
+           .native = true},
+          {.key = "per_cell",
+           .kinds = integer,
+           .help = "particles per direction and cell. Each cell is cut into per_cell^dim equal "
+                   "parts. Each part that lies in the region gets a particle at its centre, with "
+                   "the part's volume",
+           .fallback = "2",
+           .min = 1,
+           .max = 64,
+           .only = {"region"},
+           .native = true},
+          {.key = "velocity",
+           .kinds = vector,
+           .help = "initial velocity; default 0 (CB-Geo MPM: only for `inject`)",
+           .unit = "m/s"},
+          {.key = "duration",
+           .kinds = numbers,
+           .help = "[start, end) of the injection; default: the whole run",
+           .unit = "s",
+           .only = {"inject"}},
+          {.key = "material_id",
+           .kinds = id | ids,
+           .help = "material: an id or a name (one per "
+                   "phase)",
+           .min = 0},
+          {.key = "material",
+           .kinds = id,
+           .help = "the same as material_id",
+           .min = 0,
+           .native = true},
+          {.key = "pset_id",
+           .kinds = id,
+           .help = "particle set that these particles form: an id or a new name",
+           .min = 0},
+          {.key = "pset", .kinds = id, .help = "the same as pset_id", .min = 0, .native = true},
+          {.key = "particle_type",
+           .kinds = text,
+           .help = "follows from the dimension",
+           .fallback = "\"P2D\"",
+           .fallback_3d = "\"P3D\"",
+           .allowed = {"P2D", "P3D"},
+           .planned = {"P2D2PHASE", "P3D2PHASE", "P2DFLUID", "P3DFLUID"}},
+          {.key = "check_duplicates",
+           .kinds = boolean,
+           .help = "warn about particles at the same "
+                   "place",
+           .fallback = "true"},
+      }};
+  return section;
+}
+
+const Section& material_set_section() {
+  static const Section section{
+      .name = "an entry of material_sets",
+      .path = "material_sets[]",
+      .help = "Another material for a set of particles; later entries win.",
+      .fields = {
+          {.key = "material_id", .kinds = id, .help = "material: an id or a name", .min = 0},
+          {.key = "material",
+           .kinds = id,
+           .help = "the same as material_id",
+           .min = 0,
+           .native = true},
+          {.key = "pset_id", .kinds = id, .help = "particle set", .min = -1},
+          {.key = "pset", .kinds = id, .help = "the same as pset_id", .min = -1, .native = true},
+          {.key = "phase_id",
+           .kinds = integer,
+           .help = "phase",
+           .fallback = "0",
+           .min = 0,
+           .max = 1},
+      }};
+  return section;
+}
+
+namespace {
+
+const Section& gravity_section() {
+  static const Section section{.name = "gravity",
+                               .path = "external_loading_conditions.gravity",
+                               .help =
+                                   "Gravity that grows linearly from zero until `ramping_time` "
+                                   "(dialect of the fork).",
+                               .fields = {
+                                   {.key = "gravity",
+                                    .kinds = vector,
+                                    .help = "acceleration",
+                                    .unit = "m/s^2",
+                                    .required = true},
+                                   {.key = "ramping_time",
+                                    .kinds = number,
+                                    .help = "time at which gravity reaches its full value",
+                                    .unit = "s",
+                                    .min = 0},
+                               }};
+  return section;
+}
+
+const Section& traction_section() {
+  static const Section section{
+      .name = "a surface traction",
+      .path = "external_loading_conditions.particle_surface_traction[]",
+      .help =
+          "Force on each particle of a set: traction * function(t) * volume / size, where size is "
+          "the initial volume to the power 1/dim. The last traction for a particle and direction "
+          "wins.",
+      .fields = {
+          {.key = "pset_id",
+           .kinds = id,
+           .help = "particle set: an id, -1 for all, or a name",
+           .min = -1},
+          {.key = "pset", .kinds = id, .help = "the same as pset_id", .min = -1, .native = true},
+          {.key = "dir", .kinds = direction, .help = "direction", .required = true},
+          {.key = "traction", .kinds = number, .help = "traction", .unit = "Pa", .required = true},
+          {.key = "math_function_id",
+           .kinds = id,
+           .help = "factor over time: an id of "
+                   "math_functions or a name; default constant",
+           .min = 0},
+      }};
+  return section;
+}
+
+const Section& nodal_force_section() {
+  static const Section section{
+      .name = "a nodal force",
+      .path = "external_loading_conditions.concentrated_nodal_forces[]",
+      .help =
+          "Force on each node of a set, or a `file` of lines `node dir force`. The last force for "
+          "a node and direction wins, and so does the last function on a node.",
+      .fields = {
+          {.key = "nset_id",
+           .kinds = id,
+           .help = "node set: an id, -1 for all, or a name",
+           .min = -1},
+          {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
+          {.key = "dir", .kinds = direction, .help = "direction"},
+          {.key = "force", .kinds = number, .help = "force", .unit = "N"},
+          {.key = "math_function_id",
+           .kinds = id,
+           .help = "factor over time: an id of "
+                   "math_functions or a name; default constant",
+           .min = 0},
+          {.key = "file", .kinds = file, .help = "file of lines `node dir force`"},
+      }};
+  return section;
+}
+
+}  // namespace
+
+const Section& loading_section() {
+  static const Section section{.name = "external_loading_conditions",
+                               .path = "external_loading_conditions",
+                               .help = "External loads on the material.",
+                               .fields = {
+                                   {.key = "gravity",
+                                    .kinds = vector | object,
+                                    .help = "acceleration of gravity",
+                                    .unit = "m/s^2",
+                                    .fallback = "[0, 0]",
+                                    .fallback_3d = "[0, 0, 0]",
+                                    .section = gravity_section},
+                                   {.key = "particle_surface_traction",
+                                    .kinds = list,
+                                    .help = "tractions on particles",
+                                    .section = traction_section},
+                                   {.key = "concentrated_nodal_forces",
+                                    .kinds = list | object,
+                                    .help = "forces on nodes: a list, or a single entry",
+                                    .section = nodal_force_section},
+                               }};
+  return section;
+}
+
+const Section& function_section() {
+  static const Section section{
+      .name = "a math function",
+      .path = "math_functions[]",
+      .help =
+          "`Linear`: straight lines between the points (xvalues, fxvalues), constant outside. "
+          "`Sin`: sin(a (t - x0)) inside `xrange`, 0 outside.",
+      .discriminator = "type",
+      .fields = {
+          {.key = "id",
+           .kinds = integer,
+           .help = "id; default: the position in the list",
+           .min = 0},
+          {.key = "name", .kinds = text, .help = "name, usable in place of the id", .native = true},
+          {.key = "type",
+           .kinds = text,
+           .help = "kind of function",
+           .required = true,
+           .allowed = {"Linear", "Sin"}},
+          {.key = "xvalues",
+           .kinds = numbers,
+           .help = "times, ascending",
+           .unit = "s",
+           .only = {"Linear"}},
+          {.key = "fxvalues",
+           .kinds = numbers,
+           .help = "values at these times",
+           .only = {"Linear"}},
+          {.key = "file",
+           .kinds = file,
+           .help = "file of lines `x fx` or `x, fx` in place of both (dialect of the fork)",
+           .only = {"Linear"}},
+          {.key = "x0",
+           .kinds = number,
+           .help = "time shift",
+           .unit = "s",
+           .required = true,
+           .only = {"Sin"}},
+          {.key = "a",
+           .kinds = number,
+           .help = "angular frequency",
+           .unit = "rad/s",
+           .required = true,
+           .only = {"Sin"}},
+          {.key = "xrange",
+           .kinds = numbers,
+           .help = "[from, to]; default: all times after 0, "
+                   "so that f(0) = 0",
+           .unit = "s",
+           .only = {"Sin"}},
+      }};
+  return section;
+}
+
+}  // namespace lahar

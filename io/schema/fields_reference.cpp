@@ -1,0 +1,171 @@
+// The reference page of the input, from the field tables.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "io/schema/cbgeo_deviations.h"
+#include "io/schema/fields.h"
+
+namespace lahar {
+
+namespace {
+
+constexpr const char* introduction = R"(# Reference of the scenario file
+
+A scenario is a JSON file with comments. This file is a complete case: an elastic block rests on
+the floor and settles under its weight.
+
+```json
+{
+  "title": "Block on the floor",
+  "mesh": {
+    "structured": {"origin": [0, 0], "cell_size": 0.1, "counts": [20, 12]},
+    "boundary_conditions": {
+      "velocity_constraints": [{"nset": "floor", "dir": "y", "velocity": 0}]
+    }
+  },
+  "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}}}},
+  "particles": [
+    {"generator": {
+      "type": "region", "region": {"box": {"min": [0.5, 0], "max": [1.5, 1]}},
+      "per_cell": 2, "material": "rubber"
+    }}
+  ],
+  "materials": [
+    {"name": "rubber", "type": "LinearElastic2D", "density": 1000,
+     "youngs_modulus": 1e6, "poisson_ratio": 0.3}
+  ],
+  "external_loading_conditions": {"gravity": [0, -9.81]},
+  "analysis": {"mpm_scheme": "usl", "dt": 1e-4, "nsteps": 1000},
+  "post_processing": {"output_steps": 100}
+}
+```
+
+The format is a superset of the CB-Geo MPM input format; keys marked *Lahar* are not in CB-Geo's.
+A key that the tables below do not list is an error.
+
+**Names and ids.** Sets, materials and functions of time are referred to by id or by name. Ids are
+those of the entity sets file (`-1` means all), of `materials[].id` and of `math_functions[].id`;
+names are those of `sets`, `materials[].name` and `math_functions[].name`. A generator's `pset_id`
+makes a particle set of its particles.
+
+**Command line.** `--set analysis.nsteps=10` or `--set /materials/0/density=1800` replaces a value
+(read as JSON, or as text if it is not valid JSON).
+
+**Which cell owns a particle.** Cells are closed. At the start a particle belongs to the cell in
+`particle_cells` if that cell contains it, otherwise to the cell with the lowest id that contains
+it. A particle outside the mesh is an error.
+)";
+
+constexpr const char* side_files = R"(
+## Side files
+
+Columns are separated by blanks; blank lines and lines that begin with # or ! are skipped; ids count
+from 0 in file order. Numbers must be finite, and the counts must be right.
+
+| file | rows |
+|---|---|
+| `mesh.mesh` | `nnodes ncells`; then per node its coordinates; then per cell its node ids, quadrilaterals counter-clockwise, hexahedra bottom face counter-clockwise, then top |
+| `particles[].generator.location` | the count; then per particle its coordinates |
+| `mesh.particles_volumes` | `particle volume`, each particle at most once |
+| `mesh.particle_cells` | `particle cell` |
+| `mesh.particles_stresses` | the count; then per particle `xx yy zz xy yz xz` |
+| `velocity_constraints[].file` | `node dir velocity` |
+| `acceleration_constraints[].file` | `node dir acceleration` |
+| `concentrated_nodal_forces[].file` | `node dir force` |
+| `friction_constraints[].file` | `node dir sign_n friction` |
+| `math_functions[].file` | `time value` or `time, value` |
+| `nodal_euler_angles` | `node alpha beta [gamma]` in radians |
+| `mesh.entity_sets` | JSON: `{"node_sets": [{"id": 0, "set": [0, 1]}], "cell_sets": [...], "particle_sets": [...]}` |
+
+In two dimensions a third coordinate is accepted and not used.
+)";
+
+std::string range(const Field& f) {
+  const bool low = std::isfinite(f.min), high = std::isfinite(f.max);
+  if (low && high)
+    return fmt::format("{}{}, {}{}", f.above_min ? "(" : "[", f.min, f.max,
+                       f.below_max ? ")" : "]");
+  if (low) return fmt::format("{} {}", f.above_min ? ">" : ">=", f.min);
+  if (high) return fmt::format("{} {}", f.below_max ? "<" : "<=", f.max);
+  return "";
+}
+
+std::string code_list(const std::vector<std::string_view>& words) {
+  std::vector<std::string> out;
+  for (const auto w : words) out.push_back(fmt::format("`{}`", w));
+  return join(out);
+}
+
+std::string value_of(const Field& f) {
+  if (!f.allowed.empty() && !(f.kinds & boolean)) return code_list(f.allowed);
+  Field plain = f;
+  plain.unit = "";
+  std::string out = allowed_kinds(plain);
+  if (f.section && (f.kinds & (object | list | map)))
+    out += fmt::format(" (see {})", f.section().path);
+  if (!f.allowed.empty()) out += ": " + code_list(f.allowed);
+  const std::string bounds = range(f);
+  if (!bounds.empty() && !(f.kinds & (id | text))) out += ", " + bounds;
+  return out;
+}
+
+std::string default_of(const Field& f) {
+  if (f.required) return "required";
+  if (f.fallback.empty()) return "";
+  if (f.fallback_3d.empty()) return fmt::format("`{}`", f.fallback);
+  return fmt::format("`{}` or `{}`", f.fallback, f.fallback_3d);
+}
+
+std::string meaning_of(const Field& f) {
+  std::string out(f.help);
+  if (!f.only.empty()) out += fmt::format("; only for {}", code_list(f.only));
+  if (!f.planned.empty()) out += fmt::format("; not supported yet: {}", code_list(f.planned));
+  if (f.planned_kinds) out += "; not supported yet as an object";
+  if (f.support == Support::planned) out += "; **not supported yet**";
+  if (f.support == Support::older) out += "; **older format, not read**";
+  if (f.support == Support::ignored) out += "; accepted with a warning, without effect";
+  if (f.native) out += " *(Lahar)*";
+  return out;
+}
+
+// Table cells must not end early.
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '|') out += '\\';
+    out += c;
+  }
+  return out;
+}
+
+std::string deviations() {
+  std::string out =
+      "\n## What --as-cbgeo changes\n\nIn these places CB-Geo MPM departs from its documentation "
+      "or from physics. `--as-cbgeo` (or\n`analysis.as_cbgeo`) reproduces them, so that results "
+      "can be compared:\n\n| what | with `--as-cbgeo`, as CB-Geo MPM | without |\n|---|---|---|\n";
+  for (const CbgeoDeviation& d : cbgeo_deviations())
+    out += fmt::format("| {} | {} | {} |\n", d.what, d.there, d.here);
+  return out;
+}
+
+}  // namespace
+
+std::string scenario_reference() {
+  std::string out = introduction;
+  const auto add = [&](const Section* section) {
+    out += fmt::format(
+        "\n## {}\n\n{}\n\n| key | value | unit | default | meaning |\n"
+        "|---|---|---|---|---|\n",
+        section->path, section->help);
+    for (const Field& f : section->fields)
+      out += fmt::format("| `{}` | {} | {} | {} | {} |\n", f.key, escaped(value_of(f)), f.unit,
+                         escaped(default_of(f)), escaped(meaning_of(f)));
+  };
+  for (const Section* section : all_sections()) add(section);
+  out += side_files;
+  for (const Section* section : {&driver_section(), &path_section()}) add(section);
+  return out + deviations();
+}
+
+}  // namespace lahar

@@ -1,0 +1,219 @@
+// Tables of the scenario's top level and of post-processing.
+#include <algorithm>
+
+#include "io/schema/fields.h"
+
+namespace lahar {
+
+const Section& scenario_section() {
+  static const Section section{
+      .name = "the scenario",
+      .path = "Scenario",
+      .help =
+          "A scenario is one JSON object; `//` and `/* */` comments are allowed. File names are "
+          "relative to the scenario's folder. Units are SI: m, kg, s, N, Pa; in two dimensions "
+          "forces, masses and energies are per metre of thickness, and the state is plane strain.",
+      .fields = {
+          {.key = "title", .kinds = text, .help = "what the case is", .fallback = "\"\""},
+          {.key = "mesh",
+           .kinds = object,
+           .help = "background mesh and boundary conditions",
+           .required = true,
+           .section = mesh_section},
+          {.key = "sets",
+           .kinds = object,
+           .help = "named sets of nodes, cells and particles, from geometry",
+           .section = sets_section,
+           .native = true},
+          {.key = "particles",
+           .kinds = list,
+           .help = "sources of particles; ids follow their order",
+           .required = true,
+           .section = particles_section},
+          {.key = "materials",
+           .kinds = list,
+           .help = "constitutive laws and densities",
+           .required = true,
+           .section = materials_section},
+          {.key = "material_sets",
+           .kinds = list,
+           .help = "give sets of particles another material before the first step",
+           .section = material_set_section},
+          {.key = "external_loading_conditions",
+           .kinds = object,
+           .help = "gravity and loads",
+           .fallback = "{}",
+           .section = loading_section},
+          {.key = "math_functions",
+           .kinds = list,
+           .help = "functions of time that multiply a load",
+           .section = function_section},
+          {.key = "analysis",
+           .kinds = object,
+           .help = "scheme, time step and duration",
+           .required = true,
+           .section = analysis_section},
+          {.key = "post_processing",
+           .kinds = object,
+           .help = "what is written, where and how often",
+           .fallback = "{}",
+           .section = post_processing_section},
+          {.key = "input_files",
+           .kinds = any,
+           .help = "name files where they belong: mesh.mesh, mesh.particles_volumes, \"file\" in "
+                   "entries of mesh.boundary_conditions and external_loading_conditions, and "
+                   "\"location\" in particles[].generator of type \"file\"",
+           .support = Support::older},
+          {.key = "particle",
+           .kinds = any,
+           .help = "material_id and particle_type are in particles[].generator",
+           .support = Support::older},
+      }};
+  return section;
+}
+
+namespace {
+
+const Section& statevars_section() {
+  static const Section section{
+      .name = "post_processing.vtk_statevars",
+      .path = "post_processing.vtk_statevars[]",
+      .help =
+          "State variables for ParaView. Frames always contain the state variables of all "
+          "materials, each as a field with its name. A field is 0 for particles whose material "
+          "does not have the variable.",
+      .fields = {
+          {.key = "phase_id",
+           .kinds = integer,
+           .help = "phase",
+           .fallback = "0",
+           .min = 0,
+           .max = 1},
+          {.key = "statevars",
+           .kinds = texts,
+           .help = "names of state variables",
+           .required = true},
+      }};
+  return section;
+}
+
+}  // namespace
+
+const Section& post_processing_section() {
+  static const Section section{
+      .name = "post_processing",
+      .path = "post_processing",
+      .help =
+          "The run folder is `path`/`analysis.uuid`. Frames always contain every field; the names "
+          "in `vtk` and `vtk_statevars` are accepted for compatibility.",
+      .fields = {
+          {.key = "path",
+           .kinds = text,
+           .help = "folder of the results, relative to the "
+                   "scenario's",
+           .fallback = "\"results/\""},
+          {.key = "output_steps",
+           .kinds = integer,
+           .help = "steps between frames; 0: only the "
+                   "end",
+           .fallback = "0",
+           .min = 0,
+           .max = 9e15},
+          {.key = "output_dt",
+           .kinds = number,
+           .help = "instead of output_steps: a frame at every multiple of this time; 0: none. A "
+                   "fixed step is not shortened: the step that reaches the time gets the frame. "
+                   "Adaptive steps end at these times: the last two steps before a frame are equal",
+           .unit = "s",
+           .fallback = "0",
+           .min = 0,
+           .native = true},
+          {.key = "max_frames",
+           .kinds = integer,
+           .help = "largest number of frames, not counting the first and the last. The run warns "
+                   "when it reaches this number; after that it writes the last state only",
+           .fallback = "10000",
+           .min = 0,
+           .max = 9e15,
+           .native = true},
+          {.key = "history_steps",
+           .kinds = integer,
+           .help = "steps between rows of history.csv; "
+                   "0: automatic",
+           .fallback = "0",
+           .min = 0,
+           .max = 9e15,
+           .native = true},
+          {.key = "history_dt",
+           .kinds = number,
+           .help = "instead of history_steps: a row at every multiple of this time, as output_dt",
+           .unit = "s",
+           .fallback = "0",
+           .min = 0,
+           .native = true},
+          {.key = "checkpoint_steps",
+           .kinds = integer,
+           .help = "steps between checkpoints, from which --restart continues; 0: none. With this "
+                   "key or checkpoint_minutes the run also writes a checkpoint at its end",
+           .fallback = "0",
+           .min = 0,
+           .max = 9e15,
+           .native = true},
+          {.key = "checkpoint_minutes",
+           .kinds = number,
+           .help = "wall time between checkpoints; 0: none",
+           .unit = "min",
+           .fallback = "0",
+           .min = 0,
+           .native = true},
+          {.key = "checkpoints_kept",
+           .kinds = integer,
+           .help = "number of latest checkpoints to keep; older ones are removed",
+           .fallback = "2",
+           .min = 1,
+           .max = 1e6,
+           .native = true},
+          {.key = "vtk",
+           .kinds = texts,
+           .help = "fields for ParaView: displacements, velocities, "
+                   "stresses, strains, ..."},
+          {.key = "vtk_statevars",
+           .kinds = list | texts,
+           .help = "state variables for ParaView; older cases have a list of their names",
+           .section = statevars_section},
+      }};
+  return section;
+}
+
+bool Field::applies(std::string_view variant) const {
+  return only.empty() || std::find(only.begin(), only.end(), variant) != only.end();
+}
+
+const Field* Section::find(std::string_view key, std::string_view variant) const {
+  const Field* found = nullptr;
+  for (const Field& field : fields) {
+    if (field.key != key) continue;
+    if (field.applies(variant)) return &field;
+    if (!found) found = &field;
+  }
+  return found;
+}
+
+namespace {
+
+void collect(const Section& section, std::vector<const Section*>& out) {
+  if (std::find(out.begin(), out.end(), &section) != out.end()) return;
+  out.push_back(&section);
+  for (const Field& field : section.fields)
+    if (field.section) collect(field.section(), out);
+}
+
+}  // namespace
+
+std::vector<const Section*> all_sections() {
+  std::vector<const Section*> out;
+  collect(scenario_section(), out);
+  return out;
+}
+
+}  // namespace lahar

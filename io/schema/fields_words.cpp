@@ -1,0 +1,43 @@
+// Field tables in the words of messages and of the reference.
+#include <fmt/format.h>
+
+#include "io/schema/fields.h"
+
+namespace lahar {
+
+std::string_view without_dimension(std::string_view type) {
+  if (type.size() > 2 &&
+      (type.substr(type.size() - 2) == "2D" || type.substr(type.size() - 2) == "3D"))
+    type.remove_suffix(2);
+  return type;
+}
+
+std::string allowed_kinds(const Field& field, int dim) {
+  const std::string unit =
+      field.unit.empty() || field.unit == "-" ? "" : fmt::format(" [{}]", field.unit);
+  const std::string n = dim == 0 ? "one per dimension" : fmt::format("{}", dim);
+  std::vector<std::string> words;
+  const auto add = [&](unsigned kind, std::string word) {
+    if (field.kinds & kind) words.push_back(std::move(word));
+  };
+  add(boolean, "true or false");
+  add(integer, "an integer" + unit);
+  add(number, "a number" + unit);
+  add(text, "a text");
+  add(file, "a file name");
+  add(vector, fmt::format("an array of numbers ({}){}", n, unit));
+  add(counts, fmt::format("an array of integers ({})", n));
+  add(numbers, "an array of numbers" + unit);
+  add(texts, "an array of texts");
+  add(object, "an object");
+  add(list, "an array of objects");
+  add(map, "an object of named objects");
+  add(id, "an id or a name");
+  add(ids, "an array of ids or names");
+  add(direction, "0, 1, 2, \"x\", \"y\" or \"z\"");
+  add(points, "an array of points [x, y]" + unit);
+  add(any, "anything");
+  return join(words, " or ");
+}
+
+}  // namespace lahar

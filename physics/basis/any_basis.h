@@ -1,0 +1,35 @@
+/// \file Runs with the functions of their cells as a basis, whatever these are: for kernels that
+/// few particles need.
+#pragma once
+
+#include "physics/basis/basis.h"
+#include "physics/basis/linear_basis.h"
+#include "physics/basis/support.h"
+
+namespace lahar {
+
+/// Call body(basis, run, nodes) for every run that is not empty and for which takes(run) is true,
+/// with the local nodes of the basis.
+template <int Dim, class Takes, class Body>
+void for_each_run_with_basis(const Patch<Dim>& patch, ParticleBins bins, Takes takes, Body body) {
+  const auto with = [&](const auto& cells, auto nodes_of) {
+    for (const ParticleBin& run : bins)
+      if (run.begin < run.end && takes(run))
+        body(cells[run.cell], run, nodes_of(static_cast<std::size_t>(run.cell)).data());
+  };
+  if (general::is(patch)) {
+    with_bases(patch, [&](const auto& cells) {
+      with(cells, [&](std::size_t cell) { return patch.topology.support(cell); });
+    });
+    return;
+  }
+  const auto corners_of = [&](std::size_t cell) {
+    return std::span<const Local>(patch.topology.corner_nodes[cell]);
+  };
+  if (patch.cartesian)
+    with(LinearCells<Dim, CartesianCells<Dim>>(patch), corners_of);
+  else
+    with(LinearCells<Dim, IsoparametricCells<Dim>>(patch), corners_of);
+}
+
+}  // namespace lahar

@@ -1,0 +1,231 @@
+// Every copy of a node runs this very code, so that all are equal to the last bit.
+#include "physics/contact/contact_surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lahar {
+
+namespace {
+
+/// Halves of the edges of a particle's domain, as columns. Without a domain of its own a particle
+/// has a box of its volume, with the proportions of its cell.
+template <int Dim>
+class HalfEdges {
+ public:
+  using Matrix = Eigen::Matrix<double, Dim, Dim>;
+
+  HalfEdges(const Patch<Dim>& patch, Local cell) : patch_(patch), particles_(patch.particles) {
+    const auto& layout = particles_.layout();
+    kind_ = layout.has(Column::corners)   ? Column::corners
+            : layout.has(Column::vectors) ? Column::vectors
+            : layout.has(Column::domain)  ? Column::domain
+                                          : Column::volume;
+    double cell_volume = 1.0;
+    for (int d = 0; d < Dim; ++d) {
+      edge_[d] = 1.0;
+      if (patch.cartesian)
+        edge_[d] =
+            2.0 / patch.box[static_cast<std::size_t>(cell)][static_cast<std::size_t>(Dim + d)];
+      cell_volume *= edge_[d];
+    }
+    per_volume_ = 1.0 / cell_volume;
+  }
+
+  Matrix at(Local p) const {
+    Matrix r = Matrix::Zero();
+    switch (kind_) {
+      case Column::corners:
+        for (int k = 0; k < Dim; ++k)
+          for (int c = 0; c < corners<Dim>; ++c)
+            for (int d = 0; d < Dim; ++d)
+              r(d, k) += (c >> k & 1 ? 1.0 : -1.0) / corners<Dim> * value(Dim * c + d, p);
+        break;
+      case Column::vectors:
+        for (int k = 0; k < Dim; ++k)
+          for (int d = 0; d < Dim; ++d) r(d, k) = value(Dim * k + d, p);
+        break;
+      case Column::domain:
+        for (int d = 0; d < Dim; ++d) r(d, d) = 0.5 * value(d, p);
+        break;
+      default: {
+        const double part = value(0, p) * per_volume_;
+        const double share = Dim == 2 ? std::sqrt(part) : std::cbrt(part);
+        for (int d = 0; d < Dim; ++d) r(d, d) = 0.5 * share * edge_[d];
+      }
+    }
+    return r;
+  }
+
+ private:
+  double value(int component, Local p) const { return particles_.row(kind_, component)[p]; }
+
+  const Patch<Dim>& patch_;
+  const Particles<Dim>& particles_;
+  Column kind_;
+  Vec<Dim> edge_;
+  double per_volume_;
+};
+
+template <int Dim>
+std::span<const Local> nodes_of(const Patch<Dim>& patch, Local cell) {
+  const auto c = static_cast<std::size_t>(cell);
+  if (!patch.topology.support_nodes.empty()) return patch.topology.support(c);
+  return patch.topology.corner_nodes[c];
+}
+
+/// The least length of the sum of two normals of which their mean is one.
+constexpr double least_sum_of_normals = 0.1;
+
+/// Particles whose centres are no further from the axis through the node along the normal than this
+/// many cells are near it. At least one of them is, where the body lies before the node and has one
+/// particle per cell and direction.
+constexpr double near_cells = 0.6;
+/// Ends of near particles have an offset so many times as large that they count before all others.
+constexpr double nearer_offsets = 4.0;
+
+}  // namespace
+
+template <int Dim>
+SurfaceDirections<Dim> surface_directions(const Patch<Dim>& patch, Local node) {
+  SurfaceDirections<Dim> all;
+  const auto add = [&](const SurfaceDirection<Dim>& direction) {
+    if (all.count < node_width) all.of[static_cast<std::size_t>(all.count++)] = direction;
+  };
+  const auto bodies = static_cast<int>(patch.bodies());
+  for (int b = 0; b < bodies; ++b) {
+    const auto at = static_cast<std::ptrdiff_t>(node + b * patch.body_nodes) * node_width;
+    const Vec<Dim> n = Eigen::Map<const Vec<Dim>>(patch.gradient.data() + at);
+    if (!n.isZero(0.0)) add({n, b, -1});
+  }
+  const int own = all.count;
+  for (int a = 0; a < own; ++a)
+    for (int b = a + 1; b < own; ++b) {
+      const SurfaceDirection<Dim> of_a = all.of[static_cast<std::size_t>(a)],
+                                  of_b = all.of[static_cast<std::size_t>(b)];
+      const Vec<Dim> sum = of_a.normal - of_b.normal;
+      const double length = sum.norm();
+      if (!(length > least_sum_of_normals)) continue;
+      add({sum / length, of_a.from, of_b.from});
+      int axis = 0;
+      for (int d = 1; d < Dim; ++d)
+        if (std::abs(sum[d]) > std::abs(sum[axis])) axis = d;
+      Vec<Dim> along = Vec<Dim>::Zero();
+      along[axis] = sum[axis] > 0.0 ? 1.0 : -1.0;
+      add({along, of_a.from, of_b.from});
+    }
+  return all;
+}
+
+template <int Dim>
+void set_normals(Patch<Dim>& patch) {
+  patch.contact.between_bodies.resize(static_cast<std::size_t>(patch.body_nodes), 0);
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < std::min(range.end, patch.body_nodes); ++i) {
+      int surfaces = 0;
+      for (Local f = i; f < patch.n_nodes(); f += patch.body_nodes) {
+        Eigen::Map<Vec<Dim>> gradient(patch.gradient.data() +
+                                      static_cast<std::ptrdiff_t>(f) * node_width);
+        const double length = gradient.norm();
+        if (!(length > 0.0)) continue;
+        gradient /= length;
+        ++surfaces;
+      }
+      patch.contact.between_bodies[static_cast<std::size_t>(i)] = surfaces > 1;
+    }
+}
+
+template <int Dim>
+double surface_offset(const Model<Dim>& model) {
+  const auto [low, high] = model.mesh->bounds();
+  return 2.0 * (high - low).norm();
+}
+
+template <int Dim>
+void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  struct Place {
+    double* line;
+    Vec<Dim> x;  ///< [m] of the node
+    SurfaceDirections<Dim> directions;
+  };
+  static thread_local std::vector<Place> places;
+  double* lines = patch.own_sums(NodeSum::surface, step.step);
+  const double offset = surface_offset(*step.model);
+  const auto x = patch.particles.template rows<Dim>(Column::x);
+  for (const ParticleBin& run : bins) {
+    if (run.begin == run.end) continue;
+    places.clear();
+    int body = 0;
+    for (const Local f : nodes_of(patch, run.cell)) {
+      const Local node = f % patch.body_nodes;
+      body = f / patch.body_nodes;
+      if (!patch.contact.between_bodies[static_cast<std::size_t>(node)]) continue;
+      places.push_back({lines + static_cast<std::ptrdiff_t>(f) * sum_stride,
+                        Eigen::Map<const Vec<Dim>>(patch.node_position.data() +
+                                                   static_cast<std::ptrdiff_t>(f) * node_width),
+                        surface_directions(patch, node)});
+    }
+    if (places.empty()) continue;
+    const HalfEdges<Dim> half_edges(patch, run.cell);
+    const double near =
+        near_cells * patch.cell_size[static_cast<std::size_t>(run.cell) % patch.cell_size.size()];
+    for (Local p = run.begin; p < run.end; ++p) {
+      Vec<Dim> x_p;
+      for (int d = 0; d < Dim; ++d) x_p[d] = x[static_cast<std::size_t>(d)][p];
+      const auto r = half_edges.at(p);
+      for (Place& place : places)
+        for (int k = 0; k < place.directions.count; ++k) {
+          const auto& direction = place.directions.of[static_cast<std::size_t>(k)];
+          if (direction.from != body && direction.to >= 0 && direction.to != body) continue;
+          const Vec<Dim> from_node = x_p - place.x;
+          const double ahead = direction.normal.dot(from_node);
+          const bool beside = (from_node - ahead * direction.normal).squaredNorm() > near * near;
+          const double end = (direction.from == body ? ahead : -ahead) +
+                             (r.transpose() * direction.normal).norm() +
+                             (beside ? offset : nearer_offsets * offset);
+          place.line[k] = std::max(place.line[k], end);
+        }
+    }
+  }
+}
+
+template <int Dim>
+void add_meetings(Patch<Dim>& patch, Local node, std::span<const NodeVector> lines, double offset) {
+  const SurfaceDirections<Dim> directions = surface_directions(patch, node);
+  const auto n_bodies = static_cast<int>(lines.size());
+  const auto offset_of = [=](double end) {
+    return end > 0.5 * nearer_offsets * offset ? nearer_offsets * offset : offset;
+  };
+  for (int a = 0; a < n_bodies; ++a)
+    for (int b = a + 1; b < n_bodies; ++b) {
+      Meeting<Dim> meeting{.a = node + a * patch.body_nodes, .b = node + b * patch.body_nodes};
+      bool found = false;
+      for (int k = 0; k < directions.count; ++k) {
+        const auto& direction = directions.of[static_cast<std::size_t>(k)];
+        const bool of_a = direction.from == a && (direction.to < 0 || direction.to == b);
+        const bool of_b = direction.from == b && direction.to < 0;
+        if (!of_a && !of_b) continue;
+        const double end_a = lines[static_cast<std::size_t>(a)][k],
+                     end_b = lines[static_cast<std::size_t>(b)][k];
+        if (end_a == 0.0 || end_b == 0.0) continue;  // one of them is not there
+        const double gap = (offset_of(end_a) - end_a) + (offset_of(end_b) - end_b);
+        if (found && !(gap > meeting.gap)) continue;
+        found = true;
+        meeting.gap = gap;
+        meeting.normal = of_a ? direction.normal : Vec<Dim>(-direction.normal);
+      }
+      if (found) patch.contact.meetings.push_back(meeting);
+    }
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                   \
+  template SurfaceDirections<Dim> surface_directions(const Patch<Dim>&, Local);  \
+  template void set_normals(Patch<Dim>&);                                        \
+  template void map_surface(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  template double surface_offset(const Model<Dim>&);                             \
+  template void add_meetings(Patch<Dim>&, Local, std::span<const NodeVector>, double);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

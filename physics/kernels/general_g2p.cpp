@@ -1,0 +1,201 @@
+/// \file Grid to particle for bases of any support. Lanes are particles.
+#include "physics/basis/nodal_fields.h"
+#include "physics/basis/spline_polynomials.h"
+#include "physics/kernels/affine_velocity.h"
+#include "physics/kernels/cpdi2_motion.h"
+#include "physics/kernels/general_kernels.h"
+#include "physics/kernels/particle_update.h"
+#include "physics/kernels/separation.h"
+#include "physics/materials/law.h"
+#include "physics/particles/loads.h"
+
+namespace lahar::general {
+
+namespace {
+
+/// update_particles() with affine velocities.
+template <int Dim, class Real>
+void update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                   VelocityUpdates<Dim>& updates) {
+  const MovedRows<Dim> rows(patch.particles);
+  const auto affine = patch.particles.template rows<Dim * Dim>(Column::affine);
+  const double* v = patch.velocity.data();
+  const double* spread = spreads_before_forces(step.model->analysis) ? patch.transfer.data() : v;
+  const double* const acceleration[1] = {updates.field(patch)};
+  CornerMotion<Dim> corners_of(patch, step.dt);
+  PrescribedMotion<Dim> prescribed(patch, step);
+  Advanced<Real> all;
+  for_each_supported_run(
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& run,
+          const Local* nodes) __attribute__((always_inline)) {
+        prescribed.begin(run);
+        const VelocityUpdate update = updates.of(run);
+        for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+          const Local n = run.end - p;
+          prefetch(rows.v, p);
+          prefetch(rows.u, p);
+          prefetch(affine, p);
+          Real value[Dim], C[Dim][Dim], a[1][Dim];
+          affine_velocity<Dim>(basis, step.model->analysis.affine, p, v, spread, nodes, value, C);
+          LAHAR_UNROLL
+          for (std::size_t k = 0; k < Dim * Dim; ++k)
+            store_first(C[k / Dim][k % Dim], affine[k] + p, n);
+          LAHAR_UNROLL
+          for (Real& component : a[0]) component = Real(0.0);
+          if (update.acceleration != 0.0) interpolate<Dim, 1>(basis, p, acceleration, nodes, a);
+          corners_of.move(basis, p, n, v, nodes, value);
+          advance(rows, p, n, value, a[0], update, step.dt, updates.mass(), all);
+        }
+        prescribed.end(run);
+      });
+  note(patch, all);
+}
+
+/// update_particles() that also finds velocity gradients.
+template <Wanted wanted, int Dim, class Real>
+void update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                           VelocityUpdates<Dim>& updates, VelocityGradients<Dim>& gradients) {
+  gradients.make_room(bins, lanes<Real>);
+  const MovedRows<Dim> rows(patch.particles);
+  std::array<double*, static_cast<std::size_t>(Dim) * Dim> affine{};
+  const bool is_affine = patch.particles.layout().has(Column::affine);
+  if (is_affine) affine = patch.particles.template rows<Dim * Dim>(Column::affine);
+  const double *v = patch.velocity.data(), *a = updates.field(patch);
+  SplinePolynomials polynomials(patch.topology, v);
+  PrescribedMotion<Dim> prescribed(patch, step);
+  Advanced<Real> all;
+  for_each_tensor_run(
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+          __attribute__((always_inline)) {
+            using Basis = std::decay_t<decltype(basis)>;
+            constexpr bool polynomial = Dim == 3 && Basis::per_particle < axis_nodes && !wanted.a;
+            if constexpr (polynomial) polynomials.move_to(run.cell);
+            const auto of_cell = rate_of_cell<Dim>(basis, step.model->analysis, v, nodes);
+            const VelocityUpdate update = updates.of(run);
+            auto to = gradients.begin(run, bins);
+            prescribed.begin(run);
+            for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {
+              const Local n = run.end - p;
+              prefetch(rows.v, p);
+              prefetch(rows.u, p);
+              if (is_affine) prefetch(affine, p);
+              Fields<Dim, Real> at;
+              if constexpr (polynomial) {
+                Real xi[Dim];
+                basis.map.natural(p, xi);
+                polynomials.template at<wanted.C>(xi, basis.map.per_length, at);
+                for (Real& component : at.a) component = Real(0.0);
+              } else {
+                AxisWeights<Dim, Real> by;
+                basis.weights(p, by.w, by.dw);
+                if constexpr (wanted.C) basis.moments(p, by.w, by.dw, by.m);
+                with_weights<wanted>(by, v, a, nodes, at);
+              }
+              gradients.put(to, at.L, of_cell ? Real(*of_cell) : trace(at.L));
+              if (is_affine) {
+                const auto& C = wanted.C ? at.C : at.L;
+                LAHAR_UNROLL
+                for (std::size_t k = 0; k < Dim * Dim; ++k)
+                  store_first(C[k / Dim][k % Dim], affine[k] + p, n);
+              }
+              advance(rows, p, n, at.v, at.a, update, step.dt, updates.mass(), all);
+            }
+            prescribed.end(run);
+          });
+  note(patch, all);
+}
+
+}  // namespace
+
+template <int Dim, class Real>
+void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                      VelocityGradients<Dim>* gradients) {
+  if (separates(step.model->analysis))
+    return update_separable<Dim, Real>(patch, step, bins, gradients);
+  VelocityUpdates<Dim> updates(patch, step);
+  if (gradients) {
+    const auto find = [&]<Wanted wanted>() {
+      update_with_gradients<wanted, Dim, Real>(patch, step, bins, updates, *gradients);
+    };
+    const bool a = updates.need_acceleration();
+    if (step.model->analysis.affine == Affine::apic)
+      return a ? find.template operator()<Wanted{true, true}>()
+               : find.template operator()<Wanted{true, false}>();
+    return a ? find.template operator()<Wanted{false, true}>()
+             : find.template operator()<Wanted{false, false}>();
+  }
+  if (patch.particles.layout().has(Column::affine))
+    return update_affine<Dim, Real>(patch, step, bins, updates);
+  const MovedRows<Dim> rows(patch.particles);
+  const double* const fields[2] = {patch.velocity.data(), updates.field(patch)};
+  CornerMotion<Dim> corners_of(patch, step.dt);
+  PrescribedMotion<Dim> prescribed(patch, step);
+  Advanced<Real> all;
+  for_each_supported_run(
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+          __attribute__((always_inline)) {
+            prescribed.begin(run);
+            const VelocityUpdate update = updates.of(run);
+            for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+              prefetch(rows.v, p);
+              prefetch(rows.u, p);
+              Real sum[2][Dim];
+              interpolate<Dim, 2, Real>(basis, p, fields, nodes, sum);
+              corners_of.move(basis, p, run.end - p, fields[0], nodes, sum[0]);
+              advance(rows, p, run.end - p, sum[0], sum[1], update, step.dt, updates.mass(), all);
+            }
+            prescribed.end(run);
+          });
+  note(patch, all);
+}
+
+template <int Dim>
+void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  const double* const fields[2] = {patch.velocity.data(), patch.acceleration.data()};
+  for_each_supported_run(
+      patch, bins, [&](const auto& basis, const ParticleBin& run, const Local* nodes) {
+        if (!has_particle_forces(run, *step.model)) return;
+        for (Local p = run.begin; p < run.end; ++p) {
+          const Vec<Dim> f = force_on(patch.particles, p, step);
+          if (f.isZero(0.0)) continue;
+          Scalar sum[2][Dim];
+          interpolate<Dim, 2, Scalar>(basis, p, fields, nodes, sum);
+          for (int d = 0; d < Dim; ++d)  // with the mean velocity of the step, as at nodes
+            patch.work.external += f[d] * (sum[0][d][0] - 0.5 * step.dt * sum[1][d][0]) * step.dt;
+        }
+      });
+}
+
+template <int Dim, class Real>
+void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  Particles<Dim>& particles = patch.particles;
+  for_each_supported_run(
+      patch, bins, [&](const auto& basis, const ParticleBin& run, const Local* nodes) {
+        if (!has_pressure(step.model->materials[run.material].law)) return;
+        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
+        for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+          Real N[n_nodes], pressure(0.0);
+          basis.functions(p, N);
+          for (int i = 0; i < n_nodes; ++i)
+            pressure =
+                multiply_add(pressure, N[i], &patch.pressure[static_cast<std::size_t>(nodes[i])]);
+          store_first(pressure, particles.row(Column::state) + p, run.end - p);
+        }
+      });
+}
+
+#define LAHAR_INSTANTIATE(Dim, Real)                                                            \
+  template void update_particles<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
+                                            VelocityGradients<Dim>*);                           \
+  template void smooth_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
+LAHAR_INSTANTIATE(2, Pack)
+LAHAR_INSTANTIATE(3, Pack)
+LAHAR_INSTANTIATE(2, Scalar)
+LAHAR_INSTANTIATE(3, Scalar)
+template void add_work_of_tractions<2>(Patch<2>&, const StepContext<2>&, ParticleBins);
+template void add_work_of_tractions<3>(Patch<3>&, const StepContext<3>&, ParticleBins);
+
+}  // namespace lahar::general

@@ -1,0 +1,59 @@
+/// \file The kernels of a step for bases other than linear Q4 and H8 (basis.h): what those of
+/// kernels.h do for a patch that has topology.support_nodes.
+#pragma once
+
+#include "physics/basis/support.h"
+#include "physics/kernels/velocity_gradients.h"
+
+namespace lahar::general {
+
+/// {m v, m}_i += sum_p N_i {m_p v_p, m_p} into nodal sums.
+template <int Dim, class Real>
+void map_momentum(Patch<Dim>& patch, ParticleBins bins, double* sums);
+
+/// (m p)_i += sum_p N_i m_p p_p over runs whose law has a pressure.
+template <int Dim, class Real>
+void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, double* sums);
+
+/// f_i += -sum_p V_p sigma_p grad N_i + tractions.
+template <int Dim, class Real>
+void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, double* sums);
+
+/// g_i += sum_p V_p grad N_i.
+template <int Dim, class Real>
+void map_gradient(Patch<Dim>& patch, ParticleBins bins, double* sums);
+
+/// (m v)_i += sum_p N_i m_p sum_j N_j v_j with the velocities of Patch::transfer.
+template <int Dim, class Real>
+void map_smoothed(Patch<Dim>& patch, ParticleBins bins, double* sums);
+
+/// The same of the first four for quadratic splines in 3D.
+template <class Real>
+void map_spline_momentum(Patch<3>& patch, ParticleBins bins, double* sums);
+template <class Real>
+void map_spline_pressure(Patch<3>& patch, const StepContext<3>& step, ParticleBins bins,
+                         double* sums);
+template <class Real>
+void map_spline_force(Patch<3>& patch, const StepContext<3>& step, ParticleBins bins, double* sums);
+template <class Real>
+void map_spline_gradient(Patch<3>& patch, ParticleBins bins, double* sums);
+
+/// Velocities and places of particles; `gradients` (optional) as in kernels.h.
+template <int Dim, class Real>
+void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                      VelocityGradients<Dim>* gradients);
+
+/// Work of the tractions over the step.
+template <int Dim>
+void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+
+/// p_p = sum_i N_i p_i.
+template <int Dim, class Real>
+void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+
+/// Fill `gradients` for these runs.
+template <int Dim, class Real>
+void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                    VelocityGradients<Dim>& gradients);
+
+}  // namespace lahar::general

@@ -1,0 +1,34 @@
+/// \file Velocity gradients at particles, for bases of any support.
+#include "physics/basis/nodal_fields.h"
+#include "physics/kernels/general_kernels.h"
+
+namespace lahar::general {
+
+template <int Dim, class Real>
+void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                    VelocityGradients<Dim>& gradients) {
+  gradients.make_room(bins, lanes<Real>);
+  const double* v = patch.velocity.data();
+  for_each_supported_run(
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+          __attribute__((always_inline)) {
+            const auto of_cell = rate_of_cell<Dim>(basis, step.model->analysis, v, nodes);
+            auto to = gradients.begin(run, bins);
+            for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {
+              Real L[Dim][Dim];
+              gradient<Dim, Real>(basis, p, v, nodes, L);
+              gradients.put(to, L, of_cell ? Real(*of_cell) : trace(L));
+            }
+          });
+}
+
+#define LAHAR_INSTANTIATE(Dim, Real)                                                  \
+  template void find_gradients<Dim, Real>(const Patch<Dim>&, const StepContext<Dim>&, \
+                                          ParticleBins, VelocityGradients<Dim>&);
+LAHAR_INSTANTIATE(2, Pack)
+LAHAR_INSTANTIATE(3, Pack)
+LAHAR_INSTANTIATE(2, Scalar)
+LAHAR_INSTANTIATE(3, Scalar)
+
+}  // namespace lahar::general

@@ -1,0 +1,512 @@
+/// \file Nodal kernels. Every patch that holds a node does the same arithmetic in the same order on
+/// the same sums, so that all copies of a node are identical.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "physics/contact/contact.h"
+#include "physics/contact/contact_surface.h"
+#include "physics/kernels/driven_nodes.h"
+#include "physics/kernels/kernels.h"
+#include "physics/kernels/velocity_transfer.h"
+#include "physics/particles/loads.h"
+#include "physics/particles/node_sums.h"
+
+namespace lahar {
+
+namespace {
+
+LAHAR_INLINE NodeVector with_component(const NodeVector& v, int component, double value) {
+  double values[node_width];
+  store(v, values);
+  values[component] = value;
+  return load<NodeVector>(values);
+}
+
+/// The state of nodes exists where there are, or were, particles: most patches of the ring around
+/// them never need it.
+template <int Dim>
+void make_room(Patch<Dim>& patch) {
+  const std::size_t size = static_cast<std::size_t>(patch.n_nodes()) * node_width;
+  if (patch.velocity.size() >= size) return;
+  patch.velocity.assign(size, 0.0);
+  patch.acceleration.assign(size, 0.0);
+}
+
+/// Ranges of the nodes that are marked as active. Sums exist from the first of them on: most
+/// patches around a body never have one.
+template <int Dim>
+void collect_active_nodes(Patch<Dim>& patch) {
+  const auto& shared = patch.topology.shared_node;
+  auto& ranges = patch.active_nodes;
+  ranges.clear();
+  for (Local i = 0; i < patch.n_nodes(); ++i) {
+    if (!patch.node_is_active[static_cast<std::size_t>(i)]) continue;
+    if (ranges.empty() || ranges.back().end != i) {
+      const auto s = std::lower_bound(shared.begin(), shared.end(), i) - shared.begin();
+      ranges.push_back({i, i, static_cast<std::size_t>(s)});
+    }
+    ranges.back().end = i + 1;
+  }
+  if (ranges.empty()) return;
+  for (auto& copies : patch.sums)
+    for (NodeArray& sums : copies)
+      if (sums.empty()) sums.assign(static_cast<std::size_t>(patch.n_nodes()) * sum_stride, 0.0);
+}
+
+template <int Dim>
+void mark_nodes(Patch<Dim>& patch, std::size_t cell) {
+  const auto mark = [&](std::span<const Local> nodes) {
+    for (const Local node : nodes) patch.node_is_active[static_cast<std::size_t>(node)] = 1;
+  };
+  // Of all bodies: contact asks for them all.
+  const std::size_t bodies = patch.bodies(), cells = patch.topology.cells.size() / bodies;
+  for (std::size_t c = cell % cells; c < cells * bodies; c += cells) {
+    if (!patch.topology.corner_nodes.empty()) mark(patch.topology.corner_nodes[c]);
+    mark(patch.topology.support(c));
+  }
+}
+
+}  // namespace
+
+template <int Dim>
+void find_active_nodes(Patch<Dim>& patch) {
+  const std::vector<char> before = std::move(patch.node_is_active);
+  patch.node_is_active.assign(static_cast<std::size_t>(patch.n_nodes()), 0);
+  for (std::size_t c = 0; c < patch.first_bin.size(); ++c)
+    if (patch.first_bin[c] >= 0) mark_nodes(patch, c);
+  for (std::size_t i = 0; i < before.size(); ++i)
+    if (before[i] && !patch.node_is_active[i])
+      for (auto& copies : patch.sums)
+        for (NodeArray& sums : copies) std::fill_n(&sums[i * sum_stride], sum_stride, 0.0);
+  patch.cells_to_activate.clear();
+  collect_active_nodes(patch);
+}
+
+template <int Dim>
+void activate_nodes(Patch<Dim>& patch) {
+  if (patch.cells_to_activate.empty()) return;
+  for (const Local cell : patch.cells_to_activate)
+    mark_nodes(patch, static_cast<std::size_t>(cell));
+  patch.cells_to_activate.clear();
+  collect_active_nodes(patch);
+}
+
+template <int Dim>
+void nodal_gradient(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  patch.gradient.resize(static_cast<std::size_t>(patch.n_nodes()) * node_width);
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::gradient, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  store(sum, at(patch.gradient, i));
+                });
+  set_normals(patch);
+}
+
+template <int Dim>
+void meet_bodies(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  patch.contact.meetings.clear();
+  if (patch.active_nodes.empty()) return;
+  const SumOverPatches<Dim> lines(patch, NodeSum::surface, step.step);
+  const double offset = surface_offset(*step.model);
+  std::vector<NodeVector> by_body;
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < std::min(range.end, patch.body_nodes); ++i) {
+      if (!patch.contact.between_bodies[static_cast<std::size_t>(i)]) continue;
+      by_body.clear();
+      for (Local f = i; f < patch.n_nodes(); f += patch.body_nodes)
+        by_body.push_back(lines.most_at(f));
+      add_meetings<Dim>(patch, i, by_body, offset);
+    }
+}
+
+template <int Dim>
+void set_absorbing_nodes(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.absorbing.empty() || patch.active_nodes.empty()) return;
+  const SumOverPatches<Dim, SumLine> sums(patch, NodeSum::displacement, step.step);  // and waves
+  for (auto& at : patch.absorbing) {
+    at.release();
+    if (!patch.node_is_active[static_cast<std::size_t>(at.node)]) continue;
+    const SumLine sum = sums.at(at.node);
+    double u[node_width], w[node_width];
+    store(first_of(sum), u);
+    store(second_of(sum), w);
+    if (more_than(w[mass_lane], patch.least_mass)) at.set(u, w);
+  }
+}
+
+template <int Dim>
+void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  make_room(patch);
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::mass_momentum, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  store(velocity_of(patch, sum, sum), at(patch.velocity, i));
+                });
+  prescribe_velocities(patch, patch.velocity, true);
+}
+
+namespace {
+
+/// Hold what walls pressed (hold_at_walls()), and count their work anew.
+template <int Dim>
+void hold_pressed(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  for (std::size_t k = 0; k < patch.wall_pushes.size(); ++k) {
+    const WallPush<Dim>& push = patch.wall_pushes[k];
+    if (!push.any()) continue;
+    const ConstrainedNode<Dim>& wall = patch.walls[k];
+    double* v = at(patch.velocity, wall.node);
+    hold_at_walls(wall, push, v);
+    const double m = own[static_cast<std::ptrdiff_t>(wall.node) * sum_stride];
+    patch.work.damping += m * push.by.taken_again(push.mapped, Eigen::Map<Vec<Dim>>(v));
+    patch.work.friction -= 0.5 * m * push.rubbed.dot(push.mapped - push.by.after);
+  }
+}
+
+/// Power of nodal forces per mass, `force(node, mass)` [m/s^2], of this patch's share of the mass
+/// at the present velocities [W].
+template <int Dim, class Force>
+double power_of(Patch<Dim>& patch, const StepContext<Dim>& step, Force force) {
+  const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  NodeVector power(0.0);
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < range.end; ++i) {
+      const auto v = load<NodeVector>(at(patch.velocity, i));
+      const double m = v[mass_lane];
+      if (m > patch.least_mass)
+        power += own[static_cast<std::ptrdiff_t>(i) * sum_stride] * (force(i, m) * v);
+    }
+  double sum = 0.0;
+  for (int d = 0; d < Dim; ++d) sum += power[d];
+  return sum;
+}
+
+}  // namespace
+
+// With FLIP particles get the energy f dt . (start + mapped) / 2 of a nodal force f (NodeImpulse),
+// not what integrate() counted, which has the velocity before the mapping. So it is of damping
+// forces, and of all of them where a transfer's loss is what nodes got and particles did not:
+// strains are taken from the mapped velocities. Energy that particles do not have is else counted.
+template <int Dim>
+void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const Analysis& analysis = step.model->analysis;
+  const bool damps = analysis.damping > 0.0, transfer = counts_at_nodes(analysis);
+  const auto of_all = [&] {
+    return power_of(patch, step,
+                    [&](Local i, double) { return load<NodeVector>(at(patch.acceleration, i)); });
+  };
+  const auto of_damping = [&] {
+    return power_of(patch, step, [&](Local i, double m) {
+      return load<NodeVector>(at(patch.damping, i)) * NodeVector(1.0 / m);
+    });
+  };
+  const double counted = (transfer ? of_all() : 0.0) + (damps ? of_damping() : 0.0);
+  double power = 0.0;
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::momentum, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  double* v = at(patch.velocity, i);
+                  store(velocity_of(patch, sum, load<NodeVector>(v)), v);
+                });
+  for (std::size_t k = 0; k < patch.wall_pushes.size(); ++k)
+    patch.wall_pushes[k].mapped =
+        Eigen::Map<const Vec<Dim>>(at(patch.velocity, patch.walls[k].node));
+  if (transfer) power += of_all();
+  prescribe_velocities(patch, patch.velocity);
+  if (damps) power += of_damping();
+  patch.work.damping += 0.5 * step.dt * (power - counted);
+  hold_pressed(patch, step);
+  if (patch.bodies() > 1) hold_together(patch, step);
+}
+
+template <int Dim>
+void nodal_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::pressure, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  const double m = at(patch.velocity, i)[mass_lane];
+                  patch.pressure[static_cast<std::size_t>(i)] =
+                      has_velocity(patch, m) ? sum[0] / m : 0.0;
+                });
+}
+
+namespace {
+
+/// Integrates one node after the other. Work at the nodes over the step is taken with the mean of
+/// the velocities before and after it, v - dt a / 2: the kinetic energy of the nodes changes by
+/// exactly this work. A node's work is shared among its patches as its mass is: those without
+/// particles, which may not get here, have none of it.
+template <int Dim>
+class Integrator {
+ public:
+  Integrator(Patch<Dim>& patch, const StepContext<Dim>& step)
+      : patch_(patch),
+        step_(step),
+        point_(patch.forces.begin()),
+        wall_(patch.walls.begin()),
+        absorbing_(patch.absorbing.begin()),
+        next_absorbing_(node_of(absorbing_)) {
+    if (step.model->analysis.scheme == Scheme::musl)
+      patch.wall_pushes.assign(patch.walls.size(), WallPush<Dim>());
+    if (patch.bodies() > 1) patch.contact.wall_change.assign(patch.walls.size(), Vec<Dim>::Zero());
+    double g[node_width] = {};
+    const double factor = load_factor(*step.model, step.model->gravity_function, step.time);
+    for (int d = 0; d < Dim; ++d) g[d] = factor * step.model->gravity[d];
+    gravity_ = load<NodeVector>(g);
+  }
+
+  /// {v, m} with the prescribed velocities of a wall; nodes in order.
+  LAHAR_INLINE NodeVector prescribed_at_wall(Local i, const NodeVector& v) {
+    return i < next_wall() ? v : at_wall(i, v);
+  }
+
+  /// `old` is {v, m} before the step, `own` this patch's {., m}.
+  LAHAR_INLINE void node(Local i, const NodeVector& own, const NodeVector& old, NodeVector force) {
+    const double m = old[mass_lane];
+    while (point_ != patch_.forces.end() && point_->node < i) ++point_;  // not active
+    while (point_ != patch_.forces.end() && point_->node == i) {
+      double f[node_width] = {};
+      f[point_->dir] = is_first_body(i) ? point_force(*point_) : 0.0;
+      force += load<NodeVector>(f);
+      ++point_;
+    }
+    if (!more_than(m, patch_.least_mass)) {
+      store(NodeVector(0.0), at(patch_.acceleration, i));
+      store(old, at(patch_.velocity, i));
+      return;
+    }
+    if (i >= next_absorbing_) force -= absorbed(i, old);
+    force += gravity_ * m;
+    const NodeVector per_mass(1.0 / m), share = own[mass_lane] * per_mass;
+    NodeVector against(0.0);
+    if (damped()) {
+      against = damping(old, force);
+      store(against, at(patch_.damping, i));
+      force -= against;
+    }
+    NodeVector a = force * per_mass;
+    NodeVector v = with_mass(flushed(old + step_.dt * a, least_nodal_velocity), old);
+    if (i >= next_wall()) advance_at_wall(i, own[mass_lane], old, a, v);
+    store(a, at(patch_.acceleration, i));
+    store(v, at(patch_.velocity, i));
+    const NodeVector mean = v - (0.5 * step_.dt) * a;
+    weight_work_ += own[mass_lane] * mean;
+    damping_work_ += share * against * mean;
+  }
+
+  /// Constraints, and the work of everything.
+  void finish() {
+    for (int d = 0; d < Dim; ++d) {
+      patch_.work.external += step_.dt * gravity_[d] * weight_work_[d];
+      patch_.work.damping += step_.dt * damping_work_[d];
+    }
+    Vec<Dim> g;
+    for (int d = 0; d < Dim; ++d) g[d] = gravity_[d];
+    // Nodal constraints win over what particles prescribe; contact keeps both.
+    if (!patch_.driven.empty()) finish_driven_nodes(patch_, step_, g);
+    const double* own_mass = patch_.own_sums(NodeSum::mass_momentum, step_.step) + mass_lane;
+    for (const auto& fixed : patch_.fixed) {
+      double& v = at(patch_.velocity, fixed.node)[fixed.dir];
+      double& a = at(patch_.acceleration, fixed.node)[fixed.dir];
+      const double own = own_mass[fixed.node * sum_stride];
+      const double m = at(patch_.velocity, fixed.node)[mass_lane];
+      patch_.work.external += own * (fixed.velocity - v) * fixed.velocity;  // of the reaction
+      if (more_than(m, patch_.least_mass)) {
+        // Weight and damping do their work along the prescribed velocity.
+        const double other = step_.dt * (fixed.velocity - (v - 0.5 * step_.dt * a));
+        patch_.work.external += own * gravity_[fixed.dir] * other;
+        if (damped())
+          patch_.work.damping += own / m * at(patch_.damping, fixed.node)[fixed.dir] * other;
+      }
+      v = fixed.velocity;
+      a = 0.0;
+    }
+    if (patch_.bodies() > 1) apply_contact(patch_, step_, g);
+    for (const auto& point : patch_.forces)
+      if (const double m = at(patch_.velocity, point.node)[mass_lane];
+          more_than(m, patch_.least_mass) && is_first_body(point.node))
+        patch_.work.external += own_mass[point.node * sum_stride] / m * point_force(point) *
+                                mean_move(point.node, point.dir);
+    for (const auto& point : patch_.absorbing) {
+      const double own = own_mass[point.node * sum_stride];
+      if (own == 0.0) continue;
+      const double share = own / at(patch_.velocity, point.node)[mass_lane];
+      for (int d = 0; d < Dim; ++d) {
+        const double move = share * mean_move(point.node, d);
+        patch_.work.external -= point.spring[d] * move;
+        patch_.work.damping += point.drag[d] * move;
+      }
+    }
+    if (counts_at_nodes(step_.model->analysis)) count_transfer(own_mass);
+  }
+
+ private:
+  using PointForce = typename Patch<Dim>::PointForce;
+
+  bool damped() const { return step_.model->analysis.damping > 0.0; }
+
+  double point_force(const PointForce& point) const {
+    return point.force * load_factor(*step_.model, point.function, step_.time);
+  }
+
+  /// What a velocity transfer takes that does not blend is what nodes got in the step, counted
+  /// here, and particles did not (Advanced::lost).
+  void count_transfer(const double* own_mass) {
+    NodeVector got(0.0);
+    for (const NodeRange& range : patch_.active_nodes)
+      for (Local i = range.begin; i < range.end; ++i) {
+        const auto a = load<NodeVector>(at(patch_.acceleration, i));
+        const auto mean = load<NodeVector>(at(patch_.velocity, i)) - (0.5 * step_.dt) * a;
+        got += own_mass[static_cast<std::ptrdiff_t>(i) * sum_stride] * (a * mean);
+      }
+    for (int d = 0; d < Dim; ++d) patch_.work.damping += step_.dt * got[d];
+  }
+
+  /// A point force acts on the first of the bodies that are at its node.
+  bool is_first_body(Local i) const {
+    if (patch_.bodies() == 1) return true;
+    for (Local other = i - patch_.body_nodes; other >= 0; other -= patch_.body_nodes)
+      if (at(patch_.velocity, other)[mass_lane] > patch_.least_mass) return false;
+    return true;
+  }
+
+  using Absorbing = typename std::vector<AbsorbingNode<Dim>>::iterator;
+  Local node_of(Absorbing at) const {
+    return at == patch_.absorbing.end() ? std::numeric_limits<Local>::max() : at->node;
+  }
+  /// Force of absorbing node i against its motion {v, m}, if it is one; passes those before it. It
+  /// acts on the first of the bodies that are there. Dashpots at most stop the node in the step:
+  /// one that turned it back, where it has hardly any mass, would shake it more and more.
+  [[gnu::noinline]] NodeVector absorbed(Local i, const NodeVector& v) {
+    double f[node_width] = {};
+    while (node_of(absorbing_) < i) ++absorbing_;
+    const auto first = absorbing_;
+    double all[Dim] = {};
+    for (; node_of(absorbing_) == i; ++absorbing_) {
+      if (!is_first_body(i)) absorbing_->release();
+      for (int d = 0; d < Dim; ++d) all[d] += absorbing_->dashpot[d];
+    }
+    for (auto at = first; at != absorbing_; ++at)
+      for (int d = 0; d < Dim; ++d) {
+        const double impulse = step_.dt * all[d];
+        const double part = impulse > v[mass_lane] ? v[mass_lane] / impulse : 1.0;
+        at->drag[d] = part * at->dashpot[d] * v[d];
+        f[d] += at->spring[d] + at->drag[d];
+      }
+    next_absorbing_ = node_of(absorbing_);
+    return load<NodeVector>(f);
+  }
+
+  /// Cundall's force alpha |f_d| sign(v_d), against the velocity. The force has no mass lane.
+  NodeVector damping(const NodeVector& v, const NodeVector& force) const {
+    const NodeVector zero(0.0);
+    const Analysis& analysis = step_.model->analysis;
+    const NodeVector squares = force * force;
+    const NodeVector size = analysis.damping_as_cbgeo ? NodeVector(std::sqrt(reduce(squares)))
+                                                      : max(force, zero - force);
+    const NodeVector against = analysis.damping * size;
+    const auto signed_force = v.v > zero.v ? against.v : v.v < zero.v ? -against.v : zero.v;
+    return with_mass(NodeVector::of(signed_force), zero);
+  }
+
+  /// The next node of a wall that has not been passed.
+  Local next_wall() const {
+    return wall_ == patch_.walls.end() ? std::numeric_limits<Local>::max() : wall_->node;
+  }
+  /// Whether node i is one; passes those before it, which are not active.
+  bool is_at_wall(Local i) {
+    while (next_wall() < i) ++wall_;
+    return next_wall() == i;
+  }
+  [[gnu::noinline]] NodeVector at_wall(Local i, const NodeVector& v) {
+    double values[node_width];
+    store(v, values);
+    if (is_at_wall(i)) prescribe_velocity(*wall_, values);
+    return load<NodeVector>(values);
+  }
+  /// `a` is that of all forces but the wall's; `v` is written only.
+  [[gnu::noinline]] void advance_at_wall(Local i, double own_mass, const NodeVector& old,
+                                         NodeVector& a, NodeVector& v) {
+    if (!is_at_wall(i)) return;
+    double velocity[node_width], acceleration[node_width];
+    store(old, velocity);
+    store(a, acceleration);
+    ConstrainedNode<Dim> wall = *wall_;
+    if (step_.model->analysis.scheme == Scheme::usf)  // what nodal_velocity() took
+      Eigen::Map<Vec<Dim>>(velocity) += Eigen::Map<const Vec<Dim>>(at(patch_.acceleration, i));
+    for (std::size_t d = 0; d < Dim; ++d)
+      if (wall.accelerated[d])
+        wall.acceleration[d] *= load_factor(*step_.model, wall.function[d], step_.time);
+    const auto at_walls = static_cast<std::size_t>(wall_ - patch_.walls.begin());
+    WallPush<Dim>* push = patch_.wall_pushes.empty() ? nullptr : &patch_.wall_pushes[at_walls];
+    const WallWork done = lahar::advance_at_wall(wall, step_.dt, step_.model->analysis.as_cbgeo,
+                                                 velocity, acceleration, push);
+    if (!patch_.contact.wall_change.empty())
+      for (int d = 0; d < Dim; ++d)
+        patch_.contact.wall_change[at_walls][d] = step_.dt * (acceleration[d] - a[d]);
+    patch_.work.external += own_mass * done.reaction;
+    patch_.work.damping += own_mass * done.taken;
+    patch_.work.friction += own_mass * done.friction;
+    v = load<NodeVector>(velocity);
+    a = load<NodeVector>(acceleration);
+  }
+
+  double mean_move(Local i, int d) const {
+    return step_.dt * (at(patch_.velocity, i)[d] - 0.5 * step_.dt * at(patch_.acceleration, i)[d]);
+  }
+
+  Patch<Dim>& patch_;
+  const StepContext<Dim>& step_;
+  typename std::vector<PointForce>::const_iterator point_;
+  typename std::vector<ConstrainedNode<Dim>>::const_iterator wall_;
+  Absorbing absorbing_;
+  Local next_absorbing_;  ///< the node that it is at
+  NodeVector gravity_;
+  NodeVector weight_work_ = NodeVector(0.0);   ///< of unit gravity and a step of 1 s
+  NodeVector damping_work_ = NodeVector(0.0);  ///< of a step of 1 s
+};
+
+}  // namespace
+
+template <int Dim>
+void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  Integrator<Dim> integrator(patch, step);
+  for_each_node(
+      patch, SumOverPatches<Dim>(patch, NodeSum::force, step.step),
+      [&](Local i, const NodeVector&, const NodeVector& force) __attribute__((always_inline)) {
+        const double* own = patch.own_sums(NodeSum::mass_momentum, step.step);
+        integrator.node(i, load<NodeVector>(own + static_cast<std::ptrdiff_t>(i) * sum_stride),
+                        load<NodeVector>(at(patch.velocity, i)), force);
+      });
+  integrator.finish();
+}
+
+template <int Dim>
+void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  make_room(patch);
+  Integrator<Dim> integrator(patch, step);
+  auto fixed = patch.fixed.begin();  // ascending nodes
+  for_each_node(
+      patch, SumOverPatches<Dim, SumLine>(patch, NodeSum::mass_momentum, step.step),  // and force
+      [&](Local i, const SumLine& own, const SumLine& sum) __attribute__((always_inline)) {
+        NodeVector v = velocity_of(patch, first_of(sum), first_of(sum));
+        while (fixed != patch.fixed.end() && fixed->node < i) ++fixed;  // not active
+        for (; fixed != patch.fixed.end() && fixed->node == i; ++fixed)
+          v = with_component(v, fixed->dir, fixed->velocity);
+        integrator.node(i, first_of(own), integrator.prescribed_at_wall(i, v), second_of(sum));
+      });
+  integrator.finish();
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                   \
+  template void find_active_nodes<Dim>(Patch<Dim>&);                             \
+  template void activate_nodes<Dim>(Patch<Dim>&);                                \
+  template void nodal_gradient<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
+  template void meet_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&);          \
+  template void set_absorbing_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&);  \
+  template void nodal_velocity<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
+  template void nodal_velocity_again<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
+  template void nodal_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
+  template void integrate<Dim>(Patch<Dim>&, const StepContext<Dim>&);            \
+  template void velocity_and_integrate<Dim>(Patch<Dim>&, const StepContext<Dim>&);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+
+}  // namespace lahar

@@ -1,0 +1,94 @@
+/// \file What particles give to nodes, for kernels that sum it with any basis.
+#pragma once
+
+#include <array>
+
+#include "physics/base/simd.h"
+#include "physics/particles/loads.h"
+#include "physics/particles/patch.h"
+
+namespace lahar::general {
+
+LAHAR_INLINE void add_to_node(double* sums, Local node, const NodeVector& value) {
+  double* at = sums + static_cast<std::ptrdiff_t>(node) * sum_stride;
+  store(load<NodeVector>(at) + value, at);
+}
+
+/// Mass and momentum of the first n particles from p on: m, m v and m C, with C zero unless there
+/// is an affine part.
+template <int Dim>
+struct ParticleMomentum {
+  const double* m;
+  std::array<const double*, Dim> v;
+  std::array<const double*, static_cast<std::size_t>(Dim) * Dim> C{};
+
+  explicit ParticleMomentum(const Particles<Dim>& particles)
+      : m(particles.row(Column::mass)), v(particles.template rows<Dim>(Column::v)) {
+    if (particles.layout().has(Column::affine))
+      C = particles.template rows<Dim * Dim>(Column::affine);
+  }
+  bool is_affine() const { return C[0] != nullptr; }
+
+  template <class Real>
+  LAHAR_INLINE void at(Local p, Local n, Real& mass, Real (&momentum)[Dim],
+                       Real (&spin)[Dim][Dim]) const {
+    mass = load_first<Real>(m + p, n);
+    LAHAR_UNROLL
+    for (std::size_t a = 0; a < Dim; ++a) {
+      momentum[a] = mass * load<Real>(v[a] + p);
+      LAHAR_UNROLL
+      for (std::size_t d = 0; d < Dim; ++d) spin[a][d] = mass * load<Real>(C[Dim * a + d] + p);
+    }
+  }
+};
+
+/// V sigma of the first n particles from p on.
+template <int Dim>
+struct ParticleStress {
+  const double* V;
+  std::array<const double*, stress_components<Dim>> stress;
+
+  explicit ParticleStress(const Particles<Dim>& particles)
+      : V(particles.row(Column::volume)),
+        stress(particles.template rows<stress_components<Dim>>(Column::stress)) {}
+
+  template <class Real>
+  LAHAR_INLINE void at(Local p, Local n, Real (&S)[Dim][Dim]) const {
+    constexpr std::size_t voigt[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+    const Real volume = load_first<Real>(V + p, n);
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int b = 0; b < Dim; ++b) S[a][b] = volume * load<Real>(stress[voigt[a][b]] + p);
+  }
+};
+
+/// The same of a pressure of 1 everywhere, whose internal force is sum_p V_p grad N_i.
+template <int Dim>
+struct UnitPressure {
+  const double* V;
+
+  template <class Real>
+  LAHAR_INLINE void at(Local p, Local n, Real (&S)[Dim][Dim]) const {
+    const Real volume = load_first<Real>(V + p, n);
+    LAHAR_UNROLL
+    for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+    for (int b = 0; b < Dim; ++b) S[a][b] = a == b ? -volume : Real(0.0);
+  }
+};
+
+/// Tractions on the particles of one run: N_i t V / size.
+template <int Dim, class Basis>
+void particle_force(const Basis& basis, const Patch<Dim>& patch, const ParticleBin& run,
+                    const Local* nodes, const StepContext<Dim>& step, double* sums) {
+  for (Local p = run.begin; p < run.end; ++p) {
+    const Vec<Dim> f = force_on(patch.particles, p, step);
+    if (f.isZero(0.0)) continue;
+    Scalar N[Basis::nodes];
+    basis.functions(p, N);
+    for (int i = 0; i < Basis::nodes; ++i)
+      for (int d = 0; d < Dim; ++d)
+        sums[static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride + d] += N[i][0] * f[d];
+  }
+}
+
+}  // namespace lahar::general

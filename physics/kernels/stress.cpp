@@ -1,0 +1,375 @@
+/// \file Strain increment and constitutive update.
+#include <algorithm>
+
+#include "physics/basis/cell_map.h"
+#include "physics/kernels/general_kernels.h"
+#include "physics/kernels/kernels.h"
+#include "physics/kernels/opening.h"
+#include "physics/materials/law.h"
+
+namespace lahar {
+
+namespace {
+
+template <int Dim>
+inline constexpr std::array<int, strain_components<Dim>> strain_voigt = [] {
+  if constexpr (Dim == 2)
+    return std::array<int, 3>{0, 1, 3};
+  else
+    return std::array<int, 6>{0, 1, 2, 3, 4, 5};
+}();
+
+/// Strain rate with engineering shear from the velocity gradient; Voigt rows of a stress.
+template <int Dim, class Real>
+LAHAR_INLINE void strain_rate(const Real (&L)[Dim][Dim], Real (&rate)[stress_components<Dim>]) {
+  rate[0] = L[0][0];
+  rate[1] = L[1][1];
+  if constexpr (Dim == 2) {
+    rate[2] = Real(0.0);
+    rate[3] = L[0][1] + L[1][0];
+  } else {
+    rate[2] = L[2][2];
+    rate[3] = L[0][1] + L[1][0];
+    rate[4] = L[1][2] + L[2][1];
+    rate[5] = L[0][2] + L[2][0];
+  }
+}
+
+/// Rows of the columns that the stage changes; null where there is no such column.
+template <int Dim>
+struct Rows {
+  std::array<double*, stress_components<Dim>> stress;
+  std::array<double*, strain_components<Dim>> strain{};
+  double* volume;
+  std::array<double*, most_state> state{};
+  double* opening = nullptr;
+  double dilatancy = 0.0;  ///< of the law
+  std::array<double*, Dim> domain{}, next_domain{};
+  std::array<double*, static_cast<std::size_t>(Dim) * Dim> vectors{}, next_vectors{};
+
+  explicit Rows(Particles<Dim>& particles)
+      : stress(particles.template rows<stress_components<Dim>>(Column::stress)),
+        volume(particles.row(Column::volume)) {
+    if (particles.layout().has(Column::strain))
+      strain = particles.template rows<strain_components<Dim>>(Column::strain);
+    if (particles.layout().has(Column::state))
+      for (int k = 0; k < particles.layout().components(Column::state); ++k)
+        state[static_cast<std::size_t>(k)] = particles.row(Column::state, k);
+    if (particles.layout().has(Column::opening)) opening = particles.row(Column::opening);
+    if (particles.layout().has(Column::next_domain)) {
+      domain = particles.template rows<Dim>(Column::domain);
+      next_domain = particles.template rows<Dim>(Column::next_domain);
+    }
+    if (particles.layout().has(Column::vectors)) {
+      vectors = particles.template rows<Dim * Dim>(Column::vectors);
+      next_vectors = particles.template rows<Dim * Dim>(Column::next_vectors);
+    }
+  }
+};
+
+template <int Dim>
+void mark_collapse(Patch<Dim>& patch, const ParticleBin& run, double volumetric) {
+  if (patch.fault.kind != ParticleFault::Kind::none) return;
+  patch.fault.kind =
+      std::isfinite(volumetric) ? ParticleFault::Kind::volume : ParticleFault::Kind::not_finite;
+  patch.fault.particle = patch.particles.id[static_cast<std::size_t>(run.begin)];
+  patch.fault.count = run.end - run.begin;
+  for (int d = 0; d < Dim; ++d)
+    patch.fault.position[static_cast<std::size_t>(d)] =
+        patch.particles.row(Column::x, d)[run.begin];
+}
+
+/// Lanes of the particles from p on for which the law failed, `before` with their stress before.
+template <int Dim, class Real>
+[[gnu::noinline]] void mark_failures(Patch<Dim>& patch, const ParticleBin& run, Local p,
+                                     const Failures& failures, const Real* before) {
+  for (int lane = 0; lane < lanes<Real>; ++lane) {
+    patch.work.divided += failures.divided >> lane & 1;
+    if (!(failures.failed >> lane & 1)) continue;
+    ParticleFault& fault = patch.fault;
+    if (fault.kind == ParticleFault::Kind::law) ++fault.count;
+    if (fault.kind != ParticleFault::Kind::none) continue;
+    fault.kind = ParticleFault::Kind::law;
+    fault.particle = patch.particles.id[static_cast<std::size_t>(p + lane)];
+    fault.material = run.material;
+    fault.count = 1;
+    for (std::size_t k = 0; k < stress_components<Dim>; ++k) fault.stress[k] = before[k][lane];
+    for (int d = 0; d < Dim; ++d) {
+      const auto at = static_cast<std::size_t>(d);
+      fault.position[at] = patch.particles.row(Column::x, d)[p + lane];
+      fault.velocity[at] = patch.particles.row(Column::v, d)[p + lane];
+    }
+  }
+}
+
+/// The state variables that a law keeps, from their rows and back; those that follow from the
+/// stress stay where they are, and the law gets zeros.
+template <class LawType, class Real>
+LAHAR_INLINE void load_state(const std::array<double*, most_state>& rows, Local p, Real* state) {
+  LAHAR_UNROLL
+  for (std::size_t k = 0; k < LawType::state.size(); ++k)
+    state[k] = LawType::state[k].of_stress ? Real(0.0) : load<Real>(rows[k] + p);
+}
+template <class LawType, class Real>
+LAHAR_INLINE void store_state(const Real* state, const std::array<double*, most_state>& rows,
+                              Local p, Local n) {
+  LAHAR_UNROLL
+  for (std::size_t k = 0; k < LawType::state.size(); ++k)
+    if (!LawType::state[k].of_stress) store_first(state[k], rows[k] + p, n);
+}
+
+/// Velocity gradient in a run's cell with linear functions, and its trace at the cell's centre.
+template <int Dim, class Map>
+struct LinearGradient {
+  static constexpr bool domains = false;  ///< particles may have a domain
+  const Map& map;
+  CornerDifferences<Dim> difference;
+  double centre_trace = 0.0;
+
+  LAHAR_INLINE LinearGradient(const Patch<Dim>& patch, const Map& cell_map, const ParticleBin& run)
+      : map(cell_map),
+        difference(patch.velocity.data(),
+                   patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)]) {
+    double Gc[Dim][Dim], Lc[Dim][Dim];
+    difference.centre_gradient(Gc);
+    map.to_physical_centre(Gc, Lc);
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) centre_trace += Lc[d][d];
+  }
+  template <class Real>
+  LAHAR_INLINE Real at(Local p, Real (&L)[Dim][Dim]) const {
+    Real G[Dim][Dim];
+    difference.gradient(weights_at<Dim, Real>(map, p), G);
+    map.to_physical(p, G, L);
+    return Real(centre_trace);
+  }
+  double least_trace(Local) const { return centre_trace; }
+};
+
+/// The same from rows that hold the gradients of a run's particles.
+template <int Dim>
+struct StoredGradient {
+  static constexpr bool domains = true;
+  std::array<const double*, static_cast<std::size_t>(Dim) * Dim> rows;
+  const double* trace;
+  Local begin;
+
+  StoredGradient(const VelocityGradients<Dim>& from, Local first, Local run_begin)
+      : trace(from.trace.data() + first), begin(run_begin) {
+    for (std::size_t k = 0; k < rows.size(); ++k) rows[k] = from.L[k].data() + first;
+  }
+  template <class Real>
+  LAHAR_INLINE Real at(Local p, Real (&L)[Dim][Dim]) const {
+    LAHAR_UNROLL
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      L[k / Dim][k % Dim] = load<Real>(rows[k] + (p - begin));
+    return load<Real>(trace + (p - begin));
+  }
+  double least_trace(Local n) const { return *std::min_element(trace, trace + n); }
+};
+
+/// The box that is a particle's domain stretches along its axes, e_d *= 1 + dt L_dd: so that its
+/// volume changes as the particle's, and rotations leave it as it is. Functions of this step remain
+/// those of the old one.
+template <int Dim, class Real>
+LAHAR_INLINE void stretch_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
+                                 Local p, Local n) {
+  LAHAR_UNROLL
+  for (std::size_t d = 0; d < Dim; ++d)
+    store_first(Real(load<Real>(rows.domain[d] + p) * (1.0 + dt * L[d][d])),
+                rows.next_domain[d] + p, n);
+}
+
+/// The vectors along a domain's edges follow the deformation, r += dt L r.
+template <int Dim, class Real>
+LAHAR_INLINE void deform_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
+                                Local p, Local n) {
+  for (std::size_t k = 0; k < Dim; ++k) {
+    Real r[Dim];
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d) r[d] = load<Real>(rows.vectors[Dim * k + d] + p);
+    LAHAR_UNROLL
+    for (std::size_t a = 0; a < Dim; ++a) {
+      Real change(0.0);
+      LAHAR_UNROLL
+      for (std::size_t d = 0; d < Dim; ++d) change += L[a][d] * r[d];
+      store_first(r[a] + dt * change, rows.next_vectors[Dim * k + a] + p, n);
+    }
+  }
+}
+
+/// Domains of the n particles from p on follow L.
+template <int Dim, class Real>
+LAHAR_INLINE void move_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt, Local p,
+                              Local n) {
+  if (rows.next_domain[0]) stretch_domain(rows, L, dt, p, n);
+  if (rows.next_vectors[0]) deform_domain(rows, L, dt, p, n);
+}
+
+/// Volume of a run's cell, or of a cube of its smallest width, as a multiple of that of the
+/// material of its particles.
+template <int Dim>
+double space_of(const Patch<Dim>& patch, const ParticleBin& run) {
+  const auto c = static_cast<std::size_t>(run.cell);
+  double space = 1, material = 0;
+  for (std::size_t d = 0; d < Dim; ++d)
+    space *= patch.cartesian ? 2.0 / patch.box[c][Dim + d] : patch.cell_size[c];
+  const double* volume = patch.particles.row(Column::volume);
+  for (Local r = patch.first_bin[c]; r >= 0; r = patch.bins[static_cast<std::size_t>(r)].next) {
+    const ParticleBin& other = patch.bins[static_cast<std::size_t>(r)];
+    for (Local p = other.begin; p < other.end; ++p) material += volume[p];
+  }
+  return space / material;
+}
+
+/// One run with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
+/// With Gaps the column Column::opening is there, and volumes are of the material.
+template <bool Gaps, int Dim, class Real, class Gradient, class LawType>
+LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const ParticleBin& run,
+                             const Rows<Dim>& rows, const StepContext<Dim>& step, StressPart part,
+                             const LawType& law) {
+  const double dt = step.dt;
+  const double least = dt * gradient.least_trace(run.end - run.begin);
+  if (!(1.0 + least > 0.0)) mark_collapse(patch, run, least);
+  const double space = Gaps ? space_of(patch, run) : 0.0;
+
+  Real work(0.0);
+  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+    const Local n = run.end - p;
+    prefetch(rows.stress, p);
+    LawInput<Dim, Real> in;
+    in.volumetric = gradient.at(p, in.gradient) * dt;
+    strain_rate<Dim, Real>(in.gradient, in.rate);
+    in.dt = dt;
+
+    if (part != StressPart::law) {
+      if constexpr (Gradient::domains && !Gaps) move_domain(rows, in.gradient, dt, p, n);
+      if (rows.strain[0]) {
+        LAHAR_UNROLL
+        for (std::size_t k = 0; k < strain_components<Dim>; ++k)
+          store_first(load<Real>(rows.strain[k] + p) + dt * in.rate[strain_voigt<Dim>[k]],
+                      rows.strain[k] + p, n);
+      }
+      if constexpr (!Gaps)
+        store_first(Real(load<Real>(rows.volume + p) * (1.0 + in.volumetric)), rows.volume + p, n);
+    }
+    if (part != StressPart::strain) {
+      constexpr bool may_fail = can_fail<LawType, Dim, Real>;
+      Real stress[stress_components<Dim>], power(0.0), state[most_state];
+      Real before[may_fail ? stress_components<Dim> : 1];
+      LAHAR_UNROLL
+      for (std::size_t k = 0; k < stress_components<Dim>; ++k) {
+        stress[k] = load<Real>(rows.stress[k] + p);
+        power += stress[k] * in.rate[k];
+        if constexpr (may_fail) before[k] = stress[k];
+      }
+      load_state<LawType>(rows.state, p, state);
+      Real pressure_before(0.0);
+      if constexpr (pressure_is_state<LawType>) pressure_before = state[0];
+      if constexpr (may_fail) {
+        if (n < lanes<Real>) in.active = (1u << n) - 1;
+      }
+      const auto apply = [&](const LawInput<Dim, Real>& given) __attribute__((always_inline)) {
+        const Failures failures = update(law, given, stress, state);
+        if constexpr (may_fail) {
+          if (failures.failed | failures.divided) mark_failures(patch, run, p, failures, before);
+        }
+      };
+      if constexpr (Gaps) {
+        OpeningIncrement<Dim, Real, LawType> gaps(law, rows.dilatancy, load<Real>(rows.opening + p),
+                                                  Real(std::max(space - 1.0, 0.0)));
+        apply(gaps.close(in, stress, state));
+        gaps.open(stress, state);
+        store_first(gaps.opening(), rows.opening + p, n);
+        store_first(Real(load<Real>(rows.volume + p) * stretch_of(gaps.of_material())),
+                    rows.volume + p, n);
+        if constexpr (Gradient::domains) {
+          Real L[Dim][Dim];
+          gaps.of_domain(in, L);
+          move_domain(rows, L, dt, p, n);
+        }
+      } else {
+        apply(in);
+      }
+      store_state<LawType>(state, rows.state, p, n);
+      LAHAR_UNROLL
+      for (std::size_t k = 0; k < stress_components<Dim>; ++k) {
+        power += stress[k] * in.rate[k];
+        store_first(stress[k], rows.stress[k] + p, n);
+      }
+      // Pressure does its work at the strain that the fluid has, not at that of the particle.
+      if constexpr (pressure_is_state<LawType>)
+        if (!step.model->analysis.volume_as_cbgeo)
+          power -=
+              (pressure_before + state[0]) * (in.volumetric * (1.0 / dt) - volumetric_rate(in));
+      // Beyond the run laws may see anything, also what is not finite.
+      work += first_lanes(Real((0.5 * dt) * load<Real>(rows.volume + p) * power), n);
+    }
+  }
+  return work;
+}
+
+/// The same with gaps where the law has a limit of tension and the particles a column for them.
+template <int Dim, class Real, class Gradient, class LawType>
+LAHAR_INLINE Real update_one_run(Patch<Dim>& patch, const Gradient& gradient,
+                                 const ParticleBin& run, const Rows<Dim>& rows,
+                                 const StepContext<Dim>& step, StressPart part,
+                                 const LawType& law) {
+  if constexpr (Opens<LawType, Dim, Real>) {
+    if (rows.opening)
+      return update_run<true, Dim, Real>(patch, gradient, run, rows, step, part, law);
+  }
+  return update_run<false, Dim, Real>(patch, gradient, run, rows, step, part, law);
+}
+
+}  // namespace
+
+template <int Dim, class Real>
+void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                   StressPart part, const VelocityGradients<Dim>* gradients) {
+  const Rows<Dim> rows(patch.particles);
+  Real work(0.0);
+  if (general::is(patch) && !gradients) {
+    // A buffer that all patches of a thread share stays in its cache.
+    static thread_local VelocityGradients<Dim> found;
+    general::find_gradients<Dim, Real>(patch, step, bins, found);
+    gradients = &found;
+  }
+  // Runs of one material together: its law is found once.
+  for (std::size_t from = 0, to = 0; from < bins.size(); from = to) {
+    while (to < bins.size() && bins[to].material == bins[from].material) ++to;
+    std::visit(
+        [&](const auto& given) {
+          const auto law = prepare(given);
+          Rows<Dim> of_law = rows;
+          if (!can_open(step.model->materials[bins[from].material].law)) of_law.opening = nullptr;
+          of_law.dilatancy = dilatancy(given);
+          if (general::is(patch)) {
+            for (std::size_t r = from; r < to; ++r)
+              if (const ParticleBin& run = bins[r]; run.begin < run.end)
+                work += update_one_run<Dim, Real>(
+                    patch, StoredGradient<Dim>(*gradients, gradients->first[r], run.begin), run,
+                    of_law, step, part, law);
+            return;
+          }
+          for_each_run(
+              patch, bins.subspan(from, to - from),
+              [&](const auto& map, const ParticleBin& run) __attribute__((always_inline)) {
+                const LinearGradient<Dim, std::decay_t<decltype(map)>> gradient(patch, map, run);
+                work += update_one_run<Dim, Real>(patch, gradient, run, of_law, step, part, law);
+              });
+        },
+        step.model->materials[bins[from].material].law);
+  }
+  patch.work.internal += reduce(work);
+}
+
+#define LAHAR_INSTANTIATE(Dim, Real)                                                         \
+  template void update_stress<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
+                                         StressPart, const VelocityGradients<Dim>*);
+LAHAR_INSTANTIATE(2, Pack)
+LAHAR_INSTANTIATE(3, Pack)
+LAHAR_INSTANTIATE(2, Scalar)
+LAHAR_INSTANTIATE(3, Scalar)
+
+}  // namespace lahar

@@ -1,0 +1,104 @@
+/// \file Every copy of a node runs this very code, so that all are equal to the last bit.
+#include "physics/kernels/velocity_transfer.h"
+
+#include <algorithm>
+
+#include "physics/kernels/driven_nodes.h"
+#include "physics/particles/node_sums.h"
+
+namespace lahar {
+
+namespace {
+
+/// Velocities that are filtered: those before forces act, or (`after`) with their change.
+template <int Dim>
+LAHAR_INLINE NodeVector unfiltered(const Patch<Dim>& patch, Local i, bool after, double dt) {
+  const auto v = load<NodeVector>(at(patch.velocity, i));
+  return after ? v : v - dt * load<NodeVector>(at(patch.acceleration, i));
+}
+
+/// V_order + dt a becomes what is prescribed; with FMPM, V_order does.
+template <int Dim>
+void prescribe(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const double dt = step.model->analysis.transfer.filters_change ? 0.0 : step.dt;
+  const auto add = [&](Local i, double time) {  // a is zero along directions that are fixed
+    store(load<NodeVector>(at(patch.transfer, i)) +
+              NodeVector(time) * load<NodeVector>(at(patch.acceleration, i)),
+          at(patch.transfer, i));
+  };
+  const auto add_change = [&](double time) {
+    for (const auto& driven : patch.driven) add(driven.node, time);
+    for (const auto& wall : patch.walls)
+      if (!find_node(patch.driven, wall.node)) add(wall.node, time);
+  };
+  add_change(dt);
+  prescribe_velocities(patch, patch.transfer);
+  add_change(-dt);
+}
+
+template <int Dim, class Node>
+void for_each_active_node(const Patch<Dim>& patch, Node node) {
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < range.end; ++i) node(i);
+}
+
+}  // namespace
+
+template <int Dim>
+void velocities_before_forces(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  patch.transfer.resize(patch.velocity.size());
+  for_each_active_node(
+      patch, [&](Local i) { store(unfiltered(patch, i, false, step.dt), at(patch.transfer, i)); });
+}
+
+template <int Dim>
+void begin_filter(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const bool after = step.model->analysis.transfer.filters_change;
+  patch.transfer.resize(patch.velocity.size());
+  for_each_active_node(
+      patch, [&](Local i) { store(unfiltered(patch, i, after, step.dt), at(patch.transfer, i)); });
+  prescribe(patch, step);
+}
+
+template <int Dim>
+void raise_filter(Patch<Dim>& patch, const StepContext<Dim>& step, int order) {
+  const bool after = step.model->analysis.transfer.filters_change;
+  for_each_node(patch, SumOverPatches<Dim>(patch, sum_of_order(order), step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  const double m = at(patch.velocity, i)[mass_lane];
+                  if (!has_velocity(patch, m)) return;
+                  const auto lower = load<NodeVector>(at(patch.transfer, i));
+                  store(unfiltered(patch, i, after, step.dt) + (lower - (1.0 / m) * sum),
+                        at(patch.transfer, i));
+                });
+  prescribe(patch, step);
+}
+
+template <int Dim>
+void finish_filter(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const VelocityTransfer& transfer = step.model->analysis.transfer;
+  const auto bodies = static_cast<Local>(patch.bodies());
+  const Local per_body = bodies == 1 ? patch.n_nodes() : patch.body_nodes;
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local from = range.begin; from < range.end;) {  // node by node of one body
+      const Local body = std::min(from / per_body, bodies - 1),
+                  end = std::min(range.end, (body + 1) * per_body);
+      const double kept = transfer.kept(body, step.dt), taken = 1.0 - kept;
+      const double change = transfer.filters_change ? kept * step.dt : step.dt;
+      for (; from < end; ++from)
+        store(taken * load<NodeVector>(at(patch.transfer, from)) +
+                  change * load<NodeVector>(at(patch.acceleration, from)),
+              at(patch.transfer, from));
+    }
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                       \
+  template void velocities_before_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
+  template void begin_filter<Dim>(Patch<Dim>&, const StepContext<Dim>&);             \
+  template void raise_filter<Dim>(Patch<Dim>&, const StepContext<Dim>&, int);        \
+  template void finish_filter<Dim>(Patch<Dim>&, const StepContext<Dim>&);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

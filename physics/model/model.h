@@ -1,0 +1,285 @@
+/// \file Everything a run needs, with names resolved and units SI: what io/ makes of a scenario.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "physics/base/types.h"
+#include "physics/materials/material.h"
+#include "physics/mesh/mesh.h"
+#include "physics/model/injection.h"
+
+namespace lahar {
+
+enum class Scheme { usf, usl, musl };
+
+/// Functions that map between particles and nodes: those of the mesh's elements, or functions that
+/// reach beyond the cell, for structured meshes.
+enum class ShapeFunctions {
+  element,
+  gimp,          ///< domains of particles stretch with them (contiguous particles)
+  uniform_gimp,  ///< domains keep their size
+  cpdi,          ///< domains are parallelograms or parallelepipeds that deform with the particle
+  cpdi2,         ///< domains are quadrilaterals or hexahedra whose corners move with the nodes
+  quadratic_spline,
+  cubic_spline
+};
+
+/// An affine velocity field that particles carry beside their velocity.
+enum class Affine {
+  none,
+  apic,  ///< affine particle-in-cell (Jiang et al. 2015)
+  tpic   ///< Taylor particle-in-cell: the velocity gradient (Nakamura et al. 2023)
+};
+
+/// A factor that multiplies a load over time.
+struct MathFunction {
+  enum class Kind { linear, sine } kind = Kind::linear;
+  std::vector<double> x, f;  ///< linear: times [s], ascending, and values; constant outside
+  double x0 = 0, a = 0;      ///< sine: sin(a (t - x0)) in [lo, hi], 0 outside
+  double lo = std::numeric_limits<double>::min(), hi = std::numeric_limits<double>::max();
+  double operator()(double t) const;
+};
+
+/// Prescribed velocity component of a node; of several for a node and direction the first wins.
+struct NodeVelocity {
+  Index node;
+  int dir;
+  double velocity;  ///< [m/s]
+};
+
+/// Coulomb friction of a node on a rigid wall. One two-sided wall per node, or one-sided ones along
+/// different axes.
+struct NodeFriction {
+  Index node;
+  int normal;              ///< direction of the wall's normal, in the node's frame
+  int outward;             ///< sign of the normal that points out of the body: 1 or -1
+  double friction;         ///< coefficient [-]; infinite: no sliding while pressed
+  bool one_sided = false;  ///< the wall pushes and does not pull, at the node's prescribed velocity
+};
+
+/// Prescribed acceleration component of a node, in its frame; of several for a node and direction
+/// the last wins.
+struct NodeAcceleration {
+  Index node;
+  int dir;
+  double acceleration;  ///< [m/s^2]
+  int function = -1;    ///< index into Model::functions; -1 = constant
+};
+
+/// A node of a boundary that waves leave through (AbsorbingNode); several on a node add up.
+struct NodeAbsorption {
+  Index node;
+  int normal;    ///< direction in which compression waves go
+  double area;   ///< [m^2] of the boundary (2D: [m])
+  double delta;  ///< [m] thickness of the layer whose stiffness the springs have
+  double a, b;   ///< factors of the dashpots along the normal and the others
+};
+
+/// Rotated axes in which the constraints of a node act. One per node.
+template <int Dim>
+struct NodeFrame {
+  Index node;
+  Eigen::Matrix<double, Dim, Dim, Eigen::DontAlign> axes;  ///< columns: local axes
+};
+
+struct NodeForce {
+  Index node;
+  int dir;
+  double force;       ///< [N] (2D: per metre of thickness)
+  int function = -1;  ///< index into Model::functions; -1 = constant
+};
+
+/// Constraints and loads of nodes. Of several processes that read a scenario together each has
+/// those of some nodes (directory_rank()), and patches ask for theirs.
+template <int Dim>
+struct NodeConditions {
+  std::vector<NodeVelocity> node_velocities;
+  std::vector<NodeFriction> node_frictions;
+  std::vector<NodeFrame<Dim>> node_frames;
+  std::vector<NodeForce> node_forces;
+  std::vector<NodeAbsorption> node_absorptions;
+  std::vector<NodeAcceleration> node_accelerations;
+};
+
+/// Traction on particles: force = traction(t) * volume / size, size = initial volume^(1/Dim).
+struct ParticleTraction {
+  std::vector<Index> particles;  ///< particle ids, ascending; those of ParticleTable alone
+  int dir;
+  double traction;    ///< [Pa]
+  int function = -1;  ///< index into Model::functions; -1 = constant
+  bool all = false;   ///< on all particles, those that are injected too
+};
+
+/// Prescribed velocity component of particles, applied at the end of G2P.
+struct ParticleVelocity {
+  std::vector<Index> particles;  ///< particle ids, ascending; those of ParticleTable alone
+  int dir;
+  double velocity;   ///< [m/s]
+  bool all = false;  ///< of all particles, those that are injected too
+};
+
+/// Initial particles, structure of arrays; the particle's id is its position unless `id` is given:
+/// where several processes have a share each.
+template <int Dim>
+struct ParticleTable {
+  std::vector<Vec<Dim>> x;              ///< [m]
+  std::vector<Index> cell;              ///< owning cell, by the placement rule; always filled
+  std::vector<double> volume;           ///< [m^3]; always filled
+  std::vector<std::uint16_t> material;  ///< index into Model::materials; always filled
+  std::vector<Vec<Dim>> velocity;       ///< [m/s]; empty = zero
+  std::vector<Voigt> stress;            ///< [Pa]; empty = zero
+  // What particles of an earlier run bring with them.
+  std::vector<Vec<Dim>> displacement;  ///< [m]; empty = zero
+  std::vector<Voigt> strain;           ///< engineering shear; empty = zero
+  std::vector<double> mass;            ///< [kg]; empty = volume times the material's density
+  /// State variables of the particle's material, in its order; empty = those of its beginning.
+  std::vector<std::array<double, most_state>> state;
+  std::vector<Index> id;             ///< ascending; empty = the position
+  std::vector<std::uint64_t> loads;  ///< as Particles::loads; empty = not yet set
+  Index size() const { return static_cast<Index>(x.size()); }
+  Index id_of(std::size_t row) const { return id.empty() ? static_cast<Index>(row) : id[row]; }
+};
+
+/// How the time step is chosen. The limit of a particle is h / (c + |v|), h = Mesh::cell_size,
+/// c = wave_speed(); the step used is safety times the smallest limit.
+struct TimeStep {
+  bool adaptive = false;
+  double dt = 0;                 ///< [s] fixed step, or the largest step allowed when adaptive
+  double safety = 0.5;           ///< [-] adaptive only
+  bool accept_unstable = false;  ///< a fixed step above the limit is a warning, not an error
+};
+
+/// What particles keep of the part of their velocities that nodes do not have.
+///
+/// With P = S S+, S+ from particles to nodes (means weighted by mass) and S back, FLIP changes
+/// velocities by dt S a, and the transfer then takes from them
+///     theta (I - P)^order v_p,    theta = rate dt <= 1, or the same in every step.
+/// Order 1 is PIC (theta = 1) and its blend with FLIP; with theta = 1 higher orders are XPIC
+/// (Hammerquist & Nairn 2017), and FMPM (Nairn & Hammerquist 2021) where the change of nodal
+/// velocities is filtered with them. A wave of wave number q loses its velocity at the rate
+/// (q^2 h^2 / 6)^order theta / dt or so: higher orders leave alone what the mesh resolves.
+struct VelocityTransfer {
+  double flip = 1.0;  ///< 1 - theta where it is the same in every step
+  /// [1/s] by body, infinite where nothing is kept; empty: `flip` holds. Of one body all particles
+  /// have the same, else momentum would not be kept.
+  std::vector<double> rates;
+  int order = 1;
+  bool filters_change = false;  ///< FMPM
+  /// For messages, of order 1: rate of the damping of what the mesh resolves over the wave number
+  /// squared, as a share of `rates` [m^2], and the viscosity that was asked for [m^2/s].
+  double smoothing = 0, viscosity = 0;
+  /// [-] ASFLIP: share of what particles keep of their own velocities that also moves them, where
+  /// material comes apart (separation.h). 0: particles move with the nodes.
+  double separation = 0.0;
+
+  /// 1 - theta of a body in a step of dt [s].
+  double kept(int body, double dt) const;
+  bool takes() const { return !rates.empty() || flip < 1.0; }
+};
+
+/// Bodies that have velocities of their own at nodes, and meet there.
+struct Contact {
+  int bodies = 1;       ///< one has no contact
+  double friction = 0;  ///< Coulomb's coefficient [-]
+};
+
+struct Analysis {
+  Scheme scheme = Scheme::usf;
+  ShapeFunctions functions = ShapeFunctions::element;
+  Affine affine = Affine::none;
+  /// GIMP as in CB-Geo: edges of domains are the cell's over the number of particles in it, not
+  /// over its root.
+  bool cbgeo_domains = false;
+  /// A particle whose domain reaches beyond the cells around its own stops the run; else functions
+  /// are those of a smaller one.
+  bool refuse_large_domains = false;
+  TimeStep step;
+  Index first_step = 0;  ///< steps that an earlier run did, from which this one goes on
+  Index nsteps = 0;      ///< steps to take, these included; with end_time whichever comes first
+  double end_time = std::numeric_limits<double>::infinity();  ///< [s]
+  VelocityTransfer transfer;
+  double damping = 0.0;  ///< Cundall factor [-]; 0 = none
+  /// Each component of the velocity is damped by the magnitude of the whole unbalanced force, as in
+  /// CB-Geo MPM, also by what walls carry; else by that of its own component (Cundall 1987).
+  bool damping_as_cbgeo = false;
+  bool pressure_smoothing = false;
+  bool opening = false;  ///< what opens between grains or drops is not volume of the particles
+  Contact contact;
+  bool absorbs = false;  ///< some process has Model::node_absorptions
+  /// Particles with prescribed velocities move by them, and drive the nodes around them
+  /// (driven_nodes.h); else they move with nodes that do not know of them, as in CB-Geo MPM.
+  bool drives_nodes = false;
+  /// Elements of second order have Lagrange's functions, which are negative in parts, as in CB-Geo
+  /// MPM; else T6, Q9 and H27 have Bernstein's (bernstein.h).
+  bool lagrange_functions = false;
+  /// The volumetric strain of fluids is that at the cell's centre, and pressure acts by gradients
+  /// at particles, as in CB-Geo MPM. Then forces do not do the work of stresses, and flows may make
+  /// energy. Else both are at the centre for Q4 and H8 with their own functions and no affine
+  /// velocities, and at particles for others.
+  bool volume_as_cbgeo = false;
+  /// Particles do not pass faces of cells whose nodes are held (closed_faces.h). In CB-Geo MPM they
+  /// do.
+  bool closed_faces = true;
+  bool remove_leaving_particles =
+      false;  ///< particles that leave the mesh are removed, not an error
+  bool as_cbgeo =
+      false;  ///< what CB-Geo MPM computes where that deviates (io/schema/cbgeo_deviations.h)
+  /// Target particles per patch; part of the result's identity. Measured on one core, plate and H8
+  /// of 125 thousand and 1 million particles, against 4096: 1024 20 % slower, 2048 8 %; 8192 and
+  /// 16384 3 to 7 % faster, but half and a quarter of the patches to share among threads.
+  Index patch_particles = 4096;
+  /// Every so many steps, patches that hold more than split_factor times as many are looked for,
+  /// and split; 0 = never. Part of the result's identity.
+  Index split_steps = 100;
+};
+
+/// When results cannot be right any more, and what to do then (runtime/step/watchdog.h).
+struct Watchdog {
+  enum class Action { none, warn, stop } action = Action::stop;
+  double energy = 1;        ///< energy made out of nothing, as a share of what was put in
+  double speed = 10;        ///< largest speed, as a multiple of speeds that mean something
+  double time_step = 1e-3;  ///< least adaptive step, as a share of the first
+  double compression = 0.01, expansion = 1e6;  ///< least and largest volume, as shares of the first
+};
+
+struct OutputPlan {
+  std::string folder;             ///< run folder
+  Index frame_steps = 0;          ///< a frame every so many steps; 0 = only the end
+  Index history_steps = 0;        ///< a history row every so many steps; 0 = automatic
+  Index checkpoint_steps = 0;     ///< a checkpoint every so many steps; 0 = none
+  double checkpoint_minutes = 0;  ///< [min] of wall time between checkpoints; 0 = none
+  Index checkpoints_kept = 2;     ///< the last so many; older ones are removed
+  double frame_dt = 0;            ///< [s] frames at multiples of this time instead; 0 = none
+  double history_dt = 0;          ///< [s] the same for rows
+  Index max_frames = 10000;       ///< frames beside the first and the last
+};
+
+template <int Dim>
+struct Model : NodeConditions<Dim> {
+  std::string title;
+  std::shared_ptr<const Mesh<Dim>> mesh;
+  ParticleTable<Dim> particles;
+  std::vector<Injection<Dim>> injections;
+  std::vector<Material> materials;
+  std::vector<MathFunction> functions;
+  Vec<Dim> gravity = Vec<Dim>::Zero();  ///< [m/s^2]
+  int gravity_function = -1;            ///< index into functions; -1 = constant
+  /// Force per mass [m/s^2] at time t [s] on the material that began at X [m], beside gravity; what
+  /// makes a given motion a solution (`lahar verify`). No scenario sets it.
+  std::function<Vec<Dim>(const Vec<Dim>& X, double t)> body_force;
+  std::vector<ParticleTraction> tractions;
+  std::vector<ParticleVelocity> particle_velocities;
+  Analysis analysis;
+  OutputPlan output;
+  Watchdog watchdog;
+};
+
+using AnyModel = std::variant<Model<2>, Model<3>>;
+
+}  // namespace lahar

@@ -1,0 +1,46 @@
+/// \file What follows from the options of a velocity transfer (VelocityTransfer, Affine).
+#pragma once
+
+#include "physics/model/model.h"
+
+namespace lahar {
+
+/// Orders above are refused: each costs as much as a mapping, and 1 - theta (1 - P)^order hardly
+/// changes any more.
+inline constexpr int most_transfer_order = 10;
+
+inline bool has_filter(const VelocityTransfer& transfer) {
+  return transfer.order > 1 && transfer.takes();
+}
+
+/// True if particles get FLIP's change from the nodes, and the transfer takes at most a share of
+/// it. That share is counted at particles; walls and contact take what particles lose. Other
+/// transfers are counted at nodes, by what nodes got and particles did not (integrate(),
+/// advance()). There the affine velocities do work, too.
+inline bool blends(const Analysis& analysis) {
+  const VelocityTransfer& transfer = analysis.transfer;
+  return transfer.order == 1 && !transfer.filters_change && analysis.affine == Affine::none &&
+         (!transfer.rates.empty() || transfer.flip > 0.0);
+}
+/// Whether the transfer changes energy. Where FLIP takes nothing, affine velocities do: they are
+/// part of the nodal velocities at which forces do their work.
+inline bool counts(const Analysis& analysis) {
+  return analysis.transfer.takes() || analysis.affine != Affine::none;
+}
+/// Whether the transfer's loss is counted at nodes.
+inline bool counts_at_nodes(const Analysis& analysis) {
+  return counts(analysis) && !blends(analysis);
+}
+
+/// Whether the affine part of particles is that of the velocities that nodes have before forces act
+/// (Patch::transfer, by velocities_before_forces()), and not of those after. These change by
+/// dt f_i / m_i, where with functions of elements f_i goes like grad N and m_i like N: near the
+/// border of a cell, of a particle alone at a node, their gradient has no bound. The others are
+/// means of velocities that particles have, and a step's change reaches the affine part in the next
+/// one. Functions with continuous gradients, and means over domains, keep f_i grad N_i / m_i
+/// bounded.
+inline bool spreads_before_forces(const Analysis& analysis) {
+  return analysis.affine != Affine::none && analysis.functions == ShapeFunctions::element;
+}
+
+}  // namespace lahar

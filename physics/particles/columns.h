@@ -1,0 +1,122 @@
+/// \file The one table that describes a particle. Migration, frames, and sorting iterate over it;
+/// a new field is one row.
+#pragma once
+
+#include <array>
+
+#include "physics/base/types.h"
+
+namespace lahar {
+
+/// Floating-point columns of a particle. Each but `state` has a fixed number of components per
+/// dimension.
+enum class Column : int {
+  x,
+  xi,
+  v,
+  u,
+  stress,
+  strain,
+  volume,
+  mass,
+  size,
+  state,
+  domain,
+  affine,
+  next_domain,
+  vectors,
+  next_vectors,
+  corners,
+  next_corners,
+  opening
+};
+inline constexpr int n_columns = 18;
+
+struct ColumnInfo {
+  Column column;
+  const char* name;  ///< as in frames
+  const char* unit;
+  int components_2d, components_3d;
+  bool optional;  ///< allocated only where the model needs it
+  bool exported;  ///< written to frames
+};
+
+// clang-format off
+inline constexpr std::array<ColumnInfo, n_columns> column_table{{
+    {Column::x,        "coordinates",  "m",   2, 3, false, true},
+    {Column::xi,       "natural",      "-",   2, 3, true,  false},  // in [-1, 1], of its cell
+    {Column::v,        "velocity",     "m/s", 2, 3, false, true},
+    {Column::u,        "displacement", "m",   2, 3, false, true},
+    {Column::stress,   "stress",       "Pa",  4, 6, false, true},   // Cauchy; 2D xx yy zz xy
+    {Column::strain,   "strain",       "-",   3, 6, true,  true},   // engineering shear; 2D xx yy xy
+    {Column::volume,   "volume",       "m^3", 1, 1, false, true},
+    {Column::mass,     "mass",         "kg",  1, 1, false, true},
+    {Column::size,     "size",         "m",   1, 1, true,  false},  // initial volume^(1/Dim), for tractions
+    {Column::state,    "state",        "",    0, 0, true,  true},   // of the law; components by model
+    {Column::domain,   "domain",       "m",   2, 3, true,  true},   // GIMP: edges of the particle's box
+    {Column::affine,   "affine",       "1/s", 4, 9, true,  false},  // APIC and TPIC: dv_a/dx_b, row by row
+    {Column::next_domain, "next_domain", "m", 2, 3, true, false},   // the same from the next step on
+    {Column::vectors,  "domain_vectors", "m", 4, 9, true,  true},   // CPDI: halves of the domain's edges
+    {Column::next_vectors, "next_vectors", "m", 4, 9, true, false}, // the same from the next step on
+    {Column::corners,  "domain_corners", "m", 8, 24, true, true},   // CPDI2: corners, from x
+    {Column::next_corners, "next_corners", "m", 8, 24, true, false}, // the same from the next step on
+    {Column::opening,  "opening",      "-",   1, 1, true,  true},   // gaps between grains or drops, by volume
+}};
+// clang-format on
+
+/// Which optional columns a model needs. What follows from other columns is not stored: moving
+/// bytes is what limits a step.
+struct ColumnNeeds {
+  bool size = false;
+  int state = 0;         ///< most state variables of any material that particles have
+  bool natural = false;  ///< natural coordinates of the step's beginning: isoparametric cells, or
+                         ///< needed when x has moved on (MUSL); else they follow from x
+  bool affine = false;   ///< APIC and TPIC
+  bool domain = false;   ///< GIMP
+  bool next_domain = false;   ///< GIMP with domains that stretch
+  bool vectors = false;       ///< CPDI
+  bool corners = false;       ///< CPDI2
+  bool next_corners = false;  ///< CPDI2 where functions are used after particles have moved (MUSL)
+  bool strain = false;        ///< not where all laws give it as a function of stress (strain_of())
+  bool opening = false;       ///< materials with a limit of tension, see physics/kernels/opening.h
+  bool operator==(const ColumnNeeds&) const = default;
+};
+
+/// Row of every column's first component in a patch's particle block; -1 = absent.
+template <int Dim>
+class ColumnLayout {
+ public:
+  explicit ColumnLayout(ColumnNeeds needs = {}) : state_(needs.state) {
+    for (const ColumnInfo& info : column_table) {
+      const bool present = !info.optional || (info.column == Column::size && needs.size) ||
+                           (info.column == Column::state && needs.state > 0) ||
+                           (info.column == Column::xi && needs.natural) ||
+                           (info.column == Column::domain && needs.domain) ||
+                           (info.column == Column::affine && needs.affine) ||
+                           (info.column == Column::next_domain && needs.next_domain) ||
+                           (info.column == Column::vectors && needs.vectors) ||
+                           (info.column == Column::next_vectors && needs.vectors) ||
+                           (info.column == Column::corners && needs.corners) ||
+                           (info.column == Column::next_corners && needs.next_corners) ||
+                           (info.column == Column::opening && needs.opening) ||
+                           (info.column == Column::strain && needs.strain);
+      row_[static_cast<int>(info.column)] = present ? rows_ : -1;
+      if (present) rows_ += components(info);
+    }
+  }
+  int components(const ColumnInfo& info) const {
+    if (info.column == Column::state) return state_;
+    return Dim == 2 ? info.components_2d : info.components_3d;
+  }
+  int components(Column c) const { return components(column_table[static_cast<std::size_t>(c)]); }
+  int row(Column c) const { return row_[static_cast<int>(c)]; }
+  bool has(Column c) const { return row(c) >= 0; }
+  int rows() const { return rows_; }
+
+ private:
+  std::array<int, n_columns> row_{};
+  int state_;
+  int rows_ = 0;
+};
+
+}  // namespace lahar

@@ -1,0 +1,91 @@
+/// \file Loads and prescribed velocities of particles. Bit k of Particles::loads says that entry k
+/// of the model's list (tractions first, then prescribed velocities) acts on the particle.
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "physics/particles/patch.h"
+
+namespace lahar {
+
+/// Entries that fit in the bit mask of a particle.
+inline constexpr std::size_t max_particle_loads = 64;
+
+/// Value of load function `function` (-1 = constant 1) at time t.
+template <int Dim>
+double load_factor(const Model<Dim>& model, int function, double t) {
+  return function < 0 ? 1.0 : model.functions[static_cast<std::size_t>(function)](t);
+}
+
+/// The loads and prescribed velocities of a particle that comes during the run: those of all
+/// particles.
+template <int Dim>
+std::uint64_t loads_of_all(const Model<Dim>& model) {
+  std::uint64_t bits = 0;
+  std::size_t k = 0;
+  for (const auto& traction : model.tractions) bits |= std::uint64_t{traction.all} << k++;
+  for (const auto& velocity : model.particle_velocities) bits |= std::uint64_t{velocity.all} << k++;
+  return bits;
+}
+
+/// What is prescribed of a particle's velocity; of several for a direction the last wins.
+template <int Dim>
+struct PrescribedVelocity {
+  std::array<bool, Dim> along{};
+  std::array<double, Dim> velocity{};  ///< [m/s]
+  bool any() const { return std::find(along.begin(), along.end(), true) != along.end(); }
+};
+template <int Dim>
+PrescribedVelocity<Dim> prescribed_velocity(const Particles<Dim>& particles, Local p,
+                                            const Model<Dim>& model) {
+  PrescribedVelocity<Dim> found;
+  const std::uint64_t bits =
+      particles.loads.empty() ? 0 : particles.loads[static_cast<std::size_t>(p)];
+  if (bits == 0) return found;
+  for (std::size_t k = 0; k < model.particle_velocities.size(); ++k)
+    if (bits >> (model.tractions.size() + k) & 1) {
+      const auto d = static_cast<std::size_t>(model.particle_velocities[k].dir);
+      found.along[d] = true;
+      found.velocity[d] = model.particle_velocities[k].velocity;
+    }
+  return found;
+}
+
+/// Force of all tractions on particle p [N]: traction(t) * volume / size, size = initial
+/// volume^(1/Dim), volume the present one (CB-Geo MPM). Of several for a direction the last wins.
+template <int Dim>
+Vec<Dim> traction_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step) {
+  Vec<Dim> f = Vec<Dim>::Zero();
+  const std::uint64_t bits =
+      particles.loads.empty() ? 0 : particles.loads[static_cast<std::size_t>(p)];
+  if (bits == 0) return f;
+  const auto& tractions = step.model->tractions;
+  for (std::size_t k = 0; k < tractions.size(); ++k)
+    if (bits >> k & 1)
+      f[tractions[k].dir] = tractions[k].traction *
+                            load_factor(*step.model, tractions[k].function, step.time) *
+                            particles.row(Column::volume)[p] / particles.row(Column::size)[p];
+  return f;
+}
+
+/// True if particles of a run may have forces of their own.
+template <int Dim>
+bool has_particle_forces(const ParticleBin& run, const Model<Dim>& model) {
+  return run.loaded || model.body_force;
+}
+
+/// Force of tractions and of Model::body_force on particle p [N].
+template <int Dim>
+Vec<Dim> force_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step) {
+  Vec<Dim> f = traction_on(particles, p, step);
+  if (step.model->body_force) {
+    Vec<Dim> X;
+    for (int d = 0; d < Dim; ++d)
+      X[d] = particles.row(Column::x, d)[p] - particles.row(Column::u, d)[p];
+    f += particles.row(Column::mass)[p] * step.model->body_force(X, step.time);
+  }
+  return f;
+}
+
+}  // namespace lahar

@@ -1,0 +1,75 @@
+/// \file Communicator that give what they have of a frame to another rank, which writes it.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "runtime/comm/communicator.h"
+
+namespace lahar {
+
+/// Of so many writers each writes for consecutive ranks, the first of which it is. Others send it
+/// blocks of bytes with their places in the file, a few at a time, so that memory is bounded on
+/// both sides. One thread of a rank has the bytes or writes them; another, or the same, calls
+/// progress() all the while, alone of them all MPI.
+class FrameRelay {
+ public:
+  /// Of a block; longer ones are divided.
+  static constexpr std::size_t most_bytes = std::size_t{1} << 20;
+  /// Blocks that wait to be sent, or to be written, at a time.
+  static constexpr std::size_t slots = 4;
+
+  /// Where to wait for the other side; may call progress(). Throws if there is no sense in waiting.
+  using Wait = std::function<void()>;
+
+  /// Collective. `writers` < 1 or more than ranks: every rank writes for itself.
+  FrameRelay(const Communicator& ranks, int writers);
+  /// A block that others did not take, because they were lost, is left behind.
+  ~FrameRelay();
+  FrameRelay(const FrameRelay&) = delete;
+  FrameRelay& operator=(const FrameRelay&) = delete;
+  void release();  ///< collective: the last call
+
+  bool writes() const { return writer_ == ranks_.rank(); }
+  /// The writer of `rank` among `ranks`.
+  static int writer_of(int rank, int ranks, int writers);
+
+  /// Go on with sending or receiving; returns at once.
+  void progress();
+
+  // A rank that does not write, for each frame:
+  void give(Index place, std::span<const std::byte> bytes, const Wait& wait);
+  void end(const Wait& wait);
+
+  /// A rank that writes, for each frame: hands over all blocks of the others, in any order. What
+  /// `write` throws is thrown again when all have come.
+  void take_all(const std::function<void(Index place, std::span<const std::byte>)>& write,
+                const Wait& wait);
+
+ private:
+  struct Block {
+    Index place = -1;  ///< [bytes] in the file; -1 = no more
+    std::vector<std::byte> bytes;
+  };
+  void push(Block block, const Wait& wait);
+  void send();
+  void receive();
+  std::optional<Block> next();
+
+  Communicator ranks_;
+  int writer_;  ///< of this rank
+  int others_;  ///< for whom this rank writes
+  std::mutex mutex_;
+  std::deque<Block> blocks_;  ///< to be sent, or to be written
+  /// What MPI works on: a block behind its place.
+  std::unique_ptr<std::vector<std::byte>> memory_;
+  MPI_Request request_ = MPI_REQUEST_NULL;
+};
+
+}  // namespace lahar

@@ -1,0 +1,122 @@
+#include "runtime/patches/patch_constraints.h"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace lahar {
+
+namespace {
+
+void sort_by_node(auto& entries) {
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const auto& a, const auto& b) { return a.node < b.node; });
+}
+
+/// Of several velocities for a node and direction the first counts, of several frictions the last.
+template <int Dim>
+void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<Dim>& conditions) {
+  const auto velocities = entries_of(conditions.node_velocities, node);
+  const auto frames = entries_of(conditions.node_frames, node);
+  const auto frictions = entries_of(conditions.node_frictions, node);
+  const auto accelerations = entries_of(conditions.node_accelerations, node);
+  if (frictions.empty() && accelerations.empty() && (frames.empty() || velocities.empty())) {
+    bool taken[Dim] = {};
+    for (const NodeVelocity& v : velocities)
+      if (!std::exchange(taken[v.dir], true)) patch.fixed.push_back({local, v.dir, v.velocity});
+    return;
+  }
+  ConstrainedNode<Dim>& wall = patch.walls.emplace_back();
+  wall.node = local;
+  if (!frames.empty()) wall.axes = frames.front().axes;
+  for (const NodeVelocity& v : velocities)
+    if (const auto d = static_cast<std::size_t>(v.dir); !std::exchange(wall.fixed[d], true))
+      wall.velocity[d] = v.velocity;
+  for (const NodeAcceleration& a : accelerations) {
+    const auto d = static_cast<std::size_t>(a.dir);
+    wall.accelerated[d] = true;
+    wall.acceleration[d] = a.acceleration;
+    wall.function[d] = a.function;
+  }
+  for (const NodeFriction& friction : frictions) {
+    if (friction.one_sided) {
+      const auto d = static_cast<std::size_t>(friction.normal);
+      wall.fixed[d] = false;
+      wall.pushes[d] = friction.outward;
+      wall.rubs[d] = friction.friction;
+      continue;
+    }
+    wall.normal = friction.normal;
+    wall.outward = friction.outward;
+    wall.friction = friction.friction;
+  }
+}
+
+/// Mark the cells that have functions at absorbing nodes.
+template <int Dim>
+void mark_absorbing_cells(Patch<Dim>& patch) {
+  if (patch.absorbing.empty()) return;
+  std::vector<char> absorbs(patch.topology.nodes.size(), 0);
+  for (const auto& at : patch.absorbing) absorbs[static_cast<std::size_t>(at.node)] = 1;
+  const auto any = [&](std::span<const Local> nodes) {
+    return std::any_of(nodes.begin(), nodes.end(),
+                       [&](Local i) { return absorbs[static_cast<std::size_t>(i)] != 0; });
+  };
+  const std::size_t cells = patch.topology.cells.size();
+  patch.absorbing_cells.assign(cells, 0);
+  for (std::size_t c = 0; c < cells; ++c)
+    patch.absorbing_cells[c] =
+        (!patch.topology.corner_nodes.empty() && any(patch.topology.corner_nodes[c])) ||
+        any(patch.topology.support(c));
+}
+
+}  // namespace
+
+template <int Dim>
+void sort_constraints(NodeConditions<Dim>& conditions) {
+  sort_by_node(conditions.node_velocities);
+  sort_by_node(conditions.node_frictions);
+  sort_by_node(conditions.node_frames);
+  sort_by_node(conditions.node_forces);
+  sort_by_node(conditions.node_absorptions);
+  sort_by_node(conditions.node_accelerations);
+}
+
+template <int Dim>
+void set_bodies(Patch<Dim>& patch, const Model<Dim>& model) {
+  const int bodies = model.analysis.contact.bodies;
+  if (bodies == 1) return;
+  patch.body_nodes = patch.n_nodes() / bodies;
+  const auto cells = static_cast<Local>(patch.topology.cells.size()) / bodies;
+  for (const Material& material : model.materials) patch.body_cell.push_back(material.body * cells);
+}
+
+template <int Dim>
+void set_constraints(Patch<Dim>& patch, const NodeConditions<Dim>& conditions, Index n_nodes) {
+  const auto& nodes = patch.topology.nodes;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const auto local = static_cast<Local>(i);
+    const Index node = nodes[i] % n_nodes;  // the same for every body
+    constrain(patch, local, node, conditions);
+    for (const NodeForce& f : entries_of(conditions.node_forces, node))
+      patch.forces.push_back({local, f.dir, f.force, f.function});
+    for (const NodeAbsorption& at : entries_of(conditions.node_absorptions, node))
+      patch.absorbing.push_back({.node = local,
+                                 .normal = at.normal,
+                                 .area = at.area,
+                                 .delta = at.delta,
+                                 .a = at.a,
+                                 .b = at.b});
+  }
+  mark_absorbing_cells(patch);
+}
+
+template void sort_constraints(NodeConditions<2>&);
+template void sort_constraints(NodeConditions<3>&);
+template void set_bodies(Patch<2>&, const Model<2>&);
+template void set_bodies(Patch<3>&, const Model<3>&);
+template void set_constraints(Patch<2>&, const NodeConditions<2>&, Index);
+template void set_constraints(Patch<3>&, const NodeConditions<3>&, Index);
+
+}  // namespace lahar

@@ -1,0 +1,341 @@
+#include "runtime/patches/patch_state.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <type_traits>
+
+#include "physics/base/error.h"
+#include "physics/kernels/kernels.h"
+
+namespace lahar {
+
+namespace {
+
+/// First of all bytes: "Lahar" and the version of the layout. Bytes of a machine that orders them
+/// the other way do not begin with it.
+constexpr Index marker = 0x4c61686172'0002;
+
+/// What a patch's state begins with.
+struct Head {
+  Index marker = lahar::marker;
+  Index dim = 0, patch = 0;
+  Index cells = 0, nodes = 0, rows = 0;  ///< of the patch, and of a particle
+  Index slots = 0, bins = 0, particles = 0, active_nodes = 0;
+  Index added_bins = 0, moving = 0, loads = 0;
+  Index sums = 1;  ///< arrays of sums that are mapped for the next step
+};
+static_assert(std::has_unique_object_representations_v<Head>, "no padding");
+
+/// A run without what follows from the others.
+struct PackedRun {
+  Local cell, begin, end, limit;
+  std::int32_t material, loaded;
+};
+static_assert(std::has_unique_object_representations_v<PackedRun>, "no padding");
+
+/// Runs stay loaded when their loaded particles have left.
+template <int Dim>
+bool any_loads(const Patch<Dim>& patch) {
+  return std::any_of(patch.bins.begin(), patch.bins.end(),
+                     [](const ParticleBin& run) { return run.loaded; });
+}
+
+template <int Dim>
+Index count_active_nodes(const Patch<Dim>& patch) {
+  Index n = 0;
+  for (const NodeRange& range : patch.active_nodes) n += range.end - range.begin;
+  return n;
+}
+
+/// Sums, one of each array, that are mapped for the next step at the end of a step.
+template <int Dim>
+std::vector<NodeSum> mapped_sums(const Patch<Dim>& patch) {
+  std::vector<NodeSum> sums{NodeSum::mass_momentum};
+  if (patch.bodies() > 1) sums.push_back(NodeSum::gradient);
+  if (!patch.absorbing.empty()) sums.push_back(NodeSum::displacement);
+  if (!patch.sums[sum_array(NodeSum::prescribed_mass)].empty())  // nodes are driven
+    sums.push_back(NodeSum::prescribed_mass);
+  return sums;
+}
+
+template <int Dim>
+Head head_of(const Patch<Dim>& patch) {
+  return {.dim = Dim,
+          .patch = patch.topology.patch,
+          .cells = static_cast<Index>(patch.topology.cells.size()),
+          .nodes = patch.n_nodes(),
+          .rows = patch.particles.layout().rows(),
+          .slots = patch.particles.size(),
+          .bins = static_cast<Index>(patch.bins.size()),
+          .particles = patch.count,
+          .active_nodes = count_active_nodes(patch),
+          .added_bins = patch.added_bins,
+          .moving = patch.moving,
+          .loads = any_loads(patch),
+          .sums = static_cast<Index>(mapped_sums(patch).size())};
+}
+
+std::size_t n_bytes(Index count, std::size_t size) {
+  return static_cast<std::size_t>(count) * size;
+}
+
+/// Where the ids of the particles begin.
+std::size_t ids_offset(const Head& head) {
+  return sizeof(Head) + sizeof(PatchWork) + n_bytes(head.bins, sizeof(PackedRun));
+}
+
+std::size_t bytes_of(const Head& head) {
+  return ids_offset(head) + n_bytes(head.particles, sizeof(Index)) +
+         n_bytes(head.loads != 0 ? head.particles : 0, sizeof(std::uint64_t)) +
+         n_bytes(head.rows * head.particles, sizeof(double)) +
+         n_bytes(head.active_nodes * head.sums, sum_stride * sizeof(double));
+}
+
+/// Appends the bytes of values to memory that is large enough.
+class Writer {
+ public:
+  explicit Writer(std::byte* to) : to_(to) {}
+  template <class T>
+  void put(const T* values, std::size_t n) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    if (n > 0) std::memcpy(to_, values, n * sizeof(T));
+    to_ += n * sizeof(T);
+  }
+  template <class T>
+  void put(const T& value) {
+    put(&value, 1);
+  }
+
+ private:
+  std::byte* to_;
+};
+
+/// The inverse; the size has been checked.
+class Reader {
+ public:
+  explicit Reader(const std::byte* from) : from_(from) {}
+  template <class T>
+  void get(T* values, std::size_t n) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    if (n > 0) std::memcpy(values, from_, n * sizeof(T));
+    from_ += n * sizeof(T);
+  }
+  template <class T>
+  T get() {
+    T value;
+    get(&value, 1);
+    return value;
+  }
+
+ private:
+  const std::byte* from_;
+};
+
+/// Call body(row, column, component) for each row of a particle, in the order of the table.
+template <int Dim>
+void for_each_row(const ColumnLayout<Dim>& layout, auto&& body) {
+  for (const ColumnInfo& info : column_table)
+    for (int k = 0; layout.has(info.column) && k < layout.components(info); ++k)
+      body(info.column, k);
+}
+
+[[noreturn]] void refuse(Index patch, const std::string& what) {
+  throw IoError(fmt::format("the stored state of patch {} cannot be used: {}", patch, what));
+}
+
+template <int Dim>
+Head read_head(std::span<const std::byte> bytes, const Patch<Dim>& patch) {
+  const Index id = patch.topology.patch;
+  if (bytes.size() < sizeof(Head)) refuse(id, fmt::format("it has {} bytes only", bytes.size()));
+  const Head head = Reader(bytes.data()).get<Head>();
+  if (head.marker != marker)
+    refuse(id,
+           "it was written by another version of Lahar, or on a machine with another order of "
+           "bytes");
+  const auto expect = [id](const char* what, Index found, Index expected) {
+    if (found != expected)
+      refuse(id, fmt::format("{} is {} there, {} here", what, found, expected));
+  };
+  expect("the number of dimensions", head.dim, Dim);
+  expect("the patch", head.patch, id);
+  expect("the number of cells", head.cells, static_cast<Index>(patch.topology.cells.size()));
+  expect("the number of nodes", head.nodes, patch.n_nodes());
+  expect("the number of arrays of nodal sums", head.sums,
+         static_cast<Index>(mapped_sums(patch).size()));
+  expect("the number of values of a particle", head.rows, patch.particles.layout().rows());
+  constexpr Index most = std::numeric_limits<Local>::max();
+  for (const Index n : {head.slots, head.bins, head.particles, head.active_nodes, head.added_bins})
+    if (n < 0 || n > most) refuse(id, fmt::format("{} is not a number of anything", n));
+  if (bytes.size() != bytes_of(head))
+    refuse(id, fmt::format("it has {} bytes instead of {}", bytes.size(), bytes_of(head)));
+  return head;
+}
+
+/// Runs and what follows from them.
+template <int Dim>
+void read_runs(Reader& in, const Head& head, Patch<Dim>& patch, std::size_t materials) {
+  const Index id = patch.topology.patch;
+  patch.first_bin.assign(patch.topology.cells.size(), -1);
+  patch.bins.clear();
+  Index particles = 0;
+  for (Index r = 0; r < head.bins; ++r) {
+    const auto run = in.get<PackedRun>();
+    const Local free_from = patch.bins.empty() ? 0 : patch.bins.back().limit;
+    if (run.cell < 0 || run.cell >= head.cells || run.begin < free_from || run.end < run.begin ||
+        run.limit < run.end || run.limit > head.slots || run.material < 0 ||
+        static_cast<std::size_t>(run.material) >= materials)
+      refuse(id, fmt::format("run {} is not one", r));
+    Local& first = patch.first_bin[static_cast<std::size_t>(run.cell)];
+    patch.bins.push_back({.cell = run.cell,
+                          .begin = run.begin,
+                          .end = run.end,
+                          .limit = run.limit,
+                          .next = first,  // as place() and the sorting chain them
+                          .material = static_cast<std::uint16_t>(run.material),
+                          .loaded = run.loaded != 0});
+    first = static_cast<Local>(r);
+    particles += run.end - run.begin;
+  }
+  if (particles != head.particles)
+    refuse(id, fmt::format("its runs hold {} particles, not {}", particles, head.particles));
+}
+
+template <int Dim>
+void read_particles(Reader& in, const Head& head, Patch<Dim>& patch) {
+  patch.particles = Particles<Dim>(patch.particles.layout());
+  Particles<Dim>& to = patch.particles;
+  to.resize(static_cast<Local>(head.slots));
+  if (head.loads != 0) to.loads.assign(static_cast<std::size_t>(head.slots), 0);
+  const auto fill = [&](auto* values) {
+    for (const ParticleBin& run : patch.bins)
+      in.get(values + run.begin, static_cast<std::size_t>(run.end - run.begin));
+  };
+  fill(to.id.data());
+  if (head.loads != 0) fill(to.loads.data());
+  for_each_row(to.layout(), [&](Column column, int k) { fill(to.row(column, k)); });
+  for (const ParticleBin& run : patch.bins) {
+    std::fill(to.cell.begin() + run.begin, to.cell.begin() + run.end, run.cell);
+    std::fill(to.material.begin() + run.begin, to.material.begin() + run.end, run.material);
+  }
+  patch.count = static_cast<Local>(head.particles);
+}
+
+/// Sums for `step`, which were mapped at the end of the one before.
+template <int Dim>
+void read_sums(Reader& in, const Head& head, Patch<Dim>& patch, Index step) {
+  find_active_nodes(patch);
+  if (count_active_nodes(patch) != head.active_nodes)
+    refuse(patch.topology.patch, fmt::format("it has sums of {} nodes, not of the {} of its runs",
+                                             head.active_nodes, count_active_nodes(patch)));
+  if (head.active_nodes == 0) return;
+  for (const NodeSum which : mapped_sums(patch)) {
+    double* sums = patch.own_sums(which, step);
+    for (const NodeRange& range : patch.active_nodes)
+      in.get(sums + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
+             static_cast<std::size_t>(range.end - range.begin) * sum_stride);
+  }
+}
+
+}  // namespace
+
+template <int Dim>
+std::size_t packed_bytes(const Patch<Dim>& patch) {
+  return bytes_of(head_of(patch));
+}
+
+/// Cells and materials of particles, the chains of runs, active nodes and whether the patch is idle
+/// follow from the runs. Sums of other steps and kinds are cleared before anybody reads them, nodal
+/// state is computed anew, and so is the limit of the time step: what of it is still to be used is
+/// the simulation's.
+template <int Dim>
+void pack(const Patch<Dim>& patch, Index step, std::byte* to) {
+  const Head head = head_of(patch);
+  Writer out(to);
+  out.put(head);
+  for (const double work : {patch.work.internal, patch.work.external, patch.work.damping,
+                            patch.work.friction, patch.work.divided})
+    out.put(work);
+  for (const ParticleBin& run : patch.bins)
+    out.put(PackedRun{run.cell, run.begin, run.end, run.limit, run.material, run.loaded});
+  const auto add = [&](const auto* values) {
+    for (const ParticleBin& run : patch.bins)
+      out.put(values + run.begin, static_cast<std::size_t>(run.end - run.begin));
+  };
+  const Particles<Dim>& particles = patch.particles;
+  add(particles.id.data());
+  if (head.loads != 0) add(particles.loads.data());
+  for_each_row(particles.layout(), [&](Column column, int k) { add(particles.row(column, k)); });
+  if (head.active_nodes == 0) return;
+  for (const NodeSum which : mapped_sums(patch)) {
+    const double* sums = patch.own_sums(which, step);
+    for (const NodeRange& range : patch.active_nodes)
+      out.put(sums + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
+              static_cast<std::size_t>(range.end - range.begin) * sum_stride);
+  }
+}
+
+template <int Dim>
+std::vector<std::byte> pack(const Patch<Dim>& patch, Index step) {
+  std::vector<std::byte> bytes(packed_bytes(patch));
+  pack(patch, step, bytes.data());
+  return bytes;
+}
+
+void change_ids(std::span<std::byte> bytes, const std::function<void(std::span<Index>)>& change) {
+  const Head head = Reader(bytes.data()).get<Head>();
+  std::vector<Index> ids(static_cast<std::size_t>(head.particles));
+  std::byte* const at = bytes.data() + ids_offset(head);
+  Reader(at).get(ids.data(), ids.size());
+  change(ids);
+  Writer(at).put(ids.data(), ids.size());
+}
+
+template <int Dim>
+void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step,
+            const StateBounds& bounds) {
+  const Head head = read_head(bytes, patch);
+  Reader in(bytes.data() + sizeof(Head));
+  for (double* work : {&patch.work.internal, &patch.work.external, &patch.work.damping,
+                       &patch.work.friction, &patch.work.divided})
+    *work = in.get<double>();
+  const double slots = static_cast<double>(head.slots) * static_cast<double>(head.rows + 2);
+  if (slots * sizeof(double) > bounds.memory)
+    refuse(head.patch,
+           fmt::format("its {} slots for particles take more memory than there is", head.slots));
+  read_runs(in, head, patch, bounds.materials);
+  read_particles(in, head, patch);
+  read_sums(in, head, patch, step);
+  const bool filled = patch.count > 0;
+  patch.added_bins = static_cast<int>(head.added_bins);
+  patch.moving = head.moving != 0;
+  patch.sorted = true;
+  patch.idle = !filled;
+  patch.clear_sums = filled ? 0 : 2;
+  patch.contributes = {};
+  patch.contributes[static_cast<std::size_t>(step % 2)] = filled;
+}
+
+template <int Dim>
+std::string column_text(const ColumnLayout<Dim>& layout) {
+  std::string text;
+  for (const ColumnInfo& info : column_table)
+    if (layout.has(info.column))
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", info.name, layout.components(info));
+  return text;
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                              \
+  template std::vector<std::byte> pack(const Patch<Dim>&, Index);                           \
+  template void pack(const Patch<Dim>&, Index, std::byte*);                                 \
+  template std::size_t packed_bytes(const Patch<Dim>&);                                     \
+  template void unpack(std::span<const std::byte>, Patch<Dim>&, Index, const StateBounds&); \
+  template std::string column_text(const ColumnLayout<Dim>&);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

@@ -1,0 +1,379 @@
+#include "runtime/program/case_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+
+#include "lahar_version.h"
+#include "runtime/program/run_description.h"
+#include "runtime/program/signals.h"
+#include "runtime/program/startup_progress.h"
+#include "runtime/step/output_times.h"
+#include "runtime/terminal/version.h"
+
+namespace lahar {
+
+namespace {
+
+RunInfo run_info(const RunArguments& arguments, const Scenario& scenario) {
+  RunInfo info;
+  info.version = LAHAR_VERSION;
+  info.commit = LAHAR_COMMIT;
+  info.compiler = compiler_line();
+  info.libraries = library_versions();
+  info.command = arguments.command;
+  info.inputs = {scenario.file};
+  info.inputs.insert(info.inputs.end(), scenario.side_files.begin(), scenario.side_files.end());
+  return info;
+}
+
+template <int Dim>
+void add_model(RunInfo& info, const Model<Dim>& model, const SimulationInfo& sizes) {
+  info.title = model.title;
+  info.threads = sizes.threads;
+  info.dim = Dim;
+  info.scheme = scheme_name(model.analysis.scheme);
+  info.nodes = sizes.nodes;
+  info.cells = sizes.cells;
+  info.particles = sizes.particles;
+  info.materials = static_cast<Index>(model.materials.size());
+  info.patches = sizes.patches;
+  info.patch_particles = model.analysis.patch_particles;
+  info.split_steps = model.analysis.split_steps;
+  info.dt = sizes.dt;
+  info.dt_limit = sizes.dt_limit;
+}
+
+/// What the checkpoints of a run say of it.
+CheckpointHeader checkpoint_header(const Scenario& scenario) {
+  return {.version = LAHAR_VERSION,
+          .commit = LAHAR_COMMIT,
+          .compiler = compiler_line(),
+          .run = {},
+          .scenario = scenario.full,
+          .side_files = hashes_of(scenario.side_files)};
+}
+
+}  // namespace
+
+template <int Dim>
+CaseRun<Dim>::CaseRun(const RunArguments& arguments, Scenario& scenario, Console& console)
+    : arguments_(arguments),
+      scenario_(scenario),
+      console_(console),
+      ranks_(arguments.execution.ranks),
+      outline_(std::get<Model<Dim>>(scenario.model).analysis),
+      output_(std::get<Model<Dim>>(scenario.model).output) {
+  if (!arguments.output.empty()) output_.folder = arguments.output;
+  OutputPlan& plan = std::get<Model<Dim>>(scenario.model).output;
+  if (arguments.checkpoint_steps) plan.checkpoint_steps = *arguments.checkpoint_steps;
+  if (arguments.checkpoint_minutes) plan.checkpoint_minutes = *arguments.checkpoint_minutes;
+  output_.checkpoint_steps = plan.checkpoint_steps;
+  output_.checkpoint_minutes = plan.checkpoint_minutes;
+}
+
+template <int Dim>
+int CaseRun<Dim>::execute() {
+  begin_ = Clock::now();
+  auto& model = std::get<Model<Dim>>(scenario_.model);
+  Model<Dim> header = without_particles(model);
+  header_ = checkpoint_header(scenario_);
+  if (!arguments_.restart.empty()) open_checkpoint_to_restart();
+  const auto made = [&] {
+    StartupProgress progress(ranks_.rank() == 0 && !arguments_.quiet);
+    progress.phase("patches and particles");
+    return make_simulation(scenario_, std::move(model), arguments_.execution, observer(),
+                           restart_.get());
+  }();
+  Simulation<Dim>& simulation = *made;
+  const SimulationInfo info = simulation.info();
+  particles_ = info.particles;
+  reserve_ = time_to_write(info);
+  first_step_ = counted_ = simulation.step();
+  first_share_ = share(simulation.step(), simulation.time());
+  steps_ = planned_steps(info);
+  describe(console_, header, info, outline_.step, ranks_.size());
+  describe_frames(console_, output_, outline_, info);
+  warn_of_unstable_step(info);
+
+  RunInfo about = run_info(arguments_, scenario_);
+  add_model(about, header, info);
+  header.mesh.reset();  // of a mesh from tables, each rank keeps its part
+  about.steps = steps_;
+  about.ranks = ranks_.size();
+  make_folder(std::move(about));
+  frames_ = std::make_unique<FrameOutput>(
+      frames_folder(output_.folder), ranks_,
+      folder_ ? folder_->kept_frames() : std::vector<TimedFile>{}, arguments_.writers);
+  frames_->while_waiting([&simulation] { simulation.poll(); });
+  if (folder_) frames_->before_naming([this] { folder_->check_place(); });
+  begin_checkpoints(simulation, info);
+  console_.line(fmt::format("output     {}", output_.folder));
+  describe_staging(info);
+  if (restart_) describe_restart(simulation);
+  console_.line("");
+  console_.line(progress_head());
+  write_beginning(simulation);
+  if (arguments_.trace) begin_trace(simulation, info, header.title);
+  try {
+    return run_time_loop(simulation);
+  } catch (const IoError& error) {
+    throw IoError(error.what() + how_to_go_on());
+  }
+}
+
+template <int Dim>
+void CaseRun<Dim>::begin_trace(const Simulation<Dim>& simulation, const SimulationInfo& info,
+                               const std::string& title) {
+  const auto mode = arguments_.execution.mode;
+  const TraceAbout about{.version = version_line(),
+                         .title = title,
+                         .scheme = scheme_name(outline_.scheme),
+                         .executor = mode == ExecutionOptions::Mode::bulk     ? "bulk-synchronous"
+                                     : mode == ExecutionOptions::Mode::serial ? "serial"
+                                                                              : "task graph",
+                         .adaptive = outline_.step.adaptive,
+                         .threads = info.threads,
+                         .latency = arguments_.execution.latency};
+  trace_ = std::make_unique<TraceSession>(output_.folder, *arguments_.trace, ranks_, about,
+                                          simulation.phases(), simulation.stages(),
+                                          simulation.trace_graph());
+}
+
+template <int Dim>
+void CaseRun<Dim>::open_checkpoint_to_restart() {
+  restart_ = open_checkpoint(arguments_.restart, output_.folder, ranks_,
+                             [this](const std::string& text) { warn(text); });
+  allowed_differences_ = check_same_scenario(*restart_, header_, scenario_);
+  const CheckpointHeader& header = restart_->header();
+  if (header.version != header_.version || header.commit != header_.commit ||
+      header.compiler != header_.compiler)
+    warn(
+        fmt::format("{} was written by another build of Lahar ({} {}, {}); results may differ "
+                    "from those of an undisturbed run by rounding.",
+                    restart_->file().string(), header.version, header.commit, header.compiler));
+}
+
+template <int Dim>
+RunContinuation CaseRun<Dim>::continuation() const {
+  const RunState& run = restart_->header().run;
+  const TimeStep& plan = outline_.step;
+  const double before =
+      plan.adaptive ? run.time - run.dt : static_cast<double>(run.step - 1) * plan.dt;
+  const auto due = [&](Index every, double interval) {
+    if (run.step == 0) return every > 0 || interval > 0;
+    return (every > 0 && run.step % every == 0) ||
+           (interval > 0 && multiples_by(run.time, interval) > multiples_by(before, interval));
+  };
+  const bool by_time = output_.history_dt > 0;
+  const Index history_steps = by_time ? 0 : output_.history_steps;
+  return {.step = run.step,
+          .time = run.time,
+          .has_row = due(by_time || history_steps > 0 ? history_steps : run.history_steps,
+                         output_.history_dt),
+          .has_frame = due(output_.frame_steps, output_.frame_dt),
+          .checkpoint = restart_->file().string()};
+}
+
+template <int Dim>
+std::unique_ptr<RunFolder> CaseRun<Dim>::new_folder(RunInfo about) const {
+  const RunFolderContents contents{std::move(about), scenario_.text, scenario_.full};
+  return restart_ ? std::make_unique<RunFolder>(output_.folder, contents, continuation())
+                  : std::make_unique<RunFolder>(output_.folder, contents, arguments_.overwrite);
+}
+
+template <int Dim>
+void CaseRun<Dim>::begin_checkpoints(Simulation<Dim>& simulation, const SimulationInfo& info) {
+  checkpoints_.emplace(header_, output_.checkpoint_minutes,
+                       CheckpointOptions{.folder = checkpoint_folder(output_.folder),
+                                         .kept = output_.checkpoints_kept,
+                                         .threads = info.threads,
+                                         .staging_bytes = arguments_.execution.staging_bytes,
+                                         .before_complete =
+                                             [this] {
+                                               frames_->wait_for_named();
+                                               folder_->sync();
+                                             },
+                                         .before_naming = [this] { folder_->check_place(); },
+                                         .while_waiting = [&simulation] { simulation.poll(); }},
+                       ranks_);
+  // As rank 0 sees it: all must begin the same checkpoints.
+  const bool own = ranks_.rank() == 0 && restart_ && is_in_folder(*restart_);
+  if (ranks_.any(own)) checkpoints_->is_at(restart_->header().run.step);
+}
+
+template <int Dim>
+void CaseRun<Dim>::write_beginning(Simulation<Dim>& simulation) {
+  const HistoryRow row = simulation.history();
+  if (!restart_) {
+    write_row(row);
+    if (plans_frames()) frames_->write(simulation.frame_source());
+    return;
+  }
+  const RunContinuation from = continuation();
+  if (from.has_row) last_row_ = row;
+  if (from.has_frame) last_frame_ = from.step;
+  restart_.reset();
+}
+
+template <int Dim>
+bool CaseRun<Dim>::is_in_folder(const CheckpointReader& checkpoint) const {
+  std::error_code error;
+  return std::filesystem::equivalent(checkpoint.file().parent_path(),
+                                     checkpoint_folder(output_.folder), error);
+}
+
+template <int Dim>
+void CaseRun<Dim>::describe_restart(const Simulation<Dim>& simulation) {
+  const RunState& run = restart_->header().run;
+  console_.line(fmt::format("restart    from step {}, {:.6g} s: {}", run.step, run.time,
+                            restart_->file().string()));
+  for (const std::string& text : allowed_differences_) console_.line("           " + text);
+  if (simulation.finished())
+    console_.line("           no step is left: to go on, raise analysis.nsteps or end_time");
+}
+
+template <int Dim>
+void CaseRun<Dim>::make_folder(RunInfo about) {
+  std::vector<Problem> problems;
+  if (ranks_.rank() == 0) {
+    try {
+      folder_ = new_folder(std::move(about));
+      console_.log_to([this](const std::string& line) { folder_->log(line); });
+    } catch (const InputError& error) {
+      problems = error.problems();
+    }
+  }
+  if (!ranks_.any(!problems.empty())) return;
+  Problem problem = problems.empty() ? Problem{} : problems.front();
+  ranks_.broadcast(problem.message);  // the same on all ranks, so that it is said once
+  ranks_.broadcast(problem.hint);
+  throw InputError({Problem{.message = problem.message, .hint = problem.hint}});
+}
+
+template <int Dim>
+void CaseRun<Dim>::warn_of_unstable_step(const SimulationInfo& info) {
+  if (outline_.step.adaptive || info.dt <= info.dt_limit) return;
+  scenario_.warnings.push_back(
+      {.message = fmt::format("the time step {:.6g} s is above the stability limit {:.6g} s, which "
+                              "the scenario accepts",
+                              info.dt, info.dt_limit)});
+  console_.warn("lahar: warning: " + scenario_.warnings.back().message);
+}
+
+template <int Dim>
+void CaseRun<Dim>::describe_staging(const SimulationInfo& info) {
+  const std::size_t staging = arguments_.execution.staging_bytes;
+  std::string waits;
+  const auto add = [&](bool planned, const char* what, std::size_t bytes) {
+    if (planned && bytes > staging)
+      waits += fmt::format("{}{} ({} of the largest rank)", waits.empty() ? "" : " and ", what,
+                           format_bytes(static_cast<double>(bytes)));
+  };
+  add(plans_frames(), "frames", info.frame_bytes);
+  add(plans_checkpoints(), "checkpoints", info.state_bytes);
+  if (!waits.empty())
+    console_.line(fmt::format("staging    {}: steps wait while {} are written (see --staging)",
+                              format_bytes(static_cast<double>(staging)), waits));
+}
+
+template <int Dim>
+double CaseRun<Dim>::time_to_write(const SimulationInfo& info) const {
+  constexpr double bytes_per_second = 100e6;
+  return std::min(0.1 * arguments_.wall_time,
+                  2.0 * static_cast<double>(info.bytes) / bytes_per_second);
+}
+
+template <int Dim>
+Index CaseRun<Dim>::planned_steps(const SimulationInfo& info) const {
+  const double by_time = std::ceil(outline_.end_time / info.dt * (1 - 1e-12));
+  return by_time < static_cast<double>(outline_.nsteps) ? static_cast<Index>(by_time)
+                                                        : outline_.nsteps;
+}
+
+template <int Dim>
+Observer CaseRun<Dim>::observer() {
+  return {[this](FramePieces&& frame) {
+            last_frame_ = frame.header.step;
+            frames_->add(std::move(frame));
+          },
+          [this](const HistoryRow& row) { on_history(row); },
+          [this](const FrameSource& frame) {
+            last_frame_ = frame.header.step;
+            frames_->write(frame);
+          },
+          [this](Index step, double time) { return on_step(step, time); },
+          [this](const SimulationState& state) { checkpoints_->write(state); },
+          [this] { return checkpoints_->wanted(); },
+          [this] {
+            if (frames_) frames_->progress();
+            if (checkpoints_) checkpoints_->progress();
+          },
+          [this](std::span<const RemovedParticle> particles) {
+            if (folder_) folder_->removed(particles);
+          },
+          [this](const std::string& text) { warn(text); }};
+}
+
+template <int Dim>
+void CaseRun<Dim>::on_history(const HistoryRow& row) {
+  write_row(row);
+  last_row_ = row;
+  particle_steps_ = particle_steps(row.step);
+  counted_ = row.step;
+  particles_ = row.particles;
+  const double scale = std::max({row.kinetic, std::abs(row.internal), std::abs(row.external)});
+  energy_scale_ = std::max(energy_scale_, scale);
+  // About twenty lines per run.
+  const double done = share(row.step, row.time);
+  if (done * 20 < static_cast<double>(next_line_)) return;
+  next_line_ = static_cast<Index>(done * 20) + 1;
+  print_row(row);
+}
+
+template <int Dim>
+void CaseRun<Dim>::print_row(const HistoryRow& row) {
+  const double done = std::min(1.0, share(row.step, row.time));
+  const double done_here = std::max(done - first_share_, 1e-9);
+  const double left = seconds_since(loop_begin_) * (1 - done) / done_here;
+  console_.line(progress_line(row, energy_scale_, rate(row.step), left));
+  printed_ = row.step;
+}
+
+template <int Dim>
+bool CaseRun<Dim>::on_step(Index step, double time) {
+  watch_->steps_done(step);
+  MpiSession::steps_done(step);
+  console_.bar(share(step, time), rate(step));
+  if (stop_signal() != 0) return false;
+  return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time - reserve_;
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                            \
+  template CaseRun<Dim>::CaseRun(const RunArguments&, Scenario&, Console&);               \
+  template int CaseRun<Dim>::execute();                                                   \
+  template void CaseRun<Dim>::open_checkpoint_to_restart();                               \
+  template RunContinuation CaseRun<Dim>::continuation() const;                            \
+  template std::unique_ptr<RunFolder> CaseRun<Dim>::new_folder(RunInfo) const;            \
+  template void CaseRun<Dim>::begin_checkpoints(Simulation<Dim>&, const SimulationInfo&); \
+  template void CaseRun<Dim>::begin_trace(const Simulation<Dim>&, const SimulationInfo&,  \
+                                          const std::string&);                            \
+  template void CaseRun<Dim>::write_beginning(Simulation<Dim>&);                          \
+  template bool CaseRun<Dim>::is_in_folder(const CheckpointReader&) const;                \
+  template void CaseRun<Dim>::describe_restart(const Simulation<Dim>&);                   \
+  template void CaseRun<Dim>::make_folder(RunInfo);                                       \
+  template void CaseRun<Dim>::warn_of_unstable_step(const SimulationInfo&);               \
+  template void CaseRun<Dim>::describe_staging(const SimulationInfo&);                    \
+  template double CaseRun<Dim>::time_to_write(const SimulationInfo&) const;               \
+  template Index CaseRun<Dim>::planned_steps(const SimulationInfo&) const;                \
+  template Observer CaseRun<Dim>::observer();                                             \
+  template void CaseRun<Dim>::on_history(const HistoryRow&);                              \
+  template void CaseRun<Dim>::print_row(const HistoryRow&);                               \
+  template bool CaseRun<Dim>::on_step(Index, double);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

@@ -1,0 +1,206 @@
+/// \file How a run ends, and what is said about it then.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "io/run/checkpoint.h"
+#include "io/run/manifest.h"
+#include "physics/base/error.h"
+#include "physics/particles/patch_split.h"
+#include "runtime/program/case_run.h"
+#include "runtime/program/run_description.h"
+#include "runtime/program/signals.h"
+#include "runtime/program/timing_table.h"
+#include "runtime/step/watchdog.h"
+#include "runtime/trace/analyse/log.h"
+
+namespace lahar {
+
+template <int Dim>
+int CaseRun<Dim>::run_time_loop(Simulation<Dim>& simulation) {
+  loop_begin_ = Clock::now();
+  RankWatch watch(ranks_, [] { return stop_signal() != 0; });
+  watch_ = &watch;
+  RunEnd end;
+  int code = exit_ok;
+  bool is_whole = true;  // all patches are after the same step
+  try {
+    simulation.run();
+    if (!simulation.finished()) {
+      end.status = RunStatus::stopped;
+      const Index signal = ranks_.max(Index{stop_signal()});  // not every rank may have got it
+      end.message = signal != 0 ? fmt::format("signal {}", signal) : "wall time";
+      code = exit_stopped;
+    }
+  } catch (const WatchdogError& error) {
+    end.status = RunStatus::failed;
+    end.message = error.what();
+    code = exit_simulation;
+    is_whole = true;
+  } catch (const SimulationError& error) {
+    end.status = RunStatus::failed;
+    end.message = error.what();
+    code = exit_simulation;
+    is_whole = false;
+  }
+  watch.steps_ended();
+  const double wall = seconds_since(loop_begin_);
+  if (code == exit_stopped || (is_whole && (code == exit_simulation || plans_checkpoints())))
+    checkpoints_->write(simulation.state());
+  if (is_whole) {
+    const HistoryRow row = simulation.history();
+    if (last_row_.step != row.step) write_row(row);
+    if (printed_ != row.step && row.step > 0) print_row(row);
+  }
+  if (last_frame_ != simulation.step()) frames_->write(simulation.frame_source());
+  checkpoints_->finish();
+  const SimulationInfo info = simulation.info();
+  report(simulation, info, end, wall, is_whole);
+  if (trace_) {
+    const Index records = trace_->finish();
+    console_.line(fmt::format("trace: {} records in {}; see lahar trace {}", records,
+                              trace_folder(output_.folder).string(), output_.folder));
+  }
+  end.wall_seconds = seconds_since(begin_);
+  end.steps = simulation.step();
+  end.time = simulation.time();
+  end.patches = info.patches;
+  end.splits = info.splits;
+  for (const Problem& warning : scenario_.warnings) end.warnings.push_back(warning.message);
+  finish(end);
+  ranks_.wait_for_all();
+  return code;
+}
+
+template <int Dim>
+std::string CaseRun<Dim>::how_to_go_on() const {
+  if (!is_run_folder(output_.folder)) return "";
+  std::vector<CheckpointFile> checkpoints;
+  try {
+    checkpoints = checkpoints_in(checkpoint_folder(output_.folder));
+  } catch (const std::exception&) {
+    return "";  // of a folder that cannot be read nothing is known
+  }
+  if (checkpoints.empty())
+    return ". There is no checkpoint: when the cause is mended, start again with --overwrite.";
+  const auto later = [](const CheckpointFile& a, const CheckpointFile& b) {
+    return a.step < b.step;
+  };
+  return fmt::format(
+      ". When the cause is mended, the same command with --restart latest goes on from step {}.",
+      std::max_element(checkpoints.begin(), checkpoints.end(), later)->step);
+}
+
+template <int Dim>
+std::vector<StageTiming> CaseRun<Dim>::timings_of_all(std::vector<StageTiming> all) const {
+  struct Numbers {
+    Index calls;
+    double total, shortest, longest;
+  };
+  std::vector<Numbers> own;
+  for (const StageTiming& t : all) own.push_back({t.calls, t.total, t.shortest, t.longest});
+  const std::vector<Numbers> numbers = ranks_.gather_all(std::span<const Numbers>(own));
+  for (StageTiming& t : all) t = {.name = t.name};
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    StageTiming& sum = all[i % all.size()];
+    const Numbers& n = numbers[i];
+    if (n.calls == 0) continue;
+    sum.shortest = sum.calls == 0 ? n.shortest : std::min(sum.shortest, n.shortest);
+    sum.longest = std::max(sum.longest, n.longest);
+    sum.calls += n.calls;
+    sum.total += n.total;
+  }
+  return all;
+}
+
+template <int Dim>
+void CaseRun<Dim>::report_balance(const BalanceReport& balance, double wall) {
+  if (!ranks_.several()) return;
+  console_.line(
+      fmt::format("balance: heaviest rank {:.3f} times the mean, at worst {:.3f}, in particles "
+                  "{:.3f} and {:.3f}; {} remap{}, moving {:.1f} % of the particles each, at most "
+                  "{:.1f} %; {:.2f} % of the time",
+                  balance.work.mean, balance.work.worst, balance.particles.mean,
+                  balance.particles.worst, balance.remaps, balance.remaps == 1 ? "" : "s",
+                  100 * balance.moved, 100 * balance.most_moved, 100 * balance.seconds / wall));
+}
+
+template <int Dim>
+void CaseRun<Dim>::finish(RunEnd& end) {
+  try {
+    frames_->finish();
+  } catch (const IoError& error) {
+    end.status = RunStatus::failed;
+    end.message += (end.message.empty() ? "" : "; ") + std::string(error.what());
+    try {
+      if (folder_) folder_->finish(end);
+    } catch (const IoError&) {
+      // The disk that refused the frame may refuse this too; the first error says it.
+    }
+    throw;
+  }
+  if (folder_) folder_->finish(end);
+}
+
+template <int Dim>
+void CaseRun<Dim>::report(Simulation<Dim>& simulation, const SimulationInfo& info,
+                          const RunEnd& end, double wall, bool is_whole) {
+  const auto steps = static_cast<double>(simulation.step() - first_step_);
+  const double particle_steps = this->particle_steps(simulation.step());
+  console_.line("");
+  if (end.status == RunStatus::failed) {
+    console_.warn("lahar: error: " + end.message);
+    console_.line(
+        is_whole
+            ? fmt::format("The last frame and a checkpoint show the particles after step {}. To "
+                          "continue, with other bounds: the same command with --restart latest.",
+                          simulation.step())
+            : fmt::format("The last frame shows the particles where the run stopped, some a few "
+                          "steps beyond step {}.",
+                          simulation.step()));
+  }
+  if (end.status == RunStatus::stopped)
+    console_.line(
+        fmt::format("stopped by {} after step {}; the state was written. To continue: the same "
+                    "command with --restart latest.",
+                    end.message, simulation.step()));
+  if (info.removed > 0)
+    console_.warn(fmt::format(
+        "lahar: warning: {} particle{} left the mesh and {} removed; {} lists them.", info.removed,
+        info.removed == 1 ? "" : "s", info.removed == 1 ? "was" : "were", removed_file));
+  if (info.divided > 0)
+    console_.warn(fmt::format("lahar: warning: materials could only do {} increment{} in parts.",
+                              info.divided, info.divided == 1 ? "" : "s"));
+  console_.line(
+      fmt::format("{} steps in {}: {:.1f} steps/s, {:.2f} million particle-steps/s, {:.1f} ns per "
+                  "particle-step and core",
+                  format_count(simulation.step() - first_step_), format_seconds(wall), steps / wall,
+                  particle_steps / wall * 1e-6,
+                  wall * info.threads * ranks_.size() * 1e9 / std::max(1.0, particle_steps)));
+  if (info.splits > 0)
+    console_.line(fmt::format(
+        "patches: {} cut{} through patches of more than {} particles; there are {} now",
+        format_count(info.splits), info.splits == 1 ? "" : "s",
+        format_count(split_factor * outline_.patch_particles), format_count(info.patches)));
+  report_balance(simulation.balance(), wall);
+  console_.line(
+      timing_table(timings_of_all(simulation.timings()), wall, info.threads * ranks_.size()));
+  console_.line("");
+  console_.line(fmt::format(
+      "next: lahar export {} --to csv, or open {} in ParaView", output_.folder,
+      (std::filesystem::path(output_.folder) / "frames" / "particles.hdf.series").string()));
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                                    \
+  template int CaseRun<Dim>::run_time_loop(Simulation<Dim>&);                                     \
+  template std::string CaseRun<Dim>::how_to_go_on() const;                                        \
+  template std::vector<StageTiming> CaseRun<Dim>::timings_of_all(std::vector<StageTiming>) const; \
+  template void CaseRun<Dim>::report_balance(const BalanceReport&, double);                       \
+  template void CaseRun<Dim>::finish(RunEnd&);                                                    \
+  template void CaseRun<Dim>::report(Simulation<Dim>&, const SimulationInfo&, const RunEnd&,      \
+                                     double, bool);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

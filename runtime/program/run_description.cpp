@@ -1,0 +1,189 @@
+#include "runtime/program/run_description.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <string>
+
+#include "physics/base/error.h"
+#include "physics/particles/patch_split.h"
+#include "runtime/step/output_times.h"
+
+namespace lahar {
+
+const char* scheme_name(Scheme scheme) {
+  return scheme == Scheme::usf ? "USF" : scheme == Scheme::usl ? "USL" : "MUSL";
+}
+
+template <int Dim>
+Model<Dim> without_particles(const Model<Dim>& model) {
+  Model<Dim> header;
+  header.title = model.title;
+  // Of a share, what is known of the whole mesh.
+  header.mesh = model.mesh->is_share() ? std::make_shared<const Mesh<Dim>>(model.mesh->share({}))
+                                       : model.mesh;
+  header.materials = model.materials;
+  header.analysis = model.analysis;
+  return header;
+}
+
+/// The velocity transfer in words.
+std::string describe_transfer(const Analysis& analysis, std::span<const Material> materials) {
+  const VelocityTransfer& transfer = analysis.transfer;
+  const std::string affine = analysis.affine == Affine::apic   ? "APIC"
+                             : analysis.affine == Affine::tpic ? "TPIC"
+                                                               : "";
+  if (transfer.separation > 0.0) {
+    Analysis without = analysis;
+    without.transfer.separation = 0.0;
+    return "ASFLIP: " + describe_transfer(without, materials);
+  }
+  const bool all = transfer.rates.empty() ? transfer.flip == 0.0 : std::isinf(transfer.rates[0]);
+  if (!transfer.takes()) return affine.empty() ? "FLIP" : affine + " and FLIP";
+  const std::string order =
+      !affine.empty() ? affine
+      : transfer.order == 1
+          ? "PIC"
+          : fmt::format("{} of order {}", transfer.filters_change ? "FMPM" : "XPIC",
+                        transfer.order);
+  if (all) return order;
+  if (transfer.rates.empty()) return fmt::format("{:g} FLIP, the rest {}", transfer.flip, order);
+  std::string times, viscosities;
+  bool by_cells = false;
+  for (std::size_t body = 0; body < transfer.rates.size(); ++body) {
+    const double viscosity = transfer.rates[body] * transfer.smoothing;  // [m^2/s]
+    const char* comma = body == 0 ? "" : ", ";
+    times += fmt::format("{}{:.3g}", comma, 1.0 / transfer.rates[body]);
+    viscosities += fmt::format("{}{:.3g}", comma, viscosity);
+    by_cells |= viscosity > 1.001 * transfer.viscosity;
+  }
+  std::string text = fmt::format("FLIP that becomes {} in {} s", order, times);
+  if (transfer.smoothing > 0.0)
+    text += fmt::format(", as a viscosity of {} m^2/s{}", viscosities,
+                        by_cells ? ", less with finer cells" : "");
+  if (transfer.rates.size() > 1) {
+    std::string names;
+    for (int body = 0; body < analysis.contact.bodies; ++body)
+      for (const Material& material : materials)
+        if (material.body == body) {
+          names += fmt::format("{}'{}'", body == 0 ? "" : ", ", printable(material.name));
+          break;
+        }
+    text += fmt::format(" (bodies of {})", names);
+  }
+  return text;
+}
+
+template <int Dim>
+void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
+              const TimeStep& plan, int ranks) {
+  console.line(
+      fmt::format("case       {}", model.title.empty() ? "(untitled)" : printable(model.title)));
+  console.line(ranks == 1 ? fmt::format("threads    {} on 1 rank", info.threads)
+                          : fmt::format("threads    {} on each of {} ranks", info.threads, ranks));
+  console.line(fmt::format(
+      "mesh       {} cells, {} nodes ({})", format_count(info.cells), format_count(info.nodes),
+      model.mesh->is_structured()    ? "structured"
+      : model.mesh->is_cartesian()   ? "from a table, Cartesian"
+      : model.mesh->is_multilinear() ? "from a table, isoparametric"
+                                     : lahar::info(model.mesh->element()).name));
+  console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles),
+                           model.materials.size(), model.materials.size() == 1 ? "" : "s"));
+  console.line(fmt::format("scheme     {}, {}", scheme_name(model.analysis.scheme),
+                           describe_transfer(model.analysis, model.materials)));
+  console.line(fmt::format("time step  {:.4g} s{}, stability limit {:.4g} s", info.dt,
+                           plan.adaptive ? " (adaptive)" : "", info.dt_limit));
+  console.line(fmt::format("patches    {} of about {} cells, {} tasks per step", info.patches,
+                           format_count(info.cells_per_patch), format_count(info.tasks_per_step)));
+  if (model.analysis.split_steps > 0)
+    console.line(fmt::format(
+        "  split    where they hold more than {} particles after a multiple of {} steps",
+        format_count(split_factor * model.analysis.patch_particles),
+        format_count(model.analysis.split_steps)));
+  console.line(fmt::format("memory     {} for particles and nodes",
+                           format_bytes(static_cast<double>(info.bytes))));
+}
+
+void describe_frames(Console& console, const OutputPlan& plan, const Analysis& analysis,
+                     const SimulationInfo& info) {
+  const double by_time = std::ceil(analysis.end_time / info.dt * (1 - rounding_of_multiples));
+  const double steps = std::min(by_time, static_cast<double>(analysis.nsteps)) -
+                       static_cast<double>(analysis.first_step);
+  double frames = 0;  // beside the first
+  if (plan.frame_steps > 0) frames = steps / static_cast<double>(plan.frame_steps);
+  if (plan.frame_dt > 0) frames = std::min(analysis.end_time, steps * info.dt) / plan.frame_dt;
+  if (!(frames < 1e15)) return;  // nobody can tell
+  const auto whole = static_cast<Index>(frames + rounding_of_multiples);
+  const bool ends_with_one = frames - static_cast<double>(whole) < rounding_of_multiples;
+  const bool too_many = whole > plan.max_frames;
+  const bool last = frames > 0 && (too_many || !ends_with_one);
+  const Index all = 1 + std::min(whole, plan.max_frames) + last;
+  const auto bytes = static_cast<double>(info.all_frame_bytes);
+  // An adaptive step may become another.
+  console.line(fmt::format(
+      "frames     {}{} of {}, {}", analysis.step.adaptive && plan.frame_steps > 0 ? "about " : "",
+      format_count(all), format_bytes(bytes), format_bytes(bytes * static_cast<double>(all))));
+  if (too_many)
+    console.warn(fmt::format(
+        "lahar: warning: {} frames are planned, of which post_processing.max_frames allows {}; "
+        "after these only the last state is written.",
+        format_count(whole), format_count(plan.max_frames)));
+}
+
+void describe_ranks(Console& console, const PatchGraph& graph, std::span<const Index> particles,
+                    int ranks, Partitioner partitioner) {
+  const std::vector<int> owner = partition(partitioner, graph, ranks);
+  const RankShares shares = shares_of(graph, owner, ranks);
+  std::vector<Index> held(shares.ranks.size(), 0);
+  for (std::size_t p = 0; p < owner.size(); ++p)
+    held[static_cast<std::size_t>(owner[p])] += particles[p];
+  console.line(fmt::format(
+      "ranks      {}, work of the heaviest {:.3f} times the mean, edge cut {} shared nodes",
+      format_count(ranks), shares.imbalance(), format_count(shares.edge_cut)));
+  console.line(fmt::format("  {:>9} {:>9} {:>13} {:>13} {:>11}", "rank", "patches", "particles",
+                           "shared nodes", "neighbours"));
+  Index idle = 0;
+  for (std::size_t r = 0; r < shares.ranks.size(); ++r) {
+    const RankShare& rank = shares.ranks[r];
+    idle += held[r] == 0;
+    console.line(fmt::format("  {:>9} {:>9} {:>13} {:>13} {:>11}", r, format_count(rank.patches),
+                             format_count(held[r]), format_count(rank.shared_nodes),
+                             rank.neighbours));
+  }
+  if (idle > 0)
+    console.warn(
+        fmt::format("lahar: warning: {} of {} ranks would have no particles: a patch is "
+                    "the least that a rank can own. Use fewer ranks, or smaller patches "
+                    "(analysis.patch_particles).",
+                    format_count(idle), format_count(ranks)));
+}
+
+template <int Dim>
+std::unique_ptr<Simulation<Dim>> make_simulation(const Scenario& scenario, Model<Dim> model,
+                                                 const ExecutionOptions& options, Observer observer,
+                                                 const CheckpointReader* checkpoint) {
+  try {
+    return checkpoint
+               ? std::make_unique<Simulation<Dim>>(std::move(model), options, std::move(observer),
+                                                   state_in(*checkpoint))
+               : std::make_unique<Simulation<Dim>>(std::move(model), options, std::move(observer));
+  } catch (const InputError& error) {
+    std::vector<Problem> placed;
+    for (const Problem& problem : error.problems()) placed.push_back(scenario.place(problem));
+    throw InputError(std::move(placed));
+  }
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                                \
+  template Model<Dim> without_particles(const Model<Dim>&);                                   \
+  template void describe(Console&, const Model<Dim>&, const SimulationInfo&, const TimeStep&, \
+                         int);                                                                \
+  template std::unique_ptr<Simulation<Dim>> make_simulation(                                  \
+      const Scenario&, Model<Dim>, const ExecutionOptions&, Observer, const CheckpointReader*);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

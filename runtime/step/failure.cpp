@@ -1,0 +1,146 @@
+#include "runtime/step/failure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <tuple>
+
+namespace lahar {
+
+void FailureList::add(Failure failure) {
+  const std::scoped_lock lock(mutex_);
+  failures_.push_back(std::move(failure));
+}
+
+bool FailureList::empty() const {
+  const std::scoped_lock lock(mutex_);
+  return failures_.empty();
+}
+
+bool FailureList::by(Step step) const {
+  const std::scoped_lock lock(mutex_);
+  return std::any_of(failures_.begin(), failures_.end(),
+                     [&](const Failure& f) { return f.step <= step; });
+}
+
+Failure FailureList::earliest() const {
+  const std::scoped_lock lock(mutex_);
+  return *std::min_element(failures_.begin(), failures_.end(),
+                           [](const Failure& a, const Failure& b) {
+                             return std::tuple(a.step, a.stage_index, a.patch) <
+                                    std::tuple(b.step, b.stage_index, b.patch);
+                           });
+}
+
+Index FailureList::count(Step step) const {
+  const std::scoped_lock lock(mutex_);
+  return std::count_if(failures_.begin(), failures_.end(),
+                       [&](const Failure& f) { return f.step == step; });
+}
+
+std::string failure_message(const Failure& first, int rank, Index failed) {
+  std::string text =
+      fmt::format("step {} (t = {:.6g} s), rank {}, patch {}, stage {}: {}", first.step, first.time,
+                  rank, first.patch, first.stage, first.cause);
+  if (failed > 1) text += fmt::format(" ({} more patches failed in this step)", failed - 1);
+  return text;
+}
+
+namespace {
+
+std::string tuple(std::span<const double> values) {
+  return fmt::format("({:.6g})", fmt::join(values, ", "));
+}
+
+std::string name_of(Index id, Index injected) {
+  return id >= injected ? "an injected particle" : fmt::format("particle {}", id);
+}
+
+}  // namespace
+
+template <int Dim>
+std::string describe_particle(const Particles<Dim>& particles, Local p, Index injected) {
+  std::array<double, Dim> x, v;
+  for (int d = 0; d < Dim; ++d) {
+    x[static_cast<std::size_t>(d)] = particles.row(Column::x, d)[p];
+    v[static_cast<std::size_t>(d)] = particles.row(Column::v, d)[p];
+  }
+  return fmt::format("{} at {} m, velocity {} m/s",
+                     name_of(particles.id[static_cast<std::size_t>(p)], injected), tuple(x),
+                     tuple(v));
+}
+
+template <int Dim>
+std::string describe_mark(const ParticleFault& fault, const Model<Dim>& model, Index injected) {
+  constexpr std::size_t n = Dim;
+  const std::string particle = fmt::format(
+      "{} at {} m, velocity {} m/s", name_of(fault.particle, injected),
+      tuple(std::span(fault.position).first(n)), tuple(std::span(fault.velocity).first(n)));
+  const std::string more =
+      fault.count > 1 ? fmt::format(" (and {} more here)", fault.count - 1) : "";
+  switch (fault.kind) {
+    case ParticleFault::Kind::left_mesh:
+      return particle + more +
+             " left the mesh. Enlarge the mesh, constrain its boundary nodes, or let such "
+             "particles "
+             "be removed with \"locate_particles\": false in \"analysis\".";
+    case ParticleFault::Kind::not_finite:
+      return particle + more +
+             " is not finite: the computation has become unstable. Reduce the time step or check "
+             "material parameters and loads.";
+    case ParticleFault::Kind::volume:
+      return fmt::format(
+          "{} at {} m{} would get a volume of zero or less within one step: "
+          "its cell collapses. Reduce the time step{}.",
+          name_of(fault.particle, injected), tuple(std::span(fault.position).first(n)), more,
+          model.analysis.scheme == Scheme::musl
+              ? ""
+              : ", or use \"mpm_scheme\": \"musl\", which bears nodes of little mass better");
+    case ParticleFault::Kind::moved_too_far:
+      return particle + more +
+             " moved beyond the neighbouring patches within one step. Reduce the time step.";
+    case ParticleFault::Kind::law:
+      return fmt::format(
+          "{}{}: material '{}' found no stress that it allows after stress {} Pa (xx yy zz xy yz "
+          "xz), not even in {} parts of the increment. Check its parameters, or reduce the time "
+          "step.",
+          particle, more, model.materials[fault.material].name, tuple(fault.stress), most_parts);
+    case ParticleFault::Kind::domain:
+      return particle + more +
+             " has a domain that reaches beyond the cells around its own. Use larger cells or "
+             "smaller particles, or take the functions of a smaller domain with "
+             "\"large_domains\": \"clip\" in \"analysis\".";
+    case ParticleFault::Kind::folded:
+      return particle + more +
+             " has a domain whose corners have moved so that it folds: functions would be "
+             "negative. Reduce the time step, use more particles per cell, or "
+             "\"shape_functions\": \"cpdi\", whose domains remain parallelepipeds.";
+    default:
+      return particle;
+  }
+}
+
+std::string unstable_message(double dt, double limit, const std::string& particle) {
+  return fmt::format("the time step {:.6g} s is above the stability limit {:.6g} s of {}.", dt,
+                     limit, particle);
+}
+
+std::string unstable_hint(double limit) {
+  // Rounded down to three digits, so that the value is one that will be accepted.
+  const double unit = std::pow(10.0, std::floor(std::log10(limit)) - 2);
+  limit = std::floor(limit / unit) * unit;
+  return fmt::format(
+      "Use a step below {:.3g} s, an adaptive one (\"time_step\": {{\"adaptive\": true}}), or "
+      "accept "
+      "it with \"time_step\": {{\"accept_unstable\": true}}.",
+      limit);
+}
+
+template std::string describe_mark<2>(const ParticleFault&, const Model<2>&, Index);
+template std::string describe_mark<3>(const ParticleFault&, const Model<3>&, Index);
+template std::string describe_particle<2>(const Particles<2>&, Local, Index);
+template std::string describe_particle<3>(const Particles<3>&, Local, Index);
+
+}  // namespace lahar

@@ -1,0 +1,55 @@
+/// \file The sums of a history row over patches and ranks.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "io/run/history.h"
+#include "runtime/step/exact_sum.h"
+
+namespace lahar {
+
+/// The sums of a history row, each exact, as elements that are added over patches and ranks in any
+/// order.
+class RowSums {
+ public:
+  static constexpr std::size_t n_sums = 10;
+  static constexpr std::size_t n_elements = 1 + n_sums * ExactSum::size;
+  void add(const HistoryRow& row) {
+    particles_ += row.particles;
+    const std::array<double, n_sums> terms{
+        row.mass,     row.momentum[0], row.momentum[1], row.momentum[2], row.kinetic,
+        row.internal, row.external,    row.damping,     row.friction,    row.divided};
+    for (std::size_t k = 0; k < n_sums; ++k) sums_[k] += terms[k];
+  }
+  std::vector<Index> elements() const {
+    std::vector<Index> all{particles_};
+    for (const ExactSum& sum : sums_)
+      all.insert(all.end(), sum.elements().begin(), sum.elements().end());
+    return all;
+  }
+  static HistoryRow row(std::span<const Index> elements, double max_speed) {
+    std::array<double, n_sums> value;
+    for (std::size_t k = 0; k < n_sums; ++k)
+      value[k] = ExactSum(elements.subspan(1 + k * ExactSum::size).first<ExactSum::size>()).value();
+    HistoryRow row;
+    row.particles = elements[0];
+    row.mass = value[0];
+    row.momentum = {value[1], value[2], value[3]};
+    row.kinetic = value[4];
+    row.internal = value[5];
+    row.external = value[6];
+    row.damping = value[7];
+    row.friction = value[8];
+    row.divided = value[9];
+    row.max_speed = max_speed;
+    return row;
+  }
+
+ private:
+  Index particles_ = 0;
+  std::array<ExactSum, n_sums> sums_;
+};
+
+}  // namespace lahar

@@ -1,0 +1,109 @@
+// The time step of each scheme: its stages in order. Options add stages of their own (stages.h); an
+// exchange of node sums, of particles or of the time step is part of a stage.
+#include "runtime/step/stages.h"
+
+namespace lahar {
+
+namespace {
+
+template <int Dim>
+Stages<Dim> in_order(std::initializer_list<Stages<Dim>> parts) {
+  Stages<Dim> all;
+  for (const Stages<Dim>& part : parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+template <int Dim>
+Stages<Dim> arrivals_and_injection(const Analysis& a, bool injects) {
+  return injects ? in_order<Dim>({arrivals<Dim>(a), injection<Dim>(a)}) : arrivals<Dim>(a);
+}
+
+/// Update stress first: strain from the velocities at the beginning of the step.
+template <int Dim>
+Stages<Dim> usf(const Analysis& a, bool injects) {
+  return in_order<Dim>({
+      arrivals_and_injection<Dim>(a, injects),
+      meeting_bodies<Dim>(a),
+      driven_nodes<Dim>(a),
+      nodal_velocities<Dim>(a),
+      strain_and_stress<Dim>(a),
+      forces<Dim>(a),
+      absorbed_waves<Dim>(a),
+      absorbing_nodes<Dim>(a),
+      integration<Dim>(a),
+      velocity_transfer<Dim>(a),
+      g2p<Dim>(a),
+      location<Dim>(a),
+      p2g<Dim>(a),
+      surfaces<Dim>(a),
+      prescribed_velocities<Dim>(a),
+      output<Dim>(a),
+  });
+}
+
+/// Update stress last: strain from the velocities that move particles, and one exchange for mass,
+/// momentum and force. Stress comes before particles move, or takes the gradients that G2P found.
+template <int Dim>
+Stages<Dim> usl(const Analysis& a, bool injects) {
+  const bool after = stress_follows_g2p(a);
+  return in_order<Dim>({
+      arrivals_and_injection<Dim>(a, injects),
+      meeting_bodies<Dim>(a),
+      driven_nodes<Dim>(a),
+      absorbing_nodes<Dim>(a),
+      integration<Dim>(a),
+      velocity_transfer<Dim>(a),
+      after ? g2p<Dim>(a) : strain_and_stress<Dim>(a),
+      after ? strain_and_stress<Dim>(a) : g2p<Dim>(a),
+      location<Dim>(a),
+      p2g<Dim>(a),
+      forces<Dim>(a),
+      absorbed_waves<Dim>(a),
+      surfaces<Dim>(a),
+      prescribed_velocities<Dim>(a),
+      output<Dim>(a),
+  });
+}
+
+/// Modified update stress last: strain from nodal velocities that the updated particles give again.
+template <int Dim>
+Stages<Dim> musl(const Analysis& a, bool injects) {
+  return in_order<Dim>({
+      arrivals_and_injection<Dim>(a, injects),
+      meeting_bodies<Dim>(a),
+      driven_nodes<Dim>(a),
+      absorbing_nodes<Dim>(a),
+      integration<Dim>(a),
+      velocity_transfer<Dim>(a),
+      g2p<Dim>(a),
+      remapped_velocities<Dim>(a),
+      strain_and_stress<Dim>(a),
+      location<Dim>(a),
+      p2g<Dim>(a),
+      forces<Dim>(a),
+      absorbed_waves<Dim>(a),
+      surfaces<Dim>(a),
+      prescribed_velocities<Dim>(a),
+      output<Dim>(a),
+  });
+}
+
+}  // namespace
+
+template <int Dim>
+std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects) {
+  switch (analysis.scheme) {
+    case Scheme::usf:
+      return usf<Dim>(analysis, injects);
+    case Scheme::usl:
+      return usl<Dim>(analysis, injects);
+    case Scheme::musl:
+      return musl<Dim>(analysis, injects);
+  }
+  return {};
+}
+
+template std::vector<TimestepStage<2>> timestep<2>(const Analysis&, bool);
+template std::vector<TimestepStage<3>> timestep<3>(const Analysis&, bool);
+
+}  // namespace lahar

@@ -1,0 +1,162 @@
+/// \file A simulation: the model cut into patches, stepped by an executor of the task graph.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "graph/task_graph.h"
+#include "io/base/memory_limit.h"
+#include "io/frames/frame.h"
+#include "io/run/history.h"
+#include "physics/model/model.h"
+#include "physics/particles/removed_particle.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/patches/rank_balance.h"
+#include "runtime/patches/rank_partition.h"
+#include "runtime/patches/simulation_state.h"
+
+namespace lahar {
+
+/// Time lost on purpose, to see what it does to a run; results stay the same.
+struct StudyDelays {
+  Index slow_patch = -1;   ///< number of a patch whose tasks take `slow_factor` times their time
+  double slow_factor = 1;  ///< at least 1
+  int late_rank = -1;      ///< rank whose threads wait `unmapped` before each message
+  double late = 0;         ///< [s]
+  double serial = 0;       ///< [s] per step in which nothing else happens on a rank
+};
+
+/// How the timestep's tasks are executed. Results are bitwise the same for all of them.
+struct ExecutionOptions {
+  enum class Mode { flow_graph, bulk, serial, random_order } mode = Mode::flow_graph;
+  int threads = 0;  ///< flow graph and bulk; 0 = all cores this process may use
+  /// Flow graph and bulk. Each has a share of the patches, and all of them make the simulation and
+  /// call its member functions, apart from step(), time(), finished(), timings() and graph(),
+  /// together.
+  Communicator ranks = {};
+  BalanceOptions balance = {};
+  double latency = 0;  ///< [s] held back from each message between ranks, for studies
+  /// Messages between ranks of a machine do not go through MPI, except for many particles at once.
+  bool shared_memory = true;
+  StudyDelays delays = {};
+  std::uint64_t seed = 1;  ///< random order only
+  int support_rings = 0;   ///< extra layers of nodes that patches exchange; 0 suits linear elements
+  bool verify = false;     ///< check at every task that exactly what its edges promise was done
+  /// Frames, and states for checkpoints, up to this size [bytes], of the rank that has most of it,
+  /// are copied by the tasks; of frames a few at a time. For larger ones there is no memory to
+  /// spare: the computation waits while Observer::large_frame or Observer::checkpoint takes them
+  /// from where the particles are. (So it does for states of runs that particles may leave.)
+  std::size_t staging_bytes = default_staging_bytes;
+  /// That this process may take; the same on all ranks. Throws InputError where it does not suffice
+  /// for patches and particles.
+  MemoryLimit memory = {};
+};
+
+/// Receives what a simulation produces while it runs; called from worker threads, one call at a
+/// time each. With several ranks frames are those of the rank, history and progress are the same on
+/// all.
+struct Observer {
+  /// When OutputPlan says so; pieces are this rank's patches, ascending.
+  std::function<void(FramePieces&&)> frame;
+  std::function<void(const HistoryRow&)> history;  ///< when OutputPlan says so
+  /// Instead of `frame` for frames above ExecutionOptions::staging_bytes; good during the
+  /// call, which all ranks make while no step is taken. Without this all frames are copied.
+  std::function<void(const FrameSource&)> large_frame;
+  /// After every step, in order: steps done and time [s]. Return false to stop soon.
+  std::function<bool(Index step, double time)> progress;
+  /// The state to be kept: after every OutputPlan::checkpoint_steps, and soon after
+  /// `checkpoint_wanted`, asked after every step, said so. Good during the call, which all ranks
+  /// make while no step is taken; or a copy (SimulationState::copied), and called while steps are
+  /// taken.
+  std::function<void(const SimulationState&)> checkpoint;
+  std::function<bool()> checkpoint_wanted;
+  /// Several ranks only: may call MPI and must not wait; called again and again while steps are
+  /// taken, and by whoever waits for other ranks. What it throws ends the run.
+  std::function<void()> poll;
+  /// Particles that left the mesh since the last call, ascending by step and id, the same on all
+  /// ranks; while no step is taken, before a checkpoint of that step.
+  std::function<void(std::span<const RemovedParticle>)> removed;
+  /// Something that the user should know; the same on all ranks, while steps are taken.
+  std::function<void(const std::string&)> warning;
+};
+
+/// Time spent in one stage, summed over its tasks.
+struct StageTiming {
+  std::string name;
+  Index calls = 0;
+  double total = 0, shortest = 0, longest = 0;  ///< [s]; shortest and longest of one task
+};
+
+/// What a simulation consists of, for reports.
+struct SimulationInfo {
+  int threads = 1;
+  Index cells = 0, nodes = 0, particles = 0, removed = 0;
+  Index divided = 0;  ///< increments that materials could only do in parts, since the start
+  int patches = 0, tasks_per_step = 0;
+  Index cells_per_patch = 0;
+  Index splits = 0;       ///< of patches, since the start
+  double dt_limit = 0;    ///< [s] smallest h / (c + |v|) at present
+  double dt = 0;          ///< [s] of the next step
+  std::size_t bytes = 0;  ///< of particles and nodes, of all ranks
+  /// At present, of the rank that has most of it.
+  std::size_t frame_bytes = 0, state_bytes = 0;
+  std::size_t all_frame_bytes = 0;  ///< of a frame of all ranks
+};
+
+template <int Dim>
+class Simulation {
+ public:
+  /// Cuts the mesh, places the particles. Throws InputError (fixed step above the limit, ...).
+  explicit Simulation(Model<Dim> model, ExecutionOptions options = {}, Observer observer = {});
+  /// Goes on from the state() of a simulation of the same model, whose nsteps, end time and output
+  /// may be others: all that follows has the bits as if nothing had come between. Throws InputError
+  /// where the state is not one of this model, IoError where it is damaged.
+  Simulation(Model<Dim> model, ExecutionOptions options, Observer observer,
+             const SimulationState& state);
+  ~Simulation();
+
+  /// Take `steps` steps (fewer where the end time comes first, or progress() asked to stop).
+  /// Throws SimulationError; step() is then that of the failure, and patches are where they were
+  /// when they learned of it, some of them up to max_lead steps ahead. (Not where it is a
+  /// WatchdogError: all patches are then at step().)
+  void advance(Index steps);
+  /// Take all steps of the scenario.
+  void run();
+
+  Frame frame() const;  ///< present state of all ranks, ascending particle id
+  /// That of this rank without a copy, by patches; good until the next call of advance().
+  FrameSource frame_source() const;
+  /// Several ranks: call Observer::poll when nobody else calls MPI. For whoever waits, while steps
+  /// are taken or not. Throws what that threw, then and in all later calls: it is not called any
+  /// more, and who waits for it would wait for ever.
+  void poll();
+  HistoryRow history() const;  ///< present sums
+  /// Present state, without a copy: good until the next call of advance().
+  SimulationState state() const;
+  Index step() const;     ///< steps done
+  double time() const;    ///< [s]
+  bool finished() const;  ///< no step left to take
+
+  SimulationInfo info() const;
+  const BalanceReport& balance() const;  ///< what balancing the ranks did
+  std::vector<StageTiming> timings() const;
+  const TaskGraph& graph() const;
+  std::vector<std::string> patch_names() const;
+  PatchGraph patch_graph() const;           ///< at present, with the work that was not measured yet
+  std::vector<Index> patch_counts() const;  ///< particles of each of its patches
+  std::vector<Phase> phases() const;
+  std::vector<Stage> stages() const;
+  std::string trace_graph() const;  ///< this rank's patches, as in traces: JSON
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+extern template class Simulation<2>;
+extern template class Simulation<3>;
+
+}  // namespace lahar

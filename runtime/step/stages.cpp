@@ -1,0 +1,385 @@
+// The stages that a time step consists of, one function each. What they do to a patch is in
+// physics/kernels; which of them a scheme has, and in which order, in schemes.cpp. (Types of stages
+// are written out: inside of braces alone GCC 12 fails.)
+#include "runtime/step/stages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "physics/basis/support.h"
+#include "physics/contact/contact_surface.h"
+#include "physics/kernels/driven_nodes.h"
+#include "physics/kernels/kernels.h"
+#include "physics/kernels/separation.h"
+#include "physics/kernels/velocity_transfer.h"
+
+namespace lahar {
+
+namespace {
+
+/// The part of the mapping for this step that could not be done at the end of the one before.
+template <int Dim, bool WithForce>
+void map_late(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  activate_nodes(patch);
+  if (!patch.unmapped.empty()) {
+    map_mass_momentum(patch, step, patch.unmapped);
+    if (WithForce) map_force(patch, step, patch.unmapped);
+    if (patch.bodies() > 1) map_gradient(patch, step, patch.unmapped);
+    if (step.model->analysis.drives_nodes) map_prescribed(patch, step, patch.unmapped);
+    if (WithForce) map_waves(patch, step, patch.unmapped);
+    patch.unmapped.clear();
+    patch.contributes[static_cast<std::size_t>(step.step % 2)] = 1;
+    patch.idle = false;
+    patch.clear_sums = 0;
+  }
+  sort_if_scattered(patch);
+}
+
+/// Particles that neighbours sent.
+template <int Dim, bool WithForce>
+void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  receive(patch);
+  map_late<Dim, WithForce>(patch, step);
+}
+
+/// Particles that come from nowhere.
+template <int Dim, bool WithForce>
+void take_injected(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  inject(patch, step);
+  if (!patch.unmapped.empty()) map_late<Dim, WithForce>(patch, step);
+}
+
+/// Sums for the next step begin at zero. A patch without particles is idle once all of its sums
+/// are. Forces that are mapped in the same phase lie in the same lines and are cleared with them.
+template <int Dim, bool WithForce>
+void begin_mapping(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  (WithForce ? clear_sums_with<Dim> : clear_sums<Dim>)(patch, step, NodeSum::mass_momentum);
+  patch.contributes[static_cast<std::size_t>(step.step % 2)] = patch.count > 0;
+  patch.clear_sums = patch.count > 0 ? 0 : std::min(2, patch.clear_sums + 1);
+  patch.idle = patch.clear_sums == 2;
+}
+
+/// Velocity gradients of a chunk from G2P, for its stress. A buffer that all patches of a thread
+/// share stays in its cache.
+template <int Dim>
+VelocityGradients<Dim>& gradients_of_chunk() {
+  static thread_local VelocityGradients<Dim> gradients;
+  return gradients;
+}
+
+/// The filter of the velocity transfer, of orders from Order on: of each, a stage that gives nodes
+/// what they gave to particles, and an exchange.
+template <int Dim, int Order>
+void add_filter(Stages<Dim>& list, int order) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  static constexpr bool first = Order == 2;
+  TimestepStage<Dim> stage{.stage = {.name = fmt::format("filter {}", Order)}};
+  if constexpr (!first) {
+    stage.stage.exchange = "smoothed momentum";
+    stage.takes = {sum_of_order(Order - 1)};
+  }
+  if (order < Order) {
+    stage.stage.name = "filtered";
+    stage.begin = [](P& p, S& s) {
+      raise_filter(p, s, Order - 1);
+      finish_filter(p, s);
+    };
+    list.push_back(stage);
+    return;
+  }
+  stage.begin = [](P& p, S& s) {
+    if constexpr (first)
+      begin_filter(p, s);
+    else
+      raise_filter(p, s, Order - 1);
+    clear_sums(p, s, sum_of_order(Order));
+  };
+  stage.bins = [](P& p, S& s, ParticleBins bins) { map_smoothed(p, s, bins, Order); };
+  list.push_back(stage);
+  if constexpr (Order <= most_transfer_order) add_filter<Dim, Order + 1>(list, order);
+}
+
+/// With USF forces are mapped in a phase of their own, else together with mass and momentum.
+bool maps_force_with_momentum(const Analysis& analysis) {
+  return analysis.scheme != Scheme::usf;
+}
+
+}  // namespace
+
+bool stress_follows_g2p(const Analysis& analysis) {
+  return analysis.scheme == Scheme::usl && !analysis.pressure_smoothing &&
+         gives_gradients(analysis);
+}
+
+template <int Dim>
+Stages<Dim> arrivals(const Analysis& analysis) {
+  const bool force = maps_force_with_momentum(analysis);
+  return {
+      TimestepStage<Dim>{.stage = {.name = "arrivals", .exchange = "particles"},
+                         .begin = force ? take_arrivals<Dim, true> : take_arrivals<Dim, false>}};
+}
+
+template <int Dim>
+Stages<Dim> injection(const Analysis& analysis) {
+  const bool force = maps_force_with_momentum(analysis);
+  return {
+      TimestepStage<Dim>{.stage = {.name = "inject"},
+                         .begin = force ? take_injected<Dim, true> : take_injected<Dim, false>}};
+}
+
+template <int Dim>
+Stages<Dim> meeting_bodies(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (analysis.contact.bodies < 2) return {};
+  return {
+      TimestepStage<Dim>{.stage = {.name = "normals", .exchange = "gradient"},
+                         .takes = {NodeSum::gradient},
+                         .begin =
+                             [](P& p, S& s) {
+                               nodal_gradient(p, s);
+                               clear_sums(p, s, NodeSum::surface);
+                             },
+                         .bins = [](P& p, S& s, ParticleBins bins) { map_surface(p, s, bins); }},
+      TimestepStage<Dim>{.stage = {.name = "gaps", .exchange = "surface"},
+                         .takes = {NodeSum::surface},
+                         .begin = [](P& p, S& s) { meet_bodies(p, s); }}};
+}
+
+template <int Dim>
+Stages<Dim> driven_nodes(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (!analysis.drives_nodes) return {};
+  return {TimestepStage<Dim>{.stage = {.name = "drive", .exchange = "prescribed velocities"},
+                             .takes = {NodeSum::prescribed_mass, NodeSum::prescribed_momentum},
+                             .begin = [](P& p, S& s) { find_driven_nodes(p, s); }}};
+}
+
+template <int Dim>
+Stages<Dim> nodal_velocities(const Analysis&) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  return {TimestepStage<Dim>{.stage = {.name = "velocity", .exchange = "mass, momentum"},
+                             .takes = {NodeSum::mass_momentum},
+                             .begin = [](P& p, S& s) { nodal_velocity(p, s); }}};
+}
+
+template <int Dim>
+Stages<Dim> remapped_velocities(const Analysis&) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  return {
+      TimestepStage<Dim>{.stage = {.name = "P2G remap"},
+                         .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::momentum); },
+                         .bins = [](P& p, S& s, ParticleBins bins) { map_momentum(p, s, bins); }},
+      TimestepStage<Dim>{.stage = {.name = "velocity", .exchange = "momentum"},
+                         .takes = {NodeSum::momentum},
+                         .begin = [](P& p, S& s) { nodal_velocity_again(p, s); }}};
+}
+
+template <int Dim>
+Stages<Dim> strain_and_stress(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  const bool needs_dt = analysis.scheme == Scheme::usf;
+  if (analysis.pressure_smoothing)  // nodal pressure is exchanged in between
+    return {TimestepStage<Dim>{.stage = {.name = "strain", .needs_dt = needs_dt},
+                               .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::pressure); },
+                               .bins =
+                                   [](P& p, S& s, ParticleBins bins) {
+                                     if (s.model->analysis.scheme == Scheme::usl)
+                                       add_work_of_tractions(p, s, bins);
+                                     update_stress(p, s, bins, StressPart::strain);
+                                     map_pressure(p, s, bins);
+                                   }},
+            TimestepStage<Dim>{.stage = {.name = "stress", .exchange = "pressure"},
+                               .takes = {NodeSum::pressure},
+                               .begin = [](P& p, S& s) { nodal_pressure(p, s); },
+                               .bins =
+                                   [](P& p, S& s, ParticleBins bins) {
+                                     smooth_pressure(p, s, bins);
+                                     update_stress(p, s, bins, StressPart::law);
+                                   }}};
+  if (stress_follows_g2p(analysis))
+    return {TimestepStage<Dim>{
+        .stage = {.name = "stress"}, .bins = [](P& p, S& s, ParticleBins bins) {
+          update_stress(p, s, bins, StressPart::both, &gradients_of_chunk<Dim>());
+        }}};
+  return {TimestepStage<Dim>{.stage = {.name = "stress", .needs_dt = needs_dt},
+                             .bins = [](P& p, S& s, ParticleBins bins) {
+                               if (s.model->analysis.scheme == Scheme::usl)
+                                 add_work_of_tractions(p, s, bins);
+                               update_stress(p, s, bins, StressPart::both);
+                             }}};
+}
+
+template <int Dim>
+Stages<Dim> absorbed_waves(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (!analysis.absorbs) return {};
+  return {TimestepStage<Dim>{.stage = {.name = "impedance"},
+                             .begin = [](P& p, S& s) { clear_waves(p, s); },
+                             .bins = [](P& p, S& s, ParticleBins bins) { map_waves(p, s, bins); },
+                             .of_next_step = maps_force_with_momentum(analysis)}};
+}
+
+template <int Dim>
+Stages<Dim> absorbing_nodes(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (!analysis.absorbs) return {};
+  return {TimestepStage<Dim>{.stage = {.name = "absorb", .exchange = "displacement, waves"},
+                             .takes = {NodeSum::displacement, NodeSum::waves},
+                             .begin = [](P& p, S& s) { set_absorbing_nodes(p, s); }}};
+}
+
+template <int Dim>
+Stages<Dim> integration(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (maps_force_with_momentum(analysis))
+    return {TimestepStage<Dim>{
+        .stage = {.name = "integrate", .exchange = "mass, momentum, force", .needs_dt = true},
+        .takes = {NodeSum::mass_momentum, NodeSum::force},
+        .begin = [](P& p, S& s) { velocity_and_integrate(p, s); }}};
+  return {TimestepStage<Dim>{.stage = {.name = "integrate", .exchange = "force"},
+                             .takes = {NodeSum::force},
+                             .begin = [](P& p, S& s) { integrate(p, s); }}};
+}
+
+template <int Dim>
+Stages<Dim> velocity_transfer(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  Stages<Dim> list;
+  if (spreads_before_forces(analysis))
+    list.push_back(
+        {.stage = {.name = "affine"}, .begin = [](P& p, S& s) { velocities_before_forces(p, s); }});
+  if (separates(analysis))
+    list.push_back({.stage = {.name = "held"}, .begin = [](P& p, S& s) { find_held_nodes(p, s); }});
+  if (has_filter(analysis.transfer)) add_filter<Dim, 2>(list, analysis.transfer.order);
+  return list;
+}
+
+template <int Dim>
+Stages<Dim> g2p(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  TimestepStage<Dim> stage{.stage = {.name = "G2P"}, .begin = [](P& p, S&) { p.max_speed = 0; }};
+  if (stress_follows_g2p(analysis))
+    stage.bins = [](P& p, S& s, ParticleBins bins) {
+      add_work_of_tractions(p, s, bins);
+      update_particles(p, s, bins, &gradients_of_chunk<Dim>());
+    };
+  else if (analysis.scheme == Scheme::usl)  // where stress comes first, it adds the work
+    stage.bins = [](P& p, S& s, ParticleBins bins) { update_particles(p, s, bins); };
+  else
+    stage.bins = [](P& p, S& s, ParticleBins bins) {
+      add_work_of_tractions(p, s, bins);
+      update_particles(p, s, bins);
+    };
+  return {stage};
+}
+
+template <int Dim>
+Stages<Dim> location(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  return {TimestepStage<Dim>{
+      .stage = {.name = locate_stage, .gives_dt = analysis.step.adaptive},
+      .begin =
+          [](P& p, S&) {
+            clear_outboxes(p);
+            p.time_step_limit = std::numeric_limits<double>::infinity();
+          },
+      .bins =
+          [](P& p, S& s, ParticleBins bins) {
+            if (s.model->analysis.step.adaptive)  // before particles leave: none is missed
+              p.time_step_limit = std::min(p.time_step_limit, time_step_limit(p, *s.model, bins));
+            locate(p, s, bins);
+          },
+      .end = [](P& p, S& s) { place_movers(p, s); }}};
+}
+
+template <int Dim>
+Stages<Dim> p2g(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  const bool force = maps_force_with_momentum(analysis);
+  return {TimestepStage<Dim>{
+      .stage = {.name = "P2G"},
+      .begin = force ? begin_mapping<Dim, true> : begin_mapping<Dim, false>,
+      .bins = [](P& p, S& s, ParticleBins bins) { map_mass_momentum(p, s, bins); },
+      .of_next_step = true}};
+}
+
+template <int Dim>
+Stages<Dim> forces(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  const bool next = maps_force_with_momentum(analysis);
+  return {TimestepStage<Dim>{
+      .stage = {.name = "force"},
+      .begin = next ? nullptr : +[](P& p, S& s) { clear_sums(p, s, NodeSum::force); },
+      .bins = [](P& p, S& s, ParticleBins bins) { map_force(p, s, bins); },
+      .of_next_step = next}};
+}
+
+template <int Dim>
+Stages<Dim> surfaces(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (analysis.contact.bodies < 2) return {};
+  return {
+      TimestepStage<Dim>{.stage = {.name = "surface"},
+                         .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::gradient); },
+                         .bins = [](P& p, S& s, ParticleBins bins) { map_gradient(p, s, bins); },
+                         .of_next_step = true}};
+}
+
+template <int Dim>
+Stages<Dim> prescribed_velocities(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (!analysis.drives_nodes) return {};
+  return {
+      TimestepStage<Dim>{.stage = {.name = "prescribed"},
+                         .begin = [](P& p, S& s) { clear_prescribed(p, s); },
+                         .bins = [](P& p, S& s, ParticleBins bins) { map_prescribed(p, s, bins); },
+                         .of_next_step = true}};
+}
+
+template <int Dim>
+Stages<Dim> output(const Analysis&) {
+  return {TimestepStage<Dim>{.stage = {.name = output_stage}}};
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                      \
+  template Stages<Dim> arrivals<Dim>(const Analysis&);              \
+  template Stages<Dim> injection<Dim>(const Analysis&);             \
+  template Stages<Dim> meeting_bodies<Dim>(const Analysis&);        \
+  template Stages<Dim> driven_nodes<Dim>(const Analysis&);          \
+  template Stages<Dim> nodal_velocities<Dim>(const Analysis&);      \
+  template Stages<Dim> remapped_velocities<Dim>(const Analysis&);   \
+  template Stages<Dim> strain_and_stress<Dim>(const Analysis&);     \
+  template Stages<Dim> absorbed_waves<Dim>(const Analysis&);        \
+  template Stages<Dim> absorbing_nodes<Dim>(const Analysis&);       \
+  template Stages<Dim> integration<Dim>(const Analysis&);           \
+  template Stages<Dim> velocity_transfer<Dim>(const Analysis&);     \
+  template Stages<Dim> g2p<Dim>(const Analysis&);                   \
+  template Stages<Dim> location<Dim>(const Analysis&);              \
+  template Stages<Dim> p2g<Dim>(const Analysis&);                   \
+  template Stages<Dim> forces<Dim>(const Analysis&);                \
+  template Stages<Dim> surfaces<Dim>(const Analysis&);              \
+  template Stages<Dim> prescribed_velocities<Dim>(const Analysis&); \
+  template Stages<Dim> output<Dim>(const Analysis&);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

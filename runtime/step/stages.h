@@ -1,0 +1,80 @@
+/// \file The stages that a time step is made of. Each function gives those of one purpose, in
+/// order: none where the analysis does not need them, or several with exchanges between them.
+#pragma once
+
+#include <vector>
+
+#include "runtime/step/timestep.h"
+
+namespace lahar {
+
+template <int Dim>
+using Stages = std::vector<TimestepStage<Dim>>;
+
+/// Particles that neighbours sent, and their part of the mapping of this step.
+template <int Dim>
+Stages<Dim> arrivals(const Analysis& analysis);
+/// The same of particles that come into cells that are empty when everybody has arrived.
+template <int Dim>
+Stages<Dim> injection(const Analysis& analysis);
+
+/// Which bodies meet at nodes: normals and gaps (physics/contact).
+template <int Dim>
+Stages<Dim> meeting_bodies(const Analysis& analysis);
+/// Nodes that particles with prescribed velocities drive.
+template <int Dim>
+Stages<Dim> driven_nodes(const Analysis& analysis);
+
+/// v_i from mass and momentum.
+template <int Dim>
+Stages<Dim> nodal_velocities(const Analysis& analysis);
+/// v_i again, from the updated particles: MUSL's second mapping.
+template <int Dim>
+Stages<Dim> remapped_velocities(const Analysis& analysis);
+
+/// One stage, or two with the exchange of nodal pressure between them.
+template <int Dim>
+Stages<Dim> strain_and_stress(const Analysis& analysis);
+/// Whether stress takes what G2P finds of velocity gradients: with USL both take the same nodal
+/// velocities at the same places.
+bool stress_follows_g2p(const Analysis& analysis);
+
+/// What absorbing nodes need of particles: impedance and displacement.
+template <int Dim>
+Stages<Dim> absorbed_waves(const Analysis& analysis);
+/// Springs and dashpots from that.
+template <int Dim>
+Stages<Dim> absorbing_nodes(const Analysis& analysis);
+
+/// a_i and the new v_i, which become what constraints, walls and contact allow.
+template <int Dim>
+Stages<Dim> integration(const Analysis& analysis);
+/// What the velocity transfer needs of nodes before particles move (velocity_transfer.h): APIC's
+/// velocities before forces, nodes that are held, a filter with an exchange per order.
+template <int Dim>
+Stages<Dim> velocity_transfer(const Analysis& analysis);
+/// Velocities and places of particles.
+template <int Dim>
+Stages<Dim> g2p(const Analysis& analysis);
+/// Cells of particles; those that leave the patch go to outboxes. Limits of the time step.
+template <int Dim>
+Stages<Dim> location(const Analysis& analysis);
+
+/// Mass and momentum of nodes, of the step after.
+template <int Dim>
+Stages<Dim> p2g(const Analysis& analysis);
+/// Internal and external forces: of the step after but for USF.
+template <int Dim>
+Stages<Dim> forces(const Analysis& analysis);
+/// Where bodies have their surfaces, of the step after.
+template <int Dim>
+Stages<Dim> surfaces(const Analysis& analysis);
+/// Sums of particles with prescribed velocities, of the step after.
+template <int Dim>
+Stages<Dim> prescribed_velocities(const Analysis& analysis);
+
+/// Frames, history and checkpoints take what they need here.
+template <int Dim>
+Stages<Dim> output(const Analysis& analysis);
+
+}  // namespace lahar

@@ -1,0 +1,57 @@
+#include <doctest/doctest.h>
+
+#include "tests/io/scenario/broken_case.h"
+
+using namespace lahar::broken;
+
+// clang-format off
+TEST_CASE("what a later version will do is refused, never ignored") {
+  const std::vector<Entry> table = {
+    {"another element",
+     {replace("mpm.json", "ED2Q4", "ED2T3L")},
+     {},
+     R"(mpm.json:6:18: error: 'cell_type': "ED2T3L" is not supported yet [/mesh/cell_type]
+      "cell_type": "ED2T3L",
+                   ^
+  hint: supported: ED2T3, ED2T6, ED2Q4, ED2Q8, ED2Q9, ED3T4, ED3H8, ED3H20, ED3H27, ED2Q16G, ED3H64G, ED2Q4P2B, ED3H8P2B
+)"},
+    {"another material",
+     {replace("mpm.json", R"("LinearElastic2D", "density": 1000,
+     "youngs_modulus": 1e6, "poisson_ratio": 0.3)", R"("BinghamViscoPlastic2D", "density": -1000,
+     "youngs_modulus": 1e6, "poisson_ratio": 0.3)")},
+     {},
+     R"(mpm.json:15:23: error: 'type': "BinghamViscoPlastic2D" is not supported yet [/materials/0/type]
+      {"id": 0, "type": "BinghamViscoPlastic2D", "density": -1000,
+                        ^
+  hint: supported: LinearElastic, Newtonian, Bingham, MohrCoulomb, ModifiedCamClay, NorSand, DruckerPrager, VonMises, NeoHookean
+mpm.json:15:59: error: 'density' must be greater than 0 [kg/m^3], found -1000 [/materials/0/density]
+      {"id": 0, "type": "BinghamViscoPlastic2D", "density": -1000,
+                                                            ^
+)"},
+    {"an implicit analysis",
+     {replace("mpm.json", "MPMExplicit2D", "MPMImplicit2D")},
+     {},
+     R"(mpm.json:19:24: error: 'type': "MPMImplicit2D" is not supported yet [/analysis/type]
+    "analysis": {"type": "MPMImplicit2D", "dt": 0.001, "nsteps": 10},
+                         ^
+  hint: supported: MPMExplicit2D, MPMExplicit3D
+)"},
+    {"two phases",
+     {replace("mpm.json", "\"material_id\": 0", "\"material_id\": [0, 0]")},
+     {},
+     R"(mpm.json:12:80: error: 'material_id' with 2 phases is not supported yet [/particles/0/generator/material_id]
+      {"generator": {"type": "file", "location": "particles.txt", "material_id": [0, 0]}}
+                                                                                 ^
+  hint: give one material
+)"},
+    {"two-phase nodes",
+     {replace("mpm.json", "\"cell_type\"", "\"node_type\": \"N2D2P\", \"cell_type\"")},
+     {},
+     R"(mpm.json:6:18: error: 'node_type': "N2D2P" is not supported yet [/mesh/node_type]
+      "node_type": "N2D2P", "cell_type": "ED2Q4",
+                   ^
+  hint: supported: N2D, N3D
+)"},
+  };
+  check(table, 5);
+}
