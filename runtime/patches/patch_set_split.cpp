@@ -132,12 +132,7 @@ typename PatchSet<Dim>::Patches PatchSet<Dim>::parts_of(Patch<Dim>& patch, Index
   return parts;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                    \
-  template PatchRenumbering PatchSet<Dim>::split(Index);          \
-  template void PatchSet<Dim>::renumber(const PatchRenumbering&); \
-  template typename PatchSet<Dim>::Patches PatchSet<Dim>::parts_of(Patch<Dim>&, Index, Index) const;
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class PatchSet<2>;
+template class PatchSet<3>;
 
 }  // namespace lahar

@@ -274,19 +274,7 @@ std::vector<StageTiming> Simulation<Dim>::Impl::timings() const {
   return all;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                             \
-  template void Simulation<Dim>::Impl::build_executor();                                   \
-  template void Simulation<Dim>::Impl::connect_ranks();                                    \
-  template void Simulation<Dim>::Impl::poll();                                             \
-  template void Simulation<Dim>::Impl::run_task(int, int, Step, bool);                     \
-  template void Simulation<Dim>::Impl::run_own_task(const Phase&, int, Step, StageClock&); \
-  template void Simulation<Dim>::Impl::take_unmapped(Patch<Dim>&);                         \
-  template void Simulation<Dim>::Impl::take_back_movers(Patch<Dim>&, Step) const;          \
-  template void Simulation<Dim>::Impl::run_stages(const Phase&, int, Step, StageClock&);   \
-  template void Simulation<Dim>::Impl::fail(std::size_t, int, Step, const std::string&);   \
-  template std::vector<StageTiming> Simulation<Dim>::Impl::timings() const;
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template struct Simulation<2>::Impl;
+template struct Simulation<3>::Impl;
 
 }  // namespace lahar
