@@ -123,7 +123,7 @@ void Simulation<Dim>::Impl::check_end() {
   for (int p = 0; p < patches.size(); ++p) {
     check_finite(patches[p]);
     if (patches[p].fault.kind != ParticleFault::Kind::none)
-      fail(output_index, p, step - 1, describe_mark(patches[p].fault, model, patches.next_id()));
+      fail(output_index, p, step - 1, describe_fault(patches[p].fault, model, patches.next_id()));
   }
   stop_where_failed();
 }

@@ -226,7 +226,7 @@ void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, Sta
       failed = run(phase);
     }
     if (patch.fault.kind != ParticleFault::Kind::none) {
-      fail(failed, p, step, describe_mark(patch.fault, model, patches.next_id()));
+      fail(failed, p, step, describe_fault(patch.fault, model, patches.next_id()));
       if (locates) take_back_movers(patch, step);
       return;
     }
@@ -241,7 +241,7 @@ void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, Sta
     output(p, step);
     clock.lap(output_index);
     if (patch.fault.kind != ParticleFault::Kind::none)
-      fail(output_index, p, step, describe_mark(patch.fault, model, patches.next_id()));
+      fail(output_index, p, step, describe_fault(patch.fault, model, patches.next_id()));
   }
 }
 
