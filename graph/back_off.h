@@ -14,12 +14,13 @@ namespace lahar {
 /// time.
 inline void back_off() {
   using Clock = std::chrono::steady_clock;
-  constexpr auto nap = std::chrono::microseconds(20), long_yield = std::chrono::microseconds(100);
+  constexpr auto moment = std::chrono::microseconds(20),
+                 long_yield = std::chrono::microseconds(100);
   constexpr int fewest = 200, most = 2000;  // sleeps, of some 70 us each
   thread_local int sleeps = 0, next = fewest;
   if (sleeps > 0) {
     --sleeps;
-    std::this_thread::sleep_for(nap);
+    std::this_thread::sleep_for(moment);
     return;
   }
   const Clock::time_point begin = Clock::now();
@@ -30,7 +31,7 @@ inline void back_off() {
 }
 
 /// Between looks of a thread for messages while it waits for them. Where others may want the core
-/// it yields some times before it gives way: four ranks on two quiet cores take 0.9 of the time,
+/// it yields some times before it backs off: four ranks on two quiet cores take 0.9 of the time,
 /// two ranks beside four busy processes 0.65, as most messages come before a slice of time is over.
 class Waiting {
  public:

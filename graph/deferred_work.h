@@ -1,4 +1,4 @@
-/// \file Which rests of tasks are set aside, to be done while ranks agree on the time step.
+/// \file Which tasks defer their rest, to be done while ranks agree on the time step.
 #pragma once
 
 #include <algorithm>
@@ -13,11 +13,11 @@
 namespace lahar {
 
 /// A task that gives the time step begins, has done what gives it, and its rest is done at once or
-/// set aside. What was set aside is released when the last such task of the step begins: then
-/// threads have nothing else to do than these rests until the time step is known, without which
-/// none of these tasks begins again.
+/// deferred. Deferred work is released when the last such task of the step begins: then threads
+/// have nothing else to do than this work until the time step is known, without which none of these
+/// tasks begins again.
 ///
-/// How many are set aside follows from how many were left when the time step became known. These
+/// How many are deferred follows from how many were left when the time step became known. These
 /// are patches in the middle of a rank, for whose neighbours no other rank waits; if they are too
 /// few and ranks have cores of their own, also those that exchange, whose rests come first when
 /// they are released. (Two ranks that share a core fill each other's waits.)
@@ -34,11 +34,11 @@ class DeferredWork {
   void begin(Step first) {
     begun_ = 0;
     waiting_ = 0;
-    aside_.clear();
+    deferred_.clear();
     released_ = first - 1;
   }
 
-  /// A task begins that has a rest. True if the rest is to be set aside. Calls `release` with all
+  /// A task begins that has a rest. True if the rest is to be deferred. Calls `release` with all
   /// that need wait no longer.
   bool task_begins(int patch, Step step, auto release) {
     if (begun_.fetch_add(1, std::memory_order_acq_rel) % tasks_ == tasks_ - 1) {
@@ -46,7 +46,7 @@ class DeferredWork {
       {
         const std::scoped_lock lock(mutex_);
         released_ = step;
-        free.swap(aside_);
+        free.swap(deferred_);
       }
       for (const int rest : free) release(rest);
     }
@@ -54,21 +54,21 @@ class DeferredWork {
   }
 
   /// By such a task, before it gives the time step.
-  void set_aside(int rest, Step step, auto release) {
+  void defer(int rest, Step step, auto release) {
     waiting_.fetch_add(1, std::memory_order_relaxed);
     {
       const std::scoped_lock lock(mutex_);
-      if (released_ < step) return aside_.push_back(rest);
+      if (released_ < step) return deferred_.push_back(rest);
     }
     release(rest);
   }
 
-  /// A rest begins that was set aside.
+  /// A rest begins that was deferred.
   void rest_begins() { waiting_.fetch_sub(1, std::memory_order_relaxed); }
 
-  /// The next time step is known. If none of what was set aside is left, somebody may have had
-  /// nothing to do; much that is left was set aside in vain, and its particles have to be fetched
-  /// from memory again. By one thread at a time.
+  /// The next time step is known. If no deferred work is left, somebody may have had nothing to
+  /// do; much that is left was deferred in vain, and its particles have to be fetched from memory
+  /// again. By one thread at a time.
   void dt_is_known() {
     const int left = waiting_.load(std::memory_order_relaxed);
     const int most = most_.load(std::memory_order_relaxed);
@@ -115,14 +115,14 @@ class DeferredWork {
 
   const int tasks_;         ///< in a step, that have a rest
   const int enough_;        ///< that are left: everybody had something to do
-  std::vector<int> order_;  ///< by patch: rests of the first most_ are set aside
-  int able_ = 0;            ///< that may be set aside at all
+  std::vector<int> order_;  ///< by patch: rests of the first most_ are deferred
+  int able_ = 0;            ///< that may be deferred at all
   std::atomic<int> most_{0};
   std::atomic<std::int64_t> begun_{0};  ///< tasks that have a rest
-  std::atomic<int> waiting_{0};         ///< set aside and not begun
+  std::atomic<int> waiting_{0};         ///< deferred and not begun
   std::mutex mutex_;
-  std::vector<int> aside_;  ///< not released
-  Step released_ = -1;      ///< the last step whose rests need not wait
+  std::vector<int> deferred_;  ///< not released
+  Step released_ = -1;         ///< the last step whose rests need not wait
 };
 
 }  // namespace lahar

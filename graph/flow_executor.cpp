@@ -9,8 +9,8 @@
 /// apart.
 ///
 /// A task and its rest are one body most of the time. Where ranks have to agree on the time step,
-/// so many rests are set aside that there is something to do until they have
-/// (graph/deferred_work.h). DeferredWork that are set aside are nodes of their own.
+/// so many rests are deferred that there is something to do until they have
+/// (graph/deferred_work.h). Deferred rests are nodes of their own.
 ///
 /// Several ranks: the task of a message from elsewhere is done where the message is found; that all
 /// ranks have finished a step releases permits. Every body ends with a look for messages, and a
@@ -77,7 +77,7 @@ class FlowExecutor final : public Executor {
     agreed_.fill(false);
     next_given_ = first;
     dt_known_ = first;
-    if (rests_) rests_->begin(first);
+    if (deferred_work_) deferred_work_->begin(first);
     for (auto& done : done_) done = first;
     for (auto& stamp : stamps_) stamp = first;
     begin_counting();
@@ -131,7 +131,7 @@ class FlowExecutor final : public Executor {
     if (remote_) {
       find_boundary();
       if (graph_.has_dt)
-        rests_.emplace(graph_, boundary_, static_cast<int>(threads_), remote_->has_cores());
+        deferred_work_.emplace(graph_, boundary_, static_cast<int>(threads_), remote_->has_cores());
     }
     from_elsewhere_.assign(static_cast<std::size_t>(n), 0);
     for (const Edge& edge : graph_.edges)
@@ -198,7 +198,7 @@ class FlowExecutor final : public Executor {
     return !graph_.is_global(task) && graph_.has_rest(graph_.stage_of(task));
   }
   int puts_into(int task) const {
-    if (is_rest(task)) return 1;  // from the list of those that are set aside
+    if (is_rest(task)) return 1;  // from the list of deferred work
     const bool is_agreed = graph_.shared && graph_.is_dt(task);
     return first_puts_into(task) + from_elsewhere_[static_cast<std::size_t>(task)] +
            (is_agreed ? 1 : 0);
@@ -230,14 +230,14 @@ class FlowExecutor final : public Executor {
     if (verify_) verify(task, step);
     if (graph_.is_dt(task)) {
       if (step > first_) bodies_.set_dt(step);  // dt of the first step is known
-      if (rests_) rests_->dt_is_known();
+      if (deferred_work_) deferred_work_->dt_is_known();
       if (graph_.shared) set_dt_known(step);
     } else if (graph_.collects_dt(task)) {
       if (step > first_) remote_->give_dt(step);
     } else if (has_rest(task)) {
       return fire_with_rest(task, step);
     } else {
-      if (is_rest(task)) rests_->rest_begins();
+      if (is_rest(task)) deferred_work_->rest_begins();
       bodies_.run(graph_.stage_of(task), graph_.patch_of(task), step);
     }
     pass_on(task, step);
@@ -268,10 +268,10 @@ class FlowExecutor final : public Executor {
     const int stage = graph_.stage_of(task), patch = graph_.patch_of(task);
     const int rest = graph_.task(stage + 1, patch);
     const auto release = [this](int t) { put(t); };
-    if (rests_ && rests_->task_begins(patch, step, release)) {
+    if (deferred_work_ && deferred_work_->task_begins(patch, step, release)) {
       bodies_.run(stage, patch, step);
       stamp(task, step);
-      rests_->set_aside(rest, step, release);
+      deferred_work_->defer(rest, step, release);
       pass_on(task, step);
     } else {
       run_with_rest(stage, patch, step);
@@ -498,7 +498,8 @@ class FlowExecutor final : public Executor {
 
   Step first_ = 0;
   std::array<std::atomic<int>, max_lead> remaining_{};  ///< patches that have not finished a step
-  std::optional<DeferredWork> rests_;  ///< several ranks, which have to agree on the time step
+  std::optional<DeferredWork>
+      deferred_work_;  ///< several ranks, which have to agree on the time step
 
   std::mutex completion_;
   std::array<bool, max_lead> finished_{};

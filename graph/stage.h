@@ -20,7 +20,7 @@ struct Stage {
   bool gives_dt = false;      ///< contributes to the global minimum that sets the next step's dt
   bool needs_dt = false;      ///< the first use of dt in a step (adaptive time step only)
   bool is_rest = false;       ///< of the stage before, which alone it waits for: is done with it,
-                              ///< or kept for later, when there is nothing else to do
+                              ///< or deferred until there is nothing else to do
 
   bool operator==(const Stage&) const = default;
 };

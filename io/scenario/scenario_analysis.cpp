@@ -331,19 +331,7 @@ void ScenarioBuilder<Dim>::build_output() {
   out.folder = (in_.folder / path / name).lexically_normal().string();
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                 \
-  template void ScenarioBuilder<Dim>::build_as_cbgeo();                        \
-  template void ScenarioBuilder<Dim>::build_analysis();                        \
-  template void ScenarioBuilder<Dim>::build_defaults(JsonValue&);              \
-  template void ScenarioBuilder<Dim>::build_scheme(JsonValue&);                \
-  template void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue&); \
-  template bool ScenarioBuilder<Dim>::is_grid() const;                         \
-  template void ScenarioBuilder<Dim>::build_time_step(const JsonValue&);       \
-  template void ScenarioBuilder<Dim>::build_watchdog(JsonValue&);              \
-  template void ScenarioBuilder<Dim>::build_output();                          \
-  template void ScenarioBuilder<Dim>::check_interval(const JsonValue&, std::string_view);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

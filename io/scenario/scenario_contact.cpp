@@ -120,13 +120,7 @@ void ScenarioBuilder<Dim>::number_bodies() {
               "prescribe velocities, or leave out analysis.contact");
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                         \
-  template void ScenarioBuilder<Dim>::build_contact();                 \
-  template void ScenarioBuilder<Dim>::check_scheme_of_contact();       \
-  template void ScenarioBuilder<Dim>::add_body(const JsonValue&, int); \
-  template void ScenarioBuilder<Dim>::number_bodies();
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

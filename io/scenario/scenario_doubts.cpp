@@ -232,15 +232,7 @@ void ScenarioBuilder<Dim>::warn_of_fields() {
                   suggest(name.as<std::string>(), known, "fields"));
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                  \
-  template void ScenarioBuilder<Dim>::warn_of_doubts();         \
-  template void ScenarioBuilder<Dim>::warn_of_weak_materials(); \
-  template void ScenarioBuilder<Dim>::warn_of_angles();         \
-  template void ScenarioBuilder<Dim>::warn_of_steep_friction(); \
-  template void ScenarioBuilder<Dim>::warn_of_free_fall();      \
-  template void ScenarioBuilder<Dim>::warn_of_fields();
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

@@ -221,14 +221,7 @@ void ScenarioBuilder<Dim>::warn_of_thin_layers() {
                   "that");
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                   \
-  template void ScenarioBuilder<Dim>::warn_of_bonds();                           \
-  template void ScenarioBuilder<Dim>::warn_of_distance(const std::vector<Box>&); \
-  template void ScenarioBuilder<Dim>::warn_of_stillness();                       \
-  template void ScenarioBuilder<Dim>::warn_of_softening();                       \
-  template void ScenarioBuilder<Dim>::warn_of_thin_layers();
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

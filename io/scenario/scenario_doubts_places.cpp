@@ -344,16 +344,7 @@ void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
   }
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                               \
-  template void ScenarioBuilder<Dim>::warn_of_walls();                                       \
-  template void ScenarioBuilder<Dim>::warn_of_clipping(const JsonValue&, const Region<Dim>&, \
-                                                       Index);                               \
-  template void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>&);              \
-  template auto ScenarioBuilder<Dim>::generator_boxes() const->std::vector<Box>;             \
-  template bool ScenarioBuilder<Dim>::apart(const Box&, const Box&, const Vec<Dim>&);        \
-  template Vec<Dim> ScenarioBuilder<Dim>::outer_cell() const;
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

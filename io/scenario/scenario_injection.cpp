@@ -103,11 +103,7 @@ void ScenarioBuilder<Dim>::build_injection(const JsonValue& generator) {
   model_.injections.push_back(std::move(injection));
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                 \
-  template std::optional<std::vector<Index>> ScenarioBuilder<Dim>::cells_of(const JsonValue&); \
-  template void ScenarioBuilder<Dim>::build_injection(const JsonValue&);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

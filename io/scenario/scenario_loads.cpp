@@ -298,23 +298,7 @@ void ScenarioBuilder<Dim>::build_nodal_forces() {
   out = std::move(kept);
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                         \
-  template std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(            \
-      const JsonValue&, std::string_view, std::string_view, const EntitySets&);        \
-  template bool ScenarioBuilder<Dim>::means_all(const JsonValue&, std::string_view,    \
-                                                std::string_view);                     \
-  template std::optional<int> ScenarioBuilder<Dim>::direction_of(const JsonValue&);    \
-  template bool ScenarioBuilder<Dim>::from_file(const JsonValue&,                      \
-                                                const std::vector<std::string_view>&); \
-  template void ScenarioBuilder<Dim>::build_constraints();                             \
-  template void ScenarioBuilder<Dim>::build_friction();                                \
-  template void ScenarioBuilder<Dim>::build_walls();                                   \
-  template void ScenarioBuilder<Dim>::build_particle_constraints();                    \
-  template void ScenarioBuilder<Dim>::build_gravity();                                 \
-  template void ScenarioBuilder<Dim>::build_tractions();                               \
-  template void ScenarioBuilder<Dim>::build_nodal_forces();
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

@@ -192,13 +192,7 @@ int ScenarioBuilder<Dim>::find_function(const JsonValue& object) {
       in_);
 }
 
-template void ScenarioBuilder<2>::build_materials();
-template void ScenarioBuilder<3>::build_materials();
-template void ScenarioBuilder<2>::build_functions();
-template void ScenarioBuilder<3>::build_functions();
-template int ScenarioBuilder<2>::find_material(const JsonValue&);
-template int ScenarioBuilder<3>::find_material(const JsonValue&);
-template int ScenarioBuilder<2>::find_function(const JsonValue&);
-template int ScenarioBuilder<3>::find_function(const JsonValue&);
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

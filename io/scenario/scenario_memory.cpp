@@ -71,15 +71,7 @@ NewParticles<Dim> ScenarioBuilder<Dim>::fill(const JsonValue& generator, const R
   return fresh;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                     \
-  template void ScenarioBuilder<Dim>::refuse_memory(const JsonValue&, double, const std::string&); \
-  template void ScenarioBuilder<Dim>::need_memory(const JsonValue&, double, const std::string&);   \
-  template Index ScenarioBuilder<Dim>::room_for(double) const;                                     \
-  template double ScenarioBuilder<Dim>::with_particles(Index) const;                               \
-  template void ScenarioBuilder<Dim>::need_particles(const JsonValue&, Index);                     \
-  template NewParticles<Dim> ScenarioBuilder<Dim>::fill(const JsonValue&, const Region<Dim>&, int);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

@@ -237,15 +237,7 @@ void ScenarioBuilder<Dim>::build_sets() {
   if (!boundary().find("walls") && !boundary().find("friction_constraints")) own_nodes_ = {};
 }
 
-template void ScenarioBuilder<2>::build_mesh();
-template void ScenarioBuilder<3>::build_mesh();
-template void ScenarioBuilder<2>::build_structured_mesh(const JsonValue&, const JsonValue&);
-template void ScenarioBuilder<3>::build_structured_mesh(const JsonValue&, const JsonValue&);
-template void ScenarioBuilder<2>::check_second_order(const JsonValue&);
-template void ScenarioBuilder<3>::check_second_order(const JsonValue&);
-template std::vector<Index> ScenarioBuilder<2>::nodes_in(const Region<2>&, const JsonValue&);
-template std::vector<Index> ScenarioBuilder<3>::nodes_in(const Region<3>&, const JsonValue&);
-template void ScenarioBuilder<2>::build_sets();
-template void ScenarioBuilder<3>::build_sets();
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

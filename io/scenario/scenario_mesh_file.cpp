@@ -191,19 +191,7 @@ std::vector<Index> ScenarioBuilder<Dim>::find_cells(const std::vector<Index>& su
   return strays;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                  \
-  template TableMeshKeys ScenarioBuilder<Dim>::table_mesh_keys(const JsonValue&) const;         \
-  template void ScenarioBuilder<Dim>::build_table_mesh(const JsonValue&);                       \
-  template std::optional<Mesh<Dim>> ScenarioBuilder<Dim>::read_whole_mesh(                      \
-      const SideFile&, const TableMeshKeys&, ProblemList&);                                     \
-  template void ScenarioBuilder<Dim>::make_grid(Element, const Vec<Dim>&, const Vec<Dim>&,      \
-                                                const std::array<Index, Dim>&);                 \
-  template bool ScenarioBuilder<Dim>::read_shares(const SideFile&, const TableMeshKeys&);       \
-  template std::shared_ptr<const Mesh<Dim>> ScenarioBuilder<Dim>::mesh_with(std::vector<Index>) \
-      const;                                                                                    \
-  template std::vector<Index> ScenarioBuilder<Dim>::find_cells(const std::vector<Index>&);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

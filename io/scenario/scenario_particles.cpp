@@ -354,23 +354,7 @@ void ScenarioBuilder<Dim>::assign_material_sets() {
   }
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                           \
-  template void ScenarioBuilder<Dim>::build_particles();                                 \
-  template void ScenarioBuilder<Dim>::generate(const JsonValue&);                        \
-  template NewParticles<Dim> ScenarioBuilder<Dim>::read_particles(const JsonValue&);     \
-  template NewParticles<Dim> ScenarioBuilder<Dim>::fill_gauss(const JsonValue&);         \
-  template void ScenarioBuilder<Dim>::name_particle_set(const JsonValue&, Index, Index); \
-  template void ScenarioBuilder<Dim>::warn_of_coincident(const JsonValue&);              \
-  template void ScenarioBuilder<Dim>::collect_particle_sets();                           \
-  template void ScenarioBuilder<Dim>::place_particles();                                 \
-  template void ScenarioBuilder<Dim>::report_strays(const std::vector<Index>&);          \
-  template void ScenarioBuilder<Dim>::assign_volumes();                                  \
-  template void ScenarioBuilder<Dim>::assign_stresses();                                 \
-  template void ScenarioBuilder<Dim>::assign_stress(const JsonValue&);                   \
-  template void ScenarioBuilder<Dim>::build_particle_sets();                             \
-  template void ScenarioBuilder<Dim>::assign_material_sets();
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

@@ -224,14 +224,7 @@ void ScenarioBuilder<Dim>::add_resumed(const CbgeoParticle& row, const std::stri
   follow_parameters(material->law, to.state.back().data());
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                \
-  template std::vector<std::filesystem::path> ScenarioBuilder<Dim>::find_resume_files(        \
-      const JsonValue&, const std::string&, Index);                                           \
-  template void ScenarioBuilder<Dim>::build_resume();                                         \
-  template void ScenarioBuilder<Dim>::resume_from(const std::vector<std::filesystem::path>&); \
-  template void ScenarioBuilder<Dim>::add_resumed(const CbgeoParticle&, const std::string&);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

@@ -205,11 +205,7 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
   }
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                 \
-  template void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue&); \
-  template void ScenarioBuilder<Dim>::build_transfer_rates();
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
 
 }  // namespace lahar

@@ -1,4 +1,4 @@
-/// \file Runs with the functions of their cells as a basis, whatever these are: for kernels that
+/// \file Bins with the functions of their cells as a basis, whatever these are: for kernels that
 /// few particles need.
 #pragma once
 
@@ -8,14 +8,14 @@
 
 namespace lahar {
 
-/// Call body(basis, run, nodes) for every run that is not empty and for which takes(run) is true,
+/// Call body(basis, bin, nodes) for every bin that is not empty and for which takes(bin) is true,
 /// with the local nodes of the basis.
 template <int Dim, class Takes, class Body>
-void for_each_run_with_basis(const Patch<Dim>& patch, ParticleBins bins, Takes takes, Body body) {
+void for_each_bin_with_basis(const Patch<Dim>& patch, ParticleBins bins, Takes takes, Body body) {
   const auto with = [&](const auto& cells, auto nodes_of) {
-    for (const ParticleBin& run : bins)
-      if (run.begin < run.end && takes(run))
-        body(cells[run.cell], run, nodes_of(static_cast<std::size_t>(run.cell)).data());
+    for (const ParticleBin& bin : bins)
+      if (bin.begin < bin.end && takes(bin))
+        body(cells[bin.cell], bin, nodes_of(static_cast<std::size_t>(bin.cell)).data());
   };
   if (general::is(patch)) {
     with_bases(patch, [&](const auto& cells) {

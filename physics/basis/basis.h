@@ -13,7 +13,7 @@
 ///     void centre_gradients(double (&dN)[Dim][nodes]) const;      the gradients at the centre, or
 ///     double centre_trace(const double* v, const Local* node) const;   of those of a field
 ///
-/// Particles come in packs of one run, whose lanes beyond its end may hold anything. Function i
+/// Particles come in packs of one bin, whose lanes beyond its end may hold anything. Function i
 /// belongs to node PatchTopology::support_nodes[support_size * cell + i]. Where volume_at_centre is
 /// false, the increment is that at each particle, and there is no centre_gradients(); nor has a
 /// tensor basis one.
@@ -86,27 +86,27 @@ LAHAR_INLINE void with_bases(const Patch<Dim>& patch, Body body) {
   }
 }
 
-/// Call body(basis, run, nodes) for every run that is not empty, with the local nodes of the basis.
+/// Call body(basis, bin, nodes) for every bin that is not empty, with the local nodes of the basis.
 template <int Dim, class Body>
-LAHAR_INLINE void for_each_supported_run(const Patch<Dim>& patch, ParticleBins bins, Body body) {
+LAHAR_INLINE void for_each_general_bin(const Patch<Dim>& patch, ParticleBins bins, Body body) {
   const Local* nodes = patch.topology.support_nodes.data();
   const auto stride = static_cast<std::ptrdiff_t>(patch.topology.support_size);
   // A function for each basis: in one for all, GCC 12 keeps less in registers.
   with_bases(
       patch, [&](const auto& cells) __attribute__((noinline)) {
-        for (ParticleBin& run : bins)
-          if (run.begin < run.end) body(cells[run.cell], run, nodes + stride * run.cell);
+        for (ParticleBin& bin : bins)
+          if (bin.begin < bin.end) body(cells[bin.cell], bin, nodes + stride * bin.cell);
       });
 }
 
 /// The same for patches whose basis is a tensor basis.
 template <int Dim, class Body>
-LAHAR_INLINE void for_each_tensor_run(const Patch<Dim>& patch, ParticleBins bins, Body body) {
-  for_each_supported_run(
+LAHAR_INLINE void for_each_tensor_bin(const Patch<Dim>& patch, ParticleBins bins, Body body) {
+  for_each_general_bin(
       patch, bins,
-      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
           __attribute__((always_inline)) {
-            if constexpr (TensorBasis<std::decay_t<decltype(basis)>>) body(basis, run, nodes);
+            if constexpr (TensorBasis<std::decay_t<decltype(basis)>>) body(basis, bin, nodes);
           });
 }
 

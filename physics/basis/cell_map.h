@@ -40,7 +40,7 @@ struct CartesianMap {
     for (int d = 0; d < Dim; ++d) L[a][d] = G[a][d] * per_length[d];
   }
   /// T[a][k] = sum_d S[a][d] dxi_k/dx_d: a stress seen by natural gradients; the factors finish(k)
-  /// are left for the sum over the run.
+  /// are left for the sum over the bin.
   template <class Real>
   LAHAR_INLINE void pull_back(Local, const Real (&S)[Dim][Dim], Real (&T)[Dim][Dim]) const {
     LAHAR_UNROLL
@@ -183,12 +183,12 @@ LAHAR_INLINE Weights<Dim, Real> weights_at(const Map& map, Local p) {
   return Weights<Dim, Real>(xi);
 }
 
-/// Call body(map, run) for every run that is not empty, with the map of its cell.
+/// Call body(map, bin) for every bin that is not empty, with the map of its cell.
 template <int Dim, class Body>
-LAHAR_INLINE void for_each_run(const Patch<Dim>& patch, ParticleBins bins, Body body) {
+LAHAR_INLINE void for_each_bin(const Patch<Dim>& patch, ParticleBins bins, Body body) {
   const auto with = [&](const auto& cells) __attribute__((always_inline)) {
-    for (ParticleBin& run : bins)
-      if (run.begin < run.end) body(cells[run.cell], run);
+    for (ParticleBin& bin : bins)
+      if (bin.begin < bin.end) body(cells[bin.cell], bin);
   };
   if (patch.cartesian)
     with(CartesianCells<Dim>(patch));

@@ -10,8 +10,8 @@
 
 namespace lahar {
 
-/// A node whose constraints act along axes of its own, that rubs against a wall, or is shaken. All
-/// of its prescribed velocities are here.
+/// A node whose constraints act along axes of its own, that rubs against a wall, or is accelerated.
+/// All of its prescribed velocities are here.
 template <int Dim>
 struct ConstrainedNode {
   using Axes = Eigen::Matrix<double, Dim, Dim, Eigen::DontAlign>;

@@ -152,11 +152,11 @@ void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
   double* lines = patch.own_sums(NodeSum::surface, step.step);
   const double offset = surface_offset(*step.model);
   const auto x = patch.particles.template rows<Dim>(Column::x);
-  for (const ParticleBin& run : bins) {
-    if (run.begin == run.end) continue;
+  for (const ParticleBin& bin : bins) {
+    if (bin.begin == bin.end) continue;
     places.clear();
     int body = 0;
-    for (const Local f : nodes_of(patch, run.cell)) {
+    for (const Local f : nodes_of(patch, bin.cell)) {
       const Local node = f % patch.body_nodes;
       body = f / patch.body_nodes;
       if (!patch.contact.between_bodies[static_cast<std::size_t>(node)]) continue;
@@ -166,10 +166,10 @@ void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
                         surface_directions(patch, node)});
     }
     if (places.empty()) continue;
-    const HalfEdges<Dim> half_edges(patch, run.cell);
+    const HalfEdges<Dim> half_edges(patch, bin.cell);
     const double near =
-        near_cells * patch.cell_size[static_cast<std::size_t>(run.cell) % patch.cell_size.size()];
-    for (Local p = run.begin; p < run.end; ++p) {
+        near_cells * patch.cell_size[static_cast<std::size_t>(bin.cell) % patch.cell_size.size()];
+    for (Local p = bin.begin; p < bin.end; ++p) {
       Vec<Dim> x_p;
       for (int d = 0; d < Dim; ++d) x_p[d] = x[static_cast<std::size_t>(d)][p];
       const auto r = half_edges.at(p);

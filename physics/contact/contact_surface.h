@@ -40,7 +40,7 @@ SurfaceDirections<Dim> surface_directions(const Patch<Dim>& patch, Local node);
 template <int Dim>
 void set_normals(Patch<Dim>& patch);
 
-/// Where the particles of some runs end along the directions at their nodes, from the node and
+/// Where the particles of some bins end along the directions at their nodes, from the node and
 /// `surface_offset()` more, so that a place without particles is zero.
 template <int Dim>
 void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);

@@ -21,13 +21,13 @@ struct WaveSpeeds {
         shear(std::sqrt(shear_wave_modulus(material.law) / material.density)) {}
 };
 
-/// {m u} and {m c_p, m c_s, m rho, m} of a run. There are few such particles, those at a boundary.
+/// {m u} and {m c_p, m c_s, m rho, m} of a bin. There are few such particles, those at a boundary.
 template <int Dim, class Basis>
-void scatter(const Basis& basis, const Patch<Dim>& patch, const ParticleBin& run,
+void scatter(const Basis& basis, const Patch<Dim>& patch, const ParticleBin& bin,
              const Local* nodes, const WaveSpeeds& c, double* displacement) {
   const auto& particles = patch.particles;
   double* waves = displacement + sum_offset(NodeSum::waves);
-  for (Local p = run.begin; p < run.end; ++p) {
+  for (Local p = bin.begin; p < bin.end; ++p) {
     const double m = particles.row(Column::mass)[p];
     double moment[node_width] = {};
     for (int d = 0; d < Dim; ++d) moment[d] = m * particles.row(Column::u, d)[p];
@@ -50,13 +50,13 @@ void map_waves(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
   static_assert(sum_array(NodeSum::displacement) == sum_array(NodeSum::waves));
   static_assert(sum_offset(NodeSum::displacement) == 0);
   double* sums = patch.own_sums(NodeSum::displacement, step.step);
-  for_each_run_with_basis(
+  for_each_bin_with_basis(
       patch, bins,
-      [&](const ParticleBin& run) {
-        return patch.absorbing_cells[static_cast<std::size_t>(run.cell)] != 0;
+      [&](const ParticleBin& bin) {
+        return patch.absorbing_cells[static_cast<std::size_t>(bin.cell)] != 0;
       },
-      [&](const auto& basis, const ParticleBin& run, const Local* nodes) {
-        scatter(basis, patch, run, nodes, WaveSpeeds(step.model->materials[run.material]), sums);
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        scatter(basis, patch, bin, nodes, WaveSpeeds(step.model->materials[bin.material]), sums);
       });
 }
 

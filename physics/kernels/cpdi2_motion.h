@@ -42,7 +42,7 @@ class CornerMotion {
       unsigned right = greater(domain.weights(w), Real(0.0));
       for (const Real& weight : w) right &= greater(weight, Real(0.0));
       const unsigned used = n >= lanes<Real> ? (1u << lanes<Real>)-1 : (1u << n) - 1;
-      if (const unsigned folded = used & ~right; folded != 0) mark(folded, p);
+      if (const unsigned folded = used & ~right; folded != 0) record(folded, p);
       for (int d = 0; d < Dim; ++d) {
         Real shift = w[0] * domain.r[0][d];
         for (int c = 1; c < corners<Dim>; ++c) shift += w[c] * domain.r[c][d];
@@ -59,7 +59,7 @@ class CornerMotion {
   static constexpr std::size_t row(int c, int d) { return static_cast<std::size_t>(Dim * c + d); }
 
   /// Particles p + lane whose domain has no volume any more, or corners of negative weight.
-  [[gnu::noinline]] void mark(unsigned bits, Local p) {
+  [[gnu::noinline]] void record(unsigned bits, Local p) {
     for (; bits != 0; bits &= bits - 1) {
       const Local q = p + std::countr_zero(bits);
       ParticleFault& fault = patch_.fault;

@@ -14,9 +14,9 @@ namespace lahar {
 namespace {
 
 template <int Dim, class Basis>
-void scatter(const Basis& basis, const Particles<Dim>& particles, const ParticleBin& run,
+void scatter(const Basis& basis, const Particles<Dim>& particles, const ParticleBin& bin,
              const Local* nodes, const Model<Dim>& model, double* sums) {
-  for (Local p = run.begin; p < run.end; ++p) {
+  for (Local p = bin.begin; p < bin.end; ++p) {
     const auto prescribed = prescribed_velocity(particles, p, model);
     if (!prescribed.any()) continue;
     const double m = particles.row(Column::mass)[p];
@@ -51,13 +51,13 @@ template <int Dim>
 void map_prescribed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   static_assert(sum_array(NodeSum::prescribed_mass) == sum_array(NodeSum::prescribed_momentum));
   static_assert(sum_offset(NodeSum::prescribed_mass) == 0);
-  if (std::none_of(bins.begin(), bins.end(), [](const ParticleBin& run) { return run.loaded; }))
+  if (std::none_of(bins.begin(), bins.end(), [](const ParticleBin& bin) { return bin.loaded; }))
     return;
   double* sums = patch.own_sums(NodeSum::prescribed_mass, step.step);
-  for_each_run_with_basis(
-      patch, bins, [](const ParticleBin& run) { return run.loaded; },
-      [&](const auto& basis, const ParticleBin& run, const Local* nodes) {
-        scatter<Dim>(basis, patch.particles, run, nodes, *step.model, sums);
+  for_each_bin_with_basis(
+      patch, bins, [](const ParticleBin& bin) { return bin.loaded; },
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        scatter<Dim>(basis, patch.particles, bin, nodes, *step.model, sums);
       });
 }
 

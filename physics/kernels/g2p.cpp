@@ -11,20 +11,20 @@ namespace lahar {
 namespace {
 
 template <int Dim, class Real, class Map>
-LAHAR_INLINE void update_run(const Patch<Dim>& patch, const Map& map, const ParticleBin& run,
+LAHAR_INLINE void update_bin(const Patch<Dim>& patch, const Map& map, const ParticleBin& bin,
                              const MovedRows<Dim>& rows, VelocityUpdates<Dim>& updates, double dt,
                              Advanced<Real>& all) {
-  const VelocityUpdate update = updates.of(run);
+  const VelocityUpdate update = updates.of(bin);
   const double* change = updates.field(patch);
-  const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
+  const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
   const double *node_v[corners<Dim>], *node_a[corners<Dim>];
   LAHAR_UNROLL
   for (std::size_t i = 0; i < corners<Dim>; ++i) {
     node_v[i] = patch.velocity.data() + static_cast<std::ptrdiff_t>(corner[i]) * node_width;
     node_a[i] = change + static_cast<std::ptrdiff_t>(corner[i]) * node_width;
   }
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Local n = run.end - p;
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+    const Local n = bin.end - p;
     prefetch(rows.v, p);
     prefetch(rows.u, p);
     const auto w = weights_at<Dim, Real>(map, p);
@@ -46,10 +46,10 @@ LAHAR_INLINE void update_run(const Patch<Dim>& patch, const Map& map, const Part
 }  // namespace
 
 template <int Dim>
-void PrescribedMotion<Dim>::keep_places(const ParticleBin& run) {
+void PrescribedMotion<Dim>::keep_places(const ParticleBin& bin) {
   kept_.clear();
   const Particles<Dim>& particles = patch_.particles;
-  for (Local p = run.begin; p < run.end; ++p) {
+  for (Local p = bin.begin; p < bin.end; ++p) {
     const auto prescribed = prescribed_velocity(particles, p, *step_.model);
     for (int d = 0; d < Dim; ++d)
       if (prescribed.along[static_cast<std::size_t>(d)])
@@ -59,10 +59,10 @@ void PrescribedMotion<Dim>::keep_places(const ParticleBin& run) {
 }
 
 template <int Dim>
-void PrescribedMotion<Dim>::prescribe(const ParticleBin& run) {
+void PrescribedMotion<Dim>::prescribe(const ParticleBin& bin) {
   Particles<Dim>& particles = patch_.particles;
   auto kept = kept_.begin();
-  for (Local p = run.begin; p < run.end; ++p) {
+  for (Local p = bin.begin; p < bin.end; ++p) {
     const auto prescribed = prescribed_velocity(particles, p, *step_.model);
     const double m = particles.row(Column::mass)[p];
     for (int d = 0; d < Dim; ++d) {
@@ -89,11 +89,11 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
   const MovedRows<Dim> rows(patch.particles);
   Advanced<Real> all;
   PrescribedMotion<Dim> prescribed(patch, step);
-  for_each_run(
-      patch, bins, [&](const auto& map, const ParticleBin& run) __attribute__((always_inline)) {
-        prescribed.begin(run);
-        update_run<Dim, Real>(patch, map, run, rows, updates, step.dt, all);
-        prescribed.end(run);
+  for_each_bin(
+      patch, bins, [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {
+        prescribed.begin(bin);
+        update_bin<Dim, Real>(patch, map, bin, rows, updates, step.dt, all);
+        prescribed.end(bin);
       });
   note(patch, all);
 }
@@ -102,10 +102,10 @@ template <int Dim>
 void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   if (step.model->tractions.empty() && !step.model->body_force) return;
   if (general::is(patch)) return general::add_work_of_tractions(patch, step, bins);
-  for_each_run(patch, bins, [&](const auto& map, const ParticleBin& run) {
-    if (!has_particle_forces(run, *step.model)) return;
-    const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
-    for (Local p = run.begin; p < run.end; ++p) {
+  for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
+    if (!has_particle_forces(bin, *step.model)) return;
+    const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
+    for (Local p = bin.begin; p < bin.end; ++p) {
       const Vec<Dim> f = force_on(patch.particles, p, step);
       if (f.isZero(0.0)) continue;
       const auto w = weights_at<Dim, Scalar>(map, p);
@@ -125,17 +125,17 @@ template <int Dim, class Real>
 void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   if (general::is(patch)) return general::smooth_pressure<Dim, Real>(patch, step, bins);
   Particles<Dim>& particles = patch.particles;
-  for_each_run(patch, bins, [&](const auto& map, const ParticleBin& run) {
-    if (!has_pressure(step.model->materials[run.material].law)) return;
-    const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
-    for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+  for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
+    if (!has_pressure(step.model->materials[bin.material].law)) return;
+    const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
+    for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
       const auto w = weights_at<Dim, Real>(map, p);
       Real pressure(0.0);
       LAHAR_UNROLL
       for (std::size_t i = 0; i < corners<Dim>; ++i)
         pressure = multiply_add(pressure, w.N(static_cast<int>(i)),
                                 &patch.pressure[static_cast<std::size_t>(corner[i])]);
-      store_first(pressure, particles.row(Column::state) + p, run.end - p);
+      store_first(pressure, particles.row(Column::state) + p, bin.end - p);
     }
   });
 }

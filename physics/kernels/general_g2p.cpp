@@ -25,14 +25,14 @@ void update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
   CornerMotion<Dim> corners_of(patch, step.dt);
   PrescribedMotion<Dim> prescribed(patch, step);
   Advanced<Real> all;
-  for_each_supported_run(
+  for_each_general_bin(
       patch, bins,
-      [&](const auto& basis, const ParticleBin& run,
+      [&](const auto& basis, const ParticleBin& bin,
           const Local* nodes) __attribute__((always_inline)) {
-        prescribed.begin(run);
-        const VelocityUpdate update = updates.of(run);
-        for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-          const Local n = run.end - p;
+        prescribed.begin(bin);
+        const VelocityUpdate update = updates.of(bin);
+        for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+          const Local n = bin.end - p;
           prefetch(rows.v, p);
           prefetch(rows.u, p);
           prefetch(affine, p);
@@ -47,7 +47,7 @@ void update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
           corners_of.move(basis, p, n, v, nodes, value);
           advance(rows, p, n, value, a[0], update, step.dt, updates.mass(), all);
         }
-        prescribed.end(run);
+        prescribed.end(bin);
       });
   note(patch, all);
 }
@@ -65,19 +65,19 @@ void update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Part
   SplinePolynomials polynomials(patch.topology, v);
   PrescribedMotion<Dim> prescribed(patch, step);
   Advanced<Real> all;
-  for_each_tensor_run(
+  for_each_tensor_bin(
       patch, bins,
-      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
           __attribute__((always_inline)) {
             using Basis = std::decay_t<decltype(basis)>;
             constexpr bool polynomial = Dim == 3 && Basis::per_particle < axis_nodes && !wanted.a;
-            if constexpr (polynomial) polynomials.move_to(run.cell);
+            if constexpr (polynomial) polynomials.move_to(bin.cell);
             const auto of_cell = rate_of_cell<Dim>(basis, step.model->analysis, v, nodes);
-            const VelocityUpdate update = updates.of(run);
-            auto to = gradients.begin(run, bins);
-            prescribed.begin(run);
-            for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {
-              const Local n = run.end - p;
+            const VelocityUpdate update = updates.of(bin);
+            auto to = gradients.begin(bin, bins);
+            prescribed.begin(bin);
+            for (Local p = bin.begin; p < bin.end; p += lanes<Real>, to += lanes<Real>) {
+              const Local n = bin.end - p;
               prefetch(rows.v, p);
               prefetch(rows.u, p);
               if (is_affine) prefetch(affine, p);
@@ -102,7 +102,7 @@ void update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Part
               }
               advance(rows, p, n, at.v, at.a, update, step.dt, updates.mass(), all);
             }
-            prescribed.end(run);
+            prescribed.end(bin);
           });
   note(patch, all);
 }
@@ -133,21 +133,21 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
   CornerMotion<Dim> corners_of(patch, step.dt);
   PrescribedMotion<Dim> prescribed(patch, step);
   Advanced<Real> all;
-  for_each_supported_run(
+  for_each_general_bin(
       patch, bins,
-      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
           __attribute__((always_inline)) {
-            prescribed.begin(run);
-            const VelocityUpdate update = updates.of(run);
-            for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+            prescribed.begin(bin);
+            const VelocityUpdate update = updates.of(bin);
+            for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
               prefetch(rows.v, p);
               prefetch(rows.u, p);
               Real sum[2][Dim];
               interpolate<Dim, 2, Real>(basis, p, fields, nodes, sum);
-              corners_of.move(basis, p, run.end - p, fields[0], nodes, sum[0]);
-              advance(rows, p, run.end - p, sum[0], sum[1], update, step.dt, updates.mass(), all);
+              corners_of.move(basis, p, bin.end - p, fields[0], nodes, sum[0]);
+              advance(rows, p, bin.end - p, sum[0], sum[1], update, step.dt, updates.mass(), all);
             }
-            prescribed.end(run);
+            prescribed.end(bin);
           });
   note(patch, all);
 }
@@ -155,10 +155,10 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
 template <int Dim>
 void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   const double* const fields[2] = {patch.velocity.data(), patch.acceleration.data()};
-  for_each_supported_run(
-      patch, bins, [&](const auto& basis, const ParticleBin& run, const Local* nodes) {
-        if (!has_particle_forces(run, *step.model)) return;
-        for (Local p = run.begin; p < run.end; ++p) {
+  for_each_general_bin(
+      patch, bins, [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        if (!has_particle_forces(bin, *step.model)) return;
+        for (Local p = bin.begin; p < bin.end; ++p) {
           const Vec<Dim> f = force_on(patch.particles, p, step);
           if (f.isZero(0.0)) continue;
           Scalar sum[2][Dim];
@@ -172,17 +172,17 @@ void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Part
 template <int Dim, class Real>
 void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   Particles<Dim>& particles = patch.particles;
-  for_each_supported_run(
-      patch, bins, [&](const auto& basis, const ParticleBin& run, const Local* nodes) {
-        if (!has_pressure(step.model->materials[run.material].law)) return;
+  for_each_general_bin(
+      patch, bins, [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        if (!has_pressure(step.model->materials[bin.material].law)) return;
         constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
-        for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+        for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
           Real N[n_nodes], pressure(0.0);
           basis.functions(p, N);
           for (int i = 0; i < n_nodes; ++i)
             pressure =
                 multiply_add(pressure, N[i], &patch.pressure[static_cast<std::size_t>(nodes[i])]);
-          store_first(pressure, particles.row(Column::state) + p, run.end - p);
+          store_first(pressure, particles.row(Column::state) + p, bin.end - p);
         }
       });
 }

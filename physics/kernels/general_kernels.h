@@ -11,7 +11,7 @@ namespace lahar::general {
 template <int Dim, class Real>
 void map_momentum(Patch<Dim>& patch, ParticleBins bins, double* sums);
 
-/// (m p)_i += sum_p N_i m_p p_p over runs whose law has a pressure.
+/// (m p)_i += sum_p N_i m_p p_p over bins whose law has a pressure.
 template <int Dim, class Real>
 void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, double* sums);
 
@@ -51,7 +51,7 @@ void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Part
 template <int Dim, class Real>
 void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// Fill `gradients` for these runs.
+/// Fill `gradients` for these bins.
 template <int Dim, class Real>
 void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                     VelocityGradients<Dim>& gradients);

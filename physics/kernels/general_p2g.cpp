@@ -31,18 +31,18 @@ LAHAR_INLINE void add_to_nodes(const double* total, const Local* nodes, double* 
   }
 }
 
-/// Add sum_p N_i q_p over a run to components `lane(k)`, k < Width, of its cell's nodes.
+/// Add sum_p N_i q_p over a bin to components `lane(k)`, k < Width, of its cell's nodes.
 /// `values(p, n, q)` fills q for the particles from p on.
 template <int Dim, int Width, class Real, class Basis, class Values, class Lane>
-LAHAR_INLINE void scatter(const Basis& basis, const ParticleBin& run, const Local* nodes,
+LAHAR_INLINE void scatter(const Basis& basis, const ParticleBin& bin, const Local* nodes,
                           double* sums, Values values, Lane lane) {
   constexpr int n_sums = (Basis::nodes * Width + 7) / 8 * 8;  // reduced eight at a time
   Real sum[n_sums];
   for (Real& s : sum) s = Real(0.0);
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
     Real N[Basis::nodes], q[Width];
     basis.functions(p, N);
-    values(p, run.end - p, q);
+    values(p, bin.end - p, q);
     LAHAR_UNROLL
     for (int i = 0; i < Basis::nodes; ++i) LAHAR_UNROLL
     for (int k = 0; k < Width; ++k) sum[i * Width + k] += N[i] * q[k];
@@ -55,7 +55,7 @@ LAHAR_INLINE void scatter(const Basis& basis, const ParticleBin& run, const Loca
 /// {m v, m}_i += sum_p N_i m_p {v_p + C_p (x_i - x_p), 1}, from the nodes' positions.
 template <int Dim, class Real, class Basis>
 LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<Dim>& particle,
-                                  const Patch<Dim>& patch, const ParticleBin& run,
+                                  const Patch<Dim>& patch, const ParticleBin& bin,
                                   const Local* nodes, double* sums) {
   constexpr int n_sums = (Basis::nodes * (Dim + 1) + 7) / 8 * 8;
   Real sum[n_sums];
@@ -63,10 +63,10 @@ LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<Dim
   const auto position = [&](int i) {
     return &patch.node_position[static_cast<std::size_t>(nodes[i]) * node_width];
   };
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
     Real N[Basis::nodes], m, v[Dim], C[Dim][Dim], x[Dim];
     basis.functions(p, N);
-    particle.at(p, run.end - p, m, v, C);
+    particle.at(p, bin.end - p, m, v, C);
     LAHAR_UNROLL
     for (int d = 0; d < Dim; ++d) {  // where its natural coordinates are: functions are linear
       x[d] = Real(0.0);
@@ -93,16 +93,16 @@ LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<Dim
                                       [](int k) { return k == Dim ? mass_lane : k; });
 }
 
-/// Internal force of a run: -sum_p S_p grad N_i.
+/// Internal force of a bin: -sum_p S_p grad N_i.
 template <int Dim, class Real, class Basis, class Stress>
-LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const ParticleBin& run,
+LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const ParticleBin& bin,
                                  const Local* nodes, double* sums) {
   constexpr int n_sums = (Basis::nodes * Dim + 7) / 8 * 8;
   Real sum[n_sums];
   for (Real& s : sum) s = Real(0.0);
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
     Real S[Dim][Dim];
-    stress.at(p, run.end - p, S);
+    stress.at(p, bin.end - p, S);
     if constexpr (NaturalBasis<Basis>) {
       Real dN[Basis::nodes][Dim], to_natural[Dim][Dim], T[Dim][Dim];
       basis.natural_gradients(p, dN, to_natural);
@@ -140,13 +140,13 @@ void map_momentum(Patch<Dim>& patch, ParticleBins bins, double* sums) {
       return map_spline_momentum<Real>(patch, bins, sums);
   const ParticleMomentum<Dim> particle(patch.particles);
   const bool affine = particle.is_affine();
-  for_each_supported_run(
+  for_each_general_bin(
       patch, bins,
-      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
           __attribute__((always_inline)) {
-            if (affine) return affine_momentum<Dim, Real>(basis, particle, patch, run, nodes, sums);
+            if (affine) return affine_momentum<Dim, Real>(basis, particle, patch, bin, nodes, sums);
             scatter<Dim, Dim + 1, Real>(
-                basis, run, nodes, sums,
+                basis, bin, nodes, sums,
                 [&](Local p, Local n, Real(&q)[Dim + 1]) __attribute__((always_inline)) {
                   q[Dim] = load_first<Real>(particle.m + p, n);
                   LAHAR_UNROLL
@@ -161,12 +161,12 @@ template <int Dim, class Real>
 void map_smoothed(Patch<Dim>& patch, ParticleBins bins, double* sums) {
   const double* m = patch.particles.row(Column::mass);
   const double* const field[1] = {patch.transfer.data()};
-  for_each_supported_run(
+  for_each_general_bin(
       patch, bins,
-      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
           __attribute__((always_inline)) {
             scatter<Dim, Dim, Real>(
-                basis, run, nodes, sums,
+                basis, bin, nodes, sums,
                 [&](Local p, Local n, Real(&q)[Dim]) __attribute__((always_inline)) {
                   Real v[1][Dim];
                   interpolate<Dim, 1>(basis, p, field, nodes, v);
@@ -186,13 +186,13 @@ void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
       return map_spline_pressure<Real>(patch, step, bins, sums);
   const double* m = patch.particles.row(Column::mass);
   const double* pressure = patch.particles.row(Column::state);
-  for_each_supported_run(
+  for_each_general_bin(
       patch, bins,
-      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
           __attribute__((always_inline)) {
-            if (!has_pressure(step.model->materials[run.material].law)) return;
+            if (!has_pressure(step.model->materials[bin.material].law)) return;
             scatter<Dim, 1, Real>(
-                basis, run, nodes, sums,
+                basis, bin, nodes, sums,
                 [=](Local p, Local n, Real(&q)[1]) __attribute__((always_inline)) {
                   q[0] = load_first<Real>(m + p, n) * load<Real>(pressure + p);
                 },
@@ -206,13 +206,13 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
     if (patch.basis == BasisKind::quadratic_spline)
       return map_spline_force<Real>(patch, step, bins, sums);
   const ParticleStress<Dim> stress(patch.particles);
-  for_each_supported_run(
+  for_each_general_bin(
       patch, bins,
-      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
           __attribute__((always_inline)) {
-            internal_force<Dim, Real>(basis, stress, run, nodes, sums);
-            if (has_particle_forces(run, *step.model))
-              particle_force(basis, patch, run, nodes, step, sums);
+            internal_force<Dim, Real>(basis, stress, bin, nodes, sums);
+            if (has_particle_forces(bin, *step.model))
+              particle_force(basis, patch, bin, nodes, step, sums);
           });
 }
 
@@ -222,10 +222,10 @@ void map_gradient(Patch<Dim>& patch, ParticleBins bins, double* sums) {
     if (patch.basis == BasisKind::quadratic_spline)
       return map_spline_gradient<Real>(patch, bins, sums);
   const UnitPressure<Dim> pressure{patch.particles.row(Column::volume)};
-  for_each_supported_run(
+  for_each_general_bin(
       patch, bins,
-      [&](const auto& basis, const ParticleBin& run, const Local* nodes) __attribute__((
-          always_inline)) { internal_force<Dim, Real>(basis, pressure, run, nodes, sums); });
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) __attribute__((
+          always_inline)) { internal_force<Dim, Real>(basis, pressure, bin, nodes, sums); });
 }
 
 #define LAHAR_INSTANTIATE(Dim, Real)                                                        \

@@ -9,13 +9,13 @@ void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, Parti
                     VelocityGradients<Dim>& gradients) {
   gradients.make_room(bins, lanes<Real>);
   const double* v = patch.velocity.data();
-  for_each_supported_run(
+  for_each_general_bin(
       patch, bins,
-      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
           __attribute__((always_inline)) {
             const auto of_cell = rate_of_cell<Dim>(basis, step.model->analysis, v, nodes);
-            auto to = gradients.begin(run, bins);
-            for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {
+            auto to = gradients.begin(bin, bins);
+            for (Local p = bin.begin; p < bin.end; p += lanes<Real>, to += lanes<Real>) {
               Real L[Dim][Dim];
               gradient<Dim, Real>(basis, p, v, nodes, L);
               gradients.put(to, L, of_cell ? Real(*of_cell) : trace(L));

@@ -19,9 +19,9 @@ bool is_empty(const Patch<Dim>& patch, Local cell) {
   for (std::size_t c = static_cast<std::size_t>(cell) % cells; c < patch.first_bin.size();
        c += cells)
     for (Local r = patch.first_bin[c]; r >= 0;) {
-      const ParticleBin& run = patch.bins[static_cast<std::size_t>(r)];
-      if (run.begin < run.end) return false;
-      r = run.next;
+      const ParticleBin& bin = patch.bins[static_cast<std::size_t>(r)];
+      if (bin.begin < bin.end) return false;
+      r = bin.next;
     }
   return true;
 }

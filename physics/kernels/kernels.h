@@ -11,8 +11,8 @@
 
 namespace lahar {
 
-/// Place the particles that neighbours sent, in ascending patch id, in runs of their cells. The
-/// first call sorts all particles into runs (stable, by cell and material). Those placed later are
+/// Place the particles that neighbours sent, in ascending patch id, in bins of their cells. The
+/// first call sorts all particles into bins (stable, by cell and material). Those placed later are
 /// listed in Patch::unmapped until they are mapped.
 template <int Dim>
 void receive(Patch<Dim>& patch);
@@ -32,13 +32,13 @@ void inject(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 double injection_limit(const Patch<Dim>& patch, std::size_t generator, const Model<Dim>& model);
 
-/// Sort particles again where too many runs had to be added for cells without a free slot; forget
-/// the runs of a patch that has become empty. When depends on what is in the patch only.
+/// Sort particles again where too many bins had to be added for cells without a free slot; forget
+/// the bins of a patch that has become empty. When depends on what is in the patch only.
 /// Patch::unmapped must be empty.
 template <int Dim>
 void sort_if_scattered(Patch<Dim>& patch);
 
-/// Active nodes (Patch::active_nodes) from the runs. Nobody may be reading the patch's sums: those
+/// Active nodes (Patch::active_nodes) from the bins. Nobody may be reading the patch's sums: those
 /// at nodes that are not active any more become zero.
 template <int Dim>
 void find_active_nodes(Patch<Dim>& patch);
@@ -133,7 +133,7 @@ void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Part
 enum class StressPart { both, strain, law };
 
 /// Strain rate from nodal velocities; strain, volume (gradient at the cell's centre) and the law.
-/// With `gradients` it takes those: of the same runs, from update_particles().
+/// With `gradients` it takes those: of the same bins, from update_particles().
 template <int Dim, class Real = Pack>
 void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                    StressPart part, const VelocityGradients<Dim>* gradients = nullptr);
@@ -146,18 +146,18 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBi
 template <int Dim>
 void clear_outboxes(Patch<Dim>& patch);
 
-/// Take the particles that are no longer in their cell out of their runs, into Patch::movers.
+/// Take the particles that are no longer in their cell out of their bins, into Patch::movers.
 /// Natural coordinates of the others.
 template <int Dim, class Real = Pack>
 void locate(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// Find the cells of Patch::movers: they go to another run, to a neighbour's outbox, or (where the
+/// Find the cells of Patch::movers: they go to another bin, to a neighbour's outbox, or (where the
 /// model says so) are removed.
 template <int Dim>
 void place_movers(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// Mark the first particle whose velocity or stress is not finite. locate() finds what has reached
-/// a position; this finds the rest, before it is written.
+/// Record a fault of the first particle whose velocity or stress is not finite. locate() finds what
+/// has reached a position; this finds the rest, before it is written.
 template <int Dim>
 void check_finite(Patch<Dim>& patch);
 

@@ -49,11 +49,11 @@ struct PlaceRows {
 
 /// Natural coordinates in the present cell; bits of `outside` for those that have left it.
 template <int Dim, class Real, class Outside>
-LAHAR_INLINE void locate_run_cartesian(const Patch<Dim>& patch, const PlaceRows<Dim>& rows,
-                                       const ParticleBin& run, Outside outside) {
-  const auto& box = patch.box[static_cast<std::size_t>(run.cell)];
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Local n = run.end - p;
+LAHAR_INLINE void locate_bin_cartesian(const Patch<Dim>& patch, const PlaceRows<Dim>& rows,
+                                       const ParticleBin& bin, Outside outside) {
+  const auto& box = patch.box[static_cast<std::size_t>(bin.cell)];
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+    const Local n = bin.end - p;
     unsigned out = 0;
     LAHAR_UNROLL
     for (std::size_t d = 0; d < Dim; ++d) {
@@ -84,15 +84,15 @@ template <int Dim>
   return out;
 }
 
-/// As locate_run_cartesian. Packs start from the particles' natural coordinates before they moved.
+/// As locate_bin_cartesian. Packs start from the particles' natural coordinates before they moved.
 template <int Dim, class Real, class Outside>
-LAHAR_INLINE void locate_run_isoparametric(Patch<Dim>& patch, const PlaceRows<Dim>& rows,
-                                           const ParticleBin& run, const Mesh<Dim>& mesh,
+LAHAR_INLINE void locate_bin_isoparametric(Patch<Dim>& patch, const PlaceRows<Dim>& rows,
+                                           const ParticleBin& bin, const Mesh<Dim>& mesh,
                                            Outside outside) {
-  const auto c = static_cast<std::size_t>(run.cell);
+  const auto c = static_cast<std::size_t>(bin.cell);
   const CellPolynomial<Dim> cell(patch.node_position.data(), patch.topology.corner_nodes[c]);
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Local n = run.end - p;
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+    const Local n = bin.end - p;
     Real at[Dim], xi[Dim];
     rows.load(p, at, xi);
     const unsigned open = inverse_map_pack(cell, at, xi, n);
@@ -110,14 +110,14 @@ LAHAR_INLINE void locate_run_isoparametric(Patch<Dim>& patch, const PlaceRows<Di
   }
 }
 
-/// As locate_run_isoparametric, in cells of other elements.
+/// As locate_bin_isoparametric, in cells of other elements.
 template <int Dim, class Real, class Cells, class Outside>
-LAHAR_INLINE void locate_run_element(Patch<Dim>& patch, const PlaceRows<Dim>& rows,
-                                     const Cells& cells, const ParticleBin& run,
+LAHAR_INLINE void locate_bin_element(Patch<Dim>& patch, const PlaceRows<Dim>& rows,
+                                     const Cells& cells, const ParticleBin& bin,
                                      const Mesh<Dim>& mesh, Outside outside) {
-  const auto cell = cells[run.cell];
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Local n = run.end - p;
+  const auto cell = cells[bin.cell];
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+    const Local n = bin.end - p;
     Real at[Dim], xi[Dim];
     rows.load(p, at, xi);
     unsigned singly = cell.inverse_map(at, xi, n);
@@ -128,7 +128,7 @@ LAHAR_INLINE void locate_run_element(Patch<Dim>& patch, const PlaceRows<Dim>& ro
     for (; singly != 0; singly &= singly - 1) {
       const Local q = p + std::countr_zero(singly);
       const auto found = mesh.natural_coordinates(
-          patch.topology.cells[static_cast<std::size_t>(run.cell)], position(patch.particles, q));
+          patch.topology.cells[static_cast<std::size_t>(bin.cell)], position(patch.particles, q));
       if (!found) out |= singly & -singly;
       for (std::size_t d = 0; d < Dim && found; ++d)
         rows.natural[d][q] = (*found)[static_cast<Eigen::Index>(d)];
@@ -137,13 +137,13 @@ LAHAR_INLINE void locate_run_element(Patch<Dim>& patch, const PlaceRows<Dim>& ro
   }
 }
 
-/// Take a particle out of its run; the run's last one is to take its place: move_out().
+/// Take a particle out of its bin; the bin's last one is to take its place: move_out().
 template <int Dim>
-void take_out(Patch<Dim>& patch, ParticleBin& run, Local p) {
+void take_out(Patch<Dim>& patch, ParticleBin& bin, Local p) {
   patch.leaving.push_back({p, patch.movers.size() + static_cast<Local>(patch.leaving.size())});
-  --run.end;
+  --bin.end;
   --patch.count;
-  if (p != run.end) patch.filling.push_back({run.end, p});
+  if (p != bin.end) patch.filling.push_back({bin.end, p});
 }
 
 /// Copy those that take_out() found to Patch::movers, and others to their places.
@@ -158,8 +158,8 @@ void move_out(Patch<Dim>& patch) {
 }
 
 template <int Dim>
-void set_mark(Patch<Dim>& patch, ParticleFault::Kind kind, const Particles<Dim>& particles,
-              Local p) {
+void record_fault(Patch<Dim>& patch, ParticleFault::Kind kind, const Particles<Dim>& particles,
+                  Local p) {
   ParticleFault& fault = patch.fault;
   ++fault.count;
   if (fault.kind != ParticleFault::Kind::none) return;
@@ -171,17 +171,17 @@ void set_mark(Patch<Dim>& patch, ParticleFault::Kind kind, const Particles<Dim>&
   }
 }
 
-/// Free slots of a run that is added for a cell whose other runs are full: as many as are computed
+/// Free slots of a bin that is added for a cell whose other bins are full: as many as are computed
 /// with together anyway.
 constexpr Local added_slots = 8;
 
-/// A run of the cell and material that has a free slot.
+/// A bin of the cell and material that has a free slot.
 template <int Dim>
-ParticleBin& run_with_room(Patch<Dim>& patch, Local cell, std::uint16_t material) {
+ParticleBin& bin_with_room(Patch<Dim>& patch, Local cell, std::uint16_t material) {
   Local& first = patch.first_bin[static_cast<std::size_t>(cell)];
   for (Local r = first; r >= 0; r = patch.bins[static_cast<std::size_t>(r)].next) {
-    ParticleBin& run = patch.bins[static_cast<std::size_t>(r)];
-    if (run.material == material && run.end < run.limit) return run;
+    ParticleBin& bin = patch.bins[static_cast<std::size_t>(r)];
+    if (bin.material == material && bin.end < bin.limit) return bin;
   }
   const Local begin = patch.particles.size();
   patch.particles.resize(begin + added_slots);
@@ -198,31 +198,31 @@ ParticleBin& run_with_room(Patch<Dim>& patch, Local cell, std::uint16_t material
   return patch.bins.back();
 }
 
-/// Find a slot in a run of the cell for particle `i` of `from`, which is still to be copied there,
+/// Find a slot in a bin of the cell for particle `i` of `from`, which is still to be copied there,
 /// by move_in(), and to be mapped.
 template <int Dim>
 void place(Patch<Dim>& patch, const Particles<Dim>& from, Local i, Local cell) {
   const auto at = static_cast<std::size_t>(i);
-  ParticleBin& run = run_with_room(patch, cell, from.material[at]);
-  if (run.begin == run.end && !patch.halo_edge_cells.empty() &&
+  ParticleBin& bin = bin_with_room(patch, cell, from.material[at]);
+  if (bin.begin == bin.end && !patch.halo_edge_cells.empty() &&
       patch.halo_edge_cells[static_cast<std::size_t>(cell)])
     patch.needs_surroundings = true;
-  const Local slot = run.end++;
+  const Local slot = bin.end++;
   patch.placing.push_back({i, slot});
   patch.placing_cell.push_back(cell);
   const bool loaded = !from.loads.empty() && from.loads[at] != 0;
-  run.loaded = run.loaded || loaded;
+  bin.loaded = bin.loaded || loaded;
   ++patch.count;
   if (!patch.unmapped.empty() && patch.unmapped.back().end == slot &&
-      patch.unmapped.back().limit == run.limit) {
+      patch.unmapped.back().limit == bin.limit) {
     ++patch.unmapped.back().end;
     patch.unmapped.back().loaded = patch.unmapped.back().loaded || loaded;
   } else {
     patch.unmapped.push_back({.cell = cell,
                               .begin = slot,
                               .end = slot + 1,
-                              .limit = run.limit,
-                              .material = run.material,
+                              .limit = bin.limit,
+                              .material = bin.material,
                               .loaded = loaded});
   }
 }
@@ -286,11 +286,10 @@ template <int Dim>
 void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
   Particles<Dim>& movers = patch.movers;
   const Local old = movers.cell[static_cast<std::size_t>(i)];
-  const auto stays =
-      [&](ParticleFault::Kind kind) {  // marked: the step fails, but nothing gets lost
-        set_mark(patch, kind, movers, i);
-        place(patch, movers, i, old);
-      };
+  const auto stays = [&](ParticleFault::Kind kind) {  // the step fails, but nothing gets lost
+    record_fault(patch, kind, movers, i);
+    place(patch, movers, i, old);
+  };
   Vec<Dim> x = position(movers, i);
   if (!x.allFinite()) return stays(ParticleFault::Kind::not_finite);
   const bool has_natural = movers.layout().has(Column::xi);
@@ -341,15 +340,15 @@ void clear_outboxes(Patch<Dim>& patch) {
   patch.filled_outboxes.clear();
 }
 
-/// The first particle of a run whose domain reaches further than a cell from its middle, so that it
+/// The first particle of a bin whose domain reaches further than a cell from its middle, so that it
 /// may go beyond the cells around; -1 = none.
 template <int Dim>
-Local too_large(const Patch<Dim>& patch, const ParticleBin& run) {
+Local too_large(const Patch<Dim>& patch, const ParticleBin& bin) {
   const Particles<Dim>& particles = patch.particles;
-  const auto& box = patch.box[static_cast<std::size_t>(run.cell)];
+  const auto& box = patch.box[static_cast<std::size_t>(bin.cell)];
   const bool vectors = particles.layout().has(Column::vectors),
              corners_move = particles.layout().has(Column::corners);
-  for (Local p = run.begin; p < run.end; ++p)
+  for (Local p = bin.begin; p < bin.end; ++p)
     for (int d = 0; d < Dim; ++d) {
       double reach = 0.0;
       if (vectors)
@@ -370,10 +369,10 @@ template <int Dim>
 void adopt_domains(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   const auto& layout = patch.particles.layout();
   const auto adopt = [&](Column from, Column to, int components) {
-    for (const ParticleBin& run : bins)
+    for (const ParticleBin& bin : bins)
       for (int k = 0; k < components; ++k) {
         const double* row = patch.particles.row(from, k);
-        std::copy(row + run.begin, row + run.end, patch.particles.row(to, k) + run.begin);
+        std::copy(row + bin.begin, row + bin.end, patch.particles.row(to, k) + bin.begin);
       }
   };
   if (layout.has(Column::next_domain)) adopt(Column::next_domain, Column::domain, Dim);
@@ -381,9 +380,9 @@ void adopt_domains(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
   if (layout.has(Column::next_corners))
     adopt(Column::next_corners, Column::corners, Dim * corners<Dim>);
   if (!step.model->analysis.refuse_large_domains) return;
-  for (const ParticleBin& run : bins)
-    if (const Local p = too_large(patch, run); p >= 0)
-      set_mark(patch, ParticleFault::Kind::domain, patch.particles, p);
+  for (const ParticleBin& bin : bins)
+    if (const Local p = too_large(patch, bin); p >= 0)
+      record_fault(patch, ParticleFault::Kind::domain, patch.particles, p);
 }
 
 template <int Dim, class Real>
@@ -396,32 +395,32 @@ void locate(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) 
   const PlaceRows<Dim> rows(patch.particles);
   const Mesh<Dim>& mesh = *step.model->mesh;
   const auto outside = [&](Local p, unsigned bits) { left.emplace_back(p, bits); };
-  const auto in_all = [&](auto locate_run) __attribute__((always_inline)) {
-    for (ParticleBin& run : bins) {
-      if (run.begin == run.end) continue;
-      locate_run(run);
+  const auto in_all = [&](auto locate_bin) __attribute__((always_inline)) {
+    for (ParticleBin& bin : bins) {
+      if (bin.begin == bin.end) continue;
+      locate_bin(bin);
       // From the last to the first, so that the particle that takes a place is never one that left.
       for (; !left.empty(); left.pop_back())
         for (unsigned bits = left.back().second; bits != 0;) {
           const int lane = std::bit_width(bits) - 1;
           bits &= ~(1u << lane);
-          take_out(patch, run, left.back().first + lane);
+          take_out(patch, bin, left.back().first + lane);
         }
     }
   };
   if (patch.basis == BasisKind::element)
     with_lagrange(patch, [&](const auto& cells) {
-      in_all([&](const ParticleBin& run) __attribute__((always_inline)) {
-        locate_run_element<Dim, Real>(patch, rows, cells, run, mesh, outside);
+      in_all([&](const ParticleBin& bin) __attribute__((always_inline)) {
+        locate_bin_element<Dim, Real>(patch, rows, cells, bin, mesh, outside);
       });
     });
   else if (patch.cartesian)
-    in_all([&](const ParticleBin& run) __attribute__((always_inline)) {
-      locate_run_cartesian<Dim, Real>(patch, rows, run, outside);
+    in_all([&](const ParticleBin& bin) __attribute__((always_inline)) {
+      locate_bin_cartesian<Dim, Real>(patch, rows, bin, outside);
     });
   else
-    in_all([&](const ParticleBin& run) __attribute__((always_inline)) {
-      locate_run_isoparametric<Dim, Real>(patch, rows, run, mesh, outside);
+    in_all([&](const ParticleBin& bin) __attribute__((always_inline)) {
+      locate_bin_isoparametric<Dim, Real>(patch, rows, bin, mesh, outside);
     });
   move_out(patch);
 }
@@ -435,12 +434,12 @@ void place_movers(Patch<Dim>& patch, const StepContext<Dim>& step) {
 
 namespace {
 
-/// Sort runs by cell and material, join those of the same, and pack their particles. Runs of a
+/// Sort bins by cell and material, join those of the same, and pack their particles. Bins of a
 /// patch whose particles move get a free slot, so that they need not be sorted again soon.
 template <int Dim>
-void sort_runs(Patch<Dim>& patch) {
+void sort_bins(Patch<Dim>& patch) {
   auto& bins = patch.bins;
-  std::erase_if(bins, [](const ParticleBin& run) { return run.begin == run.end; });
+  std::erase_if(bins, [](const ParticleBin& bin) { return bin.begin == bin.end; });
   std::stable_sort(bins.begin(), bins.end(), [](const ParticleBin& a, const ParticleBin& b) {
     return std::tie(a.cell, a.material) < std::tie(b.cell, b.material);
   });
@@ -450,19 +449,19 @@ void sort_runs(Patch<Dim>& patch) {
   moves.reserve(bins.size());
   const Local free_slots = patch.moving ? 1 : 0;
   Local slot = 0;
-  for (const ParticleBin& run : bins) {
-    if (joined.empty() || joined.back().cell != run.cell ||
-        joined.back().material != run.material) {
+  for (const ParticleBin& bin : bins) {
+    if (joined.empty() || joined.back().cell != bin.cell ||
+        joined.back().material != bin.material) {
       slot += joined.empty() ? 0 : free_slots;
-      joined.push_back(run);
+      joined.push_back(bin);
       joined.back().begin = slot;
     }
     ParticleBin& to = joined.back();
-    moves.push_back({run.begin, slot, run.end - run.begin});
-    slot += run.end - run.begin;
+    moves.push_back({bin.begin, slot, bin.end - bin.begin});
+    slot += bin.end - bin.begin;
     to.end = slot;
     to.limit = slot + free_slots;
-    to.loaded = to.loaded || run.loaded;
+    to.loaded = to.loaded || bin.loaded;
   }
   patch.particles.rearrange(moves, slot + (joined.empty() ? 0 : free_slots));
   bins = std::move(joined);
@@ -476,9 +475,9 @@ void sort_runs(Patch<Dim>& patch) {
   find_active_nodes(patch);
 }
 
-/// Runs of particles in the order in which they are, before they are sorted for the first time.
+/// Bins of particles in the order in which they are, before they are sorted for the first time.
 template <int Dim>
-void find_runs(Patch<Dim>& patch) {
+void find_bins(Patch<Dim>& patch) {
   const Particles<Dim>& particles = patch.particles;
   auto& bins = patch.bins;
   bins.clear();
@@ -498,17 +497,17 @@ void find_runs(Patch<Dim>& patch) {
   patch.count = particles.size();
 }
 
-/// One added run to so many others is the share above which particles are sorted: an added run
+/// One added bin to so many others is the share above which particles are sorted: an added bin
 /// costs about what half a full one does, sorting about what one step does.
-constexpr int runs_per_added_run = 4;
+constexpr int bins_per_added_bin = 4;
 
 }  // namespace
 
 template <int Dim>
 void receive(Patch<Dim>& patch) {
   if (!patch.sorted) {
-    find_runs(patch);
-    sort_runs(patch);
+    find_bins(patch);
+    sort_bins(patch);
     patch.sorted = true;
   }
   for (std::size_t k = 0; k < patch.arrived.size(); ++k) {
@@ -532,7 +531,7 @@ void place_new(Patch<Dim>& patch, const Particles<Dim>& from, Local cell) {
 /// Particles that come back to a patch find it as those do that come to a new one: whether it has
 /// been dropped in between, which depends on when others caused a rebuild, changes no bit.
 template <int Dim>
-void forget_runs(Patch<Dim>& patch) {
+void forget_bins(Patch<Dim>& patch) {
   patch.bins.clear();
   patch.first_bin.assign(patch.topology.cells.size(), -1);
   patch.particles = Particles<Dim>(patch.particles.layout());
@@ -544,13 +543,13 @@ void forget_runs(Patch<Dim>& patch) {
 template <int Dim>
 void sort_if_scattered(Patch<Dim>& patch) {
   if (patch.count == 0) {
-    if (!patch.bins.empty()) forget_runs(patch);
+    if (!patch.bins.empty()) forget_bins(patch);
     return;
   }
-  const auto sorted_runs = static_cast<int>(patch.bins.size()) - patch.added_bins;
-  if (patch.added_bins <= 1 + sorted_runs / runs_per_added_run) return;
+  const auto sorted_bins = static_cast<int>(patch.bins.size()) - patch.added_bins;
+  if (patch.added_bins <= 1 + sorted_bins / bins_per_added_bin) return;
   patch.moving = true;
-  sort_runs(patch);
+  sort_bins(patch);
 }
 
 template <int Dim>
@@ -558,17 +557,18 @@ void check_finite(Patch<Dim>& patch) {
   const auto v = patch.particles.template rows<Dim>(Column::v);
   const auto stress = patch.particles.template rows<stress_components<Dim>>(Column::stress);
   Pack zero(0.0);  // stays zero as long as everything is finite
-  for (const ParticleBin& run : patch.bins)
-    for (Local p = run.begin; p < run.end; p += lanes<Pack>) {
-      for (const double* row : v) zero += 0.0 * load_first<Pack>(row + p, run.end - p);
-      for (const double* row : stress) zero += 0.0 * load_first<Pack>(row + p, run.end - p);
+  for (const ParticleBin& bin : patch.bins)
+    for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+      for (const double* row : v) zero += 0.0 * load_first<Pack>(row + p, bin.end - p);
+      for (const double* row : stress) zero += 0.0 * load_first<Pack>(row + p, bin.end - p);
     }
   if (reduce(zero) == 0.0) return;
   patch.for_each_particle([&](Local p) {
     double sum = 0.0;  // not finite if one of its terms is not
     for (const double* row : v) sum += row[p];
     for (const double* row : stress) sum += row[p];
-    if (!std::isfinite(sum)) set_mark(patch, ParticleFault::Kind::not_finite, patch.particles, p);
+    if (!std::isfinite(sum))
+      record_fault(patch, ParticleFault::Kind::not_finite, patch.particles, p);
   });
 }
 
@@ -586,18 +586,18 @@ class LimitRate {
         m_(patch.particles.row(Column::mass)),
         v_(patch.particles.template rows<Dim>(Column::v)) {}
 
-  void enter(const ParticleBin& run) {
-    if (run.material != material_) {
-      const Law& law = model_.materials[run.material].law;
-      material_ = run.material;
+  void enter(const ParticleBin& bin) {
+    if (bin.material != material_) {
+      const Law& law = model_.materials[bin.material].law;
+      material_ = bin.material;
       modulus_ = wave_modulus(law);
       viscosity_ = viscosity(law);
     }
-    const double h = patch_.cell_size[static_cast<std::size_t>(run.cell)];
+    const double h = patch_.cell_size[static_cast<std::size_t>(bin.cell)];
     per_area_ = 1.0 / (h * h);
     diffusion_ = 2.0 * Dim * viscosity_ * per_area_;
   }
-  /// Of the particles from p on, of the run entered.
+  /// Of the particles from p on, of the bin entered.
   template <class Real>
   Real at(Local p) const {
     const Real specific_volume = load<Real>(V_ + p) / load<Real>(m_ + p);
@@ -624,18 +624,18 @@ double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model,
                        std::span<const ParticleBin> bins, Local* limiting) {
   Pack rates(0.0);
   LimitRate<Dim> rate(patch, model);
-  for (const ParticleBin& run : bins) {
-    rate.enter(run);
-    for (Local p = run.begin; p < run.end; p += lanes<Pack>)
-      rates = max(rates, first_lanes(rate.template at<Pack>(p), run.end - p));
+  for (const ParticleBin& bin : bins) {
+    rate.enter(bin);
+    for (Local p = bin.begin; p < bin.end; p += lanes<Pack>)
+      rates = max(rates, first_lanes(rate.template at<Pack>(p), bin.end - p));
   }
   double largest = 0.0;
   for (int lane = 0; lane < lanes<Pack>; ++lane) largest = std::max(largest, rates[lane]);
   if (limiting) {
     double most = -1.0;
-    for (const ParticleBin& run : bins) {
-      rate.enter(run);
-      for (Local p = run.begin; p < run.end; ++p)
+    for (const ParticleBin& bin : bins) {
+      rate.enter(bin);
+      for (Local p = bin.begin; p < bin.end; ++p)
         if (const double r = rate.template at<Scalar>(p)[0]; r > most) most = r, *limiting = p;
     }
   }

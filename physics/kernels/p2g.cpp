@@ -1,4 +1,4 @@
-/// \file Particle to grid: a run of particles of one cell is accumulated in registers, then added
+/// \file Particle to grid: a bin of particles of one cell is accumulated in registers, then added
 /// once to the cell's nodes in the patch's private arrays. No other patch writes them.
 ///
 /// Q4 has few nodes and many particles per cell: lanes are particles, and the sums of all nodes are
@@ -54,18 +54,18 @@ LAHAR_INLINE void store_all(const Real (&value)[N], double (&to)[N][lanes<Real>]
 template <int Dim>
 constexpr unsigned vector_and_mass = ((1u << Dim) - 1) | 1u << mass_lane;
 
-/// Add sum_p N_i q_p over the particles of a run to the components `Used` of its cell's nodes.
+/// Add sum_p N_i q_p over the particles of a bin to the components `Used` of its cell's nodes.
 /// `values(p, n, q)` fills q for the particles from p on, with zero beyond the first n.
 template <unsigned Used, class Real, class Map, class Values>
-LAHAR_INLINE void scatter(const Map& map, const ParticleBin& run,
+LAHAR_INLINE void scatter(const Map& map, const ParticleBin& bin,
                           const std::array<Local, 4>& corner, double* nodes, Values values) {
   Real sum[4 * node_width];
   LAHAR_UNROLL
   for (Real& s : sum) s = Real(0.0);
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
     const Weights<2, Real> w = weights_at<2, Real>(map, p);
     Real q[node_width];
-    values(p, run.end - p, q);
+    values(p, bin.end - p, q);
     LAHAR_UNROLL
     for (int i = 0; i < 4; ++i) {
       const Real N = w.N(i);
@@ -82,13 +82,13 @@ LAHAR_INLINE void scatter(const Map& map, const ParticleBin& run,
 }
 
 template <unsigned Used, class Real, class Map, class Values>
-LAHAR_INLINE void scatter(const Map& map, const ParticleBin& run,
+LAHAR_INLINE void scatter(const Map& map, const ParticleBin& bin,
                           const std::array<Local, 8>& corner, double* nodes, Values values) {
   EightNodes sum[node_width];
   LAHAR_UNROLL
   for (EightNodes& s : sum) s = EightNodes(0.0);
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Local n = std::min<Local>(run.end - p, lanes<Real>);
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+    const Local n = std::min<Local>(bin.end - p, lanes<Real>);
     Real at[3], q[node_width];
     map.natural(p, at);
     values(p, n, q);
@@ -109,14 +109,14 @@ LAHAR_INLINE void scatter(const Map& map, const ParticleBin& run,
 }
 
 template <unsigned Used, int Dim, class Real, class Values>
-LAHAR_INLINE void scatter_runs(const Patch<Dim>& patch, ParticleBins bins, double* nodes,
+LAHAR_INLINE void scatter_bins(const Patch<Dim>& patch, ParticleBins bins, double* nodes,
                                Values values) {
-  for_each_run(
-      patch, bins, [&](const auto& map, const ParticleBin& run) __attribute__((always_inline)) {
+  for_each_bin(
+      patch, bins, [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {
         scatter<Used, Real>(
-            map, run, patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)],
+            map, bin, patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)],
             nodes, [&](Local p, Local n, Real(&q)[node_width]) __attribute__((always_inline)) {
-              values(run, p, n, q);
+              values(bin, p, n, q);
             });
       });
 }
@@ -126,7 +126,7 @@ LAHAR_INLINE void map_momentum_to(Patch<Dim>& patch, ParticleBins bins, double* 
   if (general::is(patch)) return general::map_momentum<Dim, Real>(patch, bins, nodes);
   const double* m = patch.particles.row(Column::mass);
   const auto v = patch.particles.template rows<Dim>(Column::v);
-  scatter_runs<vector_and_mass<Dim>, Dim, Real>(
+  scatter_bins<vector_and_mass<Dim>, Dim, Real>(
       patch, bins, nodes,
       [=](const ParticleBin&, Local p, Local n, Real(&q)[node_width])
           __attribute__((always_inline)) {
@@ -169,11 +169,11 @@ void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
   double* nodes = patch.own_sums(sum_of_order(order), step.step);
   if (general::is(patch)) return general::map_smoothed<Dim, Real>(patch, bins, nodes);
   const double *m = patch.particles.row(Column::mass), *v = patch.transfer.data();
-  for_each_run(
-      patch, bins, [&](const auto& map, const ParticleBin& run) __attribute__((always_inline)) {
-        const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
+  for_each_bin(
+      patch, bins, [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {
+        const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
         scatter<(1u << Dim) - 1, Real>(
-            map, run, corner,
+            map, bin, corner,
             nodes, [&](Local p, Local n, Real(&q)[node_width]) __attribute__((always_inline)) {
               const auto w = weights_at<Dim, Real>(map, p);
               LAHAR_UNROLL
@@ -200,11 +200,11 @@ void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
   const double* m = patch.particles.row(Column::mass);
   const double* pressure = patch.particles.row(Column::state);
   const auto& materials = step.model->materials;
-  scatter_runs<1u, Dim, Real>(
+  scatter_bins<1u, Dim, Real>(
       patch, bins, patch.own_sums(NodeSum::pressure, step.step),
-      [&](const ParticleBin& run, Local p, Local n, Real(&q)[node_width])
+      [&](const ParticleBin& bin, Local p, Local n, Real(&q)[node_width])
           __attribute__((always_inline)) {
-            q[0] = has_pressure(materials[run.material].law)
+            q[0] = has_pressure(materials[bin.material].law)
                        ? load_first<Real>(m + p, n) * load<Real>(pressure + p)
                        : Real(0.0);
           });
@@ -242,17 +242,17 @@ struct StressWithoutPressure {
   }
 };
 
-/// Internal force of one run in 2D. With corners paired across each axis the gradient is +- face
+/// Internal force of one bin in 2D. With corners paired across each axis the gradient is +- face
 /// weight, so that one sum serves both corners of a pair.
 template <class Real, class Map, class Stress>
-LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const ParticleBin& run,
+LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const ParticleBin& bin,
                                  const std::array<Local, 4>& corner, double* nodes) {
   Real sum[8];  // 4 k + 2 c + a: axis, corner of the face normal to it, component
   LAHAR_UNROLL
   for (Real& s : sum) s = Real(0.0);
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
     Real T[2][2];
-    stress.at(map, p, run.end - p, T);
+    stress.at(map, p, bin.end - p, T);
     const Weights<2, Real> w = weights_at<2, Real>(map, p);
     LAHAR_UNROLL
     for (int k = 0; k < 2; ++k) LAHAR_UNROLL
@@ -275,13 +275,13 @@ LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const Par
 
 /// The same in 3D, lanes are the cell's nodes.
 template <class Real, class Map, class Stress>
-LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const ParticleBin& run,
+LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const ParticleBin& bin,
                                  const std::array<Local, 8>& corner, double* nodes) {
   EightNodes sum[9];  // 3 a + k: component, axis
   LAHAR_UNROLL
   for (EightNodes& s : sum) s = EightNodes(0.0);
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Local n = std::min<Local>(run.end - p, lanes<Real>);
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+    const Local n = std::min<Local>(bin.end - p, lanes<Real>);
     Real at[3], T[3][3];
     map.natural(p, at);
     stress.at(map, p, n, T);
@@ -314,15 +314,15 @@ LAHAR_INLINE void internal_force(const Map& map, const Stress& stress, const Par
   add_to_nodes(nodes, corner, force);
 }
 
-/// Force of the pressure of a run's fluid: sum_p V_p p_p grad N_i at the cell's centre, whose
+/// Force of the pressure of a bin's fluid: sum_p V_p p_p grad N_i at the cell's centre, whose
 /// volumetric strain the fluid has (B-bar, Hughes 1980). So forces do the work of the stresses.
 template <int Dim, class Real, class Map>
 LAHAR_INLINE void pressure_force(const Map& map, const StressWithoutPressure<Dim>& fluid,
-                                 const ParticleBin& run,
+                                 const ParticleBin& bin,
                                  const std::array<Local, corners<Dim>>& corner, double* nodes) {
   Real pushed(0.0);
-  for (Local p = run.begin; p < run.end; p += lanes<Real>)
-    pushed += load_first<Real>(fluid.whole.V + p, run.end - p) * load<Real>(fluid.pressure + p);
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>)
+    pushed += load_first<Real>(fluid.whole.V + p, bin.end - p) * load<Real>(fluid.pressure + p);
   const double total = reduce(pushed);  // [J]
   double dN[Dim][corners<Dim>];
   centre_gradients(map, dN);
@@ -332,12 +332,12 @@ LAHAR_INLINE void pressure_force(const Map& map, const StressWithoutPressure<Dim
   }
 }
 
-/// Forces of the particles of one run on its nodes: N_i f.
+/// Forces of the particles of one bin on its nodes: N_i f.
 template <int Dim, class Map>
-void particle_force(const Map& map, const Patch<Dim>& patch, const ParticleBin& run,
+void particle_force(const Map& map, const Patch<Dim>& patch, const ParticleBin& bin,
                     const StepContext<Dim>& step, double* nodes) {
-  const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
-  for (Local p = run.begin; p < run.end; ++p) {
+  const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
+  for (Local p = bin.begin; p < bin.end; ++p) {
     const Vec<Dim> f = force_on(patch.particles, p, step);
     if (f.isZero(0.0)) continue;
     const Weights<Dim, Scalar> w = weights_at<Dim, Scalar>(map, p);
@@ -358,18 +358,18 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
   if (general::is(patch)) return general::map_force<Dim, Real>(patch, step, bins, nodes);
   const Pulled<general::ParticleStress<Dim>> stress{general::ParticleStress<Dim>(patch.particles)};
   const bool as_cbgeo = step.model->analysis.volume_as_cbgeo;
-  for_each_run(
-      patch, bins, [&](const auto& map, const ParticleBin& run) __attribute__((always_inline)) {
-        const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)];
-        if (!as_cbgeo && has_pressure(step.model->materials[run.material].law)) {
+  for_each_bin(
+      patch, bins, [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {
+        const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
+        if (!as_cbgeo && has_pressure(step.model->materials[bin.material].law)) {
           const Pulled<StressWithoutPressure<Dim>> rest{
               {stress.stress, patch.particles.row(Column::state)}};
-          internal_force<Real>(map, rest, run, corner, nodes);
-          pressure_force<Dim, Real>(map, rest.stress, run, corner, nodes);
+          internal_force<Real>(map, rest, bin, corner, nodes);
+          pressure_force<Dim, Real>(map, rest.stress, bin, corner, nodes);
         } else {
-          internal_force<Real>(map, stress, run, corner, nodes);
+          internal_force<Real>(map, stress, bin, corner, nodes);
         }
-        if (has_particle_forces(run, *step.model)) particle_force(map, patch, run, step, nodes);
+        if (has_particle_forces(bin, *step.model)) particle_force(map, patch, bin, step, nodes);
       });
 }
 
@@ -378,10 +378,10 @@ void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
   double* nodes = patch.own_sums(NodeSum::gradient, step.step);
   if (general::is(patch)) return general::map_gradient<Dim, Real>(patch, bins, nodes);
   const Pulled<general::UnitPressure<Dim>> pressure{{patch.particles.row(Column::volume)}};
-  for_each_run(
-      patch, bins, [&](const auto& map, const ParticleBin& run) __attribute__((always_inline)) {
-        internal_force<Real>(map, pressure, run,
-                             patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)],
+  for_each_bin(
+      patch, bins, [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {
+        internal_force<Real>(map, pressure, bin,
+                             patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)],
                              nodes);
       });
 }

@@ -76,11 +76,11 @@ struct UnitPressure {
   }
 };
 
-/// Tractions on the particles of one run: N_i t V / size.
+/// Tractions on the particles of one bin: N_i t V / size.
 template <int Dim, class Basis>
-void particle_force(const Basis& basis, const Patch<Dim>& patch, const ParticleBin& run,
+void particle_force(const Basis& basis, const Patch<Dim>& patch, const ParticleBin& bin,
                     const Local* nodes, const StepContext<Dim>& step, double* sums) {
-  for (Local p = run.begin; p < run.end; ++p) {
+  for (Local p = bin.begin; p < bin.end; ++p) {
     const Vec<Dim> f = force_on(patch.particles, p, step);
     if (f.isZero(0.0)) continue;
     Scalar N[Basis::nodes];

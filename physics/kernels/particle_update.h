@@ -29,9 +29,9 @@ class VelocityUpdates {
     set(0);
     if (counts(model_.analysis)) mass_ = patch.particles.row(Column::mass);
   }
-  LAHAR_INLINE const VelocityUpdate& of(const ParticleBin& run) {
+  LAHAR_INLINE const VelocityUpdate& of(const ParticleBin& bin) {
     if (model_.analysis.contact.bodies > 1)
-      if (const int body = model_.materials[run.material].body; body != body_) set(body);
+      if (const int body = model_.materials[bin.material].body; body != body_) set(body);
     return update_;
   }
   /// Whether any needs the interpolated acceleration.
@@ -126,21 +126,21 @@ LAHAR_INLINE void note(Patch<Dim>& patch, const Advanced<Real>& all) {
   patch.work.damping += reduce(all.lost);
 }
 
-/// Particles whose velocities are prescribed: begin() comes before G2P moves a run, end() after it.
+/// Particles whose velocities are prescribed: begin() comes before G2P moves a bin, end() after it.
 template <int Dim>
 class PrescribedMotion {
  public:
   PrescribedMotion(Patch<Dim>& patch, const StepContext<Dim>& step) : patch_(patch), step_(step) {}
-  void begin(const ParticleBin& run) {
-    if (run.loaded && step_.model->analysis.drives_nodes) keep_places(run);
+  void begin(const ParticleBin& bin) {
+    if (bin.loaded && step_.model->analysis.drives_nodes) keep_places(bin);
   }
-  void end(const ParticleBin& run) {
-    if (run.loaded) prescribe(run);
+  void end(const ParticleBin& bin) {
+    if (bin.loaded) prescribe(bin);
   }
 
  private:
-  void keep_places(const ParticleBin& run);
-  void prescribe(const ParticleBin& run);
+  void keep_places(const ParticleBin& bin);
+  void prescribe(const ParticleBin& bin);
 
   Patch<Dim>& patch_;
   const StepContext<Dim>& step_;

@@ -119,20 +119,20 @@ void update_separable(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
   CornerMotion<Dim> corners_of(patch, step.dt);
   PrescribedMotion<Dim> prescribed(patch, step);
   Advanced<Real> all;
-  for_each_supported_run(
+  for_each_general_bin(
       patch, bins,
-      [&](const auto& basis, const ParticleBin& run, const Local* nodes)
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
           __attribute__((always_inline)) {
             constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
             const bool near = std::any_of(nodes, nodes + n_nodes, [&](Local i) {
               return held[static_cast<std::ptrdiff_t>(i) * node_width + mass_lane] != 0.0;
             });
             const auto of_cell = rate_of_cell<Dim>(basis, analysis, v, nodes);
-            const VelocityUpdate update = updates.of(run);
-            auto to = gradients ? gradients->begin(run, bins) : 0;
-            prescribed.begin(run);
-            for (Local p = run.begin; p < run.end; p += lanes<Real>, to += lanes<Real>) {
-              const Local n = run.end - p;
+            const VelocityUpdate update = updates.of(bin);
+            auto to = gradients ? gradients->begin(bin, bins) : 0;
+            prescribed.begin(bin);
+            for (Local p = bin.begin; p < bin.end; p += lanes<Real>, to += lanes<Real>) {
+              const Local n = bin.end - p;
               Fields<Dim, Real> at;
               fields_at<Dim>(basis, analysis.affine, p, v, spread, a, nodes, at);
               LAHAR_UNROLL
@@ -148,7 +148,7 @@ void update_separable(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
               corners_of.move(basis, p, n, v, nodes, at.v);
               advance(rows, p, n, at.v, at.a, update, step.dt, updates.mass(), all, apart);
             }
-            prescribed.end(run);
+            prescribed.end(bin);
           });
   note(patch, all);
 }

@@ -216,12 +216,12 @@ struct Products {
   LAHAR_INLINE NodePair at(int k, int l, Local j) const { return rows.at(k * reached + l, j); }
 };
 
-/// Add sum_p N_i q_p over a run. `values(p, n, q)` fills q for the particles from p on.
+/// Add sum_p N_i q_p over a bin. `values(p, n, q)` fills q for the particles from p on.
 template <class Real, class Values>
-LAHAR_INLINE void scatter(const Basis& basis, const ParticleBin& run, SumsWindow& window,
+LAHAR_INLINE void scatter(const Basis& basis, const ParticleBin& bin, SumsWindow& window,
                           Values values) {
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Local n = std::min<Local>(run.end - p, lanes<Real>);
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+    const Local n = std::min<Local>(bin.end - p, lanes<Real>);
     using In = Octants<Real>;
     Real w[3][axis_nodes], s[3], q[node_width];
     basis.weights(p, w);
@@ -247,15 +247,15 @@ LAHAR_INLINE void scatter(const Basis& basis, const ParticleBin& run, SumsWindow
 /// a column of C times the cell's length.
 template <class Real>
 LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<3>& particle,
-                                  const ParticleBin& run, SumsWindow& window) {
+                                  const ParticleBin& bin, SumsWindow& window) {
   double length[3];
   for (int d = 0; d < 3; ++d) length[d] = basis.cell_length(d);
   alignas(64) double turned[axis_nodes][node_width];  // the nodes' numbers along the first axis
   for (int k = 0; k < axis_nodes; ++k)
     store(NodeVector(static_cast<double>(k)), turned[window.slot(k)]);
   const NodeRow number = {load<NodePair>(turned[0]), load<NodePair>(turned[2])};
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Local n = std::min<Local>(run.end - p, lanes<Real>);
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+    const Local n = std::min<Local>(bin.end - p, lanes<Real>);
     using In = Octants<Real>;
     Real w[3][axis_nodes], s[3], m, v[3], C[3][3];
     basis.weights(p, w);
@@ -302,13 +302,13 @@ LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<3>&
   }
 }
 
-/// Internal force of a run: -sum_p S_p grad N_i. Of each component, S_ax dN/dx + S_ay dN/dy goes
+/// Internal force of a bin: -sum_p S_p grad N_i. Of each component, S_ax dN/dx + S_ay dN/dy goes
 /// with the weight of the third axis and S_az N with its slope.
 template <class Real, class Stress>
-LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const ParticleBin& run,
+LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const ParticleBin& bin,
                                  SumsWindow& window) {
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Local n = std::min<Local>(run.end - p, lanes<Real>);
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+    const Local n = std::min<Local>(bin.end - p, lanes<Real>);
     using In = Octants<Real>;
     Real w[3][axis_nodes], dw[3][axis_nodes], s[3], S[3][3];
     basis.weights(p, w, dw);
@@ -350,17 +350,17 @@ LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const
   }
 }
 
-/// Call body(basis, run, window) for every run that is not empty.
+/// Call body(basis, bin, window) for every bin that is not empty.
 template <class Body>
-LAHAR_INLINE void for_each_spline_run(const Patch<3>& patch, ParticleBins bins, double* sums,
+LAHAR_INLINE void for_each_spline_bin(const Patch<3>& patch, ParticleBins bins, double* sums,
                                       Body body) {
   const Splines cells(patch);
   SumsWindow window(patch.topology, sums);
-  for (ParticleBin& run : bins) {
-    if (run.begin == run.end) continue;
-    const Basis basis = cells[run.cell];
-    window.move_to(run.cell);
-    body(basis, run, window);
+  for (ParticleBin& bin : bins) {
+    if (bin.begin == bin.end) continue;
+    const Basis basis = cells[bin.cell];
+    window.move_to(bin.cell);
+    body(basis, bin, window);
   }
   window.finish();
 }
@@ -371,19 +371,19 @@ template <class Real>
 void map_spline_momentum(Patch<3>& patch, ParticleBins bins, double* sums) {
   const ParticleMomentum<3> particle(patch.particles);
   if (particle.is_affine())
-    return for_each_spline_run(
+    return for_each_spline_bin(
         patch, bins, sums,
-        [&](const Basis& basis, const ParticleBin& run, SumsWindow& window) __attribute__((
-            always_inline)) { affine_momentum<Real>(basis, particle, run, window); });
+        [&](const Basis& basis, const ParticleBin& bin, SumsWindow& window) __attribute__((
+            always_inline)) { affine_momentum<Real>(basis, particle, bin, window); });
   const auto values = [&](Local p, Local n, Real(&q)[4]) __attribute__((always_inline)) {
     q[mass_lane] = load_first<Real>(particle.m + p, n);
     LAHAR_UNROLL
     for (std::size_t d = 0; d < 3; ++d) q[d] = q[mass_lane] * load<Real>(particle.v[d] + p);
   };
-  for_each_spline_run(
+  for_each_spline_bin(
       patch, bins, sums,
-      [&](const Basis& basis, const ParticleBin& run, SumsWindow& window)
-          __attribute__((always_inline)) { scatter<Real>(basis, run, window, values); });
+      [&](const Basis& basis, const ParticleBin& bin, SumsWindow& window)
+          __attribute__((always_inline)) { scatter<Real>(basis, bin, window, values); });
 }
 
 template <class Real>
@@ -395,12 +395,12 @@ void map_spline_pressure(Patch<3>& patch, const StepContext<3>& step, ParticleBi
     q[0] = load_first<Real>(m + p, n) * load<Real>(pressure + p);
     q[1] = q[2] = q[3] = Real(0.0);
   };
-  for_each_spline_run(
+  for_each_spline_bin(
       patch, bins, sums,
-      [&](const Basis& basis, const ParticleBin& run, SumsWindow& window)
+      [&](const Basis& basis, const ParticleBin& bin, SumsWindow& window)
           __attribute__((always_inline)) {
-            if (has_pressure(step.model->materials[run.material].law))
-              scatter<Real>(basis, run, window, values);
+            if (has_pressure(step.model->materials[bin.material].law))
+              scatter<Real>(basis, bin, window, values);
           });
 }
 
@@ -409,25 +409,25 @@ void map_spline_force(Patch<3>& patch, const StepContext<3>& step, ParticleBins 
                       double* sums) {
   const ParticleStress<3> stress(patch.particles);
   const Local* nodes = patch.topology.support_nodes.data();
-  for_each_spline_run(
+  for_each_spline_bin(
       patch, bins, sums,
-      [&](const Basis& basis, const ParticleBin& run,
+      [&](const Basis& basis, const ParticleBin& bin,
           SumsWindow& window) __attribute__((always_inline)) {
-        internal_force<Real>(basis, stress, run, window);
-        if (!has_particle_forces(run, *step.model)) return;
+        internal_force<Real>(basis, stress, bin, window);
+        if (!has_particle_forces(bin, *step.model)) return;
         window.finish();
-        particle_force(basis, patch, run,
-                       nodes + static_cast<std::ptrdiff_t>(tensor_nodes<3>) * run.cell, step, sums);
+        particle_force(basis, patch, bin,
+                       nodes + static_cast<std::ptrdiff_t>(tensor_nodes<3>) * bin.cell, step, sums);
       });
 }
 
 template <class Real>
 void map_spline_gradient(Patch<3>& patch, ParticleBins bins, double* sums) {
   const UnitPressure<3> pressure{patch.particles.row(Column::volume)};
-  for_each_spline_run(
+  for_each_spline_bin(
       patch, bins, sums,
-      [&](const Basis& basis, const ParticleBin& run, SumsWindow& window)
-          __attribute__((always_inline)) { internal_force<Real>(basis, pressure, run, window); });
+      [&](const Basis& basis, const ParticleBin& bin, SumsWindow& window)
+          __attribute__((always_inline)) { internal_force<Real>(basis, pressure, bin, window); });
 }
 
 #define LAHAR_INSTANTIATE(Real)                                                           \

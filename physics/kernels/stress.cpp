@@ -68,21 +68,21 @@ struct Rows {
 };
 
 template <int Dim>
-void mark_collapse(Patch<Dim>& patch, const ParticleBin& run, double volumetric) {
+void record_collapse(Patch<Dim>& patch, const ParticleBin& bin, double volumetric) {
   if (patch.fault.kind != ParticleFault::Kind::none) return;
   patch.fault.kind =
       std::isfinite(volumetric) ? ParticleFault::Kind::volume : ParticleFault::Kind::not_finite;
-  patch.fault.particle = patch.particles.id[static_cast<std::size_t>(run.begin)];
-  patch.fault.count = run.end - run.begin;
+  patch.fault.particle = patch.particles.id[static_cast<std::size_t>(bin.begin)];
+  patch.fault.count = bin.end - bin.begin;
   for (int d = 0; d < Dim; ++d)
     patch.fault.position[static_cast<std::size_t>(d)] =
-        patch.particles.row(Column::x, d)[run.begin];
+        patch.particles.row(Column::x, d)[bin.begin];
 }
 
 /// Lanes of the particles from p on for which the law failed, `before` with their stress before.
 template <int Dim, class Real>
-[[gnu::noinline]] void mark_failures(Patch<Dim>& patch, const ParticleBin& run, Local p,
-                                     const Failures& failures, const Real* before) {
+[[gnu::noinline]] void record_failures(Patch<Dim>& patch, const ParticleBin& bin, Local p,
+                                       const Failures& failures, const Real* before) {
   for (int lane = 0; lane < lanes<Real>; ++lane) {
     patch.work.divided += failures.divided >> lane & 1;
     if (!(failures.failed >> lane & 1)) continue;
@@ -91,7 +91,7 @@ template <int Dim, class Real>
     if (fault.kind != ParticleFault::Kind::none) continue;
     fault.kind = ParticleFault::Kind::law;
     fault.particle = patch.particles.id[static_cast<std::size_t>(p + lane)];
-    fault.material = run.material;
+    fault.material = bin.material;
     fault.count = 1;
     for (std::size_t k = 0; k < stress_components<Dim>; ++k) fault.stress[k] = before[k][lane];
     for (int d = 0; d < Dim; ++d) {
@@ -118,7 +118,7 @@ LAHAR_INLINE void store_state(const Real* state, const std::array<double*, most_
     if (!LawType::state[k].of_stress) store_first(state[k], rows[k] + p, n);
 }
 
-/// Velocity gradient in a run's cell with linear functions, and its trace at the cell's centre.
+/// Velocity gradient in a bin's cell with linear functions, and its trace at the cell's centre.
 template <int Dim, class Map>
 struct LinearGradient {
   static constexpr bool domains = false;  ///< particles may have a domain
@@ -126,10 +126,10 @@ struct LinearGradient {
   CornerDifferences<Dim> difference;
   double centre_trace = 0.0;
 
-  LAHAR_INLINE LinearGradient(const Patch<Dim>& patch, const Map& cell_map, const ParticleBin& run)
+  LAHAR_INLINE LinearGradient(const Patch<Dim>& patch, const Map& cell_map, const ParticleBin& bin)
       : map(cell_map),
         difference(patch.velocity.data(),
-                   patch.topology.corner_nodes[static_cast<std::size_t>(run.cell)]) {
+                   patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)]) {
     double Gc[Dim][Dim], Lc[Dim][Dim];
     difference.centre_gradient(Gc);
     map.to_physical_centre(Gc, Lc);
@@ -146,7 +146,7 @@ struct LinearGradient {
   double least_trace(Local) const { return centre_trace; }
 };
 
-/// The same from rows that hold the gradients of a run's particles.
+/// The same from rows that hold the gradients of a bin's particles.
 template <int Dim>
 struct StoredGradient {
   static constexpr bool domains = true;
@@ -154,8 +154,8 @@ struct StoredGradient {
   const double* trace;
   Local begin;
 
-  StoredGradient(const VelocityGradients<Dim>& from, Local first, Local run_begin)
-      : trace(from.trace.data() + first), begin(run_begin) {
+  StoredGradient(const VelocityGradients<Dim>& from, Local first, Local bin_begin)
+      : trace(from.trace.data() + first), begin(bin_begin) {
     for (std::size_t k = 0; k < rows.size(); ++k) rows[k] = from.L[k].data() + first;
   }
   template <class Real>
@@ -206,11 +206,11 @@ LAHAR_INLINE void move_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], 
   if (rows.next_vectors[0]) deform_domain(rows, L, dt, p, n);
 }
 
-/// Volume of a run's cell, or of a cube of its smallest width, as a multiple of that of the
+/// Volume of a bin's cell, or of a cube of its smallest width, as a multiple of that of the
 /// material of its particles.
 template <int Dim>
-double space_of(const Patch<Dim>& patch, const ParticleBin& run) {
-  const auto c = static_cast<std::size_t>(run.cell);
+double space_of(const Patch<Dim>& patch, const ParticleBin& bin) {
+  const auto c = static_cast<std::size_t>(bin.cell);
   double space = 1, material = 0;
   for (std::size_t d = 0; d < Dim; ++d)
     space *= patch.cartesian ? 2.0 / patch.box[c][Dim + d] : patch.cell_size[c];
@@ -222,20 +222,20 @@ double space_of(const Patch<Dim>& patch, const ParticleBin& run) {
   return space / material;
 }
 
-/// One run with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
+/// One bin with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
 /// With Gaps the column Column::opening is there, and volumes are of the material.
 template <bool Gaps, int Dim, class Real, class Gradient, class LawType>
-LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const ParticleBin& run,
+LAHAR_INLINE Real update_bin(Patch<Dim>& patch, const Gradient& gradient, const ParticleBin& bin,
                              const Rows<Dim>& rows, const StepContext<Dim>& step, StressPart part,
                              const LawType& law) {
   const double dt = step.dt;
-  const double least = dt * gradient.least_trace(run.end - run.begin);
-  if (!(1.0 + least > 0.0)) mark_collapse(patch, run, least);
-  const double space = Gaps ? space_of(patch, run) : 0.0;
+  const double least = dt * gradient.least_trace(bin.end - bin.begin);
+  if (!(1.0 + least > 0.0)) record_collapse(patch, bin, least);
+  const double space = Gaps ? space_of(patch, bin) : 0.0;
 
   Real work(0.0);
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Local n = run.end - p;
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+    const Local n = bin.end - p;
     prefetch(rows.stress, p);
     LawInput<Dim, Real> in;
     in.volumetric = gradient.at(p, in.gradient) * dt;
@@ -272,7 +272,7 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
       const auto apply = [&](const LawInput<Dim, Real>& given) __attribute__((always_inline)) {
         const Failures failures = update(law, given, stress, state);
         if constexpr (may_fail) {
-          if (failures.failed | failures.divided) mark_failures(patch, run, p, failures, before);
+          if (failures.failed | failures.divided) record_failures(patch, bin, p, failures, before);
         }
       };
       if constexpr (Gaps) {
@@ -302,7 +302,7 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
         if (!step.model->analysis.volume_as_cbgeo)
           power -=
               (pressure_before + state[0]) * (in.volumetric * (1.0 / dt) - volumetric_rate(in));
-      // Beyond the run laws may see anything, also what is not finite.
+      // Beyond the bin laws may see anything, also what is not finite.
       work += first_lanes(Real((0.5 * dt) * load<Real>(rows.volume + p) * power), n);
     }
   }
@@ -311,15 +311,15 @@ LAHAR_INLINE Real update_run(Patch<Dim>& patch, const Gradient& gradient, const 
 
 /// The same with gaps where the law has a limit of tension and the particles a column for them.
 template <int Dim, class Real, class Gradient, class LawType>
-LAHAR_INLINE Real update_one_run(Patch<Dim>& patch, const Gradient& gradient,
-                                 const ParticleBin& run, const Rows<Dim>& rows,
+LAHAR_INLINE Real update_one_bin(Patch<Dim>& patch, const Gradient& gradient,
+                                 const ParticleBin& bin, const Rows<Dim>& rows,
                                  const StepContext<Dim>& step, StressPart part,
                                  const LawType& law) {
   if constexpr (Opens<LawType, Dim, Real>) {
     if (rows.opening)
-      return update_run<true, Dim, Real>(patch, gradient, run, rows, step, part, law);
+      return update_bin<true, Dim, Real>(patch, gradient, bin, rows, step, part, law);
   }
-  return update_run<false, Dim, Real>(patch, gradient, run, rows, step, part, law);
+  return update_bin<false, Dim, Real>(patch, gradient, bin, rows, step, part, law);
 }
 
 }  // namespace
@@ -335,7 +335,7 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
     general::find_gradients<Dim, Real>(patch, step, bins, found);
     gradients = &found;
   }
-  // Runs of one material together: its law is found once.
+  // Bins of one material together: its law is found once.
   for (std::size_t from = 0, to = 0; from < bins.size(); from = to) {
     while (to < bins.size() && bins[to].material == bins[from].material) ++to;
     std::visit(
@@ -346,17 +346,17 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
           of_law.dilatancy = dilatancy(given);
           if (general::is(patch)) {
             for (std::size_t r = from; r < to; ++r)
-              if (const ParticleBin& run = bins[r]; run.begin < run.end)
-                work += update_one_run<Dim, Real>(
-                    patch, StoredGradient<Dim>(*gradients, gradients->first[r], run.begin), run,
+              if (const ParticleBin& bin = bins[r]; bin.begin < bin.end)
+                work += update_one_bin<Dim, Real>(
+                    patch, StoredGradient<Dim>(*gradients, gradients->first[r], bin.begin), bin,
                     of_law, step, part, law);
             return;
           }
-          for_each_run(
+          for_each_bin(
               patch, bins.subspan(from, to - from),
-              [&](const auto& map, const ParticleBin& run) __attribute__((always_inline)) {
-                const LinearGradient<Dim, std::decay_t<decltype(map)>> gradient(patch, map, run);
-                work += update_one_run<Dim, Real>(patch, gradient, run, of_law, step, part, law);
+              [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {
+                const LinearGradient<Dim, std::decay_t<decltype(map)>> gradient(patch, map, bin);
+                work += update_one_bin<Dim, Real>(patch, gradient, bin, of_law, step, part, law);
               });
         },
         step.model->materials[bins[from].material].law);

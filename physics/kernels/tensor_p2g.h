@@ -74,14 +74,14 @@ struct TensorSums {
   }
 };
 
-/// Add sum_p N_i q_p over a run to components `lane(k)`, k < Width, of its cell's nodes.
+/// Add sum_p N_i q_p over a bin to components `lane(k)`, k < Width, of its cell's nodes.
 /// `values(p, n, q)` fills q for the particles from p on.
 template <int Dim, int Width, class Real, TensorBasis Basis, class Values, class Lane>
-LAHAR_INLINE void scatter(const Basis& basis, const ParticleBin& run, const Local* nodes,
+LAHAR_INLINE void scatter(const Basis& basis, const ParticleBin& bin, const Local* nodes,
                           double* sums, Values values, Lane lane) {
   TensorSums<Dim, Width> sum;
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Local n = std::min<Local>(run.end - p, lanes<Real>);
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+    const Local n = std::min<Local>(bin.end - p, lanes<Real>);
     Real w[Dim][axis_nodes], q[Width];
     basis.weights(p, w);
     values(p, n, q);
@@ -127,11 +127,11 @@ alignas(64) inline constexpr double along_second[halves][8] = {{0, 0, 0, 0, 1, 1
 /// along the third axis goes with its weight and the rest with its weight times the node's number.
 template <int Dim, class Real, TensorBasis Basis>
 LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<Dim>& particle,
-                                  const Patch<Dim>&, const ParticleBin& run, const Local* nodes,
+                                  const Patch<Dim>&, const ParticleBin& bin, const Local* nodes,
                                   double* sums) {
   TensorSums<Dim, Dim + 1> sum;
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Local n = std::min<Local>(run.end - p, lanes<Real>);
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+    const Local n = std::min<Local>(bin.end - p, lanes<Real>);
     Real w[Dim][axis_nodes], s[Dim], m, v[Dim], C[Dim][Dim];
     basis.weights(p, w);
     basis.place(p, s);
@@ -190,14 +190,14 @@ LAHAR_INLINE void affine_momentum(const Basis& basis, const ParticleMomentum<Dim
   sum.add_to(sums, nodes, [](int k) { return k == Dim ? mass_lane : k; });
 }
 
-/// Internal force of a run: -sum_p S_p grad N_i. Of each component, S_ax dN/dx + S_ay dN/dy goes
+/// Internal force of a bin: -sum_p S_p grad N_i. Of each component, S_ax dN/dx + S_ay dN/dy goes
 /// with the weight of the third axis and S_az N with its slope.
 template <int Dim, class Real, TensorBasis Basis, class Stress>
-LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const ParticleBin& run,
+LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const ParticleBin& bin,
                                  const Local* nodes, double* sums) {
   TensorSums<Dim, Dim> sum;
-  for (Local p = run.begin; p < run.end; p += lanes<Real>) {
-    const Local n = std::min<Local>(run.end - p, lanes<Real>);
+  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+    const Local n = std::min<Local>(bin.end - p, lanes<Real>);
     Real w[Dim][axis_nodes], dw[Dim][axis_nodes], S[Dim][Dim];
     basis.weights(p, w, dw);
     stress.at(p, n, S);

@@ -1,4 +1,4 @@
-/// \file Velocity gradients of the particles of some runs, from one kernel for another.
+/// \file Velocity gradients of the particles of some bins, from one kernel for another.
 #pragma once
 
 #include <array>
@@ -13,26 +13,26 @@ namespace lahar {
 /// one kind of cell more, not for every basis.
 template <int Dim>
 struct VelocityGradients {
-  std::vector<Local> first;  ///< by position of the run: where its particles begin, in whole packs
+  std::vector<Local> first;  ///< by position of the bin: where its particles begin, in whole packs
   std::array<NodeArray, static_cast<std::size_t>(Dim) * Dim> L;  ///< Dim a + b: dv_a/dx_b [1/s]
   NodeArray trace;  ///< [1/s] at the particle, or that of the cell (Analysis::volume_as_cbgeo)
 
-  /// Room for the particles of these runs, in packs of so many lanes.
+  /// Room for the particles of these bins, in packs of so many lanes.
   void make_room(ParticleBins bins, int lanes) {
     first.clear();
     Local size = 0;
-    for (const ParticleBin& run : bins) {
+    for (const ParticleBin& bin : bins) {
       first.push_back(size);
-      size += (run.end - run.begin + lanes - 1) / lanes * lanes;
+      size += (bin.end - bin.begin + lanes - 1) / lanes * lanes;
     }
     const auto room = static_cast<std::size_t>(size);
     if (trace.size() >= room) return;
     for (NodeArray& row : L) row.resize(room);
     trace.resize(room);
   }
-  /// Where those of a run begin.
-  LAHAR_INLINE std::size_t begin(const ParticleBin& run, ParticleBins bins) const {
-    return static_cast<std::size_t>(first[static_cast<std::size_t>(&run - bins.data())]);
+  /// Where those of a bin begin.
+  LAHAR_INLINE std::size_t begin(const ParticleBin& bin, ParticleBins bins) const {
+    return static_cast<std::size_t>(first[static_cast<std::size_t>(&bin - bins.data())]);
   }
   template <class Real>
   LAHAR_INLINE void put(std::size_t at, const Real (&gradient)[Dim][Dim], const Real& trace_there) {

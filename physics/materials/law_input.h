@@ -17,7 +17,7 @@ struct LawInput {
   Real gradient[Dim][Dim];  ///< velocity gradient dv_a/dx_b [1/s]
   double dt;                ///< [s]
   Real volumetric;  ///< volumetric strain increment of fluids [-] (Analysis::volume_as_cbgeo)
-  unsigned active = all_of;  ///< bit per lane: of the others (beyond a run) nothing is kept
+  unsigned active = all_of;  ///< bit per lane: of the others (beyond a bin) nothing is kept
   static constexpr unsigned all_of = (1u << lanes<Real>)-1;
 };
 

@@ -332,28 +332,7 @@ std::vector<Index> CellTable<Dim>::bins_of(Index cell) const {
   return bins;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                   \
-  template CellTable<Dim>::CellTable(const CellTable&, std::span<const Index>,                   \
-                                     std::vector<std::vector<std::byte>>, bool);                 \
-  template void CellTable<Dim>::take(const TablePiece<Dim>&);                                    \
-  template CellTable<Dim>::CellTable(TablePiece<Dim>, Element, Index, Index, bool);              \
-  template void CellTable<Dim>::check_share(bool) const;                                         \
-  template void CellTable<Dim>::add_to(CellSums<Dim>&) const;                                    \
-  template void CellTable<Dim>::complete(const CellSums<Dim>&);                                  \
-  template Index CellTable<Dim>::n_bins() const;                                                 \
-  template Index CellTable<Dim>::bin_of(const Vec<Dim>&) const;                                  \
-  template std::vector<Index> CellTable<Dim>::bins_of(Index) const;                              \
-  template std::vector<Index> CellTable<Dim>::bins_near(std::span<const Index>) const;           \
-  template CellTable<Dim> CellTable<Dim>::part(std::span<const Index>,                           \
-                                               std::vector<std::vector<std::byte>>, bool) const; \
-  template std::vector<std::byte> CellTable<Dim>::pack(std::span<const Index>) const;            \
-  template TablePiece<Dim> CellTable<Dim>::piece(std::span<const Index>) const;                  \
-  template std::vector<Index> CellTable<Dim>::touched_bins() const;                              \
-  template std::vector<Index> CellTable<Dim>::marked_cells(const std::vector<char>&) const;      \
-  template std::vector<Index> CellTable<Dim>::widened(std::span<const Index>, int) const;        \
-  template std::vector<Index> CellTable<Dim>::cells_near(std::span<const Index>) const;          \
-  template std::size_t CellTable<Dim>::bytes() const;
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
+template class CellTable<2>;
+template class CellTable<3>;
 
 }  // namespace lahar

@@ -257,24 +257,9 @@ bool CellTable<Dim>::is_near(const Point& x, Index cell) const {
   return (x.array() >= low.array()).all() && (x.array() <= high.array()).all();
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                   \
-  template struct BoundingGrid<Dim>;                                                             \
-  template std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::padded(                                 \
-      const std::pair<Vec<Dim>, Vec<Dim>>&) const;                                               \
-  template std::pair<Vec<Dim>, Vec<Dim>> CellTable<Dim>::reach(Index) const;                     \
-  template bool CellTable<Dim>::may_contain(Index, const Vec<Dim>&) const;                       \
-  template bool CellTable<Dim>::share_node(Index, Index) const;                                  \
-  template bool CellTable<Dim>::is_near(const Vec<Dim>&, Index) const;                           \
-  template void CellTable<Dim>::choose_bins(const CellSums<Dim>&);                               \
-  template void CellTable<Dim>::fill_bins();                                                     \
-  template double CellTable<Dim>::shortest_extent(Index) const;                                  \
-  template bool CellTable<Dim>::map_to(Index, const Vec<Dim>&, Vec<Dim>&) const;                 \
-  template std::optional<Vec<Dim>> CellTable<Dim>::natural_of(Index, const Vec<Dim>&) const;     \
-  template typename CellTable<Dim>::Found CellTable<Dim>::locate(const Vec<Dim>&) const;         \
-  template typename CellTable<Dim>::Found CellTable<Dim>::walk(const Vec<Dim>&, Index, Vec<Dim>) \
-      const;                                                                                     \
-  template typename CellTable<Dim>::Found CellTable<Dim>::locate_from(const Vec<Dim>&, Index) const;
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
+template class CellTable<2>;
+template class CellTable<3>;
+template struct BoundingGrid<2>;
+template struct BoundingGrid<3>;
 
 }  // namespace lahar

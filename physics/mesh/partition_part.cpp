@@ -163,20 +163,13 @@ std::vector<Index> surrounding_cells(const Mesh<Dim>& mesh, const Partition<Dim>
   return result;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                   \
-  template Partition<Dim>::Partition(const Mesh<Dim>&, const Partition&);                        \
-  template Partition<Dim> Partition<Dim>::part(const Mesh<Dim>&, std::span<const Index>,         \
-                                               std::span<const std::vector<std::byte>>) const;   \
-  template Partition<Dim>::Partition(const Mesh<Dim>&, Index, std::span<const Row>);             \
-  template void Partition<Dim>::hold(std::span<const Row>);                                      \
-  template std::vector<std::byte> Partition<Dim>::pack(std::span<const Index>) const;            \
-  template bool Partition<Dim>::holds(Index) const;                                              \
-  template std::size_t Partition<Dim>::bytes() const;                                            \
-  template std::vector<Index> surrounding_patches(const Partition<Dim>&, std::span<const Index>, \
-                                                  int);                                          \
-  template std::vector<Index> surrounding_cells(const Mesh<Dim>&, const Partition<Dim>&,         \
-                                                std::span<const Index>, int);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
+template class Partition<2>;
+template class Partition<3>;
+template std::vector<Index> surrounding_patches(const Partition<2>&, std::span<const Index>, int);
+template std::vector<Index> surrounding_cells(const Mesh<2>&, const Partition<2>&,
+                                              std::span<const Index>, int);
+template std::vector<Index> surrounding_patches(const Partition<3>&, std::span<const Index>, int);
+template std::vector<Index> surrounding_cells(const Mesh<3>&, const Partition<3>&,
+                                              std::span<const Index>, int);
 
 }  // namespace lahar

@@ -84,11 +84,7 @@ void Partition<Dim>::split_rows(std::span<const PatchSplit> splits) {
   hold(held);
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                             \
-  template void Partition<Dim>::split(std::span<const PatchSplit>);        \
-  template void Partition<Dim>::split_bricks(std::span<const PatchSplit>); \
-  template void Partition<Dim>::split_rows(std::span<const PatchSplit>);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
+template class Partition<2>;
+template class Partition<3>;
 
 }  // namespace lahar

@@ -69,10 +69,10 @@ Vec<Dim> traction_on(const Particles<Dim>& particles, Local p, const StepContext
   return f;
 }
 
-/// True if particles of a run may have forces of their own.
+/// True if particles of a bin may have forces of their own.
 template <int Dim>
-bool has_particle_forces(const ParticleBin& run, const Model<Dim>& model) {
-  return run.loaded || model.body_force;
+bool has_particle_forces(const ParticleBin& bin, const Model<Dim>& model) {
+  return bin.loaded || model.body_force;
 }
 
 /// Force of tractions and of Model::body_force on particle p [N].

@@ -22,7 +22,7 @@ struct SlotCopy {
 /// A block of particles. Rows of doubles (one per column component) with a common stride, so that
 /// component k of column c of particle p is `row(c, k)[p]`. Reading one vector beyond the last
 /// particle is always allowed. The particles of a patch lie in slots of which some are free
-/// (Patch::runs). Order is canonical: it depends on the history of the patch only.
+/// (Patch::bins). Order is canonical: it depends on the history of the patch only.
 template <int Dim>
 class Particles {
  public:

@@ -28,12 +28,12 @@ namespace lahar {
 struct ParticleBin {
   Local cell;
   Local begin, end;        ///< particles [begin, end)
-  Local limit;             ///< first slot that is not this run's
-  Local next = -1;         ///< another run of the same cell, -1 = none
+  Local limit;             ///< first slot that is not this bin's
+  Local next = -1;         ///< another bin of the same cell, -1 = none
   std::uint16_t material;  ///< index into the materials
   bool loaded;             ///< some particle has a load or a prescribed velocity
 };
-/// Runs that a kernel works on: all of a patch, or some that fit in a first- or second-level cache.
+/// Bins that a kernel works on: all of a patch, or some that fit in a first- or second-level cache.
 using ParticleBins = std::span<ParticleBin>;
 
 /// Node quantities that neighbours sum. Each is a private partial sum of this patch, exchanged once
@@ -96,7 +96,7 @@ struct PatchWork {
   bool operator==(const PatchWork&) const = default;
 };
 
-/// Something that a kernel found wrong with a particle or node; kernels mark, the step reports.
+/// Something that a kernel found wrong with a particle or node. The step reports it.
 struct ParticleFault {
   enum class Kind { none, left_mesh, not_finite, volume, moved_too_far, law, domain, folded };
   Kind kind = Kind::none;
@@ -105,7 +105,7 @@ struct ParticleFault {
   std::array<double, 3> velocity{};
   std::array<double, 6> stress{};  ///< [Pa] before the increment; of Kind::law
   std::uint16_t material = 0;      ///< index into the materials; of Kind::law
-  Index count = 0;                 ///< particles marked in this patch and step
+  Index count = 0;                 ///< particles with this fault in this patch and step
 };
 
 /// What all patches share and kernels only read.
@@ -145,13 +145,13 @@ struct Patch {
   BasisKind basis = BasisKind::linear;  ///< others need topology.support_nodes
   Element element = multilinear<Dim>;   ///< of the mesh
   bool lagrange_functions = false;      ///< Analysis::lagrange_functions
-  Particles<Dim> particles;             ///< slots, of which those in runs are in use
+  Particles<Dim> particles;             ///< slots, of which those in bins are in use
   std::vector<ParticleBin> bins;
   std::vector<Local> first_bin;  ///< by local cell, -1 = none
-  Local count = 0;               ///< particles in runs
+  Local count = 0;               ///< particles in bins
   int added_bins = 0;            ///< since the last sort, for cells without a free slot
-  bool sorted = false;           ///< runs describe the particles
-  bool moving = false;           ///< has been sorted after particles moved: runs get a free slot
+  bool sorted = false;           ///< bins describe the particles
+  bool moving = false;           ///< has been sorted after particles moved: bins get a free slot
   bool idle = false;             ///< no particles and all partial sums zero
   /// By local cell: a patch that does not exist is so near that particles may soon be in it; empty
   /// where none is. Where such a cell gets particles, the patch needs its surroundings.
@@ -183,11 +183,11 @@ struct Patch {
   Local body_nodes = 0;          ///< nodes of one body; 0 = not set, there is one
   std::vector<Local> body_cell;  ///< by material: first local cell of its body; empty = one body
   ContactState<Dim> contact;
-  /// Nodes of cells that have runs: of a patch that is filled in part, or lies around the body,
+  /// Nodes of cells that have bins: of a patch that is filled in part, or lies around the body,
   /// nothing else is summed and integrated. Sums at other nodes are zero, their state is undefined.
   std::vector<NodeRange> active_nodes;
   std::vector<char> node_is_active;      ///< the same by local node
-  std::vector<Local> cells_to_activate;  ///< had no runs when active_nodes was made
+  std::vector<Local> cells_to_activate;  ///< had no bins when active_nodes was made
   /// By parity of the step: a sum may be other than zero. Read by neighbours, as the sums are.
   std::array<char, 2> contributes{};
 
@@ -204,8 +204,8 @@ struct Patch {
   };
   std::vector<FixedVelocity> fixed;        ///< one per node and direction, ascending nodes
   std::vector<WallPush<Dim>> wall_pushes;  ///< of this step, by `walls`; with MUSL only
-  std::vector<ConstrainedNode<Dim>>
-      walls;  ///< ascending; their prescribed velocities are not in `fixed`
+  /// Ascending; their prescribed velocities are not in `fixed`.
+  std::vector<ConstrainedNode<Dim>> walls;
   struct PointForce {
     Local node;
     int dir;
@@ -228,7 +228,7 @@ struct Patch {
   Particles<Dim> movers;               ///< left their cell in this step; `cell` is the old one
   std::vector<SlotCopy> leaving, filling, placing;  ///< scratch of locate() and receive()
   std::vector<Local> placing_cell;
-  std::vector<ParticleBin> unmapped;  ///< placed after their runs were mapped: still to be mapped
+  std::vector<ParticleBin> unmapped;  ///< placed after their bins were mapped: still to be mapped
 
   std::vector<InjectionCell> injection_cells;  ///< ascending events
   std::vector<Vec<Dim>> injection_points;      ///< [m]
@@ -274,8 +274,8 @@ struct Patch {
   /// Call body(p) with the slot of every particle.
   template <class Body>
   void for_each_particle(Body body) const {
-    for (const ParticleBin& run : bins)
-      for (Local p = run.begin; p < run.end; ++p) body(p);
+    for (const ParticleBin& bin : bins)
+      for (Local p = bin.begin; p < bin.end; ++p) body(p);
   }
 };
 

@@ -146,13 +146,13 @@ class Cutter {
 template <int Dim>
 bool is_crowded(const Patch<Dim>& patch, Index most) {
   if (patch.count <= most) return false;
-  const auto filled = [](const ParticleBin& run) { return run.begin < run.end; };
-  const auto cell = [&](const ParticleBin& run) {  // of whichever body
-    return patch.topology.cells[static_cast<std::size_t>(run.cell)];
+  const auto filled = [](const ParticleBin& bin) { return bin.begin < bin.end; };
+  const auto cell = [&](const ParticleBin& bin) {  // of whichever body
+    return patch.topology.cells[static_cast<std::size_t>(bin.cell)];
   };
   const auto first = std::find_if(patch.bins.begin(), patch.bins.end(), filled);
-  return std::any_of(first, patch.bins.end(), [&](const ParticleBin& run) {
-    return filled(run) && cell(run) != cell(*first);
+  return std::any_of(first, patch.bins.end(), [&](const ParticleBin& bin) {
+    return filled(bin) && cell(bin) != cell(*first);
   });
 }
 

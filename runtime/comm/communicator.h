@@ -29,7 +29,7 @@ class MpiSession {
   /// All processes end here together. One that fails calls leave() before.
   ~MpiSession();
   /// To be called with the message of an error before the process ends: shows it, once where
-  /// several ranks have the same. Communicator that do not come here as well within two seconds are
+  /// several ranks have the same. Ranks that do not come here as well within two seconds are
   /// ended, by MPI_Abort() with `code`, as they may be waiting for this one for ever.
   static void leave(int code, const std::string& message);
   /// For that message: all ranks have finished the steps before `step`.

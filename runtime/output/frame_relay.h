@@ -1,4 +1,4 @@
-/// \file Communicator that give what they have of a frame to another rank, which writes it.
+/// \file Ranks that give what they have of a frame to another rank, which writes it.
 #pragma once
 
 #include <cstddef>

@@ -70,7 +70,7 @@ void prepare(Model<Dim>& model, const Communicator& ranks) {
   set_loads(model);
   if (ranks.several() && !ranks.any(!model.particles.id.empty()))
     keep_share(model.particles, ranks);
-  keep_home_lists(model, ranks);
+  keep_directory_lists(model, ranks);
 }
 
 /// The smallest brick around some cells of a structured mesh.
@@ -369,8 +369,8 @@ void PatchSet<Dim>::rebuild() {
     if (patch->work != PatchWork{}) ids.push_back(patch->topology.patch);
     if (!model_->mesh->is_structured() || patch->count == 0) continue;
     CellsAround<Dim> cells(*model_->mesh);
-    for (const ParticleBin& run : patch->bins)
-      if (run.begin < run.end) cells.add(patch->topology.cells[static_cast<std::size_t>(run.cell)]);
+    for (const ParticleBin& bin : patch->bins)
+      if (bin.begin < bin.end) cells.add(patch->topology.cells[static_cast<std::size_t>(bin.cell)]);
     filled.push_back(cells.brick());
   }
   const std::vector<Index> around = needed(filled);

@@ -10,7 +10,7 @@
 #include "io/base/memory_limit.h"
 #include "physics/particles/patch.h"
 #include "runtime/comm/communicator.h"
-#include "runtime/patches/home_lists.h"
+#include "runtime/patches/directory_lists.h"
 #include "runtime/patches/initial_particles.h"
 #include "runtime/patches/patch_filling.h"
 #include "runtime/patches/patch_renumbering.h"
@@ -59,7 +59,7 @@ class PatchSet {
   /// up to `threads` threads (0 = all). Several ranks: tables with ids are shares, which together
   /// have all particles; if no rank's has, each has the table of all, and takes its share of it. Of
   /// meshes from tables each rank has a share (shared_mesh.h), or all of it. Of what is said of
-  /// nodes and cells each rank keeps its part (home_lists.h).
+  /// nodes and cells each rank keeps its part (directory_lists.h).
   PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copies, int threads = 1,
            Communicator ranks = {}, SumMessages messages = {}, const MemoryLimit& memory = {});
   /// The same cut, with the patches of a state instead of the model's particles, which are

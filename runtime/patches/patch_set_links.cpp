@@ -255,19 +255,9 @@ PatchGraph PatchSet<Dim>::graph() const {
   return graph;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                             \
-  template std::vector<char> PatchSet<Dim>::connect_changed();                             \
-  template void PatchSet<Dim>::link();                                                     \
-  template void PatchSet<Dim>::link_own(Patch<Dim>&);                                      \
-  template void PatchSet<Dim>::link_elsewhere(Patch<Dim>&, RemotePatch<Dim>&);             \
-  template void PatchSet<Dim>::mirror_nodes();                                             \
-  template void PatchSet<Dim>::find_sends();                                               \
-  template std::vector<std::vector<int>> PatchSet<Dim>::neighbours() const;                \
-  template std::vector<char> PatchSet<Dim>::find_halo_edge_cells(const Patch<Dim>&) const; \
-  template PatchGraph PatchSet<Dim>::graph() const;                                        \
-  template std::vector<Index> shared_nodes(const PatchTopology<Dim>&);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class PatchSet<2>;
+template class PatchSet<3>;
+template std::vector<Index> shared_nodes(const PatchTopology<2>&);
+template std::vector<Index> shared_nodes(const PatchTopology<3>&);
 
 }  // namespace lahar

@@ -173,14 +173,7 @@ void PatchSet<Dim>::set_conditions() {
   });
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                    \
-  template void PatchSet<Dim>::set_conditions();                                                  \
-  template void PatchSet<Dim>::need_memory(std::span<const Index>, std::span<const Index>, Index) \
-      const;                                                                                      \
-  template PatchTopology<Dim> PatchSet<Dim>::topology_of(Index) const;                            \
-  template std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index) const;
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class PatchSet<2>;
+template class PatchSet<3>;
 
 }  // namespace lahar

@@ -132,15 +132,7 @@ void PatchSet<Dim>::give_to(const std::vector<int>& owner, Index step) {
   link();
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                   \
-  template std::unique_ptr<SharedCut<Dim>> PatchSet<Dim>::make_cut(const Team&); \
-  template void PatchSet<Dim>::keep_own_mesh(const SharedCut<Dim>&);             \
-  template void PatchSet<Dim>::distribute_shared(Model<Dim>&);                   \
-  template void PatchSet<Dim>::restore_shared(const SimulationState&);           \
-  template void PatchSet<Dim>::exchange_mesh(const std::vector<int>&);           \
-  template void PatchSet<Dim>::give_to(const std::vector<int>&, Index);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class PatchSet<2>;
+template class PatchSet<3>;
 
 }  // namespace lahar

@@ -16,8 +16,8 @@ template <int Dim>
 std::vector<Index> particles_by_cell(const Patch<Dim>& patch) {
   const std::size_t n = patch.topology.cells.size() / patch.bodies();
   std::vector<Index> particles(n, 0);
-  for (const ParticleBin& run : patch.bins)
-    particles[static_cast<std::size_t>(run.cell) % n] += run.end - run.begin;
+  for (const ParticleBin& bin : patch.bins)
+    particles[static_cast<std::size_t>(bin.cell) % n] += bin.end - bin.begin;
   return particles;
 }
 
@@ -110,9 +110,9 @@ typename PatchSet<Dim>::Patches PatchSet<Dim>::parts_of(Patch<Dim>& patch, Index
   }
   std::vector<std::vector<SlotCopy>> copies(parts.size());
   std::vector<std::vector<Local>> cells(parts.size());
-  for (const ParticleBin& run : patch.bins) {
-    const auto [part, cell] = place[static_cast<std::size_t>(run.cell)];
-    for (Local p = run.begin; p < run.end; ++p) {
+  for (const ParticleBin& bin : patch.bins) {
+    const auto [part, cell] = place[static_cast<std::size_t>(bin.cell)];
+    for (Local p = bin.begin; p < bin.end; ++p) {
       copies[part].push_back({p, static_cast<Local>(cells[part].size())});
       cells[part].push_back(cell);
     }
@@ -132,12 +132,7 @@ typename PatchSet<Dim>::Patches PatchSet<Dim>::parts_of(Patch<Dim>& patch, Index
   return parts;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                    \
-  template PatchRenumbering PatchSet<Dim>::split(Index);          \
-  template void PatchSet<Dim>::renumber(const PatchRenumbering&); \
-  template typename PatchSet<Dim>::Patches PatchSet<Dim>::parts_of(Patch<Dim>&, Index, Index) const;
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class PatchSet<2>;
+template class PatchSet<3>;
 
 }  // namespace lahar

@@ -30,18 +30,18 @@ struct Head {
 };
 static_assert(std::has_unique_object_representations_v<Head>, "no padding");
 
-/// A run without what follows from the others.
-struct PackedRun {
+/// A bin without what follows from the others.
+struct PackedBin {
   Local cell, begin, end, limit;
   std::int32_t material, loaded;
 };
-static_assert(std::has_unique_object_representations_v<PackedRun>, "no padding");
+static_assert(std::has_unique_object_representations_v<PackedBin>, "no padding");
 
-/// Runs stay loaded when their loaded particles have left.
+/// Bins stay loaded when their loaded particles have left.
 template <int Dim>
 bool any_loads(const Patch<Dim>& patch) {
   return std::any_of(patch.bins.begin(), patch.bins.end(),
-                     [](const ParticleBin& run) { return run.loaded; });
+                     [](const ParticleBin& bin) { return bin.loaded; });
 }
 
 template <int Dim>
@@ -85,7 +85,7 @@ std::size_t n_bytes(Index count, std::size_t size) {
 
 /// Where the ids of the particles begin.
 std::size_t ids_offset(const Head& head) {
-  return sizeof(Head) + sizeof(PatchWork) + n_bytes(head.bins, sizeof(PackedRun));
+  return sizeof(Head) + sizeof(PatchWork) + n_bytes(head.bins, sizeof(PackedBin));
 }
 
 std::size_t bytes_of(const Head& head) {
@@ -175,30 +175,30 @@ Head read_head(std::span<const std::byte> bytes, const Patch<Dim>& patch) {
   return head;
 }
 
-/// Runs and what follows from them.
+/// Bins and what follows from them.
 template <int Dim>
-void read_runs(Reader& in, const Head& head, Patch<Dim>& patch, std::size_t materials) {
+void read_bins(Reader& in, const Head& head, Patch<Dim>& patch, std::size_t materials) {
   const Index id = patch.topology.patch;
   patch.first_bin.assign(patch.topology.cells.size(), -1);
   patch.bins.clear();
   Index particles = 0;
   for (Index r = 0; r < head.bins; ++r) {
-    const auto run = in.get<PackedRun>();
+    const auto bin = in.get<PackedBin>();
     const Local free_from = patch.bins.empty() ? 0 : patch.bins.back().limit;
-    if (run.cell < 0 || run.cell >= head.cells || run.begin < free_from || run.end < run.begin ||
-        run.limit < run.end || run.limit > head.slots || run.material < 0 ||
-        static_cast<std::size_t>(run.material) >= materials)
+    if (bin.cell < 0 || bin.cell >= head.cells || bin.begin < free_from || bin.end < bin.begin ||
+        bin.limit < bin.end || bin.limit > head.slots || bin.material < 0 ||
+        static_cast<std::size_t>(bin.material) >= materials)
       refuse(id, fmt::format("run {} is not one", r));
-    Local& first = patch.first_bin[static_cast<std::size_t>(run.cell)];
-    patch.bins.push_back({.cell = run.cell,
-                          .begin = run.begin,
-                          .end = run.end,
-                          .limit = run.limit,
+    Local& first = patch.first_bin[static_cast<std::size_t>(bin.cell)];
+    patch.bins.push_back({.cell = bin.cell,
+                          .begin = bin.begin,
+                          .end = bin.end,
+                          .limit = bin.limit,
                           .next = first,  // as place() and the sorting chain them
-                          .material = static_cast<std::uint16_t>(run.material),
-                          .loaded = run.loaded != 0});
+                          .material = static_cast<std::uint16_t>(bin.material),
+                          .loaded = bin.loaded != 0});
     first = static_cast<Local>(r);
-    particles += run.end - run.begin;
+    particles += bin.end - bin.begin;
   }
   if (particles != head.particles)
     refuse(id, fmt::format("its runs hold {} particles, not {}", particles, head.particles));
@@ -211,15 +211,15 @@ void read_particles(Reader& in, const Head& head, Patch<Dim>& patch) {
   to.resize(static_cast<Local>(head.slots));
   if (head.loads != 0) to.loads.assign(static_cast<std::size_t>(head.slots), 0);
   const auto fill = [&](auto* values) {
-    for (const ParticleBin& run : patch.bins)
-      in.get(values + run.begin, static_cast<std::size_t>(run.end - run.begin));
+    for (const ParticleBin& bin : patch.bins)
+      in.get(values + bin.begin, static_cast<std::size_t>(bin.end - bin.begin));
   };
   fill(to.id.data());
   if (head.loads != 0) fill(to.loads.data());
   for_each_row(to.layout(), [&](Column column, int k) { fill(to.row(column, k)); });
-  for (const ParticleBin& run : patch.bins) {
-    std::fill(to.cell.begin() + run.begin, to.cell.begin() + run.end, run.cell);
-    std::fill(to.material.begin() + run.begin, to.material.begin() + run.end, run.material);
+  for (const ParticleBin& bin : patch.bins) {
+    std::fill(to.cell.begin() + bin.begin, to.cell.begin() + bin.end, bin.cell);
+    std::fill(to.material.begin() + bin.begin, to.material.begin() + bin.end, bin.material);
   }
   patch.count = static_cast<Local>(head.particles);
 }
@@ -247,8 +247,8 @@ std::size_t packed_bytes(const Patch<Dim>& patch) {
   return bytes_of(head_of(patch));
 }
 
-/// Cells and materials of particles, the chains of runs, active nodes and whether the patch is idle
-/// follow from the runs. Sums of other steps and kinds are cleared before anybody reads them, nodal
+/// Cells and materials of particles, the chains of bins, active nodes and whether the patch is idle
+/// follow from the bins. Sums of other steps and kinds are cleared before anybody reads them, nodal
 /// state is computed anew, and so is the limit of the time step: what of it is still to be used is
 /// the simulation's.
 template <int Dim>
@@ -259,11 +259,11 @@ void pack(const Patch<Dim>& patch, Index step, std::byte* to) {
   for (const double work : {patch.work.internal, patch.work.external, patch.work.damping,
                             patch.work.friction, patch.work.divided})
     out.put(work);
-  for (const ParticleBin& run : patch.bins)
-    out.put(PackedRun{run.cell, run.begin, run.end, run.limit, run.material, run.loaded});
+  for (const ParticleBin& bin : patch.bins)
+    out.put(PackedBin{bin.cell, bin.begin, bin.end, bin.limit, bin.material, bin.loaded});
   const auto add = [&](const auto* values) {
-    for (const ParticleBin& run : patch.bins)
-      out.put(values + run.begin, static_cast<std::size_t>(run.end - run.begin));
+    for (const ParticleBin& bin : patch.bins)
+      out.put(values + bin.begin, static_cast<std::size_t>(bin.end - bin.begin));
   };
   const Particles<Dim>& particles = patch.particles;
   add(particles.id.data());
@@ -306,7 +306,7 @@ void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step,
   if (slots * sizeof(double) > bounds.memory)
     refuse(head.patch,
            fmt::format("its {} slots for particles take more memory than there is", head.slots));
-  read_runs(in, head, patch, bounds.materials);
+  read_bins(in, head, patch, bounds.materials);
   read_particles(in, head, patch);
   read_sums(in, head, patch, step);
   const bool filled = patch.count > 0;

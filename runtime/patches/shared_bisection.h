@@ -8,7 +8,7 @@
 
 namespace lahar {
 
-/// The patch of each cell of a share, with ids as Partition gives them. Communicator cut together
+/// The patch of each cell of a share, with ids as Partition gives them. Ranks cut together
 /// while there is more than a rank's share to cut; each then cuts some of the pieces alone.
 /// Collective.
 template <int Dim>

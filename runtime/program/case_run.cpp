@@ -351,29 +351,7 @@ bool CaseRun<Dim>::on_step(Index step, double time) {
   return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time - reserve_;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                            \
-  template CaseRun<Dim>::CaseRun(const RunArguments&, Scenario&, Console&);               \
-  template int CaseRun<Dim>::execute();                                                   \
-  template void CaseRun<Dim>::open_checkpoint_to_restart();                               \
-  template RunContinuation CaseRun<Dim>::continuation() const;                            \
-  template std::unique_ptr<RunFolder> CaseRun<Dim>::new_folder(RunInfo) const;            \
-  template void CaseRun<Dim>::begin_checkpoints(Simulation<Dim>&, const SimulationInfo&); \
-  template void CaseRun<Dim>::begin_trace(const Simulation<Dim>&, const SimulationInfo&,  \
-                                          const std::string&);                            \
-  template void CaseRun<Dim>::write_beginning(Simulation<Dim>&);                          \
-  template bool CaseRun<Dim>::is_in_folder(const CheckpointReader&) const;                \
-  template void CaseRun<Dim>::describe_restart(const Simulation<Dim>&);                   \
-  template void CaseRun<Dim>::make_folder(RunInfo);                                       \
-  template void CaseRun<Dim>::warn_of_unstable_step(const SimulationInfo&);               \
-  template void CaseRun<Dim>::describe_staging(const SimulationInfo&);                    \
-  template double CaseRun<Dim>::time_to_write(const SimulationInfo&) const;               \
-  template Index CaseRun<Dim>::planned_steps(const SimulationInfo&) const;                \
-  template Observer CaseRun<Dim>::observer();                                             \
-  template void CaseRun<Dim>::on_history(const HistoryRow&);                              \
-  template void CaseRun<Dim>::print_row(const HistoryRow&);                               \
-  template bool CaseRun<Dim>::on_step(Index, double);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class CaseRun<2>;
+template class CaseRun<3>;
 
 }  // namespace lahar

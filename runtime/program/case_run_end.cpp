@@ -191,16 +191,7 @@ void CaseRun<Dim>::report(Simulation<Dim>& simulation, const SimulationInfo& inf
       (std::filesystem::path(output_.folder) / "frames" / "particles.hdf.series").string()));
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                    \
-  template int CaseRun<Dim>::run_time_loop(Simulation<Dim>&);                                     \
-  template std::string CaseRun<Dim>::how_to_go_on() const;                                        \
-  template std::vector<StageTiming> CaseRun<Dim>::timings_of_all(std::vector<StageTiming>) const; \
-  template void CaseRun<Dim>::report_balance(const BalanceReport&, double);                       \
-  template void CaseRun<Dim>::finish(RunEnd&);                                                    \
-  template void CaseRun<Dim>::report(Simulation<Dim>&, const SimulationInfo&, const RunEnd&,      \
-                                     double, bool);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class CaseRun<2>;
+template class CaseRun<3>;
 
 }  // namespace lahar

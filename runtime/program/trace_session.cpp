@@ -53,7 +53,7 @@ json phase_list(const std::vector<Phase>& phases, const std::vector<Stage>& stag
 ClockReading read_clock(const Communicator& ranks) {
   ClockReading best{.tick = ticks()};
   if (!ranks.several()) return best;
-  // Communicator of a machine count the same ticks. On a busy one round trips would take
+  // Ranks of a machine count the same ticks. On a busy one round trips would take
   // milliseconds, as the two are seldom awake together.
   const std::vector<int> machines = ranks.machines();
   if (std::ranges::all_of(machines, [&](int m) { return m == machines.front(); })) return best;

@@ -20,7 +20,7 @@ struct ClockReading {
   double bound = 0;        ///< [ticks] that the offset may be wrong by: half of a round trip
 };
 
-/// Communicator on the machine of rank 0 have its clock; others find it by the shortest of several
+/// Ranks on the machine of rank 0 have its clock; others find it by the shortest of several
 /// round trips (Cristian 1989). Collective.
 ClockReading read_clock(const Communicator& ranks);
 

@@ -73,7 +73,7 @@ std::string describe_particle(const Particles<Dim>& particles, Local p, Index in
 }
 
 template <int Dim>
-std::string describe_mark(const ParticleFault& fault, const Model<Dim>& model, Index injected) {
+std::string describe_fault(const ParticleFault& fault, const Model<Dim>& model, Index injected) {
   constexpr std::size_t n = Dim;
   const std::string particle = fmt::format(
       "{} at {} m, velocity {} m/s", name_of(fault.particle, injected),
@@ -138,8 +138,8 @@ std::string unstable_hint(double limit) {
       limit);
 }
 
-template std::string describe_mark<2>(const ParticleFault&, const Model<2>&, Index);
-template std::string describe_mark<3>(const ParticleFault&, const Model<3>&, Index);
+template std::string describe_fault<2>(const ParticleFault&, const Model<2>&, Index);
+template std::string describe_fault<3>(const ParticleFault&, const Model<3>&, Index);
 template std::string describe_particle<2>(const Particles<2>&, Local, Index);
 template std::string describe_particle<3>(const Particles<3>&, Local, Index);
 

@@ -47,9 +47,9 @@ template <int Dim>
 std::string describe_particle(const Particles<Dim>& particles, Local p,
                               Index injected = first_injected_id);
 
-/// What a mark says, and what to do; likewise.
+/// What a fault is, and what to do; likewise.
 template <int Dim>
-std::string describe_mark(const ParticleFault& fault, const Model<Dim>& model, Index injected);
+std::string describe_fault(const ParticleFault& fault, const Model<Dim>& model, Index injected);
 
 std::string unstable_message(double dt, double limit, const std::string& particle);
 std::string unstable_hint(double limit);

@@ -24,7 +24,7 @@ namespace lahar {
 struct StudyDelays {
   Index slow_patch = -1;   ///< number of a patch whose tasks take `slow_factor` times their time
   double slow_factor = 1;  ///< at least 1
-  int late_rank = -1;      ///< rank whose threads wait `unmapped` before each message
+  int late_rank = -1;      ///< rank whose threads wait `late` before each message
   double late = 0;         ///< [s]
   double serial = 0;       ///< [s] per step in which nothing else happens on a rank
 };

@@ -123,18 +123,7 @@ void Simulation<Dim>::Impl::checkpoint_is_written(Step at) {
   next_request = at + max_lead;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                           \
-  template RunState Simulation<Dim>::Impl::run_state(Step) const;        \
-  template SimulationState Simulation<Dim>::Impl::present_state() const; \
-  template std::size_t Simulation<Dim>::Impl::state_bytes() const;       \
-  template void Simulation<Dim>::Impl::begin_keeping();                  \
-  template void Simulation<Dim>::Impl::keep(int, Step);                  \
-  template void Simulation<Dim>::Impl::hand_on_kept(Step);               \
-  template void Simulation<Dim>::Impl::plan_checkpoint(Step);            \
-  template void Simulation<Dim>::Impl::write_checkpoint();               \
-  template void Simulation<Dim>::Impl::checkpoint_is_written(Step);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template struct Simulation<2>::Impl;
+template struct Simulation<3>::Impl;
 
 }  // namespace lahar

@@ -123,7 +123,7 @@ void Simulation<Dim>::Impl::check_end() {
   for (int p = 0; p < patches.size(); ++p) {
     check_finite(patches[p]);
     if (patches[p].fault.kind != ParticleFault::Kind::none)
-      fail(output_index, p, step - 1, describe_mark(patches[p].fault, model, patches.next_id()));
+      fail(output_index, p, step - 1, describe_fault(patches[p].fault, model, patches.next_id()));
   }
   stop_where_failed();
 }
@@ -194,22 +194,7 @@ void Simulation<Dim>::Impl::take_removed() {
   attempt([&] { observer.removed(all); });
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                               \
-  template void Simulation<Dim>::Impl::restore(const RunState&);             \
-  template void Simulation<Dim>::Impl::advance(Index);                       \
-  template std::string Simulation<Dim>::Impl::first_failure() const;         \
-  template void Simulation<Dim>::Impl::stop_where_failed();                  \
-  template void Simulation<Dim>::Impl::settle();                             \
-  template void Simulation<Dim>::Impl::take_dense_ids();                     \
-  template void Simulation<Dim>::Impl::check_end();                          \
-  template bool Simulation<Dim>::Impl::needs_surroundings() const;           \
-  template bool Simulation<Dim>::Impl::split_patches();                      \
-  template void Simulation<Dim>::Impl::map_parts(const std::vector<Index>&); \
-  template void Simulation<Dim>::Impl::rebuild();                            \
-  template void Simulation<Dim>::Impl::remap();                              \
-  template void Simulation<Dim>::Impl::take_removed();
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template struct Simulation<2>::Impl;
+template struct Simulation<3>::Impl;
 
 }  // namespace lahar

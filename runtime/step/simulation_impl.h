@@ -179,7 +179,7 @@ struct Simulation<Dim>::Impl {
   /// So that no particle is missing from the last state.
   static void take_unmapped(Patch<Dim>& patch);
 
-  /// The same for those that were taken out of their runs before a stage failed on a later chunk.
+  /// The same for those that were taken out of their bins before a stage failed on a later chunk.
   void take_back_movers(Patch<Dim>& patch, Step step) const;
   void run_stages(const Phase& phase, int p, Step step, StageClock& clock);
   void fail(std::size_t s, int p, Step step, const std::string& cause);

@@ -282,23 +282,7 @@ FrameSource Simulation<Dim>::Impl::present_frame() const {
   return frame;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                  \
-  template Agreement Simulation<Dim>::Impl::give(Step);                                         \
-  template Step Simulation<Dim>::Impl::drain_step(Step) const;                                  \
-  template Step Simulation<Dim>::Impl::step_of_frame() const;                                   \
-  template void Simulation<Dim>::Impl::output(int, Step);                                       \
-  template bool Simulation<Dim>::Impl::may_be_unstable(int, Step) const;                        \
-  template void Simulation<Dim>::Impl::check_limit(int, Step);                                  \
-  template void Simulation<Dim>::Impl::finish_step(Step);                                       \
-  template void Simulation<Dim>::Impl::take_injected(Step);                                     \
-  template void Simulation<Dim>::Impl::finish_row(HistoryRow&, Step);                           \
-  template void Simulation<Dim>::Impl::complete_row(HistoryRow&, Step, const PatchWork&) const; \
-  template HistoryRow Simulation<Dim>::Impl::present_row();                                     \
-  template FrameHeader Simulation<Dim>::Impl::header_at(Step) const;                            \
-  template Frame Simulation<Dim>::Impl::of_all_ranks(Frame) const;                              \
-  template FrameSource Simulation<Dim>::Impl::present_frame() const;
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template struct Simulation<2>::Impl;
+template struct Simulation<3>::Impl;
 
 }  // namespace lahar

@@ -226,7 +226,7 @@ void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, Sta
       failed = run(phase);
     }
     if (patch.fault.kind != ParticleFault::Kind::none) {
-      fail(failed, p, step, describe_mark(patch.fault, model, patches.next_id()));
+      fail(failed, p, step, describe_fault(patch.fault, model, patches.next_id()));
       if (locates) take_back_movers(patch, step);
       return;
     }
@@ -241,7 +241,7 @@ void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, Sta
     output(p, step);
     clock.lap(output_index);
     if (patch.fault.kind != ParticleFault::Kind::none)
-      fail(output_index, p, step, describe_mark(patch.fault, model, patches.next_id()));
+      fail(output_index, p, step, describe_fault(patch.fault, model, patches.next_id()));
   }
 }
 
@@ -274,19 +274,7 @@ std::vector<StageTiming> Simulation<Dim>::Impl::timings() const {
   return all;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                             \
-  template void Simulation<Dim>::Impl::build_executor();                                   \
-  template void Simulation<Dim>::Impl::connect_ranks();                                    \
-  template void Simulation<Dim>::Impl::poll();                                             \
-  template void Simulation<Dim>::Impl::run_task(int, int, Step, bool);                     \
-  template void Simulation<Dim>::Impl::run_own_task(const Phase&, int, Step, StageClock&); \
-  template void Simulation<Dim>::Impl::take_unmapped(Patch<Dim>&);                         \
-  template void Simulation<Dim>::Impl::take_back_movers(Patch<Dim>&, Step) const;          \
-  template void Simulation<Dim>::Impl::run_stages(const Phase&, int, Step, StageClock&);   \
-  template void Simulation<Dim>::Impl::fail(std::size_t, int, Step, const std::string&);   \
-  template std::vector<StageTiming> Simulation<Dim>::Impl::timings() const;
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template struct Simulation<2>::Impl;
+template struct Simulation<3>::Impl;
 
 }  // namespace lahar

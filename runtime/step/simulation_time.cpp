@@ -152,17 +152,7 @@ void Simulation<Dim>::Impl::set_dt(Step step, double limit) {
     executor->stop_before(step + 1);
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                      \
-  template void Simulation<Dim>::Impl::restore_dt(double);                          \
-  template double Simulation<Dim>::Impl::present_limit(std::string*) const;         \
-  template double Simulation<Dim>::Impl::limit_with_injections(Step, double) const; \
-  template void Simulation<Dim>::Impl::check_first_dt(double) const;                \
-  template void Simulation<Dim>::Impl::set_first_dt();                              \
-  template bool Simulation<Dim>::Impl::plan_step(Step, double);                     \
-  template void Simulation<Dim>::Impl::limit_steps_by_time();                       \
-  template void Simulation<Dim>::Impl::set_dt(Step, double);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template struct Simulation<2>::Impl;
+template struct Simulation<3>::Impl;
 
 }  // namespace lahar

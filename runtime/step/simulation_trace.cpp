@@ -157,19 +157,9 @@ std::vector<Stage> Simulation<Dim>::stages() const {
   return impl_->stage_list();
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                \
-  template std::string Simulation<Dim>::Impl::trace_graph() const;                            \
-  template void Simulation<Dim>::Impl::record_graph() const;                                  \
-  template void Simulation<Dim>::Impl::record_unpacked(TraceRecorder&, TraceRecord, int, int) \
-      const;                                                                                  \
-  template void Simulation<Dim>::Impl::record_own_task(TraceRecorder&, TraceRecord, int, int, \
-                                                       bool, const StageClock&);              \
-  template void Simulation<Dim>::Impl::record_progress(Step);                                 \
-  template std::string Simulation<Dim>::trace_graph() const;                                  \
-  template std::vector<Phase> Simulation<Dim>::phases() const;                                \
-  template std::vector<Stage> Simulation<Dim>::stages() const;
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template struct Simulation<2>::Impl;
+template struct Simulation<3>::Impl;
+template class Simulation<2>;
+template class Simulation<3>;
 
 }  // namespace lahar

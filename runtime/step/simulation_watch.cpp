@@ -76,15 +76,7 @@ void Simulation<Dim>::Impl::end_where_watched() {
   throw WatchdogError(watchdog_message(alarm, step, best.text, model));
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                               \
-  template void Simulation<Dim>::Impl::begin_watch();                        \
-  template void Simulation<Dim>::Impl::restore_watch(const WatchdogState&);  \
-  template void Simulation<Dim>::Impl::watch(Step, const HistoryRow&, bool); \
-  template void Simulation<Dim>::Impl::watch_step(Step, double);             \
-  template void Simulation<Dim>::Impl::warn_once(const WatchdogAlarm&);      \
-  template void Simulation<Dim>::Impl::end_where_watched();
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template struct Simulation<2>::Impl;
+template struct Simulation<3>::Impl;
 
 }  // namespace lahar

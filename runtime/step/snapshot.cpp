@@ -18,7 +18,7 @@ int voigt(Column column, int component) {
   return component;
 }
 
-/// Particles in a block: those of a patch in its runs, those of an outbox all.
+/// Particles in a block: those of a patch in its bins, those of an outbox all.
 template <int Dim>
 struct Block {
   const Particles<Dim>* particles;
@@ -30,7 +30,7 @@ struct Block {
       body(Local{0}, particles->size());
       return;
     }
-    for (const ParticleBin& run : *bins) body(run.begin, run.end);
+    for (const ParticleBin& bin : *bins) body(bin.begin, bin.end);
   }
 };
 
@@ -192,7 +192,7 @@ Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model, Frame spare) {
 template <int Dim>
 Index particles_of(const Patch<Dim>& patch) {
   Index n = 0;
-  for (const ParticleBin& run : patch.bins) n += run.end - run.begin;
+  for (const ParticleBin& bin : patch.bins) n += bin.end - bin.begin;
   for (const auto& out : patch.outbox) n += out.particles.size();
   return n;
 }
@@ -233,10 +233,10 @@ void add_particles(HistoryRow& row, std::span<const ParticleBin> bins,
   const auto v = particles.template rows<Dim>(Column::v);
   Pack mass(0.0), kinetic(0.0), fastest(0.0), momentum[Dim];
   for (Pack& component : momentum) component = Pack(0.0);
-  for (const ParticleBin& run : bins) {
-    row.particles += run.end - run.begin;
-    for (Local p = run.begin; p < run.end; p += lanes<Pack>) {
-      const Local n = run.end - p;
+  for (const ParticleBin& bin : bins) {
+    row.particles += bin.end - bin.begin;
+    for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+      const Local n = bin.end - p;
       const Pack own = load_first<Pack>(m + p, n);
       Pack speed2(0.0);
       for (std::size_t d = 0; d < Dim; ++d) {

@@ -21,7 +21,7 @@ namespace {
 
 /// The part of the mapping for this step that could not be done at the end of the one before.
 template <int Dim, bool WithForce>
-void map_late(Patch<Dim>& patch, const StepContext<Dim>& step) {
+void map_unmapped(Patch<Dim>& patch, const StepContext<Dim>& step) {
   activate_nodes(patch);
   if (!patch.unmapped.empty()) {
     map_mass_momentum(patch, step, patch.unmapped);
@@ -41,14 +41,14 @@ void map_late(Patch<Dim>& patch, const StepContext<Dim>& step) {
 template <int Dim, bool WithForce>
 void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
   receive(patch);
-  map_late<Dim, WithForce>(patch, step);
+  map_unmapped<Dim, WithForce>(patch, step);
 }
 
 /// Particles that come from nowhere.
 template <int Dim, bool WithForce>
 void take_injected(Patch<Dim>& patch, const StepContext<Dim>& step) {
   inject(patch, step);
-  if (!patch.unmapped.empty()) map_late<Dim, WithForce>(patch, step);
+  if (!patch.unmapped.empty()) map_unmapped<Dim, WithForce>(patch, step);
 }
 
 /// Sums for the next step begin at zero. A patch without particles is idle once all of its sums

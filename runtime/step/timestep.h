@@ -15,13 +15,13 @@ namespace lahar {
 template <int Dim>
 struct TimestepStage {
   using OnPatch = void (*)(Patch<Dim>& patch, const StepContext<Dim>& step);
-  using OnRuns = void (*)(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+  using OnBins = void (*)(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
   Stage stage;
   std::vector<NodeSum> takes = {};  ///< sums of neighbours, where it exchanges them
-  OnPatch begin = nullptr;          ///< before any run of the phase: nodes
-  OnRuns bins = nullptr;            ///< particles, a few runs at a time
-  OnPatch end = nullptr;            ///< after all runs of the phase
+  OnPatch begin = nullptr;          ///< before any bin of the phase: nodes
+  OnBins bins = nullptr;            ///< particles, a few bins at a time
+  OnPatch end = nullptr;            ///< after all bins of the phase
   bool of_next_step = false;        ///< is done for the step after the one in which it is called
 };
 
@@ -68,8 +68,8 @@ bool keeps_nodal_state(const Analysis& analysis);
 inline constexpr Local chunk_slots = 256;
 
 /// Do the stages of one phase on a patch: whatever they do to nodes first, then all of them on one
-/// chunk of runs after the other. `next` is the context of the step after. Calls `lap(stage)` after
-/// each piece of work, with a stage of the phase. Stops at the stage that marked a failure, when it
+/// chunk of bins after the other. `next` is the context of the step after. Calls `lap(stage)` after
+/// each piece of work, with a stage of the phase. Stops at the stage that recorded a fault, when it
 /// is through with the patch, and returns it; else the number of stages. Neither the size of a
 /// chunk nor whether a phase and its rest are done as one changes any particle's bits.
 template <int Dim, class Lap>
@@ -87,15 +87,15 @@ std::size_t run_phase(Patch<Dim>& patch, const std::vector<TimestepStage<Dim>>& 
   for (std::size_t s = first; s < phase.begins; ++s)
     if (stages[s].begin)
       act(s, [&](const auto& stage, const auto& context) { stage.begin(patch, context); });
-  const ParticleBins bins(patch.bins);
-  for (std::size_t from = 0; from < bins.size();) {
+  const ParticleBins all(patch.bins);
+  for (std::size_t from = 0; from < all.size();) {
     std::size_t to = from;
     Local slots = 0;
-    while (to < bins.size() && slots < chunk) slots += bins[to].end - bins[to].begin, ++to;
-    const ParticleBins some = bins.subspan(from, to - from);
+    while (to < all.size() && slots < chunk) slots += all[to].end - all[to].begin, ++to;
+    const ParticleBins bins = all.subspan(from, to - from);
     for (std::size_t s = first; s < last; ++s)
       if (stages[s].bins)
-        act(s, [&](const auto& stage, const auto& context) { stage.bins(patch, context, some); });
+        act(s, [&](const auto& stage, const auto& context) { stage.bins(patch, context, bins); });
     from = to;
   }
   for (std::size_t s = phase.ends; s < last; ++s)

@@ -126,7 +126,7 @@ class Mirror final : public Remote {
 
 }  // namespace
 
-TEST_CASE("rests are set aside, and done while the time step is agreed on") {
+TEST_CASE("rests are deferred, and done while the time step is agreed on") {
   const auto stages =
       tasks_of(phases_of({{.name = "arrivals", .exchange = "particles"},
                           {.name = "integrate", .exchange = "sums", .needs_dt = true},

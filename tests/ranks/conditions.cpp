@@ -29,7 +29,7 @@ void write_files(const std::filesystem::path& folder, const Counts& counts) {
   std::uniform_real_distribution<double> off(-0.15, 0.15);
   std::ofstream mesh(folder / "mesh.txt"), fixed(folder / "fixed.txt"), rough(folder / "rough.txt"),
       angles(folder / "angles.txt"), forces(folder / "forces.txt"),
-      accelerated(folder / "shaken.txt");
+      accelerated(folder / "accelerated.txt");
   std::vector<Index> left, turned, waves, cells, fed;
   const std::size_t n_cells = grid.cells.size() / 4;
   mesh << grid.nodes.size() << " " << n_cells << "\n";
@@ -76,7 +76,7 @@ std::string scenario(const std::string& mesh) {
                                  {"nset_id": 3, "dir": "x", "velocity": 0}],
         "friction_constraints": [{"file": "rough.txt"},
                                  {"nset": "ledge", "dir": "y", "sign_n": -1, "friction": 0.5}],
-        "acceleration_constraints": [{"file": "shaken.txt"}],
+        "acceleration_constraints": [{"file": "accelerated.txt"}],
         "absorbing_constraints": [{"nset_id": 5, "dir": "x", "delta": 10, "h_min": 1, "a": 1,
                                    "b": 1, "position": "edge"}]}},
     "sets": {"nodes": {"ledge": {"box": {"min": [12, 3], "max": [16, 4]}}}},

@@ -1,4 +1,4 @@
-// Communicator that wait for others go on with what those may need of them.
+// Ranks that wait for others go on with what those may need of them.
 #include <doctest/doctest.h>
 #include <sched.h>
 

@@ -63,7 +63,7 @@ Front dam_break(const Resolution& at, double* dt) {
 }
 
 /// Largest share of Z by which the front is away from published points that the run reaches, with
-/// its clock started `unmapped`.
+/// its clock started `late`.
 double largest_error(const Curve& points, const Curve& front, double late) {
   double largest = 0;
   for (std::size_t i = 0; i < points.x.size(); ++i)

@@ -233,7 +233,7 @@ TEST_CASE("corners beyond the cells around move as the domain's inner part does"
   for (std::size_t c = 0; c < 4; ++c) CHECK((corners_of(f, 0)[c] - expected[c]).norm() < 1e-13);
 }
 
-TEST_CASE("a domain that folds is marked, with its particle") {
+TEST_CASE("a domain that folds is a fault, with its particle") {
   std::mt19937 random(13);
   OnePatch<2> f = with_particles<2>(random, 3);
   receive(f.patch);

@@ -149,8 +149,7 @@ TEST_CASE("what friction takes and the wall gives is what the kinetic energy is 
   }
 }
 
-TEST_CASE(
-    "a node that is shaken has its prescribed acceleration, in its own axes, after friction") {
+TEST_CASE("an accelerated node has its prescribed acceleration, in its own axes, after friction") {
   ConstrainedNode<2> wall = floor_of<2>(0.25);
   wall.accelerated[0] = true;
   wall.acceleration[0] = 3;

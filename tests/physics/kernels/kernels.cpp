@@ -89,7 +89,7 @@ TEST_CASE("tractions: the nodes get the force t V / size of every loaded particl
     f.time = 0.5;
     for (const Local p : f.slots())
       f.patch.particles.loads[static_cast<std::size_t>(p)] = static_cast<std::uint64_t>(p % 4);
-    for (ParticleBin& run : f.patch.bins) run.loaded = true;
+    for (ParticleBin& bin : f.patch.bins) bin.loaded = true;
     map_force(f.patch, f.context(), f.patch.bins);
     const auto loaded = [&](unsigned bit, double t) {
       return sum_particles(f, [&](Local p) {

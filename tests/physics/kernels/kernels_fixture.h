@@ -13,7 +13,7 @@ namespace lahar::test {
 /// Which natural coordinates the particles of a Cartesian patch store (isoparametric ones always
 /// do).
 enum class Natural { computed, stored };
-/// Where the slots of runs end: behind their particles, or one later.
+/// Where the slots of bins end: behind their particles, or one later.
 enum class Slots { packed, with_free };
 
 /// One patch that is the whole mesh.
@@ -147,8 +147,8 @@ struct OnePatch {
     }
   }
 
-  /// 0 to 21 particles in every cell (so that every length of a run occurs), two materials, in
-  /// random order; then sorted into runs.
+  /// 0 to 21 particles in every cell (so that every length of a bin occurs), two materials, in
+  /// random order; then sorted into bins.
   void fill(std::mt19937& random, Slots slots = Slots::packed) {
     std::vector<Local> cells;
     for (Index c = 0; c < model.mesh->n_cells(); ++c)
@@ -185,7 +185,7 @@ struct OnePatch {
   double at(Column c, Local p, int k = 0) const { return patch.particles.row(c, k)[p]; }
   double& at(Column c, Local p, int k = 0) { return patch.particles.row(c, k)[p]; }
   Local size() const { return patch.count; }
-  /// Slots of all particles, in the order of the runs.
+  /// Slots of all particles, in the order of the bins.
   std::vector<Local> slots() const {
     std::vector<Local> all;
     patch.for_each_particle([&](Local p) { all.push_back(p); });

@@ -1,4 +1,4 @@
-// Packs of particles against single particles, and runs whose length is no multiple of a pack.
+// Packs of particles against single particles, and bins whose length is no multiple of a pack.
 #include <doctest/doctest.h>
 
 #include <map>
@@ -190,22 +190,22 @@ TEST_CASE("locate on packs finds the same cells, coordinates and order, to the l
   });
 }
 
-TEST_CASE("a run's last pack does not touch the particles of the next run") {
+TEST_CASE("a bin's last pack does not touch the particles of the next bin") {
   on_every_twin([](auto& f, auto& reference) {
     REQUIRE(f.patch.bins.size() > 4);
-    // Only every other run is given to the kernels; the particles of the rest must stay.
-    std::vector<ParticleBin> some;
+    // Only every other bin is given to the kernels; the particles of the rest must stay.
+    std::vector<ParticleBin> bins;
     std::vector<char> given(static_cast<std::size_t>(f.patch.particles.size()), 0);
     for (std::size_t r = 0; r < f.patch.bins.size(); r += 2) {
-      some.push_back(f.patch.bins[r]);
-      for (Local p = some.back().begin; p < some.back().end; ++p)
+      bins.push_back(f.patch.bins[r]);
+      for (Local p = bins.back().begin; p < bins.back().end; ++p)
         given[static_cast<std::size_t>(p)] = 1;
     }
-    update_stress(f.patch, f.context(), some, StressPart::both);
-    update_particles(f.patch, f.context(), some);
-    smooth_pressure(f.patch, f.context(), some);
-    locate(f.patch, f.context(), some);
-    // locate() may have moved particles within their runs.
+    update_stress(f.patch, f.context(), bins, StressPart::both);
+    update_particles(f.patch, f.context(), bins);
+    smooth_pressure(f.patch, f.context(), bins);
+    locate(f.patch, f.context(), bins);
+    // locate() may have moved particles within their bins.
     bool kept = true, changed = true;
     for (const Local p : reference.slots()) {
       bool same = true;
@@ -274,16 +274,16 @@ void on_every_twin_of_axes(Check check) {
         Functions::all);
 }
 
-/// G2P, and stress with the gradients that it found, in one call or as many as there are runs.
+/// G2P, and stress with the gradients that it found, in one call or as many as there are bins.
 template <class Real = Pack, class Fixture>
 void move_and_strain(Fixture& f, std::size_t calls = 1) {
   constexpr int Dim = Fixture::dim;
   VelocityGradients<Dim> gradients;
   const ParticleBins all(f.patch.bins);
   for (std::size_t k = 0; k < calls; ++k) {
-    const ParticleBins some = calls == 1 ? all : all.subspan(k, 1);
-    update_particles<Dim, Real>(f.patch, f.context(), some, &gradients);
-    update_stress<Dim, Real>(f.patch, f.context(), some, StressPart::both, &gradients);
+    const ParticleBins bins = calls == 1 ? all : all.subspan(k, 1);
+    update_particles<Dim, Real>(f.patch, f.context(), bins, &gradients);
+    update_stress<Dim, Real>(f.patch, f.context(), bins, StressPart::both, &gradients);
   }
 }
 
@@ -308,7 +308,7 @@ TEST_CASE("G2P that finds velocity gradients does what stress and G2P do, to rou
 }
 
 TEST_CASE(
-    "G2P that finds velocity gradients gives the same bits for any number of runs at a time") {
+    "G2P that finds velocity gradients gives the same bits for any number of bins at a time") {
   on_every_twin_of_axes([](auto& f, auto& reference) {
     f.patch.work.internal = reference.patch.work.internal = 0;
     move_and_strain(f, f.patch.bins.size());
@@ -321,20 +321,20 @@ TEST_CASE(
   });
 }
 
-TEST_CASE("G2P that finds velocity gradients leaves other runs and free slots alone") {
+TEST_CASE("G2P that finds velocity gradients leaves other bins and free slots alone") {
   on_every_twin_of_axes([](auto& f, auto& reference) {
     constexpr int Dim = std::decay_t<decltype(f)>::dim;
     REQUIRE(f.patch.bins.size() > 4);
-    std::vector<ParticleBin> some;
+    std::vector<ParticleBin> bins;
     std::vector<char> given(static_cast<std::size_t>(f.patch.particles.size()), 0);
     for (std::size_t r = 0; r < f.patch.bins.size(); r += 2) {
-      some.push_back(f.patch.bins[r]);
-      for (Local p = some.back().begin; p < some.back().end; ++p)
+      bins.push_back(f.patch.bins[r]);
+      for (Local p = bins.back().begin; p < bins.back().end; ++p)
         given[static_cast<std::size_t>(p)] = 1;
     }
     VelocityGradients<Dim> gradients;
-    update_particles<Dim>(f.patch, f.context(), some, &gradients);
-    update_stress<Dim>(f.patch, f.context(), some, StressPart::both, &gradients);
+    update_particles<Dim>(f.patch, f.context(), bins, &gradients);
+    update_stress<Dim>(f.patch, f.context(), bins, StressPart::both, &gradients);
     bool kept = true, changed = true;
     for (Local p = 0; p < f.patch.particles.size(); ++p) {
       bool same = true;
@@ -365,7 +365,7 @@ TEST_CASE("strain first and the law later is the same as both at once") {
   });
 }
 
-TEST_CASE("sorting into runs keeps every particle, and each run is of one cell and material") {
+TEST_CASE("sorting into bins keeps every particle, and each bin is of one cell and material") {
   on_every_twin([](auto& f, auto& reference) {
     constexpr int Dim = std::decay_t<decltype(f)>::dim;
     std::mt19937 random(4);
@@ -379,21 +379,21 @@ TEST_CASE("sorting into runs keeps every particle, and each run is of one cell a
     receive(f.patch);
     const Local free_slots = f.patch.moving ? 1 : 0;
     Local next = 0;
-    std::map<std::pair<Local, int>, int> bins;
-    for (const ParticleBin& run : f.patch.bins) {
-      CHECK(run.begin == next);
-      CHECK(run.end > run.begin);
-      CHECK(run.limit == run.end + free_slots);
-      next = run.limit;
-      ++bins[{run.cell, run.material}];
-      for (Local p = run.begin; p < run.end; ++p) {
-        CHECK(f.patch.particles.cell[static_cast<std::size_t>(p)] == run.cell);
-        CHECK(f.patch.particles.material[static_cast<std::size_t>(p)] == run.material);
+    std::map<std::pair<Local, int>, int> seen;
+    for (const ParticleBin& bin : f.patch.bins) {
+      CHECK(bin.begin == next);
+      CHECK(bin.end > bin.begin);
+      CHECK(bin.limit == bin.end + free_slots);
+      next = bin.limit;
+      ++seen[{bin.cell, bin.material}];
+      for (Local p = bin.begin; p < bin.end; ++p) {
+        CHECK(f.patch.particles.cell[static_cast<std::size_t>(p)] == bin.cell);
+        CHECK(f.patch.particles.material[static_cast<std::size_t>(p)] == bin.material);
       }
     }
     CHECK(next == f.patch.particles.size());
     CHECK(f.patch.unmapped.empty());
-    CHECK(bins.size() == f.patch.bins.size());  // sorted: one run per cell and material
+    CHECK(seen.size() == f.patch.bins.size());  // sorted: one bin per cell and material
     const auto by_id = [](const auto& fixture) {
       std::map<Index, std::vector<double>> all;
       for (const Local p : fixture.slots()) {

@@ -229,7 +229,7 @@ TEST_CASE("the time step limit is the smallest h / (c + |v|), or that of viscous
   });
 }
 
-TEST_CASE("a cell whose volume would vanish within a step is marked with its first particle") {
+TEST_CASE("a cell whose volume would vanish within a step is a fault with its first particle") {
   OnePatch<2> f(boxes<2>());
   std::mt19937 random(1);
   f.add(random, 7, {0.25, -0.5}, 0);
@@ -267,7 +267,7 @@ TEST_CASE("a particle that jumped out of a table mesh within its bounds has move
   }
 }
 
-TEST_CASE("a particle outside of the mesh is marked, or taken out where the model says so") {
+TEST_CASE("a particle outside of the mesh is a fault, or taken out where the model says so") {
   for (const bool remove : {false, true}) {
     OnePatch<2> f(boxes<2>());
     std::mt19937 random(1);
@@ -290,7 +290,7 @@ TEST_CASE("a particle outside of the mesh is marked, or taken out where the mode
   }
 }
 
-TEST_CASE("a position that is no number is marked as such, even where particles may leave") {
+TEST_CASE("a position that is not a number is a fault of its own, even where particles may leave") {
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     OnePatch<2> f(boxes<2>());
     std::mt19937 random(1);

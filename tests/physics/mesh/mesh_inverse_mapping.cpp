@@ -254,7 +254,7 @@ TEST_CASE(
         }
         lanes.x[k] = x;
         lanes.start[k] = start;
-        // As the run's last particle, and with neighbours of the same run.
+        // As the bin's last particle, and with neighbours of the same bin.
         for (const Local n : {k + 1, W}) {
           lanes.map(cell, n);
           same = same && same_bits<Dim>(lanes.xi[k], expected) && (lanes.open >> k & 1) == open;

@@ -178,7 +178,7 @@ TEST_CASE("absorbing nodes: a dashpot stops a node, however light, and does not 
   }
 }
 
-TEST_CASE("nodes that are all shaken move their particles as the function of time says") {
+TEST_CASE("nodes that are all accelerated move their particles as the function of time says") {
   Model<2> model = two_discs();
   MathFunction sine;
   sine.kind = MathFunction::Kind::sine;

@@ -1,4 +1,4 @@
-// Particles that walk about over cells and patches: none gets lost, each is in a run of its cell,
+// Particles that walk about over cells and patches: none gets lost, each is in a bin of its cell,
 // and the nodes get what they should.
 #include <doctest/doctest.h>
 
@@ -53,24 +53,24 @@ Vec<Dim> natural(const Mesh<Dim>& mesh, Index cell, const Vec<Dim>& x) {
   return xi;
 }
 
-/// The first thing wrong with the runs of a patch, empty if they are consistent.
+/// The first thing wrong with the bins of a patch, empty if they are consistent.
 template <int Dim>
 std::string wrong_with(const Patch<Dim>& patch, const Mesh<Dim>& mesh) {
   const Particles<Dim>& particles = patch.particles;
   std::vector<char> taken(static_cast<std::size_t>(particles.size()), 0);
   Local count = 0;
-  for (const ParticleBin& run : patch.bins) {
-    if (run.begin < 0 || run.begin > run.end || run.end > run.limit) return "order of slots";
-    if (run.limit > particles.size()) return "slots that do not exist";
-    for (Local p = run.begin; p < run.limit; ++p)
-      if (std::exchange(taken[static_cast<std::size_t>(p)], 1)) return "a slot of two runs";
-    count += run.end - run.begin;
-    const Index cell = patch.topology.cells[static_cast<std::size_t>(run.cell)];
-    for (Local p = run.begin; p < run.end; ++p) {
+  for (const ParticleBin& bin : patch.bins) {
+    if (bin.begin < 0 || bin.begin > bin.end || bin.end > bin.limit) return "order of slots";
+    if (bin.limit > particles.size()) return "slots that do not exist";
+    for (Local p = bin.begin; p < bin.limit; ++p)
+      if (std::exchange(taken[static_cast<std::size_t>(p)], 1)) return "a slot of two bins";
+    count += bin.end - bin.begin;
+    const Index cell = patch.topology.cells[static_cast<std::size_t>(bin.cell)];
+    for (Local p = bin.begin; p < bin.end; ++p) {
       const auto i = static_cast<std::size_t>(p);
-      if (particles.cell[i] != run.cell) return "a particle of another cell";
-      if (particles.material[i] != run.material) return "a particle of another material";
-      if (!particles.loads.empty() && particles.loads[i] && !run.loaded) return "a load not known";
+      if (particles.cell[i] != bin.cell) return "a particle of another cell";
+      if (particles.material[i] != bin.material) return "a particle of another material";
+      if (!particles.loads.empty() && particles.loads[i] && !bin.loaded) return "a load not known";
       Vec<Dim> x;
       for (int d = 0; d < Dim; ++d) x[d] = particles.row(Column::x, d)[p];
       const auto xi = natural(mesh, cell, x);
@@ -87,17 +87,17 @@ std::string wrong_with(const Patch<Dim>& patch, const Mesh<Dim>& mesh) {
     for (Local r = patch.first_bin.at(c); r >= 0;
          r = patch.bins[static_cast<std::size_t>(r)].next) {
       if (patch.bins.at(static_cast<std::size_t>(r)).cell != static_cast<Local>(c))
-        return "a run in the chain of another cell";
-      if (std::exchange(chained[static_cast<std::size_t>(r)], 1)) return "a run twice in a chain";
+        return "a bin in the chain of another cell";
+      if (std::exchange(chained[static_cast<std::size_t>(r)], 1)) return "a bin twice in a chain";
     }
-  if (std::count(chained.begin(), chained.end(), 0) > 0) return "a run in no chain";
+  if (std::count(chained.begin(), chained.end(), 0) > 0) return "a bin in no chain";
   if (patch.movers.size() > 0) return "particles that are nowhere";
   return "";
 }
 
 /// What happened in a walk.
 struct Events {
-  int added = 0, sorted = 0, changed_patch = 0, late = 0;
+  int added = 0, sorted = 0, changed_patch = 0, unmapped = 0;
 };
 
 /// Particles that jump by up to `reach` along every axis in each step, and are located and mapped
@@ -165,13 +165,13 @@ class Walk {
   void locate_and_map(Patch<Dim>& patch) {
     clear_sums(patch, context(0), NodeSum::mass_momentum);
     clear_sums(patch, context(0), NodeSum::force);
-    const ParticleBins bins(patch.bins);
-    for (std::size_t from = 0; from < bins.size();) {
-      const std::size_t n = std::min<std::size_t>(bins.size() - from, 1 + random_() % 9);
-      const ParticleBins some = bins.subspan(from, n);
-      locate(patch, context(0), some);
-      map_mass_momentum(patch, context(0), some);
-      map_force(patch, context(0), some);
+    const ParticleBins all(patch.bins);
+    for (std::size_t from = 0; from < all.size();) {
+      const std::size_t n = std::min<std::size_t>(all.size() - from, 1 + random_() % 9);
+      const ParticleBins bins = all.subspan(from, n);
+      locate(patch, context(0), bins);
+      map_mass_momentum(patch, context(0), bins);
+      map_force(patch, context(0), bins);
       from += n;
     }
     place_movers(patch, context(0));
@@ -182,7 +182,7 @@ class Walk {
     receive(patch);
     activate_nodes(patch);
     CHECK(wrong_with(patch, *model_.mesh) == "");
-    for (const ParticleBin& late : patch.unmapped) events.late += late.end - late.begin;
+    for (const ParticleBin& bin : patch.unmapped) events.unmapped += bin.end - bin.begin;
     events.added = std::max(events.added, patch.added_bins);
     map_mass_momentum(patch, context(0), patch.unmapped);
     map_force(patch, context(0), patch.unmapped);
@@ -197,13 +197,13 @@ class Walk {
       ++events.sorted;
       CHECK(patch.added_bins == 0);
       CHECK(patch.moving);
-      std::map<std::pair<Local, int>, int> bins;
-      for (const ParticleBin& run : patch.bins) {
-        ++bins[{run.cell, run.material}];
-        CHECK(run.limit == run.end + 1);
-        CHECK(run.end > run.begin);
+      std::map<std::pair<Local, int>, int> seen;
+      for (const ParticleBin& bin : patch.bins) {
+        ++seen[{bin.cell, bin.material}];
+        CHECK(bin.limit == bin.end + 1);
+        CHECK(bin.end > bin.begin);
       }
-      CHECK(bins.size() == patch.bins.size());  // one run per cell and material
+      CHECK(seen.size() == patch.bins.size());  // one bin per cell and material
     }
     CHECK(wrong_with(patch, *model_.mesh) == "");
   }
@@ -251,7 +251,7 @@ class Walk {
   std::mt19937_64 random_;
 };
 
-/// Loads on some particles, so that runs know of them.
+/// Loads on some particles, so that bins know of them.
 template <int Dim>
 Model<Dim> loaded(Model<Dim> model) {
   ParticleTraction push{.particles = {}, .dir = 0, .traction = 1, .function = -1};
@@ -262,14 +262,14 @@ Model<Dim> loaded(Model<Dim> model) {
 
 }  // namespace
 
-TEST_CASE("particles that jump about at random are in one run each, and in all nodal sums") {
+TEST_CASE("particles that jump about at random are in one bin each, and in all nodal sums") {
   const auto check = [](auto model, double reach, unsigned seed, int steps) {
     Walk walk(std::move(model), reach, seed);
     for (int step = 0; step < steps; ++step) walk.step();
     CHECK(walk.events.added > 2);
     CHECK(walk.events.sorted > 5);
     CHECK(walk.events.changed_patch > 100);
-    CHECK(walk.events.late > 500);
+    CHECK(walk.events.unmapped > 500);
   };
   for (const double reach : {0.01, 0.045}) {  // of cells of 0.05 m
     CAPTURE(reach);
@@ -288,7 +288,7 @@ namespace {
 
 constexpr Scheme schemes[] = {Scheme::usf, Scheme::usl, Scheme::musl};
 
-/// A model whose patches add runs and sort them within `steps` steps, in every scheme.
+/// A model whose patches add bins and sort them within `steps` steps, in every scheme.
 template <int Dim>
 void check_chunks(Model<Dim> model, Index steps) {
   model.analysis.nsteps = steps;
@@ -332,7 +332,7 @@ void check_chunks(Model<Dim> model, Index steps) {
     if (chunk == 1) internal = work;
     CHECK(work == doctest::Approx(internal).epsilon(1e-11));
   }
-  // The ways of executing, on this case of which we know that runs were added and sorted.
+  // The ways of executing, on this case of which we know that bins were added and sorted.
   for (const ExecutionOptions& way : other_ways()) {
     CAPTURE(describe(way));
     Simulation<Dim> other(model, way), in_parts(model, way);
@@ -345,7 +345,7 @@ void check_chunks(Model<Dim> model, Index steps) {
 
 }  // namespace
 
-TEST_CASE("chunks of any size, threads and pieces of a run give the same bits as runs grow") {
+TEST_CASE("chunks of any size, threads and pieces of a run give the same bits as bins grow") {
   for (const Scheme scheme : schemes) {
     CAPTURE(static_cast<int>(scheme));
     Model<2> discs = two_discs();

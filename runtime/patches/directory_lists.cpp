@@ -1,4 +1,4 @@
-#include "runtime/patches/home_lists.h"
+#include "runtime/patches/directory_lists.h"
 
 #include <algorithm>
 #include <array>
@@ -28,8 +28,9 @@ void for_each_list(Conditions& of, auto&& visit) {
 
 /// Let each rank that keeps some of the ids (ascending) answer for them: calls `answer(asked)`,
 /// which is collective, with what each rank asked of this one, some at a time. Collective.
-void ask_homes(const std::vector<Index>& ids, const Communicator& ranks,
-               const std::function<void(const std::vector<std::vector<Index>>&)>& answer) {
+void ask_directory_ranks(
+    const std::vector<Index>& ids, const Communicator& ranks,
+    const std::function<void(const std::vector<std::vector<Index>>&)>& answer) {
   std::size_t next = 0;
   while (ranks.any(next < ids.size())) {
     std::vector<std::vector<Index>> to(static_cast<std::size_t>(ranks.size()));
@@ -82,7 +83,7 @@ void send_entries(const std::vector<std::vector<Index>>& asked, const std::vecto
 }  // namespace
 
 template <int Dim>
-void keep_home_lists(Model<Dim>& model, const Communicator& ranks) {
+void keep_directory_lists(Model<Dim>& model, const Communicator& ranks) {
   const auto elsewhere = [&](Index id) { return directory_rank(id, ranks.size()) != ranks.rank(); };
   if (ranks.several()) {
     for_each_list(model, [&](auto& list) {
@@ -121,7 +122,7 @@ NodeConditions<Dim> conditions_at(const std::vector<Index>& nodes, const NodeCon
   NodeConditions<Dim> found;
   if (present[0] == 0 || std::all_of(present.begin() + 1, present.end(), std::logical_not<>()))
     return found;
-  ask_homes(nodes, ranks, [&](const std::vector<std::vector<Index>>& asked) {
+  ask_directory_ranks(nodes, ranks, [&](const std::vector<std::vector<Index>>& asked) {
     auto n = present.begin();
     const auto send = [&](const auto& from, auto& to) {
       if (*++n > 0) send_entries(asked, from, to, ranks);
@@ -176,7 +177,7 @@ InjectedCells<Dim> injections_at(const std::vector<Index>& cells, const Injected
   const auto points_of = [&](const Entry& entry) {
     return static_cast<std::size_t>(injections[entry.generator].per_cell);
   };
-  ask_homes(cells, ranks, [&](const std::vector<std::vector<Index>>& asked) {
+  ask_directory_ranks(cells, ranks, [&](const std::vector<std::vector<Index>>& asked) {
     std::vector<std::vector<Entry>> entries(asked.size());
     std::vector<std::vector<Point>> points(asked.size());
     for (std::size_t r = 0; r < asked.size(); ++r)
@@ -202,7 +203,7 @@ InjectedCells<Dim> injections_at(const std::vector<Index>& cells, const Injected
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                    \
-  template void keep_home_lists(Model<Dim>&, const Communicator&);                                \
+  template void keep_directory_lists(Model<Dim>&, const Communicator&);                           \
   template NodeConditions<Dim> conditions_at(const std::vector<Index>&,                           \
                                              const NodeConditions<Dim>&, const Communicator&);    \
   template InjectedCells<Dim> kept_injections(const std::vector<Injection<Dim>>&);                \

@@ -12,7 +12,7 @@ namespace lahar {
 /// Of what this rank has, keep what it is to keep, in the order in which it is looked for. No
 /// rank needs more than that, and each may have more.
 template <int Dim>
-void keep_home_lists(Model<Dim>& model, const Communicator& ranks);
+void keep_directory_lists(Model<Dim>& model, const Communicator& ranks);
 
 /// Constraints and loads of some nodes (ascending), in order; other lists stay where they are.
 /// Collective.
@@ -45,7 +45,7 @@ InjectedCells<Dim> injections_at(const std::vector<Index>& cells, const Injected
                                  const Communicator& ranks);
 
 #define LAHAR_DECLARE(Dim)                                                                      \
-  extern template void keep_home_lists(Model<Dim>&, const Communicator&);                       \
+  extern template void keep_directory_lists(Model<Dim>&, const Communicator&);                  \
   extern template NodeConditions<Dim> conditions_at(                                            \
       const std::vector<Index>&, const NodeConditions<Dim>&, const Communicator&);              \
   extern template InjectedCells<Dim> kept_injections(const std::vector<Injection<Dim>>&);       \
