@@ -170,14 +170,10 @@ void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue& analysis) {
                                  "functions are",
                                  type),
                      "leave one of them out");
-  if (name == "gimp") functions = ShapeFunctions::gimp;
-  if (name == "uniform_gimp") functions = ShapeFunctions::uniform_gimp;
-  if (name == "cpdi") functions = ShapeFunctions::cpdi;
-  if (name == "cpdi2") functions = ShapeFunctions::cpdi2;
+  for (const ShapeFunctionsRow& row : shape_functions_table)
+    if (name == row.key && name != "element") functions = row.functions;
   model_.analysis.refuse_large_domains =
       get_text(analysis, "large_domains").value_or("clip") == "error";
-  if (name == "quadratic_spline") functions = ShapeFunctions::quadratic_spline;
-  if (name == "cubic_spline") functions = ShapeFunctions::cubic_spline;
   const bool opens = std::any_of(model_.materials.begin(), model_.materials.end(),
                                  [](const Material& m) { return can_open(m.law); });
   if (functions == ShapeFunctions::element && model_.analysis.affine != Affine::none && opens &&
