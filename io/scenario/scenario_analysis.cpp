@@ -94,8 +94,8 @@ void ScenarioBuilder<Dim>::build_analysis() {
   const auto opens = [](const Material& material) { return can_open(material.law); };
   a.opening = a.opening && std::any_of(model_.materials.begin(), model_.materials.end(), opens);
   a.remove_leaving_particles = !get_bool(*analysis, "locate_particles").value_or(true);
-  a.patch_particles = get_integer(*analysis, "patch_particles").value_or(4096);
-  a.split_steps = get_integer(*analysis, "split_steps").value_or(100);
+  a.patch_particles = get_integer(*analysis, "patch_particles").value_or(a.patch_particles);
+  a.split_steps = get_integer(*analysis, "split_steps").value_or(a.split_steps);
   if (const JsonValue* steps = analysis->find("nload_balance_steps"))
     in_.warning(*steps, "'nload_balance_steps' has no effect on one rank");
 }
@@ -170,14 +170,10 @@ void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue& analysis) {
                                  "functions are",
                                  type),
                      "leave one of them out");
-  if (name == "gimp") functions = ShapeFunctions::gimp;
-  if (name == "uniform_gimp") functions = ShapeFunctions::uniform_gimp;
-  if (name == "cpdi") functions = ShapeFunctions::cpdi;
-  if (name == "cpdi2") functions = ShapeFunctions::cpdi2;
+  for (const ShapeFunctionsRow& row : shape_functions_table)
+    if (name == row.key && name != "element") functions = row.functions;
   model_.analysis.refuse_large_domains =
       get_text(analysis, "large_domains").value_or("clip") == "error";
-  if (name == "quadratic_spline") functions = ShapeFunctions::quadratic_spline;
-  if (name == "cubic_spline") functions = ShapeFunctions::cubic_spline;
   const bool opens = std::any_of(model_.materials.begin(), model_.materials.end(),
                                  [](const Material& m) { return can_open(m.law); });
   if (functions == ShapeFunctions::element && model_.analysis.affine != Affine::none && opens &&
@@ -234,7 +230,7 @@ void ScenarioBuilder<Dim>::build_time_step(const JsonValue& analysis) {
   Analysis& a = model_.analysis;
   if (const JsonValue* step = analysis.find("time_step")) {
     a.step.adaptive = get_bool(*step, "adaptive").value_or(false);
-    a.step.safety = get_number(*step, "safety").value_or(0.5);
+    a.step.safety = get_number(*step, "safety").value_or(a.step.safety);
     a.step.accept_unstable = get_bool(*step, "accept_unstable").value_or(false);
   }
   const auto dt = get_number(analysis, "dt");
@@ -295,11 +291,11 @@ template <int Dim>
 void ScenarioBuilder<Dim>::build_output() {
   OutputPlan& out = model_.output;
   const JsonValue& post = section("post_processing");
-  out.frame_steps = get_integer(post, "output_steps").value_or(0);
-  out.frame_dt = get_number(post, "output_dt").value_or(0);
+  out.frame_steps = get_integer(post, "output_steps").value_or(out.frame_steps);
+  out.frame_dt = get_number(post, "output_dt").value_or(out.frame_dt);
   out.max_frames = get_integer(post, "max_frames").value_or(out.max_frames);
-  out.history_steps = get_integer(post, "history_steps").value_or(0);
-  out.history_dt = get_number(post, "history_dt").value_or(0);
+  out.history_steps = get_integer(post, "history_steps").value_or(out.history_steps);
+  out.history_dt = get_number(post, "history_dt").value_or(out.history_dt);
   if (out.frame_steps > 0 && out.frame_dt > 0)
     in_.error(*post.find("output_dt"), "'output_steps' and 'output_dt' both say when frames come",
               "leave one of them out");
@@ -307,9 +303,9 @@ void ScenarioBuilder<Dim>::build_output() {
     in_.error(*post.find("history_dt"), "'history_steps' and 'history_dt' both say when rows come",
               "leave one of them out");
   for (const std::string_view key : {"output_dt", "history_dt"}) check_interval(post, key);
-  out.checkpoint_steps = get_integer(post, "checkpoint_steps").value_or(0);
-  out.checkpoint_minutes = get_number(post, "checkpoint_minutes").value_or(0);
-  out.checkpoints_kept = get_integer(post, "checkpoints_kept").value_or(2);
+  out.checkpoint_steps = get_integer(post, "checkpoint_steps").value_or(out.checkpoint_steps);
+  out.checkpoint_minutes = get_number(post, "checkpoint_minutes").value_or(out.checkpoint_minutes);
+  out.checkpoints_kept = get_integer(post, "checkpoints_kept").value_or(out.checkpoints_kept);
   model_.title = get_text(root_, "title").value_or("");
   if (model_.title.empty()) model_.title = in_.stem;
   std::string name = get_text(section("analysis"), "uuid").value_or("");

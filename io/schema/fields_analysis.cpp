@@ -1,5 +1,6 @@
 // Tables of the analysis: scheme, time step, damping, restart.
 #include "io/schema/fields.h"
+#include "physics/model/shape_functions.h"
 #include "physics/particles/patch_split.h"
 
 namespace lahar {
@@ -368,8 +369,7 @@ const Section& analysis_section() {
                    "quadratic_spline, cubic_spline: B-splines of nodes; at walls only those of "
                    "wall nodes are not zero. Default: quadratic_spline on meshes of equal boxes "
                    "with Q4 or H8 cells; otherwise, and with the preset cbgeo, element",
-           .allowed = {"element", "gimp", "uniform_gimp", "cpdi", "cpdi2", "quadratic_spline",
-                       "cubic_spline"},
+           .allowed = shape_function_keys(),
            .native = true},
           {.key = "large_domains",
            .kinds = text,

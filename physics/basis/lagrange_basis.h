@@ -289,8 +289,12 @@ LAHAR_INLINE void with_lagrange(const Patch<Dim>& patch, Body body) {
       case Q9:
         return patch.lagrange_functions ? body(LagrangeCells<Q9>(patch))
                                         : body(LagrangeCells<Q9, Bernstein<Q9>>(patch));
-      default:
-        return;
+      case Q4:  // has kernels of its own
+      case Tet4:
+      case H8:
+      case H20:
+      case H27:
+        break;
     }
   } else {
     switch (patch.element) {
@@ -301,10 +305,16 @@ LAHAR_INLINE void with_lagrange(const Patch<Dim>& patch, Body body) {
       case H27:
         return patch.lagrange_functions ? body(LagrangeCells<H27>(patch))
                                         : body(LagrangeCells<H27, Bernstein<H27>>(patch));
-      default:
-        return;
+      case H8:  // has kernels of its own
+      case T3:
+      case T6:
+      case Q4:
+      case Q8:
+      case Q9:
+        break;
     }
   }
+  wrong_element(patch.element, Dim);
 }
 
 }  // namespace lahar

@@ -10,26 +10,12 @@
 namespace lahar {
 
 int support_rings(ShapeFunctions functions) {
-  return functions == ShapeFunctions::element ? 0 : 1;
+  return row_of(functions).rings;
 }
 
 BasisKind basis_kind(const Analysis& analysis) {
-  switch (analysis.functions) {
-    case ShapeFunctions::element:
-      break;
-    case ShapeFunctions::gimp:
-    case ShapeFunctions::uniform_gimp:
-      return BasisKind::gimp;
-    case ShapeFunctions::cpdi:
-      return BasisKind::cpdi;
-    case ShapeFunctions::cpdi2:
-      return BasisKind::cpdi2;
-    case ShapeFunctions::quadratic_spline:
-      return BasisKind::quadratic_spline;
-    case ShapeFunctions::cubic_spline:
-      return BasisKind::cubic_spline;
-  }
-  return analysis.affine == Affine::none ? BasisKind::linear : BasisKind::corners;
+  const BasisKind basis = row_of(analysis.functions).basis;
+  return basis == BasisKind::linear && analysis.affine != Affine::none ? BasisKind::corners : basis;
 }
 
 bool needs_node_positions(const Analysis& analysis) {
@@ -40,9 +26,7 @@ bool needs_node_positions(const Analysis& analysis) {
 }
 
 bool gives_gradients(const Analysis& analysis) {
-  const BasisKind basis = basis_kind(analysis);
-  return basis == BasisKind::gimp || basis == BasisKind::quadratic_spline ||
-         basis == BasisKind::cubic_spline;
+  return row_of(analysis.functions).products;
 }
 
 template <int Dim>
@@ -196,7 +180,11 @@ void add_support(const Mesh<Dim>& mesh, const Analysis& analysis, PatchTopology<
       return support_of_corners(topology);
     case BasisKind::element:
       return support_of_elements(mesh, topology);
-    default:
+    case BasisKind::gimp:
+    case BasisKind::cpdi:
+    case BasisKind::cpdi2:
+    case BasisKind::quadratic_spline:
+    case BasisKind::cubic_spline:
       support_of_grid(mesh, topology);
       return find_followers(topology);
   }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <string>
 
 #include "physics/mesh/inverse_mapping.h"
 
@@ -136,6 +138,11 @@ std::vector<CellPart<Dim>> cut_simplex(int n) {
 }
 
 }  // namespace
+
+void wrong_element(Element element, int dim) {
+  throw std::logic_error("element " + std::string(info(element).name) + " in " +
+                         std::to_string(dim) + "D");
+}
 
 std::optional<Element> element_named(std::string_view name) {
   for (int e = 0; e < n_elements; ++e)

@@ -266,6 +266,9 @@ LAHAR_INLINE void Shape<E>::gradients(const Real (&xi)[dim], Real (&dN)[nodes][d
   }
 }
 
+/// Throws: an element of the other dimension came where it cannot come, a mistake of the program.
+[[noreturn]] void wrong_element(Element element, int dim);
+
 /// Call `body` with an std::integral_constant<Element, ...> of an element of this dimension.
 template <int Dim, class Body>
 decltype(auto) with_element(Element element, Body&& body) {
@@ -283,8 +286,13 @@ decltype(auto) with_element(Element element, Body&& body) {
         return call.template operator()<Q8>();
       case Q9:
         return call.template operator()<Q9>();
-      default:
+      case Q4:
         return call.template operator()<Q4>();
+      case Tet4:
+      case H8:
+      case H20:
+      case H27:
+        break;
     }
   } else {
     switch (element) {
@@ -294,10 +302,17 @@ decltype(auto) with_element(Element element, Body&& body) {
         return call.template operator()<H20>();
       case H27:
         return call.template operator()<H27>();
-      default:
+      case H8:
         return call.template operator()<H8>();
+      case T3:
+      case T6:
+      case Q4:
+      case Q8:
+      case Q9:
+        break;
     }
   }
+  wrong_element(element, Dim);
 }
 
 /// Natural coordinates of a node, and of the cell's middle (the mean of its corners).

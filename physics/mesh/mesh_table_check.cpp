@@ -109,11 +109,12 @@ std::string_view node_order(Element element) {
       return "list a face counter-clockwise seen from the fourth corner, then that corner";
     case Element::H8:
       return "list the bottom face counter-clockwise seen from the top face, then the top";
-    default:
+    case Element::H20:
+    case Element::H27:
       return "list the bottom face counter-clockwise seen from the top face, then the top, then "
-             "the "
-             "middles of the edges 0-1 0-3 0-4 1-2 1-5 2-3 2-6 3-7 4-5 4-7 5-6 6-7";
+             "the middles of the edges 0-1 0-3 0-4 1-2 1-5 2-3 2-6 3-7 4-5 4-7 5-6 6-7";
   }
+  return "";
 }
 
 /// Positive Jacobian at the nodes; where that is not sufficient, also at Gauss points and the

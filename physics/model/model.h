@@ -13,22 +13,11 @@
 #include "physics/materials/material.h"
 #include "physics/mesh/mesh.h"
 #include "physics/model/injection.h"
+#include "physics/model/shape_functions.h"
 
 namespace lahar {
 
 enum class Scheme { usf, usl, musl };
-
-/// Functions that map between particles and nodes: those of the mesh's elements, or functions that
-/// reach beyond the cell, for structured meshes.
-enum class ShapeFunctions {
-  element,
-  gimp,          ///< domains of particles stretch with them (contiguous particles)
-  uniform_gimp,  ///< domains keep their size
-  cpdi,          ///< domains are parallelograms or parallelepipeds that deform with the particle
-  cpdi2,         ///< domains are quadrilaterals or hexahedra whose corners move with the nodes
-  quadratic_spline,
-  cubic_spline
-};
 
 /// An affine velocity field that particles carry beside their velocity.
 enum class Affine {

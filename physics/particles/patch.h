@@ -126,19 +126,6 @@ struct Outbox {
   char* filled = nullptr;   ///< the flag of this outbox where it goes to: Patch::arrived
 };
 
-/// Shape functions as kernels see them: linear ones of Q4 and H8, or a basis (basis.h); `corners`
-/// are linear ones as a basis, `element` those of other elements.
-enum class BasisKind {
-  linear,
-  corners,
-  element,
-  gimp,
-  cpdi,
-  cpdi2,
-  quadratic_spline,
-  cubic_spline
-};
-
 template <int Dim>
 struct Patch {
   PatchTopology<Dim> topology;

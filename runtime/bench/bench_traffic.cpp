@@ -48,9 +48,9 @@ void add_corners(TrafficPhase& phase, bool moves, bool strains, Scheme scheme, b
 std::vector<TrafficPhase> traffic_phases(const Analysis& analysis, bool cartesian) {
   const Scheme scheme = analysis.scheme;
   std::vector<TrafficPhase> phases = phases_of_boxes(scheme);
-  const bool stretches = analysis.functions == ShapeFunctions::gimp,
-             of_cpdi = analysis.functions == ShapeFunctions::cpdi,
-             of_cpdi2 = analysis.functions == ShapeFunctions::cpdi2;
+  const auto& functions = row_of(analysis.functions);
+  const bool stretches = functions.stretches, of_cpdi = functions.domain == ParticleDomain::vectors,
+             of_cpdi2 = functions.domain == ParticleDomain::corners;
   for (TrafficPhase& phase : phases) {
     const bool moves = std::count(phase.writes.begin(), phase.writes.end(), x) > 0;
     const bool strains = std::count(phase.writes.begin(), phase.writes.end(), stress) > 0;
@@ -58,8 +58,7 @@ std::vector<TrafficPhase> traffic_phases(const Analysis& analysis, bool cartesia
       if (std::count(phase.reads.begin(), phase.reads.end(), v) > 0) phase.reads.push_back(affine);
       if (moves) phase.writes.push_back(affine);
     }
-    if (stretches || analysis.functions == ShapeFunctions::uniform_gimp)
-      phase.reads.push_back(domain);
+    if (functions.domain == ParticleDomain::box) phase.reads.push_back(domain);
     if (analysis.opening && strains) {
       phase.reads.push_back(opening);
       phase.writes.push_back(opening);

@@ -47,12 +47,13 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
   needs.size = !model.tractions.empty();
   needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
   needs.strain = census.stressed;
-  needs.domain = basis_kind(model.analysis) == BasisKind::gimp;
+  const ShapeFunctionsRow& functions = row_of(model.analysis.functions);
+  needs.domain = functions.domain == ParticleDomain::box;
   needs.affine = model.analysis.affine != Affine::none;
-  needs.vectors = basis_kind(model.analysis) == BasisKind::cpdi;
-  needs.corners = basis_kind(model.analysis) == BasisKind::cpdi2;
+  needs.vectors = functions.domain == ParticleDomain::vectors;
+  needs.corners = functions.domain == ParticleDomain::corners;
   needs.next_corners = needs.corners && model.analysis.scheme == Scheme::musl;
-  needs.next_domain = model.analysis.functions == ShapeFunctions::gimp;
+  needs.next_domain = functions.stretches;
   for (std::size_t m = 0; m < census.used.size(); ++m) {
     if (!census.used[m]) continue;
     needs.state =

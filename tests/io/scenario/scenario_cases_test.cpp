@@ -136,6 +136,17 @@ TEST_CASE("a scenario with all defaults filled in is the same scenario") {
           CHECK(model.particles.volume == again.particles.volume);
           CHECK(model.output.folder == again.output.folder);
           CHECK(model.analysis.nsteps == again.analysis.nsteps);
+          // What the schema says is the default is what the model has where nothing is said.
+          CHECK(model.analysis.patch_particles == again.analysis.patch_particles);
+          CHECK(model.analysis.split_steps == again.analysis.split_steps);
+          CHECK(model.analysis.step.safety == again.analysis.step.safety);
+          CHECK(model.analysis.step.adaptive == again.analysis.step.adaptive);
+          CHECK(model.analysis.functions == again.analysis.functions);
+          CHECK(model.output.frame_steps == again.output.frame_steps);
+          CHECK(model.output.history_steps == again.output.history_steps);
+          CHECK(model.output.checkpoint_steps == again.output.checkpoint_steps);
+          CHECK(model.output.checkpoints_kept == again.output.checkpoints_kept);
+          CHECK(model.output.max_frames == again.output.max_frames);
           CHECK(model.node_velocities.size() == again.node_velocities.size());
         },
         a.model);
