@@ -9,7 +9,7 @@
 /// apart.
 ///
 /// A task and its rest are one body most of the time. Where ranks have to agree on the time step,
-/// so many rests are deferred that there is something to do until they have
+/// some rests are deferred: threads do them while they wait for the agreement
 /// (graph/deferred_work.h). Deferred rests are nodes of their own.
 ///
 /// Several ranks: the task of a message from elsewhere is done where the message is found; that all

@@ -597,7 +597,7 @@ class LimitRate {
     per_area_ = 1.0 / (h * h);
     diffusion_ = 2.0 * Dim * viscosity_ * per_area_;
   }
-  /// Of the particles from p on, of the bin entered.
+  /// Those of the particles from p on. The particles belong to the bin entered.
   template <class Real>
   Real at(Local p) const {
     const Real specific_volume = load<Real>(V_ + p) / load<Real>(m_ + p);

@@ -132,7 +132,7 @@ struct Patch {
   BasisKind basis = BasisKind::linear;  ///< others need topology.support_nodes
   Element element = multilinear<Dim>;   ///< of the mesh
   bool lagrange_functions = false;      ///< Analysis::lagrange_functions
-  Particles<Dim> particles;             ///< slots, of which those in bins are in use
+  Particles<Dim> particles;             ///< slots; those in bins are in use
   std::vector<ParticleBin> bins;
   std::vector<Local> first_bin;  ///< by local cell, -1 = none
   Local count = 0;               ///< particles in bins

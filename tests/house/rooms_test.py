@@ -36,7 +36,7 @@ def all_below(rooms, room, way=()):
     below = set()
     for other in rooms[room]:
         if other not in rooms:
-            sys.exit(f"CMakeLists.txt: {room} uses {other}, which is no room (yet)")
+            sys.exit(f"CMakeLists.txt: {room} uses {other}, but no lahar_room() line declares it")
         below |= {other} | all_below(rooms, other, (*way, room))
     return below
 
@@ -71,19 +71,18 @@ def main():
     root = Path(sys.argv[1])
     rooms = rooms_of((root / "CMakeLists.txt").read_text())
     below = {room: all_below(rooms, room) for room in rooms}
-    problems, graph, used = [], {}, {room: set() for room in rooms}
+    problems, graph = [], {}
     for top in FOLDERS:
         for file in sorted((root / top).rglob("*")):
             if file.suffix not in (".h", ".cpp"):
                 continue
             name, room = str(file.relative_to(root)), str(file.parent.relative_to(root))
             if room not in rooms:
-                problems.append(f"{name}: {room} is no room: add it to CMakeLists.txt, or move the file")
+                problems.append(f"{name}: CMakeLists.txt has no room {room}. Add it there, or move the file")
                 continue
             for line, target in includes(file):
                 graph.setdefault(name, []).append(target)
                 other = str(Path(target).parent)
-                used[room].add(other)
                 if not (root / target).is_file():
                     problems.append(f"{name}:{line}: there is no {target}")
                 elif other != room and other not in below[room]:

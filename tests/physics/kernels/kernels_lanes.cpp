@@ -1,4 +1,4 @@
-// Packs of particles against single particles, and bins whose length is no multiple of a pack.
+// Packs of particles against single particles, and bins whose length a pack does not divide.
 #include <doctest/doctest.h>
 
 #include <map>
