@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <span>
 #include <utility>
 
@@ -12,9 +11,6 @@
 #include "io/frames/frame_layout.h"
 
 namespace lahar {
-
-/// Takes bytes that belong at a place [bytes] in a file.
-using ByteSink = std::function<void(Index place, std::span<const std::byte> bytes)>;
 
 /// The bytes of the particles of `pieces`, one after the other, which are those from `first` on of
 /// the file, in blocks of up to a MiB.

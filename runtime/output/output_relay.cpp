@@ -1,4 +1,4 @@
-#include "runtime/output/frame_relay.h"
+#include "runtime/output/output_relay.h"
 
 #include <algorithm>
 #include <cstring>
@@ -13,7 +13,7 @@ constexpr int tag = 1;
 
 }  // namespace
 
-int FrameRelay::writer_of(int rank, int ranks, int writers) {
+int OutputRelay::writer_of(int rank, int ranks, int writers) {
   if (writers < 1 || writers >= ranks) return rank;
   // Group w is [w * ranks / writers, (w + 1) * ranks / writers): the last that does not begin
   // later.
@@ -21,8 +21,8 @@ int FrameRelay::writer_of(int rank, int ranks, int writers) {
   return static_cast<int>(w * ranks / writers);
 }
 
-FrameRelay::FrameRelay(const Communicator& ranks, int writers)
-    : ranks_(ranks.duplicate()),
+OutputRelay::OutputRelay(const Communicator& ranks, int writers)
+    : ranks_(ranks),
       writer_(writer_of(ranks.rank(), ranks.size(), writers)),
       others_(0),
       memory_(std::make_unique<std::vector<std::byte>>()) {
@@ -30,22 +30,18 @@ FrameRelay::FrameRelay(const Communicator& ranks, int writers)
     if (r != ranks.rank() && writer_of(r, ranks.size(), writers) == ranks.rank()) ++others_;
 }
 
-FrameRelay::~FrameRelay() {
+OutputRelay::~OutputRelay() {
   if (request_ != MPI_REQUEST_NULL) static_cast<void>(memory_.release());  // MPI may still use it
-}
-
-void FrameRelay::release() {
-  ranks_.release();
 }
 
 // --- calls of MPI -----------------------------------------------------------------------------
 
-void FrameRelay::progress() {
+void OutputRelay::progress() {
   if (!writes()) send();
   if (others_ > 0) receive();
 }
 
-void FrameRelay::send() {
+void OutputRelay::send() {
   if (request_ != MPI_REQUEST_NULL) {
     int done = 0;
     MPI_Test(&request_, &done, MPI_STATUS_IGNORE);
@@ -62,7 +58,7 @@ void FrameRelay::send() {
             ranks_.communicator(), &request_);
 }
 
-void FrameRelay::receive() {
+void OutputRelay::receive() {
   int done = 0;
   if (request_ != MPI_REQUEST_NULL) {
     MPI_Test(&request_, &done, MPI_STATUS_IGNORE);
@@ -89,7 +85,7 @@ void FrameRelay::receive() {
 
 // --- the bytes ----------------------------------------------------------------------------------
 
-void FrameRelay::push(Block block, const Wait& wait) {
+void OutputRelay::push(Block block, const Wait& wait) {
   std::unique_lock lock(mutex_);
   while (blocks_.size() >= slots) {
     lock.unlock();
@@ -99,7 +95,7 @@ void FrameRelay::push(Block block, const Wait& wait) {
   blocks_.push_back(std::move(block));
 }
 
-void FrameRelay::give(Index place, std::span<const std::byte> bytes, const Wait& wait) {
+void OutputRelay::give(Index place, std::span<const std::byte> bytes, const Wait& wait) {
   while (!bytes.empty()) {
     const auto some = bytes.first(std::min(bytes.size(), most_bytes));
     push({place, {some.begin(), some.end()}}, wait);
@@ -108,9 +104,10 @@ void FrameRelay::give(Index place, std::span<const std::byte> bytes, const Wait&
   }
 }
 
-void FrameRelay::end(const Wait& wait) {
+void OutputRelay::end(const ByteSink& write, const Wait& wait) {
+  if (writes()) return take_all(write, wait);
   push({}, wait);
-  while (true) {  // a frame is through when nothing of it waits here any more
+  while (true) {  // a file is through when nothing of it waits here any more
     {
       const std::scoped_lock lock(mutex_);
       if (blocks_.empty()) return;
@@ -119,7 +116,7 @@ void FrameRelay::end(const Wait& wait) {
   }
 }
 
-std::optional<FrameRelay::Block> FrameRelay::next() {
+std::optional<OutputRelay::Block> OutputRelay::next() {
   const std::scoped_lock lock(mutex_);
   if (blocks_.empty()) return {};
   Block block = std::move(blocks_.front());
@@ -127,8 +124,7 @@ std::optional<FrameRelay::Block> FrameRelay::next() {
   return block;
 }
 
-void FrameRelay::take_all(const std::function<void(Index place, std::span<const std::byte>)>& write,
-                          const Wait& wait) {
+void OutputRelay::take_all(const ByteSink& write, const Wait& wait) {
   std::exception_ptr failure;
   for (int left = others_; left > 0;) {
     const std::optional<Block> block = next();
