@@ -20,26 +20,37 @@ void OutputAgreement::start(std::vector<std::byte> own, bool failed) {
   memory_->parts[static_cast<std::size_t>(ranks_.rank())] = {static_cast<Index>(own.size()),
                                                              failed};
   memory_->own = std::move(own);
-  if (!ranks_.several()) return start_gathering();
-  counting_ = true;
-  MPI_Iallgather(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, memory_->parts.data(), 2, MPI_INT64_T,
-                 ranks_.communicator(), &request_);
+  stage_ = Stage::started;
+  if (ranks_.several()) return;
+  lay_out();
+  memory_->all = memory_->own;
+  stage_ = Stage::done;
 }
 
-bool OutputAgreement::done() {
-  if (!request_is_done()) return false;
-  if (!std::exchange(counting_, false)) return true;
-  start_gathering();
-  return request_is_done();
-}
-
-bool OutputAgreement::request_is_done() {
+bool OutputAgreement::progress() {
+  if (stage_ == Stage::done) return false;
   int done = 1;
   if (request_ != MPI_REQUEST_NULL) MPI_Test(&request_, &done, MPI_STATUS_IGNORE);
-  return done != 0;
+  if (!done) return false;
+  Memory& memory = *memory_;
+  if (stage_ == Stage::started) {
+    MPI_Iallgather(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, memory.parts.data(), 2, MPI_INT64_T,
+                   ranks_.communicator(), &request_);
+    stage_ = Stage::counting;
+  } else if (stage_ == Stage::counting) {
+    lay_out();
+    MPI_Iallgatherv(memory.own.data(), static_cast<int>(memory.own.size()), MPI_BYTE,
+                    memory.all.data(), memory.sizes.data(), memory.places.data(), MPI_BYTE,
+                    ranks_.communicator(), &request_);
+    stage_ = Stage::gathering;
+  } else {
+    stage_ = Stage::done;
+  }
+  return stage_ == Stage::done;
 }
 
-void OutputAgreement::start_gathering() {
+/// Where the bytes of each rank will be among those of all.
+void OutputAgreement::lay_out() {
   Index all = 0;
   memory_->sizes.clear();
   memory_->places.clear();
@@ -48,15 +59,9 @@ void OutputAgreement::start_gathering() {
     memory_->places.push_back(static_cast<int>(all));
     all += part.bytes;
   }
-  if (ranks_.several() && all > std::numeric_limits<int>::max())
+  if (all > std::numeric_limits<int>::max())
     throw IoError("MPI cannot send what ranks have to know about a file of so many parts");
   memory_->all.resize(static_cast<std::size_t>(all));
-  if (!ranks_.several())
-    memory_->all = memory_->own;
-  else if (all > 0)
-    MPI_Iallgatherv(memory_->own.data(), static_cast<int>(memory_->own.size()), MPI_BYTE,
-                    memory_->all.data(), memory_->sizes.data(), memory_->places.data(), MPI_BYTE,
-                    ranks_.communicator(), &request_);
 }
 
 std::span<const std::byte> OutputAgreement::of(int rank) const {

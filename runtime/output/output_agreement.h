@@ -28,9 +28,8 @@ std::vector<T> values_of(std::span<const std::byte> bytes) {
 }
 
 /// Every rank gives some bytes and says whether it failed; all get what all gave. Collective and
-/// without waiting: start(), then ask done() until it is. Results are good until the next start.
-/// With one rank nothing of MPI is touched, and all is done at once. start() and done() are calls
-/// of MPI: by one thread at a time.
+/// without waiting: after start() somebody calls progress(), which alone calls MPI, until all is
+/// done(). Results are good until the next start. One rank has them at once.
 class OutputAgreement {
  public:
   explicit OutputAgreement(const Communicator& ranks);  ///< collective
@@ -42,13 +41,16 @@ class OutputAgreement {
 
   const Communicator& ranks() const { return ranks_; }
   void start(std::vector<std::byte> own, bool failed);
-  bool done();
+  /// Go on; returns at once. True when the results have come.
+  bool progress();
+  bool done() const { return stage_ == Stage::done; }
 
   std::span<const std::byte> all() const { return memory_->all; }  ///< one rank after the other
   std::span<const std::byte> of(int rank) const;
   std::optional<int> failed_rank() const;  ///< the first
 
  private:
+  enum class Stage { started, counting, gathering, done };
   struct Part {
     Index bytes, failed;
   };
@@ -58,12 +60,11 @@ class OutputAgreement {
     std::vector<std::byte> own, all;
     std::vector<int> sizes, places;  ///< of `all`, by rank
   };
-  bool request_is_done();
-  void start_gathering();
+  void lay_out();
 
   Communicator ranks_;
   std::unique_ptr<Memory> memory_;
-  bool counting_ = false;  ///< under way are the sizes
+  Stage stage_ = Stage::done;
   MPI_Request request_ = MPI_REQUEST_NULL;
 };
 

@@ -2,8 +2,8 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -13,8 +13,12 @@ namespace lahar {
 
 namespace {
 
+using Task = OutputJob::Task;
+
 /// How long to sleep between two looks at what other ranks say.
 constexpr std::chrono::microseconds poll_interval{100};
+
+constexpr const char* ended_before = "the run ended before its files were written";
 
 }  // namespace
 
@@ -26,65 +30,57 @@ OutputWriter::OutputWriter(const Communicator& ranks, Options options)
       thread_([this] { loop(); }) {}
 
 OutputWriter::~OutputWriter() {
+  bool idle = false;
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
+    idle = queue_.empty();
   }
   changed_.notify_all();
   thread_.join();
   // A rank that ends by an error ends alone, and MPI may still work on what it gave.
-  if (queue_.empty() && std::uncaught_exceptions() == 0) agreement_.release();
+  if (idle && std::uncaught_exceptions() == 0) agreement_.release();
 }
 
 // --- for the computation ------------------------------------------------------------------------
 
 void OutputWriter::write(std::unique_ptr<OutputJob> job) {
+  const OutputJob::About about = job->about();
   std::unique_lock lock(mutex_);
   wait_until(lock, [this] { return queue_.size() < options_.slots || failure_; });
   throw_failure();
-  const OutputJob* own = job.get();
-  const OutputJob::About about = job->about();
-  Entry entry;
-  entry.job = std::move(job);
+  Entry own;
+  own.job = std::move(job);
   if (about.prepare_now) {
     lock.unlock();
-    attempt(entry, [&] { entry.told = entry.job->prepare(); });
+    attempt(own, [&] { own.told = own.job->prepare(); });
     lock.lock();
     throw_failure();
-    entry.worked = true;
   }
-  queue_.push_back(std::move(entry));
+  queue_.push_back(std::move(own));
   ++handed_;
-  if (!agreement_.ranks().several()) advance();
   changed_.notify_all();
-  if (about.write_now) write_now(lock, own);
-}
-
-void OutputWriter::write_now(std::unique_lock<std::mutex>& lock, const OutputJob* job) {
-  const auto is_ready = [&] {
-    return !queue_.empty() && queue_.front().job.get() == job &&
-           queue_.front().task == Task::write && !queue_.front().agreeing;
-  };
-  wait_until(lock, [&] { return failure_ || is_ready(); });
+  if (!about.write_now) return;
+  wait_until(lock, [this] { return for_caller_ != nullptr || failure_; });
   throw_failure();
-  Entry& entry = queue_.front();
+  Entry& entry = *for_caller_;
   lock.unlock();
   attempt(entry, [&] { write_part(entry, [this] { poll(); }); });
   lock.lock();
-  entry.written_now = true;
+  for_caller_ = nullptr;
   changed_.notify_all();
 }
 
 bool OutputWriter::progress() {
   const std::lock_guard lock(mutex_);
   relay_.progress();
-  advance();
+  if (agreement_.progress()) changed_.notify_all();
   return queue_.empty();
 }
 
 void OutputWriter::finish() {
   std::unique_lock lock(mutex_);
-  wait_until(lock, [this] { return queue_.empty() || failure_; });
+  wait_until(lock, [this] { return queue_.empty(); });
   throw_failure();
 }
 
@@ -94,7 +90,7 @@ void OutputWriter::wait_for_named() {
   const bool several = agreement_.ranks().several();
   changed_.wait(lock, [&] { return ended_ >= all || (given_up_ && several); });
   throw_failure();
-  if (ended_ < all) throw IoError("the run ended before its files were written");
+  if (ended_ < all) throw IoError(ended_before);
 }
 
 void OutputWriter::give_up() {
@@ -138,120 +134,99 @@ void OutputWriter::poll() {
     progress();
 }
 
-// --- one task after the other -------------------------------------------------------------------
-
-void OutputWriter::advance() {
-  bool moved = false;
-  while (!queue_.empty() && advance_front()) moved = true;
-  if (moved) changed_.notify_all();  // not at every look: the thread would wake for nothing
-}
-
-/// True if something happened.
-bool OutputWriter::advance_front() {
-  Entry& entry = queue_.front();
-  if (!entry.agreeing) {
-    if (is_own(entry.task) && !entry.worked) return false;
-    agreement_.start(std::move(entry.told), entry.failure != nullptr);
-    return entry.agreeing = true;
-  }
-  if (!agreement_.done()) return false;
-  if (const auto rank = agreement_.failed_rank())
-    fail(entry, *rank);
-  else
-    begin_next_task(entry);
-  return true;
-}
-
-void OutputWriter::begin_next_task(Entry& entry) {
-  switch (entry.task) {
-    case Task::prepare:
-      entry.job->hear_parts(agreement_.all(), agreement_.ranks().rank());
-      entry.task = Task::create;
-      break;
-    case Task::create:
-      entry.job->hear_layout(agreement_.of(0));
-      entry.task = Task::write;
-      break;
-    case Task::write:
-      entry.task = Task::name;
-      break;
-    case Task::name:
-      ++ended_;
-      return queue_.pop_front();
-  }
-  entry.told.clear();
-  entry.worked = entry.agreeing = false;
-}
-
-/// All ranks come here with the same file.
-void OutputWriter::fail(const Entry& entry, int rank) {
-  failure_ = entry.failure;
-  if (!failure_) {
-    const std::vector<char> reason = values_of<char>(agreement_.of(rank));
-    failure_ = std::make_exception_ptr(
-        IoError(entry.job->blame(entry.task, rank, {reason.begin(), reason.end()})));
-  }
-  queue_.clear();
-  ended_ = handed_;
-}
-
-// --- file work ----------------------------------------------------------------------------------
-
-bool OutputWriter::is_own(Task task) const {
-  return task == Task::prepare || task == Task::write || agreement_.ranks().rank() == 0;
-}
-
-bool OutputWriter::has_work() const {
-  if (queue_.empty()) return false;
-  const Entry& entry = queue_.front();
-  if (entry.worked || entry.agreeing || !is_own(entry.task)) return false;
-  return entry.task != Task::write || entry.written_now == entry.job->about().write_now;
-}
+// --- the thread ---------------------------------------------------------------------------------
 
 void OutputWriter::loop() {
   std::unique_lock lock(mutex_);
   while (true) {
-    changed_.wait(lock, [this] { return has_work() || stopping_; });
-    const bool several = agreement_.ranks().several();
-    if (!has_work() || (stopping_ && several)) return;
+    changed_.wait(lock, [this] { return !queue_.empty() || stopping_; });
+    if (queue_.empty() || (stopping_ && agreement_.ranks().several())) return;
     Entry& entry = queue_.front();  // deque: stays in place while others are added
     lock.unlock();
-    if (!entry.failure) attempt(entry, [&] { work(entry); });
+    std::exception_ptr failure;
+    try {
+      write_file(entry);
+    } catch (...) {
+      failure = std::current_exception();
+    }
     lock.lock();
-    entry.worked = true;
-    if (!several) advance();
+    if (failure) {  // on all ranks, of the same file
+      failure_ = failure;
+      queue_.clear();
+      ended_ = handed_;
+    } else {
+      queue_.pop_front();
+      ++ended_;
+    }
     changed_.notify_all();
   }
 }
 
-/// What a part throws is told when all ranks are asked.
-void OutputWriter::attempt(Entry& entry, const std::function<void()>& part) {
+/// Throws on all ranks where one fails.
+void OutputWriter::write_file(Entry& entry) {
+  OutputJob& job = *entry.job;
+  const int rank = agreement_.ranks().rank();
+  std::optional<AtomicFile> file;  // of rank 0
+
+  if (!job.about().prepare_now) work(entry, [&] { entry.told = job.prepare(); });
+  agree(entry, Task::prepare);
+  job.hear_parts(agreement_.all(), rank);
+
+  if (rank == 0)
+    work(entry, [&] {
+      file.emplace(job.about().target);
+      entry.told = job.create(*file);
+    });
+  agree(entry, Task::create);
+  job.hear_layout(agreement_.of(0));
+
+  if (job.about().write_now) let_caller_write(entry);
+  work(entry, [&] {
+    if (!job.about().write_now) write_part(entry, [this] { rest(); });
+    if (entry.part) entry.part->sync();
+  });
+  agree(entry, Task::write);
+
+  if (rank == 0) work(entry, [&] { job.name(*file); });
+  agree(entry, Task::name);
+}
+
+void OutputWriter::work(Entry& entry, const std::function<void()>& task) {
+  const TraceSpan trace = TraceSpan::beside_steps(entry.job->about().kind, entry.job->about().step);
+  if (!entry.failure) attempt(entry, task);
+}
+
+/// What a task throws is told when all ranks are asked.
+void OutputWriter::attempt(Entry& entry, const std::function<void()>& task) {
   try {
-    part();
+    task();
   } catch (const std::exception& error) {
     entry.failure = std::current_exception();
     entry.told = bytes_of(std::span<const char>(std::string_view(error.what())));
   }
 }
 
-void OutputWriter::work(Entry& entry) {
-  OutputJob& job = *entry.job;
-  const TraceSpan trace = TraceSpan::beside_steps(job.about().kind, job.about().step);
-  switch (entry.task) {
-    case Task::prepare:
-      entry.told = job.prepare();
-      return;
-    case Task::create:
-      entry.file = std::make_unique<AtomicFile>(job.about().target);
-      entry.told = job.create(*entry.file);
-      return;
-    case Task::write:
-      if (!entry.written_now) write_part(entry, [this] { rest(); });
-      if (entry.part) entry.part->sync();
-      return;
-    case Task::name:
-      return job.name(*entry.file);
+/// Wait until all ranks have done a task.
+void OutputWriter::agree(Entry& entry, Task task) {
+  {
+    std::unique_lock lock(mutex_);
+    agreement_.start(std::exchange(entry.told, {}), entry.failure != nullptr);
+    changed_.wait(lock, [this] { return agreement_.done() || stopping_; });
+    if (!agreement_.done()) throw IoError(ended_before);
   }
+  if (entry.failure) std::rethrow_exception(entry.failure);
+  if (const auto rank = agreement_.failed_rank()) {
+    const std::vector<char> reason = values_of<char>(agreement_.of(*rank));
+    throw IoError(entry.job->blame(task, *rank, {reason.begin(), reason.end()}));
+  }
+}
+
+void OutputWriter::let_caller_write(Entry& entry) {
+  std::unique_lock lock(mutex_);
+  for_caller_ = &entry;
+  changed_.notify_all();
+  changed_.wait(lock, [this] { return for_caller_ == nullptr || stopping_; });
+  if (for_caller_ != nullptr) throw IoError(ended_before);
 }
 
 void OutputWriter::write_part(Entry& entry, const OutputRelay::Wait& wait) {
@@ -281,7 +256,7 @@ void OutputWriter::write_part(Entry& entry, const OutputRelay::Wait& wait) {
 void OutputWriter::rest() {
   {
     const std::lock_guard lock(mutex_);
-    if (stopping_) throw IoError("the run ended before its files were written");
+    if (stopping_) throw IoError(ended_before);
   }
   std::this_thread::sleep_for(poll_interval);
 }

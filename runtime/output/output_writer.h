@@ -1,13 +1,4 @@
 /// \file Files that all ranks write together, behind the computation.
-///
-///     prepare -> create -> write -> name
-///
-/// is what happens to a file (OutputJob), one file after the other. Every rank prepares its part;
-/// all learn what the others have; rank 0 makes the file and tells where its parts lie; every rank
-/// writes its part; rank 0 gives the complete file its name. After each task all ranks agree
-/// (OutputAgreement) that it was done. File work is done by a thread of each rank that never calls
-/// MPI; agreements go on in progress(), and nobody waits for them. Where fewer ranks write than
-/// there are, the others send them what they have (OutputRelay).
 #pragma once
 
 #include <condition_variable>
@@ -25,11 +16,16 @@
 
 namespace lahar {
 
-/// All ranks give the same jobs in the same order, and each holds its own object. A file is
-/// complete or absent: it is written under another name and brought to the disk by every rank.
+/// Writes one file (OutputJob) after the other. What happens to a file is in write_file(): every
+/// rank prepares its part; rank 0 makes the file and tells where parts lie; every rank writes its
+/// part; rank 0 gives the file its name. After each task all ranks agree that it was done. This is
+/// the work of a thread of each rank, which never calls MPI; what ranks tell each other goes on in
+/// progress(). Where fewer ranks write than there are, the others send them what they have.
 ///
-/// What goes wrong on one rank is an error on all of them, at the next write() or finish() after
-/// they have heard of it. The file is then removed, and those that wait are not written.
+/// All ranks give the same jobs in the same order, and each holds its own object. A file is
+/// complete or absent: it has another name until it is on the disk. What goes wrong on one rank is
+/// an error on all of them, at the next write() or finish() after they have heard of it. The file
+/// is then removed, and those that wait are not written.
 class OutputWriter {
  public:
   struct Options {
@@ -47,8 +43,7 @@ class OutputWriter {
   OutputWriter& operator=(const OutputWriter&) = delete;
 
   /// Hand a file over. Blocks while all slots are taken; then does what the job wants to have done
-  /// at once (OutputJob::About), for which all ranks must be in this call, on all threads that the
-  /// job takes. Bringing it to the disk is left for later.
+  /// at once (OutputJob::About). For that all ranks are in this call, and no step is taken.
   void write(std::unique_ptr<OutputJob> job);
   /// Go on with what ranks tell each other; returns at once. To be called often while steps are
   /// taken, in turn with all other calls of MPI. One rank: needs not be called. True: nothing is
@@ -64,42 +59,31 @@ class OutputWriter {
   /// Where write() and finish() have to wait for other ranks, they call progress() again and again,
   /// or else this, which has to do so.
   void while_waiting(std::function<void()> poll) { poll_ = std::move(poll); }
-  /// That of all ranks, if it was not thrown or is not forgotten.
+  /// The same on all ranks; null if there is none, or it is forgotten.
   std::exception_ptr failure();
 
  private:
-  using Task = OutputJob::Task;
-  /// A job and how far it is.
   struct Entry {
     std::unique_ptr<OutputJob> job;
-    Task task = Task::prepare;
-    bool worked = false;               ///< this rank did its part of the task
-    bool agreeing = false;             ///< ranks tell each other about the task
-    bool written_now = false;          ///< the caller of write() has written the part
-    std::unique_ptr<AtomicFile> file;  ///< rank 0
-    std::unique_ptr<SharedFile> part;
-    OutputJob::Bytes told;       ///< what the task gave; where it failed, why
-    std::exception_ptr failure;  ///< of this rank
+    OutputJob::Bytes told;             ///< what the last task returned; where it failed, why
+    std::exception_ptr failure;        ///< of this rank
+    std::unique_ptr<SharedFile> part;  ///< where this rank writes
   };
 
-  // Under the lock.
-  void wait_until(std::unique_lock<std::mutex>& lock, const std::function<bool()>& condition);
-  void write_now(std::unique_lock<std::mutex>& lock, const OutputJob* job);
-  void advance();
-  bool advance_front();
-  void begin_next_task(Entry& entry);
-  void fail(const Entry& entry, int rank);
-  void throw_failure();
-  bool is_own(Task task) const;
-  bool has_work() const;
-
-  // Without the lock.
+  // By the thread.
   void loop();
-  static void attempt(Entry& entry, const std::function<void()>& part);
-  void work(Entry& entry);
-  void write_part(Entry& entry, const OutputRelay::Wait& wait);
+  void write_file(Entry& entry);
+  void work(Entry& entry, const std::function<void()>& task);
+  void agree(Entry& entry, OutputJob::Task task);
+  void let_caller_write(Entry& entry);
   void rest();
   void poll();
+  // By the thread or by the caller of write().
+  static void attempt(Entry& entry, const std::function<void()>& task);
+  void write_part(Entry& entry, const OutputRelay::Wait& wait);
+  // Under the lock.
+  void wait_until(std::unique_lock<std::mutex>& lock, const std::function<bool()>& condition);
+  void throw_failure();
 
   Options options_;
   Index writer_pid_;  ///< of rank 0, part of temporary names
@@ -110,6 +94,7 @@ class OutputWriter {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Entry> queue_;       // the front one is being written
+  Entry* for_caller_ = nullptr;   ///< the front one while the caller of write() has to write it
   Index handed_ = 0, ended_ = 0;  ///< files
   std::exception_ptr failure_;    ///< known to all ranks
   bool stopping_ = false, given_up_ = false;
