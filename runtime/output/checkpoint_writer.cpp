@@ -77,17 +77,10 @@ class CheckpointJob : public OutputJob {
   }
   std::string blame(Task task, int, const std::string& reason) const override {
     const std::string file = about().target.string();
-    switch (task) {
-      case Task::prepare:
-        return fmt::format("cannot write {}: another rank could not pack its part", file);
-      case Task::create:
-        return reason;
-      case Task::write:
-        return fmt::format("cannot write {}: another rank could not write its part", file);
-      case Task::name:
-        break;
-    }
-    return fmt::format("another rank could not complete {}", file);
+    if (task == Task::create) return reason;
+    if (task == Task::name) return fmt::format("another rank could not complete {}", file);
+    return fmt::format("cannot write {}: another rank could not {} its part", file,
+                       task == Task::prepare ? "pack" : "write");
   }
 
  private:

@@ -31,7 +31,7 @@ class FrameOutput::Job : public OutputJob {
       : OutputJob({.target = output.folder_ / frame_name(frame.header.step, ".hdf"),
                    .step = frame.header.step,
                    .kind = TraceKind::frame,
-                   .prepare_now = true,
+                   .prepare_now = true,  // it is nothing
                    .write_now = source != nullptr}),
         output_(output),
         frame_(std::move(frame)),

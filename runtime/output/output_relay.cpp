@@ -1,9 +1,9 @@
 #include "runtime/output/output_relay.h"
 
 #include <algorithm>
-#include <cstring>
-#include <exception>
 #include <utility>
+
+#include "runtime/output/output_agreement.h"
 
 namespace lahar {
 
@@ -25,7 +25,7 @@ OutputRelay::OutputRelay(const Communicator& ranks, int writers)
     : ranks_(ranks),
       writer_(writer_of(ranks.rank(), ranks.size(), writers)),
       others_(0),
-      memory_(std::make_unique<std::vector<std::byte>>()) {
+      memory_(std::make_unique<Block>()) {
   for (int r = 0; r < ranks.size(); ++r)
     if (r != ranks.rank() && writer_of(r, ranks.size(), writers) == ranks.rank()) ++others_;
 }
@@ -41,43 +41,32 @@ void OutputRelay::progress() {
   if (others_ > 0) receive();
 }
 
+bool OutputRelay::request_is_done() {
+  int done = 1;
+  if (request_ != MPI_REQUEST_NULL) MPI_Test(&request_, &done, MPI_STATUS_IGNORE);
+  return done != 0;
+}
+
 void OutputRelay::send() {
-  if (request_ != MPI_REQUEST_NULL) {
-    int done = 0;
-    MPI_Test(&request_, &done, MPI_STATUS_IGNORE);
-    if (!done) return;
-  }
+  if (!request_is_done()) return;
   const std::scoped_lock lock(mutex_);
   if (blocks_.empty()) return;
-  const Block block = std::move(blocks_.front());
+  *memory_ = std::move(blocks_.front());
   blocks_.pop_front();
-  memory_->resize(sizeof(Index) + block.bytes.size());
-  std::memcpy(memory_->data(), &block.place, sizeof(Index));
-  std::copy(block.bytes.begin(), block.bytes.end(), memory_->begin() + sizeof(Index));
   MPI_Isend(memory_->data(), static_cast<int>(memory_->size()), MPI_BYTE, writer_, tag,
             ranks_.communicator(), &request_);
 }
 
 void OutputRelay::receive() {
-  int done = 0;
-  if (request_ != MPI_REQUEST_NULL) {
-    MPI_Test(&request_, &done, MPI_STATUS_IGNORE);
-    if (!done) return;
-    Block block;
-    std::memcpy(&block.place, memory_->data(), sizeof(Index));
-    block.bytes.assign(memory_->begin() + sizeof(Index), memory_->end());
-    const std::scoped_lock lock(mutex_);
-    blocks_.push_back(std::move(block));
-  }
-  {
-    const std::scoped_lock lock(mutex_);
-    if (blocks_.size() >= slots) return;
-  }
+  if (!request_is_done()) return;
+  const std::scoped_lock lock(mutex_);
+  if (!memory_->empty()) blocks_.push_back(std::exchange(*memory_, {}));
+  if (blocks_.size() >= slots) return;
+  int found = 0, bytes = 0;
   MPI_Message message{};
   MPI_Status status{};
-  MPI_Improbe(MPI_ANY_SOURCE, tag, ranks_.communicator(), &done, &message, &status);
-  if (!done) return;
-  int bytes = 0;
+  MPI_Improbe(MPI_ANY_SOURCE, tag, ranks_.communicator(), &found, &message, &status);
+  if (!found) return;
   MPI_Get_count(&status, MPI_BYTE, &bytes);
   memory_->resize(static_cast<std::size_t>(bytes));
   MPI_Imrecv(memory_->data(), bytes, MPI_BYTE, &message, &request_);
@@ -85,7 +74,9 @@ void OutputRelay::receive() {
 
 // --- the bytes ----------------------------------------------------------------------------------
 
-void OutputRelay::push(Block block, const Wait& wait) {
+void OutputRelay::push(Index place, std::span<const std::byte> bytes, const Wait& wait) {
+  Block block = bytes_of(std::span<const Index>(&place, 1));
+  block.insert(block.end(), bytes.begin(), bytes.end());
   std::unique_lock lock(mutex_);
   while (blocks_.size() >= slots) {
     lock.unlock();
@@ -95,28 +86,8 @@ void OutputRelay::push(Block block, const Wait& wait) {
   blocks_.push_back(std::move(block));
 }
 
-void OutputRelay::give(Index place, std::span<const std::byte> bytes, const Wait& wait) {
-  while (!bytes.empty()) {
-    const auto some = bytes.first(std::min(bytes.size(), most_bytes));
-    push({place, {some.begin(), some.end()}}, wait);
-    place += static_cast<Index>(some.size());
-    bytes = bytes.subspan(some.size());
-  }
-}
-
-void OutputRelay::end(const ByteSink& write, const Wait& wait) {
-  if (writes()) return take_all(write, wait);
-  push({}, wait);
-  while (true) {  // a file is through when nothing of it waits here any more
-    {
-      const std::scoped_lock lock(mutex_);
-      if (blocks_.empty()) return;
-    }
-    wait();
-  }
-}
-
-std::optional<OutputRelay::Block> OutputRelay::next() {
+/// Empty if there is none.
+OutputRelay::Block OutputRelay::next() {
   const std::scoped_lock lock(mutex_);
   if (blocks_.empty()) return {};
   Block block = std::move(blocks_.front());
@@ -124,23 +95,39 @@ std::optional<OutputRelay::Block> OutputRelay::next() {
   return block;
 }
 
-void OutputRelay::take_all(const ByteSink& write, const Wait& wait) {
-  std::exception_ptr failure;
-  for (int left = others_; left > 0;) {
-    const std::optional<Block> block = next();
-    if (!block) {
-      wait();
-    } else if (block->place < 0) {
-      --left;
-    } else if (!failure) {
-      try {
-        write(block->place, block->bytes);
-      } catch (...) {  // nobody can be told before all have given what they have
-        failure = std::current_exception();
-      }
-    }
+void OutputRelay::give(Index place, std::span<const std::byte> bytes, const Wait& wait) {
+  while (!bytes.empty()) {
+    const auto some = bytes.first(std::min(bytes.size(), most_bytes));
+    push(place, some, wait);
+    place += static_cast<Index>(some.size());
+    bytes = bytes.subspan(some.size());
   }
-  if (failure) std::rethrow_exception(failure);
+}
+
+void OutputRelay::end(const ByteSink& write, const Wait& wait) {
+  if (writes()) return take_all(write, wait);
+  push(-1, {}, wait);
+  const auto is_sent = [this] {
+    const std::scoped_lock lock(mutex_);
+    return blocks_.empty();
+  };
+  while (!is_sent()) wait();
+}
+
+void OutputRelay::take_all(const ByteSink& write, const Wait& wait) {
+  for (int left = others_; left > 0;) {
+    const Block block = next();
+    if (block.empty()) {
+      wait();
+      continue;
+    }
+    const std::span<const std::byte> bytes(block);
+    const Index place = values_of<Index>(bytes.first(sizeof(Index))).front();
+    if (place < 0)
+      --left;
+    else
+      write(place, bytes.subspan(sizeof(Index)));
+  }
 }
 
 }  // namespace lahar

@@ -47,28 +47,25 @@ class OutputRelay {
   /// By a rank that does not write.
   void give(Index place, std::span<const std::byte> bytes, const Wait& wait);
   /// By every rank, for each file: returns when all that ranks gave is sent. A rank that writes
-  /// gets the blocks of the others, in any order. What `write` throws is thrown again when all have
-  /// come.
+  /// gets the blocks of the others, in any order; `write` must not throw, as they would wait.
   void end(const ByteSink& write, const Wait& wait);
 
  private:
-  struct Block {
-    Index place = -1;  ///< [bytes] in the file; -1 = no more
-    std::vector<std::byte> bytes;
-  };
-  void push(Block block, const Wait& wait);
+  /// Bytes behind their place in the file; a negative place = no more.
+  using Block = std::vector<std::byte>;
+  void push(Index place, std::span<const std::byte> bytes, const Wait& wait);
   void take_all(const ByteSink& write, const Wait& wait);
+  Block next();
+  bool request_is_done();
   void send();
   void receive();
-  std::optional<Block> next();
 
   Communicator ranks_;
   int writer_;  ///< of this rank
   int others_;  ///< for whom this rank writes
   std::mutex mutex_;
-  std::deque<Block> blocks_;  ///< to be sent, or to be written
-  /// What MPI works on: a block behind its place.
-  std::unique_ptr<std::vector<std::byte>> memory_;
+  std::deque<Block> blocks_;       ///< to be sent, or to be written
+  std::unique_ptr<Block> memory_;  ///< what MPI works on
   MPI_Request request_ = MPI_REQUEST_NULL;
 };
 

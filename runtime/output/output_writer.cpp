@@ -65,7 +65,7 @@ void OutputWriter::write(std::unique_ptr<OutputJob> job) {
   throw_failure();
   Entry& entry = *for_caller_;
   lock.unlock();
-  attempt(entry, [&] { write_part(entry, [this] { poll(); }); });
+  write_part(entry, [this] { poll(); });
   lock.lock();
   for_caller_ = nullptr;
   changed_.notify_all();
@@ -183,7 +183,7 @@ void OutputWriter::write_file(Entry& entry) {
   if (job.about().write_now) let_caller_write(entry);
   work(entry, [&] {
     if (!job.about().write_now) write_part(entry, [this] { rest(); });
-    if (entry.part) entry.part->sync();
+    if (entry.part && !entry.failure) entry.part->sync();
   });
   agree(entry, Task::write);
 
@@ -229,27 +229,25 @@ void OutputWriter::let_caller_write(Entry& entry) {
   if (for_caller_ != nullptr) throw IoError(ended_before);
 }
 
+/// Of this rank, and of those that it writes for.
 void OutputWriter::write_part(Entry& entry, const OutputRelay::Wait& wait) {
   const std::filesystem::path& target = entry.job->about().target;
   const bool writes = relay_.writes();
-  std::exception_ptr failure;
-  const ByteSink sink = [&](Index place, std::span<const std::byte> bytes) {
-    if (writes)
-      entry.part->write(place, bytes);
-    else
-      relay_.give(place, bytes, wait);
-  };
-  try {
+  attempt(entry, [&] {
     if (writes) entry.part = std::make_unique<SharedFile>(part_file(target, writer_pid_), target);
-    entry.job->write(sink, writes);
-  } catch (...) {  // others cannot go on before what they have is taken from them
-    failure = std::current_exception();
-  }
-  const ByteSink take = [&](Index place, std::span<const std::byte> bytes) {
-    if (!failure) entry.part->write(place, bytes);
+    const auto put = [&](Index place, std::span<const std::byte> bytes) {
+      if (writes)
+        entry.part->write(place, bytes);
+      else
+        relay_.give(place, bytes, wait);
+    };
+    entry.job->write(put, writes);
+  });
+  // Others cannot go on before what they have is taken from them.
+  const auto take = [&](Index place, std::span<const std::byte> bytes) {
+    if (!entry.failure) attempt(entry, [&] { entry.part->write(place, bytes); });
   };
-  relay_.end(take, wait);
-  if (failure) std::rethrow_exception(failure);
+  attempt(entry, [&] { relay_.end(take, wait); });
 }
 
 /// Sleeps; throws when nobody will call progress() any more.
