@@ -27,8 +27,6 @@ class SlabFile {
   /// The particles of `pieces`, one after the other, become those from `first` on of the file.
   /// Threads and processes may do so at the same time for different particles. Throws IoError.
   void write(const FrameLayout& layout, Index first, std::span<const Frame> pieces) const;
-  /// The same of bytes from elsewhere. Throws IoError.
-  void write(Index place, std::span<const std::byte> bytes) const { file_.write(place, bytes); }
   /// Bring what this process wrote to the disk. Throws IoError.
   void sync() const { file_.sync(); }
 
