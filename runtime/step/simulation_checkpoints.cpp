@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "runtime/patches/patch_state.h"
-#include "runtime/step/simulation_impl.h"
+#include "runtime/step/simulation_driver.h"
 
 namespace lahar {
 
 template <int Dim>
-RunState Simulation<Dim>::Impl::run_state(Step at) const {
+RunState SimulationDriver<Dim>::run_state(Step at) const {
   return {.dim = Dim,
           .step = at,
           .time = time_at(at),
@@ -34,7 +34,7 @@ RunState Simulation<Dim>::Impl::run_state(Step at) const {
 }
 
 template <int Dim>
-SimulationState Simulation<Dim>::Impl::present_state() const {
+SimulationState SimulationDriver<Dim>::present_state() const {
   SimulationState state{.run = run_state(step), .patches = {}, .sizes = {}, .bytes = {}};
   state.run.particles = ranks.sum(patches.particles());
   state.run.removed = ranks.sum(removed);
@@ -50,7 +50,7 @@ SimulationState Simulation<Dim>::Impl::present_state() const {
 }
 
 template <int Dim>
-std::size_t Simulation<Dim>::Impl::state_bytes() const {
+std::size_t SimulationDriver<Dim>::state_bytes() const {
   std::size_t bytes = 0;
   for (int i = 0; i < patches.size(); ++i)
     if (has_state(patches[i])) bytes += packed_bytes(patches[i]);
@@ -58,7 +58,7 @@ std::size_t Simulation<Dim>::Impl::state_bytes() const {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::begin_keeping() {
+void SimulationDriver<Dim>::begin_keeping() {
   copies_states = false;
   measured_ids = log.next_id();
   largest_copy = copies_frames() ? frame_size : 0;
@@ -73,12 +73,12 @@ void Simulation<Dim>::Impl::begin_keeping() {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::keep(int p, Step at) {
+void SimulationDriver<Dim>::keep(int p, Step at) {
   if (has_state(patches[p])) kept[at][static_cast<std::size_t>(p)] = pack(patches[p], at);
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::hand_on_kept(Step at) {
+void SimulationDriver<Dim>::hand_on_kept(Step at) {
   SimulationState state{.run = kept_run, .patches = {}, .sizes = {}, .bytes = {}, .copied = true};
   if (model.analysis.step.adaptive) state.run.dt_limit = limit[at];
   const auto copies = std::make_shared<std::vector<std::vector<std::byte>>>(std::move(kept[at]));
@@ -102,28 +102,28 @@ void Simulation<Dim>::Impl::hand_on_kept(Step at) {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::plan_checkpoint(Step step) {
+void SimulationDriver<Dim>::plan_checkpoint(Step step) {
   if (step < next_request || requested_checkpoint >= 0) return;
   requested_checkpoint = step + max_lead;  // which nobody has begun
   if (!copies_states) executor->stop_before(step + max_lead);
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::write_checkpoint() {
+void SimulationDriver<Dim>::write_checkpoint() {
   requested_checkpoint = -1;
   checkpoint_is_written(step);
   observer.checkpoint(present_state());
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::checkpoint_is_written(Step at) {
+void SimulationDriver<Dim>::checkpoint_is_written(Step at) {
   if (requested_checkpoint == at) requested_checkpoint = -1;
   checkpoint_asked = false;
   // What this rank has said by now of steps that it had done.
   next_request = at + max_lead;
 }
 
-template struct Simulation<2>::Impl;
-template struct Simulation<3>::Impl;
+template class SimulationDriver<2>;
+template class SimulationDriver<3>;
 
 }  // namespace lahar

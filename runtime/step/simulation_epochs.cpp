@@ -9,12 +9,12 @@
 #include "physics/kernels/kernels.h"
 #include "runtime/patches/particle_message.h"
 #include "runtime/patches/patch_state.h"
-#include "runtime/step/simulation_impl.h"
+#include "runtime/step/simulation_driver.h"
 
 namespace lahar {
 
 template <int Dim>
-void Simulation<Dim>::Impl::restore(const RunState& run) {
+void SimulationDriver<Dim>::restore(const RunState& run) {
   step = run.step;
   split_step = run.split_step;
   removed = ranks.rank() == 0 ? run.removed : 0;
@@ -40,7 +40,7 @@ void Simulation<Dim>::Impl::restore(const RunState& run) {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::advance(Index steps) {
+void SimulationDriver<Dim>::advance(Index steps) {
   const Step end = std::min<Step>(step + steps, nsteps);
   stop_requested = false;
   stop_asked = false;
@@ -78,7 +78,7 @@ void Simulation<Dim>::Impl::advance(Index steps) {
 }
 
 template <int Dim>
-std::string Simulation<Dim>::Impl::first_failure() const {
+std::string SimulationDriver<Dim>::first_failure() const {
   constexpr Index none = std::numeric_limits<Index>::max();
   const bool own = failures.by(step);
   const Failure first = own ? failures.earliest() : Failure{};
@@ -92,7 +92,7 @@ std::string Simulation<Dim>::Impl::first_failure() const {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::stop_where_failed() {
+void SimulationDriver<Dim>::stop_where_failed() {
   if (ranks.any(!failures.empty())) {
     step = ranks.min(failed_step.load());
     throw SimulationError(first_failure());
@@ -104,14 +104,14 @@ void Simulation<Dim>::Impl::stop_where_failed() {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::settle() {
+void SimulationDriver<Dim>::settle() {
   for (int p = 0; p < patches.size(); ++p) stages[0].begin(patches[p], context(step));
   for (int p = 0; p < patches.size(); ++p) clear_outboxes(patches[p]);
   for (RemotePatch<Dim>& from : patches.elsewhere()) clear(from);
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::take_dense_ids() {
+void SimulationDriver<Dim>::take_dense_ids() {
   if (log.empty()) return;
   for (int p = 0; p < patches.size(); ++p) log.make_dense(patches[p].particles.id);
   log.clear();
@@ -119,7 +119,7 @@ void Simulation<Dim>::Impl::take_dense_ids() {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::check_end() {
+void SimulationDriver<Dim>::check_end() {
   for (int p = 0; p < patches.size(); ++p) {
     check_finite(patches[p]);
     if (patches[p].fault.kind != ParticleFault::Kind::none)
@@ -129,14 +129,14 @@ void Simulation<Dim>::Impl::check_end() {
 }
 
 template <int Dim>
-bool Simulation<Dim>::Impl::needs_surroundings() const {
+bool SimulationDriver<Dim>::needs_surroundings() const {
   for (int p = 0; p < patches.size(); ++p)
     if (patches[p].needs_surroundings) return true;
   return false;
 }
 
 template <int Dim>
-bool Simulation<Dim>::Impl::split_patches() {
+bool SimulationDriver<Dim>::split_patches() {
   if (step != split_step) return false;
   split_step = -1;
   const PatchRenumbering ids = patches.split(most_particles());
@@ -148,21 +148,21 @@ bool Simulation<Dim>::Impl::split_patches() {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::map_parts(const std::vector<Index>& parts) {
+void SimulationDriver<Dim>::map_parts(const std::vector<Index>& parts) {
   for (int p = 0; p < patches.size(); ++p)
     if (std::binary_search(parts.begin(), parts.end(), patches[p].topology.patch))
       map_first(patches[p], stages, context(step));
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::rebuild() {
+void SimulationDriver<Dim>::rebuild() {
   keep_timings();
   patches.rebuild();
   build_executor();
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::remap() {
+void SimulationDriver<Dim>::remap() {
   if (step >= nsteps) return;
   using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();
@@ -174,7 +174,7 @@ void Simulation<Dim>::Impl::remap() {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::take_removed() {
+void SimulationDriver<Dim>::take_removed() {
   if (!model.analysis.remove_leaving_particles) return;
   std::vector<RemovedParticle> all;
   for (int i = 0; i < patches.size(); ++i) {
@@ -194,7 +194,7 @@ void Simulation<Dim>::Impl::take_removed() {
   attempt([&] { observer.removed(all); });
 }
 
-template struct Simulation<2>::Impl;
-template struct Simulation<3>::Impl;
+template class SimulationDriver<2>;
+template class SimulationDriver<3>;
 
 }  // namespace lahar

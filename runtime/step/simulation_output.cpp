@@ -5,7 +5,7 @@
 
 #include "physics/kernels/kernels.h"
 #include "runtime/step/history_sums.h"
-#include "runtime/step/simulation_impl.h"
+#include "runtime/step/simulation_driver.h"
 #include "runtime/step/simulation_trace.h"
 #include "runtime/step/snapshot.h"
 
@@ -31,7 +31,7 @@ std::string too_many_frames(Step step, double time) {
 }  // namespace
 
 template <int Dim>
-Agreement Simulation<Dim>::Impl::give(Step step) {
+Agreement SimulationDriver<Dim>::give(Step step) {
   if (stop_asked.load()) lower(stop_step, step + max_lead);
   Agreement own;
   own.least.stop_before = stop_step.load();
@@ -70,7 +70,7 @@ Agreement Simulation<Dim>::Impl::give(Step step) {
 }
 
 template <int Dim>
-Step Simulation<Dim>::Impl::drain_step(Step end) const {
+Step SimulationDriver<Dim>::drain_step(Step end) const {
   end = std::min<Step>(end, nsteps);  // dt of the last step may have shown that it is the last
   const auto before = [&](bool drains, Index every) {
     if (drains && every > 0) end = std::min<Step>(end, (step / every + 1) * every);
@@ -88,7 +88,7 @@ Step Simulation<Dim>::Impl::drain_step(Step end) const {
 }
 
 template <int Dim>
-Step Simulation<Dim>::Impl::step_of_frame() const {
+Step SimulationDriver<Dim>::step_of_frame() const {
   constexpr Step never = std::numeric_limits<Step>::max();
   if (model.analysis.step.adaptive) return frame_due(step) ? step + 1 : never;  // set_dt() does it
   const double interval = model.output.frame_dt, length = model.analysis.step.dt;
@@ -102,7 +102,7 @@ Step Simulation<Dim>::Impl::step_of_frame() const {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::output(int p, Step step) {
+void SimulationDriver<Dim>::output(int p, Step step) {
   const auto i = static_cast<std::size_t>(p);
   if (may_be_unstable(p, step)) check_limit(p, step);
   const bool needs_sums = sums_due(step);
@@ -115,7 +115,7 @@ void Simulation<Dim>::Impl::output(int p, Step step) {
 }
 
 template <int Dim>
-bool Simulation<Dim>::Impl::may_be_unstable(int p, Step step) const {
+bool SimulationDriver<Dim>::may_be_unstable(int p, Step step) const {
   const TimeStep& plan = model.analysis.step;
   if (plan.adaptive || plan.accept_unstable) return false;
   const Patch<Dim>& patch = patches[p];
@@ -124,7 +124,7 @@ bool Simulation<Dim>::Impl::may_be_unstable(int p, Step step) const {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::check_limit(int p, Step step) {
+void SimulationDriver<Dim>::check_limit(int p, Step step) {
   const double used = dt_of(step);
   if (!(used > time_step_limit<Dim>(patches[p], model, patches[p].bins))) return;
   Local limiting = -1;
@@ -136,7 +136,7 @@ void Simulation<Dim>::Impl::check_limit(int p, Step step) {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::finish_step(Step step) {
+void SimulationDriver<Dim>::finish_step(Step step) {
   const TraceSpan trace(TraceKind::completed, step);
   record_progress(step);
   if (options.delays.serial > 0) waste_time(options.delays.serial, step);
@@ -191,7 +191,7 @@ void Simulation<Dim>::Impl::finish_step(Step step) {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::take_injected(Step step) {
+void SimulationDriver<Dim>::take_injected(Step step) {
   const Index before = log.next_id();
   log.take(step, std::span(std::as_const(agreed[step].sum))
                      .subspan(sums_due(step) ? RowSums::n_elements : 0, log.n_elements()));
@@ -206,13 +206,13 @@ void Simulation<Dim>::Impl::take_injected(Step step) {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::finish_row(HistoryRow& row, Step step) {
+void SimulationDriver<Dim>::finish_row(HistoryRow& row, Step step) {
   work += PatchWork{row.internal, row.external, row.damping, row.friction, row.divided};
   complete_row(row, step, work);
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::complete_row(HistoryRow& row, Step step,
+void SimulationDriver<Dim>::complete_row(HistoryRow& row, Step step,
                                          const PatchWork& since_start) const {
   row.step = step;
   row.time = time_at(step);
@@ -226,7 +226,7 @@ void Simulation<Dim>::Impl::complete_row(HistoryRow& row, Step step,
 }
 
 template <int Dim>
-HistoryRow Simulation<Dim>::Impl::present_row() {
+HistoryRow SimulationDriver<Dim>::present_row() {
   RowSums all;
   double fastest = 0;
   for (int i = 0; i < patches.size(); ++i) {
@@ -246,7 +246,7 @@ HistoryRow Simulation<Dim>::Impl::present_row() {
 }
 
 template <int Dim>
-FrameHeader Simulation<Dim>::Impl::header_at(Step at) const {
+FrameHeader SimulationDriver<Dim>::header_at(Step at) const {
   FrameHeader header = frame_header<Dim>(patches.layout(), model);
   header.step = at;
   header.time = time_at(at);
@@ -254,7 +254,7 @@ FrameHeader Simulation<Dim>::Impl::header_at(Step at) const {
 }
 
 template <int Dim>
-Frame Simulation<Dim>::Impl::of_all_ranks(Frame own) const {
+Frame SimulationDriver<Dim>::of_all_ranks(Frame own) const {
   if (!ranks.several()) return own;
   const auto gather = [&](auto& values) {
     values = ranks.gather_all(std::span(std::as_const(values)));
@@ -268,7 +268,7 @@ Frame Simulation<Dim>::Impl::of_all_ranks(Frame own) const {
 }
 
 template <int Dim>
-FrameSource Simulation<Dim>::Impl::present_frame() const {
+FrameSource SimulationDriver<Dim>::present_frame() const {
   std::vector<const Patch<Dim>*> all;
   for (int i = 0; i < patches.size(); ++i) all.push_back(&patches[i]);
   FrameSource frame = lahar::frame_source(all, header_at(step), model);
@@ -282,7 +282,7 @@ FrameSource Simulation<Dim>::Impl::present_frame() const {
   return frame;
 }
 
-template struct Simulation<2>::Impl;
-template struct Simulation<3>::Impl;
+template class SimulationDriver<2>;
+template class SimulationDriver<3>;
 
 }  // namespace lahar

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "physics/kernels/kernels.h"
-#include "runtime/step/simulation_impl.h"
+#include "runtime/step/simulation_driver.h"
 #include "runtime/step/simulation_trace.h"
 
 namespace lahar {
@@ -52,7 +52,7 @@ std::int64_t thread_nanoseconds() {
 }  // namespace
 
 template <int Dim>
-void Simulation<Dim>::Impl::build_executor() {
+void SimulationDriver<Dim>::build_executor() {
   TaskGraph graph = make_task_graph(tasks_of(phases), patches.neighbours(), ranks.several(),
                                     static_cast<int>(patches.elsewhere().size()));
   const auto n = static_cast<std::size_t>(patches.size());
@@ -98,7 +98,7 @@ void Simulation<Dim>::Impl::build_executor() {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::connect_ranks() {
+void SimulationDriver<Dim>::connect_ranks() {
   if (!ranks.several()) return;
   // Receives of the one before must be cancelled on all ranks before any sends by the new one.
   exchange.reset();
@@ -117,7 +117,7 @@ void Simulation<Dim>::Impl::connect_ranks() {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::poll() {
+void SimulationDriver<Dim>::poll() {
   if (!observer.poll || poll_failure) return;
   try {
     observer.poll();
@@ -128,7 +128,7 @@ void Simulation<Dim>::Impl::poll() {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::run_task(int phase, int p, Step step, bool with_rest) {
+void SimulationDriver<Dim>::run_task(int phase, int p, Step step, bool with_rest) {
   TraceRecorder* const recorder = TraceRecorder::active(step);
   const bool own = p < patches.size();
   std::optional<TraceFound> found;
@@ -158,7 +158,7 @@ void Simulation<Dim>::Impl::run_task(int phase, int p, Step step, bool with_rest
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::run_own_task(const Phase& phase, int p, Step step, StageClock& clock) {
+void SimulationDriver<Dim>::run_own_task(const Phase& phase, int p, Step step, StageClock& clock) {
   Patch<Dim>& patch = patches[p];
   char& poison = poisoned[static_cast<std::size_t>(p)];
   const std::uint64_t begin = ticks();
@@ -190,19 +190,19 @@ void Simulation<Dim>::Impl::run_own_task(const Phase& phase, int p, Step step, S
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::take_unmapped(Patch<Dim>& patch) {
+void SimulationDriver<Dim>::take_unmapped(Patch<Dim>& patch) {
   receive(patch);
   patch.unmapped.clear();
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::take_back_movers(Patch<Dim>& patch, Step step) const {
+void SimulationDriver<Dim>::take_back_movers(Patch<Dim>& patch, Step step) const {
   place_movers(patch, context(step));
   patch.fault = {};
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, StageClock& clock) {
+void SimulationDriver<Dim>::run_stages(const Phase& phase, int p, Step step, StageClock& clock) {
   Patch<Dim>& patch = patches[p];
   if (phase.first == 0 || !patch.idle) {
     const bool has_dt = !model.analysis.step.adaptive || phase.first >= first_dt_stage;
@@ -246,7 +246,7 @@ void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, Sta
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::fail(std::size_t s, int p, Step step, const std::string& cause) {
+void SimulationDriver<Dim>::fail(std::size_t s, int p, Step step, const std::string& cause) {
   poisoned[static_cast<std::size_t>(p)] = 1;
   patches[p].fault = {};
   failures.add({step, static_cast<int>(s), stages[s].stage.name, time_at(step),
@@ -256,7 +256,7 @@ void Simulation<Dim>::Impl::fail(std::size_t s, int p, Step step, const std::str
 }
 
 template <int Dim>
-std::vector<StageTiming> Simulation<Dim>::Impl::timings() const {
+std::vector<StageTiming> SimulationDriver<Dim>::timings() const {
   std::vector<StageTiming> all = kept_timing;
   all.resize(stages.size());
   for (std::size_t s = 0; s < stages.size(); ++s) all[s].name = stages[s].stage.name;
@@ -274,7 +274,7 @@ std::vector<StageTiming> Simulation<Dim>::Impl::timings() const {
   return all;
 }
 
-template struct Simulation<2>::Impl;
-template struct Simulation<3>::Impl;
+template class SimulationDriver<2>;
+template class SimulationDriver<3>;
 
 }  // namespace lahar

@@ -4,7 +4,7 @@
 
 #include "physics/base/error.h"
 #include "physics/kernels/kernels.h"
-#include "runtime/step/simulation_impl.h"
+#include "runtime/step/simulation_driver.h"
 
 namespace lahar {
 
@@ -19,7 +19,7 @@ constexpr double most_steps = 9e15;
 }  // namespace
 
 template <int Dim>
-void Simulation<Dim>::Impl::restore_dt(double last_dt) {
+void SimulationDriver<Dim>::restore_dt(double last_dt) {
   if (step > 0) dt[step - 1] = last_dt;
   const double left = model.analysis.end_time - start_time[step],
                rounding = last_dt * rounding_of_time;
@@ -34,7 +34,7 @@ void Simulation<Dim>::Impl::restore_dt(double last_dt) {
 }
 
 template <int Dim>
-double Simulation<Dim>::Impl::present_limit(std::string* where) const {
+double SimulationDriver<Dim>::present_limit(std::string* where) const {
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < patches.size(); ++i) {
     Local p = -1;
@@ -49,7 +49,7 @@ double Simulation<Dim>::Impl::present_limit(std::string* where) const {
 }
 
 template <int Dim>
-double Simulation<Dim>::Impl::limit_with_injections(Step step, double limit) const {
+double SimulationDriver<Dim>::limit_with_injections(Step step, double limit) const {
   double any = std::numeric_limits<double>::infinity();
   for (std::size_t g = 0; g < injection_limits.size(); ++g) {
     const auto& injection = model.injections[g];
@@ -60,7 +60,7 @@ double Simulation<Dim>::Impl::limit_with_injections(Step step, double limit) con
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::check_first_dt(double limit) const {
+void SimulationDriver<Dim>::check_first_dt(double limit) const {
   const TimeStep& plan = model.analysis.step;
   if (plan.accept_unstable) return;
   const auto refuse = [&](double least, const std::string& where) {
@@ -78,7 +78,7 @@ void Simulation<Dim>::Impl::check_first_dt(double limit) const {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::set_first_dt() {
+void SimulationDriver<Dim>::set_first_dt() {
   const TimeStep& plan = model.analysis.step;
   double limit = present_limit();
   if (plan.adaptive) {
@@ -106,7 +106,7 @@ void Simulation<Dim>::Impl::set_first_dt() {
 }
 
 template <int Dim>
-bool Simulation<Dim>::Impl::plan_step(Step step, double stable) {
+bool SimulationDriver<Dim>::plan_step(Step step, double stable) {
   const OutputPlan& plan = model.output;
   const double now = start_time[step], end = model.analysis.end_time;
   double target = std::numeric_limits<double>::infinity();
@@ -127,7 +127,7 @@ bool Simulation<Dim>::Impl::plan_step(Step step, double stable) {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::limit_steps_by_time() {
+void SimulationDriver<Dim>::limit_steps_by_time() {
   const TimeStep& plan = model.analysis.step;
   if (std::isfinite(model.analysis.end_time))
     nsteps = std::min(
@@ -137,7 +137,7 @@ void Simulation<Dim>::Impl::limit_steps_by_time() {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::set_dt(Step step, double limit) {
+void SimulationDriver<Dim>::set_dt(Step step, double limit) {
   this->limit[step] = limit;
   limit = limit_with_injections(step, limit);
   // Without particles there is no limit: go on as before, or from output to output.
@@ -152,7 +152,7 @@ void Simulation<Dim>::Impl::set_dt(Step step, double limit) {
     executor->stop_before(step + 1);
 }
 
-template struct Simulation<2>::Impl;
-template struct Simulation<3>::Impl;
+template class SimulationDriver<2>;
+template class SimulationDriver<3>;
 
 }  // namespace lahar

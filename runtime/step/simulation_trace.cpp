@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "runtime/step/simulation_impl.h"
+#include "runtime/step/simulation_driver.h"
 
 namespace lahar {
 
@@ -62,7 +62,7 @@ double resident_memory() {
 }
 
 template <int Dim>
-std::string Simulation<Dim>::Impl::trace_graph() const {
+std::string SimulationDriver<Dim>::trace_graph() const {
   nlohmann::json list = nlohmann::json::array();
   for (int i = 0; i < patches.size(); ++i) {
     const Patch<Dim>& patch = patches[i];
@@ -75,12 +75,12 @@ std::string Simulation<Dim>::Impl::trace_graph() const {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::record_graph() const {
+void SimulationDriver<Dim>::record_graph() const {
   if (TraceRecorder* recorder = TraceRecorder::active()) recorder->add_graph(trace_graph());
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::record_unpacked(TraceRecorder& recorder, TraceRecord record, int phase,
+void SimulationDriver<Dim>::record_unpacked(TraceRecorder& recorder, TraceRecord record, int phase,
                                             int p) const {
   record.end = ticks();
   record.kind = TraceKind::unpack;
@@ -92,7 +92,7 @@ void Simulation<Dim>::Impl::record_unpacked(TraceRecorder& recorder, TraceRecord
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::record_own_task(TraceRecorder& recorder, TraceRecord record, int phase,
+void SimulationDriver<Dim>::record_own_task(TraceRecorder& recorder, TraceRecord record, int phase,
                                             int p, bool with_rest, const StageClock& clock) {
   const std::uint64_t end = ticks();
   if (phase == 0)  // in their patches again, having arrived
@@ -118,7 +118,7 @@ void Simulation<Dim>::Impl::record_own_task(TraceRecorder& recorder, TraceRecord
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::record_progress(Step done) {
+void SimulationDriver<Dim>::record_progress(Step done) {
   if (TraceRecorder* recorder = TraceRecorder::active()) recorder->set_present(done + 1);
   TraceRecorder* recorder = TraceRecorder::active(done);
   if (!recorder) return;
@@ -142,24 +142,7 @@ void Simulation<Dim>::Impl::record_progress(Step done) {
   next_counters = now + static_cast<std::uint64_t>(0.02 / seconds_per_tick());
 }
 
-template <int Dim>
-std::string Simulation<Dim>::trace_graph() const {
-  return impl_->trace_graph();
-}
-
-template <int Dim>
-std::vector<Phase> Simulation<Dim>::phases() const {
-  return impl_->phases;
-}
-
-template <int Dim>
-std::vector<Stage> Simulation<Dim>::stages() const {
-  return impl_->stage_list();
-}
-
-template struct Simulation<2>::Impl;
-template struct Simulation<3>::Impl;
-template class Simulation<2>;
-template class Simulation<3>;
+template class SimulationDriver<2>;
+template class SimulationDriver<3>;
 
 }  // namespace lahar

@@ -3,12 +3,12 @@
 #include <limits>
 
 #include "runtime/step/exact_sum.h"
-#include "runtime/step/simulation_impl.h"
+#include "runtime/step/simulation_driver.h"
 
 namespace lahar {
 
 template <int Dim>
-void Simulation<Dim>::Impl::begin_watch() {
+void SimulationDriver<Dim>::begin_watch() {
   if (!judge.on()) return;
   ExactSum stored;
   for (int p = 0; p < patches.size(); ++p) stored += stored_energy(patches[p], model);
@@ -20,14 +20,14 @@ void Simulation<Dim>::Impl::begin_watch() {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::restore_watch(const WatchdogState& state) {
+void SimulationDriver<Dim>::restore_watch(const WatchdogState& state) {
   judge.state = state;
   // The user may have changed the bounds since.
   if (!judge.stops() || judge.allows(state.alarm)) judge.state.end_step = -1;
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::watch(Step step, const HistoryRow& row, bool strained) {
+void SimulationDriver<Dim>::watch(Step step, const HistoryRow& row, bool strained) {
   auto alarm = judge.judge(row, start_row.kinetic, strained);
   if (!alarm || judge.state.end_step >= 0) return;
   if (!judge.stops()) return warn_once(*alarm);
@@ -37,7 +37,7 @@ void Simulation<Dim>::Impl::watch(Step step, const HistoryRow& row, bool straine
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::watch_step(Step step, double stable) {
+void SimulationDriver<Dim>::watch_step(Step step, double stable) {
   if (!judge.on() || step_alarm.step >= 0) return;
   auto alarm = judge.judge_step(step, start_time[step], stable);
   if (!alarm) return;
@@ -49,14 +49,14 @@ void Simulation<Dim>::Impl::watch_step(Step step, double stable) {
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::warn_once(const WatchdogAlarm& alarm) {
+void SimulationDriver<Dim>::warn_once(const WatchdogAlarm& alarm) {
   if (std::exchange(warned[static_cast<std::size_t>(alarm.kind)], true) || !observer.warning)
     return;
   attempt([&] { observer.warning(watchdog_warning(alarm)); });
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::end_where_watched() {
+void SimulationDriver<Dim>::end_where_watched() {
   const auto is_due = [&](Step end_step) {
     return end_step >= 0 && (step >= end_step || step >= nsteps);
   };
@@ -76,7 +76,7 @@ void Simulation<Dim>::Impl::end_where_watched() {
   throw WatchdogError(watchdog_message(alarm, step, best.text, model));
 }
 
-template struct Simulation<2>::Impl;
-template struct Simulation<3>::Impl;
+template class SimulationDriver<2>;
+template class SimulationDriver<3>;
 
 }  // namespace lahar

@@ -49,9 +49,22 @@ inline bool is_parallel(const ExecutionOptions& options) {
 }
 
 template <int Dim>
-struct Simulation<Dim>::Impl {
-  Impl(Model<Dim> model_in, ExecutionOptions options_in, Observer observer_in,
-       const SimulationState* state = nullptr);
+class SimulationDriver {
+ public:
+  SimulationDriver(Model<Dim> model_in, ExecutionOptions options_in, Observer observer_in,
+                   const SimulationState* state = nullptr);
+  SimulationDriver(const SimulationDriver&) = delete;
+  SimulationDriver& operator=(const SimulationDriver&) = delete;
+  ~SimulationDriver();
+
+  /// Take all steps of the scenario.
+  void run() { advance(nsteps - step); }
+  Frame frame() const { return of_all_ranks(join(present_frame())); }
+  void poll_outside_tasks();
+  SimulationInfo info() const;
+  std::vector<Index> patch_counts() const;
+  std::vector<std::string> patch_names() const;
+
   PatchSet<Dim> make_patches(const SimulationState* state);
   void measure_frame();
   void need_memory_of_copies() const;
