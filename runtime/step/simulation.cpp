@@ -50,31 +50,31 @@ Frame Simulation::frame() const {
 }
 
 FrameSource Simulation::frame_source() const {
-  return with(driver_, [](auto& driver) { return driver.present_frame(); });
+  return with(driver_, [](auto& driver) { return driver.frame_source(); });
 }
 
 void Simulation::poll() {
-  return with(driver_, [](auto& driver) { return driver.poll_outside_tasks(); });
+  return with(driver_, [](auto& driver) { return driver.poll(); });
 }
 
 HistoryRow Simulation::history() const {
-  return with(driver_, [](auto& driver) { return driver.present_row(); });
+  return with(driver_, [](auto& driver) { return driver.history(); });
 }
 
 SimulationState Simulation::state() const {
-  return with(driver_, [](auto& driver) { return driver.present_state(); });
+  return with(driver_, [](auto& driver) { return driver.state(); });
 }
 
 Index Simulation::step() const {
-  return with(driver_, [](auto& driver) { return driver.step; });
+  return with(driver_, [](auto& driver) { return driver.step(); });
 }
 
 double Simulation::time() const {
-  return with(driver_, [](auto& driver) { return driver.time_at(driver.step); });
+  return with(driver_, [](auto& driver) { return driver.time(); });
 }
 
 bool Simulation::finished() const {
-  return with(driver_, [](auto& driver) { return driver.step >= driver.nsteps; });
+  return with(driver_, [](auto& driver) { return driver.finished(); });
 }
 
 SimulationInfo Simulation::info() const {
@@ -82,7 +82,7 @@ SimulationInfo Simulation::info() const {
 }
 
 BalanceReport Simulation::balance() const {
-  return with(driver_, [](auto& driver) -> BalanceReport { return driver.balance.report(); });
+  return with(driver_, [](auto& driver) { return driver.balance(); });
 }
 
 std::vector<StageTiming> Simulation::timings() const {
@@ -90,7 +90,7 @@ std::vector<StageTiming> Simulation::timings() const {
 }
 
 const TaskGraph& Simulation::graph() const {
-  return with(driver_, [](auto& driver) -> const TaskGraph& { return driver.executor->graph(); });
+  return with(driver_, [](auto& driver) -> const TaskGraph& { return driver.graph(); });
 }
 
 std::vector<std::string> Simulation::patch_names() const {
@@ -98,7 +98,7 @@ std::vector<std::string> Simulation::patch_names() const {
 }
 
 PatchGraph Simulation::patch_graph() const {
-  return with(driver_, [](auto& driver) { return driver.patches.graph(); });
+  return with(driver_, [](auto& driver) { return driver.patch_graph(); });
 }
 
 std::vector<Index> Simulation::patch_counts() const {
@@ -106,11 +106,11 @@ std::vector<Index> Simulation::patch_counts() const {
 }
 
 std::vector<Phase> Simulation::phases() const {
-  return with(driver_, [](auto& driver) { return driver.phases; });
+  return with(driver_, [](auto& driver) { return driver.phases(); });
 }
 
 std::vector<Stage> Simulation::stages() const {
-  return with(driver_, [](auto& driver) { return driver.stage_list(); });
+  return with(driver_, [](auto& driver) { return driver.stages(); });
 }
 
 std::string Simulation::trace_graph() const {
