@@ -65,7 +65,6 @@ Model<2> bench_plate_isoparametric();
 /// One process of a measurement: a model and how it is run.
 struct BenchJob {
   std::string name;
-  int dim = 2;  ///< of the model
   std::function<AnyModel()> model;
   ExecutionOptions execution;
   int copies = 1;        ///< of the process, started together

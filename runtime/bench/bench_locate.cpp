@@ -102,7 +102,7 @@ double stage_time(std::shared_ptr<const Mesh<Dim>> mesh, const Cloud<Dim>& cloud
   model.analysis.scheme = Scheme::usl;
   model.analysis.step.dt = 1e-9;  // at rest, whatever the masses of nodes
   model.analysis.nsteps = std::numeric_limits<Index>::max();
-  Simulation<Dim> simulation(std::move(model), {.threads = 1});
+  Simulation simulation(std::move(model), {.threads = 1});
   constexpr Index steps = 10;
   const auto spent = [&] {
     double total = 0;

@@ -28,7 +28,6 @@ template <int Dim>
 BenchJob lattice(const std::string& name, const BlockSize& size, const ExecutionOptions& execution,
                  double goal = 0) {
   return {.name = name,
-          .dim = Dim,
           .model = [size] { return AnyModel(lattice_block<Dim>(size)); },
           .execution = execution,
           .particles = static_cast<double>(size.particles(Dim)),

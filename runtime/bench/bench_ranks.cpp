@@ -50,14 +50,14 @@ class RankMeasurement {
 
   /// Samples taken in turn.
   StepTimes step_times(std::vector<RankJob> jobs) const {
-    std::vector<std::unique_ptr<Simulation<3>>> simulations;
+    std::vector<std::unique_ptr<Simulation>> simulations;
     std::vector<Communicator> groups;
     for (RankJob& job : jobs) {
       groups.push_back(job.alone ? Communicator{} : world_.first(job.ranks));
       simulations.emplace_back();
       if (world_.rank() < job.ranks) {
         job.execution.ranks = groups.back();
-        simulations.back() = std::make_unique<Simulation<3>>(job.model, job.execution);
+        simulations.back() = std::make_unique<Simulation>(job.model, job.execution);
         simulations.back()->advance(5);
       }
       job.model = {};
@@ -214,11 +214,11 @@ void measure_balance(const RankBenchArguments& arguments, const Communicator& wo
       arguments.quick ? std::vector<Index>{40} : std::vector<Index>{40, 80};
   for (const Index length : lengths)
     for (const bool moves : {true, false}) {
-      Simulation<3> simulation(sliding_block(length, moves), {.threads = 1, .ranks = world});
+      Simulation simulation(sliding_block(length, moves), {.threads = 1, .ranks = world});
       const auto begin = Clock::now();
       simulation.run();
       const double seconds = world.max(std::chrono::duration<double>(Clock::now() - begin).count());
-      const BalanceReport& found = simulation.balance();
+      const BalanceReport found = simulation.balance();
       if (speaks)
         fmt::print(
             "| {} | {} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {} | {:.1f} % | {:.1f} % | {:.2f} % "

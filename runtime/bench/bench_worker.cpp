@@ -101,20 +101,24 @@ std::pair<double, double> occupation(std::vector<Index> cells) {
   return {mean, std::sqrt(std::max(0.0, squares / count - mean * mean))};
 }
 
-template <int Dim>
 class Worker {
  public:
   explicit Worker(const BenchJob& job) : job_(job) {
     if (job.output) output_.emplace();
     if (job.traced) trace_.emplace();
     const auto begin = Clock::now();
-    Model<Dim> model = std::get<Model<Dim>>(job.model());
+    AnyModel any = job.model();
     ready_["read"] = seconds_since(begin);
-    ready_["bytes"] = bytes_per_particle_step<Dim>(model.analysis, model.mesh->is_cartesian());
-    const auto [mean, spread] = occupation(model.particles.cell);
-    ready_["per_cell"] = mean;
-    ready_["per_cell_spread"] = spread;
-    construct(std::move(model));
+    std::visit(
+        [&]<int Dim>(const Model<Dim>& model) {
+          ready_["bytes"] =
+              bytes_per_particle_step<Dim>(model.analysis, model.mesh->is_cartesian());
+          const auto [mean, spread] = occupation(model.particles.cell);
+          ready_["per_cell"] = mean;
+          ready_["per_cell_spread"] = spread;
+        },
+        any);
+    construct(std::move(any));
   }
 
   void serve(ChildProcess& parent) {
@@ -132,19 +136,25 @@ class Worker {
   }
 
  private:
-  void construct(Model<Dim> model) {
-    mesh_ = model.mesh;
+  void construct(AnyModel any) {
+    std::visit(
+        [&]<int Dim>(Model<Dim>& model) {
+          locate_ = [mesh = model.mesh](const Frame& frame, std::size_t p) {
+            return mesh->locate(Eigen::Map<const Vec<Dim>>(&frame.coordinates[p * Dim])).cell;
+          };
+          if (!output_) return;
+          model.output.history_steps = 1;
+          model.output.frame_steps = 4;
+        },
+        any);
     Observer observer;
     if (output_) {
-      constexpr Index steps_per_frame = 4;
-      model.output.history_steps = 1;
-      model.output.frame_steps = steps_per_frame;
       observer.history = [](const HistoryRow&) {};
       observer.frame = [this](FramePieces&& frame) { output_->frames().add(std::move(frame)); };
       observer.large_frame = [this](const FrameSource& frame) { output_->frames().write(frame); };
     }
     const auto begin = Clock::now();
-    simulation_.emplace(std::move(model), job_.execution, std::move(observer));
+    simulation_.emplace(std::move(any), job_.execution, std::move(observer));
     ready_["construct"] = seconds_since(begin);
   }
 
@@ -160,7 +170,7 @@ class Worker {
 
   BenchWorker::Times timed(Index steps) {
     if (job_.life > 0 && simulation_->step() + steps > job_.life) {
-      construct(std::get<Model<Dim>>(job_.model()));
+      construct(job_.model());
       before_.clear();  // the new one's times are from its start
       timed_steps_ = 0;
     }
@@ -198,8 +208,7 @@ class Worker {
 
   std::vector<Index> cells(const Frame& frame) const {
     std::vector<Index> all(frame.id.size());
-    for (std::size_t p = 0; p < all.size(); ++p)
-      all[p] = mesh_->locate(Eigen::Map<const Vec<Dim>>(&frame.coordinates[p * Dim])).cell;
+    for (std::size_t p = 0; p < all.size(); ++p) all[p] = locate_(frame, p);
     return all;
   }
 
@@ -218,10 +227,10 @@ class Worker {
   }
 
   const BenchJob& job_;
-  std::shared_ptr<const Mesh<Dim>> mesh_;
+  std::function<Index(const Frame&, std::size_t p)> locate_;  ///< the cell of a particle
   std::optional<Output> output_;  // outlives the simulation, which writes to it
   std::optional<Trace> trace_;    // the same
-  std::optional<Simulation<Dim>> simulation_;
+  std::optional<Simulation> simulation_;
   Json ready_;
   std::vector<StageTiming> before_;
   Index timed_steps_ = 0;
@@ -232,17 +241,10 @@ std::string command(const char* what, Index steps = 0) {
   return Json::object({{"do", what}, {"steps", steps}}).dump();
 }
 
-void work(const BenchJob& job, ChildProcess& parent) {
-  if (job.dim == 2)
-    Worker<2>(job).serve(parent);
-  else
-    Worker<3>(job).serve(parent);
-}
-
 }  // namespace
 
 BenchWorker::BenchWorker(const BenchJob& job)
-    : process_([&job](ChildProcess& parent) { work(job, parent); }) {}
+    : process_([&job](ChildProcess& parent) { Worker(job).serve(parent); }) {}
 
 BenchWorker::Ready BenchWorker::ready() {
   const Json said = Json::parse(process_.receive());

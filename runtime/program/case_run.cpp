@@ -7,7 +7,6 @@
 #include <exception>
 
 #include "lahar_version.h"
-#include "runtime/program/run_description.h"
 #include "runtime/program/signals.h"
 #include "runtime/program/startup_progress.h"
 #include "runtime/step/output_times.h"
@@ -29,11 +28,10 @@ RunInfo run_info(const RunArguments& arguments, const Scenario& scenario) {
   return info;
 }
 
-template <int Dim>
-void add_model(RunInfo& info, const Model<Dim>& model, const SimulationInfo& sizes) {
+void add_model(RunInfo& info, const ModelOutline& model, const SimulationInfo& sizes) {
   info.title = model.title;
   info.threads = sizes.threads;
-  info.dim = Dim;
+  info.dim = model.dim;
   info.scheme = scheme_name(model.analysis.scheme);
   info.nodes = sizes.nodes;
   info.cells = sizes.cells;
@@ -56,67 +54,65 @@ CheckpointHeader checkpoint_header(const Scenario& scenario) {
           .side_files = hashes_of(scenario.side_files)};
 }
 
+/// The model's, which options of the command line change.
+ModelOutline outline_with_options(AnyModel& any, const RunArguments& arguments) {
+  std::visit(
+      [&](auto& model) {
+        OutputPlan& plan = model.output;
+        if (arguments.checkpoint_steps) plan.checkpoint_steps = *arguments.checkpoint_steps;
+        if (arguments.checkpoint_minutes) plan.checkpoint_minutes = *arguments.checkpoint_minutes;
+        if (!arguments.output.empty()) plan.folder = arguments.output;
+      },
+      any);
+  return outline_of(any);
+}
+
 }  // namespace
 
-template <int Dim>
-CaseRun<Dim>::CaseRun(const RunArguments& arguments, Scenario& scenario, Console& console)
+CaseRun::CaseRun(const RunArguments& arguments, Scenario& scenario, Console& console)
     : arguments_(arguments),
       scenario_(scenario),
       console_(console),
       ranks_(arguments.execution.ranks),
-      outline_(std::get<Model<Dim>>(scenario.model).analysis),
-      output_(std::get<Model<Dim>>(scenario.model).output) {
-  if (!arguments.output.empty()) output_.folder = arguments.output;
-  OutputPlan& plan = std::get<Model<Dim>>(scenario.model).output;
-  if (arguments.checkpoint_steps) plan.checkpoint_steps = *arguments.checkpoint_steps;
-  if (arguments.checkpoint_minutes) plan.checkpoint_minutes = *arguments.checkpoint_minutes;
-  output_.checkpoint_steps = plan.checkpoint_steps;
-  output_.checkpoint_minutes = plan.checkpoint_minutes;
-}
+      outline_(outline_with_options(scenario.model, arguments)) {}
 
-template <int Dim>
-int CaseRun<Dim>::execute() {
+int CaseRun::execute() {
   begin_ = Clock::now();
-  auto& model = std::get<Model<Dim>>(scenario_.model);
-  Model<Dim> header = without_particles(model);
   header_ = checkpoint_header(scenario_);
   if (!arguments_.restart.empty()) open_checkpoint_to_restart();
-  const auto made = [&] {
+  Simulation simulation = [&] {
     StartupProgress progress(ranks_.rank() == 0 && !arguments_.quiet);
     progress.phase("patches and particles");
-    return make_simulation(scenario_, std::move(model), arguments_.execution, observer(),
-                           restart_.get());
+    return make_simulation(scenario_, arguments_.execution, observer(), restart_.get());
   }();
-  Simulation<Dim>& simulation = *made;
   const SimulationInfo info = simulation.info();
   particles_ = info.particles;
   reserve_ = time_to_write(info);
   first_step_ = counted_ = simulation.step();
   first_share_ = share(simulation.step(), simulation.time());
   steps_ = planned_steps(info);
-  describe(console_, header, info, outline_.step, ranks_.size());
-  describe_frames(console_, output_, outline_, info);
+  describe(console_, outline_, info, ranks_.size());
+  describe_frames(console_, outline_.output, outline_.analysis, info);
   warn_of_unstable_step(info);
 
   RunInfo about = run_info(arguments_, scenario_);
-  add_model(about, header, info);
-  header.mesh.reset();  // of a mesh from tables, each rank keeps its part
+  add_model(about, outline_, info);
   about.steps = steps_;
   about.ranks = ranks_.size();
   make_folder(std::move(about));
   frames_ = std::make_unique<FrameOutput>(
-      frames_folder(output_.folder), ranks_,
+      frames_folder(outline_.output.folder), ranks_,
       folder_ ? folder_->kept_frames() : std::vector<TimedFile>{}, arguments_.writers);
   frames_->while_waiting([&simulation] { simulation.poll(); });
   if (folder_) frames_->before_naming([this] { folder_->check_place(); });
   begin_checkpoints(simulation, info);
-  console_.line(fmt::format("output     {}", output_.folder));
+  console_.line(fmt::format("output     {}", outline_.output.folder));
   describe_staging(info);
   if (restart_) describe_restart(simulation);
   console_.line("");
   console_.line(progress_head());
   write_beginning(simulation);
-  if (arguments_.trace) begin_trace(simulation, info, header.title);
+  if (arguments_.trace) begin_trace(simulation, info);
   try {
     return run_time_loop(simulation);
   } catch (const IoError& error) {
@@ -124,27 +120,24 @@ int CaseRun<Dim>::execute() {
   }
 }
 
-template <int Dim>
-void CaseRun<Dim>::begin_trace(const Simulation<Dim>& simulation, const SimulationInfo& info,
-                               const std::string& title) {
+void CaseRun::begin_trace(const Simulation& simulation, const SimulationInfo& info) {
   const auto mode = arguments_.execution.mode;
   const TraceAbout about{.version = version_line(),
-                         .title = title,
-                         .scheme = scheme_name(outline_.scheme),
+                         .title = outline_.title,
+                         .scheme = scheme_name(outline_.analysis.scheme),
                          .executor = mode == ExecutionOptions::Mode::bulk     ? "bulk-synchronous"
                                      : mode == ExecutionOptions::Mode::serial ? "serial"
                                                                               : "task graph",
-                         .adaptive = outline_.step.adaptive,
+                         .adaptive = outline_.analysis.step.adaptive,
                          .threads = info.threads,
                          .latency = arguments_.execution.latency};
-  trace_ = std::make_unique<TraceSession>(output_.folder, *arguments_.trace, ranks_, about,
+  trace_ = std::make_unique<TraceSession>(outline_.output.folder, *arguments_.trace, ranks_, about,
                                           simulation.phases(), simulation.stages(),
                                           simulation.trace_graph());
 }
 
-template <int Dim>
-void CaseRun<Dim>::open_checkpoint_to_restart() {
-  restart_ = open_checkpoint(arguments_.restart, output_.folder, ranks_,
+void CaseRun::open_checkpoint_to_restart() {
+  restart_ = open_checkpoint(arguments_.restart, outline_.output.folder, ranks_,
                              [this](const std::string& text) { warn(text); });
   allowed_differences_ = check_same_scenario(*restart_, header_, scenario_);
   const CheckpointHeader& header = restart_->header();
@@ -156,10 +149,9 @@ void CaseRun<Dim>::open_checkpoint_to_restart() {
                     restart_->file().string(), header.version, header.commit, header.compiler));
 }
 
-template <int Dim>
-RunContinuation CaseRun<Dim>::continuation() const {
+RunContinuation CaseRun::continuation() const {
   const RunState& run = restart_->header().run;
-  const TimeStep& plan = outline_.step;
+  const TimeStep& plan = outline_.analysis.step;
   const double before =
       plan.adaptive ? run.time - run.dt : static_cast<double>(run.step - 1) * plan.dt;
   const auto due = [&](Index every, double interval) {
@@ -167,28 +159,27 @@ RunContinuation CaseRun<Dim>::continuation() const {
     return (every > 0 && run.step % every == 0) ||
            (interval > 0 && multiples_by(run.time, interval) > multiples_by(before, interval));
   };
-  const bool by_time = output_.history_dt > 0;
-  const Index history_steps = by_time ? 0 : output_.history_steps;
+  const bool by_time = outline_.output.history_dt > 0;
+  const Index history_steps = by_time ? 0 : outline_.output.history_steps;
   return {.step = run.step,
           .time = run.time,
           .has_row = due(by_time || history_steps > 0 ? history_steps : run.history_steps,
-                         output_.history_dt),
-          .has_frame = due(output_.frame_steps, output_.frame_dt),
+                         outline_.output.history_dt),
+          .has_frame = due(outline_.output.frame_steps, outline_.output.frame_dt),
           .checkpoint = restart_->file().string()};
 }
 
-template <int Dim>
-std::unique_ptr<RunFolder> CaseRun<Dim>::new_folder(RunInfo about) const {
+std::unique_ptr<RunFolder> CaseRun::new_folder(RunInfo about) const {
   const RunFolderContents contents{std::move(about), scenario_.text, scenario_.full};
-  return restart_ ? std::make_unique<RunFolder>(output_.folder, contents, continuation())
-                  : std::make_unique<RunFolder>(output_.folder, contents, arguments_.overwrite);
+  return restart_
+             ? std::make_unique<RunFolder>(outline_.output.folder, contents, continuation())
+             : std::make_unique<RunFolder>(outline_.output.folder, contents, arguments_.overwrite);
 }
 
-template <int Dim>
-void CaseRun<Dim>::begin_checkpoints(Simulation<Dim>& simulation, const SimulationInfo& info) {
-  checkpoints_.emplace(header_, output_.checkpoint_minutes,
-                       CheckpointOptions{.folder = checkpoint_folder(output_.folder),
-                                         .kept = output_.checkpoints_kept,
+void CaseRun::begin_checkpoints(Simulation& simulation, const SimulationInfo& info) {
+  checkpoints_.emplace(header_, outline_.output.checkpoint_minutes,
+                       CheckpointOptions{.folder = checkpoint_folder(outline_.output.folder),
+                                         .kept = outline_.output.checkpoints_kept,
                                          .threads = info.threads,
                                          .staging_bytes = arguments_.execution.staging_bytes,
                                          .before_complete =
@@ -204,8 +195,7 @@ void CaseRun<Dim>::begin_checkpoints(Simulation<Dim>& simulation, const Simulati
   if (ranks_.any(own)) checkpoints_->is_at(restart_->header().run.step);
 }
 
-template <int Dim>
-void CaseRun<Dim>::write_beginning(Simulation<Dim>& simulation) {
+void CaseRun::write_beginning(Simulation& simulation) {
   const HistoryRow row = simulation.history();
   if (!restart_) {
     write_row(row);
@@ -218,15 +208,13 @@ void CaseRun<Dim>::write_beginning(Simulation<Dim>& simulation) {
   restart_.reset();
 }
 
-template <int Dim>
-bool CaseRun<Dim>::is_in_folder(const CheckpointReader& checkpoint) const {
+bool CaseRun::is_in_folder(const CheckpointReader& checkpoint) const {
   std::error_code error;
   return std::filesystem::equivalent(checkpoint.file().parent_path(),
-                                     checkpoint_folder(output_.folder), error);
+                                     checkpoint_folder(outline_.output.folder), error);
 }
 
-template <int Dim>
-void CaseRun<Dim>::describe_restart(const Simulation<Dim>& simulation) {
+void CaseRun::describe_restart(const Simulation& simulation) {
   const RunState& run = restart_->header().run;
   console_.line(fmt::format("restart    from step {}, {:.6g} s: {}", run.step, run.time,
                             restart_->file().string()));
@@ -235,8 +223,7 @@ void CaseRun<Dim>::describe_restart(const Simulation<Dim>& simulation) {
     console_.line("           no step is left: to go on, raise analysis.nsteps or end_time");
 }
 
-template <int Dim>
-void CaseRun<Dim>::make_folder(RunInfo about) {
+void CaseRun::make_folder(RunInfo about) {
   std::vector<Problem> problems;
   if (ranks_.rank() == 0) {
     try {
@@ -253,9 +240,8 @@ void CaseRun<Dim>::make_folder(RunInfo about) {
   throw InputError({Problem{.message = problem.message, .hint = problem.hint}});
 }
 
-template <int Dim>
-void CaseRun<Dim>::warn_of_unstable_step(const SimulationInfo& info) {
-  if (outline_.step.adaptive || info.dt <= info.dt_limit) return;
+void CaseRun::warn_of_unstable_step(const SimulationInfo& info) {
+  if (outline_.analysis.step.adaptive || info.dt <= info.dt_limit) return;
   scenario_.warnings.push_back(
       {.message = fmt::format("the time step {:.6g} s is above the stability limit {:.6g} s, which "
                               "the scenario accepts",
@@ -263,8 +249,7 @@ void CaseRun<Dim>::warn_of_unstable_step(const SimulationInfo& info) {
   console_.warn("lahar: warning: " + scenario_.warnings.back().message);
 }
 
-template <int Dim>
-void CaseRun<Dim>::describe_staging(const SimulationInfo& info) {
+void CaseRun::describe_staging(const SimulationInfo& info) {
   const std::size_t staging = arguments_.execution.staging_bytes;
   std::string waits;
   const auto add = [&](bool planned, const char* what, std::size_t bytes) {
@@ -279,22 +264,19 @@ void CaseRun<Dim>::describe_staging(const SimulationInfo& info) {
                               format_bytes(static_cast<double>(staging)), waits));
 }
 
-template <int Dim>
-double CaseRun<Dim>::time_to_write(const SimulationInfo& info) const {
+double CaseRun::time_to_write(const SimulationInfo& info) const {
   constexpr double bytes_per_second = 100e6;
   return std::min(0.1 * arguments_.wall_time,
                   2.0 * static_cast<double>(info.bytes) / bytes_per_second);
 }
 
-template <int Dim>
-Index CaseRun<Dim>::planned_steps(const SimulationInfo& info) const {
-  const double by_time = std::ceil(outline_.end_time / info.dt * (1 - 1e-12));
-  return by_time < static_cast<double>(outline_.nsteps) ? static_cast<Index>(by_time)
-                                                        : outline_.nsteps;
+Index CaseRun::planned_steps(const SimulationInfo& info) const {
+  const double by_time = std::ceil(outline_.analysis.end_time / info.dt * (1 - 1e-12));
+  return by_time < static_cast<double>(outline_.analysis.nsteps) ? static_cast<Index>(by_time)
+                                                                 : outline_.analysis.nsteps;
 }
 
-template <int Dim>
-Observer CaseRun<Dim>::observer() {
+Observer CaseRun::observer() {
   return {[this](FramePieces&& frame) {
             last_frame_ = frame.header.step;
             frames_->add(std::move(frame));
@@ -317,8 +299,7 @@ Observer CaseRun<Dim>::observer() {
           [this](const std::string& text) { warn(text); }};
 }
 
-template <int Dim>
-void CaseRun<Dim>::on_history(const HistoryRow& row) {
+void CaseRun::on_history(const HistoryRow& row) {
   write_row(row);
   last_row_ = row;
   particle_steps_ = particle_steps(row.step);
@@ -333,8 +314,7 @@ void CaseRun<Dim>::on_history(const HistoryRow& row) {
   print_row(row);
 }
 
-template <int Dim>
-void CaseRun<Dim>::print_row(const HistoryRow& row) {
+void CaseRun::print_row(const HistoryRow& row) {
   const double done = std::min(1.0, share(row.step, row.time));
   const double done_here = std::max(done - first_share_, 1e-9);
   const double left = seconds_since(loop_begin_) * (1 - done) / done_here;
@@ -342,16 +322,12 @@ void CaseRun<Dim>::print_row(const HistoryRow& row) {
   printed_ = row.step;
 }
 
-template <int Dim>
-bool CaseRun<Dim>::on_step(Index step, double time) {
+bool CaseRun::on_step(Index step, double time) {
   watch_->steps_done(step);
   MpiSession::steps_done(step);
   console_.bar(share(step, time), rate(step));
   if (stop_signal() != 0) return false;
   return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time - reserve_;
 }
-
-template class CaseRun<2>;
-template class CaseRun<3>;
 
 }  // namespace lahar

@@ -15,13 +15,13 @@
 #include "runtime/output/frame_output.h"
 #include "runtime/program/commands.h"
 #include "runtime/program/run_checkpoints.h"
+#include "runtime/program/run_description.h"
 #include "runtime/program/trace_session.h"
 #include "runtime/step/restart.h"
 #include "runtime/terminal/console.h"
 
 namespace lahar {
 
-template <int Dim>
 class CaseRun {
  public:
   CaseRun(const RunArguments& arguments, Scenario& scenario, Console& console);
@@ -55,14 +55,13 @@ class CaseRun {
 
   /// A new folder, or the one of the run that goes on.
   std::unique_ptr<RunFolder> new_folder(RunInfo about) const;
-  void begin_checkpoints(Simulation<Dim>& simulation, const SimulationInfo& info);
+  void begin_checkpoints(Simulation& simulation, const SimulationInfo& info);
 
-  void begin_trace(const Simulation<Dim>& simulation, const SimulationInfo& info,
-                   const std::string& title);
+  void begin_trace(const Simulation& simulation, const SimulationInfo& info);
   /// The first row and frame; a run that goes on has them.
-  void write_beginning(Simulation<Dim>& simulation);
+  void write_beginning(Simulation& simulation);
   bool is_in_folder(const CheckpointReader& checkpoint) const;
-  void describe_restart(const Simulation<Dim>& simulation);
+  void describe_restart(const Simulation& simulation);
 
   /// Rank 0 has the folder; a mistake there is one of all.
   void make_folder(RunInfo about);
@@ -83,9 +82,9 @@ class CaseRun {
 
   /// Share of the run that is done, by steps or by time, whichever ends it.
   double share(Index step, double time) const {
-    return std::max(
-        static_cast<double>(step) / static_cast<double>(std::max<Index>(1, outline_.nsteps)),
-        time / outline_.end_time);
+    return std::max(static_cast<double>(step) /
+                        static_cast<double>(std::max<Index>(1, outline_.analysis.nsteps)),
+                    time / outline_.analysis.end_time);
   }
 
   void print_row(const HistoryRow& row);
@@ -98,30 +97,31 @@ class CaseRun {
 
   double rate(Index step) const { return particle_steps(step) / seconds_since(loop_begin_); }
 
-  int run_time_loop(Simulation<Dim>& simulation);
+  int run_time_loop(Simulation& simulation);
   /// After a failure of files: with which option, and from where. Empty if there is no telling.
   std::string how_to_go_on() const;
 
   /// Sums over the ranks.
   std::vector<StageTiming> timings_of_all(std::vector<StageTiming> all) const;
   void report_balance(const BalanceReport& balance, double wall);
-  bool plans_frames() const { return output_.frame_steps > 0 || output_.frame_dt > 0; }
+  bool plans_frames() const {
+    return outline_.output.frame_steps > 0 || outline_.output.frame_dt > 0;
+  }
   bool plans_checkpoints() const {
-    return output_.checkpoint_steps > 0 || output_.checkpoint_minutes > 0;
+    return outline_.output.checkpoint_steps > 0 || outline_.output.checkpoint_minutes > 0;
   }
 
   /// If a frame could not be written, the manifest says failed and the error is thrown.
   void finish(RunEnd& end);
   /// `is_whole`: all patches are after the same step.
-  void report(Simulation<Dim>& simulation, const SimulationInfo& info, const RunEnd& end,
-              double wall, bool is_whole);
+  void report(Simulation& simulation, const SimulationInfo& info, const RunEnd& end, double wall,
+              bool is_whole);
 
   const RunArguments& arguments_;
   Scenario& scenario_;
   Console& console_;
   Communicator ranks_;
-  Analysis outline_;
-  OutputPlan output_;
+  ModelOutline outline_;
   CheckpointHeader header_;                    ///< of checkpoints that are written
   std::unique_ptr<CheckpointReader> restart_;  ///< until the state has been read
   std::vector<std::string> allowed_differences_;

@@ -8,7 +8,6 @@
 #include "physics/base/error.h"
 #include "physics/particles/patch_split.h"
 #include "runtime/program/case_run.h"
-#include "runtime/program/run_description.h"
 #include "runtime/program/signals.h"
 #include "runtime/program/timing_table.h"
 #include "runtime/step/watchdog.h"
@@ -16,8 +15,7 @@
 
 namespace lahar {
 
-template <int Dim>
-int CaseRun<Dim>::run_time_loop(Simulation<Dim>& simulation) {
+int CaseRun::run_time_loop(Simulation& simulation) {
   loop_begin_ = Clock::now();
   RankWatch watch(ranks_, [] { return stop_signal() != 0; });
   watch_ = &watch;
@@ -59,7 +57,8 @@ int CaseRun<Dim>::run_time_loop(Simulation<Dim>& simulation) {
   if (trace_) {
     const Index records = trace_->finish();
     console_.line(fmt::format("trace: {} records in {}; see lahar trace {}", records,
-                              trace_folder(output_.folder).string(), output_.folder));
+                              trace_folder(outline_.output.folder).string(),
+                              outline_.output.folder));
   }
   end.wall_seconds = seconds_since(begin_);
   end.steps = simulation.step();
@@ -72,12 +71,11 @@ int CaseRun<Dim>::run_time_loop(Simulation<Dim>& simulation) {
   return code;
 }
 
-template <int Dim>
-std::string CaseRun<Dim>::how_to_go_on() const {
-  if (!is_run_folder(output_.folder)) return "";
+std::string CaseRun::how_to_go_on() const {
+  if (!is_run_folder(outline_.output.folder)) return "";
   std::vector<CheckpointFile> checkpoints;
   try {
-    checkpoints = checkpoints_in(checkpoint_folder(output_.folder));
+    checkpoints = checkpoints_in(checkpoint_folder(outline_.output.folder));
   } catch (const std::exception&) {
     return "";  // of a folder that cannot be read nothing is known
   }
@@ -91,8 +89,7 @@ std::string CaseRun<Dim>::how_to_go_on() const {
       std::max_element(checkpoints.begin(), checkpoints.end(), later)->step);
 }
 
-template <int Dim>
-std::vector<StageTiming> CaseRun<Dim>::timings_of_all(std::vector<StageTiming> all) const {
+std::vector<StageTiming> CaseRun::timings_of_all(std::vector<StageTiming> all) const {
   struct Numbers {
     Index calls;
     double total, shortest, longest;
@@ -113,8 +110,7 @@ std::vector<StageTiming> CaseRun<Dim>::timings_of_all(std::vector<StageTiming> a
   return all;
 }
 
-template <int Dim>
-void CaseRun<Dim>::report_balance(const BalanceReport& balance, double wall) {
+void CaseRun::report_balance(const BalanceReport& balance, double wall) {
   if (!ranks_.several()) return;
   console_.line(
       fmt::format("balance: heaviest rank {:.3f} times the mean, at worst {:.3f}, in particles "
@@ -125,8 +121,7 @@ void CaseRun<Dim>::report_balance(const BalanceReport& balance, double wall) {
                   100 * balance.moved, 100 * balance.most_moved, 100 * balance.seconds / wall));
 }
 
-template <int Dim>
-void CaseRun<Dim>::finish(RunEnd& end) {
+void CaseRun::finish(RunEnd& end) {
   try {
     frames_->finish();
   } catch (const IoError& error) {
@@ -142,9 +137,8 @@ void CaseRun<Dim>::finish(RunEnd& end) {
   if (folder_) folder_->finish(end);
 }
 
-template <int Dim>
-void CaseRun<Dim>::report(Simulation<Dim>& simulation, const SimulationInfo& info,
-                          const RunEnd& end, double wall, bool is_whole) {
+void CaseRun::report(Simulation& simulation, const SimulationInfo& info, const RunEnd& end,
+                     double wall, bool is_whole) {
   const auto steps = static_cast<double>(simulation.step() - first_step_);
   const double particle_steps = this->particle_steps(simulation.step());
   console_.line("");
@@ -178,20 +172,19 @@ void CaseRun<Dim>::report(Simulation<Dim>& simulation, const SimulationInfo& inf
                   particle_steps / wall * 1e-6,
                   wall * info.threads * ranks_.size() * 1e9 / std::max(1.0, particle_steps)));
   if (info.splits > 0)
-    console_.line(fmt::format(
-        "patches: {} cut{} through patches of more than {} particles; there are {} now",
-        format_count(info.splits), info.splits == 1 ? "" : "s",
-        format_count(split_factor * outline_.patch_particles), format_count(info.patches)));
+    console_.line(
+        fmt::format("patches: {} cut{} through patches of more than {} particles; there are {} now",
+                    format_count(info.splits), info.splits == 1 ? "" : "s",
+                    format_count(split_factor * outline_.analysis.patch_particles),
+                    format_count(info.patches)));
   report_balance(simulation.balance(), wall);
   console_.line(
       timing_table(timings_of_all(simulation.timings()), wall, info.threads * ranks_.size()));
   console_.line("");
   console_.line(fmt::format(
-      "next: lahar export {} --to csv, or open {} in ParaView", output_.folder,
-      (std::filesystem::path(output_.folder) / "frames" / "particles.hdf.series").string()));
+      "next: lahar export {} --to csv, or open {} in ParaView", outline_.output.folder,
+      (std::filesystem::path(outline_.output.folder) / "frames" / "particles.hdf.series")
+          .string()));
 }
-
-template class CaseRun<2>;
-template class CaseRun<3>;
 
 }  // namespace lahar

@@ -11,6 +11,7 @@
 #include "graph/executor.h"
 #include "physics/materials/materials.h"
 #include "runtime/program/commands.h"
+#include "runtime/program/run_description.h"
 #include "runtime/terminal/console.h"
 #include "runtime/terminal/version.h"
 
@@ -116,36 +117,30 @@ void draw(const std::string& file, const std::string& format, const std::string&
 
 int graph_command(const GraphArguments& arguments) {
   Scenario scenario = read_scenario(arguments.scenario, arguments.options);
-  std::string text;
-  std::visit(
-      [&]<int Dim>(Model<Dim>& model) {
-        const std::string title = printable(model.title);
-        ExecutionOptions execution;
-        execution.mode = ExecutionOptions::Mode::serial;
-        const Simulation<Dim> simulation(std::move(model), execution);
-        const TaskGraph& graph = simulation.graph();
-        const std::vector<std::string> names = simulation.patch_names();
-        std::vector<int> chosen = patch_and_neighbours(graph);
-        std::string caption = fmt::format("{}: one patch and its neighbours, {} of {} patches",
-                                          title, chosen.size(), graph.patches);
-        if (arguments.all || static_cast<int>(chosen.size()) == graph.patches) {
-          chosen.resize(static_cast<std::size_t>(graph.patches));
-          std::iota(chosen.begin(), chosen.end(), 0);
-          caption = title;
-        }
-        std::vector<int> ranks, chosen_ranks;
-        if (arguments.ranks > 0)
-          ranks = partition(arguments.partitioner, simulation.patch_graph(), arguments.ranks);
-        std::vector<std::string> chosen_names;
-        for (const int p : chosen) {
-          chosen_names.push_back(names[static_cast<std::size_t>(p)]);
-          if (!ranks.empty()) chosen_ranks.push_back(ranks[static_cast<std::size_t>(p)]);
-        }
-        // As the simulation cuts phases on so many ranks.
-        const auto tasks = tasks_of(phases_of(simulation.stages(), arguments.ranks > 1));
-        text = to_dot(part_of(graph, chosen, tasks), chosen_names, caption, chosen_ranks);
-      },
-      scenario.model);
+  const std::string title = printable(outline_of(scenario.model).title);
+  const Simulation simulation(std::move(scenario.model), {.mode = ExecutionOptions::Mode::serial});
+  const TaskGraph& graph = simulation.graph();
+  const std::vector<std::string> names = simulation.patch_names();
+  std::vector<int> chosen = patch_and_neighbours(graph);
+  std::string caption = fmt::format("{}: one patch and its neighbours, {} of {} patches", title,
+                                    chosen.size(), graph.patches);
+  if (arguments.all || static_cast<int>(chosen.size()) == graph.patches) {
+    chosen.resize(static_cast<std::size_t>(graph.patches));
+    std::iota(chosen.begin(), chosen.end(), 0);
+    caption = title;
+  }
+  std::vector<int> ranks, chosen_ranks;
+  if (arguments.ranks > 0)
+    ranks = partition(arguments.partitioner, simulation.patch_graph(), arguments.ranks);
+  std::vector<std::string> chosen_names;
+  for (const int p : chosen) {
+    chosen_names.push_back(names[static_cast<std::size_t>(p)]);
+    if (!ranks.empty()) chosen_ranks.push_back(ranks[static_cast<std::size_t>(p)]);
+  }
+  // As the simulation cuts phases on so many ranks.
+  const auto tasks = tasks_of(phases_of(simulation.stages(), arguments.ranks > 1));
+  const std::string text =
+      to_dot(part_of(graph, chosen, tasks), chosen_names, caption, chosen_ranks);
   const auto dot = arguments.output.find_last_of('.');
   const std::string format =
       dot == std::string::npos ? std::string() : arguments.output.substr(dot + 1);

@@ -99,11 +99,7 @@ int run_command(const RunArguments& given) {
   arguments.execution.memory = limit_of_ranks(arguments);
   const RankTeam team(arguments.execution.ranks);
   Scenario scenario = read(arguments, console, &team);
-  return std::visit(
-      [&]<int Dim>(const Model<Dim>&) {
-        return CaseRun<Dim>(arguments, scenario, console).execute();
-      },
-      scenario.model);
+  return CaseRun(arguments, scenario, console).execute();
 }
 
 int check_command(const RunArguments& given) {
@@ -111,24 +107,19 @@ int check_command(const RunArguments& given) {
   arguments.execution.memory = memory_limit(arguments.memory, 1);
   Console console(false);
   Scenario scenario = read(arguments, console);
-  std::visit(
-      [&]<int Dim>(Model<Dim>& model) {
-        const Model<Dim> header = without_particles(model);
-        const OutputPlan output = model.output;
-        const auto simulation = [&] {
-          StartupProgress progress(true);
-          progress.phase("patches and particles");
-          return make_simulation(scenario, std::move(model), arguments.execution);
-        }();
-        const SimulationInfo info = simulation->info();
-        describe(console, header, info, header.analysis.step);
-        describe_frames(console, output, header.analysis, info);
-        console.line(fmt::format("output     {}", output.folder));
-        if (arguments.ranks > 0)
-          describe_ranks(console, simulation->patch_graph(), simulation->patch_counts(),
-                         arguments.ranks, arguments.partitioner);
-      },
-      scenario.model);
+  const ModelOutline outline = outline_of(scenario.model);
+  const Simulation simulation = [&] {
+    StartupProgress progress(true);
+    progress.phase("patches and particles");
+    return make_simulation(scenario, arguments.execution);
+  }();
+  const SimulationInfo info = simulation.info();
+  describe(console, outline, info);
+  describe_frames(console, outline.output, outline.analysis, info);
+  console.line(fmt::format("output     {}", outline.output.folder));
+  if (arguments.ranks > 0)
+    describe_ranks(console, simulation.patch_graph(), simulation.patch_counts(), arguments.ranks,
+                   arguments.partitioner);
   console.line(fmt::format("next: lahar run {}", arguments.scenario));
   return exit_ok;
 }

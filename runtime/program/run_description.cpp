@@ -17,16 +17,21 @@ const char* scheme_name(Scheme scheme) {
   return scheme == Scheme::usf ? "USF" : scheme == Scheme::usl ? "USL" : "MUSL";
 }
 
-template <int Dim>
-Model<Dim> without_particles(const Model<Dim>& model) {
-  Model<Dim> header;
-  header.title = model.title;
-  // Of a share, what is known of the whole mesh.
-  header.mesh = model.mesh->is_share() ? std::make_shared<const Mesh<Dim>>(model.mesh->share({}))
-                                       : model.mesh;
-  header.materials = model.materials;
-  header.analysis = model.analysis;
-  return header;
+ModelOutline outline_of(const AnyModel& any) {
+  return std::visit(
+      []<int Dim>(const Model<Dim>& model) {
+        const Mesh<Dim>& mesh = *model.mesh;
+        return ModelOutline{.dim = Dim,
+                            .title = model.title,
+                            .mesh = mesh.is_structured()    ? "structured"
+                                    : mesh.is_cartesian()   ? "from a table, Cartesian"
+                                    : mesh.is_multilinear() ? "from a table, isoparametric"
+                                                            : info(mesh.element()).name,
+                            .materials = model.materials,
+                            .analysis = model.analysis,
+                            .output = model.output};
+      },
+      any);
 }
 
 /// The velocity transfer in words.
@@ -76,25 +81,19 @@ std::string describe_transfer(const Analysis& analysis, std::span<const Material
   return text;
 }
 
-template <int Dim>
-void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
-              const TimeStep& plan, int ranks) {
+void describe(Console& console, const ModelOutline& model, const SimulationInfo& info, int ranks) {
   console.line(
       fmt::format("case       {}", model.title.empty() ? "(untitled)" : printable(model.title)));
   console.line(ranks == 1 ? fmt::format("threads    {} on 1 rank", info.threads)
                           : fmt::format("threads    {} on each of {} ranks", info.threads, ranks));
-  console.line(fmt::format(
-      "mesh       {} cells, {} nodes ({})", format_count(info.cells), format_count(info.nodes),
-      model.mesh->is_structured()    ? "structured"
-      : model.mesh->is_cartesian()   ? "from a table, Cartesian"
-      : model.mesh->is_multilinear() ? "from a table, isoparametric"
-                                     : lahar::info(model.mesh->element()).name));
+  console.line(fmt::format("mesh       {} cells, {} nodes ({})", format_count(info.cells),
+                           format_count(info.nodes), model.mesh));
   console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles),
                            model.materials.size(), model.materials.size() == 1 ? "" : "s"));
   console.line(fmt::format("scheme     {}, {}", scheme_name(model.analysis.scheme),
                            describe_transfer(model.analysis, model.materials)));
   console.line(fmt::format("time step  {:.4g} s{}, stability limit {:.4g} s", info.dt,
-                           plan.adaptive ? " (adaptive)" : "", info.dt_limit));
+                           model.analysis.step.adaptive ? " (adaptive)" : "", info.dt_limit));
   console.line(fmt::format("patches    {} of about {} cells, {} tasks per step", info.patches,
                            format_count(info.cells_per_patch), format_count(info.tasks_per_step)));
   if (model.analysis.split_steps > 0)
@@ -160,30 +159,18 @@ void describe_ranks(Console& console, const PatchGraph& graph, std::span<const I
                     format_count(idle), format_count(ranks)));
 }
 
-template <int Dim>
-std::unique_ptr<Simulation<Dim>> make_simulation(const Scenario& scenario, Model<Dim> model,
-                                                 const ExecutionOptions& options, Observer observer,
-                                                 const CheckpointReader* checkpoint) {
+Simulation make_simulation(Scenario& scenario, const ExecutionOptions& options, Observer observer,
+                           const CheckpointReader* checkpoint) {
+  AnyModel& model = scenario.model;
   try {
     return checkpoint
-               ? std::make_unique<Simulation<Dim>>(std::move(model), options, std::move(observer),
-                                                   state_in(*checkpoint))
-               : std::make_unique<Simulation<Dim>>(std::move(model), options, std::move(observer));
+               ? Simulation(std::move(model), options, std::move(observer), state_in(*checkpoint))
+               : Simulation(std::move(model), options, std::move(observer));
   } catch (const InputError& error) {
     std::vector<Problem> placed;
     for (const Problem& problem : error.problems()) placed.push_back(scenario.place(problem));
     throw InputError(std::move(placed));
   }
 }
-
-#define LAHAR_INSTANTIATE(Dim)                                                                \
-  template Model<Dim> without_particles(const Model<Dim>&);                                   \
-  template void describe(Console&, const Model<Dim>&, const SimulationInfo&, const TimeStep&, \
-                         int);                                                                \
-  template std::unique_ptr<Simulation<Dim>> make_simulation(                                  \
-      const Scenario&, Model<Dim>, const ExecutionOptions&, Observer, const CheckpointReader*);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
 
 }  // namespace lahar

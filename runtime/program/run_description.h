@@ -1,8 +1,10 @@
 /// \file A model made ready to run, and what is said about it: for `lahar run` and `lahar check`.
 #pragma once
 
-#include <memory>
 #include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "runtime/program/commands.h"
 #include "runtime/step/restart.h"
@@ -13,12 +15,19 @@ namespace lahar {
 const char* scheme_name(Scheme scheme);
 
 /// What is said about a model, kept when the simulation takes the model itself.
-template <int Dim>
-Model<Dim> without_particles(const Model<Dim>& model);
+struct ModelOutline {
+  int dim = 0;
+  std::string title;
+  std::string_view mesh;  ///< its kind, in words
+  std::vector<Material> materials;
+  Analysis analysis;
+  OutputPlan output;
+};
 
-template <int Dim>
-void describe(Console& console, const Model<Dim>& model, const SimulationInfo& info,
-              const TimeStep& plan, int ranks = 1);
+ModelOutline outline_of(const AnyModel& model);
+
+void describe(Console& console, const ModelOutline& model, const SimulationInfo& info,
+              int ranks = 1);
 
 /// How many frames to expect and how large, with the first and the last; an adaptive step is taken
 /// not to change.
@@ -29,11 +38,9 @@ void describe_frames(Console& console, const OutputPlan& plan, const Analysis& a
 void describe_ranks(Console& console, const PatchGraph& graph, std::span<const Index> particles,
                     int ranks, Partitioner partitioner);
 
-/// What only the simulation can find out about the input gets its place in the file.
-template <int Dim>
-std::unique_ptr<Simulation<Dim>> make_simulation(const Scenario& scenario, Model<Dim> model,
-                                                 const ExecutionOptions& options,
-                                                 Observer observer = {},
-                                                 const CheckpointReader* checkpoint = nullptr);
+/// The simulation takes the model of the scenario. What only it can find out about the input gets
+/// its place in the file.
+Simulation make_simulation(Scenario& scenario, const ExecutionOptions& options,
+                           Observer observer = {}, const CheckpointReader* checkpoint = nullptr);
 
 }  // namespace lahar

@@ -40,6 +40,11 @@ Index FailureList::count(Step step) const {
                        [&](const Failure& f) { return f.step == step; });
 }
 
+void take_first_text(const Communicator& ranks, bool has, std::string& text) {
+  const Index first = ranks.min(Index{has ? ranks.rank() : ranks.size()});
+  if (first < ranks.size()) ranks.broadcast(text, static_cast<int>(first));
+}
+
 std::string failure_message(const Failure& first, int rank, Index failed) {
   std::string text =
       fmt::format("step {} (t = {:.6g} s), rank {}, patch {}, stage {}: {}", first.step, first.time,

@@ -8,6 +8,7 @@
 #include "graph/stage.h"
 #include "physics/model/injection.h"
 #include "physics/particles/patch.h"
+#include "runtime/comm/communicator.h"
 
 namespace lahar {
 
@@ -37,6 +38,9 @@ class FailureList {
   mutable std::mutex mutex_;
   std::vector<Failure> failures_;
 };
+
+/// The text of the first rank that has one; if none has, texts stay. Collective.
+void take_first_text(const Communicator& ranks, bool has, std::string& text);
 
 /// The first failure of a run, of `failed` patches in its step.
 std::string failure_message(const Failure& first, int rank, Index failed);

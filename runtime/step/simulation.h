@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "graph/task_graph.h"
@@ -107,15 +108,19 @@ struct SimulationInfo {
 };
 
 template <int Dim>
+class SimulationDriver;
+
+/// A simulation of a model in two or three dimensions; who uses it need not know in how many.
 class Simulation {
  public:
   /// Cuts the mesh, places the particles. Throws InputError (fixed step above the limit, ...).
-  explicit Simulation(Model<Dim> model, ExecutionOptions options = {}, Observer observer = {});
+  explicit Simulation(AnyModel model, ExecutionOptions options = {}, Observer observer = {});
   /// Goes on from the state() of a simulation of the same model, whose nsteps, end time and output
   /// may be others: all that follows has the bits as if nothing had come between. Throws InputError
   /// where the state is not one of this model, IoError where it is damaged.
-  Simulation(Model<Dim> model, ExecutionOptions options, Observer observer,
+  Simulation(AnyModel model, ExecutionOptions options, Observer observer,
              const SimulationState& state);
+  Simulation(Simulation&&) noexcept;
   ~Simulation();
 
   /// Take `steps` steps (fewer where the end time comes first, or progress() asked to stop).
@@ -141,7 +146,7 @@ class Simulation {
   bool finished() const;  ///< no step left to take
 
   SimulationInfo info() const;
-  const BalanceReport& balance() const;  ///< what balancing the ranks did
+  BalanceReport balance() const;  ///< what balancing the ranks did
   std::vector<StageTiming> timings() const;
   const TaskGraph& graph() const;
   std::vector<std::string> patch_names() const;
@@ -152,11 +157,7 @@ class Simulation {
   std::string trace_graph() const;  ///< this rank's patches, as in traces: JSON
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::variant<std::unique_ptr<SimulationDriver<2>>, std::unique_ptr<SimulationDriver<3>>> driver_;
 };
-
-extern template class Simulation<2>;
-extern template class Simulation<3>;
 
 }  // namespace lahar

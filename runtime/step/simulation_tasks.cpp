@@ -1,13 +1,14 @@
 #include <algorithm>
 #include <ctime>
+#include <limits>
 #include <optional>
 #include <utility>
 
 #include "graph/distributed_flow.h"
 #include "graph/local_flow.h"
 #include "physics/kernels/kernels.h"
-#include "runtime/step/simulation_impl.h"
-#include "runtime/step/simulation_trace.h"
+#include "runtime/step/simulation_driver.h"
+#include "runtime/step/snapshot.h"
 
 namespace lahar {
 
@@ -54,231 +55,246 @@ std::int64_t thread_nanoseconds() {
 }  // namespace
 
 template <int Dim>
-void Simulation<Dim>::Impl::build_executor() {
-  TaskGraph graph = make_task_graph(tasks_of(phases), patches.neighbours(), ranks.several(),
-                                    static_cast<int>(patches.elsewhere().size()));
-  const auto n = static_cast<std::size_t>(patches.size());
-  poisoned.assign(n, 0);
-  balance.begin(patches);
-  timing.resize(n * stages.size());
-  TaskBodies bodies{[this](int phase, int p, Step step) { run_task(phase, p, step); },
+void SimulationDriver<Dim>::build_executor() {
+  TaskGraph graph = make_task_graph(tasks_of(phases_), patches_.neighbours(), ranks_.several(),
+                                    static_cast<int>(patches_.elsewhere().size()));
+  failures_.begin(patches_.size());
+  epochs_.balance().begin(patches_);
+  times_.begin(patches_.size());
+  TaskBodies bodies{[this](int phase, int p, Step step) { run_task(phase, p, step, false); },
                     [this](Step step) {
                       TraceSpan trace(TraceKind::dt, step);
-                      trace.set_ready(executor->ready_at(executor->graph().dt_task()));
-                      set_dt(step);
+                      trace.set_ready(executor_->ready_at(executor_->graph().dt_task()));
+                      set_dt(step, exchange_ ? agreed_limit_[step] : limits_.of_last_step());
                     },
-                    [this](Step step) { complete(step); },
+                    [this](Step step) { attempt([&] { finish_step(step); }); },
                     &trace_looking,
                     [this](int phase, int p, Step step) { run_task(phase, p, step, true); },
                     &trace_clock};
-  record_graph();
-  switch (options.mode) {
+  if (TraceRecorder* recorder = TraceRecorder::active()) recorder->add_graph(trace_graph());
+  connect_ranks();
+  switch (options_.mode) {
     case ExecutionOptions::Mode::serial:
-      executor = make_serial_executor(std::move(graph), std::move(bodies));
+      executor_ = make_serial_executor(std::move(graph), std::move(bodies));
       break;
     case ExecutionOptions::Mode::random_order:
-      executor = make_random_executor(std::move(graph), std::move(bodies), options.seed);
+      executor_ = make_random_executor(std::move(graph), std::move(bodies), options_.seed);
       break;
     case ExecutionOptions::Mode::bulk:
-      connect_ranks();
-      executor =
-          make_bulk_executor(std::move(graph), std::move(bodies), options.threads, exchange.get());
+      executor_ = make_bulk_executor(std::move(graph), std::move(bodies), options_.threads,
+                                     exchange_.get());
       break;
     case ExecutionOptions::Mode::flow_graph:
-      connect_ranks();
-      executor = exchange ? make_distributed_flow(std::move(graph), std::move(bodies),
-                                                  options.threads, options.verify, *exchange)
-                          : make_local_flow(std::move(graph), std::move(bodies), options.threads,
-                                            options.verify);
+      executor_ = exchange_
+                      ? make_distributed_flow(std::move(graph), std::move(bodies), options_.threads,
+                                              options_.verify, *exchange_)
+                      : make_local_flow(std::move(graph), std::move(bodies), options_.threads,
+                                        options_.verify);
   }
-  for (std::size_t f = 0; f + 1 < phases.size(); ++f)
-    if (phases[f + 1].task.is_rest) whole = joined(phases[f], phases[f + 1]);
-  first_dt_stage = 0;
-  for (std::size_t s = 0; s < stages.size(); ++s) {
-    if (stages[s].stage.needs_dt && first_dt_stage == 0) first_dt_stage = s;
-    if (stages[s].stage.name == locate_stage) locate_index = s;
-    if (stages[s].stage.name == output_stage) output_index = s;
+  for (std::size_t f = 0; f + 1 < phases_.size(); ++f)
+    if (phases_[f + 1].task.is_rest) whole_ = joined(phases_[f], phases_[f + 1]);
+  first_dt_stage_ = 0;
+  for (std::size_t s = 0; s < stages_.size(); ++s) {
+    if (stages_[s].stage.needs_dt && first_dt_stage_ == 0) first_dt_stage_ = s;
+    if (stages_[s].stage.name == locate_stage) locate_index_ = s;
+    if (stages_[s].stage.name == output_stage) output_index_ = s;
   }
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::connect_ranks() {
-  if (!ranks.several()) return;
+void SimulationDriver<Dim>::connect_ranks() {
+  if (!ranks_.several()) return;
   // Receives of the one before must be cancelled on all ranks before any sends by the new one.
-  exchange.reset();
-  ranks.wait_for_all();
-  if (!groups) groups.emplace(ranks, options.threads);
-  exchange = std::make_unique<RankExchange<Dim>>(
-      *groups, patches, rank_messages(stages, phases), step,
+  exchange_.reset();
+  ranks_.wait_for_all();
+  if (!groups_) groups_.emplace(ranks_, options_.threads);
+  exchange_ = std::make_unique<RankExchange<Dim>>(
+      *groups_, patches_, rank_messages(stages_, phases_), step_,
       ExchangeCalls{.give = [this](Step s) { return give(s); },
-                    .take = [this](Step s, const Agreement& found) { agreed[s] = found; },
-                    .give_limit = [this] { return own_limit(); },
-                    .take_limit = [this](Step s, double limit) { agreed_limit[s] = limit; },
-                    .failed_step = [this] { return failed_step.load(); },
-                    .failure_elsewhere = [this](Step s) { learn_of_failure(s); },
-                    .others = [this] { poll(); }},
-      InjectedLatency{options.latency}, options.shared_memory);
+                    .take = [this](Step s, const Agreement& found) { agreed_[s] = found; },
+                    .give_limit = [this] { return limits_.of_last_step(); },
+                    .take_limit = [this](Step s, double limit) { agreed_limit_[s] = limit; },
+                    .failed_step = [this] { return failures_.first_step(); },
+                    .failure_elsewhere = [this](Step s) { failures_.learn(s); },
+                    .others = [this] { poll_observer(); }},
+      InjectedLatency{options_.latency}, options_.shared_memory);
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::poll() {
-  if (!observer.poll || poll_failure) return;
-  try {
-    observer.poll();
-  } catch (...) {  // a full disk, for example
-    poll_failure = std::current_exception();
-    stop_asked = true;
-  }
+StepContext<Dim> SimulationDriver<Dim>::context(Step step, bool has_dt) const {
+  return {&model_, &patches_.partition(), step, time_.time_at(step),
+          has_dt ? time_.dt_of(step) : std::numeric_limits<double>::quiet_NaN()};
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::run_task(int phase, int p, Step step, bool with_rest) {
+void SimulationDriver<Dim>::take_message(int phase, int p, Step step) {
+  const TraceFound found;
   TraceRecorder* const recorder = TraceRecorder::active(step);
-  const bool own = p < patches.size();
-  std::optional<TraceFound> found;
-  if (!own) found.emplace();
-  const int task = executor->graph().task(phase, p);
-  TraceRecord record{.begin = ticks(), .ready = recorder ? executor->ready_at(task) : 0};
-  record.step = step;
-  const auto f = static_cast<std::size_t>(phase);
-  if (!own) {
-    exchange->unpack(phase, p - patches.size(), step);
-    if (recorder) record_unpacked(*recorder, record, phase, p);
-  } else {
-    // Clocks of CPU time are system calls, which take longer than the tasks of empty patches.
-    const bool samples = patches[p].count > 0 && balance.samples(step, p);
-    const std::int64_t begin = samples ? thread_nanoseconds() : 0;
-    StageClock clock(&timing[static_cast<std::size_t>(p) * stages.size()]);
-    const Phase& all = with_rest ? *whole : phases[f];
-    run_own_task(all, p, step, clock);
-    if (recorder) record_own_task(*recorder, record, phase, p, with_rest, clock);
-    clock.finish(all.first, all.last);
-    if (samples) balance.add(step, p, thread_nanoseconds() - begin, patches[p].count);
-  }
-  if (with_rest) ++phase;
-  if (!own || !exchange || !exchange->sends(phase, p)) return;
-  if (options.delays.late_rank == ranks.rank()) waste_time(options.delays.late, step);
-  exchange->send(phase, p, step);
+  const int task = executor_->graph().task(phase, p);
+  const TraceRecord record{
+      .begin = ticks(), .ready = recorder ? executor_->ready_at(task) : 0, .step = step};
+  const int elsewhere = p - patches_.size();
+  exchange_->unpack(phase, elsewhere, step);
+  if (!recorder) return;
+  const Index patch = patches_.elsewhere()[static_cast<std::size_t>(elsewhere)].patch;
+  trace_.add_unpacked(*recorder, record, phase, patch, executor_->missed_at(task));
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::run_own_task(const Phase& phase, int p, Step step, StageClock& clock) {
-  Patch<Dim>& patch = patches[p];
-  char& poison = poisoned[static_cast<std::size_t>(p)];
+void SimulationDriver<Dim>::run_task(int phase, int p, Step step, bool with_rest) {
+  if (p >= patches_.size()) return take_message(phase, p, step);
+  TraceRecorder* const recorder = TraceRecorder::active(step);
+  const int task = executor_->graph().task(phase, p);
+  const TraceRecord record{
+      .begin = ticks(), .ready = recorder ? executor_->ready_at(task) : 0, .step = step};
+  const Patch<Dim>& patch = patches_[p];
+  RankBalance<Dim>& balance = epochs_.balance();
+  // Clocks of CPU time are system calls, which take longer than the tasks of empty patches.
+  const bool samples = patch.count > 0 && balance.samples(step, p);
+  const std::int64_t begin = samples ? thread_nanoseconds() : 0;
+  StageClock clock = times_.clock(p);
+  const Phase& all = with_rest ? *whole_ : phases_[static_cast<std::size_t>(phase)];
+  run_own_task(all, p, step, clock);
+  if (recorder)
+    trace_.add_task(*recorder, record, phase, with_rest, patch.topology.patch, patch.count, clock);
+  clock.finish(all.first, all.last);
+  if (samples) balance.add(step, p, thread_nanoseconds() - begin, patch.count);
+  if (with_rest) ++phase;
+  if (!exchange_ || !exchange_->sends(phase, p)) return;
+  if (options_.delays.late_rank == ranks_.rank()) waste_time(options_.delays.late, step);
+  exchange_->send(phase, p, step);
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::run_own_task(const Phase& phase, int p, Step step, StageClock& clock) {
   const std::uint64_t begin = ticks();
   try {
-    if (poison || step > failed_step.load()) {
-      // A failed patch does no work but still takes part, so that everybody can stop together.
-      // Nor do others in later steps, which would read what the failed patch did not write.
-      if (phase.first == 0) take_unmapped(patch);
-      if (phase.task.is_rest)
-        take_back_movers(patch, step);
-      else if (phase.first <= locate_index && locate_index < phase.last)
-        clear_outboxes(patch);
-    } else {
+    if (failures_.idles(p, step))
+      idle(phase, patches_[p], step);
+    else
       run_stages(phase, p, step, clock);
-    }
   } catch (const std::exception& error) {
     fail(phase.first, p, step, error.what());
   } catch (...) {
     fail(phase.first, p, step, "unknown exception");
   }
-  if (options.delays.slow_patch == patch.topology.patch) {
+  if (options_.delays.slow_patch == patches_[p].topology.patch) {
     const auto took = static_cast<double>(ticks() - begin);
     const std::uint64_t end =
-        ticks() + static_cast<std::uint64_t>(took * (options.delays.slow_factor - 1));
+        ticks() + static_cast<std::uint64_t>(took * (options_.delays.slow_factor - 1));
     while (ticks() < end) {
     }
     clock.lap(phase.last - 1);
   }
 }
 
+/// A patch that has failed does no work but still takes part, so that everybody can stop together.
+/// Nor do others in later steps, which would read what the failed patch did not write.
 template <int Dim>
-void Simulation<Dim>::Impl::take_unmapped(Patch<Dim>& patch) {
-  receive(patch);
-  patch.unmapped.clear();
+void SimulationDriver<Dim>::idle(const Phase& phase, Patch<Dim>& patch, Step step) const {
+  if (phase.first == 0) {  // so that no particle is missing from the last state
+    receive(patch);
+    patch.unmapped.clear();
+  }
+  if (phase.task.is_rest)
+    take_back_movers(patch, step);
+  else if (phase.first <= locate_index_ && locates(phase))
+    clear_outboxes(patch);
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::take_back_movers(Patch<Dim>& patch, Step step) const {
+void SimulationDriver<Dim>::take_back_movers(Patch<Dim>& patch, Step step) const {
   place_movers(patch, context(step));
   patch.fault = {};
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::run_stages(const Phase& phase, int p, Step step, StageClock& clock) {
-  Patch<Dim>& patch = patches[p];
+void SimulationDriver<Dim>::run_stages(const Phase& phase, int p, Step step, StageClock& clock) {
+  Patch<Dim>& patch = patches_[p];
   if (phase.first == 0 || !patch.idle) {
-    const bool has_dt = !model.analysis.step.adaptive || phase.first >= first_dt_stage;
-    const bool locates = phase.last > locate_index;  // then dt of this step is known
-    std::optional<BorrowedNodalState<Dim>> borrowed;
-    if (phase.first > 0 && !keeps_nodal_state(model.analysis)) borrowed.emplace(patch);
-    const auto run = [&](const Phase& some) {
-      return run_phase(patch, stages, some, context(step, has_dt),
-                       locates ? context(step + 1) : StepContext<Dim>{},
-                       [&](std::size_t s) { clock.lap(s); });
-    };
-    std::size_t failed = 0;
-    if (phase.first == 0 && keeps(step)) {
-      failed = run(part_of(phase, 0, 1));  // arrivals
-      if (patch.fault.kind == ParticleFault::Kind::none) {
-        keep(p, step);
-        clock.lap(0);
-        failed = run(part_of(phase, 1, phase.last));
-      }
-    } else {
-      failed = run(phase);
-    }
+    const std::size_t failed = run_kernels(phase, p, step, clock);
     if (patch.fault.kind != ParticleFault::Kind::none) {
-      fail(failed, p, step, describe_fault(patch.fault, model, patches.next_id()));
-      if (locates) take_back_movers(patch, step);
+      fail_with_fault(failed, p, step);
+      if (locates(phase)) take_back_movers(patch, step);
       return;
     }
   }
   if (phase.first == 0 && !patch.injected.empty())
-    injected[step][static_cast<std::size_t>(p)] = std::exchange(patch.injected, {});
+    injected_[step][static_cast<std::size_t>(p)] = std::exchange(patch.injected, {});
   if (phase.first == 0 && patch.needs_surroundings) {
-    rebuild_needed.store(true, std::memory_order_relaxed);
+    epochs_.need_surroundings();
     request_stop(step);
   }
-  if (phase.last > output_index) {
+  if (phase.last > output_index_) {
     output(p, step);
-    clock.lap(output_index);
-    if (patch.fault.kind != ParticleFault::Kind::none)
-      fail(output_index, p, step, describe_fault(patch.fault, model, patches.next_id()));
+    clock.lap(output_index_);
+    if (patch.fault.kind != ParticleFault::Kind::none) fail_with_fault(output_index_, p, step);
   }
 }
 
 template <int Dim>
-void Simulation<Dim>::Impl::fail(std::size_t s, int p, Step step, const std::string& cause) {
-  poisoned[static_cast<std::size_t>(p)] = 1;
-  patches[p].fault = {};
-  failures.add({step, static_cast<int>(s), stages[s].stage.name, time_at(step),
-                patches[p].topology.patch, cause});
-  learn_of_failure(step);
+std::size_t SimulationDriver<Dim>::run_kernels(const Phase& phase, int p, Step step,
+                                               StageClock& clock) {
+  Patch<Dim>& patch = patches_[p];
+  const bool has_dt = !time_.is_adaptive() || phase.first >= first_dt_stage_;
+  std::optional<BorrowedNodalState<Dim>> borrowed;
+  if (phase.first > 0 && !keeps_nodal_state(model_.analysis)) borrowed.emplace(patch);
+  const auto run = [&](const Phase& some) {
+    return run_phase(patch, stages_, some, context(step, has_dt),
+                     locates(phase) ? context(step + 1) : StepContext<Dim>{},  // dt is known then
+                     [&](std::size_t s) { clock.lap(s); });
+  };
+  if (phase.first > 0 || !stager_.copies(step)) return run(phase);
+  const std::size_t failed = run(part_of(phase, 0, 1));  // arrivals
+  if (patch.fault.kind != ParticleFault::Kind::none) return failed;
+  stager_.copy(p, step);
+  clock.lap(0);
+  return run(part_of(phase, 1, phase.last));
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::fail_with_fault(std::size_t stage, int p, Step step) {
+  fail(stage, p, step, describe_fault(patches_[p].fault, model_, patches_.next_id()));
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::fail(std::size_t stage, int p, Step step, const std::string& cause) {
+  patches_[p].fault = {};
+  failures_.add(p, {step, static_cast<int>(stage), stages_[stage].stage.name, time_.time_at(step),
+                    patches_[p].topology.patch, cause});
   request_stop(step);
 }
 
 template <int Dim>
-std::vector<StageTiming> Simulation<Dim>::Impl::timings() const {
-  std::vector<StageTiming> all = kept_timing;
-  all.resize(stages.size());
-  for (std::size_t s = 0; s < stages.size(); ++s) all[s].name = stages[s].stage.name;
-  const double second = seconds_per_tick();
-  for (std::size_t i = 0; i < timing.size(); ++i) {
-    const StageTicks& t = timing[i];
-    StageTiming& sum = all[i % stages.size()];
-    if (t.calls == 0) continue;
-    const double shortest = second * static_cast<double>(t.shortest);
-    sum.shortest = sum.calls == 0 ? shortest : std::min(sum.shortest, shortest);
-    sum.longest = std::max(sum.longest, second * static_cast<double>(t.longest));
-    sum.calls += t.calls;
-    sum.total += second * static_cast<double>(t.total);
-  }
-  return all;
+void SimulationDriver<Dim>::request_stop(Step step) {
+  stop_before_.give(step + max_lead);
+  executor_->request_stop(step);
 }
 
-template struct Simulation<2>::Impl;
-template struct Simulation<3>::Impl;
+template <int Dim>
+void SimulationDriver<Dim>::set_dt(Step step, double limit) {
+  const auto planned = time_.plan(step, limit);
+  const bool alarm =
+      planned.limited && watch_.judge_step(step, time_.time_at(step), planned.stable);
+  // Nobody has begun the step after this one: it needs this dt.
+  if (planned.last || alarm || (frames_are_large() && frame_due(step)))
+    executor_->stop_before(step + 1);
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::output(int p, Step step) {
+  Patch<Dim>& patch = patches_[p];
+  const std::string problem = limits_.problem(patch, step, time_.nsteps());
+  if (!problem.empty()) fail(output_index_, p, step, problem);
+  const bool needs_sums = sums_due(step);
+  if (needs_sums || frame_due(step)) check_finite(patch);
+  if (needs_sums) history_.add(p, step, sums(patch));
+  if (watch_.due(step)) watch_.look_at(patch, step);
+  if (copy_due(step)) frames_.copy(p, step);
+  epochs_.look_at(patch, step);
+}
+
+template class SimulationDriver<2>;
+template class SimulationDriver<3>;
 
 }  // namespace lahar

@@ -175,7 +175,7 @@ double error_of(const ManufacturedCase& what, const Solution& solution) {
   for (const Vec<2>& X : model.particles.x)
     model.particles.velocity.push_back(solution.velocity(X, -0.5 * dt));
   model.body_force = [&](const Vec<2>& X, double t) { return solution.body_force(X, t); };
-  Simulation<2> simulation(std::move(model), {.threads = what.threads});
+  Simulation simulation(std::move(model), {.threads = what.threads});
   double largest = 0;
   for (int sample = 0; sample < samples; ++sample) {
     simulation.advance(every);

@@ -106,7 +106,7 @@ Result solve(const char* what, Model<2> model, int threads) {
   };
   ExecutionOptions execution;
   execution.threads = threads;
-  Simulation<2> simulation(std::move(model), execution, observer);
+  Simulation simulation(std::move(model), execution, observer);
   simulation.run();
   console.clear_bar();
   Result result;
@@ -207,7 +207,7 @@ double time_once(int threads) {
   const auto particles = static_cast<double>(model.particles.size());
   ExecutionOptions execution;
   execution.threads = threads;
-  Simulation<2> simulation(std::move(model), execution);
+  Simulation simulation(std::move(model), execution);
   simulation.advance(warm_up);
   const auto begin = std::chrono::steady_clock::now();
   simulation.advance(steps);

@@ -32,7 +32,7 @@ Frame small_frame() {
   const Scenario read = read_scenario_text(example("sand.json"), work_folder());
   ExecutionOptions options;
   options.mode = ExecutionOptions::Mode::serial;
-  return Simulation<2>(std::get<Model<2>>(read.model), options).frame();
+  return Simulation(std::get<Model<2>>(read.model), options).frame();
 }
 
 }  // namespace

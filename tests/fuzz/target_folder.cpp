@@ -24,7 +24,7 @@ const std::array<std::string, steps.size()>& frames() {
     const Scenario read = read_scenario_text(example("sand.json"), work_folder());
     ExecutionOptions options;
     options.mode = ExecutionOptions::Mode::serial;
-    Simulation<2> simulation(std::get<Model<2>>(read.model), options);
+    Simulation simulation(std::get<Model<2>>(read.model), options);
     std::array<std::string, steps.size()> texts;
     for (std::string& text : texts) {
       simulation.advance(1);

@@ -41,7 +41,7 @@ std::string state_of(const char* name) {
   const Scenario read = read_scenario_text(example(name), work_folder());
   return std::visit(
       [&]<int Dim>(const Model<Dim>& model) {
-        Simulation<Dim> simulation(without_output(model), serial());
+        Simulation simulation(without_output(model), serial());
         simulation.advance(3);
         const SimulationState state = simulation.state();
         CheckpointHeader header;
@@ -95,7 +95,7 @@ void run_restart(Bytes input) {
   static_cast<void>(differences(header.scenario, read.full));
   std::visit(
       [&]<int Dim>(const Model<Dim>& model) {
-        Simulation<Dim> simulation(without_output(model), serial(), {}, state_in(header, file));
+        Simulation simulation(without_output(model), serial(), {}, state_in(header, file));
         if (!simulation.finished()) simulation.advance(2);
         static_cast<void>(simulation.frame());
         static_cast<void>(simulation.history());

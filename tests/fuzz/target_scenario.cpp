@@ -32,7 +32,7 @@ void take_steps(Model<Dim> model) {
   const double end_time = model.analysis.end_time;
   ExecutionOptions options;
   options.mode = ExecutionOptions::Mode::serial;
-  Simulation<Dim> simulation(std::move(model), options);
+  Simulation simulation(std::move(model), options);
   require(
       simulation.finished() || end_time <= simulation.time() || is_positive(simulation.info().dt),
       "the first time step is not positive");

@@ -48,7 +48,7 @@ SectionedFile recorded(const char* scenario) {
   model.analysis.patch_particles = 8;
   ExecutionOptions options;
   options.mode = ExecutionOptions::Mode::serial;
-  Simulation<2> simulation(std::move(model), options);
+  Simulation simulation(std::move(model), options);
   const fs::path run = work_folder() / "recorded";
   fs::create_directories(run);
   TraceAbout about{.version = "0", .title = "a title", .scheme = "usf", .executor = "serial"};

@@ -59,8 +59,7 @@ inline std::string without_rank(std::string text) {
 }
 
 /// Call `steps`, which takes steps of `simulation`; false: the run failed, and that is noted.
-template <int Dim>
-bool take(Simulation<Dim>& simulation, RunRecord& record, const auto& steps) {
+bool take(Simulation& simulation, RunRecord& record, const auto& steps) {
   bool whole = true;
   try {
     steps();

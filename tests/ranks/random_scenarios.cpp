@@ -33,8 +33,8 @@ class Run {
     observer.frame = [&](FramePieces&& frame) { pieces_.push_back(join(frame)); };
     observer.checkpoint = [&](const SimulationState& state) { keep(state); };
     observer.poll = [this] { writer_.progress(); };
-    Simulation<Dim> simulation = from ? Simulation<Dim>(model, way_, observer, state_in(*from))
-                                      : Simulation<Dim>(model, way_, observer);
+    Simulation simulation = from ? Simulation(model, way_, observer, state_in(*from))
+                                 : Simulation(model, way_, observer);
     bool whole = true;
     try {
       simulation.run();
@@ -60,7 +60,7 @@ class Run {
     header.run = state.run;
     writer_.write(header, state);
   }
-  void finish(Simulation<Dim>& simulation, RunRecord& record) {
+  void finish(Simulation& simulation, RunRecord& record) {
     record.last_frame = simulation.frame();
     record.last_row = simulation.history();
     writer_.finish();

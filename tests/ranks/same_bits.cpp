@@ -19,8 +19,7 @@ using namespace lahar::test;
 namespace {
 
 /// Write the state of a simulation; every rank gets the file's bytes.
-template <int Dim>
-std::string checkpoint_of(const Simulation<Dim>& simulation, const Communicator& ranks,
+std::string checkpoint_of(const Simulation& simulation, const Communicator& ranks,
                           const std::filesystem::path& folder) {
   CheckpointWriter writer({.folder = folder, .kept = 1000}, ranks);
   CheckpointHeader header;
@@ -71,7 +70,7 @@ struct Reference {
   Reference(const Model<Dim>& model, Index steps, const SharedFolder& folder,
             const Communicator& ranks) {
     if (ranks.rank() == 0) try {
-        Simulation<Dim> simulation(model, {.threads = 1});
+        Simulation simulation(model, {.threads = 1});
         simulation.advance(steps / 2);
         middle = checkpoint_of(simulation, {}, folder.path / "one");
         simulation.advance(steps - steps / 2);
@@ -101,7 +100,7 @@ int check(const Model<Dim>& model, Index steps, const std::vector<ExecutionOptio
     const auto own = folder.path / std::to_string(k);
     if (ranks.rank() == 0) make_folder(own);
     OnTheWay checkpoints(own / "way", ranks);
-    Simulation<Dim> simulation(keeping, way, checkpoints.observer());
+    Simulation simulation(keeping, way, checkpoints.observer());
     simulation.advance(steps);
     CHECK(checkpoints.at(steps / 2) == reference.middle);
     CHECK(checkpoint_of(simulation, ranks, own) == reference.end);
@@ -111,7 +110,7 @@ int check(const Model<Dim>& model, Index steps, const std::vector<ExecutionOptio
   const CheckpointReader middle(folder.path / "one" / checkpoint_name(steps / 2));
   ExecutionOptions way = ways.front();
   way.ranks = ranks;
-  Simulation<Dim> simulation(model, way, {}, state_in(middle));
+  Simulation simulation(model, way, {}, state_in(middle));
   simulation.advance(steps - steps / 2);
   CHECK(checkpoint_of(simulation, ranks, folder.path / "on") == reference.end);
   return copies;
@@ -206,7 +205,7 @@ TEST_CASE("particles that leave the mesh are listed alike, in the same order") {
     observer.removed = [&](std::span<const RemovedParticle> particles) {
       for (const RemovedParticle& particle : particles) rows += removed_line(particle);
     };
-    Simulation<2> simulation(discs, way, observer);
+    Simulation simulation(discs, way, observer);
     simulation.advance(110);
     return rows;
   };
@@ -257,7 +256,7 @@ TEST_CASE("patches that are split because particles gather in them") {
   deep.analysis.nsteps = 100000;
   check(deep, 60, all_ways);
   // On all ranks: this does happen.
-  Simulation<3> simulation(deep, {.threads = 1, .ranks = Communicator::world()});
+  Simulation simulation(deep, {.threads = 1, .ranks = Communicator::world()});
   simulation.advance(60);
   CHECK(simulation.info().splits > 2);
 }
@@ -266,7 +265,7 @@ TEST_CASE("patches that are split while particles are injected into them") {
   Model<2> dust = falling_dust_with_source();
   dust.analysis.nsteps = 100000;
   check(dust, 90, all_ways);
-  Simulation<2> simulation(dust, {.threads = 1, .ranks = Communicator::world()});
+  Simulation simulation(dust, {.threads = 1, .ranks = Communicator::world()});
   simulation.advance(35);
   const Index splits = simulation.info().splits, particles = simulation.info().particles;
   simulation.advance(55);
@@ -278,7 +277,7 @@ TEST_CASE("patches that are split between bodies in contact") {
   Model<2> dust = in_contact(falling_dust());
   dust.analysis.nsteps = 100000;
   check(dust, 60, all_ways);
-  Simulation<2> simulation(dust, {.threads = 1, .ranks = Communicator::world()});
+  Simulation simulation(dust, {.threads = 1, .ranks = Communicator::world()});
   simulation.advance(60);
   CHECK(simulation.info().splits > 2);
 }
@@ -287,7 +286,7 @@ TEST_CASE("a run goes on, on all ranks, from any step around a split") {
   const Communicator ranks = Communicator::world();
   const SharedFolder folder(ranks);
   const Model<2> dust = falling_dust();
-  Simulation<2> simulation(dust, {.threads = 1, .ranks = ranks});
+  Simulation simulation(dust, {.threads = 1, .ranks = ranks});
   const Index end = 60;
   std::vector<Index> steps;
   for (Index step = 20; step < end; step += 3) {
@@ -300,11 +299,11 @@ TEST_CASE("a run goes on, on all ranks, from any step around a split") {
   CHECK(simulation.info().splits > 2);
   for (const Index step : steps) {
     const CheckpointReader middle(folder.path / "all" / checkpoint_name(step));
-    Simulation<2> other(dust, {.threads = 2, .ranks = ranks}, {}, state_in(middle));
+    Simulation other(dust, {.threads = 2, .ranks = ranks}, {}, state_in(middle));
     other.advance(end - step);
     CHECK(checkpoint_of(other, ranks, folder.path / std::to_string(step)) == expected);
     if (ranks.rank() == 0) {  // and on one alone
-      Simulation<2> alone(dust, {.threads = 1}, {}, state_in(middle));
+      Simulation alone(dust, {.threads = 1}, {}, state_in(middle));
       alone.advance(end - step);
       CHECK(checkpoint_of(alone, {}, folder.path / ("alone" + std::to_string(step))) == expected);
     }

@@ -24,7 +24,7 @@ std::map<std::string, std::string> files_of(const Model<Dim>& model, const Commu
   observer.frame = [&](FramePieces&& frame) { output.add(std::move(frame)); };
   observer.large_frame = [&](const FrameSource& frame) { output.write(frame); };
   observer.poll = [&] { output.progress(); };
-  Simulation<Dim> simulation(model, options, observer);
+  Simulation simulation(model, options, observer);
   output.while_waiting([&] { simulation.poll(); });
   output.write(simulation.frame_source());
   simulation.run();

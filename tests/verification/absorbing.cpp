@@ -51,7 +51,7 @@ struct Energies {
 /// Energy of the wave before it arrives, and long after.
 Energies energies(int dir, const std::string& left, const std::string& scheme = "usf") {
   const double c = dir == 0 ? 10 : 10 / std::sqrt(3.0);
-  Simulation<2> simulation(strip(dir, left, scheme));
+  Simulation simulation(strip(dir, left, scheme));
   const auto run_to = [&](double time) {
     simulation.advance(static_cast<Index>(std::lround(time / 1e-3)) - simulation.step());
     return simulation.history();
@@ -80,7 +80,7 @@ TEST_CASE("an absorbing boundary lets waves of compression and shear out") {
 
 TEST_CASE("published case: a column on an absorbing boundary sinks by s delta / M") {
   // 2d/uniaxial_absorbing of the benchmarks of CB-Geo MPM, with its mesh and Gauss points.
-  Simulation<2> simulation(model_of_text<2>(R"({
+  Simulation simulation(model_of_text<2>(R"({
     "mesh": {"structured": {"cell_size": 0.001, "origin": [0, -0.002], "counts": [6, 102]},
              "boundary_conditions": {
                "velocity_constraints": [{"nset": "sides", "dir": 0, "velocity": 0}],

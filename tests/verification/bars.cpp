@@ -45,7 +45,7 @@ TEST_CASE("a step of traction travels at c, and doubles at the held end") {
   model.analysis.step.dt = 0.1 * dx / c;
   model.analysis.end_time = 10;
   model.analysis.nsteps = 100000;
-  Simulation<2> simulation(std::move(model));
+  Simulation simulation(std::move(model));
 
   // Half way: behind the front p0 and p0 / (rho c), ahead of it nothing.
   simulation.advance(static_cast<Index>(std::lround(1.25 / (0.1 * dx / c))));
@@ -103,7 +103,7 @@ TEST_CASE("a pulse vanishes at a free end, where the velocity doubles") {
   model.analysis.step.dt = 0.1 * dx / c;
   model.analysis.end_time = 3.25;
   model.analysis.nsteps = 100000;
-  Simulation<2> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   simulation.run();
   const State state(simulation.frame());
   auto average = [&](const char* column, double from, double to) {
@@ -144,7 +144,7 @@ TEST_CASE("the first mode of a bar: v = v0 cos(w t) sin(b x) with w = 0.62832 ra
     model.analysis.step.dt = 0.1 * dx / c;
     model.analysis.end_time = 50;
     model.analysis.nsteps = 1000000;
-    Simulation<2> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     const double dt = 0.1 * dx / c, amplitude = v0 / (b * length);
     // Zero crossings of the centre of mass's velocity: every 5 s from 2.5 s on; the tenth at 47.5
     // s.
@@ -190,7 +190,7 @@ TEST_CASE("the period of a bar converges with the cell size, of nearly second or
     model.analysis.step.dt = dt;
     model.analysis.end_time = 20;
     model.analysis.nsteps = 1000000;
-    Simulation<2> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     double last = 1, crossing = 0;
     int crossings = 0;
     while (crossings < 2) {

@@ -44,7 +44,7 @@ const char* held = R"("velocity_constraints": [{"nset": "wall", "dir": "x", "vel
 const char* pushing = R"("walls": [{"nset": "wall", "normal": [-1, 0], "friction": 0}])";
 
 void check_stays(const Model<2>& model, double side) {
-  Simulation<2> simulation(model);
+  Simulation simulation(model);
   simulation.advance(1);
   const State next(simulation.frame());
   CHECK(next.x(0, 0) < side);
@@ -73,7 +73,7 @@ TEST_CASE("a particle that a light node pulls does not enter an obstacle of node
 
 TEST_CASE("with CB-Geo's preset a particle passes a closed side of the mesh, as there") {
   Model<2> model = beside_wall("ED2Q4", 0.3, held, 1e-5, R"("preset": "cbgeo", )");
-  CHECK_THROWS_AS(Simulation<2>(model).advance(1), SimulationError);
+  CHECK_THROWS_AS(Simulation(model).advance(1), SimulationError);
 }
 
 TEST_CASE("a side of the mesh that is not held is open") {
@@ -116,7 +116,7 @@ TEST_CASE(
                   "time_step": {{"adaptive": true, "safety": {}}}, "end_time": 1.0}}}})",
         safety));
     const Index n = model.particles.size();
-    Simulation<3> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     simulation.run();
     const State end(simulation.frame());
     CHECK(end.size() == n);
@@ -152,7 +152,7 @@ TEST_CASE("water that breaks on a box does not come into it, with any functions"
                   "velocity_update_settings": {{"relaxation": 0.05}},
                   "time_step": {{"adaptive": true, "safety": 0.4}}, "end_time": 0.7}}}})",
         functions));
-    Simulation<2> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     Index inside = 0, over = 0;
     while (!simulation.finished()) {
       simulation.advance(50);

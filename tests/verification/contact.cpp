@@ -86,7 +86,7 @@ TEST_CASE("a block slides down another body as Coulomb says, or sticks to it") {
       REQUIRE(model.analysis.contact.bodies == 2);
       model.analysis.scheme = scheme;
       const Index slab = 2 * 16 * 4;
-      Simulation<2> simulation(std::move(model));
+      Simulation simulation(std::move(model));
       simulation.run();
       const Vec<2> v = velocity_of(State(simulation.frame()), slab);
       const double free = 0.1 * g * std::sin(theta);
@@ -108,7 +108,7 @@ TEST_CASE("blocks that collide bounce: they exchange their velocities and lose l
     model.analysis.step.dt = scheme == Scheme::usl ? 2e-4 : 2e-5;
     model.analysis.nsteps = scheme == Scheme::usl ? 2250 : 22500;  // 0.45 s
     const Index left = model.particles.size() / 2;
-    Simulation<2> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     const HistoryRow start = simulation.history();
     simulation.run();
     const HistoryRow end = simulation.history();
@@ -133,7 +133,7 @@ TEST_CASE("blocks that part do not hold each other: not a bit of stress") {
     Model<2> model = two_blocks(0, -0.5);
     model.analysis.scheme = scheme;
     model.analysis.nsteps = 500;
-    Simulation<2> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     simulation.run();
     const State state(simulation.frame());
     double stress = 0, error = 0;
@@ -173,7 +173,7 @@ TEST_CASE(
                      "interface": true}})");
       model.analysis.functions = kind;
       model.analysis.contact.friction = friction;
-      Simulation<2> simulation(std::move(model));
+      Simulation simulation(std::move(model));
       const HistoryRow start = simulation.history();
       simulation.run();
       const HistoryRow end = simulation.history();

@@ -94,7 +94,7 @@ struct Result {
 Result run_on_slab(Model<2> model) {
   Index first = 0;
   while (model.particles.material[static_cast<std::size_t>(first)] == 0) ++first;
-  Simulation<2> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   Result result;
   result.start = motion_of(simulation.frame(), first);
   simulation.run();
@@ -193,7 +193,7 @@ TEST_CASE("blocks that collide: where their energy goes, and where they meet") {
       largest = std::max(largest, std::abs(row.balance));
       end = row;
     };
-    Simulation<2> simulation(std::move(model), {}, observer);
+    Simulation simulation(std::move(model), {}, observer);
     start = simulation.history();
     simulation.run();
     const double of = 1 / start.kinetic;

@@ -40,7 +40,7 @@ Model<2> bar(ShapeFunctions functions) {
 /// Second differences of the axial stress from particle to particle along the bar, against the
 /// largest stress; the mean over half a period.
 double noise(ShapeFunctions functions) {
-  Simulation<2> simulation(bar(functions));
+  Simulation simulation(bar(functions));
   double sum = 0, count = 0;
   for (int k = 0; k < 50; ++k) {
     simulation.advance(20);

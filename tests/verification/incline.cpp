@@ -67,7 +67,7 @@ constexpr Scheme schemes[] = {Scheme::usf, Scheme::usl, Scheme::musl};
 /// Velocity of the centre of mass at the end.
 template <int Dim>
 Vec<Dim> final_velocity(Model<Dim> model) {
-  Simulation<Dim> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   simulation.run();
   const HistoryRow end = simulation.history();
   Vec<Dim> v;
@@ -133,7 +133,7 @@ TEST_CASE("friction takes the energy that the incline's block is short of") {
     CAPTURE(static_cast<int>(scheme));
     Model<2> model = on_incline<2>(block(), turn, mu);
     model.analysis.scheme = scheme;
-    Simulation<2> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     simulation.run();
     const HistoryRow end = simulation.history();
     const double path = 0.5 * 0.1 * 0.1 * g * (std::sin(theta) - mu * std::cos(theta));

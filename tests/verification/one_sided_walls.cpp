@@ -45,7 +45,7 @@ Model<2> on_floor(const Block& block) {
 }
 
 HistoryRow slide(const Block& block) {
-  Simulation<2> simulation(on_floor(block));
+  Simulation simulation(on_floor(block));
   simulation.run();
   return simulation.history();
 }
@@ -104,15 +104,15 @@ TEST_CASE("a block that bounces on a one-sided wall makes no energy") {
     double largest_after, balance;  ///< shares of the kinetic energy before
   };
   const auto bounce = [](const char* functions, const char* update, double safety) {
-    Simulation<2> simulation(on_floor({.stiffness = 1e6,
-                                       .safety = safety,
-                                       .functions = functions,
-                                       .update = update,
-                                       .friction = 0,
-                                       .gravity = 0,
-                                       .end_time = 0.6,
-                                       .place = {1, 0.4},
-                                       .velocity = {0, -2}}));
+    Simulation simulation(on_floor({.stiffness = 1e6,
+                                    .safety = safety,
+                                    .functions = functions,
+                                    .update = update,
+                                    .friction = 0,
+                                    .gravity = 0,
+                                    .end_time = 0.6,
+                                    .place = {1, 0.4},
+                                    .velocity = {0, -2}}));
     const double before = simulation.history().kinetic;
     Bounce found{0, 0};
     while (!simulation.finished()) {

@@ -134,7 +134,7 @@ template <int Dim>
 void check_patch(Element element, const Eigen::Matrix<double, Dim, Dim>& L, Scheme scheme,
                  bool lagrange = true) {
   const DistortedMesh<Dim> files(element, L, !lagrange);
-  Simulation<Dim> simulation(patch_model<Dim>(element, files, scheme, lagrange));
+  Simulation simulation(patch_model<Dim>(element, files, scheme, lagrange));
   const State start(simulation.frame());
   REQUIRE(start.size() > 0);
   simulation.run();

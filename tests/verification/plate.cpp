@@ -11,7 +11,7 @@ using namespace lahar::verification;
 
 TEST_CASE("plate with a hole: stresses beside the hole agree with the exact solution") {
   Model<2> model = model_of_file<2>("examples/plate-with-hole.json");
-  Simulation<2> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   simulation.run();
   const State state(simulation.frame());
   const double sigma0 = 100;

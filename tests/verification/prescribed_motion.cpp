@@ -54,7 +54,7 @@ double worst_of_plate(Model<2> model, double speed) {
   const Index n = model.analysis.nsteps;
   std::vector<bool> moved;
   for (std::size_t p = 0; p < model.particles.x.size(); ++p) moved.push_back(of_plate(model, p));
-  Simulation<2> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   const State start(simulation.frame());
   simulation.advance(n);
   const State end(simulation.frame());
@@ -125,7 +125,7 @@ TEST_CASE("a filter of any order gives a particle the velocity that all around i
         if (p != alone) others.push_back(p);
       model.node_velocities.clear();
       model.particle_velocities = {{others, 0, 0.2}, {others, 1, 0.1}};
-      Simulation<2> simulation(std::move(model));
+      Simulation simulation(std::move(model));
       simulation.advance(3);
       const State end(simulation.frame());
       CAPTURE(fmpm);
@@ -141,7 +141,7 @@ TEST_CASE("a plate that is pushed does not deform, whatever it pushes") {
     model.analysis.scheme = scheme;
     std::vector<bool> moved;
     for (std::size_t p = 0; p < model.particles.x.size(); ++p) moved.push_back(of_plate(model, p));
-    Simulation<2> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     simulation.run();
     const State end(simulation.frame());
     double plate_stress = 0, ground_stress = 0;
@@ -169,7 +169,7 @@ TEST_CASE("the reaction of a body that is pushed is the rate of momentum, and it
         model.analysis.functions = kind;
         model.analysis.scheme = scheme;
         model.analysis.transfer.flip = flip;
-        Simulation<2> simulation(std::move(model));
+        Simulation simulation(std::move(model));
         simulation.advance(60);
         const HistoryRow end = simulation.history();
         CAPTURE(static_cast<int>(kind));
@@ -190,7 +190,7 @@ TEST_CASE("the accounts of a plate that is pushed close to 1 % of the work, at a
       model.analysis.scheme = scheme;
       model.analysis.step.dt = 5e-4 / k;
       model.analysis.nsteps = 200 * k;
-      Simulation<2> simulation(std::move(model));
+      Simulation simulation(std::move(model));
       simulation.run();
       const HistoryRow end = simulation.history();
       CAPTURE(static_cast<int>(scheme));

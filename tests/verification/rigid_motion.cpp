@@ -33,7 +33,7 @@ TEST_CASE("a body falls freely: v = g t, and positions follow the sum of the ste
       model.gravity = {0.5, -9.81};
       const Index n = model.analysis.nsteps;
       const double dt = model.analysis.step.dt;
-      Simulation<2> simulation(std::move(model));
+      Simulation simulation(std::move(model));
       const State start(simulation.frame());
       simulation.run();
       const State end(simulation.frame());
@@ -64,7 +64,7 @@ TEST_CASE("a body in uniform motion crosses cells and patches without stress") {
     for (auto& v : model.particles.velocity = std::vector<Vec<2>>(
                        static_cast<std::size_t>(model.particles.size()), Vec<2>(2, -3)))
       v = {2, -3};
-    Simulation<2> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     const HistoryRow before = simulation.history();
     const State start(simulation.frame());
     simulation.run();

@@ -59,7 +59,7 @@ struct Turned {
 Turned turn(Scheme scheme, double flip, double turns) {
   Model<2> model = turning_block(flip, turns);
   model.analysis.scheme = scheme;
-  Simulation<2> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   const State start(simulation.frame());
   const HistoryRow before = simulation.history();
   simulation.run();

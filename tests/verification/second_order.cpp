@@ -32,7 +32,7 @@ Model<Dim> block(const char* element, int per_cell, double end_time, double safe
 /// Kinetic and internal energy at the end over the kinetic energy at the start.
 template <int Dim>
 std::pair<double, double> energies_at_end(Model<Dim> model) {
-  Simulation<Dim> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   const double start = simulation.history().kinetic;
   simulation.run();
   const HistoryRow end = simulation.history();

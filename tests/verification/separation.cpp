@@ -43,7 +43,7 @@ struct Parted {
 };
 
 Parted part(Model<2> model) {
-  Simulation<2> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   const State start(simulation.frame());
   const double before = simulation.history().kinetic;
   simulation.run();
@@ -113,7 +113,7 @@ TEST_CASE("grains that move apart do so faster with ASFLIP than with APIC, place
 TEST_CASE("a block that turns keeps momentum, and nearly all of its angular momentum with ASFLIP") {
   for (const std::string functions : {"quadratic_spline", "gimp", "cpdi"})
     for (const std::string name : {"apic", "asflip"}) {
-      Simulation<2> simulation(turning(transfer(name, ""), functions));
+      Simulation simulation(turning(transfer(name, ""), functions));
       const double start = angular_momentum(State(simulation.frame()));
       const HistoryRow before = simulation.history();
       simulation.run();

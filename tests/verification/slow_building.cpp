@@ -55,7 +55,7 @@ double mean_between(const Curve& c, double from, double to) {
 }
 
 Numbers flood(const Resolution& at) {
-  Simulation<3> simulation(world_case<3>("building.json", at));
+  Simulation simulation(world_case<3>("building.json", at));
   std::array<Curve, gauges.size()> depth;
   const StepGuard guard(simulation);
   while (!simulation.finished()) {

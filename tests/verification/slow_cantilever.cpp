@@ -66,7 +66,7 @@ Tip bend(const Method& method, double alpha) {
       fmt::arg("rho", rho), fmt::arg("E", E), fmt::arg("length", length), fmt::arg("depth", depth),
       fmt::arg("traction", traction), fmt::arg("period", period), fmt::arg("end", 3.25 * period),
       fmt::arg("dt", 0.6 * cell / c)));
-  Simulation<2> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   simulation.run();
   const State end(simulation.frame());
   const auto displacement = [&](int d) {  // of the axis: the mean over the depth

@@ -39,7 +39,7 @@ constexpr double at_rest = 0.01;
 Numbers plane(double a, const Resolution& at) {
   const double h = a * L0, reach = L0 * (2.5 + 2.5 * a);
   // Experiments took 3.3 sqrt(h0 / g).
-  Simulation<2> simulation(
+  Simulation simulation(
       world_case<2>("sand-column.json", at,
                     {fmt::format("mesh.structured.extent=[{},{}]", width * std::ceil(reach / width),
                                  h + 8 * width),
@@ -58,7 +58,7 @@ Numbers plane(double a, const Resolution& at) {
 
 Numbers axisymmetric(const Resolution& at) {
   constexpr double h = 0.9 * L0, ring = L0 / 10;
-  Simulation<3> simulation(world_case<3>("sand-cylinder.json", at));
+  Simulation simulation(world_case<3>("sand-cylinder.json", at));
   run_to_end(simulation);
   const State end(simulation.frame());
   const Depths d = depths_of_rings(end, density, ring);

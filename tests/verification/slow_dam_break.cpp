@@ -40,7 +40,7 @@ struct Front {
 };
 
 Front dam_break(const Resolution& at, double* dt) {
-  Simulation<2> simulation(world_case<2>("water-column.json", at));
+  Simulation simulation(world_case<2>("water-column.json", at));
   Front front;
   const double unit = std::sqrt(a / (2 * g));
   const StepGuard guard(simulation);

@@ -69,7 +69,7 @@ Load bearing_capacity(const Method& method) {
       fmt::arg("per_cell", method.per_cell), fmt::arg("block", height + 5 * h),
       fmt::arg("functions", method.functions), fmt::arg("update", method.update),
       fmt::arg("dt", dt)));
-  Simulation<2> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   const auto go_to = [&](double settlement) {
     simulation.advance(std::llround((settlement / speed - simulation.time()) / dt));
     return simulation.history().external;
@@ -126,7 +126,7 @@ double plate_reaction(double cell, double safety) {
       fmt::arg("cell", cell), fmt::arg("v", -speed), fmt::arg("yield", yield),
       fmt::arg("safety", safety));
   Scenario scenario = read_scenario_text(text, LAHAR_SOURCE_DIR);  // native defaults
-  Simulation<2> simulation(std::get<Model<2>>(std::move(scenario.model)));
+  Simulation simulation(std::get<Model<2>>(std::move(scenario.model)));
   while (simulation.time() < 0.25 * (1 - 1e-9)) simulation.advance(1);
   const HistoryRow first = simulation.history();
   simulation.run();

@@ -15,7 +15,7 @@ TEST_CASE("a finer plate with a hole: stresses beside the hole and far from it")
                        "analysis.dt=6.25e-4", "analysis.nsteps=8000",
                        "sets.particles.pulled.box.min=[3.9925,0]"};
   Scenario scenario = read_scenario(LAHAR_SOURCE_DIR "/examples/plate-with-hole.json", options);
-  Simulation<2> simulation(std::get<Model<2>>(std::move(scenario.model)));
+  Simulation simulation(std::get<Model<2>>(std::move(scenario.model)));
   simulation.run();
   const State state(simulation.frame());
   const double sigma0 = 100;

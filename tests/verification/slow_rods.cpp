@@ -25,7 +25,7 @@ const Curve surface = read_curve(world_file("rods-surface.csv"), 0, 1);
 const Curve failure = read_curve(world_file("rods-failure.csv"), 0, 1);
 
 Numbers collapse(const Resolution& at) {
-  Simulation<2> simulation(world_case<2>("rods.json", at));
+  Simulation simulation(world_case<2>("rods.json", at));
   run_to_end(simulation);
   const State end(simulation.frame());
   const Depths depth = depths_along_x(end, density, 0, width);

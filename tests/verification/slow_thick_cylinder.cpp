@@ -96,7 +96,7 @@ TEST_CASE("a thick-walled cylinder under internal pressure has Lame's stresses")
     model.analysis.transfer.flip = 0.99;
     model.analysis.step.dt = 5e-4;
     model.analysis.nsteps = 20000;
-    Simulation<2> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     simulation.run();
     const State state(simulation.frame());
     const double scale = pressure * a * a / (b * b - a * a);

@@ -37,7 +37,7 @@ double force_on_wall(const State& state) {
 }
 
 Numbers impact(const Resolution& at) {
-  Simulation<2> simulation(world_case<2>("sand-chute.json", at));
+  Simulation simulation(world_case<2>("sand-chute.json", at));
   Curve force, friction;
   const StepGuard guard(simulation);
   while (!simulation.finished()) {

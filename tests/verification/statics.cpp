@@ -9,7 +9,7 @@ using namespace lahar::verification;
 
 TEST_CASE("a fluid at rest carries the weight above: sigma = -rho g depth") {
   Model<2> model = model_of_file<2>("examples/hydrostatic-column.json");
-  Simulation<2> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   simulation.run();
   const State state(simulation.frame());
   // Linear elements with a constant gradient per cell carry the stress of the cell's centre, so
@@ -34,7 +34,7 @@ TEST_CASE(
   Model<2> model = model_of_file<2>("examples/hydrostatic-column.json");
   const double nu = 0.3;
   model.materials[0].law = LinearElastic{1e6, nu};
-  Simulation<2> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   simulation.run();
   const State state(simulation.frame());
   const double g = 9.81, rho = 1800, h = 0.1, dx = 0.01;
@@ -81,7 +81,7 @@ TEST_CASE("the stress at the base of a column converges with the first order of 
         "external_loading_conditions": {{"gravity": [0, -9.81]}},
         "analysis": {{"dt": {}, "end_time": 0.4, "damping": {{"type": "Cundall", "damping_factor": 0.2}}}}}})",
         dx, rows + 1, 0.01 * dx));
-    Simulation<2> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     simulation.run();
     const State state(simulation.frame());
     const double base = mean(
@@ -102,7 +102,7 @@ TEST_CASE("the stress at the base of a column converges with the first order of 
 
 TEST_CASE("a hanging bar stretches by rho g L^2 / (2 E)") {
   Model<3> model = model_of_file<3>("examples/hanging-bar.json");
-  Simulation<3> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   const State start(simulation.frame());
   simulation.run();
   const State end(simulation.frame());
@@ -145,7 +145,7 @@ TEST_CASE("soil between smooth walls comes to rest with local damping, and its e
                            "damping": {{"type": "Cundall", "damping_factor": {}}},
                            "time_step": {{"adaptive": true, "safety": 0.4}}, "end_time": 3}}}})",
           functions, factor));
-      Simulation<2> simulation(std::move(model));
+      Simulation simulation(std::move(model));
       simulation.run();
       const HistoryRow end = simulation.history();
       CAPTURE(functions);

@@ -49,7 +49,7 @@ struct Stress {
 };
 
 Stress stress_of(const std::string& functions, Scheme scheme = Scheme::usl) try {
-  Simulation<2> simulation(bar(functions, scheme));
+  Simulation simulation(bar(functions, scheme));
   simulation.run();
   const State end(simulation.frame());
   const auto middle = [&](Index p) {

@@ -87,7 +87,7 @@ double worst_balance(Model<2> model) {
     balance = std::max(balance, std::abs(row.balance));
     kinetic = std::max(kinetic, row.kinetic);
   };
-  Simulation<2> simulation(std::move(model), {}, observer);
+  Simulation simulation(std::move(model), {}, observer);
   simulation.run();
   return balance / kinetic;
 }
@@ -150,7 +150,7 @@ TEST_CASE("the account of water that sloshes closes with every transfer that dam
                  "patch_particles": 64, "time_step": {{"adaptive": true, "safety": 0.4}},
                  "end_time": 0.8, {}}}}})",
         keys(transfer)));
-    Simulation<2> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     simulation.run();
     const HistoryRow end = simulation.history();
     CAPTURE(transfer.name);

@@ -15,7 +15,7 @@ TEST_CASE("two discs collide: mass and momentum to rounding, contact in time, en
   model.output.history_steps = 10;
   Observer observer;
   observer.history = [&](const HistoryRow& row) { rows.push_back(row); };
-  Simulation<2> simulation(std::move(model), {}, observer);
+  Simulation simulation(std::move(model), {}, observer);
   const HistoryRow start = simulation.history();
   simulation.run();
   const HistoryRow end = simulation.history();
@@ -47,7 +47,7 @@ TEST_CASE("two discs: PIC keeps mass and momentum too, but loses nearly all of t
   // they lose. Energy balance: what is gone is drift, nothing else takes it.
   Model<2> model = model_of_file<2>("examples/two-discs.json");
   model.analysis.transfer.flip = 0;
-  Simulation<2> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   const HistoryRow start = simulation.history();
   simulation.run();
   const HistoryRow end = simulation.history();

@@ -52,7 +52,7 @@ void check_stress(bool confined, const double (&expected)[3], double tolerance) 
     v[1] = -0.001 * x[1];
     model.particles.velocity.push_back(v);
   }
-  Simulation<Dim> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   simulation.run();
   const State state(simulation.frame());
   double worst = 0;

@@ -61,7 +61,7 @@ double decay(Wave wave) {
   const auto rate = [](const Wave& some) {
     Model<2> model = standing_wave(some);
     const double dt = model.analysis.step.dt, until = length / c;
-    Simulation<2> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     const HistoryRow start = simulation.history();
     simulation.advance(static_cast<Index>(std::lround(until / dt)));
     const HistoryRow end = simulation.history();
@@ -122,7 +122,7 @@ TEST_CASE("what the transfer takes from a wave is counted as damping") {
       for (const double step : {0.05, 0.025}) {
         Model<2> model = standing_wave(
             {.scheme = scheme, .order = order, .relaxation_time = 1e-3, .step = step});
-        Simulation<2> simulation(std::move(model));
+        Simulation simulation(std::move(model));
         const double start = simulation.history().kinetic;
         simulation.advance(static_cast<Index>(std::lround(16 / step)));
         const HistoryRow end = simulation.history();
@@ -138,7 +138,7 @@ namespace {
 /// The largest difference of velocities after 20 steps [m/s], of waves of 1e-3 m/s.
 double difference(const Wave& one, const Wave& other, bool is_pic = false) {
   const auto end = [](Model<2> model) {
-    Simulation<2> simulation(std::move(model));
+    Simulation simulation(std::move(model));
     simulation.advance(20);
     return State(simulation.frame());
   };
@@ -185,7 +185,7 @@ TEST_CASE("a filter of any order gives particles the velocity that all nodes are
         for (Index n = 0; n < model.mesh->n_nodes(); ++n)
           for (int d = 0; d < 2; ++d) model.node_velocities.push_back({n, d, d == 0 ? 0.3 : 0.0});
         model.analysis.remove_leaving_particles = true;
-        Simulation<2> simulation(std::move(model));
+        Simulation simulation(std::move(model));
         simulation.advance(3);
         const State end(simulation.frame());
         CAPTURE(transfer);

@@ -46,7 +46,7 @@ struct Rest {
 };
 
 Rest come_to_rest(const std::string& functions, double cell, double safety) {
-  Simulation<2> simulation(tank(functions, cell, safety));
+  Simulation simulation(tank(functions, cell, safety));
   simulation.run();
   const State state(simulation.frame());
   const HistoryRow end = simulation.history();
@@ -88,7 +88,7 @@ double stored_of_work(Model<Dim> model) {
   model.analysis.opening = false;
   model.analysis.step.dt /= 50;
   model.analysis.nsteps = 400;
-  Simulation<Dim> simulation(model);
+  Simulation simulation(model);
   simulation.run();
   const State state(simulation.frame());
   double stored = 0;

@@ -51,10 +51,8 @@ Model<Dim> world_case(const std::string& name, const Resolution& at,
 /// Ends a run whose step collapses: it would take hours, and what flies there is no result.
 class StepGuard {
  public:
-  template <int Dim>
-  explicit StepGuard(const Simulation<Dim>& simulation) : least_(simulation.info().dt / 20) {}
-  template <int Dim>
-  void check(const Simulation<Dim>& simulation) const {
+  explicit StepGuard(const Simulation& simulation) : least_(simulation.info().dt / 20) {}
+  void check(const Simulation& simulation) const {
     if (const double dt = simulation.info().dt; dt < least_)
       throw std::runtime_error(fmt::format(
           "the step fell to {:.1e} s, a twentieth of the first one, at t = {:.3g} s after {} steps",
@@ -66,21 +64,18 @@ class StepGuard {
 };
 
 /// Mean step so far [s].
-template <int Dim>
-double mean_step(const Simulation<Dim>& simulation) {
+inline double mean_step(const Simulation& simulation) {
   return simulation.time() / static_cast<double>(simulation.step());
 }
 
 /// Share of the particles that left the mesh.
-template <int Dim>
-double lost_share(const Simulation<Dim>& simulation) {
+inline double lost_share(const Simulation& simulation) {
   const SimulationInfo info = simulation.info();
   return static_cast<double>(info.removed) / static_cast<double>(info.particles + info.removed);
 }
 
 /// Take all steps, as long as the step does not collapse.
-template <int Dim>
-void run_to_end(Simulation<Dim>& simulation) {
+inline void run_to_end(Simulation& simulation) {
   const StepGuard guard(simulation);
   while (!simulation.finished()) {
     simulation.advance(200);

@@ -82,7 +82,7 @@ std::map<Index, int> occupation(const Model<Dim>& model) {
 /// Cells that particles change per particle and step, over `steps`.
 template <int Dim>
 double crossings(const Model<Dim>& model, Index steps) {
-  Simulation<Dim> simulation(model, {.mode = ExecutionOptions::Mode::serial});
+  Simulation simulation(model, {.mode = ExecutionOptions::Mode::serial});
   std::vector<Index> before = model.particles.cell;
   double count = 0;
   for (Index step = 0; step < steps; ++step) {

@@ -27,7 +27,7 @@ Files files_of(const Model<Dim>& model, ExecutionOptions options, bool copied) {
   Observer observer;
   observer.frame = [&](FramePieces&& frame) { output.add(std::move(frame)); };
   observer.large_frame = [&](const FrameSource& frame) { output.write(frame); };
-  Simulation<Dim> simulation(model, options, observer);
+  Simulation simulation(model, options, observer);
   output.write(simulation.frame_source());
   simulation.run();
   output.write(simulation.frame_source());

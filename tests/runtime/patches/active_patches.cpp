@@ -49,7 +49,7 @@ TEST_CASE(
     "a block that flies over 16 million cells needs a handful of patches, and its bits do "
     "not depend on who runs them") {
   const Model<2> model = flying_block(4000, 0, {18, 11});
-  Simulation<2> simulation(model, serial());
+  Simulation simulation(model, serial());
   const std::size_t bytes_at_start = simulation.info().bytes;
   const Partition<2> partition(*model.mesh, simulation.info().cells_per_patch);
   REQUIRE(partition.n_patches() > 100000);
@@ -80,7 +80,7 @@ TEST_CASE("a flying block does the same on a small mesh that is one patch") {
   const Outcome many = run(flying_block(4000, 0, {18, 11}), flow(2));
   Model<2> small = flying_block(160, 980, {18, 11});
   small.analysis.patch_particles = 1 << 20;
-  CHECK(Simulation<2>(small, serial()).info().patches == 1);
+  CHECK(Simulation(small, serial()).info().patches == 1);
   const Outcome one = run(small, serial());
   REQUIRE(one.error == "");
   REQUIRE(many.frames.size() == one.frames.size());
@@ -146,7 +146,7 @@ TEST_CASE("a patch exists if particles may be in it before patches are rebuilt, 
 TEST_CASE("work is not lost when patches are dropped") {
   // The energy balance of a block that has left all of its first patches behind.
   const Model<2> model = flying_block(4000, 0, {18, 11});
-  Simulation<2> simulation(model, flow(2));
+  Simulation simulation(model, flow(2));
   simulation.run();
   const HistoryRow row = simulation.history();
   CHECK(row.internal > 0);

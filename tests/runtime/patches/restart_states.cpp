@@ -85,7 +85,7 @@ TEST_CASE("restart: water with smoothed pressure, whose patch sets are rebuilt o
       const Index end = scheme == Scheme::usl ? 14 : 100;
       CAPTURE(static_cast<int>(scheme));
       CAPTURE(adaptive);
-      Simulation<2> whole(model, serial());
+      Simulation whole(model, serial());
       const int patches = whole.info().patches;
       whole.advance(end);
       CHECK(whole.info().patches != patches);
@@ -143,7 +143,7 @@ TEST_CASE("restart: loads travel with particles, and particles that left stay aw
   leaving.analysis.remove_leaving_particles = true;
   leaving.analysis.nsteps = 200;
   leaving.particles.velocity.assign(static_cast<std::size_t>(leaving.particles.size()), {3, 1});
-  Simulation<2> whole(leaving, serial());
+  Simulation whole(leaving, serial());
   whole.advance(60);
   const Index removed = whole.info().removed;
   CHECK(removed > 0);
@@ -166,11 +166,11 @@ TEST_CASE("restart after restart, at every step, leaves no trace") {
   Model<2> model = dam_break();
   model.analysis.scheme = Scheme::musl;
   model.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.5};
-  Simulation<2> reference(model, serial());
+  Simulation reference(model, serial());
   reference.advance(40);
-  StoredState state(Simulation<2>(model, serial()).state());
+  StoredState state(Simulation(model, serial()).state());
   for (int k = 0; k < 40; ++k) {
-    Simulation<2> next(model, k % 2 ? serial() : flow(2), {}, state.view());
+    Simulation next(model, k % 2 ? serial() : flow(2), {}, state.view());
     next.advance(1);
     state = StoredState(next.state());
   }
@@ -181,21 +181,21 @@ TEST_CASE("an adaptive run that ended at its last step or its end time can be ma
   Model<2> model = two_discs();
   model.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.3};
   model.analysis.nsteps = 20;
-  Simulation<2> first(model, serial());
+  Simulation first(model, serial());
   first.run();
   const StoredState state(first.state());
   model.analysis.nsteps = 40;
-  Simulation<2> longer(model, serial(), {}, state.view()), whole(model, serial());
+  Simulation longer(model, serial(), {}, state.view()), whole(model, serial());
   longer.run();
   whole.run();
   CHECK(difference(StoredState(longer.state()), StoredState(whole.state())) == "");
 
   model.analysis.end_time = longer.time();
-  Simulation<2> over(model, serial(), {}, StoredState(longer.state()).view());
+  Simulation over(model, serial(), {}, StoredState(longer.state()).view());
   CHECK(over.finished());
   model.analysis.nsteps = 1000;
   model.analysis.end_time = longer.time() + 0.01;
-  Simulation<2> more(model, serial(), {}, StoredState(longer.state()).view());
+  Simulation more(model, serial(), {}, StoredState(longer.state()).view());
   CHECK_FALSE(more.finished());
   more.run();
   CHECK(more.time() == doctest::Approx(model.analysis.end_time).epsilon(1e-12));
@@ -210,14 +210,14 @@ TEST_CASE("a checkpoint that is due or asked for gets the state of its step and 
     Observer observer;
     observer.checkpoint = [&](const SimulationState& state) { states.emplace_back(state); };
     observer.checkpoint_wanted = [&] { return ++asked == 38; };  // after step 38
-    Simulation<2> simulation(model, way, observer);
+    Simulation simulation(model, way, observer);
     simulation.advance(60);
     CAPTURE(describe(way));
     REQUIRE(states.size() == 5);
     std::vector<Index> steps;
     for (const StoredState& state : states) {
       steps.push_back(state.run.step);
-      Simulation<2> alone(model, serial());
+      Simulation alone(model, serial());
       alone.advance(state.run.step);
       CHECK(difference(state, StoredState(alone.state())) == "");
     }
@@ -234,7 +234,7 @@ TEST_CASE("states that tasks copy while steps are taken are those of a drained g
     model.output.checkpoint_steps = 7;
     constexpr Index end = 40;
     std::vector<StoredState> drained;
-    Simulation<2> reference(model, serial());
+    Simulation reference(model, serial());
     for (Index step = 7; step <= end; step += 7) {
       reference.advance(7);
       drained.emplace_back(reference.state());
@@ -244,7 +244,7 @@ TEST_CASE("states that tasks copy while steps are taken are those of a drained g
       const bool has_room = way.threads != 2;
       if (!has_room) way.staging_bytes = 0;
       std::vector<StoredState> states;
-      Simulation<2>* own = nullptr;
+      Simulation* own = nullptr;
       int copies = 0;
       Observer observer;
       observer.checkpoint = [&](const SimulationState& state) {
@@ -253,7 +253,7 @@ TEST_CASE("states that tasks copy while steps are taken are those of a drained g
         copies += state.copied;
         states.emplace_back(state);
       };
-      Simulation<2> simulation(model, way, observer);
+      Simulation simulation(model, way, observer);
       own = &simulation;
       simulation.advance(end);
       CHECK((copies > 0) == (are_copied && has_room));
@@ -304,7 +304,7 @@ TEST_CASE("states are copied until injected particles have outgrown the memory f
       if (state.copied) CHECK(bytes < staging + staging / 2);
       copied.push_back(state.copied);
     };
-    Simulation<2>(model, way, observer).advance(61);
+    Simulation(model, way, observer).advance(61);
     REQUIRE(copied.size() == 30);
     CHECK(std::count(copied.begin(), copied.end(), true) > 3);
     CHECK_FALSE(copied.back());
@@ -313,14 +313,14 @@ TEST_CASE("states are copied until injected particles have outgrown the memory f
 
 TEST_CASE("a patch's state refuses what it is not") {
   Model<2> model = two_discs();
-  Simulation<2> simulation(model, serial());
+  Simulation simulation(model, serial());
   const SimulationState state = simulation.state();
   const std::vector<std::byte> good = state.bytes(0);
   const auto message = [&](std::vector<std::byte> bytes) {
     StoredState stored(state);
     stored.bytes[0] = std::move(bytes);
     try {
-      Simulation<2> other(model, serial(), {}, stored.view());
+      Simulation other(model, serial(), {}, stored.view());
     } catch (const IoError& error) {
       return std::string(error.what());
     }
@@ -349,7 +349,7 @@ TEST_CASE("an adaptive run ends at the same step wherever the graph drains befor
   model.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.3};
   model.analysis.nsteps = 100000;
   model.analysis.end_time = 0.2;
-  Simulation<2> undisturbed(model, serial());
+  Simulation undisturbed(model, serial());
   undisturbed.run();
   const Index last = undisturbed.step();
   REQUIRE(last > 5);
@@ -358,7 +358,7 @@ TEST_CASE("an adaptive run ends at the same step wherever the graph drains befor
       model.output.checkpoint_steps = last - before;
       Observer observer;
       observer.checkpoint = [](const SimulationState&) {};
-      Simulation<2> simulation(model, way, observer);
+      Simulation simulation(model, way, observer);
       simulation.run();
       CHECK(simulation.step() == last);
       CHECK(same_bits(simulation.frame(), undisturbed.frame()));

@@ -104,7 +104,7 @@ void check_one_step() {
   }
   const double dt = model.analysis.step.dt;
   for (const ExecutionOptions& way : {serial(), flow(2)}) {
-    Simulation<Dim> simulation(model, way);
+    Simulation simulation(model, way);
     simulation.advance(1);
     const Frame end = simulation.frame();
     const FrameColumn* v = end.find("velocity");
@@ -138,7 +138,7 @@ TEST_CASE("absorbing nodes: the work of springs and dashpots balances the energy
     if (model.mesh->node(n)[0] == 0) model.node_absorptions.push_back({n, 0, 0.05, 5, 0.5, 0.5});
   model.analysis.absorbs = true;
   model.analysis.nsteps = 100;
-  Simulation<2> simulation(model, serial());
+  Simulation simulation(model, serial());
   simulation.advance(100);
   const HistoryRow row = simulation.history();
   CHECK(row.damping > 0);
@@ -162,7 +162,7 @@ TEST_CASE("absorbing nodes: a dashpot stops a node, however light, and does not 
       for (int entry = 0; entry < 2; ++entry)
         model.node_absorptions.push_back({n, 0, 0.5, 5, 1e9, 1e9});
   model.analysis.absorbs = true;
-  Simulation<2> simulation(model, serial());
+  Simulation simulation(model, serial());
   simulation.advance(1);
   const Frame first = simulation.frame();
   const auto& v = first.find("velocity")->values;
@@ -192,7 +192,7 @@ TEST_CASE("nodes that are all accelerated move their particles as the function o
   for (auto& v : model.particles.velocity) v = Vec<2>(0.1, 0);  // together: without stress
   for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
     model.analysis.scheme = scheme;
-    Simulation<2> simulation(model, flow(2));
+    Simulation simulation(model, flow(2));
     simulation.advance(20);
     const double dt = model.analysis.step.dt;
     Vec<2> v(0.1, -0.5 * 20 * dt);

@@ -38,7 +38,7 @@ struct Ends {
 };
 
 Ends run_through(const Model<2>& model) {
-  Simulation<2> simulation(model, flow(2));
+  Simulation simulation(model, flow(2));
   const HistoryRow start = simulation.history();
   simulation.run();
   return {start, simulation.history()};
@@ -58,7 +58,7 @@ TEST_CASE("every particle keeps its mass to the last bit") {
     Model<2> model = two_discs();
     model.analysis.scheme = scheme;
     model.analysis.nsteps = 35;
-    Simulation<2> simulation(model, flow(2));
+    Simulation simulation(model, flow(2));
     const Frame start = simulation.frame();
     simulation.run();
     const Frame end = simulation.frame();
@@ -171,7 +171,7 @@ TEST_CASE("under gravity all functions let bodies fall freely") {
         model = separable(model, functions);  // what nodes do not have is nothing here
       model.particles.velocity.assign(static_cast<std::size_t>(model.particles.size()), {0.2, 0.1});
       model.gravity = {0.0, -0.5};
-      Simulation<2> simulation(model, flow(2));
+      Simulation simulation(model, flow(2));
       const Frame start = simulation.frame();
       simulation.run();
       const Frame end = simulation.frame();
@@ -194,7 +194,7 @@ TEST_CASE("under gravity the momentum grows by m g t, whatever the bodies do to 
     model.analysis.scheme = scheme;
     model.analysis.nsteps = 35;
     model.gravity = {0.3, -2.0};
-    Simulation<2> simulation(model, flow(2));
+    Simulation simulation(model, flow(2));
     const HistoryRow start = simulation.history();
     simulation.run();
     const HistoryRow end = simulation.history();
@@ -211,7 +211,7 @@ TEST_CASE("gravity's work in free fall is the kinetic energy, and m g h but for 
     model.analysis.scheme = scheme;
     model.gravity = {0, -9.81};
     model.output.history_steps = 25;
-    Simulation<2> simulation(model, flow(2));
+    Simulation simulation(model, flow(2));
     const Frame start = simulation.frame();
     simulation.advance(400);
     const Frame end = simulation.frame();

@@ -90,7 +90,7 @@ double widest_gap(const Frame& start, const Frame& end) {
 template <int Dim>
 double gap_after(const std::string& functions, const std::string& scheme) {
   const Model<Dim> model = swirling_block<Dim>(functions, scheme);
-  Simulation<Dim> simulation(model, flow(2));
+  Simulation simulation(model, flow(2));
   const Frame start = simulation.frame();
   CHECK(widest_gap<Dim>(start, start) < 1e-15);
   simulation.run();
@@ -134,7 +134,7 @@ TEST_CASE("the volume of CPDI2 particles is that of their domains, but for the t
     Model<2> model = swirling_block<2>("cpdi2", "usl");
     if (k == 1) model.analysis.step.dt /= 4;
     model.analysis.nsteps = 100000;
-    Simulation<2> simulation(std::move(model), flow(2));
+    Simulation simulation(std::move(model), flow(2));
     simulation.run();
     const Frame end = simulation.frame();
     const auto corner = corners_in<2>(end);

@@ -44,7 +44,7 @@ void check_free_fall(Element element, Scheme scheme) {
   const Vec<Dim> v0 = 1.0 * Vec<Dim>::Unit(0);
   model.particles.velocity.assign(model.particles.x.size(), v0);
   constexpr Index steps = 300;
-  Simulation<Dim> simulation(model, flow(2));
+  Simulation simulation(model, flow(2));
   const Frame start = simulation.frame();
   simulation.advance(steps);
   const Frame end = simulation.frame();
@@ -69,7 +69,7 @@ void check_momentum(Element element, Scheme scheme) {
     v[1] -= 0.1 * (x[1] - 2);
     model.particles.velocity.push_back(v);
   }
-  Simulation<Dim> simulation(model, flow(2));
+  Simulation simulation(model, flow(2));
   const HistoryRow start = simulation.history();
   simulation.advance(20);
   const HistoryRow end = simulation.history();

@@ -23,7 +23,7 @@ TEST_CASE("a body of any size falls under gravity: momentum is m g t") {
             "external_loading_conditions": {{"gravity": [0, -10]}},
             "analysis": {{"dt": {5}, "nsteps": 20}}}})",
         h, 2 * h, 7 * h, 4 * h, 10 * h, 1e-3 * h);
-    Simulation<2> simulation(
+    Simulation simulation(
         std::get<Model<2>>(read_scenario_text(text, ".", test::plain_defaults(text)).model));
     simulation.run();
     const HistoryRow row = simulation.history();
@@ -48,7 +48,7 @@ TEST_CASE("a stress that is not finite is reported even if it arises in the last
             "analysis": {{"mpm_scheme": "{}", "dt": 1, "nsteps": 1,
                           "time_step": {{"accept_unstable": true}}}}}})",
         scheme);
-    Simulation<2> simulation(
+    Simulation simulation(
         std::get<Model<2>>(read_scenario_text(text, ".", test::plain_defaults(text)).model));
     std::string message;
     try {
@@ -78,7 +78,7 @@ TEST_CASE("a run whose particles have all been removed goes on to its end, with 
     observer.history = [&](const HistoryRow& row) { rows.push_back(row.step); };
     ExecutionOptions options;
     options.mode = mode;
-    Simulation<2> simulation(
+    Simulation simulation(
         std::get<Model<2>>(read_scenario_text(text, ".", test::plain_defaults(text)).model),
         options, observer);
     simulation.run();

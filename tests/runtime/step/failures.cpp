@@ -212,7 +212,7 @@ TEST_CASE("a fixed step above the limit is refused with the particle that sets i
   model.analysis.step.dt = 0.25;
   std::string message, hint, where;
   try {
-    Simulation<2> simulation(model, serial());
+    Simulation simulation(model, serial());
   } catch (const InputError& error) {
     REQUIRE(error.problems().size() == 1);
     message = error.problems()[0].message;
@@ -252,13 +252,13 @@ TEST_CASE("what the receiver of frames or rows throws comes out of run()") {
     frames.frame = [](FramePieces&& frame) {
       if (frame.header.step == 20) throw IoError("no space left");
     };
-    Simulation<2> writing(two_discs(), way, frames);
+    Simulation writing(two_discs(), way, frames);
     CHECK_THROWS_WITH_AS(writing.run(), "no space left", IoError);
     Observer rows;
     rows.history = [](const HistoryRow& row) {
       if (row.step == 16) throw IoError("no space left for rows");
     };
-    Simulation<2> noting(two_discs(), way, rows);
+    Simulation noting(two_discs(), way, rows);
     CHECK_THROWS_WITH_AS(noting.run(), "no space left for rows", IoError);
   }
 }

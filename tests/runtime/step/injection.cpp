@@ -122,7 +122,7 @@ TEST_CASE("particles come in steps that begin in the interval from start to befo
                     12);
   };
   const auto particles_after = [](const Model<2>& model, Index steps) {
-    Simulation<2> simulation(model, serial());
+    Simulation simulation(model, serial());
     simulation.advance(steps);
     return simulation.frame().size();
   };
@@ -209,7 +209,7 @@ TEST_CASE("what is said of injected particles does not depend on when they get t
         outcome.removed_rows += removed_line(one);
       }
     };
-    Simulation<2> simulation(model, way, observer);
+    Simulation simulation(model, way, observer);
     try {
       while (!simulation.finished()) simulation.advance(steps_at_once);
     } catch (const SimulationError& error) {
@@ -246,7 +246,7 @@ TEST_CASE(
       rows_and_most.second = std::max(rows_and_most.second, particles.size());
       for (const RemovedParticle& one : particles) rows_and_most.first += removed_line(one);
     };
-    Simulation<2> simulation(model, way, observer);
+    Simulation simulation(model, way, observer);
     while (!simulation.finished()) simulation.advance(steps_at_once);
     return rows_and_most;
   };
@@ -280,14 +280,14 @@ TEST_CASE("an adaptive step knows of particles before they come") {
   Observer observer;
   observer.history = [&](const HistoryRow& row) { rows.push_back(row); };
   model.output.history_steps = 1;
-  Simulation<2> simulation(model, serial(), observer);
+  Simulation simulation(model, serial(), observer);
   simulation.run();
   REQUIRE(rows.size() == 40);
   for (const HistoryRow& row : rows)
     CHECK(row.dt == doctest::Approx(0.5 * h / (c + speed)).epsilon(1e-6));
   // A fixed step is refused, though there is no particle yet.
   model.analysis.step = {.adaptive = false, .dt = 0.03};
-  CHECK_THROWS_WITH_AS(Simulation<2>(model, serial()),
+  CHECK_THROWS_WITH_AS(Simulation(model, serial()),
                        doctest::Contains("of particles that are injected"), InputError);
 }
 

@@ -9,7 +9,7 @@ using namespace lahar::test;
 
 TEST_CASE("a shaft is filled from above: points, volumes and the fall of the first particles") {
   const Model<3> model = filled_shaft();
-  Simulation<3> simulation(model, serial());
+  Simulation simulation(model, serial());
   simulation.advance(10);
   CHECK(simulation.frame().size() == 0);
   simulation.advance(7);  // seven steps with particles: 0.035 m, of 0.0394 m to where they are out

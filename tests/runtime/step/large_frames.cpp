@@ -24,7 +24,7 @@ Outcome run_with_large_frames(const Model<Dim>& model, ExecutionOptions options)
     for (const RemovedParticle& particle : particles)
       outcome.removed_rows += removed_line(particle);
   };
-  Simulation<Dim> simulation(model, options, observer);
+  Simulation simulation(model, options, observer);
   try {
     simulation.run();
   } catch (const SimulationError& error) {

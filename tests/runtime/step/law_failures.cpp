@@ -58,7 +58,7 @@ TEST_CASE("increments that are done in parts are counted, in the history and for
   REQUIRE(reference.error == "");
   CHECK(reference.rows.back().divided == 4);
   for (const ExecutionOptions& way : other_ways()) {
-    Simulation<2> simulation(model, way);
+    Simulation simulation(model, way);
     simulation.run();
     CHECK(simulation.info().divided == 4);
     CHECK(same_bits(run(model, way), reference));

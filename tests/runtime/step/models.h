@@ -280,7 +280,7 @@ Outcome run(const Model<Dim>& model, const ExecutionOptions& options) {
     for (const RemovedParticle& particle : particles)
       outcome.removed_rows += removed_line(particle);
   };
-  Simulation<Dim> simulation(model, options, observer);
+  Simulation simulation(model, options, observer);
   try {
     simulation.run();
   } catch (const SimulationError& error) {
@@ -295,7 +295,7 @@ Outcome run(const Model<Dim>& model, const ExecutionOptions& options) {
 /// Particles that end in another patch than the one they began in.
 template <int Dim>
 Index crossings(const Model<Dim>& model, const Frame& end) {
-  Simulation<Dim> simulation(model, serial());
+  Simulation simulation(model, serial());
   const Partition<Dim> partition(*model.mesh, simulation.info().cells_per_patch);
   Index count = 0;
   for (std::size_t k = 0; k < end.id.size(); ++k) {

@@ -86,7 +86,7 @@ TEST_CASE("adaptive steps end at multiples of the time exactly, and none is tiny
     CAPTURE(describe(way));
     CHECK(same_bits(run(model, way), reference));
   }
-  Simulation<2> simulation(model, serial());
+  Simulation simulation(model, serial());
   double before = 0, longest = 0;
   while (!simulation.finished()) {
     simulation.advance(1);
@@ -101,15 +101,15 @@ TEST_CASE("output by time is the same across a restart") {
   for (const bool adaptive : {false, true}) {
     const Model<2> model = discs_by_time(adaptive);
     Output whole;
-    Simulation<2> undisturbed(model, serial(), whole.observer());
+    Simulation undisturbed(model, serial(), whole.observer());
     undisturbed.run();
     for (const Index middle : {1, 12, 13, 14, 30, 31}) {
       CAPTURE(middle);
       Output parts;
-      Simulation<2> first(model, flow(2), parts.observer());
+      Simulation first(model, flow(2), parts.observer());
       first.advance(middle);
       const StoredState stored(first.state());
-      Simulation<2> second(model, flow(3), parts.observer(), stored.view());
+      Simulation second(model, flow(3), parts.observer(), stored.view());
       second.run();
       CHECK(same_bits(second.frame(), undisturbed.frame()));
       REQUIRE(parts.frames.size() == whole.frames.size());
@@ -134,7 +134,7 @@ TEST_CASE("frames too large for a copy come at the same times") {
       Observer observer;
       observer.frame = [](FramePieces&&) { FAIL("a large frame was copied"); };
       observer.large_frame = [&](const FrameSource& frame) { frames.push_back(join(frame)); };
-      Simulation<2> simulation(model, way, observer);
+      Simulation simulation(model, way, observer);
       simulation.run();
       REQUIRE(frames.size() + 1 == reference.frames.size());
       for (std::size_t k = 0; k < frames.size(); ++k)
@@ -156,7 +156,7 @@ TEST_CASE("no more frames than allowed are written, which is said once") {
       Observer observer;
       observer.frame = [&](FramePieces&& frame) { steps.push_back(frame.header.step); };
       observer.warning = [&](const std::string& text) { warnings.push_back(text); };
-      Simulation<2> simulation(model, way, observer);
+      Simulation simulation(model, way, observer);
       simulation.run();
       CHECK(steps == (by_time ? std::vector<Index>{13, 25, 38} : std::vector<Index>{10, 20, 30}));
       REQUIRE(warnings.size() == 1);

@@ -293,7 +293,7 @@ template <int Dim>
 void check_chunks(Model<Dim> model, Index steps) {
   model.analysis.nsteps = steps;
   model.output.frame_steps = 0;
-  Simulation<Dim> simulation(model, serial());
+  Simulation simulation(model, serial());
   simulation.run();
   const Frame reference = simulation.frame();
   REQUIRE(reference.step == steps);
@@ -335,7 +335,7 @@ void check_chunks(Model<Dim> model, Index steps) {
   // The ways of executing, on this case of which we know that bins were added and sorted.
   for (const ExecutionOptions& way : other_ways()) {
     CAPTURE(describe(way));
-    Simulation<Dim> other(model, way), in_parts(model, way);
+    Simulation other(model, way), in_parts(model, way);
     other.run();
     CHECK(same_bits(other.frame(), reference));
     for (Index part = 1; !in_parts.finished(); part = part % 3 + 1) in_parts.advance(part);

@@ -37,7 +37,7 @@ struct Range {
 
 /// Least and largest stress_xx after so many updates.
 void check_stresses(Model<2> model, const std::map<Index, Range>& expected) {
-  Simulation<2> simulation(std::move(model));
+  Simulation simulation(std::move(model));
   for (const auto& [step, range] : expected) {
     CAPTURE(step);
     simulation.advance(step - simulation.step());

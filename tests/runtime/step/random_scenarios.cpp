@@ -12,7 +12,7 @@ namespace {
 template <int Dim>
 RunRecord run_whole(const Model<Dim>& model, const ExecutionOptions& way) {
   RunRecord record;
-  Simulation<Dim> simulation(model, way, observer_of(record));
+  Simulation simulation(model, way, observer_of(record));
   take(simulation, record, [&] { simulation.run(); });
   return record;
 }
@@ -35,7 +35,7 @@ RunRecord run_interrupted(Model<Dim> model, Index middle, Stop stop, const Execu
       };
     }
     if (stop == Stop::asked) observer.progress = [&](Index step, double) { return step < middle; };
-    Simulation<Dim> simulation(model, first, observer);
+    Simulation simulation(model, first, observer);
     const bool done = take(simulation, record, [&] {
       if (stop == Stop::drained)
         simulation.advance(middle);
@@ -56,7 +56,7 @@ RunRecord run_interrupted(Model<Dim> model, Index middle, Stop stop, const Execu
   record.last_frame.reset();
   record.last_row.reset();
   model.output.checkpoint_steps = 0;
-  Simulation<Dim> simulation(model, second, observer_of(record), state->view());
+  Simulation simulation(model, second, observer_of(record), state->view());
   take(simulation, record, [&] { simulation.run(); });
   return record;
 }

@@ -61,19 +61,19 @@ void check_restart(const Model<Dim>& model, Index middle, Index end,
                    const std::vector<ExecutionOptions>& ways = {serial(), flow(2),
                                                                 random_order(3)}) {
   Output undisturbed;
-  Simulation<Dim> reference(model, serial(), undisturbed.observer());
+  Simulation reference(model, serial(), undisturbed.observer());
   reference.advance(end);
   REQUIRE(reference.step() == end);
   const StoredState last(reference.state());
   for (std::size_t k = 0; k < ways.size(); ++k) {
     CAPTURE(describe(ways[k]));
     Output output;
-    Simulation<Dim> first(model, ways[k], output.observer());
+    Simulation first(model, ways[k], output.observer());
     first.advance(middle);
     REQUIRE(first.step() == middle);
     const StoredState stored(first.state());
     const ExecutionOptions& other = ways[(k + 1) % ways.size()];
-    Simulation<Dim> second(model, other, output.observer(), stored.view());
+    Simulation second(model, other, output.observer(), stored.view());
     CHECK(second.step() == middle);
     CHECK(difference(StoredState(second.state()), stored) == "");
     CHECK(same_bits(second.frame(), first.frame()));

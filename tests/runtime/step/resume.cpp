@@ -64,7 +64,7 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 Frame frame_of(const Model<2>& model, const ExecutionOptions& options, Index steps) {
-  Simulation<2> simulation(model, options);
+  Simulation simulation(model, options);
   simulation.advance(steps);
   return simulation.frame();
 }
@@ -151,7 +151,7 @@ TEST_CASE("with adaptive steps a resumed run begins at 0 with the state of the f
   const Model<2> model = resumed(
       "usf", folder.path,
       R"("step": 39}, "end_time": 0.02, "time_step": {"adaptive": true, "accept_unstable": false)");
-  Simulation<2> simulation(model, serial());
+  Simulation simulation(model, serial());
   CHECK(simulation.time() == 0.0);
   CHECK(simulation.history().particles == middle.size());
   simulation.run();

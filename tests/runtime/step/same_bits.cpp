@@ -333,7 +333,7 @@ TEST_CASE("steps taken one at a time or all at once give the same bits") {
       if (adaptive) model.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.5};
       CAPTURE(describe(way));
       CAPTURE(adaptive);
-      Simulation<2> at_once(model, way), in_parts(model, way);
+      Simulation at_once(model, way), in_parts(model, way);
       at_once.advance(60);
       for (int k = 0; k < 20; ++k) in_parts.advance(1);
       for (int k = 0; k < 8; ++k) in_parts.advance(5);
@@ -348,7 +348,7 @@ TEST_CASE("steps taken one at a time or all at once give the same bits") {
 
 TEST_CASE("looking at a run does not change it") {
   const Model<2> model = two_discs();
-  Simulation<2> watched(model, flow(2)), alone(model, flow(2));
+  Simulation watched(model, flow(2)), alone(model, flow(2));
   for (int k = 0; k < 8; ++k) {
     watched.advance(10);
     CHECK(same_bits(watched.frame(), watched.frame()));

@@ -14,7 +14,7 @@ namespace {
 
 template <int Dim>
 Index splits_after(const Model<Dim>& model, Index steps) {
-  Simulation<Dim> simulation(model, serial());
+  Simulation simulation(model, serial());
   simulation.advance(steps);
   return simulation.info().splits;
 }
@@ -25,7 +25,7 @@ constexpr Scheme schemes[] = {Scheme::usf, Scheme::usl, Scheme::musl};
 
 TEST_CASE("patches into which particles fall are split, and nothing gets lost") {
   Model<2> model = falling_dust();
-  Simulation<2> simulation(model, serial());
+  Simulation simulation(model, serial());
   const HistoryRow before = simulation.history();
   simulation.run();
   CHECK(simulation.info().splits > 5);
@@ -45,10 +45,10 @@ TEST_CASE("patches into which particles fall are split, and nothing gets lost") 
       }));
     }
   model.analysis.split_steps = 0;
-  Simulation<2> whole(model, serial());
+  Simulation whole(model, serial());
   whole.run();
   CHECK(whole.info().splits == 0);
-  const auto most = [](const Simulation<2>& of) {
+  const auto most = [](const Simulation& of) {
     const std::vector<Index> counts = of.patch_counts();
     return *std::max_element(counts.begin(), counts.end());
   };
@@ -94,7 +94,7 @@ TEST_CASE("splits give the serial loop's bits") {
 
 TEST_CASE("a run goes on from any step around a split") {
   const Model<2> model = falling_dust();
-  Simulation<2> whole(model, serial());
+  Simulation whole(model, serial());
   std::vector<Index> splits;  // steps after which there are more
   for (Index before = 0; whole.step() < model.analysis.nsteps; before = whole.info().splits) {
     whole.advance(1);
@@ -113,20 +113,20 @@ TEST_CASE("a run goes on from any step around a split") {
 
 TEST_CASE("splits do not depend on drains, and a run that ends before one can be made longer") {
   Model<2> model = falling_dust();
-  Simulation<2> whole(model, serial());
+  Simulation whole(model, serial());
   whole.advance(60);
   REQUIRE(whole.info().splits > 0);
   const StoredState expected(whole.state());
-  Simulation<2> stepwise(model, flow(2));
+  Simulation stepwise(model, flow(2));
   while (stepwise.step() < 60) stepwise.advance(1);
   CHECK(difference(StoredState(stepwise.state()), expected) == "");
   for (Index end = 20; end < 60; end += 3) {
     model.analysis.nsteps = end;
-    Simulation<2> first(model, flow(2));
+    Simulation first(model, flow(2));
     first.run();
     const StoredState state(first.state());
     model.analysis.nsteps = 100;
-    Simulation<2> longer(model, serial(), {}, state.view());
+    Simulation longer(model, serial(), {}, state.view());
     longer.advance(60 - end);
     CHECK(difference(StoredState(longer.state()), expected) == "");
   }
@@ -143,7 +143,7 @@ TEST_CASE("splits in three dimensions, with adaptive steps and frames that are n
   Observer observer;
   observer.frame = [](FramePieces&&) { FAIL("is to be written without a copy"); };
   observer.large_frame = [&](const FrameSource& frame) { frames.push_back(join(frame)); };
-  Simulation<3> simulation(model, large, observer);
+  Simulation simulation(model, large, observer);
   simulation.run();
   frames.push_back(simulation.frame());
   const Outcome copied = run(model, serial());
@@ -155,7 +155,7 @@ TEST_CASE("where no patch is crowded, looking for crowds changes no bit") {
   std::vector<StoredState> states;
   for (const Index steps : {0, 1, 7, 100}) {
     model.analysis.split_steps = steps;
-    Simulation<2> simulation(model, flow(2));
+    Simulation simulation(model, flow(2));
     simulation.advance(40);
     CHECK(simulation.info().splits == 0);
     states.emplace_back(simulation.state());
@@ -175,8 +175,8 @@ TEST_CASE("a crowd in a single cell is left alone") {
 
 TEST_CASE("a state whose splits are none of the mesh is refused") {
   const Model<2> model = falling_dust();
-  StoredState state(Simulation<2>(model, serial()).state());
+  StoredState state(Simulation(model, serial()).state());
   state.run.splits = {{.patch = 0, .axis = 0, .at = 1'000'000}};
-  CHECK_THROWS_WITH_AS(Simulation<2>(model, serial(), {}, state.view()),
+  CHECK_THROWS_WITH_AS(Simulation(model, serial(), {}, state.view()),
                        doctest::Contains("patches were split otherwise"), InputError);
 }

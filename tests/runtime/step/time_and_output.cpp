@@ -38,7 +38,7 @@ double limit_of(const Frame& frame, double h, const Model<2>& model) {
 void check_adaptive(Model<2> model, double h, const ExecutionOptions& way, double change) {
   const double safety = 0.4;
   model.analysis.step = {.adaptive = true, .dt = 1.0, .safety = safety};
-  Simulation<2> simulation(model, way);
+  Simulation simulation(model, way);
   double time = 0, shortest = 1, longest = 0;
   for (int step = 1; step <= 50; ++step) {
     const double expected = safety * limit_of(simulation.frame(), h, model);
@@ -71,7 +71,7 @@ TEST_CASE("an adaptive step is never longer than the largest that the scenario a
   Model<2> model = two_discs();
   model.analysis.step = {.adaptive = true, .dt = 1e-3, .safety = 0.5};
   model.analysis.nsteps = 20;
-  Simulation<2> simulation(model, flow(2));
+  Simulation simulation(model, flow(2));
   simulation.run();
   CHECK(simulation.history().dt == 1e-3);
   CHECK(simulation.time() == doctest::Approx(0.02).epsilon(1e-14));
@@ -86,7 +86,7 @@ TEST_CASE("an adaptive run ends at its end time exactly") {
       model.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.5};
       model.analysis.nsteps = 1000000;
       model.analysis.end_time = end_time;
-      Simulation<2> simulation(model, way);
+      Simulation simulation(model, way);
       simulation.run();
       CHECK(simulation.time() == end_time);
       CHECK(simulation.finished());
@@ -102,7 +102,7 @@ TEST_CASE("an end time before the first adaptive step's end makes it one short s
     Model<2> model = two_discs();
     model.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.5};
     model.analysis.end_time = 1e-5;
-    Simulation<2> simulation(model, way);
+    Simulation simulation(model, way);
     simulation.run();
     CHECK(simulation.step() == 1);
     CHECK(simulation.time() == 1e-5);
@@ -115,7 +115,7 @@ TEST_CASE("fixed steps end with the step that reaches the end time, or after nst
        std::vector<std::pair<double, Index>>{{0.04, 10}, {0.041, 11}, {0.0039, 1}, {100, 80}}) {
     Model<2> model = two_discs();  // dt = 4e-3, 80 steps
     model.analysis.end_time = end_time;
-    Simulation<2> simulation(model, flow(2));
+    Simulation simulation(model, flow(2));
     simulation.run();
     CHECK(simulation.step() == steps);
     CHECK(simulation.time() == doctest::Approx(4e-3 * static_cast<double>(steps)).epsilon(1e-15));
@@ -142,7 +142,7 @@ TEST_CASE("frames and rows come at their steps, in order, with their times and a
         steps.push_back({step, time});
         return true;
       };
-      Simulation<2> simulation(model, way, observer);
+      Simulation simulation(model, way, observer);
       simulation.run();
       REQUIRE(frames.size() == 7);
       REQUIRE(rows.size() == 16);
@@ -178,7 +178,7 @@ TEST_CASE("a frame holds the state after its step") {
   Model<2> model = two_discs();
   const Outcome whole = run(model, flow(3));
   for (const Frame& frame : whole.frames) {
-    Simulation<2> simulation(model, serial());
+    Simulation simulation(model, serial());
     simulation.advance(frame.step);
     CHECK(same_bits(simulation.frame(), frame));
   }
@@ -201,7 +201,7 @@ TEST_CASE("a run that is told to stop ends at the same later step for every way 
     Model<2> model = two_discs();
     Observer observer;
     observer.progress = [](Index step, double) { return step < 10; };
-    Simulation<2> simulation(model, way, observer);
+    Simulation simulation(model, way, observer);
     simulation.run();
     // Asked for after 10 steps, that is in step number 9; patches may be three ahead by then.
     CHECK(simulation.step() == 13);
@@ -220,7 +220,7 @@ TEST_CASE("timings count every stage once per patch and step, and no time twice"
       Index steps = 0;
       int patches = 0;
       const auto begin = std::chrono::steady_clock::now();
-      Simulation<2> simulation(model, way);
+      Simulation simulation(model, way);
       Index calls = 0;
       while (!simulation.finished()) {
         patches = simulation.info().patches;  // those that take part in the next step
@@ -252,7 +252,7 @@ TEST_CASE("timings count every stage once per patch and step, and no time twice"
 }
 
 TEST_CASE("what a simulation says of itself: tasks, particles, cells, nodes") {
-  Simulation<2> simulation(two_discs(), flow(2));
+  Simulation simulation(two_discs(), flow(2));
   const SimulationInfo info = simulation.info();
   std::vector<Stage> stages;
   for (const auto& stage : timestep<2>(two_discs().analysis)) stages.push_back(stage.stage);

@@ -49,7 +49,7 @@ Model<2> watched_discs() {
   return model;
 }
 
-std::string end_of(Simulation<2>& simulation) {
+std::string end_of(Simulation& simulation) {
   try {
     simulation.run();
   } catch (const WatchdogError& error) {
@@ -78,7 +78,7 @@ TEST_CASE("energy is judged against what was put in") {
 TEST_CASE("a fluid without stiffness stores no energy, and its checkpoints can be read") {
   Model<2> model = dam_break();
   std::get<Newtonian>(model.materials[0].law).incompressible = true;
-  Simulation<2> simulation(model, serial());
+  Simulation simulation(model, serial());
   simulation.advance(3);
   CheckpointHeader header;
   header.run = simulation.state().run;
@@ -153,7 +153,7 @@ TEST_CASE("the watchdog ends a run at the same step with the same message in eve
   }
   Model<2> unwatched = model;
   unwatched.watchdog.action = Watchdog::Action::none;
-  Simulation<2> simulation(unwatched, serial());
+  Simulation simulation(unwatched, serial());
   simulation.advance(67);
   CHECK(same_bits(simulation.frame(), reference.frames.back()));
 }
@@ -167,7 +167,7 @@ TEST_CASE("a run that goes on beyond the bounds of the watchdog says so once") {
     std::vector<std::string> warnings;
     Observer observer;
     observer.warning = [&](const std::string& text) { warnings.push_back(text); };
-    Simulation<2> simulation(model, way, observer);
+    Simulation simulation(model, way, observer);
     simulation.run();
     CHECK(simulation.step() == 200);
     REQUIRE(warnings.size() == 1);
@@ -177,24 +177,24 @@ TEST_CASE("a run that goes on beyond the bounds of the watchdog says so once") {
 
 TEST_CASE("a run that was restarted between alarm and end ends as the one that was not") {
   const Model<2> model = watched_discs();
-  Simulation<2> whole(model, serial());
+  Simulation whole(model, serial());
   const std::string expected = end_of(whole);
   REQUIRE(expected != "");
   for (const Index steps : {60, 64, 65, 67}) {
     CAPTURE(steps);
-    Simulation<2> first(model, flow(2));
+    Simulation first(model, flow(2));
     try {
       first.advance(steps);
     } catch (const WatchdogError&) {
       CHECK(steps == 67);
     }
     CHECK(first.step() == steps);
-    Simulation<2> second(model, flow(2), {}, first.state());
+    Simulation second(model, flow(2), {}, first.state());
     CHECK(end_of(second) == expected);
     CHECK(second.step() == 67);
     Model<2> lax = model;  // other bounds: it goes on
     lax.watchdog.speed = 10;
-    Simulation<2> third(lax, serial(), {}, first.state());
+    Simulation third(lax, serial(), {}, first.state());
     CHECK(end_of(third) == "");
     CHECK(third.step() == 80);
   }

@@ -99,7 +99,7 @@ Frame end_of(Scenario scenario, const ExecutionOptions& way) {
   for (const auto& x : model.particles.x)  // it turns
     model.particles.velocity[static_cast<std::size_t>(&x - model.particles.x.data())] +=
         (Vec<Dim>::Unit(0) * (0.4 - x[1]) + Vec<Dim>::Unit(1) * (x[0] - 0.4)) * 2;
-  Simulation<Dim> simulation(std::move(model), way);
+  Simulation simulation(std::move(model), way);
   simulation.run();
   return simulation.frame();
 }
@@ -147,7 +147,7 @@ TEST_CASE("the box of a GIMP particle: of its volume, or as CB-Geo takes it") {
   const GridFile files(2, true);
   const std::string text = scenario_text(2, R"("mesh": "mesh.txt", "cell_type": "ED2Q16G")", "");
   for (const bool as_cbgeo : {false, true}) {
-    Simulation<2> simulation(std::get<Model<2>>(files.scenario(text, as_cbgeo).model), serial());
+    Simulation simulation(std::get<Model<2>>(files.scenario(text, as_cbgeo).model), serial());
     const Frame frame = simulation.frame();
     for (const double edge : frame.find("domain")->values)
       CHECK(edge == doctest::Approx(as_cbgeo ? h / 4 : h / 2).epsilon(1e-12));

@@ -19,7 +19,7 @@ TraceLog recorded(const ExecutionOptions& way, TraceWindow window = {}) {
   const auto folder = std::filesystem::temp_directory_path() / "lahar-record-test";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
-  Simulation<2> simulation(dam_break(), way);
+  Simulation simulation(dam_break(), way);
   {
     TraceAbout about;
     about.threads = way.threads;
@@ -89,7 +89,7 @@ TEST_CASE("where nothing notes when tasks are ready, it is when the last input h
 }
 
 TEST_CASE("all particles are counted in every step, and memory and load are there") {
-  const Index particles = Simulation<2>(dam_break(), flow(1)).info().particles;
+  const Index particles = Simulation(dam_break(), flow(1)).info().particles;
   const TraceLog log = recorded(flow(2));
   const auto counted = values_of(log, TraceCounter::particles, 0);
   REQUIRE(!counted.empty());

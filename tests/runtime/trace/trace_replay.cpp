@@ -255,7 +255,7 @@ TEST_CASE("replay: a recorded run on its own machine takes the time that it took
   const auto folder = std::filesystem::temp_directory_path() / "lahar-replay-test";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
-  Simulation<2> simulation(dam_break(), flow(1));
+  Simulation simulation(dam_break(), flow(1));
   {
     TraceSession session(folder, {}, Communicator{}, TraceAbout{}, simulation.phases(),
                          simulation.stages(), simulation.trace_graph());

@@ -1,5 +1,4 @@
-/// \file What a simulation tells a trace.
-#include "runtime/step/simulation_trace.h"
+#include "runtime/step/step_trace.h"
 
 #include <unistd.h>
 
@@ -8,14 +7,22 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "runtime/step/simulation_impl.h"
-
 namespace lahar {
 
 namespace {
 
 /// When this thread began to look for messages; 0 = it does not.
 thread_local std::uint64_t looking_since = 0;
+
+/// [bytes] of memory that this process has at present; 0 = not known.
+double resident_memory() {
+  std::FILE* file = std::fopen("/proc/self/statm", "r");
+  if (!file) return 0;
+  long long pages = 0, resident = 0;
+  const bool read = std::fscanf(file, "%lld %lld", &pages, &resident) == 2;
+  std::fclose(file);
+  return read ? static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) : 0;
+}
 
 }  // namespace
 
@@ -52,17 +59,8 @@ void waste_time(double seconds, Step step) {
   }
 }
 
-double resident_memory() {
-  std::FILE* file = std::fopen("/proc/self/statm", "r");
-  if (!file) return 0;
-  long long pages = 0, resident = 0;
-  const bool read = std::fscanf(file, "%lld %lld", &pages, &resident) == 2;
-  std::fclose(file);
-  return read ? static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) : 0;
-}
-
 template <int Dim>
-std::string Simulation<Dim>::Impl::trace_graph() const {
+std::string trace_graph(const PatchSet<Dim>& patches, Step first) {
   nlohmann::json list = nlohmann::json::array();
   for (int i = 0; i < patches.size(); ++i) {
     const Patch<Dim>& patch = patches[i];
@@ -71,35 +69,30 @@ std::string Simulation<Dim>::Impl::trace_graph() const {
                     {"particles", patch.count},
                     {"neighbours", patch.topology.neighbours}});
   }
-  return nlohmann::json{{"first", step}, {"patches", std::move(list)}}.dump();
+  return nlohmann::json{{"first", first}, {"patches", std::move(list)}}.dump();
 }
 
-template <int Dim>
-void Simulation<Dim>::Impl::record_graph() const {
-  if (TraceRecorder* recorder = TraceRecorder::active()) recorder->add_graph(trace_graph());
-}
+template std::string trace_graph(const PatchSet<2>&, Step);
+template std::string trace_graph(const PatchSet<3>&, Step);
 
-template <int Dim>
-void Simulation<Dim>::Impl::record_unpacked(TraceRecorder& recorder, TraceRecord record, int phase,
-                                            int p) const {
+void StepTrace::add_unpacked(TraceRecorder& recorder, TraceRecord record, int phase, Index patch,
+                             std::uint64_t missed) const {
   record.end = ticks();
   record.kind = TraceKind::unpack;
   record.phase = static_cast<std::uint8_t>(phase);
-  record.patch = static_cast<std::int32_t>(
-      patches.elsewhere()[static_cast<std::size_t>(p - patches.size())].patch);
-  record.detail.missed = executor->missed_at(executor->graph().task(phase, p));
+  record.patch = static_cast<std::int32_t>(patch);
+  record.detail.missed = missed;
   recorder.add(record);
 }
 
-template <int Dim>
-void Simulation<Dim>::Impl::record_own_task(TraceRecorder& recorder, TraceRecord record, int phase,
-                                            int p, bool with_rest, const StageClock& clock) {
+void StepTrace::add_task(TraceRecorder& recorder, TraceRecord record, int phase, bool with_rest,
+                         Index patch, Index particles, const StageClock& clock) {
   const std::uint64_t end = ticks();
   if (phase == 0)  // in their patches again, having arrived
-    active_particles[record.step].fetch_add(patches[p].count, std::memory_order_relaxed);
-  record.patch = static_cast<std::int32_t>(patches[p].topology.patch);
+    particles_[record.step].fetch_add(particles, std::memory_order_relaxed);
+  record.patch = static_cast<std::int32_t>(patch);
   const auto add = [&](int part, std::uint64_t until) {
-    const Phase& stages_of = phases[static_cast<std::size_t>(part)];
+    const Phase& stages_of = phases_[static_cast<std::size_t>(part)];
     record.phase = static_cast<std::uint8_t>(part);
     clock.read(stages_of.first, stages_of.last, record.detail.stage.data());
     record.end = until;
@@ -108,7 +101,7 @@ void Simulation<Dim>::Impl::record_own_task(TraceRecorder& recorder, TraceRecord
   if (!with_rest) return add(phase, end);
   // Both were done piece by piece in turn; the records say so as if one came after the other.
   std::array<std::uint32_t, trace_stages> spent{};
-  const Phase& first = phases[static_cast<std::size_t>(phase)];
+  const Phase& first = phases_[static_cast<std::size_t>(phase)];
   clock.read(first.first, first.last, spent.data());
   const std::uint64_t of_first = std::accumulate(spent.begin(), spent.end(), std::uint64_t{0});
   add(phase, std::min(end, record.begin + of_first));
@@ -117,8 +110,7 @@ void Simulation<Dim>::Impl::record_own_task(TraceRecorder& recorder, TraceRecord
   add(phase + 1, end);
 }
 
-template <int Dim>
-void Simulation<Dim>::Impl::record_progress(Step done) {
+void StepTrace::add_progress(Step done) {
   if (TraceRecorder* recorder = TraceRecorder::active()) recorder->set_present(done + 1);
   TraceRecorder* recorder = TraceRecorder::active(done);
   if (!recorder) return;
@@ -131,35 +123,15 @@ void Simulation<Dim>::Impl::record_progress(Step done) {
                    .phase = static_cast<std::uint8_t>(counter),
                    .detail = {.value = value}});
   };
-  const Index particles = active_particles[done].exchange(0, std::memory_order_relaxed);
-  const bool due = now >= next_counters;
-  if (due || particles != counted_particles)
+  const Index particles = particles_[done].exchange(0, std::memory_order_relaxed);
+  const bool due = now >= next_counters_;
+  if (due || particles != counted_particles_)
     add(TraceCounter::particles, static_cast<double>(particles));
-  counted_particles = particles;
+  counted_particles_ = particles;
   if (!due) return;
   // Reading memory costs a system call; fifty times a second are enough.
   add(TraceCounter::memory, resident_memory());
-  next_counters = now + static_cast<std::uint64_t>(0.02 / seconds_per_tick());
+  next_counters_ = now + static_cast<std::uint64_t>(0.02 / seconds_per_tick());
 }
-
-template <int Dim>
-std::string Simulation<Dim>::trace_graph() const {
-  return impl_->trace_graph();
-}
-
-template <int Dim>
-std::vector<Phase> Simulation<Dim>::phases() const {
-  return impl_->phases;
-}
-
-template <int Dim>
-std::vector<Stage> Simulation<Dim>::stages() const {
-  return impl_->stage_list();
-}
-
-template struct Simulation<2>::Impl;
-template struct Simulation<3>::Impl;
-template class Simulation<2>;
-template class Simulation<3>;
 
 }  // namespace lahar

@@ -1,0 +1,40 @@
+#include "runtime/step/run_failures.h"
+
+#include <limits>
+
+#include "physics/base/error.h"
+
+namespace lahar {
+
+void RunFailures::add(int patch, Failure failure) {
+  poisoned_[static_cast<std::size_t>(patch)] = 1;
+  const Step step = failure.step;
+  list_.add(std::move(failure));
+  learn(step);
+}
+
+void RunFailures::throw_first(Step& step, const Communicator& ranks) {
+  if (ranks.any(!list_.empty())) {
+    step = ranks.min(first_step_.get());
+    throw SimulationError(first_message(step, ranks));
+  }
+  keep(of_poll_);
+  if (!ranks.any(static_cast<bool>(of_output_))) return;
+  if (of_output_) std::rethrow_exception(of_output_);
+  throw IoError("another rank could not write its part of the results");
+}
+
+std::string RunFailures::first_message(Step step, const Communicator& ranks) const {
+  constexpr Index none = std::numeric_limits<Index>::max();
+  const bool own = list_.by(step);
+  const Failure first = own ? list_.earliest() : Failure{};
+  const Index stage = ranks.min(own ? Index{first.stage_index} : none);
+  const bool in_stage = own && first.stage_index == stage;
+  const Index patch = ranks.min(in_stage ? first.patch : none);
+  const Index failed = ranks.sum(list_.count(step));
+  std::string message = own ? failure_message(first, ranks.rank(), failed) : "";
+  take_first_text(ranks, in_stage && first.patch == patch, message);
+  return message;
+}
+
+}  // namespace lahar

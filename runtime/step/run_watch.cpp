@@ -1,0 +1,99 @@
+#include "runtime/step/run_watch.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "runtime/step/exact_sum.h"
+#include "runtime/step/failure.h"
+
+namespace lahar {
+
+template <int Dim>
+void RunWatch<Dim>::begin(const HistoryRow& start) {
+  if (!judge_.on()) return;
+  ExactSum stored;
+  for (int p = 0; p < patches_.size(); ++p) stored += stored_energy(patches_[p], model_);
+  std::vector<Index> elements(stored.elements().begin(), stored.elements().end());
+  ranks_.sum(elements);
+  judge_.state = {};
+  judge_.state.stored = ExactSum(std::span<const Index, ExactSum::size>(elements)).value();
+  judge_.state.speed = start.max_speed;
+}
+
+template <int Dim>
+void RunWatch<Dim>::resume(const WatchdogState& state) {
+  judge_.state = state;
+  // The user may have changed the bounds since.
+  if (!judge_.stops() || judge_.allows(state.alarm)) judge_.state.end_step = -1;
+}
+
+template <int Dim>
+bool RunWatch<Dim>::judge(Step step, const HistoryRow& row, double kinetic_at_start,
+                          bool strained) {
+  auto alarm = judge_.judge(row, kinetic_at_start, strained);
+  if (!alarm || judge_.state.end_step >= 0) return false;
+  if (judge_.stops()) {
+    judge_.state.alarm = std::move(*alarm);
+    judge_.state.end_step = step + max_lead;  // which nobody has begun
+  } else {
+    warn_once(*alarm);
+  }
+  return judge_.stops();
+}
+
+template <int Dim>
+bool RunWatch<Dim>::judge_step(Step step, double time, double stable) {
+  if (!judge_.on() || step_alarm_.step >= 0) return false;
+  auto alarm = judge_.judge_step(step, time, stable);
+  if (!alarm) return false;
+  step_alarm_ = std::move(*alarm);
+  if (judge_.stops())
+    step_alarm_end_ = step + 1;
+  else
+    step_alarm_is_new_ = true;
+  return judge_.stops();
+}
+
+template <int Dim>
+void RunWatch<Dim>::warn_once(const WatchdogAlarm& alarm) {
+  if (!std::exchange(warned_[static_cast<std::size_t>(alarm.kind)], true))
+    warn_(watchdog_warning(alarm));
+}
+
+template <int Dim>
+Step RunWatch<Dim>::end_step(Step done, Step end) const {
+  for (const Step own : {step_alarm_end_, judge_.state.end_step})
+    if (own > done) end = std::min(end, own);
+  return end;
+}
+
+template <int Dim>
+void RunWatch<Dim>::throw_alarm(Step done, Step nsteps) const {
+  const auto is_due = [&](Step end) { return end >= 0 && (done >= end || done >= nsteps); };
+  const bool by_step = is_due(step_alarm_end_);
+  if (!by_step && !is_due(judge_.state.end_step)) return;
+  const WatchdogAlarm& alarm = by_step ? step_alarm_ : judge_.state.alarm;
+  throw WatchdogError(watchdog_message(alarm, done, worst_particle(alarm.kind), model_));
+}
+
+/// The one of all ranks that shows best what is wrong, in words.
+template <int Dim>
+std::string RunWatch<Dim>::worst_particle(WatchdogAlarm::Kind kind) const {
+  WatchedParticle best;
+  for (int p = 0; p < patches_.size(); ++p) {
+    WatchedParticle own = watched_particle(kind, patches_[p], model_);
+    if (own.measure > best.measure || (own.measure == best.measure && own.id < best.id))
+      best = std::move(own);
+  }
+  const double most = ranks_.max(best.measure);
+  constexpr Index none = std::numeric_limits<Index>::max();
+  const Index id = ranks_.min(best.measure == most ? best.id : none);
+  take_first_text(ranks_, best.measure == most && best.id == id, best.text);
+  return best.text;
+}
+
+template class RunWatch<2>;
+template class RunWatch<3>;
+
+}  // namespace lahar

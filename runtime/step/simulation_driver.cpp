@@ -1,0 +1,312 @@
+#include "runtime/step/simulation_driver.h"
+
+#include <fmt/format.h>
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+#include <algorithm>
+#include <span>
+#include <tuple>
+
+#include "physics/base/error.h"
+#include "physics/kernels/kernels.h"
+#include "runtime/patches/particle_message.h"
+#include "runtime/step/snapshot.h"
+
+namespace lahar {
+
+namespace {
+
+ExecutionOptions with_threads(ExecutionOptions options) {
+  if (options.threads <= 0) options.threads = available_threads();
+  return options;
+}
+
+}  // namespace
+
+template <int Dim>
+SimulationDriver<Dim>::SimulationDriver(Model<Dim> model, ExecutionOptions options,
+                                        Observer observer, const SimulationState* state)
+    : options_(with_threads(options)),
+      observer_(std::move(observer)),
+      model_(std::move(model)),
+      stages_(timestep<Dim>(model_.analysis, !model_.injections.empty())),
+      ranks_(options_.ranks),
+      phases_(phases_of(stages(), ranks_.several())),
+      watch_(model_, patches_, ranks_, [this](const std::string& text) { warn(text); }),
+      patches_(make_patches(state)),
+      log_(model_.injections, state ? state->run.next_id : patches_.next_id()),
+      limits_(model_, patches_),
+      time_(model_.analysis, model_.output, limits_.of_injections(ranks_)),
+      schedule_(model_.output, model_.analysis.first_step, time_),
+      history_(time_),
+      frames_(model_, patches_, log_, time_),
+      stager_(patches_, observer_.checkpoint ? model_.output.checkpoint_steps : 0),
+      budget_(options_.staging_bytes),
+      epochs_(patches_, model_.analysis, ranks_, options_.balance, options_.threads),
+      trace_(phases_),
+      times_(stages()) {
+  seconds_per_tick();  // from now on
+  if (ranks_.several() && !is_parallel())
+    throw InputError("only the task graph runs on several ranks; leave out --serial");
+  frames_.measure(ranks_);
+  need_memory_of_copies({patches_.bytes(), frames_.bytes(), stager_.bytes()}, model_.output,
+                        options_.staging_bytes, options_.memory, ranks_);
+  if (state)
+    resume(state->run);
+  else
+    start();
+  if (observer_.poll) ranks_.while_waiting([this] { poll_observer(); });
+#if defined(__GLIBC__)
+  malloc_trim(0);  // what the model's tables took goes back to the system
+#endif
+}
+
+template <int Dim>
+SimulationDriver<Dim>::~SimulationDriver() {
+  if (observer_.poll) ranks_.while_waiting({});
+}
+
+template <int Dim>
+PatchSet<Dim> SimulationDriver<Dim>::make_patches(const SimulationState* state) {
+  const NodeSumCopies copies = node_sum_copies(model_.analysis);
+  const SumMessages messages = message_of_sums(stages_);
+  return state ? PatchSet<Dim>(model_, options_.support_rings, copies, *state, threads(), ranks_,
+                               messages, options_.memory)
+               : PatchSet<Dim>(model_, options_.support_rings, copies, threads(), ranks_, messages,
+                               options_.memory);
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::start() {
+  step_ = model_.analysis.first_step;
+  history_.begin(history());
+  watch_.begin(history_.start());
+  const double stable = time_.begin(limits_.present(ranks_), [this] {
+    std::string where;  // looked for only now: that takes longer than the limit itself
+    limits_.present(ranks_, &where);
+    return where;
+  });
+  if (time_.is_adaptive()) watch_.judge_step(0, time_.time_at(0), stable);
+  for (int p = 0; p < patches_.size(); ++p) map_first(patches_[p], stages_, context(step_));
+  epochs_.balance().share(patches_, step_);
+  schedule_.begin(time_.dt_of(0));
+  build_executor();
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::resume(const RunState& run) {
+  step_ = run.step;
+  removed_ = ranks_.rank() == 0 ? run.removed : 0;
+  epochs_.resume(run.split_step);
+  history_.resume(run.kinetic_at_start, run.work);
+  schedule_.begin(run.dt, run.history_steps);
+  watch_.resume(run.watchdog);
+  time_.resume(step_, run.time, run.dt, run.dt_limit);
+  build_executor();
+  if (time_.is_adaptive() && !finished()) set_dt(step_, run.dt_limit);
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::advance(Index steps) {
+  const Step end = std::min<Step>(step_ + steps, time_.nsteps());
+  stops_ = stop_asked_ = false;
+  watch_.throw_alarm(step_, time_.nsteps());
+  while (step_ < end && !finished() && !stops_) {
+    prepare_copies();
+    step_ = executor_->run(step_, drain_step(end));
+    if (exchange_) exchange_->send_rest();
+    take_removed();
+    failures_.throw_first(step_, ranks_);
+    // Before particles are delivered: then it is in the order of frames that were copied.
+    if (frames_are_large() && frame_due(step_ - 1)) observer_.large_frame(frame_source());
+    settle();
+    take_dense_ids();
+    if (finished()) check_end();
+    plan_next_step();
+    change_patches();
+    // What was asked for and comes after the end is written now.
+    const bool ends = step_ >= end || finished() || stops_;
+    if (stager_.due(step_) || (ends && stager_.is_planned_after(step_))) write_checkpoint();
+    watch_.throw_alarm(step_, time_.nsteps());
+  }
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::prepare_copies() {
+  const auto n = static_cast<std::size_t>(patches_.size());
+  history_.make_room(n);
+  frames_.make_room();
+  for (auto& events : injected_) events.assign(n, {});
+  epochs_.begin();
+  stop_before_.clear();
+  budget_.begin(log_.next_id());
+  if (observer_.large_frame && schedule_.plans_frames() && !frames_are_large())
+    budget_.add(frames_.bytes());
+  // Tasks copy states where there is memory for that, and nobody may leave the mesh, which only a
+  // drained graph tells the observer.
+  bool copies_states = observer_.checkpoint && !model_.analysis.remove_leaving_particles;
+  if (copies_states) {
+    const Index own = static_cast<Index>(stager_.bytes());
+    const auto bytes = static_cast<std::size_t>(ranks_.max(own));
+    copies_states = budget_.has_room_for(bytes);
+    if (copies_states) budget_.add(bytes);
+  }
+  stager_.begin(step_, copies_states, removed_, ranks_);
+}
+
+template <int Dim>
+Step SimulationDriver<Dim>::drain_step(Step end) const {
+  end = std::min<Step>(end, time_.nsteps());  // dt of the last step may have shown that it is last
+  if (frames_are_large()) end = std::min(end, schedule_.next_frame(step_));
+  end = watch_.end_step(step_, end);
+  end = stager_.drain_step(step_, end);
+  return epochs_.drain_step(step_, end);
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::take_removed() {
+  if (!model_.analysis.remove_leaving_particles) return;
+  std::vector<RemovedParticle> all;
+  for (int i = 0; i < patches_.size(); ++i) {
+    all.insert(all.end(), patches_[i].removed.begin(), patches_[i].removed.end());
+    patches_[i].removed.clear();
+  }
+  // Where the run failed, some patches were ahead.
+  const Step last = ranks_.min(failures_.first_step());
+  std::erase_if(all, [&](const RemovedParticle& one) { return one.step > last; });
+  for (RemovedParticle& one : all) one.id = log_.dense(one.id);
+  removed_ += static_cast<Index>(all.size());
+  if (ranks_.several()) all = ranks_.gather_all(std::span<const RemovedParticle>(all));
+  if (all.empty() || !observer_.removed) return;
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.step, a.id) < std::tie(b.step, b.id);
+  });
+  attempt([&] { observer_.removed(all); });
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::settle() {
+  for (int p = 0; p < patches_.size(); ++p) stages_[0].begin(patches_[p], context(step_));
+  for (int p = 0; p < patches_.size(); ++p) clear_outboxes(patches_[p]);
+  for (RemotePatch<Dim>& from : patches_.elsewhere()) clear(from);
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::take_dense_ids() {
+  if (log_.empty()) return;
+  for (int p = 0; p < patches_.size(); ++p) log_.make_dense(patches_[p].particles.id);
+  log_.clear();
+  frames_.measure(ranks_);
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::check_end() {
+  for (int p = 0; p < patches_.size(); ++p) {
+    check_finite(patches_[p]);
+    if (patches_[p].fault.kind != ParticleFault::Kind::none)
+      fail_with_fault(output_index_, p, step_ - 1);
+  }
+  failures_.throw_first(step_, ranks_);
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::plan_next_step() {
+  if (!time_.is_adaptive()) return;
+  const double limit = ranks_.min(limits_.of_last_step());
+  time_.set_limit(step_, limit);
+  if (!finished()) set_dt(step_, limit);
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::change_patches() {
+  if (const auto parts = epochs_.split(step_)) {
+    build_executor();
+    for (int p = 0; p < patches_.size(); ++p)
+      if (std::binary_search(parts->begin(), parts->end(), patches_[p].topology.patch))
+        map_first(patches_[p], stages_, context(step_));
+  } else if (epochs_.rebuild()) {
+    build_executor();
+  }
+  epochs_.remap(step_, time_.nsteps(), [this] { build_executor(); });
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::write_checkpoint() {
+  stager_.is_written_at_rest(step_);
+  observer_.checkpoint(state());
+}
+
+template <int Dim>
+HistoryRow SimulationDriver<Dim>::history() {
+  std::vector<HistoryRow> parts;
+  for (int i = 0; i < patches_.size(); ++i) {
+    const PatchWork kept = patches_[i].work;
+    parts.push_back(sums(patches_[i]));
+    patches_[i].work = kept;
+  }
+  return history_.row_of(parts, step_, ranks_);
+}
+
+template <int Dim>
+SimulationState SimulationDriver<Dim>::state() const {
+  RunState run = run_state(step_);
+  run.dt_limit = time_.limit_of(step_);
+  return stager_.present(std::move(run), removed_, ranks_);
+}
+
+template <int Dim>
+SimulationInfo SimulationDriver<Dim>::info() const {
+  SimulationInfo info;
+  info.threads = threads();
+  info.cells = model_.mesh->n_cells();
+  info.nodes = model_.mesh->n_nodes();
+  info.particles = ranks_.sum(patches_.particles());
+  info.removed = ranks_.sum(removed_);
+  double divided = 0;
+  for (int i = 0; i < patches_.size(); ++i) divided += patches_[i].work.divided;
+  info.divided =
+      static_cast<Index>(history_.work().divided) + ranks_.sum(static_cast<Index>(divided));
+  info.patches = static_cast<int>(patches_.all_patches().size());
+  info.tasks_per_step = static_cast<int>(phases_.size()) * info.patches + (graph().has_dt ? 1 : 0);
+  info.cells_per_patch = patches_.target_cells();
+  info.splits = static_cast<Index>(patches_.splits().size());
+  info.dt_limit = limits_.present(ranks_);
+  info.dt = time_.dt_of(step_);
+  info.bytes = static_cast<std::size_t>(ranks_.sum(static_cast<Index>(patches_.bytes())));
+  info.frame_bytes = frames_.bytes();
+  info.all_frame_bytes = frames_.bytes_of(info.particles);
+  info.state_bytes = static_cast<std::size_t>(ranks_.max(static_cast<Index>(stager_.bytes())));
+  return info;
+}
+
+template <int Dim>
+std::vector<Stage> SimulationDriver<Dim>::stages() const {
+  std::vector<Stage> list;
+  for (const auto& stage : stages_) list.push_back(stage.stage);
+  return list;
+}
+
+template <int Dim>
+std::vector<Index> SimulationDriver<Dim>::patch_counts() const {
+  std::vector<Index> counts;
+  for (int i = 0; i < patches_.size(); ++i) counts.push_back(patches_[i].count);
+  return counts;
+}
+
+template <int Dim>
+std::vector<std::string> SimulationDriver<Dim>::patch_names() const {
+  std::vector<std::string> names;
+  for (int i = 0; i < patches_.size(); ++i) {
+    const auto& patch = patches_[i];
+    names.push_back(fmt::format("patch {}: {} cells, {} particles", patch.topology.patch,
+                                patch.topology.cells.size(), patch.count));
+  }
+  return names;
+}
+
+template class SimulationDriver<2>;
+template class SimulationDriver<3>;
+
+}  // namespace lahar
