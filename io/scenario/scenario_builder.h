@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 #include <set>
+#include <span>
 
 #include "io/frames/cbgeo_table.h"
 #include "io/mesh/mesh_search.h"
@@ -153,9 +154,8 @@ class ScenarioBuilder {
   void add_set_of(const JsonValue& object, int function);
   template <class T>
   void add_file_of(const JsonValue& object, std::string_view key, int function = -1);
-  /// Say that a node and direction have something else as well; the first of all members. The node
-  /// is the largest Index where this member has none. Collective.
-  void refuse_first(const JsonValue& at, std::pair<Index, int> first, std::string_view what);
+  template <class T>
+  void refuse_excluded(const JsonValue& at, std::span<const T> entries);  ///< collective
   void join_forces();
   // scenario_loads.cpp
   void build_walls();

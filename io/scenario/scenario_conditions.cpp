@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 
 #include "io/mesh/node_files.h"
 #include "io/scenario/scenario_builder.h"
@@ -11,8 +12,6 @@
 namespace lahar {
 
 namespace {
-
-constexpr Index nowhere = std::numeric_limits<Index>::max();
 
 /// What a value of the scenario sets; false if it is missing or bad, which was reported.
 template <class T>
@@ -138,13 +137,24 @@ void ScenarioBuilder<Dim>::add_entry_of(const JsonValue& object) {
 }
 
 template <int Dim>
-void ScenarioBuilder<Dim>::refuse_first(const JsonValue& at, std::pair<Index, int> first,
-                                        std::string_view what) {
-  const Index least = first.first == nowhere ? nowhere : first.first * Dim + first.second;
-  const Index place = -team_.max(-least);  // of all members
-  if (place != nowhere)
+template <class T>
+void ScenarioBuilder<Dim>::refuse_excluded(const JsonValue& at, std::span<const T> entries) {
+  const auto& others = entries_of<typename T::Excludes>(model_);  // by node and direction
+  constexpr Index none = std::numeric_limits<Index>::max();
+  Index first = none;  // of all members
+  for (const T& entry : entries) {
+    const auto place = place_of(entry);
+    const auto other =
+        std::lower_bound(others.begin(), others.end(), place,
+                         [](const auto& o, const auto& key) { return place_of(o) < key; });
+    if (other != others.end() && place_of(*other) == place)
+      first = std::min(first, place.first * Dim + place.second);
+  }
+  first = -team_.max(-first);
+  if (first != none)
     in_.error(at,
-              fmt::format("node {} has {} in direction {} as well", place / Dim, what, place % Dim),
+              fmt::format("node {} has {} in direction {} as well", first / Dim, T::excluded,
+                          first % Dim),
               "prescribe one of them");
 }
 
@@ -157,18 +167,8 @@ void ScenarioBuilder<Dim>::build_condition() {
   const auto finish = [&](const JsonValue& entry) {
     if constexpr (std::is_same_v<T, NodeFriction>)
       friction_entries_.push_back({&entry, first, list.size()});
-    if constexpr (requires { typename T::Excludes; }) {
-      const auto& others = entries_of<typename T::Excludes>(model_);  // by node and direction
-      std::pair<Index, int> both{nowhere, 0};
-      for (std::size_t i = first; i < list.size(); ++i) {
-        const auto at = std::lower_bound(
-            others.begin(), others.end(), place_of(list[i]),
-            [](const auto& other, const auto& place) { return place_of(other) < place; });
-        if (at != others.end() && place_of(*at) == place_of(list[i]))
-          both = std::min(both, place_of(list[i]));
-      }
-      refuse_first(entry, both, T::excluded);
-    }
+    if constexpr (requires { typename T::Excludes; })
+      refuse_excluded<T>(entry, std::span<const T>(list).subspan(first));
     first = list.size();
   };
   if constexpr (requires { T::older_file_form; }) {
@@ -185,14 +185,6 @@ void ScenarioBuilder<Dim>::build_condition() {
     finish(*entry);
   }
   combine(list);
-  if (T::combine == Combine::refuse && !entries.empty()) {
-    const auto twice = std::adjacent_find(list.begin(), list.end(), [](const T& a, const T& b) {
-      return place_of(a) == place_of(b);
-    });
-    refuse_first(*where.find(T::key),
-                 twice == list.end() ? std::pair<Index, int>{nowhere, 0} : place_of(*twice),
-                 "another entry");
-  }
   if (takes_means<T> && team_.any(!list.empty())) model_.analysis.takes_means = true;
 }
 

@@ -15,13 +15,8 @@ namespace lahar {
 template <int Dim>
 using NodeComponents = Eigen::Matrix<double, Dim, 1, Eigen::DontAlign>;
 
-/// What several entries for a node do; those of different directions never meet.
-enum class Combine {
-  add,     ///< all act
-  first,   ///< of a direction the first acts
-  last,    ///< of a direction the last acts
-  refuse,  ///< two of a direction are an error
-};
+/// Which of several entries for a node and direction act.
+enum class Combine { all, first, last };
 
 /// The member of a condition that is set by the key `dir`.
 template <class Condition>

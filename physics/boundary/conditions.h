@@ -104,14 +104,13 @@ std::pair<Index, int> place_of(const T& entry) {
 /// Sort entries by node and direction and drop those that do not act, as T::combine says.
 template <NodeCondition T>
 void combine(std::vector<T>& entries) {
-  if (T::combine == Combine::add) return;
+  if (T::combine == Combine::all) return;
   if (T::combine == Combine::last) std::reverse(entries.begin(), entries.end());
   std::stable_sort(entries.begin(), entries.end(),
                    [](const T& a, const T& b) { return place_of(a) < place_of(b); });
-  if (T::combine != Combine::refuse)
-    entries.erase(std::unique(entries.begin(), entries.end(),
-                              [](const T& a, const T& b) { return place_of(a) == place_of(b); }),
-                  entries.end());
+  entries.erase(std::unique(entries.begin(), entries.end(),
+                            [](const T& a, const T& b) { return place_of(a) == place_of(b); }),
+                entries.end());
 }
 
 }  // namespace lahar

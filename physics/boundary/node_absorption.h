@@ -39,7 +39,7 @@ struct NodeAbsorption {
       "follows from `h_min` and `position`. Several entries on a node add up. Within a step "
       "dashpots at most stop a node. They are weaker if its mass is too small for them.";
   static constexpr bool native = false;
-  static constexpr Combine combine = Combine::add;
+  static constexpr Combine combine = Combine::all;
   static constexpr bool takes_means = true;
   static constexpr Direction<NodeAbsorption> direction{
       &NodeAbsorption::normal, "normal of the boundary, along which compression waves leave"};

@@ -21,7 +21,7 @@ struct NodeForce {
       "node and direction wins, and so does the last function on a node.";
   static constexpr bool native = false;
   static constexpr bool is_load = true;  // in external_loading_conditions
-  static constexpr Combine combine = Combine::add;
+  static constexpr Combine combine = Combine::all;
   static constexpr bool from_file = true;
   static constexpr Direction<NodeForce> direction{&NodeForce::dir};
   static constexpr auto parameters = std::to_array<Parameter<NodeForce>>(

@@ -28,7 +28,7 @@ struct NodeFriction {
       "acceleration presses the node against the wall. The last entry for a node and direction "
       "wins.";
   static constexpr bool native = false;
-  static constexpr Combine combine = Combine::add;  // warnings ask for every entry
+  static constexpr Combine combine = Combine::all;  // warnings ask for every entry
   static constexpr bool from_file = true, older_file_form = true;
   static constexpr Direction<NodeFriction> direction{&NodeFriction::normal,
                                                      "normal direction in the node's frame"};

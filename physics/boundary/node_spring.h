@@ -27,7 +27,7 @@ struct NodeSpring {
       "Several entries on a node add up. A spring is weaker where the mass of a node is below "
       "stiffness dt^2, and dashpots at most stop a node within a step.";
   static constexpr bool native = true;
-  static constexpr Combine combine = Combine::add;
+  static constexpr Combine combine = Combine::all;
   static constexpr bool takes_means = true;
   static constexpr Direction<NodeSpring> direction{&NodeSpring::dir,
                                                    "direction of the springs, along an axis"};

@@ -131,7 +131,7 @@ Model<Dim> with_walls(Model<Dim> model) {
   return model;
 }
 
-/// Every third node absorbs waves, a little, in one direction or another.
+/// Every third node absorbs waves, a little, in one direction or another; some are on springs.
 template <int Dim>
 Model<Dim> with_absorbing(Model<Dim> model) {
   const double h = model.mesh->cell_size(0);
@@ -142,6 +142,8 @@ Model<Dim> with_absorbing(Model<Dim> model) {
   for (Index n = 0; n < model.mesh->n_nodes(); n += 7)  // beside others
     entries_of<NodeAbsorption>(model).push_back(
         {n, static_cast<int>(n % Dim), 2 * area, 10 * h, 0.9, 1.0});
+  for (Index n = 1; n < model.mesh->n_nodes(); n += 6)
+    entries_of<NodeSpring>(model).push_back({n, static_cast<int>(n % Dim), 2.0, 0.01});
   model.analysis.takes_means = true;
   return model;
 }
