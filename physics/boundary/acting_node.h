@@ -48,12 +48,6 @@ void for_each_acting_list(const std::tuple<Lists...>& lists, auto&& visit) {
   std::apply([&](const auto&... list) { (visit(list), ...); }, lists);
 }
 
-/// The condition that a list is of.
-template <int Dim, class T>
-constexpr bool list_takes_means(const std::vector<ActingNode<Dim, T>>&) {
-  return takes_means<T>;
-}
-
 /// The entries of a node.
 template <class Entry>
 std::span<Entry> acting_at(std::vector<Entry>& list, Local node) {
