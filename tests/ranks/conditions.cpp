@@ -145,13 +145,16 @@ void check_patches(const PatchSet<2>& patches, const PatchSet<2>& alone) {
     CHECK(same_entries(a.forces, b.forces, [](const auto& at) {
       return fmt::format("{} {} {} {}", at.node, at.dir, at.force, at.function);
     }));
-    const auto& [absorbing, springs] = a.acting;
-    CHECK(same_entries(absorbing, std::get<0>(b.acting), [](const auto& at) {
-      return fmt::format("{} {} {}", at.node, at.condition.normal, at.condition.area);
-    }));
-    CHECK(same_entries(springs, std::get<1>(b.acting), [](const auto& at) {
-      return fmt::format("{} {} {}", at.node, at.condition.dir, at.condition.stiffness);
-    }));
+    using Absorbing = std::vector<ActingNode<2, NodeAbsorption>>;
+    using Springs = std::vector<ActingNode<2, NodeSpring>>;
+    CHECK(same_entries(
+        std::get<Absorbing>(a.acting), std::get<Absorbing>(b.acting), [](const auto& at) {
+          return fmt::format("{} {} {}", at.node, at.condition.normal, at.condition.area);
+        }));
+    CHECK(
+        same_entries(std::get<Springs>(a.acting), std::get<Springs>(b.acting), [](const auto& at) {
+          return fmt::format("{} {} {}", at.node, at.condition.dir, at.condition.stiffness);
+        }));
     CHECK(same_entries(a.injection_cells, b.injection_cells, [](const auto& at) {
       return fmt::format("{} {} {}", at.event, at.cell, at.volume);
     }));

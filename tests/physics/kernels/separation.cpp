@@ -168,7 +168,7 @@ TEST_CASE("what holds a node in a step does so no longer in the next") {
   f.patch.driven.resize(1);
   f.patch.driven[0].node = 7;
   f.patch.driven[0].driven = {false, true};
-  auto& absorbing = std::get<0>(f.patch.acting);
+  auto& absorbing = std::get<std::vector<ActingNode<2, NodeAbsorption>>>(f.patch.acting);
   absorbing.resize(1);
   absorbing[0].node = 9;
   find_held_nodes(f.patch, f.context());
