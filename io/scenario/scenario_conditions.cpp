@@ -120,20 +120,19 @@ void ScenarioBuilder<Dim>::add_set_of(const JsonValue& object, int function) {
 template <int Dim>
 template <class T>
 void ScenarioBuilder<Dim>::add_entry_of(const JsonValue& object) {
-  int function = -1;
-  if constexpr (HasFunction<T>) function = find_function(object);
+  const auto function = [&] { return HasFunction<T> ? find_function(object) : -1; };
   if constexpr (is_from_file<T>) {
     if (from_file(object, keys_beside_file<T>())) {
       if constexpr (requires { T::constant_in_files; }) {
         if (const JsonValue* at = object.find("math_function_id"))
           in_.error(*at, "'math_function_id' does not go together with 'file'",
                     std::string(T::constant_in_files));
-        function = -1;
+        return add_file_of<T>(object, "file");
       }
-      return add_file_of<T>(object, "file", function);
+      return add_file_of<T>(object, "file", function());
     }
   }
-  add_set_of<T>(object, function);
+  add_set_of<T>(object, function());
 }
 
 template <int Dim>

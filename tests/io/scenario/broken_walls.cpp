@@ -184,5 +184,5 @@ angles.txt:5:1: error: node 0 occurs more than once
   hint: file names are relative to the scenario's folder
 )"},
   };
-  check(table, 7);
+  check(table, 8);
 }
