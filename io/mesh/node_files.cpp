@@ -87,42 +87,39 @@ const auto always = [](const auto&) { return true; };
 
 }  // namespace
 
-std::optional<std::vector<NodeValue>> read_node_values(const SideFile& file, std::string_view what,
-                                                       const NodeRange& range, const Team& team,
-                                                       ProblemList& problems) {
-  const Parse<NodeValue> parse = [&](RowReader& rows, NodeValue& row) {
-    Index dir = 0;
-    if (!rows.integer(row.node, "a node id", 0, last_id(range.n_nodes)) ||
-        !rows.integer(dir, "the direction", 0, range.dim - 1) || !rows.real(row.value, what))
-      return false;
-    row.dir = static_cast<int>(dir);
-    return rows.end_of_row();
-  };
-  return read_rows(file, team, problems, parse, always);
+namespace {
+
+// False if reported.
+bool read_column(RowReader& rows, const NodeColumn& column, double& value) {
+  if (column.is_sign) {
+    Index sign = 0;
+    if (!rows.integer(sign, column.what, -1, 1)) return false;
+    value = static_cast<double>(sign);
+    if (sign == 0) rows.complain(column.what + " must be 1 or -1, found 0", column.hint);
+    return sign != 0;
+  }
+  if (!rows.real(value, column.what)) return false;
+  const bool positive = column.bound == Bound::positive;
+  if (column.bound == Bound::none || value > 0 || (value == 0 && !positive)) return true;
+  rows.complain(fmt::format("{} must be {} 0, found {}", column.what,
+                            positive ? "greater than" : "at least", value));
+  return false;
 }
 
-std::optional<std::vector<NodeFriction>> read_friction_file(const SideFile& file,
-                                                            const NodeRange& range,
-                                                            const Team& team,
-                                                            ProblemList& problems) {
-  const Parse<NodeFriction> parse = [&](RowReader& rows, NodeFriction& row) {
-    Index dir = 0, sign = 0;
+}  // namespace
+
+std::optional<std::vector<NodeRow>> read_node_rows(const SideFile& file,
+                                                   const std::vector<NodeColumn>& columns,
+                                                   const NodeRange& range, const Team& team,
+                                                   ProblemList& problems) {
+  const Parse<NodeRow> parse = [&](RowReader& rows, NodeRow& row) {
+    Index dir = 0;
     if (!rows.integer(row.node, "a node id", 0, last_id(range.n_nodes)) ||
-        !rows.integer(dir, "the direction", 0, range.dim - 1) ||
-        !rows.integer(sign, "sign_n", -1, 1))
+        !rows.integer(dir, "the direction", 0, range.dim - 1))
       return false;
-    if (sign == 0) {
-      rows.complain("sign_n must be 1 or -1, found 0", sign_hint);
-      return false;
-    }
-    if (!rows.real(row.friction, "the friction coefficient")) return false;
-    if (row.friction < 0) {
-      rows.complain(
-          fmt::format("the friction coefficient must be at least 0, found {}", row.friction));
-      return false;
-    }
-    row.normal = static_cast<int>(dir);
-    row.outward = static_cast<int>(sign);
+    row.dir = static_cast<int>(dir);
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      if (!read_column(rows, columns[k], row.values[k])) return false;
     return rows.end_of_row();
   };
   return read_rows(file, team, problems, parse, always);

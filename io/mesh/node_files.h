@@ -3,8 +3,9 @@
 /// functions are collective, and give nothing to any member if anything is wrong (reported).
 #pragma once
 
+#include <array>
 #include <optional>
-#include <string_view>
+#include <string>
 #include <vector>
 
 #include "io/base/side_files.h"
@@ -19,25 +20,25 @@ struct NodeRange {
   int dim;
 };
 
-/// Rows `node dir value`.
-struct NodeValue {
+/// A number in a row.
+struct NodeColumn {
+  std::string what;  ///< names it in messages
+  Bound bound = Bound::none;
+  bool is_sign = false;   ///< 1 or -1
+  std::string hint = "";  ///< of a sign
+};
+
+/// Row `node dir value ...`.
+struct NodeRow {
+  static constexpr std::size_t most_values = 4;
   Index node;
   int dir;
-  double value;
+  std::array<double, most_values> values;
 };
-std::optional<std::vector<NodeValue>> read_node_values(const SideFile& file, std::string_view what,
-                                                       const NodeRange& range, const Team& team,
-                                                       ProblemList& problems);
-
-/// What a friction's sign means, for messages.
-inline constexpr const char* sign_hint =
-    "the sign of the direction that points out of the body: -1 for a floor below it";
-
-/// Rows `node dir sign_n friction`.
-std::optional<std::vector<NodeFriction>> read_friction_file(const SideFile& file,
-                                                            const NodeRange& range,
-                                                            const Team& team,
-                                                            ProblemList& problems);
+std::optional<std::vector<NodeRow>> read_node_rows(const SideFile& file,
+                                                   const std::vector<NodeColumn>& columns,
+                                                   const NodeRange& range, const Team& team,
+                                                   ProblemList& problems);
 
 /// Rows `node alpha beta [gamma]` in radians: in 2D the rotation by alpha + beta, in 3D
 /// Rz(alpha) Rx(gamma) Rz(beta). A node occurs at most once.

@@ -15,14 +15,10 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_materials();
   build_functions();
   build_particles();
-  build_constraints();
-  build_friction();
-  build_absorbing();
-  build_accelerations();
+  build_conditions();
   build_particle_constraints();
   build_gravity();
   build_tractions();
-  build_nodal_forces();
   build_analysis();
   build_contact();
   build_transfer_rates();  // of its bodies

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 #include <set>
+#include <span>
 
 #include "io/frames/cbgeo_table.h"
 #include "io/mesh/mesh_search.h"
@@ -143,16 +144,24 @@ class ScenarioBuilder {
   /// Volume of the particles over the area of the box around them as gravity sees it [m]; 0 without
   /// gravity or particles. Collective.
   double mean_depth() const;
+  // scenario_conditions.cpp
+  void build_conditions();  ///< of nodes
+  template <class T>
+  void build_condition();
+  template <class T>
+  void add_entry_of(const JsonValue& object);  ///< of the list of condition T
+  template <class T>
+  void add_set_of(const JsonValue& object, int function);
+  template <class T>
+  void add_file_of(const JsonValue& object, std::string_view key, int function = -1);
+  template <class T>
+  void refuse_excluded(const JsonValue& at, std::span<const T> entries);  ///< collective
+  void join_forces();
   // scenario_loads.cpp
-  void build_constraints();
-  void build_friction();
   void build_walls();
-  void build_absorbing();      // scenario_absorbing.cpp
-  void build_accelerations();  // scenario_accelerations.cpp
   void build_particle_constraints();
   void build_gravity();
   void build_tractions();
-  void build_nodal_forces();
   // scenario_doubts.cpp
   void warn_of_doubts();  ///< last of all, where the input has no problems; collective
   void warn_of_weak_materials();

@@ -134,8 +134,8 @@ void ScenarioBuilder<Dim>::warn_of_steep_friction() {
   for (const FrictionEntry& e : friction_entries_) {
     double largest = 0;
     for (std::size_t i = e.first; i < e.end; ++i)
-      if (std::isfinite(model_.node_frictions[i].friction))
-        largest = std::max(largest, model_.node_frictions[i].friction);
+      if (std::isfinite(entries_of<NodeFriction>(model_)[i].friction))
+        largest = std::max(largest, entries_of<NodeFriction>(model_)[i].friction);
     largest = team_.most({largest}).front();
     const JsonValue* value = e.entry->is<JsonValue::Object>() ? e.entry->find("friction") : nullptr;
     if (largest > most) warn(value ? *value : *e.entry, largest, !value);
@@ -156,12 +156,13 @@ void ScenarioBuilder<Dim>::warn_of_free_fall() {
     return std::any_of(list.begin(), list.end(), [&](const auto& c) { return along(dir(c)); });
   };
   const auto dir = [](const auto& c) { return c.dir; };
-  const auto normal = [](const auto& c) { return c.normal; };
   const auto& m = model_;
-  const bool held = any(m.node_velocities, dir) || any(m.node_frictions, normal) ||
-                    any(m.node_accelerations, dir) || any(m.node_forces, dir) ||
-                    any(m.particle_velocities, dir) || any(m.tractions, dir) ||
-                    !m.node_absorptions.empty() || !m.node_frames.empty();
+  bool held = any(m.particle_velocities, dir) || any(m.tractions, dir) || !m.node_frames.empty();
+  for_each_condition([&]<class T>() {
+    const std::vector<T>& list = entries_of<T>(m);
+    held = held || (ActsOnNode<T> ? !list.empty()
+                                  : any(list, [](const T& c) { return place_of(c).second; }));
+  });
   if (team_.any(held)) return;
   const JsonValue* gravity = section("external_loading_conditions").find("gravity");
   in_.warning(

@@ -14,7 +14,8 @@ struct GeneratorRows {
   Index first, end;  ///< rows [first, end) of all members
 };
 
-/// An entry of friction constraints or walls, and the elements of Model::node_frictions it made.
+/// An entry of friction constraints or walls, and the elements of entries_of<NodeFriction>() it
+/// made.
 struct FrictionEntry {
   const JsonValue* entry;
   std::size_t first, end;  ///< of this member

@@ -87,7 +87,7 @@ void ScenarioBuilder<Dim>::warn_of_stillness() {
   const Index nodes = mesh_->n_nodes();
   bool all = true;  // directions
   for (int d = 0; d < Dim; ++d) {
-    const auto& held = model_.node_velocities;
+    const auto& held = entries_of<NodeVelocity>(model_);
     const auto count =
         std::count_if(held.begin(), held.end(), [d](const NodeVelocity& v) { return v.dir == d; });
     all = team_.sum(static_cast<Index>(count)) == nodes && all;

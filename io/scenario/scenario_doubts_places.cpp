@@ -78,20 +78,21 @@ void ScenarioBuilder<Dim>::warn_of_walls() {
   std::unordered_set<Index> framed;
   for (const auto& frame : model_.node_frames) framed.insert(frame.node);
   std::set<std::pair<Index, int>> shaken;
-  for (const auto& c : model_.node_accelerations) shaken.insert({c.node, c.dir});
+  for (const auto& c : entries_of<NodeAcceleration>(model_)) shaken.insert({c.node, c.dir});
   for (const FrictionEntry& e : friction_entries_) {
     std::array<Wall<Dim>, 2 * static_cast<std::size_t>(Dim)> walls;  // by normal and sign
     std::vector<Index> nodes;
-    for (std::size_t i = e.first; i < e.end; ++i) nodes.push_back(model_.node_frictions[i].node);
+    for (std::size_t i = e.first; i < e.end; ++i)
+      nodes.push_back(entries_of<NodeFriction>(model_)[i].node);
     const auto places = places_of(nodes);
     for (std::size_t i = e.first; i < e.end; ++i) {
-      const NodeFriction& f = model_.node_frictions[i];
+      const NodeFriction& f = entries_of<NodeFriction>(model_)[i];
       Wall<Dim>& wall = walls[2 * static_cast<std::size_t>(f.normal) + (f.outward > 0 ? 1 : 0)];
       ++wall.nodes;
       wall.framed += framed.count(f.node) ? 1 : 0;
-      wall.two_sided += f.one_sided ? 0 : 1;
+      wall.two_sided += f.two_sided ? 1 : 0;
       const bool held = is_held(f.node, f.normal) || shaken.count({f.node, f.normal});
-      wall.loose += f.one_sided || held ? 0 : 1;
+      wall.loose += !f.two_sided || held ? 0 : 1;
       for (std::size_t d = 0; d < Dim; ++d) {
         const double x = places[i - e.first][static_cast<int>(d)];
         wall.low[d] = std::min(wall.low[d], x);
@@ -166,7 +167,7 @@ Vec<Dim> ScenarioBuilder<Dim>::outer_cell() const {
 
 template <int Dim>
 bool ScenarioBuilder<Dim>::is_held(Index node, int dir) const {
-  const auto& v = model_.node_velocities;  // sorted by node and direction
+  const auto& v = entries_of<NodeVelocity>(model_);  // sorted by node and direction
   const auto it = std::lower_bound(v.begin(), v.end(), std::pair(node, dir),
                                    [](const NodeVelocity& a, const std::pair<Index, int>& key) {
                                      return std::pair(a.node, a.dir) < key;

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "io/base/text.h"
-#include "io/mesh/node_files.h"
 #include "io/scenario/scenario_builder.h"
 #include "physics/base/directory_rank.h"
 
@@ -101,84 +100,6 @@ bool ScenarioBuilder<Dim>::is_file_name(std::string_view constraints) {
 }
 
 template <int Dim>
-void ScenarioBuilder<Dim>::build_constraints() {
-  auto& out = model_.node_velocities;
-  const auto add_file = [&](const JsonValue& object, std::string_view key) {
-    const auto file = in_.open(object, key);
-    if (!file) return;
-    if (const auto rows =
-            read_node_values(*file, "the velocity", {n_nodes(), Dim}, team_, in_.problems))
-      for (const auto& [node, dir, v] : *rows) out.push_back({node, dir, v});
-  };
-  if (is_file_name("velocity_constraints")) add_file(boundary(), "velocity_constraints");
-  for (const JsonValue* c : get_list(boundary(), "velocity_constraints")) {
-    if (from_file(*c, {"dir", "velocity"})) {
-      add_file(*c, "file");
-      continue;
-    }
-    const auto dir = direction_of(*c);
-    const auto v = get_number(*c, "velocity");
-    const auto nodes = members(*c, "nset_id", "nset", sets_.nodes);
-    if (!dir || !v || !nodes) continue;
-    for (const Index node : *nodes) out.push_back({node, *dir, *v});
-  }
-  // The first constraint of a node and direction wins.
-  const auto key = [](const NodeVelocity& a) { return std::pair(a.node, a.dir); };
-  std::stable_sort(out.begin(), out.end(),
-                   [&](const auto& a, const auto& b) { return key(a) < key(b); });
-  out.erase(std::unique(out.begin(), out.end(),
-                        [&](const auto& a, const auto& b) { return key(a) == key(b); }),
-            out.end());
-}
-
-template <int Dim>
-void ScenarioBuilder<Dim>::build_friction() {
-  auto& out = model_.node_frictions;
-  const auto add_file = [&](const JsonValue& object, std::string_view key) {
-    const auto file = in_.open(object, key);
-    if (!file) return;
-    if (const auto rows = read_friction_file(*file, {n_nodes(), Dim}, team_, in_.problems))
-      for (NodeFriction row : *rows) {
-        row.one_sided = !in_.cbgeo_defaults;
-        out.push_back(row);
-      }
-  };
-  std::size_t first = 0;
-  const auto note = [&](const JsonValue& entry) {
-    friction_entries_.push_back({&entry, first, out.size()});
-    first = out.size();
-  };
-  if (is_file_name("friction_constraints")) {
-    add_file(boundary(), "friction_constraints");
-    note(*boundary().find("friction_constraints"));
-  }
-  for (const JsonValue* c : get_list(boundary(), "friction_constraints")) {
-    if (from_file(*c, {"dir", "sign_n", "friction"})) {
-      add_file(*c, "file");
-      note(*c);
-      continue;
-    }
-    const auto dir = direction_of(*c);
-    auto sign = get_integer(*c, "sign_n");
-    const auto friction = get_number(*c, "friction");
-    const auto nodes = members(*c, "nset_id", "nset", sets_.nodes);
-    if (sign && *sign == 0) {
-      in_.error(*c->find("sign_n"), "'sign_n' must be 1 or -1, found 0", sign_hint);
-      continue;
-    }
-    if (!dir || !sign || !friction || !nodes) continue;
-    const bool one_sided = !get_bool(*c, "two_sided").value_or(in_.cbgeo_defaults);
-    for (const Index node : *nodes)
-      out.push_back({node, *dir, static_cast<int>(*sign), *friction, one_sided});
-    note(*c);
-  }
-  build_walls();
-  if (const auto file = in_.open(boundary(), "nodal_euler_angles"))
-    if (auto frames = read_angle_file<Dim>(*file, n_nodes(), team_, in_.problems))
-      model_.node_frames = std::move(*frames);
-}
-
-template <int Dim>
 void ScenarioBuilder<Dim>::build_walls() {
   for (const JsonValue* wall : get_list(boundary(), "walls")) {
     const auto normal = get_vector<Dim>(*wall, "normal");
@@ -208,10 +129,10 @@ void ScenarioBuilder<Dim>::build_walls() {
       continue;
     }
     const int outward = (*normal)[axis] > 0 ? -1 : 1;  // the normal points into the material
-    const std::size_t first = model_.node_frictions.size();
+    const std::size_t first = entries_of<NodeFriction>(model_).size();
     for (const Index node : *nodes)
-      model_.node_frictions.push_back({node, axis, outward, mu, true});
-    friction_entries_.push_back({wall, first, model_.node_frictions.size()});
+      entries_of<NodeFriction>(model_).push_back({node, axis, outward, mu, false});
+    friction_entries_.push_back({wall, first, entries_of<NodeFriction>(model_).size()});
   }
 }
 
@@ -252,50 +173,6 @@ void ScenarioBuilder<Dim>::build_tractions() {
       model_.tractions.push_back(
           {std::move(*ids), *dir, *value, function, means_all(*t, "pset_id", "pset")});
   }
-}
-
-template <int Dim>
-void ScenarioBuilder<Dim>::build_nodal_forces() {
-  auto& out = model_.node_forces;
-  auto entries = get_list(section("external_loading_conditions"), "concentrated_nodal_forces");
-  if (const JsonValue* one =
-          section("external_loading_conditions").find("concentrated_nodal_forces");
-      one && one->is<JsonValue::Object>())
-    entries = {one};
-  for (const JsonValue* f : entries) {
-    const int function = find_function(*f);
-    if (from_file(*f, {"dir", "force"})) {
-      const auto file = in_.open(*f, "file");
-      if (!file) continue;
-      if (const auto rows =
-              read_node_values(*file, "the force", {n_nodes(), Dim}, team_, in_.problems))
-        for (const auto& [node, dir, force] : *rows) out.push_back({node, dir, force, function});
-      continue;
-    }
-    const auto dir = direction_of(*f);
-    const auto force = get_number(*f, "force");
-    const auto nodes = members(*f, "nset_id", "nset", sets_.nodes);
-    if (!dir || !force || !nodes) continue;
-    for (const Index node : *nodes) out.push_back({node, *dir, *force, function});
-  }
-  // As in the reference, a node has one function, that of the last force given for it, and the last
-  // force of a direction replaces the ones before.
-  std::stable_sort(out.begin(), out.end(),
-                   [](const auto& a, const auto& b) { return a.node < b.node; });
-  std::vector<NodeForce> kept;
-  for (std::size_t i = 0; i < out.size();) {
-    std::size_t end = i;
-    while (end < out.size() && out[end].node == out[i].node) ++end;
-    for (int d = 0; d < Dim; ++d)
-      for (std::size_t k = end; k-- > i;)
-        if (out[k].dir == d) {
-          kept.push_back(out[k]);
-          kept.back().function = out[end - 1].function;
-          break;
-        }
-    i = end;
-  }
-  out = std::move(kept);
 }
 
 template class ScenarioBuilder<2>;

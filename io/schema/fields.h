@@ -81,6 +81,8 @@ struct Section {
 const Section& scenario_section();
 const Section& mesh_section();
 const Section& boundary_section();
+/// Keys of the conditions of nodes in the table: loads, or those of boundary_section().
+std::vector<Field> condition_fields(bool loads);
 const Section& particles_section();
 const Section& generator_section();
 const Section& materials_section();

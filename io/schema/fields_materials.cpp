@@ -2,9 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 
-#include "io/schema/fields.h"
+#include "io/schema/fields_parameter.h"
 #include "physics/materials/materials.h"
 
 namespace lahar {
@@ -16,37 +15,11 @@ inline constexpr bool is_native = false;
 template <class LawType>
 requires LawType::native inline constexpr bool is_native<LawType> = true;
 
-// A default as JSON. Fields view texts that live as long as the program.
-std::string_view as_json(double value) {
-  static std::vector<std::unique_ptr<const std::string>> texts;
-  texts.push_back(std::make_unique<const std::string>(fmt::format("{}", value)));
-  return *texts.back();
-}
-
 template <class LawType>
-Field field_of(const Parameter<LawType>& p) {
-  Field f{.key = p.key, .kinds = p.flag ? boolean : number, .help = p.help, .unit = p.unit};
-  f.required = p.required;
+Field field_of_law(const Parameter<LawType>& p) {
+  Field f = field_of(p);
   f.native = is_native<LawType>;
   f.only = {LawType::name};
-  if (p.flag) f.fallback = "false";
-  if (p.number && !p.required && p.fallback == p.fallback) f.fallback = as_json(p.fallback);
-  switch (p.bound) {
-    case Bound::none:
-      break;
-    case Bound::positive:
-      f.min = 0, f.above_min = true;
-      break;
-    case Bound::not_negative:
-      f.min = 0;
-      break;
-    case Bound::angle:
-      f.min = 0, f.max = 90, f.below_max = true;
-      break;
-    case Bound::poisson:
-      f.min = -1, f.max = 0.5, f.above_min = f.below_max = true;
-      break;
-  }
   return f;
 }
 
@@ -62,7 +35,7 @@ bool agree(const Field& a, const Field& b) {
 template <class... Laws>
 void add_laws(std::vector<Field>& fields, const std::variant<Laws...>*) {
   const auto add = [&]<class LawType>(const Parameter<LawType>& p) {
-    Field field = field_of(p);
+    Field field = field_of_law(p);
     const auto same = std::find_if(fields.begin(), fields.end(),
                                    [&](const Field& other) { return agree(field, other); });
     if (same == fields.end())

@@ -205,29 +205,23 @@ const Section& traction_section() {
   return section;
 }
 
-const Section& nodal_force_section() {
-  static const Section section{
-      .name = "a nodal force",
-      .path = "external_loading_conditions.concentrated_nodal_forces[]",
-      .help =
-          "Force on each node of a set, or a `file` of lines `node dir force`. The last force for "
-          "a node and direction wins, and so does the last function on a node.",
-      .fields = {
-          {.key = "nset_id",
-           .kinds = id,
-           .help = "node set: an id, -1 for all, or a name",
-           .min = -1},
-          {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
-          {.key = "dir", .kinds = direction, .help = "direction"},
-          {.key = "force", .kinds = number, .help = "force", .unit = "N"},
-          {.key = "math_function_id",
-           .kinds = id,
-           .help = "factor over time: an id of "
-                   "math_functions or a name; default constant",
-           .min = 0},
-          {.key = "file", .kinds = file, .help = "file of lines `node dir force`"},
-      }};
-  return section;
+std::vector<Field> loading_fields() {
+  std::vector<Field> fields = {
+      {.key = "gravity",
+       .kinds = vector | object,
+       .help = "acceleration of gravity",
+       .unit = "m/s^2",
+       .fallback = "[0, 0]",
+       .fallback_3d = "[0, 0, 0]",
+       .section = gravity_section},
+      {.key = "particle_surface_traction",
+       .kinds = list,
+       .help = "tractions on particles",
+       .section = traction_section},
+  };
+  const std::vector<Field> conditions = condition_fields(true);
+  fields.insert(fields.end(), conditions.begin(), conditions.end());
+  return fields;
 }
 
 }  // namespace
@@ -236,23 +230,7 @@ const Section& loading_section() {
   static const Section section{.name = "external_loading_conditions",
                                .path = "external_loading_conditions",
                                .help = "External loads on the material.",
-                               .fields = {
-                                   {.key = "gravity",
-                                    .kinds = vector | object,
-                                    .help = "acceleration of gravity",
-                                    .unit = "m/s^2",
-                                    .fallback = "[0, 0]",
-                                    .fallback_3d = "[0, 0, 0]",
-                                    .section = gravity_section},
-                                   {.key = "particle_surface_traction",
-                                    .kinds = list,
-                                    .help = "tractions on particles",
-                                    .section = traction_section},
-                                   {.key = "concentrated_nodal_forces",
-                                    .kinds = list | object,
-                                    .help = "forces on nodes: a list, or a single entry",
-                                    .section = nodal_force_section},
-                               }};
+                               .fields = loading_fields()};
   return section;
 }
 

@@ -10,7 +10,7 @@ namespace lahar {
 
 /// Doubles of every quantity of a node, one vector: {m v, m}, {f, 0}, {m v, m} (MUSL's second
 /// mapping), {m p, 0, 0, 0}, {V grad N, 0} and ends of the body (contact; not sums but the
-/// furthest: contact_surface.h), {m u, 0} and {m c_p, m c_s, m rho, m} (absorbing boundaries),
+/// furthest: contact_surface.h), {m u, 0} and {m c_p, m c_s, m rho, m} (NodeMeans),
 /// {m, 0} and {m v, 0} by direction of particles whose velocity along it is prescribed, twice
 /// {m v, 0} (orders of the velocity transfer); nodal state {v, m} and {a, 0}.
 inline constexpr int node_width = 4;

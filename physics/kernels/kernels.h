@@ -82,16 +82,16 @@ void nodal_gradient(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void meet_bodies(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// What absorbing nodes take from particles (absorbing.h): (m u)_i, (m c_p)_i, (m c_s)_i, (m rho)_i
-/// += sum_p N_i m_p {u_p, c_p, c_s, rho_p}, only in cells around them. Zero before.
+/// What conditions of nodes take from particles (NodeMeans): (m u)_i, (m c_p)_i, (m c_s)_i,
+/// (m rho)_i += sum_p N_i m_p {u_p, c_p, c_s, rho_p}, only in cells around them. Zero before.
 template <int Dim>
-void map_waves(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+void map_means(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 template <int Dim>
-void clear_waves(Patch<Dim>& patch, const StepContext<Dim>& step);
+void clear_means(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// Springs and dashpots of absorbing nodes, with sums over all patches that share a node.
+/// ActingNode::means, with sums over all patches that share a node.
 template <int Dim>
-void set_absorbing_nodes(Patch<Dim>& patch, const StepContext<Dim>& step);
+void set_node_means(Patch<Dim>& patch, const StepContext<Dim>& step);
 
 /// v_i = (m v)_i / m_i with sums over all patches that share a node, in ascending patch id; then
 /// prescribed velocities.
@@ -106,9 +106,9 @@ void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void nodal_pressure(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// a_i = (f_i + m_i g + point forces + absorbing forces - alpha |f_i| sign(v_i)) / m_i;  v_i += dt
-/// a_i; prescribed velocities, which also zero the acceleration. Where bodies share nodes, contact
-/// comes last and keeps prescribed velocities (contact.h).
+/// a_i = (f_i + m_i g + point forces + forces of conditions - alpha |f_i| sign(v_i)) / m_i;  v_i +=
+/// dt a_i; prescribed velocities, which also zero the acceleration. Where bodies share nodes,
+/// contact comes last and keeps prescribed velocities (contact.h).
 template <int Dim>
 void integrate(Patch<Dim>& patch, const StepContext<Dim>& step);
 

@@ -120,21 +120,6 @@ void meet_bodies(Patch<Dim>& patch, const StepContext<Dim>& step) {
 }
 
 template <int Dim>
-void set_absorbing_nodes(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  if (patch.absorbing.empty() || patch.active_nodes.empty()) return;
-  const SumOverPatches<Dim, SumLine> sums(patch, NodeSum::displacement, step.step);  // and waves
-  for (auto& at : patch.absorbing) {
-    at.release();
-    if (!patch.node_is_active[static_cast<std::size_t>(at.node)]) continue;
-    const SumLine sum = sums.at(at.node);
-    double u[node_width], w[node_width];
-    store(first_of(sum), u);
-    store(second_of(sum), w);
-    if (more_than(w[mass_lane], patch.least_mass)) at.set(u, w);
-  }
-}
-
-template <int Dim>
 void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
   make_room(patch);
   for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::mass_momentum, step.step),
@@ -241,8 +226,13 @@ class Integrator {
         step_(step),
         point_(patch.forces.begin()),
         wall_(patch.walls.begin()),
-        absorbing_(patch.absorbing.begin()),
-        next_absorbing_(node_of(absorbing_)) {
+        next_acting_(next_acting(patch.acting, 0)) {
+    for_each_acting_list(patch.acting, [](auto& list) {
+      for (auto& at : list) {
+        at.action = {};
+        at.drag.setZero();
+      }
+    });
     if (step.model->analysis.scheme == Scheme::musl)
       patch.wall_pushes.assign(patch.walls.size(), WallPush<Dim>());
     if (patch.bodies() > 1) patch.contact.wall_change.assign(patch.walls.size(), Vec<Dim>::Zero());
@@ -272,7 +262,7 @@ class Integrator {
       store(old, at(patch_.velocity, i));
       return;
     }
-    if (i >= next_absorbing_) force -= absorbed(i, old);
+    if (i >= next_acting_) force -= against_conditions(i, old);
     force += gravity_ * m;
     const NodeVector per_mass(1.0 / m), share = own[mass_lane] * per_mass;
     NodeVector against(0.0);
@@ -324,16 +314,9 @@ class Integrator {
           more_than(m, patch_.least_mass) && is_first_body(point.node))
         patch_.work.external += own_mass[point.node * sum_stride] / m * point_force(point) *
                                 mean_move(point.node, point.dir);
-    for (const auto& point : patch_.absorbing) {
-      const double own = own_mass[point.node * sum_stride];
-      if (own == 0.0) continue;
-      const double share = own / at(patch_.velocity, point.node)[mass_lane];
-      for (int d = 0; d < Dim; ++d) {
-        const double move = share * mean_move(point.node, d);
-        patch_.work.external -= point.spring[d] * move;
-        patch_.work.damping += point.drag[d] * move;
-      }
-    }
+    for_each_acting_list(patch_.acting, [&](const auto& list) {
+      for (const auto& at : list) count_work(at, own_mass[at.node * sum_stride]);
+    });
     if (counts_at_nodes(step_.model->analysis)) count_transfer(own_mass);
   }
 
@@ -367,31 +350,62 @@ class Integrator {
     return true;
   }
 
-  using Absorbing = typename std::vector<AbsorbingNode<Dim>>::iterator;
-  Local node_of(Absorbing at) const {
-    return at == patch_.absorbing.end() ? std::numeric_limits<Local>::max() : at->node;
-  }
-  /// Force of absorbing node i against its motion {v, m}, if it is one; passes those before it. It
-  /// acts on the first of the bodies that are there. Dashpots at most stop the node in the step:
-  /// one that turned it back, where it has hardly any mass, would shake it more and more.
-  [[gnu::noinline]] NodeVector absorbed(Local i, const NodeVector& v) {
+  /// Minus the force of the conditions of node i, {v, m}, if it has any. They act on the first of
+  /// the bodies that are there.
+  [[gnu::noinline]] NodeVector against_conditions(Local i, const NodeVector& v) {
     double f[node_width] = {};
-    while (node_of(absorbing_) < i) ++absorbing_;
-    const auto first = absorbing_;
-    double all[Dim] = {};
-    for (; node_of(absorbing_) == i; ++absorbing_) {
-      if (!is_first_body(i)) absorbing_->release();
-      for (int d = 0; d < Dim; ++d) all[d] += absorbing_->dashpot[d];
+    if (next_acting(patch_.acting, i) == i && is_first_body(i)) {
+      NodeComponents<Dim> all = NodeComponents<Dim>::Zero();
+      for_each_acting_list(patch_.acting, [&](auto& list) {
+        for (auto& at : acting_at(list, i)) {
+          set_action(at, v);
+          all += at.action.dashpot;
+        }
+      });
+      for_each_acting_list(patch_.acting, [&](auto& list) {
+        for (auto& at : acting_at(list, i))
+          for (int d = 0; d < Dim; ++d) {
+            const double impulse = step_.dt * all[d];
+            const double part = impulse > v[mass_lane] ? v[mass_lane] / impulse : 1.0;
+            at.drag[d] = part * at.action.dashpot[d] * v[d];
+            f[d] += at.drag[d] - at.action.force[d];
+          }
+      });
     }
-    for (auto at = first; at != absorbing_; ++at)
-      for (int d = 0; d < Dim; ++d) {
-        const double impulse = step_.dt * all[d];
-        const double part = impulse > v[mass_lane] ? v[mass_lane] / impulse : 1.0;
-        at->drag[d] = part * at->dashpot[d] * v[d];
-        f[d] += at->spring[d] + at->drag[d];
-      }
-    next_absorbing_ = node_of(absorbing_);
+    next_acting_ = next_acting(patch_.acting, i + 1);
     return load<NodeVector>(f);
+  }
+
+  template <class T>
+  void set_action(ActingNode<Dim, T>& at, const NodeVector& v) {
+    if (takes_means<T> && at.means.mass == 0.0) return;
+    NodeView<Dim> view{.mass = v[mass_lane],
+                       .position = step_.model->mesh->node(node_of_mesh(at.node)),
+                       .velocity = {},
+                       .means = at.means,
+                       .time = step_.time,
+                       .dt = step_.dt,
+                       .factor = 1.0};
+    for (int d = 0; d < Dim; ++d) view.velocity[d] = v[d];
+    if constexpr (HasFunction<T>)
+      view.factor = load_factor(*step_.model, at.condition.function, step_.time);
+    at.action = at.condition.template act<Dim>(view);
+  }
+
+  Index node_of_mesh(Local node) const {
+    return patch_.topology.nodes[static_cast<std::size_t>(node)] % step_.model->mesh->n_nodes();
+  }
+
+  /// Work of a condition, this patch's share of it by its part `own` of the node's mass [kg].
+  template <class T>
+  void count_work(const ActingNode<Dim, T>& entry, double own) {
+    if (own == 0.0) return;
+    const double share = own / at(patch_.velocity, entry.node)[mass_lane];
+    for (int d = 0; d < Dim; ++d) {
+      const double move = share * mean_move(entry.node, d);
+      patch_.work.external += entry.action.force[d] * move;
+      patch_.work.damping += entry.drag[d] * move;
+    }
   }
 
   /// Cundall's force alpha |f_d| sign(v_d), against the velocity. The force has no mass lane.
@@ -456,8 +470,7 @@ class Integrator {
   const StepContext<Dim>& step_;
   typename std::vector<PointForce>::const_iterator point_;
   typename std::vector<ConstrainedNode<Dim>>::const_iterator wall_;
-  Absorbing absorbing_;
-  Local next_absorbing_;  ///< the node that it is at
+  Local next_acting_;  ///< the next node on which conditions act
   NodeVector gravity_;
   NodeVector weight_work_ = NodeVector(0.0);   ///< of unit gravity and a step of 1 s
   NodeVector damping_work_ = NodeVector(0.0);  ///< of a step of 1 s
@@ -500,7 +513,6 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template void activate_nodes<Dim>(Patch<Dim>&);                                \
   template void nodal_gradient<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void meet_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&);          \
-  template void set_absorbing_nodes<Dim>(Patch<Dim>&, const StepContext<Dim>&);  \
   template void nodal_velocity<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void nodal_velocity_again<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
   template void nodal_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \

@@ -31,7 +31,9 @@ void find_held_nodes(Patch<Dim>& patch, const StepContext<Dim>&) {
   };
   for (const auto& fixed : patch.fixed) hold(fixed.node, fixed.dir);
   for (const auto& wall : patch.walls) hold_all(wall.node);
-  for (const auto& absorbing : patch.absorbing) hold_all(absorbing.node);
+  for_each_acting_list(patch.acting, [&](const auto& list) {
+    for (const auto& at : list) hold_all(at.node);
+  });
   for (const auto& driven : patch.driven)
     for (int d = 0; d < Dim; ++d)
       if (driven.driven[static_cast<std::size_t>(d)]) hold(driven.node, d);

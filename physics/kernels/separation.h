@@ -9,8 +9,8 @@
 /// beta_p = VelocityTransfer::separation, but zero
 ///   where the particle is compressed: det(I + dt L) < 1, L the gradient of v there;
 ///   along each direction in which a node that it reaches is held: by a velocity constraint, or by
-///   particles with a prescribed velocity; along all of them where such a node is at a wall, at an
-///   absorbing boundary or at the surfaces of two bodies.
+///   particles with a prescribed velocity; along all of them where such a node is at a wall, at a
+///   nodal condition with forces or at the surfaces of two bodies.
 /// There places move with the nodes: what nodes may not pass particles do not.
 ///
 /// Momentum is kept to rounding. Columns of loose sand made energy with it, with shares beta of 0

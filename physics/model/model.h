@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "physics/base/types.h"
+#include "physics/boundary/conditions.h"
 #include "physics/materials/material.h"
 #include "physics/mesh/mesh.h"
 #include "physics/model/injection.h"
@@ -35,41 +36,6 @@ struct MathFunction {
   double operator()(double t) const;
 };
 
-/// Prescribed velocity component of a node; of several for a node and direction the first wins.
-struct NodeVelocity {
-  Index node;
-  int dir;
-  double velocity;  ///< [m/s]
-};
-
-/// Coulomb friction of a node on a rigid wall. One two-sided wall per node, or one-sided ones along
-/// different axes.
-struct NodeFriction {
-  Index node;
-  int normal;              ///< direction of the wall's normal, in the node's frame
-  int outward;             ///< sign of the normal that points out of the body: 1 or -1
-  double friction;         ///< coefficient [-]; infinite: no sliding while pressed
-  bool one_sided = false;  ///< the wall pushes and does not pull, at the node's prescribed velocity
-};
-
-/// Prescribed acceleration component of a node, in its frame; of several for a node and direction
-/// the last wins.
-struct NodeAcceleration {
-  Index node;
-  int dir;
-  double acceleration;  ///< [m/s^2]
-  int function = -1;    ///< index into Model::functions; -1 = constant
-};
-
-/// A node of a boundary that waves leave through (AbsorbingNode); several on a node add up.
-struct NodeAbsorption {
-  Index node;
-  int normal;    ///< direction in which compression waves go
-  double area;   ///< [m^2] of the boundary (2D: [m])
-  double delta;  ///< [m] thickness of the layer whose stiffness the springs have
-  double a, b;   ///< factors of the dashpots along the normal and the others
-};
-
 /// Rotated axes in which the constraints of a node act. One per node.
 template <int Dim>
 struct NodeFrame {
@@ -77,24 +43,33 @@ struct NodeFrame {
   Eigen::Matrix<double, Dim, Dim, Eigen::DontAlign> axes;  ///< columns: local axes
 };
 
-struct NodeForce {
-  Index node;
-  int dir;
-  double force;       ///< [N] (2D: per metre of thickness)
-  int function = -1;  ///< index into Model::functions; -1 = constant
-};
-
-/// Constraints and loads of nodes. Of several processes that read a scenario together each has
-/// those of some nodes (directory_rank()), and patches ask for theirs.
+/// Conditions of nodes, what the scenario lists of each. Of several processes that read a scenario
+/// together each has those of some nodes (directory_rank()), and patches ask for theirs.
 template <int Dim>
 struct NodeConditions {
-  std::vector<NodeVelocity> node_velocities;
-  std::vector<NodeFriction> node_frictions;
+  ConditionLists conditions;
   std::vector<NodeFrame<Dim>> node_frames;
-  std::vector<NodeForce> node_forces;
-  std::vector<NodeAbsorption> node_absorptions;
-  std::vector<NodeAcceleration> node_accelerations;
 };
+
+/// The entries of a condition.
+template <class T, int Dim>
+std::vector<T>& entries_of(NodeConditions<Dim>& of) {
+  return std::get<std::vector<T>>(of.conditions);
+}
+template <class T, int Dim>
+const std::vector<T>& entries_of(const NodeConditions<Dim>& of) {
+  return std::get<std::vector<T>>(of.conditions);
+}
+/// Call visit(list) for each list, or visit(list of one, list of the other).
+void for_each_list(auto& of, auto&& visit) {
+  visit(of.node_frames);
+  std::apply([&](auto&... list) { (visit(list), ...); }, of.conditions);
+}
+template <int Dim>
+void for_each_list(const NodeConditions<Dim>& one, NodeConditions<Dim>& other, auto&& visit) {
+  visit(one.node_frames, other.node_frames);
+  for_each_condition([&]<class T>() { visit(entries_of<T>(one), entries_of<T>(other)); });
+}
 
 /// Traction on particles: force = traction(t) * volume / size, size = initial volume^(1/Dim).
 struct ParticleTraction {
@@ -200,7 +175,7 @@ struct Analysis {
   bool pressure_smoothing = false;
   bool opening = false;  ///< what opens between grains or drops is not volume of the particles
   Contact contact;
-  bool absorbs = false;  ///< some process has Model::node_absorptions
+  bool takes_means = false;  ///< some process has conditions of nodes with takes_means
   /// Particles with prescribed velocities move by them, and drive the nodes around them
   /// (driven_nodes.h); else they move with nodes that do not know of them, as in CB-Geo MPM.
   bool drives_nodes = false;

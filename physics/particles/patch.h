@@ -11,7 +11,7 @@
 
 #include "physics/base/node_vector.h"
 #include "physics/base/simd.h"
-#include "physics/boundary/absorbing_node.h"
+#include "physics/boundary/acting_node.h"
 #include "physics/boundary/constrained_node.h"
 #include "physics/boundary/contact_state.h"
 #include "physics/boundary/driven_node.h"
@@ -199,11 +199,11 @@ struct Patch {
     double force;  ///< [N]
     int function;  ///< -1 = constant
   };
-  std::vector<PointForce> forces;             ///< ascending nodes
-  std::vector<AbsorbingNode<Dim>> absorbing;  ///< ascending nodes
-  std::vector<char> absorbing_cells;          ///< by local cell: has functions at one of them
-  std::vector<DrivenNode<Dim>> driven;        ///< of this step; ascending nodes
-  bool has_conditions = false;  ///< the lists above were filled, and those of injections
+  std::vector<PointForce> forces;       ///< ascending nodes
+  ActingLists<Dim> acting;              ///< conditions that act with forces, by ascending nodes
+  std::vector<char> cells_of_means;     ///< by local cell: has functions at nodes that take means
+  std::vector<DrivenNode<Dim>> driven;  ///< of this step; ascending nodes
+  bool has_conditions = false;          ///< the lists above were filled, and those of injections
 
   // Particles on their way to neighbours, by position in topology.neighbours.
   using Outbox = lahar::Outbox<Dim>;
@@ -237,6 +237,9 @@ struct Patch {
   Local cell_of(Local first, std::uint16_t material) const {
     return body_cell.empty() ? first : first + body_cell[material];
   }
+
+  /// Some condition takes NodeMeans.
+  bool takes_means() const { return !cells_of_means.empty(); }
 
   /// This patch's own sums for a step, sum_stride apart.
   double* own_sums(NodeSum which, Index step) {

@@ -15,17 +15,6 @@ namespace {
 /// What is asked for at a time.
 constexpr std::size_t at_a_time = std::size_t{1} << 15;
 
-/// Call visit(list) for each list.
-template <class Conditions>
-void for_each_list(Conditions& of, auto&& visit) {
-  visit(of.node_velocities);
-  visit(of.node_frictions);
-  visit(of.node_frames);
-  visit(of.node_forces);
-  visit(of.node_absorptions);
-  visit(of.node_accelerations);
-}
-
 /// Let each rank that keeps some of the ids (ascending) answer for them: calls `answer(asked)`,
 /// which is collective, with what each rank asked of this one, some at a time. Collective.
 void ask_directory_ranks(
@@ -75,7 +64,7 @@ void send_entries(const std::vector<std::vector<Index>>& asked, const std::vecto
   std::vector<std::vector<Sent>> replies(asked.size());
   for (std::size_t r = 0; r < asked.size(); ++r)
     for (const Index node : asked[r])
-      for (const Entry& entry : entries_of(kept, node)) replies[r].push_back(plain(entry));
+      for (const Entry& entry : entries_at(kept, node)) replies[r].push_back(plain(entry));
   for (const auto& part : ranks.exchange(replies))
     for (const Sent& sent : part) restore(sent, found.emplace_back());
 }
@@ -124,15 +113,9 @@ NodeConditions<Dim> conditions_at(const std::vector<Index>& nodes, const NodeCon
     return found;
   ask_directory_ranks(nodes, ranks, [&](const std::vector<std::vector<Index>>& asked) {
     auto n = present.begin();
-    const auto send = [&](const auto& from, auto& to) {
+    for_each_list(kept, found, [&](const auto& from, auto& to) {
       if (*++n > 0) send_entries(asked, from, to, ranks);
-    };
-    send(kept.node_velocities, found.node_velocities);
-    send(kept.node_frictions, found.node_frictions);
-    send(kept.node_frames, found.node_frames);
-    send(kept.node_forces, found.node_forces);
-    send(kept.node_absorptions, found.node_absorptions);
-    send(kept.node_accelerations, found.node_accelerations);
+    });
   });
   sort_constraints(found);
   return found;

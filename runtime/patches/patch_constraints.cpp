@@ -17,10 +17,10 @@ void sort_by_node(auto& entries) {
 /// Of several velocities for a node and direction the first counts, of several frictions the last.
 template <int Dim>
 void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<Dim>& conditions) {
-  const auto velocities = entries_of(conditions.node_velocities, node);
-  const auto frames = entries_of(conditions.node_frames, node);
-  const auto frictions = entries_of(conditions.node_frictions, node);
-  const auto accelerations = entries_of(conditions.node_accelerations, node);
+  const auto velocities = entries_at(entries_of<NodeVelocity>(conditions), node);
+  const auto frames = entries_at(conditions.node_frames, node);
+  const auto frictions = entries_at(entries_of<NodeFriction>(conditions), node);
+  const auto accelerations = entries_at(entries_of<NodeAcceleration>(conditions), node);
   if (frictions.empty() && accelerations.empty() && (frames.empty() || velocities.empty())) {
     bool taken[Dim] = {};
     for (const NodeVelocity& v : velocities)
@@ -40,7 +40,7 @@ void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<
     wall.function[d] = a.function;
   }
   for (const NodeFriction& friction : frictions) {
-    if (friction.one_sided) {
+    if (!friction.two_sided) {
       const auto d = static_cast<std::size_t>(friction.normal);
       wall.fixed[d] = false;
       wall.pushes[d] = friction.outward;
@@ -53,20 +53,23 @@ void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<
   }
 }
 
-/// Mark the cells that have functions at absorbing nodes.
+/// Mark the cells that have functions at nodes whose conditions take means of particles.
 template <int Dim>
-void mark_absorbing_cells(Patch<Dim>& patch) {
-  if (patch.absorbing.empty()) return;
-  std::vector<char> absorbs(patch.topology.nodes.size(), 0);
-  for (const auto& at : patch.absorbing) absorbs[static_cast<std::size_t>(at.node)] = 1;
+void mark_cells_of_means(Patch<Dim>& patch) {
+  std::vector<char> takes(patch.topology.nodes.size(), 0);
+  for_each_acting_list(patch.acting, [&]<class T>(const std::vector<ActingNode<Dim, T>>& list) {
+    if (takes_means<T>)
+      for (const auto& at : list) takes[static_cast<std::size_t>(at.node)] = 1;
+  });
+  if (std::find(takes.begin(), takes.end(), 1) == takes.end()) return;
   const auto any = [&](std::span<const Local> nodes) {
     return std::any_of(nodes.begin(), nodes.end(),
-                       [&](Local i) { return absorbs[static_cast<std::size_t>(i)] != 0; });
+                       [&](Local i) { return takes[static_cast<std::size_t>(i)] != 0; });
   };
   const std::size_t cells = patch.topology.cells.size();
-  patch.absorbing_cells.assign(cells, 0);
+  patch.cells_of_means.assign(cells, 0);
   for (std::size_t c = 0; c < cells; ++c)
-    patch.absorbing_cells[c] =
+    patch.cells_of_means[c] =
         (!patch.topology.corner_nodes.empty() && any(patch.topology.corner_nodes[c])) ||
         any(patch.topology.support(c));
 }
@@ -75,12 +78,7 @@ void mark_absorbing_cells(Patch<Dim>& patch) {
 
 template <int Dim>
 void sort_constraints(NodeConditions<Dim>& conditions) {
-  sort_by_node(conditions.node_velocities);
-  sort_by_node(conditions.node_frictions);
-  sort_by_node(conditions.node_frames);
-  sort_by_node(conditions.node_forces);
-  sort_by_node(conditions.node_absorptions);
-  sort_by_node(conditions.node_accelerations);
+  for_each_list(conditions, [](auto& list) { sort_by_node(list); });
 }
 
 template <int Dim>
@@ -99,17 +97,14 @@ void set_constraints(Patch<Dim>& patch, const NodeConditions<Dim>& conditions, I
     const auto local = static_cast<Local>(i);
     const Index node = nodes[i] % n_nodes;  // the same for every body
     constrain(patch, local, node, conditions);
-    for (const NodeForce& f : entries_of(conditions.node_forces, node))
+    for (const NodeForce& f : entries_at(entries_of<NodeForce>(conditions), node))
       patch.forces.push_back({local, f.dir, f.force, f.function});
-    for (const NodeAbsorption& at : entries_of(conditions.node_absorptions, node))
-      patch.absorbing.push_back({.node = local,
-                                 .normal = at.normal,
-                                 .area = at.area,
-                                 .delta = at.delta,
-                                 .a = at.a,
-                                 .b = at.b});
+    for_each_acting_list(patch.acting, [&]<class T>(std::vector<ActingNode<Dim, T>>& list) {
+      for (const T& entry : entries_at(entries_of<T>(conditions), node))
+        list.push_back({.node = local, .condition = entry});
+    });
   }
-  mark_absorbing_cells(patch);
+  mark_cells_of_means(patch);
 }
 
 template void sort_constraints(NodeConditions<2>&);

@@ -12,7 +12,7 @@ namespace lahar {
 
 /// The entries of a list sorted by node that belong to `node`.
 template <class Entry>
-std::span<const Entry> entries_of(const std::vector<Entry>& sorted, Index node) {
+std::span<const Entry> entries_at(const std::vector<Entry>& sorted, Index node) {
   const auto first = std::lower_bound(sorted.begin(), sorted.end(), node,
                                       [](const Entry& a, Index b) { return a.node < b; });
   const auto last = std::upper_bound(first, sorted.end(), node,
@@ -28,7 +28,7 @@ void sort_constraints(NodeConditions<Dim>& conditions);
 template <int Dim>
 void set_bodies(Patch<Dim>& patch, const Model<Dim>& model);
 
-/// Fill Patch::fixed, walls, forces and absorbing for the nodes of the patch, of every body alike.
+/// Fill Patch::fixed, walls, forces and acting for the nodes of the patch, of every body alike.
 template <int Dim>
 void set_constraints(Patch<Dim>& patch, const NodeConditions<Dim>& conditions, Index n_nodes);
 

@@ -56,7 +56,7 @@ template <int Dim>
 std::vector<NodeSum> mapped_sums(const Patch<Dim>& patch) {
   std::vector<NodeSum> sums{NodeSum::mass_momentum};
   if (patch.bodies() > 1) sums.push_back(NodeSum::gradient);
-  if (!patch.absorbing.empty()) sums.push_back(NodeSum::displacement);
+  if (patch.takes_means()) sums.push_back(NodeSum::displacement);
   if (!patch.sums[sum_array(NodeSum::prescribed_mass)].empty())  // nodes are driven
     sums.push_back(NodeSum::prescribed_mass);
   return sums;

@@ -28,7 +28,7 @@ void map_unmapped(Patch<Dim>& patch, const StepContext<Dim>& step) {
     if (WithForce) map_force(patch, step, patch.unmapped);
     if (patch.bodies() > 1) map_gradient(patch, step, patch.unmapped);
     if (step.model->analysis.drives_nodes) map_prescribed(patch, step, patch.unmapped);
-    if (WithForce) map_waves(patch, step, patch.unmapped);
+    if (WithForce) map_means(patch, step, patch.unmapped);
     patch.unmapped.clear();
     patch.contributes[static_cast<std::size_t>(step.step % 2)] = 1;
     patch.idle = false;
@@ -218,24 +218,24 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
 }
 
 template <int Dim>
-Stages<Dim> absorbed_waves(const Analysis& analysis) {
+Stages<Dim> mapped_means(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
-  if (!analysis.absorbs) return {};
-  return {TimestepStage<Dim>{.stage = {.name = "impedance"},
-                             .begin = [](P& p, S& s) { clear_waves(p, s); },
-                             .bins = [](P& p, S& s, ParticleBins bins) { map_waves(p, s, bins); },
+  if (!analysis.takes_means) return {};
+  return {TimestepStage<Dim>{.stage = {.name = "map means"},
+                             .begin = [](P& p, S& s) { clear_means(p, s); },
+                             .bins = [](P& p, S& s, ParticleBins bins) { map_means(p, s, bins); },
                              .of_next_step = maps_force_with_momentum(analysis)}};
 }
 
 template <int Dim>
-Stages<Dim> absorbing_nodes(const Analysis& analysis) {
+Stages<Dim> node_means(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
-  if (!analysis.absorbs) return {};
-  return {TimestepStage<Dim>{.stage = {.name = "absorb", .exchange = "displacement, waves"},
+  if (!analysis.takes_means) return {};
+  return {TimestepStage<Dim>{.stage = {.name = "means", .exchange = "displacement, waves"},
                              .takes = {NodeSum::displacement, NodeSum::waves},
-                             .begin = [](P& p, S& s) { set_absorbing_nodes(p, s); }}};
+                             .begin = [](P& p, S& s) { set_node_means(p, s); }}};
 }
 
 template <int Dim>
@@ -367,8 +367,8 @@ Stages<Dim> output(const Analysis&) {
   template Stages<Dim> nodal_velocities<Dim>(const Analysis&);      \
   template Stages<Dim> remapped_velocities<Dim>(const Analysis&);   \
   template Stages<Dim> strain_and_stress<Dim>(const Analysis&);     \
-  template Stages<Dim> absorbed_waves<Dim>(const Analysis&);        \
-  template Stages<Dim> absorbing_nodes<Dim>(const Analysis&);       \
+  template Stages<Dim> mapped_means<Dim>(const Analysis&);          \
+  template Stages<Dim> node_means<Dim>(const Analysis&);            \
   template Stages<Dim> integration<Dim>(const Analysis&);           \
   template Stages<Dim> velocity_transfer<Dim>(const Analysis&);     \
   template Stages<Dim> g2p<Dim>(const Analysis&);                   \

@@ -39,12 +39,12 @@ Stages<Dim> strain_and_stress(const Analysis& analysis);
 /// velocities at the same places.
 bool stress_follows_g2p(const Analysis& analysis);
 
-/// What absorbing nodes need of particles: impedance and displacement.
+/// What conditions of nodes need of particles: wave speeds and displacement.
 template <int Dim>
-Stages<Dim> absorbed_waves(const Analysis& analysis);
-/// Springs and dashpots from that.
+Stages<Dim> mapped_means(const Analysis& analysis);
+/// Means at nodes from that.
 template <int Dim>
-Stages<Dim> absorbing_nodes(const Analysis& analysis);
+Stages<Dim> node_means(const Analysis& analysis);
 
 /// a_i and the new v_i, which become what constraints, walls and contact allow.
 template <int Dim>

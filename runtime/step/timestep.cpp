@@ -12,7 +12,7 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
   const bool more = analysis.scheme == Scheme::musl || analysis.pressure_smoothing;
   // Gradients, waves and prescribed velocities are read before the phase in which the next ones are
   // mapped is begun anywhere near.
-  return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0, analysis.absorbs ? 1 : 0,
+  return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0, analysis.takes_means ? 1 : 0,
            analysis.drives_nodes ? 1 : 0, has_filter(analysis.transfer) ? 1 : 0}};
 }
 

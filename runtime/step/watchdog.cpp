@@ -89,11 +89,11 @@ SpeedScales speed_scales(const Model<Dim>& model, const Communicator& ranks) {
   double prescribed = 0, acceleration = 0;
   for (const ParticleVelocity& given : model.particle_velocities)
     prescribed = std::max(prescribed, std::sqrt(Dim) * std::abs(given.velocity));
-  for (const auto& given : model.node_velocities)
+  for (const auto& given : entries_of<NodeVelocity>(model))
     prescribed = std::max(prescribed, std::sqrt(Dim) * std::abs(given.velocity));
   for (const Injection<Dim>& injection : model.injections)
     prescribed = std::max(prescribed, injection.velocity.norm());
-  for (const auto& given : model.node_accelerations)
+  for (const auto& given : entries_of<NodeAcceleration>(model))
     acceleration = std::max(acceleration, std::sqrt(Dim) * std::abs(given.acceleration) *
                                               largest_factor(model, given.function));
   scales.prescribed = ranks.max(prescribed);

@@ -82,6 +82,9 @@ void add_side(Choices& choices, const Outline& outline, const Side& side, Json& 
     boundary["velocity_constraints"].push_back(
         {{"nset", side.set}, {"dir", along}, {"velocity", velocity}});
   };
+  if (choices.chance(of + "springs", 15))
+    boundary["spring_constraints"].push_back(
+        {{"nset", side.set}, {"dir", dir}, {"stiffness", 20}, {"damping", 0.5}});
   switch (choices.pick(of + "kind", 8)) {
     case 1:
       return fix(dir, 0);

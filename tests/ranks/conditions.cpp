@@ -78,7 +78,8 @@ std::string scenario(const std::string& mesh) {
                                  {"nset": "ledge", "dir": "y", "sign_n": -1, "friction": 0.5}],
         "acceleration_constraints": [{"file": "accelerated.txt"}],
         "absorbing_constraints": [{"nset_id": 5, "dir": "x", "delta": 10, "h_min": 1, "a": 1,
-                                   "b": 1, "position": "edge"}]}},
+                                   "b": 1, "position": "edge"}],
+        "spring_constraints": [{"nset_id": 5, "dir": "y", "stiffness": 30, "damping": 2}]}},
     "sets": {"nodes": {"ledge": {"box": {"min": [12, 3], "max": [16, 4]}}}},
     "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
                    "poisson_ratio": 0.25}],
@@ -96,12 +97,13 @@ std::string scenario(const std::string& mesh) {
 
 /// The lists of a model, with names.
 void for_each_list(const Model<2>& model, auto&& visit) {
-  visit("velocities", model.node_velocities);
-  visit("frictions", model.node_frictions);
+  visit("velocities", entries_of<NodeVelocity>(model));
+  visit("frictions", entries_of<NodeFriction>(model));
   visit("frames", model.node_frames);
-  visit("forces", model.node_forces);
-  visit("absorptions", model.node_absorptions);
-  visit("accelerations", model.node_accelerations);
+  visit("forces", entries_of<NodeForce>(model));
+  visit("absorptions", entries_of<NodeAbsorption>(model));
+  visit("springs", entries_of<NodeSpring>(model));
+  visit("accelerations", entries_of<NodeAcceleration>(model));
   visit("injections", model.injections.at(0).cells);
 }
 
@@ -143,9 +145,16 @@ void check_patches(const PatchSet<2>& patches, const PatchSet<2>& alone) {
     CHECK(same_entries(a.forces, b.forces, [](const auto& at) {
       return fmt::format("{} {} {} {}", at.node, at.dir, at.force, at.function);
     }));
-    CHECK(same_entries(a.absorbing, b.absorbing, [](const auto& at) {
-      return fmt::format("{} {} {}", at.node, at.normal, at.area);
-    }));
+    using Absorbing = std::vector<ActingNode<2, NodeAbsorption>>;
+    using Springs = std::vector<ActingNode<2, NodeSpring>>;
+    CHECK(same_entries(
+        std::get<Absorbing>(a.acting), std::get<Absorbing>(b.acting), [](const auto& at) {
+          return fmt::format("{} {} {}", at.node, at.condition.normal, at.condition.area);
+        }));
+    CHECK(
+        same_entries(std::get<Springs>(a.acting), std::get<Springs>(b.acting), [](const auto& at) {
+          return fmt::format("{} {} {}", at.node, at.condition.dir, at.condition.stiffness);
+        }));
     CHECK(same_entries(a.injection_cells, b.injection_cells, [](const auto& at) {
       return fmt::format("{} {} {}", at.event, at.cell, at.volume);
     }));
@@ -217,14 +226,15 @@ TEST_CASE("each rank keeps its part of what is said of nodes and cells") {
   const auto even = [&](std::size_t own, double all) {
     return static_cast<double>(own) < 1.1 * all / ranks.size();
   };
-  CHECK(even(model.node_forces.size(), 301 * 201 + 301));
+  CHECK(even(entries_of<NodeForce>(model).size(), 301 * 201 + 301));
   CHECK(even(model.injections[0].x.size(), 300 * 200));
   // The border of the mesh is spread as well, whose ids have a regular distance.
-  const auto left = std::count_if(model.node_velocities.begin(), model.node_velocities.end(),
-                                  [](const NodeVelocity& v) { return v.node % 301 == 0; });
+  const auto left =
+      std::count_if(entries_of<NodeVelocity>(model).begin(), entries_of<NodeVelocity>(model).end(),
+                    [](const NodeVelocity& v) { return v.node % 301 == 0; });
   CHECK(static_cast<double>(left) < 2.0 * 201 / ranks.size() + 10);
   const PatchSet<2> patches(model, 0, node_sum_copies(model.analysis), 1, ranks);
-  CHECK(even(model.node_forces.size(), 301 * 201 + 301));
+  CHECK(even(entries_of<NodeForce>(model).size(), 301 * 201 + 301));
   std::size_t forces = 0;
   for (int p = 0; p < patches.size(); ++p) forces += patches[p].forces.size();
   CHECK(static_cast<double>(forces) < 1.5 * (301 * 201 + 301) / ranks.size());

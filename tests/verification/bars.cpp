@@ -91,7 +91,8 @@ TEST_CASE("a pulse vanishes at a free end, where the velocity doubles") {
   // which moves with 2 p0 / (rho c), then come 5 m of the pulse alone, and nothing behind 12.5 m.
   const double dx = 0.25, p0 = 0.1;
   Model<2> model = bar(dx, 2);
-  std::erase_if(model.node_velocities, [](const NodeVelocity& fixed) { return fixed.dir == 0; });
+  std::erase_if(entries_of<NodeVelocity>(model),
+                [](const NodeVelocity& fixed) { return fixed.dir == 0; });
   std::vector<Index> loaded;
   for (Index p = 0; p < model.particles.size(); ++p)
     if (model.particles.x[static_cast<std::size_t>(p)][0] > length - dx / 2) loaded.push_back(p);

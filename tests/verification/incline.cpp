@@ -29,8 +29,8 @@ Model<Dim> on_incline(Model<Dim> model, const Rotation<Dim>& turn, double fricti
     nodes.push_back(turn * flat.node(n));
     if (flat.node(n)[Dim - 1] > 1e-9) continue;
     model.node_frames.push_back({n, turn});
-    model.node_velocities.push_back({n, Dim - 1, 0.0});
-    if (friction > 0) model.node_frictions.push_back({n, Dim - 1, -1, friction});
+    entries_of<NodeVelocity>(model).push_back({n, Dim - 1, 0.0});
+    if (friction > 0) entries_of<NodeFriction>(model).push_back({n, Dim - 1, -1, friction});
   }
   std::vector<typename Mesh<Dim>::Corners> cells;
   for (Index c = 0; c < flat.n_cells(); ++c) cells.push_back(flat.cell_nodes(c));

@@ -123,7 +123,7 @@ TEST_CASE("a filter of any order gives a particle the velocity that all around i
           alone = static_cast<Index>(p);
       for (Index p = 0; p < model.particles.size(); ++p)
         if (p != alone) others.push_back(p);
-      model.node_velocities.clear();
+      entries_of<NodeVelocity>(model).clear();
       model.particle_velocities = {{others, 0, 0.2}, {others, 1, 0.1}};
       Simulation simulation(std::move(model));
       simulation.advance(3);
@@ -165,7 +165,7 @@ TEST_CASE("the reaction of a body that is pushed is the rate of momentum, and it
         Model<2> model = plate(0.25, -0.5);
         for (auto& entry : model.particle_velocities)
           if (entry.dir == 0) entry.velocity = 0.2;
-        model.node_velocities.clear();
+        entries_of<NodeVelocity>(model).clear();
         model.analysis.functions = kind;
         model.analysis.scheme = scheme;
         model.analysis.transfer.flip = flip;

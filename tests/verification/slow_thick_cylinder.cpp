@@ -70,11 +70,11 @@ void load(Model<2>& model) {
     const Vec<2> half = 0.5 * pressure * Vec<2>(edge[1], -edge[0]);  // outwards from the axis
     for (const Index k : {j, j + 1})
       for (int d = 0; d < 2; ++d)
-        model.node_forces.push_back({.node = node(0, k), .dir = d, .force = half[d]});
+        entries_of<NodeForce>(model).push_back({.node = node(0, k), .dir = d, .force = half[d]});
   }
   for (Index i = 0; i <= n_r; ++i) {
-    model.node_velocities.push_back({node(i, 0), 1, 0});
-    model.node_velocities.push_back({node(i, n_theta), 0, 0});
+    entries_of<NodeVelocity>(model).push_back({node(i, 0), 1, 0});
+    entries_of<NodeVelocity>(model).push_back({node(i, n_theta), 0, 0});
   }
 }
 

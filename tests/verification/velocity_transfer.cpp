@@ -181,9 +181,10 @@ TEST_CASE("a filter of any order gives particles the velocity that all nodes are
       for (const int order : {1, 2, 3, 4}) {
         Model<2> model = standing_wave(
             {.scheme = scheme, .transfer = transfer, .order = order, .relaxation_time = at_once});
-        model.node_velocities.clear();
+        entries_of<NodeVelocity>(model).clear();
         for (Index n = 0; n < model.mesh->n_nodes(); ++n)
-          for (int d = 0; d < 2; ++d) model.node_velocities.push_back({n, d, d == 0 ? 0.3 : 0.0});
+          for (int d = 0; d < 2; ++d)
+            entries_of<NodeVelocity>(model).push_back({n, d, d == 0 ? 0.3 : 0.0});
         model.analysis.remove_leaving_particles = true;
         Simulation simulation(std::move(model));
         simulation.advance(3);

@@ -140,8 +140,9 @@ void check_model(const Model<Dim>& whole, const std::vector<Scenario>& parts) {
       cell[p.id[i]] = p.cell[i];
       volume[p.id[i]] = p.volume[i];
     }
-    for (const NodeVelocity& v : model.node_velocities) velocity[{v.node, v.dir}] = v.velocity;
-    frictions += model.node_frictions.size();
+    for (const NodeVelocity& v : entries_of<NodeVelocity>(model))
+      velocity[{v.node, v.dir}] = v.velocity;
+    frictions += entries_of<NodeFriction>(model).size();
     REQUIRE(model.injections.size() == 1);
     const Injection<Dim>& injection = model.injections[0];
     CHECK(injection.n_cells() == whole.injections[0].n_cells());
@@ -153,10 +154,10 @@ void check_model(const Model<Dim>& whole, const std::vector<Scenario>& parts) {
     }
     injected += injection.cells.size();
   }
-  CHECK(velocity.size() == whole.node_velocities.size());
-  for (const NodeVelocity& v : whole.node_velocities)
+  CHECK(velocity.size() == entries_of<NodeVelocity>(whole).size());
+  for (const NodeVelocity& v : entries_of<NodeVelocity>(whole))
     CHECK(velocity.at({v.node, v.dir}) == v.velocity);
-  CHECK(frictions == whole.node_frictions.size());
+  CHECK(frictions == entries_of<NodeFriction>(whole).size());
   CHECK(injected == whole.injections[0].cells.size());
   CHECK(held == whole.mesh->n_cells());
   const auto& p = whole.particles;
@@ -173,7 +174,7 @@ template <int Dim>
 void check_case(const fs::path& file) {
   const Scenario whole = read_scenario(file, {});
   const auto& model = std::get<Model<Dim>>(whole.model);
-  REQUIRE(!model.node_velocities.empty());
+  REQUIRE(!entries_of<NodeVelocity>(model).empty());
   REQUIRE(!model.injections.empty());
   for (const int size : teams) {
     CAPTURE(size);

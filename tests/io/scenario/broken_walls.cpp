@@ -39,6 +39,22 @@ mpm.json:12:60: error: 'friction' must be at least 0, found -0.3 [/mesh/boundary
           {"nset_id": 7, "dir": 1, "sign_n": -1, "friction": -0.3}]
                                                              ^
 )"},
+    {"springs with impossible values",
+     {conditions(R"("spring_constraints": [
+        {"nset_id": 0, "dir": 1, "damping": -1},
+        {"nset_id": 0, "dir": 2, "stiffness": 5}])")},
+     {},
+     R"(mpm.json:10:9: error: 'stiffness' is missing in a spring constraint [/mesh/boundary_conditions/spring_constraints/0]
+          {"nset_id": 0, "dir": 1, "damping": -1},
+          ^
+  hint: stiffness [N/m]: stiffness of the spring at each node
+mpm.json:10:45: error: 'damping' must be at least 0 [N s/m], found -1 [/mesh/boundary_conditions/spring_constraints/0/damping]
+          {"nset_id": 0, "dir": 1, "damping": -1},
+                                              ^
+mpm.json:11:31: error: 'dir' must be below 2 in two dimensions, found 2 [/mesh/boundary_conditions/spring_constraints/1/dir]
+          {"nset_id": 0, "dir": 2, "stiffness": 5}]
+                                ^
+)"},
     {"absorbing boundaries with impossible values",
      {conditions(R"("absorbing_constraints": [
         {"nset_id": 0, "dir": 0.5, "delta": 0.1, "h_min": 0, "position": "side"},
@@ -168,5 +184,5 @@ angles.txt:5:1: error: node 0 occurs more than once
   hint: file names are relative to the scenario's folder
 )"},
   };
-  check(table, 7);
+  check(table, 8);
 }

@@ -147,7 +147,7 @@ TEST_CASE("a scenario with all defaults filled in is the same scenario") {
           CHECK(model.output.checkpoint_steps == again.output.checkpoint_steps);
           CHECK(model.output.checkpoints_kept == again.output.checkpoints_kept);
           CHECK(model.output.max_frames == again.output.max_frames);
-          CHECK(model.node_velocities.size() == again.node_velocities.size());
+          CHECK(entries_of<NodeVelocity>(model).size() == entries_of<NodeVelocity>(again).size());
         },
         a.model);
   }

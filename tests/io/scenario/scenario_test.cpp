@@ -43,7 +43,7 @@ std::vector<Index> constrained_nodes(const std::string& region) {
                                   {"nset": "s", "dir": "x", "velocity": 0}]})",
                         .sets = R"({"nodes": {"s": )" + region + "}}"});
   std::vector<Index> nodes;
-  for (const auto& c : m.node_velocities) nodes.push_back(c.node);
+  for (const auto& c : entries_of<NodeVelocity>(m)) nodes.push_back(c.node);
   return nodes;
 }
 
@@ -77,7 +77,7 @@ TEST_CASE("nodes that miss a plane by rounding belong to it") {
                 .sets = R"({"nodes": {"s": {"box": {"min": [0.3, 0], "max": [0.3, 1]}}}})"});
   text.replace(text.find("\"cell_size\": 1"), 14, "\"cell_size\": 0.1");
   const auto s = read_scenario_text(text, "");
-  CHECK(std::get<Model<2>>(s.model).node_velocities.size() == 3);
+  CHECK(entries_of<NodeVelocity>(std::get<Model<2>>(s.model)).size() == 3);
 }
 
 TEST_CASE("a polygon in three dimensions is extruded along its axis") {
@@ -211,13 +211,13 @@ TEST_CASE("of several constraints the first wins, of several forces the last, wi
          {"nset": "corner", "dir": 0, "force": 1}, {"nset": "corner", "dir": 1, "force": 2},
          {"nset": "corner", "dir": 0, "force": 3, "math_function_id": "f"}]})",
                         .functions = R"([{"name": "f", "type": "Sin", "x0": 0, "a": 1}])"});
-  REQUIRE(m.node_velocities.size() == 15);
-  CHECK(m.node_velocities[0].velocity == 1);
-  CHECK(m.node_velocities[1].velocity == 2);
-  REQUIRE(m.node_forces.size() == 2);
-  CHECK(m.node_forces[0].force == 3);
-  CHECK(m.node_forces[1].force == 2);
-  CHECK(m.node_forces[1].function == 0);
+  REQUIRE(entries_of<NodeVelocity>(m).size() == 15);
+  CHECK(entries_of<NodeVelocity>(m)[0].velocity == 1);
+  CHECK(entries_of<NodeVelocity>(m)[1].velocity == 2);
+  REQUIRE(entries_of<NodeForce>(m).size() == 2);
+  CHECK(entries_of<NodeForce>(m)[0].force == 3);
+  CHECK(entries_of<NodeForce>(m)[1].force == 2);
+  CHECK(entries_of<NodeForce>(m)[1].function == 0);
 }
 
 TEST_CASE("sets of particles come from regions and generators, and change materials") {

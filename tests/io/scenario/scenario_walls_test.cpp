@@ -53,7 +53,7 @@ TEST_CASE("frictions come from sets and files, in the order in which they are gi
   const auto s = read_scenario_text(scenario(2, R"("friction_constraints": [
         {"nset": "floor", "dir": "y", "sign_n": -1, "friction": 0.1}, {"file": "friction.txt"}])"),
                                     folder.path());
-  const auto& read = std::get<Model<2>>(s.model).node_frictions;
+  const auto& read = entries_of<NodeFriction>(std::get<Model<2>>(s.model));
   REQUIRE(read.size() == 5);
   CHECK(read[1].node == 1);
   CHECK(read[1].normal == 1);
@@ -120,15 +120,15 @@ TEST_CASE("accelerations come from sets and files, with functions of time, the l
         {"file": "shake.txt"}])");
   text.insert(1, R"("math_functions": [{"id": 0, "type": "Sin", "x0": 0, "a": 1}], )");
   const auto s = read_scenario_text(text, folder.path());
-  const auto& read = std::get<Model<2>>(s.model).node_accelerations;
-  REQUIRE(read.size() == 5);
+  const auto& read = entries_of<NodeAcceleration>(std::get<Model<2>>(s.model));
+  REQUIRE(read.size() == 4);
+  CHECK(read[0].node == 0);
+  CHECK(read[0].acceleration == 3);
+  CHECK(read[0].function == 0);
   CHECK(read[1].node == 1);
-  CHECK(read[1].acceleration == 3);
-  CHECK(read[1].function == 0);
-  CHECK(read[3].node == 1);
-  CHECK(read[3].dir == 0);
-  CHECK(read[3].acceleration == 0.5);
-  CHECK(read[3].function == -1);
+  CHECK(read[1].dir == 0);
+  CHECK(read[1].acceleration == 0.5);
+  CHECK(read[1].function == -1);
 }
 
 TEST_CASE("areas of absorbing nodes follow from the cell and their place") {
@@ -139,9 +139,9 @@ TEST_CASE("areas of absorbing nodes follow from the cell and their place") {
     const auto s = read_scenario_text(text, "");
     return std::visit(
         [](const auto& model) {
-          CHECK(model.analysis.absorbs);
-          REQUIRE(!model.node_absorptions.empty());
-          const NodeAbsorption& at = model.node_absorptions.back();
+          CHECK(model.analysis.takes_means);
+          REQUIRE(!entries_of<NodeAbsorption>(model).empty());
+          const NodeAbsorption& at = entries_of<NodeAbsorption>(model).back();
           CHECK(at.normal == 1);
           CHECK(at.delta == 5);
           CHECK(at.a == 1);
@@ -165,6 +165,7 @@ TEST_CASE("file names may be relative to another folder") {
   std::ofstream(file) << scenario(2, R"("friction_constraints": [{"file": "friction.txt"}])");
   ScenarioOptions options;
   options.folder = folder.path();
-  CHECK(std::get<Model<2>>(read_scenario(file, options).model).node_frictions.size() == 1);
+  CHECK(entries_of<NodeFriction>(std::get<Model<2>>(read_scenario(file, options).model)).size() ==
+        1);
   CHECK_THROWS_AS(read_scenario(file), InputError);
 }

@@ -110,12 +110,12 @@ void check_model(const Model<Dim>& whole, const std::vector<Scenario>& parts) {
   for (const Scenario& part : parts) {
     const auto& model = std::get<Model<Dim>>(part.model);
     CHECK(static_cast<double>(model.particles.x.size()) <= 1.1 * even + 100);
-    velocities += model.node_velocities.size();
-    forces += model.node_forces.size();
+    velocities += entries_of<NodeVelocity>(model).size();
+    forces += entries_of<NodeForce>(model).size();
     CHECK(model.output.folder == whole.output.folder);
   }
-  CHECK(velocities == whole.node_velocities.size());
-  CHECK(forces == whole.node_forces.size());
+  CHECK(velocities == entries_of<NodeVelocity>(whole).size());
+  CHECK(forces == entries_of<NodeForce>(whole).size());
 }
 
 // Read a scenario alone and by teams, and compare. Returns what one process alone reads.

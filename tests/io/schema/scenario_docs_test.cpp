@@ -206,7 +206,7 @@ TEST_CASE("the example of the reference runs as it stands") {
   const auto& m = std::get<Model<2>>(s.model);
   CHECK(m.particles.size() == 400);
   CHECK(m.particles.volume[0] == doctest::Approx(0.0025));
-  CHECK(m.node_velocities.size() == 21);
+  CHECK(entries_of<NodeVelocity>(m).size() == 21);
   CHECK(s.warnings.empty());
   CHECK(fs::path(m.output.folder) == fs::path("results/block-on-the-floor"));
 }

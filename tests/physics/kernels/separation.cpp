@@ -168,8 +168,9 @@ TEST_CASE("what holds a node in a step does so no longer in the next") {
   f.patch.driven.resize(1);
   f.patch.driven[0].node = 7;
   f.patch.driven[0].driven = {false, true};
-  f.patch.absorbing.resize(1);
-  f.patch.absorbing[0].node = 9;
+  auto& absorbing = std::get<std::vector<ActingNode<2, NodeAbsorption>>>(f.patch.acting);
+  absorbing.resize(1);
+  absorbing[0].node = 9;
   find_held_nodes(f.patch, f.context());
   const std::array<double, 3> all{1, 1, 1}, second{0, 1, 1}, none{0, 0, 0};
   CHECK(held(3) == all);
@@ -179,7 +180,7 @@ TEST_CASE("what holds a node in a step does so no longer in the next") {
   CHECK(held(4) == none);
   f.patch.contact.meetings.clear();
   f.patch.driven.clear();
-  f.patch.absorbing.clear();
+  absorbing.clear();
   find_held_nodes(f.patch, f.context());
   for (const Local i : {3, 5, 7, 9}) CHECK(held(i) == none);
 }

@@ -134,7 +134,7 @@ TEST_CASE("restart: loads travel with particles, and particles that left stay aw
   model.functions = {{.kind = MathFunction::Kind::linear, .x = {0, 0.1}, .f = {0, 1}}};
   model.tractions = {push};
   model.particle_velocities = {drag};
-  model.node_forces = {{.node = 210, .dir = 0, .force = 2.0, .function = -1}};
+  entries_of<NodeForce>(model) = {{.node = 210, .dir = 0, .force = 2.0, .function = -1}};
   check_restart(model, 30, 60);
   model.analysis.drives_nodes = true;
   check_restart(model, 30, 60);

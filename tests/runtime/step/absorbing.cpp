@@ -66,10 +66,11 @@ void check_one_step() {
   Model<Dim> model = scattered<Dim>();
   // A side of the mesh, its normal along x, and one node that has a second boundary.
   for (Index n = 0; n < model.mesh->n_nodes(); ++n)
-    if (model.mesh->node(n)[0] == 0) model.node_absorptions.push_back({n, 0, 0.25, 5, 1.2, 0.8});
-  const Index corner = model.node_absorptions.front().node;
-  model.node_absorptions.push_back({corner, 1, 0.5, 2, 1, 1});
-  model.analysis.absorbs = true;
+    if (model.mesh->node(n)[0] == 0)
+      entries_of<NodeAbsorption>(model).push_back({n, 0, 0.25, 5, 1.2, 0.8});
+  const Index corner = entries_of<NodeAbsorption>(model).front().node;
+  entries_of<NodeAbsorption>(model).push_back({corner, 1, 0.5, 2, 1, 1});
+  model.analysis.takes_means = true;
 
   const double E = 2e5, nu = 0.3, M = E * (1 - nu) / ((1 + nu) * (1 - 2 * nu));
   CHECK(shear_wave_modulus(model.materials[0].law) == doctest::Approx(E / 2 / (1 + nu)));
@@ -77,7 +78,7 @@ void check_one_step() {
   const double c_s[] = {std::sqrt(E / 2 / (1 + nu) / 1000), std::sqrt(1e6 / 2.4 / 1800)};
   const ParticleTable<Dim> p = model.particles;
   std::map<Index, NodeMeans<Dim>> nodes;
-  for (const auto& at : model.node_absorptions) {
+  for (const auto& at : entries_of<NodeAbsorption>(model)) {
     NodeMeans<Dim> mean;
     for (std::size_t i = 0; i < p.x.size(); ++i) {
       const double m = p.mass[i] * function_of(model, at.node, p.x[i]);
@@ -91,7 +92,7 @@ void check_one_step() {
     nodes[at.node] = mean;
   }
   std::map<Index, Vec<Dim>> force;
-  for (const auto& at : model.node_absorptions) {
+  for (const auto& at : entries_of<NodeAbsorption>(model)) {
     const NodeMeans<Dim>& sum = nodes[at.node];
     const double rho = sum.rho / sum.m;
     Vec<Dim>& f = force.try_emplace(at.node, Vec<Dim>::Zero()).first->second;
@@ -135,8 +136,9 @@ TEST_CASE("absorbing nodes: the work of springs and dashpots balances the energy
   // Springs alone, nearly: a soft boundary swings, and history says where the energy is.
   Model<2> model = scattered<2>();
   for (Index n = 0; n < model.mesh->n_nodes(); ++n)
-    if (model.mesh->node(n)[0] == 0) model.node_absorptions.push_back({n, 0, 0.05, 5, 0.5, 0.5});
-  model.analysis.absorbs = true;
+    if (model.mesh->node(n)[0] == 0)
+      entries_of<NodeAbsorption>(model).push_back({n, 0, 0.05, 5, 0.5, 0.5});
+  model.analysis.takes_means = true;
   model.analysis.nsteps = 100;
   Simulation simulation(model, serial());
   simulation.advance(100);
@@ -160,8 +162,8 @@ TEST_CASE("absorbing nodes: a dashpot stops a node, however light, and does not 
   for (Index n = 0; n < model.mesh->n_nodes(); ++n)
     if (model.mesh->node(n)[0] == 0)
       for (int entry = 0; entry < 2; ++entry)
-        model.node_absorptions.push_back({n, 0, 0.5, 5, 1e9, 1e9});
-  model.analysis.absorbs = true;
+        entries_of<NodeAbsorption>(model).push_back({n, 0, 0.5, 5, 1e9, 1e9});
+  model.analysis.takes_means = true;
   Simulation simulation(model, serial());
   simulation.advance(1);
   const Frame first = simulation.frame();
@@ -185,9 +187,9 @@ TEST_CASE("nodes that are all accelerated move their particles as the function o
   sine.a = 30;
   model.functions.push_back(sine);
   for (Index n = 0; n < model.mesh->n_nodes(); ++n) {
-    model.node_accelerations.push_back({n, 0, 7.0});
-    model.node_accelerations.push_back({n, 0, 2.0, 0});  // the last wins
-    model.node_accelerations.push_back({n, 1, -0.5});
+    entries_of<NodeAcceleration>(model).push_back({n, 0, 7.0});
+    entries_of<NodeAcceleration>(model).push_back({n, 0, 2.0, 0});  // the last wins
+    entries_of<NodeAcceleration>(model).push_back({n, 1, -0.5});
   }
   for (auto& v : model.particles.velocity) v = Vec<2>(0.1, 0);  // together: without stress
   for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {

@@ -275,7 +275,7 @@ TEST_CASE("all copies of a shared node have the same mass, velocity and accelera
       Model<2> discs = two_discs();
       discs.analysis.scheme = scheme;
       discs.analysis.damping = 0.05;
-      discs.node_forces = {{.node = 210, .dir = 0, .force = 2.0, .function = -1}};
+      entries_of<NodeForce>(discs) = {{.node = 210, .dir = 0, .force = 2.0, .function = -1}};
       check_copies(discs, rings, 20);
       Model<3> water = dam_break_3d();
       water.analysis.scheme = scheme;

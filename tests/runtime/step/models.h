@@ -115,31 +115,36 @@ inline Model<2> jet(const std::string& scheme, bool adaptive) {
 /// every third node, with axes that are turned there.
 template <int Dim>
 Model<Dim> with_walls(Model<Dim> model) {
-  for (const NodeVelocity& fixed : model.node_velocities)
-    model.node_frictions.push_back({fixed.node, fixed.dir, -1, 0.3});
+  for (const NodeVelocity& fixed : entries_of<NodeVelocity>(model))
+    entries_of<NodeFriction>(model).push_back({fixed.node, fixed.dir, -1, 0.3});
   Eigen::Matrix<double, Dim, Dim> turn = Eigen::Matrix<double, Dim, Dim>::Identity();
   turn(0, 0) = turn(1, 1) = std::cos(0.4);
   turn(1, 0) = std::sin(0.4);
   turn(0, 1) = -turn(1, 0);
   for (Index n = 0; n < model.mesh->n_nodes(); n += 3) {
-    model.node_frictions.push_back({n, 1, n % 2 == 0 ? 1 : -1, 0.2});
-    const auto fixed = std::any_of(model.node_velocities.begin(), model.node_velocities.end(),
-                                   [&](const NodeVelocity& v) { return v.node == n; });
+    entries_of<NodeFriction>(model).push_back({n, 1, n % 2 == 0 ? 1 : -1, 0.2});
+    const auto fixed =
+        std::any_of(entries_of<NodeVelocity>(model).begin(), entries_of<NodeVelocity>(model).end(),
+                    [&](const NodeVelocity& v) { return v.node == n; });
     if (!fixed) model.node_frames.push_back({n, turn});
   }
   return model;
 }
 
-/// Every third node absorbs waves, a little, in one direction or another.
+/// Every third node absorbs waves, a little, in one direction or another; some are on springs.
 template <int Dim>
 Model<Dim> with_absorbing(Model<Dim> model) {
   const double h = model.mesh->cell_size(0);
   const double area = 1e-4 * (Dim == 2 ? h : h * h);  // nodes of little mass bear no more
   for (Index n = 0; n < model.mesh->n_nodes(); n += 3)
-    model.node_absorptions.push_back({n, static_cast<int>(n % Dim), area, 20 * h, 1.0, 0.7});
+    entries_of<NodeAbsorption>(model).push_back(
+        {n, static_cast<int>(n % Dim), area, 20 * h, 1.0, 0.7});
   for (Index n = 0; n < model.mesh->n_nodes(); n += 7)  // beside others
-    model.node_absorptions.push_back({n, static_cast<int>(n % Dim), 2 * area, 10 * h, 0.9, 1.0});
-  model.analysis.absorbs = true;
+    entries_of<NodeAbsorption>(model).push_back(
+        {n, static_cast<int>(n % Dim), 2 * area, 10 * h, 0.9, 1.0});
+  for (Index n = 1; n < model.mesh->n_nodes(); n += 6)
+    entries_of<NodeSpring>(model).push_back({n, static_cast<int>(n % Dim), 2.0, 0.01});
+  model.analysis.takes_means = true;
   return model;
 }
 

@@ -283,7 +283,7 @@ TEST_CASE("loads and prescribed velocities that travel with particles give the s
   model.functions = {{.kind = MathFunction::Kind::linear, .x = {0, 0.1}, .f = {0, 1}}};
   model.tractions = {push};
   model.particle_velocities = {drag};
-  model.node_forces = {{.node = 210, .dir = 0, .force = 2.0, .function = -1}};
+  entries_of<NodeForce>(model) = {{.node = 210, .dir = 0, .force = 2.0, .function = -1}};
   check_all_ways(model, other_ways());
   for (const Scheme scheme : schemes) {
     Model<2> driven = model;

@@ -45,7 +45,7 @@ std::vector<Analysis> every_option_and_contact() {
   for (const Analysis& analysis : every_option(2)) all.push_back(analysis);
   for (std::size_t k = all.size(); k-- > 0;) {
     all.push_back(all[k]);
-    all.back().absorbs = true;
+    all.back().takes_means = true;
   }
   for (std::size_t k = all.size(); k-- > 0;) {
     all.push_back(all[k]);
@@ -270,7 +270,7 @@ TEST_CASE("sums have two copies where nothing keeps a patch from overtaking its 
           (analysis.scheme == Scheme::musl || analysis.pressure_smoothing ? 1 : 0));
     CHECK(of(NodeSum::pressure) == of(NodeSum::momentum));
     CHECK(of(NodeSum::gradient) == (analysis.contact.bodies > 1 ? 1 : 0));
-    CHECK(of(NodeSum::displacement) == (analysis.absorbs ? 1 : 0));
+    CHECK(of(NodeSum::displacement) == (analysis.takes_means ? 1 : 0));
     CHECK(of(NodeSum::waves) == of(NodeSum::displacement));
     CHECK(of(NodeSum::prescribed_mass) == (analysis.drives_nodes ? 1 : 0));
     CHECK(of(NodeSum::prescribed_momentum) == of(NodeSum::prescribed_mass));

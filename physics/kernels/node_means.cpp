@@ -1,10 +1,11 @@
-// Kernels of absorbing boundaries (absorbing_node.h): what their nodes take from particles.
+// Means of particles around nodes, which conditions of nodes take (NodeMeans).
 #include <cmath>
 
 #include "physics/basis/any_basis.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/materials/law.h"
+#include "physics/particles/node_sums.h"
 
 namespace lahar {
 
@@ -45,15 +46,15 @@ void scatter(const Basis& basis, const Patch<Dim>& patch, const ParticleBin& bin
 }  // namespace
 
 template <int Dim>
-void map_waves(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  if (patch.absorbing.empty()) return;
+void map_means(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  if (!patch.takes_means()) return;
   static_assert(sum_array(NodeSum::displacement) == sum_array(NodeSum::waves));
   static_assert(sum_offset(NodeSum::displacement) == 0);
   double* sums = patch.own_sums(NodeSum::displacement, step.step);
   for_each_bin_with_basis(
       patch, bins,
       [&](const ParticleBin& bin) {
-        return patch.absorbing_cells[static_cast<std::size_t>(bin.cell)] != 0;
+        return patch.cells_of_means[static_cast<std::size_t>(bin.cell)] != 0;
       },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         scatter(basis, patch, bin, nodes, WaveSpeeds(step.model->materials[bin.material]), sums);
@@ -61,13 +62,39 @@ void map_waves(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
 }
 
 template <int Dim>
-void clear_waves(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  if (!patch.absorbing.empty()) clear_sums_with(patch, step, NodeSum::displacement);
+void clear_means(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.takes_means()) clear_sums_with(patch, step, NodeSum::displacement);
+}
+
+template <int Dim>
+void set_node_means(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (!patch.takes_means() || patch.active_nodes.empty()) return;
+  const SumOverPatches<Dim, SumLine> sums(patch, NodeSum::displacement, step.step);  // and waves
+  const auto set = [&](Local node, NodeMeans<Dim>& means) {
+    means = {};
+    if (!patch.node_is_active[static_cast<std::size_t>(node)]) return;
+    const SumLine sum = sums.at(node);
+    double u[node_width], waves[node_width];
+    store(first_of(sum), u);
+    store(second_of(sum), waves);
+    if (!more_than(waves[mass_lane], patch.least_mass)) return;
+    const double per_mass = 1.0 / waves[mass_lane];
+    means.mass = waves[mass_lane];
+    means.compression = waves[0] * per_mass;
+    means.shear = waves[1] * per_mass;
+    means.density = waves[2] * per_mass;
+    for (int d = 0; d < Dim; ++d) means.displacement[d] = u[d] * per_mass;
+  };
+  for_each_acting_list(patch.acting, [&]<class T>(std::vector<ActingNode<Dim, T>>& list) {
+    if (takes_means<T>)
+      for (auto& at : list) set(at.node, at.means);
+  });
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                      \
-  template void map_waves<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
-  template void clear_waves<Dim>(Patch<Dim>&, const StepContext<Dim>&);
+  template void map_means<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  template void clear_means<Dim>(Patch<Dim>&, const StepContext<Dim>&);             \
+  template void set_node_means<Dim>(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

@@ -1,0 +1,226 @@
+// Conditions of nodes, from the table of physics/boundary/conditions.h. What one of them reads,
+// refuses or warns about that the table does not say is here too.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <span>
+
+#include "io/mesh/node_files.h"
+#include "io/scenario/scenario_builder.h"
+
+namespace lahar {
+
+namespace {
+
+/// What a value of the scenario sets; false if it is missing or bad, which was reported.
+template <class T>
+bool read_value(const JsonValue& object, const Parameter<T>& p, T& entry, bool by_preset) {
+  if (p.flag) {
+    entry.*p.flag = get_bool(object, p.key).value_or(p.by_preset && by_preset);
+    return true;
+  }
+  if (p.sign) {
+    entry.*p.sign = static_cast<int>(get_integer(object, p.key).value_or(0));
+    return entry.*p.sign != 0;
+  }
+  if (p.choice) {
+    const auto text = get_text(object, p.key);
+    if (!text) return false;
+    const auto at = std::find(p.choices.begin(), p.choices.end(), *text);
+    entry.*p.choice = static_cast<int>(at - p.choices.begin());
+    return true;
+  }
+  const auto value = get_number(object, p.key);
+  entry.*p.number = value.value_or(p.fallback);
+  return value || (!p.required && !written(object, p.key));
+}
+
+template <class T>
+std::vector<NodeColumn> columns_of() {
+  static_assert(std::all_of(T::parameters.begin(), T::parameters.end(),
+                            [](const auto& p) { return p.bound <= Bound::not_negative; }));
+  std::vector<NodeColumn> columns;
+  for (const auto& p : T::parameters) {
+    if (!p.required) continue;
+    if (p.sign)
+      columns.push_back({std::string(p.key), Bound::none, true, fmt::format("the {}", p.help)});
+    else
+      columns.push_back({fmt::format("the {}", p.help), p.bound});
+  }
+  return columns;
+}
+
+template <class T>
+std::vector<std::string_view> keys_beside_file() {
+  std::vector<std::string_view> keys{"dir"};
+  for (const auto& p : T::parameters)
+    if (p.required) keys.push_back(p.key);
+  return keys;
+}
+
+}  // namespace
+
+template <int Dim>
+template <class T>
+void ScenarioBuilder<Dim>::add_file_of(const JsonValue& object, std::string_view key,
+                                       int function) {
+  static_assert(T::parameters.size() <= NodeRow::most_values);
+  const auto file = in_.open(object, key);
+  if (!file) return;
+  const auto rows = read_node_rows(*file, columns_of<T>(), {n_nodes(), Dim}, team_, in_.problems);
+  if (!rows) return;
+  for (const NodeRow& row : *rows) {
+    T entry{};
+    entry.node = row.node;
+    entry.*T::direction.member = row.dir;
+    if constexpr (HasFunction<T>) entry.function = function;
+    auto value = row.values.begin();
+    for (const auto& p : T::parameters) {
+      if (p.by_preset) entry.*p.flag = in_.cbgeo_defaults;
+      if (!p.required) continue;
+      if (p.sign) entry.*p.sign = static_cast<int>(*value++);
+      if (p.number) entry.*p.number = *value++;
+    }
+    entries_of<T>(model_).push_back(entry);
+  }
+}
+
+template <int Dim>
+template <class T>
+void ScenarioBuilder<Dim>::add_set_of(const JsonValue& object, int function) {
+  T entry{};
+  bool complete = true;
+  if constexpr (HasDirection<T>) {
+    const auto dir = direction_of(object);
+    entry.*T::direction.member = dir.value_or(0);
+    complete = dir.has_value();
+  }
+  if constexpr (HasFunction<T>) entry.function = function;
+  for (const auto& p : T::parameters) {
+    if (p.sign && get_integer(object, p.key) == 0)
+      in_.error(*object.find(p.key), fmt::format("'{}' must be 1 or -1, found 0", p.key),
+                fmt::format("the {}", p.help));
+    complete = read_value(object, p, entry, in_.cbgeo_defaults) && complete;
+  }
+  if constexpr (requires { entry.problems(Dim); }) {
+    if (complete)
+      for (const ConditionProblem& problem : entry.problems(Dim))
+        in_.error(*object.find(problem.key), problem.message, problem.hint);
+  }
+  if constexpr (requires { entry.derive(Dim); }) entry.derive(Dim);
+  const auto nodes = members(object, "nset_id", "nset", sets_.nodes);
+  if (!complete || !nodes) return;
+  for (const Index node : *nodes) {
+    entry.node = node;
+    entries_of<T>(model_).push_back(entry);
+  }
+}
+
+template <int Dim>
+template <class T>
+void ScenarioBuilder<Dim>::add_entry_of(const JsonValue& object) {
+  const auto function = [&] { return HasFunction<T> ? find_function(object) : -1; };
+  if constexpr (is_from_file<T>) {
+    if (from_file(object, keys_beside_file<T>())) {
+      if constexpr (requires { T::constant_in_files; }) {
+        if (const JsonValue* at = object.find("math_function_id"))
+          in_.error(*at, "'math_function_id' does not go together with 'file'",
+                    std::string(T::constant_in_files));
+        return add_file_of<T>(object, "file");
+      }
+      return add_file_of<T>(object, "file", function());
+    }
+  }
+  add_set_of<T>(object, function());
+}
+
+template <int Dim>
+template <class T>
+void ScenarioBuilder<Dim>::refuse_excluded(const JsonValue& at, std::span<const T> entries) {
+  const auto& others = entries_of<typename T::Excludes>(model_);  // by node and direction
+  constexpr Index none = std::numeric_limits<Index>::max();
+  Index first = none;  // of all members
+  for (const T& entry : entries) {
+    const auto place = place_of(entry);
+    const auto other =
+        std::lower_bound(others.begin(), others.end(), place,
+                         [](const auto& o, const auto& key) { return place_of(o) < key; });
+    if (other != others.end() && place_of(*other) == place)
+      first = std::min(first, place.first * Dim + place.second);
+  }
+  first = -team_.max(-first);
+  if (first != none)
+    in_.error(at,
+              fmt::format("node {} has {} in direction {} as well", first / Dim, T::excluded,
+                          first % Dim),
+              "prescribe one of them");
+}
+
+template <int Dim>
+template <class T>
+void ScenarioBuilder<Dim>::build_condition() {
+  const JsonValue& where = is_load<T> ? section("external_loading_conditions") : boundary();
+  auto& list = entries_of<T>(model_);
+  std::size_t first = 0;
+  const auto finish = [&](const JsonValue& entry) {
+    if constexpr (std::is_same_v<T, NodeFriction>)
+      friction_entries_.push_back({&entry, first, list.size()});
+    if constexpr (requires { typename T::Excludes; })
+      refuse_excluded<T>(entry, std::span<const T>(list).subspan(first));
+    first = list.size();
+  };
+  if constexpr (requires { T::older_file_form; }) {
+    if (is_file_name(T::key)) {
+      add_file_of<T>(boundary(), T::key);
+      finish(*boundary().find(T::key));
+    }
+  }
+  auto entries = get_list(where, T::key);
+  if (const JsonValue* one = where.find(T::key); one && one->template is<JsonValue::Object>())
+    entries = {one};
+  for (const JsonValue* entry : entries) {
+    add_entry_of<T>(*entry);
+    finish(*entry);
+  }
+  combine(list);
+  if (takes_means<T> && team_.any(!list.empty())) model_.analysis.takes_means = true;
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_conditions() {
+  for_each_condition([&]<class T>() { build_condition<T>(); });
+  join_forces();
+  build_walls();
+  if (const auto file = in_.open(boundary(), "nodal_euler_angles"))
+    if (auto frames = read_angle_file<Dim>(*file, n_nodes(), team_, in_.problems))
+      model_.node_frames = std::move(*frames);
+}
+
+// As in the reference, a node has one function, that of the last force given for it, and the last
+// force of a direction replaces the ones before.
+template <int Dim>
+void ScenarioBuilder<Dim>::join_forces() {
+  auto& out = entries_of<NodeForce>(model_);
+  std::stable_sort(out.begin(), out.end(),
+                   [](const auto& a, const auto& b) { return a.node < b.node; });
+  std::vector<NodeForce> kept;
+  for (std::size_t i = 0; i < out.size();) {
+    std::size_t end = i;
+    while (end < out.size() && out[end].node == out[i].node) ++end;
+    for (int d = 0; d < Dim; ++d)
+      for (std::size_t k = end; k-- > i;)
+        if (out[k].dir == d) {
+          kept.push_back(out[k]);
+          kept.back().function = out[end - 1].function;
+          break;
+        }
+    i = end;
+  }
+  out = std::move(kept);
+}
+
+template void ScenarioBuilder<2>::build_conditions();
+template void ScenarioBuilder<3>::build_conditions();
+
+}  // namespace lahar

@@ -1,0 +1,179 @@
+// Boundary conditions: the keys of those in the table (physics/boundary/conditions.h), and of what
+// else holds or moves nodes and particles.
+#include "io/schema/fields_parameter.h"
+#include "physics/boundary/conditions.h"
+
+namespace lahar {
+
+namespace {
+
+template <class T>
+inline constexpr bool has_older_form = false;
+template <class T>
+requires T::older_file_form inline constexpr bool has_older_form<T> = true;
+
+template <class T>
+std::vector<Field> fields_of() {
+  std::vector<Field> fields = {
+      {.key = "nset_id",
+       .kinds = id,
+       .help = "node set: an id of entity_sets, -1 for all nodes, or a name of sets.nodes",
+       .min = -1},
+      {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true}};
+  if constexpr (HasDirection<T>)
+    fields.push_back({.key = "dir",
+                      .kinds = direction,
+                      .help = T::direction.help,
+                      .required = !is_from_file<T>});
+  std::string row = "file of lines `node dir";
+  for (const auto& p : T::parameters) {
+    fields.push_back(field_of(p));
+    if (is_from_file<T>) fields.back().required = false;
+    fields.back().native = p.by_preset || T::native;
+    if (p.required) row += fmt::format(" {}", p.key);
+  }
+  if constexpr (HasFunction<T>)
+    fields.push_back(
+        {.key = "math_function_id",
+         .kinds = id,
+         .help = "factor over time: an id of math_functions or a name; default constant",
+         .min = 0});
+  if (is_from_file<T>)
+    fields.push_back({.key = "file", .kinds = file, .help = kept_text(row + "`")});
+  return fields;
+}
+
+template <class T>
+const Section& section_of() {
+  static const Section section{
+      .name = T::name,
+      .path = kept_text(fmt::format(
+          "{}.{}[]", is_load<T> ? "external_loading_conditions" : "mesh.boundary_conditions",
+          T::key)),
+      .help = T::help,
+      .fields = fields_of<T>()};
+  return section;
+}
+
+const Section& wall_section() {
+  static const Section section{
+      .name = "a wall",
+      .path = "mesh.boundary_conditions.walls[]",
+      .help =
+          "A rigid wall at rest through a set of nodes. It pushes and does not pull: material may "
+          "leave it, and slides on it with Coulomb friction. A node may lie on several walls along "
+          "different axes. Use velocity constraints for symmetry planes and fixed ends.",
+      .fields = {
+          {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
+          {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
+          {.key = "normal",
+           .kinds = vector,
+           .help = "direction from the wall into the material, along an axis: [0, 1] for a floor",
+           .required = true,
+           .native = true},
+          {.key = "friction",
+           .kinds = number | text,
+           .help =
+               "friction coefficient, or \"rough\": material does not slide while it is pressed "
+               "against the wall",
+           .unit = "-",
+           .fallback = "0",
+           .native = true},
+      }};
+  return section;
+}
+
+const Section& particle_velocity_section() {
+  static const Section section{
+      .name = "a particle velocity constraint",
+      .path = "mesh.boundary_conditions.particles_velocity_constraints[]",
+      .help =
+          "A prescribed velocity component of a set of particles. The particles move exactly with "
+          "it, as a rigid body, and drive the nodes around them. Other material there sticks to "
+          "them. With analysis.preset \"cbgeo\" the velocity is set at the end of every step, and "
+          "particles move with nodes on which the constraint does not act.",
+      .fields = {
+          {.key = "pset_id",
+           .kinds = id,
+           .help = "particle set: an id, -1 for all, or a name of "
+                   "sets.particles",
+           .min = -1},
+          {.key = "pset", .kinds = id, .help = "the same as pset_id", .min = -1, .native = true},
+          {.key = "dir", .kinds = direction, .help = "direction", .required = true},
+          {.key = "velocity", .kinds = number, .help = "velocity", .unit = "m/s", .required = true},
+      }};
+  return section;
+}
+
+}  // namespace
+
+std::vector<Field> condition_fields(bool loads) {
+  std::vector<Field> fields;
+  for_each_condition([&]<class T>() {
+    if (is_load<T> == loads)
+      fields.push_back({.key = T::key,
+                        .kinds = list | (loads               ? object
+                                         : has_older_form<T> ? file
+                                                             : 0u),
+                        .help = T::summary,
+                        .section = section_of<T>,
+                        .native = T::native});
+  });
+  return fields;
+}
+
+namespace {
+
+std::vector<Field> boundary_fields() {
+  std::vector<Field> fields = condition_fields(false);
+  const std::vector<Field> others = {
+      {.key = "walls",
+       .kinds = list,
+       .help = "rigid walls that push and do not pull",
+       .section = wall_section,
+       .native = true},
+      {.key = "nodal_euler_angles",
+       .kinds = file,
+       .help = "rotated frames of nodes, in which their velocity and "
+               "friction constraints act: lines `node alpha beta "
+               "[gamma]` in radians"},
+      {.key = "particles_velocity_constraints",
+       .kinds = list,
+       .help = "prescribed particle velocities",
+       .section = particle_velocity_section},
+      {.key = "displacement_constraints",
+       .kinds = any,
+       .help = "for implicit analyses (dialect of the fork)",
+       .support = Support::planned},
+      {.key = "cohesion_constraints",
+       .kinds = any,
+       .help = "adhesion of nodes to a wall (dialect of the fork)",
+       .support = Support::planned},
+      {.key = "adhesion_constraints",
+       .kinds = any,
+       .help = "adhesion of nodes to a wall (dialect of the fork)",
+       .support = Support::planned},
+      {.key = "pressure_constraints",
+       .kinds = any,
+       .help = "pressures of nodes (dialect of the fork)",
+       .support = Support::planned},
+      {.key = "pore_pressure_constraints",
+       .kinds = any,
+       .help = "pressures of nodes, from files (dialect of the fork)",
+       .support = Support::planned},
+  };
+  fields.insert(fields.end(), others.begin(), others.end());
+  return fields;
+}
+
+}  // namespace
+
+const Section& boundary_section() {
+  static const Section section{.name = "mesh.boundary_conditions",
+                               .path = "mesh.boundary_conditions",
+                               .help = "Constraints on nodes and particles.",
+                               .fields = boundary_fields()};
+  return section;
+}
+
+}  // namespace lahar
