@@ -1,4 +1,4 @@
-/// \file Typed access to values that the field tables have checked.
+/// \file Typed access to values that the key tables have checked.
 #pragma once
 
 #include <optional>

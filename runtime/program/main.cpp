@@ -16,7 +16,7 @@
 #include "io/base/text.h"
 #include "io/results/compare.h"
 #include "io/results/export.h"
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 #include "runtime/bench/bench_command.h"
 #include "runtime/bench/bench_locate.h"
 #include "runtime/bench/bench_ranks.h"

@@ -1,5 +1,5 @@
 // Tables of the mesh, its boundary conditions, sets and regions.
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 
 namespace lahar {
 
@@ -12,7 +12,7 @@ const Section& structured_section() {
       .help =
           "A grid of equal boxes, in place of a mesh file. Two of `cell_size`, `extent` and "
           "`counts` define its size. Cell (i, j, k) has the id i + nx (j + ny k).",
-      .fields = {
+      .keys = {
           {.key = "origin",
            .kinds = vector,
            .help = "lowest corner",
@@ -49,7 +49,7 @@ const Section& node_type_section() {
   static const Section section{.name = "an entry of node_types",
                                .path = "mesh.nonlocal_mesh_properties.node_types[]",
                                .help = "Position of nodes in the mesh along an axis.",
-                               .fields = {
+                               .keys = {
                                    {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
                                    {.key = "dir", .kinds = direction, .help = "direction"},
                                    {.key = "type",
@@ -68,7 +68,7 @@ const Section& nonlocal_section() {
           "Settings of splines (ED2Q4P2B, ED3H8P2B) in the dialect of the fork. They have no "
           "effect here, because the mesh determines all of them. Splines end at the border of the "
           "mesh. They sum to one and reproduce linear fields there.",
-      .fields = {
+      .keys = {
           {.key = "type",
            .kinds = text,
            .help = "kind of functions",
@@ -90,7 +90,7 @@ const Section& stresses_section() {
       .path = "mesh.particles_stresses",
       .help = "Initial stresses as an object (dialect of the fork).",
       .discriminator = "type",
-      .fields = {
+      .keys = {
           {.key = "type",
            .kinds = text,
            .help = "source of the stresses",
@@ -114,7 +114,7 @@ const Section& mesh_section() {
       .name = "mesh",
       .path = "mesh",
       .help = "The background mesh: `mesh` (a file) or `structured`.",
-      .fields = {
+      .keys = {
           {.key = "mesh",
            .kinds = file,
            .help = "mesh file: `nnodes ncells`, a line of coordinates "
@@ -227,7 +227,7 @@ const Section& velocity_constraint_section() {
           "A prescribed velocity component of a set of nodes, or a `file` of lines `node dir "
           "velocity`. Entries on the same node combine. The first entry for a node and direction "
           "wins.",
-      .fields = {
+      .keys = {
           {.key = "nset_id",
            .kinds = id,
            .help = "node set: an id of entity_sets, -1 for all "
@@ -253,7 +253,7 @@ const Section& friction_section() {
           "velocity constraint along the normal holds the node in both directions, and friction "
           "acts where the acceleration presses the node against the wall. The last entry for a "
           "node and direction wins.",
-      .fields = {
+      .keys = {
           {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
           {.key = "dir", .kinds = direction, .help = "normal direction in the node's frame"},
@@ -285,7 +285,7 @@ const Section& wall_section() {
           "A rigid wall at rest through a set of nodes. It pushes and does not pull: material may "
           "leave it, and slides on it with Coulomb friction. A node may lie on several walls along "
           "different axes. Use velocity constraints for symmetry planes and fixed ends.",
-      .fields = {
+      .keys = {
           {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
           {.key = "normal",
@@ -314,7 +314,7 @@ const Section& acceleration_section() {
           "the base in an earthquake; or a `file` of lines `node dir acceleration` (dialect of the "
           "fork). The last entry for a node and direction wins. A prescribed velocity in the same "
           "direction is an error.",
-      .fields = {
+      .keys = {
           {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
           {.key = "dir", .kinds = direction, .help = "direction"},
@@ -340,7 +340,7 @@ const Section& absorbing_section() {
           "have no c_s. The area of a node follows from `h_min` and `position`. Several entries on "
           "a node add up. Within a step dashpots at most stop a node. They are weaker if its mass "
           "is too small for them.",
-      .fields = {
+      .keys = {
           {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
           {.key = "dir",
@@ -397,7 +397,7 @@ const Section& particle_velocity_section() {
           "it, as a rigid body, and drive the nodes around them. Other material there sticks to "
           "them. With analysis.preset \"cbgeo\" the velocity is set at the end of every step, and "
           "particles move with nodes on which the constraint does not act.",
-      .fields = {
+      .keys = {
           {.key = "pset_id",
            .kinds = id,
            .help = "particle set: an id, -1 for all, or a name of "
@@ -417,7 +417,7 @@ const Section& boundary_section() {
       .name = "mesh.boundary_conditions",
       .path = "mesh.boundary_conditions",
       .help = "Constraints on nodes and particles.",
-      .fields = {
+      .keys = {
           {.key = "velocity_constraints",
            .kinds = list | file,
            .help = "prescribed nodal velocities; a file name in older cases",
@@ -479,7 +479,7 @@ const Section& sets_section() {
       .help =
           "Named sets from geometry: nodes in a region, cells with their centre in it, particles "
           "that start in it. A name can replace any numeric id of the CB-Geo format.",
-      .fields = {
+      .keys = {
           {.key = "nodes",
            .kinds = map,
            .help = "name: region",

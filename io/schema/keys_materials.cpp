@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 #include "physics/materials/materials.h"
 
 namespace lahar {
@@ -24,34 +24,34 @@ std::string_view as_json(double value) {
 }
 
 template <class LawType>
-Field field_of(const Parameter<LawType>& p) {
-  Field f{.key = p.key, .kinds = p.flag ? boolean : number, .help = p.help, .unit = p.unit};
-  f.required = p.required;
-  f.native = is_native<LawType>;
-  f.only = {LawType::name};
-  if (p.flag) f.fallback = "false";
-  if (p.number && !p.required && p.fallback == p.fallback) f.fallback = as_json(p.fallback);
+KeySpec key_of(const Parameter<LawType>& p) {
+  KeySpec spec{.key = p.key, .kinds = p.flag ? boolean : number, .help = p.help, .unit = p.unit};
+  spec.required = p.required;
+  spec.native = is_native<LawType>;
+  spec.only = {LawType::name};
+  if (p.flag) spec.fallback = "false";
+  if (p.number && !p.required && p.fallback == p.fallback) spec.fallback = as_json(p.fallback);
   switch (p.bound) {
     case Bound::none:
       break;
     case Bound::positive:
-      f.min = 0, f.above_min = true;
+      spec.min = 0, spec.above_min = true;
       break;
     case Bound::not_negative:
-      f.min = 0;
+      spec.min = 0;
       break;
     case Bound::angle:
-      f.min = 0, f.max = 90, f.below_max = true;
+      spec.min = 0, spec.max = 90, spec.below_max = true;
       break;
     case Bound::poisson:
-      f.min = -1, f.max = 0.5, f.above_min = f.below_max = true;
+      spec.min = -1, spec.max = 0.5, spec.above_min = spec.below_max = true;
       break;
   }
-  return f;
+  return spec;
 }
 
 // True if the rows say the same of their keys.
-bool agree(const Field& a, const Field& b) {
+bool agree(const KeySpec& a, const KeySpec& b) {
   return a.key == b.key && a.kinds == b.kinds && a.help == b.help && a.unit == b.unit &&
          a.fallback == b.fallback && a.required == b.required && a.min == b.min && a.max == b.max &&
          a.above_min == b.above_min && a.below_max == b.below_max && a.support == b.support &&
@@ -60,13 +60,13 @@ bool agree(const Field& a, const Field& b) {
 
 // A row for the keys of each law; laws of which the rows agree share one.
 template <class... Laws>
-void add_laws(std::vector<Field>& fields, const std::variant<Laws...>*) {
+void add_laws(std::vector<KeySpec>& keys, const std::variant<Laws...>*) {
   const auto add = [&]<class LawType>(const Parameter<LawType>& p) {
-    Field field = field_of(p);
-    const auto same = std::find_if(fields.begin(), fields.end(),
-                                   [&](const Field& other) { return agree(field, other); });
-    if (same == fields.end())
-      fields.push_back(std::move(field));
+    KeySpec spec = key_of(p);
+    const auto same = std::find_if(keys.begin(), keys.end(),
+                                   [&](const KeySpec& other) { return agree(spec, other); });
+    if (same == keys.end())
+      keys.push_back(std::move(spec));
     else
       same->only.push_back(LawType::name);
   };
@@ -81,16 +81,16 @@ std::vector<std::string_view> names_of(const std::variant<Laws...>*) {
   return {Laws::name...};
 }
 
-std::vector<std::string_view> laws_without(std::string_view key, const std::vector<Field>& fields) {
+std::vector<std::string_view> laws_without(std::string_view key, const std::vector<KeySpec>& keys) {
   std::vector<std::string_view> names = names_of(static_cast<const Law*>(nullptr));
-  for (const Field& f : fields)
-    if (f.key == key)
-      for (const auto owner : f.only) std::erase(names, owner);
+  for (const KeySpec& spec : keys)
+    if (spec.key == key)
+      for (const auto owner : spec.only) std::erase(names, owner);
   return names;
 }
 
-Field planned(std::string_view key, std::string_view unit, std::string_view help,
-              std::vector<std::string_view> only) {
+KeySpec planned(std::string_view key, std::string_view unit, std::string_view help,
+                std::vector<std::string_view> only) {
   return {.key = key,
           .kinds = number,
           .help = help,
@@ -99,8 +99,8 @@ Field planned(std::string_view key, std::string_view unit, std::string_view help
           .only = std::move(only)};
 }
 
-std::vector<Field> fields() {
-  std::vector<Field> all = {
+std::vector<KeySpec> material_keys() {
+  std::vector<KeySpec> all = {
       {.key = "id",
        .kinds = integer,
        .help = "id; default: the position in the list",
@@ -182,7 +182,7 @@ const Section& materials_section() {
       .path = "materials[]",
       .help = "A constitutive law with its parameters. Angles are in degrees.",
       .discriminator = "type",
-      .fields = fields(),
+      .keys = material_keys(),
       .dimension_suffix = true};
   return section;
 }

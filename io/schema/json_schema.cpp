@@ -1,9 +1,9 @@
-// The JSON Schema of the input, from the field tables.
+// The JSON Schema of the input, from the key tables.
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 
 namespace lahar {
 
@@ -27,17 +27,17 @@ std::string texts_of(const std::vector<std::string_view>& words) {
   return array_of(quoted);
 }
 
-std::string reference_to(const Field& f) {
-  return object_of({pair("$ref", json_quoted(fmt::format("#/$defs/{}", f.section().path)))});
+std::string reference_to(const KeySpec& spec) {
+  return object_of({pair("$ref", json_quoted(fmt::format("#/$defs/{}", spec.section().path)))});
 }
 
 // {"type": "number", "minimum": 0}
-std::string number_schema(const Field& f, std::string_view type) {
+std::string number_schema(const KeySpec& spec, std::string_view type) {
   std::vector<std::string> m = {pair("type", json_quoted(type))};
-  if (std::isfinite(f.min))
-    m.push_back(pair(f.above_min ? "exclusiveMinimum" : "minimum", fmt::format("{}", f.min)));
-  if (std::isfinite(f.max))
-    m.push_back(pair(f.below_max ? "exclusiveMaximum" : "maximum", fmt::format("{}", f.max)));
+  if (std::isfinite(spec.min))
+    m.push_back(pair(spec.above_min ? "exclusiveMinimum" : "minimum", fmt::format("{}", spec.min)));
+  if (std::isfinite(spec.max))
+    m.push_back(pair(spec.below_max ? "exclusiveMaximum" : "maximum", fmt::format("{}", spec.max)));
   return object_of(m);
 }
 
@@ -49,46 +49,47 @@ std::string items_schema(const std::string& items, int least = 0, int most = 0) 
 }
 
 // Every spelling of a text that is allowed today.
-std::string spellings(const Section& section, const Field& f) {
+std::string spellings(const Section& section, const KeySpec& spec) {
   std::vector<std::string> out;
-  for (const auto word : f.allowed) {
+  for (const auto word : spec.allowed) {
     out.push_back(json_quoted(word));
-    if (section.dimension_suffix && f.key == section.discriminator)
+    if (section.dimension_suffix && spec.key == section.discriminator)
       for (const char* suffix : {"2D", "3D"})
         out.push_back(json_quoted(std::string(word) + suffix));
   }
   return array_of(out);
 }
 
-std::string kind_schema(const Section& section, const Field& f, unsigned kind) {
+std::string kind_schema(const Section& section, const KeySpec& spec, unsigned kind) {
   const std::string name = object_of({pair("type", "\"string\"")});
   switch (kind) {
     case boolean:
-      return f.planned.size() == 1 && f.planned[0] == "true" ? "{\"const\": false}"
-                                                             : "{\"type\": \"boolean\"}";
+      return spec.planned.size() == 1 && spec.planned[0] == "true" ? "{\"const\": false}"
+                                                                   : "{\"type\": \"boolean\"}";
     case integer:
     case number:
-      return number_schema(f, kind == integer ? "integer" : "number");
+      return number_schema(spec, kind == integer ? "integer" : "number");
     case text:
-      return f.allowed.empty() ? name : object_of({pair("enum", spellings(section, f))});
+      return spec.allowed.empty() ? name : object_of({pair("enum", spellings(section, spec))});
     case file:
       return name;
     case vector:
-      return items_schema(number_schema(f, "number"), 2, 3);
+      return items_schema(number_schema(spec, "number"), 2, 3);
     case counts:
-      return items_schema(number_schema(f, "integer"), 2, 3);
+      return items_schema(number_schema(spec, "integer"), 2, 3);
     case numbers:
       return items_schema("{\"type\": \"number\"}");
     case texts:
       return items_schema(name);
     case object:
-      return reference_to(f);
+      return reference_to(spec);
     case list:
-      return items_schema(reference_to(f));
+      return items_schema(reference_to(spec));
     case map:
-      return object_of({pair("type", "\"object\""), pair("additionalProperties", reference_to(f))});
+      return object_of(
+          {pair("type", "\"object\""), pair("additionalProperties", reference_to(spec))});
     case id:
-      return object_of({pair("anyOf", array_of({number_schema(f, "integer"), name}))});
+      return object_of({pair("anyOf", array_of({number_schema(spec, "integer"), name}))});
     case ids:
       return items_schema("{\"type\": [\"integer\", \"string\"]}", 1, 1);
     case direction:
@@ -98,38 +99,38 @@ std::string kind_schema(const Section& section, const Field& f, unsigned kind) {
   }
 }
 
-std::string field_schema(const Section& section, const Field& f) {
-  std::string help(f.help);
-  if (!f.unit.empty()) help += fmt::format(" [{}]", f.unit);
+std::string row_schema(const Section& section, const KeySpec& spec) {
+  std::string help(spec.help);
+  if (!spec.unit.empty()) help += fmt::format(" [{}]", spec.unit);
   std::vector<std::string> members;
-  if (f.support == Support::planned || f.support == Support::older) {
-    const char* why = f.support == Support::planned ? " (not supported yet)" : " (older format)";
+  if (spec.support == Support::planned || spec.support == Support::older) {
+    const char* why = spec.support == Support::planned ? " (not supported yet)" : " (older format)";
     members = {pair("description", json_quoted(help + why)), pair("not", "{}")};
     return object_of(members);
   }
   members.push_back(pair("description", json_quoted(help)));
-  if (!f.fallback.empty() && f.fallback_3d.empty())
-    members.push_back(pair("default", std::string(f.fallback)));
+  if (!spec.fallback.empty() && spec.fallback_3d.empty())
+    members.push_back(pair("default", std::string(spec.fallback)));
   std::vector<std::string> kinds;
   for (unsigned kind = 1; kind <= points; kind <<= 1)
-    if ((f.kinds & kind) && !(f.planned_kinds & kind))
-      kinds.push_back(kind_schema(section, f, kind));
-  if (f.kinds != any) members.push_back(pair("anyOf", array_of(kinds)));
+    if ((spec.kinds & kind) && !(spec.planned_kinds & kind))
+      kinds.push_back(kind_schema(section, spec, kind));
+  if (spec.kinds != any) members.push_back(pair("anyOf", array_of(kinds)));
   return object_of(members);
 }
 
 // The schema of a key: of all rows that it has, for different values of the discriminator.
-std::string key_schema(const Section& section, const Field& first) {
+std::string key_schema(const Section& section, const KeySpec& first) {
   std::vector<std::string> all;
-  for (const Field& f : section.fields)
-    if (f.key == first.key) all.push_back(field_schema(section, f));
+  for (const KeySpec& spec : section.keys)
+    if (spec.key == first.key) all.push_back(row_schema(section, spec));
   return all.size() == 1 ? all.front() : object_of({pair("anyOf", array_of(all))});
 }
 
 // {"if": {"properties": {"type": {"enum": [...]}}}, "then": {"required": [...]}}
-std::string variant_rule(const Section& section, const Field& f) {
+std::string variant_rule(const Section& section, const KeySpec& spec) {
   std::vector<std::string> names;
-  for (const auto variant : f.only) {
+  for (const auto variant : spec.only) {
     names.push_back(json_quoted(variant));
     if (!section.dimension_suffix) continue;
     for (const char* suffix : {"2D", "3D"})
@@ -138,16 +139,17 @@ std::string variant_rule(const Section& section, const Field& f) {
   const std::string type =
       object_of({pair(section.discriminator, object_of({pair("enum", array_of(names))}))});
   return object_of({pair("if", object_of({pair("properties", type)})),
-                    pair("then", object_of({pair("required", texts_of({f.key}))}))});
+                    pair("then", object_of({pair("required", texts_of({spec.key}))}))});
 }
 
 std::string section_schema(const Section& section) {
   std::vector<std::string> properties, rules;
   std::vector<std::string_view> required;
-  for (const Field& f : section.fields) {
-    if (section.find(f.key) == &f) properties.push_back(pair(f.key, key_schema(section, f)));
-    if (f.required && f.only.empty()) required.push_back(f.key);
-    if (f.required && !f.only.empty()) rules.push_back(variant_rule(section, f));
+  for (const KeySpec& spec : section.keys) {
+    if (section.find(spec.key) == &spec)
+      properties.push_back(pair(spec.key, key_schema(section, spec)));
+    if (spec.required && spec.only.empty()) required.push_back(spec.key);
+    if (spec.required && !spec.only.empty()) rules.push_back(variant_rule(section, spec));
   }
   std::vector<std::string> members = {
       pair("type", "\"object\""), pair("description", json_quoted(section.help)),
