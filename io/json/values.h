@@ -48,6 +48,14 @@ inline std::vector<double> get_numbers(const JsonValue& object, std::string_view
   return out;
 }
 
+inline std::vector<std::string> get_texts(const JsonValue& object, std::string_view key) {
+  std::vector<std::string> out;
+  if (const JsonValue* v = object.find(key); v && v->is<JsonValue::Array>())
+    for (const auto& item : v->as<JsonValue::Array>())
+      if (item.is<std::string>()) out.push_back(item.as<std::string>());
+  return out;
+}
+
 template <int Dim>
 std::optional<Vec<Dim>> get_vector(const JsonValue& object, std::string_view key) {
   const auto numbers = get_numbers(object, key);

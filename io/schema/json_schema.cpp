@@ -118,7 +118,7 @@ Json variant_rule(const Section& section, const KeySpec& spec) {
   return rule;
 }
 
-Json section_schema(const Section& section) {
+Json object_schema(const Section& section) {
   Json properties = Json::object(), required = Json::array(), rules = Json::array();
   for (const KeySpec& spec : section.keys) {
     if (section.find(spec.key) == &spec)
@@ -138,17 +138,25 @@ Json section_schema(const Section& section) {
   return schema;
 }
 
+std::string text_of(const Json& schema) {
+  return to_json(parse_json_literal(schema.dump())) + "\n";
+}
+
 }  // namespace
+
+std::string section_schema(const Section& section) {
+  return text_of(object_schema(section));
+}
 
 std::string scenario_schema() {
   Json definitions;
   for (const Section* section : all_sections())
-    definitions[std::string(section->path)] = section_schema(*section);
+    definitions[std::string(section->path)] = object_schema(*section);
   Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
                  {"title", "Lahar scenario"}};
   schema.update(reference_to(scenario_section()));
   schema["$defs"] = definitions;
-  return to_json(parse_json_literal(schema.dump())) + "\n";
+  return text_of(schema);
 }
 
 }  // namespace lahar

@@ -109,6 +109,9 @@ std::string_view without_dimension(std::string_view type);
 /// `a number [s]`, `true or false`, ...: what a value may be, in words; dim 0: for any dimension.
 std::string allowed_kinds(const KeySpec& spec, int dim = 0);
 
+std::string section_schema(const Section& section);     ///< JSON Schema of its objects
+std::string section_reference(const Section& section);  ///< its heading, help and table in Markdown
+
 std::string scenario_schema();     ///< JSON Schema of the input, from the key tables
 std::string scenario_reference();  ///< Markdown reference of the input, from the key tables
 

@@ -104,8 +104,9 @@ const Section& post_processing_section() {
       .name = "post_processing",
       .path = "post_processing",
       .help =
-          "The run folder is `path`/`analysis.uuid`. Frames always contain every field; the names "
-          "in `vtk` and `vtk_statevars` are accepted for compatibility.",
+          "The run folder is `path`/`analysis.uuid`. Frames always contain every column of the "
+          "particles and every state variable. Names of derived fields in `vtk` add these. Other "
+          "names in `vtk`, and those in `vtk_statevars`, are accepted for compatibility.",
       .keys = {
           {.key = "path",
            .kinds = text,
@@ -175,8 +176,9 @@ const Section& post_processing_section() {
            .native = true},
           {.key = "vtk",
            .kinds = texts,
-           .help = "fields for ParaView: displacements, velocities, "
-                   "stresses, strains, ..."},
+           .help =
+               "fields for ParaView: names of derived fields (see Derived fields), and "
+               "displacements, velocities, stresses, strains, ..., which frames contain anyway"},
           {.key = "vtk_statevars",
            .kinds = list | texts,
            .help = "state variables for ParaView; older cases have a list of their names",

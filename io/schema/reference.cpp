@@ -5,6 +5,7 @@
 
 #include "io/schema/cbgeo_deviations.h"
 #include "io/schema/keys.h"
+#include "physics/particles/derived_fields.h"
 
 namespace lahar {
 
@@ -139,6 +140,18 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
+std::string derived_fields_table() {
+  std::string out =
+      "\n## Derived fields\n\nFrames contain the derived fields that `post_processing.vtk` names. "
+      "They follow from the columns of\nthe particle at that step. Stress is positive in tension, "
+      "strain has engineering shears.\n\n| name | unit | components | meaning "
+      "|\n|---|---|---|---|\n";
+  for (const DerivedField& field : derived_fields)
+    out += fmt::format("| `{}` | {} | {} | {} |\n", field.name, field.unit, field.components,
+                       field.help);
+  return out;
+}
+
 std::string deviations() {
   std::string out =
       "\n## What --as-cbgeo changes\n\nIn these places CB-Geo MPM departs from its documentation "
@@ -151,21 +164,23 @@ std::string deviations() {
 
 }  // namespace
 
+std::string section_reference(const Section& section) {
+  std::string out = fmt::format(
+      "\n## {}\n\n{}\n\n| key | value | unit | default | meaning |\n|---|---|---|---|---|\n",
+      section.path, section.help);
+  for (const KeySpec& spec : section.keys)
+    out += fmt::format("| `{}` | {} | {} | {} | {} |\n", spec.key, escaped(value_of(spec)),
+                       spec.unit, escaped(default_of(spec)), escaped(meaning_of(spec)));
+  return out;
+}
+
 std::string scenario_reference() {
   std::string out = introduction;
-  const auto add = [&](const Section* section) {
-    out += fmt::format(
-        "\n## {}\n\n{}\n\n| key | value | unit | default | meaning |\n"
-        "|---|---|---|---|---|\n",
-        section->path, section->help);
-    for (const KeySpec& spec : section->keys)
-      out += fmt::format("| `{}` | {} | {} | {} | {} |\n", spec.key, escaped(value_of(spec)),
-                         spec.unit, escaped(default_of(spec)), escaped(meaning_of(spec)));
-  };
-  for (const Section* section : all_sections()) add(section);
+  for (const Section* section : all_sections()) out += section_reference(*section);
   out += side_files;
-  for (const Section* section : {&driver_section(), &path_section()}) add(section);
-  return out + deviations();
+  for (const Section* section : {&driver_section(), &path_section()})
+    out += section_reference(*section);
+  return out + derived_fields_table() + deviations();
 }
 
 }  // namespace lahar
