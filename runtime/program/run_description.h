@@ -4,7 +4,7 @@
 #include <memory>
 #include <span>
 
-#include "runtime/program/commands.h"
+#include "runtime/program/run_arguments.h"
 #include "runtime/step/restart.h"
 #include "runtime/terminal/console.h"
 
