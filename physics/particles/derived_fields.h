@@ -25,7 +25,8 @@ inline double square(const std::array<double, 3>& a) {
   return a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
 }
 
-/// t:t of the deviator t of a symmetric tensor; `shear` is that of a shear component's square.
+/// s:s of the deviator s of a tensor. Squares of shear components count `shear` times: 2, or 1/2 of
+/// engineering shears.
 inline double deviator_square(const Voigt& a, double shear) {
   const double mean = (a[0] + a[1] + a[2]) / 3.0;
   return square({a[0] - mean, a[1] - mean, a[2] - mean}) + shear * square({a[3], a[4], a[5]});
@@ -61,12 +62,5 @@ inline constexpr auto derived_fields = std::to_array<DerivedField>({
      [](const ParticleValues& p, double* to) { *to = std::sqrt(2.0 / 3.0 * deviator_square(p.strain, 0.5)); }},
 });
 // clang-format on
-
-/// The field of that name; null = none.
-inline const DerivedField* find_derived_field(std::string_view name) {
-  for (const DerivedField& field : derived_fields)
-    if (field.name == name) return &field;
-  return nullptr;
-}
 
 }  // namespace lahar
