@@ -43,8 +43,8 @@ TEST_CASE("the key of CONTRIBUTING.md is read, bounded and has its default") {
   CHECK_FALSE(below.value);
   CHECK(below.problems ==
         R"(loads.json:1:18: error: 'gravity_time' must be at least 0 [s], found -1 [/gravity_time]
-    {"gravity_time": -1}
-                     ^
+  {"gravity_time": -1}
+                   ^
 )");
   CHECK(check(R"({"gravity_time": "soon"})").problems.find("must be a number [s], found text") !=
         std::string::npos);
