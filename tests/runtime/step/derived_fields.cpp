@@ -82,7 +82,7 @@ TEST_CASE("frames have the derived fields that a scenario names, in the order of
       "particles": [{"generator": {"type": "region", "per_cell": 1, "material": 0,
                                    "region": {"box": {"min": [0, 0], "max": [1, 1]}}}}],
       "analysis": {"nsteps": 1}, "post_processing": {)" +
-                                            vtk + "}})");
+                                            vtk + "}}");
     return Simulation<2>(model, {}).frame();
   };
   const std::vector<std::string> usual = names_of(frame_of(""));
