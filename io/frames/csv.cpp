@@ -22,8 +22,8 @@ struct Source {
 
 std::vector<Source> sources(const Frame& frame) {
   std::vector<Source> list;
-  for (const TableField& field : table_fields) {
-    const bool coordinates = std::string_view(field.frame_name) == "coordinates";
+  for (const TableField& field : table_fields()) {
+    const bool coordinates = field.frame_name == "coordinates";
     const FrameColumn* column = coordinates ? nullptr : frame.find(field.frame_name);
     if (!coordinates && !column) continue;
     const std::vector<double>& values = coordinates ? frame.coordinates : column->values;

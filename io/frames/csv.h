@@ -1,9 +1,9 @@
 /// \file Particle states as CSV tables, one row per particle.
 ///
 /// Columns: id, mass, volume, coord_x.., displacement_x.., velocity_x.., stress_xx yy zz xy [yz
-/// xz], strain_xx yy xy (2D) or xx yy zz xy yz xz, opening, svars_0.. (state variables: the frame's
-/// other scalars, in its order). Stress has zz in 2D, plane strain has none. Shear strains are
-/// engineering shears.
+/// xz], strain_xx yy xy (2D) or xx yy zz xy yz xz, other scalars of particles, derived fields,
+/// svars_0.. (state variables: the frame's other scalars, in its order). Stress has zz in 2D, plane
+/// strain has none. Shear strains are engineering shears.
 #pragma once
 
 #include <filesystem>

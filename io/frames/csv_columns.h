@@ -2,30 +2,45 @@
 #pragma once
 
 #include <span>
-#include <string>
+#include <string_view>
+#include <vector>
+
+#include "physics/particles/columns.h"
+#include "physics/particles/derived_fields.h"
 
 namespace lahar {
 
 /// A field of a frame and how its components are called in tables.
 struct TableField {
-  const char* frame_name;  ///< "coordinates" stands for Frame::coordinates
-  const char* prefix;      ///< column names are prefix_component; the prefix alone for scalars
-  const char* unit;
+  std::string_view frame_name;  ///< "coordinates" stands for Frame::coordinates
+  std::string_view prefix;      ///< column names are prefix_component; the prefix alone for scalars
+  std::string_view unit;
   enum class Kind { scalar, vector, stress, strain } kind;
 };
 
-// clang-format off
-inline constexpr TableField table_fields[] = {
-    {"mass",         "mass",         "kg",  TableField::Kind::scalar},
-    {"volume",       "volume",       "m^3", TableField::Kind::scalar},
-    {"coordinates",  "coord",        "m",   TableField::Kind::vector},
-    {"displacement", "displacement", "m",   TableField::Kind::vector},
-    {"velocity",     "velocity",     "m/s", TableField::Kind::vector},
-    {"stress",       "stress",       "Pa",  TableField::Kind::stress},
-    {"strain",       "strain",       "-",   TableField::Kind::strain},
-    {"opening",      "opening",      "-",   TableField::Kind::scalar},
-};
-// clang-format on
+/// All that tables can have: the published columns, then other scalars of particles and derived
+/// fields.
+inline const std::vector<TableField>& table_fields() {
+  using Kind = TableField::Kind;
+  static const std::vector<TableField> fields = [] {
+    std::vector<TableField> all = {{"mass", "mass", "kg", Kind::scalar},
+                                   {"volume", "volume", "m^3", Kind::scalar},
+                                   {"coordinates", "coord", "m", Kind::vector},
+                                   {"displacement", "displacement", "m", Kind::vector},
+                                   {"velocity", "velocity", "m/s", Kind::vector},
+                                   {"stress", "stress", "Pa", Kind::stress},
+                                   {"strain", "strain", "-", Kind::strain}};
+    for (const ColumnInfo& info : column_table)
+      if (info.exported && info.components_3d == 1 && info.column != Column::mass &&
+          info.column != Column::volume)
+        all.push_back({info.name, info.name, info.unit, Kind::scalar});
+    for (const DerivedField& field : derived_fields)
+      all.push_back({field.name, field.name, field.unit,
+                     field.components == 1 ? Kind::scalar : Kind::stress});
+    return all;
+  }();
+  return fields;
+}
 
 /// One component of a field in a table.
 struct TableComponent {

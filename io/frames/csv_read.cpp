@@ -123,8 +123,8 @@ class TableReader {
     for (const char* name : {"coord_z", "displacement_z", "velocity_z", "stress_yz", "strain_zz"})
       if (position.contains(name)) three_dimensional_ = true;
     frame_.dim = three_dimensional_ ? 3 : 2;
-    frame_.columns.reserve(std::size(table_fields) + columns_);  // targets point into it
-    for (const TableField& field : table_fields) add_field(field, position, line);
+    frame_.columns.reserve(table_fields().size() + columns_);  // targets point into it
+    for (const TableField& field : table_fields()) add_field(field, position, line);
     for (const auto& [name, k] : position) add_other(name, targets_[k]);
   }
 
@@ -149,9 +149,11 @@ class TableReader {
       return;
     }
     std::vector<double>* values = &frame_.coordinates;
-    if (std::string_view(field.frame_name) != "coordinates") {
-      frame_.columns.push_back(
-          {field.frame_name, field.unit, frame_components(field.kind, frame_.dim), {}});
+    if (field.frame_name != "coordinates") {
+      frame_.columns.push_back({std::string(field.frame_name),
+                                std::string(field.unit),
+                                frame_components(field.kind, frame_.dim),
+                                {}});
       values = &frame_.columns.back().values;
     }
     for (std::size_t c = 0; c < components.size(); ++c)

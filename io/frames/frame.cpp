@@ -7,6 +7,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "physics/particles/columns.h"
+#include "physics/particles/derived_fields.h"
+
 namespace lahar {
 
 const FrameColumn* Frame::find(std::string_view name) const {
@@ -125,8 +128,9 @@ std::span<const char* const> component_names(int components) {
 }
 
 bool is_state_variable(const FrameColumn& column) {
-  if (column.components != 1 || column.name == "mass" || column.name == "volume" ||
-      column.name == "opening")
+  const auto named = [&](const auto& known) { return known.name == column.name; };
+  if (column.components != 1 || std::any_of(column_table.begin(), column_table.end(), named) ||
+      std::any_of(derived_fields.begin(), derived_fields.end(), named))
     return false;
   return column.name.starts_with("svars_") || !column.unit.empty();
 }

@@ -94,8 +94,8 @@ void sort_by_id(Frame& frame);
 /// x y z for vectors of 2 or 3, xx yy zz xy yz xz for 6 components; empty for scalars.
 std::span<const char* const> component_names(int components);
 
-/// State variables of materials: scalars named svars_k, or scalars other than mass, volume and
-/// opening whose unit is known ("-" included).
+/// State variables of materials: scalars named svars_k, or scalars whose unit is known ("-"
+/// included) and that are neither columns of particles nor derived fields.
 bool is_state_variable(const FrameColumn& column);
 
 /// Names of the state variables in tables, one per column, "" for other columns: svars_0, svars_1,

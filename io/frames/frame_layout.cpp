@@ -10,6 +10,7 @@
 #include "io/base/hdf_handle.h"
 #include "physics/materials/materials.h"
 #include "physics/particles/columns.h"
+#include "physics/particles/derived_fields.h"
 
 namespace lahar {
 
@@ -141,7 +142,7 @@ template <class T>
 inline constexpr std::size_t all_states_of = 0;
 template <class... Laws>
 inline constexpr std::size_t all_states_of<std::variant<Laws...>> = (Laws::state.size() + ...);
-static_assert(n_columns + all_states_of<Law> <= FrameLayout::max_columns,
+static_assert(n_columns + derived_fields.size() + all_states_of<Law> <= FrameLayout::max_columns,
               "frames of models with all laws need more columns: raise max_columns");
 
 FrameLayout lay_out_frame(const FrameHeader& header, Index total, const std::filesystem::path& file,

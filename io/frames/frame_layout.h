@@ -12,7 +12,7 @@ namespace lahar {
 /// one after the other, little-endian; vectors have 3 components in 2D too. A plain block of
 /// memory, which can be sent as it is.
 struct FrameLayout {
-  /// More than all columns of particles and the state variables of all laws together.
+  /// More than all columns of particles, derived fields and state variables of all laws together.
   static constexpr std::size_t max_columns = 128;
 
   Index total = 0;  ///< particles in the file

@@ -29,7 +29,7 @@ std::vector<Step> split(const std::string& path, char separator, std::size_t off
   return steps;
 }
 
-// The member `step` of an object, added if missing: whether it exists the field tables decide.
+// The member `step` of an object, added if missing: whether it exists the key tables decide.
 JsonValue& member(JsonValue::Object& members, const Step& step, std::uint32_t source) {
   auto it = std::find_if(members.begin(), members.end(),
                          [&](const auto& m) { return m.key == step.name; });

@@ -90,7 +90,7 @@ class JsonDocument {
   void add_text(std::string file, std::string text);
 };
 
-/// Parse JSON that we wrote ourselves (defaults of the field tables).
+/// Parse JSON that we wrote ourselves (defaults of the key tables).
 JsonValue parse_json_literal(std::string_view text);
 
 /// Text of a value: indented over several lines, or on one line where indent < 0. Invalid values

@@ -1,4 +1,4 @@
-/// \file Typed access to values that the field tables have checked.
+/// \file Typed access to values that the key tables have checked.
 #pragma once
 
 #include <optional>
@@ -45,6 +45,14 @@ inline std::vector<double> get_numbers(const JsonValue& object, std::string_view
   if (const JsonValue* v = object.find(key); v && v->is<JsonValue::Array>())
     for (const auto& item : v->as<JsonValue::Array>())
       if (item.is_number()) out.push_back(item.number());
+  return out;
+}
+
+inline std::vector<std::string> get_texts(const JsonValue& object, std::string_view key) {
+  std::vector<std::string> out;
+  if (const JsonValue* v = object.find(key); v && v->is<JsonValue::Array>())
+    for (const auto& item : v->as<JsonValue::Array>())
+      if (item.is<std::string>()) out.push_back(item.as<std::string>());
   return out;
 }
 

@@ -7,7 +7,7 @@
 #include "io/base/atomic_file.h"
 #include "io/frames/cbgeo_table.h"
 #include "io/json/json_text.h"
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 #include "physics/base/error.h"
 #include "physics/materials/materials.h"
 

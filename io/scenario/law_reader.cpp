@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 
 namespace lahar {
 

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "io/scenario/law_reader.h"
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 
 namespace lahar {
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "io/scenario/scenario_builder.h"
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 
 namespace lahar {
 

@@ -6,6 +6,7 @@
 
 #include "io/scenario/scenario_builder.h"
 #include "physics/materials/law.h"
+#include "physics/particles/derived_fields.h"
 
 namespace lahar {
 
@@ -306,6 +307,10 @@ void ScenarioBuilder<Dim>::build_output() {
   out.checkpoint_steps = get_integer(post, "checkpoint_steps").value_or(out.checkpoint_steps);
   out.checkpoint_minutes = get_number(post, "checkpoint_minutes").value_or(out.checkpoint_minutes);
   out.checkpoints_kept = get_integer(post, "checkpoints_kept").value_or(out.checkpoints_kept);
+  const std::vector<std::string> names = get_texts(post, "vtk");
+  for (const DerivedField& field : derived_fields)
+    if (std::find(names.begin(), names.end(), field.name) != names.end())
+      out.derived_fields.push_back(&field);
   model_.title = get_text(root_, "title").value_or("");
   if (model_.title.empty()) model_.title = in_.stem;
   std::string name = get_text(section("analysis"), "uuid").value_or("");

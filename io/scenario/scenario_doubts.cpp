@@ -8,6 +8,7 @@
 #include "io/scenario/scenario_builder.h"
 #include "physics/materials/law.h"
 #include "physics/particles/columns.h"
+#include "physics/particles/derived_fields.h"
 
 namespace lahar {
 
@@ -30,12 +31,13 @@ Stiffness stiffness_of(const JsonValue& material, const Law& law) {
 /// Names that mean a field of particles in `post_processing.vtk`: those of CB-Geo MPM and of
 /// frames.
 std::vector<std::string> field_names(std::span<const Material> materials) {
-  std::vector<std::string> names = {"displacements", "velocities", "normals",      "stresses",
-                                    "strains",       "mass",       "mass_density", "volume"};
+  std::vector<std::string> names = {"displacements", "velocities", "normals", "stresses",
+                                    "strains"};
   for (const ColumnInfo& column : column_table)
     if (column.exported) names.emplace_back(column.name);
   for (const StateVariable* variable : state_variables(materials))
     names.emplace_back(variable->name);
+  for (const DerivedField& field : derived_fields) names.emplace_back(field.name);
   return names;
 }
 

@@ -5,7 +5,7 @@
 
 #include "io/scenario/law_reader.h"
 #include "io/scenario/scenario_builder.h"
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 #include "physics/materials/law.h"
 
 namespace lahar {

@@ -19,7 +19,7 @@ constexpr double region_tolerance = 1e-9;
 // A count computed as extent / cell size may miss the whole number by rounding [-].
 constexpr double count_tolerance = 1e-6;
 
-// The largest 'counts' (fields_mesh.cpp): positions along an axis stay exact.
+// The largest 'counts' (keys_mesh.cpp): positions along an axis stay exact.
 constexpr double most_cells_of_axis = 2e9;
 
 // Beyond this, going once through the nodes of a mesh takes minutes.

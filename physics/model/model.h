@@ -212,6 +212,8 @@ struct Watchdog {
   double compression = 0.01, expansion = 1e6;  ///< least and largest volume, as shares of the first
 };
 
+struct DerivedField;  // physics/particles/derived_fields.h
+
 struct OutputPlan {
   std::string folder;             ///< run folder
   Index frame_steps = 0;          ///< a frame every so many steps; 0 = only the end
@@ -222,6 +224,7 @@ struct OutputPlan {
   double frame_dt = 0;            ///< [s] frames at multiples of this time instead; 0 = none
   double history_dt = 0;          ///< [s] the same for rows
   Index max_frames = 10000;       ///< frames beside the first and the last
+  std::vector<const DerivedField*> derived_fields;  ///< that frames have beside columns
 };
 
 template <int Dim>

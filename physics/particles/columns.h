@@ -1,12 +1,16 @@
-/// \file The one table that describes a particle. Migration, frames, and sorting iterate over it;
-/// a new field is one row.
+/// \file The one table that describes a particle. Migration, frames, checkpoints and sorting
+/// iterate over it; a new column is an enumerator and a row.
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "physics/base/types.h"
 
 namespace lahar {
+
+template <int Dim>
+struct Model;
 
 /// Floating-point columns of a particle. Each but `state` has a fixed number of components per
 /// dimension.
@@ -30,42 +34,9 @@ enum class Column : int {
   next_corners,
   opening
 };
-inline constexpr int n_columns = 18;
 
-struct ColumnInfo {
-  Column column;
-  const char* name;  ///< as in frames
-  const char* unit;
-  int components_2d, components_3d;
-  bool optional;  ///< allocated only where the model needs it
-  bool exported;  ///< written to frames
-};
-
-// clang-format off
-inline constexpr std::array<ColumnInfo, n_columns> column_table{{
-    {Column::x,        "coordinates",  "m",   2, 3, false, true},
-    {Column::xi,       "natural",      "-",   2, 3, true,  false},  // in [-1, 1], of its cell
-    {Column::v,        "velocity",     "m/s", 2, 3, false, true},
-    {Column::u,        "displacement", "m",   2, 3, false, true},
-    {Column::stress,   "stress",       "Pa",  4, 6, false, true},   // Cauchy; 2D xx yy zz xy
-    {Column::strain,   "strain",       "-",   3, 6, true,  true},   // engineering shear; 2D xx yy xy
-    {Column::volume,   "volume",       "m^3", 1, 1, false, true},
-    {Column::mass,     "mass",         "kg",  1, 1, false, true},
-    {Column::size,     "size",         "m",   1, 1, true,  false},  // initial volume^(1/Dim), for tractions
-    {Column::state,    "state",        "",    0, 0, true,  true},   // of the law; components by model
-    {Column::domain,   "domain",       "m",   2, 3, true,  true},   // GIMP: edges of the particle's box
-    {Column::affine,   "affine",       "1/s", 4, 9, true,  false},  // APIC and TPIC: dv_a/dx_b, row by row
-    {Column::next_domain, "next_domain", "m", 2, 3, true, false},   // the same from the next step on
-    {Column::vectors,  "domain_vectors", "m", 4, 9, true,  true},   // CPDI: halves of the domain's edges
-    {Column::next_vectors, "next_vectors", "m", 4, 9, true, false}, // the same from the next step on
-    {Column::corners,  "domain_corners", "m", 8, 24, true, true},   // CPDI2: corners, from x
-    {Column::next_corners, "next_corners", "m", 8, 24, true, false}, // the same from the next step on
-    {Column::opening,  "opening",      "-",   1, 1, true,  true},   // gaps between grains or drops, by volume
-}};
-// clang-format on
-
-/// Which optional columns a model needs. What follows from other columns is not stored: moving
-/// bytes is what limits a step.
+/// Which columns a model needs beside those that all have (columns.cpp). What follows from other
+/// columns is not stored: moving bytes is what limits a step.
 struct ColumnNeeds {
   bool size = false;
   int state = 0;         ///< most state variables of any material that particles have
@@ -82,25 +53,59 @@ struct ColumnNeeds {
   bool operator==(const ColumnNeeds&) const = default;
 };
 
+/// `used`: of which materials there are or will be particles. `stressed`: initial stresses are
+/// given.
+template <int Dim>
+ColumnNeeds column_needs(const Model<Dim>& model, std::span<const char> used, bool stressed);
+
+struct ColumnInfo {
+  Column column;
+  const char* name;  ///< as in frames
+  const char* unit;
+  int components_2d, components_3d;
+  bool exported;                      ///< written to frames
+  bool ColumnNeeds::*need = nullptr;  ///< allocated only where the model needs it; null = always
+};
+
+// clang-format off
+inline constexpr auto column_table = std::to_array<ColumnInfo>({
+    {Column::x,        "coordinates",  "m",   2, 3, true},
+    {Column::xi,       "natural",      "-",   2, 3, false, &ColumnNeeds::natural},  // in [-1, 1], of its cell
+    {Column::v,        "velocity",     "m/s", 2, 3, true},
+    {Column::u,        "displacement", "m",   2, 3, true},
+    {Column::stress,   "stress",       "Pa",  4, 6, true},                          // Cauchy; 2D xx yy zz xy
+    {Column::strain,   "strain",       "-",   3, 6, true, &ColumnNeeds::strain},    // engineering shear; 2D xx yy xy
+    {Column::volume,   "volume",       "m^3", 1, 1, true},
+    {Column::mass,     "mass",         "kg",  1, 1, true},
+    {Column::size,     "size",         "m",   1, 1, false, &ColumnNeeds::size},     // initial volume^(1/Dim), for tractions
+    {Column::state,    "state",        "",    0, 0, true},                          // of the law; components by model
+    {Column::domain,   "domain",       "m",   2, 3, true, &ColumnNeeds::domain},    // GIMP: edges of the particle's box
+    {Column::affine,   "affine",       "1/s", 4, 9, false, &ColumnNeeds::affine},   // APIC and TPIC: dv_a/dx_b, row by row
+    {Column::next_domain, "next_domain", "m", 2, 3, false, &ColumnNeeds::next_domain}, // the same from the next step on
+    {Column::vectors,  "domain_vectors", "m", 4, 9, true, &ColumnNeeds::vectors},   // CPDI: halves of the domain's edges
+    {Column::next_vectors, "next_vectors", "m", 4, 9, false, &ColumnNeeds::vectors}, // the same from the next step on
+    {Column::corners,  "domain_corners", "m", 8, 24, true, &ColumnNeeds::corners},  // CPDI2: corners, from x
+    {Column::next_corners, "next_corners", "m", 8, 24, false, &ColumnNeeds::next_corners}, // the same from the next step on
+    {Column::opening,  "opening",      "-",   1, 1, true, &ColumnNeeds::opening},   // gaps between grains or drops, by volume
+});
+// clang-format on
+inline constexpr int n_columns = static_cast<int>(column_table.size());
+static_assert(
+    [] {
+      for (int k = 0; k < n_columns; ++k)
+        if (static_cast<int>(column_table[static_cast<std::size_t>(k)].column) != k) return false;
+      return true;
+    }(),
+    "rows of column_table are in the order of the enumerators of Column");
+
 /// Row of every column's first component in a patch's particle block; -1 = absent.
 template <int Dim>
 class ColumnLayout {
  public:
   explicit ColumnLayout(ColumnNeeds needs = {}) : state_(needs.state) {
     for (const ColumnInfo& info : column_table) {
-      const bool present = !info.optional || (info.column == Column::size && needs.size) ||
-                           (info.column == Column::state && needs.state > 0) ||
-                           (info.column == Column::xi && needs.natural) ||
-                           (info.column == Column::domain && needs.domain) ||
-                           (info.column == Column::affine && needs.affine) ||
-                           (info.column == Column::next_domain && needs.next_domain) ||
-                           (info.column == Column::vectors && needs.vectors) ||
-                           (info.column == Column::next_vectors && needs.vectors) ||
-                           (info.column == Column::corners && needs.corners) ||
-                           (info.column == Column::next_corners && needs.next_corners) ||
-                           (info.column == Column::opening && needs.opening) ||
-                           (info.column == Column::strain && needs.strain);
-      row_[static_cast<int>(info.column)] = present ? rows_ : -1;
+      const bool present = components(info) > 0 && (!info.need || needs.*info.need);
+      row_[static_cast<std::size_t>(info.column)] = present ? rows_ : -1;
       if (present) rows_ += components(info);
     }
   }

@@ -14,7 +14,6 @@
 #include "physics/base/error.h"
 #include "physics/basis/support.h"
 #include "physics/kernels/kernels.h"
-#include "physics/materials/law.h"
 #include "physics/mesh/partition_common.h"
 #include "runtime/base/parallel.h"
 #include "runtime/patches/balance.h"
@@ -39,29 +38,6 @@ Index cells_per_patch(const Model<Dim>& model, const ParticleCensus& census) {
     per_cell = static_cast<double>(count_injections(model.injections).points);
   return std::max<Index>(
       1, std::llround(static_cast<double>(model.analysis.patch_particles) / per_cell));
-}
-
-template <int Dim>
-ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& census) {
-  ColumnNeeds needs;
-  needs.size = !model.tractions.empty();
-  needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
-  needs.strain = census.stressed;
-  const ShapeFunctionsRow& functions = row_of(model.analysis.functions);
-  needs.domain = functions.domain == ParticleDomain::box;
-  needs.affine = model.analysis.affine != Affine::none;
-  needs.vectors = functions.domain == ParticleDomain::vectors;
-  needs.corners = functions.domain == ParticleDomain::corners;
-  needs.next_corners = needs.corners && model.analysis.scheme == Scheme::musl;
-  needs.next_domain = functions.stretches;
-  for (std::size_t m = 0; m < census.used.size(); ++m) {
-    if (!census.used[m]) continue;
-    needs.state =
-        std::max(needs.state, static_cast<int>(state_variables(model.materials[m].law).size()));
-    needs.opening = needs.opening || (model.analysis.opening && can_open(model.materials[m].law));
-    needs.strain = needs.strain || !strain_follows_from_stress(model.materials[m].law);
-  }
-  return ColumnLayout<Dim>(needs);
 }
 
 /// Loads and constraints in the order in which patches look for them. Of several ranks that have
@@ -168,7 +144,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       injected_(kept_injections(model.injections)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
-      layout_(layout_for(model, census_)),
+      layout_(column_needs(model, census_.used, census_.stressed)),
       ranks_(ranks),
       messages_(messages) {
   distribute(model, threads);
@@ -187,7 +163,7 @@ PatchSet<Dim>::PatchSet(Model<Dim>& model, int support_rings, NodeSumCopies copi
       injected_(kept_injections(model.injections)),
       rings_(std::max(support_rings, lahar::support_rings(model.analysis.functions))),
       copies_(copies),
-      layout_(layout_for(model, census_)),
+      layout_(column_needs(model, census_.used, census_.stressed)),
       least_mass_(state.run.least_mass),
       ranks_(ranks),
       messages_(messages) {

@@ -13,7 +13,7 @@
 #include "io/run/run_folder.h"
 #include "runtime/comm/rank_watch.h"
 #include "runtime/output/frame_output.h"
-#include "runtime/program/commands.h"
+#include "runtime/program/run_arguments.h"
 #include "runtime/program/run_checkpoints.h"
 #include "runtime/program/run_description.h"
 #include "runtime/program/trace_session.h"

@@ -7,6 +7,7 @@
 #include "io/run/manifest.h"
 #include "physics/base/error.h"
 #include "physics/particles/patch_split.h"
+#include "runtime/base/exit_codes.h"
 #include "runtime/program/case_run.h"
 #include "runtime/program/signals.h"
 #include "runtime/program/timing_table.h"

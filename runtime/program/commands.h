@@ -1,50 +1,63 @@
-/// \file The commands of the program; each returns its exit code.
+/// \file The commands of the program: one line each. What a command takes and does is in its own
+/// file, runtime/program/NAME_command.cpp.
 #pragma once
 
-#include <optional>
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "io/scenario/scenario.h"
 #include "runtime/base/exit_codes.h"
-#include "runtime/patches/balance.h"
-#include "runtime/step/simulation.h"
-#include "runtime/trace/record/record.h"
 
 namespace lahar {
 
-struct RunArguments {
-  std::string scenario;
-  ScenarioOptions options;
-  ExecutionOptions execution;
-  std::string output;  ///< run folder; empty = the scenario's
-  bool overwrite = false;
-  bool quiet = false;
-  double memory = 0;     ///< [bytes] of the machine that ranks on it may take; 0 = all it has
-  double wall_time = 0;  ///< [s] stop before; 0 = no limit
-  std::string restart;   ///< go on from: a checkpoint, or "latest"; empty = from the beginning
-  std::optional<Index> checkpoint_steps;     ///< instead of the scenario's
-  std::optional<double> checkpoint_minutes;  ///< the same
-  int ranks = 0;                             ///< check: show the partition over so many; 0 = none
-  Partitioner partitioner = Partitioner::curve;  ///< check: of that partition
-  int writers = 0;                               ///< ranks that write frames; 0 = all
-  std::optional<TraceWindow> trace;              ///< record these steps
-  std::vector<std::string> command;
+/// The words of the command line, the program's name first.
+using Words = std::vector<std::string>;
+
+/// What a command does with its options once they are there; returns the exit code.
+using Action = std::function<int(const Words&)>;
+
+struct Command {
+  const char* name;
+  const char* help;
+  Action (*add_options)(CLI::App& command);  ///< to its command line
 };
 
-int run_command(const RunArguments& arguments);
-int check_command(const RunArguments& arguments);
+Action add_run(CLI::App& command);
+Action add_check(CLI::App& command);
+Action add_export(CLI::App& command);
+Action add_compare(CLI::App& command);
+Action add_graph(CLI::App& command);
+Action add_trace(CLI::App& command);
+Action add_material(CLI::App& command);
+Action add_verify(CLI::App& command);
+Action add_bench(CLI::App& command);
+Action add_info(CLI::App& command);
 
-struct GraphArguments {
-  std::string scenario;
-  ScenarioOptions options;
-  std::string output;  ///< .dot, .svg, .png, .pdf; empty = DOT on standard output
-  bool all = false;    ///< every patch instead of one and its neighbours
-  int ranks = 0;       ///< frame the patches of each of so many ranks; 0 = do not
-  Partitioner partitioner = Partitioner::curve;  ///< of that partition
+inline constexpr Command commands[] = {
+    {"run", "Run a case", add_run},
+    {"check", "Validate a case and print sizes and limits, without a run", add_check},
+    {"export", "Write particles as CSV, for ParaView or for CB-Geo MPM", add_export},
+    {"compare", "Compare two outputs, field by field", add_compare},
+    {"graph", "Draw the task graph of one time step as DOT, SVG, PNG or PDF", add_graph},
+    {"trace", "Analyse a trace that lahar run --trace recorded", add_trace},
+    {"material", "Drive one material point along a strain or stress path", add_material},
+    {"verify", "Compare a case with its solution in the literature", add_verify},
+    {"bench", "Measure time per particle and step, scaling, memory and start-up", add_bench},
+    {"info", "Print version, build and features, or the reference of the input", add_info},
 };
-int graph_command(const GraphArguments& arguments);
 
-int info_command();
+/// The command that the words ask for; returns its exit code. Throws what it throws, and InputError
+/// where the words are not understood.
+int run_program(std::span<const Command> known, const Words& words);
+
+/// The scenario and its options, which several commands share.
+void add_scenario(CLI::App& command, std::string& scenario, ScenarioOptions& options);
+
+/// Refuse rather than do the same several times. Throws InputError.
+void refuse_several_ranks(const char* command);
 
 }  // namespace lahar

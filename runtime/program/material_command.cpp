@@ -114,6 +114,16 @@ std::string path_table(const MaterialDriver& driver, const std::vector<PathPoint
   return text;
 }
 
+namespace {
+
+struct MaterialArguments {
+  std::string driver;  ///< input file
+  ScenarioOptions options;
+  std::string output;  ///< files OUTPUT.csv and OUTPUT.svg; empty = the driver's name
+  bool no_plot = false;
+};
+
+/// Throws SimulationError where the path cannot be followed.
 int material_command(const MaterialArguments& arguments) {
   const std::filesystem::path file = arguments.driver;
   const MaterialDriver driver = read_material_driver(file, arguments.options);
@@ -140,6 +150,26 @@ int material_command(const MaterialArguments& arguments) {
   if (divided > 0)
     fmt::print("{} increment{} could only be done in parts\n", divided, divided == 1 ? "" : "s");
   return exit_ok;
+}
+
+}  // namespace
+
+Action add_material(CLI::App& command) {
+  const auto arguments = std::make_shared<MaterialArguments>();
+  command.add_option("DRIVER", arguments->driver, "Input (JSON): material and path")->required();
+  command
+      .add_option("--set", arguments->options.overrides,
+                  "Replace a value: material.friction=30 (repeatable)")
+      ->type_name("KEY=VALUE");
+  command.add_flag("--as-cbgeo", arguments->options.as_cbgeo,
+                   "Use return mappings and laws as in CB-Geo MPM");
+  command.add_option("--output,-o", arguments->output,
+                     "Write OUTPUT.csv and OUTPUT.svg (default: beside the driver)");
+  command.add_flag("--no-plot", arguments->no_plot, "Write only the table");
+  return [arguments](const Words&) {
+    refuse_several_ranks("material");
+    return material_command(*arguments);
+  };
 }
 
 }  // namespace lahar

@@ -8,16 +8,6 @@
 
 namespace lahar {
 
-struct MaterialArguments {
-  std::string driver;  ///< input file
-  ScenarioOptions options;
-  std::string output;  ///< files OUTPUT.csv and OUTPUT.svg; empty = the driver's name
-  bool no_plot = false;
-};
-
-/// Exit code; throws SimulationError where the path cannot be followed.
-int material_command(const MaterialArguments& arguments);
-
 /// A state on the path.
 struct PathPoint {
   double time = 0;  ///< [s]

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <span>
 
 #include "io/base/sha256.h"
@@ -13,6 +14,7 @@
 #include "runtime/program/run_description.h"
 #include "runtime/program/signals.h"
 #include "runtime/program/startup_progress.h"
+#include "runtime/program/study_options.h"
 #include "runtime/terminal/console.h"
 #include "runtime/terminal/version.h"
 
@@ -85,8 +87,6 @@ MemoryLimit limit_of_ranks(const RunArguments& arguments) {
   return own;
 }
 
-}  // namespace
-
 int run_command(const RunArguments& given) {
   RunArguments arguments = given;
   watch_signals();
@@ -122,6 +122,139 @@ int check_command(const RunArguments& given) {
                    arguments.partitioner);
   console.line(fmt::format("next: lahar run {}", arguments.scenario));
   return exit_ok;
+}
+
+/// --partition, of run and check.
+CLI::Option* add_partition(CLI::App& command, Partitioner& chosen, const std::string& text) {
+  const auto choose = [&chosen](const std::string& name) {
+    chosen = name == "scotch" ? Partitioner::scotch : Partitioner::curve;
+  };
+  return command.add_option_function<std::string>("--partition", choose, text)
+      ->check(CLI::IsMember({"curve", "scotch"}))
+      ->type_name("NAME");
+}
+
+const std::map<std::string, std::uint64_t> size_units{
+    {"KiB", 1ULL << 10}, {"MiB", 1ULL << 20}, {"GiB", 1ULL << 30}, {"TiB", 1ULL << 40}};
+
+/// --memory, of run and check.
+void add_memory(CLI::App& command, double& bytes) {
+  command
+      .add_option_function<std::string>(
+          "--memory", [&bytes](const std::string& text) { bytes = bytes_of(text); },
+          "Memory of the machine that the case may use, such as 64G or 500M (default: all of it, "
+          "or the limit of its control group). A case that needs more is refused")
+      ->type_name("SIZE");
+}
+
+/// What --balance says.
+BalanceOptions balance_options(const std::string& text, Partitioner partitioner) {
+  using When = BalanceOptions::When;
+  if (text == "auto") return {.partitioner = partitioner};
+  if (text == "off") return {.when = When::never, .partitioner = partitioner};
+  const bool digits = !text.empty() && text.size() < 10 &&
+                      text.find_first_not_of("0123456789") == std::string::npos;
+  const Step every = digits ? std::stoll(text) : 0;
+  if (every <= 0)
+    throw InputError("--balance must be auto, off or a number of steps, found '" + text + "'.");
+  return {.when = When::forced, .every = every, .partitioner = partitioner};
+}
+
+struct RunOptions {
+  RunArguments run;
+  StudyOptions study;
+  bool serial = false, bulk = false;
+  std::string balance = "auto";
+};
+
+/// What `options` ask for, together with the words of the command line.
+RunArguments arguments_of(const RunOptions& options, const Words& words) {
+  RunArguments run = options.run;
+  run.command = words;
+  run.execution.ranks = Communicator::world();
+  options.study.give(run);
+  if (options.serial && run.execution.ranks.several())
+    throw InputError("--serial is for one rank: on several, only the task graph runs.");
+  if (options.serial && options.bulk)
+    throw InputError("--serial and --bulk-synchronous exclude each other; give one of them.");
+  if (options.serial) run.execution.mode = ExecutionOptions::Mode::serial;
+  if (options.bulk) run.execution.mode = ExecutionOptions::Mode::bulk;
+  run.execution.balance = balance_options(options.balance, run.execution.balance.partitioner);
+  return run;
+}
+
+}  // namespace
+
+Action add_run(CLI::App& command) {
+  const auto options = std::make_shared<RunOptions>();
+  RunArguments& run = options->run;
+  add_scenario(command, run.scenario, run.options);
+  command.add_option("--threads,-t", run.execution.threads, "Threads (default: all cores)")
+      ->check(CLI::Range(1, 4096));
+  command.add_flag("--serial", options->serial,
+                   "Use a serial loop instead of the task graph; same results");
+  command
+      .add_option("--balance", options->balance,
+                  "Move patches between ranks: auto (where it pays by measured work), off, or for "
+                  "tests a number of steps after which patches move at random")
+      ->default_str("auto");
+  add_partition(command, run.execution.balance.partitioner,
+                "Distribute patches among ranks by curve (space-filling curve, default) or scotch");
+  command
+      .add_option("--writers", run.writers,
+                  "Number of MPI ranks that write frames (default: all). The others send them "
+                  "their particles. For file systems that slow down with many writers")
+      ->check(CLI::Range(1, 1'000'000));
+  command
+      .add_option("--staging", run.execution.staging_bytes,
+                  "Largest frame or checkpoint per rank that is copied and written in the "
+                  "background, with at most three copies of frames and two of checkpoints at a "
+                  "time. Steps wait while a larger one is written")
+      ->transform(CLI::AsNumberWithUnit(size_units, CLI::AsNumberWithUnit::UNIT_REQUIRED))
+      ->type_name("SIZE")
+      ->default_str("64MiB");
+  command.add_flag("--bulk-synchronous", options->bulk,
+                   "For comparison: all wait for all after each phase; same results");
+  options->study.add_to(command, run);
+  command.add_option("--output,-o", run.output, "Run folder (default: from the scenario)");
+  command.add_flag("--overwrite", run.overwrite, "Replace earlier results in the run folder");
+  command
+      .add_option("--wall-time", run.wall_time,
+                  "Write a checkpoint and stop before this many seconds of wall time; exit code 75")
+      ->check(CLI::PositiveNumber);
+  auto* restart = command.add_option(
+      "--restart", run.restart,
+      "Continue the run in its folder, from its latest checkpoint or from a file");
+  restart->type_name("latest|FILE")->excludes("--overwrite");
+  command
+      .add_option("--checkpoint-steps", run.checkpoint_steps,
+                  "Steps between checkpoints; 0: none (default: from the scenario)")
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--checkpoint-minutes", run.checkpoint_minutes,
+                  "Minutes between checkpoints; 0: none (default: from the scenario)")
+      ->check(CLI::NonNegativeNumber);
+  add_memory(command, run.memory);
+  command.add_flag("--quiet,-q", run.quiet, "Print only warnings and errors");
+  return [options](const Words& words) { return run_command(arguments_of(*options, words)); };
+}
+
+Action add_check(CLI::App& command) {
+  const auto arguments = std::make_shared<RunArguments>();
+  add_scenario(command, arguments->scenario, arguments->options);
+  auto* ranks_option =
+      command
+          .add_option("--ranks", arguments->ranks,
+                      "Show how patches would be distributed among this many MPI ranks")
+          ->check(CLI::Range(1, 1'000'000));
+  add_memory(command, arguments->memory);
+  add_partition(command, arguments->partitioner,
+                "Distribute them by curve (space-filling curve, default) or scotch")
+      ->needs(ranks_option);
+  return [arguments](const Words&) {
+    refuse_several_ranks("check");
+    return check_command(*arguments);
+  };
 }
 
 }  // namespace lahar

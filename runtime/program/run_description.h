@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "runtime/program/commands.h"
+#include "runtime/program/run_arguments.h"
 #include "runtime/step/restart.h"
 #include "runtime/terminal/console.h"
 

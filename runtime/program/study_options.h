@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "physics/base/error.h"
-#include "runtime/program/commands.h"
+#include "runtime/program/run_arguments.h"
 
 namespace lahar {
 

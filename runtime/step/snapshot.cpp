@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "physics/materials/law.h"
+#include "physics/particles/derived_fields.h"
 
 namespace lahar {
 
@@ -48,20 +49,18 @@ template <int Dim>
 class Shown {
  public:
   Shown(const ColumnInfo& info, const ColumnLayout<Dim>& layout, const Model<Dim>& model)
-      : info_(&info),
-        model_(&model),
+      : model_(&model),
         stored_(layout.components(info)),
+        info_(&info),
         tensor_(info.column == Column::stress || info.column == Column::strain),
-        derived_(!layout.has(info.column)) {}
+        strain_of_stress_(!layout.has(info.column)) {}
+
+  Shown(const DerivedField& field, const Model<Dim>& model)
+      : model_(&model), stored_(field.components), field_(&field) {}
 
   /// A state variable, as a field of its own.
   Shown(const StateVariable& variable, const Model<Dim>& model)
-      : info_(&column_table[static_cast<std::size_t>(Column::state)]),
-        model_(&model),
-        stored_(1),
-        tensor_(false),
-        derived_(false),
-        variable_(&variable) {
+      : model_(&model), stored_(1), variable_(&variable) {
     for (const Material& material : model.materials) {
       const auto all = state_variables(material.law);
       const auto found = std::find_if(
@@ -78,6 +77,8 @@ class Shown {
   int components() const { return tensor_ ? 6 : stored_; }
   FrameColumn header() const {
     if (variable_) return {std::string(variable_->name), std::string(variable_->unit), 1, {}};
+    if (field_)
+      return {std::string(field_->name), std::string(field_->unit), field_->components, {}};
     return {info_->name, info_->unit, components(), {}};
   }
   /// The components of a block's particles, particle after particle; `to` is zero before.
@@ -87,7 +88,10 @@ class Shown {
     block.for_each_range([&](Local begin, Local end) {
       if (variable_)
         for (Local p = begin; p < end; ++p) to[p - begin] = state_variable(particles, p);
-      else if (derived_)
+      else if (field_)
+        for (Local p = begin; p < end; ++p)
+          field_->value(values_of(particles, p), to + (p - begin) * width);
+      else if (strain_of_stress_)
         for (Local p = begin; p < end; ++p) derive_strain(particles, p, to + (p - begin) * width);
       else
         for (int c = 0; c < stored_; ++c) {
@@ -129,15 +133,36 @@ class Shown {
     std::copy(strain.begin(), strain.end(), to);
   }
 
-  const ColumnInfo* info_;
+  ParticleValues values_of(const Particles<Dim>& particles, Local p) const {
+    ParticleValues values;
+    const auto take = [&](Column column, double* to) {
+      for (int c = 0; c < particles.layout().components(column); ++c)
+        to[voigt<Dim>(column, c)] = particles.row(column, c)[p];
+    };
+    take(Column::mass, &values.mass);
+    take(Column::volume, &values.volume);
+    take(Column::x, values.x.data());
+    take(Column::v, values.v.data());
+    take(Column::u, values.u.data());
+    take(Column::stress, values.stress.data());
+    if (particles.layout().has(Column::strain))
+      take(Column::strain, values.strain.data());
+    else
+      derive_strain(particles, p, values.strain.data());
+    return values;
+  }
+
   const Model<Dim>* model_;
   int stored_;
-  bool tensor_, derived_;
-  const StateVariable* variable_ = nullptr;  ///< null: a column
-  std::vector<int> component_;               ///< of the variable, by material; -1 = has none
+  // One of these three says what it is.
+  const ColumnInfo* info_ = nullptr;
+  const StateVariable* variable_ = nullptr;
+  const DerivedField* field_ = nullptr;
+  bool tensor_ = false, strain_of_stress_ = false;
+  std::vector<int> component_;  ///< of the variable, by material; -1 = has none
 };
 
-/// The columns of a frame: coordinates first, then the others.
+/// The columns of a frame: coordinates first, then the others, and what follows from them.
 template <int Dim>
 std::vector<Shown<Dim>> shown_columns(const ColumnLayout<Dim>& layout, const Model<Dim>& model) {
   std::vector<Shown<Dim>> columns;
@@ -148,6 +173,8 @@ std::vector<Shown<Dim>> shown_columns(const ColumnLayout<Dim>& layout, const Mod
   if (layout.has(Column::state))
     for (const StateVariable* variable : state_variables(model.materials))
       columns.push_back(Shown<Dim>(*variable, model));
+  for (const DerivedField* field : model.output.derived_fields)
+    columns.push_back(Shown<Dim>(*field, model));
   return columns;
 }
 

@@ -2,7 +2,7 @@
 #include <set>
 
 #include "io/scenario/scenario.h"
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 #include "tests/fuzz/mutation_values.h"
 
 namespace lahar::fuzz {

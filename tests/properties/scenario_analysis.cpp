@@ -1,6 +1,7 @@
 // Methods, time steps and output of generated scenarios.
 #include <fmt/format.h>
 
+#include "physics/particles/derived_fields.h"
 #include "tests/properties/scenario_parts.h"
 
 namespace lahar::test {
@@ -124,6 +125,8 @@ Json output_of(Choices& choices, const Outline&, const GeneratedCase&, double dt
       break;
   }
   if (choices.chance("frames.most", 10)) output["max_frames"] = 2;
+  if (choices.chance("frames.derived", 30))
+    for (const DerivedField& field : derived_fields) output["vtk"].push_back(field.name);
   return output;
 }
 

@@ -139,8 +139,15 @@ mpm.json:20:43: warning: particles have no field 'displacments' [/post_processin
                                             ^
   hint: did you mean 'displacements'?
 )"},
+    {"a derived field that does not exist",
+     {replace("mpm.json", "\"output_steps\": 5", R"("vtk": ["speed", "von_mises_stres"])")}, {}, R"(accepted
+mpm.json:20:40: warning: particles have no field 'von_mises_stres' [/post_processing/vtk/1]
+    "post_processing": {"vtk": ["speed", "von_mises_stres"]}
+                                         ^
+  hint: did you mean 'von_mises_stress'?
+)"},
   };
-  check(table, 14);
+  check(table, 15);
 }
 
 TEST_CASE("smoothing of pressure is warned of in scenarios written for Lahar alone") {

@@ -8,7 +8,7 @@
 
 #include "io/scenario/scenario.h"
 #include "io/schema/cbgeo_deviations.h"
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 
 namespace fs = std::filesystem;
 using namespace lahar;

@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "io/scenario/scenario.h"
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 #include "tests/published_cases.h"
 
 namespace fs = std::filesystem;
@@ -143,25 +143,25 @@ TEST_CASE("every key of every table is in the schema and in the reference, with 
     const auto* definition = schema.find("$defs")->find(section->path);
     REQUIRE(definition);
     std::set<std::string_view> keys;  // some have a row for each of several types
-    for (const Field& f : section->fields) keys.insert(f.key);
+    for (const KeySpec& spec : section->keys) keys.insert(spec.key);
     CHECK(definition->find("properties")->as<Object>().size() == keys.size());
     const auto heading = reference.find("\n## " + std::string(section->path) + "\n");
     REQUIRE(heading != std::string::npos);
     const auto end = std::min(reference.find("\n## ", heading + 1), reference.size());
     const std::string chapter = reference.substr(heading, end - heading);
-    for (const Field& f : section->fields) {
-      CAPTURE(std::string(f.key));
-      const auto* property = definition->find("properties")->find(f.key);
+    for (const KeySpec& spec : section->keys) {
+      CAPTURE(std::string(spec.key));
+      const auto* property = definition->find("properties")->find(spec.key);
       REQUIRE(property);
       const auto says = [&](const JsonValue& one) {
         const auto* description = one.find("description");
-        return description && description->as<std::string>().find(f.help) == 0;
+        return description && description->as<std::string>().find(spec.help) == 0;
       };
       const auto* rows = property->find("anyOf");
       CHECK((says(*property) || (rows && std::any_of(rows->as<JsonValue::Array>().begin(),
                                                      rows->as<JsonValue::Array>().end(), says))));
-      CHECK(chapter.find("| `" + std::string(f.key) + "` |") != std::string::npos);
-      CHECK_FALSE(f.help.empty());
+      CHECK(chapter.find("| `" + std::string(spec.key) + "` |") != std::string::npos);
+      CHECK_FALSE(spec.help.empty());
     }
   }
 }

@@ -11,7 +11,7 @@
 using namespace lahar;
 
 TEST_CASE("the material of CONTRIBUTING.md is the one that is compiled here") {
-  test::check_that_contributing_has("tests/physics/materials/contributing_example.h");
+  CHECK(test::contributing_has("tests/physics/materials/contributing_example.h"));
 }
 
 TEST_CASE("the material of CONTRIBUTING.md is a law, and its shear stress relaxes") {

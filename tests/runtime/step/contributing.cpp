@@ -52,7 +52,7 @@ struct Damped : ByHand<2> {
 }  // namespace
 
 TEST_CASE("the stage of CONTRIBUTING.md is the one that is compiled here") {
-  check_that_contributing_has("tests/runtime/step/contributing_stage.h");
+  CHECK(contributing_has("tests/runtime/step/contributing_stage.h"));
 }
 
 TEST_CASE("the stage of CONTRIBUTING.md slows a body in flight, and counts the work") {

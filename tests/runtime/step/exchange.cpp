@@ -311,7 +311,8 @@ TEST_CASE("particles have the columns that their own materials, mesh, scheme and
     const auto& layout = patches[0].particles.layout();
     std::string names;
     for (const ColumnInfo& info : column_table)
-      if (info.optional && layout.has(info.column)) names += std::string(info.name) + " ";
+      if ((info.need || info.column == Column::state) && layout.has(info.column))
+        names += std::string(info.name) + " ";
     return names;
   };
   CHECK(columns(two_discs()) == "");

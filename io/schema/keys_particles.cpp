@@ -1,5 +1,5 @@
 // Tables of particles, loads and functions of time.
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 
 namespace lahar {
 
@@ -8,7 +8,7 @@ const Section& particles_section() {
       .name = "an entry of particles",
       .path = "particles[]",
       .help = "One source of particles.",
-      .fields = {
+      .keys = {
           {.key = "generator",
            .kinds = object,
            .help = "source of the particles",
@@ -38,7 +38,7 @@ const Section& generator_section() {
           "from one generator to the next. Ids of injected particles continue from these, step by "
           "step.",
       .discriminator = "type",
-      .fields = {
+      .keys = {
           {.key = "type",
            .kinds = text,
            .help = "kind of generator",
@@ -138,7 +138,7 @@ const Section& material_set_section() {
       .name = "an entry of material_sets",
       .path = "material_sets[]",
       .help = "Another material for a set of particles; later entries win.",
-      .fields = {
+      .keys = {
           {.key = "material_id", .kinds = id, .help = "material: an id or a name", .min = 0},
           {.key = "material",
            .kinds = id,
@@ -165,7 +165,7 @@ const Section& gravity_section() {
                                .help =
                                    "Gravity that grows linearly from zero until `ramping_time` "
                                    "(dialect of the fork).",
-                               .fields = {
+                               .keys = {
                                    {.key = "gravity",
                                     .kinds = vector,
                                     .help = "acceleration",
@@ -188,7 +188,7 @@ const Section& traction_section() {
           "Force on each particle of a set: traction * function(t) * volume / size, where size is "
           "the initial volume to the power 1/dim. The last traction for a particle and direction "
           "wins.",
-      .fields = {
+      .keys = {
           {.key = "pset_id",
            .kinds = id,
            .help = "particle set: an id, -1 for all, or a name",
@@ -205,8 +205,8 @@ const Section& traction_section() {
   return section;
 }
 
-std::vector<Field> loading_fields() {
-  std::vector<Field> fields = {
+std::vector<KeySpec> loading_keys() {
+  std::vector<KeySpec> keys = {
       {.key = "gravity",
        .kinds = vector | object,
        .help = "acceleration of gravity",
@@ -219,9 +219,9 @@ std::vector<Field> loading_fields() {
        .help = "tractions on particles",
        .section = traction_section},
   };
-  const std::vector<Field> conditions = condition_fields(true);
-  fields.insert(fields.end(), conditions.begin(), conditions.end());
-  return fields;
+  const std::vector<KeySpec> conditions = condition_keys(true);
+  keys.insert(keys.end(), conditions.begin(), conditions.end());
+  return keys;
 }
 
 }  // namespace
@@ -230,7 +230,7 @@ const Section& loading_section() {
   static const Section section{.name = "external_loading_conditions",
                                .path = "external_loading_conditions",
                                .help = "External loads on the material.",
-                               .fields = loading_fields()};
+                               .keys = loading_keys()};
   return section;
 }
 
@@ -242,7 +242,7 @@ const Section& function_section() {
           "`Linear`: straight lines between the points (xvalues, fxvalues), constant outside. "
           "`Sin`: sin(a (t - x0)) inside `xrange`, 0 outside.",
       .discriminator = "type",
-      .fields = {
+      .keys = {
           {.key = "id",
            .kinds = integer,
            .help = "id; default: the position in the list",

@@ -1,7 +1,7 @@
 // Tables of the scenario's top level and of post-processing.
 #include <algorithm>
 
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 
 namespace lahar {
 
@@ -13,7 +13,7 @@ const Section& scenario_section() {
           "A scenario is one JSON object; `//` and `/* */` comments are allowed. File names are "
           "relative to the scenario's folder. Units are SI: m, kg, s, N, Pa; in two dimensions "
           "forces, masses and energies are per metre of thickness, and the state is plane strain.",
-      .fields = {
+      .keys = {
           {.key = "title", .kinds = text, .help = "what the case is", .fallback = "\"\""},
           {.key = "mesh",
            .kinds = object,
@@ -82,7 +82,7 @@ const Section& statevars_section() {
           "State variables for ParaView. Frames always contain the state variables of all "
           "materials, each as a field with its name. A field is 0 for particles whose material "
           "does not have the variable.",
-      .fields = {
+      .keys = {
           {.key = "phase_id",
            .kinds = integer,
            .help = "phase",
@@ -104,9 +104,10 @@ const Section& post_processing_section() {
       .name = "post_processing",
       .path = "post_processing",
       .help =
-          "The run folder is `path`/`analysis.uuid`. Frames always contain every field; the names "
-          "in `vtk` and `vtk_statevars` are accepted for compatibility.",
-      .fields = {
+          "The run folder is `path`/`analysis.uuid`. Frames always contain every column of the "
+          "particles and every state variable. Names of derived fields in `vtk` add these. Other "
+          "names in `vtk`, and those in `vtk_statevars`, are accepted for compatibility.",
+      .keys = {
           {.key = "path",
            .kinds = text,
            .help = "folder of the results, relative to the "
@@ -175,8 +176,9 @@ const Section& post_processing_section() {
            .native = true},
           {.key = "vtk",
            .kinds = texts,
-           .help = "fields for ParaView: displacements, velocities, "
-                   "stresses, strains, ..."},
+           .help =
+               "fields for ParaView: names of derived fields (see Derived fields), and "
+               "displacements, velocities, stresses, strains, ..., which frames contain anyway"},
           {.key = "vtk_statevars",
            .kinds = list | texts,
            .help = "state variables for ParaView; older cases have a list of their names",
@@ -185,16 +187,16 @@ const Section& post_processing_section() {
   return section;
 }
 
-bool Field::applies(std::string_view variant) const {
+bool KeySpec::applies(std::string_view variant) const {
   return only.empty() || std::find(only.begin(), only.end(), variant) != only.end();
 }
 
-const Field* Section::find(std::string_view key, std::string_view variant) const {
-  const Field* found = nullptr;
-  for (const Field& field : fields) {
-    if (field.key != key) continue;
-    if (field.applies(variant)) return &field;
-    if (!found) found = &field;
+const KeySpec* Section::find(std::string_view key, std::string_view variant) const {
+  const KeySpec* found = nullptr;
+  for (const KeySpec& spec : keys) {
+    if (spec.key != key) continue;
+    if (spec.applies(variant)) return &spec;
+    if (!found) found = &spec;
   }
   return found;
 }
@@ -204,8 +206,8 @@ namespace {
 void collect(const Section& section, std::vector<const Section*>& out) {
   if (std::find(out.begin(), out.end(), &section) != out.end()) return;
   out.push_back(&section);
-  for (const Field& field : section.fields)
-    if (field.section) collect(field.section(), out);
+  for (const KeySpec& spec : section.keys)
+    if (spec.section) collect(spec.section(), out);
 }
 
 }  // namespace

@@ -5,19 +5,19 @@
 
 #include <memory>
 
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 #include "physics/base/parameter.h"
 
 namespace lahar {
 
-/// A text that lives as long as the program, as fields view texts.
+/// A text that lives as long as the program, as keys view texts.
 inline std::string_view kept_text(std::string text) {
   static std::vector<std::unique_ptr<const std::string>> texts;
   texts.push_back(std::make_unique<const std::string>(std::move(text)));
   return *texts.back();
 }
 
-inline void set_bounds(Field& f, Bound bound) {
+inline void set_bounds(KeySpec& f, Bound bound) {
   switch (bound) {
     case Bound::none:
       break;
@@ -38,8 +38,8 @@ inline void set_bounds(Field& f, Bound bound) {
 
 /// The key of a parameter.
 template <class Owner>
-Field field_of(const Parameter<Owner>& p) {
-  Field f{.key = p.key, .kinds = number, .help = p.help, .unit = p.unit, .required = p.required};
+KeySpec key_of(const Parameter<Owner>& p) {
+  KeySpec f{.key = p.key, .kinds = number, .help = p.help, .unit = p.unit, .required = p.required};
   if (p.flag) {
     f.kinds = boolean;
     if (!p.by_preset) f.fallback = "false";

@@ -1,5 +1,5 @@
 // Tables of `lahar material`'s input.
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 
 namespace lahar {
 
@@ -10,7 +10,7 @@ const Section& path_section() {
       .help =
           "A part of the path: `triaxial` with `axial_strain`, `change` with `control`, or "
           "`increments`.",
-      .fields = {
+      .keys = {
           {.key = "steps", .kinds = integer, .help = "equal steps", .min = 1, .max = 1e7},
           {.key = "time",
            .kinds = number,
@@ -51,7 +51,7 @@ const Section& driver_section() {
       .help =
           "`lahar material driver.json` drives one material point along a strain or stress path. "
           "Stresses are positive in tension.",
-      .fields = {
+      .keys = {
           {.key = "title", .kinds = text, .help = "title of the plot", .fallback = "\"\""},
           {.key = "material",
            .kinds = object,

@@ -1,5 +1,5 @@
 // Tables of geometric regions.
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 
 namespace lahar {
 
@@ -10,7 +10,7 @@ const Section& box_section() {
       .name = "a box",
       .path = "box",
       .help = "Axis-aligned box; either corner may be left out (unbounded on that side).",
-      .fields = {
+      .keys = {
           {.key = "min", .kinds = vector, .help = "lower corner", .unit = "m", .native = true},
           {.key = "max", .kinds = vector, .help = "upper corner", .unit = "m", .native = true},
       }};
@@ -24,7 +24,7 @@ const Section& half_space_section() {
       .help =
           "Everything on the side of a plane (2D: a line) that the normal points away from: "
           "(x - point) . normal <= 0.",
-      .fields = {
+      .keys = {
           {.key = "point",
            .kinds = vector,
            .help = "a point on the plane",
@@ -44,7 +44,7 @@ const Section& sphere_section() {
   static const Section section{.name = "a sphere",
                                .path = "sphere",
                                .help = "Ball (2D: disc).",
-                               .fields = {
+                               .keys = {
                                    {.key = "centre",
                                     .kinds = vector,
                                     .help = "centre",
@@ -70,7 +70,7 @@ const Section& cylinder_section() {
       .help =
           "Points within `radius` of the straight line between two points, with flat ends "
           "(2D: a strip).",
-      .fields = {
+      .keys = {
           {.key = "from",
            .kinds = vector,
            .help = "centre of one end",
@@ -102,7 +102,7 @@ const Section& polygon_section() {
       .help =
           "Simple polygon, in either orientation. In 3D it lies in the plane normal to `axis` "
           "(coordinates in cyclic order: x-y, y-z, z-x) and is extruded along it over `range`.",
-      .fields = {
+      .keys = {
           {.key = "points",
            .kinds = points,
            .help = "corners, at least three: [[x, y], ...]",
@@ -133,7 +133,7 @@ const Section& region_section() {
           "A geometric predicate: exactly one of the keys below. Points on the boundary are "
           "inside, to 1e-9 of the smallest cell size (so that nodes exactly on a plane or on the "
           "side of a box belong to it despite rounding).",
-      .fields = {
+      .keys = {
           {.key = "box",
            .kinds = object,
            .help = "axis-aligned box",

@@ -1,5 +1,5 @@
 // Tables of the mesh, its boundary conditions, sets and regions.
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 
 namespace lahar {
 
@@ -12,7 +12,7 @@ const Section& structured_section() {
       .help =
           "A grid of equal boxes, in place of a mesh file. Two of `cell_size`, `extent` and "
           "`counts` define its size. Cell (i, j, k) has the id i + nx (j + ny k).",
-      .fields = {
+      .keys = {
           {.key = "origin",
            .kinds = vector,
            .help = "lowest corner",
@@ -49,7 +49,7 @@ const Section& node_type_section() {
   static const Section section{.name = "an entry of node_types",
                                .path = "mesh.nonlocal_mesh_properties.node_types[]",
                                .help = "Position of nodes in the mesh along an axis.",
-                               .fields = {
+                               .keys = {
                                    {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
                                    {.key = "dir", .kinds = direction, .help = "direction"},
                                    {.key = "type",
@@ -68,7 +68,7 @@ const Section& nonlocal_section() {
           "Settings of splines (ED2Q4P2B, ED3H8P2B) in the dialect of the fork. They have no "
           "effect here, because the mesh determines all of them. Splines end at the border of the "
           "mesh. They sum to one and reproduce linear fields there.",
-      .fields = {
+      .keys = {
           {.key = "type",
            .kinds = text,
            .help = "kind of functions",
@@ -90,7 +90,7 @@ const Section& stresses_section() {
       .path = "mesh.particles_stresses",
       .help = "Initial stresses as an object (dialect of the fork).",
       .discriminator = "type",
-      .fields = {
+      .keys = {
           {.key = "type",
            .kinds = text,
            .help = "source of the stresses",
@@ -114,7 +114,7 @@ const Section& mesh_section() {
       .name = "mesh",
       .path = "mesh",
       .help = "The background mesh: `mesh` (a file) or `structured`.",
-      .fields = {
+      .keys = {
           {.key = "mesh",
            .kinds = file,
            .help = "mesh file: `nnodes ncells`, a line of coordinates "
@@ -224,7 +224,7 @@ const Section& sets_section() {
       .help =
           "Named sets from geometry: nodes in a region, cells with their centre in it, particles "
           "that start in it. A name can replace any numeric id of the CB-Geo format.",
-      .fields = {
+      .keys = {
           {.key = "nodes",
            .kinds = map,
            .help = "name: region",

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "io/schema/fields_parameter.h"
+#include "io/schema/keys_parameter.h"
 #include "physics/materials/materials.h"
 
 namespace lahar {
@@ -16,15 +16,15 @@ template <class LawType>
 requires LawType::native inline constexpr bool is_native<LawType> = true;
 
 template <class LawType>
-Field field_of_law(const Parameter<LawType>& p) {
-  Field f = field_of(p);
+KeySpec key_of_law(const Parameter<LawType>& p) {
+  KeySpec f = key_of(p);
   f.native = is_native<LawType>;
   f.only = {LawType::name};
   return f;
 }
 
 // True if the rows say the same of their keys.
-bool agree(const Field& a, const Field& b) {
+bool agree(const KeySpec& a, const KeySpec& b) {
   return a.key == b.key && a.kinds == b.kinds && a.help == b.help && a.unit == b.unit &&
          a.fallback == b.fallback && a.required == b.required && a.min == b.min && a.max == b.max &&
          a.above_min == b.above_min && a.below_max == b.below_max && a.support == b.support &&
@@ -33,13 +33,13 @@ bool agree(const Field& a, const Field& b) {
 
 // A row for the keys of each law; laws of which the rows agree share one.
 template <class... Laws>
-void add_laws(std::vector<Field>& fields, const std::variant<Laws...>*) {
+void add_laws(std::vector<KeySpec>& keys, const std::variant<Laws...>*) {
   const auto add = [&]<class LawType>(const Parameter<LawType>& p) {
-    Field field = field_of_law(p);
-    const auto same = std::find_if(fields.begin(), fields.end(),
-                                   [&](const Field& other) { return agree(field, other); });
-    if (same == fields.end())
-      fields.push_back(std::move(field));
+    KeySpec spec = key_of_law(p);
+    const auto same = std::find_if(keys.begin(), keys.end(),
+                                   [&](const KeySpec& other) { return agree(spec, other); });
+    if (same == keys.end())
+      keys.push_back(std::move(spec));
     else
       same->only.push_back(LawType::name);
   };
@@ -54,16 +54,16 @@ std::vector<std::string_view> names_of(const std::variant<Laws...>*) {
   return {Laws::name...};
 }
 
-std::vector<std::string_view> laws_without(std::string_view key, const std::vector<Field>& fields) {
+std::vector<std::string_view> laws_without(std::string_view key, const std::vector<KeySpec>& keys) {
   std::vector<std::string_view> names = names_of(static_cast<const Law*>(nullptr));
-  for (const Field& f : fields)
-    if (f.key == key)
-      for (const auto owner : f.only) std::erase(names, owner);
+  for (const KeySpec& spec : keys)
+    if (spec.key == key)
+      for (const auto owner : spec.only) std::erase(names, owner);
   return names;
 }
 
-Field planned(std::string_view key, std::string_view unit, std::string_view help,
-              std::vector<std::string_view> only) {
+KeySpec planned(std::string_view key, std::string_view unit, std::string_view help,
+                std::vector<std::string_view> only) {
   return {.key = key,
           .kinds = number,
           .help = help,
@@ -72,8 +72,8 @@ Field planned(std::string_view key, std::string_view unit, std::string_view help
           .only = std::move(only)};
 }
 
-std::vector<Field> fields() {
-  std::vector<Field> all = {
+std::vector<KeySpec> material_keys() {
+  std::vector<KeySpec> all = {
       {.key = "id",
        .kinds = integer,
        .help = "id; default: the position in the list",
@@ -155,7 +155,7 @@ const Section& materials_section() {
       .path = "materials[]",
       .help = "A constitutive law with its parameters. Angles are in degrees.",
       .discriminator = "type",
-      .fields = fields(),
+      .keys = material_keys(),
       .dimension_suffix = true};
   return section;
 }

@@ -1,10 +1,11 @@
-// The reference page of the input, from the field tables.
+// The reference page of the input, from the key tables.
 #include <fmt/format.h>
 
 #include <cmath>
 
 #include "io/schema/cbgeo_deviations.h"
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
+#include "physics/particles/derived_fields.h"
 
 namespace lahar {
 
@@ -81,13 +82,13 @@ from 0 in file order. Numbers must be finite, and the counts must be right.
 In two dimensions a third coordinate is accepted and not used.
 )";
 
-std::string range(const Field& f) {
-  const bool low = std::isfinite(f.min), high = std::isfinite(f.max);
+std::string range(const KeySpec& spec) {
+  const bool low = std::isfinite(spec.min), high = std::isfinite(spec.max);
   if (low && high)
-    return fmt::format("{}{}, {}{}", f.above_min ? "(" : "[", f.min, f.max,
-                       f.below_max ? ")" : "]");
-  if (low) return fmt::format("{} {}", f.above_min ? ">" : ">=", f.min);
-  if (high) return fmt::format("{} {}", f.below_max ? "<" : "<=", f.max);
+    return fmt::format("{}{}, {}{}", spec.above_min ? "(" : "[", spec.min, spec.max,
+                       spec.below_max ? ")" : "]");
+  if (low) return fmt::format("{} {}", spec.above_min ? ">" : ">=", spec.min);
+  if (high) return fmt::format("{} {}", spec.below_max ? "<" : "<=", spec.max);
   return "";
 }
 
@@ -97,35 +98,35 @@ std::string code_list(const std::vector<std::string_view>& words) {
   return join(out);
 }
 
-std::string value_of(const Field& f) {
-  if (!f.allowed.empty() && !(f.kinds & boolean)) return code_list(f.allowed);
-  Field plain = f;
+std::string value_of(const KeySpec& spec) {
+  if (!spec.allowed.empty() && !(spec.kinds & boolean)) return code_list(spec.allowed);
+  KeySpec plain = spec;
   plain.unit = "";
   std::string out = allowed_kinds(plain);
-  if (f.section && (f.kinds & (object | list | map)))
-    out += fmt::format(" (see {})", f.section().path);
-  if (!f.allowed.empty()) out += ": " + code_list(f.allowed);
-  const std::string bounds = range(f);
-  if (!bounds.empty() && !(f.kinds & (id | text))) out += ", " + bounds;
+  if (spec.section && (spec.kinds & (object | list | map)))
+    out += fmt::format(" (see {})", spec.section().path);
+  if (!spec.allowed.empty()) out += ": " + code_list(spec.allowed);
+  const std::string bounds = range(spec);
+  if (!bounds.empty() && !(spec.kinds & (id | text))) out += ", " + bounds;
   return out;
 }
 
-std::string default_of(const Field& f) {
-  if (f.required) return "required";
-  if (f.fallback.empty()) return "";
-  if (f.fallback_3d.empty()) return fmt::format("`{}`", f.fallback);
-  return fmt::format("`{}` or `{}`", f.fallback, f.fallback_3d);
+std::string default_of(const KeySpec& spec) {
+  if (spec.required) return "required";
+  if (spec.fallback.empty()) return "";
+  if (spec.fallback_3d.empty()) return fmt::format("`{}`", spec.fallback);
+  return fmt::format("`{}` or `{}`", spec.fallback, spec.fallback_3d);
 }
 
-std::string meaning_of(const Field& f) {
-  std::string out(f.help);
-  if (!f.only.empty()) out += fmt::format("; only for {}", code_list(f.only));
-  if (!f.planned.empty()) out += fmt::format("; not supported yet: {}", code_list(f.planned));
-  if (f.planned_kinds) out += "; not supported yet as an object";
-  if (f.support == Support::planned) out += "; **not supported yet**";
-  if (f.support == Support::older) out += "; **older format, not read**";
-  if (f.support == Support::ignored) out += "; accepted with a warning, without effect";
-  if (f.native) out += " *(Lahar)*";
+std::string meaning_of(const KeySpec& spec) {
+  std::string out(spec.help);
+  if (!spec.only.empty()) out += fmt::format("; only for {}", code_list(spec.only));
+  if (!spec.planned.empty()) out += fmt::format("; not supported yet: {}", code_list(spec.planned));
+  if (spec.planned_kinds) out += "; not supported yet as an object";
+  if (spec.support == Support::planned) out += "; **not supported yet**";
+  if (spec.support == Support::older) out += "; **older format, not read**";
+  if (spec.support == Support::ignored) out += "; accepted with a warning, without effect";
+  if (spec.native) out += " *(Lahar)*";
   return out;
 }
 
@@ -136,6 +137,18 @@ std::string escaped(const std::string& text) {
     if (c == '|') out += '\\';
     out += c;
   }
+  return out;
+}
+
+std::string derived_fields_table() {
+  std::string out =
+      "\n## Derived fields\n\nFrames contain the derived fields that `post_processing.vtk` names. "
+      "They follow from the columns of\nthe particle at that step. Stress is positive in tension, "
+      "strain has engineering shears.\n\n| name | unit | components | meaning "
+      "|\n|---|---|---|---|\n";
+  for (const DerivedField& field : derived_fields)
+    out += fmt::format("| `{}` | {} | {} | {} |\n", field.name, field.unit, field.components,
+                       field.help);
   return out;
 }
 
@@ -151,21 +164,23 @@ std::string deviations() {
 
 }  // namespace
 
+std::string section_reference(const Section& section) {
+  std::string out = fmt::format(
+      "\n## {}\n\n{}\n\n| key | value | unit | default | meaning |\n|---|---|---|---|---|\n",
+      section.path, section.help);
+  for (const KeySpec& spec : section.keys)
+    out += fmt::format("| `{}` | {} | {} | {} | {} |\n", spec.key, escaped(value_of(spec)),
+                       spec.unit, escaped(default_of(spec)), escaped(meaning_of(spec)));
+  return out;
+}
+
 std::string scenario_reference() {
   std::string out = introduction;
-  const auto add = [&](const Section* section) {
-    out += fmt::format(
-        "\n## {}\n\n{}\n\n| key | value | unit | default | meaning |\n"
-        "|---|---|---|---|---|\n",
-        section->path, section->help);
-    for (const Field& f : section->fields)
-      out += fmt::format("| `{}` | {} | {} | {} | {} |\n", f.key, escaped(value_of(f)), f.unit,
-                         escaped(default_of(f)), escaped(meaning_of(f)));
-  };
-  for (const Section* section : all_sections()) add(section);
+  for (const Section* section : all_sections()) out += section_reference(*section);
   out += side_files;
-  for (const Section* section : {&driver_section(), &path_section()}) add(section);
-  return out + deviations();
+  for (const Section* section : {&driver_section(), &path_section()})
+    out += section_reference(*section);
+  return out + derived_fields_table() + deviations();
 }
 
 }  // namespace lahar

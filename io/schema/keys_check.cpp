@@ -1,10 +1,10 @@
-// Checking an object against its field table.
+// Checking an object against its key table.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 
 namespace lahar {
 
@@ -51,8 +51,8 @@ std::size_t size_of(const JsonValue& v) {
   return v.is<Array>() ? v.as<Array>().size() : 0;
 }
 
-// The one kind of the field that this value has; 0 if none.
-unsigned matching_kind(const Field& field, const JsonValue& v, int dim) {
+// The one kind of the key that this value has; 0 if none.
+unsigned matching_kind(const KeySpec& spec, const JsonValue& v, int dim) {
   const auto length = static_cast<std::size_t>(dim);
   const auto fits = [&](unsigned kind) {
     switch (kind) {
@@ -93,7 +93,7 @@ unsigned matching_kind(const Field& field, const JsonValue& v, int dim) {
     }
   };
   for (unsigned kind = 1; kind <= points; kind <<= 1)
-    if ((field.kinds & kind) && fits(kind)) return kind;
+    if ((spec.kinds & kind) && fits(kind)) return kind;
   return 0;
 }
 
@@ -112,14 +112,14 @@ bool one_of(std::string_view word, const std::vector<std::string_view>& words) {
 }
 
 // What is allowed; a very large upper bound only where it is what is exceeded.
-std::string bounds(const Field& f, double found) {
+std::string bounds(const KeySpec& spec, double found) {
   constexpr double very_large = 1e8;
-  const bool low = std::isfinite(f.min);
-  const bool high = std::isfinite(f.max) && (f.max < very_large || found >= f.max);
+  const bool low = std::isfinite(spec.min);
+  const bool high = std::isfinite(spec.max) && (spec.max < very_large || found >= spec.max);
   std::string out;
-  if (low) out += fmt::format("{} {}", f.above_min ? "greater than" : "at least", f.min);
+  if (low) out += fmt::format("{} {}", spec.above_min ? "greater than" : "at least", spec.min);
   if (low && high) out += " and ";
-  if (high) out += fmt::format("{} {}", f.below_max ? "less than" : "at most", f.max);
+  if (high) out += fmt::format("{} {}", spec.below_max ? "less than" : "at most", spec.max);
   return out;
 }
 
@@ -133,19 +133,19 @@ class Checker {
     const std::string variant = variant_of(section, value);
     std::vector<std::string> misspelt;
     for (auto& member : members) {
-      const Field* field = section.find(member.key, variant);
-      if (!field)
+      const KeySpec* spec = section.find(member.key, variant);
+      if (!spec)
         misspelt.push_back(unknown(section, variant, value, member));
-      else if (!field->applies(variant))
-        misplaced(section, *field, variant, value, member);
+      else if (!spec->applies(variant))
+        misplaced(section, *spec, variant, value, member);
       else
-        check(section, *field, value, member);
+        check(section, *spec, value, member);
     }
     // A misspelt key is there, if only to say that it is not missing as well.
     for (auto& key : misspelt)
       if (!key.empty()) members.push_back({std::move(key), value.offset, {}});
-    for (const Field& field : section.fields)
-      if (field.applies(variant)) fill_in(section, field, value);
+    for (const KeySpec& spec : section.keys)
+      if (spec.applies(variant)) fill_in(section, spec, value);
   }
 
  private:
@@ -167,8 +167,8 @@ class Checker {
   std::string unknown(const Section& section, const std::string& variant, const JsonValue& object,
                       JsonValue::Member& member) {
     std::vector<std::string> keys;
-    for (const Field& f : section.fields)
-      if (f.applies(variant) && f.support != Support::older) keys.emplace_back(f.key);
+    for (const KeySpec& spec : section.keys)
+      if (spec.applies(variant) && spec.support != Support::older) keys.emplace_back(spec.key);
     problems_.error(document_.at_key(
         object, member, fmt::format("unknown key '{}' in {}", member.key, section.name),
         suggest(member.key, keys, "known keys")));
@@ -177,78 +177,78 @@ class Checker {
   }
 
   // A key of another variant; says nothing more where the variant itself is unknown.
-  void misplaced(const Section& section, const Field& field, const std::string& variant,
+  void misplaced(const Section& section, const KeySpec& spec, const std::string& variant,
                  const JsonValue& object, JsonValue::Member& member) {
-    const Field* type = section.find(section.discriminator);
+    const KeySpec* type = section.find(section.discriminator);
     std::vector<std::string_view> owners;
-    for (const Field& f : section.fields)
-      if (f.key == field.key && f.support != Support::older)
-        owners.insert(owners.end(), f.only.begin(), f.only.end());
+    for (const KeySpec& other : section.keys)
+      if (other.key == spec.key && other.support != Support::older)
+        owners.insert(owners.end(), other.only.begin(), other.only.end());
     if (one_of(variant, type->allowed))
       problems_.error(document_.at_key(
           object, member,
-          fmt::format("'{}' does not apply to {} of type \"{}\"", field.key, section.name, variant),
+          fmt::format("'{}' does not apply to {} of type \"{}\"", spec.key, section.name, variant),
           fmt::format("it belongs to {}", quoted_list(owners))));
     member.value.invalidate();
   }
 
-  void check(const Section& section, const Field& field, const JsonValue& object,
+  void check(const Section& section, const KeySpec& spec, const JsonValue& object,
              JsonValue::Member& member) {
     JsonValue& value = member.value;
     if (!value.valid()) return;
-    if (field.support == Support::ignored) {
+    if (spec.support == Support::ignored) {
       problems_.warning(document_.at_key(
-          object, member, fmt::format("'{}' is ignored in {}", field.key, section.name),
+          object, member, fmt::format("'{}' is ignored in {}", spec.key, section.name),
           "the reference code ignores it too"));
-    } else if (field.support == Support::planned) {
+    } else if (spec.support == Support::planned) {
       problems_.error(
-          document_.at_key(object, member, fmt::format("'{}' is not supported yet", field.key)));
-    } else if (field.support == Support::older) {
+          document_.at_key(object, member, fmt::format("'{}' is not supported yet", spec.key)));
+    } else if (spec.support == Support::older) {
       problems_.error(document_.at_key(
           object, member,
           fmt::format("'{}' in {} is of an older format, which CB-Geo MPM does not read any more",
-                      field.key, section.name),
-          std::string(field.help)));
+                      spec.key, section.name),
+          std::string(spec.help)));
     }
-    if (field.kinds == any) return value.invalidate();
-    const unsigned kind = matching_kind(field, value, dim_);
-    if (kind == 0) return wrong_kind(field, value);
-    if (field.planned_kinds & kind)
-      error(value, fmt::format("'{}' as {} is not supported yet", field.key,
+    if (spec.kinds == any) return value.invalidate();
+    const unsigned kind = matching_kind(spec, value, dim_);
+    if (kind == 0) return wrong_kind(spec, value);
+    if (spec.planned_kinds & kind)
+      error(value, fmt::format("'{}' as {} is not supported yet", spec.key,
                                kind == object_kind ? "an object" : "this kind of value"));
-    check_value(section, field, value, kind);
-    if (field.planned_kinds & kind) value.invalidate();
+    check_value(section, spec, value, kind);
+    if (spec.planned_kinds & kind) value.invalidate();
   }
 
-  void wrong_kind(const Field& field, JsonValue& value) {
-    error(value, fmt::format("'{}' must be {}, found {}", field.key, allowed_kinds(field, dim_),
+  void wrong_kind(const KeySpec& spec, JsonValue& value) {
+    error(value, fmt::format("'{}' must be {}, found {}", spec.key, allowed_kinds(spec, dim_),
                              describe(value)));
     value.invalidate();
   }
 
-  void check_value(const Section& section, const Field& field, JsonValue& value, unsigned kind) {
+  void check_value(const Section& section, const KeySpec& spec, JsonValue& value, unsigned kind) {
     switch (kind) {
       case integer:
       case id:
       case number:
-        return check_bounds(field, value);
+        return check_bounds(spec, value);
       case vector:
       case counts: {
-        for (auto& item : std::get<Array>(value.data)) check_bounds(field, item);
+        for (auto& item : std::get<Array>(value.data)) check_bounds(spec, item);
         return invalidate_with_items(value);
       }
       case boolean:
       case text:
-        return check_text(section, field, value);
+        return check_text(section, spec, value);
       case object:
-        return this->section(field.section(), value);
+        return this->section(spec.section(), value);
       case list:
-        for (auto& item : std::get<Array>(value.data)) this->section(field.section(), item);
+        for (auto& item : std::get<Array>(value.data)) this->section(spec.section(), item);
         return;
       case map:
         for (auto& m : std::get<Object>(value.data)) {
           if (m.value.is<Object>()) {
-            this->section(field.section(), m.value);
+            this->section(spec.section(), m.value);
           } else {
             error(m.value,
                   fmt::format("'{}' must be an object, found {}", m.key, describe(m.value)));
@@ -265,67 +265,66 @@ class Checker {
     if (!all_of(value, [](const JsonValue& i) { return i.valid(); })) value.invalidate();
   }
 
-  void check_bounds(const Field& field, JsonValue& value) {
+  void check_bounds(const KeySpec& spec, JsonValue& value) {
     if (!value.is_number()) return;  // a name
     const double x = value.number();
-    const bool low = field.above_min ? x <= field.min : x < field.min;
-    const bool high = field.below_max ? x >= field.max : x > field.max;
+    const bool low = spec.above_min ? x <= spec.min : x < spec.min;
+    const bool high = spec.below_max ? x >= spec.max : x > spec.max;
     if (!low && !high) return;
-    error(
-        value,
-        fmt::format("'{}' must be {}{}, found {}", field.key, bounds(field, x),
-                    field.unit.empty() || field.unit == "-" ? "" : fmt::format(" [{}]", field.unit),
-                    to_json(value)));
+    error(value,
+          fmt::format("'{}' must be {}{}, found {}", spec.key, bounds(spec, x),
+                      spec.unit.empty() || spec.unit == "-" ? "" : fmt::format(" [{}]", spec.unit),
+                      to_json(value)));
     value.invalidate();
   }
 
-  void check_text(const Section& section, const Field& field, JsonValue& value) {
-    if (field.allowed.empty() && field.planned.empty()) return;
+  void check_text(const Section& section, const KeySpec& spec, JsonValue& value) {
+    if (spec.allowed.empty() && spec.planned.empty()) return;
     const bool flag = value.is<bool>();
     const std::string word = flag ? to_json(value) : value.as<std::string>();
     std::string_view name = word;
-    const bool typed = section.dimension_suffix && field.key == section.discriminator;
+    const bool typed = section.dimension_suffix && spec.key == section.discriminator;
     if (typed) name = without_dimension(name);
-    if (one_of(name, field.planned)) {
-      std::vector<std::string> now = strings(field.allowed);
-      error(value, fmt::format("'{}': {} is not supported yet", field.key, to_json(value)),
+    if (one_of(name, spec.planned)) {
+      std::vector<std::string> now = strings(spec.allowed);
+      error(value, fmt::format("'{}': {} is not supported yet", spec.key, to_json(value)),
             now.empty() ? "" : "supported: " + join(now));
       // A generator or material keeps its type, so that its other keys are checked as well.
-      if (field.key != section.discriminator) value.invalidate();
+      if (spec.key != section.discriminator) value.invalidate();
       return;
     }
     if (flag) return;
-    if (one_of(name, field.allowed)) return;
-    auto candidates = strings(field.allowed);
-    for (const auto p : field.planned) candidates.emplace_back(p);
+    if (one_of(name, spec.allowed)) return;
+    auto candidates = strings(spec.allowed);
+    for (const auto p : spec.planned) candidates.emplace_back(p);
     const std::string near = nearest(name, candidates);
     error(value,
-          fmt::format("'{}' must be {}{}, found {}", field.key,
-                      field.allowed.size() > 1 ? "one of " : "", quoted_list(field.allowed),
+          fmt::format("'{}' must be {}{}, found {}", spec.key,
+                      spec.allowed.size() > 1 ? "one of " : "", quoted_list(spec.allowed),
                       to_json(value)),
           near.empty() ? "" : fmt::format("did you mean \"{}\"?", near));
     value.invalidate();
   }
 
-  void fill_in(const Section& section, const Field& field, JsonValue& value) {
+  void fill_in(const Section& section, const KeySpec& spec, JsonValue& value) {
     auto& members = std::get<Object>(value.data);
     if (std::any_of(members.begin(), members.end(),
-                    [&](const auto& m) { return m.key == field.key; }))
+                    [&](const auto& m) { return m.key == spec.key; }))
       return;
-    if (field.required) {
-      std::string unit = field.unit.empty() ? "" : fmt::format(" [{}]", field.unit);
-      error(value, fmt::format("'{}' is missing in {}", field.key, section.name),
-            fmt::format("{}{}: {}", field.key, unit, field.help));
+    if (spec.required) {
+      std::string unit = spec.unit.empty() ? "" : fmt::format(" [{}]", spec.unit);
+      error(value, fmt::format("'{}' is missing in {}", spec.key, section.name),
+            fmt::format("{}{}: {}", spec.key, unit, spec.help));
       return;
     }
-    if (field.fallback.empty()) return;
-    const bool other = dim_ == 3 && !field.fallback_3d.empty();
-    JsonValue fresh = parse_json_literal(other ? field.fallback_3d : field.fallback);
+    if (spec.fallback.empty()) return;
+    const bool other = dim_ == 3 && !spec.fallback_3d.empty();
+    JsonValue fresh = parse_json_literal(other ? spec.fallback_3d : spec.fallback);
     fresh.source = value.source;
     fresh.offset = value.offset;
     fresh.defaulted = true;
-    if (fresh.is<Object>()) this->section(field.section(), fresh);
-    members.push_back({std::string(field.key), value.offset, std::move(fresh)});
+    if (fresh.is<Object>()) this->section(spec.section(), fresh);
+    members.push_back({std::string(spec.key), value.offset, std::move(fresh)});
   }
 
   static constexpr unsigned object_kind = object;

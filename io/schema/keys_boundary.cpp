@@ -1,6 +1,6 @@
 // Boundary conditions: the keys of those in the table (physics/boundary/conditions.h), and of what
 // else holds or moves nodes and particles.
-#include "io/schema/fields_parameter.h"
+#include "io/schema/keys_parameter.h"
 #include "physics/boundary/conditions.h"
 
 namespace lahar {
@@ -13,34 +13,34 @@ template <class T>
 requires T::older_file_form inline constexpr bool has_older_form<T> = true;
 
 template <class T>
-std::vector<Field> fields_of() {
-  std::vector<Field> fields = {
+std::vector<KeySpec> keys_of() {
+  std::vector<KeySpec> keys = {
       {.key = "nset_id",
        .kinds = id,
        .help = "node set: an id of entity_sets, -1 for all nodes, or a name of sets.nodes",
        .min = -1},
       {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true}};
   if constexpr (HasDirection<T>)
-    fields.push_back({.key = "dir",
+    keys.push_back({.key = "dir",
                       .kinds = direction,
                       .help = T::direction.help,
                       .required = !is_from_file<T>});
   std::string row = "file of lines `node dir";
   for (const auto& p : T::parameters) {
-    fields.push_back(field_of(p));
-    if (is_from_file<T>) fields.back().required = false;
-    fields.back().native = p.by_preset || T::native;
+    keys.push_back(key_of(p));
+    if (is_from_file<T>) keys.back().required = false;
+    keys.back().native = p.by_preset || T::native;
     if (p.required) row += fmt::format(" {}", p.key);
   }
   if constexpr (HasFunction<T>)
-    fields.push_back(
+    keys.push_back(
         {.key = "math_function_id",
          .kinds = id,
          .help = "factor over time: an id of math_functions or a name; default constant",
          .min = 0});
   if (is_from_file<T>)
-    fields.push_back({.key = "file", .kinds = file, .help = kept_text(row + "`")});
-  return fields;
+    keys.push_back({.key = "file", .kinds = file, .help = kept_text(row + "`")});
+  return keys;
 }
 
 template <class T>
@@ -51,7 +51,7 @@ const Section& section_of() {
           "{}.{}[]", is_load<T> ? "external_loading_conditions" : "mesh.boundary_conditions",
           T::key)),
       .help = T::help,
-      .fields = fields_of<T>()};
+      .keys = keys_of<T>()};
   return section;
 }
 
@@ -63,7 +63,7 @@ const Section& wall_section() {
           "A rigid wall at rest through a set of nodes. It pushes and does not pull: material may "
           "leave it, and slides on it with Coulomb friction. A node may lie on several walls along "
           "different axes. Use velocity constraints for symmetry planes and fixed ends.",
-      .fields = {
+      .keys = {
           {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
           {.key = "normal",
@@ -92,7 +92,7 @@ const Section& particle_velocity_section() {
           "it, as a rigid body, and drive the nodes around them. Other material there sticks to "
           "them. With analysis.preset \"cbgeo\" the velocity is set at the end of every step, and "
           "particles move with nodes on which the constraint does not act.",
-      .fields = {
+      .keys = {
           {.key = "pset_id",
            .kinds = id,
            .help = "particle set: an id, -1 for all, or a name of "
@@ -107,11 +107,11 @@ const Section& particle_velocity_section() {
 
 }  // namespace
 
-std::vector<Field> condition_fields(bool loads) {
-  std::vector<Field> fields;
+std::vector<KeySpec> condition_keys(bool loads) {
+  std::vector<KeySpec> keys;
   for_each_condition([&]<class T>() {
     if (is_load<T> == loads)
-      fields.push_back({.key = T::key,
+      keys.push_back({.key = T::key,
                         .kinds = list | (loads               ? object
                                          : has_older_form<T> ? file
                                                              : 0u),
@@ -119,14 +119,14 @@ std::vector<Field> condition_fields(bool loads) {
                         .section = section_of<T>,
                         .native = T::native});
   });
-  return fields;
+  return keys;
 }
 
 namespace {
 
-std::vector<Field> boundary_fields() {
-  std::vector<Field> fields = condition_fields(false);
-  const std::vector<Field> others = {
+std::vector<KeySpec> boundary_keys() {
+  std::vector<KeySpec> keys = condition_keys(false);
+  const std::vector<KeySpec> others = {
       {.key = "walls",
        .kinds = list,
        .help = "rigid walls that push and do not pull",
@@ -162,8 +162,8 @@ std::vector<Field> boundary_fields() {
        .help = "pressures of nodes, from files (dialect of the fork)",
        .support = Support::planned},
   };
-  fields.insert(fields.end(), others.begin(), others.end());
-  return fields;
+  keys.insert(keys.end(), others.begin(), others.end());
+  return keys;
 }
 
 }  // namespace
@@ -172,7 +172,7 @@ const Section& boundary_section() {
   static const Section section{.name = "mesh.boundary_conditions",
                                .path = "mesh.boundary_conditions",
                                .help = "Constraints on nodes and particles.",
-                               .fields = boundary_fields()};
+                               .keys = boundary_keys()};
   return section;
 }
 

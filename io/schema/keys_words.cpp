@@ -1,7 +1,7 @@
-// Field tables in the words of messages and of the reference.
+// Key tables in the words of messages and of the reference.
 #include <fmt/format.h>
 
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 
 namespace lahar {
 
@@ -12,13 +12,13 @@ std::string_view without_dimension(std::string_view type) {
   return type;
 }
 
-std::string allowed_kinds(const Field& field, int dim) {
+std::string allowed_kinds(const KeySpec& spec, int dim) {
   const std::string unit =
-      field.unit.empty() || field.unit == "-" ? "" : fmt::format(" [{}]", field.unit);
+      spec.unit.empty() || spec.unit == "-" ? "" : fmt::format(" [{}]", spec.unit);
   const std::string n = dim == 0 ? "one per dimension" : fmt::format("{}", dim);
   std::vector<std::string> words;
   const auto add = [&](unsigned kind, std::string word) {
-    if (field.kinds & kind) words.push_back(std::move(word));
+    if (spec.kinds & kind) words.push_back(std::move(word));
   };
   add(boolean, "true or false");
   add(integer, "an integer" + unit);

@@ -1,5 +1,5 @@
 // Tables of the analysis: scheme, time step, damping, restart.
-#include "io/schema/fields.h"
+#include "io/schema/keys.h"
 #include "physics/model/shape_functions.h"
 #include "physics/particles/patch_split.h"
 
@@ -22,7 +22,7 @@ const Section& resume_section() {
           "Materials have the parameters of this scenario, whatever they were before. For "
           "MohrCoulomb, `phi`, `psi` and `cohesion` follow from these parameters and from "
           "`pdstrain`. `lahar export --to cbgeo` writes such files.",
-      .fields = {
+      .keys = {
           {.key = "resume",
            .kinds = boolean,
            .help = "false: start from the beginning",
@@ -50,7 +50,7 @@ const Section& damping_section() {
           "times the component of the unbalanced nodal force (Cundall 1987). With analysis.preset "
           "\"cbgeo\" its size is `damping_factor` times the magnitude of the whole force. Walls "
           "that carry a side pressure then shake the material beside them forever.",
-      .fields = {
+      .keys = {
           {.key = "type",
            .kinds = text,
            .help = "kind of damping",
@@ -80,7 +80,7 @@ const Section& body_section() {
           "The particles of a material, or of a particle set. A set may contain a part of a "
           "material. If several bodies name a particle, sets take precedence over materials, and "
           "the last set wins.",
-      .fields = {
+      .keys = {
           {.key = "material_id", .kinds = id, .help = "material: an id or a name", .min = 0},
           {.key = "material",
            .kinds = id,
@@ -111,7 +111,7 @@ const Section& contact_section() {
           "CB-Geo's input gets a warning instead. A nodal force acts on the first body at its "
           "node; constraints hold all bodies. In history.csv, damping contains the energy that "
           "contact dissipates, and friction the share that friction dissipates.",
-      .fields = {
+      .keys = {
           {.key = "friction",
            .kinds = number,
            .help = "Coulomb's friction coefficient",
@@ -138,7 +138,7 @@ const Section& blending_section() {
           "particles lose that part. It decays over time, so that half the time step does not "
           "change the damping. Only the blending_ratio of CB-Geo's input acts per step. "
           "history.csv counts the dissipated energy as damping.",
-      .fields = {
+      .keys = {
           {.key = "blending_ratio",
            .kinds = number,
            .help =
@@ -208,7 +208,7 @@ const Section& time_step_section() {
           "/ (2 dim 4/3 viscosity). A fixed `dt` above the smallest limit is an error unless "
           "`accept_unstable` is true. An adaptive step is `safety` times the smallest limit, and "
           "at most `analysis.dt` if that is given.",
-      .fields = {
+      .keys = {
           {.key = "adaptive",
            .kinds = boolean,
            .help = "true: choose the time step from the limit. Default: true without `dt`; with "
@@ -243,7 +243,7 @@ const Section& watchdog_section() {
           "cause. It checks sums, speeds and volumes every 64 steps, and adaptive steps every "
           "time. It ends 4 steps after the check. A run can continue from the checkpoint with "
           "other bounds.",
-      .fields = {
+      .keys = {
           {.key = "action",
            .kinds = text,
            .help = "stop: end the run; warn: warn once and continue; off. Default: stop; with the "
@@ -310,7 +310,7 @@ const Section& analysis_section() {
       .help =
           "How the equations are integrated. `dt` is required unless the step is adaptive. "
           "`nsteps` or `end_time` is required. With both, whichever comes first ends the run.",
-      .fields = {
+      .keys = {
           {.key = "type",
            .kinds = text,
            .help = "which equations; the default follows from the "

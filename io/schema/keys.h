@@ -1,4 +1,4 @@
-/// \file The field tables: one row per key of the input. They drive parsing, bounds checks,
+/// \file The key tables: one row per key of the input. They drive parsing, bounds checks,
 /// "did you mean", defaults, the JSON Schema and the reference page.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace lahar {
 
-/// What a value may be; a field may allow several.
+/// What a value may be; a key may allow several.
 enum Kind : unsigned {
   boolean = 1u << 0,
   integer = 1u << 1,  ///< 12 or 1.2E+1
@@ -22,9 +22,9 @@ enum Kind : unsigned {
   counts = 1u << 6,      ///< one integer per dimension
   numbers = 1u << 7,     ///< numbers, any length
   texts = 1u << 8,       ///< array of text
-  object = 1u << 9,      ///< of Field::section
-  list = 1u << 10,       ///< array of objects of Field::section
-  map = 1u << 11,        ///< object: names of the user's choice -> objects of Field::section
+  object = 1u << 9,      ///< of KeySpec::section
+  list = 1u << 10,       ///< array of objects of KeySpec::section
+  map = 1u << 11,        ///< object: names of the user's choice -> objects of KeySpec::section
   id = 1u << 12,         ///< integer id, or a name
   ids = 1u << 13,        ///< array of ids or names
   direction = 1u << 14,  ///< 0, 1, 2 or "x", "y", "z"
@@ -36,13 +36,14 @@ enum class Support {
   yes,
   planned,  ///< part of the format, refused with "is not supported yet"
   ignored,  ///< accepted with a warning: the reference ignores it too
-  older,  ///< of input that the reference no longer reads: refused, Field::help says what to write
+  older,    ///< of input that the reference no longer reads: refused, KeySpec::help says what to
+            ///< write
 };
 
 struct Section;
 
 /// One key of a section.
-struct Field {
+struct KeySpec {
   std::string_view key;
   unsigned kinds;
   std::string_view help;
@@ -71,18 +72,18 @@ struct Section {
   std::string_view path;  ///< heading in the reference: "materials[]"
   std::string_view help;
   std::string_view discriminator = "";  ///< key that says which variant this is
-  std::vector<Field> fields;
+  std::vector<KeySpec> keys;
   bool dimension_suffix = false;  ///< the discriminator's values may end in 2D or 3D
   /// The row of a key; of several the one that applies to this value of the discriminator, or else
   /// the first. Null if there is none.
-  const Field* find(std::string_view key, std::string_view variant = "") const;
+  const KeySpec* find(std::string_view key, std::string_view variant = "") const;
 };
 
 const Section& scenario_section();
 const Section& mesh_section();
 const Section& boundary_section();
 /// Keys of the conditions of nodes in the table: loads, or those of boundary_section().
-std::vector<Field> condition_fields(bool loads);
+std::vector<KeySpec> condition_keys(bool loads);
 const Section& particles_section();
 const Section& generator_section();
 const Section& materials_section();
@@ -107,10 +108,13 @@ void check_section(const Section& section, JsonValue& object, int dim, JsonDocum
 /// A text without its trailing 2D or 3D.
 std::string_view without_dimension(std::string_view type);
 
-/// `a number [s]`, `true or false`, ...: what a field may be, in words; dim 0: for any dimension.
-std::string allowed_kinds(const Field& field, int dim = 0);
+/// `a number [s]`, `true or false`, ...: what a value may be, in words; dim 0: for any dimension.
+std::string allowed_kinds(const KeySpec& spec, int dim = 0);
 
-std::string scenario_schema();     ///< JSON Schema of the input, from the field tables
-std::string scenario_reference();  ///< Markdown reference of the input, from the field tables
+std::string section_schema(const Section& section);     ///< JSON Schema of its objects
+std::string section_reference(const Section& section);  ///< its heading, help and table in Markdown
+
+std::string scenario_schema();     ///< JSON Schema of the input, from the key tables
+std::string scenario_reference();  ///< Markdown reference of the input, from the key tables
 
 }  // namespace lahar

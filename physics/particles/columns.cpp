@@ -1,0 +1,36 @@
+#include "physics/particles/columns.h"
+
+#include <algorithm>
+
+#include "physics/materials/law.h"
+#include "physics/model/model.h"
+
+namespace lahar {
+
+template <int Dim>
+ColumnNeeds column_needs(const Model<Dim>& model, std::span<const char> used, bool stressed) {
+  ColumnNeeds needs;
+  needs.size = !model.tractions.empty();
+  needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
+  needs.strain = stressed;
+  const ShapeFunctionsRow& functions = row_of(model.analysis.functions);
+  needs.domain = functions.domain == ParticleDomain::box;
+  needs.affine = model.analysis.affine != Affine::none;
+  needs.vectors = functions.domain == ParticleDomain::vectors;
+  needs.corners = functions.domain == ParticleDomain::corners;
+  needs.next_corners = needs.corners && model.analysis.scheme == Scheme::musl;
+  needs.next_domain = functions.stretches;
+  for (std::size_t m = 0; m < used.size(); ++m) {
+    if (!used[m]) continue;
+    const Law& law = model.materials[m].law;
+    needs.state = std::max(needs.state, static_cast<int>(state_variables(law).size()));
+    needs.opening = needs.opening || (model.analysis.opening && can_open(law));
+    needs.strain = needs.strain || !strain_follows_from_stress(law);
+  }
+  return needs;
+}
+
+template ColumnNeeds column_needs<2>(const Model<2>&, std::span<const char>, bool);
+template ColumnNeeds column_needs<3>(const Model<3>&, std::span<const char>, bool);
+
+}  // namespace lahar

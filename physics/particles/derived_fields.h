@@ -1,0 +1,66 @@
+/// \file Fields of frames that follow from columns of the particle. Frames have those that a
+/// scenario names in `post_processing.vtk`; a new one is one row here.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "physics/base/types.h"
+
+namespace lahar {
+
+/// A particle as frames show it: what a derived field may follow from. In 2D components that do not
+/// exist are zero, and mass [kg] and volume [m^3] are per metre of thickness.
+struct ParticleValues {
+  double mass = 0, volume = 0;
+  std::array<double, 3> x{}, v{}, u{};  ///< [m], [m/s], [m]
+  Voigt stress{}, strain{};             ///< [Pa] positive in tension; [-] with engineering shears
+
+  /// p [Pa], positive in compression.
+  double pressure() const { return -(stress[0] + stress[1] + stress[2]) / 3.0; }
+};
+
+inline double square(const std::array<double, 3>& a) {
+  return a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+}
+
+/// s:s of the deviator s of a tensor. Squares of shear components count `shear` times: 2, or 1/2 of
+/// engineering shears.
+inline double deviator_square(const Voigt& a, double shear) {
+  const double mean = (a[0] + a[1] + a[2]) / 3.0;
+  return square({a[0] - mean, a[1] - mean, a[2] - mean}) + shear * square({a[3], a[4], a[5]});
+}
+
+struct DerivedField {
+  std::string_view name;  ///< in frames and in `post_processing.vtk`
+  std::string_view unit;
+  int components;  ///< 1, or 6 as stress has
+  std::string_view help;
+  void (*value)(const ParticleValues& p, double* to);
+};
+
+// clang-format off
+inline constexpr auto derived_fields = std::to_array<DerivedField>({
+    {"speed", "m/s", 1, "magnitude of the velocity",
+     [](const ParticleValues& p, double* to) { *to = std::sqrt(square(p.v)); }},
+    {"kinetic_energy", "J", 1, "m v^2 / 2; in 2D per metre of thickness",
+     [](const ParticleValues& p, double* to) { *to = 0.5 * p.mass * square(p.v); }},
+    {"mass_density", "kg/m^3", 1, "mass over volume",
+     [](const ParticleValues& p, double* to) { *to = p.mass / p.volume; }},
+    {"mean_stress", "Pa", 1, "pressure p = -(xx + yy + zz) / 3 of the stress, positive in compression",
+     [](const ParticleValues& p, double* to) { *to = p.pressure(); }},
+    {"von_mises_stress", "Pa", 1, "q = sqrt(3/2 s:s), with the deviator s of the stress",
+     [](const ParticleValues& p, double* to) { *to = std::sqrt(1.5 * deviator_square(p.stress, 2.0)); }},
+    {"deviatoric_stress", "Pa", 6, "s: the stress without its mean",
+     [](const ParticleValues& p, double* to) {
+       for (std::size_t k = 0; k < 6; ++k) to[k] = p.stress[k] + (k < 3 ? p.pressure() : 0.0);
+     }},
+    {"volumetric_strain", "-", 1, "xx + yy + zz of the strain, positive in expansion",
+     [](const ParticleValues& p, double* to) { *to = p.strain[0] + p.strain[1] + p.strain[2]; }},
+    {"equivalent_strain", "-", 1, "sqrt(2/3 e:e), with the deviator e of the strain",
+     [](const ParticleValues& p, double* to) { *to = std::sqrt(2.0 / 3.0 * deviator_square(p.strain, 0.5)); }},
+});
+// clang-format on
+
+}  // namespace lahar

@@ -1,0 +1,48 @@
+// `lahar export`.
+#include <fmt/format.h>
+
+#include "io/base/text.h"
+#include "io/results/export.h"
+#include "runtime/program/commands.h"
+
+namespace lahar {
+
+namespace {
+
+struct ExportArguments {
+  std::string run, format, step = "last", output;
+};
+
+int export_command(const ExportArguments& arguments) {
+  FrameChoice choice;
+  if (arguments.step == "all")
+    choice.kind = FrameChoice::Kind::all;
+  else if (arguments.step != "last")
+    choice = {FrameChoice::Kind::step, std::stoll(arguments.step)};
+  for (const auto& file :
+       export_run(arguments.run, export_format(arguments.format), choice, arguments.output))
+    fmt::print("{}\n", printable(file.string()));
+  return exit_ok;
+}
+
+}  // namespace
+
+Action add_export(CLI::App& command) {
+  const auto arguments = std::make_shared<ExportArguments>();
+  command.add_option("RUN", arguments->run, "Run folder or frame")->required();
+  command.add_option("--to", arguments->format, "csv, vtu or cbgeo")->required();
+  command.add_option("--step", arguments->step, "Step number, last (default) or all")
+      ->check([](const std::string& text) -> std::string {
+        const bool number = !text.empty() && text.size() < 19 &&
+                            text.find_first_not_of("0123456789") == std::string::npos;
+        return number || text == "all" || text == "last" ? "" : "must be a step, last or all";
+      });
+  command.add_option("--output,-o", arguments->output,
+                     "File or folder to write (default: RUN/export)");
+  return [arguments](const Words&) {
+    refuse_several_ranks("export");
+    return export_command(*arguments);
+  };
+}
+
+}  // namespace lahar
