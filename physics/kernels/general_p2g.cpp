@@ -235,9 +235,7 @@ void map_gradient(Patch<Dim>& patch, ParticleBins bins, double* sums) {
   template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
                                         double*);                                           \
   template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, double*);
-LAHAR_INSTANTIATE(2, Pack)
-LAHAR_INSTANTIATE(3, Pack)
-LAHAR_INSTANTIATE(2, Scalar)
-LAHAR_INSTANTIATE(3, Scalar)
+LAHAR_INSTANTIATE(2, KernelReal)
+LAHAR_INSTANTIATE(3, KernelReal)
 
 }  // namespace lahar::general

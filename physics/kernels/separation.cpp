@@ -156,10 +156,8 @@ void update_separable(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
 #define LAHAR_INSTANTIATE(Dim, Real)                                                            \
   template void update_separable<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
                                             VelocityGradients<Dim>*);
-LAHAR_INSTANTIATE(2, Pack)
-LAHAR_INSTANTIATE(3, Pack)
-LAHAR_INSTANTIATE(2, Scalar)
-LAHAR_INSTANTIATE(3, Scalar)
+LAHAR_INSTANTIATE(2, KernelReal)
+LAHAR_INSTANTIATE(3, KernelReal)
 #undef LAHAR_INSTANTIATE
 
 }  // namespace general
