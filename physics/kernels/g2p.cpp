@@ -1,4 +1,7 @@
 /// \file Grid to particle: velocities and positions, nodal pressure.
+#include <algorithm>
+#include <cmath>
+
 #include "physics/basis/cell_map.h"
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/kernels.h"
