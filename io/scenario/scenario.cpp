@@ -8,6 +8,10 @@
 namespace lahar {
 
 template <int Dim>
+ScenarioBuilder<Dim>::ScenarioBuilder(ScenarioInput& in)
+    : in_(in), team_(*in.team), root_(in.document.root) {}
+
+template <int Dim>
 Model<Dim> ScenarioBuilder<Dim>::build() {
   build_as_cbgeo();
   build_mesh();

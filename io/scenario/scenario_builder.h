@@ -29,7 +29,7 @@ struct TableMeshKeys {
 template <int Dim>
 class ScenarioBuilder {
  public:
-  explicit ScenarioBuilder(ScenarioInput& in) : in_(in), team_(*in.team), root_(in.document.root) {}
+  explicit ScenarioBuilder(ScenarioInput& in);
 
   /// The model; meaningful only if the input has no problems.
   Model<Dim> build();

@@ -150,6 +150,13 @@ LAHAR_INLINE PackIn<A, PackIn<B, C>> fma(const A& a, const B& b, const C& c) {
 using Pack = PackOf<native_lanes>;  ///< production: the widest vector
 using Scalar = PackOf<1>;           ///< tests, and loads that act on few particles
 
+/// What kernels are compiled for. Tests compile them again, for single particles.
+#ifdef LAHAR_SINGLE_PARTICLES
+using KernelReal = Scalar;
+#else
+using KernelReal = Pack;
+#endif
+
 template <class Real>
 inline constexpr int lanes = static_cast<int>(sizeof(Real) / sizeof(double));
 

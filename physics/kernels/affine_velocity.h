@@ -51,6 +51,15 @@ LAHAR_INLINE void moments_of_domain(const Basis& basis, Local p, const double* v
   }
 }
 
+/// C of affine_velocity() where functions are given one by one.
+template <int Dim, class Real, class Basis>
+LAHAR_INLINE void affine_part(const Basis& basis, Affine affine, Local p, const double* spread,
+                              const Local* nodes, Real (&C)[Dim][Dim]) {
+  gradient<Dim, Real>(basis, p, spread, nodes, C);
+  if constexpr (DomainBasis<Basis>)
+    if (affine == Affine::apic) moments_of_domain<Dim>(basis, p, spread, nodes, C);
+}
+
 /// Velocity of the nodes at the particles from p on, and the affine part C of the nodal velocities
 /// `spread` there: of APIC sum_i N_i v_i (x_i - x_p)^T D^-1 (Jiang et al. 2015), of TPIC, and of
 /// APIC with functions of elements, the velocity gradient. For linear functions on boxes and
@@ -85,9 +94,7 @@ LAHAR_INLINE void affine_velocity(const Basis& basis, Affine affine, Local p, co
   interpolate<Dim, 1>(basis, p, fields, nodes, sum);
   LAHAR_UNROLL
   for (int d = 0; d < Dim; ++d) value[d] = sum[0][d];
-  gradient<Dim, Real>(basis, p, spread, nodes, C);
-  if constexpr (DomainBasis<Basis>)
-    if (affine == Affine::apic) moments_of_domain<Dim>(basis, p, spread, nodes, C);
+  affine_part<Dim>(basis, affine, p, spread, nodes, C);
 }
 
 }  // namespace lahar::general

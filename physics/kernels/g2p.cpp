@@ -1,4 +1,7 @@
 /// \file Grid to particle: velocities and positions, nodal pressure.
+#include <algorithm>
+#include <cmath>
+
 #include "physics/basis/cell_map.h"
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/kernels.h"
@@ -144,10 +147,8 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBi
   template void update_particles<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
                                             VelocityGradients<Dim>*);                           \
   template void smooth_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
-LAHAR_INSTANTIATE(2, Pack)
-LAHAR_INSTANTIATE(3, Pack)
-LAHAR_INSTANTIATE(2, Scalar)
-LAHAR_INSTANTIATE(3, Scalar)
+LAHAR_INSTANTIATE(2, KernelReal)
+LAHAR_INSTANTIATE(3, KernelReal)
 template class PrescribedMotion<2>;
 template class PrescribedMotion<3>;
 template void add_work_of_tractions<2>(Patch<2>&, const StepContext<2>&, ParticleBins);

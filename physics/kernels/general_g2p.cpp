@@ -191,10 +191,8 @@ void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBi
   template void update_particles<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
                                             VelocityGradients<Dim>*);                           \
   template void smooth_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
-LAHAR_INSTANTIATE(2, Pack)
-LAHAR_INSTANTIATE(3, Pack)
-LAHAR_INSTANTIATE(2, Scalar)
-LAHAR_INSTANTIATE(3, Scalar)
+LAHAR_INSTANTIATE(2, KernelReal)
+LAHAR_INSTANTIATE(3, KernelReal)
 template void add_work_of_tractions<2>(Patch<2>&, const StepContext<2>&, ParticleBins);
 template void add_work_of_tractions<3>(Patch<3>&, const StepContext<3>&, ParticleBins);
 

@@ -26,9 +26,7 @@ void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, Parti
 #define LAHAR_INSTANTIATE(Dim, Real)                                                  \
   template void find_gradients<Dim, Real>(const Patch<Dim>&, const StepContext<Dim>&, \
                                           ParticleBins, VelocityGradients<Dim>&);
-LAHAR_INSTANTIATE(2, Pack)
-LAHAR_INSTANTIATE(3, Pack)
-LAHAR_INSTANTIATE(2, Scalar)
-LAHAR_INSTANTIATE(3, Scalar)
+LAHAR_INSTANTIATE(2, KernelReal)
+LAHAR_INSTANTIATE(3, KernelReal)
 
 }  // namespace lahar::general

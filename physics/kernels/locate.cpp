@@ -642,16 +642,15 @@ double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model,
   return 1.0 / std::sqrt(largest);
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                           \
-  template void clear_outboxes<Dim>(Patch<Dim>&);                                        \
-  template void locate<Dim, Pack>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);   \
-  template void locate<Dim, Scalar>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
-  template void place_movers<Dim>(Patch<Dim>&, const StepContext<Dim>&);                 \
-  template void receive<Dim>(Patch<Dim>&);                                               \
-  template void place_new<Dim>(Patch<Dim>&, const Particles<Dim>&, Local);               \
-  template void sort_if_scattered<Dim>(Patch<Dim>&);                                     \
-  template void check_finite<Dim>(Patch<Dim>&);                                          \
-  template double time_step_limit<Dim>(const Patch<Dim>&, const Model<Dim>&,             \
+#define LAHAR_INSTANTIATE(Dim)                                                               \
+  template void clear_outboxes<Dim>(Patch<Dim>&);                                            \
+  template void locate<Dim, KernelReal>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  template void place_movers<Dim>(Patch<Dim>&, const StepContext<Dim>&);                     \
+  template void receive<Dim>(Patch<Dim>&);                                                   \
+  template void place_new<Dim>(Patch<Dim>&, const Particles<Dim>&, Local);                   \
+  template void sort_if_scattered<Dim>(Patch<Dim>&);                                         \
+  template void check_finite<Dim>(Patch<Dim>&);                                              \
+  template double time_step_limit<Dim>(const Patch<Dim>&, const Model<Dim>&,                 \
                                        std::span<const ParticleBin>, Local*);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -393,10 +393,8 @@ void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
   template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);      \
   template void map_smoothed<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, int); \
   template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
-LAHAR_INSTANTIATE(2, Pack)
-LAHAR_INSTANTIATE(3, Pack)
-LAHAR_INSTANTIATE(2, Scalar)
-LAHAR_INSTANTIATE(3, Scalar)
+LAHAR_INSTANTIATE(2, KernelReal)
+LAHAR_INSTANTIATE(3, KernelReal)
 template void clear_sums<2>(Patch<2>&, const StepContext<2>&, NodeSum);
 template void clear_sums<3>(Patch<3>&, const StepContext<3>&, NodeSum);
 template void clear_sums_with<2>(Patch<2>&, const StepContext<2>&, NodeSum);

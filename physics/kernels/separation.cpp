@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "physics/kernels/affine_velocity.h"
-#include "physics/kernels/cpdi2_motion.h"
 #include "physics/kernels/particle_update.h"
 
 namespace lahar {
@@ -74,8 +73,8 @@ struct MovesApart {
 };
 
 template <int Dim, class Real, class Basis>
-LAHAR_INLINE void let_go(const Basis& basis, Local p, const double* held, const Local* nodes,
-                         Real (&beta)[Dim]) {
+[[gnu::noinline]] void let_go(const Basis& basis, Local p, const double* held, const Local* nodes,
+                              Real (&beta)[Dim]) {
   const double* const fields[1] = {held};
   Real reached[1][Dim];
   interpolate<Dim, 1>(basis, p, fields, nodes, reached);
@@ -97,12 +96,12 @@ LAHAR_INLINE void fields_at(const Basis& basis, Affine affine, Local p, const do
       for (int d = 0; d < Dim; ++d)
         for (int b = 0; b < Dim; ++b) at.C[d][b] = at.L[d][b];
   } else {
-    affine_velocity<Dim>(basis, affine, p, v, spread, nodes, at.v, at.C);
+    const double* const fields[2] = {v, a};
+    Real sum[2][Dim];
+    interpolate<Dim, 2>(basis, p, fields, nodes, sum);
+    for (int d = 0; d < Dim; ++d) at.v[d] = sum[0][d], at.a[d] = sum[1][d];
     gradient<Dim, Real>(basis, p, v, nodes, at.L);
-    const double* const fields[1] = {a};
-    Real sum[1][Dim];
-    interpolate<Dim, 1>(basis, p, fields, nodes, sum);
-    for (int d = 0; d < Dim; ++d) at.a[d] = sum[0][d];
+    affine_part<Dim>(basis, affine, p, spread, nodes, at.C);
   }
 }
 
@@ -118,39 +117,44 @@ void update_separable(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
   const auto affine = patch.particles.template rows<Dim * Dim>(Column::affine);
   const double *v = patch.velocity.data(), *a = updates.field(patch), *held = patch.held.data();
   const double* spread = spreads_before_forces(analysis) ? patch.transfer.data() : v;
-  CornerMotion<Dim> corners_of(patch, step.dt);
   PrescribedMotion<Dim> prescribed(patch, step);
   Advanced<Real> all;
+  const auto update_bin = [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
+      __attribute__((always_inline)) {
+    constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
+    const bool near = std::any_of(nodes, nodes + n_nodes, [&](Local i) {
+      return held[static_cast<std::ptrdiff_t>(i) * node_width + mass_lane] != 0.0;
+    });
+    const auto of_cell = rate_of_cell<Dim>(basis, analysis, v, nodes);
+    const VelocityUpdate update = updates.of(bin);
+    auto to = gradients ? gradients->begin(bin, bins) : 0;
+    prescribed.begin(bin);
+    for (Local p = bin.begin; p < bin.end; p += lanes<Real>, to += lanes<Real>) {
+      const Local n = bin.end - p;
+      Fields<Dim, Real> at;
+      fields_at<Dim>(basis, analysis.affine, p, v, spread, a, nodes, at);
+      LAHAR_UNROLL
+      for (std::size_t k = 0; k < Dim * Dim; ++k)
+        store_first(at.C[k / Dim][k % Dim], affine[k] + p, n);
+      if (gradients) gradients->put(to, at.L, of_cell ? Real(*of_cell) : trace(at.L));
+      const Real beta = select(greater(Real(0.0), expansion(at.L, step.dt)), Real(0.0),
+                               Real(analysis.transfer.separation));
+      MovesApart<Dim, Real> apart;
+      LAHAR_UNROLL
+      for (Real& along : apart.beta) along = beta;
+      if (near) let_go(basis, p, held, nodes, apart.beta);
+      advance(rows, p, n, at.v, at.a, update, step.dt, updates.mass(), all, apart);
+    }
+    prescribed.end(bin);
+  };
   for_each_general_bin(
       patch, bins,
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
           __attribute__((always_inline)) {
-            constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
-            const bool near = std::any_of(nodes, nodes + n_nodes, [&](Local i) {
-              return held[static_cast<std::ptrdiff_t>(i) * node_width + mass_lane] != 0.0;
-            });
-            const auto of_cell = rate_of_cell<Dim>(basis, analysis, v, nodes);
-            const VelocityUpdate update = updates.of(bin);
-            auto to = gradients ? gradients->begin(bin, bins) : 0;
-            prescribed.begin(bin);
-            for (Local p = bin.begin; p < bin.end; p += lanes<Real>, to += lanes<Real>) {
-              const Local n = bin.end - p;
-              Fields<Dim, Real> at;
-              fields_at<Dim>(basis, analysis.affine, p, v, spread, a, nodes, at);
-              LAHAR_UNROLL
-              for (std::size_t k = 0; k < Dim * Dim; ++k)
-                store_first(at.C[k / Dim][k % Dim], affine[k] + p, n);
-              if (gradients) gradients->put(to, at.L, of_cell ? Real(*of_cell) : trace(at.L));
-              const Real beta = select(greater(Real(0.0), expansion(at.L, step.dt)), Real(0.0),
-                                       Real(analysis.transfer.separation));
-              MovesApart<Dim, Real> apart;
-              LAHAR_UNROLL
-              for (Real& along : apart.beta) along = beta;
-              if (near) let_go(basis, p, held, nodes, apart.beta);
-              corners_of.move(basis, p, n, v, nodes, at.v);
-              advance(rows, p, n, at.v, at.a, update, step.dt, updates.mass(), all, apart);
-            }
-            prescribed.end(bin);
+            // Corners that move with the nodes do not go together with particles that part from
+            // them.
+            if constexpr (!moves_corners<Dim, std::decay_t<decltype(basis)>>)
+              update_bin(basis, bin, nodes);
           });
   note(patch, all);
 }
@@ -158,10 +162,8 @@ void update_separable(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
 #define LAHAR_INSTANTIATE(Dim, Real)                                                            \
   template void update_separable<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
                                             VelocityGradients<Dim>*);
-LAHAR_INSTANTIATE(2, Pack)
-LAHAR_INSTANTIATE(3, Pack)
-LAHAR_INSTANTIATE(2, Scalar)
-LAHAR_INSTANTIATE(3, Scalar)
+LAHAR_INSTANTIATE(2, KernelReal)
+LAHAR_INSTANTIATE(3, KernelReal)
 #undef LAHAR_INSTANTIATE
 
 }  // namespace general

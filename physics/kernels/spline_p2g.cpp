@@ -430,13 +430,10 @@ void map_spline_gradient(Patch<3>& patch, ParticleBins bins, double* sums) {
           __attribute__((always_inline)) { internal_force<Real>(basis, pressure, bin, window); });
 }
 
-#define LAHAR_INSTANTIATE(Real)                                                           \
-  template void map_spline_momentum<Real>(Patch<3>&, ParticleBins, double*);              \
-  template void map_spline_gradient<Real>(Patch<3>&, ParticleBins, double*);              \
-  template void map_spline_pressure<Real>(Patch<3>&, const StepContext<3>&, ParticleBins, \
-                                          double*);                                       \
-  template void map_spline_force<Real>(Patch<3>&, const StepContext<3>&, ParticleBins, double*);
-LAHAR_INSTANTIATE(Pack)
-LAHAR_INSTANTIATE(Scalar)
+template void map_spline_momentum<KernelReal>(Patch<3>&, ParticleBins, double*);
+template void map_spline_gradient<KernelReal>(Patch<3>&, ParticleBins, double*);
+template void map_spline_pressure<KernelReal>(Patch<3>&, const StepContext<3>&, ParticleBins,
+                                              double*);
+template void map_spline_force<KernelReal>(Patch<3>&, const StepContext<3>&, ParticleBins, double*);
 
 }  // namespace lahar::general

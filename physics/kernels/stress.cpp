@@ -367,9 +367,7 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
 #define LAHAR_INSTANTIATE(Dim, Real)                                                         \
   template void update_stress<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
                                          StressPart, const VelocityGradients<Dim>*);
-LAHAR_INSTANTIATE(2, Pack)
-LAHAR_INSTANTIATE(3, Pack)
-LAHAR_INSTANTIATE(2, Scalar)
-LAHAR_INSTANTIATE(3, Scalar)
+LAHAR_INSTANTIATE(2, KernelReal)
+LAHAR_INSTANTIATE(3, KernelReal)
 
 }  // namespace lahar
