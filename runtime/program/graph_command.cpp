@@ -11,7 +11,9 @@
 #include "io/base/text.h"
 #include "runtime/patches/balance.h"
 #include "runtime/program/commands.h"
+#include "runtime/program/run_description.h"
 #include "runtime/step/simulation.h"
+#include "runtime/terminal/console.h"
 
 namespace lahar {
 

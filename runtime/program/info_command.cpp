@@ -5,7 +5,6 @@
 #include "io/schema/keys.h"
 #include "physics/materials/materials.h"
 #include "runtime/program/commands.h"
-#include "runtime/program/run_description.h"
 #include "runtime/terminal/console.h"
 #include "runtime/terminal/version.h"
 

@@ -50,7 +50,7 @@ Model<Dim> with_derived_fields(Model<Dim> model) {
 /// The end of a run has all derived fields, and they follow from what else is in the frame.
 template <int Dim>
 void check_fields(const Model<Dim>& model) {
-  Simulation<Dim> plain(model, {}), more(with_derived_fields(model), {});
+  Simulation plain(model, {}), more(with_derived_fields(model), {});
   plain.advance(20);
   more.advance(20);
   const Frame before = plain.frame(), after = more.frame();
@@ -83,7 +83,7 @@ TEST_CASE("frames have the derived fields that a scenario names, in the order of
                                    "region": {"box": {"min": [0, 0], "max": [1, 1]}}}}],
       "analysis": {"nsteps": 1}, "post_processing": {)" +
                                             vtk + "}}");
-    return Simulation<2>(model, {}).frame();
+    return Simulation(model, {}).frame();
   };
   const std::vector<std::string> usual = names_of(frame_of(""));
   CHECK(names_of(frame_of(R"("vtk": ["stresses", "displacement"])")) == usual);
@@ -105,7 +105,7 @@ TEST_CASE("derived fields follow from the columns of their frame") {
 }
 
 TEST_CASE("derived fields of a table have their names, and read back") {
-  Simulation<2> simulation(with_derived_fields(two_discs()), {});
+  Simulation simulation(with_derived_fields(two_discs()), {});
   simulation.advance(20);
   const Frame frame = simulation.frame();
   const std::string text = csv_text(frame);

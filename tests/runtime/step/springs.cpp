@@ -48,7 +48,7 @@ TEST_CASE("springs: a body swings with the period 2 pi sqrt(m / k), and the ener
     CAPTURE(static_cast<int>(scheme));
     const Model<2> model = block(scheme, 0);
     CHECK(model.analysis.takes_means);
-    Simulation<2> simulation(model, flow(2));
+    Simulation simulation(model, flow(2));
     const double start = 0.5 * mass * speed * speed;
     simulation.advance(250);
     CHECK(std::abs(mean_velocity(simulation.frame())) < 0.02 * speed);
@@ -66,7 +66,7 @@ TEST_CASE("springs: dashpots take what the oscillator's decay says") {
   const double decay = 0.5;  // [1/s]
   const double omega = 2 * std::numbers::pi / period;
   const double damped = 2 * std::numbers::pi / std::sqrt(omega * omega - decay * decay);
-  Simulation<2> simulation(block(Scheme::usl, 2 * decay * mass), flow(2));
+  Simulation simulation(block(Scheme::usl, 2 * decay * mass), flow(2));
   simulation.advance(static_cast<Index>(std::lround(damped / dt)));
   const double kept = std::exp(-decay * damped), start = 0.5 * mass * speed * speed;
   CHECK(mean_velocity(simulation.frame()) == doctest::Approx(-kept * speed).epsilon(0.01));
