@@ -134,11 +134,11 @@ LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const
 }  // namespace
 
 template <int Dim, class Real>
-void map_momentum(Patch<Dim>& patch, ParticleBins bins, double* sums) {
+void map_momentum(Patch<Dim>& patch, ParticleBins bins, const ParticleMomentum<Dim>& particle,
+                  double* sums) {
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
-      return map_spline_momentum<Real>(patch, bins, sums);
-  const ParticleMomentum<Dim> particle(patch.particles);
+      return map_spline_momentum<Real>(patch, bins, particle, sums);
   const bool affine = particle.is_affine();
   for_each_general_bin(
       patch, bins,
@@ -217,23 +217,24 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
 }
 
 template <int Dim, class Real>
-void map_gradient(Patch<Dim>& patch, ParticleBins bins, double* sums) {
+void map_gradient(Patch<Dim>& patch, ParticleBins bins, const double* V, double* sums) {
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
-      return map_spline_gradient<Real>(patch, bins, sums);
-  const UnitPressure<Dim> pressure{patch.particles.row(Column::volume)};
+      return map_spline_gradient<Real>(patch, bins, V, sums);
+  const UnitPressure<Dim> pressure{V};
   for_each_general_bin(
       patch, bins,
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) __attribute__((
           always_inline)) { internal_force<Dim, Real>(basis, pressure, bin, nodes, sums); });
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                                        \
-  template void map_momentum<Dim, Real>(Patch<Dim>&, ParticleBins, double*);                \
-  template void map_gradient<Dim, Real>(Patch<Dim>&, ParticleBins, double*);                \
-  template void map_smoothed<Dim, Real>(Patch<Dim>&, ParticleBins, double*);                \
-  template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
-                                        double*);                                           \
+#define LAHAR_INSTANTIATE(Dim, Real)                                                             \
+  template void map_momentum<Dim, Real>(Patch<Dim>&, ParticleBins, const ParticleMomentum<Dim>&, \
+                                        double*);                                                \
+  template void map_gradient<Dim, Real>(Patch<Dim>&, ParticleBins, const double*, double*);      \
+  template void map_smoothed<Dim, Real>(Patch<Dim>&, ParticleBins, double*);                     \
+  template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,      \
+                                        double*);                                                \
   template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, double*);
 LAHAR_INSTANTIATE(2, Pack)
 LAHAR_INSTANTIATE(3, Pack)

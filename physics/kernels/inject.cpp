@@ -108,8 +108,7 @@ template <int Dim>
 double injection_limit(const Patch<Dim>& patch, std::size_t generator, const Model<Dim>& model) {
   const Injection<Dim>& injection = model.injections[generator];
   const Material& material = model.materials[injection.material];
-  const double speed =
-      std::sqrt(wave_modulus(material.law) / material.density) + injection.velocity.norm();
+  const double speed = wave_speed(material) + injection.velocity.norm();
   const double diffusion = 2.0 * Dim * viscosity(material.law) / material.density;
   double limit = std::numeric_limits<double>::infinity();
   for (const InjectionCell& at : patch.injection_cells) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -118,6 +119,14 @@ inline bool can_open(const Law& law) {
 /// Modulus of longitudinal waves M [Pa]; wave speed c = sqrt(M / density).
 inline double wave_modulus(const Law& law) {
   return std::visit([](const auto& m) { return m.wave_modulus(); }, law);
+}
+
+/// Speed of the fastest wave at the beginning [m/s].
+inline double wave_speed(const Material& material) {
+  const double modulus = wave_modulus(material.law);
+  if (!material.liquid) return std::sqrt(modulus / material.density);
+  return std::sqrt(
+      wave_speed_squared(*material.liquid, modulus, Scalar(1.0 / material.density))[0]);
 }
 
 /// Modulus of shear waves G [Pa], from M and Poisson's ratio; 0 for fluids.

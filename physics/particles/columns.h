@@ -28,9 +28,12 @@ enum class Column : int {
   next_vectors,
   corners,
   next_corners,
-  opening
+  opening,
+  liquid_v,
+  liquid_affine,
+  pore_pressure
 };
-inline constexpr int n_columns = 18;
+inline constexpr int n_columns = 21;
 
 struct ColumnInfo {
   Column column;
@@ -61,6 +64,9 @@ inline constexpr std::array<ColumnInfo, n_columns> column_table{{
     {Column::corners,  "domain_corners", "m", 8, 24, true, true},   // CPDI2: corners, from x
     {Column::next_corners, "next_corners", "m", 8, 24, true, false}, // the same from the next step on
     {Column::opening,  "opening",      "-",   1, 1, true,  true},   // gaps between grains or drops, by volume
+    {Column::liquid_v, "liquid_velocity", "m/s", 2, 3, true, true}, // in pores (two_phase.h)
+    {Column::liquid_affine, "liquid_affine", "1/s", 4, 9, true, false}, // the same as affine, of the liquid
+    {Column::pore_pressure, "pore_pressure", "Pa", 1, 1, true, true},
 }};
 // clang-format on
 
@@ -79,6 +85,7 @@ struct ColumnNeeds {
   bool next_corners = false;  ///< CPDI2 where functions are used after particles have moved (MUSL)
   bool strain = false;        ///< not where all laws give it as a function of stress (strain_of())
   bool opening = false;       ///< materials with a limit of tension, see physics/kernels/opening.h
+  bool liquid = false;        ///< in pores: its velocity and pressure
   bool operator==(const ColumnNeeds&) const = default;
 };
 
@@ -99,6 +106,9 @@ class ColumnLayout {
                            (info.column == Column::corners && needs.corners) ||
                            (info.column == Column::next_corners && needs.next_corners) ||
                            (info.column == Column::opening && needs.opening) ||
+                           (info.column == Column::liquid_v && needs.liquid) ||
+                           (info.column == Column::pore_pressure && needs.liquid) ||
+                           (info.column == Column::liquid_affine && needs.liquid && needs.affine) ||
                            (info.column == Column::strain && needs.strain);
       row_[static_cast<int>(info.column)] = present ? rows_ : -1;
       if (present) rows_ += components(info);

@@ -195,14 +195,31 @@ struct Patch {
   std::vector<const std::array<char, 2>*> neighbour_contributes;
   std::vector<const double*> sum_sources;  ///< scratch of nodal kernels
 
+  /// The liquid in pores at nodes (two_phase.h); empty with one phase.
+  struct Liquid {
+    NodeArray velocity;            ///< {v [m/s], m [kg]}
+    NodeArray acceleration;        ///< {a [m/s^2], 0}
+    NodeArray before;              ///< {v [m/s], m} before the step, for affine velocities
+    NodeArray force;               ///< {f [N], 0} of pressure and tractions
+    NodeArray drag;                ///< {Q [N s/m], 0}
+    std::vector<double> pressure;  ///< [Pa]
+  } liquid;
+
   // Constraints and loads of the local nodes.
   struct FixedVelocity {
     Local node;
     int dir;
     double velocity;  ///< [m/s]
   };
-  std::vector<FixedVelocity> fixed;        ///< one per node and direction, ascending nodes
-  std::vector<WallPush<Dim>> wall_pushes;  ///< of this step, by `walls`; with MUSL only
+  std::vector<FixedVelocity> fixed;         ///< one per node and direction, ascending nodes
+  std::vector<FixedVelocity> fixed_liquid;  ///< the same of the liquid in pores
+  struct FixedPressure {
+    Local node;
+    double pressure;  ///< [Pa]
+    int function;     ///< -1 = constant
+  };
+  std::vector<FixedPressure> fixed_pressure;  ///< ascending nodes
+  std::vector<WallPush<Dim>> wall_pushes;     ///< of this step, by `walls`; with MUSL only
   /// Ascending; their prescribed velocities are not in `fixed`.
   std::vector<ConstrainedNode<Dim>> walls;
   struct PointForce {

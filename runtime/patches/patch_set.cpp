@@ -50,6 +50,7 @@ ColumnLayout<Dim> layout_for(const Model<Dim>& model, const ParticleCensus& cens
   const ShapeFunctionsRow& functions = row_of(model.analysis.functions);
   needs.domain = functions.domain == ParticleDomain::box;
   needs.affine = model.analysis.affine != Affine::none;
+  needs.liquid = model.analysis.two_phase;
   needs.vectors = functions.domain == ParticleDomain::vectors;
   needs.corners = functions.domain == ParticleDomain::corners;
   needs.next_corners = needs.corners && model.analysis.scheme == Scheme::musl;

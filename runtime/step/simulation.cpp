@@ -58,9 +58,7 @@ Simulation<Dim>::Impl::Impl(Model<Dim> model_in, ExecutionOptions options_in, Ob
   seconds_per_tick();  // from now on
   nsteps = model.analysis.nsteps;
   for (const Material& material : model.materials)
-    wave_speed_bound =
-        std::max(wave_speed_bound,
-                 wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
+    wave_speed_bound = std::max(wave_speed_bound, wave_speed_margin * wave_speed(material));
   if (ranks.several() && !is_parallel(options))
     throw InputError("only the task graph runs on several ranks; leave out --serial");
   judge = WatchdogJudge(model.watchdog, speeds);

@@ -107,7 +107,7 @@ void Simulation<Dim>::Impl::output(int p, Step step) {
   if (may_be_unstable(p, step)) check_limit(p, step);
   const bool needs_sums = sums_due(step);
   if (needs_sums || frame_due(step)) check_finite(patches[p]);
-  if (needs_sums) rows[step][i] = sums(patches[p]);
+  if (needs_sums) rows[step][i] = sums(patches[p], model);
   if (watch_due(step) && is_strained(patches[p], model)) strained[step] = true;
   if (copy_due(step)) pieces[step][i] = snapshot(patches[p], model, spare->take(i));
   if (patches[p].removed.size() >= most_removed) full[step] = true;
@@ -231,7 +231,7 @@ HistoryRow Simulation<Dim>::Impl::present_row() {
   double fastest = 0;
   for (int i = 0; i < patches.size(); ++i) {
     const PatchWork kept = patches[i].work;
-    const HistoryRow part = sums(patches[i]);
+    const HistoryRow part = sums(patches[i], model);
     patches[i].work = kept;
     all.add(part);
     fastest = std::max(fastest, part.max_speed);

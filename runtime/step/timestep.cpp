@@ -13,7 +13,9 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
   // Gradients, waves and prescribed velocities are read before the phase in which the next ones are
   // mapped is begun anywhere near.
   return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0, analysis.absorbs ? 1 : 0,
-           analysis.drives_nodes ? 1 : 0, has_filter(analysis.transfer) ? 1 : 0}};
+           analysis.drives_nodes ? 1 : 0, has_filter(analysis.transfer) ? 1 : 0,
+           analysis.two_phase ? copies : 0, analysis.two_phase ? copies : 0,
+           analysis.two_phase ? 1 : 0}};
 }
 
 namespace {
@@ -31,7 +33,7 @@ std::vector<std::size_t> arrays_of(const std::vector<NodeSum>& kinds) {
 
 bool keeps_nodal_state(const Analysis& analysis) {
   return analysis.scheme != Scheme::usl || analysis.pressure_smoothing ||
-         has_filter(analysis.transfer);
+         has_filter(analysis.transfer) || maps_pore_pressure(analysis);
 }
 
 template <int Dim>
