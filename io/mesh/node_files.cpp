@@ -93,7 +93,8 @@ std::optional<std::vector<NodeValue>> read_node_values(const SideFile& file, std
   const Parse<NodeValue> parse = [&](RowReader& rows, NodeValue& row) {
     Index dir = 0;
     if (!rows.integer(row.node, "a node id", 0, last_id(range.n_nodes)) ||
-        !rows.integer(dir, "the direction", 0, range.dim - 1) || !rows.real(row.value, what))
+        (range.dim > 0 && !rows.integer(dir, "the direction", 0, range.dim - 1)) ||
+        !rows.real(row.value, what))
       return false;
     row.dir = static_cast<int>(dir);
     return rows.end_of_row();

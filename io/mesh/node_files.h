@@ -16,10 +16,10 @@ namespace lahar {
 /// What rows may name.
 struct NodeRange {
   Index n_nodes;  ///< -1 = unknown
-  int dim;
+  int dim;        ///< number of directions; 0 = rows have none
 };
 
-/// Rows `node dir value`.
+/// Rows `node dir value`, or `node value`.
 struct NodeValue {
   Index node;
   int dir;

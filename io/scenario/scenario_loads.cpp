@@ -102,13 +102,16 @@ bool ScenarioBuilder<Dim>::is_file_name(std::string_view constraints) {
 
 template <int Dim>
 void ScenarioBuilder<Dim>::build_constraints() {
-  auto& out = model_.node_velocities;
+  const auto add = [&](Index node, int dir, bool liquid, double v) {
+    (liquid ? model_.liquid_velocities : model_.node_velocities).push_back({node, dir, v});
+  };
+  const int directions = model_.analysis.two_phase ? 2 * Dim : Dim;
   const auto add_file = [&](const JsonValue& object, std::string_view key) {
     const auto file = in_.open(object, key);
     if (!file) return;
     if (const auto rows =
-            read_node_values(*file, "the velocity", {n_nodes(), Dim}, team_, in_.problems))
-      for (const auto& [node, dir, v] : *rows) out.push_back({node, dir, v});
+            read_node_values(*file, "the velocity", {n_nodes(), directions}, team_, in_.problems))
+      for (const auto& [node, dir, v] : *rows) add(node, dir % Dim, dir >= Dim, v);
   };
   if (is_file_name("velocity_constraints")) add_file(boundary(), "velocity_constraints");
   for (const JsonValue* c : get_list(boundary(), "velocity_constraints")) {
@@ -116,19 +119,21 @@ void ScenarioBuilder<Dim>::build_constraints() {
       add_file(*c, "file");
       continue;
     }
-    const auto dir = direction_of(*c);
+    const auto dir = phase_direction_of(*c);
     const auto v = get_number(*c, "velocity");
     const auto nodes = members(*c, "nset_id", "nset", sets_.nodes);
     if (!dir || !v || !nodes) continue;
-    for (const Index node : *nodes) out.push_back({node, *dir, *v});
+    for (const Index node : *nodes) add(node, dir->dir, dir->liquid, *v);
   }
   // The first constraint of a node and direction wins.
   const auto key = [](const NodeVelocity& a) { return std::pair(a.node, a.dir); };
-  std::stable_sort(out.begin(), out.end(),
-                   [&](const auto& a, const auto& b) { return key(a) < key(b); });
-  out.erase(std::unique(out.begin(), out.end(),
-                        [&](const auto& a, const auto& b) { return key(a) == key(b); }),
-            out.end());
+  for (auto* out : {&model_.node_velocities, &model_.liquid_velocities}) {
+    std::stable_sort(out->begin(), out->end(),
+                     [&](const auto& a, const auto& b) { return key(a) < key(b); });
+    out->erase(std::unique(out->begin(), out->end(),
+                           [&](const auto& a, const auto& b) { return key(a) == key(b); }),
+               out->end());
+  }
 }
 
 template <int Dim>
@@ -218,14 +223,17 @@ void ScenarioBuilder<Dim>::build_walls() {
 template <int Dim>
 void ScenarioBuilder<Dim>::build_particle_constraints() {
   for (const JsonValue* c : get_list(boundary(), "particles_velocity_constraints")) {
-    const auto dir = direction_of(*c);
+    const auto dir = phase_direction_of(*c);
     const auto v = get_number(*c, "velocity");
     auto ids = members(*c, "pset_id", "pset", sets_.particles);
     if (dir && v && ids)
       model_.particle_velocities.push_back(
-          {std::move(*ids), *dir, *v, means_all(*c, "pset_id", "pset")});
+          {std::move(*ids), dir->dir, *v, means_all(*c, "pset_id", "pset"), dir->liquid});
   }
-  model_.analysis.drives_nodes = !in_.cbgeo_defaults && !model_.particle_velocities.empty();
+  model_.analysis.drives_nodes =
+      !in_.cbgeo_defaults &&
+      std::any_of(model_.particle_velocities.begin(), model_.particle_velocities.end(),
+                  [](const ParticleVelocity& v) { return !v.of_liquid; });
 }
 
 template <int Dim>
@@ -234,6 +242,15 @@ void ScenarioBuilder<Dim>::build_gravity() {
   const JsonValue* gravity = loads.find("gravity");
   const bool ramped = gravity && gravity->is<JsonValue::Object>();
   model_.gravity = get_vector<Dim>(ramped ? *gravity : loads, "gravity").value_or(Vec<Dim>::Zero());
+  if (const JsonValue* other = section("analysis").find("gravity")) {
+    const auto values = get_numbers(section("analysis"), "gravity");
+    if (values.size() == Dim && Eigen::Map<const Vec<Dim>>(values.data()) == model_.gravity)
+      in_.warning(*other, "'gravity' is ignored here",
+                  "external_loading_conditions.gravity is the same");
+    else
+      in_.error(*other, "'gravity' does not belong here",
+                "write external_loading_conditions.gravity");
+  }
   const double ramp = ramped ? get_number(*gravity, "ramping_time").value_or(0) : 0;
   if (ramp <= 0) return;
   model_.gravity_function = static_cast<int>(model_.functions.size());
@@ -244,13 +261,13 @@ template <int Dim>
 void ScenarioBuilder<Dim>::build_tractions() {
   for (const JsonValue* t :
        get_list(section("external_loading_conditions"), "particle_surface_traction")) {
-    const auto dir = direction_of(*t);
+    const auto dir = phase_direction_of(*t);
     const auto value = get_number(*t, "traction");
     const int function = find_function(*t);
     auto ids = members(*t, "pset_id", "pset", sets_.particles);
     if (dir && value && ids)
-      model_.tractions.push_back(
-          {std::move(*ids), *dir, *value, function, means_all(*t, "pset_id", "pset")});
+      model_.tractions.push_back({std::move(*ids), dir->dir, *value, function,
+                                  means_all(*t, "pset_id", "pset"), dir->liquid});
   }
 }
 

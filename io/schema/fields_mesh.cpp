@@ -45,6 +45,67 @@ const Section& structured_section() {
   return section;
 }
 
+const Section& water_table_section() {
+  static const Section section{
+      .name = "an entry of water_tables",
+      .path = "mesh.particles_pore_pressures.water_tables[]",
+      .help = "Level of the water at a position. Between positions it is linear.",
+      .fields = {
+          {.key = "position",
+           .kinds = number,
+           .help = "coordinate along dir_h",
+           .unit = "m",
+           .required = true},
+          {.key = "h0",
+           .kinds = number,
+           .help = "coordinate of the level along dir_v",
+           .unit = "m",
+           .required = true},
+      }};
+  return section;
+}
+
+const Section& pore_pressures_section() {
+  static const Section section{
+      .name = "mesh.particles_pore_pressures",
+      .path = "mesh.particles_pore_pressures",
+      .help = "Pressure of the liquid in pores at the beginning.",
+      .discriminator = "type",
+      .fields = {
+          {.key = "type",
+           .kinds = text,
+           .help = "how they are given",
+           .required = true,
+           .allowed = {"file", "isotropic", "water_table"}},
+          {.key = "location",
+           .kinds = file,
+           .help = "file of lines `particle pressure`",
+           .only = {"file"}},
+          {.key = "values",
+           .kinds = number,
+           .help = "pressure of all particles",
+           .unit = "Pa",
+           .only = {"isotropic"}},
+          {.key = "dir_v",
+           .kinds = direction,
+           .help = "direction upwards; default the last",
+           .only = {"water_table"}},
+          {.key = "dir_h",
+           .kinds = direction,
+           .help = "direction of the positions",
+           .fallback = "0",
+           .only = {"water_table"}},
+          {.key = "water_tables",
+           .kinds = list,
+           .help =
+               "levels of the water: the pressure is that of water at rest below them, and zero "
+               "above",
+           .section = water_table_section,
+           .only = {"water_table"}},
+      }};
+  return section;
+}
+
 const Section& node_type_section() {
   static const Section section{.name = "an entry of node_types",
                                .path = "mesh.nonlocal_mesh_properties.node_types[]",
@@ -163,8 +224,7 @@ const Section& mesh_section() {
            .help = "follows from the dimension",
            .fallback = "\"N2D\"",
            .fallback_3d = "\"N3D\"",
-           .allowed = {"N2D", "N3D"},
-           .planned = {"N2D2P", "N3D2P"}},
+           .allowed = {"N2D", "N3D", "N2D2P", "N3D2P"}},
           {.key = "particle_cells",
            .kinds = file,
            .help = "lines `particle cell`: where to look "
@@ -196,9 +256,9 @@ const Section& mesh_section() {
            .help = "borders of the mesh for splines (dialect of the fork), without effect",
            .section = nonlocal_section},
           {.key = "particles_pore_pressures",
-           .kinds = any,
-           .help = "initial pore pressures (dialect of the fork)",
-           .support = Support::planned},
+           .kinds = object,
+           .help = "initial pressures of the liquid in pores, positive in compression",
+           .section = pore_pressures_section},
           {.key = "mesh_reader", .kinds = any, .help = "write io_type", .support = Support::older},
           {.key = "material_id",
            .kinds = any,
@@ -234,7 +294,14 @@ const Section& velocity_constraint_section() {
                    "nodes, or a name of sets.nodes",
            .min = -1},
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
-          {.key = "dir", .kinds = direction, .help = "direction"},
+          {.key = "dir",
+           .kinds = phase_direction,
+           .help = "direction; from the dimension on, that of the liquid in pores"},
+          {.key = "phase",
+           .kinds = text,
+           .help = "which phase is held; default the skeleton",
+           .allowed = {"skeleton", "liquid"},
+           .native = true},
           {.key = "velocity", .kinds = number, .help = "velocity", .unit = "m/s"},
           {.key = "file", .kinds = file, .help = "file of lines `node dir velocity`"},
       }};
@@ -404,8 +471,48 @@ const Section& particle_velocity_section() {
                    "sets.particles",
            .min = -1},
           {.key = "pset", .kinds = id, .help = "the same as pset_id", .min = -1, .native = true},
-          {.key = "dir", .kinds = direction, .help = "direction", .required = true},
+          {.key = "dir",
+           .kinds = phase_direction,
+           .help = "direction; from the dimension on, that of the liquid in pores",
+           .required = true},
+          {.key = "phase",
+           .kinds = text,
+           .help = "which phase is held; default the skeleton",
+           .allowed = {"skeleton", "liquid"},
+           .native = true},
           {.key = "velocity", .kinds = number, .help = "velocity", .unit = "m/s", .required = true},
+      }};
+  return section;
+}
+
+const Section& pressure_section() {
+  static const Section section{
+      .name = "a pressure constraint",
+      .path = "mesh.boundary_conditions.pressure_constraints[]",
+      .help =
+          "Prescribed pressure of the liquid in the pores at a set of nodes, or a `file` of lines "
+          "`node pressure`. Free surfaces have none without it. The first entry for a node wins.",
+      .fields = {
+          {.key = "phase_id",
+           .kinds = integer,
+           .help = "phase: 1 is the liquid",
+           .fallback = "1",
+           .min = 1,
+           .max = 1},
+          {.key = "nset_id",
+           .kinds = id,
+           .help = "node set: an id of entity_sets, -1 for all nodes, or a name of sets.nodes",
+           .min = -1},
+          {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
+          {.key = "pressure",
+           .kinds = number,
+           .help = "pressure, positive in compression",
+           .unit = "Pa"},
+          {.key = "file", .kinds = file, .help = "file of lines `node pressure`"},
+          {.key = "math_function_id",
+           .kinds = id,
+           .help = "factor over time: an id of math_functions or a name; default constant",
+           .min = 0},
       }};
   return section;
 }
@@ -461,13 +568,13 @@ const Section& boundary_section() {
            .help = "adhesion of nodes to a wall (dialect of the fork)",
            .support = Support::planned},
           {.key = "pressure_constraints",
-           .kinds = any,
-           .help = "pressures of nodes (dialect of the fork)",
-           .support = Support::planned},
+           .kinds = list,
+           .help = "prescribed pressures of the liquid in pores",
+           .section = pressure_section},
           {.key = "pore_pressure_constraints",
            .kinds = any,
-           .help = "pressures of nodes, from files (dialect of the fork)",
-           .support = Support::planned},
+           .help = "write pressure_constraints, where free surfaces do not drain the pores anyway",
+           .support = Support::ignored},
       }};
   return section;
 }

@@ -93,6 +93,8 @@ std::string kind_schema(const Section& section, const Field& f, unsigned kind) {
       return items_schema("{\"type\": [\"integer\", \"string\"]}", 1, 1);
     case direction:
       return "{\"enum\": [0, 1, 2, \"x\", \"y\", \"z\"]}";
+    case phase_direction:
+      return "{\"enum\": [0, 1, 2, 3, 4, 5, \"x\", \"y\", \"z\"]}";
     default:
       return items_schema(items_schema("{\"type\": \"number\"}", 2, 2), 3);
   }

@@ -24,6 +24,8 @@ void for_each_list(Conditions& of, auto&& visit) {
   visit(of.node_forces);
   visit(of.node_absorptions);
   visit(of.node_accelerations);
+  visit(of.liquid_velocities);
+  visit(of.pore_pressures);
 }
 
 /// Let each rank that keeps some of the ids (ascending) answer for them: calls `answer(asked)`,
@@ -133,6 +135,8 @@ NodeConditions<Dim> conditions_at(const std::vector<Index>& nodes, const NodeCon
     send(kept.node_forces, found.node_forces);
     send(kept.node_absorptions, found.node_absorptions);
     send(kept.node_accelerations, found.node_accelerations);
+    send(kept.liquid_velocities, found.liquid_velocities);
+    send(kept.pore_pressures, found.pore_pressures);
   });
   sort_constraints(found);
   return found;

@@ -81,6 +81,8 @@ void sort_constraints(NodeConditions<Dim>& conditions) {
   sort_by_node(conditions.node_forces);
   sort_by_node(conditions.node_absorptions);
   sort_by_node(conditions.node_accelerations);
+  sort_by_node(conditions.liquid_velocities);
+  sort_by_node(conditions.pore_pressures);
 }
 
 template <int Dim>
@@ -99,6 +101,12 @@ void set_constraints(Patch<Dim>& patch, const NodeConditions<Dim>& conditions, I
     const auto local = static_cast<Local>(i);
     const Index node = nodes[i] % n_nodes;  // the same for every body
     constrain(patch, local, node, conditions);
+    bool taken[Dim] = {};  // the first counts
+    for (const NodeVelocity& v : entries_of(conditions.liquid_velocities, node))
+      if (!std::exchange(taken[v.dir], true))
+        patch.fixed_liquid.push_back({local, v.dir, v.velocity});
+    if (const auto given = entries_of(conditions.pore_pressures, node); !given.empty())
+      patch.fixed_pressure.push_back({local, given.front().pressure, given.front().function});
     for (const NodeForce& f : entries_of(conditions.node_forces, node))
       patch.forces.push_back({local, f.dir, f.force, f.function});
     for (const NodeAbsorption& at : entries_of(conditions.node_absorptions, node))
