@@ -89,7 +89,11 @@ void ScenarioBuilder<Dim>::build_analysis() {
   a.closed_faces = !in_.cbgeo_defaults;
   a.volume_as_cbgeo = in_.cbgeo_defaults;
   a.damping_as_cbgeo = in_.cbgeo_defaults;
-  a.opening = get_bool(*analysis, "opening").value_or(!in_.cbgeo_defaults);
+  if (const JsonValue* opening = analysis->find("opening");
+      opening && get_bool(*analysis, "opening").value_or(false) && a.two_phase)
+    in_.error(*opening, "'opening' does not go together with a liquid in pores",
+              "leave it out: no gaps open between grains");
+  a.opening = get_bool(*analysis, "opening").value_or(!in_.cbgeo_defaults && !a.two_phase);
   set(*analysis, "opening", a.opening);
   const auto opens = [](const Material& material) { return can_open(material.law); };
   a.opening = a.opening && std::any_of(model_.materials.begin(), model_.materials.end(), opens);

@@ -28,7 +28,8 @@ void map_liquid_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
 
 /// Forces of the pore pressure on the mixture and on the liquid, tractions on the liquid, and drag.
 /// With Q4 and H8 the pressure acts by gradients at the cell's centre, whose volumetric strain it
-/// comes from; else, and with Analysis::volume_as_cbgeo, by those at particles.
+/// comes from (B-bar, Hughes 1980), else in the mean of the particles of a cell. With
+/// Analysis::volume_as_cbgeo each particle's acts by its own gradients.
 template <int Dim>
 void map_liquid_forces(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 

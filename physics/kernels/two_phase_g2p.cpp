@@ -154,8 +154,8 @@ void update_general(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBin
               general::interpolate<Dim, 2, Pack>(basis, p, fields, nodes, sum);
               if (is_affine) {
                 Pack value[Dim], C[Dim][Dim];
-                general::affine_velocity<Dim>(basis, step.model->analysis.affine, p, v, spread, nodes,
-                                              value, C);
+                general::affine_velocity<Dim>(basis, step.model->analysis.affine, p, v, spread,
+                                              nodes, value, C);
                 LAHAR_UNROLL
                 for (std::size_t k = 0; k < Dim * Dim; ++k)
                   store_first(C[k / Dim][k % Dim], affine[k] + p, n);
@@ -179,6 +179,13 @@ LAHAR_INLINE void add_pressure(Patch<Dim>& patch, const Pores& pores, double dt,
   const Pack after = before - (dt * pores.liquid().bulk_modulus) * (rate / porosity);
   store_first(after, pressure, n);
   all_work += first_lanes(Pack((-0.5 * dt) * V * (before + after) * rate), n);
+}
+
+/// Values become their mean by volume.
+inline void take_mean(double* values, const double* V, Local n) {
+  double volume = 0, sum = 0;
+  for (Local k = 0; k < n; ++k) volume += V[k], sum += V[k] * values[k];
+  std::fill_n(values, n, sum / volume);
 }
 
 template <int Dim, class Map>
@@ -213,6 +220,10 @@ void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Parti
       if (!materials[bin.material].liquid) continue;
       const Pores pores(*materials[bin.material].liquid);
       auto at = static_cast<std::size_t>(skeleton.first[r]);
+      if (!step.model->analysis.volume_as_cbgeo)
+        for (VelocityGradients<Dim>* field : {&skeleton, &liquid})
+          take_mean(&field->trace[at], patch.particles.row(Column::volume) + bin.begin,
+                    bin.end - bin.begin);
       for (Local p = bin.begin; p < bin.end; p += lanes<Pack>, at += lanes<Pack>)
         add_pressure(patch, pores, step.dt, p, bin.end - p, load<Pack>(&skeleton.trace[at]),
                      load<Pack>(&liquid.trace[at]), work);

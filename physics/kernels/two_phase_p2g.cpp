@@ -79,6 +79,9 @@ void add_pressure_at_centre(Patch<Dim>& patch, const StepContext<Dim>& step, Par
   });
 }
 
+/// Forces by gradients at particles. The particles of a bin have the mean of their pressures, as
+/// they have the mean of their volumetric strains (update_pore_pressure()): a pressure of each
+/// particle would hold more than nodes can follow.
 template <int Dim>
 void add_pressure_at_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   const auto rows = pore_rows<2>(patch.particles.capacity());
@@ -91,6 +94,13 @@ void add_pressure_at_particles(Patch<Dim>& patch, const StepContext<Dim>& step, 
     store_first(pores ? Pack(work * pores->porosity(load<Pack>(m + p), volume)) : Pack(0.0),
                 rows[1] + p, n);
   });
+  if (!step.model->analysis.volume_as_cbgeo)
+    for (const ParticleBin& bin : bins)
+      for (double* row : rows) {
+        double volume = 0, sum = 0;
+        for (Local p = bin.begin; p < bin.end; ++p) volume += V[p], sum += row[p];
+        for (Local p = bin.begin; p < bin.end; ++p) row[p] = V[p] * (sum / volume);
+      }
   map_gradient_of<Dim, Pack>(patch, bins, rows[0], patch.own_sums(NodeSum::force, step.step));
   map_gradient_of<Dim, Pack>(patch, bins, rows[1],
                              patch.own_sums(NodeSum::liquid_force, step.step));
