@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "io/scenario/scenario_builder.h"
@@ -130,7 +131,9 @@ void ScenarioBuilder<Dim>::build_scheme(JsonValue& analysis) {
   std::string name = "usf";
   if (scheme) name = scheme->as<std::string>();
   if (older) {
-    const std::string wanted = older->as<std::string>();
+    std::string wanted = older->as<std::string>();
+    std::transform(wanted.begin(), wanted.end(), wanted.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
     if (scheme && wanted != name)
       in_.warning(*older, fmt::format("'{}' says {}, but 'mpm_scheme' says {}, which counts", key,
                                       wanted, name));

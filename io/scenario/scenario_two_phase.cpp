@@ -17,9 +17,9 @@ constexpr std::array<const char*, 3> conductivity_keys{"k_x", "k_y", "k_z"};
 
 // Whether analysis.type, as written, is of two phases; nothing where it is not written.
 std::optional<bool> type_has_two_phases(const JsonValue& analysis) {
-  if (!written(analysis, "type")) return std::nullopt;
-  const auto type = get_text(analysis, "type");
-  return type && type->find("TwoPhase") != std::string::npos;
+  const JsonValue* type = analysis.find("type");
+  if (!type || type->defaulted) return std::nullopt;
+  return type->as<std::string>().find("TwoPhase") != std::string::npos;
 }
 
 }  // namespace
@@ -150,6 +150,7 @@ template <int Dim>
 void ScenarioBuilder<Dim>::build_pore_pressures() {
   const JsonValue* given = section("mesh").find("particles_pore_pressures");
   if (!given) return;
+  if (!model_.analysis.two_phase && !in_.problems.empty()) return;  // reported
   if (!model_.analysis.two_phase)
     return in_.error(*given, "there is no liquid in pores",
                      "material of a generator: [skeleton, liquid]");

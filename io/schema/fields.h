@@ -29,8 +29,8 @@ enum Kind : unsigned {
   ids = 1u << 13,              ///< array of ids or names
   direction = 1u << 14,        ///< 0, 1, 2 or "x", "y", "z"
   points = 1u << 15,           ///< array of points in the plane
-  phase_direction = 1u << 17,  ///< direction, or one of the liquid in pores: dim and above
-  any = 1u << 16,              ///< of keys that are refused whatever they hold
+  phase_direction = 1u << 16,  ///< direction, or one of the liquid in pores: dim and above
+  any = 1u << 17,              ///< of keys that are refused whatever they hold
 };
 
 enum class Support {

@@ -357,11 +357,11 @@ const Section& analysis_section() {
            .kinds = text,
            .help = "older spelling of mpm_scheme, accepted with a warning. CB-Geo MPM ignores it "
                    "and runs usf; so does --as-cbgeo",
-           .allowed = {"usf", "usl", "musl"}},
+           .allowed = {"usf", "usl", "musl", "USF", "USL", "MUSL"}},
           {.key = "stress_analysis",
            .kinds = text,
            .help = "the same as stress_update, in some published cases",
-           .allowed = {"usf", "usl", "musl"}},
+           .allowed = {"usf", "usl", "musl", "USF", "USL", "MUSL"}},
           {.key = "velocity_update",
            .kinds = boolean | text,
            .help = "update of the particle velocity. false or \"flip\": add the nodal "

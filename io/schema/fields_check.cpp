@@ -94,7 +94,7 @@ unsigned matching_kind(const Field& field, const JsonValue& v, int dim) {
         return false;
     }
   };
-  for (unsigned kind = 1; kind <= points; kind <<= 1)
+  for (unsigned kind = 1; kind < any; kind <<= 1)
     if ((field.kinds & kind) && fits(kind)) return kind;
   return 0;
 }

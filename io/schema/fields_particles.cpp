@@ -104,11 +104,10 @@ const Section& generator_section() {
            .only = {"inject"}},
           {.key = "material_id",
            .kinds = id | ids,
-           .help = "material: an id or a name (one per "
-                   "phase)",
+           .help = "material: an id or a name, or [skeleton, liquid in its pores]",
            .min = 0},
           {.key = "material",
-           .kinds = id,
+           .kinds = id | ids,
            .help = "the same as material_id",
            .min = 0,
            .native = true},
