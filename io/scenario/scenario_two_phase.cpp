@@ -103,9 +103,13 @@ void ScenarioBuilder<Dim>::check_phases() {
 // What a liquid in pores does not go together with.
 template <int Dim>
 void ScenarioBuilder<Dim>::check_two_phase() {
-  const Analysis& a = model_.analysis;
+  Analysis& a = model_.analysis;
   if (!a.two_phase) return;
   const JsonValue& analysis = section("analysis");
+  // Of the functions that published cases have.
+  const std::string cell_type = get_text(section("mesh"), "cell_type").value_or("ED2Q4");
+  a.liquid_advection = in_.as_cbgeo && a.functions == ShapeFunctions::element &&
+                       a.affine == Affine::none && (cell_type == "ED2Q4" || cell_type == "ED3H8");
   const auto refuse = [&](const JsonValue* at, std::string_view what, std::string_view hint) {
     in_.error(at ? *at : analysis,
               fmt::format("{} does not go together with a liquid in pores", what),

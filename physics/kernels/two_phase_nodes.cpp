@@ -72,6 +72,11 @@ void liquid_forces(Patch<Dim>& patch, const StepContext<Dim>& step) {
   };
   take(NodeSum::liquid_force, patch.liquid.force);
   take(NodeSum::drag, patch.liquid.drag);
+  if (step.model->analysis.liquid_advection)
+    for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::advection, step.step),
+                  [&](Local i, const NodeVector&, const NodeVector& sum) {
+                    patch.liquid.advection[static_cast<std::size_t>(i)] = sum[0];
+                  });
 }
 
 template <int Dim>
@@ -128,6 +133,8 @@ void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
       for (int d = 0; d < Dim; ++d) {
         const double mean_s = v_s[d] - 0.5 * dt * a_s[d];
         double force = f[d] + m * g[d], drag;
+        if (analysis.liquid_advection)
+          force -= patch.liquid.advection[static_cast<std::size_t>(i)] * old[d];
         if (analysis.explicit_drag) {
           drag = Q[d] * (old[d] - (v_s[d] - dt * a_s[d]));
           const double against = cundall(analysis, force - drag, old[d]);

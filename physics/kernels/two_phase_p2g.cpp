@@ -4,6 +4,7 @@
 
 #include "physics/basis/basis.h"
 #include "physics/basis/cell_map.h"
+#include "physics/basis/linear_basis.h"
 #include "physics/basis/support.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/particle_sums.h"
@@ -106,6 +107,33 @@ void add_pressure_at_particles(Patch<Dim>& patch, const StepContext<Dim>& step, 
                              patch.own_sums(NodeSum::liquid_force, step.step));
 }
 
+/// c_i += sum_p n0 rho V N_i (v_l - v) . grad N_i: nodes then have the force -c_i v_l,i, which is
+/// not the momentum that the liquid carries, but what the fork of CB-Geo MPM computes.
+template <int Dim>
+void map_advection(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  double* sums = patch.own_sums(NodeSum::advection, step.step);
+  const double* V = patch.particles.row(Column::volume);
+  const auto v = std::as_const(patch.particles).template rows<Dim>(Column::v);
+  const auto v_l = std::as_const(patch.particles).template rows<Dim>(Column::liquid_v);
+  for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
+    const auto& liquid = step.model->materials[bin.material].liquid;
+    if (!liquid) return;
+    const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
+    const LinearBasis<Dim, std::decay_t<decltype(map)>> basis{map};
+    for (Local p = bin.begin; p < bin.end; ++p) {
+      Scalar N[corners<Dim>], dN[Dim][corners<Dim>];
+      basis.functions(p, N);
+      basis.gradients(p, dN);
+      for (std::size_t i = 0; i < corner.size(); ++i) {
+        double along = 0;
+        for (std::size_t d = 0; d < Dim; ++d) along += (v_l[d][p] - v[d][p]) * dN[d][i][0];
+        sums[static_cast<std::ptrdiff_t>(corner[i]) * sum_stride] +=
+            liquid->porosity * liquid->density * V[p] * N[i][0] * along;
+      }
+    }
+  });
+}
+
 /// Tractions on the liquid alone.
 template <int Dim>
 void add_liquid_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
@@ -163,6 +191,7 @@ void map_liquid_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Particle
     add_pressure_at_centre(patch, step, bins);
   add_liquid_tractions(patch, step, bins);
   map_drag(patch, step, bins);
+  if (step.model->analysis.liquid_advection) map_advection(patch, step, bins);
 }
 
 template <int Dim>

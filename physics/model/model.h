@@ -215,7 +215,8 @@ struct Analysis {
   bool two_phase = false;  ///< some materials have a liquid in their pores (two_phase.h)
   bool pore_pressure_smoothing = false;
   bool prescribes_pore_pressure = false;  ///< some process has Model::pore_pressures
-  bool explicit_drag = false;  ///< drag of the velocities before the step, as in CB-Geo MPM
+  bool explicit_drag = false;     ///< drag of the velocities before the step, as in CB-Geo MPM
+  bool liquid_advection = false;  ///< as in CB-Geo MPM (map_advection())
   bool opening = false;  ///< what opens between grains or drops is not volume of the particles
   Contact contact;
   bool absorbs = false;  ///< some process has Model::node_absorptions

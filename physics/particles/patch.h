@@ -55,13 +55,14 @@ enum class NodeSum : int {
   liquid_force,
   drag,             ///< two_phase.h
   liquid_momentum,  ///< of MUSL's second mapping
-  pore_pressure
+  pore_pressure,
+  advection  ///< of the liquid, as in CB-Geo MPM
 };
-inline constexpr int n_node_sums = 17;
+inline constexpr int n_node_sums = 18;
 /// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, surface},
 /// {displacement, waves}, {prescribed_mass, prescribed_momentum}, {smoothed, smoothed_again},
-/// {liquid_mass_momentum, liquid_force}, {drag, liquid_momentum} and {pore_pressure}: a cache line
-/// per node.
+/// {liquid_mass_momentum, liquid_force}, {drag, liquid_momentum} and {pore_pressure, advection}: a
+/// cache line per node.
 inline constexpr int sum_stride = 2 * node_width;
 inline constexpr int n_sum_arrays = (n_node_sums + 1) / 2;
 /// Array that holds a kind of sum, and where in a node's line it begins.
@@ -197,12 +198,13 @@ struct Patch {
 
   /// The liquid in pores at nodes (two_phase.h); empty with one phase.
   struct Liquid {
-    NodeArray velocity;            ///< {v [m/s], m [kg]}
-    NodeArray acceleration;        ///< {a [m/s^2], 0}
-    NodeArray before;              ///< {v [m/s], m} before the step, for affine velocities
-    NodeArray force;               ///< {f [N], 0} of pressure and tractions
-    NodeArray drag;                ///< {Q [N s/m], 0}
-    std::vector<double> pressure;  ///< [Pa]
+    NodeArray velocity;             ///< {v [m/s], m [kg]}
+    NodeArray acceleration;         ///< {a [m/s^2], 0}
+    NodeArray before;               ///< {v [m/s], m} before the step, for affine velocities
+    NodeArray force;                ///< {f [N], 0} of pressure and tractions
+    NodeArray drag;                 ///< {Q [N s/m], 0}
+    std::vector<double> advection;  ///< [kg/s] of map_advection(); only where it is mapped
+    std::vector<double> pressure;   ///< [Pa]
   } liquid;
 
   // Constraints and loads of the local nodes.

@@ -116,6 +116,7 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
                               &patch->liquid.force, &patch->liquid.drag})
       values->assign(size, 0.0);
     patch->liquid.pressure.assign(nodes.size(), 0.0);
+    if (model_->analysis.liquid_advection) patch->liquid.advection.assign(nodes.size(), 0.0);
   }
   return patch;
 }
