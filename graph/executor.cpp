@@ -1,9 +1,15 @@
 #include "graph/executor.h"
 
+#include <oneapi/tbb/info.h>
+
 #include <algorithm>
 #include <random>
 
 namespace lahar {
+
+int available_threads() {
+  return oneapi::tbb::info::default_concurrency();
+}
 
 void Executor::request_stop(Step step) {
   stop_before(step + max_lead);

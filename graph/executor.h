@@ -1,4 +1,5 @@
-/// \file Executing the step graph over and over: flow graph, serial loop, random order.
+/// \file Executing the step graph over and over. Flow graphs, which take steps in parallel, are in
+/// local_flow.h (one process) and distributed_flow.h (several ranks).
 #pragma once
 
 #include <atomic>
@@ -120,12 +121,6 @@ std::unique_ptr<Executor> make_serial_executor(TaskGraph graph, TaskBodies bodie
 /// Ready tasks in random order, one thread: a test that the edges are all that is needed.
 std::unique_ptr<Executor> make_random_executor(TaskGraph graph, TaskBodies bodies,
                                                std::uint64_t seed);
-
-/// A oneTBB flow graph on `threads` threads. `verify` checks at every firing that exactly the steps
-/// that the edges promise were done before, and throws std::logic_error from run() otherwise.
-/// `remote`: for a graph that is one rank's share (TaskGraph::shared); must outlive the executor.
-std::unique_ptr<Executor> make_flow_executor(TaskGraph graph, TaskBodies bodies, int threads,
-                                             bool verify = false, Remote* remote = nullptr);
 
 /// Phase after phase, all patches in parallel, and after each phase everybody waits for everybody,
 /// as codes without a graph do: for comparison.

@@ -3,6 +3,8 @@
 #include <optional>
 #include <utility>
 
+#include "graph/distributed_flow.h"
+#include "graph/local_flow.h"
 #include "physics/kernels/kernels.h"
 #include "runtime/step/simulation_impl.h"
 #include "runtime/step/simulation_trace.h"
@@ -84,8 +86,10 @@ void Simulation<Dim>::Impl::build_executor() {
       break;
     case ExecutionOptions::Mode::flow_graph:
       connect_ranks();
-      executor = make_flow_executor(std::move(graph), std::move(bodies), options.threads,
-                                    options.verify, exchange.get());
+      executor = exchange ? make_distributed_flow(std::move(graph), std::move(bodies),
+                                                  options.threads, options.verify, *exchange)
+                          : make_local_flow(std::move(graph), std::move(bodies), options.threads,
+                                            options.verify);
   }
   for (std::size_t f = 0; f + 1 < phases.size(); ++f)
     if (phases[f + 1].task.is_rest) whole = joined(phases[f], phases[f + 1]);

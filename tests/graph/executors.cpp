@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "graph/distributed_flow.h"
 #include "tests/graph/step_graphs.h"
 
 using namespace lahar;
@@ -167,8 +168,8 @@ TEST_CASE("rests are deferred, and done while the time step is agreed on") {
         run(s, p, step);
         run(s + 1, p, step);
       };
-      const auto executor = make_flow_executor(make_task_graph(stages, all, true, ny), bodies,
-                                               threads, true, &mirror);
+      const auto executor = make_distributed_flow(make_task_graph(stages, all, true, ny), bodies,
+                                                  threads, true, mirror);
       CHECK(executor->run(0, 100) == 100);
       CHECK(watch.wrong() == "");
       CHECK(watch.all_done(100));
@@ -187,8 +188,8 @@ TEST_CASE("bodies of uneven length do not disturb the order") {
       if ((s * 31 + p * 17 + step * 7) % 23 == 0) std::this_thread::sleep_for(100us);
       watch.run(s, p, step);
     };
-    const auto executor = make_flow_executor(make_task_graph(two_exchanges(true), block(4, 3)),
-                                             bodies, threads, true);
+    const auto executor =
+        make_local_flow(make_task_graph(two_exchanges(true), block(4, 3)), bodies, threads, true);
     CHECK(executor->run(0, 100) == 100);
     CHECK(watch.wrong() == "");
     CHECK(watch.all_done(100));
@@ -198,8 +199,8 @@ TEST_CASE("bodies of uneven length do not disturb the order") {
 TEST_CASE("a graph that is not safe is found out by the checks of the flow graph") {
   const auto stages = std::vector<Stage>{{.name = "all", .exchange = "all"}};
   for (const int threads : {1, 3}) {
-    const auto executor = make_flow_executor(make_task_graph(stages, block(5, 4)),
-                                             only([](int, int, Step) {}), threads, true);
+    const auto executor = make_local_flow(make_task_graph(stages, block(5, 4)),
+                                          only([](int, int, Step) {}), threads, true);
     std::string message;
     try {
       executor->run(0, 5000);
@@ -215,13 +216,13 @@ TEST_CASE("no barrier: the far end of a row is a step ahead while the near end i
   constexpr int n = 10;
   std::atomic<Step> far_end{0};
   bool came = false;
-  const auto executor = make_flow_executor(make_task_graph(one_exchange(), block(n, 1)),
-                                           only([&](int s, int p, Step step) {
-                                             if (p == n - 1 && s == 0) far_end = step;
-                                             if (p == 0 && s == 0 && step == 0)
-                                               came = wait_for([&] { return far_end >= 1; });
-                                           }),
-                                           2, true);
+  const auto executor = make_local_flow(make_task_graph(one_exchange(), block(n, 1)),
+                                        only([&](int s, int p, Step step) {
+                                          if (p == n - 1 && s == 0) far_end = step;
+                                          if (p == 0 && s == 0 && step == 0)
+                                            came = wait_for([&] { return far_end >= 1; });
+                                        }),
+                                        2, true);
   executor->run(0, 3);
   CHECK(came);
 }
@@ -231,17 +232,17 @@ TEST_CASE("an adaptive step keeps everybody within one step of each other") {
   std::atomic<Step> far_start{0}, far_integrate{-1};
   Step integrated = -1;
   bool came = false;
-  const auto executor = make_flow_executor(make_task_graph(one_exchange(true), block(n, 1)),
-                                           only([&](int s, int p, Step step) {
-                                             if (p == n - 1 && s == 0) far_start = step;
-                                             if (p == n - 1 && s == 1) far_integrate = step;
-                                             if (p == 0 && s == 0 && step == 0) {
-                                               came = wait_for([&] { return far_start >= 1; });
-                                               std::this_thread::sleep_for(5ms);
-                                               integrated = far_integrate;
-                                             }
-                                           }),
-                                           2, true);
+  const auto executor = make_local_flow(make_task_graph(one_exchange(true), block(n, 1)),
+                                        only([&](int s, int p, Step step) {
+                                          if (p == n - 1 && s == 0) far_start = step;
+                                          if (p == n - 1 && s == 1) far_integrate = step;
+                                          if (p == 0 && s == 0 && step == 0) {
+                                            came = wait_for([&] { return far_start >= 1; });
+                                            std::this_thread::sleep_for(5ms);
+                                            integrated = far_integrate;
+                                          }
+                                        }),
+                                        2, true);
   executor->run(0, 3);
   CHECK(came);             // what needs no dt goes ahead,
   CHECK(integrated == 0);  // what needs dt waits for the slowest patch
@@ -256,7 +257,7 @@ TEST_CASE("no patch is more than max_lead steps ahead, not even of patches it ha
   Step furthest = 0;
   std::atomic<bool> too_far{false};
   std::vector<std::atomic<Step>> finished(4);
-  const auto executor = make_flow_executor(
+  const auto executor = make_local_flow(
       make_task_graph(one_exchange(), neighbours), only([&](int s, int p, Step step) {
         if (s == 0) {
           Step slowest = step;

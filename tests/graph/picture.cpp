@@ -106,14 +106,14 @@ TEST_CASE("while one task is held back, exactly what the picture puts behind it 
         done_meanwhile = done;
       };
       const auto executor =
-          make_flow_executor(graph,
-                             {[&](int s, int p, Step step) {
-                                const int task = graph.task(s, p);
-                                if (task == held && step == 0) hold();
-                                note(task, step);
-                              },
-                              [&](Step step) { note(graph.dt_task(), step); }, [](Step) {}},
-                             3, true);
+          make_local_flow(graph,
+                          {[&](int s, int p, Step step) {
+                             const int task = graph.task(s, p);
+                             if (task == held && step == 0) hold();
+                             note(task, step);
+                           },
+                           [&](Step step) { note(graph.dt_task(), step); }, [](Step) {}},
+                          3, true);
       CHECK(executor->run(0, max_lead) == max_lead);
       CHECK(done_meanwhile == expected);
     }

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "graph/executor.h"
+#include "graph/local_flow.h"
 
 namespace lahar::test {
 
@@ -60,7 +60,7 @@ inline std::unique_ptr<Executor> make_executor(Kind kind, TaskGraph graph, TaskB
                                                int threads = 2) {
   if (kind == Kind::serial) return make_serial_executor(std::move(graph), std::move(bodies));
   if (kind == Kind::random) return make_random_executor(std::move(graph), std::move(bodies), 7);
-  return make_flow_executor(std::move(graph), std::move(bodies), threads, true);
+  return make_local_flow(std::move(graph), std::move(bodies), threads, true);
 }
 
 /// What every executor is run as.

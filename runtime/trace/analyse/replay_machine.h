@@ -75,7 +75,7 @@ struct ReplayResult {
 };
 
 /// As a task graph: ready tasks first come, first served, those that others wait for first; patches
-/// up to max_lead steps apart. As the executor of graph/flow_executor.cpp has it, but for rests,
+/// up to max_lead steps apart. As graph/distributed_flow.cpp has it, but for rests,
 /// which all wait until nothing else is left, as there if the time step takes long.
 ReplayResult simulate_graph(const ReplayCase& c);
 

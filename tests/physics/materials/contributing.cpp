@@ -1,33 +1,17 @@
 // The example of CONTRIBUTING.md is a material: it compiles, and does what it says.
+#include "tests/contributing.h"
+
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "physics/materials/materials.h"
 #include "tests/physics/materials/contributing_example.h"
 
 using namespace lahar;
 
-namespace {
-
-std::string text_of_file(const char* name) {
-  std::ostringstream text;
-  text << std::ifstream(std::filesystem::path(LAHAR_SOURCE_DIR) / name).rdbuf();
-  return text.str();
-}
-
-}  // namespace
-
 TEST_CASE("the material of CONTRIBUTING.md is the one that is compiled here") {
-  std::istringstream lines(text_of_file("tests/physics/materials/contributing_example.h"));
-  std::string indented;
-  for (std::string line; std::getline(lines, line);)
-    indented += line.empty() ? "\n" : "    " + line + "\n";
-  CHECK(indented.size() > 1000);
-  CHECK(text_of_file("CONTRIBUTING.md").find(indented) != std::string::npos);
+  test::check_that_contributing_has("tests/physics/materials/contributing_example.h");
 }
 
 TEST_CASE("the material of CONTRIBUTING.md is a law, and its shear stress relaxes") {
