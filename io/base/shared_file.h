@@ -3,11 +3,15 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <span>
 
 #include "physics/base/types.h"
 
 namespace lahar {
+
+/// Takes bytes that belong at a place [bytes] in a file.
+using ByteSink = std::function<void(Index place, std::span<const std::byte> bytes)>;
 
 /// An existing file, open for writing. Errors name `shown`, the name that the user knows.
 class SharedFile {

@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <span>
 #include <utility>
 
@@ -12,9 +11,6 @@
 #include "io/frames/frame_layout.h"
 
 namespace lahar {
-
-/// Takes bytes that belong at a place [bytes] in a file.
-using ByteSink = std::function<void(Index place, std::span<const std::byte> bytes)>;
 
 /// The bytes of the particles of `pieces`, one after the other, which are those from `first` on of
 /// the file, in blocks of up to a MiB.
@@ -31,8 +27,6 @@ class SlabFile {
   /// The particles of `pieces`, one after the other, become those from `first` on of the file.
   /// Threads and processes may do so at the same time for different particles. Throws IoError.
   void write(const FrameLayout& layout, Index first, std::span<const Frame> pieces) const;
-  /// The same of bytes from elsewhere. Throws IoError.
-  void write(Index place, std::span<const std::byte> bytes) const { file_.write(place, bytes); }
   /// Bring what this process wrote to the disk. Throws IoError.
   void sync() const { file_.sync(); }
 

@@ -93,10 +93,10 @@ TEST_CASE("writers are the first of as many even groups of consecutive ranks") {
       CAPTURE(writers);
       std::map<int, int> written_for;
       for (int r = 0, last = 0; r < ranks; ++r) {
-        const int writer = FrameRelay::writer_of(r, ranks, writers);
+        const int writer = OutputRelay::writer_of(r, ranks, writers);
         CHECK(writer >= last);
         CHECK(writer <= r);
-        CHECK(FrameRelay::writer_of(writer, ranks, writers) == writer);
+        CHECK(OutputRelay::writer_of(writer, ranks, writers) == writer);
         ++written_for[last = writer];
       }
       const int groups = std::min(ranks, writers);
@@ -106,8 +106,8 @@ TEST_CASE("writers are the first of as many even groups of consecutive ranks") {
         CHECK(n <= (ranks + groups - 1) / groups);
       }
     }
-  CHECK(FrameRelay::writer_of(5, 8, 0) == 5);
-  CHECK(FrameRelay::writer_of(5, 8, 8) == 5);
+  CHECK(OutputRelay::writer_of(5, 8, 0) == 5);
+  CHECK(OutputRelay::writer_of(5, 8, 8) == 5);
 }
 
 TEST_CASE("frames that are more than blocks that wait may hold come to the one that writes them") {

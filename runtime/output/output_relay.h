@@ -1,4 +1,4 @@
-/// \file Ranks that give what they have of a frame to another rank, which writes it.
+/// \file Ranks that give their part of a file to another rank, which writes it.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "io/base/shared_file.h"
 #include "runtime/comm/communicator.h"
 
 namespace lahar {
@@ -18,7 +19,7 @@ namespace lahar {
 /// blocks of bytes with their places in the file, a few at a time, so that memory is bounded on
 /// both sides. One thread of a rank has the bytes or writes them; another, or the same, calls
 /// progress() all the while, alone of them all MPI.
-class FrameRelay {
+class OutputRelay {
  public:
   /// Of a block; longer ones are divided.
   static constexpr std::size_t most_bytes = std::size_t{1} << 20;
@@ -28,13 +29,13 @@ class FrameRelay {
   /// Where to wait for the other side; may call progress(). Throws if there is no sense in waiting.
   using Wait = std::function<void()>;
 
-  /// Collective. `writers` < 1 or more than ranks: every rank writes for itself.
-  FrameRelay(const Communicator& ranks, int writers);
+  /// `ranks`: whose messages nobody else receives. `writers` < 1 or more than ranks: every rank
+  /// writes for itself.
+  OutputRelay(const Communicator& ranks, int writers);
   /// A block that others did not take, because they were lost, is left behind.
-  ~FrameRelay();
-  FrameRelay(const FrameRelay&) = delete;
-  FrameRelay& operator=(const FrameRelay&) = delete;
-  void release();  ///< collective: the last call
+  ~OutputRelay();
+  OutputRelay(const OutputRelay&) = delete;
+  OutputRelay& operator=(const OutputRelay&) = delete;
 
   bool writes() const { return writer_ == ranks_.rank(); }
   /// The writer of `rank` among `ranks`.
@@ -43,32 +44,28 @@ class FrameRelay {
   /// Go on with sending or receiving; returns at once.
   void progress();
 
-  // A rank that does not write, for each frame:
+  /// By a rank that does not write.
   void give(Index place, std::span<const std::byte> bytes, const Wait& wait);
-  void end(const Wait& wait);
-
-  /// A rank that writes, for each frame: hands over all blocks of the others, in any order. What
-  /// `write` throws is thrown again when all have come.
-  void take_all(const std::function<void(Index place, std::span<const std::byte>)>& write,
-                const Wait& wait);
+  /// By every rank, for each file: returns when all that ranks gave is sent. A rank that writes
+  /// gets the blocks of the others, in any order; `write` must not throw, as they would wait.
+  void end(const ByteSink& write, const Wait& wait);
 
  private:
-  struct Block {
-    Index place = -1;  ///< [bytes] in the file; -1 = no more
-    std::vector<std::byte> bytes;
-  };
-  void push(Block block, const Wait& wait);
+  /// Bytes behind their place in the file; a negative place = no more.
+  using Block = std::vector<std::byte>;
+  void push(Index place, std::span<const std::byte> bytes, const Wait& wait);
+  void take_all(const ByteSink& write, const Wait& wait);
+  Block next();
+  bool request_is_done();
   void send();
   void receive();
-  std::optional<Block> next();
 
   Communicator ranks_;
   int writer_;  ///< of this rank
   int others_;  ///< for whom this rank writes
   std::mutex mutex_;
-  std::deque<Block> blocks_;  ///< to be sent, or to be written
-  /// What MPI works on: a block behind its place.
-  std::unique_ptr<std::vector<std::byte>> memory_;
+  std::deque<Block> blocks_;       ///< to be sent, or to be written
+  std::unique_ptr<Block> memory_;  ///< what MPI works on
   MPI_Request request_ = MPI_REQUEST_NULL;
 };
 
