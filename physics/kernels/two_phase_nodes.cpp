@@ -40,6 +40,21 @@ double cundall(const Analysis& analysis, double f, double v) {
   return v == 0.0 ? 0.0 : std::copysign(analysis.damping * std::abs(f), v);
 }
 
+/// What nodes got, and particles did not: the transfer's loss is that
+/// (Integrator::count_transfer()).
+template <int Dim>
+void count_transfer(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const double* own = patch.own_sums(NodeSum::liquid_mass_momentum, step.step) + mass_lane;
+  double got = 0;
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < range.end; ++i) {
+      const double *v = at(patch.liquid.velocity, i), *a = at(patch.liquid.acceleration, i);
+      const double m = own[static_cast<std::ptrdiff_t>(i) * sum_stride];
+      for (int d = 0; d < Dim; ++d) got += m * a[d] * (v[d] - 0.5 * step.dt * a[d]);
+    }
+  patch.work.damping += step.dt * got;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -114,7 +129,6 @@ void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const NodeVector g = gravity_at(step), zero(0.0);
   const double dt = step.dt;
   const double* own_mass = patch.own_sums(NodeSum::liquid_mass_momentum, step.step) + mass_lane;
-  const bool counts_transfer = counts_at_nodes(analysis);
   if (spreads_before_forces(analysis)) patch.liquid.before = patch.liquid.velocity;
   PatchWork& work = patch.work;
   for (const NodeRange& range : patch.active_nodes)
@@ -150,7 +164,6 @@ void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
         work.external += dt * own * g[d] * mean;
         work.damping += dt * share * (f[d] + m * g[d] - force) * mean;
         work.damping += dt * share * drag * (mean - mean_s);
-        if (counts_transfer) work.damping += dt * own * acceleration[d] * mean;
         velocity[d] = old[d] + dt * acceleration[d];
         if (std::abs(velocity[d]) < least_nodal_velocity) velocity[d] = 0.0;
       }
@@ -172,6 +185,7 @@ void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
     v = fixed.velocity;
     a = 0.0;
   }
+  if (counts_at_nodes(analysis)) count_transfer(patch, step);
 }
 
 template <int Dim>
