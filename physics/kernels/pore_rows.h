@@ -36,6 +36,18 @@ void for_each_pore_pack(const Model<Dim>& model, ParticleBins bins, Fill fill) {
   }
 }
 
+/// Porosity of the particles of a bin together [-]. Pressures that come from strains which the
+/// particles of a cell have in common need a porosity that they have in common: of each alone,
+/// small differences of the porosity times the discharge would add up to pressures.
+template <int Dim>
+double mean_porosity(const Patch<Dim>& patch, const Pores& pores, const ParticleBin& bin) {
+  const double* m = patch.particles.row(Column::mass);
+  const double* V = patch.particles.row(Column::volume);
+  double mass = 0, volume = 0;
+  for (Local p = bin.begin; p < bin.end; ++p) mass += m[p], volume += V[p];
+  return pores.porosity(Scalar(mass), Scalar(volume))[0];
+}
+
 /// Liquid mass [kg] of the particles of some bins, zero where pores hold none.
 template <int Dim>
 void fill_liquid_mass(const Patch<Dim>& patch, const Model<Dim>& model, ParticleBins bins,

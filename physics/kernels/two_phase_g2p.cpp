@@ -1,5 +1,6 @@
 // Grid to particle of a liquid in pores.
 #include <algorithm>
+#include <utility>
 
 #include "physics/basis/basis.h"
 #include "physics/basis/cell_map.h"
@@ -167,16 +168,16 @@ void update_general(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBin
   patch.work.damping += reduce(lost);
 }
 
-/// Pressures of the n particles from p on, from div v and div v_l [1/s].
+/// Pressures of the n particles from p on, from div v and div v_l [1/s] and their porosity.
 template <int Dim>
-LAHAR_INLINE void add_pressure(Patch<Dim>& patch, const Pores& pores, double dt, Local p, Local n,
-                               const Pack& skeleton, const Pack& liquid, Pack& all_work) {
+LAHAR_INLINE void add_pressure(Patch<Dim>& patch, double bulk_modulus, double dt, Local p, Local n,
+                               const Pack& porosity, const Pack& skeleton, const Pack& liquid,
+                               Pack& all_work) {
   double* pressure = patch.particles.row(Column::pore_pressure) + p;
   const Pack V = load<Pack>(patch.particles.row(Column::volume) + p);
-  const Pack porosity = pores.porosity(load<Pack>(patch.particles.row(Column::mass) + p), V);
   const Pack rate = (Pack(1.0) - porosity) * skeleton + porosity * liquid;
   const Pack before = load<Pack>(pressure);
-  const Pack after = before - (dt * pores.liquid().bulk_modulus) * (rate / porosity);
+  const Pack after = before - (dt * bulk_modulus) * (rate / porosity);
   store_first(after, pressure, n);
   all_work += first_lanes(Pack((-0.5 * dt) * V * (before + after) * rate), n);
 }
@@ -209,7 +210,20 @@ void update_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
 template <int Dim>
 void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   const auto& materials = step.model->materials;
+  const bool each = step.model->analysis.volume_as_cbgeo;
+  const double* m = patch.particles.row(Column::mass);
+  const double* V = patch.particles.row(Column::volume);
   Pack work(0.0);
+  // `rates(p)` gives div v and div v_l at the particles from p on.
+  const auto update_bin = [&](const ParticleBin& bin, const Pores& pores, auto&& rates) {
+    const Pack mean(each ? 0.0 : mean_porosity(patch, pores, bin));
+    for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+      const Pack porosity = each ? pores.porosity(load<Pack>(m + p), load<Pack>(V + p)) : mean;
+      const auto [skeleton, liquid] = rates(p);
+      add_pressure(patch, pores.liquid().bulk_modulus, step.dt, p, bin.end - p, porosity, skeleton,
+                   liquid, work);
+    }
+  };
   if (general::is(patch)) {
     // Buffers that all patches of a thread share stay in its cache.
     static thread_local VelocityGradients<Dim> skeleton, liquid;
@@ -217,26 +231,24 @@ void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Parti
     general::find_gradients<Dim, Pack>(patch, step, bins, patch.liquid.velocity.data(), liquid);
     for (std::size_t r = 0; r < bins.size(); ++r) {
       const ParticleBin& bin = bins[r];
-      if (!materials[bin.material].liquid) continue;
-      const Pores pores(*materials[bin.material].liquid);
-      auto at = static_cast<std::size_t>(skeleton.first[r]);
-      if (!step.model->analysis.volume_as_cbgeo)
+      if (!materials[bin.material].liquid || bin.begin == bin.end) continue;
+      const auto first = static_cast<std::size_t>(skeleton.first[r]);
+      if (!each)
         for (VelocityGradients<Dim>* field : {&skeleton, &liquid})
-          take_mean(&field->trace[at], patch.particles.row(Column::volume) + bin.begin,
-                    bin.end - bin.begin);
-      for (Local p = bin.begin; p < bin.end; p += lanes<Pack>, at += lanes<Pack>)
-        add_pressure(patch, pores, step.dt, p, bin.end - p, load<Pack>(&skeleton.trace[at]),
-                     load<Pack>(&liquid.trace[at]), work);
+          take_mean(&field->trace[first], V + bin.begin, bin.end - bin.begin);
+      update_bin(bin, Pores(*materials[bin.material].liquid), [&](Local p) {
+        const std::size_t at = first + static_cast<std::size_t>(p - bin.begin);
+        return std::pair(load<Pack>(&skeleton.trace[at]), load<Pack>(&liquid.trace[at]));
+      });
     }
   } else {
     for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
       if (!materials[bin.material].liquid) return;
-      const Pores pores(*materials[bin.material].liquid);
       const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
       const Pack skeleton(trace_at_centre<Dim>(map, patch.velocity.data(), corner));
       const Pack liquid(trace_at_centre<Dim>(map, patch.liquid.velocity.data(), corner));
-      for (Local p = bin.begin; p < bin.end; p += lanes<Pack>)
-        add_pressure(patch, pores, step.dt, p, bin.end - p, skeleton, liquid, work);
+      update_bin(bin, Pores(*materials[bin.material].liquid),
+                 [&](Local) { return std::pair(skeleton, liquid); });
     });
   }
   patch.work.internal += reduce(work);

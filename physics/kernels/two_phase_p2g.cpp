@@ -50,7 +50,6 @@ void map_drag(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins
 /// the mixture and one for the liquid.
 template <int Dim>
 void add_pressure_at_centre(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  const double* m = patch.particles.row(Column::mass);
   const double* V = patch.particles.row(Column::volume);
   const double* pressure = patch.particles.row(Column::pore_pressure);
   double* mixture = patch.own_sums(NodeSum::force, step.step);
@@ -59,14 +58,10 @@ void add_pressure_at_centre(Patch<Dim>& patch, const StepContext<Dim>& step, Par
     const auto& given = step.model->materials[bin.material].liquid;
     if (!given) return;
     const Pores pores(*given);
-    Pack of_mixture(0.0), of_liquid(0.0);
-    for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
-      const Pack volume = load<Pack>(V + p);
-      const Pack work = first_lanes(Pack(volume * load<Pack>(pressure + p)), bin.end - p);
-      of_mixture += work;
-      of_liquid += first_lanes(Pack(work * pores.porosity(load<Pack>(m + p), volume)), bin.end - p);
-    }
-    const double both = reduce(of_mixture), one = reduce(of_liquid);  // [J]
+    Pack work(0.0);
+    for (Local p = bin.begin; p < bin.end; p += lanes<Pack>)
+      work += first_lanes(Pack(load<Pack>(V + p) * load<Pack>(pressure + p)), bin.end - p);
+    const double both = reduce(work), one = both * mean_porosity(patch, pores, bin);  // [J]
     double dN[Dim][corners<Dim>];
     centre_gradients(map, dN);
     const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
@@ -96,12 +91,17 @@ void add_pressure_at_particles(Patch<Dim>& patch, const StepContext<Dim>& step, 
                 rows[1] + p, n);
   });
   if (!step.model->analysis.volume_as_cbgeo)
-    for (const ParticleBin& bin : bins)
-      for (double* row : rows) {
-        double volume = 0, sum = 0;
-        for (Local p = bin.begin; p < bin.end; ++p) volume += V[p], sum += row[p];
-        for (Local p = bin.begin; p < bin.end; ++p) row[p] = V[p] * (sum / volume);
+    for (const ParticleBin& bin : bins) {
+      const auto& liquid = step.model->materials[bin.material].liquid;
+      if (!liquid) continue;
+      double volume = 0, work = 0;
+      for (Local p = bin.begin; p < bin.end; ++p) volume += V[p], work += rows[0][p];
+      const double porosity = mean_porosity(patch, Pores(*liquid), bin);
+      for (Local p = bin.begin; p < bin.end; ++p) {
+        rows[0][p] = V[p] * (work / volume);
+        rows[1][p] = porosity * rows[0][p];
       }
+    }
   map_gradient_of<Dim, Pack>(patch, bins, rows[0], patch.own_sums(NodeSum::force, step.step));
   map_gradient_of<Dim, Pack>(patch, bins, rows[1],
                              patch.own_sums(NodeSum::liquid_force, step.step));
