@@ -115,7 +115,7 @@ std::optional<std::vector<NodeRow>> read_node_rows(const SideFile& file,
   const Parse<NodeRow> parse = [&](RowReader& rows, NodeRow& row) {
     Index dir = 0;
     if (!rows.integer(row.node, "a node id", 0, last_id(range.n_nodes)) ||
-        !rows.integer(dir, "the direction", 0, range.dim - 1))
+        (range.dim > 0 && !rows.integer(dir, "the direction", 0, range.dim - 1)))
       return false;
     row.dir = static_cast<int>(dir);
     for (std::size_t k = 0; k < columns.size(); ++k)

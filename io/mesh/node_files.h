@@ -17,7 +17,7 @@ namespace lahar {
 /// What rows may name.
 struct NodeRange {
   Index n_nodes;  ///< -1 = unknown
-  int dim;
+  int dim;        ///< number of directions; 0 = rows have none
 };
 
 /// A number in a row.
@@ -28,7 +28,7 @@ struct NodeColumn {
   std::string hint = "";  ///< of a sign
 };
 
-/// Row `node dir value ...`.
+/// Row `node dir value ...`, or `node value ...`.
 struct NodeRow {
   static constexpr std::size_t most_values = 4;
   Index node;

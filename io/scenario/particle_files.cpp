@@ -257,6 +257,14 @@ bool read_volume_file(const SideFile& file, const RowShares* shares, const Team&
   return read_values<double>(file, shares, team, problems, read_volume, take);
 }
 
+bool read_particle_values(const SideFile& file, std::string_view what, const RowShares* shares,
+                          const Team& team, ProblemList& problems, const Take<double>& take) {
+  const auto read_value = [&](RowReader& rows, double& value) {
+    return rows.real(value, what) && rows.end_of_row();
+  };
+  return read_values<double>(file, shares, team, problems, read_value, take);
+}
+
 bool read_particle_cell_file(const SideFile& file, const RowShares* shares, Index n_cells,
                              const Team& team, ProblemList& problems, const Take<Index>& take) {
   const auto read_cell = [&](RowReader& rows, Index& cell) {

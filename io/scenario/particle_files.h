@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "io/base/row_shares.h"
@@ -30,6 +31,10 @@ bool read_stress_file(const SideFile& file, const RowShares* shares, const Team&
 /// Rows `id value`, ids of particles that exist and each once; positive values only.
 bool read_volume_file(const SideFile& file, const RowShares* shares, const Team& team,
                       ProblemList& problems, const Take<double>& take);
+
+/// Rows `id value` with any values, for messages `what`.
+bool read_particle_values(const SideFile& file, std::string_view what, const RowShares* shares,
+                          const Team& team, ProblemList& problems, const Take<double>& take);
 
 /// Rows `particle cell`.
 bool read_particle_cell_file(const SideFile& file, const RowShares* shares, Index n_cells,

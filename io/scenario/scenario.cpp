@@ -19,13 +19,16 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_materials();
   build_functions();
   build_particles();
+  check_phases();
   build_conditions();
   build_particle_constraints();
   build_gravity();
+  build_pore_pressures();
   build_tractions();
   build_analysis();
   build_contact();
   build_transfer_rates();  // of its bodies
+  check_two_phase();
   build_output();
   warn_of_doubts();
   build_resume();

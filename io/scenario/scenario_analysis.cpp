@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "io/scenario/scenario_builder.h"
@@ -90,7 +91,11 @@ void ScenarioBuilder<Dim>::build_analysis() {
   a.closed_faces = !in_.cbgeo_defaults;
   a.volume_as_cbgeo = in_.cbgeo_defaults;
   a.damping_as_cbgeo = in_.cbgeo_defaults;
-  a.opening = get_bool(*analysis, "opening").value_or(!in_.cbgeo_defaults);
+  if (const JsonValue* opening = analysis->find("opening");
+      opening && get_bool(*analysis, "opening").value_or(false) && a.two_phase)
+    in_.error(*opening, "'opening' does not go together with a liquid in pores",
+              "leave it out: no gaps open between grains");
+  a.opening = get_bool(*analysis, "opening").value_or(!in_.cbgeo_defaults && !a.two_phase);
   set(*analysis, "opening", a.opening);
   const auto opens = [](const Material& material) { return can_open(material.law); };
   a.opening = a.opening && std::any_of(model_.materials.begin(), model_.materials.end(), opens);
@@ -127,7 +132,9 @@ void ScenarioBuilder<Dim>::build_scheme(JsonValue& analysis) {
   std::string name = "usf";
   if (scheme) name = scheme->as<std::string>();
   if (older) {
-    const std::string wanted = older->as<std::string>();
+    std::string wanted = older->as<std::string>();
+    std::transform(wanted.begin(), wanted.end(), wanted.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
     if (scheme && wanted != name)
       in_.warning(*older, fmt::format("'{}' says {}, but 'mpm_scheme' says {}, which counts", key,
                                       wanted, name));

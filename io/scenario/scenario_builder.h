@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <set>
 #include <span>
@@ -76,6 +77,14 @@ class ScenarioBuilder {
   void read_function(const JsonValue& object, MathFunction& f);
   int find_material(const JsonValue& object);  ///< index; -1 = reported
   int find_function(const JsonValue& object);  ///< index; -1 = none
+  // scenario_two_phase.cpp
+  void saturate(int skeleton, int liquid, const JsonValue& at);
+  void check_phases();     ///< after the particles
+  void check_two_phase();  ///< after the analysis
+  void refuse_without_liquid(const JsonValue& at);
+  std::optional<int> phase_direction_of(const JsonValue& object);
+  void build_pore_pressures();
+  void build_water_table(const JsonValue& given);
   // scenario_analysis.cpp
   void build_as_cbgeo();  ///< first of all: others depend on it
   void build_analysis();
@@ -157,6 +166,7 @@ class ScenarioBuilder {
   template <class T>
   void refuse_excluded(const JsonValue& at, std::span<const T> entries);  ///< collective
   void join_forces();
+  void split_phases();
   // scenario_loads.cpp
   void build_walls();
   void build_particle_constraints();
@@ -255,12 +265,14 @@ class ScenarioBuilder {
   RowShares rows_;                                           ///< of model_.particles: who has which
   bool particles_complete_ = true;    ///< false: some generator failed, the number is not known
   std::optional<double> relaxation_;  ///< [-] of velocities, by the wave speed
-  std::optional<double> relaxation_time_;  ///< [s]
-  std::optional<double> viscosity_;        ///< [m^2/s] of velocities
-  bool default_transfer_ = false;          ///< nothing is written about the transfer
-  bool moving_ = false;                    ///< some generator gave a velocity
-  std::set<Index> generator_sets_;         ///< particle set ids that a generator made
-  std::set<Index> shadowed_sets_;  ///< of those: also in entity_sets.json, with other members
+  std::optional<double> relaxation_time_;                 ///< [s]
+  std::optional<double> viscosity_;                       ///< [m^2/s] of velocities
+  bool default_transfer_ = false;                         ///< nothing is written about the transfer
+  bool moving_ = false;                                   ///< some generator gave a velocity
+  std::map<int, int> liquids_;                            ///< by material: the one in its pores
+  std::vector<std::pair<int, const JsonValue*>> single_;  ///< uses of materials without a liquid
+  std::set<Index> generator_sets_;  ///< particle set ids that a generator made
+  std::set<Index> shadowed_sets_;   ///< of those: also in entity_sets.json, with other members
   /// A file of positions and its rows, for the line numbers of particles outside the mesh.
   struct Source {
     SideFile file;

@@ -53,7 +53,8 @@ std::vector<NodeColumn> columns_of() {
 
 template <class T>
 std::vector<std::string_view> keys_beside_file() {
-  std::vector<std::string_view> keys{"dir"};
+  std::vector<std::string_view> keys;
+  if constexpr (HasDirection<T>) keys.push_back("dir");
   for (const auto& p : T::parameters)
     if (p.required) keys.push_back(p.key);
   return keys;
@@ -68,12 +69,15 @@ void ScenarioBuilder<Dim>::add_file_of(const JsonValue& object, std::string_view
   static_assert(T::parameters.size() <= NodeRow::most_values);
   const auto file = in_.open(object, key);
   if (!file) return;
-  const auto rows = read_node_rows(*file, columns_of<T>(), {n_nodes(), Dim}, team_, in_.problems);
+  const int phases = has_phases<T> && model_.analysis.two_phase ? 2 : 1;
+  const int directions = HasDirection<T> ? phases * Dim : 0;
+  const auto rows =
+      read_node_rows(*file, columns_of<T>(), {n_nodes(), directions}, team_, in_.problems);
   if (!rows) return;
   for (const NodeRow& row : *rows) {
     T entry{};
     entry.node = row.node;
-    entry.*T::direction.member = row.dir;
+    if constexpr (HasDirection<T>) entry.*T::direction.member = row.dir;
     if constexpr (HasFunction<T>) entry.function = function;
     auto value = row.values.begin();
     for (const auto& p : T::parameters) {
@@ -92,7 +96,7 @@ void ScenarioBuilder<Dim>::add_set_of(const JsonValue& object, int function) {
   T entry{};
   bool complete = true;
   if constexpr (HasDirection<T>) {
-    const auto dir = direction_of(object);
+    const auto dir = has_phases<T> ? phase_direction_of(object) : direction_of(object);
     entry.*T::direction.member = dir.value_or(0);
     complete = dir.has_value();
   }
@@ -157,6 +161,17 @@ void ScenarioBuilder<Dim>::refuse_excluded(const JsonValue& at, std::span<const 
               "prescribe one of them");
 }
 
+// Velocities of the liquid in pores are a list of their own.
+template <int Dim>
+void ScenarioBuilder<Dim>::split_phases() {
+  auto& all = entries_of<NodeVelocity>(model_);
+  const auto liquid = std::stable_partition(all.begin(), all.end(),
+                                            [](const NodeVelocity& v) { return v.dir < Dim; });
+  for (auto v = liquid; v != all.end(); ++v)
+    model_.liquid_velocities.push_back({v->node, v->dir - Dim, v->velocity});
+  all.erase(liquid, all.end());
+}
+
 template <int Dim>
 template <class T>
 void ScenarioBuilder<Dim>::build_condition() {
@@ -180,10 +195,17 @@ void ScenarioBuilder<Dim>::build_condition() {
   if (const JsonValue* one = where.find(T::key); one && one->template is<JsonValue::Object>())
     entries = {one};
   for (const JsonValue* entry : entries) {
+    if (is_of_liquid<T> && !model_.analysis.two_phase) {
+      refuse_without_liquid(*entry);
+      continue;
+    }
     add_entry_of<T>(*entry);
     finish(*entry);
   }
   combine(list);
+  if constexpr (std::is_same_v<T, NodeVelocity>) split_phases();
+  if constexpr (std::is_same_v<T, NodePressure>)
+    model_.analysis.prescribes_pore_pressure = team_.any(!list.empty());
   if (takes_means<T> && team_.any(!list.empty())) model_.analysis.takes_means = true;
 }
 

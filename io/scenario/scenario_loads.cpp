@@ -139,14 +139,17 @@ void ScenarioBuilder<Dim>::build_walls() {
 template <int Dim>
 void ScenarioBuilder<Dim>::build_particle_constraints() {
   for (const JsonValue* c : get_list(boundary(), "particles_velocity_constraints")) {
-    const auto dir = direction_of(*c);
+    const auto dir = phase_direction_of(*c);
     const auto v = get_number(*c, "velocity");
     auto ids = members(*c, "pset_id", "pset", sets_.particles);
     if (dir && v && ids)
       model_.particle_velocities.push_back(
-          {std::move(*ids), *dir, *v, means_all(*c, "pset_id", "pset")});
+          {std::move(*ids), *dir % Dim, *v, means_all(*c, "pset_id", "pset"), *dir >= Dim});
   }
-  model_.analysis.drives_nodes = !in_.cbgeo_defaults && !model_.particle_velocities.empty();
+  model_.analysis.drives_nodes =
+      !in_.cbgeo_defaults &&
+      std::any_of(model_.particle_velocities.begin(), model_.particle_velocities.end(),
+                  [](const ParticleVelocity& v) { return !v.of_liquid; });
 }
 
 template <int Dim>
@@ -155,6 +158,15 @@ void ScenarioBuilder<Dim>::build_gravity() {
   const JsonValue* gravity = loads.find("gravity");
   const bool ramped = gravity && gravity->is<JsonValue::Object>();
   model_.gravity = get_vector<Dim>(ramped ? *gravity : loads, "gravity").value_or(Vec<Dim>::Zero());
+  if (const JsonValue* other = section("analysis").find("gravity")) {
+    const auto values = get_numbers(section("analysis"), "gravity");
+    if (values.size() == Dim && Eigen::Map<const Vec<Dim>>(values.data()) == model_.gravity)
+      in_.warning(*other, "'gravity' is ignored here",
+                  "external_loading_conditions.gravity is the same");
+    else
+      in_.error(*other, "'gravity' does not belong here",
+                "write external_loading_conditions.gravity");
+  }
   const double ramp = ramped ? get_number(*gravity, "ramping_time").value_or(0) : 0;
   if (ramp <= 0) return;
   model_.gravity_function = static_cast<int>(model_.functions.size());
@@ -165,13 +177,13 @@ template <int Dim>
 void ScenarioBuilder<Dim>::build_tractions() {
   for (const JsonValue* t :
        get_list(section("external_loading_conditions"), "particle_surface_traction")) {
-    const auto dir = direction_of(*t);
+    const auto dir = phase_direction_of(*t);
     const auto value = get_number(*t, "traction");
     const int function = find_function(*t);
     auto ids = members(*t, "pset_id", "pset", sets_.particles);
     if (dir && value && ids)
-      model_.tractions.push_back(
-          {std::move(*ids), *dir, *value, function, means_all(*t, "pset_id", "pset")});
+      model_.tractions.push_back({std::move(*ids), *dir % Dim, *value, function,
+                                  means_all(*t, "pset_id", "pset"), *dir >= Dim});
   }
 }
 

@@ -100,20 +100,30 @@ int ScenarioBuilder<Dim>::find_material(const JsonValue& object) {
       in_.error(object, "'material' is missing", "material: an id or a name of materials[]");
     return -1;
   }
-  if (value->is<JsonValue::Array>()) {
-    const auto& phases = value->as<JsonValue::Array>();
-    if (phases.size() != 1) {
-      in_.error(*value,
-                fmt::format("'material_id' with {} phases is not supported yet", phases.size()),
-                "give one material");
-      return -1;
-    }
-    value = &phases.front();
-  }
   if (model_.materials.empty()) return -1;  // reported
-  return find_entry(
-      *value, model_.materials, [&](std::size_t i) { return model_.materials[i].id; },
-      [&](std::size_t i) { return model_.materials[i].name; }, "material", in_);
+  const auto find = [&](const JsonValue& wanted) {
+    return find_entry(
+        wanted, model_.materials, [&](std::size_t i) { return model_.materials[i].id; },
+        [&](std::size_t i) { return model_.materials[i].name; }, "material", in_);
+  };
+  const auto one = [&](const JsonValue& wanted) {
+    const int found = find(wanted);
+    if (found >= 0) single_.push_back({found, &wanted});
+    return found;
+  };
+  if (!value->is<JsonValue::Array>()) return one(*value);
+  const auto& phases = value->as<JsonValue::Array>();
+  if (phases.size() == 1) return one(phases.front());
+  if (phases.size() != 2) {
+    in_.error(*value,
+              fmt::format("'material_id' must have one or two materials, found {}", phases.size()),
+              "[skeleton, liquid in its pores]");
+    return -1;
+  }
+  const int skeleton = find(phases[0]), liquid = find(phases[1]);
+  if (skeleton < 0 || liquid < 0) return -1;
+  saturate(skeleton, liquid, *value);
+  return skeleton;
 }
 
 template <int Dim>

@@ -345,7 +345,8 @@ void ScenarioBuilder<Dim>::assign_material_sets() {
   ParticleTable<Dim>& p = model_.particles;
   for (const JsonValue* entry : get_list(root_, "material_sets")) {
     if (get_integer(*entry, "phase_id").value_or(0) != 0)
-      in_.error(*entry->find("phase_id"), "'phase_id': 1 is not supported yet");
+      in_.error(*entry->find("phase_id"), "'phase_id': 1 is not supported yet",
+                "write the skeleton and its liquid together: \"material\": [skeleton, liquid]");
     const int material = find_material(*entry);
     const auto ids = members(*entry, "pset_id", "pset", sets_.particles);
     if (material < 0 || !ids || !particles_complete_) continue;

@@ -187,7 +187,7 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
   std::vector<double> slowest(static_cast<std::size_t>(a.contact.bodies), none);  // [m/s]
   for (const Material& material : model_.materials) {
     double& c = slowest[static_cast<std::size_t>(material.body)];
-    c = std::min(c, std::sqrt(wave_modulus(material.law) / material.density));
+    c = std::min(c, wave_speed(material));
   }
   const double per_rate = smoothing(a.functions, info(mesh_->element()).order) * h * h;  // [m^2]
   if (a.transfer.order == 1 && a.affine == Affine::none) a.transfer.smoothing = per_rate;

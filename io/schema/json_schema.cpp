@@ -77,6 +77,8 @@ Json kind_schema(const Section& section, const KeySpec& spec, unsigned kind) {
       return items_schema({{"type", Json::array({"integer", "string"})}}, 1, 1);
     case direction:
       return {{"enum", Json::array({0, 1, 2, "x", "y", "z"})}};
+    case phase_direction:
+      return {{"enum", Json::array({0, 1, 2, 3, 4, 5, "x", "y", "z"})}};
     default:
       return items_schema(items_schema(any_number, 2, 2), 3);
   }

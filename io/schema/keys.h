@@ -17,19 +17,20 @@ enum Kind : unsigned {
   integer = 1u << 1,  ///< 12 or 1.2E+1
   number = 1u << 2,   ///< finite
   text = 1u << 3,
-  file = 1u << 4,        ///< name of a file, relative to the scenario's folder
-  vector = 1u << 5,      ///< one number per dimension
-  counts = 1u << 6,      ///< one integer per dimension
-  numbers = 1u << 7,     ///< numbers, any length
-  texts = 1u << 8,       ///< array of text
-  object = 1u << 9,      ///< of KeySpec::section
-  list = 1u << 10,       ///< array of objects of KeySpec::section
-  map = 1u << 11,        ///< object: names of the user's choice -> objects of KeySpec::section
-  id = 1u << 12,         ///< integer id, or a name
-  ids = 1u << 13,        ///< array of ids or names
-  direction = 1u << 14,  ///< 0, 1, 2 or "x", "y", "z"
-  points = 1u << 15,     ///< array of points in the plane
-  any = 1u << 16,        ///< of keys that are refused whatever they hold
+  file = 1u << 4,              ///< name of a file, relative to the scenario's folder
+  vector = 1u << 5,            ///< one number per dimension
+  counts = 1u << 6,            ///< one integer per dimension
+  numbers = 1u << 7,           ///< numbers, any length
+  texts = 1u << 8,             ///< array of text
+  object = 1u << 9,            ///< of Field::section
+  list = 1u << 10,             ///< array of objects of Field::section
+  map = 1u << 11,              ///< object: names of the user's choice -> objects of Field::section
+  id = 1u << 12,               ///< integer id, or a name
+  ids = 1u << 13,              ///< array of ids or names
+  direction = 1u << 14,        ///< 0, 1, 2 or "x", "y", "z"
+  points = 1u << 15,           ///< array of points in the plane
+  phase_direction = 1u << 16,  ///< direction, or one of the liquid in pores: dim and above
+  any = 1u << 17,              ///< of keys that are refused whatever they hold
 };
 
 enum class Support {
@@ -59,6 +60,7 @@ struct KeySpec {
   std::vector<std::string_view> planned = {};  ///< values that are not supported yet
   unsigned planned_kinds = 0;                  ///< kinds of value that are not supported yet
   Support support = Support::yes;
+  std::string_view instead = "";            ///< where this key is there, an older one is ignored
   const Section& (*section)() = nullptr;    ///< of object, list and map
   std::vector<std::string_view> only = {};  ///< values of the discriminator that have this key
   bool native = false;                      ///< Lahar's own, not in the CB-Geo format

@@ -301,6 +301,24 @@ const Section& watchdog_section() {
   return section;
 }
 
+const Section& free_surface_section() {
+  static const Section section{
+      .name = "analysis.free_surface_detection",
+      .path = "analysis.free_surface_detection",
+      .help =
+          "Detection of the surface of a liquid (dialect of the fork). Lahar needs none: the "
+          "weak form of the liquid's momentum has no pressure where nothing acts.",
+      .fields = {
+          {.key = "type",
+           .kinds = text,
+           .help = "method",
+           .fallback = "\"none\"",
+           .allowed = {"none", "density", "geometry"}},
+          {.key = "volume_tolerance", .kinds = number, .help = "share of a cell that is filled"},
+      }};
+  return section;
+}
+
 }  // namespace
 
 const Section& analysis_section() {
@@ -317,10 +335,10 @@ const Section& analysis_section() {
                    "dimension",
            .fallback = "\"MPMExplicit2D\"",
            .fallback_3d = "\"MPMExplicit3D\"",
-           .allowed = {"MPMExplicit2D", "MPMExplicit3D"},
+           .allowed = {"MPMExplicit2D", "MPMExplicit3D", "MPMExplicitTwoPhase2D",
+                       "MPMExplicitTwoPhase3D"},
            .planned = {"MPMImplicit2D", "MPMImplicit3D", "MPMSemiImplicitNavierStokes2D",
-                       "MPMSemiImplicitNavierStokes3D", "MPMExplicitTwoPhase2D",
-                       "MPMExplicitTwoPhase3D", "MPMSemiImplicitTwoPhase2D",
+                       "MPMSemiImplicitNavierStokes3D", "MPMSemiImplicitTwoPhase2D",
                        "MPMSemiImplicitTwoPhase3D"}},
           {.key = "preset",
            .kinds = text,
@@ -339,11 +357,11 @@ const Section& analysis_section() {
            .kinds = text,
            .help = "older spelling of mpm_scheme, accepted with a warning. CB-Geo MPM ignores it "
                    "and runs usf; so does --as-cbgeo",
-           .allowed = {"usf", "usl", "musl"}},
+           .allowed = {"usf", "usl", "musl", "USF", "USL", "MUSL"}},
           {.key = "stress_analysis",
            .kinds = text,
            .help = "the same as stress_update, in some published cases",
-           .allowed = {"usf", "usl", "musl"}},
+           .allowed = {"usf", "usl", "musl", "USF", "USL", "MUSL"}},
           {.key = "velocity_update",
            .kinds = boolean | text,
            .help = "update of the particle velocity. false or \"flip\": add the nodal "
@@ -482,9 +500,9 @@ const Section& analysis_section() {
            .help = "ignored by CB-Geo MPM",
            .support = Support::ignored},
           {.key = "free_surface_detection",
-           .kinds = any,
-           .help = "where a liquid ends (dialect of the fork)",
-           .support = Support::planned},
+           .kinds = object,
+           .help = "where the liquid in pores ends. Surfaces that nothing loads drain without it",
+           .section = free_surface_section},
           {.key = "stress_rate",
            .kinds = text,
            .help = "objective stress rate (dialect of the fork)",
@@ -507,13 +525,13 @@ const Section& analysis_section() {
            .help = "average state variables over nodes (from a branch of CB-Geo MPM)",
            .support = Support::planned},
           {.key = "pore_pressure_smoothing",
-           .kinds = any,
-           .help = "average pore pressures over nodes (dialect of the fork)",
-           .support = Support::planned},
+           .kinds = boolean,
+           .help = "particles take the mean of pore pressures at nodes in every step; default "
+                   "false"},
           {.key = "gravity",
-           .kinds = any,
-           .help = "write external_loading_conditions.gravity",
-           .support = Support::older},
+           .kinds = numbers,
+           .help = "write external_loading_conditions.gravity. Another gravity here is an error",
+           .unit = "m/s^2"},
           {.key = "resume",
            .kinds = object,
            .help =

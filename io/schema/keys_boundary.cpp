@@ -22,10 +22,22 @@ std::vector<KeySpec> keys_of() {
       {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true}};
   if constexpr (HasDirection<T>)
     keys.push_back({.key = "dir",
-                      .kinds = direction,
-                      .help = T::direction.help,
-                      .required = !is_from_file<T>});
-  std::string row = "file of lines `node dir";
+                    .kinds = has_phases<T> ? phase_direction : direction,
+                    .help = T::direction.help,
+                    .required = !is_from_file<T>});
+  if (has_phases<T>)
+    keys.push_back({.key = "phase",
+                    .kinds = text,
+                    .help = "which phase is held; default the skeleton",
+                    .allowed = {"skeleton", "liquid"},
+                    .native = true});
+  if (is_of_liquid<T>)
+    keys.push_back({.key = "phase_id",
+                    .kinds = integer,
+                    .help = "phase: 1 is the liquid",
+                    .min = 1,
+                    .max = 1});
+  std::string row = HasDirection<T> ? "file of lines `node dir" : "file of lines `node";
   for (const auto& p : T::parameters) {
     keys.push_back(key_of(p));
     if (is_from_file<T>) keys.back().required = false;
@@ -33,13 +45,11 @@ std::vector<KeySpec> keys_of() {
     if (p.required) row += fmt::format(" {}", p.key);
   }
   if constexpr (HasFunction<T>)
-    keys.push_back(
-        {.key = "math_function_id",
-         .kinds = id,
-         .help = "factor over time: an id of math_functions or a name; default constant",
-         .min = 0});
-  if (is_from_file<T>)
-    keys.push_back({.key = "file", .kinds = file, .help = kept_text(row + "`")});
+    keys.push_back({.key = "math_function_id",
+                    .kinds = id,
+                    .help = "factor over time: an id of math_functions or a name; default constant",
+                    .min = 0});
+  if (is_from_file<T>) keys.push_back({.key = "file", .kinds = file, .help = kept_text(row + "`")});
   return keys;
 }
 
@@ -99,7 +109,15 @@ const Section& particle_velocity_section() {
                    "sets.particles",
            .min = -1},
           {.key = "pset", .kinds = id, .help = "the same as pset_id", .min = -1, .native = true},
-          {.key = "dir", .kinds = direction, .help = "direction", .required = true},
+          {.key = "dir",
+           .kinds = phase_direction,
+           .help = "direction; from the dimension on, that of the liquid in pores",
+           .required = true},
+          {.key = "phase",
+           .kinds = text,
+           .help = "which phase is held; default the skeleton",
+           .allowed = {"skeleton", "liquid"},
+           .native = true},
           {.key = "velocity", .kinds = number, .help = "velocity", .unit = "m/s", .required = true},
       }};
   return section;
@@ -112,12 +130,12 @@ std::vector<KeySpec> condition_keys(bool loads) {
   for_each_condition([&]<class T>() {
     if (is_load<T> == loads)
       keys.push_back({.key = T::key,
-                        .kinds = list | (loads               ? object
-                                         : has_older_form<T> ? file
-                                                             : 0u),
-                        .help = T::summary,
-                        .section = section_of<T>,
-                        .native = T::native});
+                      .kinds = list | (loads               ? object
+                                       : has_older_form<T> ? file
+                                                           : 0u),
+                      .help = T::summary,
+                      .section = section_of<T>,
+                      .native = T::native});
   });
   return keys;
 }
@@ -153,14 +171,10 @@ std::vector<KeySpec> boundary_keys() {
        .kinds = any,
        .help = "adhesion of nodes to a wall (dialect of the fork)",
        .support = Support::planned},
-      {.key = "pressure_constraints",
-       .kinds = any,
-       .help = "pressures of nodes (dialect of the fork)",
-       .support = Support::planned},
       {.key = "pore_pressure_constraints",
        .kinds = any,
-       .help = "pressures of nodes, from files (dialect of the fork)",
-       .support = Support::planned},
+       .help = "write pressure_constraints, where free surfaces do not drain the pores anyway",
+       .support = Support::ignored},
   };
   keys.insert(keys.end(), others.begin(), others.end());
   return keys;

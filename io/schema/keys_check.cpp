@@ -39,12 +39,12 @@ bool is_text(const JsonValue& v) {
 bool is_point(const JsonValue& v) {
   return all_of(v, is_number) && v.as<Array>().size() == 2;
 }
-bool is_direction(const JsonValue& v) {
+bool is_direction(const JsonValue& v, int most = 2) {
   if (v.is<std::string>()) {
     const auto& s = v.as<std::string>();
     return s == "x" || s == "y" || s == "z";
   }
-  return integral(v) && v.number() >= 0 && v.number() <= 2;
+  return integral(v) && v.number() >= 0 && v.number() <= most;
 }
 
 std::size_t size_of(const JsonValue& v) {
@@ -86,13 +86,15 @@ unsigned matching_kind(const KeySpec& spec, const JsonValue& v, int dim) {
         return all_of(v, is_id);
       case direction:
         return is_direction(v);
+      case phase_direction:
+        return is_direction(v, 5);
       case points:
         return all_of(v, is_point);
       default:
         return false;
     }
   };
-  for (unsigned kind = 1; kind <= points; kind <<= 1)
+  for (unsigned kind = 1; kind < any; kind <<= 1)
     if ((spec.kinds & kind) && fits(kind)) return kind;
   return 0;
 }
@@ -203,6 +205,10 @@ class Checker {
     } else if (spec.support == Support::planned) {
       problems_.error(
           document_.at_key(object, member, fmt::format("'{}' is not supported yet", spec.key)));
+    } else if (spec.support == Support::older && !spec.instead.empty() &&
+               object.find(spec.instead)) {
+      problems_.warning(document_.at_key(
+          object, member, fmt::format("'{}' is ignored: '{}' counts", spec.key, spec.instead)));
     } else if (spec.support == Support::older) {
       problems_.error(document_.at_key(
           object, member,

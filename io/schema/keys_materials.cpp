@@ -106,8 +106,13 @@ std::vector<KeySpec> material_keys() {
                  .only = laws_without("tolerance", all)});
   all.push_back({.key = "porosity",
                  .kinds = number,
-                 .help = "ignored by CB-Geo MPM",
-                 .support = Support::ignored});
+                 .help = "volume of pores by whole volume at the beginning, of a skeleton with a "
+                         "liquid in its pores. `density` then is that of the grains",
+                 .unit = "-",
+                 .min = 0,
+                 .max = 1,
+                 .above_min = true,
+                 .below_max = true});
   all.push_back(
       planned("shear_modulus", "Pa", "shear modulus (dialect of the fork)", {"ModifiedCamClay"}));
   all.push_back(
@@ -116,13 +121,20 @@ std::vector<KeySpec> material_keys() {
                         {"Bingham"}));
   for (const std::string_view k : {"k_x", "k_y", "k_z"})
     all.push_back({.key = k,
-                   .kinds = any,
-                   .help = "permeability (dialect of the fork)",
-                   .support = Support::planned});
+                   .kinds = number,
+                   .help = "hydraulic conductivity [m/s] along an axis, or, with "
+                           "intrinsic_permeability, permeability [m^2]; default k_x",
+                   .unit = "m/s",
+                   .min = 0,
+                   .above_min = true});
+  all.push_back({.key = "intrinsic_permeability",
+                 .kinds = boolean,
+                 .help = "k_x, k_y and k_z are permeabilities [m^2]; default false"});
   all.push_back({.key = "mu",
                  .kinds = any,
                  .help = "write dynamic_viscosity",
                  .support = Support::older,
+                 .instead = "dynamic_viscosity",
                  .only = {"Newtonian"}});
   const auto older = [&](std::string_view key, std::string_view help) {
     all.push_back({.key = key,

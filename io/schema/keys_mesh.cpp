@@ -45,6 +45,67 @@ const Section& structured_section() {
   return section;
 }
 
+const Section& water_table_section() {
+  static const Section section{
+      .name = "an entry of water_tables",
+      .path = "mesh.particles_pore_pressures.water_tables[]",
+      .help = "Level of the water at a position. Between positions it is linear.",
+      .keys = {
+          {.key = "position",
+           .kinds = number,
+           .help = "coordinate along dir_h",
+           .unit = "m",
+           .required = true},
+          {.key = "h0",
+           .kinds = number,
+           .help = "coordinate of the level along dir_v",
+           .unit = "m",
+           .required = true},
+      }};
+  return section;
+}
+
+const Section& pore_pressures_section() {
+  static const Section section{
+      .name = "mesh.particles_pore_pressures",
+      .path = "mesh.particles_pore_pressures",
+      .help = "Pressure of the liquid in pores at the beginning.",
+      .discriminator = "type",
+      .keys = {
+          {.key = "type",
+           .kinds = text,
+           .help = "how they are given",
+           .required = true,
+           .allowed = {"file", "isotropic", "water_table"}},
+          {.key = "location",
+           .kinds = file,
+           .help = "file of lines `particle pressure`",
+           .only = {"file"}},
+          {.key = "values",
+           .kinds = number,
+           .help = "pressure of all particles",
+           .unit = "Pa",
+           .only = {"isotropic"}},
+          {.key = "dir_v",
+           .kinds = direction,
+           .help = "direction upwards; default the last",
+           .only = {"water_table"}},
+          {.key = "dir_h",
+           .kinds = direction,
+           .help = "direction of the positions",
+           .fallback = "0",
+           .only = {"water_table"}},
+          {.key = "water_tables",
+           .kinds = list,
+           .help =
+               "levels of the water: the pressure is that of water at rest below them, and zero "
+               "above",
+           .section = water_table_section,
+           .only = {"water_table"}},
+      }};
+  return section;
+}
+
 const Section& node_type_section() {
   static const Section section{.name = "an entry of node_types",
                                .path = "mesh.nonlocal_mesh_properties.node_types[]",
@@ -163,8 +224,7 @@ const Section& mesh_section() {
            .help = "follows from the dimension",
            .fallback = "\"N2D\"",
            .fallback_3d = "\"N3D\"",
-           .allowed = {"N2D", "N3D"},
-           .planned = {"N2D2P", "N3D2P"}},
+           .allowed = {"N2D", "N3D", "N2D2P", "N3D2P"}},
           {.key = "particle_cells",
            .kinds = file,
            .help = "lines `particle cell`: where to look "
@@ -196,9 +256,9 @@ const Section& mesh_section() {
            .help = "borders of the mesh for splines (dialect of the fork), without effect",
            .section = nonlocal_section},
           {.key = "particles_pore_pressures",
-           .kinds = any,
-           .help = "initial pore pressures (dialect of the fork)",
-           .support = Support::planned},
+           .kinds = object,
+           .help = "initial pressures of the liquid in pores, positive in compression",
+           .section = pore_pressures_section},
           {.key = "mesh_reader", .kinds = any, .help = "write io_type", .support = Support::older},
           {.key = "material_id",
            .kinds = any,

@@ -25,6 +25,12 @@ struct Direction {
   std::string_view help = "direction";
 };
 
+/// A condition of a liquid in pores, too: directions from the dimension on are the liquid's.
+template <class T>
+inline constexpr bool has_phases = false;
+template <class T>
+requires T::phases inline constexpr bool has_phases<T> = true;
+
 /// Values that do not go together.
 struct ConditionProblem {
   std::string_view key;  ///< to which the message belongs

@@ -13,6 +13,7 @@
 #include "physics/boundary/node_acceleration.h"
 #include "physics/boundary/node_force.h"
 #include "physics/boundary/node_friction.h"
+#include "physics/boundary/node_pressure.h"
 #include "physics/boundary/node_spring.h"
 #include "physics/boundary/node_velocity.h"
 
@@ -25,12 +26,14 @@ using Conditions = std::tuple<  //
     NodeAbsorption,             //
     NodeSpring,                 //
     NodeAcceleration,           //
-    NodeForce>;
+    NodeForce,                  //
+    NodePressure>;
 
 /// What every condition has, beside `direction` where it has one. Optional: `from_file`, lines
 /// `node dir` and all numbers that are required may stand in place of a set; `int function`, a
 /// factor over time; `Excludes`, a condition that the same node and direction may not have;
 /// `problems(dim)`, values that exclude each other; `derive(dim)`, members that follow from others;
+/// `phases`, it is one of the liquid in pores, too; `liquid`, it is of that liquid alone;
 /// `takes_means`, NodeMeans are needed; and `act<Dim>(const NodeView<Dim>&)`, the NodeAction. A
 /// condition without it has its own place in the step: ConstrainedNode, or Patch::forces.
 template <class T>
@@ -57,6 +60,10 @@ template <class T>
 inline constexpr bool is_load = false;
 template <class T>
 requires T::is_load inline constexpr bool is_load<T> = true;
+template <class T>
+inline constexpr bool is_of_liquid = false;
+template <class T>
+requires T::liquid inline constexpr bool is_of_liquid<T> = true;
 template <class T>
 inline constexpr bool is_from_file = false;
 template <class T>

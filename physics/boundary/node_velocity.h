@@ -7,7 +7,7 @@
 
 namespace lahar {
 
-/// Prescribed velocity component of a node, in its frame.
+/// Prescribed velocity component of a node, in its frame; or of the liquid in pores there.
 struct NodeVelocity {
   Index node;
   int dir;
@@ -23,7 +23,9 @@ struct NodeVelocity {
   static constexpr bool native = false;
   static constexpr Combine combine = Combine::first;
   static constexpr bool from_file = true, older_file_form = true;
-  static constexpr Direction<NodeVelocity> direction{&NodeVelocity::dir};
+  static constexpr bool phases = true;
+  static constexpr Direction<NodeVelocity> direction{
+      &NodeVelocity::dir, "direction; from the dimension on, that of the liquid in pores"};
   static constexpr auto parameters = std::to_array<Parameter<NodeVelocity>>(
       {{"velocity", "m/s", "velocity", &NodeVelocity::velocity, Bound::none}});
 };

@@ -3,13 +3,15 @@
 #pragma once
 
 #include "physics/basis/support.h"
+#include "physics/kernels/particle_sums.h"
 #include "physics/kernels/velocity_gradients.h"
 
 namespace lahar::general {
 
 /// {m v, m}_i += sum_p N_i {m_p v_p, m_p} into nodal sums.
 template <int Dim, class Real>
-void map_momentum(Patch<Dim>& patch, ParticleBins bins, double* sums);
+void map_momentum(Patch<Dim>& patch, ParticleBins bins, const ParticleMomentum<Dim>& particle,
+                  double* sums);
 
 /// (m p)_i += sum_p N_i m_p p_p over bins whose law has a pressure.
 template <int Dim, class Real>
@@ -19,9 +21,9 @@ void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
 template <int Dim, class Real>
 void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, double* sums);
 
-/// g_i += sum_p V_p grad N_i.
+/// g_i += sum_p V_p grad N_i with the row V.
 template <int Dim, class Real>
-void map_gradient(Patch<Dim>& patch, ParticleBins bins, double* sums);
+void map_gradient(Patch<Dim>& patch, ParticleBins bins, const double* V, double* sums);
 
 /// (m v)_i += sum_p N_i m_p sum_j N_j v_j with the velocities of Patch::transfer.
 template <int Dim, class Real>
@@ -29,14 +31,15 @@ void map_smoothed(Patch<Dim>& patch, ParticleBins bins, double* sums);
 
 /// The same of the first four for quadratic splines in 3D.
 template <class Real>
-void map_spline_momentum(Patch<3>& patch, ParticleBins bins, double* sums);
+void map_spline_momentum(Patch<3>& patch, ParticleBins bins, const ParticleMomentum<3>& particle,
+                         double* sums);
 template <class Real>
 void map_spline_pressure(Patch<3>& patch, const StepContext<3>& step, ParticleBins bins,
                          double* sums);
 template <class Real>
 void map_spline_force(Patch<3>& patch, const StepContext<3>& step, ParticleBins bins, double* sums);
 template <class Real>
-void map_spline_gradient(Patch<3>& patch, ParticleBins bins, double* sums);
+void map_spline_gradient(Patch<3>& patch, ParticleBins bins, const double* V, double* sums);
 
 /// Velocities and places of particles; `gradients` (optional) as in kernels.h.
 template <int Dim, class Real>
@@ -51,9 +54,9 @@ void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Part
 template <int Dim, class Real>
 void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// Fill `gradients` for these bins.
+/// Fill `gradients` for these bins, with those of the nodal velocities v.
 template <int Dim, class Real>
 void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
-                    VelocityGradients<Dim>& gradients);
+                    const double* v, VelocityGradients<Dim>& gradients);
 
 }  // namespace lahar::general

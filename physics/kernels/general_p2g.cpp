@@ -135,12 +135,12 @@ LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const
 template <int Dim>
 struct ForceSource {
   ParticleStress<Dim> stress;
-  bool unit_pressure;
+  const double* unit_pressure;  ///< volumes that have it; null: the particles' stress
 
   template <class Real>
   LAHAR_INLINE void at(Local p, Local n, Real (&S)[Dim][Dim]) const {
     if (unit_pressure)
-      UnitPressure<Dim>{stress.V}.at(p, n, S);
+      UnitPressure<Dim>{unit_pressure}.at(p, n, S);
     else
       stress.at(p, n, S);
   }
@@ -148,7 +148,7 @@ struct ForceSource {
 
 /// Internal forces of bins, and with `step` their tractions.
 template <class Real, int Dim>
-void add_forces(Patch<Dim>& patch, bool unit_pressure, const StepContext<Dim>* step,
+void add_forces(Patch<Dim>& patch, const double* unit_pressure, const StepContext<Dim>* step,
                 ParticleBins bins, double* sums) {
   const ForceSource<Dim> source{ParticleStress<Dim>(patch.particles), unit_pressure};
   for_each_general_bin(
@@ -164,11 +164,11 @@ void add_forces(Patch<Dim>& patch, bool unit_pressure, const StepContext<Dim>* s
 }  // namespace
 
 template <int Dim, class Real>
-void map_momentum(Patch<Dim>& patch, ParticleBins bins, double* sums) {
+void map_momentum(Patch<Dim>& patch, ParticleBins bins, const ParticleMomentum<Dim>& particle,
+                  double* sums) {
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
-      return map_spline_momentum<Real>(patch, bins, sums);
-  const ParticleMomentum<Dim> particle(patch.particles);
+      return map_spline_momentum<Real>(patch, bins, particle, sums);
   const bool affine = particle.is_affine();
   for_each_general_bin(
       patch, bins,
@@ -235,23 +235,24 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
       return map_spline_force<Real>(patch, step, bins, sums);
-  add_forces<Real>(patch, false, &step, bins, sums);
+  add_forces<Real>(patch, nullptr, &step, bins, sums);
 }
 
 template <int Dim, class Real>
-void map_gradient(Patch<Dim>& patch, ParticleBins bins, double* sums) {
+void map_gradient(Patch<Dim>& patch, ParticleBins bins, const double* V, double* sums) {
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
-      return map_spline_gradient<Real>(patch, bins, sums);
-  add_forces<Real, Dim>(patch, true, nullptr, bins, sums);
+      return map_spline_gradient<Real>(patch, bins, V, sums);
+  add_forces<Real, Dim>(patch, V, nullptr, bins, sums);
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                                        \
-  template void map_momentum<Dim, Real>(Patch<Dim>&, ParticleBins, double*);                \
-  template void map_gradient<Dim, Real>(Patch<Dim>&, ParticleBins, double*);                \
-  template void map_smoothed<Dim, Real>(Patch<Dim>&, ParticleBins, double*);                \
-  template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
-                                        double*);                                           \
+#define LAHAR_INSTANTIATE(Dim, Real)                                                             \
+  template void map_momentum<Dim, Real>(Patch<Dim>&, ParticleBins, const ParticleMomentum<Dim>&, \
+                                        double*);                                                \
+  template void map_gradient<Dim, Real>(Patch<Dim>&, ParticleBins, const double*, double*);      \
+  template void map_smoothed<Dim, Real>(Patch<Dim>&, ParticleBins, double*);                     \
+  template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,      \
+                                        double*);                                                \
   template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, double*);
 LAHAR_INSTANTIATE(2, KernelReal)
 LAHAR_INSTANTIATE(3, KernelReal)

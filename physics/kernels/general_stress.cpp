@@ -6,9 +6,8 @@ namespace lahar::general {
 
 template <int Dim, class Real>
 void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
-                    VelocityGradients<Dim>& gradients) {
+                    const double* v, VelocityGradients<Dim>& gradients) {
   gradients.make_room(bins, lanes<Real>);
-  const double* v = patch.velocity.data();
   for_each_general_bin(
       patch, bins,
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
@@ -25,7 +24,7 @@ void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, Parti
 
 #define LAHAR_INSTANTIATE(Dim, Real)                                                  \
   template void find_gradients<Dim, Real>(const Patch<Dim>&, const StepContext<Dim>&, \
-                                          ParticleBins, VelocityGradients<Dim>&);
+                                          ParticleBins, const double*, VelocityGradients<Dim>&);
 LAHAR_INSTANTIATE(2, KernelReal)
 LAHAR_INSTANTIATE(3, KernelReal)
 

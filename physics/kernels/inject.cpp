@@ -58,7 +58,7 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
   const double volume = at.volume;
   const std::uint64_t loads = loads_of_all(model);
   const bool has_size = to.layout().has(Column::size), has_xi = to.layout().has(Column::xi),
-             with_domain = has_domain(to.layout());
+             with_domain = has_domain(to.layout()), has_liquid = to.layout().has(Column::liquid_v);
   to.resize(0);  // what is not set below is zero
   to.resize(static_cast<Local>(source.per_cell));
   if (loads != 0) to.loads.assign(static_cast<std::size_t>(source.per_cell), loads);
@@ -74,6 +74,7 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
     for (int d = 0; d < Dim; ++d) {
       to.row(Column::x, d)[p] = x[d];
       to.row(Column::v, d)[p] = source.velocity[d];
+      if (has_liquid) to.row(Column::liquid_v, d)[p] = source.velocity[d];
     }
     if (with_domain)
       set_domain(to, p, patch.box[static_cast<std::size_t>(at.cell)],
@@ -108,8 +109,7 @@ template <int Dim>
 double injection_limit(const Patch<Dim>& patch, std::size_t generator, const Model<Dim>& model) {
   const Injection<Dim>& injection = model.injections[generator];
   const Material& material = model.materials[injection.material];
-  const double speed =
-      std::sqrt(wave_modulus(material.law) / material.density) + injection.velocity.norm();
+  const double speed = wave_speed(material) + injection.velocity.norm();
   const double diffusion = 2.0 * Dim * viscosity(material.law) / material.density;
   double limit = std::numeric_limits<double>::infinity();
   for (const InjectionCell& at : patch.injection_cells) {

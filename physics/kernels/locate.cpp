@@ -584,7 +584,10 @@ class LimitRate {
         model_(model),
         V_(patch.particles.row(Column::volume)),
         m_(patch.particles.row(Column::mass)),
-        v_(patch.particles.template rows<Dim>(Column::v)) {}
+        v_(patch.particles.template rows<Dim>(Column::v)) {
+    if (patch.particles.layout().has(Column::liquid_v))
+      liquid_v_ = patch.particles.template rows<Dim>(Column::liquid_v);
+  }
 
   void enter(const ParticleBin& bin) {
     if (bin.material != material_) {
@@ -592,6 +595,8 @@ class LimitRate {
       material_ = bin.material;
       modulus_ = wave_modulus(law);
       viscosity_ = viscosity(law);
+      const auto& liquid = model_.materials[bin.material].liquid;
+      liquid_ = liquid ? &*liquid : nullptr;
     }
     const double h = patch_.cell_size[static_cast<std::size_t>(bin.cell)];
     per_area_ = 1.0 / (h * h);
@@ -603,16 +608,35 @@ class LimitRate {
     const Real specific_volume = load<Real>(V_ + p) / load<Real>(m_ + p);
     Real speed2(0.0);
     for (const double* row : v_) speed2 += load<Real>(row + p) * load<Real>(row + p);
-    const Real c2 = modulus_ * specific_volume, diffusion = diffusion_ * specific_volume;
+    Real c2 = modulus_ * specific_volume, diffusion = diffusion_ * specific_volume;
+    if (liquid_) at_liquid(p, specific_volume, c2, speed2, diffusion);
     const Real waves2 = (c2 + speed2 + 2.0 * lahar::sqrt(Real(c2 * speed2))) * per_area_;
     return max(waves2, diffusion * diffusion);
   }
 
  private:
+  /// With a liquid in the pores. Drag that is explicit in time is a diffusion of its own.
+  template <class Real>
+  [[gnu::noinline]] void at_liquid(Local p, const Real& specific_volume, Real& c2, Real& speed2,
+                                   Real& diffusion) const {
+    c2 = wave_speed_squared(*liquid_, modulus_, specific_volume);
+    Real liquid2(0.0);
+    for (const double* row : liquid_v_) liquid2 += load<Real>(row + p) * load<Real>(row + p);
+    speed2 = max(speed2, liquid2);
+    if (!model_.analysis.explicit_drag) return;
+    const Pores pores(*liquid_);
+    const Real m = load<Real>(m_ + p), V = load<Real>(V_ + p);
+    const auto& resistance = liquid_->resistance;
+    const double most = *std::max_element(resistance.begin(), resistance.begin() + Dim);
+    const Real per_mass = Real(1.0) / m + Real(1.0) / pores.liquid_mass(m, V);
+    diffusion = max(diffusion, Real(0.5 * most * (pores.drag_volume(m, V) * per_mass)));
+  }
+
   const Patch<Dim>& patch_;
   const Model<Dim>& model_;
   const double *V_, *m_;
-  std::array<const double*, Dim> v_;
+  std::array<const double*, Dim> v_, liquid_v_{};
+  const PoreLiquid* liquid_ = nullptr;
   int material_ = -1;
   double modulus_ = 0, viscosity_ = 0, per_area_ = 0, diffusion_ = 0;
 };

@@ -8,6 +8,7 @@
 #include "physics/contact/contact_surface.h"
 #include "physics/kernels/driven_nodes.h"
 #include "physics/kernels/kernels.h"
+#include "physics/kernels/two_phase.h"
 #include "physics/kernels/velocity_transfer.h"
 #include "physics/particles/loads.h"
 #include "physics/particles/node_sums.h"
@@ -224,6 +225,7 @@ class Integrator {
   Integrator(Patch<Dim>& patch, const StepContext<Dim>& step)
       : patch_(patch),
         step_(step),
+        two_phase_(step.model->analysis.two_phase),
         point_(patch.forces.begin()),
         wall_(patch.walls.begin()),
         next_acting_(next_acting(patch.acting, 0)) {
@@ -264,6 +266,7 @@ class Integrator {
     }
     if (i >= next_acting_) force -= against_conditions(i, old);
     force += gravity_ * m;
+    if (two_phase_) force += on_skeleton(patch_, step_, i, old, force, gravity_);
     const NodeVector per_mass(1.0 / m), share = own[mass_lane] * per_mass;
     NodeVector against(0.0);
     if (damped()) {
@@ -468,6 +471,7 @@ class Integrator {
 
   Patch<Dim>& patch_;
   const StepContext<Dim>& step_;
+  bool two_phase_;
   typename std::vector<PointForce>::const_iterator point_;
   typename std::vector<ConstrainedNode<Dim>>::const_iterator wall_;
   Local next_acting_;  ///< the next node on which conditions act

@@ -121,21 +121,6 @@ LAHAR_INLINE void scatter_bins(const Patch<Dim>& patch, ParticleBins bins, doubl
       });
 }
 
-template <int Dim, class Real>
-LAHAR_INLINE void map_momentum_to(Patch<Dim>& patch, ParticleBins bins, double* nodes) {
-  if (general::is(patch)) return general::map_momentum<Dim, Real>(patch, bins, nodes);
-  const double* m = patch.particles.row(Column::mass);
-  const auto v = patch.particles.template rows<Dim>(Column::v);
-  scatter_bins<vector_and_mass<Dim>, Dim, Real>(
-      patch, bins, nodes,
-      [=](const ParticleBin&, Local p, Local n, Real(&q)[node_width])
-          __attribute__((always_inline)) {
-            q[mass_lane] = load_first<Real>(m + p, n);
-            LAHAR_UNROLL
-            for (std::size_t d = 0; d < Dim; ++d) q[d] = q[mass_lane] * load<Real>(v[d] + p);
-          });
-}
-
 }  // namespace
 
 template <int Dim>
@@ -155,13 +140,29 @@ void clear_sums_with(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSum wh
 }
 
 template <int Dim, class Real>
+void map_momentum_of(Patch<Dim>& patch, ParticleBins bins,
+                     const general::ParticleMomentum<Dim>& particle, double* sums) {
+  if (general::is(patch)) return general::map_momentum<Dim, Real>(patch, bins, particle, sums);
+  scatter_bins<vector_and_mass<Dim>, Dim, Real>(
+      patch, bins, sums,
+      [ m = particle.m, v = particle.v ](const ParticleBin&, Local p, Local n, Real(&q)[node_width])
+          __attribute__((always_inline)) {
+            q[mass_lane] = load_first<Real>(m + p, n);
+            LAHAR_UNROLL
+            for (std::size_t d = 0; d < Dim; ++d) q[d] = q[mass_lane] * load<Real>(v[d] + p);
+          });
+}
+
+template <int Dim, class Real>
 void map_mass_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  map_momentum_to<Dim, Real>(patch, bins, patch.own_sums(NodeSum::mass_momentum, step.step));
+  map_momentum_of<Dim, Real>(patch, bins, general::ParticleMomentum<Dim>(patch.particles),
+                             patch.own_sums(NodeSum::mass_momentum, step.step));
 }
 
 template <int Dim, class Real>
 void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  map_momentum_to<Dim, Real>(patch, bins, patch.own_sums(NodeSum::momentum, step.step));
+  map_momentum_of<Dim, Real>(patch, bins, general::ParticleMomentum<Dim>(patch.particles),
+                             patch.own_sums(NodeSum::momentum, step.step));
 }
 
 template <int Dim, class Real>
@@ -374,21 +375,28 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
 }
 
 template <int Dim, class Real>
-void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  double* nodes = patch.own_sums(NodeSum::gradient, step.step);
-  if (general::is(patch)) return general::map_gradient<Dim, Real>(patch, bins, nodes);
-  const Pulled<general::UnitPressure<Dim>> pressure{{patch.particles.row(Column::volume)}};
+void map_gradient_of(Patch<Dim>& patch, ParticleBins bins, const double* V, double* sums) {
+  if (general::is(patch)) return general::map_gradient<Dim, Real>(patch, bins, V, sums);
+  const Pulled<general::UnitPressure<Dim>> pressure{{V}};
   for_each_bin(
       patch, bins, [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {
         internal_force<Real>(map, pressure, bin,
-                             patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)],
-                             nodes);
+                             patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)], sums);
       });
+}
+
+template <int Dim, class Real>
+void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  map_gradient_of<Dim, Real>(patch, bins, patch.particles.row(Column::volume),
+                             patch.own_sums(NodeSum::gradient, step.step));
 }
 
 #define LAHAR_INSTANTIATE(Dim, Real)                                                              \
   template void map_gradient<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);      \
   template void map_mass_momentum<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  template void map_momentum_of<Dim, Real>(Patch<Dim>&, ParticleBins,                             \
+                                           const general::ParticleMomentum<Dim>&, double*);       \
+  template void map_gradient_of<Dim, Real>(Patch<Dim>&, ParticleBins, const double*, double*);    \
   template void map_momentum<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);      \
   template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);      \
   template void map_smoothed<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, int); \

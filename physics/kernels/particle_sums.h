@@ -18,10 +18,11 @@ LAHAR_INLINE void add_to_node(double* sums, Local node, const NodeVector& value)
 /// is an affine part.
 template <int Dim>
 struct ParticleMomentum {
-  const double* m;
-  std::array<const double*, Dim> v;
+  const double* m = nullptr;
+  std::array<const double*, Dim> v{};
   std::array<const double*, static_cast<std::size_t>(Dim) * Dim> C{};
 
+  ParticleMomentum() = default;
   explicit ParticleMomentum(const Particles<Dim>& particles)
       : m(particles.row(Column::mass)), v(particles.template rows<Dim>(Column::v)) {
     if (particles.layout().has(Column::affine))
@@ -92,3 +93,16 @@ void particle_force(const Basis& basis, const Patch<Dim>& patch, const ParticleB
 }
 
 }  // namespace lahar::general
+
+namespace lahar {
+
+/// {m v, m}_i += sum_p N_i m_p {v_p, 1} for the mass and velocity that `particle` names.
+template <int Dim, class Real>
+void map_momentum_of(Patch<Dim>& patch, ParticleBins bins,
+                     const general::ParticleMomentum<Dim>& particle, double* sums);
+
+/// g_i += sum_p V_p grad N_i with the row V.
+template <int Dim, class Real>
+void map_gradient_of(Patch<Dim>& patch, ParticleBins bins, const double* V, double* sums);
+
+}  // namespace lahar

@@ -368,8 +368,8 @@ LAHAR_INLINE void for_each_spline_bin(const Patch<3>& patch, ParticleBins bins, 
 }  // namespace
 
 template <class Real>
-void map_spline_momentum(Patch<3>& patch, ParticleBins bins, double* sums) {
-  const ParticleMomentum<3> particle(patch.particles);
+void map_spline_momentum(Patch<3>& patch, ParticleBins bins, const ParticleMomentum<3>& particle,
+                         double* sums) {
   if (particle.is_affine())
     return for_each_spline_bin(
         patch, bins, sums,
@@ -422,16 +422,17 @@ void map_spline_force(Patch<3>& patch, const StepContext<3>& step, ParticleBins 
 }
 
 template <class Real>
-void map_spline_gradient(Patch<3>& patch, ParticleBins bins, double* sums) {
-  const UnitPressure<3> pressure{patch.particles.row(Column::volume)};
+void map_spline_gradient(Patch<3>& patch, ParticleBins bins, const double* V, double* sums) {
+  const UnitPressure<3> pressure{V};
   for_each_spline_bin(
       patch, bins, sums,
       [&](const Basis& basis, const ParticleBin& bin, SumsWindow& window)
           __attribute__((always_inline)) { internal_force<Real>(basis, pressure, bin, window); });
 }
 
-template void map_spline_momentum<KernelReal>(Patch<3>&, ParticleBins, double*);
-template void map_spline_gradient<KernelReal>(Patch<3>&, ParticleBins, double*);
+template void map_spline_momentum<KernelReal>(Patch<3>&, ParticleBins, const ParticleMomentum<3>&,
+                                              double*);
+template void map_spline_gradient<KernelReal>(Patch<3>&, ParticleBins, const double*, double*);
 template void map_spline_pressure<KernelReal>(Patch<3>&, const StepContext<3>&, ParticleBins,
                                               double*);
 template void map_spline_force<KernelReal>(Patch<3>&, const StepContext<3>&, ParticleBins, double*);

@@ -332,7 +332,7 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
   if (general::is(patch) && !gradients) {
     // A buffer that all patches of a thread share stays in its cache.
     static thread_local VelocityGradients<Dim> found;
-    general::find_gradients<Dim, Real>(patch, step, bins, found);
+    general::find_gradients<Dim, Real>(patch, step, bins, patch.velocity.data(), found);
     gradients = &found;
   }
   // Bins of one material together: its law is found once.

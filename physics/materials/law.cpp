@@ -1,6 +1,7 @@
 #include "physics/materials/law.h"
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
 
 namespace lahar {
@@ -70,6 +71,13 @@ bool can_open(const Law& law) {
 
 double wave_modulus(const Law& law) {
   return std::visit([](const auto& m) { return m.wave_modulus(); }, law);
+}
+
+double wave_speed(const Material& material) {
+  const double modulus = wave_modulus(material.law);
+  if (!material.liquid) return std::sqrt(modulus / material.density);
+  return std::sqrt(
+      wave_speed_squared(*material.liquid, modulus, Scalar(1.0 / material.density))[0]);
 }
 
 double shear_wave_modulus(const Law& law) {

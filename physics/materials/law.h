@@ -69,6 +69,9 @@ bool can_open(const Law& law);
 /// Modulus of longitudinal waves M [Pa]; wave speed c = sqrt(M / density).
 double wave_modulus(const Law& law);
 
+/// Speed of the fastest wave at the beginning [m/s].
+double wave_speed(const Material& material);
+
 /// Modulus of shear waves G [Pa], from M and Poisson's ratio; 0 for fluids.
 double shear_wave_modulus(const Law& law);
 

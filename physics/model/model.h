@@ -49,6 +49,7 @@ template <int Dim>
 struct NodeConditions {
   ConditionLists conditions;
   std::vector<NodeFrame<Dim>> node_frames;
+  std::vector<NodeVelocity> liquid_velocities;  ///< of the liquid in pores
 };
 
 /// The entries of a condition.
@@ -63,21 +64,25 @@ const std::vector<T>& entries_of(const NodeConditions<Dim>& of) {
 /// Call visit(list) for each list, or visit(list of one, list of the other).
 void for_each_list(auto& of, auto&& visit) {
   visit(of.node_frames);
+  visit(of.liquid_velocities);
   std::apply([&](auto&... list) { (visit(list), ...); }, of.conditions);
 }
 template <int Dim>
 void for_each_list(const NodeConditions<Dim>& one, NodeConditions<Dim>& other, auto&& visit) {
   visit(one.node_frames, other.node_frames);
+  visit(one.liquid_velocities, other.liquid_velocities);
   for_each_condition([&]<class T>() { visit(entries_of<T>(one), entries_of<T>(other)); });
 }
 
-/// Traction on particles: force = traction(t) * volume / size, size = initial volume^(1/Dim).
+/// Traction on particles: force = traction(t) * volume / size, size = initial volume^(1/Dim). With
+/// a liquid in pores it acts on both phases together, or on the liquid alone.
 struct ParticleTraction {
   std::vector<Index> particles;  ///< particle ids, ascending; those of ParticleTable alone
   int dir;
   double traction;    ///< [Pa]
   int function = -1;  ///< index into Model::functions; -1 = constant
   bool all = false;   ///< on all particles, those that are injected too
+  bool on_liquid = false;
 };
 
 /// Prescribed velocity component of particles, applied at the end of G2P.
@@ -86,6 +91,7 @@ struct ParticleVelocity {
   int dir;
   double velocity;   ///< [m/s]
   bool all = false;  ///< of all particles, those that are injected too
+  bool of_liquid = false;
 };
 
 /// Initial particles, structure of arrays; the particle's id is its position unless `id` is given:
@@ -97,11 +103,13 @@ struct ParticleTable {
   std::vector<double> volume;           ///< [m^3]; always filled
   std::vector<std::uint16_t> material;  ///< index into Model::materials; always filled
   std::vector<Vec<Dim>> velocity;       ///< [m/s]; empty = zero
-  std::vector<Voigt> stress;            ///< [Pa]; empty = zero
+  std::vector<Voigt> stress;            ///< [Pa], effective where pores hold a liquid; empty = zero
+  std::vector<double> pore_pressure;    ///< [Pa]; empty = zero
   // What particles of an earlier run bring with them.
-  std::vector<Vec<Dim>> displacement;  ///< [m]; empty = zero
-  std::vector<Voigt> strain;           ///< engineering shear; empty = zero
-  std::vector<double> mass;            ///< [kg]; empty = volume times the material's density
+  std::vector<Vec<Dim>> displacement;     ///< [m]; empty = zero
+  std::vector<Vec<Dim>> liquid_velocity;  ///< [m/s] of the liquid in pores; empty = zero
+  std::vector<Voigt> strain;              ///< engineering shear; empty = zero
+  std::vector<double> mass;               ///< [kg]; empty = volume times the material's density
   /// State variables of the particle's material, in its order; empty = those of its beginning.
   std::vector<std::array<double, most_state>> state;
   std::vector<Index> id;             ///< ascending; empty = the position
@@ -173,6 +181,11 @@ struct Analysis {
   /// CB-Geo MPM, also by what walls carry; else by that of its own component (Cundall 1987).
   bool damping_as_cbgeo = false;
   bool pressure_smoothing = false;
+  bool two_phase = false;  ///< some materials have a liquid in their pores (two_phase.h)
+  bool pore_pressure_smoothing = false;
+  bool prescribes_pore_pressure = false;  ///< some process has Model::pore_pressures
+  bool explicit_drag = false;     ///< drag of the velocities before the step, as in CB-Geo MPM
+  bool liquid_advection = false;  ///< as in CB-Geo MPM (map_advection())
   bool opening = false;  ///< what opens between grains or drops is not volume of the particles
   Contact contact;
   bool takes_means = false;  ///< some process has conditions of nodes with takes_means

@@ -43,4 +43,10 @@ inline bool spreads_before_forces(const Analysis& analysis) {
   return analysis.affine != Affine::none && analysis.functions == ShapeFunctions::element;
 }
 
+/// Whether particles take pore pressures from nodes.
+inline bool maps_pore_pressure(const Analysis& analysis) {
+  return analysis.two_phase &&
+         (analysis.pore_pressure_smoothing || analysis.prescribes_pore_pressure);
+}
+
 }  // namespace lahar

@@ -16,6 +16,8 @@ ColumnNeeds column_needs(const Model<Dim>& model, std::span<const char> used, bo
   const ShapeFunctionsRow& functions = row_of(model.analysis.functions);
   needs.domain = functions.domain == ParticleDomain::box;
   needs.affine = model.analysis.affine != Affine::none;
+  needs.liquid = model.analysis.two_phase;
+  needs.liquid_affine = needs.liquid && needs.affine;
   needs.vectors = functions.domain == ParticleDomain::vectors;
   needs.corners = functions.domain == ParticleDomain::corners;
   needs.next_corners = needs.corners && model.analysis.scheme == Scheme::musl;

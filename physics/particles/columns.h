@@ -32,7 +32,10 @@ enum class Column : int {
   next_vectors,
   corners,
   next_corners,
-  opening
+  opening,
+  liquid_v,
+  liquid_affine,
+  pore_pressure
 };
 
 /// Which columns a model needs beside those that all have (columns.cpp). What follows from other
@@ -50,6 +53,8 @@ struct ColumnNeeds {
   bool next_corners = false;  ///< CPDI2 where functions are used after particles have moved (MUSL)
   bool strain = false;        ///< not where all laws give it as a function of stress (strain_of())
   bool opening = false;       ///< materials with a limit of tension, see physics/kernels/opening.h
+  bool liquid = false;        ///< in pores: its velocity and pressure
+  bool liquid_affine = false;
   bool operator==(const ColumnNeeds&) const = default;
 };
 
@@ -87,6 +92,9 @@ inline constexpr auto column_table = std::to_array<ColumnInfo>({
     {Column::corners,  "domain_corners", "m", 8, 24, true, &ColumnNeeds::corners},  // CPDI2: corners, from x
     {Column::next_corners, "next_corners", "m", 8, 24, false, &ColumnNeeds::next_corners}, // the same from the next step on
     {Column::opening,  "opening",      "-",   1, 1, true, &ColumnNeeds::opening},   // gaps between grains or drops, by volume
+    {Column::liquid_v, "liquid_velocity", "m/s", 2, 3, true, &ColumnNeeds::liquid}, // in pores (two_phase.h)
+    {Column::liquid_affine, "liquid_affine", "1/s", 4, 9, false, &ColumnNeeds::liquid_affine}, // the same as affine, of the liquid
+    {Column::pore_pressure, "pore_pressure", "Pa", 1, 1, true, &ColumnNeeds::liquid},
 });
 // clang-format on
 inline constexpr int n_columns = static_cast<int>(column_table.size());

@@ -38,13 +38,14 @@ struct PrescribedVelocity {
 };
 template <int Dim>
 PrescribedVelocity<Dim> prescribed_velocity(const Particles<Dim>& particles, Local p,
-                                            const Model<Dim>& model) {
+                                            const Model<Dim>& model, bool of_liquid = false) {
   PrescribedVelocity<Dim> found;
   const std::uint64_t bits =
       particles.loads.empty() ? 0 : particles.loads[static_cast<std::size_t>(p)];
   if (bits == 0) return found;
   for (std::size_t k = 0; k < model.particle_velocities.size(); ++k)
-    if (bits >> (model.tractions.size() + k) & 1) {
+    if (bits >> (model.tractions.size() + k) & 1 &&
+        model.particle_velocities[k].of_liquid == of_liquid) {
       const auto d = static_cast<std::size_t>(model.particle_velocities[k].dir);
       found.along[d] = true;
       found.velocity[d] = model.particle_velocities[k].velocity;
@@ -55,14 +56,15 @@ PrescribedVelocity<Dim> prescribed_velocity(const Particles<Dim>& particles, Loc
 /// Force of all tractions on particle p [N]: traction(t) * volume / size, size = initial
 /// volume^(1/Dim), volume the present one (CB-Geo MPM). Of several for a direction the last wins.
 template <int Dim>
-Vec<Dim> traction_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step) {
+Vec<Dim> traction_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step,
+                     bool on_liquid = false) {
   Vec<Dim> f = Vec<Dim>::Zero();
   const std::uint64_t bits =
       particles.loads.empty() ? 0 : particles.loads[static_cast<std::size_t>(p)];
   if (bits == 0) return f;
   const auto& tractions = step.model->tractions;
   for (std::size_t k = 0; k < tractions.size(); ++k)
-    if (bits >> k & 1)
+    if (bits >> k & 1 && tractions[k].on_liquid == on_liquid)
       f[tractions[k].dir] = tractions[k].traction *
                             load_factor(*step.model, tractions[k].function, step.time) *
                             particles.row(Column::volume)[p] / particles.row(Column::size)[p];

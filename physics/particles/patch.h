@@ -49,13 +49,20 @@ enum class NodeSum : int {
   waves,
   prescribed_mass,
   prescribed_momentum,
-  smoothed,       ///< momentum of interpolated velocities, of even orders
-  smoothed_again  ///< the same of odd orders: neighbours may still read the others
+  smoothed,        ///< momentum of interpolated velocities, of even orders
+  smoothed_again,  ///< the same of odd orders: neighbours may still read the others
+  liquid_mass_momentum,
+  liquid_force,
+  drag,             ///< two_phase.h
+  liquid_momentum,  ///< of MUSL's second mapping
+  pore_pressure,
+  advection  ///< of the liquid, as in CB-Geo MPM
 };
-inline constexpr int n_node_sums = 12;
+inline constexpr int n_node_sums = 18;
 /// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, surface},
-/// {displacement, waves}, {prescribed_mass, prescribed_momentum} and {smoothed, smoothed_again}:
-/// what is exchanged together is one cache line per node.
+/// {displacement, waves}, {prescribed_mass, prescribed_momentum}, {smoothed, smoothed_again},
+/// {liquid_mass_momentum, liquid_force}, {drag, liquid_momentum} and {pore_pressure, advection}: a
+/// cache line per node.
 inline constexpr int sum_stride = 2 * node_width;
 inline constexpr int n_sum_arrays = (n_node_sums + 1) / 2;
 /// Array that holds a kind of sum, and where in a node's line it begins.
@@ -69,7 +76,7 @@ constexpr int sum_offset(NodeSum which) {
 /// How many copies of each array of sums there are, used in turn by step. Two where a patch may
 /// begin to sum for the next step while neighbours still read the sums of this one.
 struct NodeSumCopies {
-  std::array<int, n_sum_arrays> of{1, 0, 0, 0, 0, 0};
+  std::array<int, n_sum_arrays> of{1};
   bool operator==(const NodeSumCopies&) const = default;
 };
 
@@ -178,10 +185,27 @@ struct Patch {
   /// By parity of the step: a sum may be other than zero. Read by neighbours, as the sums are.
   std::array<char, 2> contributes{};
 
-  /// Sums of the neighbours, by kind, parity of the step, and position in topology.neighbours.
-  std::array<std::array<std::vector<const NodeArray*>, 2>, n_node_sums> neighbour_sums;
+  /// Where the sums of a neighbour are.
+  struct NeighbourSums {
+    const NodeArray* array;
+    std::ptrdiff_t first = 0;  ///< number in `array` with which they begin
+    const double* data() const { return array->data() + first; }
+  };
+  /// By kind, parity of the step, and position in topology.neighbours.
+  std::array<std::array<std::vector<NeighbourSums>, 2>, n_node_sums> neighbour_sums;
   std::vector<const std::array<char, 2>*> neighbour_contributes;
   std::vector<const double*> sum_sources;  ///< scratch of nodal kernels
+
+  /// The liquid in pores at nodes (two_phase.h); empty with one phase.
+  struct Liquid {
+    NodeArray velocity;             ///< {v [m/s], m [kg]}
+    NodeArray acceleration;         ///< {a [m/s^2], 0}
+    NodeArray before;               ///< {v [m/s], m} before the step, for affine velocities
+    NodeArray force;                ///< {f [N], 0} of pressure and tractions
+    NodeArray drag;                 ///< {Q [N s/m], 0}
+    std::vector<double> advection;  ///< [kg/s] of map_advection(); only where it is mapped
+    std::vector<double> pressure;   ///< [Pa]
+  } liquid;
 
   // Constraints and loads of the local nodes.
   struct FixedVelocity {
@@ -189,8 +213,15 @@ struct Patch {
     int dir;
     double velocity;  ///< [m/s]
   };
-  std::vector<FixedVelocity> fixed;        ///< one per node and direction, ascending nodes
-  std::vector<WallPush<Dim>> wall_pushes;  ///< of this step, by `walls`; with MUSL only
+  std::vector<FixedVelocity> fixed;         ///< one per node and direction, ascending nodes
+  std::vector<FixedVelocity> fixed_liquid;  ///< the same of the liquid in pores
+  struct FixedPressure {
+    Local node;
+    double pressure;  ///< [Pa]
+    int function;     ///< -1 = constant
+  };
+  std::vector<FixedPressure> fixed_pressure;  ///< ascending nodes
+  std::vector<WallPush<Dim>> wall_pushes;     ///< of this step, by `walls`; with MUSL only
   /// Ascending; their prescribed velocities are not in `fixed`.
   std::vector<ConstrainedNode<Dim>> walls;
   struct PointForce {
@@ -257,7 +288,7 @@ struct Patch {
     sum_sources.assign(1, own_sums(which, step) - sum_offset(which));
     for (std::size_t k = 0; k < sums_of.size(); ++k) {
       const bool any = (*neighbour_contributes[k])[static_cast<std::size_t>(step % 2)];
-      sum_sources.push_back(any ? sums_of[k]->data() : nullptr);
+      sum_sources.push_back(any ? sums_of[k].data() : nullptr);
     }
     return sum_sources.data();
   }

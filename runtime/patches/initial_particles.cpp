@@ -126,6 +126,8 @@ void keep_share(ParticleTable<Dim>& particles, const Communicator& ranks) {
   cut(particles.velocity);
   cut(particles.stress);
   cut(particles.displacement);
+  cut(particles.liquid_velocity);
+  cut(particles.pore_pressure);
   cut(particles.strain);
   cut(particles.mass);
   cut(particles.state);
@@ -227,6 +229,8 @@ void send_to_owners(ParticleTable<Dim>& particles, const std::function<int(std::
   delivery.send(particles.velocity, Vec<Dim>(Vec<Dim>::Zero()));
   delivery.send(particles.stress);
   delivery.send(particles.displacement, Vec<Dim>(Vec<Dim>::Zero()));
+  delivery.send(particles.liquid_velocity, Vec<Dim>(Vec<Dim>::Zero()));
+  delivery.send(particles.pore_pressure);
   delivery.send(particles.strain);
   delivery.send(particles.mass);
   delivery.send(particles.state);

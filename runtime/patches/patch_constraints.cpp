@@ -97,6 +97,12 @@ void set_constraints(Patch<Dim>& patch, const NodeConditions<Dim>& conditions, I
     const auto local = static_cast<Local>(i);
     const Index node = nodes[i] % n_nodes;  // the same for every body
     constrain(patch, local, node, conditions);
+    bool taken[Dim] = {};  // the first counts
+    for (const NodeVelocity& v : entries_at(conditions.liquid_velocities, node))
+      if (!std::exchange(taken[v.dir], true))
+        patch.fixed_liquid.push_back({local, v.dir, v.velocity});
+    if (const auto given = entries_at(entries_of<NodePressure>(conditions), node); !given.empty())
+      patch.fixed_pressure.push_back({local, given.front().pressure, given.front().function});
     for (const NodeForce& f : entries_at(entries_of<NodeForce>(conditions), node))
       patch.forces.push_back({local, f.dir, f.force, f.function});
     for_each_acting_list(patch.acting, [&]<class T>(std::vector<ActingNode<Dim, T>>& list) {

@@ -161,6 +161,17 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
       for (std::size_t d = 0; d < Dim; ++d) u[d][i] = table.displacement[row][d];
     });
   }
+  if (!table.liquid_velocity.empty()) {
+    const auto v = to.template rows<Dim>(Column::liquid_v);
+    for_each_row(rows, [&](std::size_t row, std::size_t i) {
+      for (std::size_t d = 0; d < Dim; ++d) v[d][i] = table.liquid_velocity[row][d];
+    });
+  }
+  if (!table.pore_pressure.empty()) {
+    double* pressure = to.row(Column::pore_pressure);
+    for_each_row(rows,
+                 [&](std::size_t row, std::size_t i) { pressure[i] = table.pore_pressure[row]; });
+  }
   if (!table.strain.empty()) {  // 2D: xx yy xy
     const auto strain = to.template rows<strain_components<Dim>>(Column::strain);
     for_each_row(rows, [&](std::size_t row, std::size_t i) {

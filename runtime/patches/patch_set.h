@@ -17,15 +17,13 @@
 #include "runtime/patches/rank_partition.h"
 #include "runtime/patches/shared_cut.h"
 #include "runtime/patches/simulation_state.h"
+#include "runtime/patches/sum_message.h"
 
 namespace lahar {
 
 /// A particle that comes so near to a patch that does not exist is noticed when it has changed its
 /// cell. It crosses at most one cell in each of the max_lead steps that may pass before a rebuild.
 constexpr Index watch_distance = max_lead + 1;
-
-/// Which message of a step brings each kind of node sum from other ranks.
-using SumMessages = std::array<int, n_node_sums>;
 
 /// A patch of another rank with which patches of this one exchange: what its messages bring, where
 /// the kernels look for it.
@@ -34,8 +32,8 @@ struct RemotePatch {
   Index patch = -1;
   int rank = -1;
   std::vector<Local> nodes;  ///< of its own that it shares with patches of this rank, ascending
-  /// By message and parity of the step: a line for the message's header, then one for each of these
-  /// nodes, as in Patch::sums.
+  /// By message and parity of the step: a line for the message's header, then for each array of
+  /// the message one for each of these nodes, as in Patch::sums.
   std::array<std::array<NodeArray, 2>, n_node_sums> sums;
   std::array<char, 2> contributes{};
   std::vector<Outbox<Dim>> outbox;  ///< to patches of this rank

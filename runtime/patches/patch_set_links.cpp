@@ -104,7 +104,7 @@ void PatchSet<Dim>::link_own(Patch<Dim>& patch) {
     for (std::size_t kind = 0; kind < n_node_sums; ++kind) {
       auto& copies = other.sums[sum_array(static_cast<NodeSum>(kind))];
       for (std::size_t parity = 0; parity < 2 && !copies.empty(); ++parity)
-        patch.neighbour_sums[kind][parity].push_back(&copies[parity % copies.size()]);
+        patch.neighbour_sums[kind][parity].push_back({&copies[parity % copies.size()]});
     }
     patch.neighbour_contributes.push_back(&other.contributes);
     const int slot = position_of(other.topology.neighbours, patch.topology.patch);
@@ -119,7 +119,8 @@ void PatchSet<Dim>::link_elsewhere(Patch<Dim>& patch, RemotePatch<Dim>& other) {
   for (std::size_t kind = 0; kind < n_node_sums; ++kind)
     for (std::size_t parity = 0; parity < 2; ++parity)
       patch.neighbour_sums[kind][parity].push_back(
-          &other.sums[static_cast<std::size_t>(messages_[kind])][parity]);
+          {&other.sums[static_cast<std::size_t>(messages_[kind].number)][parity],
+           messages_[kind].array * static_cast<std::ptrdiff_t>(other.nodes.size()) * sum_stride});
   patch.neighbour_contributes.push_back(&other.contributes);
   patch.outbox[patch.inbox.size()].filled = &patch.left_rank;
   const int slot = position_of(other.outbox_patch, patch.topology.patch);

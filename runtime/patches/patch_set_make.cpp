@@ -111,6 +111,13 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
   patch->clear_sums = 2;
   if (model_->analysis.damping > 0.0) patch->damping.assign(size, 0.0);
   if (model_->analysis.pressure_smoothing) patch->pressure.assign(nodes.size(), 0.0);
+  if (model_->analysis.two_phase) {
+    for (NodeArray* values : {&patch->liquid.velocity, &patch->liquid.acceleration,
+                              &patch->liquid.force, &patch->liquid.drag})
+      values->assign(size, 0.0);
+    patch->liquid.pressure.assign(nodes.size(), 0.0);
+    if (model_->analysis.liquid_advection) patch->liquid.advection.assign(nodes.size(), 0.0);
+  }
   return patch;
 }
 

@@ -59,6 +59,11 @@ std::vector<NodeSum> mapped_sums(const Patch<Dim>& patch) {
   if (patch.takes_means()) sums.push_back(NodeSum::displacement);
   if (!patch.sums[sum_array(NodeSum::prescribed_mass)].empty())  // nodes are driven
     sums.push_back(NodeSum::prescribed_mass);
+  if (!patch.liquid.velocity.empty()) {
+    sums.push_back(NodeSum::liquid_mass_momentum);
+    sums.push_back(NodeSum::drag);
+    if (!patch.liquid.advection.empty()) sums.push_back(NodeSum::advection);
+  }
   return sums;
 }
 

@@ -130,6 +130,12 @@ void RankExchange<Dim>::find_messages() {
   }
 }
 
+/// Lines of the message after a phase that has sums of so many nodes.
+template <int Dim>
+std::size_t RankExchange<Dim>::lines_of_sums(std::size_t phase, std::size_t nodes) const {
+  return 1 + messages_[phase].sum_arrays.size() * nodes;
+}
+
 template <int Dim>
 void RankExchange<Dim>::make_streams(const ExchangeGroups& groups, bool share_memory) {
   std::vector<MessageStreams::Peer> peers;
@@ -142,7 +148,7 @@ void RankExchange<Dim>::make_streams(const ExchangeGroups& groups, bool share_me
     for (const auto& of_patch : sends_[f])
       for (const Send& send : of_patch) {
         const bool sums = messages_[f].kind == RankMessage::Kind::sums;
-        const std::size_t bytes = (sums ? send.to->nodes.size() + 1 : 1) * line;
+        const std::size_t bytes = (sums ? lines_of_sums(f, send.to->nodes.size()) : 1) * line;
         peers[send.peer].longest = std::max(peers[send.peer].longest, bytes);
         peers[send.peer].of_a_step += bytes;
       }
@@ -151,7 +157,9 @@ void RankExchange<Dim>::make_streams(const ExchangeGroups& groups, bool share_me
     RemotePatch<Dim>& from = patches_->elsewhere()[static_cast<std::size_t>(receive.elsewhere)];
     const auto& message = messages_[static_cast<std::size_t>(receive.phase)];
     for (NodeArray& sums : from.sums[static_cast<std::size_t>(message.number)])
-      sums.assign((from.nodes.size() + 1) * doubles_per_line, 0.0);
+      sums.assign(lines_of_sums(static_cast<std::size_t>(receive.phase), from.nodes.size()) *
+                      doubles_per_line,
+                  0.0);
   }
   streams_ = std::make_unique<MessageStreams>(ranks_, peers);
 }
@@ -175,7 +183,8 @@ void RankExchange<Dim>::send_sums(const Send& send, int phase, int patch, Step s
   const std::uint64_t begin = ticks();
   const Patch<Dim>& from = (*patches_)[patch];
   const bool any = from.contributes[static_cast<std::size_t>(step % 2)] != 0;
-  const std::size_t lines = any ? send.to->nodes.size() + 1 : 1;
+  const auto f = static_cast<std::size_t>(phase);
+  const std::size_t lines = any ? lines_of_sums(f, send.to->nodes.size()) : 1;
   {
     const auto record = streams_->record(send.peer, lines * line);
     const Header header{.step = step,
@@ -190,15 +199,17 @@ void RankExchange<Dim>::send_sums(const Send& send, int phase, int patch, Step s
     std::byte* to = record.data();
     std::memcpy(to, &header, line);
     if (any) {
-      const auto& copies = from.sums[messages_[static_cast<std::size_t>(phase)].sum_array];
-      const double* sums = copies[static_cast<std::size_t>(step) % copies.size()].data();
       const std::span<const Local> nodes = send.to->nodes;
-      const auto of_node = [&](std::size_t k) {
-        return sums + static_cast<std::ptrdiff_t>(nodes[k]) * sum_stride;
-      };
-      for (std::size_t k = 0; k < nodes.size(); ++k) {  // a line each, from anywhere in the cache
-        __builtin_prefetch(of_node(std::min(k + 12, nodes.size() - 1)));
-        std::memcpy(to += line, of_node(k), line);
+      for (const std::size_t array : messages_[f].sum_arrays) {
+        const auto& copies = from.sums[array];
+        const double* sums = copies[static_cast<std::size_t>(step) % copies.size()].data();
+        const auto of_node = [&](std::size_t k) {
+          return sums + static_cast<std::ptrdiff_t>(nodes[k]) * sum_stride;
+        };
+        for (std::size_t k = 0; k < nodes.size(); ++k) {  // a line each, from anywhere in the cache
+          __builtin_prefetch(of_node(std::min(k + 12, nodes.size() - 1)));
+          std::memcpy(to += line, of_node(k), line);
+        }
       }
     }
   }

@@ -113,6 +113,7 @@ class RankExchange final : public Remote {
   struct Receive;
 
   void find_messages();
+  std::size_t lines_of_sums(std::size_t phase, std::size_t nodes) const;
   void make_streams(const ExchangeGroups& groups, bool share_memory);
   void send_sums(const Send& send, int phase, int patch, Step step);
   void send_particles(const Send& send, int phase, int patch, Step step);

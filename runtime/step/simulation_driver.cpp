@@ -243,7 +243,7 @@ HistoryRow SimulationDriver<Dim>::history() {
   std::vector<HistoryRow> parts;
   for (int i = 0; i < patches_.size(); ++i) {
     const PatchWork kept = patches_[i].work;
-    parts.push_back(sums(patches_[i]));
+    parts.push_back(sums(patches_[i], model_));
     patches_[i].work = kept;
   }
   return history_.row_of(parts, step_, ranks_);

@@ -85,11 +85,10 @@ void SimulationDriver<Dim>::build_executor() {
                                      exchange_.get());
       break;
     case ExecutionOptions::Mode::flow_graph:
-      executor_ = exchange_
-                      ? make_distributed_flow(std::move(graph), std::move(bodies), options_.threads,
-                                              options_.verify, *exchange_)
-                      : make_local_flow(std::move(graph), std::move(bodies), options_.threads,
-                                        options_.verify);
+      executor_ = exchange_ ? make_distributed_flow(std::move(graph), std::move(bodies),
+                                                    options_.threads, options_.verify, *exchange_)
+                            : make_local_flow(std::move(graph), std::move(bodies), options_.threads,
+                                              options_.verify);
   }
   for (std::size_t f = 0; f + 1 < phases_.size(); ++f)
     if (phases_[f + 1].task.is_rest) whole_ = joined(phases_[f], phases_[f + 1]);
@@ -288,7 +287,7 @@ void SimulationDriver<Dim>::output(int p, Step step) {
   if (!problem.empty()) fail(output_index_, p, step, problem);
   const bool needs_sums = sums_due(step);
   if (needs_sums || frame_due(step)) check_finite(patch);
-  if (needs_sums) history_.add(p, step, sums(patch));
+  if (needs_sums) history_.add(p, step, sums(patch, model_));
   if (watch_.due(step)) watch_.look_at(patch, step);
   if (copy_due(step)) frames_.copy(p, step);
   epochs_.look_at(patch, step);

@@ -283,12 +283,36 @@ void add_particles(HistoryRow& row, std::span<const ParticleBin> bins,
     row.max_speed = std::max(row.max_speed, std::sqrt(fastest[lane]));
 }
 
+/// The liquid in the pores of particles [first, last) of one material.
+template <int Dim>
+void add_liquid(HistoryRow& row, const Particles<Dim>& particles, Local first, Local last,
+                const Material& material) {
+  if (!material.liquid) return;
+  const Pores pores(*material.liquid);
+  const double *m = particles.row(Column::mass), *V = particles.row(Column::volume);
+  const auto v = particles.template rows<Dim>(Column::liquid_v);
+  for (Local p = first; p < last; ++p) {
+    const double mass = pores.liquid_mass(Scalar(m[p]), Scalar(V[p]))[0];
+    double speed2 = 0;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      speed2 += v[d][p] * v[d][p];
+      row.momentum[d] += mass * v[d][p];
+    }
+    row.mass += mass;
+    row.kinetic += 0.5 * mass * speed2;
+    row.max_speed = std::max(row.max_speed, std::sqrt(speed2));
+  }
+}
+
 }  // namespace
 
 template <int Dim>
-HistoryRow sums(Patch<Dim>& patch) {
+HistoryRow sums(Patch<Dim>& patch, const Model<Dim>& model) {
   HistoryRow row;
   add_particles<Dim>(row, patch.bins, patch.particles);
+  if (model.analysis.two_phase)
+    for (const ParticleBin& bin : patch.bins)
+      add_liquid(row, patch.particles, bin.begin, bin.end, model.materials[bin.material]);
   for (const auto& out : patch.outbox) {
     const ParticleBin all{.cell = -1,
                           .begin = 0,
@@ -297,6 +321,10 @@ HistoryRow sums(Patch<Dim>& patch) {
                           .material = 0,
                           .loaded = false};
     if (all.end > 0) add_particles<Dim>(row, {&all, 1}, out.particles);
+    if (model.analysis.two_phase)
+      for (Local p = 0; p < all.end; ++p)
+        add_liquid(row, out.particles, p, p + 1,
+                   model.materials[out.particles.material[static_cast<std::size_t>(p)]]);
   }
   row.internal = patch.work.internal;
   row.external = patch.work.external;
@@ -319,7 +347,7 @@ template FrameSource frame_source<3>(const std::vector<const Patch<3>*>&, FrameH
                                      const Model<3>&);
 template std::size_t frame_bytes<2>(const ColumnLayout<2>&, const Model<2>&, Index);
 template std::size_t frame_bytes<3>(const ColumnLayout<3>&, const Model<3>&, Index);
-template HistoryRow sums<2>(Patch<2>&);
-template HistoryRow sums<3>(Patch<3>&);
+template HistoryRow sums<2>(Patch<2>&, const Model<2>&);
+template HistoryRow sums<3>(Patch<3>&, const Model<3>&);
 
 }  // namespace lahar

@@ -33,6 +33,6 @@ std::size_t frame_bytes(const ColumnLayout<Dim>& layout, const Model<Dim>& model
 
 /// Sums over one patch's particles; work since the last row is moved out of the patch.
 template <int Dim>
-HistoryRow sums(Patch<Dim>& patch);
+HistoryRow sums(Patch<Dim>& patch, const Model<Dim>& model);
 
 }  // namespace lahar

@@ -7,12 +7,14 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "physics/basis/support.h"
 #include "physics/contact/contact_surface.h"
 #include "physics/kernels/driven_nodes.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/separation.h"
+#include "physics/kernels/two_phase.h"
 #include "physics/kernels/velocity_transfer.h"
 
 namespace lahar {
@@ -29,6 +31,10 @@ void map_unmapped(Patch<Dim>& patch, const StepContext<Dim>& step) {
     if (patch.bodies() > 1) map_gradient(patch, step, patch.unmapped);
     if (step.model->analysis.drives_nodes) map_prescribed(patch, step, patch.unmapped);
     if (WithForce) map_means(patch, step, patch.unmapped);
+    if (step.model->analysis.two_phase) {
+      map_liquid_mass_momentum(patch, step, patch.unmapped);
+      if (WithForce) map_liquid_forces(patch, step, patch.unmapped);
+    }
     patch.unmapped.clear();
     patch.contributes[static_cast<std::size_t>(step.step % 2)] = 1;
     patch.idle = false;
@@ -110,7 +116,7 @@ bool maps_force_with_momentum(const Analysis& analysis) {
 }  // namespace
 
 bool stress_follows_g2p(const Analysis& analysis) {
-  return analysis.scheme == Scheme::usl && !analysis.pressure_smoothing &&
+  return analysis.scheme == Scheme::usl && !analysis.pressure_smoothing && !analysis.two_phase &&
          gives_gradients(analysis);
 }
 
@@ -160,25 +166,39 @@ Stages<Dim> driven_nodes(const Analysis& analysis) {
 }
 
 template <int Dim>
-Stages<Dim> nodal_velocities(const Analysis&) {
+Stages<Dim> nodal_velocities(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
-  return {TimestepStage<Dim>{.stage = {.name = "velocity", .exchange = "mass, momentum"},
-                             .takes = {NodeSum::mass_momentum},
-                             .begin = [](P& p, S& s) { nodal_velocity(p, s); }}};
+  TimestepStage<Dim> both{.stage = {.name = "velocity", .exchange = "mass, momentum"},
+                          .takes = {NodeSum::mass_momentum},
+                          .begin = [](P& p, S& s) { nodal_velocity(p, s); }};
+  if (!analysis.two_phase) return {both};
+  both.takes.push_back(NodeSum::liquid_mass_momentum);
+  return {both, TimestepStage<Dim>{.stage = {.name = "liquid velocity"},
+                                   .begin = [](P& p, S& s) { liquid_velocity(p, s); }}};
 }
 
 template <int Dim>
-Stages<Dim> remapped_velocities(const Analysis&) {
+Stages<Dim> remapped_velocities(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
-  return {
-      TimestepStage<Dim>{.stage = {.name = "P2G remap"},
-                         .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::momentum); },
-                         .bins = [](P& p, S& s, ParticleBins bins) { map_momentum(p, s, bins); }},
-      TimestepStage<Dim>{.stage = {.name = "velocity", .exchange = "momentum"},
-                         .takes = {NodeSum::momentum},
-                         .begin = [](P& p, S& s) { nodal_velocity_again(p, s); }}};
+  const TimestepStage<Dim> remap{
+      .stage = {.name = "P2G remap"},
+      .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::momentum); },
+      .bins = [](P& p, S& s, ParticleBins bins) { map_momentum(p, s, bins); }};
+  TimestepStage<Dim> velocity{.stage = {.name = "velocity", .exchange = "momentum"},
+                              .takes = {NodeSum::momentum},
+                              .begin = [](P& p, S& s) { nodal_velocity_again(p, s); }};
+  if (!analysis.two_phase) return {remap, velocity};
+  velocity.takes.push_back(NodeSum::liquid_momentum);
+  return {remap,
+          TimestepStage<Dim>{
+              .stage = {.name = "P2G remap of liquid"},
+              .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::liquid_momentum); },
+              .bins = [](P& p, S& s, ParticleBins bins) { map_liquid_momentum(p, s, bins); }},
+          velocity,
+          TimestepStage<Dim>{.stage = {.name = "liquid velocity"},
+                             .begin = [](P& p, S& s) { liquid_velocity_again(p, s); }}};
 }
 
 template <int Dim>
@@ -218,6 +238,28 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
 }
 
 template <int Dim>
+Stages<Dim> pore_pressure(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (!analysis.two_phase) return {};
+  TimestepStage<Dim> update{
+      .stage = {.name = "pore pressure"},
+      .bins = [](P& p, S& s, ParticleBins bins) { update_pore_pressure(p, s, bins); }};
+  if (!maps_pore_pressure(analysis)) return {update};
+  update.begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::pore_pressure); };
+  update.bins = [](P& p, S& s, ParticleBins bins) {
+    update_pore_pressure(p, s, bins);
+    map_pore_pressure(p, s, bins);
+  };
+  return {update,
+          TimestepStage<Dim>{
+              .stage = {.name = "nodal pore pressure", .exchange = "pore pressure"},
+              .takes = {NodeSum::pore_pressure},
+              .begin = [](P& p, S& s) { nodal_pore_pressure(p, s); },
+              .bins = [](P& p, S& s, ParticleBins bins) { take_pore_pressure(p, s, bins); }}};
+}
+
+template <int Dim>
 Stages<Dim> mapped_means(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
@@ -242,14 +284,32 @@ template <int Dim>
 Stages<Dim> integration(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
-  if (maps_force_with_momentum(analysis))
-    return {TimestepStage<Dim>{
-        .stage = {.name = "integrate", .exchange = "mass, momentum, force", .needs_dt = true},
-        .takes = {NodeSum::mass_momentum, NodeSum::force},
-        .begin = [](P& p, S& s) { velocity_and_integrate(p, s); }}};
-  return {TimestepStage<Dim>{.stage = {.name = "integrate", .exchange = "force"},
-                             .takes = {NodeSum::force},
-                             .begin = [](P& p, S& s) { integrate(p, s); }}};
+  const bool with_velocity = maps_force_with_momentum(analysis);
+  TimestepStage<Dim> nodes{.stage = {.name = "integrate", .exchange = "force"},
+                           .takes = {NodeSum::force},
+                           .begin = [](P& p, S& s) { integrate(p, s); }};
+  if (with_velocity) {
+    nodes.stage.exchange = "mass, momentum, force";
+    nodes.stage.needs_dt = true;
+    nodes.takes.insert(nodes.takes.begin(), NodeSum::mass_momentum);
+    nodes.begin = [](P& p, S& s) { velocity_and_integrate(p, s); };
+  }
+  if (!analysis.two_phase) return {nodes};
+  TimestepStage<Dim> liquid{.stage = nodes.stage, .takes = std::exchange(nodes.takes, {})};
+  liquid.stage.name = "liquid forces";
+  nodes.stage = {.name = "integrate"};
+  for (const NodeSum kind : {NodeSum::liquid_mass_momentum, NodeSum::liquid_force, NodeSum::drag})
+    liquid.takes.push_back(kind);
+  if (analysis.liquid_advection) liquid.takes.push_back(NodeSum::advection);
+  liquid.begin = [](P& p, S& s) { lahar::liquid_forces(p, s); };
+  if (with_velocity)
+    liquid.begin = [](P& p, S& s) {
+      liquid_velocity(p, s);
+      lahar::liquid_forces(p, s);
+    };
+  return {liquid, nodes,
+          TimestepStage<Dim>{.stage = {.name = "integrate liquid"},
+                             .begin = [](P& p, S& s) { integrate_liquid(p, s); }}};
 }
 
 template <int Dim>
@@ -284,6 +344,16 @@ Stages<Dim> g2p(const Analysis& analysis) {
       update_particles(p, s, bins);
     };
   return {stage};
+}
+
+template <int Dim>
+Stages<Dim> liquid_g2p(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (!analysis.two_phase) return {};
+  return {
+      TimestepStage<Dim>{.stage = {.name = "G2P of liquid"},
+                         .bins = [](P& p, S& s, ParticleBins bins) { update_liquid(p, s, bins); }}};
 }
 
 template <int Dim>
@@ -331,6 +401,35 @@ Stages<Dim> forces(const Analysis& analysis) {
 }
 
 template <int Dim>
+Stages<Dim> liquid_p2g(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (!analysis.two_phase) return {};
+  return {TimestepStage<Dim>{
+      .stage = {.name = "P2G of liquid"},
+      .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::liquid_mass_momentum); },
+      .bins = [](P& p, S& s, ParticleBins bins) { map_liquid_mass_momentum(p, s, bins); },
+      .of_next_step = true}};
+}
+
+template <int Dim>
+Stages<Dim> liquid_forces(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (!analysis.two_phase) return {};
+  return {TimestepStage<Dim>{
+      .stage = {.name = "pore pressure force"},
+      .begin =
+          [](P& p, S& s) {
+            clear_sums(p, s, NodeSum::liquid_force);
+            clear_sums(p, s, NodeSum::drag);
+            if (s.model->analysis.liquid_advection) clear_sums(p, s, NodeSum::advection);
+          },
+      .bins = [](P& p, S& s, ParticleBins bins) { map_liquid_forces(p, s, bins); },
+      .of_next_step = maps_force_with_momentum(analysis)}};
+}
+
+template <int Dim>
 Stages<Dim> surfaces(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
@@ -367,14 +466,18 @@ Stages<Dim> output(const Analysis&) {
   template Stages<Dim> nodal_velocities<Dim>(const Analysis&);      \
   template Stages<Dim> remapped_velocities<Dim>(const Analysis&);   \
   template Stages<Dim> strain_and_stress<Dim>(const Analysis&);     \
+  template Stages<Dim> pore_pressure<Dim>(const Analysis&);         \
   template Stages<Dim> mapped_means<Dim>(const Analysis&);          \
   template Stages<Dim> node_means<Dim>(const Analysis&);            \
   template Stages<Dim> integration<Dim>(const Analysis&);           \
   template Stages<Dim> velocity_transfer<Dim>(const Analysis&);     \
   template Stages<Dim> g2p<Dim>(const Analysis&);                   \
+  template Stages<Dim> liquid_g2p<Dim>(const Analysis&);            \
   template Stages<Dim> location<Dim>(const Analysis&);              \
   template Stages<Dim> p2g<Dim>(const Analysis&);                   \
+  template Stages<Dim> liquid_p2g<Dim>(const Analysis&);            \
   template Stages<Dim> forces<Dim>(const Analysis&);                \
+  template Stages<Dim> liquid_forces<Dim>(const Analysis&);         \
   template Stages<Dim> surfaces<Dim>(const Analysis&);              \
   template Stages<Dim> prescribed_velocities<Dim>(const Analysis&); \
   template Stages<Dim> output<Dim>(const Analysis&);

@@ -39,6 +39,10 @@ Stages<Dim> strain_and_stress(const Analysis& analysis);
 /// velocities at the same places.
 bool stress_follows_g2p(const Analysis& analysis);
 
+/// Pressure of the liquid in pores, with an exchange where nodes smooth or prescribe it.
+template <int Dim>
+Stages<Dim> pore_pressure(const Analysis& analysis);
+
 /// What conditions of nodes need of particles: wave speeds and displacement.
 template <int Dim>
 Stages<Dim> mapped_means(const Analysis& analysis);
@@ -56,6 +60,9 @@ Stages<Dim> velocity_transfer(const Analysis& analysis);
 /// Velocities and places of particles.
 template <int Dim>
 Stages<Dim> g2p(const Analysis& analysis);
+/// Velocities of the liquid in pores, before particles move.
+template <int Dim>
+Stages<Dim> liquid_g2p(const Analysis& analysis);
 /// Cells of particles; those that leave the patch go to outboxes. Limits of the time step.
 template <int Dim>
 Stages<Dim> location(const Analysis& analysis);
@@ -66,6 +73,11 @@ Stages<Dim> p2g(const Analysis& analysis);
 /// Internal and external forces: of the step after but for USF.
 template <int Dim>
 Stages<Dim> forces(const Analysis& analysis);
+/// The same of a liquid in pores (two_phase.h).
+template <int Dim>
+Stages<Dim> liquid_p2g(const Analysis& analysis);
+template <int Dim>
+Stages<Dim> liquid_forces(const Analysis& analysis);
 /// Where bodies have their surfaces, of the step after.
 template <int Dim>
 Stages<Dim> surfaces(const Analysis& analysis);

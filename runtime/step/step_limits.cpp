@@ -27,9 +27,7 @@ template <int Dim>
 StepLimits<Dim>::StepLimits(const Model<Dim>& model, const PatchSet<Dim>& patches)
     : model_(model), patches_(patches) {
   for (const Material& material : model.materials)
-    wave_speed_bound_ =
-        std::max(wave_speed_bound_,
-                 wave_speed_margin * std::sqrt(wave_modulus(material.law) / material.density));
+    wave_speed_bound_ = std::max(wave_speed_bound_, wave_speed_margin * wave_speed(material));
 }
 
 template <int Dim>

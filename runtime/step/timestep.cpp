@@ -13,12 +13,29 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
   // Gradients, waves and prescribed velocities are read before the phase in which the next ones are
   // mapped is begun anywhere near.
   return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0, analysis.takes_means ? 1 : 0,
-           analysis.drives_nodes ? 1 : 0, has_filter(analysis.transfer) ? 1 : 0}};
+           analysis.drives_nodes ? 1 : 0, has_filter(analysis.transfer) ? 1 : 0,
+           analysis.two_phase ? copies : 0, analysis.two_phase ? copies : 0,
+           !analysis.two_phase         ? 0
+           : analysis.liquid_advection ? copies
+                                       : 1}};
 }
+
+namespace {
+
+/// The arrays that hold some kinds of sums, each once.
+std::vector<std::size_t> arrays_of(const std::vector<NodeSum>& kinds) {
+  std::vector<std::size_t> arrays;
+  for (const NodeSum kind : kinds)
+    if (std::find(arrays.begin(), arrays.end(), sum_array(kind)) == arrays.end())
+      arrays.push_back(sum_array(kind));
+  return arrays;
+}
+
+}  // namespace
 
 bool keeps_nodal_state(const Analysis& analysis) {
   return analysis.scheme != Scheme::usl || analysis.pressure_smoothing ||
-         has_filter(analysis.transfer);
+         has_filter(analysis.transfer) || maps_pore_pressure(analysis);
 }
 
 template <int Dim>
@@ -35,25 +52,27 @@ std::vector<RankMessage> rank_messages(const std::vector<TimestepStage<Dim>>& st
       messages.push_back({.kind = RankMessage::Kind::particles});
     else
       messages.push_back({RankMessage::Kind::sums,
-                          message_of[static_cast<std::size_t>(next.takes.front())],
-                          sum_array(next.takes.front())});
+                          message_of[static_cast<std::size_t>(next.takes.front())].number,
+                          arrays_of(next.takes)});
   }
   return messages;
 }
 
 template <int Dim>
-std::array<int, n_node_sums> message_of_sums(const std::vector<TimestepStage<Dim>>& stages) {
-  constexpr int none = -1;
-  std::array<int, n_node_sums> message{};
-  message.fill(none);
+SumMessages message_of_sums(const std::vector<TimestepStage<Dim>>& stages) {
+  SumMessages message{};
+  std::array<bool, n_node_sums> known{};
   int number = 0;
   for (const auto& stage : stages) {
-    if (stage.takes.empty() || message[static_cast<std::size_t>(stage.takes.front())] != none)
-      continue;
-    for (const NodeSum kind : stage.takes) message[static_cast<std::size_t>(kind)] = number;
+    if (stage.takes.empty() || known[static_cast<std::size_t>(stage.takes.front())]) continue;
+    const auto arrays = arrays_of(stage.takes);
+    for (const NodeSum kind : stage.takes) {
+      const auto array = std::find(arrays.begin(), arrays.end(), sum_array(kind)) - arrays.begin();
+      message[static_cast<std::size_t>(kind)] = {number, static_cast<int>(array)};
+      known[static_cast<std::size_t>(kind)] = true;
+    }
     ++number;
   }
-  for (int& kind : message) kind = std::max(kind, 0);
   return message;
 }
 
@@ -72,8 +91,8 @@ template std::vector<RankMessage> rank_messages<2>(const std::vector<TimestepSta
                                                    const std::vector<Phase>&);
 template std::vector<RankMessage> rank_messages<3>(const std::vector<TimestepStage<3>>&,
                                                    const std::vector<Phase>&);
-template std::array<int, n_node_sums> message_of_sums<2>(const std::vector<TimestepStage<2>>&);
-template std::array<int, n_node_sums> message_of_sums<3>(const std::vector<TimestepStage<3>>&);
+template SumMessages message_of_sums<2>(const std::vector<TimestepStage<2>>&);
+template SumMessages message_of_sums<3>(const std::vector<TimestepStage<3>>&);
 template void map_first<2>(Patch<2>&, const std::vector<TimestepStage<2>>&, const StepContext<2>&);
 template void map_first<3>(Patch<3>&, const std::vector<TimestepStage<3>>&, const StepContext<3>&);
 

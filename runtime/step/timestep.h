@@ -7,6 +7,7 @@
 
 #include "graph/stage.h"
 #include "physics/particles/patch.h"
+#include "runtime/patches/sum_message.h"
 
 namespace lahar {
 
@@ -45,15 +46,15 @@ struct RankMessage {
   /// Of messages with sums, in the order of a step. Those that bring the same kind of sum again
   /// have one number: nobody sends it before it has been used.
   int number = 0;
-  std::size_t sum_array = 0;  ///< the array that holds the sums
+  std::vector<std::size_t> sum_arrays = {};  ///< those that hold the sums
 };
 /// One for each phase.
 template <int Dim>
 std::vector<RankMessage> rank_messages(const std::vector<TimestepStage<Dim>>& stages,
                                        const std::vector<Phase>& phases);
-/// Number of the message that brings each kind of sum; 0 for those that no stage exchanges.
+/// The message that brings each kind of sum; that of number 0 for those that no stage exchanges.
 template <int Dim>
-std::array<int, n_node_sums> message_of_sums(const std::vector<TimestepStage<Dim>>& stages);
+SumMessages message_of_sums(const std::vector<TimestepStage<Dim>>& stages);
 
 /// Nodal sums of which a patch may begin those of the next step while neighbours read these.
 NodeSumCopies node_sum_copies(const Analysis& analysis);

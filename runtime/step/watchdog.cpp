@@ -85,7 +85,7 @@ template <int Dim>
 SpeedScales speed_scales(const Model<Dim>& model, const Communicator& ranks) {
   SpeedScales scales;
   for (const Material& material : model.materials)
-    scales.waves = std::max(scales.waves, std::sqrt(wave_modulus(material.law) / material.density));
+    scales.waves = std::max(scales.waves, wave_speed(material));
   double prescribed = 0, acceleration = 0;
   for (const ParticleVelocity& given : model.particle_velocities)
     prescribed = std::max(prescribed, std::sqrt(Dim) * std::abs(given.velocity));

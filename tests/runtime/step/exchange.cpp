@@ -39,7 +39,9 @@ void make_sums(Patch<Dim>& patch) {
 /// Every kind of sum, and every copy, is what a patch and its neighbours hold of it.
 template <int Dim>
 void check_sums(Model<Dim> model, int rings) {
-  const NodeSumCopies copies{{2, 1, 1, 1, 1, 1}};
+  NodeSumCopies copies;
+  copies.of.fill(1);
+  copies.of[0] = 2;
   PatchSet<Dim> patches(model, rings, copies);
   REQUIRE(patches.size() > 8);
   for (int k = 0; k < n_node_sums; ++k)

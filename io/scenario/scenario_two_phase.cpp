@@ -1,0 +1,203 @@
+// A liquid in the pores of a skeleton: materials of two phases, initial and prescribed pressures.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "io/scenario/particle_files.h"
+#include "io/scenario/scenario_builder.h"
+#include "physics/model/transfer_options.h"
+
+namespace lahar {
+
+namespace {
+
+constexpr std::array<const char*, 3> conductivity_keys{"k_x", "k_y", "k_z"};
+
+// Whether analysis.type, as written, is of two phases; nothing where it is not written.
+std::optional<bool> type_has_two_phases(const JsonValue& analysis) {
+  const JsonValue* type = analysis.find("type");
+  if (!type || type->defaulted) return std::nullopt;
+  return type->as<std::string>().find("TwoPhase") != std::string::npos;
+}
+
+}  // namespace
+
+// The pores of a skeleton are full of one liquid wherever it is used.
+template <int Dim>
+void ScenarioBuilder<Dim>::saturate(int skeleton, int liquid, const JsonValue& at) {
+  Material& solid = model_.materials[static_cast<std::size_t>(skeleton)];
+  const Material& fluid = model_.materials[static_cast<std::size_t>(liquid)];
+  const auto [known, is_new] = liquids_.try_emplace(skeleton, liquid);
+  if (!is_new) {
+    if (known->second != liquid)
+      in_.error(at, fmt::format("'{}' has another liquid in its pores elsewhere", solid.name),
+                "give it an entry of materials for each liquid");
+    return;
+  }
+  const auto& entries = root_.find("materials")->as<JsonValue::Array>();
+  const JsonValue& entry = entries[static_cast<std::size_t>(skeleton)];
+  const auto* law = std::get_if<Newtonian>(&fluid.law);
+  if (!law || law->incompressible) {
+    in_.error(at, fmt::format("'{}' cannot be in pores", fluid.name),
+              "the second material must be a Newtonian liquid with a bulk modulus");
+    return;
+  }
+  if (has_pressure(solid.law)) {
+    in_.error(at, fmt::format("'{}' is a fluid, which has no pores", solid.name),
+              "the first material must be a solid");
+    return;
+  }
+  PoreLiquid pores{.density = fluid.density,
+                   .bulk_modulus = law->bulk_modulus,
+                   .grain_density = solid.density,
+                   .constant_mass = in_.as_cbgeo};
+  const auto porosity = get_number(entry, "porosity");
+  if (!porosity && !entry.find("porosity"))
+    in_.error(entry,
+              fmt::format("'porosity' is missing: '{}' has a liquid in its pores", solid.name));
+  pores.porosity = porosity.value_or(0.5);
+  const bool intrinsic = get_bool(entry, "intrinsic_permeability").value_or(false);
+  if (intrinsic && !(law->dynamic_viscosity > 0))
+    in_.error(at, fmt::format("'dynamic_viscosity' of '{}' must be greater than 0", fluid.name),
+              "with 'intrinsic_permeability' the drag follows from it");
+  const auto k_x = get_number(entry, "k_x");
+  if (!k_x && !written(entry, "k_x"))
+    in_.error(entry, fmt::format("'k_x' is missing: '{}' has a liquid in its pores", solid.name),
+              "k_x [m/s]: hydraulic conductivity, of sand 1e-5 to 1e-2");
+  for (std::size_t d = 0; d < Dim; ++d) {
+    const double k = get_number(entry, conductivity_keys[d]).value_or(k_x.value_or(1));
+    pores.resistance[d] =
+        (intrinsic ? law->dynamic_viscosity : conductivity_gravity * pores.density) / k;
+  }
+  solid.density *= 1.0 - pores.porosity;
+  solid.liquid = pores;
+}
+
+// Every use of a skeleton says its liquid, or none does.
+template <int Dim>
+void ScenarioBuilder<Dim>::check_phases() {
+  Analysis& a = model_.analysis;
+  const JsonValue& analysis = section("analysis");
+  a.two_phase = !liquids_.empty();
+  const auto wanted = type_has_two_phases(analysis);
+  if (wanted && *wanted != a.two_phase && in_.problems.empty())
+    in_.error(*analysis.find("type"),
+              a.two_phase
+                  ? "particles have a liquid in their pores, but 'type' is of one phase"
+                  : "no particles have a liquid in their pores, but 'type' is of two phases",
+              a.two_phase ? fmt::format("\"MPMExplicitTwoPhase{}D\"", Dim)
+                          : "material of a generator: [skeleton, liquid]");
+  for (const auto& [skeleton, at] : single_)
+    if (liquids_.count(skeleton))
+      in_.error(*at,
+                fmt::format("'{}' has a liquid in its pores elsewhere, and none here",
+                            model_.materials[static_cast<std::size_t>(skeleton)].name),
+                "give the dry one an entry of its own in materials");
+  if (!a.two_phase) return;
+  a.explicit_drag = in_.as_cbgeo;
+  a.pore_pressure_smoothing = get_bool(analysis, "pore_pressure_smoothing").value_or(false);
+}
+
+// What a liquid in pores does not go together with.
+template <int Dim>
+void ScenarioBuilder<Dim>::check_two_phase() {
+  Analysis& a = model_.analysis;
+  if (!a.two_phase) return;
+  const JsonValue& analysis = section("analysis");
+  // Of the functions that published cases have.
+  const std::string cell_type = get_text(section("mesh"), "cell_type").value_or("ED2Q4");
+  a.liquid_advection = in_.as_cbgeo && a.functions == ShapeFunctions::element &&
+                       a.affine == Affine::none && (cell_type == "ED2Q4" || cell_type == "ED3H8");
+  const auto refuse = [&](const JsonValue* at, std::string_view what, std::string_view hint) {
+    in_.error(at ? *at : analysis,
+              fmt::format("{} does not go together with a liquid in pores", what),
+              std::string(hint));
+  };
+  if (a.contact.bodies > 1) refuse(root_.find("interface"), "contact between bodies", "");
+  if (a.takes_means)
+    refuse(&boundary(), "an absorbing boundary or a spring", "put the boundary further away");
+  if (has_filter(a.transfer))
+    refuse(analysis.find("velocity_update"), "a velocity transfer of an order above 1",
+           "use \"flip\", \"pic\", \"apic\" or \"tpic\"");
+  if (section("analysis").find("resume") &&
+      get_bool(*section("analysis").find("resume"), "resume").value_or(false))
+    refuse(analysis.find("resume"), "'resume'", "continue a run of Lahar with --restart");
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::refuse_without_liquid(const JsonValue& at) {
+  in_.error(at, "there is no liquid in pores", "material of a generator: [skeleton, liquid]");
+}
+
+// 0 to dim - 1, or with dim added of the liquid in pores.
+template <int Dim>
+std::optional<int> ScenarioBuilder<Dim>::phase_direction_of(const JsonValue& object) {
+  const auto dir = get_direction(object, "dir");
+  const bool named = get_text(object, "phase") == "liquid";
+  if (dir && *dir >= Dim && *dir < 2 * Dim && model_.analysis.two_phase && !named) return dir;
+  const auto axis = direction_of(object);
+  if (!axis || !named) return axis;
+  if (model_.analysis.two_phase) return *axis + Dim;
+  refuse_without_liquid(*object.find("phase"));
+  return std::nullopt;
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_pore_pressures() {
+  const JsonValue* given = section("mesh").find("particles_pore_pressures");
+  if (!given) return;
+  if (!model_.analysis.two_phase && !in_.problems.empty()) return;  // reported
+  if (!model_.analysis.two_phase) return refuse_without_liquid(*given);
+  auto& pressure = model_.particles.pore_pressure;
+  pressure.assign(model_.particles.x.size(), 0.0);
+  const std::string type = get_text(*given, "type").value_or("");
+  if (type == "file") {
+    if (const auto file = in_.open(*given, "location"))
+      read_particle_values(
+          *file, "the pore pressure", known_rows(), team_, in_.problems,
+          [&](Index i, double value) { pressure[static_cast<std::size_t>(i)] = value; });
+    else if (!written(*given, "location"))
+      in_.error(*given, "'location' is missing", "the file of pore pressures");
+  } else if (type == "isotropic") {
+    if (!written(*given, "values")) in_.error(*given, "'values' is missing", "a pressure [Pa]");
+    std::fill(pressure.begin(), pressure.end(), get_number(*given, "values").value_or(0));
+  } else if (type == "water_table") {
+    build_water_table(*given);
+  }
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_water_table(const JsonValue& given) {
+  const int up = get_direction(given, "dir_v").value_or(Dim - 1);
+  const int along = get_direction(given, "dir_h").value_or(0);
+  for (const char* key : {"dir_v", "dir_h"})
+    if (get_direction(given, key).value_or(0) >= Dim)
+      return in_.error(*given.find(key), fmt::format("'{}' must be below {}", key, Dim));
+  std::map<double, double> levels;
+  for (const JsonValue* entry : get_list(given, "water_tables"))
+    levels[get_number(*entry, "position").value_or(0)] = get_number(*entry, "h0").value_or(0);
+  if (levels.empty())
+    return in_.error(given, "'water_tables' is missing",
+                     "[{\"position\": 0, \"h0\": 1}]: levels along dir_h [m]");
+  const auto level_at = [&](double x) {
+    const auto after = levels.upper_bound(x);
+    if (after == levels.begin()) return after->second;
+    const auto before = std::prev(after);
+    if (after == levels.end()) return before->second;
+    const double share = (x - before->first) / (after->first - before->first);
+    return before->second + share * (after->second - before->second);
+  };
+  const ParticleTable<Dim>& p = model_.particles;
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    const auto& liquid = model_.materials[p.material[i]].liquid;
+    const double weight = liquid ? -liquid->density * model_.gravity[up] : 0.0;
+    model_.particles.pore_pressure[i] =
+        std::max(0.0, weight * (level_at(p.x[i][along]) - p.x[i][up]));
+  }
+}
+
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
+
+}  // namespace lahar

@@ -1,0 +1,78 @@
+/// \file A skeleton with a liquid in its pores: one set of particles, which move with the skeleton
+/// and carry velocity and pressure of the liquid (Jassim, Stolle & Vermeer 2013; as in the fork of
+/// CB-Geo MPM). Nodes have momenta of both phases,
+///     m_l a_l = f_l + m_l g - Q (v_l - v),    f_l = sum_p n V p grad N,
+///     m a = f - f_l + m g + Q (v_l - v),      f = sum_p V (p I - sigma') grad N + tractions,
+/// with the effective stress sigma' of the law, pore pressure p > 0 in compression, and the drag
+/// Q_d = sum_p N V n^2 r_d (Pores::drag_volume(), PoreLiquid::resistance). Acceleration of the
+/// liquid against the skeleton is kept, its advection is not.
+///
+/// Drag is implicit at the node: a system of two equations for each direction, so that the step has
+/// no limit of 2 k / (n g).
+///
+/// I. Jassim, D. Stolle, P. Vermeer, Two-phase dynamic analysis by material point method, Int. J.
+/// Numer. Anal. Methods Geomech. 37 (2013) 2502-2522.
+#pragma once
+
+#include "physics/particles/patch.h"
+
+namespace lahar {
+
+/// {m_l v_l, m_l}_i += sum_p N_i n rho V {v_l, 1}.
+template <int Dim>
+void map_liquid_mass_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+
+/// The momentum again, for MUSL's second mapping.
+template <int Dim>
+void map_liquid_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+
+/// Forces of the pore pressure on the mixture and on the liquid, tractions on the liquid, and drag.
+/// With Q4 and H8 the pressure acts by gradients at the cell's centre, whose volumetric strain it
+/// comes from (B-bar, Hughes 1980), else in the mean of the particles of a cell. With
+/// Analysis::volume_as_cbgeo each particle's acts by its own gradients.
+template <int Dim>
+void map_liquid_forces(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+
+/// Velocities of the liquid at nodes, with those that are prescribed.
+template <int Dim>
+void liquid_velocity(Patch<Dim>& patch, const StepContext<Dim>& step);
+template <int Dim>
+void liquid_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// Forces and drag of all patches, before integrate() takes on_skeleton() from them.
+template <int Dim>
+void liquid_forces(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// -f_l + Q (v_l - v): what the liquid adds to the force on the mixture that has no drag, so that
+/// the skeleton's remains. `old` is {v, m} of the skeleton's node before the step, `force` all of
+/// its other forces.
+template <int Dim>
+NodeVector on_skeleton(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
+                       const NodeVector& old, const NodeVector& force, const NodeVector& gravity);
+
+/// Velocities of the liquid after the step, from those of the skeleton, which are final. Work of
+/// gravity, of prescribed velocities and of drag.
+template <int Dim>
+void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// Velocity of the liquid of particles, as update_particles() does for the skeleton. It comes
+/// before particles move.
+template <int Dim>
+void update_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+
+/// dp = -dt K / n ((1 - n) div v + n div v_l), after the skeleton's volume has changed.
+template <int Dim>
+void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+
+/// Means of the pore pressure at nodes, by liquid mass, with those that are prescribed.
+template <int Dim>
+void map_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+template <int Dim>
+void nodal_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// Particles take the pressure of the nodes. Without smoothing they only take what prescribed
+/// pressures differ by from the mean: p_p += sum_i N_i (p_i - mean_i).
+template <int Dim>
+void take_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+
+}  // namespace lahar

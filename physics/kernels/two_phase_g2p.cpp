@@ -1,0 +1,300 @@
+// Grid to particle of a liquid in pores.
+#include <algorithm>
+#include <utility>
+
+#include "physics/basis/basis.h"
+#include "physics/basis/cell_map.h"
+#include "physics/basis/nodal_fields.h"
+#include "physics/kernels/affine_velocity.h"
+#include "physics/kernels/general_kernels.h"
+#include "physics/kernels/particle_update.h"
+#include "physics/kernels/pore_rows.h"
+#include "physics/kernels/two_phase.h"
+#include "physics/particles/loads.h"
+
+namespace lahar {
+
+namespace {
+
+/// Rows of the liquid's velocity and, where energy is counted, its mass.
+template <int Dim>
+struct LiquidRows {
+  std::array<double*, Dim> v;
+  const double* mass = nullptr;
+
+  LiquidRows(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins)
+      : v(patch.particles.template rows<Dim>(Column::liquid_v)) {
+    if (!counts(step.model->analysis)) return;
+    const auto [row] = pore_rows<1>(patch.particles.capacity());
+    fill_liquid_mass(patch, *step.model, bins, row);
+    mass = row;
+  }
+};
+
+/// Velocities of the n particles from p on, from those and the accelerations of nodes (advance() of
+/// the skeleton). Adds to the kinetic energy that the transfer takes [J].
+template <int Dim, class Real>
+LAHAR_INLINE void advance_liquid(const LiquidRows<Dim>& rows, Local p, Local n,
+                                 const Real (&v)[Dim], const Real (&a)[Dim],
+                                 const VelocityUpdate& update, Real& all_lost) {
+  Real lost(0.0);
+  LAHAR_UNROLL
+  for (std::size_t d = 0; d < Dim; ++d) {
+    const Real old = load<Real>(rows.v[d] + p);
+    const Real blended = update.keep * old + update.acceleration * a[d] + update.velocity * v[d];
+    if (rows.mass) {
+      const Real from = old + update.flip_step * a[d];
+      lost += (from - blended) * (from + blended);
+    }
+    store_first(blended, rows.v[d] + p, n);
+  }
+  if (rows.mass) all_lost += first_lanes(Real(0.5 * load<Real>(rows.mass + p) * lost), n);
+}
+
+/// What is prescribed of the particles of a bin, and the work of it.
+template <int Dim>
+void prescribe_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, const ParticleBin& bin,
+                      const LiquidRows<Dim>& rows) {
+  if (!bin.loaded) return;
+  const Pores pores(step.model->materials[bin.material].liquid.value());
+  for (Local p = bin.begin; p < bin.end; ++p) {
+    const auto prescribed = prescribed_velocity(patch.particles, p, *step.model, true);
+    if (!prescribed.any()) continue;
+    const Scalar m = pores.liquid_mass(Scalar(patch.particles.row(Column::mass)[p]),
+                                       Scalar(patch.particles.row(Column::volume)[p]));
+    for (std::size_t d = 0; d < Dim; ++d) {
+      if (!prescribed.along[d]) continue;
+      const double w = prescribed.velocity[d];
+      double& v = rows.v[d][p];
+      patch.work.external += m[0] * (w - v) * w;
+      patch.work.damping += 0.5 * m[0] * (w - v) * (w - v);
+      v = w;
+    }
+  }
+}
+
+/// Work of the tractions on the liquid alone, with the mean velocity of the step.
+template <int Dim>
+void add_work_of_traction(Patch<Dim>& patch, const StepContext<Dim>& step, const ParticleBin& bin,
+                          auto&& velocity_at) {
+  if (!bin.loaded) return;
+  for (Local p = bin.begin; p < bin.end; ++p) {
+    const Vec<Dim> f = traction_on(patch.particles, p, step, true);
+    if (!f.isZero(0.0)) patch.work.external += step.dt * f.dot(velocity_at(p));
+  }
+}
+
+template <int Dim>
+void update_linear(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  const LiquidRows<Dim> rows(patch, step, bins);
+  VelocityUpdates<Dim> updates(patch, step);
+  const double *v = patch.liquid.velocity.data(), *a = patch.liquid.acceleration.data();
+  Pack lost(0.0);
+  for_each_bin(
+      patch, bins, [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {
+        if (!step.model->materials[bin.material].liquid) return;
+        const VelocityUpdate update = updates.of(bin);
+        const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
+        const auto fields_at = [&](Local p, Pack(&value)[Dim], Pack(&change)[Dim]) {
+          const auto w = weights_at<Dim, Pack>(map, p);
+          for (std::size_t i = 0; i < corners<Dim>; ++i) {
+            const Pack N = w.N(static_cast<int>(i));
+            const auto at = static_cast<std::ptrdiff_t>(corner[i]) * node_width;
+            LAHAR_UNROLL
+            for (int d = 0; d < Dim; ++d) {
+              value[d] = i == 0 ? multiply(N, v + at + d) : multiply_add(value[d], N, v + at + d);
+              change[d] = i == 0 ? multiply(N, a + at + d) : multiply_add(change[d], N, a + at + d);
+            }
+          }
+        };
+        add_work_of_traction(patch, step, bin, [&](Local p) {
+          Pack value[Dim], change[Dim];
+          fields_at(p, value, change);
+          Vec<Dim> mean;
+          for (int d = 0; d < Dim; ++d) mean[d] = value[d][0] - 0.5 * step.dt * change[d][0];
+          return mean;
+        });
+        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+          Pack value[Dim], change[Dim];
+          fields_at(p, value, change);
+          advance_liquid<Dim>(rows, p, bin.end - p, value, change, update, lost);
+        }
+        prescribe_liquid(patch, step, bin, rows);
+      });
+  patch.work.damping += reduce(lost);
+}
+
+template <int Dim>
+void update_general(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  const LiquidRows<Dim> rows(patch, step, bins);
+  VelocityUpdates<Dim> updates(patch, step);
+  const double *v = patch.liquid.velocity.data(), *a = patch.liquid.acceleration.data();
+  const double* const fields[2] = {v, a};
+  const double* spread =
+      spreads_before_forces(step.model->analysis) ? patch.liquid.before.data() : v;
+  const bool is_affine = patch.particles.layout().has(Column::liquid_affine);
+  std::array<double*, static_cast<std::size_t>(Dim) * Dim> affine{};
+  if (is_affine) affine = patch.particles.template rows<Dim * Dim>(Column::liquid_affine);
+  Pack lost(0.0);
+  for_each_general_bin(
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
+          __attribute__((always_inline)) {
+            if (!step.model->materials[bin.material].liquid) return;
+            const VelocityUpdate update = updates.of(bin);
+            add_work_of_traction(patch, step, bin, [&](Local p) {
+              Pack sum[2][Dim];
+              general::interpolate<Dim, 2, Pack>(basis, p, fields, nodes, sum);
+              Vec<Dim> mean;
+              for (int d = 0; d < Dim; ++d) mean[d] = sum[0][d][0] - 0.5 * step.dt * sum[1][d][0];
+              return mean;
+            });
+            for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+              const Local n = bin.end - p;
+              Pack sum[2][Dim];
+              general::interpolate<Dim, 2, Pack>(basis, p, fields, nodes, sum);
+              if (is_affine) {
+                Pack value[Dim], C[Dim][Dim];
+                general::affine_velocity<Dim>(basis, step.model->analysis.affine, p, v, spread,
+                                              nodes, value, C);
+                LAHAR_UNROLL
+                for (std::size_t k = 0; k < Dim * Dim; ++k)
+                  store_first(C[k / Dim][k % Dim], affine[k] + p, n);
+              }
+              advance_liquid<Dim>(rows, p, n, sum[0], sum[1], update, lost);
+            }
+            prescribe_liquid(patch, step, bin, rows);
+          });
+  patch.work.damping += reduce(lost);
+}
+
+/// Pressures of the n particles from p on, from div v and div v_l [1/s] and their porosity.
+template <int Dim>
+LAHAR_INLINE void add_pressure(Patch<Dim>& patch, double bulk_modulus, double dt, Local p, Local n,
+                               const Pack& porosity, const Pack& skeleton, const Pack& liquid,
+                               Pack& all_work) {
+  double* pressure = patch.particles.row(Column::pore_pressure) + p;
+  const Pack V = load<Pack>(patch.particles.row(Column::volume) + p);
+  const Pack rate = (Pack(1.0) - porosity) * skeleton + porosity * liquid;
+  const Pack before = load<Pack>(pressure);
+  const Pack after = before - (dt * bulk_modulus) * (rate / porosity);
+  store_first(after, pressure, n);
+  all_work += first_lanes(Pack((-0.5 * dt) * V * (before + after) * rate), n);
+}
+
+/// Values become their mean by volume.
+inline void take_mean(double* values, const double* V, Local n) {
+  double volume = 0, sum = 0;
+  for (Local k = 0; k < n; ++k) volume += V[k], sum += V[k] * values[k];
+  std::fill_n(values, n, sum / volume);
+}
+
+template <int Dim, class Map>
+double trace_at_centre(const Map& map, const double* v,
+                       const std::array<Local, corners<Dim>>& corner) {
+  double dN[Dim][corners<Dim>], trace = 0.0;
+  centre_gradients(map, dN);
+  for (std::size_t i = 0; i < corner.size(); ++i)
+    for (int d = 0; d < Dim; ++d)
+      trace += dN[d][i] * v[static_cast<std::ptrdiff_t>(corner[i]) * node_width + d];
+  return trace;
+}
+
+}  // namespace
+
+template <int Dim>
+void update_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  general::is(patch) ? update_general(patch, step, bins) : update_linear(patch, step, bins);
+}
+
+template <int Dim>
+void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  const auto& materials = step.model->materials;
+  const bool each = step.model->analysis.volume_as_cbgeo;
+  const double* m = patch.particles.row(Column::mass);
+  const double* V = patch.particles.row(Column::volume);
+  Pack work(0.0);
+  // `rates(p)` gives div v and div v_l at the particles from p on.
+  const auto update_bin = [&](const ParticleBin& bin, const Pores& pores, auto&& rates) {
+    const Pack mean(each ? 0.0 : mean_porosity(patch, pores, bin));
+    for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+      const Pack porosity = each ? pores.porosity(load<Pack>(m + p), load<Pack>(V + p)) : mean;
+      const auto [skeleton, liquid] = rates(p);
+      add_pressure(patch, pores.liquid().bulk_modulus, step.dt, p, bin.end - p, porosity, skeleton,
+                   liquid, work);
+    }
+  };
+  if (general::is(patch)) {
+    // Buffers that all patches of a thread share stay in its cache.
+    static thread_local VelocityGradients<Dim> skeleton, liquid;
+    general::find_gradients<Dim, Pack>(patch, step, bins, patch.velocity.data(), skeleton);
+    general::find_gradients<Dim, Pack>(patch, step, bins, patch.liquid.velocity.data(), liquid);
+    for (std::size_t r = 0; r < bins.size(); ++r) {
+      const ParticleBin& bin = bins[r];
+      if (!materials[bin.material].liquid || bin.begin == bin.end) continue;
+      const auto first = static_cast<std::size_t>(skeleton.first[r]);
+      if (!each)
+        for (VelocityGradients<Dim>* field : {&skeleton, &liquid})
+          take_mean(&field->trace[first], V + bin.begin, bin.end - bin.begin);
+      update_bin(bin, Pores(*materials[bin.material].liquid), [&](Local p) {
+        const std::size_t at = first + static_cast<std::size_t>(p - bin.begin);
+        return std::pair(load<Pack>(&skeleton.trace[at]), load<Pack>(&liquid.trace[at]));
+      });
+    }
+  } else {
+    for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
+      if (!materials[bin.material].liquid) return;
+      const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
+      const Pack skeleton(trace_at_centre<Dim>(map, patch.velocity.data(), corner));
+      const Pack liquid(trace_at_centre<Dim>(map, patch.liquid.velocity.data(), corner));
+      update_bin(bin, Pores(*materials[bin.material].liquid),
+                 [&](Local) { return std::pair(skeleton, liquid); });
+    });
+  }
+  patch.work.internal += reduce(work);
+}
+
+template <int Dim>
+void take_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  const auto& materials = step.model->materials;
+  const double keep = step.model->analysis.pore_pressure_smoothing ? 0.0 : 1.0;
+  const double* nodal = patch.liquid.pressure.data();
+  double* pressure = patch.particles.row(Column::pore_pressure);
+  const auto take = [&](Local p, Local n, const Pack& of_nodes) {
+    store_first(Pack(keep * load<Pack>(pressure + p) + of_nodes), pressure + p, n);
+  };
+  if (general::is(patch))
+    return for_each_general_bin(patch, bins,
+                                [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+                                  if (!materials[bin.material].liquid) return;
+                                  constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
+                                  for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+                                    Pack N[n_nodes], sum(0.0);
+                                    basis.functions(p, N);
+                                    for (int i = 0; i < n_nodes; ++i)
+                                      sum = multiply_add(sum, N[i], &nodal[nodes[i]]);
+                                    take(p, bin.end - p, sum);
+                                  }
+                                });
+  for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
+    if (!materials[bin.material].liquid) return;
+    const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
+    for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+      const auto w = weights_at<Dim, Pack>(map, p);
+      Pack sum(0.0);
+      for (std::size_t i = 0; i < corners<Dim>; ++i)
+        sum = multiply_add(sum, w.N(static_cast<int>(i)), &nodal[corner[i]]);
+      take(p, bin.end - p, sum);
+    }
+  });
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                                 \
+  template void update_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);        \
+  template void update_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  template void take_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar
