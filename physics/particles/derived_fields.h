@@ -16,6 +16,8 @@ struct ParticleValues {
   double mass = 0, volume = 0;
   std::array<double, 3> x{}, v{}, u{};  ///< [m], [m/s], [m]
   Voigt stress{}, strain{};             ///< [Pa] positive in tension; [-] with engineering shears
+  // Of a liquid in pores, else zero.
+  double porosity = 0, liquid_mass = 0, pore_pressure = 0;  ///< [-], [kg], [Pa]
 
   /// p [Pa], positive in compression.
   double pressure() const { return -(stress[0] + stress[1] + stress[2]) / 3.0; }
@@ -60,6 +62,12 @@ inline constexpr auto derived_fields = std::to_array<DerivedField>({
      [](const ParticleValues& p, double* to) { *to = p.strain[0] + p.strain[1] + p.strain[2]; }},
     {"equivalent_strain", "-", 1, "sqrt(2/3 e:e), with the deviator e of the strain",
      [](const ParticleValues& p, double* to) { *to = std::sqrt(2.0 / 3.0 * deviator_square(p.strain, 0.5)); }},
+    {"porosity", "-", 1, "volume of pores by whole volume, where a liquid fills them",
+     [](const ParticleValues& p, double* to) { *to = p.porosity; }},
+    {"liquid_mass", "kg", 1, "mass of the liquid in pores; `mass` is that of the grains",
+     [](const ParticleValues& p, double* to) { *to = p.liquid_mass; }},
+    {"total_mean_stress", "Pa", 1, "mean_stress of skeleton and liquid together: with the pore pressure",
+     [](const ParticleValues& p, double* to) { *to = p.pressure() + p.pore_pressure; }},
 });
 // clang-format on
 

@@ -149,6 +149,12 @@ class Shown {
       take(Column::strain, values.strain.data());
     else
       derive_strain(particles, p, values.strain.data());
+    const auto& liquid = model_->materials[particles.material[static_cast<std::size_t>(p)]].liquid;
+    if (!liquid) return values;
+    const Pores pores(*liquid);
+    values.porosity = pores.porosity(Scalar(values.mass), Scalar(values.volume))[0];
+    values.liquid_mass = pores.liquid_mass(Scalar(values.mass), Scalar(values.volume))[0];
+    take(Column::pore_pressure, &values.pore_pressure);
     return values;
   }
 

@@ -240,6 +240,15 @@ TEST_CASE("absorbing nodes that patches of several ranks share") {
   check(with_patches(with_absorbing(dam_break_3d()), 100), 40, threads_only);
 }
 
+TEST_CASE("a liquid in pores across patches of several ranks") {
+  for (const std::string scheme : {"usf", "usl", "musl"}) {
+    CAPTURE(scheme);
+    check(saturated_block(scheme, "element"), 120, all_ways);
+    check(saturated_block(scheme, "quadratic_spline"), 80, threads_only);
+  }
+  check(saturated_cube("apic"), 80, threads_only);
+}
+
 TEST_CASE("bodies in contact across patches of several ranks") {
   check(with_patches(in_contact(two_discs()), 40), 80, all_ways);
   check(with_patches(in_contact(dam_break_3d()), 100), 40, threads_only);

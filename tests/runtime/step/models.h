@@ -88,6 +88,57 @@ inline Model<3> dam_break_3d() {
     "post_processing": {"output_steps": 20, "history_steps": 10}})");
 }
 
+/// Saturated soil that flies off a drained wall.
+inline Model<2> saturated_block(const std::string& scheme, const std::string& functions) {
+  return model_of_text<2>(R"({
+    "mesh": {"structured": {"cell_size": 0.25, "extent": [4, 2]},
+      "particles_pore_pressures": {"type": "water_table",
+        "water_tables": [{"position": 0, "h0": 1.5}]},
+      "boundary_conditions": {
+        "velocity_constraints": [
+          {"nset": "floor", "dir": "y", "velocity": 0},
+          {"nset": "floor", "dir": "y", "phase": "liquid", "velocity": 0},
+          {"nset": "wall", "dir": "x", "phase": "liquid", "velocity": 0}],
+        "pressure_constraints": [{"nset": "wall", "pressure": 1e3}]}},
+    "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}},
+                       "wall": {"half_space": {"point": [0, 0], "normal": [1, 0]}}}},
+    "materials": [
+      {"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e6,
+       "poisson_ratio": 0.3, "porosity": 0.4, "k_x": 1e-2},
+      {"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 1e7,
+       "dynamic_viscosity": 1e-3}],
+    "particles": [{"generator": {"type": "region", "material": ["soil", "water"],
+      "per_cell": 2, "velocity": [8, 0],
+      "region": {"box": {"min": [0, 0], "max": [1.5, 1.5]}}}}],
+    "external_loading_conditions": {"gravity": [0, -9.81]},
+    "analysis": {"mpm_scheme": ")" +
+                          scheme + R"(", "shape_functions": ")" + functions +
+                          R"(", "dt": 4e-4, "nsteps": 150, "patch_particles": 12},
+    "post_processing": {"output_steps": 50, "history_steps": 10}})");
+}
+
+/// The same with hexahedra.
+inline Model<3> saturated_cube(const std::string& update) {
+  return model_of_text<3>(R"({
+    "mesh": {"structured": {"cell_size": 0.5, "extent": [4, 1, 2]},
+      "boundary_conditions": {"velocity_constraints": [
+        {"nset": "floor", "dir": 2, "velocity": 0}, {"nset": "floor", "dir": 5, "velocity": 0}]}},
+    "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0, 0], "normal": [0, 0, 1]}}}},
+    "materials": [
+      {"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e6,
+       "poisson_ratio": 0.3, "porosity": 0.4, "k_x": 1e-2, "k_z": 1e-3},
+      {"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 1e7,
+       "dynamic_viscosity": 1e-3}],
+    "particles": [{"generator": {"type": "region", "material": ["soil", "water"],
+      "per_cell": 2, "velocity": [10, 0, 0],
+      "region": {"box": {"min": [0, 0, 0], "max": [1.5, 1, 1.5]}}}}],
+    "external_loading_conditions": {"gravity": [0, 0, -9.81]},
+    "analysis": {"velocity_update": ")" +
+                          update +
+                          R"(", "dt": 8e-4, "nsteps": 100, "patch_particles": 40},
+    "post_processing": {"output_steps": 50, "history_steps": 10}})");
+}
+
 /// A soft jet that comes out of a wall, falls, and leaves the mesh, in which there is nothing at
 /// first.
 inline Model<2> jet(const std::string& scheme, bool adaptive) {

@@ -25,9 +25,13 @@ fs::path cases() {
 struct Case {
   const char* name;
   double tolerance;  ///< relative to the largest magnitude of a field
+  bool as_cbgeo = false;
+  Index fewer_steps = 0;  ///< than the reference is said to have done
 };
 
 constexpr Case agreeing[] = {
+    // All fields are those after one update less: velocities, places and pressures alike.
+    {"2d_consolidation_explicit", 1e-10, true, 1},
     {"2d_hydrostatic_quad", 1e-8},
     {"2d_hydrostatic_quad_usl", 1e-8},
     // Stays elastic, with stresses that are rounding about zero: measured 3e-6, angles 1.2e-5.
@@ -49,9 +53,10 @@ TEST_CASE("published cases end in the state that the reference code computed") {
   for (const Case& c : agreeing) {
     CAPTURE(c.name);
     REQUIRE(fs::exists(folder / c.name));
-    Scenario scenario = read_scenario(folder / c.name / "case.json");
+    Scenario scenario = read_scenario(folder / c.name / "case.json", {.as_cbgeo = c.as_cbgeo});
     const Frame end = std::visit(
-        [](auto& model) {
+        [&](auto& model) {
+          model.analysis.nsteps -= c.fewer_steps;
           Simulation simulation(std::move(model));
           simulation.run();
           return simulation.frame();
