@@ -1,0 +1,169 @@
+// Water in the pores of a soil: one-dimensional consolidation (Terzaghi 1923), by every scheme and
+// shape function, on finer cells, and for conductivities that differ by orders of magnitude at one
+// time step; steady seepage upwards, and the gradient at which a soil floats.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/verification/case.h"
+
+using namespace lahar;
+using namespace lahar::verification;
+
+namespace {
+
+constexpr double load = 1e4, porosity = 0.4, poisson = 0.2, bulk_modulus = 2.2e9;
+
+/// c_v [m^2/s] with the water's compressibility.
+double consolidation(double conductivity, double youngs_modulus) {
+  const double oedometric = youngs_modulus * (1 - poisson) / ((1 + poisson) * (1 - 2 * poisson));
+  return conductivity / 9810 / (1 / oedometric + porosity / bulk_modulus);
+}
+
+/// Pore pressure over the load at height z of 1 m, which drains at its top.
+double terzaghi(double T, double z) {
+  double sum = 0;
+  for (int m = 0; m < 200; ++m) {
+    const double M = (2 * m + 1) * std::numbers::pi / 2;
+    sum += 2 / M * std::sin(M * (1 - z)) * std::exp(-M * M * T);
+  }
+  return sum;
+}
+
+struct Column {
+  std::string scheme = "musl", functions = "element";
+  int cells = 20;
+  double conductivity = 1e-3, youngs_modulus = 1e7;
+  double dt = 0;  ///< [s]; 0 = adaptive
+};
+
+std::string text_of(const Column& c, double end_time) {
+  const double h = 1.0 / c.cells;
+  return fmt::format(R"({{
+    "mesh": {{"structured": {{"cell_size": {0}, "counts": [1, {1}]}},
+      "particles_pore_pressures": {{"type": "isotropic", "values": 1e4}},
+      "boundary_conditions": {{"velocity_constraints": [
+        {{"nset": -1, "dir": "x", "velocity": 0}},
+        {{"nset": -1, "dir": "x", "phase": "liquid", "velocity": 0}},
+        {{"nset": "base", "dir": "y", "velocity": 0}},
+        {{"nset": "base", "dir": "y", "phase": "liquid", "velocity": 0}}]}}}},
+    "sets": {{"nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}},
+             "particles": {{"top": {{"half_space": {{"point": [0, {2}], "normal": [0, -1]}}}}}}}},
+    "materials": [
+      {{"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": {3},
+       "poisson_ratio": {4}, "porosity": {5}, "k_x": {6}}},
+      {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": {7},
+       "dynamic_viscosity": 1e-3}}],
+    "particles": [{{"generator": {{"type": "region", "material": ["soil", "water"], "per_cell": 2,
+      "region": {{"box": {{"min": [0, 0], "max": [{0}, 1]}}}}}}}}],
+    "external_loading_conditions": {{"particle_surface_traction": [
+      {{"pset": "top", "dir": "y", "traction": -1e4}}]}},
+    "analysis": {{"preset": "lahar", "mpm_scheme": "{8}", "shape_functions": "{9}",
+                 "end_time": {10}{11}}}}})",
+                     h, c.cells + 2, 1 - 0.5 * h, c.youngs_modulus, poisson, porosity,
+                     c.conductivity, bulk_modulus, c.scheme, c.functions, end_time,
+                     c.dt > 0 ? fmt::format(", \"dt\": {}", c.dt) : "");
+}
+
+struct Errors {
+  double base = 0;    ///< of the lowest particles, over the load
+  double column = 0;  ///< largest of all particles
+  double energy = 0;  ///< made of nothing, over what the load put in
+};
+
+Errors errors_at(const Column& column, double T) {
+  const double c_v = consolidation(column.conductivity, column.youngs_modulus);
+  Simulation simulation(model_of_text<2>(text_of(column, T / c_v)));
+  simulation.run();
+  const State state(simulation.frame());
+  const HistoryRow row = simulation.history();
+  Errors errors{.energy = std::abs(row.balance) / row.external};
+  double lowest = 1;
+  for (Index p = 0; p < state.size(); ++p) {
+    const double z = state.x(p, 1) - state.get("displacement", p, 1);
+    const double error =
+        std::abs(state.get("pore_pressure", p) / load - terzaghi(state.time() * c_v, z));
+    errors.column = std::max(errors.column, error);
+    if (z < lowest) lowest = z, errors.base = error;
+  }
+  return errors;
+}
+
+}  // namespace
+
+TEST_CASE("consolidation: the base follows Terzaghi within 1 % from T = 0.05 to 1") {
+  for (const std::string scheme : {"usf", "usl", "musl"})
+    for (const std::string functions : {"element", "gimp", "quadratic_spline", "cpdi"})
+      for (const double T : {0.05, 0.1, 0.2, 0.5, 1.0}) {
+        CAPTURE(scheme);
+        CAPTURE(functions);
+        CAPTURE(T);
+        const Errors errors = errors_at({.scheme = scheme, .functions = functions}, T);
+        CHECK(errors.base < 0.01);
+        CHECK(errors.energy < 0.01);
+      }
+}
+
+TEST_CASE("consolidation: pressures of all particles converge with the cells") {
+  for (const std::string functions : {"element", "quadratic_spline"}) {
+    CAPTURE(functions);
+    double before = 1;
+    for (const int cells : {10, 20, 40}) {
+      CAPTURE(cells);
+      const double error = errors_at({.functions = functions, .cells = cells}, 0.25).column;
+      CHECK(error < 0.6 * before);
+      before = error;
+    }
+    CHECK(before < 0.012);
+  }
+}
+
+TEST_CASE("consolidation: conductivities from 1e-3 to 1e-6 m/s at one time step") {
+  // Softer soil drains as late in fewer steps; what the step sees is the water.
+  for (const double k : {1e-3, 1e-4, 1e-5, 1e-6}) {
+    CAPTURE(k);
+    const Errors errors =
+        errors_at({.cells = 10, .conductivity = k, .dt = 2e-5}, k < 1e-5 ? 0.002 : 0.2);
+    CHECK(errors.base < 0.01);
+  }
+}
+
+TEST_CASE("a soil through which water rises carries less, and at the critical gradient nothing") {
+  // i_c = (1 - n) (G_s - 1). Pressure at the base holds more than the weight of water.
+  const double critical = (1 - porosity) * (2.65 - 1);
+  for (const double share : {0.0, 0.5, 0.9}) {
+    CAPTURE(share);
+    const double base = 9810 * (1 + share * critical);
+    const Model<2> model = model_of_text<2>(fmt::format(R"({{
+      "mesh": {{"structured": {{"cell_size": 0.1, "counts": [1, 12]}},
+        "particles_pore_pressures": {{"type": "water_table",
+                                      "water_tables": [{{"position": 0, "h0": 1}}]}},
+        "boundary_conditions": {{"velocity_constraints": [
+            {{"nset": -1, "dir": "x", "velocity": 0}},
+            {{"nset": -1, "dir": "x", "phase": "liquid", "velocity": 0}},
+            {{"nset": "base", "dir": "y", "velocity": 0}}],
+          "pressure_constraints": [{{"nset": "base", "pressure": {0}}}]}}}},
+      "sets": {{"nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}}}},
+      "materials": [
+        {{"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e6,
+         "poisson_ratio": 0.2, "porosity": 0.4, "k_x": 1e-3}},
+        {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 1e8,
+         "dynamic_viscosity": 1e-3}}],
+      "particles": [{{"generator": {{"type": "region", "material": ["soil", "water"],
+        "per_cell": 2, "region": {{"box": {{"min": [0, 0], "max": [0.1, 1]}}}}}}}}],
+      "external_loading_conditions": {{"gravity": [0, -9.81]}},
+      "analysis": {{"end_time": 6}}}})",
+                                                        base));
+    Simulation simulation(model);
+    simulation.run();
+    const State state(simulation.frame());
+    // Effective stress at the middle: the weight under water, less the seepage force.
+    const auto middle = [&](Index p) { return std::abs(state.x(p, 1) - 0.5) < 0.06; };
+    const double depth = mean(state, middle, [&](Index p) { return 1 - state.x(p, 1); });
+    const double weight = (1 - porosity) * (2650 - 1000) * 9.81 * depth;
+    const double stress = -mean(state, middle, [&](Index p) { return state.get("stress", p, 1); });
+    CHECK(std::abs(stress - (1 - share) * weight) < 0.03 * weight);
+  }
+}
