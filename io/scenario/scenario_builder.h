@@ -82,6 +82,7 @@ class ScenarioBuilder {
   void check_phases();     ///< after the particles
   void check_two_phase();  ///< after the analysis
   void refuse_without_liquid(const JsonValue& at);
+  bool holds_both_phases(const JsonValue& object) const;
   std::optional<int> phase_direction_of(const JsonValue& object);
   void build_pore_pressures();
   void build_water_table(const JsonValue& given);

@@ -87,6 +87,11 @@ void ScenarioBuilder<Dim>::add_file_of(const JsonValue& object, std::string_view
       if (p.number) entry.*p.number = *value++;
     }
     entries_of<T>(model_).push_back(entry);
+    if constexpr (has_phases<T>)
+      if (row.dir < Dim && holds_both_phases(object)) {
+        entry.*T::direction.member = row.dir + Dim;
+        entries_of<T>(model_).push_back(entry);
+      }
   }
 }
 
@@ -119,6 +124,14 @@ void ScenarioBuilder<Dim>::add_set_of(const JsonValue& object, int function) {
     entry.node = node;
     entries_of<T>(model_).push_back(entry);
   }
+  if constexpr (has_phases<T>)
+    if (entry.*T::direction.member < Dim && holds_both_phases(object)) {
+      entry.*T::direction.member += Dim;
+      for (const Index node : *nodes) {
+        entry.node = node;
+        entries_of<T>(model_).push_back(entry);
+      }
+    }
 }
 
 template <int Dim>

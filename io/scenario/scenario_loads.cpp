@@ -130,8 +130,10 @@ void ScenarioBuilder<Dim>::build_walls() {
     }
     const int outward = (*normal)[axis] > 0 ? -1 : 1;  // the normal points into the material
     const std::size_t first = entries_of<NodeFriction>(model_).size();
-    for (const Index node : *nodes)
+    for (const Index node : *nodes) {
       entries_of<NodeFriction>(model_).push_back({node, axis, outward, mu, false});
+      if (model_.analysis.two_phase) model_.liquid_velocities.push_back({node, axis, 0.0});
+    }
     friction_entries_.push_back({wall, first, entries_of<NodeFriction>(model_).size()});
   }
 }
@@ -142,9 +144,11 @@ void ScenarioBuilder<Dim>::build_particle_constraints() {
     const auto dir = phase_direction_of(*c);
     const auto v = get_number(*c, "velocity");
     auto ids = members(*c, "pset_id", "pset", sets_.particles);
-    if (dir && v && ids)
-      model_.particle_velocities.push_back(
-          {std::move(*ids), *dir % Dim, *v, means_all(*c, "pset_id", "pset"), *dir >= Dim});
+    if (!dir || !v || !ids) continue;
+    const bool all = means_all(*c, "pset_id", "pset");
+    if (*dir < Dim && holds_both_phases(*c))
+      model_.particle_velocities.push_back({*ids, *dir, *v, all, true});
+    model_.particle_velocities.push_back({std::move(*ids), *dir % Dim, *v, all, *dir >= Dim});
   }
   model_.analysis.drives_nodes =
       !in_.cbgeo_defaults &&

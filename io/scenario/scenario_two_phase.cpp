@@ -130,6 +130,13 @@ void ScenarioBuilder<Dim>::refuse_without_liquid(const JsonValue& at) {
   in_.error(at, "there is no liquid in pores", "material of a generator: [skeleton, liquid]");
 }
 
+// Water does not pass what holds soil, unless the entry names a phase; in CB-Geo's input each phase
+// has its own.
+template <int Dim>
+bool ScenarioBuilder<Dim>::holds_both_phases(const JsonValue& object) const {
+  return model_.analysis.two_phase && !in_.cbgeo_defaults && !written(object, "phase");
+}
+
 // 0 to dim - 1, or with dim added of the liquid in pores.
 template <int Dim>
 std::optional<int> ScenarioBuilder<Dim>::phase_direction_of(const JsonValue& object) {

@@ -28,7 +28,7 @@ std::vector<KeySpec> keys_of() {
   if (has_phases<T>)
     keys.push_back({.key = "phase",
                     .kinds = text,
-                    .help = "which phase is held; default the skeleton",
+                    .help = "which phase is held; default both, with the preset cbgeo the skeleton",
                     .allowed = {"skeleton", "liquid"},
                     .native = true});
   if (is_of_liquid<T>)
@@ -115,7 +115,7 @@ const Section& particle_velocity_section() {
            .required = true},
           {.key = "phase",
            .kinds = text,
-           .help = "which phase is held; default the skeleton",
+           .help = "which phase is held; default both, with the preset cbgeo the skeleton",
            .allowed = {"skeleton", "liquid"},
            .native = true},
           {.key = "velocity", .kinds = number, .help = "velocity", .unit = "m/s", .required = true},

@@ -97,7 +97,6 @@ inline Model<2> saturated_block(const std::string& scheme, const std::string& fu
       "boundary_conditions": {
         "velocity_constraints": [
           {"nset": "floor", "dir": "y", "velocity": 0},
-          {"nset": "floor", "dir": "y", "phase": "liquid", "velocity": 0},
           {"nset": "wall", "dir": "x", "phase": "liquid", "velocity": 0}],
         "pressure_constraints": [{"nset": "wall", "pressure": 1e3}]}},
     "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}},

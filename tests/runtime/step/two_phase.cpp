@@ -25,9 +25,7 @@ std::string column(double conductivity, int cells, const std::string& analysis,
     "mesh": {{"structured": {{"cell_size": {0}, "counts": [1, {1}]}}{5},
       "boundary_conditions": {{"velocity_constraints": [
         {{"nset": -1, "dir": "x", "velocity": 0}},
-        {{"nset": -1, "dir": "x", "phase": "liquid", "velocity": 0}},
-        {{"nset": "base", "dir": "y", "velocity": 0}},
-        {{"nset": "base", "dir": "y", "phase": "liquid", "velocity": 0}}]}}}},
+        {{"nset": "base", "dir": "y", "velocity": 0}}]}}}},
     "sets": {{"nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}},
              "particles": {{"top": {{"box": {{"min": [0, {7}], "max": [{0}, 1]}}}}}}}},
     "materials": [
