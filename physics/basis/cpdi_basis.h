@@ -25,7 +25,7 @@ struct CpdiBasis {
   unsigned border;  ///< PatchTopology::support_border
   Rows rows;        ///< Dim k + d: component d of the domain's vector k [m]
 
-  // In 2D see CornerNodes. In 3D a call costs nothing beside what it does, and saves code.
+  // In 2D see CornerNodes. In 3D sums are in memory: a call saves code.
   template <class Real>
   LAHAR_INLINE void functions(Local p, Real (&N)[nodes]) const requires(Dim == 2) {
     Real s[Dim], w[corners<Dim>];
