@@ -25,27 +25,22 @@ struct CpdiBasis {
   unsigned border;  ///< PatchTopology::support_border
   Rows rows;        ///< Dim k + d: component d of the domain's vector k [m]
 
-  // In 2D see CornerNodes. In 3D sums are in memory: a call saves code.
   template <class Real>
-  LAHAR_INLINE void functions(Local p, Real (&N)[nodes]) const requires(Dim == 2) {
+  LAHAR_INLINE void functions(Local p, Real (&N)[nodes]) const {
     Real s[Dim], w[corners<Dim>];
     Domain<Dim, Real> domain;
     find_domain(p, s, domain);
     domain.weights(w);
-    for (Real& n : N) n = Real(0.0);
-    for (int c = 0; c < corners<Dim>; ++c) {
-      Real hat[Dim][axis_nodes];
-      const Real weight = no_domain_is_zero(w[c]);
-      hats(s, domain, c, hat);
-      for (int i = 0; i < nodes; ++i) N[i] += weight * product(hat, i);
+    if constexpr (Dim == 2) {  // see CornerNodes
+      for (Real& n : N) n = Real(0.0);
+      for (int c = 0; c < corners<Dim>; ++c) {
+        Real hat[Dim][axis_nodes];
+        const Real weight = no_domain_is_zero(w[c]);
+        hats(s, domain, c, hat);
+        for (int i = 0; i < nodes; ++i) N[i] += weight * product(hat, i);
+      }
+      return;
     }
-  }
-  template <class Real>
-  [[gnu::noinline]] void functions(Local p, Real (&N)[nodes]) const requires(Dim == 3) {
-    Real s[Dim], w[corners<Dim>];
-    Domain<Dim, Real> domain;
-    find_domain(p, s, domain);
-    domain.weights(w);
     alignas(64) double sum[nodes][lanes<Real>] = {};
     for (int c = 0; c < corners<Dim>; ++c) {
       alignas(64) double weight[lanes<Real>];
@@ -57,33 +52,29 @@ struct CpdiBasis {
     for (int i = 0; i < nodes; ++i) N[i] = load<Real>(sum[i]);
   }
   template <class Real>
-  LAHAR_INLINE void gradients(Local p, Real (&dN)[Dim][nodes]) const requires(Dim == 2) {
+  LAHAR_INLINE void gradients(Local p, Real (&dN)[Dim][nodes]) const {
     Real s[Dim], slope[corners<Dim>][Dim];
     Domain<Dim, Real> domain;
     find_domain(p, s, domain);
     domain.slopes(slope);
-    LAHAR_UNROLL
-    for (int d = 0; d < Dim; ++d)
-      for (int i = 0; i < nodes; ++i) dN[d][i] = Real(0.0);
-    for (int c = 0; c < corners<Dim>; ++c) {
-      Real hat[Dim][axis_nodes];
-      hats(s, domain, c, hat);
+    if constexpr (Dim == 2) {
       LAHAR_UNROLL
       for (int d = 0; d < Dim; ++d)
-        slope[c][d] = no_domain_is_zero(Real(slope[c][d] * map.per_length[d]));
-      for (int i = 0; i < nodes; ++i) {
-        const Real N = product(hat, i);
+        for (int i = 0; i < nodes; ++i) dN[d][i] = Real(0.0);
+      for (int c = 0; c < corners<Dim>; ++c) {
+        Real hat[Dim][axis_nodes];
+        hats(s, domain, c, hat);
         LAHAR_UNROLL
-        for (int d = 0; d < Dim; ++d) dN[d][i] += slope[c][d] * N;
+        for (int d = 0; d < Dim; ++d)
+          slope[c][d] = no_domain_is_zero(Real(slope[c][d] * map.per_length[d]));
+        for (int i = 0; i < nodes; ++i) {
+          const Real N = product(hat, i);
+          LAHAR_UNROLL
+          for (int d = 0; d < Dim; ++d) dN[d][i] += slope[c][d] * N;
+        }
       }
+      return;
     }
-  }
-  template <class Real>
-  [[gnu::noinline]] void gradients(Local p, Real (&dN)[Dim][nodes]) const requires(Dim == 3) {
-    Real s[Dim], slope[corners<Dim>][Dim];
-    Domain<Dim, Real> domain;
-    find_domain(p, s, domain);
-    domain.slopes(slope);
     alignas(64) double sum[Dim][nodes][lanes<Real>] = {};
     for (int c = 0; c < corners<Dim>; ++c) {
       alignas(64) double slope_c[Dim][lanes<Real>];

@@ -131,36 +131,6 @@ LAHAR_INLINE void internal_force(const Basis& basis, const Stress& stress, const
   add_to_nodes<Basis::nodes, Dim>(total, nodes, sums, [](int a) { return a; });
 }
 
-/// The stress of particles, or a pressure of 1: one code for both, since few runs need the latter.
-template <int Dim>
-struct ForceSource {
-  ParticleStress<Dim> stress;
-  const double* unit_pressure;  ///< volumes that have it; null: the particles' stress
-
-  template <class Real>
-  LAHAR_INLINE void at(Local p, Local n, Real (&S)[Dim][Dim]) const {
-    if (unit_pressure)
-      UnitPressure<Dim>{unit_pressure}.at(p, n, S);
-    else
-      stress.at(p, n, S);
-  }
-};
-
-/// Internal forces of bins, and with `step` their tractions.
-template <class Real, int Dim>
-void add_forces(Patch<Dim>& patch, const double* unit_pressure, const StepContext<Dim>* step,
-                ParticleBins bins, double* sums) {
-  const ForceSource<Dim> source{ParticleStress<Dim>(patch.particles), unit_pressure};
-  for_each_general_bin(
-      patch, bins,
-      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
-          __attribute__((always_inline)) {
-            internal_force<Dim, Real>(basis, source, bin, nodes, sums);
-            if (step && has_particle_forces(bin, *step->model))
-              particle_force(basis, patch, bin, nodes, *step, sums);
-          });
-}
-
 }  // namespace
 
 template <int Dim, class Real>
@@ -235,7 +205,15 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
       return map_spline_force<Real>(patch, step, bins, sums);
-  add_forces<Real>(patch, nullptr, &step, bins, sums);
+  const ParticleStress<Dim> stress(patch.particles);
+  for_each_general_bin(
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
+          __attribute__((always_inline)) {
+            internal_force<Dim, Real>(basis, stress, bin, nodes, sums);
+            if (has_particle_forces(bin, *step.model))
+              particle_force(basis, patch, bin, nodes, step, sums);
+          });
 }
 
 template <int Dim, class Real>
@@ -243,7 +221,11 @@ void map_gradient(Patch<Dim>& patch, ParticleBins bins, const double* V, double*
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
       return map_spline_gradient<Real>(patch, bins, V, sums);
-  add_forces<Real, Dim>(patch, V, nullptr, bins, sums);
+  const UnitPressure<Dim> pressure{V};
+  for_each_general_bin(
+      patch, bins,
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) __attribute__((
+          always_inline)) { internal_force<Dim, Real>(basis, pressure, bin, nodes, sums); });
 }
 
 #define LAHAR_INSTANTIATE(Dim, Real)                                                             \
