@@ -308,7 +308,7 @@ const Section& free_surface_section() {
       .help =
           "Detection of the surface of a liquid (dialect of the fork). Lahar needs none: the "
           "weak form of the liquid's momentum has no pressure where nothing acts.",
-      .fields = {
+      .keys = {
           {.key = "type",
            .kinds = text,
            .help = "method",
