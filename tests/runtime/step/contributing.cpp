@@ -59,7 +59,7 @@ TEST_CASE("the stage of CONTRIBUTING.md slows a body in flight, and counts the w
   for (const Scheme scheme : schemes) {
     CAPTURE(static_cast<int>(scheme));
     Model<2> model = flying_block(scheme);
-    model.node_velocities.clear();
+    entries_of<NodeVelocity>(model).clear();
     Damped hand(model);
     constexpr int steps = 100;
     for (int step = 0; step < steps; ++step) hand.step();
