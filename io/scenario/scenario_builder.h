@@ -172,6 +172,7 @@ class ScenarioBuilder {
   void build_walls();
   void build_particle_constraints();
   void build_gravity();
+  void check_other_gravity();
   void build_tractions();
   // scenario_doubts.cpp
   void warn_of_doubts();  ///< last of all, where the input has no problems; collective

@@ -156,21 +156,33 @@ void ScenarioBuilder<Dim>::build_particle_constraints() {
                   [](const ParticleVelocity& v) { return !v.of_liquid; });
 }
 
+// Published cases of two phases have gravity twice.
+template <int Dim>
+void ScenarioBuilder<Dim>::check_other_gravity() {
+  const JsonValue& analysis = section("analysis");
+  if (!analysis.is<JsonValue::Object>()) return;
+  for (const auto& member : analysis.as<JsonValue::Object>()) {
+    if (member.key != "gravity") continue;
+    const auto values = get_numbers(analysis, "gravity");
+    if (model_.analysis.two_phase && values.size() == Dim &&
+        Eigen::Map<const Vec<Dim>>(values.data()) == model_.gravity)
+      in_.warning(member.value, "'gravity' is ignored here",
+                  "external_loading_conditions.gravity is the same");
+    else
+      in_.problems.error(in_.document.at_key(
+          analysis, member,
+          "'gravity' in analysis is of an older format, which CB-Geo MPM does not read any more",
+          "write external_loading_conditions.gravity"));
+  }
+}
+
 template <int Dim>
 void ScenarioBuilder<Dim>::build_gravity() {
   const JsonValue& loads = section("external_loading_conditions");
   const JsonValue* gravity = loads.find("gravity");
   const bool ramped = gravity && gravity->is<JsonValue::Object>();
   model_.gravity = get_vector<Dim>(ramped ? *gravity : loads, "gravity").value_or(Vec<Dim>::Zero());
-  if (const JsonValue* other = section("analysis").find("gravity")) {
-    const auto values = get_numbers(section("analysis"), "gravity");
-    if (values.size() == Dim && Eigen::Map<const Vec<Dim>>(values.data()) == model_.gravity)
-      in_.warning(*other, "'gravity' is ignored here",
-                  "external_loading_conditions.gravity is the same");
-    else
-      in_.error(*other, "'gravity' does not belong here",
-                "write external_loading_conditions.gravity");
-  }
+  check_other_gravity();
   const double ramp = ramped ? get_number(*gravity, "ramping_time").value_or(0) : 0;
   if (ramp <= 0) return;
   model_.gravity_function = static_cast<int>(model_.functions.size());

@@ -94,7 +94,13 @@ void ScenarioBuilder<Dim>::check_phases() {
                 fmt::format("'{}' has a liquid in its pores elsewhere, and none here",
                             model_.materials[static_cast<std::size_t>(skeleton)].name),
                 "give the dry one an entry of its own in materials");
+  const auto entries = get_list(root_, "materials");
+  for (std::size_t m = 0; m < entries.size(); ++m)
+    for (const char* key : {"porosity", "k_x"})
+      if (const JsonValue* at = entries[m]->find(key); at && !liquids_.count(static_cast<int>(m)))
+        in_.warning(*at, fmt::format("'{}' has no effect without a liquid in the pores", key));
   if (!a.two_phase) return;
+  if (!wanted) set(*root_.find("analysis"), "type", fmt::format("MPMExplicitTwoPhase{}D", Dim));
   a.explicit_drag = in_.as_cbgeo;
   a.pore_pressure_smoothing = get_bool(analysis, "pore_pressure_smoothing").value_or(false);
 }

@@ -74,7 +74,7 @@ Json kind_schema(const Section& section, const KeySpec& spec, unsigned kind) {
     case id:
       return {{"anyOf", Json::array({number_schema(spec, "integer"), name})}};
     case ids:
-      return items_schema({{"type", Json::array({"integer", "string"})}}, 1, 1);
+      return items_schema({{"type", Json::array({"integer", "string"})}}, 1, 2);
     case direction:
       return {{"enum", Json::array({0, 1, 2, "x", "y", "z"})}};
     case phase_direction:

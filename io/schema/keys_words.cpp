@@ -35,7 +35,7 @@ std::string allowed_kinds(const KeySpec& spec, int dim) {
   add(id, "an id or a name");
   add(ids, "an array of ids or names");
   add(direction, "0, 1, 2, \"x\", \"y\" or \"z\"");
-  add(phase_direction, "0 to 5, \"x\", \"y\" or \"z\"");
+  add(phase_direction, "0, 1, 2, \"x\", \"y\" or \"z\"");
   add(points, "an array of points [x, y]" + unit);
   add(any, "anything");
   return join(words, " or ");

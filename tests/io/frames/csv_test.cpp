@@ -151,9 +151,12 @@ TEST_CASE("published reference tables are read") {
     CHECK(frame.size() > 0);
     for (const char* name : {"mass", "volume", "displacement", "velocity", "stress", "strain"})
       CHECK(frame.find(name) != nullptr);
-    // Its columns are ours, in our order.
-    const std::string text = csv_text(frame), reference = read_text_file(file);
-    CHECK(text.substr(0, text.find('\n')) == reference.substr(0, reference.find('\n')));
+    // Its columns are ours, in our order; those of a liquid in pores stand behind.
+    const auto columns = [](const std::string& text) {
+      const std::string row = text.substr(0, text.find('\n'));
+      return row.substr(0, row.find(",liquid_"));
+    };
+    CHECK(columns(csv_text(frame)) == columns(read_text_file(file)));
   }
 }
 

@@ -457,8 +457,8 @@ TEST_CASE("keys that the reference ignores, and keys without effect, are warned 
   text.insert(text.find("\"density\": 10"), "\"porosity\": 0.3, \"tolerance\": 1e-9, ");
   const auto s = read_scenario_text(text, "");
   REQUIRE(s.warnings.size() == 3);
-  CHECK(s.warnings[0].message == "'porosity' is ignored in a material");
-  CHECK(s.warnings[1].message == "'tolerance' is ignored in a material");
+  CHECK(s.warnings[0].message == "'tolerance' is ignored in a material");
+  CHECK(s.warnings[1].message == "'porosity' has no effect without a liquid in the pores");
   CHECK(s.warnings[2].message == "'nload_balance_steps' has no effect on one rank");
 }
 

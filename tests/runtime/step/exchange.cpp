@@ -93,7 +93,9 @@ void check_sums(Model<Dim> model, int rings) {
 /// What nodal_velocity() and so on compute is the sum of all patches in ascending order.
 template <int Dim>
 void check_velocities(Model<Dim> model, int rings) {
-  PatchSet<Dim> patches(model, rings, {{1, 1, 1, 1, 1, 1}});
+  NodeSumCopies copies;
+  copies.of.fill(1);
+  PatchSet<Dim> patches(model, rings, copies);
   const StepContext<Dim> context{&model, &patches.partition(), 0, 0, 1};
   std::map<Index, std::array<std::array<double, node_width>, n_node_sums>> expected;
   for (int i = 0; i < patches.size(); ++i) {
