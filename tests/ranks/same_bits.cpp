@@ -243,8 +243,9 @@ TEST_CASE("absorbing nodes that patches of several ranks share") {
 TEST_CASE("a liquid in pores across patches of several ranks") {
   for (const std::string scheme : {"usf", "usl", "musl"}) {
     CAPTURE(scheme);
-    check(saturated_block(scheme, "element"), 120, all_ways);
-    check(saturated_block(scheme, "quadratic_spline"), 80, threads_only);
+    const Index steps = scheme == "usl" ? 20 : 120;  // USL: see usl_discs in tests/runtime
+    check(saturated_block(scheme, "element"), steps, all_ways);
+    check(saturated_block(scheme, "quadratic_spline"), steps, threads_only);
   }
   check(saturated_cube("apic"), 80, threads_only);
 }

@@ -118,6 +118,7 @@ inline Model<2> saturated_block(const std::string& scheme, const std::string& fu
 
 /// The same with hexahedra.
 inline Model<3> saturated_cube(const std::string& update) {
+  const std::string functions = update == "flip" ? "element" : "quadratic_spline";
   return model_of_text<3>(R"({
     "mesh": {"structured": {"cell_size": 0.5, "extent": [4, 1, 2]},
       "boundary_conditions": {"velocity_constraints": [

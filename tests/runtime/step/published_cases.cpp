@@ -53,7 +53,8 @@ TEST_CASE("published cases end in the state that the reference code computed") {
   for (const Case& c : agreeing) {
     CAPTURE(c.name);
     REQUIRE(fs::exists(folder / c.name));
-    Scenario scenario = read_scenario(folder / c.name / "case.json", {.overrides = {}, .as_cbgeo = c.as_cbgeo});
+    Scenario scenario =
+        read_scenario(folder / c.name / "case.json", {.overrides = {}, .as_cbgeo = c.as_cbgeo});
     const Frame end = std::visit(
         [&](auto& model) {
           model.analysis.nsteps -= c.fewer_steps;
