@@ -134,7 +134,7 @@ inline Model<3> saturated_cube(const std::string& update) {
       "region": {"box": {"min": [0, 0, 0], "max": [1.5, 1, 1.5]}}}}],
     "external_loading_conditions": {"gravity": [0, 0, -9.81]},
     "analysis": {"velocity_update": ")" +
-                          update +
+                          update + R"(", "shape_functions": ")" + functions +
                           R"(", "dt": 8e-4, "nsteps": 100, "patch_particles": 40},
     "post_processing": {"output_steps": 50, "history_steps": 10}})");
 }
