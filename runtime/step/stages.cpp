@@ -298,8 +298,8 @@ Stages<Dim> integration(const Analysis& analysis) {
   TimestepStage<Dim> liquid{.stage = nodes.stage, .takes = std::exchange(nodes.takes, {})};
   liquid.stage.name = "liquid forces";
   nodes.stage = {.name = "integrate"};
-  for (const NodeSum kind : {NodeSum::liquid_mass_momentum, NodeSum::liquid_force, NodeSum::drag})
-    liquid.takes.push_back(kind);
+  if (with_velocity) liquid.takes.push_back(NodeSum::liquid_mass_momentum);
+  for (const NodeSum kind : {NodeSum::liquid_force, NodeSum::drag}) liquid.takes.push_back(kind);
   if (analysis.liquid_advection) liquid.takes.push_back(NodeSum::advection);
   liquid.begin = [](P& p, S& s) { lahar::liquid_forces(p, s); };
   if (with_velocity)

@@ -67,6 +67,7 @@ SumMessages message_of_sums(const std::vector<TimestepStage<Dim>>& stages) {
     if (stage.takes.empty() || known[static_cast<std::size_t>(stage.takes.front())]) continue;
     const auto arrays = arrays_of(stage.takes);
     for (const NodeSum kind : stage.takes) {
+      if (known[static_cast<std::size_t>(kind)]) continue;  // an earlier message has it
       const auto array = std::find(arrays.begin(), arrays.end(), sum_array(kind)) - arrays.begin();
       message[static_cast<std::size_t>(kind)] = {number, static_cast<int>(array)};
       known[static_cast<std::size_t>(kind)] = true;

@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -154,7 +155,7 @@ TEST_CASE("published reference tables are read") {
     // Its columns are ours, in our order; those of a liquid in pores stand behind.
     const auto columns = [](const std::string& text) {
       const std::string row = text.substr(0, text.find('\n'));
-      return row.substr(0, row.find(",liquid_"));
+      return row.substr(0, std::min(row.find(",liquid_"), row.find(",pore_pressure")));
     };
     CHECK(columns(csv_text(frame)) == columns(read_text_file(file)));
   }
