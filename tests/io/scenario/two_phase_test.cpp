@@ -1,0 +1,109 @@
+// Scenarios of soil with a liquid in its pores: what they mean, and what is refused.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <string>
+
+#include "io/scenario/scenario.h"
+#include "physics/base/error.h"
+
+using namespace lahar;
+
+namespace {
+
+struct Parts {
+  std::string material = R"(["soil", "water"])";
+  std::string soil = R"("porosity": 0.4, "k_x": 1e-3)";
+  std::string constraints = R"({"nset": "base", "dir": "y", "velocity": 0})";
+  std::string mesh = "", analysis = R"("end_time": 1)";
+};
+
+std::string text_of(const Parts& parts) {
+  return fmt::format(R"({{
+    "mesh": {{"structured": {{"cell_size": 0.5, "extent": [1, 2]}}{},
+      "boundary_conditions": {{"velocity_constraints": [{}]}}}},
+    "sets": {{"nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}}}},
+    "materials": [
+      {{"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e7,
+       "poisson_ratio": 0.2, {}}},
+      {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 2e9,
+       "dynamic_viscosity": 1e-3}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": {}}}}}],
+    "external_loading_conditions": {{"gravity": [0, -10]}},
+    "analysis": {{{}}}}})",
+                     parts.mesh, parts.constraints, parts.soil, parts.material, parts.analysis);
+}
+
+Model<2> model_of(const Parts& parts) {
+  return std::get<Model<2>>(read_scenario_text(text_of(parts), "").model);
+}
+
+std::string refusal(const Parts& parts) {
+  try {
+    read_scenario_text(text_of(parts), "");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("two materials of a generator are a skeleton and the liquid in its pores") {
+  const Model<2> model = model_of({});
+  CHECK(model.analysis.two_phase);
+  const Material& soil = model.materials[0];
+  REQUIRE(soil.liquid.has_value());
+  CHECK(soil.density == doctest::Approx(0.6 * 2650));
+  CHECK(soil.liquid->grain_density == 2650);
+  CHECK(soil.liquid->bulk_modulus == 2e9);
+  for (const double resistance : {soil.liquid->resistance[0], soil.liquid->resistance[1]})
+    CHECK(resistance == doctest::Approx(9810 / 1e-3));
+  const Model<2> other = model_of(
+      {.soil = R"("porosity": 0.4, "k_x": 2e-12, "k_y": 1e-12, "intrinsic_permeability": true)"});
+  CHECK(other.materials[0].liquid->resistance[0] == doctest::Approx(1e-3 / 2e-12));
+  CHECK(other.materials[0].liquid->resistance[1] == doctest::Approx(1e-3 / 1e-12));
+}
+
+TEST_CASE("what holds soil holds its water, unless a constraint names a phase") {
+  const auto held = [](const std::string& phase) {
+    const Model<2> model = model_of(
+        {.constraints = fmt::format(R"({{"nset": "base", "dir": "y"{}, "velocity": 0}})", phase)});
+    return std::pair(entries_of<NodeVelocity>(model).size(), model.liquid_velocities.size());
+  };
+  CHECK(held("") == std::pair<std::size_t, std::size_t>(3, 3));
+  CHECK(held(R"(, "phase": "skeleton")") == std::pair<std::size_t, std::size_t>(3, 0));
+  CHECK(held(R"(, "phase": "liquid")") == std::pair<std::size_t, std::size_t>(0, 3));
+}
+
+TEST_CASE("a water table gives the pressures of water at rest below it") {
+  const Model<2> model = model_of({.mesh = R"(, "particles_pore_pressures": {
+    "type": "water_table", "water_tables": [{"position": 0, "h0": 1}, {"position": 1, "h0": 2}]})"});
+  REQUIRE(model.particles.pore_pressure.size() == model.particles.x.size());
+  for (std::size_t p = 0; p < model.particles.x.size(); ++p) {
+    const Vec<2>& x = model.particles.x[p];
+    CHECK(model.particles.pore_pressure[p] ==
+          doctest::Approx(std::max(0.0, 1e4 * (1 + x[0] - x[1]))));
+  }
+}
+
+TEST_CASE("two phases: what is missing or does not go together is said") {
+  CHECK(refusal({.soil = R"("k_x": 1e-3)"}) ==
+        "'porosity' is missing: 'soil' has a liquid in its pores");
+  CHECK(refusal({.soil = R"("porosity": 0.4)"}) ==
+        "'k_x' is missing: 'soil' has a liquid in its pores");
+  CHECK(refusal({.material = R"(["water", "soil"])"}) == "'soil' cannot be in pores");
+  CHECK(refusal({.material = R"(["water", "water"])"}) == "'water' is a fluid, which has no pores");
+  CHECK(refusal({.material = R"(["soil", "water", "soil"])"}) ==
+        "'material_id' must have one or two materials, found 3");
+  CHECK(refusal({.material = R"("soil")",
+                 .constraints = R"({"nset": "base", "dir": "y", "phase": "liquid",
+                                    "velocity": 0})"}) == "there is no liquid in pores");
+  CHECK(refusal({.analysis = R"("dt": 1e-6, "nsteps": 1, "type": "MPMExplicit2D")"}) ==
+        "particles have a liquid in their pores, but 'type' is of one phase");
+  CHECK(refusal({.material = R"("soil")",
+                 .analysis = R"("dt": 1e-6, "nsteps": 1, "type": "MPMExplicitTwoPhase2D")"}) ==
+        "no particles have a liquid in their pores, but 'type' is of two phases");
+  CHECK(refusal({.analysis = R"("end_time": 1, "opening": true)"}) ==
+        "'opening' does not go together with a liquid in pores");
+}
