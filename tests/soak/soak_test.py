@@ -14,8 +14,9 @@ which patches are made and split:
   more (4 MiB more in runs of less than a minute: that long, threads, MPI and patches that move take what they need).
   What is kept for each step, and be it a few bytes, rises more in half an hour;
 - address space (VmData): its largest value in the last third is at most 8 MiB above that of the second third;
-- descriptors, threads, and segments of shared memory: the largest number in the last third is at most that of the
-  second third, and one more for what happens to be open. Threads that write come and go.
+- threads and segments of shared memory: the largest number in the last third is at most that of the second third, and
+  one more. Threads that write come and go.
+- descriptors: the same of the smallest number. Files are open for moments only; what leaks is open in every sample.
 
 The folder of a run has at most checkpoints_kept + 1 checkpoints and max_frames + 2 frames, whenever one looks.
 
@@ -158,7 +159,7 @@ def problems_of(run, seconds):
     for pid, samples in run.samples.items():
         rss = [s["VmRSS"] for s in samples][len(samples) // 3:]
         mean, rises = sum(rss) / len(rss), rise(rss)
-        most = {key: tuple(max(s[key] for s in part) for part in thirds(samples))
+        most = {key: tuple((min if key == "descriptors" else max)(s[key] for s in part) for part in thirds(samples))
                 for key in ("VmData", "descriptors", "threads", "segments")}
         print(f"  process {pid}: {len(samples)} samples, VmRSS {mean / 1024:.2f} MiB, rises by {rises:.0f} KiB "
               f"({100 * rises / mean:.2f} %); " + ", ".join(f"{key} {a} then {b}" for key, (a, b) in most.items()),
