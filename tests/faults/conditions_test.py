@@ -124,12 +124,23 @@ def read_only_at_the_start(test, ranks):
         unmount(place)
 
 
+def remount_read_only(folder):
+    """The kernel refuses it while a file is open for writing, as one of the run may be for a moment."""
+    for attempt in range(100):
+        try:
+            return mount("-o", "remount,bind,ro", folder)
+        except subprocess.CalledProcessError:
+            if attempt == 99:
+                raise
+            time.sleep(0.02)
+
+
 def read_only_in_the_middle(test, ranks):
     """The run folder becomes read-only for everything that is opened."""
     process = test.in_the_middle(ranks=ranks)
     mount("--bind", test.output, test.output)
     try:
-        mount("-o", "remount,bind,ro", test.output)
+        remount_read_only(test.output)
         process.strike()
         test.expect(process, FILE, "Read-only file system.*--restart latest goes on from step")
         for options in (["--restart", "latest"], ["--overwrite"]) if ranks == 1 else []:
