@@ -123,6 +123,12 @@ void ScenarioBuilder<Dim>::check_two_phase() {
   if (a.contact.bodies > 1) refuse(root_.find("interface"), "contact between bodies", "");
   if (a.takes_means)
     refuse(&boundary(), "an absorbing boundary or a spring", "put the boundary further away");
+  const auto& pressures = entries_of<NodePressure>(model_);
+  if (team_.any(std::any_of(pressures.begin(), pressures.end(),
+                            [](const NodePressure& p) { return p.pressure != 0.0; })))
+    in_.error(*boundary().find("pressure_constraints"),
+              "a pressure other than 0 is not supported yet: nothing holds it against the water",
+              "give the pressure of water outside as a traction with \"phase\": \"liquid\"");
   if (has_filter(a.transfer))
     refuse(analysis.find("velocity_update"), "a velocity transfer of an order above 1",
            "use \"flip\", \"pic\", \"apic\" or \"tpic\"");

@@ -39,8 +39,7 @@ void liquid_velocity(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void liquid_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// Forces and drag of all patches, and at nodes with a prescribed pressure p that of the liquid
-/// outside, -p sum_p n V grad N, before integrate() takes on_skeleton() from them.
+/// Forces and drag of all patches, before integrate() takes on_skeleton() from them.
 template <int Dim>
 void liquid_forces(Patch<Dim>& patch, const StepContext<Dim>& step);
 

@@ -88,20 +88,10 @@ void liquid_forces(Patch<Dim>& patch, const StepContext<Dim>& step) {
   take(NodeSum::liquid_force, patch.liquid.force);
   take(NodeSum::drag, patch.liquid.drag);
   if (step.model->analysis.liquid_advection)
-    for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::pore_gradient, step.step),
+    for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::advection, step.step),
                   [&](Local i, const NodeVector&, const NodeVector& sum) {
-                    patch.liquid.advection[static_cast<std::size_t>(i)] = sum[mass_lane];
+                    patch.liquid.advection[static_cast<std::size_t>(i)] = sum[0];
                   });
-  if (patch.fixed_pressure.empty() || patch.active_nodes.empty()) return;
-  // What is outside presses on the pores of a surface.
-  const SumOverPatches<Dim> gradients(patch, NodeSum::pore_gradient, step.step);
-  for (const auto& fixed : patch.fixed_pressure) {
-    if (!patch.node_is_active[static_cast<std::size_t>(fixed.node)]) continue;
-    const double pressure = fixed.pressure * load_factor(*step.model, fixed.function, step.time);
-    double* force = at(patch.liquid.force, fixed.node);
-    const NodeVector area = gradients.at(fixed.node);
-    for (int d = 0; d < Dim; ++d) force[d] -= pressure * area[d];
-  }
 }
 
 template <int Dim>

@@ -111,7 +111,7 @@ void add_pressure_at_particles(Patch<Dim>& patch, const StepContext<Dim>& step, 
 /// not the momentum that the liquid carries, but what the fork of CB-Geo MPM computes.
 template <int Dim>
 void map_advection(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  double* sums = patch.own_sums(NodeSum::pore_gradient, step.step);
+  double* sums = patch.own_sums(NodeSum::advection, step.step);
   const double* V = patch.particles.row(Column::volume);
   const auto v = std::as_const(patch.particles).template rows<Dim>(Column::v);
   const auto v_l = std::as_const(patch.particles).template rows<Dim>(Column::liquid_v);
@@ -127,40 +127,10 @@ void map_advection(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
       for (std::size_t i = 0; i < corner.size(); ++i) {
         double along = 0;
         for (std::size_t d = 0; d < Dim; ++d) along += (v_l[d][p] - v[d][p]) * dN[d][i][0];
-        sums[static_cast<std::ptrdiff_t>(corner[i]) * sum_stride + mass_lane] +=
+        sums[static_cast<std::ptrdiff_t>(corner[i]) * sum_stride] +=
             liquid->porosity * liquid->density * V[p] * N[i][0] * along;
       }
     }
-  });
-}
-
-/// sum_p n V grad N_i: where nodes are at a surface, the area of pores there, along its normal. By
-/// the gradients with which the pressure acts.
-template <int Dim>
-void map_pore_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  double* sums = patch.own_sums(NodeSum::pore_gradient, step.step);
-  const bool each = step.model->analysis.volume_as_cbgeo;
-  const auto [volume] = pore_rows<1>(patch.particles.capacity());
-  const double* m = patch.particles.row(Column::mass);
-  const double* V = patch.particles.row(Column::volume);
-  for (const ParticleBin& bin : bins) {
-    const auto& liquid = step.model->materials[bin.material].liquid;
-    const Pores pores(liquid.value_or(PoreLiquid{.density = 0, .grain_density = 1}));
-    const double mean = liquid && !each ? mean_porosity(patch, pores, bin) : 0.0;
-    for (Local p = bin.begin; p < bin.end; ++p)
-      volume[p] = !liquid ? 0.0
-                  : each  ? pores.porosity(Scalar(m[p]), Scalar(V[p]))[0] * V[p]
-                          : mean * V[p];
-  }
-  if (general::is(patch) || each) return map_gradient_of<Dim, Pack>(patch, bins, volume, sums);
-  for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
-    double all = 0, dN[Dim][corners<Dim>];
-    for (Local p = bin.begin; p < bin.end; ++p) all += volume[p];
-    centre_gradients(map, dN);
-    const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
-    for (std::size_t i = 0; i < corner.size(); ++i)
-      for (int d = 0; d < Dim; ++d)
-        sums[static_cast<std::ptrdiff_t>(corner[i]) * sum_stride + d] += all * dN[d][i];
   });
 }
 
@@ -222,7 +192,6 @@ void map_liquid_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Particle
   add_liquid_tractions(patch, step, bins);
   map_drag(patch, step, bins);
   if (step.model->analysis.liquid_advection) map_advection(patch, step, bins);
-  if (step.model->analysis.prescribes_pore_pressure) map_pore_gradient(patch, step, bins);
 }
 
 template <int Dim>

@@ -43,10 +43,6 @@ inline bool spreads_before_forces(const Analysis& analysis) {
   return analysis.affine != Affine::none && analysis.functions == ShapeFunctions::element;
 }
 
-/// Whether nodes sum NodeSum::pore_gradient.
-inline bool maps_pore_gradient(const Analysis& analysis) {
-  return analysis.liquid_advection || analysis.prescribes_pore_pressure;
-}
 /// Whether particles take pore pressures from nodes.
 inline bool maps_pore_pressure(const Analysis& analysis) {
   return analysis.two_phase &&

@@ -56,13 +56,13 @@ enum class NodeSum : int {
   drag,             ///< two_phase.h
   liquid_momentum,  ///< of MUSL's second mapping
   pore_pressure,
-  pore_gradient  ///< {sum_p n V grad N, advection of the liquid as in CB-Geo MPM}
+  advection  ///< of the liquid, as in CB-Geo MPM
 };
 inline constexpr int n_node_sums = 18;
 /// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, surface},
 /// {displacement, waves}, {prescribed_mass, prescribed_momentum}, {smoothed, smoothed_again},
-/// {liquid_mass_momentum, liquid_force}, {drag, liquid_momentum} and {pore_pressure,
-/// pore_gradient}: a cache line per node.
+/// {liquid_mass_momentum, liquid_force}, {drag, liquid_momentum} and {pore_pressure, advection}: a
+/// cache line per node.
 inline constexpr int sum_stride = 2 * node_width;
 inline constexpr int n_sum_arrays = (n_node_sums + 1) / 2;
 /// Array that holds a kind of sum, and where in a node's line it begins.

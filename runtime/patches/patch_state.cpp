@@ -62,8 +62,7 @@ std::vector<NodeSum> mapped_sums(const Patch<Dim>& patch) {
   if (!patch.liquid.velocity.empty()) {
     sums.push_back(NodeSum::liquid_mass_momentum);
     sums.push_back(NodeSum::drag);
-    if (!patch.liquid.advection.empty() || !patch.fixed_pressure.empty())
-      sums.push_back(NodeSum::pore_gradient);
+    if (!patch.liquid.advection.empty()) sums.push_back(NodeSum::advection);
   }
   return sums;
 }

@@ -300,7 +300,7 @@ Stages<Dim> integration(const Analysis& analysis) {
   nodes.stage = {.name = "integrate"};
   if (with_velocity) liquid.takes.push_back(NodeSum::liquid_mass_momentum);
   for (const NodeSum kind : {NodeSum::liquid_force, NodeSum::drag}) liquid.takes.push_back(kind);
-  if (maps_pore_gradient(analysis)) liquid.takes.push_back(NodeSum::pore_gradient);
+  if (analysis.liquid_advection) liquid.takes.push_back(NodeSum::advection);
   liquid.begin = [](P& p, S& s) { lahar::liquid_forces(p, s); };
   if (with_velocity)
     liquid.begin = [](P& p, S& s) {
@@ -423,7 +423,7 @@ Stages<Dim> liquid_forces(const Analysis& analysis) {
           [](P& p, S& s) {
             clear_sums(p, s, NodeSum::liquid_force);
             clear_sums(p, s, NodeSum::drag);
-            if (maps_pore_gradient(s.model->analysis)) clear_sums(p, s, NodeSum::pore_gradient);
+            if (s.model->analysis.liquid_advection) clear_sums(p, s, NodeSum::advection);
           },
       .bins = [](P& p, S& s, ParticleBins bins) { map_liquid_forces(p, s, bins); },
       .of_next_step = maps_force_with_momentum(analysis)}};

@@ -15,9 +15,9 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
   return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0, analysis.takes_means ? 1 : 0,
            analysis.drives_nodes ? 1 : 0, has_filter(analysis.transfer) ? 1 : 0,
            analysis.two_phase ? copies : 0, analysis.two_phase ? copies : 0,
-           !analysis.two_phase            ? 0
-           : maps_pore_gradient(analysis) ? copies
-                                          : 1}};
+           !analysis.two_phase         ? 0
+           : analysis.liquid_advection ? copies
+                                       : 1}};
 }
 
 namespace {

@@ -98,7 +98,7 @@ inline Model<2> saturated_block(const std::string& scheme, const std::string& fu
         "velocity_constraints": [
           {"nset": "floor", "dir": "y", "velocity": 0},
           {"nset": "wall", "dir": "x", "phase": "liquid", "velocity": 0}],
-        "pressure_constraints": [{"nset": "wall", "pressure": 1e3}]}},
+        "pressure_constraints": [{"nset": "wall", "pressure": 0}]}},
     "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}},
                        "wall": {"half_space": {"point": [0, 0], "normal": [1, 0]}}}},
     "materials": [
