@@ -1,6 +1,6 @@
 // Water in the pores of a soil: one-dimensional consolidation (Terzaghi 1923), by every scheme and
 // shape function, on finer cells, and for conductivities that differ by orders of magnitude at one
-// time step; steady seepage upwards, and the gradient at which a soil floats.
+// time step.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
