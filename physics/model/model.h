@@ -107,7 +107,7 @@ struct ParticleTable {
   std::vector<double> pore_pressure;    ///< [Pa]; empty = zero
   // What particles of an earlier run bring with them.
   std::vector<Vec<Dim>> displacement;     ///< [m]; empty = zero
-  std::vector<Vec<Dim>> liquid_velocity;  ///< [m/s] of the liquid in pores; empty = zero
+  std::vector<Vec<Dim>> liquid_velocity;  ///< [m/s] of the liquid in pores; empty = as `velocity`
   std::vector<Voigt> strain;              ///< engineering shear; empty = zero
   std::vector<double> mass;               ///< [kg]; empty = volume times the material's density
   /// State variables of the particle's material, in its order; empty = those of its beginning.

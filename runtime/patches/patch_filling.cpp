@@ -143,28 +143,21 @@ template <int Dim>
 double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
   const ParticleTable<Dim>& table = model.particles;
   Particles<Dim>& to = patch.particles;
-  if (!table.velocity.empty()) {
-    const auto v = to.template rows<Dim>(Column::v);
+  const auto set = [&](Column column, const std::vector<Vec<Dim>>& values) {
+    if (values.empty()) return;
+    const auto to_rows = to.template rows<Dim>(column);
     for_each_row(rows, [&](std::size_t row, std::size_t i) {
-      for (std::size_t d = 0; d < Dim; ++d) v[d][i] = table.velocity[row][d];
+      for (std::size_t d = 0; d < Dim; ++d) to_rows[d][i] = values[row][d];
     });
-  }
+  };
+  set(Column::v, table.velocity);
+  set(Column::u, table.displacement);
+  if (to.layout().has(Column::liquid_v))
+    set(Column::liquid_v, table.liquid_velocity.empty() ? table.velocity : table.liquid_velocity);
   if (!table.stress.empty()) {
     const auto stress = to.template rows<stress_components<Dim>>(Column::stress);
     for_each_row(rows, [&](std::size_t row, std::size_t i) {
       for (std::size_t k = 0; k < stress.size(); ++k) stress[k][i] = table.stress[row][k];
-    });
-  }
-  if (!table.displacement.empty()) {
-    const auto u = to.template rows<Dim>(Column::u);
-    for_each_row(rows, [&](std::size_t row, std::size_t i) {
-      for (std::size_t d = 0; d < Dim; ++d) u[d][i] = table.displacement[row][d];
-    });
-  }
-  if (!table.liquid_velocity.empty()) {
-    const auto v = to.template rows<Dim>(Column::liquid_v);
-    for_each_row(rows, [&](std::size_t row, std::size_t i) {
-      for (std::size_t d = 0; d < Dim; ++d) v[d][i] = table.liquid_velocity[row][d];
     });
   }
   if (!table.pore_pressure.empty()) {
