@@ -8,6 +8,7 @@
 #include "physics/contact/contact_surface.h"
 #include "physics/kernels/driven_nodes.h"
 #include "physics/kernels/kernels.h"
+#include "physics/kernels/nodal_motion.h"
 #include "physics/kernels/two_phase.h"
 #include "physics/kernels/velocity_transfer.h"
 #include "physics/particles/loads.h"
@@ -123,10 +124,7 @@ void meet_bodies(Patch<Dim>& patch, const StepContext<Dim>& step) {
 template <int Dim>
 void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
   make_room(patch);
-  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::mass_momentum, step.step),
-                [&](Local i, const NodeVector&, const NodeVector& sum) {
-                  store(velocity_of(patch, sum, sum), at(patch.velocity, i));
-                });
+  take_velocity(patch, step, NodeSum::mass_momentum, patch.velocity);
   prescribe_velocities(patch, patch.velocity, true);
 }
 
@@ -187,11 +185,7 @@ void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
   };
   const double counted = (transfer ? of_all() : 0.0) + (damps ? of_damping() : 0.0);
   double power = 0.0;
-  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::momentum, step.step),
-                [&](Local i, const NodeVector&, const NodeVector& sum) {
-                  double* v = at(patch.velocity, i);
-                  store(velocity_of(patch, sum, load<NodeVector>(v)), v);
-                });
+  take_velocity_again(patch, step, NodeSum::momentum, patch.velocity);
   for (std::size_t k = 0; k < patch.wall_pushes.size(); ++k)
     patch.wall_pushes[k].mapped =
         Eigen::Map<const Vec<Dim>>(at(patch.velocity, patch.walls[k].node));
@@ -225,6 +219,7 @@ class Integrator {
   Integrator(Patch<Dim>& patch, const StepContext<Dim>& step)
       : patch_(patch),
         step_(step),
+        gravity_(gravity_in(step)),
         two_phase_(step.model->analysis.two_phase),
         point_(patch.forces.begin()),
         wall_(patch.walls.begin()),
@@ -238,10 +233,6 @@ class Integrator {
     if (step.model->analysis.scheme == Scheme::musl)
       patch.wall_pushes.assign(patch.walls.size(), WallPush<Dim>());
     if (patch.bodies() > 1) patch.contact.wall_change.assign(patch.walls.size(), Vec<Dim>::Zero());
-    double g[node_width] = {};
-    const double factor = load_factor(*step.model, step.model->gravity_function, step.time);
-    for (int d = 0; d < Dim; ++d) g[d] = factor * step.model->gravity[d];
-    gravity_ = load<NodeVector>(g);
   }
 
   /// {v, m} with the prescribed velocities of a wall; nodes in order.
@@ -266,14 +257,15 @@ class Integrator {
     }
     if (i >= next_acting_) force -= against_conditions(i, old);
     force += gravity_ * m;
-    if (two_phase_) force += on_skeleton(patch_, step_, i, old, force, gravity_);
+    if (two_phase_) force += before_damping(patch_, step_, i, old);
     const NodeVector per_mass(1.0 / m), share = own[mass_lane] * per_mass;
     NodeVector against(0.0);
     if (damped()) {
-      against = damping(old, force);
+      against = cundall_damping(step_.model->analysis, old, force);
       store(against, at(patch_.damping, i));
       force -= against;
     }
+    if (two_phase_) force += drag_on_skeleton(patch_, step_, i, old, force, gravity_);
     NodeVector a = force * per_mass;
     NodeVector v = with_mass(flushed(old + step_.dt * a, least_nodal_velocity), old);
     if (i >= next_wall()) advance_at_wall(i, own[mass_lane], old, a, v);
@@ -320,7 +312,8 @@ class Integrator {
     for_each_acting_list(patch_.acting, [&](const auto& list) {
       for (const auto& at : list) count_work(at, own_mass[at.node * sum_stride]);
     });
-    if (counts_at_nodes(step_.model->analysis)) count_transfer(own_mass);
+    if (counts_at_nodes(step_.model->analysis))
+      count_transfer(patch_, step_, own_mass, patch_.velocity, patch_.acceleration);
   }
 
  private:
@@ -330,19 +323,6 @@ class Integrator {
 
   double point_force(const PointForce& point) const {
     return point.force * load_factor(*step_.model, point.function, step_.time);
-  }
-
-  /// What a velocity transfer takes that does not blend is what nodes got in the step, counted
-  /// here, and particles did not (Advanced::lost).
-  void count_transfer(const double* own_mass) {
-    NodeVector got(0.0);
-    for (const NodeRange& range : patch_.active_nodes)
-      for (Local i = range.begin; i < range.end; ++i) {
-        const auto a = load<NodeVector>(at(patch_.acceleration, i));
-        const auto mean = load<NodeVector>(at(patch_.velocity, i)) - (0.5 * step_.dt) * a;
-        got += own_mass[static_cast<std::ptrdiff_t>(i) * sum_stride] * (a * mean);
-      }
-    for (int d = 0; d < Dim; ++d) patch_.work.damping += step_.dt * got[d];
   }
 
   /// A point force acts on the first of the bodies that are at its node.
@@ -411,18 +391,6 @@ class Integrator {
     }
   }
 
-  /// Cundall's force alpha |f_d| sign(v_d), against the velocity. The force has no mass lane.
-  NodeVector damping(const NodeVector& v, const NodeVector& force) const {
-    const NodeVector zero(0.0);
-    const Analysis& analysis = step_.model->analysis;
-    const NodeVector squares = force * force;
-    const NodeVector size = analysis.damping_as_cbgeo ? NodeVector(std::sqrt(reduce(squares)))
-                                                      : max(force, zero - force);
-    const NodeVector against = analysis.damping * size;
-    const auto signed_force = v.v > zero.v ? against.v : v.v < zero.v ? -against.v : zero.v;
-    return with_mass(NodeVector::of(signed_force), zero);
-  }
-
   /// The next node of a wall that has not been passed.
   Local next_wall() const {
     return wall_ == patch_.walls.end() ? std::numeric_limits<Local>::max() : wall_->node;
@@ -471,11 +439,11 @@ class Integrator {
 
   Patch<Dim>& patch_;
   const StepContext<Dim>& step_;
+  NodeVector gravity_;
   bool two_phase_;
   typename std::vector<PointForce>::const_iterator point_;
   typename std::vector<ConstrainedNode<Dim>>::const_iterator wall_;
-  Local next_acting_;  ///< the next node on which conditions act
-  NodeVector gravity_;
+  Local next_acting_;                          ///< the next node on which conditions act
   NodeVector weight_work_ = NodeVector(0.0);   ///< of unit gravity and a step of 1 s
   NodeVector damping_work_ = NodeVector(0.0);  ///< of a step of 1 s
 };

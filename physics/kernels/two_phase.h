@@ -39,16 +39,22 @@ void liquid_velocity(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void liquid_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// Forces and drag of all patches, before integrate() takes on_skeleton() from them.
+/// Forces and drag of all patches, before integrate() takes those on the skeleton from them.
 template <int Dim>
 void liquid_forces(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// -f_l + Q (v_l - v): what the liquid adds to the force on the mixture that has no drag, so that
-/// the skeleton's remains. `old` is {v, m} of the skeleton's node before the step, `force` all of
-/// its other forces.
+/// -f_l, which leaves of the force on the mixture that on the skeleton, with an explicit drag
+/// Q (v_l - v). `old` is {v, m} of the skeleton's node before the step.
 template <int Dim>
-NodeVector on_skeleton(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
-                       const NodeVector& old, const NodeVector& force, const NodeVector& gravity);
+NodeVector before_damping(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
+                          const NodeVector& old);
+
+/// Q (v_l - v) after the step, where drag is implicit; `force` is all else on the skeleton's node.
+/// integrate_liquid() finds the same for the liquid: drag keeps the momentum of both.
+template <int Dim>
+NodeVector drag_on_skeleton(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
+                            const NodeVector& old, const NodeVector& force,
+                            const NodeVector& gravity);
 
 /// Velocities of the liquid after the step, from those of the skeleton, which are final. Work of
 /// gravity, of prescribed velocities and of drag.

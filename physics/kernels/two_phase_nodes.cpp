@@ -1,7 +1,6 @@
 // Nodes of a liquid in pores. Every copy of a node runs this very code, so that all are equal to
 // the last bit.
-#include <cmath>
-
+#include "physics/kernels/nodal_motion.h"
 #include "physics/kernels/two_phase.h"
 #include "physics/model/transfer_options.h"
 #include "physics/particles/loads.h"
@@ -17,62 +16,31 @@ void prescribe_liquid(Patch<Dim>& patch) {
     at(patch.liquid.velocity, fixed.node)[fixed.dir] = fixed.velocity;
 }
 
+/// Force on the liquid of a node [N] but for the drag: pressure, weight, and Cundall's damping, in
+/// which an explicit drag has a part.
 template <int Dim>
-NodeVector gravity_at(const StepContext<Dim>& step) {
-  double g[node_width] = {};
-  const double factor = load_factor(*step.model, step.model->gravity_function, step.time);
-  for (int d = 0; d < Dim; ++d) g[d] = factor * step.model->gravity[d];
-  return load<NodeVector>(g);
-}
-
-/// Component d of v_l' where it is prescribed, else null.
-template <int Dim>
-const double* prescribed_liquid(const Patch<Dim>& patch, Local node, int d) {
-  auto found = std::lower_bound(patch.fixed_liquid.begin(), patch.fixed_liquid.end(), node,
-                                [](const auto& fixed, Local n) { return fixed.node < n; });
-  for (; found != patch.fixed_liquid.end() && found->node == node; ++found)
-    if (found->dir == d) return &found->velocity;
-  return nullptr;
-}
-
-/// Cundall's force against the velocity v, of the force f [N].
-double cundall(const Analysis& analysis, double f, double v) {
-  return v == 0.0 ? 0.0 : std::copysign(analysis.damping * std::abs(f), v);
-}
-
-/// What nodes got, and particles did not: the transfer's loss is that
-/// (Integrator::count_transfer()).
-template <int Dim>
-void count_transfer(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  const double* own = patch.own_sums(NodeSum::liquid_mass_momentum, step.step) + mass_lane;
-  double got = 0;
-  for (const NodeRange& range : patch.active_nodes)
-    for (Local i = range.begin; i < range.end; ++i) {
-      const double *v = at(patch.liquid.velocity, i), *a = at(patch.liquid.acceleration, i);
-      const double m = own[static_cast<std::ptrdiff_t>(i) * sum_stride];
-      for (int d = 0; d < Dim; ++d) got += m * a[d] * (v[d] - 0.5 * step.dt * a[d]);
-    }
-  patch.work.damping += step.dt * got;
+NodeVector damped_force(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
+                        const NodeVector& gravity, const NodeVector& drag = NodeVector(0.0)) {
+  const Analysis& analysis = step.model->analysis;
+  const auto v = load<NodeVector>(at(patch.liquid.velocity, node));
+  NodeVector force = load<NodeVector>(at(patch.liquid.force, node)) + v[mass_lane] * gravity;
+  if (analysis.liquid_advection)
+    force -= patch.liquid.advection[static_cast<std::size_t>(node)] * with_mass(v, gravity);
+  if (analysis.damping > 0.0) force -= cundall_damping(analysis, v, force - drag);
+  return force;
 }
 
 }  // namespace
 
 template <int Dim>
 void liquid_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::liquid_mass_momentum, step.step),
-                [&](Local i, const NodeVector&, const NodeVector& sum) {
-                  store(velocity_of(patch, sum, sum), at(patch.liquid.velocity, i));
-                });
+  take_velocity(patch, step, NodeSum::liquid_mass_momentum, patch.liquid.velocity);
   prescribe_liquid(patch);
 }
 
 template <int Dim>
 void liquid_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::liquid_momentum, step.step),
-                [&](Local i, const NodeVector&, const NodeVector& sum) {
-                  double* v = at(patch.liquid.velocity, i);
-                  store(velocity_of(patch, sum, load<NodeVector>(v)), v);
-                });
+  take_velocity_again(patch, step, NodeSum::liquid_momentum, patch.liquid.velocity);
   prescribe_liquid(patch);
 }
 
@@ -95,42 +63,46 @@ void liquid_forces(Patch<Dim>& patch, const StepContext<Dim>& step) {
 }
 
 template <int Dim>
-NodeVector on_skeleton(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
-                       const NodeVector& old, const NodeVector& force, const NodeVector& gravity) {
-  const auto v_l = load<NodeVector>(at(patch.liquid.velocity, node));
+NodeVector before_damping(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
+                          const NodeVector& old) {
   const auto f_l = load<NodeVector>(at(patch.liquid.force, node));
-  const auto Q = load<NodeVector>(at(patch.liquid.drag, node));
+  if (!step.model->analysis.explicit_drag) return -f_l;
+  const auto v_l = load<NodeVector>(at(patch.liquid.velocity, node));
+  if (!more_than(v_l[mass_lane], patch.least_mass)) return -f_l;
+  return load<NodeVector>(at(patch.liquid.drag, node)) * (v_l - old) - f_l;
+}
+
+template <int Dim>
+NodeVector drag_on_skeleton(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
+                            const NodeVector& old, const NodeVector& force,
+                            const NodeVector& gravity) {
+  const auto v_l = load<NodeVector>(at(patch.liquid.velocity, node));
   const double m = old[mass_lane], m_l = v_l[mass_lane], dt = step.dt;
-  double added[node_width] = {};
-  for (int d = 0; d < Dim; ++d) {
-    added[d] = -f_l[d];
-    if (!more_than(m_l, patch.least_mass)) continue;
-    const double against = v_l[d] - old[d];
-    if (step.model->analysis.explicit_drag) {
-      added[d] += Q[d] * against;
-      continue;
-    }
-    // Of the difference after the step, with no drag and with it.
-    double free = against - dt * (force[d] - f_l[d]) / m, inverse = 1.0 / m;
-    if (const double* given = prescribed_liquid(patch, node, d)) {
-      free += *given - v_l[d];
-    } else {
-      free += dt * (f_l[d] / m_l + gravity[d]);
-      inverse += 1.0 / m_l;
-    }
-    added[d] += Q[d] * (free / (1.0 + dt * Q[d] * inverse));
+  if (step.model->analysis.explicit_drag || !more_than(m_l, patch.least_mass))
+    return NodeVector(0.0);
+  const auto Q = load<NodeVector>(at(patch.liquid.drag, node));
+  const NodeVector after = old + dt / m * force;  // without drag
+  const NodeVector liquid = v_l + dt / m_l * damped_force(patch, step, node, gravity);
+  double difference[node_width], inverse[node_width];  // by how much a unit impulse changes it
+  store(liquid - after, difference);
+  store(NodeVector(1.0 / m + 1.0 / m_l), inverse);
+  const auto& all = patch.fixed_liquid;
+  for (const auto* fixed = find_node(all, node);
+       fixed && fixed != all.data() + all.size() && fixed->node == node; ++fixed) {
+    difference[fixed->dir] = fixed->velocity - after[fixed->dir];
+    inverse[fixed->dir] = 1.0 / m;
   }
-  return load<NodeVector>(added);
+  return Q * (load<NodeVector>(difference) / (1.0 + dt * Q * load<NodeVector>(inverse)));
 }
 
 template <int Dim>
 void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const Analysis& analysis = step.model->analysis;
-  const NodeVector g = gravity_at(step), zero(0.0);
+  const NodeVector g = gravity_in(step), zero(0.0);
   const double dt = step.dt;
   const double* own_mass = patch.own_sums(NodeSum::liquid_mass_momentum, step.step) + mass_lane;
   if (spreads_before_forces(analysis)) patch.liquid.before = patch.liquid.velocity;
-  PatchWork& work = patch.work;
+  NodeVector external(0.0), lost(0.0);  // power [W]
   for (const NodeRange& range : patch.active_nodes)
     for (Local i = range.begin; i < range.end; ++i) {
       double* velocity = at(patch.liquid.velocity, i);
@@ -139,53 +111,50 @@ void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
       const double m = old[mass_lane];
       store(zero, acceleration);
       if (!more_than(m, patch.least_mass)) continue;
-      const auto f = load<NodeVector>(at(patch.liquid.force, i));
       const auto Q = load<NodeVector>(at(patch.liquid.drag, i));
       const auto v_s = load<NodeVector>(at(patch.velocity, i));
       const auto a_s = load<NodeVector>(at(patch.acceleration, i));
-      const double own = own_mass[static_cast<std::ptrdiff_t>(i) * sum_stride], share = own / m;
-      for (int d = 0; d < Dim; ++d) {
-        const double mean_s = v_s[d] - 0.5 * dt * a_s[d];
-        double force = f[d] + m * g[d], drag;
-        if (analysis.liquid_advection)
-          force -= patch.liquid.advection[static_cast<std::size_t>(i)] * old[d];
-        if (analysis.explicit_drag) {
-          drag = Q[d] * (old[d] - (v_s[d] - dt * a_s[d]));
-          const double against = cundall(analysis, force - drag, old[d]);
-          acceleration[d] = (force - drag - against) / m;
-          force -= against;
-        } else {
-          force -= cundall(analysis, force, old[d]);
-          const double after = (m * old[d] + dt * (force + Q[d] * v_s[d])) / (m + dt * Q[d]);
-          drag = Q[d] * (after - v_s[d]);
-          acceleration[d] = (force - drag) / m;
-        }
-        const double mean = old[d] + 0.5 * dt * acceleration[d];
-        work.external += dt * own * g[d] * mean;
-        work.damping += dt * share * (f[d] + m * g[d] - force) * mean;
-        work.damping += dt * share * drag * (mean - mean_s);
-        velocity[d] = old[d] + dt * acceleration[d];
-        if (std::abs(velocity[d]) < least_nodal_velocity) velocity[d] = 0.0;
+      NodeVector force, drag;
+      if (analysis.explicit_drag) {
+        drag = Q * (old - (v_s - dt * a_s));
+        force = damped_force(patch, step, i, g, drag);
+      } else {
+        force = damped_force(patch, step, i, g);
+        const NodeVector after = (m * old + dt * (force + Q * v_s)) / (m + dt * Q);
+        drag = Q * (after - v_s);
       }
+      const NodeVector a = (force - drag) / m;
+      store(a, acceleration);
+      store(with_mass(flushed(old + dt * a, least_nodal_velocity), old), velocity);
+      const NodeVector mean = old + (0.5 * dt) * a, mean_s = v_s - (0.5 * dt) * a_s;
+      const double own = own_mass[static_cast<std::ptrdiff_t>(i) * sum_stride];
+      external += own * (g * mean);
+      const NodeVector given = load<NodeVector>(at(patch.liquid.force, i)) + m * g;
+      lost += (own / m) * ((given - force) * mean + drag * (mean - mean_s));
     }
+  PatchWork& work = patch.work;
+  for (int d = 0; d < Dim; ++d) {
+    work.external += dt * external[d];
+    work.damping += dt * lost[d];
+  }
   for (const auto& fixed : patch.fixed_liquid) {
     double& v = at(patch.liquid.velocity, fixed.node)[fixed.dir];
     double& a = at(patch.liquid.acceleration, fixed.node)[fixed.dir];
     const double own = own_mass[static_cast<std::ptrdiff_t>(fixed.node) * sum_stride];
     const double m = at(patch.liquid.velocity, fixed.node)[mass_lane];
     if (own != 0.0 && more_than(m, patch.least_mass)) {
-      // The reaction works along the prescribed velocity; so does everything that moved v before.
+      // The reaction works along the prescribed velocity; so does everything that moved v before:
+      // weight, and what drag and damping left of the forces.
       const double other = dt * (fixed.velocity - (v - 0.5 * dt * a));
-      const double Q = at(patch.liquid.drag, fixed.node)[fixed.dir];
-      const double v_s = at(patch.velocity, fixed.node)[fixed.dir];
-      const double drag = own / m * Q * ((analysis.explicit_drag ? v - dt * a : v) - v_s);
-      work.external += own * (fixed.velocity - v) * fixed.velocity + own * g[fixed.dir] * other;
-      work.damping += drag * other;
+      const double g_d = g[fixed.dir], f = at(patch.liquid.force, fixed.node)[fixed.dir];
+      work.external += own * (fixed.velocity - v) * fixed.velocity + own * g_d * other;
+      work.damping += own / m * (f + m * (g_d - a)) * other;
     }
     v = fixed.velocity;
     a = 0.0;
   }
-  if (counts_at_nodes(analysis)) count_transfer(patch, step);
+  if (counts_at_nodes(analysis))
+    count_transfer(patch, step, own_mass, patch.liquid.velocity, patch.liquid.acceleration);
 }
 
 template <int Dim>
@@ -208,13 +177,16 @@ void nodal_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
                 });
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                   \
-  template void liquid_velocity<Dim>(Patch<Dim>&, const StepContext<Dim>&);                      \
-  template void liquid_velocity_again<Dim>(Patch<Dim>&, const StepContext<Dim>&);                \
-  template void liquid_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&);                        \
-  template NodeVector on_skeleton<Dim>(const Patch<Dim>&, const StepContext<Dim>&, Local,        \
-                                       const NodeVector&, const NodeVector&, const NodeVector&); \
-  template void integrate_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&);                     \
+#define LAHAR_INSTANTIATE(Dim)                                                                 \
+  template void liquid_velocity<Dim>(Patch<Dim>&, const StepContext<Dim>&);                    \
+  template void liquid_velocity_again<Dim>(Patch<Dim>&, const StepContext<Dim>&);              \
+  template void liquid_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&);                      \
+  template NodeVector before_damping<Dim>(const Patch<Dim>&, const StepContext<Dim>&, Local,   \
+                                          const NodeVector&);                                  \
+  template NodeVector drag_on_skeleton<Dim>(const Patch<Dim>&, const StepContext<Dim>&, Local, \
+                                            const NodeVector&, const NodeVector&,              \
+                                            const NodeVector&);                                \
+  template void integrate_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&);                   \
   template void nodal_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -18,6 +18,15 @@ double load_factor(const Model<Dim>& model, int function, double t) {
   return function < 0 ? 1.0 : model.functions[static_cast<std::size_t>(function)](t);
 }
 
+/// Gravity at the time of a step [m/s^2]; its mass lane is zero.
+template <int Dim>
+NodeVector gravity_in(const StepContext<Dim>& step) {
+  double g[node_width] = {};
+  const double factor = load_factor(*step.model, step.model->gravity_function, step.time);
+  for (int d = 0; d < Dim; ++d) g[d] = factor * step.model->gravity[d];
+  return load<NodeVector>(g);
+}
+
 /// The loads and prescribed velocities of a particle that comes during the run: those of all
 /// particles.
 template <int Dim>
@@ -69,6 +78,13 @@ Vec<Dim> traction_on(const Particles<Dim>& particles, Local p, const StepContext
                             load_factor(*step.model, tractions[k].function, step.time) *
                             particles.row(Column::volume)[p] / particles.row(Column::size)[p];
   return f;
+}
+
+/// Whether any traction acts on the liquid in pores alone.
+template <int Dim>
+bool has_liquid_tractions(const Model<Dim>& model) {
+  return std::any_of(model.tractions.begin(), model.tractions.end(),
+                     [](const ParticleTraction& traction) { return traction.on_liquid; });
 }
 
 /// True if particles of a bin may have forces of their own.

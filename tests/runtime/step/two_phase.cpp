@@ -97,6 +97,36 @@ TEST_CASE("drag takes the difference of velocities, implicitly, and keeps their 
   }
 }
 
+TEST_CASE("Cundall's damping acts on both phases alike") {
+  // They fall together: there is no drag. Each component has its force, as_cbgeo the whole one.
+  Model<2> model = model_of_text<2>(R"({
+    "mesh": {"structured": {"cell_size": 0.25, "extent": [2, 2]}},
+    "materials": [
+      {"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e7,
+       "poisson_ratio": 0.2, "porosity": 0.4, "k_x": 1e-3},
+      {"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 2.2e9,
+       "dynamic_viscosity": 1e-3}],
+    "particles": [{"generator": {"type": "region", "material": ["soil", "water"], "per_cell": 2,
+      "velocity": [1, -2], "region": {"box": {"min": [0.5, 0.5], "max": [1, 1]}}}}],
+    "external_loading_conditions": {"gravity": [0, -10]},
+    "analysis": {"dt": 1e-5, "nsteps": 1,
+                 "damping": {"type": "Cundall", "damping_factor": 0.3}}})");
+  for (const bool as_cbgeo : {false, true})
+    for (const bool explicit_drag : {false, true}) {
+      CAPTURE(as_cbgeo);
+      CAPTURE(explicit_drag);
+      model.analysis.damping_as_cbgeo = as_cbgeo;
+      model.analysis.explicit_drag = explicit_drag;
+      const Frame end = run(model, serial()).frames.back();
+      const std::array<double, 2> before{1, -2}, rate{as_cbgeo ? -3.0 : 0.0, -10 + 3.0};
+      for (const char* field : {"velocity", "liquid_velocity"})
+        for (std::size_t d = 0; d < 2; ++d)
+          for (std::size_t p = 0; p < end.id.size(); ++p)
+            CHECK((end.find(field)->values[2 * p + d] - before[d]) / 1e-5 ==
+                  doctest::Approx(rate[d]).epsilon(1e-8));
+    }
+}
+
 TEST_CASE("a column consolidates as Terzaghi says, whatever its conductivity and scheme") {
   // The step is that of the wave. With k = 1e-8 m/s explicit drag would allow 3e-9 s.
   const double load = 1e4;
@@ -119,6 +149,20 @@ TEST_CASE("a column consolidates as Terzaghi says, whatever its conductivity and
       const HistoryRow& row = result.rows.back();
       CHECK(std::abs(row.balance) < 0.01 * row.external);
     }
+}
+
+TEST_CASE("damping leaves the energy of two phases closed") {
+  for (const std::string scheme : {"usf", "musl"}) {
+    CAPTURE(scheme);
+    const Model<2> model =
+        model_of_text<2>(column(1e-3, 20,
+                                fmt::format(R"("mpm_scheme": "{}", "nsteps": 2000, "dt": 1.2e-5,
+                       "damping": {{"type": "Cundall", "damping_factor": 0.3}})",
+                                            scheme),
+                                "", R"("gravity": [0, -9.81])"));
+    const HistoryRow row = run(model, serial()).rows.back();
+    CHECK(std::abs(row.balance) < 1e-4 * row.external);
+  }
 }
 
 TEST_CASE("pores that drain slowly do not limit the step") {
