@@ -32,4 +32,23 @@ void for_each_bin_with_basis(const Patch<Dim>& patch, ParticleBins bins, Takes t
     with(LinearCells<Dim, IsoparametricCells<Dim>>(patch), corners_of);
 }
 
+/// Call take(p, n, value) for packs of the particles of these bins, n of them from p on, with the
+/// nodal field `nodal` there.
+template <class Real, int Dim, class Takes, class Take>
+void interpolate_bins(const Patch<Dim>& patch, ParticleBins bins, const double* nodal, Takes takes,
+                      Take take) {
+  for_each_bin_with_basis(patch, bins, takes,
+                          [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+                            constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
+                            for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
+                              Real N[n_nodes], value(0.0);
+                              basis.functions(p, N);
+                              LAHAR_UNROLL
+                              for (int i = 0; i < n_nodes; ++i)
+                                value = multiply_add(value, N[i], &nodal[nodes[i]]);
+                              take(p, bin.end - p, value);
+                            }
+                          });
+}
+
 }  // namespace lahar

@@ -5,6 +5,7 @@
 #include "physics/basis/cell_map.h"
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/kernels.h"
+#include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_update.h"
 #include "physics/materials/law.h"
 #include "physics/particles/loads.h"
@@ -104,43 +105,19 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
 template <int Dim>
 void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   if (step.model->tractions.empty() && !step.model->body_force) return;
-  if (general::is(patch)) return general::add_work_of_tractions(patch, step, bins);
-  for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
-    if (!has_particle_forces(bin, *step.model)) return;
-    const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
-    for (Local p = bin.begin; p < bin.end; ++p) {
-      const Vec<Dim> f = force_on(patch.particles, p, step);
-      if (f.isZero(0.0)) continue;
-      const auto w = weights_at<Dim, Scalar>(map, p);
-      for (int i = 0; i < corners<Dim>; ++i)
-        for (int d = 0; d < Dim; ++d) {  // with the mean velocity of the step, as at nodes
-          const auto at =
-              static_cast<std::size_t>(corner[static_cast<std::size_t>(i)]) * node_width +
-              static_cast<std::size_t>(d);
-          const double v = patch.velocity[at] - 0.5 * step.dt * patch.acceleration[at];
-          patch.work.external += f[d] * w.N(i)[0] * v * step.dt;
-        }
-    }
-  });
+  add_work_of_forces(
+      patch, step, bins, patch.velocity, patch.acceleration,
+      [&](const ParticleBin& bin) { return has_particle_forces(bin, *step.model); },
+      [&](Local p) { return force_on(patch.particles, p, step); });
 }
 
 template <int Dim, class Real>
 void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  if (general::is(patch)) return general::smooth_pressure<Dim, Real>(patch, step, bins);
-  Particles<Dim>& particles = patch.particles;
-  for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
-    if (!has_pressure(step.model->materials[bin.material].law)) return;
-    const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
-    for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
-      const auto w = weights_at<Dim, Real>(map, p);
-      Real pressure(0.0);
-      LAHAR_UNROLL
-      for (std::size_t i = 0; i < corners<Dim>; ++i)
-        pressure = multiply_add(pressure, w.N(static_cast<int>(i)),
-                                &patch.pressure[static_cast<std::size_t>(corner[i])]);
-      store_first(pressure, particles.row(Column::state) + p, bin.end - p);
-    }
-  });
+  double* pressure = patch.particles.row(Column::state);
+  interpolate_bins<Real>(
+      patch, bins, patch.pressure.data(),
+      [&](const ParticleBin& bin) { return has_pressure(step.model->materials[bin.material].law); },
+      [&](Local p, Local n, const Real& value) { store_first(value, pressure + p, n); });
 }
 
 #define LAHAR_INSTANTIATE(Dim, Real)                                                            \

@@ -152,48 +152,10 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
   note(patch, all);
 }
 
-template <int Dim>
-void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  const double* const fields[2] = {patch.velocity.data(), patch.acceleration.data()};
-  for_each_general_bin(
-      patch, bins, [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-        if (!has_particle_forces(bin, *step.model)) return;
-        for (Local p = bin.begin; p < bin.end; ++p) {
-          const Vec<Dim> f = force_on(patch.particles, p, step);
-          if (f.isZero(0.0)) continue;
-          Scalar sum[2][Dim];
-          interpolate<Dim, 2, Scalar>(basis, p, fields, nodes, sum);
-          for (int d = 0; d < Dim; ++d)  // with the mean velocity of the step, as at nodes
-            patch.work.external += f[d] * (sum[0][d][0] - 0.5 * step.dt * sum[1][d][0]) * step.dt;
-        }
-      });
-}
-
-template <int Dim, class Real>
-void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  Particles<Dim>& particles = patch.particles;
-  for_each_general_bin(
-      patch, bins, [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-        if (!has_pressure(step.model->materials[bin.material].law)) return;
-        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
-        for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
-          Real N[n_nodes], pressure(0.0);
-          basis.functions(p, N);
-          for (int i = 0; i < n_nodes; ++i)
-            pressure =
-                multiply_add(pressure, N[i], &patch.pressure[static_cast<std::size_t>(nodes[i])]);
-          store_first(pressure, particles.row(Column::state) + p, bin.end - p);
-        }
-      });
-}
-
 #define LAHAR_INSTANTIATE(Dim, Real)                                                            \
   template void update_particles<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
-                                            VelocityGradients<Dim>*);                           \
-  template void smooth_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
+                                            VelocityGradients<Dim>*);
 LAHAR_INSTANTIATE(2, KernelReal)
 LAHAR_INSTANTIATE(3, KernelReal)
-template void add_work_of_tractions<2>(Patch<2>&, const StepContext<2>&, ParticleBins);
-template void add_work_of_tractions<3>(Patch<3>&, const StepContext<3>&, ParticleBins);
 
 }  // namespace lahar::general

@@ -46,14 +46,6 @@ template <int Dim, class Real>
 void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                       VelocityGradients<Dim>* gradients);
 
-/// Work of the tractions over the step.
-template <int Dim>
-void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
-
-/// p_p = sum_i N_i p_i.
-template <int Dim, class Real>
-void smooth_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
-
 /// Fill `gradients` for these bins, with those of the nodal velocities v.
 template <int Dim, class Real>
 void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,

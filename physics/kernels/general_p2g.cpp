@@ -6,6 +6,7 @@
 #include "physics/basis/basis.h"
 #include "physics/basis/nodal_fields.h"
 #include "physics/kernels/general_kernels.h"
+#include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/kernels/tensor_p2g.h"
 #include "physics/materials/law.h"
@@ -212,7 +213,8 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
           __attribute__((always_inline)) {
             internal_force<Dim, Real>(basis, stress, bin, nodes, sums);
             if (has_particle_forces(bin, *step.model))
-              particle_force(basis, patch, bin, nodes, step, sums);
+              add_particle_forces<Dim>(basis, bin, nodes, sums,
+                                       [&](Local p) { return force_on(patch.particles, p, step); });
           });
 }
 

@@ -9,6 +9,7 @@
 #include "physics/basis/cell_map.h"
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/kernels.h"
+#include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/kernels/velocity_transfer.h"
 #include "physics/materials/law.h"
@@ -333,24 +334,6 @@ LAHAR_INLINE void pressure_force(const Map& map, const StressWithoutPressure<Dim
   }
 }
 
-/// Forces of the particles of one bin on its nodes: N_i f.
-template <int Dim, class Map>
-void particle_force(const Map& map, const Patch<Dim>& patch, const ParticleBin& bin,
-                    const StepContext<Dim>& step, double* nodes) {
-  const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
-  for (Local p = bin.begin; p < bin.end; ++p) {
-    const Vec<Dim> f = force_on(patch.particles, p, step);
-    if (f.isZero(0.0)) continue;
-    const Weights<Dim, Scalar> w = weights_at<Dim, Scalar>(map, p);
-    for (int i = 0; i < corners<Dim>; ++i) {
-      const double N = w.N(i)[0];
-      for (int d = 0; d < Dim; ++d)
-        nodes[static_cast<std::ptrdiff_t>(corner[static_cast<std::size_t>(i)]) * sum_stride + d] +=
-            N * f[d];
-    }
-  }
-}
-
 }  // namespace
 
 template <int Dim, class Real>
@@ -370,7 +353,10 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
         } else {
           internal_force<Real>(map, stress, bin, corner, nodes);
         }
-        if (has_particle_forces(bin, *step.model)) particle_force(map, patch, bin, step, nodes);
+        if (has_particle_forces(bin, *step.model))
+          add_particle_forces<Dim>(LinearBasis<Dim, std::decay_t<decltype(map)>>{map}, bin,
+                                   corner.data(), nodes,
+                                   [&](Local p) { return force_on(patch.particles, p, step); });
       });
 }
 

@@ -4,7 +4,6 @@
 #include <array>
 
 #include "physics/base/simd.h"
-#include "physics/particles/loads.h"
 #include "physics/particles/patch.h"
 
 namespace lahar::general {
@@ -76,21 +75,6 @@ struct UnitPressure {
     for (int b = 0; b < Dim; ++b) S[a][b] = a == b ? -volume : Real(0.0);
   }
 };
-
-/// Tractions on the particles of one bin: N_i t V / size.
-template <int Dim, class Basis>
-void particle_force(const Basis& basis, const Patch<Dim>& patch, const ParticleBin& bin,
-                    const Local* nodes, const StepContext<Dim>& step, double* sums) {
-  for (Local p = bin.begin; p < bin.end; ++p) {
-    const Vec<Dim> f = force_on(patch.particles, p, step);
-    if (f.isZero(0.0)) continue;
-    Scalar N[Basis::nodes];
-    basis.functions(p, N);
-    for (int i = 0; i < Basis::nodes; ++i)
-      for (int d = 0; d < Dim; ++d)
-        sums[static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride + d] += N[i][0] * f[d];
-  }
-}
 
 }  // namespace lahar::general
 

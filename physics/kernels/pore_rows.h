@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "physics/base/simd.h"
@@ -25,14 +26,22 @@ std::array<double*, Rows> pore_rows(Local slots) {
   return begin;
 }
 
+/// Whether the particles of a bin have a liquid in their pores.
+template <int Dim>
+auto has_liquid(const Model<Dim>& model) {
+  return
+      [&model](const ParticleBin& bin) { return model.materials[bin.material].liquid.has_value(); };
+}
+
 /// Call fill(pores or null, p, n) for packs of the particles of each bin, n of them from p on.
 template <int Dim, class Fill>
 void for_each_pore_pack(const Model<Dim>& model, ParticleBins bins, Fill fill) {
   for (const ParticleBin& bin : bins) {
     const auto& liquid = model.materials[bin.material].liquid;
-    const Pores pores(liquid.value_or(PoreLiquid{.density = 0, .grain_density = 1}));
+    std::optional<Pores> pores;
+    if (liquid) pores.emplace(*liquid);
     for (Local p = bin.begin; p < bin.end; p += lanes<Pack>)
-      fill(liquid ? &pores : nullptr, p, bin.end - p);
+      fill(pores ? &*pores : nullptr, p, bin.end - p);
   }
 }
 

@@ -8,8 +8,10 @@
 
 #include "physics/basis/tensor_basis.h"
 #include "physics/kernels/general_kernels.h"
+#include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/materials/law.h"
+#include "physics/particles/loads.h"
 
 namespace lahar::general {
 
@@ -411,14 +413,15 @@ void map_spline_force(Patch<3>& patch, const StepContext<3>& step, ParticleBins 
   const Local* nodes = patch.topology.support_nodes.data();
   for_each_spline_bin(
       patch, bins, sums,
-      [&](const Basis& basis, const ParticleBin& bin,
-          SumsWindow& window) __attribute__((always_inline)) {
-        internal_force<Real>(basis, stress, bin, window);
-        if (!has_particle_forces(bin, *step.model)) return;
-        window.finish();
-        particle_force(basis, patch, bin,
-                       nodes + static_cast<std::ptrdiff_t>(tensor_nodes<3>) * bin.cell, step, sums);
-      });
+      [&](const Basis& basis, const ParticleBin& bin, SumsWindow& window)
+          __attribute__((always_inline)) {
+            internal_force<Real>(basis, stress, bin, window);
+            if (!has_particle_forces(bin, *step.model)) return;
+            window.finish();
+            add_particle_forces<3>(
+                basis, bin, nodes + static_cast<std::ptrdiff_t>(tensor_nodes<3>) * bin.cell, sums,
+                [&](Local p) { return force_on(patch.particles, p, step); });
+          });
 }
 
 template <class Real>

@@ -7,6 +7,7 @@
 #include "physics/basis/nodal_fields.h"
 #include "physics/kernels/affine_velocity.h"
 #include "physics/kernels/general_kernels.h"
+#include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_update.h"
 #include "physics/kernels/pore_rows.h"
 #include "physics/kernels/two_phase.h"
@@ -73,101 +74,6 @@ void prescribe_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, const Par
   }
 }
 
-/// Work of the tractions on the liquid alone, with the mean velocity of the step.
-template <int Dim>
-void add_work_of_traction(Patch<Dim>& patch, const StepContext<Dim>& step, const ParticleBin& bin,
-                          auto&& velocity_at) {
-  if (!bin.loaded) return;
-  for (Local p = bin.begin; p < bin.end; ++p) {
-    const Vec<Dim> f = traction_on(patch.particles, p, step, true);
-    if (!f.isZero(0.0)) patch.work.external += step.dt * f.dot(velocity_at(p));
-  }
-}
-
-template <int Dim>
-void update_linear(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  const LiquidRows<Dim> rows(patch, step, bins);
-  VelocityUpdates<Dim> updates(patch, step);
-  const double *v = patch.liquid.velocity.data(), *a = patch.liquid.acceleration.data();
-  Pack lost(0.0);
-  for_each_bin(
-      patch, bins, [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {
-        if (!step.model->materials[bin.material].liquid) return;
-        const VelocityUpdate update = updates.of(bin);
-        const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
-        const auto fields_at = [&](Local p, Pack(&value)[Dim], Pack(&change)[Dim]) {
-          const auto w = weights_at<Dim, Pack>(map, p);
-          for (std::size_t i = 0; i < corners<Dim>; ++i) {
-            const Pack N = w.N(static_cast<int>(i));
-            const auto at = static_cast<std::ptrdiff_t>(corner[i]) * node_width;
-            LAHAR_UNROLL
-            for (int d = 0; d < Dim; ++d) {
-              value[d] = i == 0 ? multiply(N, v + at + d) : multiply_add(value[d], N, v + at + d);
-              change[d] = i == 0 ? multiply(N, a + at + d) : multiply_add(change[d], N, a + at + d);
-            }
-          }
-        };
-        add_work_of_traction(patch, step, bin, [&](Local p) {
-          Pack value[Dim], change[Dim];
-          fields_at(p, value, change);
-          Vec<Dim> mean;
-          for (int d = 0; d < Dim; ++d) mean[d] = value[d][0] - 0.5 * step.dt * change[d][0];
-          return mean;
-        });
-        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
-          Pack value[Dim], change[Dim];
-          fields_at(p, value, change);
-          advance_liquid<Dim>(rows, p, bin.end - p, value, change, update, lost);
-        }
-        prescribe_liquid(patch, step, bin, rows);
-      });
-  patch.work.damping += reduce(lost);
-}
-
-template <int Dim>
-void update_general(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  const LiquidRows<Dim> rows(patch, step, bins);
-  VelocityUpdates<Dim> updates(patch, step);
-  const double *v = patch.liquid.velocity.data(), *a = patch.liquid.acceleration.data();
-  const double* const fields[2] = {v, a};
-  const double* spread =
-      spreads_before_forces(step.model->analysis) ? patch.liquid.before.data() : v;
-  const bool is_affine = patch.particles.layout().has(Column::liquid_affine);
-  std::array<double*, static_cast<std::size_t>(Dim) * Dim> affine{};
-  if (is_affine) affine = patch.particles.template rows<Dim * Dim>(Column::liquid_affine);
-  Pack lost(0.0);
-  for_each_general_bin(
-      patch, bins,
-      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
-          __attribute__((always_inline)) {
-            if (!step.model->materials[bin.material].liquid) return;
-            const VelocityUpdate update = updates.of(bin);
-            add_work_of_traction(patch, step, bin, [&](Local p) {
-              Pack sum[2][Dim];
-              general::interpolate<Dim, 2, Pack>(basis, p, fields, nodes, sum);
-              Vec<Dim> mean;
-              for (int d = 0; d < Dim; ++d) mean[d] = sum[0][d][0] - 0.5 * step.dt * sum[1][d][0];
-              return mean;
-            });
-            for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
-              const Local n = bin.end - p;
-              Pack sum[2][Dim];
-              general::interpolate<Dim, 2, Pack>(basis, p, fields, nodes, sum);
-              if (is_affine) {
-                Pack value[Dim], C[Dim][Dim];
-                general::affine_velocity<Dim>(basis, step.model->analysis.affine, p, v, spread,
-                                              nodes, value, C);
-                LAHAR_UNROLL
-                for (std::size_t k = 0; k < Dim * Dim; ++k)
-                  store_first(C[k / Dim][k % Dim], affine[k] + p, n);
-              }
-              advance_liquid<Dim>(rows, p, n, sum[0], sum[1], update, lost);
-            }
-            prescribe_liquid(patch, step, bin, rows);
-          });
-  patch.work.damping += reduce(lost);
-}
-
 /// Pressures of the n particles from p on, from div v and div v_l [1/s] and their porosity.
 template <int Dim>
 LAHAR_INLINE void add_pressure(Patch<Dim>& patch, double bulk_modulus, double dt, Local p, Local n,
@@ -204,7 +110,47 @@ double trace_at_centre(const Map& map, const double* v,
 
 template <int Dim>
 void update_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  general::is(patch) ? update_general(patch, step, bins) : update_linear(patch, step, bins);
+  const LiquidRows<Dim> rows(patch, step, bins);
+  VelocityUpdates<Dim> updates(patch, step);
+  if (has_liquid_tractions(*step.model))
+    add_work_of_forces(
+        patch, step, bins, patch.liquid.velocity, patch.liquid.acceleration,
+        [](const ParticleBin& bin) { return bin.loaded; },
+        [&](Local p) { return traction_on(patch.particles, p, step, true); });
+  const double *v = patch.liquid.velocity.data(), *a = patch.liquid.acceleration.data();
+  const double* const fields[2] = {v, a};
+  const double* const accelerations[1] = {a};
+  const double* spread =
+      spreads_before_forces(step.model->analysis) ? patch.liquid.before.data() : v;
+  const bool is_affine = patch.particles.layout().has(Column::liquid_affine);
+  std::array<double*, static_cast<std::size_t>(Dim) * Dim> affine{};
+  if (is_affine) affine = patch.particles.template rows<Dim * Dim>(Column::liquid_affine);
+  Pack lost(0.0);
+  for_each_bin_with_basis(
+      patch, bins, has_liquid(*step.model),
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
+          __attribute__((always_inline)) {
+            const VelocityUpdate update = updates.of(bin);
+            for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+              const Local n = bin.end - p;
+              Pack sum[2][Dim];
+              if (is_affine) {
+                Pack change[1][Dim], C[Dim][Dim];
+                general::affine_velocity<Dim>(basis, step.model->analysis.affine, p, v, spread,
+                                              nodes, sum[0], C);
+                general::interpolate<Dim, 1, Pack>(basis, p, accelerations, nodes, change);
+                LAHAR_UNROLL
+                for (std::size_t k = 0; k < Dim * Dim; ++k)
+                  store_first(C[k / Dim][k % Dim], affine[k] + p, n);
+                std::copy_n(change[0], Dim, sum[1]);
+              } else {
+                general::interpolate<Dim, 2, Pack>(basis, p, fields, nodes, sum);
+              }
+              advance_liquid<Dim>(rows, p, n, sum[0], sum[1], update, lost);
+            }
+            prescribe_liquid(patch, step, bin, rows);
+          });
+  patch.work.damping += reduce(lost);
 }
 
 template <int Dim>
@@ -256,37 +202,13 @@ void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Parti
 
 template <int Dim>
 void take_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  const auto& materials = step.model->materials;
   const double keep = step.model->analysis.pore_pressure_smoothing ? 0.0 : 1.0;
-  const double* nodal = patch.liquid.pressure.data();
   double* pressure = patch.particles.row(Column::pore_pressure);
-  const auto take = [&](Local p, Local n, const Pack& of_nodes) {
-    store_first(Pack(keep * load<Pack>(pressure + p) + of_nodes), pressure + p, n);
-  };
-  if (general::is(patch))
-    return for_each_general_bin(patch, bins,
-                                [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-                                  if (!materials[bin.material].liquid) return;
-                                  constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
-                                  for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
-                                    Pack N[n_nodes], sum(0.0);
-                                    basis.functions(p, N);
-                                    for (int i = 0; i < n_nodes; ++i)
-                                      sum = multiply_add(sum, N[i], &nodal[nodes[i]]);
-                                    take(p, bin.end - p, sum);
-                                  }
-                                });
-  for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
-    if (!materials[bin.material].liquid) return;
-    const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
-    for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
-      const auto w = weights_at<Dim, Pack>(map, p);
-      Pack sum(0.0);
-      for (std::size_t i = 0; i < corners<Dim>; ++i)
-        sum = multiply_add(sum, w.N(static_cast<int>(i)), &nodal[corner[i]]);
-      take(p, bin.end - p, sum);
-    }
-  });
+  interpolate_bins<Pack>(patch, bins, patch.liquid.pressure.data(), has_liquid(*step.model),
+                         [&](Local p, Local n, const Pack& value) {
+                           store_first(Pack(keep * load<Pack>(pressure + p) + value), pressure + p,
+                                       n);
+                         });
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                 \

@@ -7,6 +7,7 @@
 #include "physics/basis/linear_basis.h"
 #include "physics/basis/support.h"
 #include "physics/kernels/kernels.h"
+#include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/kernels/pore_rows.h"
 #include "physics/kernels/two_phase.h"
@@ -84,24 +85,27 @@ void add_pressure_at_particles(Patch<Dim>& patch, const StepContext<Dim>& step, 
   const double* m = patch.particles.row(Column::mass);
   const double* V = patch.particles.row(Column::volume);
   const double* pressure = patch.particles.row(Column::pore_pressure);
-  for_each_pore_pack(*step.model, bins, [&](const Pores* pores, Local p, Local n) {
-    const Pack volume = load<Pack>(V + p), work = volume * load<Pack>(pressure + p);
-    store_first(pores ? work : Pack(0.0), rows[0] + p, n);
-    store_first(pores ? Pack(work * pores->porosity(load<Pack>(m + p), volume)) : Pack(0.0),
-                rows[1] + p, n);
-  });
-  if (!step.model->analysis.volume_as_cbgeo)
-    for (const ParticleBin& bin : bins) {
-      const auto& liquid = step.model->materials[bin.material].liquid;
-      if (!liquid) continue;
-      double volume = 0, work = 0;
-      for (Local p = bin.begin; p < bin.end; ++p) volume += V[p], work += rows[0][p];
-      const double porosity = mean_porosity(patch, Pores(*liquid), bin);
-      for (Local p = bin.begin; p < bin.end; ++p) {
-        rows[0][p] = V[p] * (work / volume);
-        rows[1][p] = porosity * rows[0][p];
-      }
+  const bool each = step.model->analysis.volume_as_cbgeo;
+  for (const ParticleBin& bin : bins) {
+    const auto& liquid = step.model->materials[bin.material].liquid;
+    const auto row = [&](std::size_t k) { return rows[k] + bin.begin; };
+    const Local n = bin.end - bin.begin;
+    if (!liquid) {
+      for (std::size_t k = 0; k < rows.size(); ++k) std::fill_n(row(k), n, 0.0);
+      continue;
     }
+    const Pores pores(*liquid);
+    double volume = 0, work = 0;
+    for (Local p = bin.begin; p < bin.end; ++p) volume += V[p], work += V[p] * pressure[p];
+    const double mean = work / volume, porosity = mean_porosity(patch, pores, bin);
+    for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+      const Pack pushed = load<Pack>(V + p) * (each ? load<Pack>(pressure + p) : Pack(mean));
+      store_first(pushed, rows[0] + p, bin.end - p);
+      store_first(Pack(pushed * (each ? pores.porosity(load<Pack>(m + p), load<Pack>(V + p))
+                                      : Pack(porosity))),
+                  rows[1] + p, bin.end - p);
+    }
+  }
   map_gradient_of<Dim, Pack>(patch, bins, rows[0], patch.own_sums(NodeSum::force, step.step));
   map_gradient_of<Dim, Pack>(patch, bins, rows[1],
                              patch.own_sums(NodeSum::liquid_force, step.step));
@@ -137,38 +141,15 @@ void map_advection(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
 /// Tractions on the liquid alone.
 template <int Dim>
 void add_liquid_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  const auto on_liquid = [](const ParticleTraction& traction) { return traction.on_liquid; };
-  const auto& tractions = step.model->tractions;
-  if (std::none_of(tractions.begin(), tractions.end(), on_liquid)) return;
+  if (!has_liquid_tractions(*step.model)) return;
   double* sums = patch.own_sums(NodeSum::liquid_force, step.step);
-  const auto add = [&](Local node, double N, const Vec<Dim>& f) {
-    for (int d = 0; d < Dim; ++d)
-      sums[static_cast<std::ptrdiff_t>(node) * sum_stride + d] += N * f[d];
-  };
-  if (general::is(patch))
-    return for_each_general_bin(patch, bins,
-                                [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-                                  constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
-                                  if (!bin.loaded) return;
-                                  for (Local p = bin.begin; p < bin.end; ++p) {
-                                    const Vec<Dim> f = traction_on(patch.particles, p, step, true);
-                                    if (f.isZero(0.0)) continue;
-                                    Scalar N[n_nodes];
-                                    basis.functions(p, N);
-                                    for (int i = 0; i < n_nodes; ++i) add(nodes[i], N[i][0], f);
-                                  }
-                                });
-  for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
-    if (!bin.loaded) return;
-    const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
-    for (Local p = bin.begin; p < bin.end; ++p) {
-      const Vec<Dim> f = traction_on(patch.particles, p, step, true);
-      if (f.isZero(0.0)) continue;
-      const auto w = weights_at<Dim, Scalar>(map, p);
-      for (std::size_t i = 0; i < corner.size(); ++i)
-        add(corner[i], w.N(static_cast<int>(i))[0], f);
-    }
-  });
+  for_each_bin_with_basis(
+      patch, bins, [](const ParticleBin& bin) { return bin.loaded; },
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        add_particle_forces<Dim>(basis, bin, nodes, sums, [&](Local p) {
+          return traction_on(patch.particles, p, step, true);
+        });
+      });
 }
 
 }  // namespace
