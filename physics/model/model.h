@@ -18,7 +18,12 @@
 
 namespace lahar {
 
-enum class Scheme { usf, usl, musl };
+enum class Scheme {
+  usf,
+  usl,
+  musl,
+  newmark  ///< implicit (ImplicitSteps)
+};
 
 /// An affine velocity field that particles carry beside their velocity.
 enum class Affine {
@@ -161,8 +166,23 @@ struct Contact {
   double friction = 0;  ///< Coulomb's coefficient [-]
 };
 
+/// Steps that solve for equilibrium at their end: Newmark's method (1959), or without inertia.
+struct ImplicitSteps {
+  bool quasi_static = false;                  ///< no inertia: a sequence of equilibria
+  double beta = 0.25, gamma = 0.5;            ///< Newmark's parameters
+  bool nonlinear = true;                      ///< Newton's method; else one linear solve per step
+  int most_iterations = 20;                   ///< of Newton's method
+  double displacement_tolerance = 1e-10;      ///< [m] root mean square change of an iteration
+  double residual_tolerance = 1e-10;          ///< [N] root mean square unbalanced force
+  double relative_residual_tolerance = 1e-6;  ///< of the step's first unbalanced force
+  enum class Solver { automatic, direct, iterative } solver = Solver::automatic;
+  double solver_tolerance = 1e-9;  ///< of the iterative solver: residual over right side
+  int solver_iterations = 0;       ///< at most; 0 = automatic
+};
+
 struct Analysis {
   Scheme scheme = Scheme::usf;
+  ImplicitSteps implicit;  ///< with Scheme::newmark
   ShapeFunctions functions = ShapeFunctions::element;
   Affine affine = Affine::none;
   /// GIMP as in CB-Geo: edges of domains are the cell's over the number of particles in it, not

@@ -18,6 +18,7 @@
 #include "physics/mesh/partition.h"
 #include "physics/model/model.h"
 #include "physics/particles/columns.h"
+#include "physics/particles/nodal_system.h"
 #include "physics/particles/particles.h"
 #include "physics/particles/removed_particle.h"
 
@@ -56,13 +57,17 @@ enum class NodeSum : int {
   drag,             ///< two_phase.h
   liquid_momentum,  ///< of MUSL's second mapping
   pore_pressure,
-  advection  ///< of the liquid, as in CB-Geo MPM
+  advection,  ///< of the liquid, as in CB-Geo MPM
+  inertia,    ///< mass times acceleration, of implicit steps (nodal_system.h)
+  residual,   ///< forces that are not in balance
+  product,    ///< of a matrix with a vector
+  diagonal    ///< of a matrix
 };
-inline constexpr int n_node_sums = 18;
+inline constexpr int n_node_sums = 22;
 /// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, surface},
 /// {displacement, waves}, {prescribed_mass, prescribed_momentum}, {smoothed, smoothed_again},
-/// {liquid_mass_momentum, liquid_force}, {drag, liquid_momentum} and {pore_pressure, advection}: a
-/// cache line per node.
+/// {liquid_mass_momentum, liquid_force}, {drag, liquid_momentum}, {pore_pressure, advection},
+/// {inertia, residual} and {product, diagonal}: a cache line per node.
 inline constexpr int sum_stride = 2 * node_width;
 inline constexpr int n_sum_arrays = (n_node_sums + 1) / 2;
 /// Array that holds a kind of sum, and where in a node's line it begins.
@@ -206,6 +211,8 @@ struct Patch {
     std::vector<double> advection;  ///< [kg/s] of map_advection(); only where it is mapped
     std::vector<double> pressure;   ///< [Pa]
   } liquid;
+
+  NodalSystem<Dim> system;  ///< of implicit steps, else empty
 
   // Constraints and loads of the local nodes.
   struct FixedVelocity {

@@ -1,0 +1,30 @@
+/// \file The linear system of an implicit step, as a patch has it: rows and columns are its nodes.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "physics/base/node_vector.h"
+#include "physics/base/types.h"
+
+namespace lahar {
+
+/// A x = b with Dim unknowns per node. A is the sum of what all patches have of it, each from its
+/// own particles. Vectors are complete: all copies of a node have the same bits.
+template <int Dim>
+struct NodalSystem {
+  static constexpr int block_size = Dim * Dim;
+
+  std::vector<std::size_t>
+      first;                   ///< by local node, and one more: its blocks [first[i], first[i + 1])
+  std::vector<Local> column;   ///< by block: local node, ascending within a row
+  std::vector<double> blocks;  ///< block_size each, row by row: this patch's part of A
+  /// By local node, bit d: the unknown is given. Its solution is zero, whatever A and b say. So are
+  /// those of nodes that no particle touches.
+  std::vector<std::uint8_t> held;
+  NodeArray right_side;   ///< {b, 0}
+  NodeArray solution;     ///< {x, 0}
+  bool symmetric = true;  ///< A is, on all patches
+};
+
+}  // namespace lahar
