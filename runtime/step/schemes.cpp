@@ -111,6 +111,8 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
       return usl<Dim>(analysis, injects);
     case Scheme::musl:
       return musl<Dim>(analysis, injects);
+    case Scheme::newmark:
+      break;
   }
   return {};
 }
