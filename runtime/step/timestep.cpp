@@ -9,6 +9,7 @@ namespace lahar {
 NodeSumCopies node_sum_copies(const Analysis& analysis) {
   // With one exchange per step nothing else keeps a patch from overtaking its neighbours' reading.
   const int copies = analysis.scheme == Scheme::usl ? 2 : 1;
+  const bool implicit = analysis.scheme == Scheme::newmark;
   const bool more = analysis.scheme == Scheme::musl || analysis.pressure_smoothing;
   // Gradients, waves and prescribed velocities are read before the phase in which the next ones are
   // mapped is begun anywhere near.
@@ -17,7 +18,8 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
            analysis.two_phase ? copies : 0, analysis.two_phase ? copies : 0,
            !analysis.two_phase         ? 0
            : analysis.liquid_advection ? copies
-                                       : 1}};
+                                       : 1,
+           implicit ? 2 : 0, implicit ? 2 : 0}};
 }
 
 namespace {
