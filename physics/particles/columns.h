@@ -35,7 +35,8 @@ enum class Column : int {
   opening,
   liquid_v,
   liquid_affine,
-  pore_pressure
+  pore_pressure,
+  acceleration
 };
 
 /// Which columns a model needs beside those that all have (columns.cpp). What follows from other
@@ -55,6 +56,7 @@ struct ColumnNeeds {
   bool opening = false;       ///< materials with a limit of tension, see physics/kernels/opening.h
   bool liquid = false;        ///< in pores: its velocity and pressure
   bool liquid_affine = false;
+  bool acceleration = false;  ///< Newmark's method
   bool operator==(const ColumnNeeds&) const = default;
 };
 
@@ -95,6 +97,7 @@ inline constexpr auto column_table = std::to_array<ColumnInfo>({
     {Column::liquid_v, "liquid_velocity", "m/s", 2, 3, true, &ColumnNeeds::liquid}, // in pores (two_phase.h)
     {Column::liquid_affine, "liquid_affine", "1/s", 4, 9, false, &ColumnNeeds::liquid_affine}, // the same as affine, of the liquid
     {Column::pore_pressure, "pore_pressure", "Pa", 1, 1, true, &ColumnNeeds::liquid},
+    {Column::acceleration, "acceleration", "m/s^2", 2, 3, true, &ColumnNeeds::acceleration},
 });
 // clang-format on
 inline constexpr int n_columns = static_cast<int>(column_table.size());
