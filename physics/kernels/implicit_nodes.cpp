@@ -59,6 +59,9 @@ void prescribe(Patch<Dim>& patch, const StepContext<Dim>& step) {
   });
   for (const auto& fixed : patch.fixed)
     hold(patch, fixed.node, fixed.dir, step.dt * fixed.velocity);
+  for (const auto& fixed : patch.fixed_displacement)
+    hold(patch, fixed.node, fixed.dir,
+         fixed.displacement * load_factor(*step.model, fixed.function, step.time));
 }
 
 /// A node that is held moves with what holds it, in Newmark's formulas too. (In CB-Geo MPM it has

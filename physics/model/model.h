@@ -241,6 +241,11 @@ struct Analysis {
   Index split_steps = 100;
 };
 
+/// Steps solve for equilibrium, and no wave limits them.
+inline bool is_implicit(const Analysis& analysis) {
+  return analysis.scheme == Scheme::newmark;
+}
+
 /// When results cannot be right any more, and what to do then (runtime/step/watchdog.h).
 struct Watchdog {
   enum class Action { none, warn, stop } action = Action::stop;

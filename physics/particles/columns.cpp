@@ -18,8 +18,7 @@ ColumnNeeds column_needs(const Model<Dim>& model, std::span<const char> used, bo
   needs.affine = model.analysis.affine != Affine::none;
   needs.liquid = model.analysis.two_phase;
   needs.liquid_affine = needs.liquid && needs.affine;
-  needs.acceleration =
-      model.analysis.scheme == Scheme::newmark && !model.analysis.implicit.quasi_static;
+  needs.acceleration = is_implicit(model.analysis) && !model.analysis.implicit.quasi_static;
   needs.vectors = functions.domain == ParticleDomain::vectors;
   needs.corners = functions.domain == ParticleDomain::corners;
   needs.next_corners = needs.corners && model.analysis.scheme == Scheme::musl;

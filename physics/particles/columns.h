@@ -97,7 +97,7 @@ inline constexpr auto column_table = std::to_array<ColumnInfo>({
     {Column::liquid_v, "liquid_velocity", "m/s", 2, 3, true, &ColumnNeeds::liquid}, // in pores (two_phase.h)
     {Column::liquid_affine, "liquid_affine", "1/s", 4, 9, false, &ColumnNeeds::liquid_affine}, // the same as affine, of the liquid
     {Column::pore_pressure, "pore_pressure", "Pa", 1, 1, true, &ColumnNeeds::liquid},
-    {Column::acceleration, "acceleration", "m/s^2", 2, 3, true, &ColumnNeeds::acceleration}, // at the end of an implicit step
+    {Column::acceleration, "acceleration", "m/s^2", 2, 3, true, &ColumnNeeds::acceleration},
 });
 // clang-format on
 inline constexpr int n_columns = static_cast<int>(column_table.size());
