@@ -34,7 +34,7 @@ void find_displacement_gradients(Patch<Dim>& patch, const StepContext<Dim>& step
       patch, bins, [](const ParticleBin&) { return true; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         constexpr int n = std::decay_t<decltype(basis)>::nodes;
-        double mean[Dim][n];
+        double mean[Dim][n] = {};
         if (takes_mean) mean_gradients<Dim>(basis, bin, V, mean);
         std::size_t to = gradients.begin(bin, bins);
         for (Local p = bin.begin; p < bin.end; ++p, ++to) {

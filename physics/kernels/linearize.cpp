@@ -163,7 +163,7 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
         constexpr int n = std::decay_t<decltype(basis)>::nodes;
         static thread_local CellSystem<Dim, n> cell;
         cell.clear();
-        double mean[Dim][n];
+        double mean[Dim][n] = {};
         const bool takes_mean = step.model->analysis.mean_volume;
         if (takes_mean) mean_gradients<Dim>(basis, bin, V, mean);
         for (Local p = bin.begin; p < bin.end; ++p) {
