@@ -31,7 +31,8 @@ LAHAR_INLINE void midpoint_gradient(const Real (&H)[Dim][Dim], Real (&M)[Dim][Di
   LAHAR_UNROLL
   for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
   for (int b = 0; b < Dim; ++b) {  // cofactors of A_ba; indices are cyclic
-    const int i = (b + 1) % Dim, j = (b + Dim - 1) % Dim, k = (a + 1) % Dim, l = (a + Dim - 1) % Dim;
+    const int i = (b + 1) % Dim, j = (b + Dim - 1) % Dim, k = (a + 1) % Dim,
+              l = (a + Dim - 1) % Dim;
     if constexpr (Dim == 2)
       inverse[a][b] = a == b ? A[i][k] : -A[i][k];
     else

@@ -200,8 +200,7 @@ struct ModifiedCamClay {
                             least_pressure * pc0;
     // The first stress has moduli of its own: no steps are small enough there.
     const double change = sigma == VoigtOf<Number>{} ? 0 : distance(trial, sigma);
-    const auto take = [this](const VoigtOf<Number>& strain, VoigtOf<Number>& stress,
-                             Number* state_variables) {
+    const auto take = [this](const auto& strain, auto& stress, auto* state_variables) {
       return step(strain, stress, state_variables);
     };
     return accurate_step<states>(take, increment.strain, change, pressure, sigma, s);
@@ -224,9 +223,9 @@ struct ModifiedCamClay {
     set_moduli(sigma, s);
     const SoilStressOf<Number> trial = trial_stress(sigma, increment.strain, s);
     const Number M = slope(trial), before = s[pc];
-    s[void_ratio] = (1 + s[void_ratio]) *
-                        exp(increment.strain[0] + increment.strain[1] + increment.strain[2]) -
-                    1;
+    s[void_ratio] =
+        (1 + s[void_ratio]) * exp(increment.strain[0] + increment.strain[1] + increment.strain[2]) -
+        1;
     SoilStressOf<Number> now = drawn_inside(trial, M, s);
     const Number upsilon =
         std::min<Number>(1 + s[void_ratio], most_specific_volume) / (lambda - kappa);
@@ -346,7 +345,7 @@ struct ModifiedCamClay {
   struct Return {
     Number p, q;  ///< of the elastic stress [Pa]
     Number M, K, G, upsilon;
-    double scale;      ///< [Pa] of stresses in the equations
+    double scale;       ///< [Pa] of stresses in the equations
     Number pc, chi, R;  ///< at the beginning
   };
   template <class D>
@@ -366,8 +365,8 @@ struct ModifiedCamClay {
   template <std::size_t N>
   bool solve(const Return<Dual<N>>& r, std::array<Dual<N>, 2>& x) const {
     const Return<double> values = {
-        value_of(r.p),  value_of(r.q),       value_of(r.M), value_of(r.K),   value_of(r.G),
-        value_of(r.upsilon), r.scale, value_of(r.pc), value_of(r.chi), value_of(r.R)};
+        value_of(r.p),       value_of(r.q), value_of(r.M),  value_of(r.K),   value_of(r.G),
+        value_of(r.upsilon), r.scale,       value_of(r.pc), value_of(r.chi), value_of(r.R)};
     std::array<double, 2> root;
     if (!solve(values, root)) return false;
     const Duals<2> unknown{Dual<2>::unknown(root[0], 0), Dual<2>::unknown(root[1], 1)};
@@ -455,10 +454,9 @@ struct ModifiedCamClay {
     const Number before = -(sigma[0] + sigma[1] + sigma[2]) / 3;
     if (as_cbgeo && !(before > 0)) return;
     const double G_of_K = 3 * (1 - 2 * poisson_ratio) / (2 * (1 + poisson_ratio));
-    Number K = as_cbgeo ? (1 + s[void_ratio]) / kappa * before
-               : sigma == VoigtOf<Number>{}
-                   ? Number(youngs_modulus / (3 * (1 - 2 * poisson_ratio)))
-                   : swelling_modulus(s[void_ratio], kappa, before, pc0);
+    Number K = as_cbgeo                     ? (1 + s[void_ratio]) / kappa * before
+               : sigma == VoigtOf<Number>{} ? Number(youngs_modulus / (3 * (1 - 2 * poisson_ratio)))
+                                            : swelling_modulus(s[void_ratio], kappa, before, pc0);
     if (bonding) K += m_shear * s[chi] * s_h / G_of_K;
     s[bulk_modulus] = K;
     s[shear_modulus] = G_of_K * K;

@@ -87,9 +87,8 @@ LAHAR_INLINE MohrCoulombStrength<Real> MohrCoulombUpdate::strength(Real* q) cons
       if (!(softer >> lane & 1)) continue;
       using Number = NumberOf<Real>;
       using std::sin, std::cos, std::tan;
-      const Number share =
-          std::max<Number>(0.0, (lane_of(q[6], lane) - residual_pdstrain_) /
-                                    (peak_pdstrain_ - residual_pdstrain_));
+      const Number share = std::max<Number>(
+          0.0, (lane_of(q[6], lane) - residual_pdstrain_) / (peak_pdstrain_ - residual_pdstrain_));
       const Number phi = residual_.phi + (peak_.phi - residual_.phi) * share,
                    psi_now = residual_psi_ + (peak_psi_ - residual_psi_) * share,
                    c = residual_.cohesion + (peak_.cohesion - residual_.cohesion) * share;
@@ -102,8 +101,7 @@ LAHAR_INLINE MohrCoulombStrength<Real> MohrCoulombUpdate::strength(Real* q) cons
     }
     // Others keep what was computed once: roundings differ, and must not depend on who is beside.
     const Real per_cos = 1.0 / s.cos_phi;
-    s.widest =
-        select(softer, sqrt((1.0 / 3.0) + s.sin_phi * s.sin_phi * (1.0 / 9.0)), s.widest);
+    s.widest = select(softer, sqrt((1.0 / 3.0) + s.sin_phi * s.sin_phi * (1.0 / 9.0)), s.widest);
     s.eccentricity = select(softer, (3.0 - s.sin_phi) / (3.0 + s.sin_phi), s.eccentricity);
     s.scale = select(softer, (3.0 - s.sin_phi) * (1.0 / 6.0) * per_cos, s.scale);
     s.per_cos = select(softer, per_cos, s.per_cos);
@@ -331,8 +329,7 @@ void MohrCoulombUpdate::land(const IncrementOf<Number>& in, VoigtOf<Number>& str
   const auto share = [](const Number& f0, const Number& f) {
     return f > 0 ? std::clamp<Number>(-f0 / (f - f0), 0.0, 1.0) : Number(1.0);
   };
-  const Number keep =
-      std::min(share(number(ft0), number(ft)), share(number(fs0), number(fs)));
+  const Number keep = std::min(share(number(ft0), number(ft)), share(number(fs0), number(fs)));
   for (int k = 0; k < 6; ++k)
     stress[static_cast<std::size_t>(k)] =
         keep * number(point.s[k]) + (k < 3 ? number(at.p) : Number(0.0));

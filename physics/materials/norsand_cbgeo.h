@@ -37,17 +37,16 @@ NorSandTangent<Number> norsand_tangent(const NorSand& m, const SoilStressOf<Numb
   }
   const Number along = deviator ? turn / now.q : Number(0);
   t.deviatoric = deviator && now.towards != VoigtOf<Number>{} ? Number(sqrt(1 + along * along))
-                                                               : Number(deviator);
+                                                              : Number(deviator);
   const Number ratio = p / s[S::p_image];
   const Number image = m.hardening_modulus * (M_i / s[S::M_image_tc]) * ratio * ratio *
-                       (exp(-m.chi_image() * s[S::psi_image] / M_tc) - 1 / ratio) *
-                       s[S::p_image];
+                       (exp(-m.chi_image() * s[S::psi_image] / M_tc) - 1 / ratio) * s[S::p_image];
   t.hardening = -M_i * P / P_i * image;
   if (m.bond_model)
-    t.hardening += -M_i * (ln - P / P_i) * m.p_cohesion_initial * m.m_cohesion *
-                       exp(-m.m_cohesion * s[S::pdstrain]) +
-                   M_i * P / P_i * m.p_dilation_initial * m.m_dilation *
-                       exp(-m.m_dilation * s[S::pdstrain]);
+    t.hardening +=
+        -M_i * (ln - P / P_i) * m.p_cohesion_initial * m.m_cohesion *
+            exp(-m.m_cohesion * s[S::pdstrain]) +
+        M_i * P / P_i * m.p_dilation_initial * m.m_dilation * exp(-m.m_dilation * s[S::pdstrain]);
   t.hardening *= t.deviatoric;
   return t;
 }

@@ -198,8 +198,7 @@ struct NorSand {
     const double pressure = std::max(value_of(p + s[p_cohesion]), 0.0) +
                             0.01 * value_of(s[p_image] + s[p_dilation]) +
                             least_pressure * p_image_initial;
-    const auto take = [this](const VoigtOf<Number>& strain, VoigtOf<Number>& stress,
-                             Number* state_variables) {
+    const auto take = [this](const auto& strain, auto& stress, auto* state_variables) {
       return step(strain, stress, state_variables);
     };
     return accurate_step<states>(take, increment.strain, change, pressure, sigma, s);
@@ -234,8 +233,7 @@ struct NorSand {
     using std::abs, std::log;
     s[e_image] = gamma - lambda * log(s[p_image] / reference_pressure);
     s[psi_image] = s[void_ratio] - s[e_image];
-    const Number mu =
-        std::max<Number>(least_mu, 1 - chi_image() * N / M_tc() * abs(s[psi_image]));
+    const Number mu = std::max<Number>(least_mu, 1 - chi_image() * N / M_tc() * abs(s[psi_image]));
     s[M_image] = M * mu;
     s[M_image_tc] = M_tc() * mu;
   }

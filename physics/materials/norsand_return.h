@@ -370,8 +370,7 @@ void NorSand::land(const IncrementOf<Number>& increment, VoigtOf<Number>& sigma,
   for (const Number& component : stepped) stands = stands && std::isfinite(value_of(component));
   for (std::size_t k = 0; k < after.size(); ++k)
     stands = stands && (state[k].of_stress || std::isfinite(value_of(after[k])));
-  if (!stands)
-    return NorSandReturn<Number>(*this, increment.strain, sigma, s).land(sigma, s);
+  if (!stands) return NorSandReturn<Number>(*this, increment.strain, sigma, s).land(sigma, s);
   sigma = stepped;
   std::copy_n(after.begin(), std::size_t{states}, s);
 }

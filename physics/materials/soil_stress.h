@@ -37,8 +37,7 @@ Number contract(const VoigtOf<Number>& a, const VoigtOf<Number>& b) {
 template <class Number>
 SoilStressOf<Number> soil_stress(const VoigtOf<Number>& sigma) {
   using std::sqrt;
-  SoilStressOf<Number> s{
-      -(sigma[0] + sigma[1] + sigma[2]) / 3, 0, std::numbers::pi / 3, sigma, {}};
+  SoilStressOf<Number> s{-(sigma[0] + sigma[1] + sigma[2]) / 3, 0, std::numbers::pi / 3, sigma, {}};
   VoigtOf<Number>& n = s.direction;
   for (std::size_t k = 0; k < 3; ++k) n[k] += s.p;
   const Number length = sqrt(contract(n, n));
@@ -66,8 +65,9 @@ SoilStressOf<Number> with_lode_angle(SoilStressOf<Number> s) {
   if (!(s.q > 0)) return s;
   const VoigtOf<Number>& n = s.direction;
   const auto [xx, yy, zz, xy, yz, xz] = n;
-  VoigtOf<Number> t{xx * xx + xy * xy + xz * xz, xy * xy + yy * yy + yz * yz, xz * xz + yz * yz + zz * zz,
-          xx * xy + xy * yy + xz * yz, xy * xz + yy * yz + yz * zz, xx * xz + xy * yz + xz * zz};
+  VoigtOf<Number> t{xx * xx + xy * xy + xz * xz, xy * xy + yy * yy + yz * yz,
+                    xz * xz + yz * yz + zz * zz, xx * xy + xy * yy + xz * yz,
+                    xy * xz + yy * yz + yz * zz, xx * xz + xy * yz + xz * zz};
   for (std::size_t k = 0; k < 3; ++k) t[k] -= 1.0 / 3;
   for (Number& component : t) component *= std::sqrt(6.0);
   if constexpr (is_dual<Number>) {
@@ -151,15 +151,15 @@ inline constexpr double small_step = 5e-3;
 template <std::size_t States, class Number, class Take>
 bool accurate_step(const Take& take, const VoigtOf<Number>& strain, double change, double pressure,
                    VoigtOf<Number>& sigma, Number* state) {
-  const VoigtOf<Number> before = sigma;
-  std::array<Number, States> copy;
-  std::copy_n(state, States, copy.begin());
+  Voigt halves = values_of(sigma);
+  std::array<double, States> copy;
+  for (std::size_t k = 0; k < States; ++k) copy[k] = value_of(state[k]);
   if (!take(strain, sigma, state)) return false;
   if (change <= small_step * pressure) return true;
-  VoigtOf<Number> half = strain, halves = before;
-  for (Number& component : half) component /= 2;
+  Voigt half = values_of(strain);
+  for (double& component : half) component /= 2;
   if (!take(half, halves, copy.data()) || !take(half, halves, copy.data())) return false;
-  return distance(sigma, halves) <= step_error * pressure;
+  return distance(values_of(sigma), halves) <= step_error * pressure;
 }
 
 }  // namespace lahar

@@ -21,7 +21,7 @@ struct StressChange {
 /// update() of a law, or what prepare() makes of it, with numbers of any kind.
 template <int Dim, class Real, class LawType>
 Failures update_by(const LawType& law, const Real (&H)[Dim][Dim], double dt, bool linear_strain,
-               const double* stress, const double* state, Real* new_stress, Real* new_state) {
+                   const double* stress, const double* state, Real* new_stress, Real* new_state) {
   for (std::size_t k = 0; k < stress_components<Dim>; ++k) new_stress[k] = Real(stress[k]);
   for (std::size_t k = 0; k < LawType::state.size(); ++k)
     new_state[k] = Real(LawType::state[k].of_stress ? 0.0 : state[k]);
@@ -46,8 +46,7 @@ Failures stress_change(const LawType& law, const double (&H)[Dim][Dim], double d
       values[a][b] = Scalar(H[a][b]);
       unknowns[a][b] = D::unknown(H[a][b], static_cast<std::size_t>(Dim * a + b));
     }
-  const Failures failures =
-      update_by<Dim>(law, values, dt, linear_strain, stress, state, s, q);
+  const Failures failures = update_by<Dim>(law, values, dt, linear_strain, stress, state, s, q);
   update_by<Dim>(law, unknowns, dt, linear_strain, stress, state, ds, dq);
   for (std::size_t k = 0; k < rows; ++k) {
     to.stress[k] = s[k][0];

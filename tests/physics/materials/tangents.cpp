@@ -172,10 +172,9 @@ void check_random(const LawType& law, bool linear, int history, double size, dou
 }  // namespace
 
 TEST_CASE("tangents of every law are derivatives: elastic increments, small and large") {
-  for_each_law([]<class LawType, int Dim>(const LawType& law, std::integral_constant<int, Dim>,
-                                          bool linear) {
-    check_random<Dim>(law, linear, 0, 2e-5, 0, 0);
-  });
+  for_each_law(
+      []<class LawType, int Dim>(const LawType& law, std::integral_constant<int, Dim>,
+                                 bool linear) { check_random<Dim>(law, linear, 0, 2e-5, 0, 0); });
 }
 
 TEST_CASE("tangents of every law are derivatives: while it yields, hardens and softens") {
@@ -209,7 +208,8 @@ TEST_CASE("tangents of every law are derivatives where principal stresses are eq
   });
 }
 
-TEST_CASE("tangents of every law are derivatives where nothing is strained, with or without stress") {
+TEST_CASE(
+    "tangents of every law are derivatives where nothing is strained, with or without stress") {
   for_each_law([]<class LawType, int Dim>(const LawType& law, std::integral_constant<int, Dim>,
                                           bool linear) {
     Comparison found;
