@@ -294,9 +294,7 @@ SimulationInfo SimulationDriver<Dim>::info() const {
 
 template <int Dim>
 std::vector<Stage> SimulationDriver<Dim>::stages() const {
-  std::vector<Stage> list;
-  for (const auto& stage : stages_) list.push_back(stage.stage);
-  return list;
+  return stages_of(stages_);
 }
 
 template <int Dim>

@@ -12,12 +12,12 @@
 #include <vector>
 
 #include "graph/executor.h"
+#include "runtime/exchange/rank_exchange.h"
+#include "runtime/exchange/run_failures.h"
 #include "runtime/step/checkpoint_stager.h"
 #include "runtime/step/epochs.h"
 #include "runtime/step/implicit_solver.h"
 #include "runtime/step/output_schedule.h"
-#include "runtime/step/rank_exchange.h"
-#include "runtime/step/run_failures.h"
 #include "runtime/step/run_frames.h"
 #include "runtime/step/run_history.h"
 #include "runtime/step/run_watch.h"

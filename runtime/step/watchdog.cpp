@@ -7,7 +7,7 @@
 
 #include "physics/kernels/kernels.h"
 #include "physics/materials/law.h"
-#include "runtime/step/failure.h"
+#include "runtime/exchange/failure.h"
 
 namespace lahar {
 
