@@ -105,7 +105,8 @@ TEST_CASE("implicit steps are read as the fork of CB-Geo MPM writes them") {
       "max_iteration": 7, "displacement_tolerance": 1e-3, "residual_tolerance": 0,
       "relative_residual_tolerance": 1e-2},
     "linear_solver": {"solver_type": "DirectEigen", "max_iter": 5, "tolerance": 1e-4,
-      "solver_settings": [{"dof": "displacement", "solver_type": "KrylovPETSC", "max_iter": 9}]})"});
+      "solver_settings": [
+        {"dof": "displacement", "solver_type": "KrylovPETSC", "max_iter": 9}]})"});
   const ImplicitSteps& steps = model.analysis.implicit;
   CHECK(model.analysis.scheme == Scheme::newmark);
   CHECK(!steps.nonlinear);
@@ -138,7 +139,7 @@ TEST_CASE("keys of implicit analyses without effect are warned of") {
         "'linear_solver' has no effect in an explicit analysis\n");
 }
 
-TEST_CASE("type and scheme have to agree; in CB-Geo's input the type counts") {
+TEST_CASE("type and scheme have to agree, and in CB-Geo's input the type counts") {
   CHECK(refusal({.analysis = R"("type": "MPMExplicit2D", "mpm_scheme": "newmark", "dt": 1,
                                 "nsteps": 1)"}) ==
         "'mpm_scheme': \"newmark\" is implicit, but 'type' is \"MPMExplicit2D\"");
@@ -231,7 +232,7 @@ TEST_CASE("conditions of nodes and particles that implicit analyses do not have 
         "");
 }
 
-TEST_CASE("displacement constraints are lists of nodes; the first of a node and direction counts") {
+TEST_CASE("of displacement constraints, the first of a node and direction counts") {
   const Model<2> model = model_of({.conditions = R"("displacement_constraints": [
     {"nset": "corner", "dir": 1, "displacement": 2e-3, "math_function_id": 0},
     {"nset": "base", "dir": "y", "displacement": 1e-3},
