@@ -30,7 +30,7 @@ void begin_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step);
 /// Sums and matrix of one iteration begin at zero.
 template <int Dim>
 void clear_system(Patch<Dim>& patch, const StepContext<Dim>& step);
-/// What particles give to r and A. Where a law finds no stress, Patch::fault says so.
+/// What particles give to r and A. Where a law finds no stress, Patch::unsolved says so.
 template <int Dim>
 void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 /// The rest of A: inertia, and what keeps nodes without stiffness in place. Where given unknowns

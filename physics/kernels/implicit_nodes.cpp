@@ -113,6 +113,11 @@ void begin_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
                     const NodeVector a = velocity_of(patch, sum, v);
                     store(with_mass(a, NodeVector(0.0)), at(patch.acceleration, i));
                   });
+  const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  patch.system.own_mass.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
+  for_each_active_node(patch, [&](Local i) {
+    patch.system.own_mass[static_cast<std::size_t>(i)] = own[i * sum_stride];
+  });
   prescribe(patch, step);
   if (!step.model->analysis.as_cbgeo) follow_held(patch, step);
   find_pattern(patch);
@@ -130,7 +135,7 @@ void complete_matrix(Patch<Dim>& patch, const StepContext<Dim>& step) {
   constexpr auto size = static_cast<std::size_t>(NodalSystem<Dim>::block_size);
   const ImplicitSteps& steps = step.model->analysis.implicit;
   const double inertia = steps.quasi_static ? 0.0 : Newmark(steps, step.dt).of_increment;
-  const double* own_mass = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  const std::vector<double>& own_mass = patch.system.own_mass;
   NodalSystem<Dim>& system = patch.system;
   for_each_active_node(patch, [&](Local i) {
     const auto row = static_cast<std::size_t>(i);
@@ -139,7 +144,8 @@ void complete_matrix(Patch<Dim>& patch, const StepContext<Dim>& step) {
     double largest = 0;
     for (std::size_t d = 0; d < Dim; ++d) largest = std::max(largest, block[(Dim + 1) * d]);
     for (std::size_t d = 0; d < Dim; ++d)
-      block[(Dim + 1) * d] += least_stiffness * largest + inertia * own_mass[i * sum_stride];
+      block[(Dim + 1) * d] +=
+          least_stiffness * largest + inertia * own_mass[static_cast<std::size_t>(i)];
   });
   if (system.predicted != 0.0) predict(patch, step);
 }
@@ -227,14 +233,14 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const ImplicitSteps& steps = step.model->analysis.implicit;
   const Newmark newmark(steps, step.dt);
   const NodeVector gravity = gravity_in(step);
-  const double* own_mass = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  const std::vector<double>& own_mass = patch.system.own_mass;
   NodeVector weight_work(0.0);
   double* const loads = &patch.work.external;
   for_each_active_node(patch, [&](Local i) {
     const auto d = load<NodeVector>(at(patch.system.increment, i));
     const auto v = load<NodeVector>(at(patch.velocity, i));
     const auto a = load<NodeVector>(at(patch.acceleration, i));
-    const double m = v[mass_lane], own = own_mass[i * sum_stride];
+    const double m = v[mass_lane], own = own_mass[static_cast<std::size_t>(i)];
     weight_work += own * d;
     if (own != 0.0) {
       const double* r = at(patch.system.right_side, i);
@@ -254,14 +260,14 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   for (int d = 0; d < Dim; ++d) *loads += gravity[d] * weight_work[d];
   for (const auto& point : patch.forces)
     if (const double m = mass_at(patch, point.node); more_than(m, least_moving_mass))
-      *loads += own_mass[point.node * sum_stride] / m * point.force *
+      *loads += own_mass[static_cast<std::size_t>(point.node)] / m * point.force *
                 load_factor(*step.model, point.function, step.time) *
                 at(patch.system.increment, point.node)[point.dir];
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                  \
   template void begin_implicit_step<Dim>(Patch<Dim>&, const StepContext<Dim>&);                 \
-  template void complete_matrix<Dim>(Patch<Dim>&, const StepContext<Dim>&);               \
+  template void complete_matrix<Dim>(Patch<Dim>&, const StepContext<Dim>&);                     \
   template void close_system<Dim>(Patch<Dim>&, const StepContext<Dim>&);                        \
   template void advance_increment<Dim>(Patch<Dim>&, double);                                    \
   template EquilibriumNorms equilibrium_norms<Dim>(const Patch<Dim>&, const StepContext<Dim>&); \

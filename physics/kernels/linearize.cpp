@@ -109,7 +109,7 @@ struct CellSystem {
 
 template <int Dim>
 void record_law(Patch<Dim>& patch, const ParticleBin& bin, Local p) {
-  ParticleFault& fault = patch.fault;
+  ParticleFault& fault = patch.unsolved;
   if (fault.kind == ParticleFault::Kind::law) ++fault.count;
   if (fault.kind != ParticleFault::Kind::none) return;
   fault.kind = ParticleFault::Kind::law;
@@ -146,6 +146,7 @@ bool change_of(const Patch<Dim>& patch, const StepContext<Dim>& step, const Part
 template <int Dim>
 void clear_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.contributes[static_cast<std::size_t>(step.step % 2)] = patch.count > 0;
+  patch.unsolved = {};
   if (patch.active_nodes.empty()) return;
   patch.system.blocks.assign(patch.system.column.size() * NodalSystem<Dim>::block_size, 0.0);
   clear_sums(patch, step, NodeSum::residual);

@@ -5,8 +5,8 @@
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/opening.h"
+#include "physics/materials/increment.h"
 #include "physics/materials/law.h"
-#include "physics/materials/tangent.h"
 
 namespace lahar {
 

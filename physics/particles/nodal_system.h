@@ -26,13 +26,14 @@ struct NodalSystem {
   NodeArray solution;    ///< {x, 0}
 
   // Of Newton's method (implicit.h).
-  NodeArray increment;    ///< {d [m], 0}: displacement in the step so far
-  NodeArray kept;         ///< d to go back to
-  NodeArray given;        ///< {d [m], 0} of the whole step, of unknowns that are given
-  NodeArray unloaded;     ///< {r [N], 0} of d = 0
-  double predicted = 0;   ///< share of `given` by which the next solution moves them
-  double left_out = 0;    ///< share of `unloaded` that is left out of the balance
-  bool symmetric = true;  ///< A is, on all patches
+  std::vector<double> own_mass;  ///< [kg] by node, of this patch's particles
+  NodeArray increment;           ///< {d [m], 0}: displacement in the step so far
+  NodeArray kept;                ///< d to go back to
+  NodeArray given;               ///< {d [m], 0} of the whole step, of unknowns that are given
+  NodeArray unloaded;            ///< {r [N], 0} of d = 0
+  double predicted = 0;          ///< share of `given` by which the next solution moves them
+  double left_out = 0;           ///< share of `unloaded` that is left out of the balance
+  bool symmetric = true;         ///< A is, on all patches
 };
 
 }  // namespace lahar

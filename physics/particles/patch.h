@@ -273,6 +273,7 @@ struct Patch {
   double max_speed = 0;                  ///< [m/s] of the particles, at most; by G2P
   std::vector<RemovedParticle> removed;  ///< left the mesh, since the driver took the list
   ParticleFault fault;
+  ParticleFault unsolved;  ///< a law without a stress in an iteration of an implicit step
 
   Local n_nodes() const { return static_cast<Local>(topology.nodes.size()); }
 

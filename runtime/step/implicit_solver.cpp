@@ -2,20 +2,71 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Sparse>
-#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
 
 #include "physics/kernels/implicit.h"
-#include "runtime/step/failure.h"
+#include "runtime/exchange/failure.h"
+#include "runtime/solve/direct_solve.h"
 
 namespace lahar {
 
+namespace {
+
+/// Halvings of a change that makes the unbalanced force larger, and how much larger it may become.
+constexpr int most_halvings = 4;
+constexpr double most_growth = 2.0;
+/// Rounding of forces in balance, as a share of them.
+constexpr double rounding = 1e-13;
+/// Systems up to this size are solved directly unless the scenario says otherwise.
 template <int Dim>
-ImplicitSolver<Dim>::ImplicitSolver(const Model<Dim>& model, PatchSet<Dim>& patches)
-    : model_(model), patches_(patches), stages_(implicit_stages<Dim>(model.analysis)) {}
+constexpr double small_system = Dim == 2 ? 100'000 : 20'000;
+
+bool is_iterative(const ImplicitSteps& steps, double unknowns, double small) {
+  if (steps.solver == ImplicitSteps::Solver::automatic) return unknowns > small;
+  return steps.solver == ImplicitSteps::Solver::iterative;
+}
+
+RoundOptions with(RoundOptions options, int sums, const ExchangeGroups* groups) {
+  options.sums = sums;
+  options.groups = groups;
+  return options;
+}
+
+}  // namespace
+
+template <int Dim>
+bool ImplicitSolver<Dim>::Balance::is_good() const {
+  return solved && std::isfinite(residual);
+}
+
+template <int Dim>
+ImplicitSolver<Dim>::ImplicitSolver(const Model<Dim>& model, PatchSet<Dim>& patches,
+                                    const Communicator& ranks, RoundOptions rounds,
+                                    const ImplicitGroups* groups)
+    : model_(model),
+      patches_(patches),
+      ranks_(ranks),
+      threads_(rounds.executor.threads),
+      begin_(patches, implicit_stages<Dim>(model.analysis).begin,
+             with(rounds, 0, groups ? &groups->begin : nullptr),
+             {.context = [this](Step round) { return context(round); }}),
+      linearize_(patches, implicit_stages<Dim>(model.analysis).linearize,
+                 with(rounds, n_sums, groups ? &groups->linearize : nullptr),
+                 {.context = [this](Step round) { return context(round); },
+                  .give = [this](int p, Step round, std::span<double> own) { give(p, round, own); },
+                  .take =
+                      [this](Step, std::span<const double> sums) {
+                        std::copy(sums.begin(), sums.end(), sums_.begin());
+                        return true;
+                      }}),
+      linear_(patches, with(rounds, 0, groups ? &groups->solve : nullptr)) {}
+
+template <int Dim>
+StepContext<Dim> ImplicitSolver<Dim>::context(Step round) const {
+  return {&model_, &patches_.partition(), round, time_, dt_};
+}
 
 template <int Dim>
 void ImplicitSolver<Dim>::for_each_patch(auto action) {
@@ -23,177 +74,136 @@ void ImplicitSolver<Dim>::for_each_patch(auto action) {
 }
 
 template <int Dim>
-void ImplicitSolver<Dim>::run(const Stages<Dim>& stages) {
-  context_.step = round_++;
-  for (const auto& stage : stages)
-    for_each_patch([&](Patch<Dim>& patch) {
-      if (stage.begin) stage.begin(patch, context_);
-      if (stage.bins) stage.bins(patch, context_, patch.bins);
-      if (stage.end) stage.end(patch, context_);
-    });
+void ImplicitSolver<Dim>::give(int p, Step round, std::span<double> own) const {
+  const Patch<Dim>& patch = patches_[p];
+  const EquilibriumNorms norms = equilibrium_norms(patch, context(round));
+  const bool unsolved = patch.unsolved.kind != ParticleFault::Kind::none;
+  const std::array<double, n_sums> all{norms.residual,       norms.forces,
+                                       norms.change,         norms.unknowns,
+                                       unsolved ? 1.0 : 0.0, patch.system.symmetric ? 0.0 : 1.0};
+  std::copy(all.begin(), all.end(), own.begin());
 }
 
 template <int Dim>
-auto ImplicitSolver<Dim>::evaluate() -> Norms {
-  run(stages_.linearize);
-  Norms all;
-  for_each_patch([&](Patch<Dim>& patch) {
-    const EquilibriumNorms norms = equilibrium_norms(patch, context_);
-    all.residual += norms.residual;
-    all.forces += norms.forces;
-    all.change += norms.change;
-    all.unknowns += norms.unknowns;
-    if (patch.fault.kind != ParticleFault::Kind::none) {
-      all.good = false;
-      if (report_.problem.empty())
-        report_.problem = describe_fault(patch.fault, model_, patches_.next_id());
-      patch.fault = {};
-    }
+auto ImplicitSolver<Dim>::linearize() -> Balance {
+  linearize_.run(1);
+  const Balance balance{.residual = std::sqrt(sums_[0]),
+                        .forces = std::sqrt(sums_[1]),
+                        .change = std::sqrt(sums_[2]),
+                        .unknowns = sums_[3],
+                        .solved = sums_[4] == 0.0,
+                        .symmetric = sums_[5] == 0.0};
+  if (!balance.solved) find_problem();
+  return balance;
+}
+
+/// Collective: the first particle without a stress, of the first rank that has one.
+template <int Dim>
+void ImplicitSolver<Dim>::find_problem() {
+  bool has = false;
+  for_each_patch([&](const Patch<Dim>& patch) {
+    if (patch.unsolved.kind == ParticleFault::Kind::none || has) return;
+    report_.problem = describe_fault(patch.unsolved, model_, patches_.next_id());
+    has = true;
   });
-  all.residual = std::sqrt(all.residual);
-  all.forces = std::sqrt(all.forces);
-  all.change = std::sqrt(all.change);
-  return all;
+  if (ranks_.several()) take_first_text(ranks_, has, report_.problem);
 }
 
 template <int Dim>
-bool ImplicitSolver<Dim>::solve_linear() {
-  std::map<Index, Index> number;
-  std::vector<Eigen::Triplet<double>> entries;
-  for_each_patch([&](Patch<Dim>& patch) {
-    for (Local i = 0; i < static_cast<Local>(patch.system.held.size()); ++i)
-      for (int d = 0; d < Dim; ++d)
-        if (!(patch.system.held[static_cast<std::size_t>(i)] >> d & 1))
-          number.try_emplace(patch.topology.nodes[static_cast<std::size_t>(i)] * Dim + d, 0);
-  });
-  Index n = 0;
-  for (auto& [key, value] : number) value = n++;
-  Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
-  const auto number_of = [&](const Patch<Dim>& patch, Local i, int d) -> Index {
-    if (patch.system.held[static_cast<std::size_t>(i)] >> d & 1) return -1;
-    return number.at(patch.topology.nodes[static_cast<std::size_t>(i)] * Dim + d);
-  };
-  for_each_patch([&](Patch<Dim>& patch) {
-    const auto& system = patch.system;
-    for (Local i = 0; i < static_cast<Local>(system.held.size()); ++i)
-      for (int a = 0; a < Dim; ++a) {
-        const Index row = number_of(patch, i, a);
-        if (row < 0) continue;
-        b[row] = system.right_side[static_cast<std::size_t>(i * node_width + a)];
-        for (std::size_t k = system.first[static_cast<std::size_t>(i)];
-             k < system.first[static_cast<std::size_t>(i) + 1]; ++k)
-          for (int c = 0; c < Dim; ++c)
-            if (const Index column = number_of(patch, system.column[k], c); column >= 0)
-              entries.emplace_back(
-                  row, column,
-                  system.blocks[k * Dim * Dim + static_cast<std::size_t>(Dim * a + c)]);
-      }
-  });
-  Eigen::SparseMatrix<double> A(n, n);
-  A.setFromTriplets(entries.begin(), entries.end());
-  Eigen::SparseLU<Eigen::SparseMatrix<double>> lu(A);
-  if (lu.info() != Eigen::Success) return false;
-  const Eigen::VectorXd x = lu.solve(b);
-  for_each_patch([&](Patch<Dim>& patch) {
-    for (Local i = 0; i < static_cast<Local>(patch.system.held.size()); ++i)
-      for (int d = 0; d < Dim; ++d) {
-        const Index row = number_of(patch, i, d);
-        patch.system.solution[static_cast<std::size_t>(i * node_width + d)] =
-            row < 0 ? 0.0 : x[row];
-      }
-  });
-  return x.allFinite();
-}
-
-template <int Dim>
-bool ImplicitSolver<Dim>::is_converged(const Norms& norms, double first, bool full) const {
-  constexpr double rounding = 1e-13;
+bool ImplicitSolver<Dim>::solve_linear(const Balance& balance) {
   const ImplicitSteps& steps = model_.analysis.implicit;
-  if (!norms.good) return false;
-  if (norms.residual <=
-      std::max({steps.residual_tolerance, steps.relative_residual_tolerance * first,
-                rounding * norms.forces}))
-    return true;
-  return full && norms.change <= steps.displacement_tolerance * std::sqrt(norms.unknowns);
+  SolveResult result;
+  if (is_iterative(steps, balance.unknowns, small_system<Dim>)) {
+    SolveOptions options;
+    options.method = balance.symmetric ? SolveMethod::conjugate_gradients : SolveMethod::bicgstab;
+    options.limits.tolerance = steps.solver_tolerance;
+    if (steps.solver_iterations > 0) options.limits.most_iterations = steps.solver_iterations;
+    result = linear_.solve(options);
+    report_.linear_iterations += result.iterations;
+  } else {
+    result = solve_directly(patches_, ranks_, balance.symmetric, 1e-6);
+  }
+  if (!result.converged) report_.problem = result.problem;
+  return result.converged;
 }
 
-/// Halvings of a change that makes the unbalanced force larger.
-constexpr int most_halvings = 4;
+template <int Dim>
+bool ImplicitSolver<Dim>::is_converged(const Balance& balance, double first, bool whole) const {
+  const ImplicitSteps& steps = model_.analysis.implicit;
+  const double most = std::max({steps.residual_tolerance, steps.relative_residual_tolerance * first,
+                                rounding * balance.forces});
+  if (balance.residual <= most) return true;
+  return whole && balance.change <= steps.displacement_tolerance * std::sqrt(balance.unknowns);
+}
 
 template <int Dim>
 bool ImplicitSolver<Dim>::iterate() {
   const ImplicitSteps& steps = model_.analysis.implicit;
-  report_.problem.clear();
-  for_each_patch([](Patch<Dim>& patch) {
-    std::fill(patch.system.solution.begin(), patch.system.solution.end(), 0.0);
-  });
-  Norms norms = evaluate();
-  const double first = std::max(first_residual_, norms.residual);
-  bool predicted = true, full = false;
-  for (int k = 0; k <= steps.most_iterations; ++k) {
-    if (!norms.good || !std::isfinite(norms.residual)) return false;
-    if (!predicted && is_converged(norms, first, full)) {
-      report_.residual = norms.residual;
-      return true;
-    }
-    if (!predicted && !steps.nonlinear) return true;
-    if (k == steps.most_iterations) break;
+  Balance balance = linearize();
+  const double first = std::max(unloaded_, balance.residual);
+  for (int k = 0; k < steps.most_iterations && balance.is_good(); ++k) {
     ++report_.iterations;
-    if (!solve_linear()) {
-      report_.problem = "the linear system has no solution";
-      return false;
-    }
-    for_each_patch([](Patch<Dim>& patch) { advance_increment(patch, 1.0); });
+    if (!solve_linear(balance)) return false;
+    for_each_patch([](Patch<Dim>& patch) {
+      advance_increment(patch, 1.0);
+      load_in_part(patch, patch.system.left_out, 0.0);
+    });
+    // The first residual is not of the same unknowns where some are given: the next may be larger.
+    const double before = k == 0 ? std::numeric_limits<double>::infinity() : balance.residual;
+    balance = linearize();
     double share = 1.0;
-    const double before = norms.residual;
-    const double given = predicted ? std::numeric_limits<double>::infinity() : before;
-    for_each_patch([](Patch<Dim>& patch) { load_in_part(patch, patch.system.left_out, 0.0); });
-    norms = evaluate();
-    for (int h = 0; h < most_halvings && !predicted && !(norms.good && norms.residual < 2 * given);
-         ++h) {
+    for (int h = 0; k > 0 && h < most_halvings; ++h) {
+      if (balance.is_good() && balance.residual <= most_growth * before) break;
       share *= 0.5;
       for_each_patch([&](Patch<Dim>& patch) { advance_increment(patch, -share); });
-      report_.problem.clear();
-      norms = evaluate();
+      balance = linearize();
     }
-    full = share == 1.0;
-    predicted = false;
+    report_.residual = balance.residual;
+    if (!balance.is_good()) break;
+    if (is_converged(balance, first, share == 1.0) || !steps.nonlinear) return true;
   }
-  report_.problem = fmt::format(
-      "the unbalanced force is {:.3g} N after {} iterations, of {:.3g} N at the beginning",
-      norms.residual, steps.most_iterations, first);
+  if (balance.solved)
+    report_.problem =
+        fmt::format("after {} iterations {:.3g} N are not in balance, of {:.3g} N at the beginning",
+                    steps.most_iterations, balance.residual, first);
   return false;
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::restore() {
+  for_each_patch([](Patch<Dim>& patch) { restore_increment(patch); });
+  if (unloaded_ > 0) return;
+  for_each_patch([](Patch<Dim>& patch) { load_in_part(patch, 0.0, 0.0); });
+  unloaded_ = linearize().residual;
+  for_each_patch([](Patch<Dim>& patch) { keep_unloaded(patch); });
 }
 
 template <int Dim>
 ImplicitReport ImplicitSolver<Dim>::solve(double time, double dt) {
   const ImplicitSteps& steps = model_.analysis.implicit;
+  // Loads are those of the step's end. (In CB-Geo MPM of its beginning.)
+  time_ = model_.analysis.as_cbgeo ? time : time + dt;
+  dt_ = dt;
   report_ = {};
-  context_ = {&model_, &patches_.partition(), 0, model_.analysis.as_cbgeo ? time : time + dt, dt};
-  run(stages_.begin);
-  first_residual_ = 0;
+  unloaded_ = 0;
+  begin_.run(1);
   double reached = 0, part = 1;
   while (reached < 1) {
-    part = std::min(part, 1 - reached);
-    const double left_out = reached + part >= 1 ? 0.0 : 1 - (reached + part);
+    const bool last = reached + part >= 1;
+    const double next = last ? 1 : reached + part;
     for_each_patch([&](Patch<Dim>& patch) {
       keep_increment(patch);
-      load_in_part(patch, left_out, part);
+      load_in_part(patch, 1 - next, next - reached);
     });
     if (iterate()) {
-      reached = left_out == 0.0 ? 1 : reached + part;
+      reached = next;
       ++report_.parts;
       part *= 2;
-      continue;
+    } else {
+      restore();
+      part /= 4;
+      if (part * steps.most_cuts < 1) return report_;
     }
-    for_each_patch([](Patch<Dim>& patch) { restore_increment(patch); });
-    if (reached == 0 && part == 1) {  // r(d = 0), without anything left out
-      for_each_patch([](Patch<Dim>& patch) { load_in_part(patch, 0.0, 0.0); });
-      first_residual_ = evaluate().residual;
-      for_each_patch([](Patch<Dim>& patch) { keep_unloaded(patch); });
-    }
-    part /= 4;
-    if (part * steps.most_cuts < 1) return report_;
   }
   report_.converged = true;
   report_.problem.clear();

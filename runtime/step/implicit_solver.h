@@ -1,9 +1,12 @@
 /// \file The displacement of an implicit step: Newton's method over all patches of all ranks.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 
 #include "runtime/patches/patch_set.h"
+#include "runtime/solve/global_solve.h"
 #include "runtime/step/schemes.h"
 
 namespace lahar {
@@ -13,41 +16,72 @@ struct ImplicitReport {
   bool converged = false;
   int iterations = 0;         ///< of Newton's method, in all parts
   int parts = 0;              ///< in which the loads were reached
-  int linear_iterations = 0;  ///< of the linear solver; 0 = direct
+  int linear_iterations = 0;  ///< of the linear solver; direct solves have none
   double residual = 0;        ///< [N] unbalanced force at the end
   std::string problem;        ///< where it did not converge
 };
 
-/// Finds Patch::system.increment. The loads are reached in parts where Newton's method fails on all
-/// at once: each part is solved from where the one before ended, as far as the history of materials
-/// goes the step is one increment.
+/// For each graph of an implicit step: several ranks only.
+struct ImplicitGroups {
+  ExchangeGroups begin, linearize, solve;
+  ImplicitGroups(const Communicator& ranks, int threads)
+      : begin(ranks, threads), linearize(ranks, threads), solve(ranks, threads) {}
+};
+
+/// Finds Patch::system.increment (physics/kernels/implicit.h). Where Newton's method fails on all
+/// loads at once, they are reached in parts: each is solved from where the one before ended. For
+/// the materials the step is one increment all the same. With several ranks, functions are
+/// collective. For the patches as they are linked now.
 template <int Dim>
 class ImplicitSolver {
  public:
-  ImplicitSolver(const Model<Dim>& model, PatchSet<Dim>& patches);
-  /// For the step from `time` on; all particles are at rest in their patches. Collective.
+  /// `rounds`: how graphs are executed; its groups are those of `groups`.
+  ImplicitSolver(const Model<Dim>& model, PatchSet<Dim>& patches, const Communicator& ranks,
+                 RoundOptions rounds, const ImplicitGroups* groups);
+  ImplicitSolver(const ImplicitSolver&) = delete;
+  ImplicitSolver& operator=(const ImplicitSolver&) = delete;
+
+  /// For a step of `dt` from `time` on; all particles are in their patches.
   ImplicitReport solve(double time, double dt);
 
  private:
-  struct Norms {
-    double residual = 0, forces = 0, change = 0, unknowns = 0;
-    bool good = true;  ///< every particle has a stress
+  /// Of all patches.
+  struct Balance {
+    double residual = 0;  ///< [N] unbalanced force
+    double forces = 0;    ///< [N] what is in balance
+    double change = 0;    ///< [m] of the last iteration
+    double unknowns = 0;
+    bool solved = true;     ///< every particle has a stress
+    bool symmetric = true;  ///< the matrix is
+    bool is_good() const;
   };
-  void run(const Stages<Dim>& stages);
-  Norms evaluate();
-  bool solve_linear();
-  bool is_converged(const Norms& norms, double first, bool full) const;
-  /// Newton's method from the present increment; false where it fails, with the reason in report_.
+  static constexpr int n_sums = 6;
+  Rounds<Dim> rounds_of(const Stages<Dim>& stages, RoundOptions options, int sums,
+                        const ExchangeGroups* groups);
+  StepContext<Dim> context(Step round) const;
+  void give(int patch, Step round, std::span<double> own) const;
+  Balance linearize();
+  void find_problem();
+  bool solve_linear(const Balance& balance);
+  bool is_converged(const Balance& balance, double first, bool whole) const;
+  /// Newton's method from the present increment; false where it fails, report_ says why.
   bool iterate();
+  void restore();
   void for_each_patch(auto action);
 
   const Model<Dim>& model_;
   PatchSet<Dim>& patches_;
-  ImplicitStages<Dim> stages_;
-  StepContext<Dim> context_;
-  Step round_ = 0;
-  double first_residual_ = 0;
+  Communicator ranks_;
+  int threads_;
+  double time_ = 0, dt_ = 0;  ///< [s] of loads; of the step
+  std::array<double, n_sums> sums_{};
+  Rounds<Dim> begin_, linearize_;
+  GlobalSolve<Dim> linear_;
+  double unloaded_ = 0;  ///< [N] unbalanced force without any displacement, where it is known
   ImplicitReport report_;
 };
+
+extern template class ImplicitSolver<2>;
+extern template class ImplicitSolver<3>;
 
 }  // namespace lahar

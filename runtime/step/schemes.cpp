@@ -2,6 +2,8 @@
 // exchange of node sums, of particles or of the time step is part of a stage.
 #include "runtime/step/schemes.h"
 
+#include "runtime/solve/global_solve.h"
+
 namespace lahar {
 
 namespace {
@@ -120,6 +122,16 @@ template <int Dim>
 ImplicitStages<Dim> implicit_stages(const Analysis& a) {
   return {.begin = motion_before_solve<Dim>(a), .linearize = linear_system<Dim>(a)};
 }
+
+template <int Dim>
+void append_solver_stages(const Analysis& analysis, Stages<Dim>& all) {
+  const ImplicitStages<Dim> own = implicit_stages<Dim>(analysis);
+  for (const Stages<Dim>& list : {own.begin, own.linearize, solver_stages<Dim>()})
+    all.insert(all.end(), list.begin(), list.end());
+}
+template void append_solver_stages<2>(const Analysis&, Stages<2>&);
+template void append_solver_stages<3>(const Analysis&, Stages<3>&);
+
 template ImplicitStages<2> implicit_stages<2>(const Analysis&);
 template ImplicitStages<3> implicit_stages<3>(const Analysis&);
 

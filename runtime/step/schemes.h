@@ -13,5 +13,8 @@ struct ImplicitStages {
 };
 template <int Dim>
 ImplicitStages<Dim> implicit_stages(const Analysis& analysis);
+/// All of them and those of linear solves, for message_of_sums().
+template <int Dim>
+void append_solver_stages(const Analysis& analysis, Stages<Dim>& all);
 
 }  // namespace lahar

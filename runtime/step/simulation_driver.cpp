@@ -48,7 +48,6 @@ SimulationDriver<Dim>::SimulationDriver(Model<Dim> model, ExecutionOptions optio
       trace_(phases_),
       times_(stages()) {
   seconds_per_tick();  // from now on
-  if (model_.analysis.scheme == Scheme::newmark) solver_.emplace(model_, patches_);
   if (ranks_.several() && !is_parallel())
     throw InputError("only the task graph runs on several ranks; leave out --serial");
   frames_.measure(ranks_);
@@ -72,7 +71,9 @@ SimulationDriver<Dim>::~SimulationDriver() {
 template <int Dim>
 PatchSet<Dim> SimulationDriver<Dim>::make_patches(const SimulationState* state) {
   const NodeSumCopies copies = node_sum_copies(model_.analysis);
-  const SumMessages messages = message_of_sums(stages_);
+  std::vector<TimestepStage<Dim>> all = stages_;
+  if (is_implicit(model_.analysis)) append_solver_stages(model_.analysis, all);
+  const SumMessages messages = message_of_sums(all);
   return state ? PatchSet<Dim>(model_, options_.support_rings, copies, *state, threads(), ranks_,
                                messages, options_.memory)
                : PatchSet<Dim>(model_, options_.support_rings, copies, threads(), ranks_, messages,

@@ -95,6 +95,7 @@ class SimulationDriver {
 
   void build_executor();
   void connect_ranks();
+  void build_solver();
   /// What the stages of a step may read, but for dt where it may not be known yet.
   StepContext<Dim> context(Step step, bool has_dt = false) const;
   /// The task of a patch of another rank, whose message has come.
@@ -187,13 +188,14 @@ class SimulationDriver {
   CheckpointStager<Dim> stager_;
   StagingBudget budget_;
   Epochs<Dim> epochs_;
-  std::optional<ImplicitSolver<Dim>> solver_;  ///< implicit steps only
   StepTrace trace_;
   StageTimes times_;
   RunFailures failures_;
   std::optional<ExchangeGroups> groups_;         ///< several ranks only
   std::unique_ptr<RankExchange<Dim>> exchange_;  ///< several ranks only
   std::unique_ptr<Executor> executor_;
+  std::optional<ImplicitGroups> solver_groups_;  ///< implicit steps on several ranks only
+  std::optional<ImplicitSolver<Dim>> solver_;    ///< implicit steps only
   PerStep<Agreement> agreed_;
   PerStep<double> agreed_limit_;
   PerStep<std::vector<std::vector<Index>>> injected_;  ///< events, by patch

@@ -77,6 +77,7 @@ void SimulationDriver<Dim>::build_executor() {
                              .verify = options_.verify,
                              .seed = options_.seed},
                             exchange_.get());
+  build_solver();
   for (std::size_t f = 0; f + 1 < phases_.size(); ++f)
     if (phases_[f + 1].task.is_rest) whole_ = joined(phases_[f], phases_[f + 1]);
   first_dt_stage_ = 0;
@@ -85,6 +86,22 @@ void SimulationDriver<Dim>::build_executor() {
     if (stages_[s].stage.name == locate_stage) locate_index_ = s;
     if (stages_[s].stage.name == output_stage) output_index_ = s;
   }
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::build_solver() {
+  if (!is_implicit(model_.analysis)) return;
+  solver_.reset();
+  if (ranks_.several() && !solver_groups_) solver_groups_.emplace(ranks_, options_.threads);
+  solver_.emplace(model_, patches_, ranks_,
+                  RoundOptions{.executor = {.mode = options_.mode,
+                                            .threads = threads(),
+                                            .verify = options_.verify,
+                                            .seed = options_.seed},
+                               .latency = options_.latency,
+                               .shared_memory = options_.shared_memory,
+                               .others = [this] { poll_observer(); }},
+                  solver_groups_ ? &*solver_groups_ : nullptr);
 }
 
 template <int Dim>

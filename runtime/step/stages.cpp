@@ -517,7 +517,10 @@ Stages<Dim> linear_system(const Analysis&) {
                              .begin = [](P& p, S& s) { clear_system(p, s); },
                              .bins = [](P& p, S& s, ParticleBins bins) { linearize(p, s, bins); },
                              .end = [](P& p, S& s) { complete_matrix(p, s); }},
-          TimestepStage<Dim>{.stage = {.name = "balance", .exchange = "unbalanced force"},
+          TimestepStage<Dim>{.stage = {.name = "balance",
+                                       .exchange = "unbalanced force",
+                                       .gives_dt = true,
+                                       .needs_dt = true},
                              .takes = {NodeSum::residual},
                              .begin = [](P& p, S& s) { close_system(p, s); }}};
 }
