@@ -6,6 +6,7 @@
 
 #include "physics/base/node_vector.h"
 #include "physics/base/types.h"
+#include "physics/particles/solver_vectors.h"
 
 namespace lahar {
 
@@ -25,6 +26,7 @@ struct NodalSystem {
   NodeArray right_side;   ///< {b, 0}
   NodeArray solution;     ///< {x, 0}
   bool symmetric = true;  ///< A is, on all patches
+  SolverVectors solver;   ///< of whoever solves it
 };
 
 }  // namespace lahar
