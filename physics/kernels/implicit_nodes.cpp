@@ -45,7 +45,7 @@ double mass_at(const Patch<Dim>& patch, Local i) {
 template <int Dim>
 void hold(Patch<Dim>& patch, Local node, int dir, double displacement) {
   patch.system.held[static_cast<std::size_t>(node)] |= static_cast<std::uint8_t>(1 << dir);
-  at(patch.system.given, node)[dir] = displacement;
+  at(patch.implicit.given, node)[dir] = displacement;
 }
 
 template <int Dim>
@@ -53,7 +53,7 @@ void prescribe(Patch<Dim>& patch, const StepContext<Dim>& step) {
   NodalSystem<Dim>& system = patch.system;
   constexpr std::uint8_t all = (1 << Dim) - 1;
   system.held.assign(static_cast<std::size_t>(patch.n_nodes()), all);
-  system.given.assign(nodal_size(patch), 0.0);
+  patch.implicit.given.assign(nodal_size(patch), 0.0);
   for_each_active_node(patch, [&](Local i) {
     if (has_velocity(patch, mass_at(patch, i))) system.held[static_cast<std::size_t>(i)] = 0;
   });
@@ -71,7 +71,7 @@ void follow_held(Patch<Dim>& patch, const StepContext<Dim>& step) {
   for_each_active_node(patch, [&](Local i) {
     for (int d = 0; d < Dim; ++d) {
       if (!(patch.system.held[static_cast<std::size_t>(i)] >> d & 1)) continue;
-      at(patch.velocity, i)[d] = at(patch.system.given, i)[d] / step.dt;
+      at(patch.velocity, i)[d] = at(patch.implicit.given, i)[d] / step.dt;
       at(patch.acceleration, i)[d] = 0.0;
     }
   });
@@ -86,11 +86,11 @@ void predict(Patch<Dim>& patch, const StepContext<Dim>& step) {
     const auto row = static_cast<std::size_t>(i);
     for (std::size_t k = system.first[row]; k < system.first[row + 1]; ++k) {
       if (system.held[static_cast<std::size_t>(system.column[k])] == 0) continue;
-      const double* d = at(system.given, system.column[k]);
+      const double* d = at(patch.implicit.given, system.column[k]);
       const double* block = &system.blocks[static_cast<std::size_t>(system.block_size) * k];
       for (int a = 0; a < Dim; ++a)
         for (int c = 0; c < Dim; ++c)
-          sums[i * sum_stride + a] -= system.predicted * block[Dim * a + c] * d[c];
+          sums[i * sum_stride + a] -= patch.implicit.predicted * block[Dim * a + c] * d[c];
     }
   });
 }
@@ -114,15 +114,15 @@ void begin_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
                     store(with_mass(a, NodeVector(0.0)), at(patch.acceleration, i));
                   });
   const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
-  patch.system.own_mass.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
+  patch.implicit.own_mass.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
   for_each_active_node(patch, [&](Local i) {
-    patch.system.own_mass[static_cast<std::size_t>(i)] = own[i * sum_stride];
+    patch.implicit.own_mass[static_cast<std::size_t>(i)] = own[i * sum_stride];
   });
   prescribe(patch, step);
   if (!step.model->analysis.as_cbgeo) follow_held(patch, step);
   find_pattern(patch);
   for (NodeArray* array :
-       {&patch.system.right_side, &patch.system.solution, &patch.system.increment})
+       {&patch.system.right_side, &patch.system.solution, &patch.implicit.increment})
     array->assign(nodal_size(patch), 0.0);
   load_in_part(patch, 0.0, 1.0);
 }
@@ -135,7 +135,7 @@ void complete_matrix(Patch<Dim>& patch, const StepContext<Dim>& step) {
   constexpr auto size = static_cast<std::size_t>(NodalSystem<Dim>::block_size);
   const ImplicitSteps& steps = step.model->analysis.implicit;
   const double inertia = steps.quasi_static ? 0.0 : Newmark(steps, step.dt).of_increment;
-  const std::vector<double>& own_mass = patch.system.own_mass;
+  const std::vector<double>& own_mass = patch.implicit.own_mass;
   NodalSystem<Dim>& system = patch.system;
   for_each_active_node(patch, [&](Local i) {
     const auto row = static_cast<std::size_t>(i);
@@ -147,28 +147,28 @@ void complete_matrix(Patch<Dim>& patch, const StepContext<Dim>& step) {
       block[(Dim + 1) * d] +=
           least_stiffness * largest + inertia * own_mass[static_cast<std::size_t>(i)];
   });
-  if (system.predicted != 0.0) predict(patch, step);
+  if (patch.implicit.predicted != 0.0) predict(patch, step);
 }
 
 template <int Dim>
 void load_in_part(Patch<Dim>& patch, double left_out, double predicted) {
-  patch.system.left_out = left_out;
-  patch.system.predicted = predicted;
+  patch.implicit.left_out = left_out;
+  patch.implicit.predicted = predicted;
 }
 
 template <int Dim>
 void keep_unloaded(Patch<Dim>& patch) {
-  patch.system.unloaded = patch.system.right_side;
+  patch.implicit.unloaded = patch.system.right_side;
 }
 
 template <int Dim>
 void keep_increment(Patch<Dim>& patch) {
-  patch.system.kept = patch.system.increment;
+  patch.implicit.kept = patch.implicit.increment;
 }
 
 template <int Dim>
 void restore_increment(Patch<Dim>& patch) {
-  patch.system.increment = patch.system.kept;
+  patch.implicit.increment = patch.implicit.kept;
 }
 
 template <int Dim>
@@ -183,24 +183,25 @@ void close_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   const auto v = load<NodeVector>(at(patch.velocity, i));
                   NodeVector force = sum + gravity * v[mass_lane];
                   if (!steps.quasi_static)
-                    force -= v[mass_lane] * newmark(load<NodeVector>(at(patch.system.increment, i)),
-                                                    v, load<NodeVector>(at(patch.acceleration, i)));
+                    force -=
+                        v[mass_lane] * newmark(load<NodeVector>(at(patch.implicit.increment, i)), v,
+                                               load<NodeVector>(at(patch.acceleration, i)));
                   store(with_mass(force, NodeVector(0.0)), at(r, i));
                 });
   for (const auto& point : patch.forces)
     if (patch.node_is_active[static_cast<std::size_t>(point.node)])
       at(r, point.node)[point.dir] +=
           point.force * load_factor(*step.model, point.function, step.time);
-  if (patch.system.left_out != 0.0)
+  if (patch.implicit.left_out != 0.0)
     for (std::size_t k = 0; k < r.size(); ++k)
-      r[k] -= patch.system.left_out * patch.system.unloaded[k];
+      r[k] -= patch.implicit.left_out * patch.implicit.unloaded[k];
 }
 
 template <int Dim>
 void advance_increment(Patch<Dim>& patch, double factor) {
-  NodalSystem<Dim>& system = patch.system;
-  for (std::size_t k = 0; k < system.increment.size(); ++k)
-    system.increment[k] += factor * (system.solution[k] + system.predicted * system.given[k]);
+  ImplicitNodes& nodes = patch.implicit;
+  for (std::size_t k = 0; k < nodes.increment.size(); ++k)
+    nodes.increment[k] += factor * (patch.system.solution[k] + nodes.predicted * nodes.given[k]);
 }
 
 template <int Dim>
@@ -233,11 +234,11 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const ImplicitSteps& steps = step.model->analysis.implicit;
   const Newmark newmark(steps, step.dt);
   const NodeVector gravity = gravity_in(step);
-  const std::vector<double>& own_mass = patch.system.own_mass;
+  const std::vector<double>& own_mass = patch.implicit.own_mass;
   NodeVector weight_work(0.0);
   double* const loads = &patch.work.external;
   for_each_active_node(patch, [&](Local i) {
-    const auto d = load<NodeVector>(at(patch.system.increment, i));
+    const auto d = load<NodeVector>(at(patch.implicit.increment, i));
     const auto v = load<NodeVector>(at(patch.velocity, i));
     const auto a = load<NodeVector>(at(patch.acceleration, i));
     const double m = v[mass_lane], own = own_mass[static_cast<std::size_t>(i)];
@@ -262,7 +263,7 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
     if (const double m = mass_at(patch, point.node); more_than(m, least_moving_mass))
       *loads += own_mass[static_cast<std::size_t>(point.node)] / m * point.force *
                 load_factor(*step.model, point.function, step.time) *
-                at(patch.system.increment, point.node)[point.dir];
+                at(patch.implicit.increment, point.node)[point.dir];
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                  \

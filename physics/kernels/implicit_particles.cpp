@@ -40,7 +40,8 @@ void find_displacement_gradients(Patch<Dim>& patch, const StepContext<Dim>& step
         for (Local p = bin.begin; p < bin.end; ++p, ++to) {
           double g[Dim][n], H[Dim][Dim];
           gradients_at<Dim>(basis, p, g);
-          gradient_of<Dim>(g, takes_mean ? mean : nullptr, patch.system.increment.data(), nodes, H);
+          gradient_of<Dim>(g, takes_mean ? mean : nullptr, patch.implicit.increment.data(), nodes,
+                           H);
           double trace = 0;
           for (int a = 0; a < Dim; ++a) {
             for (int b = 0; b < Dim; ++b)
@@ -71,7 +72,7 @@ void move_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBin
   const MovedRows<Dim> rows(patch.particles);
   std::array<double*, Dim> acceleration{};
   if (moves) acceleration = patch.particles.template rows<Dim>(Column::acceleration);
-  const double* const fields[3] = {patch.system.increment.data(), patch.acceleration.data(),
+  const double* const fields[3] = {patch.implicit.increment.data(), patch.acceleration.data(),
                                    patch.system.solution.data()};
   Pack fastest(0.0);
   for_each_bin_with_basis(

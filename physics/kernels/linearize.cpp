@@ -1,4 +1,7 @@
 /// \file The linear system of an implicit step: what particles give to it.
+#include <algorithm>
+#include <cmath>
+
 #include "physics/basis/any_basis.h"
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/kernels.h"
@@ -48,6 +51,17 @@ struct StressOfStep {
             A[Dim * a + d][Dim * c + e] = value;
           }
       }
+  }
+
+  /// Apart from rounding.
+  bool is_symmetric() const {
+    double largest = 0, difference = 0;
+    for (int k = 0; k < n; ++k)
+      for (int l = 0; l < n; ++l) {
+        largest = std::max(largest, std::abs(A[k][l]));
+        difference = std::max(difference, std::abs(A[k][l] - A[l][k]));
+      }
+    return difference <= 1e-11 * largest;
   }
 };
 
@@ -147,6 +161,7 @@ template <int Dim>
 void clear_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.contributes[static_cast<std::size_t>(step.step % 2)] = patch.count > 0;
   patch.unsolved = {};
+  patch.system.symmetric = true;
   if (patch.active_nodes.empty()) return;
   patch.system.blocks.assign(patch.system.column.size() * NodalSystem<Dim>::block_size, 0.0);
   clear_sums(patch, step, NodeSum::residual);
@@ -170,13 +185,16 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
         for (Local p = bin.begin; p < bin.end; ++p) {
           double g[Dim][n], H[Dim][Dim];
           gradients_at<Dim>(basis, p, g);
-          gradient_of<Dim>(g, takes_mean ? mean : nullptr, patch.system.increment.data(), nodes, H);
+          gradient_of<Dim>(g, takes_mean ? mean : nullptr, patch.implicit.increment.data(), nodes,
+                           H);
           StressChange<Dim> change;
           if (!change_of(patch, step, bin, p, H, change)) {
             record_law(patch, bin, p);
             continue;
           }
-          cell.add(StressOfStep<Dim>(H, change, as_cbgeo), V[p], g, takes_mean ? mean : nullptr);
+          const StressOfStep<Dim> of_step(H, change, as_cbgeo);
+          patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
+          cell.add(of_step, V[p], g, takes_mean ? mean : nullptr);
         }
         for (int i = 0; i < n; ++i) {
           double* at = sums + static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride;

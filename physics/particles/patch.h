@@ -18,6 +18,7 @@
 #include "physics/mesh/partition.h"
 #include "physics/model/model.h"
 #include "physics/particles/columns.h"
+#include "physics/particles/implicit_nodes.h"
 #include "physics/particles/nodal_system.h"
 #include "physics/particles/particles.h"
 #include "physics/particles/removed_particle.h"
@@ -212,7 +213,9 @@ struct Patch {
     std::vector<double> pressure;   ///< [Pa]
   } liquid;
 
-  NodalSystem<Dim> system;  ///< of implicit steps, else empty
+  // Implicit steps only.
+  NodalSystem<Dim> system;
+  ImplicitNodes implicit;
 
   // Constraints and loads of the local nodes.
   struct FixedVelocity {

@@ -146,7 +146,7 @@ bool ImplicitSolver<Dim>::iterate() {
     if (!solve_linear(balance)) return false;
     for_each_patch([](Patch<Dim>& patch) {
       advance_increment(patch, 1.0);
-      load_in_part(patch, patch.system.left_out, 0.0);
+      load_in_part(patch, patch.implicit.left_out, 0.0);
     });
     // The first residual is not of the same unknowns where some are given: the next may be larger.
     const double before = k == 0 ? std::numeric_limits<double>::infinity() : balance.residual;

@@ -1,0 +1,95 @@
+#include <algorithm>
+
+#include "physics/kernels/solver.h"
+#include "physics/particles/node_sums.h"
+
+namespace lahar {
+
+namespace {
+
+/// The product of a row of blocks with m, {n, 0}.
+template <int Dim>
+class RowProduct;
+
+/// Both rows of a block are one vector.
+template <>
+class RowProduct<2> {
+ public:
+  LAHAR_INLINE void add(const double* block, const NodeVector& m) {
+    sum_ += load<NodeVector>(block) * NodeVector::of(__builtin_shufflevector(m.v, m.v, 0, 1, 0, 1));
+  }
+  LAHAR_INLINE NodeVector value() const {
+    const NodeVector zero(0.0);
+    return NodeVector::of(__builtin_shufflevector(sum_.v, zero.v, 0, 2, 4, 4)) +
+           NodeVector::of(__builtin_shufflevector(sum_.v, zero.v, 1, 3, 4, 4));
+  }
+
+ private:
+  NodeVector sum_{0.0};
+};
+
+/// Each row of a block is loaded with one number of another row, of which m has a zero there.
+template <>
+class RowProduct<3> {
+ public:
+  LAHAR_INLINE void add(const double* block, const NodeVector& m) {
+    x_ += load<NodeVector>(block) * m;
+    y_ += load<NodeVector>(block + 3) * m;
+    z_ +=
+        load<NodeVector>(block + 5) * NodeVector::of(__builtin_shufflevector(m.v, m.v, 3, 0, 1, 2));
+  }
+  LAHAR_INLINE NodeVector value() const {
+    const double values[node_width] = {reduce(x_), reduce(y_), reduce(z_), 0.0};
+    return load<NodeVector>(values);
+  }
+
+ private:
+  NodeVector x_{0.0}, y_{0.0}, z_{0.0};
+};
+
+/// {diagonal of a row, 1}; zero where the patch has no row.
+template <int Dim>
+NodeVector diagonal_of(const NodalSystem<Dim>& system, std::size_t row) {
+  double values[node_width] = {};
+  for (std::size_t k = system.first[row]; k < system.first[row + 1]; ++k) {
+    values[mass_lane] = 1;
+    if (static_cast<std::size_t>(system.column[k]) != row) continue;
+    for (std::size_t d = 0; d < Dim; ++d) values[d] = system.blocks[k * Dim * Dim + d * (Dim + 1)];
+  }
+  return load<NodeVector>(values);
+}
+
+}  // namespace
+
+template <int Dim>
+void add_product(Patch<Dim>& patch, const StepContext<Dim>& round) {
+  const NodalSystem<Dim>& system = patch.system;
+  const SolverVectors& solver = system.solver;
+  patch.contributes[static_cast<std::size_t>(round.step % 2)] = !system.column.empty();
+  if (patch.active_nodes.empty()) return;
+  double* const products = patch.own_sums(NodeSum::product, round.step);
+  double* const diagonals = patch.own_sums(NodeSum::diagonal, round.step);
+  const bool is_first = round.step == solver.first_round;
+  const bool has_rows = !system.column.empty();
+  const double* const m = solver.factor.data();
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < range.end; ++i) {
+      const auto row = static_cast<std::size_t>(i);
+      const auto at = static_cast<std::ptrdiff_t>(i) * sum_stride;
+      RowProduct<Dim> product;
+      if (has_rows) {
+        const std::size_t last = system.first[row + 1];
+        const double* block = system.blocks.data() + system.first[row] * Dim * Dim;
+        for (std::size_t k = system.first[row]; k < last; ++k, block += Dim * Dim)
+          product.add(block, load<NodeVector>(m + static_cast<std::ptrdiff_t>(system.column[k]) *
+                                                      node_width));
+      }
+      store(product.value(), products + at);
+      if (is_first) store(has_rows ? diagonal_of(system, row) : NodeVector(0.0), diagonals + at);
+    }
+}
+
+template void add_product<2>(Patch<2>&, const StepContext<2>&);
+template void add_product<3>(Patch<3>&, const StepContext<3>&);
+
+}  // namespace lahar

@@ -1,0 +1,223 @@
+#include "runtime/solve/direct_solve.h"
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseLU>
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace lahar {
+
+namespace {
+
+using Matrix = Eigen::SparseMatrix<double>;
+using Vector = Eigen::VectorXd;
+
+/// An unknown is numbered node * Dim + direction.
+struct Entry {
+  Index patch, row, column;
+  double value;
+};
+struct Right {
+  Index row;
+  double value;
+};
+struct Answer {
+  Index row;
+  double value;
+};
+struct Verdict {
+  char converged = 0, singular = 0, finite = 1;
+  Index unsolvable = 0;
+  double residual = 0;
+};
+
+template <int Dim>
+bool is_held(const Patch<Dim>& patch, Local node, int d) {
+  const auto& held = patch.system.held;
+  return !held.empty() && (held[static_cast<std::size_t>(node)] >> d & 1);
+}
+
+/// Call body(row, column, value) for all entries of free unknowns that a patch has.
+template <int Dim>
+void for_each_entry(const Patch<Dim>& patch, auto body) {
+  const auto& system = patch.system;
+  if (system.column.empty()) return;
+  const auto& nodes = patch.topology.nodes;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (std::size_t k = system.first[i]; k < system.first[i + 1]; ++k) {
+      const Local j = system.column[k];
+      for (int a = 0; a < Dim; ++a)
+        for (int c = 0; c < Dim; ++c)
+          if (!is_held(patch, static_cast<Local>(i), a) && !is_held(patch, j, c))
+            body(nodes[i] * Dim + a, nodes[static_cast<std::size_t>(j)] * Dim + c,
+                 system.blocks[k * Dim * Dim + static_cast<std::size_t>(a * Dim + c)]);
+    }
+}
+
+/// Right sides of the nodes of which a patch has rows.
+template <int Dim>
+void for_each_right_side(const Patch<Dim>& patch, auto body) {
+  const auto& system = patch.system;
+  if (system.column.empty()) return;
+  for (std::size_t i = 0; i < patch.topology.nodes.size(); ++i)
+    for (int d = 0; d < Dim && system.first[i] < system.first[i + 1]; ++d)
+      if (!is_held(patch, static_cast<Local>(i), d))
+        body(patch.topology.nodes[i] * Dim + d,
+             system.right_side[i * node_width + static_cast<std::size_t>(d)]);
+}
+
+/// All that is gathered, on the rank that solves.
+struct Whole {
+  std::vector<Index> unknown;  ///< ascending
+  Matrix matrix;
+  Vector right;
+  Index unsolvable = 0;  ///< rows that are zero and have a right side
+};
+
+Whole assemble(std::vector<Entry> entries, std::vector<Right> rights) {
+  std::erase_if(entries, [](const Entry& entry) { return entry.value == 0; });
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const Entry& a, const Entry& b) { return a.patch < b.patch; });
+  Whole whole;
+  for (const Entry& entry : entries) whole.unknown.push_back(entry.row);
+  auto& unknown = whole.unknown;
+  std::sort(unknown.begin(), unknown.end());
+  unknown.erase(std::unique(unknown.begin(), unknown.end()), unknown.end());
+  const auto number = [&](Index of) -> Index {
+    const auto at = std::lower_bound(unknown.begin(), unknown.end(), of);
+    return at == unknown.end() || *at != of ? -1 : at - unknown.begin();
+  };
+  const auto n = static_cast<Index>(unknown.size());
+  std::vector<Eigen::Triplet<double, int>> triplets;
+  for (const Entry& entry : entries)
+    if (const Index column = number(entry.column); column >= 0)
+      triplets.emplace_back(static_cast<int>(number(entry.row)), static_cast<int>(column),
+                            entry.value);
+  whole.matrix.resize(n, n);
+  whole.matrix.setFromTriplets(triplets.begin(), triplets.end());
+  whole.right = Vector::Zero(n);
+  for (const Right& right : rights) {
+    if (const Index row = number(right.row); row >= 0)
+      whole.right[row] = right.value;
+    else if (right.value != 0)
+      ++whole.unsolvable;
+  }
+  return whole;
+}
+
+double relative_residual(const Whole& whole, const Vector& x) {
+  const double b = whole.right.norm();
+  const double r = (whole.right - whole.matrix * x).norm();
+  return r == 0 ? 0 : r / b;
+}
+
+/// With a step of refinement: pivots may have been small.
+bool solve_with(auto& solver, const Whole& whole, double tolerance, Vector& x) {
+  solver.compute(whole.matrix);
+  if (solver.info() != Eigen::Success) return false;
+  x = solver.solve(whole.right);
+  if (!x.allFinite()) return false;
+  if (relative_residual(whole, x) > 0.1 * tolerance)
+    x += solver.solve(whole.right - whole.matrix * x);
+  return x.allFinite() && relative_residual(whole, x) <= tolerance;
+}
+
+Verdict solve(const Whole& whole, bool symmetric, double tolerance, Vector& x) {
+  Verdict verdict;
+  verdict.unsolvable = whole.unsolvable;
+  x = Vector::Zero(whole.right.size());
+  if (!whole.right.allFinite() || !std::isfinite(whole.matrix.norm())) {
+    verdict.finite = 0;
+    return verdict;
+  }
+  if (whole.right.isZero(0)) {
+    verdict.converged = whole.unsolvable == 0;
+    return verdict;
+  }
+  Eigen::SimplicialLDLT<Matrix> cholesky;
+  Eigen::SparseLU<Matrix> lu;
+  bool solved = symmetric && solve_with(cholesky, whole, tolerance, x);
+  if (!solved) solved = solve_with(lu, whole, tolerance, x);
+  if (!solved && !x.allFinite()) x.setZero();
+  verdict.singular = !solved;
+  verdict.residual = relative_residual(whole, x);
+  verdict.converged = solved && whole.unsolvable == 0;
+  return verdict;
+}
+
+SolveResult result_of(const Verdict& verdict) {
+  SolveResult result;
+  result.converged = verdict.converged != 0;
+  result.residual = verdict.residual;
+  if (!verdict.finite)
+    result.problem = "direct solver: numbers are not finite";
+  else if (verdict.unsolvable > 0)
+    result.problem = "direct solver: " + std::to_string(verdict.unsolvable) +
+                     " unknowns have a right side, but no row";
+  else if (verdict.singular)
+    result.problem = "direct solver: the matrix is singular, or nearly so";
+  return result;
+}
+
+/// Everybody's values on rank 0.
+template <class T>
+std::vector<T> on_first_rank(std::vector<T> values, const Communicator& ranks) {
+  if (!ranks.several()) return values;
+  std::vector<std::vector<T>> to(static_cast<std::size_t>(ranks.size()));
+  to[0] = std::move(values);
+  std::vector<T> all;
+  for (const auto& part : ranks.exchange(to)) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+}  // namespace
+
+template <int Dim>
+SolveResult solve_directly(PatchSet<Dim>& patches, const Communicator& ranks, bool symmetric,
+                           double tolerance) {
+  std::vector<Entry> entries;
+  std::vector<Right> rights;
+  for (int p = 0; p < patches.size(); ++p) {
+    const Patch<Dim>& patch = patches[p];
+    for_each_entry(patch, [&](Index row, Index column, double value) {
+      entries.push_back({patch.topology.patch, row, column, value});
+    });
+    for_each_right_side(patch, [&](Index row, double value) { rights.push_back({row, value}); });
+  }
+  entries = on_first_rank(std::move(entries), ranks);
+  rights = on_first_rank(std::move(rights), ranks);
+  std::vector<Answer> answers;
+  std::vector<Verdict> verdicts;
+  if (ranks.rank() == 0) {
+    const Whole whole = assemble(std::move(entries), std::move(rights));
+    Vector x;
+    verdicts = {solve(whole, symmetric, tolerance, x)};
+    for (std::size_t i = 0; i < whole.unknown.size(); ++i)
+      answers.push_back({whole.unknown[i], x[static_cast<Index>(i)]});
+  }
+  answers = ranks.several() ? ranks.gather_all(std::span<const Answer>(answers)) : answers;
+  verdicts = ranks.several() ? ranks.gather_all(std::span<const Verdict>(verdicts)) : verdicts;
+  for (int p = 0; p < patches.size(); ++p) {
+    Patch<Dim>& patch = patches[p];
+    NodeArray& x = patch.system.solution;
+    x.assign(static_cast<std::size_t>(patch.n_nodes()) * node_width, 0.0);
+    for (std::size_t i = 0; i < patch.topology.nodes.size(); ++i)
+      for (int d = 0; d < Dim; ++d) {
+        const Index row = patch.topology.nodes[i] * Dim + d;
+        const auto at =
+            std::lower_bound(answers.begin(), answers.end(), row,
+                             [](const Answer& answer, Index of) { return answer.row < of; });
+        if (at != answers.end() && at->row == row)
+          x[i * node_width + static_cast<std::size_t>(d)] = at->value;
+      }
+  }
+  return result_of(verdicts.front());
+}
+
+template SolveResult solve_directly<2>(PatchSet<2>&, const Communicator&, bool, double);
+template SolveResult solve_directly<3>(PatchSet<3>&, const Communicator&, bool, double);
+
+}  // namespace lahar
