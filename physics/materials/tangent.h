@@ -2,7 +2,7 @@
 /// them.
 #pragma once
 
-#include <utility>
+#include <algorithm>
 
 #include "physics/materials/increment.h"
 #include "physics/materials/law.h"
