@@ -2,7 +2,7 @@
 /// them.
 #pragma once
 
-#include <utility>
+#include <algorithm>
 
 #include "physics/materials/increment.h"
 #include "physics/materials/law.h"
@@ -29,9 +29,9 @@ Failures update_by(const LawType& law, const Real (&H)[Dim][Dim], double dt, boo
 }
 
 /// The increment H = d(delta u)/dx, at the beginning of the step, of a particle with some stress
-/// [Pa] and state; `law` is what prepare() gives. Stress, state and failures are those of update();
-/// the tangent is its derivative by dual numbers, through every branch and part of an increment.
-/// Where the law has a kink, it is that of one side.
+/// [Pa] and state; `law` is what prepare() gives. Stress and state are those of update(); the
+/// tangent is its derivative by dual numbers, through every branch and part of an increment. Where
+/// the law has a kink, it is that of one side. Without a tangent an increment has failed.
 template <int Dim, class LawType, std::size_t States>
 Failures stress_change(const LawType& law, const double (&H)[Dim][Dim], double dt,
                        bool linear_strain, const double* stress, const double* state,
@@ -46,8 +46,8 @@ Failures stress_change(const LawType& law, const double (&H)[Dim][Dim], double d
       values[a][b] = Scalar(H[a][b]);
       unknowns[a][b] = D::unknown(H[a][b], static_cast<std::size_t>(Dim * a + b));
     }
-  const Failures failures = update_by<Dim>(law, values, dt, linear_strain, stress, state, s, q);
-  update_by<Dim>(law, unknowns, dt, linear_strain, stress, state, ds, dq);
+  Failures failures = update_by<Dim>(law, values, dt, linear_strain, stress, state, s, q);
+  failures.failed |= update_by<Dim>(law, unknowns, dt, linear_strain, stress, state, ds, dq).failed;
   for (std::size_t k = 0; k < rows; ++k) {
     to.stress[k] = s[k][0];
     std::copy(ds[k].d.begin(), ds[k].d.end(), to.tangent[k]);
