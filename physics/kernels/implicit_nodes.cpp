@@ -270,6 +270,10 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template void begin_implicit_step<Dim>(Patch<Dim>&, const StepContext<Dim>&);                 \
   template void complete_matrix<Dim>(Patch<Dim>&, const StepContext<Dim>&);                     \
   template void close_system<Dim>(Patch<Dim>&, const StepContext<Dim>&);                        \
+  template void load_in_part<Dim>(Patch<Dim>&, double, double);                                 \
+  template void keep_unloaded<Dim>(Patch<Dim>&);                                                \
+  template void keep_increment<Dim>(Patch<Dim>&);                                               \
+  template void restore_increment<Dim>(Patch<Dim>&);                                            \
   template void advance_increment<Dim>(Patch<Dim>&, double);                                    \
   template EquilibriumNorms equilibrium_norms<Dim>(const Patch<Dim>&, const StepContext<Dim>&); \
   template void end_implicit_step<Dim>(Patch<Dim>&, const StepContext<Dim>&);

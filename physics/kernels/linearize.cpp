@@ -1,4 +1,5 @@
 /// \file The linear system of an implicit step: what particles give to it.
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
