@@ -41,6 +41,11 @@ void complete_matrix(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void close_system(Patch<Dim>& patch, const StepContext<Dim>& step);
 
+/// Before the first step nothing is known of accelerations: a = r / m, from the balance of d = 0
+/// with a = 0.
+template <int Dim>
+void accelerate_from_rest(Patch<Dim>& patch, const StepContext<Dim>& step);
+
 /// What of the loads is left out from now on: `left_out` of r(d = 0), so that Newton's method goes
 /// towards them in parts. Given unknowns move by `predicted` of what is given with the next
 /// solution.

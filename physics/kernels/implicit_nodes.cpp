@@ -64,8 +64,7 @@ void prescribe(Patch<Dim>& patch, const StepContext<Dim>& step) {
          fixed.displacement * load_factor(*step.model, fixed.function, step.time));
 }
 
-/// A node that is held moves with what holds it, in Newmark's formulas too. (In CB-Geo MPM it has
-/// the velocity that particles give it.)
+/// A node that is held moves with what holds it, in Newmark's formulas too.
 template <int Dim>
 void follow_held(Patch<Dim>& patch, const StepContext<Dim>& step) {
   for_each_active_node(patch, [&](Local i) {
@@ -119,7 +118,7 @@ void begin_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
     patch.implicit.own_mass[static_cast<std::size_t>(i)] = own[i * sum_stride];
   });
   prescribe(patch, step);
-  if (!step.model->analysis.as_cbgeo) follow_held(patch, step);
+  follow_held(patch, step);
   find_pattern(patch);
   for (NodeArray* array :
        {&patch.system.right_side, &patch.system.solution, &patch.implicit.increment})
@@ -148,6 +147,21 @@ void complete_matrix(Patch<Dim>& patch, const StepContext<Dim>& step) {
           least_stiffness * largest + inertia * own_mass[static_cast<std::size_t>(i)];
   });
   if (patch.implicit.predicted != 0.0) predict(patch, step);
+}
+
+template <int Dim>
+void accelerate_from_rest(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const Newmark newmark(step.model->analysis.implicit, step.dt);
+  for_each_active_node(patch, [&](Local i) {
+    const auto held = patch.system.held[static_cast<std::size_t>(i)];
+    const auto v = load<NodeVector>(at(patch.velocity, i));
+    const NodeVector none(0.0);
+    const NodeVector without = newmark(none, v, none);  // what the balance has of inertia
+    for (int d = 0; d < Dim; ++d)
+      if (!(held >> d & 1))
+        at(patch.acceleration, i)[d] =
+            at(patch.system.right_side, i)[d] / v[mass_lane] + without[d];
+  });
 }
 
 template <int Dim>
@@ -270,6 +284,7 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template void begin_implicit_step<Dim>(Patch<Dim>&, const StepContext<Dim>&);                 \
   template void complete_matrix<Dim>(Patch<Dim>&, const StepContext<Dim>&);                     \
   template void close_system<Dim>(Patch<Dim>&, const StepContext<Dim>&);                        \
+  template void accelerate_from_rest<Dim>(Patch<Dim>&, const StepContext<Dim>&);                \
   template void load_in_part<Dim>(Patch<Dim>&, double, double);                                 \
   template void keep_unloaded<Dim>(Patch<Dim>&);                                                \
   template void keep_increment<Dim>(Patch<Dim>&);                                               \

@@ -154,6 +154,11 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
   set(Column::u, table.displacement);
   if (to.layout().has(Column::liquid_v))
     set(Column::liquid_v, table.liquid_velocity.empty() ? table.velocity : table.liquid_velocity);
+  // As the fork of CB-Geo MPM begins; else the first step finds accelerations (implicit.h).
+  if (to.layout().has(Column::acceleration) && model.analysis.as_cbgeo) {
+    const auto a = to.template rows<Dim>(Column::acceleration);
+    for (std::size_t d = 0; d < Dim; ++d) std::fill_n(a[d], to.size(), model.gravity[d]);
+  }
   if (!table.stress.empty()) {
     const auto stress = to.template rows<stress_components<Dim>>(Column::stress);
     for_each_row(rows, [&](std::size_t row, std::size_t i) {

@@ -179,7 +179,7 @@ void ImplicitSolver<Dim>::restore() {
 }
 
 template <int Dim>
-ImplicitReport ImplicitSolver<Dim>::solve(double time, double dt) {
+ImplicitReport ImplicitSolver<Dim>::solve(double time, double dt, bool first) {
   const ImplicitSteps& steps = model_.analysis.implicit;
   // Loads are those of the step's end. (In CB-Geo MPM of its beginning.)
   time_ = model_.analysis.as_cbgeo ? time : time + dt;
@@ -187,6 +187,11 @@ ImplicitReport ImplicitSolver<Dim>::solve(double time, double dt) {
   report_ = {};
   unloaded_ = 0;
   begin_.run(1);
+  if (first && !steps.quasi_static && !model_.analysis.as_cbgeo) {
+    for_each_patch([](Patch<Dim>& patch) { load_in_part(patch, 0.0, 0.0); });
+    linearize();
+    for_each_patch([&](Patch<Dim>& patch) { accelerate_from_rest(patch, context(0)); });
+  }
   double reached = 0, part = 1;
   while (reached < 1) {
     const bool last = reached + part >= 1;

@@ -41,8 +41,9 @@ class ImplicitSolver {
   ImplicitSolver(const ImplicitSolver&) = delete;
   ImplicitSolver& operator=(const ImplicitSolver&) = delete;
 
-  /// For a step of `dt` from `time` on; all particles are in their patches.
-  ImplicitReport solve(double time, double dt);
+  /// For a step of `dt` from `time` on; all particles are in their patches. `first`: particles have
+  /// no accelerations yet.
+  ImplicitReport solve(double time, double dt, bool first);
 
  private:
   /// Of all patches.

@@ -161,7 +161,8 @@ void SimulationDriver<Dim>::prepare_copies() {
 
 template <int Dim>
 void SimulationDriver<Dim>::solve() {
-  const ImplicitReport report = solver_->solve(time_.time_at(step_), time_.dt_of(step_));
+  const ImplicitReport report =
+      solver_->solve(time_.time_at(step_), time_.dt_of(step_), step_ == 0);
   if (report.converged) return;
   throw SimulationError(fmt::format("step {} at t = {:.6g} s: no equilibrium found: {}", step_ + 1,
                                     time_.time_at(step_), report.problem));

@@ -6,8 +6,7 @@ namespace lahar {
 
 NodeSumCopies node_sum_copies(const Analysis& analysis) {
   // With one exchange per step nothing else keeps a patch from overtaking its neighbours' reading.
-  const int copies =
-      analysis.scheme == Scheme::usl || analysis.scheme == Scheme::newmark ? 2 : 1;
+  const int copies = analysis.scheme == Scheme::usl || analysis.scheme == Scheme::newmark ? 2 : 1;
   // Rounds of a solver have one exchange as well.
   const int implicit = analysis.scheme == Scheme::newmark ? 2 : 0;
   const bool more = analysis.scheme == Scheme::musl || analysis.pressure_smoothing;
