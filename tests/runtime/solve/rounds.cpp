@@ -28,7 +28,10 @@ TEST_CASE("a stage that throws ends rounds with the round, the patch and the sta
                      {.context = [&](Step round) { return body.context(round); },
                       .take =
                           [&](Step round, std::span<const double> sums) {
-                            (round < 5 ? finite_before : finite_after) &= std::isfinite(sums[0]);
+                            if (round < 5)
+                              finite_before &= std::isfinite(sums[0]);
+                            else
+                              finite_after |= std::isfinite(sums[0]);
                             return true;
                           }});
     CHECK_THROWS_WITH_AS(
