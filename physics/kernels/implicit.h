@@ -18,6 +18,10 @@
 
 namespace lahar {
 
+/// Particles that neighbours sent, where no step maps them.
+template <int Dim>
+void deliver(Patch<Dim>& patch);
+
 /// {m a}_i += sum_p N_i m_p a_p, for the accelerations of the beginning.
 template <int Dim>
 void map_inertia(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);

@@ -100,6 +100,7 @@ template <int Dim>
 void begin_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.active_nodes.empty()) {
     patch.system = {};
+    patch.implicit = {};
     return;
   }
   patch.velocity.resize(nodal_size(patch), 0.0);

@@ -17,6 +17,15 @@
 namespace lahar {
 
 template <int Dim>
+void deliver(Patch<Dim>& patch) {
+  receive(patch);
+  activate_nodes(patch);
+  patch.unmapped.clear();
+  patch.idle = false;
+  sort_if_scattered(patch);
+}
+
+template <int Dim>
 void map_inertia(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   general::ParticleMomentum<Dim> particle;
   particle.m = patch.particles.row(Column::mass);
@@ -104,6 +113,7 @@ void move_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBin
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                           \
+  template void deliver<Dim>(Patch<Dim>&);                                               \
   template void map_inertia<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);    \
   template void find_displacement_gradients<Dim>(Patch<Dim>&, const StepContext<Dim>&,   \
                                                  ParticleBins, VelocityGradients<Dim>&); \

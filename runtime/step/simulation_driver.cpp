@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "physics/base/error.h"
+#include "physics/kernels/implicit.h"
 #include "physics/kernels/kernels.h"
 #include "runtime/patches/particle_message.h"
 #include "runtime/step/snapshot.h"
@@ -201,7 +202,11 @@ void SimulationDriver<Dim>::take_removed() {
 
 template <int Dim>
 void SimulationDriver<Dim>::settle() {
-  for (int p = 0; p < patches_.size(); ++p) stages_[0].begin(patches_[p], context(step_));
+  for (int p = 0; p < patches_.size(); ++p)
+    if (solver_)
+      deliver(patches_[p]);
+    else
+      stages_[0].begin(patches_[p], context(step_));
   for (int p = 0; p < patches_.size(); ++p) clear_outboxes(patches_[p]);
   for (RemotePatch<Dim>& from : patches_.elsewhere()) clear(from);
 }

@@ -51,16 +51,6 @@ void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
   map_unmapped<Dim, WithForce>(patch, step);
 }
 
-/// The same where a solve maps all particles.
-template <int Dim>
-void take_arrivals_only(Patch<Dim>& patch, const StepContext<Dim>&) {
-  receive(patch);
-  activate_nodes(patch);
-  patch.unmapped.clear();
-  patch.idle = false;
-  sort_if_scattered(patch);
-}
-
 /// Particles that come from nowhere.
 template <int Dim, bool WithForce>
 void take_injected(Patch<Dim>& patch, const StepContext<Dim>& step) {
@@ -134,9 +124,8 @@ bool stress_follows_g2p(const Analysis& analysis) {
 template <int Dim>
 Stages<Dim> arrivals(const Analysis& analysis) {
   const bool force = maps_force_with_momentum(analysis);
-  if (analysis.scheme == Scheme::newmark)
-    return {TimestepStage<Dim>{.stage = {.name = "arrivals", .exchange = "particles"},
-                               .begin = take_arrivals_only<Dim>}};
+  if (is_implicit(analysis))  // they are delivered before the solve, at rest
+    return {TimestepStage<Dim>{.stage = {.name = "arrivals", .exchange = "particles"}}};
   return {
       TimestepStage<Dim>{.stage = {.name = "arrivals", .exchange = "particles"},
                          .begin = force ? take_arrivals<Dim, true> : take_arrivals<Dim, false>}};
@@ -238,7 +227,7 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
                                      smooth_pressure(p, s, bins);
                                      update_stress(p, s, bins, StressPart::law);
                                    }}};
-  if (analysis.scheme == Scheme::newmark)
+  if (is_implicit(analysis))
     return {TimestepStage<Dim>{
         .stage = {.name = "stress"}, .bins = [](P& p, S& s, ParticleBins bins) {
           find_displacement_gradients(p, s, bins, gradients_of_chunk<Dim>());
@@ -351,7 +340,7 @@ Stages<Dim> g2p(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   TimestepStage<Dim> stage{.stage = {.name = "G2P"}, .begin = [](P& p, S&) { p.max_speed = 0; }};
-  if (analysis.scheme == Scheme::newmark)
+  if (is_implicit(analysis))
     stage.bins = [](P& p, S& s, ParticleBins bins) { move_particles(p, s, bins); };
   else if (stress_follows_g2p(analysis))
     stage.bins = [](P& p, S& s, ParticleBins bins) {
