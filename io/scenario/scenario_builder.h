@@ -91,6 +91,8 @@ class ScenarioBuilder {
   void build_implicit_steps(const JsonValue& analysis);
   void build_linear_solver(const JsonValue& analysis);
   void check_implicit();  ///< after the analysis
+  void choose_b_bar();
+  bool has_particle_type(std::string_view kind);
   void check_implicit_conditions();
   void refuse_injection();
   /// `at` null: the analysis.

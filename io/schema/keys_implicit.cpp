@@ -60,6 +60,13 @@ const Section& scheme_settings_section() {
            .unit = "-",
            .fallback = "1e-6",
            .min = 0},
+          {.key = "b_bar",
+           .kinds = boolean,
+           .help = "the particles of a cell have the mean of their volumetric strains (B-bar, "
+                   "Hughes 1980). A volume that can hardly change then does not lock the cell. "
+                   "Default true for Q4 and H8 with their own functions, else false; for CB-Geo's "
+                   "input as `particle_type` says",
+           .native = true},
           {.key = "verbosity", .kinds = integer, .help = "no effect", .min = 0},
       }};
   return section;

@@ -16,6 +16,26 @@
 
 namespace lahar {
 
+namespace {
+
+std::string describe_solves(const SolveCounts& of) {
+  const auto per_step = [&](Index n) {
+    return static_cast<double>(n) / static_cast<double>(of.steps);
+  };
+  std::string text = fmt::format("implicit: {} iterations of Newton's method, {:.1f} per step, ",
+                                 format_count(of.iterations), per_step(of.iterations));
+  if (of.in_parts > 0)
+    text += fmt::format("{} step{} with the loads in parts, ", format_count(of.in_parts),
+                        of.in_parts == 1 ? "" : "s");
+  text += fmt::format("{} for linear systems, {} to solve them", format_seconds(of.linearize),
+                      format_seconds(of.linear));
+  if (of.linear_iterations > 0)
+    text += fmt::format(" with {} iterations", format_count(of.linear_iterations));
+  return text;
+}
+
+}  // namespace
+
 int CaseRun::run_time_loop(Simulation& simulation) {
   loop_begin_ = Clock::now();
   RankWatch watch(ranks_, [] { return stop_signal() != 0; });
@@ -31,7 +51,7 @@ int CaseRun::run_time_loop(Simulation& simulation) {
       end.message = signal != 0 ? fmt::format("signal {}", signal) : "wall time";
       code = exit_stopped;
     }
-  } catch (const WatchdogError& error) {
+  } catch (const WholeStepError& error) {
     end.status = RunStatus::failed;
     end.message = error.what();
     code = exit_simulation;
@@ -172,6 +192,7 @@ void CaseRun::report(Simulation& simulation, const SimulationInfo& info, const R
                   format_count(simulation.step() - first_step_), format_seconds(wall), steps / wall,
                   particle_steps / wall * 1e-6,
                   wall * info.threads * ranks_.size() * 1e9 / std::max(1.0, particle_steps)));
+  if (info.solves.steps > 0) console_.line(describe_solves(info.solves));
   if (info.splits > 0)
     console_.line(
         fmt::format("patches: {} cut{} through patches of more than {} particles; there are {} now",

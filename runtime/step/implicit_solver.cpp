@@ -1,8 +1,10 @@
 #include "runtime/step/implicit_solver.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -22,6 +24,10 @@ constexpr double rounding = 1e-13;
 /// Systems up to this size are solved directly unless the scenario says otherwise.
 template <int Dim>
 constexpr double small_system = Dim == 2 ? 100'000 : 20'000;
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 bool is_iterative(const ImplicitSteps& steps, double unknowns, double small) {
   if (steps.solver == ImplicitSteps::Solver::automatic) return unknowns > small;
@@ -86,7 +92,9 @@ void ImplicitSolver<Dim>::give(int p, Step round, std::span<double> own) const {
 
 template <int Dim>
 auto ImplicitSolver<Dim>::linearize() -> Balance {
+  const double begin = seconds();
   linearize_.run(1);
+  report_.linearize_seconds += seconds() - begin;
   const Balance balance{.residual = std::sqrt(sums_[0]),
                         .forces = std::sqrt(sums_[1]),
                         .change = std::sqrt(sums_[2]),
@@ -113,6 +121,7 @@ template <int Dim>
 bool ImplicitSolver<Dim>::solve_linear(const Balance& balance) {
   const ImplicitSteps& steps = model_.analysis.implicit;
   SolveResult result;
+  const double begin = seconds();
   if (is_iterative(steps, balance.unknowns, small_system<Dim>)) {
     SolveOptions options;
     options.method = balance.symmetric ? SolveMethod::conjugate_gradients : SolveMethod::bicgstab;
@@ -123,6 +132,7 @@ bool ImplicitSolver<Dim>::solve_linear(const Balance& balance) {
   } else {
     result = solve_directly(patches_, ranks_, balance.symmetric, 1e-6);
   }
+  report_.linear_seconds += seconds() - begin;
   if (!result.converged) report_.problem = result.problem;
   return result.converged;
 }
@@ -164,9 +174,31 @@ bool ImplicitSolver<Dim>::iterate() {
   }
   if (balance.solved)
     report_.problem =
-        fmt::format("after {} iterations {:.3g} N are not in balance, of {:.3g} N at the beginning",
-                    steps.most_iterations, balance.residual, first);
+        fmt::format("after {} iterations {:.3g} N are not in balance, of {:.3g} N at first; {}",
+                    steps.most_iterations, balance.residual, first, worst_node());
   return false;
+}
+
+template <int Dim>
+std::string ImplicitSolver<Dim>::worst_node() const {
+  double worst = -1;
+  std::string text;
+  for (int p = 0; p < patches_.size(); ++p) {
+    const Patch<Dim>& patch = patches_[p];
+    for (std::size_t i = 0; i < patch.system.held.size(); ++i) {
+      Vec<Dim> force = Vec<Dim>::Zero();
+      for (int d = 0; d < Dim; ++d)
+        if (!(patch.system.held[i] >> d & 1))
+          force[d] = patch.system.right_side[i * node_width + static_cast<std::size_t>(d)];
+      if (!(force.norm() > worst)) continue;
+      worst = force.norm();
+      const Index node = patch.topology.nodes[i] % model_.mesh->n_nodes();
+      const Vec<Dim> x = model_.mesh->node(node);
+      text = fmt::format("most at node {} ({:.6g}), {:.3g} N", node, fmt::join(x, ", "), worst);
+    }
+  }
+  if (ranks_.several()) take_first_text(ranks_, worst == ranks_.max(worst), text);
+  return text;
 }
 
 template <int Dim>
@@ -206,6 +238,7 @@ ImplicitReport ImplicitSolver<Dim>::solve(double time, double dt, bool first) {
       part *= 2;
     } else {
       restore();
+      report_.least_part = part;
       part /= 4;
       if (part * steps.most_cuts < 1) return report_;
     }

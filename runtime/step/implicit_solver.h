@@ -18,7 +18,9 @@ struct ImplicitReport {
   int parts = 0;              ///< in which the loads were reached
   int linear_iterations = 0;  ///< of the linear solver; direct solves have none
   double residual = 0;        ///< [N] unbalanced force at the end
-  std::string problem;        ///< where it did not converge
+  double linearize_seconds = 0, linear_seconds = 0;
+  std::string problem;    ///< where it did not converge
+  double least_part = 1;  ///< of the loads, for which it did not
 };
 
 /// For each graph of an implicit step: several ranks only.
@@ -63,6 +65,8 @@ class ImplicitSolver {
   void give(int patch, Step round, std::span<double> own) const;
   Balance linearize();
   void find_problem();
+  /// "the largest is ... N at node ... (x, y)"; collective.
+  std::string worst_node() const;
   bool solve_linear(const Balance& balance);
   bool is_converged(const Balance& balance, double first, bool whole) const;
   /// Newton's method from the present increment; false where it fails, report_ says why.

@@ -92,9 +92,19 @@ struct StageTiming {
   double total = 0, shortest = 0, longest = 0;  ///< [s]; shortest and longest of one task
 };
 
+/// What implicit steps took.
+struct SolveCounts {
+  Index steps = 0;
+  Index iterations = 0;              ///< of Newton's method
+  Index in_parts = 0;                ///< steps whose loads could only be reached in parts
+  Index linear_iterations = 0;       ///< direct solves have none
+  double linearize = 0, linear = 0;  ///< [s] to find linear systems, and to solve them
+};
+
 /// What a simulation consists of, for reports.
 struct SimulationInfo {
   int threads = 1;
+  SolveCounts solves = {};
   Index cells = 0, nodes = 0, particles = 0, removed = 0;
   Index divided = 0;  ///< increments that materials could only do in parts, since the start
   int patches = 0, tasks_per_step = 0;

@@ -14,6 +14,7 @@
 #include "physics/kernels/kernels.h"
 #include "runtime/patches/particle_message.h"
 #include "runtime/step/snapshot.h"
+#include "runtime/step/watchdog.h"
 
 namespace lahar {
 
@@ -164,9 +165,18 @@ template <int Dim>
 void SimulationDriver<Dim>::solve() {
   const ImplicitReport report =
       solver_->solve(time_.time_at(step_), time_.dt_of(step_), step_ == 0);
+  ++solves_.steps;
+  solves_.iterations += report.iterations;
+  solves_.linear_iterations += report.linear_iterations;
+  solves_.in_parts += report.parts > 1;
+  solves_.linearize += report.linearize_seconds;
+  solves_.linear += report.linear_seconds;
   if (report.converged) return;
-  throw SimulationError(fmt::format("step {} at t = {:.6g} s: no equilibrium found: {}", step_ + 1,
-                                    time_.time_at(step_), report.problem));
+  throw WholeStepError(
+      fmt::format("step {} (t = {:.6g} s): no equilibrium found, not even of {:.2g} of the loads "
+                  "more: {}. Is the body held everywhere it can move, and are its loads less than "
+                  "it can bear? If so, take smaller steps",
+                  step_ + 1, time_.time_at(step_), report.least_part, report.problem));
 }
 
 template <int Dim>
@@ -286,6 +296,7 @@ SimulationInfo SimulationDriver<Dim>::info() const {
   for (int i = 0; i < patches_.size(); ++i) divided += patches_[i].work.divided;
   info.divided =
       static_cast<Index>(history_.work().divided) + ranks_.sum(static_cast<Index>(divided));
+  info.solves = solves_;
   info.patches = static_cast<int>(patches_.all_patches().size());
   info.tasks_per_step = static_cast<int>(phases_.size()) * info.patches + (graph().has_dt ? 1 : 0);
   info.cells_per_patch = patches_.target_cells();

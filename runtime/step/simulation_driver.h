@@ -196,6 +196,7 @@ class SimulationDriver {
   std::unique_ptr<Executor> executor_;
   std::optional<ImplicitGroups> solver_groups_;  ///< implicit steps on several ranks only
   std::optional<ImplicitSolver<Dim>> solver_;    ///< implicit steps only
+  SolveCounts solves_;
   PerStep<Agreement> agreed_;
   PerStep<double> agreed_limit_;
   PerStep<std::vector<std::vector<Index>>> injected_;  ///< events, by patch

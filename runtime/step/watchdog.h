@@ -21,9 +21,13 @@ namespace lahar {
 /// particle, a step 12 and more.
 inline constexpr Step watch_steps = 64;
 
-/// The watchdog ended the run, after a whole step: its state can be kept.
-class WatchdogError : public SimulationError {
+/// The run ended after a whole step, because the watchdog said so or no next one was found: its
+/// state can be kept.
+class WholeStepError : public SimulationError {
   using SimulationError::SimulationError;
+};
+class WatchdogError : public WholeStepError {
+  using WholeStepError::WholeStepError;
 };
 
 /// Speeds that mean something in a model [m/s].
