@@ -35,8 +35,7 @@ void ScenarioBuilder<Dim>::saturate(int skeleton, int liquid, const JsonValue& a
                 "give it an entry of materials for each liquid");
     return;
   }
-  const auto& entries = root_.find("materials")->as<JsonValue::Array>();
-  const JsonValue& entry = entries[static_cast<std::size_t>(skeleton)];
+  const JsonValue& entry = *get_list(root_, "materials")[static_cast<std::size_t>(skeleton)];
   const auto* law = std::get_if<Newtonian>(&fluid.law);
   if (!law || law->incompressible) {
     in_.error(at, fmt::format("'{}' cannot be in pores", fluid.name),
@@ -111,10 +110,9 @@ void ScenarioBuilder<Dim>::check_two_phase() {
   Analysis& a = model_.analysis;
   if (!a.two_phase) return;
   const JsonValue& analysis = section("analysis");
-  // Of the functions that published cases have.
-  const std::string cell_type = get_text(section("mesh"), "cell_type").value_or("ED2Q4");
+  // Published cases use these shape functions.
   a.liquid_advection = in_.as_cbgeo && a.functions == ShapeFunctions::element &&
-                       a.affine == Affine::none && (cell_type == "ED2Q4" || cell_type == "ED3H8");
+                       a.affine == Affine::none && mesh_ && mesh_->is_multilinear();
   const auto refuse = [&](const JsonValue* at, std::string_view what, std::string_view hint) {
     in_.error(at ? *at : analysis,
               fmt::format("{} does not go together with a liquid in pores", what),
@@ -132,9 +130,9 @@ void ScenarioBuilder<Dim>::check_two_phase() {
   if (has_filter(a.transfer))
     refuse(analysis.find("velocity_update"), "a velocity transfer of an order above 1",
            "use \"flip\", \"pic\", \"apic\" or \"tpic\"");
-  if (section("analysis").find("resume") &&
-      get_bool(*section("analysis").find("resume"), "resume").value_or(false))
-    refuse(analysis.find("resume"), "'resume'", "continue a run of Lahar with --restart");
+  const JsonValue* resume = analysis.find("resume");
+  if (resume && get_bool(*resume, "resume").value_or(false))
+    refuse(resume, "'resume'", "continue a run of Lahar with --restart");
 }
 
 template <int Dim>
