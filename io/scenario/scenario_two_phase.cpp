@@ -137,7 +137,8 @@ void ScenarioBuilder<Dim>::check_two_phase() {
 
 template <int Dim>
 void ScenarioBuilder<Dim>::refuse_without_liquid(const JsonValue& at) {
-  in_.error(at, "there is no liquid in pores", "material of a generator: [skeleton, liquid]");
+  in_.error(at, "no material has a liquid in its pores",
+            "material of a generator: [skeleton, liquid]");
 }
 
 // Water does not pass what holds soil, unless the entry names a phase; in CB-Geo's input each phase

@@ -61,7 +61,7 @@ void mark_nodes(Patch<Dim>& patch, std::size_t cell) {
   const auto mark = [&](std::span<const Local> nodes) {
     for (const Local node : nodes) patch.node_is_active[static_cast<std::size_t>(node)] = 1;
   };
-  // Of all bodies: contact asks for them all.
+  // The cells of all bodies: contact asks for them all.
   const std::size_t bodies = patch.bodies(), cells = patch.topology.cells.size() / bodies;
   for (std::size_t c = cell % cells; c < cells * bodies; c += cells) {
     if (!patch.topology.corner_nodes.empty()) mark(patch.topology.corner_nodes[c]);

@@ -89,7 +89,7 @@ SimulationState CheckpointStager<Dim>::take(Step at, double dt_limit, const Inje
 template <int Dim>
 bool CheckpointStager<Dim>::plan(Step step) {
   if (step < next_request_ || requested_ >= 0) return false;
-  requested_ = step + max_lead;  // which nobody has begun
+  requested_ = step + max_lead;  // no patch has begun that step
   return true;
 }
 

@@ -43,7 +43,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects 
 /// What patches of other ranks need of a phase when it is done: what the phase after it exchanges.
 struct RankMessage {
   enum class Kind { none, sums, particles } kind = Kind::none;
-  /// Of messages with sums, in the order of a step. Those that bring the same kind of sum again
+  /// For messages with sums, in the order of a step. Those that bring the same kind of sum again
   /// have one number: nobody sends it before it has been used.
   int number = 0;
   std::vector<std::size_t> sum_arrays = {};  ///< those that hold the sums

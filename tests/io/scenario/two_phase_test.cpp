@@ -98,7 +98,7 @@ TEST_CASE("two phases: what is missing or does not go together is said") {
         "'material_id' must have one or two materials, found 3");
   CHECK(refusal({.material = R"("soil")",
                  .constraints = R"({"nset": "base", "dir": "y", "phase": "liquid",
-                                    "velocity": 0})"}) == "there is no liquid in pores");
+                                    "velocity": 0})"}) == "no material has a liquid in its pores");
   CHECK(refusal({.analysis = R"("dt": 1e-6, "nsteps": 1, "type": "MPMExplicit2D")"}) ==
         "particles have a liquid in their pores, but 'type' is of one phase");
   CHECK(refusal({.material = R"("soil")",
