@@ -32,7 +32,7 @@ class OutputRelay {
   /// `ranks`: whose messages nobody else receives. `writers` < 1 or more than ranks: every rank
   /// writes for itself.
   OutputRelay(const Communicator& ranks, int writers);
-  /// A block that others did not take, because they were lost, is left behind.
+  /// If lost ranks have not taken a block, its memory is not freed.
   ~OutputRelay();
   OutputRelay(const OutputRelay&) = delete;
   OutputRelay& operator=(const OutputRelay&) = delete;

@@ -97,7 +97,7 @@ template <int Dim>
 void CheckpointStager<Dim>::is_written(Step at) {
   if (requested_ == at) requested_ = -1;
   asked_ = false;
-  // What this rank has said by now of steps that it had done.
+  // Agreements of earlier steps may still ask for what is written now.
   next_request_ = at + max_lead;
 }
 

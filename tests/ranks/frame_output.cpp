@@ -194,7 +194,7 @@ TEST_CASE("a disk that is full for one rank is an error on all, and finished fra
         CHECK(error == "cannot write " + file + ": File too large");
       else
         CHECK(error == "cannot write " + file + ": rank " + std::to_string(full) +
-                           " failed, whose message says why");
+                           " failed; its message says why");
       ranks.wait_for_all();
       if (ranks.rank() != 0) continue;
       CHECK(names_in(folder.path) ==
