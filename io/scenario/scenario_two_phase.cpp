@@ -6,6 +6,7 @@
 
 #include "io/scenario/particle_files.h"
 #include "io/scenario/scenario_builder.h"
+#include "physics/materials/law.h"
 #include "physics/model/transfer_options.h"
 
 namespace lahar {
@@ -19,6 +20,27 @@ std::optional<bool> type_has_two_phases(const JsonValue& analysis) {
   const JsonValue* type = analysis.find("type");
   if (!type || type->defaulted) return std::nullopt;
   return type->as<std::string>().find("TwoPhase") != std::string::npos;
+}
+
+// Values that look as if they were in another unit. Entries of materials: the skeleton, the liquid.
+void doubt_units(ScenarioInput& in, const JsonValue& entry, const JsonValue& fluid,
+                 const Material& solid) {
+  constexpr double most_conductivity = 1.0;  // [m/s] that of coarse gravel
+  constexpr double least_stiffness = 0.1;    // [-] of the water against the skeleton
+  const bool intrinsic = get_bool(entry, "intrinsic_permeability").value_or(false);
+  for (const char* key : conductivity_keys)
+    if (const auto k = get_number(entry, key); !intrinsic && k && *k > most_conductivity)
+      in.warning(*entry.find(key),
+                 fmt::format("'{}' is {:.3g} m/s: even coarse gravel has less", key, *k),
+                 fmt::format("is it in m/day? {:.3g} m/day are {:.3g} m/s", *k, *k / 86400));
+  const PoreLiquid& pores = *solid.liquid;
+  const double water = pores.bulk_modulus / pores.porosity, skeleton = wave_modulus(solid.law);
+  if (water < least_stiffness * skeleton)
+    in.warning(*fluid.find("bulk_modulus"),
+               fmt::format("the liquid is softer than the skeleton '{}': bulk_modulus / porosity = "
+                           "{:.3g} Pa against {:.3g} Pa",
+                           solid.name, water, skeleton),
+               "water has 2.2e9 Pa; is 'bulk_modulus' in MPa or GPa instead of Pa?");
 }
 
 }  // namespace
@@ -35,7 +57,8 @@ void ScenarioBuilder<Dim>::saturate(int skeleton, int liquid, const JsonValue& a
                 "give it an entry of materials for each liquid");
     return;
   }
-  const JsonValue& entry = *get_list(root_, "materials")[static_cast<std::size_t>(skeleton)];
+  const auto entries = get_list(root_, "materials");
+  const JsonValue& entry = *entries[static_cast<std::size_t>(skeleton)];
   const auto* law = std::get_if<Newtonian>(&fluid.law);
   if (!law || law->incompressible) {
     in_.error(at, fmt::format("'{}' cannot be in pores", fluid.name),
@@ -52,7 +75,7 @@ void ScenarioBuilder<Dim>::saturate(int skeleton, int liquid, const JsonValue& a
                    .grain_density = solid.density,
                    .constant_mass = in_.as_cbgeo};
   const auto porosity = get_number(entry, "porosity");
-  if (!porosity && !entry.find("porosity"))
+  if (!porosity && !written(entry, "porosity"))
     in_.error(entry,
               fmt::format("'porosity' is missing: '{}' has a liquid in its pores", solid.name));
   pores.porosity = porosity.value_or(0.5);
@@ -71,6 +94,8 @@ void ScenarioBuilder<Dim>::saturate(int skeleton, int liquid, const JsonValue& a
   }
   solid.density *= 1.0 - pores.porosity;
   solid.liquid = pores;
+  if (!in_.cbgeo_defaults)
+    doubt_units(in_, entry, *entries[static_cast<std::size_t>(liquid)], solid);
 }
 
 // Every use of a skeleton says its liquid, or none does.
