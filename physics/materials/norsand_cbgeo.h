@@ -26,7 +26,7 @@ inline NorSandTangent norsand_tangent(const NorSand& m, const SoilStress& now, d
       P * (ln - 1) * M_i / strength_ratio(M_tc, now.theta) * 1.5 * c * std::sin(1.5 * now.theta);
   NorSandTangent t;
   for (std::size_t k = 0; k < 6; ++k) {
-    // Stresses are positive in compression: minus the directions, which are positive in tension.
+    // Of compression positive stresses: minus the directions, which are tension positive.
     const double radial = deviator ? -std::sqrt(1.5) * now.direction[k] : 0;
     const double along = deviator ? -turn * now.towards[k] / (std::sqrt(2.0 / 3) * now.q) : 0;
     t.flow[k] = (k < 3 ? 1 : 2) * (radial + along) + (k < 3 ? M_i * ln / 3 : 0);
