@@ -38,20 +38,14 @@ class BulkExecutor final : public Executor {
   }
 
   void arrived(int stage, int) override { ++came_[static_cast<std::size_t>(stage)]; }
-  void dt_agreed(Step) override { agreed_ = true; }
+  void dt_agreed(Step /*round*/) override { agreed_ = true; }
   void step_agreed(Step) override { agreed_ = true; }
 
  private:
   void take(Step step, Step first) {
-    if (graph_.has_dt && step > first) {
-      if (remote_) {
-        agreed_ = false;
-        remote_->give_dt(step);
-        wait_until([&] { return agreed_; });
-      }
-      bodies_.set_dt(step);
-    }
     for (int s = 0; s < static_cast<int>(graph_.stages.size()); ++s) {
+      if (graph_.has_dt && s % graph_.stages_per_round() == 0 && (step > first || s > 0))
+        set_dt(graph_.round_at(step, s / graph_.stages_per_round()));
       const bool has_rest = graph_.has_rest(s);
       oneapi::tbb::parallel_for(0, graph_.own_patches(), [&](int p) {
         if (has_rest)
@@ -68,6 +62,15 @@ class BulkExecutor final : public Executor {
       wait_until([&] { return agreed_; });
     }
     bodies_.completed(step);
+  }
+
+  void set_dt(Step round) {
+    if (remote_) {
+      agreed_ = false;
+      remote_->give_dt(round);
+      wait_until([&] { return agreed_; });
+    }
+    bodies_.set_dt(round);
   }
 
   void wait_until(const auto& is_over) {

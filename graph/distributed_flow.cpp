@@ -64,7 +64,9 @@ class DistributedFlow final : public FlowExecutor {
     for (const Edge& edge : graph_.out(task))
       if (edge.lag == 0 || goes_on) put(edge.to);
   }
-  void dt_agreed(Step) override { put(graph_.dt_task()); }
+  void dt_agreed(Step round) override {
+    put(graph_.dt_task(static_cast<int>(round % graph_.rounds)));
+  }
 
   /// Agreements may be found in another order than they were made.
   void step_agreed(Step step) override {
@@ -113,8 +115,8 @@ class DistributedFlow final : public FlowExecutor {
     ready_tasks_.clear();
     for (int t = 0; t < graph_.tasks(); ++t) {
       if (graph_.is_elsewhere(t)) continue;
-      // The first step's dt is known.
-      const int messages = graph_.is_dt(t) ? messages_into(t) : messages_from_before(t);
+      const bool known = graph_.is_dt(t) && is_known_dt(t, first_);
+      const int messages = known ? messages_into(t) : messages_from_before(t);
       for (int k = 0; k < messages; ++k) put(t);
     }
     {
@@ -149,12 +151,12 @@ class DistributedFlow final : public FlowExecutor {
   void fire(int task) {
     const Step step = begin_task(task);
     if (graph_.is_dt(task)) {
-      if (step > first_) bodies_.set_dt(step);  // dt of the first step is known
+      if (!is_known_dt(task, step)) bodies_.set_dt(round_of_dt(task, step));
       if (deferred_work_) deferred_work_->dt_is_known();
-      set_dt_known(step);
+      if (graph_.round_of(task) == 0) set_dt_known(step);
       pass_on(task, step);
     } else if (graph_.collects_dt(task)) {
-      if (step > first_) remote_.give_dt(step);
+      if (!is_known_dt(task, step)) remote_.give_dt(round_of_dt(task, step));
       pass_on(task, step);
     } else if (graph_.has_rest(graph_.stage_of(task))) {
       fire_with_rest(task, step);

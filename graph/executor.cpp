@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <random>
 
+#include "graph/distributed_flow.h"
+#include "graph/local_flow.h"
+
 namespace lahar {
 
 int available_threads() {
@@ -31,9 +34,12 @@ class SerialExecutor final : public Executor {
     end_ = end;
     Step step = first;
     for (; step < end_; ++step) {
-      if (graph_.has_dt && step > first) bodies_.set_dt(step);
-      for (int s = 0; s < static_cast<int>(graph_.stages.size()); ++s)
+      for (int s = 0; s < static_cast<int>(graph_.stages.size()); ++s) {
+        const bool begins_round = graph_.has_dt && s % graph_.stages_per_round() == 0;
+        if (begins_round && (step > first || s > 0))
+          bodies_.set_dt(graph_.round_at(step, s / graph_.stages_per_round()));
         for (int p = 0; p < graph_.patches; ++p) bodies_.run(s, p, step);
+      }
       bodies_.completed(step);
     }
     return step;
@@ -57,10 +63,13 @@ class RandomExecutor final : public Executor {
     ready_.clear();
     for (std::size_t t = 0; t < n; ++t) {
       missing_[t] = graph_.in_step[t];
-      // The dt of the first step is known: its task counts as done.
-      if (graph_.is_dt(static_cast<int>(t))) missing_[t] = graph_.in_lag[t];
     }
-    if (graph_.has_dt) pass_tokens(graph_.dt_task(), 0), step_[n - 1] = first + 1;
+    if (graph_.has_dt) {  // that of the first round is known: its task counts as done
+      const auto dt = static_cast<std::size_t>(graph_.dt_task());
+      missing_[dt] = graph_.in_lag[dt];
+      step_[dt] = first + 1;
+      pass_tokens(graph_.dt_task(), 0);
+    }
     for (std::size_t t = 0; t < n; ++t)
       if (missing_[t] == 0) ready_.push_back(static_cast<int>(t));
     while (!ready_.empty()) fire_one();
@@ -86,7 +95,7 @@ class RandomExecutor final : public Executor {
     const Step step = step_[t]++;
     missing_[t] = graph_.in_step[t] + graph_.in_lag[t];
     if (graph_.is_dt(task))
-      bodies_.set_dt(step);
+      bodies_.set_dt(graph_.round_at(step, graph_.round_of(task)));
     else
       bodies_.run(graph_.stage_of(task), graph_.patch_of(task), step);
     const bool last_stage =
@@ -131,6 +140,24 @@ class RandomExecutor final : public Executor {
 };
 
 }  // namespace
+
+std::unique_ptr<Executor> make_executor(TaskGraph graph, TaskBodies bodies,
+                                        const ExecutorOptions& options, Remote* remote) {
+  switch (options.mode) {
+    case ExecutionMode::serial:
+      return make_serial_executor(std::move(graph), std::move(bodies));
+    case ExecutionMode::random_order:
+      return make_random_executor(std::move(graph), std::move(bodies), options.seed);
+    case ExecutionMode::bulk:
+      return make_bulk_executor(std::move(graph), std::move(bodies), options.threads, remote);
+    case ExecutionMode::flow_graph:
+      break;
+  }
+  if (remote)
+    return make_distributed_flow(std::move(graph), std::move(bodies), options.threads,
+                                 options.verify, *remote);
+  return make_local_flow(std::move(graph), std::move(bodies), options.threads, options.verify);
+}
 
 std::unique_ptr<Executor> make_serial_executor(TaskGraph graph, TaskBodies bodies) {
   return std::make_unique<SerialExecutor>(std::move(graph), std::move(bodies));

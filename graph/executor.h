@@ -24,7 +24,8 @@ int available_threads();
 struct TaskBodies {
   /// Run `stage` of `patch` for `step`. Must not throw: failures are recorded and a stop requested.
   std::function<void(int stage, int patch, Step step)> run;
-  /// The global minimum that sets dt of `step`; all stages that give dt of step - 1 are done.
+  /// What all patches have given sets dt of `step`; all stages that give it in step - 1 are done.
+  /// Where steps have several rounds (TaskGraph), that of a round, and rounds are counted.
   std::function<void(Step step)> set_dt;
   /// All patches have finished `step`. Called once per step, in order, one call at a time.
   std::function<void(Step step)> completed;
@@ -50,8 +51,8 @@ class Remote {
   /// Send what tasks have for other ranks. Unless `all`, what takes time to send may wait for
   /// another call, or for one of progress().
   virtual void post(bool all) = 0;
-  /// This rank's patches have given dt of `step`: find the minimum of all ranks, for dt_agreed().
-  /// Steps in order.
+  /// This rank's patches have given dt of `step` (or round): find that of all ranks, for
+  /// dt_agreed(). Steps in order.
   virtual void give_dt(Step step) = 0;
   /// This rank's patches have finished `step`: find out when all ranks have, for step_agreed().
   /// Steps in order.
@@ -81,7 +82,7 @@ class Executor {
 
   /// Several ranks: the message for a stage of a patch elsewhere (a column of the graph).
   virtual void arrived(int /*stage*/, int /*patch*/) {}
-  /// Several ranks: dt of `step` can be set.
+  /// Several ranks: dt of `step` (or round) can be set.
   virtual void dt_agreed(Step /*step*/) {}
   /// Several ranks: all have finished `step`, and all steps before.
   virtual void step_agreed(Step /*step*/) {}
@@ -114,6 +115,19 @@ class Executor {
     return times.empty() ? 0 : times[static_cast<std::size_t>(task)];
   }
 };
+
+/// Ways to execute a graph: results must not depend on it.
+enum class ExecutionMode { flow_graph, bulk, serial, random_order };
+
+struct ExecutorOptions {
+  ExecutionMode mode = ExecutionMode::flow_graph;
+  int threads = 1;         ///< flow graph and bulk
+  bool verify = false;     ///< flow graph: as in make_local_flow()
+  std::uint64_t seed = 1;  ///< random order only
+};
+/// Of one rank's share of a graph, if there is a `remote`, which must outlive the executor.
+std::unique_ptr<Executor> make_executor(TaskGraph graph, TaskBodies bodies,
+                                        const ExecutorOptions& options, Remote* remote = nullptr);
 
 /// Stage after stage, patch after patch, one thread: the reference.
 std::unique_ptr<Executor> make_serial_executor(TaskGraph graph, TaskBodies bodies);

@@ -127,8 +127,16 @@ class FlowExecutor : public Executor {
   }
   /// A task that begins a step must know that all take the step.
   bool needs_permit(int task) const {
-    if (graph_.is_global(task)) return graph_.collects_dt(task);
+    if (graph_.is_global(task)) return graph_.collects_dt(task) && graph_.round_of(task) == 0;
     return graph_.stage_of(task) == 0 && !graph_.is_elsewhere(task);
+  }
+  /// Of a global task: dt of the first round is known before run().
+  bool is_known_dt(int task, Step step) const {
+    return step == first_ && graph_.round_of(task) == 0;
+  }
+  /// The round whose dt a global task collects or sets.
+  Step round_of_dt(int task, Step step) const {
+    return graph_.round_at(step, graph_.round_of(task));
   }
   bool is_last_stage(int task) const {
     return !graph_.is_global(task) &&
@@ -214,7 +222,7 @@ class FlowExecutor : public Executor {
       const Step done =
           stamps_[static_cast<std::size_t>(edge.from)].load(std::memory_order_acquire);
       const Step needed = step + 1 - edge.lag;
-      const bool first_dt = graph_.is_global(task) && step == first_;
+      const bool first_dt = graph_.is_global(task) && is_known_dt(task, step);
       if (done != needed && !first_dt)
         throw std::logic_error("task " + graph_.name(task) + " ran step " + std::to_string(step) +
                                " when " + graph_.name(edge.from) + " had done " +

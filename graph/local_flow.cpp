@@ -54,8 +54,8 @@ class LocalFlow final : public FlowExecutor {
     const Step step = begin_task(task);
     if (!graph_.is_dt(task))
       bodies_.run(graph_.stage_of(task), graph_.patch_of(task), step);
-    else if (step > first_)  // dt of the first step is known
-      bodies_.set_dt(step);
+    else if (!is_known_dt(task, step))
+      bodies_.set_dt(round_of_dt(task, step));
     fetch_successors(task);
     stamp(task, step);
     if (is_last_stage(task)) finish(step);

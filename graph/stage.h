@@ -17,10 +17,12 @@ struct Stage {
   std::string name = {};      ///< as in graphs, traces and tables
   std::string exchange = {};  ///< what it takes from neighbours, that is, from their stage before
                               ///< this one: "mass, momentum"; empty = nothing
-  bool gives_dt = false;      ///< contributes to the global minimum that sets the next step's dt
-  bool needs_dt = false;      ///< the first use of dt in a step (adaptive time step only)
-  bool is_rest = false;       ///< of the stage before, which alone it waits for: is done with it,
-                              ///< or deferred until there is nothing else to do
+  /// Contributes to what all patches together find for the next step, "dt": the least limit of the
+  /// time step, or sums of a solver (runtime/solve/rounds.h), of whose kind graphs know nothing.
+  bool gives_dt = false;
+  bool needs_dt = false;  ///< the first use of that in a step
+  bool is_rest = false;   ///< of the stage before, which alone it waits for: is done with it,
+                          ///< or deferred until there is nothing else to do
 
   bool operator==(const Stage&) const = default;
 };

@@ -76,23 +76,32 @@ void add_stage_edges(const TaskGraph& graph, int stage,
 }
 
 void add_dt_edges(const TaskGraph& graph, std::vector<Edge>& edges) {
-  const int collect = graph.shared ? graph.collect_dt_task() : graph.dt_task();
-  for (int s = 0; s < static_cast<int>(graph.stages.size()); ++s)
+  for (int s = 0; s < static_cast<int>(graph.stages.size()); ++s) {
+    const int round = s / graph.stages_per_round();
+    const int next = (round + 1) % graph.rounds;
+    const int collect = graph.shared ? graph.collect_dt_task(next) : graph.dt_task(next);
+    const int lag = next == 0 ? 1 : 0;
     for (int p = 0; p < graph.own_patches(); ++p) {
       const Stage& stage = graph.stages[static_cast<std::size_t>(s)];
-      if (stage.gives_dt) edges.push_back({graph.task(s, p), collect, 1, true});
-      if (stage.needs_dt) edges.push_back({graph.dt_task(), graph.task(s, p), 0, true});
+      if (stage.gives_dt) edges.push_back({graph.task(s, p), collect, lag, true});
+      if (stage.needs_dt) edges.push_back({graph.dt_task(round), graph.task(s, p), 0, true});
     }
-  if (graph.shared) edges.push_back({graph.dt_task(), collect, 1, true});  // also without patches
+  }
+  for (int round = 0; graph.shared && round < graph.rounds; ++round) {  // also without patches
+    const int next = (round + 1) % graph.rounds;
+    edges.push_back({graph.dt_task(round), graph.collect_dt_task(next), next == 0 ? 1 : 0, true});
+  }
 }
 
 }  // namespace
 
 TaskGraph make_task_graph(std::vector<Stage> stages,
                           const std::vector<std::vector<int>>& neighbours, bool shared,
-                          int elsewhere) {
+                          int elsewhere, int rounds) {
   TaskGraph graph;
-  graph.stages = std::move(stages);
+  for (int round = 0; round < rounds; ++round)
+    graph.stages.insert(graph.stages.end(), stages.begin(), stages.end());
+  graph.rounds = rounds;
   graph.patches = static_cast<int>(neighbours.size());
   graph.elsewhere = elsewhere;
   graph.shared = shared;
@@ -107,6 +116,12 @@ TaskGraph make_task_graph(std::vector<Stage> stages,
     add_stage_edges(graph, s, neighbours, edges);
   if (graph.has_dt) add_dt_edges(graph, edges);
   return with_edges(std::move(graph), std::move(edges));
+}
+
+int safe_rounds(const std::vector<Stage>& stages) {
+  const auto exchanges = std::count_if(stages.begin(), stages.end(),
+                                       [](const Stage& stage) { return !stage.exchange.empty(); });
+  return exchanges == 1 ? 2 : 1;
 }
 
 TaskGraph with_edges(TaskGraph graph, std::vector<Edge> edges) {
@@ -230,9 +245,9 @@ std::string to_dot(const TaskGraph& graph, std::span<const std::string> patch_na
     for (int p = 0; p < graph.patches; ++p) text += fmt::format(" t{};", graph.task(s, p));
     text += " }\n";
   }
-  if (graph.has_dt)
+  for (int round = 0; graph.has_dt && round < graph.rounds; ++round)
     text += fmt::format("  t{} [label=\"dt\", shape=ellipse, fillcolor=\"#fdebd0\"];\n",
-                        graph.dt_task());
+                        graph.dt_task(round));
   for (const Edge& edge : graph.edges) {
     std::string style = edge.lag == 1 ? "style=dashed, constraint=false" : "";
     if (edge.exchange && !graph.is_dt(edge.to) && !graph.is_dt(edge.from)) {

@@ -14,6 +14,7 @@ ScenarioBuilder<Dim>::ScenarioBuilder(ScenarioInput& in)
 template <int Dim>
 Model<Dim> ScenarioBuilder<Dim>::build() {
   build_as_cbgeo();
+  build_implicit();
   build_mesh();
   build_sets();
   build_materials();
@@ -29,6 +30,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_contact();
   build_transfer_rates();  // of its bodies
   check_two_phase();
+  check_implicit();
   build_output();
   warn_of_doubts();
   build_resume();

@@ -14,7 +14,10 @@ namespace lahar {
 namespace {
 
 Scheme scheme_of(const std::string& name) {
-  return name == "usl" ? Scheme::usl : name == "musl" ? Scheme::musl : Scheme::usf;
+  return name == "usl"       ? Scheme::usl
+         : name == "musl"    ? Scheme::musl
+         : name == "newmark" ? Scheme::newmark
+                             : Scheme::usf;
 }
 
 // A title as a folder name: letters, digits, '-', '_' and '.', the rest becomes '-'.
@@ -54,7 +57,9 @@ void ScenarioBuilder<Dim>::build_as_cbgeo() {
 template <int Dim>
 void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
   JsonValue* step = analysis.find("time_step");
-  const bool adaptive = !in_.cbgeo_defaults && !analysis.find("dt") && !written(analysis, "dt");
+  const bool implicit = is_implicit(model_.analysis);
+  const bool adaptive =
+      !in_.cbgeo_defaults && !implicit && !analysis.find("dt") && !written(analysis, "dt");
   if (step && step->is<JsonValue::Object>()) {
     if (!written(*step, "adaptive")) set(*step, "adaptive", adaptive);
     const double safety = in_.cbgeo_defaults ? 0.5 : any_granular() ? 0.2 : 0.4;
@@ -66,7 +71,7 @@ void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
     set(analysis, "mpm_scheme", std::string("musl"));
   const JsonValue* update = analysis.find("velocity_update");
   default_transfer_ =
-      (!update || update->defaulted) && !written(analysis, "velocity_update_settings");
+      !implicit && (!update || update->defaulted) && !written(analysis, "velocity_update_settings");
   // Particles that cross cells make no noise with functions that are smooth.
   const JsonValue* cell_type = section("mesh").find("cell_type");
   const std::string type = cell_type ? cell_type->as<std::string>() : "";
@@ -92,10 +97,13 @@ void ScenarioBuilder<Dim>::build_analysis() {
   a.volume_as_cbgeo = in_.cbgeo_defaults;
   a.damping_as_cbgeo = in_.cbgeo_defaults;
   if (const JsonValue* opening = analysis->find("opening");
-      opening && get_bool(*analysis, "opening").value_or(false) && a.two_phase)
-    in_.error(*opening, "'opening' does not go together with a liquid in pores",
+      opening && get_bool(*analysis, "opening").value_or(false) && (a.two_phase || is_implicit(a)))
+    in_.error(*opening,
+              fmt::format("'opening' does not go together with {}",
+                          a.two_phase ? "a liquid in pores" : "implicit steps"),
               "leave it out: no gaps open between grains");
-  a.opening = get_bool(*analysis, "opening").value_or(!in_.cbgeo_defaults && !a.two_phase);
+  a.opening = get_bool(*analysis, "opening")
+                  .value_or(!in_.cbgeo_defaults && !a.two_phase && !is_implicit(a));
   set(*analysis, "opening", a.opening);
   const auto opens = [](const Material& material) { return can_open(material.law); };
   a.opening = a.opening && std::any_of(model_.materials.begin(), model_.materials.end(), opens);
@@ -245,7 +253,8 @@ void ScenarioBuilder<Dim>::build_time_step(const JsonValue& analysis) {
   a.step.dt = dt.value_or(std::numeric_limits<double>::infinity());
   if (!dt && !a.step.adaptive && !written(analysis, "dt"))
     in_.error(analysis, "'dt' is missing in analysis",
-              "dt [s]: the time step; or \"time_step\": {\"adaptive\": true}");
+              is_implicit(a) ? "dt [s]: the time step, which waves do not limit"
+                             : "dt [s]: the time step; or \"time_step\": {\"adaptive\": true}");
   const auto nsteps = get_integer(analysis, "nsteps");
   const auto end = get_number(analysis, "end_time");
   if (!nsteps && !end && !written(analysis, "nsteps") && !written(analysis, "end_time"))

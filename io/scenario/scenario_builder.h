@@ -86,6 +86,15 @@ class ScenarioBuilder {
   std::optional<int> phase_direction_of(const JsonValue& object);
   void build_pore_pressures();
   void build_water_table(const JsonValue& given);
+  // scenario_implicit.cpp
+  void build_implicit();  ///< before what depends on the scheme
+  void build_implicit_steps(const JsonValue& analysis);
+  void build_linear_solver(const JsonValue& analysis);
+  void check_implicit();  ///< after the analysis
+  void check_implicit_conditions();
+  void refuse_injection();
+  /// `at` null: the analysis.
+  void refuse_implicit(const JsonValue* at, const std::string& what, const std::string& hint = "");
   // scenario_analysis.cpp
   void build_as_cbgeo();  ///< first of all: others depend on it
   void build_analysis();
@@ -164,6 +173,8 @@ class ScenarioBuilder {
   void add_set_of(const JsonValue& object, int function);
   template <class T>
   void add_file_of(const JsonValue& object, std::string_view key, int function = -1);
+  template <class T>
+  bool has_no_effect(const JsonValue& given);  ///< in this analysis; reported
   template <class T>
   void refuse_excluded(const JsonValue& at, std::span<const T> entries);  ///< collective
   void join_forces();

@@ -185,10 +185,33 @@ void ScenarioBuilder<Dim>::split_phases() {
   all.erase(liquid, all.end());
 }
 
+// The fork of CB-Geo MPM has displacements in implicit analyses, and velocities in explicit ones.
+template <int Dim>
+template <class T>
+bool ScenarioBuilder<Dim>::has_no_effect(const JsonValue& given) {
+  const bool implicit = is_implicit(model_.analysis);
+  if (given.is<JsonValue::Array>() && given.as<JsonValue::Array>().empty()) return true;
+  if (std::is_same_v<T, NodeDisplacement> && !implicit) {
+    if (in_.cbgeo_defaults)
+      in_.warning(given, "'displacement_constraints' are ignored in an explicit analysis");
+    else
+      in_.error(given, "'displacement_constraints' act in implicit analyses only",
+                "prescribe velocities, or take \"mpm_scheme\": \"newmark\"");
+    return true;
+  }
+  if (std::is_same_v<T, NodeVelocity> && implicit && in_.as_cbgeo) {
+    in_.warning(given, "'velocity_constraints' are ignored in an implicit analysis, as by CB-Geo",
+                "prescribe displacements with 'displacement_constraints'");
+    return true;
+  }
+  return false;
+}
+
 template <int Dim>
 template <class T>
 void ScenarioBuilder<Dim>::build_condition() {
   const JsonValue& where = is_load<T> ? section("external_loading_conditions") : boundary();
+  if (const JsonValue* given = where.find(T::key); given && has_no_effect<T>(*given)) return;
   auto& list = entries_of<T>(model_);
   std::size_t first = 0;
   const auto finish = [&](const JsonValue& entry) {

@@ -49,6 +49,7 @@ void ScenarioBuilder<Dim>::build_contact() {
 template <int Dim>
 void ScenarioBuilder<Dim>::check_scheme_of_contact() {
   if (model_.analysis.contact.bodies == 1 || model_.analysis.scheme == Scheme::musl) return;
+  if (is_implicit(model_.analysis)) return;  // refused
   const bool usf = model_.analysis.scheme == Scheme::usf;
   const JsonValue& at = *section("analysis").find("interface");
   const std::string reason =

@@ -7,6 +7,8 @@ std::span<const CbgeoDeviation> cbgeo_deviations() {
       {"`\"stress_update\"` in `analysis`", "ignored: USF is run",
        "the older spelling of `mpm_scheme`, which is run"},
       {"`\"mpm_scheme\": \"musl\"`", "USF is run", "MUSL is run"},
+      {"`velocity_constraints` in implicit analyses", "ignored: displacement constraints act alone",
+       "the displacement of a step is velocity times dt"},
       {"`\"damping_ratio\"` in `analysis.damping`", "ignored, although documented: no damping",
        "the same as `damping_factor`"},
       {"`\"particles_cells\"` in `mesh`", "ignored, although documented",

@@ -95,6 +95,8 @@ const Section& material_set_section();
 const Section& sets_section();
 const Section& region_section();
 const Section& analysis_section();
+const Section& scheme_settings_section();
+const Section& linear_solver_section();
 const Section& post_processing_section();
 const Section& driver_section();  ///< not of a scenario: of `lahar material`
 const Section& path_section();

@@ -205,7 +205,8 @@ const Section& time_step_section() {
       .help =
           "The stability limit of a particle is h / (c + |v|), with the cell size h, the wave "
           "speed c of its material and its speed v. A viscous fluid also has the limit h^2 density "
-          "/ (2 dim 4/3 viscosity). A fixed `dt` above the smallest limit is an error unless "
+          "/ (2 dim 4/3 viscosity). Implicit steps have no such limit, and are fixed. A fixed `dt` "
+          "above the smallest limit is an error unless "
           "`accept_unstable` is true. An adaptive step is `safety` times the smallest limit, and "
           "at most `analysis.dt` if that is given.",
       .keys = {
@@ -336,10 +337,9 @@ const Section& analysis_section() {
            .fallback = "\"MPMExplicit2D\"",
            .fallback_3d = "\"MPMExplicit3D\"",
            .allowed = {"MPMExplicit2D", "MPMExplicit3D", "MPMExplicitTwoPhase2D",
-                       "MPMExplicitTwoPhase3D"},
-           .planned = {"MPMImplicit2D", "MPMImplicit3D", "MPMSemiImplicitNavierStokes2D",
-                       "MPMSemiImplicitNavierStokes3D", "MPMSemiImplicitTwoPhase2D",
-                       "MPMSemiImplicitTwoPhase3D"}},
+                       "MPMExplicitTwoPhase3D", "MPMImplicit2D", "MPMImplicit3D"},
+           .planned = {"MPMSemiImplicitNavierStokes2D", "MPMSemiImplicitNavierStokes3D",
+                       "MPMSemiImplicitTwoPhase2D", "MPMSemiImplicitTwoPhase3D"}},
           {.key = "preset",
            .kinds = text,
            .help = "defaults of keys that are not written. \"cbgeo\": those of CB-Geo MPM. "
@@ -350,9 +350,19 @@ const Section& analysis_section() {
           {.key = "mpm_scheme",
            .kinds = text,
            .help = "when stresses are updated: before the forces (usf), at the end of the step "
-                   "(usl), or at the end after a second mapping of velocities (musl). Default "
-                   "musl; with the preset cbgeo usf",
-           .allowed = {"usf", "usl", "musl"}},
+                   "(usl), or at the end after a second mapping of velocities (musl). newmark: "
+                   "implicit steps, which find the displacements of nodes for which forces "
+                   "balance (see scheme_settings). Default musl; with the preset cbgeo usf; if "
+                   "`type` is MPMImplicit, newmark",
+           .allowed = {"usf", "usl", "musl", "newmark"}},
+          {.key = "scheme_settings",
+           .kinds = object,
+           .help = "parameters of implicit steps",
+           .section = scheme_settings_section},
+          {.key = "linear_solver",
+           .kinds = object,
+           .help = "solver of the linear systems of implicit steps",
+           .section = linear_solver_section},
           {.key = "stress_update",
            .kinds = text,
            .help = "older spelling of mpm_scheme, accepted with a warning. CB-Geo MPM ignores it "
@@ -455,7 +465,8 @@ const Section& analysis_section() {
            .help = "true: material at its tension limit expands by gaps between grains or drops. "
                    "The gaps close before the material has stress again. The field `opening` is "
                    "their volume as a share of the material's volume. The volume of a particle is "
-                   "that of its material alone. Default true, for CB-Geo's input false",
+                   "that of its material alone. Default true; for CB-Geo's input and in implicit "
+                   "analyses false",
            .native = true},
           {.key = "interface",
            .kinds = boolean,
@@ -510,15 +521,7 @@ const Section& analysis_section() {
            .planned = {"jaumann"}},
           {.key = "newmark",
            .kinds = any,
-           .help = "for implicit analyses",
-           .support = Support::ignored},
-          {.key = "scheme_settings",
-           .kinds = any,
-           .help = "for implicit analyses",
-           .support = Support::ignored},
-          {.key = "linear_solver",
-           .kinds = any,
-           .help = "for implicit analyses",
+           .help = "write scheme_settings",
            .support = Support::ignored},
           {.key = "state_variable_smoothing",
            .kinds = any,

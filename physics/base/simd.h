@@ -384,6 +384,14 @@ LAHAR_INLINE Real sqrt(const Real& value) {
   return load<Real>(values);
 }
 
+/// Natural logarithm, lane by lane.
+template <class Real>
+LAHAR_INLINE Real log(const Real& value) {
+  double values[lanes<Real>];
+  for (int lane = 0; lane < lanes<Real>; ++lane) values[lane] = std::log(value[lane]);
+  return load<Real>(values);
+}
+
 /// 1 / x to eight digits at least, for x from 1e-300 to 1e300: an estimate of the machine and one
 /// step of Newton's method. Packs of any width get the same.
 template <class Real>

@@ -11,6 +11,7 @@
 
 #include "physics/boundary/node_absorption.h"
 #include "physics/boundary/node_acceleration.h"
+#include "physics/boundary/node_displacement.h"
 #include "physics/boundary/node_force.h"
 #include "physics/boundary/node_friction.h"
 #include "physics/boundary/node_pressure.h"
@@ -26,6 +27,7 @@ using Conditions = std::tuple<  //
     NodeAbsorption,             //
     NodeSpring,                 //
     NodeAcceleration,           //
+    NodeDisplacement,           //
     NodeForce,                  //
     NodePressure>;
 
@@ -35,7 +37,8 @@ using Conditions = std::tuple<  //
 /// `problems(dim)`, values that exclude each other; `derive(dim)`, members that follow from others;
 /// `phases`, it is one of the liquid in pores, too; `liquid`, it is of that liquid alone;
 /// `takes_means`, NodeMeans are needed; and `act<Dim>(const NodeView<Dim>&)`, the NodeAction. A
-/// condition without it has its own place in the step: ConstrainedNode, or Patch::forces.
+/// condition without it has its own place in the step: ConstrainedNode, Patch::fixed_displacement
+/// or Patch::forces.
 template <class T>
 concept NodeCondition = std::is_trivially_copyable_v<T> && requires(T at) {
   { at.node } -> std::convertible_to<Index>;

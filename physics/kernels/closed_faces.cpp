@@ -11,13 +11,17 @@ namespace {
 /// What is left of a unit vector, at most, where a node is held along it [-].
 constexpr double held_tolerance = 1e-6;
 
-/// Whether a node has no velocity along the unit vector n, or walls let it have none along +n.
+/// Whether a node does not move along the unit vector n, or walls let it have none along +n.
 template <int Dim>
 bool is_held(const Patch<Dim>& patch, Local node, Vec<Dim> n) {
   const auto before = [](const auto& entry, Local at) { return entry.node < at; };
   auto fixed = std::lower_bound(patch.fixed.begin(), patch.fixed.end(), node, before);
   for (; fixed != patch.fixed.end() && fixed->node == node; ++fixed)
     if (fixed->velocity == 0.0) n[fixed->dir] = 0.0;
+  const auto& displaced = patch.fixed_displacement;
+  auto given = std::lower_bound(displaced.begin(), displaced.end(), node, before);
+  for (; given != displaced.end() && given->node == node; ++given)
+    if (given->displacement == 0.0) n[given->dir] = 0.0;
   const auto wall = std::lower_bound(patch.walls.begin(), patch.walls.end(), node, before);
   if (wall != patch.walls.end() && wall->node == node)
     for (std::size_t k = 0; k < Dim; ++k) {

@@ -6,6 +6,7 @@
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/opening.h"
 #include "physics/materials/law.h"
+#include "physics/materials/tangent.h"
 
 namespace lahar {
 
@@ -241,6 +242,13 @@ LAHAR_INLINE Real update_bin(Patch<Dim>& patch, const Gradient& gradient, const 
     in.volumetric = gradient.at(p, in.gradient) * dt;
     strain_rate<Dim, Real>(in.gradient, in.rate);
     in.dt = dt;
+    if (step.model->analysis.scheme == Scheme::newmark) {  // increments are not small
+      Real H[Dim][Dim];
+      LAHAR_UNROLL
+      for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+      for (int b = 0; b < Dim; ++b) H[a][b] = dt * in.gradient[a][b];
+      in = increment_of<Dim, Real>(H, dt, step.model->analysis.as_cbgeo);
+    }
 
     if (part != StressPart::law) {
       if constexpr (Gradient::domains && !Gaps) move_domain(rows, in.gradient, dt, p, n);
@@ -344,7 +352,7 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
           Rows<Dim> of_law = rows;
           if (!can_open(step.model->materials[bins[from].material].law)) of_law.opening = nullptr;
           of_law.dilatancy = dilatancy(given);
-          if (general::is(patch)) {
+          if (gradients) {
             for (std::size_t r = from; r < to; ++r)
               if (const ParticleBin& bin = bins[r]; bin.begin < bin.end)
                 work += update_one_bin<Dim, Real>(

@@ -70,7 +70,7 @@ struct Bingham {
     if constexpr (Dim == 3) normal2 += in.rate[2] * in.rate[2];
     LAHAR_UNROLL
     for (int k = 3; k < in.rows; ++k) shear2 += in.rate[k] * in.rate[k];
-    const Real g = lahar::sqrt(2.0 * normal2 + shear2);
+    const Real g = sqrt(2.0 * normal2 + shear2);
     unsigned flows = greater(g, Real(std::max(critical_shear_rate, 1e-15)));
     const Real apparent = 2.0 * (tau0 / select(flows, g, Real(1.0)) + mu);
     if (as_cbgeo) flows &= ~greater(Real(tau0 * tau0), 0.5 * apparent * apparent * normal2);

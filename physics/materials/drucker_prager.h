@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "physics/materials/beside_axes.h"
 #include "physics/materials/law_input.h"
-#include "physics/materials/stress_invariants.h"
 #include "physics/materials/table.h"
 
 namespace lahar {
@@ -68,6 +68,7 @@ struct DruckerPrager {
                             (3.0 - std::sin(radians(friction)));  // eta times the tip, also if 0
     const double limit = highest();
     elastic_trial<Dim>(in, K, G, stress);
+    leave_axes<LawInput<Dim, Real>::rows>(stress, K, false);
     StressPoint<LawInput<Dim, Real>::rows, Real> at;
     deviator_of(stress, at);
     const Real q = root3_2 * at.rho;

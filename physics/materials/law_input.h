@@ -5,7 +5,7 @@
 #include <cmath>
 #include <concepts>
 
-#include "physics/base/simd.h"
+#include "physics/materials/dual.h"
 
 namespace lahar {
 
@@ -44,12 +44,26 @@ struct Failures {
   unsigned divided = 0;  ///< found, but only in parts: counted and reported
 };
 
+/// A stress or strain of numbers that may carry derivatives.
+template <class Number>
+using VoigtOf = std::array<Number, 6>;
+
 /// What a law that is evaluated particle by particle sees, in two dimensions too (yz = xz = 0).
-struct Increment {
-  Voigt strain;       ///< [-] engineering shear
-  double dt;          ///< [s]
-  double volumetric;  ///< volumetric strain increment of fluids [-]
+template <class Number>
+struct IncrementOf {
+  VoigtOf<Number> strain;  ///< [-] engineering shear
+  double dt;               ///< [s]
+  Number volumetric;       ///< volumetric strain increment of fluids [-]
 };
+using Increment = IncrementOf<double>;
+
+/// An equal part of an increment.
+template <class Number>
+IncrementOf<Number> part_of(const IncrementOf<Number>& whole, int parts) {
+  IncrementOf<Number> part{{}, whole.dt / parts, whole.volumetric / parts};
+  for (std::size_t k = 0; k < 6; ++k) part.strain[k] = whole.strain[k] / parts;
+  return part;
+}
 
 /// An increment that does not converge is done in 2, 4, ... parts, at most as many as this.
 inline constexpr int most_parts = 1 << 10;
@@ -57,9 +71,9 @@ inline constexpr int most_parts = 1 << 10;
 /// that is not the law's own.
 inline constexpr int landing_parts = 16;
 
-template <class Real>
-LAHAR_INLINE void set_lane(Real& pack, int lane, double value) {
-  if constexpr (lanes<Real> == 1)
+template <int W>
+LAHAR_INLINE void set_lane(PackOf<W>& pack, int lane, double value) {
+  if constexpr (W == 1)
     pack.v = value;
   else
     pack.v[lane] = value;
@@ -69,14 +83,14 @@ LAHAR_INLINE void set_lane(Real& pack, int lane, double value) {
 /// returns whether it converged, or else in equal parts. Where none is small enough
 /// `law.land(increment, stress, state)`, if there is one, gives a stress that the law allows, part
 /// by part. Returns the number of parts; 0 = there is no result, stress and state are as before.
-template <class LawType>
-int update_in_parts(const LawType& law, const Increment& whole, Voigt& stress, double* state) {
+template <class LawType, class Number>
+int update_in_parts(const LawType& law, const std::type_identity_t<IncrementOf<Number>>& whole,
+                    VoigtOf<Number>& stress, Number* state) {
   constexpr std::size_t n = LawType::state.size();
   for (int parts = 1; parts <= most_parts; parts *= 2) {
-    Increment part{{}, whole.dt / parts, whole.volumetric / parts};
-    for (std::size_t k = 0; k < 6; ++k) part.strain[k] = whole.strain[k] / parts;
-    Voigt s = stress;
-    std::array<double, n> q;
+    const IncrementOf<Number> part = part_of(whole, parts);
+    VoigtOf<Number> s = stress;
+    std::array<Number, n> q;
     std::copy_n(state, n, q.begin());
     bool converged = true;
     for (int i = 0; i < parts && converged; ++i) converged = law.update_one(part, s, q.data());
@@ -85,12 +99,11 @@ int update_in_parts(const LawType& law, const Increment& whole, Voigt& stress, d
     std::copy_n(q.begin(), n, state);
     return parts;
   }
-  if constexpr (requires(const Increment& in) { law.land(in, stress, state); }) {
+  if constexpr (requires(const IncrementOf<Number>& in) { law.land(in, stress, state); }) {
     // What is not finite to begin with stays so: the step tells of it.
-    Increment part{{}, whole.dt / landing_parts, whole.volumetric / landing_parts};
-    for (std::size_t k = 0; k < 6; ++k) part.strain[k] = whole.strain[k] / landing_parts;
+    const IncrementOf<Number> part = part_of(whole, landing_parts);
     double sum = 0;
-    for (std::size_t k = 0; k < 6; ++k) sum += part.strain[k] + stress[k];
+    for (std::size_t k = 0; k < 6; ++k) sum += value_of(part.strain[k]) + value_of(stress[k]);
     if (!std::isfinite(sum)) return 0;
     for (int i = 0; i < landing_parts; ++i)
       if (!law.update_one(part, stress, state)) law.land(part, stress, state);
@@ -104,17 +117,18 @@ template <int Dim, class Real, class LawType>
 [[gnu::noinline]] Failures update_lane_by_lane(const LawType& law, const LawInput<Dim, Real>& in,
                                                Real* stress, Real* state, unsigned which) {
   constexpr int rows = stress_components<Dim>, n = static_cast<int>(LawType::state.size());
+  using Number = NumberOf<Real>;
   Failures failures;
   for (int lane = 0; lane < lanes<Real>; ++lane) {
     if (!(which >> lane & 1)) continue;
-    Increment increment{{}, in.dt, in.volumetric[lane]};
-    Voigt s{};
-    std::array<double, n> q;
+    IncrementOf<Number> increment{{}, in.dt, lane_of(in.volumetric, lane)};
+    VoigtOf<Number> s{};
+    std::array<Number, n> q;
     for (int k = 0; k < rows; ++k) {
-      increment.strain[static_cast<std::size_t>(k)] = in.dt * in.rate[k][lane];
-      s[static_cast<std::size_t>(k)] = stress[k][lane];
+      increment.strain[static_cast<std::size_t>(k)] = in.dt * lane_of(in.rate[k], lane);
+      s[static_cast<std::size_t>(k)] = lane_of(stress[k], lane);
     }
-    for (int k = 0; k < n; ++k) q[static_cast<std::size_t>(k)] = state[k][lane];
+    for (int k = 0; k < n; ++k) q[static_cast<std::size_t>(k)] = lane_of(state[k], lane);
     const int parts = update_in_parts(law, increment, s, q.data());
     if (parts == 0) failures.failed |= 1u << lane;
     if (parts > 1) failures.divided |= 1u << lane;

@@ -188,16 +188,19 @@ struct ModifiedCamClay {
   }
   double viscosity() const { return 0; }
 
-  bool update_one(const Increment& increment, Voigt& sigma, double* s) const {
+  template <class Number>
+  bool update_one(const IncrementOf<Number>& increment, VoigtOf<Number>& sigma, Number* s) const {
     if (as_cbgeo) return step(increment.strain, sigma, s);
     set_moduli(sigma, s);
-    const Voigt trial = elastic_trial(sigma, increment.strain, s[bulk_modulus], s[shear_modulus]);
+    const VoigtOf<Number> trial =
+        elastic_trial(sigma, increment.strain, s[bulk_modulus], s[shear_modulus]);
     // What errors are compared with: the pressure, or a share of the strength where that is small.
-    const double pressure = std::max(-(sigma[0] + sigma[1] + sigma[2]) / 3, 0.0) + s[pcc] +
-                            0.01 * (s[pc] + s[pcd]) + least_pressure * pc0;
+    const double pressure = std::max(value_of(-(sigma[0] + sigma[1] + sigma[2]) / 3), 0.0) +
+                            value_of(s[pcc]) + 0.01 * value_of(s[pc] + s[pcd]) +
+                            least_pressure * pc0;
     // The first stress has moduli of its own: no steps are small enough there.
-    const double change = sigma == Voigt{} ? 0 : distance(trial, sigma);
-    const auto take = [this](const Voigt& strain, Voigt& stress, double* state_variables) {
+    const double change = sigma == VoigtOf<Number>{} ? 0 : distance(trial, sigma);
+    const auto take = [this](const auto& strain, auto& stress, auto* state_variables) {
       return step(strain, stress, state_variables);
     };
     return accurate_step<states>(take, increment.strain, change, pressure, sigma, s);
@@ -206,27 +209,29 @@ struct ModifiedCamClay {
   /// An increment for which no step is small enough: an implicit step without an estimate of its
   /// error, or where that does not converge the elastic stress, drawn towards the centre of the
   /// yield surface, which hardens with the plastic volume change of a first estimate.
-  void land(const Increment& increment, Voigt& sigma, double* s) const {
-    Voigt stepped = sigma;
-    std::array<double, states> after;
+  template <class Number>
+  void land(const IncrementOf<Number>& increment, VoigtOf<Number>& sigma, Number* s) const {
+    VoigtOf<Number> stepped = sigma;
+    std::array<Number, states> after;
     std::copy_n(s, std::size_t{states}, after.begin());
     if (step(increment.strain, stepped, after.data()) && all_finite(stepped, after)) {
       sigma = stepped;
       std::copy_n(after.begin(), std::size_t{states}, s);
       return;
     }
+    using std::exp;
     set_moduli(sigma, s);
-    const SoilStress trial =
-        of(elastic_trial(sigma, increment.strain, s[bulk_modulus], s[shear_modulus]));
-    const double M = slope(trial), before = s[pc];
-    s[void_ratio] = (1 + s[void_ratio]) *
-                        std::exp(increment.strain[0] + increment.strain[1] + increment.strain[2]) -
-                    1;
-    SoilStress now = drawn_inside(trial, M, s);
-    const double upsilon = std::min(1 + s[void_ratio], most_specific_volume) / (lambda - kappa);
-    const double volumetric = (trial.p - now.p) / s[bulk_modulus];
-    s[pc] =
-        std::max(least_pc * pc0, before * std::exp(std::clamp(upsilon * volumetric, -1.0, 1.0)));
+    const SoilStressOf<Number> trial = trial_stress(sigma, increment.strain, s);
+    const Number M = slope(trial), before = s[pc];
+    s[void_ratio] =
+        (1 + s[void_ratio]) * exp(increment.strain[0] + increment.strain[1] + increment.strain[2]) -
+        1;
+    SoilStressOf<Number> now = drawn_inside(trial, M, s);
+    const Number upsilon =
+        std::min<Number>(1 + s[void_ratio], most_specific_volume) / (lambda - kappa);
+    const Number volumetric = (trial.p - now.p) / s[bulk_modulus];
+    s[pc] = std::max<Number>(least_pc * pc0,
+                             before * exp(std::clamp<Number>(upsilon * volumetric, -1.0, 1.0)));
     s[subloading_r] = 1;
     now = drawn_inside(trial, M, s);
     s[delta_phi] = 0;
@@ -234,7 +239,7 @@ struct ModifiedCamClay {
     s[dpdstrain] = (trial.q - now.q) / (std::sqrt(6.0) * s[shear_modulus]);
     s[pvstrain] += s[dpvstrain];
     s[pdstrain] += s[dpdstrain];
-    if (bonding) s[chi] *= std::exp(-m_degradation * s[dpdstrain]);
+    if (bonding) s[chi] *= exp(-m_degradation * s[dpdstrain]);
     set_bonds(s);
     now = drawn_inside(now, M, s);
     if (subloading) s[subloading_r] = ratio(now, M, s);
@@ -243,43 +248,49 @@ struct ModifiedCamClay {
   }
 
   /// One implicit step, however large. Returns whether it converged.
-  bool step(const Voigt& strain, Voigt& sigma, double* s) const {
+  template <class Number>
+  bool step(const VoigtOf<Number>& strain, VoigtOf<Number>& sigma, Number* s) const {
+    using std::exp;
     set_moduli(sigma, s);
-    const SoilStress trial = of(elastic_trial(sigma, strain, s[bulk_modulus], s[shear_modulus]));
-    const double M = slope(trial);
-    Return r{trial, M, s[bulk_modulus], s[shear_modulus],
-             std::min(1 + s[void_ratio], most_specific_volume) / (lambda - kappa)};
-    r.scale = std::max({s[pc] + s[pcd] + 2 * s[pcc], std::abs(trial.p), trial.q / M});
-    r.s = s;
-    const double volumetric = strain[0] + strain[1] + strain[2];
-    if (!as_cbgeo) s[void_ratio] = (1 + s[void_ratio]) * std::exp(volumetric) - 1;
+    const SoilStressOf<Number> trial = trial_stress(sigma, strain, s);
+    const Number M = slope(trial);
+    const Return<Number> r = {
+        trial.p,
+        trial.q,
+        M,
+        s[bulk_modulus],
+        s[shear_modulus],
+        std::min<Number>(1 + s[void_ratio], most_specific_volume) / (lambda - kappa),
+        value_of(std::max({s[pc] + s[pcd] + 2 * s[pcc], abs_of(trial.p), trial.q / M})),
+        s[pc],
+        s[chi],
+        s[subloading_r]};
+    const Number volumetric = strain[0] + strain[1] + strain[2];
+    if (!as_cbgeo) s[void_ratio] = (1 + s[void_ratio]) * exp(volumetric) - 1;
     s[delta_phi] = s[dpvstrain] = s[dpdstrain] = 0;
-    const double R = subloading ? s[subloading_r] : 1;
-    const double size = R * (s[pc] + s[pcd] + s[pcc]);
-    const double F = trial.q * trial.q / (M * M) + (trial.p + s[pcc]) * (trial.p - size);
+    const Number R = subloading ? s[subloading_r] : Number(1);
+    const Number size = R * (s[pc] + s[pcd] + s[pcc]);
+    const Number F = trial.q * trial.q / (M * M) + (trial.p + s[pcc]) * (trial.p - size);
     if (F <= newton_tolerance * r.scale * r.scale) {
       if (subloading) s[subloading_r] = ratio(trial, M, s);
       s[f_function] = yield_function(trial, M, s);
       sigma = stress_of(trial, trial.p, trial.q, trial.theta);
       return true;
     }
-    std::array<double, 2> x{0, 0};
-    // pc changes at most e-fold in an iteration.
-    const double most = s[bulk_modulus] / (r.upsilon * r.scale);
-    const auto residual = [&](const Duals<2>& unknown) { return plastic(r, unknown).residual; };
-    if (!newton<2>(residual, x, {1e3, most}) || x[0] < 0) return false;
-    const Plastic end = plastic(r, {Dual<2>(x[0]), Dual<2>(x[1])});
-    SoilStress now = trial;
-    now.p = end.p.v;
-    now.q = end.q.v;
+    std::array<Number, 2> x;
+    if (!solve(r, x)) return false;
+    const Plastic<Number> end = plastic(r, x);
+    SoilStressOf<Number> now = trial;
+    now.p = end.p;
+    now.q = end.q;
     sigma = stress_of(trial, now.p, now.q, trial.theta);
-    s[pc] = end.pc.v;
-    s[chi] = end.chi.v;
+    s[pc] = end.pc;
+    s[chi] = end.chi;
     set_bonds(s);
-    s[subloading_r] = end.R.v;
+    s[subloading_r] = end.R;
     s[delta_phi] = x[0] / r.scale;
-    s[dpvstrain] = end.volumetric.v;
-    s[dpdstrain] = end.deviatoric.v;
+    s[dpvstrain] = end.volumetric;
+    s[dpdstrain] = end.deviatoric;
     if (as_cbgeo) s[void_ratio] += (1 + initial_void_ratio()) * volumetric;
     s[pvstrain] += s[dpvstrain];
     s[pdstrain] += s[dpdstrain];
@@ -289,8 +300,9 @@ struct ModifiedCamClay {
 
  private:
   /// A stress, with its Lode angle where the law depends on it.
-  SoilStress of(const Voigt& sigma) const {
-    const SoilStress s = soil_stress(sigma);
+  template <class Number>
+  SoilStressOf<Number> of(const VoigtOf<Number>& sigma) const {
+    const SoilStressOf<Number> s = soil_stress(sigma);
     return three_invariants ? with_lode_angle(s) : s;
   }
   SoilStress of(const double* stress) const {
@@ -298,51 +310,87 @@ struct ModifiedCamClay {
     std::copy_n(stress, 6, sigma.begin());
     return of(sigma);
   }
+  /// The elastic stress of a step.
+  template <class Number>
+  SoilStressOf<Number> trial_stress(const VoigtOf<Number>& sigma, const VoigtOf<Number>& strain,
+                                    const Number* s) const {
+    VoigtOf<Number> trial = elastic_trial(sigma, strain, s[bulk_modulus], s[shear_modulus]);
+    leave_axes<6>(trial.data(), value_of(s[bulk_modulus]), three_invariants);
+    return of(trial);
+  }
 
-  static bool all_finite(const Voigt& sigma, const std::array<double, states>& s) {
-    const auto finite = [](double value) { return std::isfinite(value); };
+  template <class Number>
+  static bool all_finite(const VoigtOf<Number>& sigma, const std::array<Number, states>& s) {
+    const auto finite = [](const Number& value) { return std::isfinite(value_of(value)); };
     return std::all_of(sigma.begin(), sigma.end(), finite) &&
            std::all_of(s.begin(), s.end(), finite);
   }
 
   /// A stress on the line to the centre of the yield ellipse, not beyond it.
-  SoilStress drawn_inside(const SoilStress& at, double M, const double* s) const {
-    const double size = s[pc] + s[pcd], half = 0.5 * (size + 2 * s[pcc]), centre = half - s[pcc];
-    const double distance = std::hypot(at.p - centre, at.q / M);
-    const double keep = distance > half ? half / distance : 1;
-    SoilStress inside = at;
+  template <class Number>
+  SoilStressOf<Number> drawn_inside(const SoilStressOf<Number>& at, const Number& M,
+                                    const Number* s) const {
+    using std::hypot;
+    const Number size = s[pc] + s[pcd], half = 0.5 * (size + 2 * s[pcc]), centre = half - s[pcc];
+    const Number distance = hypot(at.p - centre, at.q / M);
+    const Number keep = distance > half ? half / distance : Number(1);
+    SoilStressOf<Number> inside = at;
     inside.p = centre + keep * (at.p - centre);
     inside.q = keep * at.q;
     return inside;
   }
 
   /// What the equations of a plastic step are made of.
+  template <class Number>
   struct Return {
-    const SoilStress& trial;
-    double M, K, G, upsilon;
-    double scale = 0;           ///< [Pa] of stresses in the equations
-    const double* s = nullptr;  ///< state at the beginning
+    Number p, q;  ///< of the elastic stress [Pa]
+    Number M, K, G, upsilon;
+    double scale;       ///< [Pa] of stresses in the equations
+    Number pc, chi, R;  ///< at the beginning
   };
+  template <class D>
   struct Plastic {
-    Duals<2> residual;
-    Dual<2> p, q, pc, chi, R, volumetric, deviatoric;
+    std::array<D, 2> residual;
+    D p, q, pc, chi, R, volumetric, deviatoric;
   };
 
+  /// Unknowns of a plastic step; false if its equations do not converge.
+  bool solve(const Return<double>& r, std::array<double, 2>& x) const {
+    x = {0, 0};
+    // pc changes at most e-fold in an iteration.
+    const double most = r.K / (r.upsilon * r.scale);
+    const auto residual = [&](const Duals<2>& unknown) { return plastic(r, unknown).residual; };
+    return newton<2>(residual, x, {1e3, most}) && !(x[0] < 0);
+  }
+  template <std::size_t N>
+  bool solve(const Return<Dual<N>>& r, std::array<Dual<N>, 2>& x) const {
+    const Return<double> values = {
+        value_of(r.p),       value_of(r.q), value_of(r.M),  value_of(r.K),   value_of(r.G),
+        value_of(r.upsilon), r.scale,       value_of(r.pc), value_of(r.chi), value_of(r.R)};
+    std::array<double, 2> root;
+    if (!solve(values, root)) return false;
+    const Duals<2> unknown{Dual<2>::unknown(root[0], 0), Dual<2>::unknown(root[1], 1)};
+    const std::array<Dual<N>, 2> constant{root[0], root[1]};
+    x = implicit_solution(root, plastic(values, unknown).residual, plastic(r, constant).residual);
+    return true;
+  }
+
   /// Equations of a step, in units of `scale`: flow and yield. Unknowns: scale * dphi and K
-  /// d(eps_v^p) / scale.
-  Plastic plastic(const Return& r, const Duals<2>& x) const {
-    using D = Dual<2>;
-    Plastic e;
+  /// d(eps_v^p) / scale. They, or what is known, may carry derivatives.
+  template <class Number, class D>
+  Plastic<D> plastic(const Return<Number>& r, const std::array<D, 2>& x) const {
+    using std::exp, std::max, std::pow, std::sqrt;
+    Plastic<D> e;
     const D phi = x[0] * (1 / r.scale);
     e.volumetric = x[1] * (r.scale / r.K);
-    e.p = r.trial.p - x[1] * r.scale;
-    e.q = r.trial.q / (1.0 + 6 * r.G / (r.M * r.M) * phi);
+    e.p = r.p - x[1] * r.scale;
+    e.q = r.q / (1.0 + 6 * r.G / (r.M * r.M) * phi);
     e.deviatoric = std::sqrt(6.0) / (r.M * r.M) * phi * e.q;
-    e.pc = max(D(least_pc * pc0), r.s[State::pc] * exp(r.upsilon * e.volumetric));
-    e.chi = D(r.s[State::chi]);
+    e.pc = max(D(least_pc * pc0), r.pc * exp(r.upsilon * e.volumetric));
+    e.chi = D(r.chi);
     D pcd_end(0), pcc_end(0);
     if (bonding) {
-      e.chi = r.s[State::chi] * exp(-m_degradation * e.deviatoric);
+      e.chi = r.chi * exp(-m_degradation * e.deviatoric);
       pcd_end = mc_a * pow(s_h * e.chi, mc_b);
       pcc_end = mc_c * pow(s_h * e.chi, mc_d);
     }
@@ -350,8 +398,7 @@ struct ModifiedCamClay {
     if (subloading) {
       // The square root of nothing has no derivative; added is what no strain could show.
       const D strain = sqrt(e.volumetric * e.volumetric + e.deviatoric * e.deviatoric + 1e-40);
-      e.R = grown(r.s[State::subloading_r],
-                  subloading_u * (1.0 + (pcd_end + pcc_end) / e.pc) * strain);
+      e.R = grown(r.R, D(subloading_u * (1.0 + (pcd_end + pcc_end) / e.pc) * strain));
     }
     const D size = e.R * (e.pc + pcd_end + pcc_end);
     const D dF_dp = 2.0 * e.p + pcc_end - size;
@@ -363,48 +410,67 @@ struct ModifiedCamClay {
 
   /// R at the end of a step: R + c ln R = R_n, c = u (1 + ...) |d(eps^p)|. The left side is concave
   /// and grows, so that Newton's method from R_n, which is below the root, does not pass it.
-  static Dual<2> grown(double R_n, const Dual<2>& c) {
+  template <class Number, class D>
+  static D grown(const Number& begin, const D& c) {
+    const double R_n = value_of(begin), factor = value_of(c);
     double R = R_n;
-    if (R_n >= 1) return Dual<2>(1);
+    if (R_n >= 1) return D(1);
     for (int i = 0; i < newton_iterations; ++i) {
-      const double change = (R_n - R - c.v * std::log(R)) / (1 + c.v / R);
+      const double change = (R_n - R - factor * std::log(R)) / (1 + factor / R);
       R = std::min(R + change, 1.0);
       if (std::abs(change) <= 1e-15 * R) break;
     }
-    return c.chain(R, -std::log(R) / (1 + c.v / R));
+    if constexpr (is_dual<Number>)
+      return implicit_root(R, D(c * std::log(R) - begin), 1 + factor / R);
+    else if constexpr (is_dual<D>)
+      return c.chain(R, -std::log(R) / (1 + factor / R));
+    else
+      return R;
   }
 
   /// R of the subloading surface through a stress.
-  double ratio(const SoilStress& now, double M, const double* s) const {
-    const double size = s[pc] + s[pcd] + s[pcc];
-    const double R =
-        now.p + s[pcc] > 0 ? (now.q * now.q / (M * M) / (now.p + s[pcc]) + now.p) / size : 0;
-    return std::clamp(R, least_r, 1.0);
+  template <class Number>
+  Number ratio(const SoilStressOf<Number>& now, const Number& M, const Number* s) const {
+    const Number size = s[pc] + s[pcd] + s[pcc];
+    const Number R = now.p + s[pcc] > 0
+                         ? (now.q * now.q / (M * M) / (now.p + s[pcc]) + now.p) / size
+                         : Number(0);
+    return std::clamp<Number>(R, least_r, 1.0);
   }
 
-  double slope(const SoilStress& now) const {
-    return three_invariants ? strength_ratio(m, now.theta) : m;
+  template <class Number>
+  Number slope(const SoilStressOf<Number>& now) const {
+    return three_invariants ? strength_ratio(m, now.theta) : Number(m);
+  }
+  template <class Number>
+  static Number abs_of(const Number& value) {
+    using std::abs;
+    return abs(value);
   }
 
   /// Those of the stress at the beginning of a step.
-  void set_moduli(const Voigt& sigma, double* s) const {
-    const double before = -(sigma[0] + sigma[1] + sigma[2]) / 3;
+  template <class Number>
+  void set_moduli(const VoigtOf<Number>& sigma, Number* s) const {
+    const Number before = -(sigma[0] + sigma[1] + sigma[2]) / 3;
     if (as_cbgeo && !(before > 0)) return;
     const double G_of_K = 3 * (1 - 2 * poisson_ratio) / (2 * (1 + poisson_ratio));
-    double K = as_cbgeo           ? (1 + s[void_ratio]) / kappa * before
-               : sigma == Voigt{} ? youngs_modulus / (3 * (1 - 2 * poisson_ratio))
-                                  : swelling_modulus(s[void_ratio], kappa, before, pc0);
+    Number K = as_cbgeo                     ? (1 + s[void_ratio]) / kappa * before
+               : sigma == VoigtOf<Number>{} ? Number(youngs_modulus / (3 * (1 - 2 * poisson_ratio)))
+                                            : swelling_modulus(s[void_ratio], kappa, before, pc0);
     if (bonding) K += m_shear * s[chi] * s_h / G_of_K;
     s[bulk_modulus] = K;
     s[shear_modulus] = G_of_K * K;
   }
 
-  void set_bonds(double* s) const {
-    s[pcd] = bonding ? mc_a * std::pow(s[chi] * s_h, mc_b) : 0;
-    s[pcc] = bonding ? mc_c * std::pow(s[chi] * s_h, mc_d) : 0;
+  template <class Number>
+  void set_bonds(Number* s) const {
+    using std::pow;
+    s[pcd] = bonding ? mc_a * pow(s[chi] * s_h, mc_b) : Number(0);
+    s[pcc] = bonding ? mc_c * pow(s[chi] * s_h, mc_d) : Number(0);
   }
 
-  double yield_function(const SoilStress& now, double M, const double* s) const {
+  template <class Number>
+  Number yield_function(const SoilStressOf<Number>& now, const Number& M, const Number* s) const {
     return now.q * now.q / (M * M) +
            (now.p + s[pcc]) * (now.p - s[subloading_r] * (s[pc] + s[pcd] + s[pcc]));
   }

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "physics/materials/beside_axes.h"
 #include "physics/materials/law_input.h"
-#include "physics/materials/stress_invariants.h"
 #include "physics/materials/table.h"
 
 namespace lahar {
@@ -113,8 +113,10 @@ class MohrCoulombUpdate {
 
   template <int Dim, class Real>
   LAHAR_INLINE Failures update(const LawInput<Dim, Real>& in, Real* stress, Real* state) const;
-  bool update_one(const Increment& in, Voigt& stress, double* state) const;
-  void land(const Increment& in, Voigt& stress, double* state) const;
+  template <class Number>
+  bool update_one(const IncrementOf<Number>& in, VoigtOf<Number>& stress, Number* state) const;
+  template <class Number>
+  void land(const IncrementOf<Number>& in, VoigtOf<Number>& stress, Number* state) const;
   double bulk_modulus() const { return K_; }
   template <int Rows, class Real>
   LAHAR_INLINE unsigned at_tension_limit(const Real* stress, const Real* state,
@@ -139,7 +141,9 @@ class MohrCoulombUpdate {
   static constexpr double rounding = 1e-12, on_surface = 1e-9;
   static constexpr double cbgeo_tolerance = 0.1;  ///< [Pa]
 
-  void elastic_stress(const Increment& in, const Voigt& stress, Scalar* trial) const;
+  template <class Number>
+  void elastic_stress(const IncrementOf<Number>& in, const VoigtOf<Number>& stress,
+                      PackOfOne<Number>* trial) const;
   template <class Real>
   LAHAR_INLINE Strength<Real> strength(Real* state) const;
   template <class Real>

@@ -85,22 +85,23 @@ LAHAR_INLINE MohrCoulombStrength<Real> MohrCoulombUpdate::strength(Real* q) cons
   if (softer != 0) {
     for (int lane = 0; lane < lanes<Real>; ++lane) {
       if (!(softer >> lane & 1)) continue;
-      const double share =
-          std::max(0.0, (q[6][lane] - residual_pdstrain_) / (peak_pdstrain_ - residual_pdstrain_));
-      const double phi = residual_.phi + (peak_.phi - residual_.phi) * share,
+      using Number = NumberOf<Real>;
+      using std::sin, std::cos, std::tan;
+      const Number share = std::max<Number>(
+          0.0, (lane_of(q[6], lane) - residual_pdstrain_) / (peak_pdstrain_ - residual_pdstrain_));
+      const Number phi = residual_.phi + (peak_.phi - residual_.phi) * share,
                    psi_now = residual_psi_ + (peak_psi_ - residual_psi_) * share,
                    c = residual_.cohesion + (peak_.cohesion - residual_.cohesion) * share;
       set_lane(s.phi, lane, phi);
-      set_lane(s.sin_phi, lane, share > 0 ? std::sin(phi) : residual_.sin_phi);
-      set_lane(s.cos_phi, lane, share > 0 ? std::cos(phi) : residual_.cos_phi);
-      set_lane(s.tan_psi, lane, share > 0 ? std::tan(psi_now) : residual_.tan_psi);
+      set_lane(s.sin_phi, lane, share > 0 ? sin(phi) : residual_.sin_phi);
+      set_lane(s.cos_phi, lane, share > 0 ? cos(phi) : residual_.cos_phi);
+      set_lane(s.tan_psi, lane, share > 0 ? tan(psi_now) : residual_.tan_psi);
       set_lane(s.cohesion, lane, c);
       set_lane(psi, lane, psi_now);
     }
     // Others keep what was computed once: roundings differ, and must not depend on who is beside.
     const Real per_cos = 1.0 / s.cos_phi;
-    s.widest =
-        select(softer, lahar::sqrt((1.0 / 3.0) + s.sin_phi * s.sin_phi * (1.0 / 9.0)), s.widest);
+    s.widest = select(softer, sqrt((1.0 / 3.0) + s.sin_phi * s.sin_phi * (1.0 / 9.0)), s.widest);
     s.eccentricity = select(softer, (3.0 - s.sin_phi) / (3.0 + s.sin_phi), s.eccentricity);
     s.scale = select(softer, (3.0 - s.sin_phi) * (1.0 / 6.0) * per_cos, s.scale);
     s.per_cos = select(softer, per_cos, s.per_cos);
@@ -134,9 +135,9 @@ LAHAR_INLINE MohrCoulombUpdate::Yield MohrCoulombUpdate::yielding(const Invarian
   const unsigned both = yield.tension & yield.shear;
   if (both == 0) return yield;
   const Real n = (1.0 + s.sin_phi) / (1.0 - s.sin_phi);
-  const Real edge = cutoff_ * n - 2.0 * s.cohesion * lahar::sqrt(n);
+  const Real edge = cutoff_ * n - 2.0 * s.cohesion * sqrt(n);
   const Real least = at.p - root2_3 * at.rho * (0.5 * at.cos + (0.5 * root3) * at.sin);
-  const Real h = ft + (lahar::sqrt(1.0 + n * n) + n) * (least - edge);
+  const Real h = ft + (sqrt(1.0 + n * n) + n) * (least - edge);
   const unsigned tensile =
       both & greater(h, Real(as_cbgeo_ ? std::numeric_limits<double>::epsilon() : 0.0));
   yield.shear &= ~tensile;
@@ -227,6 +228,7 @@ LAHAR_INLINE Failures MohrCoulombUpdate::update(const LawInput<Dim, Real>& in, R
   LAHAR_UNROLL
   for (int k = 0; k < rows; ++k) trial[k] = stress[k];
   elastic_trial<Dim>(in, K_, G_, trial);
+  leave_axes<rows>(trial, K_, true);
   StressPoint<rows, Real> at;
   deviator_of(trial, at);
   // Inside cones that lie inside the yield surfaces: elastic without looking at the Lode angle.
@@ -272,55 +274,67 @@ LAHAR_INLINE unsigned MohrCoulombUpdate::at_tension_limit(const Real* stress, co
   return limit | (greater(at.p + near, apex) & greater(near, at.rho));
 }
 
-inline void MohrCoulombUpdate::elastic_stress(const Increment& in, const Voigt& stress,
-                                              Scalar* trial) const {
-  const double volumetric = (K_ - 2.0 / 3.0 * G_) * (in.strain[0] + in.strain[1] + in.strain[2]);
+template <class Number>
+void MohrCoulombUpdate::elastic_stress(const IncrementOf<Number>& in, const VoigtOf<Number>& stress,
+                                       PackOfOne<Number>* trial) const {
+  const Number volumetric = (K_ - 2.0 / 3.0 * G_) * (in.strain[0] + in.strain[1] + in.strain[2]);
   for (int k = 0; k < 6; ++k) {
-    const double strain = in.strain[static_cast<std::size_t>(k)];
-    trial[k] = Scalar(stress[static_cast<std::size_t>(k)]) +
+    const Number strain = in.strain[static_cast<std::size_t>(k)];
+    trial[k] = PackOfOne<Number>(stress[static_cast<std::size_t>(k)]) +
                (k < 3 ? volumetric + 2.0 * G_ * strain : G_ * strain);
   }
+  leave_axes<6>(trial, K_, true);
 }
 
-inline bool MohrCoulombUpdate::update_one(const Increment& in, Voigt& stress, double* state) const {
-  Scalar q[7], start[6], trial[6];
-  for (int k = 0; k < 7; ++k) q[k] = Scalar(state[k]);
-  const Strength<Scalar> s = strength(q);
-  for (int k = 0; k < 6; ++k) start[k] = Scalar(stress[static_cast<std::size_t>(k)]);
+template <class Number>
+bool MohrCoulombUpdate::update_one(const IncrementOf<Number>& in, VoigtOf<Number>& stress,
+                                   Number* state) const {
+  using Real = PackOfOne<Number>;
+  Real q[7], start[6], trial[6];
+  for (int k = 0; k < 7; ++k) q[k] = Real(state[k]);
+  const Strength<Real> s = strength(q);
+  for (int k = 0; k < 6; ++k) start[k] = Real(stress[static_cast<std::size_t>(k)]);
   elastic_stress(in, stress, trial);
-  StressPoint<6, Scalar> at;
+  StressPoint<6, Real> at;
   deviator_of(trial, at);
   if (return_to_surface<6>(start, trial, s, q[6], at, 1, single_steps)) return false;
-  for (int k = 0; k < 6; ++k) stress[static_cast<std::size_t>(k)] = trial[k][0];
-  for (int k = 0; k < 7; ++k) state[k] = q[k][0];
+  for (int k = 0; k < 6; ++k) stress[static_cast<std::size_t>(k)] = lane_of(trial[k], 0);
+  for (int k = 0; k < 7; ++k) state[k] = lane_of(q[k], 0);
   return true;
 }
 
 /// Where no part of an increment converges: the elastic stress, its mean limited to the tension at
 /// the apex, its deviator reduced until the stress is allowed. So there is always a result.
-inline void MohrCoulombUpdate::land(const Increment& in, Voigt& stress, double* state) const {
-  Scalar q[7], trial[6];
-  for (int k = 0; k < 7; ++k) q[k] = Scalar(state[k]);
-  const Strength<Scalar> s = strength(q);
+template <class Number>
+void MohrCoulombUpdate::land(const IncrementOf<Number>& in, VoigtOf<Number>& stress,
+                             Number* state) const {
+  using Real = PackOfOne<Number>;
+  Real q[7], trial[6];
+  for (int k = 0; k < 7; ++k) q[k] = Real(state[k]);
+  const Strength<Real> s = strength(q);
   elastic_stress(in, stress, trial);
-  StressPoint<6, Scalar> point;
+  StressPoint<6, Real> point;
   point_of(trial, point, least_J2_);
-  Invariants<Scalar> at = invariants_of(point);
-  const double apex = s.sin_phi[0] > 0 ? s.cohesion[0] * s.cos_phi[0] / s.sin_phi[0] : HUGE_VAL;
-  at.p = Scalar(std::min({at.p[0], cutoff_, apex}));
+  Invariants<Real> at = invariants_of(point);
+  const auto number = [](const Real& pack) -> Number { return lane_of(pack, 0); };
+  const Number apex = number(s.sin_phi) > 0
+                          ? number(s.cohesion) * number(s.cos_phi) / number(s.sin_phi)
+                          : Number(HUGE_VAL);
+  at.p = Real(std::min({number(at.p), Number(cutoff_), apex}));
   // Both yield functions are linear in rho.
-  Scalar ft, fs, ft0, fs0;
+  Real ft, fs, ft0, fs0;
   yield_functions(at, s, ft, fs);
-  at.rho = Scalar(0.0);
+  at.rho = Real(0.0);
   yield_functions(at, s, ft0, fs0);
-  const auto share = [](double f0, double f) {
-    return f > 0 ? std::clamp(-f0 / (f - f0), 0.0, 1.0) : 1.0;
+  const auto share = [](const Number& f0, const Number& f) {
+    return f > 0 ? std::clamp<Number>(-f0 / (f - f0), 0.0, 1.0) : Number(1.0);
   };
-  const double keep = std::min(share(ft0[0], ft[0]), share(fs0[0], fs[0]));
+  const Number keep = std::min(share(number(ft0), number(ft)), share(number(fs0), number(fs)));
   for (int k = 0; k < 6; ++k)
-    stress[static_cast<std::size_t>(k)] = keep * point.s[k][0] + (k < 3 ? at.p[0] : 0.0);
-  for (int k = 0; k < 7; ++k) state[k] = q[k][0];
-  state[6] += (1 - keep) * point.rho[0] * root2_3 / (2 * G_);
+    stress[static_cast<std::size_t>(k)] =
+        keep * number(point.s[k]) + (k < 3 ? number(at.p) : Number(0.0));
+  for (int k = 0; k < 7; ++k) state[k] = number(q[k]);
+  state[6] += (1 - keep) * number(point.rho) * root2_3 / (2 * G_);
 }
 
 /// The first step of the return: along the tangent at the stress before, where that lies on the

@@ -78,12 +78,10 @@ struct NeoHookean {
     const Real turned = f[0][0] * (f[1][1] * f[2][2] - f[1][2] * f[2][1]) -
                         f[0][1] * (f[1][0] * f[2][2] - f[1][2] * f[2][0]) +
                         f[0][2] * (f[1][0] * f[2][1] - f[1][1] * f[2][0]);
-    const Real J = lahar::sqrt(max(determinant(b), Real(0.0)));
+    const Real J = sqrt(max(determinant(b), Real(0.0)));
     Failures failures;
     failures.failed = in.active & ~(greater(turned, Real(0.0)) & greater(J, Real(0.0)));
-    Real log_J = J;
-    for (int lane = 0; lane < lanes<Real>; ++lane) set_lane(log_J, lane, std::log(J[lane]));
-    const Real spherical = lambda() * log_J - mu();
+    const Real spherical = lambda() * log(J) - mu();
     LAHAR_UNROLL
     for (int k = 0; k < 6; ++k) state[k] = b[k];
     LAHAR_UNROLL

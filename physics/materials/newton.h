@@ -5,71 +5,11 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+
+#include "physics/materials/dual.h"
 
 namespace lahar {
-
-/// A value and its derivatives with respect to N unknowns: arithmetic with the chain rule
-/// (forward-mode automatic differentiation, Wengert 1964).
-template <std::size_t N>
-struct Dual {
-  double v = 0;
-  std::array<double, N> d{};
-
-  Dual() = default;
-  Dual(double value) : v(value) {}
-  /// The i-th unknown.
-  static Dual unknown(double value, std::size_t i) {
-    Dual x(value);
-    x.d[i] = 1;
-    return x;
-  }
-  /// f(x) from the value of f and its derivative there.
-  Dual chain(double value, double derivative) const {
-    Dual f(value);
-    for (std::size_t i = 0; i < N; ++i) f.d[i] = derivative * d[i];
-    return f;
-  }
-
-  friend Dual operator+(Dual a, const Dual& b) {
-    a.v += b.v;
-    for (std::size_t i = 0; i < N; ++i) a.d[i] += b.d[i];
-    return a;
-  }
-  friend Dual operator-(const Dual& a) { return a.chain(-a.v, -1); }
-  friend Dual operator-(const Dual& a, const Dual& b) { return a + (-b); }
-  friend Dual operator*(const Dual& a, const Dual& b) {
-    return a.chain(a.v * b.v, b.v) + b.chain(0, a.v);
-  }
-  friend Dual operator/(const Dual& a, const Dual& b) {
-    return a.chain(a.v / b.v, 1 / b.v) + b.chain(0, -a.v / (b.v * b.v));
-  }
-  friend Dual exp(const Dual& a) {
-    const double e = std::exp(a.v);
-    return a.chain(e, e);
-  }
-  friend Dual log(const Dual& a) { return a.chain(std::log(a.v), 1 / a.v); }
-  friend Dual sqrt(const Dual& a) {
-    const double root = std::sqrt(a.v);
-    return a.chain(root, 0.5 / root);
-  }
-  friend Dual sin(const Dual& a) { return a.chain(std::sin(a.v), std::cos(a.v)); }
-  friend Dual cos(const Dual& a) { return a.chain(std::cos(a.v), -std::sin(a.v)); }
-  friend Dual pow(const Dual& a, double n) {
-    const double f = std::pow(a.v, n);
-    return a.chain(f, a.v == 0 ? 0 : n * f / a.v);
-  }
-  friend Dual abs(const Dual& a) { return a.chain(std::abs(a.v), a.v < 0 ? -1 : 1); }
-  /// The larger one, with its derivatives.
-  friend Dual max(const Dual& a, const Dual& b) { return a.v < b.v ? b : a; }
-  /// Within -most and most.
-  friend Dual bounded(const Dual& a, double most) {
-    return std::abs(a.v) <= most ? a : Dual(std::copysign(most, a.v));
-  }
-};
-
-inline double bounded(double a, double most) {
-  return std::clamp(a, -most, most);
-}
 
 /// Residuals are dimensionless and of order one at most where the unknowns are wrong; this is a few
 /// thousand roundings.
@@ -139,6 +79,22 @@ bool newton(const Residual& residual, std::array<double, N>& x, const std::array
     error = next_error;
   }
   return false;
+}
+
+/// The solution x of residual(x, parameters) = 0 as a function of the parameters: `at` with x as
+/// unknowns, `along` with the derivatives of parameters, both of them residuals at x.
+template <std::size_t N, std::size_t M>
+std::array<Dual<M>, N> implicit_solution(const std::array<double, N>& x, Duals<N> at,
+                                         const std::array<Dual<M>, N>& along) {
+  std::array<Dual<M>, N> solution;
+  for (std::size_t i = 0; i < N; ++i) solution[i] = Dual<M>(x[i]);
+  for (std::size_t j = 0; j < M; ++j) {
+    std::array<double, N> dx{};
+    for (std::size_t i = 0; i < N; ++i) at[i].v = along[i].d[j];
+    if (!newton_direction<N>(at, dx)) dx.fill(std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t i = 0; i < N; ++i) solution[i].d[j] = dx[i];
+  }
+  return solution;
 }
 
 }  // namespace lahar

@@ -12,7 +12,10 @@ namespace lahar {
 
 struct NorSand;
 /// An explicit step as CB-Geo MPM takes it; false if the result is not finite.
-bool norsand_as_cbgeo(const NorSand& m, const Voigt& strain, Voigt& sigma, double* s);
+template <class Number>
+bool norsand_as_cbgeo(const NorSand& m, const VoigtOf<Number>& strain, VoigtOf<Number>& sigma,
+                      Number* s);
+template <class Number>
 class NorSandReturn;
 
 /// NorSand in the form of Jefferies and Been (2016, "Soil liquefaction", chapter 3), with the bonds
@@ -186,41 +189,51 @@ struct NorSand {
   }
   double viscosity() const { return 0; }
 
-  bool update_one(const Increment& increment, Voigt& sigma, double* s) const {
+  template <class Number>
+  bool update_one(const IncrementOf<Number>& increment, VoigtOf<Number>& sigma, Number* s) const {
     if (as_cbgeo) return norsand_as_cbgeo(*this, increment.strain, sigma, s);
-    const double p = -(sigma[0] + sigma[1] + sigma[2]) / 3, K = bulk_modulus(p, s);
+    const Number p = -(sigma[0] + sigma[1] + sigma[2]) / 3, K = bulk_modulus(p, s);
     const double change =
         distance(elastic_trial(sigma, increment.strain, K, shear_modulus(K)), sigma);
-    const double pressure = std::max(p + s[p_cohesion], 0.0) + 0.01 * (s[p_image] + s[p_dilation]) +
+    const double pressure = std::max(value_of(p + s[p_cohesion]), 0.0) +
+                            0.01 * value_of(s[p_image] + s[p_dilation]) +
                             least_pressure * p_image_initial;
-    const auto take = [this](const Voigt& strain, Voigt& stress, double* state_variables) {
+    const auto take = [this](const auto& strain, auto& stress, auto* state_variables) {
       return step(strain, stress, state_variables);
     };
     return accurate_step<states>(take, increment.strain, change, pressure, sigma, s);
   }
 
   /// One implicit step, however large. Returns whether it converged.
-  bool step(const Voigt& strain, Voigt& sigma, double* s) const;
+  template <class Number>
+  bool step(const VoigtOf<Number>& strain, VoigtOf<Number>& sigma, Number* s) const;
   /// An increment for which no step is small enough: see NorSandReturn::land().
-  void land(const Increment& increment, Voigt& sigma, double* s) const;
+  template <class Number>
+  void land(const IncrementOf<Number>& increment, VoigtOf<Number>& sigma, Number* s) const;
 
  private:
+  template <class Number>
   friend class NorSandReturn;
-  friend bool norsand_as_cbgeo(const NorSand&, const Voigt&, Voigt&, double*);
+  template <class Number>
+  friend bool norsand_as_cbgeo(const NorSand&, const VoigtOf<Number>&, VoigtOf<Number>&, Number*);
 
-  double bulk_modulus(double p, const double* s) const {
+  template <class Number>
+  Number bulk_modulus(const Number& p, const Number* s) const {
     return swelling_modulus(s[void_ratio], kappa, p, p_image_initial) +
-           (bond_model ? m_modulus * (s[p_cohesion] + s[p_dilation]) : 0);
+           (bond_model ? m_modulus * (s[p_cohesion] + s[p_dilation]) : Number(0));
   }
-  double shear_modulus(double K) const {
+  template <class Number>
+  Number shear_modulus(const Number& K) const {
     return 3 * K * (1 - 2 * poisson_ratio) / (2 * (1 + poisson_ratio));
   }
 
   /// State variables that follow from the others.
-  void finish(double M, double* s) const {
-    s[e_image] = gamma - lambda * std::log(s[p_image] / reference_pressure);
+  template <class Number>
+  void finish(const Number& M, Number* s) const {
+    using std::abs, std::log;
+    s[e_image] = gamma - lambda * log(s[p_image] / reference_pressure);
     s[psi_image] = s[void_ratio] - s[e_image];
-    const double mu = std::max(least_mu, 1 - chi_image() * N / M_tc() * std::abs(s[psi_image]));
+    const Number mu = std::max<Number>(least_mu, 1 - chi_image() * N / M_tc() * abs(s[psi_image]));
     s[M_image] = M * mu;
     s[M_image_tc] = M_tc() * mu;
   }

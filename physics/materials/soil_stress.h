@@ -6,51 +6,49 @@
 #include <cmath>
 #include <numbers>
 
-#include "physics/base/types.h"
+#include "physics/materials/beside_axes.h"
 
 namespace lahar {
 
 /// A stress as p, q, theta and directions of its deviator. Pressures are positive in compression;
 /// the components of a stress are positive in tension, as everywhere.
-struct SoilStress {
-  double p;         ///< mean pressure [Pa]
-  double q;         ///< sqrt(3 J2) [Pa]
-  double theta;     ///< Lode angle, 0 (triaxial extension) to pi/3 (triaxial compression) [rad]
-  Voigt direction;  ///< s / |s|, |s| = sqrt(2/3) q; zero where q is
-  Voigt towards{};  ///< normal to it in the deviatoric plane, to larger theta; zero at its ends
+template <class Number>
+struct SoilStressOf {
+  Number p;      ///< mean pressure [Pa]
+  Number q;      ///< sqrt(3 J2) [Pa]
+  Number theta;  ///< Lode angle, 0 (triaxial extension) to pi/3 (triaxial compression) [rad]
+  VoigtOf<Number> direction;  ///< s / |s|, |s| = sqrt(2/3) q; zero where q is
+  /// normal to it in the deviatoric plane, to larger theta; zero at its ends
+  VoigtOf<Number> towards{};
 };
+using SoilStress = SoilStressOf<double>;
 
 /// Below this sin(3 theta) a stress is taken to be one of triaxial compression or extension, where
 /// the direction in which theta grows is not defined. (Rounding errors of it are of order 1e-16
 /// divided by this, of a rotation that is at most of its size.)
 inline constexpr double axial_sine = 1e-10;
 
-inline double contract(const Voigt& a, const Voigt& b) {
+template <class Number>
+Number contract(const VoigtOf<Number>& a, const VoigtOf<Number>& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]);
 }
 
 /// p, q and the direction; theta is that of triaxial compression, see with_lode_angle().
-inline SoilStress soil_stress(const Voigt& sigma) {
-  SoilStress s{-(sigma[0] + sigma[1] + sigma[2]) / 3, 0, std::numbers::pi / 3, sigma, {}};
-  Voigt& n = s.direction;
+template <class Number>
+SoilStressOf<Number> soil_stress(const VoigtOf<Number>& sigma) {
+  using std::sqrt;
+  SoilStressOf<Number> s{-(sigma[0] + sigma[1] + sigma[2]) / 3, 0, std::numbers::pi / 3, sigma, {}};
+  VoigtOf<Number>& n = s.direction;
   for (std::size_t k = 0; k < 3; ++k) n[k] += s.p;
-  const double length = std::sqrt(contract(n, n));
+  const Number length = sqrt(contract(n, n));
   s.q = std::sqrt(1.5) * length;
-  for (double& component : n) component = length > 0 ? component / length : 0;
+  for (Number& component : n) component = length > 0 ? component / length : 0;
   return s;
 }
 
-/// With its Lode angle. cos(3 theta) = sqrt(6) tr(n^3) of the unit deviator n; the deviator of its
-/// square, of length 1 / sqrt(6), lies at the angle -2 theta in the deviatoric plane, which gives
-/// the other direction.
-inline SoilStress with_lode_angle(SoilStress s) {
-  if (!(s.q > 0)) return s;
+/// Lode angle from the deviator t of the square of the direction, of length 1.
+inline SoilStress with_lode_angle(SoilStress s, const Voigt& t) {
   const Voigt& n = s.direction;
-  const auto [xx, yy, zz, xy, yz, xz] = n;
-  Voigt t{xx * xx + xy * xy + xz * xz, xy * xy + yy * yy + yz * yz, xz * xz + yz * yz + zz * zz,
-          xx * xy + xy * yy + xz * yz, xy * xz + yy * yz + yz * zz, xx * xz + xy * yz + xz * zz};
-  for (std::size_t k = 0; k < 3; ++k) t[k] -= 1.0 / 3;
-  for (double& component : t) component *= std::sqrt(6.0);
   const double cosine = std::clamp(contract(n, t), -1.0, 1.0);
   s.theta = std::acos(cosine) / 3;
   const double sine = std::sin(3 * s.theta);
@@ -59,19 +57,52 @@ inline SoilStress with_lode_angle(SoilStress s) {
   return s;
 }
 
+/// With its Lode angle. cos(3 theta) = sqrt(6) tr(n^3) of the unit deviator n; the deviator of its
+/// square, of length 1 / sqrt(6), lies at the angle -2 theta in the deviatoric plane, which gives
+/// the other direction.
+template <class Number>
+SoilStressOf<Number> with_lode_angle(SoilStressOf<Number> s) {
+  if (!(s.q > 0)) return s;
+  const VoigtOf<Number>& n = s.direction;
+  const auto [xx, yy, zz, xy, yz, xz] = n;
+  VoigtOf<Number> t{xx * xx + xy * xy + xz * xz, xy * xy + yy * yy + yz * yz,
+                    xz * xz + yz * yz + zz * zz, xx * xy + xy * yy + xz * yz,
+                    xy * xz + yy * yz + yz * zz, xx * xz + xy * yz + xz * zz};
+  for (std::size_t k = 0; k < 3; ++k) t[k] -= 1.0 / 3;
+  for (Number& component : t) component *= std::sqrt(6.0);
+  if constexpr (is_dual<Number>) {
+    // The sine of a small angle has derivatives only where it does not come from the cosine.
+    const Number cosine = contract(n, t);
+    for (std::size_t k = 0; k < 6; ++k) t[k] = cosine * n[k] - t[k];
+    const Number sine = sqrt(contract(t, t));
+    s.theta = atan2(sine, cosine) / 3;
+    if (sine > axial_sine)
+      for (std::size_t k = 0; k < 6; ++k) s.towards[k] = t[k] / sine;
+    return s;
+  } else {
+    return with_lode_angle(s, t);
+  }
+}
 /// The stress with these invariants whose principal axes are those of `s`.
-inline Voigt stress_of(const SoilStress& s, double p, double q, double theta) {
-  const double length = std::sqrt(2.0 / 3) * q, turn = theta - s.theta;
-  Voigt sigma;
+template <class Number>
+VoigtOf<Number> stress_of(const SoilStressOf<Number>& s, const std::type_identity_t<Number>& p,
+                          const std::type_identity_t<Number>& q,
+                          const std::type_identity_t<Number>& theta) {
+  using std::cos, std::sin;
+  const Number length = std::sqrt(2.0 / 3) * q, turn = theta - s.theta;
+  VoigtOf<Number> sigma;
   for (std::size_t k = 0; k < 6; ++k)
-    sigma[k] = length * (std::cos(turn) * s.direction[k] + std::sin(turn) * s.towards[k]);
+    sigma[k] = length * (cos(turn) * s.direction[k] + sin(turn) * s.towards[k]);
   for (std::size_t k = 0; k < 3; ++k) sigma[k] -= p;
   return sigma;
 }
 
 /// sigma + K tr(de) I + 2 G dev(de), engineering shear.
-inline Voigt elastic_trial(Voigt sigma, const Voigt& strain, double K, double G) {
-  const double trace = strain[0] + strain[1] + strain[2];
+template <class Number>
+VoigtOf<Number> elastic_trial(std::type_identity_t<VoigtOf<Number>> sigma,
+                              const VoigtOf<Number>& strain, const std::type_identity_t<Number>& K,
+                              const std::type_identity_t<Number>& G) {
+  const Number trace = strain[0] + strain[1] + strain[2];
   for (std::size_t k = 0; k < 3; ++k) sigma[k] += (K - 2.0 / 3 * G) * trace + 2 * G * strain[k];
   for (std::size_t k = 3; k < 6; ++k) sigma[k] += G * strain[k];
   return sigma;
@@ -79,14 +110,17 @@ inline Voigt elastic_trial(Voigt sigma, const Voigt& strain, double K, double G)
 
 /// M(theta) = M_tc - M_tc^2 / (3 + M_tc) cos(3 theta / 2): the strength of a friction angle in
 /// triaxial compression (theta = pi/3) and extension, smooth between (Jefferies and Shuttle 2011).
-inline double strength_ratio(double M_tc, double theta) {
-  return M_tc - M_tc * M_tc / (3 + M_tc) * std::cos(1.5 * theta);
+template <class Number>
+Number strength_ratio(double M_tc, const Number& theta) {
+  using std::cos;
+  return M_tc - M_tc * M_tc / (3 + M_tc) * cos(1.5 * theta);
 }
 
 /// Norm of the difference of two stresses, the same in all coordinates [Pa].
-inline double distance(const Voigt& a, const Voigt& b) {
+template <class Number>
+double distance(const VoigtOf<Number>& a, const VoigtOf<Number>& b) {
   Voigt difference;
-  for (std::size_t k = 0; k < 6; ++k) difference[k] = a[k] - b[k];
+  for (std::size_t k = 0; k < 6; ++k) difference[k] = value_of(a[k]) - value_of(b[k]);
   return std::sqrt(contract(difference, difference));
 }
 
@@ -98,9 +132,10 @@ inline constexpr double most_specific_volume = 10;
 inline constexpr double least_pressure = 1e-3;
 
 /// K = (1 + e) p / kappa [Pa], bounded by the two above; `size` is that of the yield surface [Pa].
-inline double swelling_modulus(double void_ratio, double kappa, double p, double size) {
-  return std::min(1 + void_ratio, most_specific_volume) / kappa *
-         std::max(p, least_pressure * size);
+template <class Number>
+Number swelling_modulus(const Number& void_ratio, double kappa, const Number& p, double size) {
+  return std::min<Number>(1 + void_ratio, most_specific_volume) / kappa *
+         std::max<Number>(p, least_pressure * size);
 }
 
 /// Largest error of a stress by the size of one step, as a share of the pressure.
@@ -113,18 +148,18 @@ inline constexpr double small_step = 5e-3;
 /// result must agree with that of two half steps. `change` is the norm of the elastic stress
 /// increment [Pa], `pressure` what errors are compared with [Pa]. False, with sigma and
 /// state in whatever state, asks for a smaller increment.
-template <std::size_t States, class Take>
-bool accurate_step(const Take& take, const Voigt& strain, double change, double pressure,
-                   Voigt& sigma, double* state) {
-  const Voigt before = sigma;
+template <std::size_t States, class Number, class Take>
+bool accurate_step(const Take& take, const VoigtOf<Number>& strain, double change, double pressure,
+                   VoigtOf<Number>& sigma, Number* state) {
+  Voigt halves = values_of(sigma);
   std::array<double, States> copy;
-  std::copy_n(state, States, copy.begin());
+  for (std::size_t k = 0; k < States; ++k) copy[k] = value_of(state[k]);
   if (!take(strain, sigma, state)) return false;
   if (change <= small_step * pressure) return true;
-  Voigt half = strain, halves = before;
+  Voigt half = values_of(strain);
   for (double& component : half) component /= 2;
   if (!take(half, halves, copy.data()) || !take(half, halves, copy.data())) return false;
-  return distance(sigma, halves) <= step_error * pressure;
+  return distance(values_of(sigma), halves) <= step_error * pressure;
 }
 
 }  // namespace lahar

@@ -178,6 +178,8 @@ struct ImplicitSteps {
   enum class Solver { automatic, direct, iterative } solver = Solver::automatic;
   double solver_tolerance = 1e-9;  ///< of the iterative solver: residual over right side
   int solver_iterations = 0;       ///< at most; 0 = automatic
+  /// Newton's method goes towards the loads in so many parts at most where it fails on all at once.
+  int most_cuts = 64;
 };
 
 struct Analysis {
@@ -206,6 +208,9 @@ struct Analysis {
   bool prescribes_pore_pressure = false;  ///< some process has Model::pore_pressures
   bool explicit_drag = false;     ///< drag of the velocities before the step, as in CB-Geo MPM
   bool liquid_advection = false;  ///< as in CB-Geo MPM (map_advection())
+  /// The particles of a cell have the mean of their volumetric strains (B-bar: Hughes 1980), so that
+  /// a volume that can hardly change does not lock them; in implicit steps.
+  bool mean_volume = false;
   bool opening = false;  ///< what opens between grains or drops is not volume of the particles
   Contact contact;
   bool takes_means = false;  ///< some process has conditions of nodes with takes_means
@@ -235,6 +240,11 @@ struct Analysis {
   /// and split; 0 = never. Part of the result's identity.
   Index split_steps = 100;
 };
+
+/// Steps solve for equilibrium, and no wave limits them.
+inline bool is_implicit(const Analysis& analysis) {
+  return analysis.scheme == Scheme::newmark;
+}
 
 /// When results cannot be right any more, and what to do then (runtime/step/watchdog.h).
 struct Watchdog {

@@ -24,6 +24,7 @@ ColumnNeeds column_needs(const Model<Dim>& model, std::span<const char> used, bo
   needs.strain = stressed;
   needs.liquid = analysis.two_phase;
   needs.liquid_affine = needs.liquid && needs.affine;
+  needs.acceleration = is_implicit(analysis) && !analysis.implicit.quasi_static;
   for (std::size_t m = 0; m < used.size(); ++m) {
     if (!used[m]) continue;
     const Law& law = model.materials[m].law;

@@ -36,6 +36,7 @@ enum class Column : int {
   liquid_v,       ///< velocity of the liquid in the pores (two_phase.h)
   liquid_affine,  ///< what `affine` is for the skeleton
   pore_pressure,  ///< positive in compression
+  acceleration,   ///< of Newmark's method
 };
 
 /// Which columns a model needs beside those that all have (columns.cpp). What follows from other
@@ -55,6 +56,7 @@ struct ColumnNeeds {
   bool opening = false;       ///< materials with a limit of tension, see physics/kernels/opening.h
   bool liquid = false;        ///< in pores: its velocity and pressure
   bool liquid_affine = false;
+  bool acceleration = false;  ///< Newmark's method
   bool operator==(const ColumnNeeds&) const = default;
 };
 
@@ -74,27 +76,28 @@ struct ColumnInfo {
 
 // clang-format off
 inline constexpr auto column_table = std::to_array<ColumnInfo>({
-    {Column::x,             "coordinates",     "m",   2,  3, true},
-    {Column::xi,            "natural",         "-",   2,  3, false, &ColumnNeeds::natural},
-    {Column::v,             "velocity",        "m/s", 2,  3, true},
-    {Column::u,             "displacement",    "m",   2,  3, true},
-    {Column::stress,        "stress",          "Pa",  4,  6, true},
-    {Column::strain,        "strain",          "-",   3,  6, true,  &ColumnNeeds::strain},
-    {Column::volume,        "volume",          "m^3", 1,  1, true},
-    {Column::mass,          "mass",            "kg",  1,  1, true},
-    {Column::size,          "size",            "m",   1,  1, false, &ColumnNeeds::size},
-    {Column::state,         "state",           "",    0,  0, true},
-    {Column::domain,        "domain",          "m",   2,  3, true,  &ColumnNeeds::domain},
-    {Column::affine,        "affine",          "1/s", 4,  9, false, &ColumnNeeds::affine},
-    {Column::next_domain,   "next_domain",     "m",   2,  3, false, &ColumnNeeds::next_domain},
-    {Column::vectors,       "domain_vectors",  "m",   4,  9, true,  &ColumnNeeds::vectors},
-    {Column::next_vectors,  "next_vectors",    "m",   4,  9, false, &ColumnNeeds::vectors},
-    {Column::corners,       "domain_corners",  "m",   8, 24, true,  &ColumnNeeds::corners},
-    {Column::next_corners,  "next_corners",    "m",   8, 24, false, &ColumnNeeds::next_corners},
-    {Column::opening,       "opening",         "-",   1,  1, true,  &ColumnNeeds::opening},
-    {Column::liquid_v,      "liquid_velocity", "m/s", 2,  3, true,  &ColumnNeeds::liquid},
-    {Column::liquid_affine, "liquid_affine",   "1/s", 4,  9, false, &ColumnNeeds::liquid_affine},
-    {Column::pore_pressure, "pore_pressure",   "Pa",  1,  1, true,  &ColumnNeeds::liquid},
+    {Column::x,             "coordinates",     "m",     2,  3, true},
+    {Column::xi,            "natural",         "-",     2,  3, false, &ColumnNeeds::natural},
+    {Column::v,             "velocity",        "m/s",   2,  3, true},
+    {Column::u,             "displacement",    "m",     2,  3, true},
+    {Column::stress,        "stress",          "Pa",    4,  6, true},
+    {Column::strain,        "strain",          "-",     3,  6, true,  &ColumnNeeds::strain},
+    {Column::volume,        "volume",          "m^3",   1,  1, true},
+    {Column::mass,          "mass",            "kg",    1,  1, true},
+    {Column::size,          "size",            "m",     1,  1, false, &ColumnNeeds::size},
+    {Column::state,         "state",           "",      0,  0, true},
+    {Column::domain,        "domain",          "m",     2,  3, true,  &ColumnNeeds::domain},
+    {Column::affine,        "affine",          "1/s",   4,  9, false, &ColumnNeeds::affine},
+    {Column::next_domain,   "next_domain",     "m",     2,  3, false, &ColumnNeeds::next_domain},
+    {Column::vectors,       "domain_vectors",  "m",     4,  9, true,  &ColumnNeeds::vectors},
+    {Column::next_vectors,  "next_vectors",    "m",     4,  9, false, &ColumnNeeds::vectors},
+    {Column::corners,       "domain_corners",  "m",     8, 24, true,  &ColumnNeeds::corners},
+    {Column::next_corners,  "next_corners",    "m",     8, 24, false, &ColumnNeeds::next_corners},
+    {Column::opening,       "opening",         "-",     1,  1, true,  &ColumnNeeds::opening},
+    {Column::liquid_v,      "liquid_velocity", "m/s",   2,  3, true,  &ColumnNeeds::liquid},
+    {Column::liquid_affine, "liquid_affine",   "1/s",   4,  9, false, &ColumnNeeds::liquid_affine},
+    {Column::pore_pressure, "pore_pressure",   "Pa",    1,  1, true,  &ColumnNeeds::liquid},
+    {Column::acceleration,  "acceleration",    "m/s^2", 2,  3, true,  &ColumnNeeds::acceleration},
 });
 // clang-format on
 inline constexpr int n_columns = static_cast<int>(column_table.size());

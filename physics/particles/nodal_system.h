@@ -22,8 +22,16 @@ struct NodalSystem {
   /// By local node, bit d: the unknown is given. Its solution is zero, whatever A and b say. So are
   /// those of nodes that no particle touches.
   std::vector<std::uint8_t> held;
-  NodeArray right_side;   ///< {b, 0}
-  NodeArray solution;     ///< {x, 0}
+  NodeArray right_side;  ///< {b, 0}
+  NodeArray solution;    ///< {x, 0}
+
+  // Of Newton's method (implicit.h).
+  NodeArray increment;    ///< {d [m], 0}: displacement in the step so far
+  NodeArray kept;         ///< d to go back to
+  NodeArray given;        ///< {d [m], 0} of the whole step, of unknowns that are given
+  NodeArray unloaded;     ///< {r [N], 0} of d = 0
+  double predicted = 0;   ///< share of `given` by which the next solution moves them
+  double left_out = 0;    ///< share of `unloaded` that is left out of the balance
   bool symmetric = true;  ///< A is, on all patches
 };
 

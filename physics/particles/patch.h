@@ -222,6 +222,14 @@ struct Patch {
   };
   std::vector<FixedVelocity> fixed;         ///< one per node and direction, ascending nodes
   std::vector<FixedVelocity> fixed_liquid;  ///< the same of the liquid in pores
+  struct FixedDisplacement {
+    Local node;
+    int dir;
+    double displacement;  ///< [m] of a step (NodeDisplacement)
+    int function;         ///< -1 = constant
+  };
+  /// Of implicit steps; one per node and direction, ascending. None of them is in `fixed`.
+  std::vector<FixedDisplacement> fixed_displacement;
   struct FixedPressure {
     Local node;
     double pressure;  ///< [Pa]

@@ -21,7 +21,15 @@ void RankAgreements::give_limit(Step step, double limit) {
   limit_begin_ = ticks();
   limit_given_ = {limit, -static_cast<double>(exchange_time())};
   MPI_Iallreduce(limit_given_.data(), limit_found_.data(), 2, MPI_DOUBLE, MPI_MIN,
-                 limits_.communicator(), &limit_request_);
+                 limits_.communicator(), &limit_requests_[0]);
+}
+
+void RankAgreements::give_sums(Step step, std::span<const Index> own) {
+  give_limit(step, 0);  // it has the time
+  sums_given_.assign(own.begin(), own.end());
+  sums_found_.resize(own.size());
+  MPI_Iallreduce(sums_given_.data(), sums_found_.data(), static_cast<int>(own.size()), MPI_INT64_T,
+                 MPI_SUM, limits_.communicator(), &limit_requests_[1]);
 }
 
 void RankAgreements::give(Step step, Agreement&& own) {
@@ -42,7 +50,7 @@ void RankAgreements::give(Step step, Agreement&& own) {
 void RankAgreements::look(std::int64_t latency, std::vector<ExchangeEvent>& events) {
   int done = 0;
   if (limit_step_ >= 0) {
-    MPI_Test(&limit_request_, &done, MPI_STATUS_IGNORE);
+    MPI_Testall(2, limit_requests_.data(), &done, MPI_STATUSES_IGNORE);
     if (done) {
       events.push_back({.kind = ExchangeEvent::Kind::limit,
                         .step = limit_step_,

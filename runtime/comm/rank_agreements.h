@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "graph/executor.h"
@@ -48,18 +49,21 @@ std::int64_t exchange_time();
 /// When something that was sent has come. Clocks of other machines may be ahead.
 std::int64_t exchange_due(std::int64_t sent, std::int64_t latency);
 
-/// Reductions on their way: one of the time step's limit, and of as many steps as patches may be
-/// ahead. One thread at a time.
+/// Reductions on their way: one of the time step's limit or of sums, and of as many steps as
+/// patches may be ahead. One thread at a time.
 class RankAgreements {
  public:
   /// Groups for steps that are done and for time steps.
   RankAgreements(const Communicator& steps, const Communicator& limits)
       : steps_(steps), limits_(limits) {}
   void give_limit(Step step, double limit);
+  /// In place of the limit: numbers that are added, as many on all ranks.
+  void give_sums(Step step, std::span<const Index> own);
   void give(Step step, Agreement&& own);
   /// Append those that are complete; `latency` [ns] is added to each.
   void look(std::int64_t latency, std::vector<ExchangeEvent>& events);
   const Agreement& found(Step step) { return of(step).found; }
+  std::span<const Index> sums() const { return sums_found_; }
 
  private:
   static constexpr int least_size = sizeof(Agreement::Least) / sizeof(Index);
@@ -75,7 +79,8 @@ class RankAgreements {
   Step limit_step_ = -1;
   std::uint64_t limit_begin_ = 0;
   std::array<double, 2> limit_given_{}, limit_found_{};
-  MPI_Request limit_request_ = MPI_REQUEST_NULL;
+  std::vector<Index> sums_given_, sums_found_;
+  std::array<MPI_Request, 2> limit_requests_{MPI_REQUEST_NULL, MPI_REQUEST_NULL};
   std::array<Pending, max_lead> pending_;
 };
 

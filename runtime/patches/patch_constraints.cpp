@@ -53,6 +53,17 @@ void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<
   }
 }
 
+/// Of several displacements for a node and direction the first counts.
+template <int Dim>
+void fix_displacements(Patch<Dim>& patch, Local local, std::span<const NodeDisplacement> entries) {
+  for (int d = 0; d < Dim; ++d) {
+    const auto first = std::find_if(entries.begin(), entries.end(),
+                                    [&](const NodeDisplacement& u) { return u.dir == d; });
+    if (first != entries.end())
+      patch.fixed_displacement.push_back({local, d, first->displacement, first->function});
+  }
+}
+
 /// Mark the cells that have functions at nodes whose conditions take means of particles.
 template <int Dim>
 void mark_cells_of_means(Patch<Dim>& patch) {
@@ -97,6 +108,7 @@ void set_constraints(Patch<Dim>& patch, const NodeConditions<Dim>& conditions, I
     const auto local = static_cast<Local>(i);
     const Index node = nodes[i] % n_nodes;  // the same for every body
     constrain(patch, local, node, conditions);
+    fix_displacements(patch, local, entries_at(entries_of<NodeDisplacement>(conditions), node));
     bool taken[Dim] = {};  // the first counts
     for (const NodeVelocity& v : entries_at(conditions.liquid_velocities, node))
       if (!std::exchange(taken[v.dir], true))

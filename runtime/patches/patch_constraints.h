@@ -28,7 +28,8 @@ void sort_constraints(NodeConditions<Dim>& conditions);
 template <int Dim>
 void set_bodies(Patch<Dim>& patch, const Model<Dim>& model);
 
-/// Fill Patch::fixed, walls, forces and acting for the nodes of the patch, of every body alike.
+/// Fill Patch::fixed, fixed_displacement, walls, forces and acting for the nodes of the patch, of
+/// every body alike.
 template <int Dim>
 void set_constraints(Patch<Dim>& patch, const NodeConditions<Dim>& conditions, Index n_nodes);
 

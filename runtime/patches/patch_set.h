@@ -86,6 +86,8 @@ class PatchSet {
   /// All patches of all ranks, ascending ids, and who has them.
   const std::vector<Index>& all_patches() const { return all_; }
   const std::vector<int>& owners() const { return owner_; }
+  /// Where links find the sums of patches of other ranks.
+  const SumMessages& sum_messages() const { return messages_; }
   /// Drop patches far from particles, create those that are near; to be called before max_lead
   /// steps after Patch::needs_surroundings. No particle may be on its way. Patches whose work
   /// no history row has yet stay, so that rows do not depend on when this is called.

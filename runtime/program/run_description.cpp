@@ -14,7 +14,17 @@
 namespace lahar {
 
 const char* scheme_name(Scheme scheme) {
-  return scheme == Scheme::usf ? "USF" : scheme == Scheme::usl ? "USL" : "MUSL";
+  switch (scheme) {
+    case Scheme::usf:
+      return "USF";
+    case Scheme::usl:
+      return "USL";
+    case Scheme::musl:
+      return "MUSL";
+    case Scheme::newmark:
+      return "Newmark";
+  }
+  return "";
 }
 
 ModelOutline outline_of(const AnyModel& any) {
@@ -90,10 +100,15 @@ void describe(Console& console, const ModelOutline& model, const SimulationInfo&
                            format_count(info.nodes), model.mesh));
   console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles),
                            model.materials.size(), model.materials.size() == 1 ? "" : "s"));
-  console.line(fmt::format("scheme     {}, {}", scheme_name(model.analysis.scheme),
-                           describe_transfer(model.analysis, model.materials)));
-  console.line(fmt::format("time step  {:.4g} s{}, stability limit {:.4g} s", info.dt,
-                           model.analysis.step.adaptive ? " (adaptive)" : "", info.dt_limit));
+  const bool implicit = is_implicit(model.analysis);
+  console.line(implicit && model.analysis.implicit.quasi_static
+                   ? "scheme     implicit, quasi-static"
+                   : fmt::format("scheme     {}, {}", scheme_name(model.analysis.scheme),
+                                 describe_transfer(model.analysis, model.materials)));
+  console.line(implicit
+                   ? fmt::format("time step  {:.4g} s, no stability limit", info.dt)
+                   : fmt::format("time step  {:.4g} s{}, stability limit {:.4g} s", info.dt,
+                                 model.analysis.step.adaptive ? " (adaptive)" : "", info.dt_limit));
   console.line(fmt::format("patches    {} of about {} cells, {} tasks per step", info.patches,
                            format_count(info.cells_per_patch), format_count(info.tasks_per_step)));
   if (model.analysis.split_steps > 0)

@@ -8,9 +8,9 @@
 #include <cstddef>
 #include <vector>
 
+#include "runtime/exchange/per_step.h"
 #include "runtime/patches/patch_set.h"
 #include "runtime/step/injection_log.h"
-#include "runtime/step/per_step.h"
 
 namespace lahar {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "runtime/comm/rank_agreements.h"
+#include "runtime/exchange/per_step.h"
 #include "runtime/patches/rank_balance.h"
-#include "runtime/step/per_step.h"
 
 namespace lahar {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "io/run/history.h"
-#include "runtime/step/exact_sum.h"
+#include "runtime/exchange/exact_sum.h"
 
 namespace lahar {
 

@@ -4,8 +4,8 @@
 #include <limits>
 #include <utility>
 
-#include "runtime/step/exact_sum.h"
-#include "runtime/step/failure.h"
+#include "runtime/exchange/exact_sum.h"
+#include "runtime/exchange/failure.h"
 
 namespace lahar {
 

@@ -6,8 +6,8 @@
 #include <functional>
 #include <string>
 
+#include "runtime/exchange/per_step.h"
 #include "runtime/patches/patch_set.h"
-#include "runtime/step/per_step.h"
 #include "runtime/step/watchdog.h"
 
 namespace lahar {

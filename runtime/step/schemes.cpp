@@ -1,6 +1,6 @@
 // The time step of each scheme: its stages in order. Options add stages of their own (stages.h); an
 // exchange of node sums, of particles or of the time step is part of a stage.
-#include "runtime/step/stages.h"
+#include "runtime/step/schemes.h"
 
 namespace lahar {
 
@@ -100,7 +100,28 @@ Stages<Dim> musl(const Analysis& a, bool injects) {
   });
 }
 
+/// Newmark's method: what a step does when its displacement is known (implicit_stages()).
+template <int Dim>
+Stages<Dim> newmark(const Analysis& a, bool injects) {
+  return in_order<Dim>({
+      arrivals_and_injection<Dim>(a, injects),
+      solved_motion<Dim>(a),
+      strain_and_stress<Dim>(a),
+      g2p<Dim>(a),
+      location<Dim>(a),
+      output<Dim>(a),
+  });
+}
+
 }  // namespace
+
+/// Before it: a displacement for which nothing is out of balance at the end of the step.
+template <int Dim>
+ImplicitStages<Dim> implicit_stages(const Analysis& a) {
+  return {.begin = motion_before_solve<Dim>(a), .linearize = linear_system<Dim>(a)};
+}
+template ImplicitStages<2> implicit_stages<2>(const Analysis&);
+template ImplicitStages<3> implicit_stages<3>(const Analysis&);
 
 template <int Dim>
 std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects) {
@@ -112,7 +133,7 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
     case Scheme::musl:
       return musl<Dim>(analysis, injects);
     case Scheme::newmark:
-      break;
+      return newmark<Dim>(analysis, injects);
   }
   return {};
 }

@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-#include "graph/task_graph.h"
+#include "graph/executor.h"
 #include "io/base/memory_limit.h"
 #include "io/frames/frame.h"
 #include "io/run/history.h"
@@ -32,7 +32,8 @@ struct StudyDelays {
 
 /// How the timestep's tasks are executed. Results are bitwise the same for all of them.
 struct ExecutionOptions {
-  enum class Mode { flow_graph, bulk, serial, random_order } mode = Mode::flow_graph;
+  using Mode = ExecutionMode;
+  Mode mode = Mode::flow_graph;
   int threads = 0;  ///< flow graph and bulk; 0 = all cores this process may use
   /// Flow graph and bulk. Each has a share of the patches, and all of them make the simulation and
   /// call its member functions, apart from step(), time(), finished(), timings() and graph(),

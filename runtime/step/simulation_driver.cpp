@@ -48,6 +48,7 @@ SimulationDriver<Dim>::SimulationDriver(Model<Dim> model, ExecutionOptions optio
       trace_(phases_),
       times_(stages()) {
   seconds_per_tick();  // from now on
+  if (model_.analysis.scheme == Scheme::newmark) solver_.emplace(model_, patches_);
   if (ranks_.several() && !is_parallel())
     throw InputError("only the task graph runs on several ranks; leave out --serial");
   frames_.measure(ranks_);
@@ -115,6 +116,7 @@ void SimulationDriver<Dim>::advance(Index steps) {
   watch_.throw_alarm(step_, time_.nsteps());
   while (step_ < end && !finished() && !stops_) {
     prepare_copies();
+    if (solver_) solve();
     step_ = executor_->run(step_, drain_step(end));
     if (exchange_) exchange_->send_rest();
     take_removed();
@@ -157,7 +159,16 @@ void SimulationDriver<Dim>::prepare_copies() {
 }
 
 template <int Dim>
+void SimulationDriver<Dim>::solve() {
+  const ImplicitReport report = solver_->solve(time_.time_at(step_), time_.dt_of(step_));
+  if (report.converged) return;
+  throw SimulationError(fmt::format("step {} at t = {:.6g} s: no equilibrium found: {}", step_ + 1,
+                                    time_.time_at(step_), report.problem));
+}
+
+template <int Dim>
 Step SimulationDriver<Dim>::drain_step(Step end) const {
+  if (solver_) end = std::min(end, step_ + 1);
   end = std::min<Step>(end, time_.nsteps());  // dt of the last step may have shown that it is last
   if (frames_are_large()) end = std::min(end, schedule_.next_frame(step_));
   end = watch_.end_step(step_, end);
@@ -283,9 +294,7 @@ SimulationInfo SimulationDriver<Dim>::info() const {
 
 template <int Dim>
 std::vector<Stage> SimulationDriver<Dim>::stages() const {
-  std::vector<Stage> list;
-  for (const auto& stage : stages_) list.push_back(stage.stage);
-  return list;
+  return stages_of(stages_);
 }
 
 template <int Dim>

@@ -12,11 +12,12 @@
 #include <vector>
 
 #include "graph/executor.h"
+#include "runtime/exchange/rank_exchange.h"
+#include "runtime/exchange/run_failures.h"
 #include "runtime/step/checkpoint_stager.h"
 #include "runtime/step/epochs.h"
+#include "runtime/step/implicit_solver.h"
 #include "runtime/step/output_schedule.h"
-#include "runtime/step/rank_exchange.h"
-#include "runtime/step/run_failures.h"
 #include "runtime/step/run_frames.h"
 #include "runtime/step/run_history.h"
 #include "runtime/step/run_watch.h"
@@ -71,6 +72,9 @@ class SimulationDriver {
   // --- at rest ----------------------------------------------------------------------------------
 
   void prepare_copies();
+  /// Implicit steps: find the displacement of the next one. Throws SimulationError where there is
+  /// none.
+  void solve();
   /// Where the graph has to drain: at `end`, or before it at what needs all patches at rest.
   Step drain_step(Step end) const;
   /// All particles that have left the mesh since the last call, on all ranks alike: in an order
@@ -183,6 +187,7 @@ class SimulationDriver {
   CheckpointStager<Dim> stager_;
   StagingBudget budget_;
   Epochs<Dim> epochs_;
+  std::optional<ImplicitSolver<Dim>> solver_;  ///< implicit steps only
   StepTrace trace_;
   StageTimes times_;
   RunFailures failures_;

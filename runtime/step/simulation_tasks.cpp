@@ -4,8 +4,6 @@
 #include <optional>
 #include <utility>
 
-#include "graph/distributed_flow.h"
-#include "graph/local_flow.h"
 #include "physics/kernels/kernels.h"
 #include "runtime/step/simulation_driver.h"
 #include "runtime/step/snapshot.h"
@@ -73,23 +71,12 @@ void SimulationDriver<Dim>::build_executor() {
                     &trace_clock};
   if (TraceRecorder* recorder = TraceRecorder::active()) recorder->add_graph(trace_graph());
   connect_ranks();
-  switch (options_.mode) {
-    case ExecutionOptions::Mode::serial:
-      executor_ = make_serial_executor(std::move(graph), std::move(bodies));
-      break;
-    case ExecutionOptions::Mode::random_order:
-      executor_ = make_random_executor(std::move(graph), std::move(bodies), options_.seed);
-      break;
-    case ExecutionOptions::Mode::bulk:
-      executor_ = make_bulk_executor(std::move(graph), std::move(bodies), options_.threads,
-                                     exchange_.get());
-      break;
-    case ExecutionOptions::Mode::flow_graph:
-      executor_ = exchange_ ? make_distributed_flow(std::move(graph), std::move(bodies),
-                                                    options_.threads, options_.verify, *exchange_)
-                            : make_local_flow(std::move(graph), std::move(bodies), options_.threads,
-                                              options_.verify);
-  }
+  executor_ = make_executor(std::move(graph), std::move(bodies),
+                            {.mode = options_.mode,
+                             .threads = options_.threads,
+                             .verify = options_.verify,
+                             .seed = options_.seed},
+                            exchange_.get());
   for (std::size_t f = 0; f + 1 < phases_.size(); ++f)
     if (phases_[f + 1].task.is_rest) whole_ = joined(phases_[f], phases_[f + 1]);
   first_dt_stage_ = 0;
@@ -108,7 +95,9 @@ void SimulationDriver<Dim>::connect_ranks() {
   ranks_.wait_for_all();
   if (!groups_) groups_.emplace(ranks_, options_.threads);
   exchange_ = std::make_unique<RankExchange<Dim>>(
-      *groups_, patches_, rank_messages(stages_, phases_), step_,
+      *groups_, patches_,
+      ExchangePlan{.messages = rank_messages(stages_, phases_, patches_.sum_messages()),
+                   .first = step_},
       ExchangeCalls{.give = [this](Step s) { return give(s); },
                     .take = [this](Step s, const Agreement& found) { agreed_[s] = found; },
                     .give_limit = [this] { return limits_.of_last_step(); },

@@ -13,6 +13,7 @@
 #include "physics/contact/contact_surface.h"
 #include "physics/kernels/driven_nodes.h"
 #include "physics/kernels/general_kernels.h"
+#include "physics/kernels/implicit.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/separation.h"
 #include "physics/kernels/two_phase.h"
@@ -49,6 +50,16 @@ template <int Dim, bool WithForce>
 void take_arrivals(Patch<Dim>& patch, const StepContext<Dim>& step) {
   receive(patch);
   map_unmapped<Dim, WithForce>(patch, step);
+}
+
+/// The same where a solve maps all particles.
+template <int Dim>
+void take_arrivals_only(Patch<Dim>& patch, const StepContext<Dim>&) {
+  receive(patch);
+  activate_nodes(patch);
+  patch.unmapped.clear();
+  patch.idle = false;
+  sort_if_scattered(patch);
 }
 
 /// Particles that come from nowhere.
@@ -135,6 +146,9 @@ bool stress_follows_g2p(const Analysis& analysis) {
 template <int Dim>
 Stages<Dim> arrivals(const Analysis& analysis) {
   const bool force = maps_force_with_momentum(analysis);
+  if (analysis.scheme == Scheme::newmark)
+    return {TimestepStage<Dim>{.stage = {.name = "arrivals", .exchange = "particles"},
+                               .begin = take_arrivals_only<Dim>}};
   return {
       TimestepStage<Dim>{.stage = {.name = "arrivals", .exchange = "particles"},
                          .begin = force ? take_arrivals<Dim, true> : take_arrivals<Dim, false>}};
@@ -236,6 +250,12 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
                                      smooth_pressure(p, s, bins);
                                      update_stress_of_phases(p, s, bins, StressPart::law);
                                    }}};
+  if (analysis.scheme == Scheme::newmark)
+    return {TimestepStage<Dim>{
+        .stage = {.name = "stress"}, .bins = [](P& p, S& s, ParticleBins bins) {
+          find_displacement_gradients(p, s, bins, gradients_of_chunk<Dim>());
+          update_stress(p, s, bins, StressPart::both, &gradients_of_chunk<Dim>());
+        }}};
   if (stress_follows_g2p(analysis))
     return {TimestepStage<Dim>{
         .stage = {.name = "stress"}, .bins = [](P& p, S& s, ParticleBins bins) {
@@ -344,7 +364,9 @@ Stages<Dim> g2p(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   TimestepStage<Dim> stage{.stage = {.name = "G2P"}, .begin = [](P& p, S&) { p.max_speed = 0; }};
-  if (stress_follows_g2p(analysis))
+  if (analysis.scheme == Scheme::newmark)
+    stage.bins = [](P& p, S& s, ParticleBins bins) { move_particles(p, s, bins); };
+  else if (stress_follows_g2p(analysis))
     stage.bins = [](P& p, S& s, ParticleBins bins) {
       add_work_of_tractions(p, s, bins);
       update_particles(p, s, bins, &gradients_of_chunk<Dim>());
@@ -467,6 +489,53 @@ Stages<Dim> prescribed_velocities(const Analysis& analysis) {
 }
 
 template <int Dim>
+Stages<Dim> solved_motion(const Analysis&) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  return {TimestepStage<Dim>{.stage = {.name = "solved motion"},
+                             .begin = [](P& p, S& s) { end_implicit_step(p, s); }}};
+}
+
+template <int Dim>
+Stages<Dim> motion_before_solve(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  TimestepStage<Dim> map{.stage = {.name = "P2G"},
+                         .begin =
+                             [](P& p, S& s) {
+                               p.contributes[static_cast<std::size_t>(s.step % 2)] = p.count > 0;
+                               if (p.active_nodes.empty()) return;
+                               clear_sums(p, s, NodeSum::mass_momentum);
+                               if (!s.model->analysis.implicit.quasi_static)
+                                 clear_sums(p, s, NodeSum::inertia);
+                             },
+                         .bins =
+                             [](P& p, S& s, ParticleBins bins) {
+                               map_mass_momentum(p, s, bins);
+                               if (!s.model->analysis.implicit.quasi_static)
+                                 map_inertia(p, s, bins);
+                             }};
+  TimestepStage<Dim> begin{.stage = {.name = "motion", .exchange = "mass, momentum, inertia"},
+                           .takes = {NodeSum::mass_momentum},
+                           .begin = [](P& p, S& s) { begin_implicit_step(p, s); }};
+  if (!analysis.implicit.quasi_static) begin.takes.push_back(NodeSum::inertia);
+  return {map, begin};
+}
+
+template <int Dim>
+Stages<Dim> linear_system(const Analysis&) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  return {TimestepStage<Dim>{.stage = {.name = "linearize"},
+                             .begin = [](P& p, S& s) { clear_system(p, s); },
+                             .bins = [](P& p, S& s, ParticleBins bins) { linearize(p, s, bins); },
+                             .end = [](P& p, S& s) { complete_matrix(p, s); }},
+          TimestepStage<Dim>{.stage = {.name = "balance", .exchange = "unbalanced force"},
+                             .takes = {NodeSum::residual},
+                             .begin = [](P& p, S& s) { close_system(p, s); }}};
+}
+
+template <int Dim>
 Stages<Dim> output(const Analysis&) {
   return {TimestepStage<Dim>{.stage = {.name = output_stage}}};
 }
@@ -493,6 +562,9 @@ Stages<Dim> output(const Analysis&) {
   template Stages<Dim> liquid_forces<Dim>(const Analysis&);         \
   template Stages<Dim> surfaces<Dim>(const Analysis&);              \
   template Stages<Dim> prescribed_velocities<Dim>(const Analysis&); \
+  template Stages<Dim> solved_motion<Dim>(const Analysis&);         \
+  template Stages<Dim> motion_before_solve<Dim>(const Analysis&);   \
+  template Stages<Dim> linear_system<Dim>(const Analysis&);         \
   template Stages<Dim> output<Dim>(const Analysis&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -85,6 +85,16 @@ Stages<Dim> surfaces(const Analysis& analysis);
 template <int Dim>
 Stages<Dim> prescribed_velocities(const Analysis& analysis);
 
+/// Implicit steps: what their solve found becomes velocities and accelerations.
+template <int Dim>
+Stages<Dim> solved_motion(const Analysis& analysis);
+/// Masses, velocities and accelerations of nodes, before a solve.
+template <int Dim>
+Stages<Dim> motion_before_solve(const Analysis& analysis);
+/// Matrix and right side of a solve, with the exchange of forces that are not in balance.
+template <int Dim>
+Stages<Dim> linear_system(const Analysis& analysis);
+
 /// Frames, history and checkpoints take what they need here.
 template <int Dim>
 Stages<Dim> output(const Analysis& analysis);

@@ -6,7 +6,7 @@
 
 #include "physics/kernels/kernels.h"
 #include "physics/materials/law.h"
-#include "runtime/step/failure.h"
+#include "runtime/exchange/failure.h"
 
 namespace lahar {
 
@@ -40,6 +40,7 @@ double StepLimits<Dim>::of_last_step() const {
 template <int Dim>
 double StepLimits<Dim>::present(const Communicator& ranks, std::string* where) const {
   double least = unlimited;
+  if (is_implicit(model_.analysis)) return least;
   for (int i = 0; i < patches_.size(); ++i) {
     Local p = -1;
     const double limit =
@@ -55,6 +56,7 @@ double StepLimits<Dim>::present(const Communicator& ranks, std::string* where) c
 template <int Dim>
 std::vector<InjectionLimit> StepLimits<Dim>::of_injections(const Communicator& ranks) const {
   std::vector<InjectionLimit> limits;
+  if (is_implicit(model_.analysis)) return limits;
   for (std::size_t g = 0; g < model_.injections.size(); ++g) {
     double least = unlimited;
     for (int p = 0; p < patches_.size(); ++p)
@@ -79,7 +81,7 @@ std::string StepLimits<Dim>::problem(const Patch<Dim>& patch, Step step, Step ns
 template <int Dim>
 bool StepLimits<Dim>::may_be_unstable(const Patch<Dim>& patch, Step step, Step nsteps) const {
   const TimeStep& plan = model_.analysis.step;
-  if (plan.adaptive || plan.accept_unstable) return false;
+  if (plan.adaptive || plan.accept_unstable || is_implicit(model_.analysis)) return false;
   return (step + 1) % limit_check_steps == 0 || step + 1 == nsteps ||
          plan.dt * (wave_speed_bound_ + patch.max_speed) > patch.smallest_cell;
 }

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "runtime/base/stage_clock.h"
+#include "runtime/exchange/per_step.h"
 #include "runtime/patches/patch_set.h"
-#include "runtime/step/per_step.h"
 #include "runtime/trace/record/recorder.h"
 
 namespace lahar {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "physics/base/error.h"
-#include "runtime/step/failure.h"
+#include "runtime/exchange/failure.h"
 #include "runtime/step/output_times.h"
 
 namespace lahar {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "physics/model/model.h"
-#include "runtime/step/per_step.h"
+#include "runtime/exchange/per_step.h"
 
 namespace lahar {
 

@@ -180,6 +180,52 @@ TEST_CASE("rests are deferred, and done while the time step is agreed on") {
     }
 }
 
+TEST_CASE("rounds of a step are taken in order by every executor, each with a dt of its own") {
+  constexpr Step first = 3, steps = 100;
+  const auto stages = solver_round();
+  REQUIRE(safe_rounds(stages) == 2);
+  for (const Neighbours& neighbours : {block(5, 4), irregular(11, 0.3, 5), block(1, 1)})
+    for (const Way way : all_ways) {
+      CAPTURE(static_cast<int>(way.kind));
+      CAPTURE(way.threads);
+      Watch watch(stages, neighbours, 2 * first);
+      const auto executor =
+          make_executor(way.kind, make_task_graph(stages, neighbours, false, 0, 2),
+                        watch.bodies_of_rounds(2), way.threads);
+      CHECK(executor->run(first, first + steps) == first + steps);
+      CHECK(watch.wrong() == "");
+      CHECK(watch.all_done(2 * (first + steps)));
+      CHECK(watch.dt_known_before() == 2 * (first + steps));
+    }
+}
+
+TEST_CASE("rounds of a rank that agrees with others are taken in order") {
+  constexpr int nx = 4, ny = 3;
+  const auto stages = solver_round();
+  const Neighbours own = block(nx, ny);
+  Neighbours all = own;
+  for (int y = 0; y < ny; ++y)  // the last column exchanges with its mirror image
+    for (int other = std::max(0, y - 1); other <= std::min(ny - 1, y + 1); ++other)
+      all[static_cast<std::size_t>(y * nx + nx - 1)].push_back(nx * ny + other);
+  all.resize(nx * ny + ny);
+  for (const int threads : {1, 2, 3}) {
+    CAPTURE(threads);
+    Watch watch(stages, own);
+    Mirror mirror(true);
+    TaskBodies bodies = watch.bodies_of_rounds(2);
+    bodies.run = [&, run = bodies.run](int s, int p, Step step) {
+      if (p >= nx * ny) return;  // a message
+      run(s, p, step);
+      if (p % nx == nx - 1 && s % 2 == 0) mirror.send(s, nx * ny + p / nx);
+    };
+    const auto executor = make_distributed_flow(make_task_graph(stages, all, true, ny, 2), bodies,
+                                                threads, true, mirror);
+    CHECK(executor->run(0, 50) == 50);
+    CHECK(watch.wrong() == "");
+    CHECK(watch.all_done(100));
+  }
+}
+
 TEST_CASE("bodies of uneven length do not disturb the order") {
   for (const int threads : {2, 3, 8}) {
     Watch watch(two_exchanges(true), block(4, 3));

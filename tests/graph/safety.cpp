@@ -134,6 +134,18 @@ TEST_CASE("the unsafe edges are those that hold two messages in some order of ex
   CHECK(safe_graphs > 5);
 }
 
+TEST_CASE("rounds with one exchange are safe where a step has two of them") {
+  for (const Neighbours& neighbours : {block(3, 2), irregular(7, 0.4, 3)})
+    for (const auto& stages :
+         {solver_round(), std::vector<Stage>{{.name = "a"}, {.name = "b", .exchange = "x"}},
+          two_exchanges(true), std::vector<Stage>{{.name = "a"}}}) {
+      CHECK(unsafe_edges(make_task_graph(stages, neighbours)).empty() ==
+            (safe_rounds(stages) == 1));
+      CHECK(
+          unsafe_edges(make_task_graph(stages, neighbours, false, 0, safe_rounds(stages))).empty());
+    }
+}
+
 TEST_CASE("the edges of a step follow from the stages: own order, neighbours, dt") {
   const TaskGraph graph = make_task_graph(one_exchange(true), {{1}, {0}, {}});
   CHECK(graph.has_dt);

@@ -54,6 +54,12 @@ inline std::vector<Stage> two_exchanges(bool adaptive = false) {
           {.name = "locate", .gives_dt = adaptive}, {.name = "output"}};
 }
 
+/// A round of a solver: what all patches find together is needed after an exchange.
+inline std::vector<Stage> solver_round() {
+  return {{.name = "multiply"},
+          {.name = "advance", .exchange = "product", .gives_dt = true, .needs_dt = true}};
+}
+
 enum class Kind { serial, random, flow };
 
 inline std::unique_ptr<Executor> make_executor(Kind kind, TaskGraph graph, TaskBodies bodies,
@@ -120,6 +126,16 @@ class Watch {
   TaskBodies bodies() {
     return {[this](int s, int p, Step step) { run(s, p, step); },
             [this](Step step) { set_dt(step); }, [this](Step step) { completed(step); }};
+  }
+
+  /// Of a graph whose steps have several rounds of the stages: rounds are what this calls steps.
+  TaskBodies bodies_of_rounds(int rounds) {
+    const int n = static_cast<int>(stages_.size());
+    return {[this, n, rounds](int s, int p, Step step) { run(s % n, p, step * rounds + s / n); },
+            [this](Step round) { set_dt(round); },
+            [this, rounds](Step step) {
+              for (int k = 0; k < rounds; ++k) completed(step * rounds + k);
+            }};
   }
 
   /// True if every task has done exactly the steps before `end`.

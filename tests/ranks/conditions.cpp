@@ -29,7 +29,7 @@ void write_files(const std::filesystem::path& folder, const Counts& counts) {
   std::uniform_real_distribution<double> off(-0.15, 0.15);
   std::ofstream mesh(folder / "mesh.txt"), fixed(folder / "fixed.txt"), rough(folder / "rough.txt"),
       angles(folder / "angles.txt"), forces(folder / "forces.txt"),
-      accelerated(folder / "accelerated.txt");
+      accelerated(folder / "accelerated.txt"), displaced(folder / "displaced.txt");
   std::vector<Index> left, turned, waves, cells, fed;
   const std::size_t n_cells = grid.cells.size() / 4;
   mesh << grid.nodes.size() << " " << n_cells << "\n";
@@ -46,6 +46,7 @@ void write_files(const std::filesystem::path& folder, const Counts& counts) {
     }
     if (y == 6) forces << node << " 0 20\n" << node << " 1 " << x << "\n";
     if (x == 1 && y > 0) waves.push_back(node);
+    if (y == 0) displaced << node << " 1 " << x << "\n" << node << " 0 0\n";
     if (y == 2 && x > 3 && x < 6) accelerated << node << " 0 3\n";
   }
   for (std::size_t c = 0; c < n_cells; ++c) {
@@ -95,6 +96,20 @@ std::string scenario(const std::string& mesh) {
                      "velocity": [8, -4]}}]})";
 }
 
+/// Implicit steps, whose displacements the same files prescribe.
+std::string implicit_scenario() {
+  return R"({"mesh": {"mesh": "mesh.txt", "cell_type": "ED2Q4", "entity_sets": "sets.json",
+      "boundary_conditions": {"displacement_constraints": [
+        {"file": "displaced.txt"}, {"nset_id": -1, "dir": "x", "displacement": 2,
+                                    "math_function_id": 0}]}},
+    "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+                   "poisson_ratio": 0.25}],
+    "math_functions": [{"id": 0, "type": "Sin", "x0": 0, "a": 30}],
+    "analysis": {"type": "MPMImplicit2D", "dt": 0.001, "nsteps": 1, "patch_particles": 60},
+    "particles": [{"generator": {"type": "gauss", "cset_id": 1, "nparticles_per_dir": 2,
+                                 "material_id": 0}}]})";
+}
+
 /// The lists of a model, with names.
 void for_each_list(const Model<2>& model, auto&& visit) {
   visit("velocities", entries_of<NodeVelocity>(model));
@@ -137,6 +152,9 @@ void check_patches(const PatchSet<2>& patches, const PatchSet<2>& alone) {
     const Patch<2>& b = alone[q];
     CHECK(same_entries(a.fixed, b.fixed, [](const auto& at) {
       return fmt::format("{} {} {}", at.node, at.dir, at.velocity);
+    }));
+    CHECK(same_entries(a.fixed_displacement, b.fixed_displacement, [](const auto& at) {
+      return fmt::format("{} {} {} {}", at.node, at.dir, at.displacement, at.function);
     }));
     CHECK(same_entries(a.walls, b.walls, [](const auto& at) {
       return fmt::format("{} {} {} {} {} {}", at.node, at.friction, at.velocity[0],
@@ -206,6 +224,30 @@ TEST_CASE(
     "what files say of nodes, cells and particles gives the bits of one rank that knows all") {
   check(R"("mesh": "mesh.txt", "cell_type": "ED2Q4")");
   check(R"("structured": {"cell_size": 1, "counts": [24, 16]})");
+}
+
+TEST_CASE("prescribed displacements reach the patches of any rank") {
+  const Communicator ranks = Communicator::world();
+  const RankTeam team(ranks);
+  const SharedFolder folder(ranks);
+  const auto file = folder.path / "case.json";
+  if (ranks.rank() == 0) {
+    write_files(folder.path, {24, 16});
+    std::ofstream(file) << implicit_scenario();
+  }
+  ranks.wait_for_all();
+  auto alone = std::get<Model<2>>(read_scenario(file).model);
+  auto part = std::get<Model<2>>(read_scenario(file, {{}, false, &team}).model);
+  const std::size_t count = 25 * 17 + 25;  // x everywhere, y at the bottom
+  REQUIRE(entries_of<NodeDisplacement>(alone).size() == count);
+  CHECK(ranks.sum(static_cast<Index>(entries_of<NodeDisplacement>(part).size())) ==
+        static_cast<Index>(count));
+  const NodeSumCopies copies = node_sum_copies(alone.analysis);
+  const PatchSet<2> reference(alone, 0, copies), patches(part, 0, copies, 1, ranks);
+  check_patches(patches, reference);
+  std::size_t reached = 0;
+  for (int p = 0; p < patches.size(); ++p) reached += patches[p].fixed_displacement.size();
+  CHECK(reached > 0);
 }
 
 TEST_CASE("each rank keeps its part of what is said of nodes and cells") {

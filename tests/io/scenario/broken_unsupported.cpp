@@ -28,13 +28,13 @@ mpm.json:15:59: error: 'density' must be greater than 0 [kg/m^3], found -1000 [/
       {"id": 0, "type": "BinghamViscoPlastic2D", "density": -1000,
                                                             ^
 )"},
-    {"an implicit analysis",
-     {replace("mpm.json", "MPMExplicit2D", "MPMImplicit2D")},
+    {"a semi-implicit analysis",
+     {replace("mpm.json", "MPMExplicit2D", "MPMSemiImplicitTwoPhase2D")},
      {},
-     R"(mpm.json:19:24: error: 'type': "MPMImplicit2D" is not supported yet [/analysis/type]
-    "analysis": {"type": "MPMImplicit2D", "dt": 0.001, "nsteps": 10},
+     R"(mpm.json:19:24: error: 'type': "MPMSemiImplicitTwoPhase2D" is not supported yet [/analysis/type]
+    "analysis": {"type": "MPMSemiImplicitTwoPhase2D", "dt": 0.001, "nsteps": 10},
                          ^
-  hint: supported: MPMExplicit2D, MPMExplicit3D, MPMExplicitTwoPhase2D, MPMExplicitTwoPhase3D
+  hint: supported: MPMExplicit2D, MPMExplicit3D, MPMExplicitTwoPhase2D, MPMExplicitTwoPhase3D, MPMImplicit2D, MPMImplicit3D
 )"},
   };
   check(table, 3);

@@ -6,13 +6,16 @@
 #include <vector>
 
 #include "runtime/comm/communicator.h"
-#include "runtime/step/atomic_least.h"
-#include "runtime/step/failure.h"
+#include "runtime/exchange/atomic_least.h"
+#include "runtime/exchange/failure.h"
 
 namespace lahar {
 
 class RunFailures {
  public:
+  /// `counted`: what failures call their steps.
+  explicit RunFailures(const char* counted = "step") : counted_(counted) {}
+
   /// So many patches, none of which has failed.
   void begin(int patches) { poisoned_.assign(static_cast<std::size_t>(patches), 0); }
 
@@ -43,6 +46,7 @@ class RunFailures {
  private:
   std::string first_message(Step step, const Communicator& ranks) const;
 
+  const char* counted_;
   std::vector<char> poisoned_;  ///< by patch
   FailureList list_;
   AtomicLeast first_step_;

@@ -13,31 +13,47 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "graph/executor.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/comm/message_streams.h"
 #include "runtime/comm/rank_agreements.h"
+#include "runtime/exchange/timestep_stage.h"
 #include "runtime/patches/patch_set.h"
-#include "runtime/step/timestep.h"
 
 namespace lahar {
+
+class TraceRecorder;
 
 /// Where an Exchange gets and leaves what is not its own; called from any thread.
 struct ExchangeCalls {
   std::function<Agreement(Step)> give;               ///< what this rank knows of a finished step
   std::function<void(Step, const Agreement&)> take;  ///< steps in order
-  std::function<double()> give_limit;                ///< of the time step, of this rank [s]
-  std::function<void(Step, double)> take_limit;      ///< the least of all ranks
+  /// What sets dt is a limit, or sums. The limit of the time step, of this rank [s], and the least
+  /// of all ranks:
+  std::function<double()> give_limit = {};
+  std::function<void(Step, double)> take_limit = {};
+  /// Sums of this rank, and those of all ranks; where there is give_sums, no limit is asked for.
+  std::function<std::span<const Index>(Step)> give_sums = {};
+  std::function<void(Step, std::span<const Index>)> take_sums = {};
   std::function<Step()> failed_step;  ///< the first that this rank knows to have failed
   std::function<void(Step)> failure_elsewhere;
-  std::function<void()> others;  ///< other work for MPI, whenever messages are looked for
+  std::function<void()> others = {};  ///< other work for MPI, whenever messages are looked for
 };
 
 /// Delays for studies of what latency does to a run; 0 = none.
 struct InjectedLatency {
   double seconds = 0;  ///< of a message; an agreement takes this times ceil(log2 ranks)
+};
+
+/// What an exchange is told about the graph that it serves.
+struct ExchangePlan {
+  std::vector<RankMessage> messages;  ///< by phase of a step of the graph
+  Step first = 0;                     ///< round that is taken next
+  int rounds = 1;                     ///< in a step of the graph, whose messages count rounds
+  bool traced = true;                 ///< messages are recorded in traces, by step
 };
 
 /// Groups of the same ranks for the messages of a run: of patches, of steps that are done, of time
@@ -66,13 +82,12 @@ class ExchangeGroups {
 template <int Dim>
 class RankExchange final : public Remote {
  public:
-  /// For the patches as they are linked now; `first` is the step that is taken next. All ranks make
-  /// theirs anew when patches have changed, after all messages for the one before have come.
-  /// `share_memory`: messages between ranks of a machine do not go through MPI, except for many
-  /// particles at once.
-  RankExchange(const ExchangeGroups& groups, PatchSet<Dim>& patches,
-               std::vector<RankMessage> messages, Step first, ExchangeCalls calls,
-               InjectedLatency latency, bool share_memory);
+  /// For the patches as they are linked now. All ranks make theirs anew when patches have changed,
+  /// after all messages for the one before have come. Exchanges that exist together have groups of
+  /// their own. `share_memory`: messages between ranks of a machine do not go through MPI, except
+  /// for many particles at once.
+  RankExchange(const ExchangeGroups& groups, PatchSet<Dim>& patches, ExchangePlan plan,
+               ExchangeCalls calls, InjectedLatency latency, bool share_memory);
   ~RankExchange() override;
 
   /// Whether a phase of an own patch sends anything.
@@ -80,7 +95,8 @@ class RankExchange final : public Remote {
     const auto& of_phase = sends_[static_cast<std::size_t>(phase)];
     return !of_phase.empty() && !of_phase[static_cast<std::size_t>(patch)].empty();
   }
-  /// A phase of an own patch is done.
+  /// A phase of an own patch is done. Here and below, a step is a round where steps of the graph
+  /// have several (ExchangePlan).
   void send(int phase, int patch, Step step);
   /// The body of the task that a message fired.
   void unpack(int phase, int elsewhere, Step step);
@@ -123,10 +139,13 @@ class RankExchange final : public Remote {
   void look_at_long_messages(std::vector<ExchangeEvent>& events);
   void deliver(const ExchangeEvent& event, Executor& executor);
   void record(const ExchangeEvent& event) const;
+  TraceRecorder* recorder(Step step) const;
 
   Communicator ranks_;
   PatchSet<Dim>* patches_;
   std::vector<RankMessage> messages_;
+  const Step rounds_;  ///< in a step of the graph
+  const bool traced_;
   ExchangeCalls calls_;
   bool has_cores_;
   std::int64_t latency_;            ///< [ns] of a message

@@ -1,4 +1,4 @@
-#include "runtime/step/exact_sum.h"
+#include "runtime/exchange/exact_sum.h"
 
 #include <doctest/doctest.h>
 

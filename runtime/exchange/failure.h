@@ -42,8 +42,9 @@ class FailureList {
 /// The text of the first rank that has one; if none has, texts stay. Collective.
 void take_first_text(const Communicator& ranks, bool has, std::string& text);
 
-/// The first failure of a run, of `failed` patches in its step.
-std::string failure_message(const Failure& first, int rank, Index failed);
+/// The first failure of a run, of `failed` patches in its step. `counted`: what its steps are.
+std::string failure_message(const Failure& first, int rank, Index failed,
+                            std::string_view counted = "step");
 
 /// "particle 12 at (1, 2) m, velocity (0, 3) m/s". Ids from `injected` on are not named: when
 /// injected particles get those that frames know depends on output and restarts.

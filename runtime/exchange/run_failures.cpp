@@ -1,4 +1,4 @@
-#include "runtime/step/run_failures.h"
+#include "runtime/exchange/run_failures.h"
 
 #include <limits>
 
@@ -32,7 +32,7 @@ std::string RunFailures::first_message(Step step, const Communicator& ranks) con
   const bool in_stage = own && first.stage_index == stage;
   const Index patch = ranks.min(in_stage ? first.patch : none);
   const Index failed = ranks.sum(list_.count(step));
-  std::string message = own ? failure_message(first, ranks.rank(), failed) : "";
+  std::string message = own ? failure_message(first, ranks.rank(), failed, counted_) : "";
   take_first_text(ranks, in_stage && first.patch == patch, message);
   return message;
 }

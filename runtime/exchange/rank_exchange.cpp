@@ -1,4 +1,4 @@
-#include "runtime/step/rank_exchange.h"
+#include "runtime/exchange/rank_exchange.h"
 
 #include <algorithm>
 #include <array>
@@ -64,11 +64,13 @@ TraceRecord record_of(TraceKind kind, Step step, int phase, Index patch, int pee
 
 template <int Dim>
 RankExchange<Dim>::RankExchange(const ExchangeGroups& groups, PatchSet<Dim>& patches,
-                                std::vector<RankMessage> messages, Step first, ExchangeCalls calls,
-                                InjectedLatency latency, bool share_memory)
+                                ExchangePlan plan, ExchangeCalls calls, InjectedLatency latency,
+                                bool share_memory)
     : ranks_(groups.patches),
       patches_(&patches),
-      messages_(std::move(messages)),
+      messages_(std::move(plan.messages)),
+      rounds_(plan.rounds),
+      traced_(plan.traced),
       calls_(std::move(calls)),
       has_cores_(groups.have_cores),
       latency_(static_cast<std::int64_t>(latency.seconds * 1e9)),
@@ -78,7 +80,8 @@ RankExchange<Dim>::RankExchange(const ExchangeGroups& groups, PatchSet<Dim>& pat
   while ((1 << hops) < ranks_.size()) ++hops;
   agreement_latency_ = latency_ * hops;
   find_messages();
-  for (Receive& receive : receives_) receive.expected = first;
+  const int phases = static_cast<int>(messages_.size()) / plan.rounds;  // of a round
+  for (Receive& receive : receives_) receive.expected = plan.first + receive.phase / phases;
   make_streams(groups, share_memory);
 }
 
@@ -213,7 +216,7 @@ void RankExchange<Dim>::send_sums(const Send& send, int phase, int patch, Step s
       }
     }
   }
-  if (TraceRecorder* const recorder = TraceRecorder::active(step))
+  if (TraceRecorder* const recorder = this->recorder(step))
     recorder->add(record_of(TraceKind::send, step, phase, from.topology.patch, send.to->rank,
                             lines * line, begin));
 }
@@ -247,7 +250,7 @@ void RankExchange<Dim>::send_particles(const Send& send, int phase, int patch, S
     const std::scoped_lock lock(mpi_);
     streams_->send_long(send.peer, 1 + send.number, std::move(particles));
   }
-  if (TraceRecorder* const recorder = TraceRecorder::active(step))
+  if (TraceRecorder* const recorder = this->recorder(step))
     recorder->add(record_of(TraceKind::send, step, phase, from.topology.patch, send.to->rank,
                             line + payload, begin));
 }
@@ -276,6 +279,11 @@ void RankExchange<Dim>::send_rest() {
 
 template <int Dim>
 void RankExchange<Dim>::give_dt(Step step) {
+  if (calls_.give_sums) {
+    const std::span<const Index> sums = calls_.give_sums(step);
+    const std::scoped_lock lock(mpi_);
+    return agreements_->give_sums(step, sums);
+  }
   const double limit = calls_.give_limit();
   const std::scoped_lock lock(mpi_);
   agreements_->give_limit(step, limit);
@@ -337,7 +345,8 @@ void RankExchange<Dim>::take_message(std::size_t peer, const std::byte* record,
                                      const Header& header, std::vector<ExchangeEvent>& events) {
   const int r = receive_number_[peer].at(static_cast<std::size_t>(header.number));
   Receive& receive = receives_[static_cast<std::size_t>(r)];
-  const Step step = receive.expected++;
+  const Step step = receive.expected;
+  receive.expected += rounds_;
   if (header.step != step)
     throw RankError("rank " + std::to_string(peers_[peer]) + " sent step " +
                     std::to_string(header.step) + " where " + std::to_string(step) +
@@ -378,7 +387,7 @@ void RankExchange<Dim>::look_at_long_messages(std::vector<ExchangeEvent>& events
     MPI_Test(&message.second, &done, MPI_STATUS_IGNORE);
     if (!done) return false;
     const Receive& receive = receives_[static_cast<std::size_t>(message.first)];
-    const Step step = receive.expected - 1;
+    const Step step = receive.expected - rounds_;
     events.push_back(
         {.kind = ExchangeEvent::Kind::message,
          .step = step,
@@ -390,8 +399,13 @@ void RankExchange<Dim>::look_at_long_messages(std::vector<ExchangeEvent>& events
 }
 
 template <int Dim>
+TraceRecorder* RankExchange<Dim>::recorder(Step step) const {
+  return traced_ ? TraceRecorder::active(step) : nullptr;
+}
+
+template <int Dim>
 void RankExchange<Dim>::record(const ExchangeEvent& event) const {
-  TraceRecorder* const recorder = TraceRecorder::active(event.step);
+  TraceRecorder* const recorder = this->recorder(event.step);
   if (!recorder) return;
   if (event.kind != ExchangeEvent::Kind::message) {
     const auto which =
@@ -424,7 +438,10 @@ void RankExchange<Dim>::deliver(const ExchangeEvent& event, Executor& executor) 
       break;
     }
     case ExchangeEvent::Kind::limit:
-      calls_.take_limit(event.step, event.limit);
+      if (calls_.take_sums)
+        calls_.take_sums(event.step, agreements_->sums());
+      else
+        calls_.take_limit(event.step, event.limit);
       executor.dt_agreed(event.step);
       break;
     case ExchangeEvent::Kind::step:

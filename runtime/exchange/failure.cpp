@@ -1,4 +1,4 @@
-#include "runtime/step/failure.h"
+#include "runtime/exchange/failure.h"
 
 #include <fmt/format.h>
 
@@ -45,11 +45,12 @@ void take_first_text(const Communicator& ranks, bool has, std::string& text) {
   if (first < ranks.size()) ranks.broadcast(text, static_cast<int>(first));
 }
 
-std::string failure_message(const Failure& first, int rank, Index failed) {
+std::string failure_message(const Failure& first, int rank, Index failed,
+                            std::string_view counted) {
   std::string text =
-      fmt::format("step {} (t = {:.6g} s), rank {}, patch {}, stage {}: {}", first.step, first.time,
-                  rank, first.patch, first.stage, first.cause);
-  if (failed > 1) text += fmt::format(" ({} more patches failed in this step)", failed - 1);
+      fmt::format("{} {} (t = {:.6g} s), rank {}, patch {}, stage {}: {}", counted, first.step,
+                  first.time, rank, first.patch, first.stage, first.cause);
+  if (failed > 1) text += fmt::format(" ({} more patches failed in this {})", failed - 1, counted);
   return text;
 }
 
@@ -100,7 +101,7 @@ std::string describe_fault(const ParticleFault& fault, const Model<Dim>& model, 
           "{} at {} m{} would get a volume of zero or less within one step: "
           "its cell collapses. Reduce the time step{}.",
           name_of(fault.particle, injected), tuple(std::span(fault.position).first(n)), more,
-          model.analysis.scheme == Scheme::musl
+          model.analysis.scheme == Scheme::musl || is_implicit(model.analysis)
               ? ""
               : ", or use \"mpm_scheme\": \"musl\", which bears nodes of little mass better");
     case ParticleFault::Kind::moved_too_far:

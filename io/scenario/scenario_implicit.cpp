@@ -1,0 +1,199 @@
+// Implicit analyses: settings, solver, and what they do not go together with.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "io/base/problems.h"
+#include "io/scenario/scenario_builder.h"
+
+namespace lahar {
+
+namespace {
+
+/// What is written of an analysis before its defaults are known.
+struct WrittenScheme {
+  const JsonValue *type = nullptr, *scheme = nullptr;  ///< null where they are not written
+  bool type_is_implicit = false, scheme_is_implicit = false;
+};
+
+WrittenScheme written_scheme(const JsonValue& analysis) {
+  WrittenScheme at;
+  if (const JsonValue* type = analysis.find("type"); type && !type->defaulted) at.type = type;
+  at.scheme = analysis.find("mpm_scheme");
+  at.type_is_implicit = at.type && at.type->as<std::string>().starts_with("MPMImplicit");
+  at.scheme_is_implicit = at.scheme && at.scheme->as<std::string>() == "newmark";
+  return at;
+}
+
+/// Keys of an object that are written but have no effect.
+void add_without_effect(const JsonValue& object, std::vector<std::string>& keys) {
+  for (const char* key : {"assembler_type", "sub_solver_type", "preconditioner_type",
+                          "abs_tolerance", "div_tolerance", "verbosity"})
+    if (object.find(key) && std::find(keys.begin(), keys.end(), key) == keys.end())
+      keys.emplace_back(key);
+}
+
+}  // namespace
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_implicit() {
+  JsonValue* analysis = root_.find("analysis");
+  if (!analysis) return;
+  const WrittenScheme at = written_scheme(*analysis);
+  if (at.scheme_is_implicit && at.type && !at.type_is_implicit)
+    in_.error(*at.scheme,
+              fmt::format("'mpm_scheme': \"newmark\" is implicit, but 'type' is {}",
+                          json_quoted(at.type->as<std::string>())),
+              fmt::format("\"MPMImplicit{}D\"", Dim));
+  if (at.type_is_implicit && at.scheme && !at.scheme_is_implicit) {
+    const std::string explicit_name = at.scheme->as<std::string>();
+    if (in_.cbgeo_defaults)
+      in_.warning(*at.scheme, fmt::format("'mpm_scheme': newmark is run in place of {}, because "
+                                          "'type' is implicit",
+                                          explicit_name));
+    else
+      in_.error(*at.scheme,
+                fmt::format("'mpm_scheme': {} is explicit, but 'type' is {}",
+                            json_quoted(explicit_name), json_quoted(at.type->as<std::string>())),
+                "\"newmark\"");
+  }
+  if (!at.type_is_implicit && !at.scheme_is_implicit) {
+    for (const char* key : {"scheme_settings", "linear_solver"})
+      if (const JsonValue* given = analysis->find(key))
+        in_.warning(*given, fmt::format("'{}' has no effect in an explicit analysis", key),
+                    "\"mpm_scheme\": \"newmark\" is implicit");
+    return;
+  }
+  if (!at.type) set(*analysis, "type", fmt::format("MPMImplicit{}D", Dim));
+  set(*analysis, "mpm_scheme", std::string("newmark"));
+  model_.analysis.scheme = Scheme::newmark;
+  build_implicit_steps(*analysis);
+  build_linear_solver(*analysis);
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_implicit_steps(const JsonValue& analysis) {
+  const JsonValue* given = analysis.find("scheme_settings");
+  if (!given || !given->is<JsonValue::Object>()) return;
+  ImplicitSteps& steps = model_.analysis.implicit;
+  steps.nonlinear = get_bool(*given, "nonlinear").value_or(steps.nonlinear);
+  steps.quasi_static = get_bool(*given, "quasi_static").value_or(steps.quasi_static);
+  steps.most_iterations =
+      static_cast<int>(get_integer(*given, "max_iteration").value_or(steps.most_iterations));
+  const auto number = [&](const char* key, double& value) {
+    value = get_number(*given, key).value_or(value);
+  };
+  number("beta", steps.beta);
+  number("gamma", steps.gamma);
+  number("displacement_tolerance", steps.displacement_tolerance);
+  number("residual_tolerance", steps.residual_tolerance);
+  number("relative_residual_tolerance", steps.relative_residual_tolerance);
+  if (const JsonValue* verbosity = given->find("verbosity"))
+    in_.warning(*verbosity, "'verbosity' has no effect");
+}
+
+// As in the fork of CB-Geo MPM, an entry of solver_settings counts before the keys around it.
+template <int Dim>
+void ScenarioBuilder<Dim>::build_linear_solver(const JsonValue& analysis) {
+  const JsonValue* given = analysis.find("linear_solver");
+  if (!given || !given->is<JsonValue::Object>()) return;
+  std::vector<const JsonValue*> sources{given};
+  std::vector<std::string> without_effect;
+  add_without_effect(*given, without_effect);
+  for (const JsonValue* entry : get_list(*given, "solver_settings")) {
+    const auto dof = get_text(*entry, "dof");
+    if (dof == "displacement") {
+      sources.push_back(entry);
+      add_without_effect(*entry, without_effect);
+    } else if (dof) {
+      in_.warning(*entry, fmt::format("the solver of the {} has no effect: the unknowns of "
+                                      "implicit steps are displacements",
+                                      *dof));
+    }
+  }
+  if (!without_effect.empty())
+    in_.warning(*given, fmt::format("no effect has, in 'linear_solver': {}", join(without_effect)),
+                "the program chooses preconditioners itself");
+  ImplicitSteps& steps = model_.analysis.implicit;
+  for (const JsonValue* from : sources) {
+    if (const auto type = get_text(*from, "solver_type"))
+      steps.solver =
+          *type == "DirectEigen" ? ImplicitSteps::Solver::direct : ImplicitSteps::Solver::iterative;
+    steps.solver_tolerance = get_number(*from, "tolerance").value_or(steps.solver_tolerance);
+    if (const auto most = get_integer(*from, "max_iter"))
+      steps.solver_iterations =
+          static_cast<int>(std::min<Index>(*most, std::numeric_limits<int>::max()));
+  }
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::refuse_implicit(const JsonValue* at, const std::string& what,
+                                           const std::string& hint) {
+  in_.error(at ? *at : section("analysis"),
+            fmt::format("{} is not supported yet in implicit analyses", what), hint);
+}
+
+// What implicit analyses do not go together with.
+template <int Dim>
+void ScenarioBuilder<Dim>::check_implicit() {
+  const Analysis& a = model_.analysis;
+  if (!is_implicit(a)) return;
+  const JsonValue& analysis = section("analysis");
+  const JsonValue* type = analysis.find("type");
+  if (a.two_phase && type && type->defaulted)  // else reported
+    refuse_implicit(analysis.find("mpm_scheme"), "a liquid in pores",
+                    "take an explicit scheme, such as \"musl\"");
+  if (a.contact.bodies > 1)
+    refuse_implicit(analysis.find("interface"), "'interface', contact of bodies,");
+  if (a.step.adaptive)
+    refuse_implicit(analysis.find("time_step"), "'time_step': an adaptive step",
+                    "give a fixed step, dt [s]; waves do not limit it");
+  if (a.functions == ShapeFunctions::cpdi || a.functions == ShapeFunctions::cpdi2)
+    refuse_implicit(analysis.find("shape_functions"),
+                    fmt::format("'shape_functions': {}",
+                                json_quoted(get_text(analysis, "shape_functions").value_or(""))),
+                    "take \"gimp\", \"quadratic_spline\", \"cubic_spline\" or \"element\"");
+  if (a.transfer.takes() || a.affine != Affine::none) {
+    const bool other = a.affine != Affine::none || !analysis.find("velocity_update_settings");
+    const char* key = other ? "velocity_update" : "velocity_update_settings";
+    refuse_implicit(analysis.find(key), fmt::format("'{}' other than FLIP", key),
+                    "leave it out: particles take the change of velocity from the nodes");
+  }
+  if (a.pressure_smoothing)
+    refuse_implicit(analysis.find("pressure_smoothing"), "'pressure_smoothing'", "leave it out");
+  if (a.damping > 0)
+    refuse_implicit(analysis.find("damping"), "'damping'",
+                    "a 'gamma' above 0.5 in 'scheme_settings' damps short waves");
+  if (team_.any(!model_.injections.empty())) refuse_injection();
+  check_implicit_conditions();
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::refuse_injection() {
+  for (const JsonValue* entry : get_list(root_, "particles"))
+    if (const JsonValue* generator = entry->find("generator");
+        generator && get_text(*generator, "type") == "inject")
+      refuse_implicit(generator, "a generator of type \"inject\"");
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::check_implicit_conditions() {
+  const auto refuse = [&](std::string_view key) {
+    const JsonValue* at = boundary().find(key);
+    if (!at || (at->is<JsonValue::Array>() && at->as<JsonValue::Array>().empty())) return;
+    refuse_implicit(at, fmt::format("'{}'", key),
+                    "velocity and displacement constraints act there, and loads");
+  };
+  for_each_condition([&]<class T>() {
+    if (ActsOnNode<T> && !is_load<T>) refuse(T::key);
+  });
+  for (const std::string_view key : {NodeFriction::key, NodeAcceleration::key}) refuse(key);
+  for (const char* key : {"walls", "nodal_euler_angles", "particles_velocity_constraints"})
+    refuse(key);
+}
+
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
+
+}  // namespace lahar

@@ -1,0 +1,273 @@
+/// \file Nodes in implicit steps. All copies of a node do the same arithmetic on the same sums.
+#include <algorithm>
+#include <limits>
+
+#include "physics/kernels/implicit.h"
+#include "physics/kernels/kernels.h"
+#include "physics/kernels/matrix_pattern.h"
+#include "physics/kernels/nodal_motion.h"
+#include "physics/particles/loads.h"
+#include "physics/particles/node_sums.h"
+
+namespace lahar {
+
+namespace {
+
+template <int Dim>
+std::size_t nodal_size(const Patch<Dim>& patch) {
+  return static_cast<std::size_t>(patch.n_nodes()) * node_width;
+}
+
+/// Newmark's acceleration at the end: d / (beta dt^2) - v / (beta dt) - (1 / (2 beta) - 1) a.
+struct Newmark {
+  double of_increment, of_velocity, of_acceleration;
+  Newmark(const ImplicitSteps& steps, double dt)
+      : of_increment(1.0 / (steps.beta * dt * dt)),
+        of_velocity(1.0 / (steps.beta * dt)),
+        of_acceleration(0.5 / steps.beta - 1.0) {}
+  LAHAR_INLINE NodeVector operator()(const NodeVector& d, const NodeVector& v,
+                                     const NodeVector& a) const {
+    return of_increment * d - of_velocity * v - of_acceleration * a;
+  }
+};
+
+template <class Node, int Dim>
+void for_each_active_node(const Patch<Dim>& patch, Node node) {
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < range.end; ++i) node(i);
+}
+
+template <int Dim>
+double mass_at(const Patch<Dim>& patch, Local i) {
+  return at(patch.velocity, i)[mass_lane];
+}
+
+template <int Dim>
+void hold(Patch<Dim>& patch, Local node, int dir, double displacement) {
+  patch.system.held[static_cast<std::size_t>(node)] |= static_cast<std::uint8_t>(1 << dir);
+  at(patch.system.given, node)[dir] = displacement;
+}
+
+template <int Dim>
+void prescribe(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  NodalSystem<Dim>& system = patch.system;
+  constexpr std::uint8_t all = (1 << Dim) - 1;
+  system.held.assign(static_cast<std::size_t>(patch.n_nodes()), all);
+  system.given.assign(nodal_size(patch), 0.0);
+  for_each_active_node(patch, [&](Local i) {
+    if (has_velocity(patch, mass_at(patch, i))) system.held[static_cast<std::size_t>(i)] = 0;
+  });
+  for (const auto& fixed : patch.fixed)
+    hold(patch, fixed.node, fixed.dir, step.dt * fixed.velocity);
+  for (const auto& fixed : patch.fixed_displacement)
+    hold(patch, fixed.node, fixed.dir,
+         fixed.displacement * load_factor(*step.model, fixed.function, step.time));
+}
+
+/// A node that is held moves with what holds it, in Newmark's formulas too. (In CB-Geo MPM it has
+/// the velocity that particles give it.)
+template <int Dim>
+void follow_held(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  for_each_active_node(patch, [&](Local i) {
+    for (int d = 0; d < Dim; ++d) {
+      if (!(patch.system.held[static_cast<std::size_t>(i)] >> d & 1)) continue;
+      at(patch.velocity, i)[d] = at(patch.system.given, i)[d] / step.dt;
+      at(patch.acceleration, i)[d] = 0.0;
+    }
+  });
+}
+
+/// Particles' part of A times the displacement of given unknowns moves to the right side.
+template <int Dim>
+void predict(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const NodalSystem<Dim>& system = patch.system;
+  double* sums = patch.own_sums(NodeSum::residual, step.step);
+  for_each_active_node(patch, [&](Local i) {
+    const auto row = static_cast<std::size_t>(i);
+    for (std::size_t k = system.first[row]; k < system.first[row + 1]; ++k) {
+      if (system.held[static_cast<std::size_t>(system.column[k])] == 0) continue;
+      const double* d = at(system.given, system.column[k]);
+      const double* block = &system.blocks[static_cast<std::size_t>(system.block_size) * k];
+      for (int a = 0; a < Dim; ++a)
+        for (int c = 0; c < Dim; ++c)
+          sums[i * sum_stride + a] -= system.predicted * block[Dim * a + c] * d[c];
+    }
+  });
+}
+
+}  // namespace
+
+template <int Dim>
+void begin_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.active_nodes.empty()) {
+    patch.system = {};
+    return;
+  }
+  patch.velocity.resize(nodal_size(patch), 0.0);
+  patch.acceleration.assign(nodal_size(patch), 0.0);
+  take_velocity(patch, step, NodeSum::mass_momentum, patch.velocity);
+  if (!step.model->analysis.implicit.quasi_static)
+    for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::inertia, step.step),
+                  [&](Local i, const NodeVector&, const NodeVector& sum) {
+                    const auto v = load<NodeVector>(at(patch.velocity, i));
+                    const NodeVector a = velocity_of(patch, sum, v);
+                    store(with_mass(a, NodeVector(0.0)), at(patch.acceleration, i));
+                  });
+  prescribe(patch, step);
+  if (!step.model->analysis.as_cbgeo) follow_held(patch, step);
+  find_pattern(patch);
+  for (NodeArray* array :
+       {&patch.system.right_side, &patch.system.solution, &patch.system.increment})
+    array->assign(nodal_size(patch), 0.0);
+  load_in_part(patch, 0.0, 1.0);
+}
+
+template <int Dim>
+void complete_matrix(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.active_nodes.empty()) return;
+  // The matrix alone: a solution that is found does not know of it.
+  constexpr double least_stiffness = 1e-9;
+  constexpr auto size = static_cast<std::size_t>(NodalSystem<Dim>::block_size);
+  const ImplicitSteps& steps = step.model->analysis.implicit;
+  const double inertia = steps.quasi_static ? 0.0 : Newmark(steps, step.dt).of_increment;
+  const double* own_mass = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  NodalSystem<Dim>& system = patch.system;
+  for_each_active_node(patch, [&](Local i) {
+    const auto row = static_cast<std::size_t>(i);
+    if (system.first[row] == system.first[row + 1]) return;
+    double* block = &system.blocks[size * find_block(system, i, i)];
+    double largest = 0;
+    for (std::size_t d = 0; d < Dim; ++d) largest = std::max(largest, block[(Dim + 1) * d]);
+    for (std::size_t d = 0; d < Dim; ++d)
+      block[(Dim + 1) * d] += least_stiffness * largest + inertia * own_mass[i * sum_stride];
+  });
+  if (system.predicted != 0.0) predict(patch, step);
+}
+
+template <int Dim>
+void load_in_part(Patch<Dim>& patch, double left_out, double predicted) {
+  patch.system.left_out = left_out;
+  patch.system.predicted = predicted;
+}
+
+template <int Dim>
+void keep_unloaded(Patch<Dim>& patch) {
+  patch.system.unloaded = patch.system.right_side;
+}
+
+template <int Dim>
+void keep_increment(Patch<Dim>& patch) {
+  patch.system.kept = patch.system.increment;
+}
+
+template <int Dim>
+void restore_increment(Patch<Dim>& patch) {
+  patch.system.increment = patch.system.kept;
+}
+
+template <int Dim>
+void close_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.active_nodes.empty()) return;
+  const ImplicitSteps& steps = step.model->analysis.implicit;
+  const NodeVector gravity = gravity_in(step);
+  const Newmark newmark(steps, step.dt);
+  NodeArray& r = patch.system.right_side;
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::residual, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  const auto v = load<NodeVector>(at(patch.velocity, i));
+                  NodeVector force = sum + gravity * v[mass_lane];
+                  if (!steps.quasi_static)
+                    force -= v[mass_lane] * newmark(load<NodeVector>(at(patch.system.increment, i)),
+                                                    v, load<NodeVector>(at(patch.acceleration, i)));
+                  store(with_mass(force, NodeVector(0.0)), at(r, i));
+                });
+  for (const auto& point : patch.forces)
+    if (patch.node_is_active[static_cast<std::size_t>(point.node)])
+      at(r, point.node)[point.dir] +=
+          point.force * load_factor(*step.model, point.function, step.time);
+  if (patch.system.left_out != 0.0)
+    for (std::size_t k = 0; k < r.size(); ++k)
+      r[k] -= patch.system.left_out * patch.system.unloaded[k];
+}
+
+template <int Dim>
+void advance_increment(Patch<Dim>& patch, double factor) {
+  NodalSystem<Dim>& system = patch.system;
+  for (std::size_t k = 0; k < system.increment.size(); ++k)
+    system.increment[k] += factor * (system.solution[k] + system.predicted * system.given[k]);
+}
+
+template <int Dim>
+EquilibriumNorms equilibrium_norms(const Patch<Dim>& patch, const StepContext<Dim>& step) {
+  EquilibriumNorms norms;
+  if (patch.system.right_side.empty()) return norms;
+  const NodeVector gravity = gravity_in(step);
+  for_each_active_node(patch, [&](Local i) {
+    if (!patch.topology.owned[static_cast<std::size_t>(i)]) return;
+    const double* r = at(patch.system.right_side, i);
+    const double* x = at(patch.system.solution, i);
+    for (int d = 0; d < Dim; ++d) {
+      const double weight = mass_at(patch, i) * gravity[d];
+      norms.forces += weight * weight;
+      if (patch.system.held[static_cast<std::size_t>(i)] >> d & 1) {
+        norms.forces += r[d] * r[d];  // a reaction
+        continue;
+      }
+      norms.residual += r[d] * r[d];
+      norms.change += x[d] * x[d];
+      norms.unknowns += 1;
+    }
+  });
+  return norms;
+}
+
+template <int Dim>
+void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.active_nodes.empty()) return;
+  const ImplicitSteps& steps = step.model->analysis.implicit;
+  const Newmark newmark(steps, step.dt);
+  const NodeVector gravity = gravity_in(step);
+  const double* own_mass = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  NodeVector weight_work(0.0);
+  double* const loads = &patch.work.external;
+  for_each_active_node(patch, [&](Local i) {
+    const auto d = load<NodeVector>(at(patch.system.increment, i));
+    const auto v = load<NodeVector>(at(patch.velocity, i));
+    const auto a = load<NodeVector>(at(patch.acceleration, i));
+    const double m = v[mass_lane], own = own_mass[i * sum_stride];
+    weight_work += own * d;
+    if (own != 0.0) {
+      const double* r = at(patch.system.right_side, i);
+      for (int k = 0; k < Dim; ++k)  // what is not in balance, reactions hold
+        if (patch.system.held[static_cast<std::size_t>(i)] >> k & 1)
+          *loads -= own / m * r[k] * d[k];
+    }
+    NodeVector end(0.0), change(0.0);
+    if (!steps.quasi_static) {
+      end = with_mass(newmark(d, v, a), NodeVector(0.0));
+      change = (1.0 - steps.gamma) * a + steps.gamma * end;
+    }
+    store(end, at(patch.system.solution, i));
+    store(with_mass(change, NodeVector(0.0)), at(patch.acceleration, i));
+    store(with_mass((1.0 / step.dt) * d, v), at(patch.velocity, i));
+  });
+  for (int d = 0; d < Dim; ++d) *loads += gravity[d] * weight_work[d];
+  for (const auto& point : patch.forces)
+    if (const double m = mass_at(patch, point.node); more_than(m, least_moving_mass))
+      *loads += own_mass[point.node * sum_stride] / m * point.force *
+                load_factor(*step.model, point.function, step.time) *
+                at(patch.system.increment, point.node)[point.dir];
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                                  \
+  template void begin_implicit_step<Dim>(Patch<Dim>&, const StepContext<Dim>&);                 \
+  template void complete_matrix<Dim>(Patch<Dim>&, const StepContext<Dim>&);               \
+  template void close_system<Dim>(Patch<Dim>&, const StepContext<Dim>&);                        \
+  template void advance_increment<Dim>(Patch<Dim>&, double);                                    \
+  template EquilibriumNorms equilibrium_norms<Dim>(const Patch<Dim>&, const StepContext<Dim>&); \
+  template void end_implicit_step<Dim>(Patch<Dim>&, const StepContext<Dim>&);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

@@ -1,0 +1,202 @@
+/// \file The linear system of an implicit step: what particles give to it.
+#include "physics/basis/any_basis.h"
+#include "physics/kernels/implicit.h"
+#include "physics/kernels/kernels.h"
+#include "physics/kernels/matrix_pattern.h"
+#include "physics/kernels/mean_gradients.h"
+#include "physics/kernels/particle_forces.h"
+#include "physics/materials/tangent.h"
+#include "physics/particles/loads.h"
+
+namespace lahar {
+
+namespace {
+
+/// Stress of a particle with respect to the beginning of the step, and its derivative.
+template <int Dim>
+struct StressOfStep {
+  static constexpr int n = Dim * Dim;
+  double P[n];     ///< [Pa] Dim a + b
+  double A[n][n];  ///< dP / dH [Pa]
+
+  StressOfStep(const double (&H)[Dim][Dim], const StressChange<Dim>& change, bool as_cbgeo) {
+    constexpr std::size_t voigt[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+    Eigen::Matrix<double, Dim, Dim> F, sigma;
+    for (int a = 0; a < Dim; ++a)
+      for (int b = 0; b < Dim; ++b) {
+        F(a, b) = (a == b ? 1.0 : 0.0) + H[a][b];
+        sigma(a, b) = change.stress[voigt[a][b]];
+      }
+    // P = J sigma G^T, G = F^-1: dJ = J tr(G dH), dG = -G dH G. As CB-Geo: J = 1 + tr H, G = 1.
+    const double J = as_cbgeo ? 1.0 + F.trace() - Dim : F.determinant();
+    Eigen::Matrix<double, Dim, Dim> G = Eigen::Matrix<double, Dim, Dim>::Identity();
+    if (!as_cbgeo) G = F.inverse();
+    const Eigen::Matrix<double, Dim, Dim> S = sigma * G.transpose();
+    for (int a = 0; a < Dim; ++a)
+      for (int d = 0; d < Dim; ++d) P[Dim * a + d] = J * S(a, d);
+    for (int c = 0; c < Dim; ++c)
+      for (int e = 0; e < Dim; ++e) {
+        Eigen::Matrix<double, Dim, Dim> change_of;
+        for (int a = 0; a < Dim; ++a)
+          for (int b = 0; b < Dim; ++b) change_of(a, b) = change.tangent[voigt[a][b]][Dim * c + e];
+        const double trace = as_cbgeo ? (c == e ? 1.0 : 0.0) : J * G(e, c);
+        const Eigen::Matrix<double, Dim, Dim> T = change_of * G.transpose();
+        for (int a = 0; a < Dim; ++a)
+          for (int d = 0; d < Dim; ++d) {
+            double value = J * T(a, d) + trace * S(a, d);
+            if (!as_cbgeo) value -= J * S(a, e) * G(d, c);
+            A[Dim * a + d][Dim * c + e] = value;
+          }
+      }
+  }
+};
+
+/// What the particles of one cell give to its nodes.
+template <int Dim, int Nodes>
+struct CellSystem {
+  static constexpr int n = Dim * Dim;
+  double force[Nodes][Dim] = {};
+  double block[Nodes][Nodes][n] = {};
+
+  void clear() { *this = CellSystem(); }
+
+  /// V P and V A of a particle with gradients g[d][i] of functions. `mean` (optional) are those of
+  /// the cell, from which the volumetric strain is taken: H_ab = d_ia g_ib + d_ic (mean - g)_ic
+  /// delta_ab / Dim.
+  void add(const StressOfStep<Dim>& of, double V, const double (&g)[Dim][Nodes],
+           const double (*mean)[Nodes]) {
+    double pressure = 0, trace[n] = {};  // of P; sum over e of A[ab][ee] and A[ee][cd]
+    double rows[n] = {}, both = 0;
+    if (mean)
+      for (int e = 0; e < Dim; ++e) {
+        pressure += of.P[Dim * e + e] * V / Dim;
+        for (int k = 0; k < n; ++k) {
+          trace[k] += of.A[k][Dim * e + e] * V / Dim;
+          rows[k] += of.A[Dim * e + e][k] * V / Dim;
+        }
+      }
+    if (mean)
+      for (int e = 0; e < Dim; ++e) both += trace[Dim * e + e] / Dim;
+    for (int i = 0; i < Nodes; ++i)
+      for (int a = 0; a < Dim; ++a) {
+        double sum = mean ? pressure * (mean[a][i] - g[a][i]) : 0.0;
+        for (int b = 0; b < Dim; ++b) sum += V * of.P[Dim * a + b] * g[b][i];
+        force[i][a] += sum;
+      }
+    for (int j = 0; j < Nodes; ++j) {
+      double T[n][Dim], of_trace[Dim] = {};  // derivatives of V P, and of their trace over Dim
+      for (int k = 0; k < n; ++k)
+        for (int c = 0; c < Dim; ++c) {
+          double sum = mean ? trace[k] * (mean[c][j] - g[c][j]) : 0.0;
+          for (int d = 0; d < Dim; ++d) sum += V * of.A[k][Dim * c + d] * g[d][j];
+          T[k][c] = sum;
+        }
+      if (mean)
+        for (int c = 0; c < Dim; ++c) {
+          of_trace[c] = both * (mean[c][j] - g[c][j]);
+          for (int d = 0; d < Dim; ++d) of_trace[c] += rows[Dim * c + d] * g[d][j];
+        }
+      for (int i = 0; i < Nodes; ++i)
+        for (int a = 0; a < Dim; ++a)
+          for (int c = 0; c < Dim; ++c) {
+            double sum = mean ? (mean[a][i] - g[a][i]) * of_trace[c] : 0.0;
+            for (int b = 0; b < Dim; ++b) sum += g[b][i] * T[Dim * a + b][c];
+            block[i][j][Dim * a + c] += sum;
+          }
+    }
+  }
+};
+
+template <int Dim>
+void record_law(Patch<Dim>& patch, const ParticleBin& bin, Local p) {
+  ParticleFault& fault = patch.fault;
+  if (fault.kind == ParticleFault::Kind::law) ++fault.count;
+  if (fault.kind != ParticleFault::Kind::none) return;
+  fault.kind = ParticleFault::Kind::law;
+  fault.particle = patch.particles.id[static_cast<std::size_t>(p)];
+  fault.material = bin.material;
+  fault.count = 1;
+  for (std::size_t k = 0; k < stress_components<Dim>; ++k)
+    fault.stress[k] = patch.particles.row(Column::stress, static_cast<int>(k))[p];
+  for (int d = 0; d < Dim; ++d) {
+    const auto at = static_cast<std::size_t>(d);
+    fault.position[at] = patch.particles.row(Column::x, d)[p];
+    fault.velocity[at] = patch.particles.row(Column::v, d)[p];
+  }
+}
+
+/// Stress of particle p after the increment H. False where its law has none.
+template <int Dim>
+bool change_of(const Patch<Dim>& patch, const StepContext<Dim>& step, const ParticleBin& bin,
+               Local p, const double (&H)[Dim][Dim], StressChange<Dim>& change) {
+  const Law& law = step.model->materials[bin.material].law;
+  double stress[stress_components<Dim>], state[most_state] = {};
+  for (int k = 0; k < stress_components<Dim>; ++k)
+    stress[k] = patch.particles.row(Column::stress, k)[p];
+  const auto variables = state_variables(law);
+  for (std::size_t k = 0; k < variables.size(); ++k)
+    if (!variables[k].of_stress)
+      state[k] = patch.particles.row(Column::state, static_cast<int>(k))[p];
+  return stress_change<Dim>(law, H, step.dt, step.model->analysis.as_cbgeo, stress, state, change)
+             .failed == 0;
+}
+
+}  // namespace
+
+template <int Dim>
+void clear_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  patch.contributes[static_cast<std::size_t>(step.step % 2)] = patch.count > 0;
+  if (patch.active_nodes.empty()) return;
+  patch.system.blocks.assign(patch.system.column.size() * NodalSystem<Dim>::block_size, 0.0);
+  clear_sums(patch, step, NodeSum::residual);
+}
+
+template <int Dim>
+void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  constexpr std::size_t size = NodalSystem<Dim>::block_size;
+  double* sums = patch.own_sums(NodeSum::residual, step.step);
+  const double* V = patch.particles.row(Column::volume);
+  const bool as_cbgeo = step.model->analysis.as_cbgeo;
+  for_each_bin_with_basis(
+      patch, bins, [](const ParticleBin&) { return true; },
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        constexpr int n = std::decay_t<decltype(basis)>::nodes;
+        static thread_local CellSystem<Dim, n> cell;
+        cell.clear();
+        double mean[Dim][n] = {};
+        const bool takes_mean = step.model->analysis.mean_volume;
+        if (takes_mean) mean_gradients<Dim>(basis, bin, V, mean);
+        for (Local p = bin.begin; p < bin.end; ++p) {
+          double g[Dim][n], H[Dim][Dim];
+          gradients_at<Dim>(basis, p, g);
+          gradient_of<Dim>(g, takes_mean ? mean : nullptr, patch.system.increment.data(), nodes, H);
+          StressChange<Dim> change;
+          if (!change_of(patch, step, bin, p, H, change)) {
+            record_law(patch, bin, p);
+            continue;
+          }
+          cell.add(StressOfStep<Dim>(H, change, as_cbgeo), V[p], g, takes_mean ? mean : nullptr);
+        }
+        for (int i = 0; i < n; ++i) {
+          double* at = sums + static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride;
+          for (int d = 0; d < Dim; ++d) at[d] -= cell.force[i][d];
+          for (int j = 0; j < n; ++j) {
+            double* block =
+                &patch.system.blocks[size * find_block(patch.system, nodes[i], nodes[j])];
+            for (std::size_t k = 0; k < size; ++k) block[k] += cell.block[i][j][k];
+          }
+        }
+        if (has_particle_forces(bin, *step.model))
+          add_particle_forces<Dim>(basis, bin, nodes, sums,
+                                   [&](Local p) { return force_on(patch.particles, p, step); });
+      });
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                           \
+  template void clear_system<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
+  template void linearize<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar
