@@ -130,7 +130,7 @@ class FlowExecutor : public Executor {
     if (graph_.is_global(task)) return graph_.collects_dt(task) && graph_.round_of(task) == 0;
     return graph_.stage_of(task) == 0 && !graph_.is_elsewhere(task);
   }
-  /// Of a global task: dt of the first round is known before run().
+  /// For a global task: dt of the first round is known before run().
   bool is_known_dt(int task, Step step) const {
     return step == first_ && graph_.round_of(task) == 0;
   }

@@ -53,7 +53,7 @@ void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<
   }
 }
 
-/// Of several displacements for a node and direction the first counts.
+/// The first of several displacements for a node and direction counts.
 template <int Dim>
 void fix_displacements(Patch<Dim>& patch, Local local, std::span<const NodeDisplacement> entries) {
   for (int d = 0; d < Dim; ++d) {

@@ -128,7 +128,7 @@ class Watch {
             [this](Step step) { set_dt(step); }, [this](Step step) { completed(step); }};
   }
 
-  /// Of a graph whose steps have several rounds of the stages: rounds are what this calls steps.
+  /// For a graph whose steps have several rounds of the stages: rounds are what this calls steps.
   TaskBodies bodies_of_rounds(int rounds) {
     const int n = static_cast<int>(stages_.size());
     return {[this, n, rounds](int s, int p, Step step) { run(s % n, p, step * rounds + s / n); },
