@@ -42,7 +42,7 @@ class DistributedFlow final : public FlowExecutor {
     find_boundary();
     if (graph_.has_dt) deferred_work_.emplace(graph_, boundary_, threads, remote_.has_cores());
     std::vector<int> needs(step_.size());
-    for (int t = 0; t < graph_.tasks(); ++t) {  // tasks of messages have a node that never fires
+    for (int t = 0; t < graph_.tasks(); ++t) {  // the nodes of tasks on other ranks never fire
       needs[static_cast<std::size_t>(t)] = messages_into(t);
       nodes_.emplace_back(*flow_, 1, [this](const flow::continue_msg&) { fire_most_urgent(); });
     }
@@ -68,7 +68,7 @@ class DistributedFlow final : public FlowExecutor {
     put(graph_.dt_task(static_cast<int>(round % graph_.rounds)));
   }
 
-  /// Agreements may come to light in another order than they were made.
+  /// Agreements may be found in another order than they were made.
   void step_agreed(Step step) override {
     const std::scoped_lock lock(completion_);
     agreed_.add(step, [this](Step all) { complete(all); });
@@ -93,7 +93,8 @@ class DistributedFlow final : public FlowExecutor {
     return !graph_.is_global(task) && !graph_.is_elsewhere(task) &&
            graph_.stages[static_cast<std::size_t>(graph_.stage_of(task))].is_rest;
   }
-  /// In a step. Rests have one, from the list of deferred work; dt waits for all ranks to agree.
+  /// Messages in a step. A rest has one, from the list of deferred work; dt waits for all ranks to
+  /// agree.
   int messages_into(int task) const {
     if (is_rest(task)) return 1;
     return messages_from_before(task) + graph_.in_step[static_cast<std::size_t>(task)] +
@@ -137,7 +138,7 @@ class DistributedFlow final : public FlowExecutor {
 
   // --- a task -----------------------------------------------------------------------------------
 
-  /// Threads that look for messages must not do so for ever when the graph is cancelled.
+  /// When the graph is cancelled, threads must stop looking for messages.
   void fire_most_urgent() {
     try {
       fire(ready_tasks_.take());
@@ -187,7 +188,7 @@ class DistributedFlow final : public FlowExecutor {
 
   /// What follows the body of a task.
   void pass_on(int task, Step step) {
-    // Counters are asked for together, as messages are locked one by one.
+    // Counters would come from memory one by one: ask for all of them at once.
     for (const Edge& edge : graph_.out(task)) __builtin_prefetch(&missing(edge.to), 1);
     stamp(task, step);
     if (is_last_stage(task)) finish(step);
@@ -221,7 +222,7 @@ class DistributedFlow final : public FlowExecutor {
     look_until_ready();
   }
 
-  /// What a look brings, it brings by the thread that looks: arrived() is told of the look before.
+  /// The thread that looks calls arrived(), which notes when the look before this one began.
   bool look() {
     if (!noting_) return remote_.progress(*this);
     look_before = looked_.load(std::memory_order_relaxed);
@@ -273,12 +274,13 @@ class DistributedFlow final : public FlowExecutor {
   std::vector<int> messages_;                  ///< tasks that messages from other ranks fire
   std::vector<std::atomic<Step>> done_;        ///< steps that these have done
   std::optional<DeferredWork> deferred_work_;  ///< if ranks have to agree on the time step
-  ReadyTasks ready_tasks_;                     ///< that have not begun
-  StepsInOrder agreed_;                        ///< that all ranks have finished
+  ReadyTasks ready_tasks_;                     ///< those that have not begun
+  StepsInOrder agreed_;                        ///< steps that all ranks have finished
   std::atomic<Step> dt_known_{0};              ///< the last step whose dt is known
   std::atomic<bool> broken_{false};            ///< a body threw
   std::atomic<Clock::rep> last_look_{0};
   std::atomic<std::uint64_t> looked_{0};  ///< when the last look for messages that ended began
+  /// When the look before the present one of this thread began.
   static inline thread_local std::uint64_t look_before = 0;
 };
 

@@ -5,7 +5,7 @@
 
 namespace lahar {
 
-/// Of a graph that is one rank's share (TaskGraph::shared). `remote` must outlive the executor;
+/// An executor of one rank's share of a graph (TaskGraph::shared). `remote` must outlive it;
 /// `threads` and `verify` as in make_local_flow().
 std::unique_ptr<Executor> make_distributed_flow(TaskGraph graph, TaskBodies bodies, int threads,
                                                 bool verify, Remote& remote);

@@ -125,7 +125,7 @@ struct ExecutorOptions {
   bool verify = false;     ///< flow graph: as in make_local_flow()
   std::uint64_t seed = 1;  ///< random order only
 };
-/// Of one rank's share of a graph, if there is a `remote`, which must outlive the executor.
+/// For one rank's share of a graph, if there is a `remote`, which must outlive the executor.
 std::unique_ptr<Executor> make_executor(TaskGraph graph, TaskBodies bodies,
                                         const ExecutorOptions& options, Remote* remote = nullptr);
 

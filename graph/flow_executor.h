@@ -1,6 +1,5 @@
 /// \file What the executors of local_flow.cpp and distributed_flow.cpp share: one node of oneTBB
-/// for each task, which is made once and fired for every step; permits; which steps are done;
-/// checks.
+/// for each task, made once and fired for every step; permits; which steps are done; checks.
 ///
 /// A continue_node counts messages, not edges; that this is enough is what unsafe_edges() checks.
 /// Messages to the next step are sent by the bodies of tasks, so that the graph drains when the
@@ -63,7 +62,8 @@ class FlowExecutor : public Executor {
     missed_at_.assign(noting_ ? step_.size() : 0, 0);
     // Counters keep what a stopped run left in them.
     for (std::size_t t = 0; t < needs_.size(); ++t) missing(static_cast<int>(t)) = needs_[t];
-    // Only now: the least of all that exist counts, and other executors may want more threads.
+    // Made only now: the smallest limit that exists holds for all, and others may want more
+    // threads.
     const oneapi::tbb::global_control parallelism(
         oneapi::tbb::global_control::max_allowed_parallelism, threads_);
     if (first < end)
@@ -75,7 +75,7 @@ class FlowExecutor : public Executor {
   }
 
  protected:
-  /// On lines of its own, so that counting messages of one touches no other.
+  /// On cache lines of its own: who counts messages of one node touches no other.
   struct alignas(64) Node : oneapi::tbb::flow::continue_node<oneapi::tbb::flow::continue_msg> {
     using continue_node::continue_node;
   };
@@ -100,14 +100,15 @@ class FlowExecutor : public Executor {
     });
   }
 
-  /// By run(): send the messages that step first_ begins with, and wait until all steps are done.
+  /// Called by run(): send the messages that begin step first_, and wait until all steps are done.
   virtual void take_steps() = 0;
-  /// A message to a task.
+  /// Send a task a message.
   virtual void put(int task) = 0;
-  /// All patches of this process have finished a step. Steps in order, under completion_.
+  /// All patches of this process have finished a step. Called for steps in order, under
+  /// completion_.
   virtual void own_patches_finished(Step step) = 0;
 
-  /// A task fires: the step that it does.
+  /// A task fires: returns the step that it does.
   Step begin_task(int task) {
     const Step step = step_[static_cast<std::size_t>(task)]++;
     if (verify_) verify(task, step);
@@ -120,16 +121,16 @@ class FlowExecutor : public Executor {
   /// Whether a step is taken, as far as is known.
   bool is_taken(Step step) const { return step < end_.load(std::memory_order_acquire); }
 
-  /// Messages into a task that the step before brings, with the permit.
+  /// The messages that a task gets from the step before, with the permit.
   int messages_from_before(int task) const {
     return graph_.in_lag[static_cast<std::size_t>(task)] + (needs_permit(task) ? 1 : 0);
   }
-  /// What begins a step must know that it is taken by all.
+  /// A task that begins a step must know that all take the step.
   bool needs_permit(int task) const {
     if (graph_.is_global(task)) return graph_.collects_dt(task) && graph_.round_of(task) == 0;
     return graph_.stage_of(task) == 0 && !graph_.is_elsewhere(task);
   }
-  /// Of a global task: dt of the first round is known before run().
+  /// For a global task: dt of the first round is known before run().
   bool is_known_dt(int task, Step step) const {
     return step == first_ && graph_.round_of(task) == 0;
   }
@@ -185,14 +186,14 @@ class FlowExecutor : public Executor {
   /// Count the messages to tasks here, too: `needs` of a step, by task.
   void count_messages(std::vector<int> needs) {
     needs_ = std::move(needs);
-    // On lines of their own, so that threads that count messages of different tasks do not meet.
+    // On cache lines of their own: threads that count messages of different tasks do not meet.
     stride_ = threads_ > 1 ? 16 : 1;
     missing_ = std::vector<std::atomic<int>>(needs_.size() * stride_);
   }
 
   std::atomic<int>& missing(int task) { return missing_[static_cast<std::size_t>(task) * stride_]; }
-  /// A message to a task, counted before oneTBB gets it. True if it was the last one; who counts
-  /// that notes the time before the task can begin.
+  /// Count a message to a task before oneTBB gets it. True if it was the last one: the time is then
+  /// noted before the task can begin.
   bool count_message(int task) {
     const auto t = static_cast<std::size_t>(task);
     if (missing(task).fetch_sub(1, std::memory_order_acq_rel) > 1) return false;
@@ -238,7 +239,7 @@ class FlowExecutor : public Executor {
     int task;
     Step next;
   };
-  std::mutex gate_;  ///< of parked_
+  std::mutex gate_;  ///< for parked_
   std::vector<Parked> parked_;
   std::vector<std::atomic<Step>> stamps_;  ///< to verify: steps that each task has done
   std::vector<std::vector<Edge>> into_;    ///< to verify: edges by the task they lead to

@@ -23,12 +23,12 @@ class LocalFlow final : public FlowExecutor {
     for (int t = 0; t < n; ++t)
       nodes_.emplace_back(*flow_, messages_from_before(t),
                           [this, t](const flow::continue_msg&) { fire(t); });
-    // A task's edges one after the other: their memory is walked in this order at every firing.
+    // All edges of a task together: every firing walks through their memory in this order.
     for (const Edge& edge : graph_.edges)
       if (edge.lag == 0) flow::make_edge(node(edge.from), node(edge.to));
     if (!verify_) return;
-    // Counting takes one to two percent of the time: only to test what readers of traces have
-    // instead.
+    // Counting takes one to two percent of the time. Only tests do it, to compare with what readers
+    // of traces conclude.
     std::vector<int> needs = graph_.in_step;
     for (int t = 0; t < n; ++t) needs[static_cast<std::size_t>(t)] += messages_from_before(t);
     count_messages(std::move(needs));
@@ -68,8 +68,8 @@ class LocalFlow final : public FlowExecutor {
       if (edge.lag == 0) count_message(edge.to);
   }
 
-  /// Messages are locked one by one, so that nothing hides how long each successor takes to come
-  /// from memory, where a phase's particles have pushed it: ask for all of them at once.
+  /// Particles of a phase push the successors out of the cache, and oneTBB locks one after the
+  /// other: each would come from memory on its own. Ask for all of them at once.
   void fetch_successors(int task) {
     for (const Edge& edge : graph_.out(task)) {
       const auto* lines = reinterpret_cast<const char*>(&node(edge.to));

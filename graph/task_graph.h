@@ -63,7 +63,7 @@ struct TaskGraph {
   int collect_dt_task(int round = 0) const { return dt_task(round) - 1; }  ///< shared graphs only
   bool collects_dt(int task) const { return is_global(task) && !is_dt(task); }
   bool is_global(int task) const { return task >= stage_tasks(); }
-  /// Of a global task: the round, within a step, whose dt it collects or sets.
+  /// The round, within a step, whose dt a global task collects or sets.
   int round_of(int task) const { return (task - stage_tasks()) / tasks_per_dt(); }
   /// The round, of all that are taken, in which a stage or a dt of a step is.
   Step round_at(Step step, int round) const { return step * rounds + round; }

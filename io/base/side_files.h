@@ -49,7 +49,7 @@ class RowReader {
   static constexpr int cap = 10;
 
   RowReader(const SideFile& file, ProblemList& problems);
-  /// Of the bytes [begin, end) alone, which are whole lines. Lines count from the first of them.
+  /// Reads the bytes [begin, end) alone, which are whole lines. Lines count from the first of them.
   RowReader(const SideFile& file, ProblemList& problems, Index begin, Index end);
   ~RowReader();  ///< reports how many more problems there are
   RowReader(const RowReader&) = delete;

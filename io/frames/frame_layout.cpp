@@ -64,7 +64,7 @@ class LayoutWriter {
     return hdf_.own(H5Gcreate2(parent, name, H5P_DEFAULT, group_plist_, H5P_DEFAULT), H5Gclose);
   }
 
-  /// Of `rows` rows; one-dimensional if `columns` is 0.
+  /// With `rows` rows; one-dimensional if `columns` is 0.
   HdfHandle dataset(hid_t parent, const std::string& name, hid_t type, Index rows,
                     int columns = 0) const {
     const hsize_t size[2] = {static_cast<hsize_t>(rows), static_cast<hsize_t>(columns)};

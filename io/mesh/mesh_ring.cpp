@@ -166,8 +166,8 @@ std::optional<std::vector<RingCell<Dim>>> find_ring_cells(const MeshRows<Dim>& r
   return found;
 }
 
-/// Of what members have found, each once: by the first cell that finds it, and none that is listed.
-/// Collective.
+/// Keep each cell that members have found once, by the first cell that finds it, and none that is
+/// listed. Collective.
 template <int Dim>
 void keep_first(std::vector<RingCell<Dim>>& found, const MeshRows<Dim>& rows, const Team& team) {
   constexpr std::size_t per_cell = static_cast<std::size_t>(corners<Dim> + ring_nodes<Dim>);

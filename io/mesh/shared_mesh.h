@@ -24,7 +24,7 @@ inline std::pair<Index, Index> own_cells(Index n, const Team& team) {
 template <int Dim>
 void complete_shares(Mesh<Dim>& share, const Team& team);
 
-/// Of a whole mesh that every member has, its share.
+/// A member's share of a whole mesh that all have.
 template <int Dim>
 Mesh<Dim> share_of(const Mesh<Dim>& whole, const Team& team);
 

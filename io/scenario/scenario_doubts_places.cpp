@@ -218,7 +218,7 @@ void ScenarioBuilder<Dim>::warn_of_clipping(const JsonValue& shape, const Region
   if (share < most || inside == 0) return;
   in_.warning(
       shape,
-      fmt::format("{:.0f} % of the region lie outside of the mesh and get no particles: "
+      fmt::format("{:.0f} % of the region lies outside of the mesh and gets no particles: "
                   "about {:.0f}, beside the {} inside",
                   100 * share, static_cast<double>(particles) * share / (1 - share), particles),
       fmt::format("the mesh extends {}, the region {}: move one of them, or make the mesh "

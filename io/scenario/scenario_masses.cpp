@@ -10,7 +10,7 @@ namespace lahar {
 
 template <int Dim>
 void ScenarioBuilder<Dim>::check_masses() {
-  // Of what has problems already, volumes and materials may be missing.
+  // Where there are problems already, volumes and materials may be missing.
   if (team_.any(!mesh_ || !in_.problems.empty())) return;
   const ParticleTable<Dim>& p = model_.particles;
   constexpr double none = -std::numeric_limits<double>::infinity();

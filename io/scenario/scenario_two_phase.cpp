@@ -6,6 +6,7 @@
 
 #include "io/scenario/particle_files.h"
 #include "io/scenario/scenario_builder.h"
+#include "physics/materials/law.h"
 #include "physics/model/transfer_options.h"
 
 namespace lahar {
@@ -19,6 +20,27 @@ std::optional<bool> type_has_two_phases(const JsonValue& analysis) {
   const JsonValue* type = analysis.find("type");
   if (!type || type->defaulted) return std::nullopt;
   return type->as<std::string>().find("TwoPhase") != std::string::npos;
+}
+
+// Values that look as if they were in another unit. Entries of materials: the skeleton, the liquid.
+void doubt_units(ScenarioInput& in, const JsonValue& entry, const JsonValue& fluid,
+                 const Material& solid) {
+  constexpr double most_conductivity = 1.0;  // [m/s] that of coarse gravel
+  constexpr double least_stiffness = 0.1;    // [-] of the water against the skeleton
+  const bool intrinsic = get_bool(entry, "intrinsic_permeability").value_or(false);
+  for (const char* key : conductivity_keys)
+    if (const auto k = get_number(entry, key); !intrinsic && k && *k > most_conductivity)
+      in.warning(*entry.find(key),
+                 fmt::format("'{}' is {:.3g} m/s: even coarse gravel has less", key, *k),
+                 fmt::format("is it in m/day? {:.3g} m/day are {:.3g} m/s", *k, *k / 86400));
+  const PoreLiquid& pores = *solid.liquid;
+  const double water = pores.bulk_modulus / pores.porosity, skeleton = wave_modulus(solid.law);
+  if (water < least_stiffness * skeleton)
+    in.warning(*fluid.find("bulk_modulus"),
+               fmt::format("the liquid is softer than the skeleton '{}': bulk_modulus / porosity = "
+                           "{:.3g} Pa against {:.3g} Pa",
+                           solid.name, water, skeleton),
+               "water has 2.2e9 Pa; is 'bulk_modulus' in MPa or GPa instead of Pa?");
 }
 
 }  // namespace
@@ -35,8 +57,8 @@ void ScenarioBuilder<Dim>::saturate(int skeleton, int liquid, const JsonValue& a
                 "give it an entry of materials for each liquid");
     return;
   }
-  const auto& entries = root_.find("materials")->as<JsonValue::Array>();
-  const JsonValue& entry = entries[static_cast<std::size_t>(skeleton)];
+  const auto entries = get_list(root_, "materials");
+  const JsonValue& entry = *entries[static_cast<std::size_t>(skeleton)];
   const auto* law = std::get_if<Newtonian>(&fluid.law);
   if (!law || law->incompressible) {
     in_.error(at, fmt::format("'{}' cannot be in pores", fluid.name),
@@ -53,7 +75,7 @@ void ScenarioBuilder<Dim>::saturate(int skeleton, int liquid, const JsonValue& a
                    .grain_density = solid.density,
                    .constant_mass = in_.as_cbgeo};
   const auto porosity = get_number(entry, "porosity");
-  if (!porosity && !entry.find("porosity"))
+  if (!porosity && !written(entry, "porosity"))
     in_.error(entry,
               fmt::format("'porosity' is missing: '{}' has a liquid in its pores", solid.name));
   pores.porosity = porosity.value_or(0.5);
@@ -72,6 +94,8 @@ void ScenarioBuilder<Dim>::saturate(int skeleton, int liquid, const JsonValue& a
   }
   solid.density *= 1.0 - pores.porosity;
   solid.liquid = pores;
+  if (!in_.cbgeo_defaults)
+    doubt_units(in_, entry, *entries[static_cast<std::size_t>(liquid)], solid);
 }
 
 // Every use of a skeleton says its liquid, or none does.
@@ -111,10 +135,9 @@ void ScenarioBuilder<Dim>::check_two_phase() {
   Analysis& a = model_.analysis;
   if (!a.two_phase) return;
   const JsonValue& analysis = section("analysis");
-  // Of the functions that published cases have.
-  const std::string cell_type = get_text(section("mesh"), "cell_type").value_or("ED2Q4");
+  // Published cases use these shape functions.
   a.liquid_advection = in_.as_cbgeo && a.functions == ShapeFunctions::element &&
-                       a.affine == Affine::none && (cell_type == "ED2Q4" || cell_type == "ED3H8");
+                       a.affine == Affine::none && mesh_ && mesh_->is_multilinear();
   const auto refuse = [&](const JsonValue* at, std::string_view what, std::string_view hint) {
     in_.error(at ? *at : analysis,
               fmt::format("{} does not go together with a liquid in pores", what),
@@ -132,14 +155,15 @@ void ScenarioBuilder<Dim>::check_two_phase() {
   if (has_filter(a.transfer))
     refuse(analysis.find("velocity_update"), "a velocity transfer of an order above 1",
            "use \"flip\", \"pic\", \"apic\" or \"tpic\"");
-  if (section("analysis").find("resume") &&
-      get_bool(*section("analysis").find("resume"), "resume").value_or(false))
-    refuse(analysis.find("resume"), "'resume'", "continue a run of Lahar with --restart");
+  const JsonValue* resume = analysis.find("resume");
+  if (resume && get_bool(*resume, "resume").value_or(false))
+    refuse(resume, "'resume'", "continue a run of Lahar with --restart");
 }
 
 template <int Dim>
 void ScenarioBuilder<Dim>::refuse_without_liquid(const JsonValue& at) {
-  in_.error(at, "there is no liquid in pores", "material of a generator: [skeleton, liquid]");
+  in_.error(at, "no material has a liquid in its pores",
+            "material of a generator: [skeleton, liquid]");
 }
 
 // Water does not pass what holds soil, unless the entry names a phase; in CB-Geo's input each phase

@@ -12,25 +12,31 @@ inline constexpr bool has_older_form = false;
 template <class T>
 requires T::older_file_form inline constexpr bool has_older_form<T> = true;
 
+std::vector<KeySpec> node_set_keys() {
+  return {{.key = "nset_id",
+           .kinds = id,
+           .help = "node set: an id of entity_sets, -1 for all nodes, or a name of sets.nodes",
+           .min = -1},
+          {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true}};
+}
+
+KeySpec phase_key() {
+  return {.key = "phase",
+          .kinds = text,
+          .help = "which phase is held; default both, with the preset cbgeo the skeleton",
+          .allowed = {"skeleton", "liquid"},
+          .native = true};
+}
+
 template <class T>
 std::vector<KeySpec> keys_of() {
-  std::vector<KeySpec> keys = {
-      {.key = "nset_id",
-       .kinds = id,
-       .help = "node set: an id of entity_sets, -1 for all nodes, or a name of sets.nodes",
-       .min = -1},
-      {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true}};
+  std::vector<KeySpec> keys = node_set_keys();
   if constexpr (HasDirection<T>)
     keys.push_back({.key = "dir",
                     .kinds = has_phases<T> ? phase_direction : direction,
                     .help = T::direction.help,
                     .required = !is_from_file<T>});
-  if (has_phases<T>)
-    keys.push_back({.key = "phase",
-                    .kinds = text,
-                    .help = "which phase is held; default both, with the preset cbgeo the skeleton",
-                    .allowed = {"skeleton", "liquid"},
-                    .native = true});
+  if (has_phases<T>) keys.push_back(phase_key());
   if (is_of_liquid<T>)
     keys.push_back({.key = "phase_id",
                     .kinds = integer,
@@ -65,6 +71,24 @@ const Section& section_of() {
   return section;
 }
 
+std::vector<KeySpec> wall_keys() {
+  std::vector<KeySpec> keys = node_set_keys();
+  keys.push_back(
+      {.key = "normal",
+       .kinds = vector,
+       .help = "direction from the wall into the material, along an axis: [0, 1] for a floor",
+       .required = true,
+       .native = true});
+  keys.push_back({.key = "friction",
+                  .kinds = number | text,
+                  .help = "friction coefficient, or \"rough\": material does not slide while it is "
+                          "pressed against the wall",
+                  .unit = "-",
+                  .fallback = "0",
+                  .native = true});
+  return keys;
+}
+
 const Section& wall_section() {
   static const Section section{
       .name = "a wall",
@@ -73,23 +97,7 @@ const Section& wall_section() {
           "A rigid wall at rest through a set of nodes. It pushes and does not pull: material may "
           "leave it, and slides on it with Coulomb friction. A node may lie on several walls along "
           "different axes. Use velocity constraints for symmetry planes and fixed ends.",
-      .keys = {
-          {.key = "nset_id", .kinds = id, .help = "node set", .min = -1},
-          {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true},
-          {.key = "normal",
-           .kinds = vector,
-           .help = "direction from the wall into the material, along an axis: [0, 1] for a floor",
-           .required = true,
-           .native = true},
-          {.key = "friction",
-           .kinds = number | text,
-           .help =
-               "friction coefficient, or \"rough\": material does not slide while it is pressed "
-               "against the wall",
-           .unit = "-",
-           .fallback = "0",
-           .native = true},
-      }};
+      .keys = wall_keys()};
   return section;
 }
 
@@ -105,19 +113,14 @@ const Section& particle_velocity_section() {
       .keys = {
           {.key = "pset_id",
            .kinds = id,
-           .help = "particle set: an id, -1 for all, or a name of "
-                   "sets.particles",
+           .help = "particle set: an id, -1 for all, or a name of sets.particles",
            .min = -1},
           {.key = "pset", .kinds = id, .help = "the same as pset_id", .min = -1, .native = true},
           {.key = "dir",
            .kinds = phase_direction,
            .help = "direction; from the dimension on, that of the liquid in pores",
            .required = true},
-          {.key = "phase",
-           .kinds = text,
-           .help = "which phase is held; default both, with the preset cbgeo the skeleton",
-           .allowed = {"skeleton", "liquid"},
-           .native = true},
+          phase_key(),
           {.key = "velocity", .kinds = number, .help = "velocity", .unit = "m/s", .required = true},
       }};
   return section;
@@ -128,14 +131,15 @@ const Section& particle_velocity_section() {
 std::vector<KeySpec> condition_keys(bool loads) {
   std::vector<KeySpec> keys;
   for_each_condition([&]<class T>() {
-    if (is_load<T> == loads)
-      keys.push_back({.key = T::key,
-                      .kinds = list | (loads               ? object
-                                       : has_older_form<T> ? file
-                                                           : 0u),
-                      .help = T::summary,
-                      .section = section_of<T>,
-                      .native = T::native});
+    if (is_load<T> != loads) return;
+    unsigned kinds = list;
+    if (loads) kinds |= object;
+    if (!loads && has_older_form<T>) kinds |= file;
+    keys.push_back({.key = T::key,
+                    .kinds = kinds,
+                    .help = T::summary,
+                    .section = section_of<T>,
+                    .native = T::native});
   });
   return keys;
 }
@@ -152,9 +156,9 @@ std::vector<KeySpec> boundary_keys() {
        .native = true},
       {.key = "nodal_euler_angles",
        .kinds = file,
-       .help = "rotated frames of nodes, in which their velocity and "
-               "friction constraints act: lines `node alpha beta "
-               "[gamma]` in radians"},
+       .help =
+           "rotated frames of nodes, in which their velocity and friction constraints act: lines "
+           "`node alpha beta [gamma]` in radians"},
       {.key = "particles_velocity_constraints",
        .kinds = list,
        .help = "prescribed particle velocities",

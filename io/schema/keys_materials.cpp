@@ -94,7 +94,7 @@ std::vector<KeySpec> material_keys() {
        .min = 0,
        .above_min = true},
   };
-  // Of the reference code and of its fork.
+  // Laws of the reference code and of its fork.
   for (const std::string_view later : {"Bingham", "HenckyHyperElastic", "BinghamViscoPlastic"})
     if (std::find(all[2].allowed.begin(), all[2].allowed.end(), later) == all[2].allowed.end())
       all[2].planned.push_back(later);

@@ -28,8 +28,8 @@ inline constexpr Default no_default{std::numeric_limits<double>::quiet_NaN()};
 struct OfPreset {};
 inline constexpr OfPreset of_preset;
 
-/// A row of a table. Of a number without a default, of a sign and of a choice the key is required;
-/// a flag is false where the scenario does not say.
+/// A row of a table. The key of a number without a default, of a sign or of a choice is required; a
+/// flag is false where the scenario does not say.
 template <class Owner>
 struct Parameter {
   std::string_view key;   ///< in the scenario

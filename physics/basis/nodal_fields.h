@@ -17,7 +17,7 @@ struct Fields {
   Real a[Dim];       ///< sum_i N_i a_i [m/s^2]
 };
 
-/// Of which fields with_weights() is to find what: v and L always.
+/// What with_weights() is to find besides v and L.
 struct Wanted {
   bool C = false, a = false;
 };

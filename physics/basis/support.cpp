@@ -96,7 +96,7 @@ std::uint8_t border_of(const std::array<Index, tensor_nodes<Dim>>& nodes, Index 
   return static_cast<std::uint8_t>(border);
 }
 
-/// Of a mesh from tables whose cells are those of a grid.
+/// For a mesh from tables whose cells are those of a grid.
 template <int Dim>
 void support_of_boxes(const Mesh<Dim>& mesh, PatchTopology<Dim>& topology) {
   if (!mesh.is_cartesian()) no_grid(topology.cells.front());

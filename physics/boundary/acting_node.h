@@ -48,14 +48,17 @@ void for_each_acting_list(const std::tuple<Lists...>& lists, auto&& visit) {
   std::apply([&](const auto&... list) { (visit(list), ...); }, lists);
 }
 
-/// The entries of a node.
-template <class Entry>
-std::span<Entry> acting_at(std::vector<Entry>& list, Local node) {
-  const auto first = std::lower_bound(list.begin(), list.end(), node,
-                                      [](const Entry& e, Local n) { return e.node < n; });
-  auto last = first;
-  while (last != list.end() && last->node == node) ++last;
-  return {first, last};
+/// The entries of a node, a span of each list.
+template <class... Entry>
+std::tuple<std::span<Entry>...> acting_at(std::tuple<std::vector<Entry>...>& lists, Local node) {
+  const auto at_node = [&](auto& list) {
+    const auto first = std::lower_bound(list.begin(), list.end(), node,
+                                        [](const auto& e, Local n) { return e.node < n; });
+    auto last = first;
+    while (last != list.end() && last->node == node) ++last;
+    return std::span(first, last);
+  };
+  return std::apply([&](auto&... list) { return std::tuple(at_node(list)...); }, lists);
 }
 
 /// The first node from `node` on that has an entry; beyond all nodes if there is none.

@@ -18,7 +18,7 @@ struct Meeting {
   bool stuck = false;    ///< and friction was enough to hold them
 };
 
-/// Of one step: nothing here outlives it.
+/// State of one step: nothing here outlives it.
 template <int Dim>
 struct ContactState {
   std::vector<char> between_bodies;    ///< by node of the first body: several have a surface there

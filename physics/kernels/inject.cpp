@@ -36,7 +36,7 @@ void set_law_state(Particles<Dim>& to, const Law& law) {
     std::fill_n(to.row(Column::state, static_cast<int>(k)), to.size(), state[k]);
 }
 
-/// Of a point inside a cell.
+/// For a point inside a cell.
 template <int Dim>
 Vec<Dim> natural_coordinates(const Patch<Dim>& patch, const Mesh<Dim>& mesh, Local cell,
                              const Vec<Dim>& x) {

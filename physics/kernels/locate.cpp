@@ -36,7 +36,7 @@ struct PlaceRows {
         stored(particles.layout().has(Column::xi)) {
     if (stored) natural = particles.template rows<Dim>(Column::xi);
   }
-  /// Of the particles from p on.
+  /// For the particles from p on.
   template <class Real>
   LAHAR_INLINE void load(Local p, Real (&at)[Dim], Real (&xi)[Dim]) const {
     LAHAR_UNROLL

@@ -61,7 +61,7 @@ void mark_nodes(Patch<Dim>& patch, std::size_t cell) {
   const auto mark = [&](std::span<const Local> nodes) {
     for (const Local node : nodes) patch.node_is_active[static_cast<std::size_t>(node)] = 1;
   };
-  // Of all bodies: contact asks for them all.
+  // The cells of all bodies: contact asks for them all.
   const std::size_t bodies = patch.bodies(), cells = patch.topology.cells.size() / bodies;
   for (std::size_t c = cell % cells; c < cells * bodies; c += cells) {
     if (!patch.topology.corner_nodes.empty()) mark(patch.topology.corner_nodes[c]);
@@ -337,16 +337,17 @@ class Integrator {
   /// the bodies that are there.
   [[gnu::noinline]] NodeVector against_conditions(Local i, const NodeVector& v) {
     double f[node_width] = {};
-    if (next_acting(patch_.acting, i) == i && is_first_body(i)) {
+    if (is_first_body(i)) {
+      const auto lists = acting_at(patch_.acting, i);
       NodeComponents<Dim> all = NodeComponents<Dim>::Zero();
-      for_each_acting_list(patch_.acting, [&](auto& list) {
-        for (auto& at : acting_at(list, i)) {
+      for_each_acting_list(lists, [&](auto entries) {
+        for (auto& at : entries) {
           set_action(at, v);
           all += at.action.dashpot;
         }
       });
-      for_each_acting_list(patch_.acting, [&](auto& list) {
-        for (auto& at : acting_at(list, i))
+      for_each_acting_list(lists, [&](auto entries) {
+        for (auto& at : entries)
           for (int d = 0; d < Dim; ++d) {
             const double impulse = step_.dt * all[d];
             const double part = impulse > v[mass_lane] ? v[mass_lane] / impulse : 1.0;

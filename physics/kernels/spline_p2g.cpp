@@ -126,7 +126,7 @@ struct ParticleRows {
         for (int k = 0; k < node_width; ++k) row[j][k] = value[k][j];
     }
   }
-  /// Of particle j, for both nodes of a pair.
+  /// Values of particle j, for both nodes of a pair.
   LAHAR_INLINE NodePair operator[](Local j) const { return broadcast_four(row[j]); }
 };
 
@@ -139,7 +139,7 @@ struct FunctionRows {
     LAHAR_UNROLL
     for (int k = 0; k < Functions; ++k) store(value[k], row[k]);
   }
-  /// Of the nodes along the first axis, where the window has them.
+  /// Along the first axis, values are where the window has their nodes.
   LAHAR_INLINE void set_turned(const SumsWindow& window, const Real (&value)[Functions]) {
     LAHAR_UNROLL
     for (int k = 0; k < Functions; ++k) store(value[k], row[window.slot(k)]);

@@ -32,12 +32,12 @@ struct AxisRows {
         for (int k = 0; k < axis_nodes; ++k) row[j][k] = w[k][j];
     }
   }
-  /// Of particle j along the first axis, at the lanes.
+  /// Values of particle j along the first axis, at the lanes.
   LAHAR_INLINE EightNodes first(Local j) const {
     const auto v = load<PackOf<4>>(row[j]).v;
     return EightNodes::of(__builtin_shufflevector(v, v, 0, 1, 2, 3, 0, 1, 2, 3));
   }
-  /// Of particle j along the second axis, at the lanes of a half.
+  /// Values of particle j along the second axis, at the lanes of a half.
   LAHAR_INLINE EightNodes second(Local j, int half) const {
     const auto v = load<PackOf<4>>(row[j]).v;
     return EightNodes::of(half == 0 ? __builtin_shufflevector(v, v, 0, 0, 0, 0, 1, 1, 1, 1)

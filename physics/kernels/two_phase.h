@@ -14,6 +14,7 @@
 /// Numer. Anal. Methods Geomech. 37 (2013) 2502-2522.
 #pragma once
 
+#include "physics/kernels/velocity_gradients.h"
 #include "physics/particles/patch.h"
 
 namespace lahar {
@@ -66,9 +67,11 @@ void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void update_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// dp = -dt K / n ((1 - n) div v + n div v_l), after the skeleton's volume has changed.
+/// dp = -dt K / n ((1 - n) div v + n div v_l), after the skeleton's volume has changed. `skeleton`
+/// is what update_stress() took for the same bins; with linear Q4 and H8 it is not read.
 template <int Dim>
-void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                          const VelocityGradients<Dim>& skeleton);
 
 /// Means of the pore pressure at nodes, by liquid mass, with those that are prescribed.
 template <int Dim>

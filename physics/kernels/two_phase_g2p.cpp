@@ -88,11 +88,10 @@ LAHAR_INLINE void add_pressure(Patch<Dim>& patch, double bulk_modulus, double dt
   all_work += first_lanes(Pack((-0.5 * dt) * V * (before + after) * rate), n);
 }
 
-/// Values become their mean by volume.
-inline void take_mean(double* values, const double* V, Local n) {
+inline double mean_by_volume(const double* values, const double* V, Local n) {
   double volume = 0, sum = 0;
   for (Local k = 0; k < n; ++k) volume += V[k], sum += V[k] * values[k];
-  std::fill_n(values, n, sum / volume);
+  return sum / volume;
 }
 
 template <int Dim, class Map>
@@ -154,7 +153,8 @@ void update_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
 }
 
 template <int Dim>
-void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                          const VelocityGradients<Dim>& skeleton) {
   const auto& materials = step.model->materials;
   const bool each = step.model->analysis.volume_as_cbgeo;
   const double* m = patch.particles.row(Column::mass);
@@ -171,21 +171,26 @@ void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Parti
     }
   };
   if (general::is(patch)) {
-    // Buffers that all patches of a thread share stay in its cache.
-    static thread_local VelocityGradients<Dim> skeleton, liquid;
-    general::find_gradients<Dim, Pack>(patch, step, bins, patch.velocity.data(), skeleton);
+    // A buffer that all patches of a thread share stays in its cache.
+    static thread_local VelocityGradients<Dim> liquid;
     general::find_gradients<Dim, Pack>(patch, step, bins, patch.liquid.velocity.data(), liquid);
-    for (std::size_t r = 0; r < bins.size(); ++r) {
-      const ParticleBin& bin = bins[r];
+    for (const ParticleBin& bin : bins) {
       if (!materials[bin.material].liquid || bin.begin == bin.end) continue;
-      const auto first = static_cast<std::size_t>(skeleton.first[r]);
-      if (!each)
-        for (VelocityGradients<Dim>* field : {&skeleton, &liquid})
-          take_mean(&field->trace[first], V + bin.begin, bin.end - bin.begin);
-      update_bin(bin, Pores(*materials[bin.material].liquid), [&](Local p) {
-        const std::size_t at = first + static_cast<std::size_t>(p - bin.begin);
-        return std::pair(load<Pack>(&skeleton.trace[at]), load<Pack>(&liquid.trace[at]));
-      });
+      const Pores pores(*materials[bin.material].liquid);
+      const std::size_t first = skeleton.begin(bin, bins);
+      const double *of_skeleton = &skeleton.trace[first], *of_liquid = &liquid.trace[first];
+      if (each) {
+        update_bin(bin, pores, [&](Local p) {
+          return std::pair(load<Pack>(of_skeleton + (p - bin.begin)),
+                           load<Pack>(of_liquid + (p - bin.begin)));
+        });
+      } else {
+        const auto mean = [&](const double* trace) {
+          return Pack(mean_by_volume(trace, V + bin.begin, bin.end - bin.begin));
+        };
+        const std::pair means(mean(of_skeleton), mean(of_liquid));
+        update_bin(bin, pores, [&](Local) { return means; });
+      }
     }
   } else {
     for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
@@ -211,9 +216,10 @@ void take_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Particl
                          });
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                                 \
-  template void update_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);        \
-  template void update_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+#define LAHAR_INSTANTIATE(Dim)                                                                \
+  template void update_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);       \
+  template void update_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
+                                          const VelocityGradients<Dim>&);                     \
   template void take_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -210,7 +210,7 @@ Vec<Dim> clamp_to_cell(Element element, const Vec<Dim>& xi) {
 
 template <int Dim>
 const std::vector<WeightedPoint<Dim>>& volume_quadrature(Element element) {
-  // Of the Jacobian of Q8, Q9 no power is above 3, of H20 and H27 none above 5; in T6 it is
+  // The Jacobian of Q8 and Q9 has powers up to 3, that of H20 and H27 up to 5; in T6 it is
   // quadratic.
   static const auto two = box_quadrature<Dim>(2), three = box_quadrature<Dim>(3);
   static const auto simplex = cut_simplex<Dim>(1)[0].quadrature;

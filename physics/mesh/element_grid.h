@@ -29,7 +29,7 @@ struct ElementGrid {
   Index n_nodes, n_cells;
 };
 
-/// Of the same tables nodes [first, second) and cells [first, second).
+/// Nodes [first, second) and cells [first, second) of the same tables.
 template <int Dim>
 ElementTables<Dim> element_grid_part(Element element, const Vec<Dim>& origin,
                                      const Vec<Dim>& cell_size,

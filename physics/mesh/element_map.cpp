@@ -73,7 +73,7 @@ struct ControlNet {
   std::array<Vec<Dim>, static_cast<std::size_t>(points)> p;  ///< the first axis runs fastest
   Vec<Dim> low, high;
 
-  /// Of the whole cell; a simplex within its box.
+  /// The whole cell; a simplex within its box.
   template <class Map>
   ControlNet(Element element, const Map& map) {
     low = Vec<Dim>::Constant(info(element).simplex ? 0.0 : -1.0);

@@ -22,7 +22,7 @@ constexpr double least_points_per_cell = 0.1;
 template <int Dim>
 class BinnedPoints {
  public:
-  /// Of the points whose cell is negative. `bins`: about how many.
+  /// Takes the points whose cell is negative. `bins`: about how many.
   BinnedPoints(std::span<const Vec<Dim>> x, std::span<const Index> cell, const Vec<Dim>& low,
                const Vec<Dim>& high, double bins)
       : low_(low) {

@@ -161,7 +161,7 @@ class CellTable {
   IdMap cell_ids_, node_ids_;
   std::vector<Point> nodes_;
   std::vector<Local> cells_;  ///< rows of the nodes of each cell, file order
-  /// Of cells whose faces may bulge beyond their nodes; else empty.
+  /// For cells whose faces may bulge beyond their nodes; else empty.
   std::vector<std::pair<Point, Point>> curved_bounds_;
   /// Bounding boxes, widened by everything that counts as touching the cell.
   std::vector<std::pair<Point, Point>> padded_bounds_;

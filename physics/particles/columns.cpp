@@ -10,24 +10,26 @@ namespace lahar {
 template <int Dim>
 ColumnNeeds column_needs(const Model<Dim>& model, std::span<const char> used, bool stressed) {
   ColumnNeeds needs;
+  const Analysis& analysis = model.analysis;
+  const ShapeFunctionsRow& functions = row_of(analysis.functions);
+  const bool musl = analysis.scheme == Scheme::musl;
   needs.size = !model.tractions.empty();
-  needs.natural = !model.mesh->is_cartesian() || model.analysis.scheme == Scheme::musl;
-  needs.strain = stressed;
-  const ShapeFunctionsRow& functions = row_of(model.analysis.functions);
+  needs.natural = !model.mesh->is_cartesian() || musl;
+  needs.affine = analysis.affine != Affine::none;
   needs.domain = functions.domain == ParticleDomain::box;
-  needs.affine = model.analysis.affine != Affine::none;
-  needs.liquid = model.analysis.two_phase;
-  needs.liquid_affine = needs.liquid && needs.affine;
-  needs.acceleration = is_implicit(model.analysis) && !model.analysis.implicit.quasi_static;
+  needs.next_domain = functions.stretches;
   needs.vectors = functions.domain == ParticleDomain::vectors;
   needs.corners = functions.domain == ParticleDomain::corners;
-  needs.next_corners = needs.corners && model.analysis.scheme == Scheme::musl;
-  needs.next_domain = functions.stretches;
+  needs.next_corners = needs.corners && musl;
+  needs.strain = stressed;
+  needs.liquid = analysis.two_phase;
+  needs.liquid_affine = needs.liquid && needs.affine;
+  needs.acceleration = is_implicit(analysis) && !analysis.implicit.quasi_static;
   for (std::size_t m = 0; m < used.size(); ++m) {
     if (!used[m]) continue;
     const Law& law = model.materials[m].law;
     needs.state = std::max(needs.state, static_cast<int>(state_variables(law).size()));
-    needs.opening = needs.opening || (model.analysis.opening && can_open(law));
+    needs.opening = needs.opening || (analysis.opening && can_open(law));
     needs.strain = needs.strain || !strain_follows_from_stress(law);
   }
   return needs;

@@ -15,28 +15,28 @@ struct Model;
 /// Floating-point columns of a particle. Each but `state` has a fixed number of components per
 /// dimension.
 enum class Column : int {
-  x,
-  xi,
-  v,
-  u,
-  stress,
-  strain,
-  volume,
-  mass,
-  size,
-  state,
-  domain,
-  affine,
-  next_domain,
-  vectors,
-  next_vectors,
-  corners,
-  next_corners,
-  opening,
-  liquid_v,
-  liquid_affine,
-  pore_pressure,
-  acceleration
+  x,              ///< position
+  xi,             ///< natural coordinates in its cell
+  v,              ///< velocity
+  u,              ///< displacement
+  stress,         ///< Cauchy; 2D: xx yy zz xy
+  strain,         ///< engineering shear; 2D: xx yy xy
+  volume,         ///< present volume
+  mass,           ///< mass
+  size,           ///< initial volume^(1/Dim), for tractions
+  state,          ///< state variables of the law; the model says how many
+  domain,         ///< GIMP: edges of the particle's box
+  affine,         ///< APIC and TPIC: dv_a/dx_b, row by row
+  next_domain,    ///< `domain` from the next step on
+  vectors,        ///< CPDI: halves of the domain's edges
+  next_vectors,   ///< `vectors` from the next step on
+  corners,        ///< CPDI2: corners of the domain, from x
+  next_corners,   ///< `corners` from the next step on
+  opening,        ///< gaps between grains or drops, by volume
+  liquid_v,       ///< velocity of the liquid in the pores (two_phase.h)
+  liquid_affine,  ///< what `affine` is for the skeleton
+  pore_pressure,  ///< positive in compression
+  acceleration,   ///< of Newmark's method
 };
 
 /// Which columns a model needs beside those that all have (columns.cpp). What follows from other
@@ -76,28 +76,28 @@ struct ColumnInfo {
 
 // clang-format off
 inline constexpr auto column_table = std::to_array<ColumnInfo>({
-    {Column::x,        "coordinates",  "m",   2, 3, true},
-    {Column::xi,       "natural",      "-",   2, 3, false, &ColumnNeeds::natural},  // in [-1, 1], of its cell
-    {Column::v,        "velocity",     "m/s", 2, 3, true},
-    {Column::u,        "displacement", "m",   2, 3, true},
-    {Column::stress,   "stress",       "Pa",  4, 6, true},                          // Cauchy; 2D xx yy zz xy
-    {Column::strain,   "strain",       "-",   3, 6, true, &ColumnNeeds::strain},    // engineering shear; 2D xx yy xy
-    {Column::volume,   "volume",       "m^3", 1, 1, true},
-    {Column::mass,     "mass",         "kg",  1, 1, true},
-    {Column::size,     "size",         "m",   1, 1, false, &ColumnNeeds::size},     // initial volume^(1/Dim), for tractions
-    {Column::state,    "state",        "",    0, 0, true},                          // of the law; components by model
-    {Column::domain,   "domain",       "m",   2, 3, true, &ColumnNeeds::domain},    // GIMP: edges of the particle's box
-    {Column::affine,   "affine",       "1/s", 4, 9, false, &ColumnNeeds::affine},   // APIC and TPIC: dv_a/dx_b, row by row
-    {Column::next_domain, "next_domain", "m", 2, 3, false, &ColumnNeeds::next_domain}, // the same from the next step on
-    {Column::vectors,  "domain_vectors", "m", 4, 9, true, &ColumnNeeds::vectors},   // CPDI: halves of the domain's edges
-    {Column::next_vectors, "next_vectors", "m", 4, 9, false, &ColumnNeeds::vectors}, // the same from the next step on
-    {Column::corners,  "domain_corners", "m", 8, 24, true, &ColumnNeeds::corners},  // CPDI2: corners, from x
-    {Column::next_corners, "next_corners", "m", 8, 24, false, &ColumnNeeds::next_corners}, // the same from the next step on
-    {Column::opening,  "opening",      "-",   1, 1, true, &ColumnNeeds::opening},   // gaps between grains or drops, by volume
-    {Column::liquid_v, "liquid_velocity", "m/s", 2, 3, true, &ColumnNeeds::liquid}, // in pores (two_phase.h)
-    {Column::liquid_affine, "liquid_affine", "1/s", 4, 9, false, &ColumnNeeds::liquid_affine}, // the same as affine, of the liquid
-    {Column::pore_pressure, "pore_pressure", "Pa", 1, 1, true, &ColumnNeeds::liquid},
-    {Column::acceleration, "acceleration", "m/s^2", 2, 3, true, &ColumnNeeds::acceleration},
+    {Column::x,             "coordinates",     "m",     2,  3, true},
+    {Column::xi,            "natural",         "-",     2,  3, false, &ColumnNeeds::natural},
+    {Column::v,             "velocity",        "m/s",   2,  3, true},
+    {Column::u,             "displacement",    "m",     2,  3, true},
+    {Column::stress,        "stress",          "Pa",    4,  6, true},
+    {Column::strain,        "strain",          "-",     3,  6, true,  &ColumnNeeds::strain},
+    {Column::volume,        "volume",          "m^3",   1,  1, true},
+    {Column::mass,          "mass",            "kg",    1,  1, true},
+    {Column::size,          "size",            "m",     1,  1, false, &ColumnNeeds::size},
+    {Column::state,         "state",           "",      0,  0, true},
+    {Column::domain,        "domain",          "m",     2,  3, true,  &ColumnNeeds::domain},
+    {Column::affine,        "affine",          "1/s",   4,  9, false, &ColumnNeeds::affine},
+    {Column::next_domain,   "next_domain",     "m",     2,  3, false, &ColumnNeeds::next_domain},
+    {Column::vectors,       "domain_vectors",  "m",     4,  9, true,  &ColumnNeeds::vectors},
+    {Column::next_vectors,  "next_vectors",    "m",     4,  9, false, &ColumnNeeds::vectors},
+    {Column::corners,       "domain_corners",  "m",     8, 24, true,  &ColumnNeeds::corners},
+    {Column::next_corners,  "next_corners",    "m",     8, 24, false, &ColumnNeeds::next_corners},
+    {Column::opening,       "opening",         "-",     1,  1, true,  &ColumnNeeds::opening},
+    {Column::liquid_v,      "liquid_velocity", "m/s",   2,  3, true,  &ColumnNeeds::liquid},
+    {Column::liquid_affine, "liquid_affine",   "1/s",   4,  9, false, &ColumnNeeds::liquid_affine},
+    {Column::pore_pressure, "pore_pressure",   "Pa",    1,  1, true,  &ColumnNeeds::liquid},
+    {Column::acceleration,  "acceleration",    "m/s^2", 2,  3, true,  &ColumnNeeds::acceleration},
 });
 // clang-format on
 inline constexpr int n_columns = static_cast<int>(column_table.size());

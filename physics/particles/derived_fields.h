@@ -16,7 +16,7 @@ struct ParticleValues {
   double mass = 0, volume = 0;
   std::array<double, 3> x{}, v{}, u{};  ///< [m], [m/s], [m]
   Voigt stress{}, strain{};             ///< [Pa] positive in tension; [-] with engineering shears
-  // Of a liquid in pores, else zero.
+  // The liquid in the pores; zero without one.
   double porosity = 0, liquid_mass = 0, pore_pressure = 0;  ///< [-], [kg], [Pa]
 
   /// p [Pa], positive in compression.

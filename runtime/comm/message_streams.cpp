@@ -35,11 +35,11 @@ void is_received() {}
 #endif
 
 constexpr int stream_tag = 0;
-/// Of a message, at least [bytes]: the records of some dozens of empty patches.
+/// The least room of a message [bytes]: the records of some dozens of empty patches.
 constexpr std::size_t least_capacity = 32768;
 /// Receives of a stream that are posted ahead.
 constexpr std::size_t ahead = 4;
-/// Of a ring [bytes]: what does not fit waits elsewhere, and is copied once more.
+/// The size of a ring [bytes]: what does not fit waits elsewhere, and is copied once more.
 constexpr std::size_t least_ring = 131072, most_ring = 2097152;
 
 /// What a rank tells another of the stream to it.

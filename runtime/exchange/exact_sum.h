@@ -78,7 +78,7 @@ class ExactSum {
     return digit;
   }
 
-  /// Of a number whose highest digit other than zero is `first`. 64 bits of it, the last of which
+  /// A number whose highest digit other than zero is `first`. 64 bits of it, the last of which
   /// stands for all that is cut off, round as the whole does.
   static double rounded(const Digits& digit, int first) {
     const auto at = [&](int i) {

@@ -16,14 +16,14 @@ class RunFailures {
   /// `counted`: what failures call their steps.
   explicit RunFailures(const char* counted = "step") : counted_(counted) {}
 
-  /// For so many patches, of which none has failed.
+  /// So many patches, none of which has failed.
   void begin(int patches) { poisoned_.assign(static_cast<std::size_t>(patches), 0); }
 
   /// By the task of a patch, which does no more work.
   void add(int patch, Failure failure);
-  /// Of another rank.
+  /// A patch of another rank failed in this step.
   void learn(Step step) { first_step_.give(step); }
-  /// The first that this rank knows to have failed.
+  /// The first step that this rank knows to have failed.
   Step first_step() const { return first_step_.get(); }
   /// Whether a patch does no work in a step: it failed, or would read what a failed one did not
   /// write.
@@ -31,11 +31,11 @@ class RunFailures {
     return poisoned_[static_cast<std::size_t>(patch)] || step > first_step_.get();
   }
 
-  /// Of an observer, by whoever caught it; the first is thrown on.
+  /// An observer threw it; the first one is thrown on.
   void keep(std::exception_ptr exception) {
     if (!of_output_) of_output_ = std::move(exception);
   }
-  /// Of Observer::poll, which is not called any more then.
+  /// Observer::poll threw it, and is not called any more.
   void keep_of_poll(std::exception_ptr exception) { of_poll_ = std::move(exception); }
   const std::exception_ptr& of_poll() const { return of_poll_; }
 

@@ -38,7 +38,7 @@ std::vector<Stage> stages_of(const std::vector<TimestepStage<Dim>>& list) {
 /// What patches of other ranks need of a phase when it is done: what the phase after it exchanges.
 struct RankMessage {
   enum class Kind { none, sums, particles } kind = Kind::none;
-  /// Of messages with sums, in the order of a step. Those that bring the same kind of sum again
+  /// For messages with sums, in the order of a step. Those that bring the same kind of sum again
   /// have one number: nobody sends it before it has been used.
   int number = 0;
   std::vector<std::size_t> sum_arrays = {};  ///< those that hold the sums

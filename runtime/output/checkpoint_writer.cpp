@@ -62,7 +62,7 @@ class CheckpointJob : public OutputJob {
   void hear_layout(std::span<const std::byte> layout) override {
     begin_ = values_of<Index>(layout).front();
   }
-  /// Where there is no copy, patches are packed once more.
+  /// Patches without a copy are packed a second time.
   void write(const ByteSink& sink, bool) override {
     for (std::size_t i = 0; i < own_.size(); ++i)
       if (copied_)

@@ -15,11 +15,11 @@ namespace lahar {
 
 namespace {
 
-/// Particles that a thread copies at a time where a frame is written from where they are: the copy
-/// stays in a second-level cache (four times as many, and a frame takes twice as long), and each
-/// column is still enough for a system call.
+/// Particles that a thread copies at a time, if the frame is not a copy. This part stays in a
+/// second-level cache (with four times as many a frame takes twice as long), and each column of it
+/// is still long enough for a system call.
 constexpr Index particles_per_write = 1 << 13;
-/// And where they are sent to a rank that writes: fewer messages count for more.
+/// The same for particles that are sent to a rank that writes: fewer messages count for more there.
 constexpr Index particles_per_relay = 1 << 15;
 
 }  // namespace
@@ -31,7 +31,7 @@ class FrameOutput::Job : public OutputJob {
       : OutputJob({.target = output.folder_ / frame_name(frame.header.step, ".hdf"),
                    .step = frame.header.step,
                    .kind = TraceKind::frame,
-                   .prepare_now = true,  // it is nothing
+                   .prepare_now = true,  // it takes no time
                    .write_now = source != nullptr}),
         output_(output),
         frame_(std::move(frame)),
@@ -60,7 +60,7 @@ class FrameOutput::Job : public OutputJob {
   }
   void name(AtomicFile& file) override { output_.name(file, frame_.header.time); }
   std::string blame(Task, int rank, const std::string&) const override {
-    return fmt::format("cannot write {}: rank {} failed, whose message says why",
+    return fmt::format("cannot write {}: rank {} failed; its message says why",
                        about().target.string(), rank);
   }
 

@@ -33,7 +33,7 @@ std::vector<T> values_of(std::span<const std::byte> bytes) {
 class OutputAgreement {
  public:
   explicit OutputAgreement(const Communicator& ranks);  ///< collective
-  /// What others did not take part in, because they were lost, is left behind.
+  /// If lost ranks have left an operation unfinished, its memory is not freed.
   ~OutputAgreement();
   OutputAgreement(const OutputAgreement&) = delete;
   OutputAgreement& operator=(const OutputAgreement&) = delete;

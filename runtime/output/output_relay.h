@@ -15,24 +15,24 @@
 
 namespace lahar {
 
-/// Of so many writers each writes for consecutive ranks, the first of which it is. Others send it
-/// blocks of bytes with their places in the file, a few at a time, so that memory is bounded on
-/// both sides. One thread of a rank has the bytes or writes them; another, or the same, calls
-/// progress() all the while, alone of them all MPI.
+/// Each writer writes for consecutive ranks, and is the first of them. The others send it blocks of
+/// bytes with their places in the file, a few at a time, so that memory is bounded on both sides.
+/// One thread of a rank has the bytes or writes them. Another, or the same, calls progress() all
+/// the while: no other function calls MPI.
 class OutputRelay {
  public:
-  /// Of a block; longer ones are divided.
+  /// The size of a block; longer ones are divided.
   static constexpr std::size_t most_bytes = std::size_t{1} << 20;
   /// Blocks that wait to be sent, or to be written, at a time.
   static constexpr std::size_t slots = 4;
 
-  /// Where to wait for the other side; may call progress(). Throws if there is no sense in waiting.
+  /// Waits for the other side, and may call progress(). Throws if waiting is of no use.
   using Wait = std::function<void()>;
 
   /// `ranks`: whose messages nobody else receives. `writers` < 1 or more than ranks: every rank
   /// writes for itself.
   OutputRelay(const Communicator& ranks, int writers);
-  /// A block that others did not take, because they were lost, is left behind.
+  /// If lost ranks have not taken a block, its memory is not freed.
   ~OutputRelay();
   OutputRelay(const OutputRelay&) = delete;
   OutputRelay& operator=(const OutputRelay&) = delete;

@@ -182,7 +182,7 @@ void OutputWriter::write_file(Entry& entry) {
 
   if (job.about().write_now) let_caller_write(entry);
   work(entry, [&] {
-    if (!job.about().write_now) write_part(entry, [this] { rest(); });
+    if (!job.about().write_now) write_part(entry, [this] { pause(); });
     if (entry.part && !entry.failure) entry.part->sync();
   });
   agree(entry, Task::write);
@@ -229,7 +229,7 @@ void OutputWriter::let_caller_write(Entry& entry) {
   if (for_caller_ != nullptr) throw IoError(ended_before);
 }
 
-/// Of this rank, and of those that it writes for.
+/// The part of this rank, and of those that it writes for.
 void OutputWriter::write_part(Entry& entry, const OutputRelay::Wait& wait) {
   const std::filesystem::path& target = entry.job->about().target;
   const bool writes = relay_.writes();
@@ -250,8 +250,8 @@ void OutputWriter::write_part(Entry& entry, const OutputRelay::Wait& wait) {
   attempt(entry, [&] { relay_.end(take, wait); });
 }
 
-/// Sleeps; throws when nobody will call progress() any more.
-void OutputWriter::rest() {
+/// Sleep between two looks; throws once nobody calls progress() any more.
+void OutputWriter::pause() {
   {
     const std::lock_guard lock(mutex_);
     if (stopping_) throw IoError(ended_before);

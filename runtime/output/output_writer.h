@@ -76,7 +76,7 @@ class OutputWriter {
   void work(Entry& entry, const std::function<void()>& task);
   void agree(Entry& entry, OutputJob::Task task);
   void let_caller_write(Entry& entry);
-  void rest();
+  void pause();
   void poll();
   // By the thread or by the caller of write().
   static void attempt(Entry& entry, const std::function<void()>& task);

@@ -9,8 +9,8 @@
 
 namespace lahar {
 
-/// Of what this rank has, keep what it is to keep, in the order in which it is looked for. No
-/// rank needs more than that, and each may have more.
+/// Keep what this rank is to keep of what it has, in the order in which it is looked for. No rank
+/// needs more than that, and each may have more.
 template <int Dim>
 void keep_directory_lists(Model<Dim>& model, const Communicator& ranks);
 

@@ -35,7 +35,7 @@ std::vector<Index> particles_of_patches(const ParticleTable<Dim>& particles,
 template <int Dim>
 void set_loads(Model<Dim>& model);
 
-/// Of a table of all particles that every rank has, keep an equal part, which has ids then. Loads
+/// Keep an equal part of a table of all particles that every rank has; the part has ids then. Loads
 /// are to be set before.
 template <int Dim>
 void keep_share(ParticleTable<Dim>& particles, const Communicator& ranks);

@@ -14,7 +14,7 @@ void sort_by_node(auto& entries) {
                    [](const auto& a, const auto& b) { return a.node < b.node; });
 }
 
-/// Of several velocities for a node and direction the first counts, of several frictions the last.
+/// The first of several velocities for a node and direction counts, and the last friction.
 template <int Dim>
 void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<Dim>& conditions) {
   const auto velocities = entries_at(entries_of<NodeVelocity>(conditions), node);
@@ -53,7 +53,7 @@ void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<
   }
 }
 
-/// Of several displacements for a node and direction the first counts.
+/// The first of several displacements for a node and direction counts.
 template <int Dim>
 void fix_displacements(Patch<Dim>& patch, Local local, std::span<const NodeDisplacement> entries) {
   for (int d = 0; d < Dim; ++d) {

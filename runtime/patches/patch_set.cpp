@@ -90,7 +90,7 @@ double lightest_injected(const Model<Dim>& model) {
 template <int Dim>
 Partition<Dim> first_partition(const Mesh<Dim>& mesh, Index target_cells, const Communicator& ranks,
                                const MemoryLimit& memory) {
-  // Of a grid each patch has its place on the curve, both ways, and a row of particles.
+  // In a grid each patch has its place on the curve, both ways, and a row of particles.
   constexpr double bytes_per_patch = 5 * sizeof(Index);
   const double patches = static_cast<double>(mesh.n_cells()) / static_cast<double>(target_cells);
   if (const double bytes = bytes_per_patch * patches; bytes > memory.bytes) {
@@ -328,7 +328,7 @@ void PatchSet<Dim>::choose_owners(const SimulationState& state) {
     if (id < 0 || id >= partition_.n_patches())
       throw InputError("the state is one of another model: it has a patch " + std::to_string(id) +
                        ", the mesh is cut into " + std::to_string(partition_.n_patches()) + ".");
-  // Of a mesh from tables all patches exist, so that each rank's part of it is around all it has.
+  // In a mesh from tables all patches exist, so that each rank's part of it is around all it has.
   all_ = model_->mesh->is_structured() && !state.patches.empty() ? state.patches : needed({});
   std::vector<Index> weight;
   for (const Index id : all_) {

@@ -109,7 +109,7 @@ class PatchSet {
   /// Cells per patch that the partition aims at.
   Index target_cells() const { return target_cells_; }
   double least_mass() const { return least_mass_; }  ///< Patch::least_mass [kg]
-  /// Of the first particle that comes in addition to the model's.
+  /// For the first particle that comes in addition to the model's.
   Index next_id() const { return census_.next_id; }
   const ColumnLayout<Dim>& layout() const { return layout_; }
 

@@ -95,7 +95,8 @@ class Transfers {
     shared.resize(n);
   }
 
-  /// Of those after which the receiver weighs at most `limit`; beyond most_ only the lightest does.
+  /// The cheapest one after which the receiver weighs at most `limit`; beyond most_ the receiver is
+  /// the lightest rank.
   std::optional<Transfer> cheapest(int from, Index limit) const {
     std::optional<Transfer> best;
     std::vector<std::pair<int, Index>> shared;

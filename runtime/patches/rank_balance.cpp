@@ -38,7 +38,7 @@ void RankBalance<Dim>::renumber(const PatchRenumbering& ids) {
   edges_of_.clear();
 }
 
-/// Of each `sampled` steps one at random: what happens again and again after a fixed number of
+/// One of each `sampled` steps, at random: what happens again and again after a fixed number of
 /// steps, such as particles in rows that cross the sides of cells, is neither always seen nor
 /// never.
 template <int Dim>

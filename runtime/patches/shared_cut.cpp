@@ -91,9 +91,9 @@ void SharedCut<Dim>::split(std::span<const PatchSplit> splits) {
   n_patches_ += static_cast<Index>(splits.size());
 }
 
-/// Of patches with these cells: the patches around (surrounding_patches()) with their cells, and
-/// all cells that are needed (surrounding_cells()), but for those that are near without being next
-/// to them.
+/// The patches around those with these cells (surrounding_patches()) with their cells, and all
+/// cells that are needed (surrounding_cells()), but for those that are near without being next to
+/// them.
 template <int Dim>
 typename SharedCut<Dim>::Surroundings SharedCut<Dim>::find_surroundings(
     const std::vector<Index>& patches, int rings) const {

@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
+#include <filesystem>
 #include <numeric>
 
 #include "graph/executor.h"
+#include "io/base/atomic_file.h"
 #include "io/base/text.h"
 #include "runtime/patches/balance.h"
 #include "runtime/program/commands.h"
@@ -57,11 +58,6 @@ TaskGraph part_of(const TaskGraph& graph, const std::vector<int>& chosen,
   return make_task_graph(std::move(tasks), neighbours);
 }
 
-void write_text(const std::string& file, const std::string& text) {
-  std::ofstream out(file);
-  if (!(out << text) || !out.flush()) throw IoError(fmt::format("{}: cannot be written", file));
-}
-
 /// One word of a shell command, whatever is in it.
 std::string shell_word(const std::string& text) {
   std::string out = "'";
@@ -72,7 +68,7 @@ std::string shell_word(const std::string& text) {
 /// Draw with Graphviz's dot.
 void draw(const std::string& file, const std::string& format, const std::string& text) {
   const std::string dot_file = file + ".dot";
-  write_text(dot_file, text);
+  write_text_file(dot_file, text);
   const std::string command =
       fmt::format("dot -T{} -o {} {}", format, shell_word(file), shell_word(dot_file));
   if (std::system(command.c_str()) != 0)
@@ -81,6 +77,15 @@ void draw(const std::string& file, const std::string& format, const std::string&
                     "The graph as text is in {}.",
                     file, dot_file));
   std::remove(dot_file.c_str());
+}
+
+/// By the end of the file's name, without its dot.
+std::string format_of(const std::string& file) {
+  if (file.empty()) return "";
+  const std::string end = std::filesystem::path(file).extension().string();
+  for (const char* format : {"dot", "svg", "png", "pdf"})
+    if (end == std::string(".") + format) return format;
+  throw InputError("--output must end in .dot, .svg, .png or .pdf, found '" + file + "'.");
 }
 
 struct GraphArguments {
@@ -92,6 +97,7 @@ struct GraphArguments {
 };
 
 int graph_command(const GraphArguments& arguments) {
+  const std::string format = format_of(arguments.output);
   Scenario scenario = read_scenario(arguments.scenario, arguments.options);
   const std::string title = printable(outline_of(scenario.model).title);
   const Simulation simulation(std::move(scenario.model), {.mode = ExecutionOptions::Mode::serial});
@@ -117,15 +123,12 @@ int graph_command(const GraphArguments& arguments) {
   const auto tasks = tasks_of(phases_of(simulation.stages(), arguments.ranks > 1));
   const std::string text =
       to_dot(part_of(graph, chosen, tasks), chosen_names, caption, chosen_ranks);
-  const auto dot = arguments.output.find_last_of('.');
-  const std::string format =
-      dot == std::string::npos ? std::string() : arguments.output.substr(dot + 1);
   if (arguments.output.empty())
     fmt::print("{}", text);
-  else if (format == "svg" || format == "png" || format == "pdf")
-    draw(arguments.output, format, text);
+  else if (format == "dot")
+    write_text_file(arguments.output, text);
   else
-    write_text(arguments.output, text);
+    draw(arguments.output, format, text);
   return exit_ok;
 }
 

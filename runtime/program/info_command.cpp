@@ -4,6 +4,7 @@
 #include "graph/executor.h"
 #include "io/schema/keys.h"
 #include "physics/materials/materials.h"
+#include "physics/mesh/element.h"
 #include "runtime/program/commands.h"
 #include "runtime/terminal/console.h"
 #include "runtime/terminal/version.h"
@@ -18,6 +19,13 @@ std::string material_names() {
     ((names += (names.empty() ? "" : ", ") + std::string(Laws::name)), ...);
     return names;
   }(static_cast<const Law*>(nullptr));
+}
+
+std::string element_names() {
+  std::string names;
+  for (int e = 0; e < n_elements; ++e)
+    names += (e == 0 ? "" : ", ") + std::string(info(static_cast<Element>(e)).name);
+  return names;
 }
 
 struct InfoArguments {
@@ -36,12 +44,13 @@ int info_command(const InfoArguments& arguments) {
       "build      {}\n"
       "libraries  {}\n"
       "threads    {} available\n"
-      "elements   ED2T3, ED2T6, ED2Q4, ED2Q8, ED2Q9, ED3T4, ED3H8, ED3H20, ED3H27\n"
+      "elements   {}\n"
       "materials  {}\n"
       "schemes    usf, usl, musl; velocity update: flip, pic and their blend, apic, tpic, "
       "asflip, xpic, fmpm\n"
       "input      lahar info --reference (every key), lahar info --schema (JSON Schema)\n",
-      version_line(), compiler_line(), libraries, available_threads(), material_names());
+      version_line(), compiler_line(), libraries, available_threads(), element_names(),
+      material_names());
   return exit_ok;
 }
 

@@ -42,12 +42,8 @@ bool advance(MaterialPoint& point, const PathSegment& segment, Index step, const
   return true;
 }
 
-void write_text(const std::filesystem::path& file, const std::string& text) {
-  AtomicFile atomic(file);
-  OutputFile out(atomic.temporary(), OutputFile::Mode::truncate, file);
-  out.write(text);
-  out.close();
-  atomic.commit();
+void write_and_name(const std::filesystem::path& file, const std::string& text) {
+  write_text_file(file, text);
   fmt::print("{}\n", printable(file.string()));
 }
 
@@ -68,8 +64,8 @@ void follow_path(const MaterialDriver& driver, std::vector<PathPoint>& points, I
       if (!advance(point, segment, step, start, guess))
         throw SimulationError(
             fmt::format("material '{}': segment {}, step {} of {}: {} after stress ({:.6g}) Pa. "
-                        "Use more steps, "
-                        "or check the parameters and whether the material can bear these stresses.",
+                        "Use more steps, or check the parameters and whether the material can bear "
+                        "these stresses.",
                         driver.material.name, s + 1, step + 1, segment.steps,
                         segment.increments.empty() ? "the path cannot be followed"
                                                    : "no stress that the law allows was found",
@@ -134,8 +130,8 @@ int material_command(const MaterialArguments& arguments) {
   std::vector<PathPoint> points;
   Index divided = 0;
   const auto write = [&] {
-    write_text(output + ".csv", path_table(driver, points));
-    if (!arguments.no_plot) write_text(output + ".svg", path_picture(driver, points));
+    write_and_name(output + ".csv", path_table(driver, points));
+    if (!arguments.no_plot) write_and_name(output + ".svg", path_picture(driver, points));
   };
   try {
     follow_path(driver, points, divided);

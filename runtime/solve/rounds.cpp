@@ -118,7 +118,7 @@ void Rounds<Dim>::run_task(int task_stage, int p, Step step) {
   const int f = task_stage % phases();
   // A step of the graph may have a round more than is taken: nothing is done in it.
   if (round <= last_round_.load(std::memory_order_acquire)) {
-    // Of a failed round all ranks know alike, from the sums, that they are not those of all.
+    // All ranks know alike, from the sums of a failed round, that they are not those of all.
     const std::span<double> own = f == giving_phase_ ? terms(p) : std::span<double>{};
     std::fill(own.begin(), own.end(), std::numeric_limits<double>::quiet_NaN());
     if (!failures_.idles(p, round)) run_own_task(phases_[static_cast<std::size_t>(f)], p, round);

@@ -89,7 +89,7 @@ SimulationState CheckpointStager<Dim>::take(Step at, double dt_limit, const Inje
 template <int Dim>
 bool CheckpointStager<Dim>::plan(Step step) {
   if (step < next_request_ || requested_ >= 0) return false;
-  requested_ = step + max_lead;  // which nobody has begun
+  requested_ = step + max_lead;  // no patch has begun that step
   return true;
 }
 
@@ -97,7 +97,7 @@ template <int Dim>
 void CheckpointStager<Dim>::is_written(Step at) {
   if (requested_ == at) requested_ = -1;
   asked_ = false;
-  // What this rank has said by now of steps that it had done.
+  // Agreements of earlier steps may still ask for what is written now.
   next_request_ = at + max_lead;
 }
 

@@ -15,7 +15,6 @@
 namespace lahar {
 
 /// `at` is a number of steps that are done.
-/// `at` is a number of steps that are done.
 template <int Dim>
 class CheckpointStager {
  public:
@@ -29,7 +28,7 @@ class CheckpointStager {
 
   /// Steps are taken from `step` on, and tasks copy states if `copies`. Collective.
   void begin(Step step, bool copies, Index removed, const Communicator& ranks);
-  void add_particles(Index n) { particles_ += n; }  ///< that came in, of all ranks
+  void add_particles(Index n) { particles_ += n; }  ///< they came in, on all ranks
 
   bool due(Step at) const { return at == requested_ || (every_ > 0 && at % every_ == 0); }
   bool copies() const { return copies_; }
@@ -45,7 +44,7 @@ class CheckpointStager {
   /// By any thread: a state is wanted soon.
   void ask() { asked_ = true; }
   bool is_asked() const { return asked_; }
-  /// One was asked for, as all ranks hear after `step`. True: it is due max_lead steps later.
+  /// All ranks hear after `step` that a state was asked for. True: it is due max_lead steps later.
   bool plan(Step step);
   bool is_planned_after(Step at) const { return requested_ > at; }
   void is_written(Step at);

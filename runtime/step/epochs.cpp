@@ -11,8 +11,8 @@ namespace lahar {
 
 namespace {
 
-/// Particles that left a patch [-] wait in its memory until the graph drains. It has to where they
-/// are so many, 70 KiB, as perhaps nothing else makes it drain.
+/// Particles that left a patch [-] wait in its memory until the graph drains. So many of them, 70
+/// KiB, make it drain, because perhaps nothing else does.
 constexpr std::size_t most_removed = 1000;
 
 }  // namespace

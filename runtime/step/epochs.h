@@ -1,4 +1,4 @@
-/// \file What makes the graph drain because the set of patches has to change, and the change.
+/// \file Changes of the set of patches, and when the graph drains for them.
 #pragma once
 
 #include <atomic>
@@ -26,13 +26,14 @@ class Epochs {
   Step split_step() const { return split_step_; }
   void resume(Step split_step) { split_step_ = split_step; }
 
-  /// Steps are taken.
+  /// Steps are taken from now on.
   void begin() { rebuild_ = false; }
   /// By the task of a patch around which patches are missing.
   void need_surroundings() { rebuild_.store(true, std::memory_order_relaxed); }
   /// By the task of a patch that has done `step`.
   void look_at(const Patch<Dim>& patch, Step step);
-  /// What this rank knows of a step that its patches have done; the last to add to Agreement::sum.
+  /// What this rank knows of a step that its patches have done. Nothing may be added to
+  /// Agreement::sum after it.
   void give(Step step, Agreement& own);
   /// What all ranks know. True: the graph drains max_lead steps later.
   bool take(Step step, const Agreement& all);
@@ -42,7 +43,7 @@ class Epochs {
   /// At rest after `step`: split what was found crowded max_lead steps ago. Returns the ids of
   /// patches that are parts, whose particles are still to be mapped. Collective.
   std::optional<std::vector<Index>> split(Step step);
-  /// At rest: create what is missing. True if the set of patches has changed. Collective.
+  /// At rest: create missing patches. True if the set of patches has changed. Collective.
   bool rebuild();
   /// At rest: give patches to other ranks where that pays, and call `changed` if any was.
   /// Collective.
@@ -57,9 +58,9 @@ class Epochs {
   std::atomic<bool> rebuild_{false};
   PerStep<std::atomic<bool>> crowded_;  ///< a patch of this rank is to be split
   PerStep<std::atomic<bool>> full_;     ///< a patch has a long list of removed particles
-  /// Patches are split when so many steps are done, which follows from what was found max_lead
-  /// steps before: the same step for any ranks and threads, whatever else makes the graph drain. -1
-  /// = none.
+  /// Patches are split when so many steps are done; -1 = none. This follows from what was found
+  /// max_lead steps before: the step is the same for any ranks and threads, whatever else makes the
+  /// graph drain.
   Step split_step_ = -1;
   bool remap_ = false;
 };

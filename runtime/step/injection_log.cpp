@@ -45,7 +45,7 @@ Index InjectionLog::dense(Index id) const {
   if (id < first_injected_id) return id;
   const auto after = std::upper_bound(known_.begin(), known_.end(), id,
                                       [](Index i, const Known& k) { return i < k.first; });
-  // Of a run that failed, particles may come from steps that were never finished.
+  // In a run that failed, particles may come from steps that were never finished.
   if (after == known_.begin()) return id;
   const Known& of = *(after - 1);
   return id - of.first < counts_.points ? of.dense + (id - of.first) : id;

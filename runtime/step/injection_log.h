@@ -28,7 +28,7 @@ class InjectionLog {
 
   /// Whether there may be events in a step that begins at `time` [s].
   bool due(double time) const;
-  /// Of a step for which they are due: a bit for each event. Sums over the ranks are those of all,
+  /// For a step in which they are due: a bit for each event. Sums over the ranks are those of all,
   /// because every cell belongs to one of them.
   std::vector<Index> elements(std::span<const Index> events) const;
   std::size_t n_elements() const;

@@ -35,7 +35,7 @@ bool RunWatch<Dim>::judge(Step step, const HistoryRow& row, double kinetic_at_st
   if (!alarm || judge_.state.end_step >= 0) return false;
   if (judge_.stops()) {
     judge_.state.alarm = std::move(*alarm);
-    judge_.state.end_step = step + max_lead;  // which nobody has begun
+    judge_.state.end_step = step + max_lead;  // no patch has begun that step
   } else {
     warn_once(*alarm);
   }

@@ -63,7 +63,7 @@ void SimulationDriver<Dim>::take_injected(Step step) {
   log_.take(step, std::span(std::as_const(agreed_[step].sum))
                       .subspan(sums_due(step) ? RunHistory::n_elements : 0, log_.n_elements()));
   stager_.add_particles(log_.next_id() - before);
-  // Of states, without sums of nodes.
+  // In a state, without sums of nodes.
   const auto particle = static_cast<std::size_t>(patches_.layout().rows() + 2) * sizeof(double);
   if (budget_.is_outgrown(log_.next_id(), particle)) executor_->stop_before(step + max_lead);
 }

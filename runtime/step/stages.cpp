@@ -12,6 +12,7 @@
 #include "physics/basis/support.h"
 #include "physics/contact/contact_surface.h"
 #include "physics/kernels/driven_nodes.h"
+#include "physics/kernels/general_kernels.h"
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/separation.h"
@@ -68,12 +69,23 @@ void begin_mapping(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.idle = patch.clear_sums == 2;
 }
 
-/// Velocity gradients of a chunk from G2P, for its stress. A buffer that all patches of a thread
-/// share stays in its cache.
+/// Velocity gradients of a chunk, from one stage of a phase for the next: from G2P for stress, or
+/// from stress for pore pressure. A buffer that all patches of a thread share stays in its cache.
 template <int Dim>
 VelocityGradients<Dim>& gradients_of_chunk() {
   static thread_local VelocityGradients<Dim> gradients;
   return gradients;
+}
+
+/// update_stress(), which leaves its gradients for the pore pressure.
+template <int Dim>
+void update_stress_of_phases(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                             StressPart part) {
+  if (!step.model->analysis.two_phase || !general::is(patch))
+    return update_stress(patch, step, bins, part);
+  VelocityGradients<Dim>& gradients = gradients_of_chunk<Dim>();
+  general::find_gradients<Dim, Pack>(patch, step, bins, patch.velocity.data(), gradients);
+  update_stress(patch, step, bins, part, &gradients);
 }
 
 /// The filter of the velocity transfer, of orders from Order on: of each, a stage that gives nodes
@@ -225,7 +237,7 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
                                .bins =
                                    [](P& p, S& s, ParticleBins bins) {
                                      smooth_pressure(p, s, bins);
-                                     update_stress(p, s, bins, StressPart::law);
+                                     update_stress_of_phases(p, s, bins, StressPart::law);
                                    }}};
   if (is_implicit(analysis))
     return {TimestepStage<Dim>{
@@ -242,7 +254,7 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
                              .bins = [](P& p, S& s, ParticleBins bins) {
                                if (s.model->analysis.scheme == Scheme::usl)
                                  add_work_of_tractions(p, s, bins);
-                               update_stress(p, s, bins, StressPart::both);
+                               update_stress_of_phases(p, s, bins, StressPart::both);
                              }}};
 }
 
@@ -251,13 +263,14 @@ Stages<Dim> pore_pressure(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   if (!analysis.two_phase) return {};
-  TimestepStage<Dim> update{
-      .stage = {.name = "pore pressure"},
-      .bins = [](P& p, S& s, ParticleBins bins) { update_pore_pressure(p, s, bins); }};
+  TimestepStage<Dim> update{.stage = {.name = "pore pressure"},
+                            .bins = [](P& p, S& s, ParticleBins bins) {
+                              update_pore_pressure(p, s, bins, gradients_of_chunk<Dim>());
+                            }};
   if (!maps_pore_pressure(analysis)) return {update};
   update.begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::pore_pressure); };
   update.bins = [](P& p, S& s, ParticleBins bins) {
-    update_pore_pressure(p, s, bins);
+    update_pore_pressure(p, s, bins, gradients_of_chunk<Dim>());
     map_pore_pressure(p, s, bins);
   };
   return {update,

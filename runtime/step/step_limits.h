@@ -20,7 +20,7 @@ class StepLimits {
   /// [s] of all ranks at present; `where` receives a description of the limiting particle.
   /// Collective.
   double present(const Communicator& ranks, std::string* where = nullptr) const;
-  /// Of each generator. Collective.
+  /// For each generator. Collective.
   std::vector<InjectionLimit> of_injections(const Communicator& ranks) const;
 
   /// With a fixed step, a patch that has done `step` of `nsteps`: why the run cannot go on; empty

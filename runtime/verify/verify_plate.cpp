@@ -255,14 +255,6 @@ void print_times(const std::vector<ThreadTime>& times, Index particles) {
         "\n  The runs differ: other programs are using the cores, and speed-ups say little.\n");
 }
 
-void write_text(const fs::path& file, const std::string& text) {
-  AtomicFile atomic(file);
-  OutputFile out(atomic.temporary(), OutputFile::Mode::truncate, file);
-  out.write(text);
-  out.close();
-  atomic.commit();
-}
-
 std::string times_table(const std::vector<ThreadTime>& times) {
   std::string text = "threads,ns_per_particle_step,speedup\n";
   for (const ThreadTime& t : times)
@@ -343,8 +335,8 @@ bool verify_plate_with_hole(const VerifyArguments& arguments) {
   const std::vector<ThreadTime> times = measure(threads);
   print_times(times, published.frame.size());
 
-  write_text(folder / "plate-with-hole.svg", plate_picture(published.frame, series, times));
-  write_text(folder / "threads.csv", times_table(times));
+  write_text_file(folder / "plate-with-hole.svg", plate_picture(published.frame, series, times));
+  write_text_file(folder / "threads.csv", times_table(times));
   write_frame(published.frame, folder / "plate-with-hole.hdf");
   fmt::print(
       "\nFiles\n  {}   stress field, stress above the hole, time by threads\n"

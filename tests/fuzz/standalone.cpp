@@ -36,7 +36,7 @@ using namespace lahar::fuzz;
 namespace fs = std::filesystem;
 
 constexpr unsigned most_seconds = 20;
-/// Of the address space: more than any of these inputs asks for.
+/// The address space: more than any of these inputs asks for.
 constexpr rlim_t most_memory = rlim_t{6} << 30;
 constexpr std::size_t most_bytes = std::size_t{1} << 20;  // of an input
 

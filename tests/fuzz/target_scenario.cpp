@@ -172,7 +172,7 @@ void run_material(Bytes input) {
   const CaseFolder folder(files);
   MaterialDriver driver = read_material_driver_text(files.front().text, folder.folder());
   check_material(driver.material);
-  // Of each part of the path the beginning, in steps as large as the input wants them.
+  // The beginning of each part of the path, in steps as large as the input wants them.
   constexpr Index most = 2;
   constexpr std::size_t parts = 4;
   if (driver.path.size() > parts) driver.path.resize(parts);

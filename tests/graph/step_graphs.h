@@ -129,7 +129,7 @@ class Watch {
             [this](Step step) { set_dt(step); }, [this](Step step) { completed(step); }};
   }
 
-  /// Of a graph whose steps have several rounds of the stages: rounds are what this calls steps. A
+  /// For a graph whose steps have several rounds of the stages: rounds are what this calls steps. A
   /// neighbour may have given what the next round takes: there are two copies.
   TaskBodies bodies_of_rounds(int rounds) {
     ahead_ = rounds - 1;

@@ -142,7 +142,7 @@ Json law_of(Choices& choices, const std::string& of) {
   }
 }
 
-/// Of waves at the start [m/s], about.
+/// About the speed of waves at the start [m/s].
 double wave_of(const Json& law) {
   double modulus = law.value("bulk_modulus", 0.0);
   if (law.contains("youngs_modulus")) {

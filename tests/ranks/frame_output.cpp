@@ -113,7 +113,7 @@ TEST_CASE("writers are the first of as many even groups of consecutive ranks") {
 TEST_CASE("frames that are more than blocks that wait may hold come to the one that writes them") {
   const Communicator ranks = Communicator::world();
   const SharedFolder folder(ranks), alone(ranks);
-  // Of each rank: more than all blocks that sender and writer hold together.
+  // For each rank: more than all blocks that sender and writer hold together.
   const Index n = ranks.size() * Index{100'000};
   Frame frame = sample_frame(3, n);
   FrameOutput output(folder.path, ranks, {}, 1);
@@ -194,7 +194,7 @@ TEST_CASE("a disk that is full for one rank is an error on all, and finished fra
         CHECK(error == "cannot write " + file + ": File too large");
       else
         CHECK(error == "cannot write " + file + ": rank " + std::to_string(full) +
-                           " failed, whose message says why");
+                           " failed; its message says why");
       ranks.wait_for_all();
       if (ranks.rank() != 0) continue;
       CHECK(names_in(folder.path) ==

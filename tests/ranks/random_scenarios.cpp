@@ -154,7 +154,7 @@ class Comparison {
       record.error = error.what();
     }
   }
-  /// Of rank 0, which has the reference, and all that is the same on all ranks.
+  /// Only rank 0 compares: it has the reference, and all that is the same on all ranks.
   void compare(const RunRecord& record, const std::string& what) {
     if (ranks_.rank() != 0 || !difference_.empty()) return;
     const std::string text = difference(reference_, record, false);

@@ -260,7 +260,7 @@ TEST_CASE("patches that are split because particles gather in them") {
   dust.analysis.nsteps = 100000;
   check(dust, 90, all_ways);
   check(adaptive(dust), 60, threads_only);
-  // Of a mesh from tables, ranks have parts.
+  // Ranks have parts of a mesh from tables.
   check(distorted(dust, 0.008), 90, all_ways);
   Model<3> deep = falling_dust_3d();
   deep.analysis.nsteps = 100000;

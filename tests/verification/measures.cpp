@@ -76,7 +76,7 @@ TEST_CASE("depths of rings give a cylinder its height out to its radius") {
 }
 
 TEST_CASE("what moved does not count as at rest, and columns are those of the start") {
-  // Of three grains in the first column one slid into the second.
+  // One of three grains in the first column slid into the second.
   const State state = state_of({{0.5, 0}, {0.5, 1, 0.0005}, {1.5, 0, 1.0}});
   const Depths d = depths_at_rest(state, 1, 0, 1, 0.001);
   CHECK(d.depth[0] == 2);

@@ -38,7 +38,7 @@ Tip bend(const Method& method, double alpha) {
   // The load of a particle is traction * volume / size, here traction * spacing.
   const double traction = -alpha * E * inertia / (l * l) / depth;
   const double c = std::sqrt(E / rho), slenderness = length / depth;
-  // Of the first mode: 2 pi / (3.516 sqrt(E I / (rho A L^4))).
+  // The first mode: 2 pi / (3.516 sqrt(E I / (rho A L^4))).
   const double period = 6.19 * slenderness * length / c;
   Model<2> model = model_of_text<2>(fmt::format(
       R"({{

@@ -72,9 +72,9 @@ double decay(Wave wave) {
   return with - rate(wave);
 }
 
-/// Of a mode exp(i q x) nodes and particles keep 1 - q^2 s^2 each way of what they have, s^2 half
-/// the variance of functions around particles: so much of the mode is lost per relaxation time, to
-/// the power of the order. Kinetic energy is half of the energy, and falls twice as fast.
+/// Nodes and particles keep 1 - q^2 s^2 of a mode exp(i q x) each way; s^2 is half the variance of
+/// functions around particles. So much of the mode is lost per relaxation time, to the power of
+/// the order. Kinetic energy is half of the energy, and falls twice as fast.
 double predicted(const Wave& wave) {
   const double h = length / wave.cells;
   const double variance = wave.functions == "quadratic_spline" ? 1.0 / 4 : 3.0 / 16;

@@ -107,7 +107,7 @@ class Study {
     }
   }
 
-  /// Of the first run; not a number where it failed.
+  /// From the first run; not a number where it failed.
   double value(const std::string& number) const { return value(0, number); }
 
   /// The number is within `low` and `high`, give or take a share `band` of them, in all three runs.

@@ -46,7 +46,7 @@ std::vector<Wait> longest_waits(const TraceLog& log, const IdleTime& idle) {
     if (task.ready <= task.without_last || task.kind == TraceKind::unpack) continue;
     const double time = idle.within(task.rank, task.without_last, task.ready);
     if (waits.size() == kept && time <= waits.back().time) continue;
-    // Of tasks of a rank that wait at the same time, one is enough.
+    // One of the tasks of a rank that wait at the same time is enough.
     const auto same = std::find_if(waits.begin(), waits.end(), [&](const Wait& wait) {
       const TraceTask& other = log.tasks[static_cast<std::size_t>(wait.task)];
       return other.rank == task.rank && other.without_last < task.ready &&

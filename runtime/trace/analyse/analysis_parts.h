@@ -9,7 +9,7 @@ namespace lahar {
 inline double duration(const TraceTask& task) {
   return task.end - task.begin;
 }
-/// Of the task's patch, when patches were last made or moved.
+/// In the task's patch, when patches were last made or moved.
 std::int64_t particles_of(const TraceLog& log, const TraceTask& task);
 
 std::vector<Wait> longest_waits(const TraceLog& log, const IdleTime& idle);

@@ -90,7 +90,7 @@ class Projector {
     return points;
   }
 
-  /// Of the recorded patches.
+  /// With the recorded patches.
   std::vector<ProjectionPoint> strong() const {
     std::vector<ProjectionPoint> points;
     const double most = std::min<double>(most_, epoch_.patches());
@@ -99,7 +99,7 @@ class Projector {
     return points;
   }
 
-  /// Of one patch per core of the largest machine.
+  /// With one patch per core of the largest machine.
   std::vector<ProjectionPoint> largest() const {
     std::vector<ProjectionPoint> points;
     for (double per_core = 256; per_core >= 1; per_core /= 4) {

@@ -44,7 +44,7 @@ struct ReplayCase {
   int step_of(int step, int patch) const {
     return source[static_cast<std::size_t>(patch / epoch->patches() * steps + step)];
   }
-  /// Of a task in `duration` and `gap` of the epoch.
+  /// Where a task is in `duration` and `gap` of the epoch.
   std::size_t place(int step, int phase, int patch) const {
     const auto row = static_cast<std::size_t>(step_of(step, patch) * phases() + phase);
     return row * epoch->rank.size() + static_cast<std::size_t>(patch % epoch->patches());

@@ -224,7 +224,7 @@ class WorkReader {
     if (!work_.has_messages) work_.unpack = assumed_packing;
   }
 
-  /// Of a trace without messages: half of a patch's border nodes, shared among its neighbours, a
+  /// For a trace without messages: half of a patch's border nodes, shared among its neighbours, a
   /// line of 64 bytes each; where particles go, a few of them.
   double assumed_bytes(std::size_t phase) const {
     const auto& next = work_.phases[(phase + 1) % work_.phases.size()];

@@ -44,7 +44,7 @@ json stages_json(const TraceReport& report) {
   return list;
 }
 
-/// Of each rank and counter: its values, and the times [s] from when on they hold.
+/// The values of each counter of each rank, and the times [s] from which on they hold.
 json counters_json(const TraceLog& log) {
   json list = json::array();
   for (int r = 0; r < log.run.ranks; ++r)

@@ -79,7 +79,7 @@ class TraceRecorder {
 class TraceSpan {
  public:
   TraceSpan(TraceKind kind, Step step) : TraceSpan(kind, step, TraceRecorder::active(step)) {}
-  /// Of a step, but done beside later ones: recorded where the present step is.
+  /// Work for a step, done beside later ones: recorded where the present step is.
   static TraceSpan beside_steps(TraceKind kind, Step of) {
     TraceRecorder* const recorder = TraceRecorder::active();
     return {kind, of, recorder && recorder->has(recorder->present()) ? recorder : nullptr};

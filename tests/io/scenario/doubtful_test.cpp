@@ -99,7 +99,7 @@ mpm.json:18:46: warning: nothing holds the material against gravity, which is la
     {"a region half outside of the mesh",
      {regions(R"({"generator": {"type": "region", "per_cell": 4, "material_id": 0,
       "region": {"box": {"min": [1, 0], "max": [3, 1]}}}})")}, {}, R"(accepted
-mpm.json:13:17: warning: 50 % of the region lie outside of the mesh and get no particles: about 16, beside the 16 inside [/particles/0/generator/region]
+mpm.json:13:17: warning: 50 % of the region lies outside of the mesh and gets no particles: about 16, beside the 16 inside [/particles/0/generator/region]
         "region": {"box": {"min": [1, 0], "max": [3, 1]}}}}
                   ^
   hint: the mesh extends from (0, 0) to (2, 1), the region from (1, 0) to (3, 1): move one of them, or make the mesh larger

@@ -2,7 +2,9 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include "io/scenario/scenario.h"
 #include "physics/base/error.h"
@@ -15,7 +17,7 @@ struct Parts {
   std::string material = R"(["soil", "water"])";
   std::string soil = R"("porosity": 0.4, "k_x": 1e-3)";
   std::string constraints = R"({"nset": "base", "dir": "y", "velocity": 0})";
-  std::string mesh = "", analysis = R"("end_time": 1)";
+  std::string mesh = "", analysis = R"("end_time": 1)", bulk_modulus = "2e9";
 };
 
 std::string text_of(const Parts& parts) {
@@ -26,12 +28,13 @@ std::string text_of(const Parts& parts) {
     "materials": [
       {{"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e7,
        "poisson_ratio": 0.2, {}}},
-      {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 2e9,
+      {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": {},
        "dynamic_viscosity": 1e-3}}],
     "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": {}}}}}],
     "external_loading_conditions": {{"gravity": [0, -10]}},
     "analysis": {{{}}}}})",
-                     parts.mesh, parts.constraints, parts.soil, parts.material, parts.analysis);
+                     parts.mesh, parts.constraints, parts.soil, parts.bulk_modulus, parts.material,
+                     parts.analysis);
 }
 
 Model<2> model_of(const Parts& parts) {
@@ -87,6 +90,38 @@ TEST_CASE("a water table gives the pressures of water at rest below it") {
   }
 }
 
+TEST_CASE("two phases: values that look like those of other units are doubted") {
+  const auto doubts = [](const Parts& parts) {
+    std::vector<std::string> messages;
+    for (const Problem& problem : read_scenario_text(text_of(parts), "").warnings)
+      messages.push_back(problem.message);
+    return messages;
+  };
+  const std::vector<std::string> none = doubts({});
+  const auto adds = [&](const Parts& parts, const std::string& message) {
+    std::vector<std::string> more = doubts(parts);
+    REQUIRE(more.size() == none.size() + 1);
+    CHECK(std::count(more.begin(), more.end(), message) == 1);
+  };
+  adds({.soil = R"("porosity": 0.4, "k_x": 86.4)"},
+       "'k_x' is 86.4 m/s: even coarse gravel has less");
+  adds({.bulk_modulus = "2.2"},
+       "the liquid is softer than the skeleton 'soil': bulk_modulus / porosity = 5.5 Pa against "
+       "1.11e+07 Pa");
+  CHECK(doubts({.soil = R"("porosity": 0.4, "k_x": 0.1)", .bulk_modulus = "1e8"}) == none);
+}
+
+TEST_CASE("two phases: a value out of bounds is not missing") {
+  try {
+    read_scenario_text(text_of({.soil = R"("porosity": 40, "k_x": 1e-3)"}), "");
+    FAIL("the porosity was accepted");
+  } catch (const InputError& error) {
+    REQUIRE(error.problems().size() == 1);
+    CHECK(error.problems()[0].message ==
+          "'porosity' must be greater than 0 and less than 1, found 40");
+  }
+}
+
 TEST_CASE("two phases: what is missing or does not go together is said") {
   CHECK(refusal({.soil = R"("k_x": 1e-3)"}) ==
         "'porosity' is missing: 'soil' has a liquid in its pores");
@@ -98,7 +133,7 @@ TEST_CASE("two phases: what is missing or does not go together is said") {
         "'material_id' must have one or two materials, found 3");
   CHECK(refusal({.material = R"("soil")",
                  .constraints = R"({"nset": "base", "dir": "y", "phase": "liquid",
-                                    "velocity": 0})"}) == "there is no liquid in pores");
+                                    "velocity": 0})"}) == "no material has a liquid in its pores");
   CHECK(refusal({.analysis = R"("dt": 1e-6, "nsteps": 1, "type": "MPMExplicit2D")"}) ==
         "particles have a liquid in their pores, but 'type' is of one phase");
   CHECK(refusal({.material = R"("soil")",

@@ -14,7 +14,7 @@ namespace {
 template <int Dim>
 using Corners = std::array<Vec<Dim>, static_cast<std::size_t>(corners<Dim>)>;
 
-/// Of the cube [-1, 1]^Dim, each moved by up to 0.45; det J stays above 0 (checked below).
+/// Corners of the cube [-1, 1]^Dim, each moved by up to 0.45; det J stays above 0 (checked below).
 template <int Dim>
 Corners<Dim> random_corners(std::mt19937& random) {
   Corners<Dim> at;

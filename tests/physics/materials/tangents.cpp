@@ -225,7 +225,8 @@ TEST_CASE(
           for (const double t : row) CHECK(std::isfinite(t));
         continue;
       }
-      compare(law, point, 1e-6, 1e-5, found);
+      // The deviator is zero: laws take the tangent a little beside (beside_axes.h).
+      compare(law, point, 1e-6, 5e-5, found);
     }
   });
 }
