@@ -36,7 +36,7 @@ template <int Dim>
 std::uint8_t along_walls(const ConstrainedNode<Dim>& wall, const ImplicitWall<Dim>& state) {
   unsigned along = 0;
   for (std::size_t d = 0; d < Dim; ++d)
-    if (!wall.fixed[d] && wall.pushes[d] == 0) along |= 1u << d;
+    if (!(state.fixed >> d & 1) && wall.pushes[d] == 0) along |= 1u << d;
   return state.closed == 0 ? 0 : static_cast<std::uint8_t>(along);
 }
 
@@ -49,9 +49,7 @@ bool rubs(const ConstrainedNode<Dim>& wall) {
 
 template <int Dim>
 std::uint8_t held_axes(const ConstrainedNode<Dim>& wall, const ImplicitWall<Dim>& state) {
-  unsigned held = state.closed;
-  for (std::size_t d = 0; d < Dim; ++d)
-    if (wall.fixed[d]) held |= 1u << d;
+  unsigned held = state.closed | state.fixed;
   if (rubs(wall) && !state.slips) held |= along_walls(wall, state);
   return static_cast<std::uint8_t>(held);
 }
@@ -111,15 +109,19 @@ void begin_walls(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.implicit.walls.assign(patch.walls.size(), {});
   patch.implicit.walls_changed = false;
   for_each_wall(patch, [&](const ConstrainedNode<Dim>& wall, ImplicitWall<Dim>& state) {
-    unsigned closed = 0;
-    for (std::size_t d = 0; d < Dim; ++d)
-      if (wall.pushes[d] != 0) closed |= 1u << d;
-    state.closed = static_cast<std::uint8_t>(closed);
-    Vec<Dim> prescribed;
-    for (std::size_t d = 0; d < Dim; ++d)
+    std::uint8_t& held = patch.system.held[static_cast<std::size_t>(wall.node)];
+    auto global = vector_at<Dim>(patch.implicit.prescribed, wall.node);
+    Vec<Dim> prescribed = wall.axes.transpose() * global;
+    state.fixed = wall.axes.isIdentity(0.0) ? held : 0;  // displacement constraints
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const auto bit = static_cast<std::uint8_t>(1u << d);
+      if (state.fixed & bit) continue;
       prescribed[static_cast<int>(d)] = displacement_along(wall, d, step.dt);
-    patch.system.held[static_cast<std::size_t>(wall.node)] = held_axes(wall, state);
-    vector_at<Dim>(patch.implicit.prescribed, wall.node) = wall.axes * prescribed;
+      if (wall.fixed[d]) state.fixed |= bit;
+      if (wall.pushes[d] != 0) state.closed |= bit;
+    }
+    held = held_axes(wall, state);
+    global = wall.axes * prescribed;
   });
 }
 
