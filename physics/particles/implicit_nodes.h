@@ -12,6 +12,7 @@ namespace lahar {
 /// A node at walls (ConstrainedNode), by its local axes.
 template <int Dim>
 struct ImplicitWall {
+  std::uint8_t fixed = 0;                ///< bit per axis: the displacement along it is prescribed
   std::uint8_t closed = 0;               ///< bit per axis: a one-sided wall holds the node along it
   std::uint8_t closing = 0;              ///< is to hold it from the next iteration on
   bool slips = false;                    ///< friction does not hold the other axes
