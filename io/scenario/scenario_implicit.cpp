@@ -220,9 +220,13 @@ void ScenarioBuilder<Dim>::check_implicit_conditions() {
   for_each_condition([&]<class T>() {
     if (ActsOnNode<T> && !is_load<T>) refuse(T::key);
   });
-  for (const std::string_view key : {NodeFriction::key, NodeAcceleration::key}) refuse(key);
-  for (const char* key : {"walls", "nodal_euler_angles", "particles_velocity_constraints"})
-    refuse(key);
+  for (const std::string_view key : {NodeAcceleration::key}) refuse(key);
+  refuse("particles_velocity_constraints");
+  const auto& frictions = entries_of<NodeFriction>(model_);
+  if (team_.any(std::any_of(frictions.begin(), frictions.end(),
+                            [](const NodeFriction& friction) { return friction.two_sided; })))
+    refuse_implicit(boundary().find(NodeFriction::key), "friction at two-sided walls",
+                    "with \"two_sided\": false the wall pushes and does not pull");
 }
 
 template class ScenarioBuilder<2>;

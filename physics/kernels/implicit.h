@@ -50,11 +50,10 @@ void close_system(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void accelerate_from_rest(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// What of the loads is left out from now on: `left_out` of r(d = 0), so that Newton's method goes
-/// towards them in parts. Given unknowns move by `predicted` of what is given with the next
-/// solution.
+/// From now on `left_out` of r(d = 0) is left out, so that Newton's method goes towards the loads
+/// in parts. Given unknowns move by `part` of what is prescribed with the next solution.
 template <int Dim>
-void load_in_part(Patch<Dim>& patch, double left_out, double predicted);
+void load_in_part(Patch<Dim>& patch, double left_out, double part);
 /// r(d = 0) has been found.
 template <int Dim>
 void keep_unloaded(Patch<Dim>& patch);
@@ -63,11 +62,14 @@ template <int Dim>
 void keep_increment(Patch<Dim>& patch);
 template <int Dim>
 void restore_increment(Patch<Dim>& patch);
-/// d += factor x, and what is predicted of given unknowns.
+/// d += x, and what is given.
 template <int Dim>
-void advance_increment(Patch<Dim>& patch, double factor);
+void take_solution(Patch<Dim>& patch);
+/// d -= share x.
+template <int Dim>
+void take_back(Patch<Dim>& patch, double share);
 
-/// Of the nodes that a patch counts (PatchTopology::owned).
+/// Sums over the nodes that a patch counts (PatchTopology::owned).
 struct EquilibriumNorms {
   double residual = 0;  ///< [N^2] sum of r^2 of unknowns that are not given
   double forces = 0;    ///< [N^2] sum of the squares of what is in balance

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "physics/kernels/implicit.h"
+#include "physics/kernels/implicit_walls.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/matrix_pattern.h"
 #include "physics/kernels/nodal_motion.h"
@@ -45,7 +46,7 @@ double mass_at(const Patch<Dim>& patch, Local i) {
 template <int Dim>
 void hold(Patch<Dim>& patch, Local node, int dir, double displacement) {
   patch.system.held[static_cast<std::size_t>(node)] |= static_cast<std::uint8_t>(1 << dir);
-  at(patch.implicit.given, node)[dir] = displacement;
+  at(patch.implicit.prescribed, node)[dir] = displacement;
 }
 
 template <int Dim>
@@ -53,7 +54,7 @@ void prescribe(Patch<Dim>& patch, const StepContext<Dim>& step) {
   NodalSystem<Dim>& system = patch.system;
   constexpr std::uint8_t all = (1 << Dim) - 1;
   system.held.assign(static_cast<std::size_t>(patch.n_nodes()), all);
-  patch.implicit.given.assign(nodal_size(patch), 0.0);
+  patch.implicit.prescribed.assign(nodal_size(patch), 0.0);
   for_each_active_node(patch, [&](Local i) {
     if (has_velocity(patch, mass_at(patch, i))) system.held[static_cast<std::size_t>(i)] = 0;
   });
@@ -64,16 +65,18 @@ void prescribe(Patch<Dim>& patch, const StepContext<Dim>& step) {
          fixed.displacement * load_factor(*step.model, fixed.function, step.time));
 }
 
-/// A node that is held moves with what holds it, in Newmark's formulas too.
+/// A node that is fixed moves with what holds it, in Newmark's formulas too.
 template <int Dim>
-void follow_held(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  for_each_active_node(patch, [&](Local i) {
-    for (int d = 0; d < Dim; ++d) {
-      if (!(patch.system.held[static_cast<std::size_t>(i)] >> d & 1)) continue;
-      at(patch.velocity, i)[d] = at(patch.implicit.given, i)[d] / step.dt;
-      at(patch.acceleration, i)[d] = 0.0;
+void follow_fixed(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const auto follow = [&](const auto& list) {
+    for (const auto& fixed : list) {
+      at(patch.velocity, fixed.node)[fixed.dir] =
+          at(patch.implicit.prescribed, fixed.node)[fixed.dir] / step.dt;
+      at(patch.acceleration, fixed.node)[fixed.dir] = 0.0;
     }
-  });
+  };
+  follow(patch.fixed);
+  follow(patch.fixed_displacement);
 }
 
 /// Particles' part of A times the displacement of given unknowns moves to the right side.
@@ -88,8 +91,7 @@ void predict(Patch<Dim>& patch, const StepContext<Dim>& step) {
       const double* d = at(patch.implicit.given, system.column[k]);
       const double* block = &system.blocks[static_cast<std::size_t>(system.block_size) * k];
       for (int a = 0; a < Dim; ++a)
-        for (int c = 0; c < Dim; ++c)
-          sums[i * sum_stride + a] -= patch.implicit.predicted * block[Dim * a + c] * d[c];
+        for (int c = 0; c < Dim; ++c) sums[i * sum_stride + a] -= block[Dim * a + c] * d[c];
     }
   });
 }
@@ -119,10 +121,11 @@ void begin_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
     patch.implicit.own_mass[static_cast<std::size_t>(i)] = own[i * sum_stride];
   });
   prescribe(patch, step);
-  follow_held(patch, step);
+  follow_fixed(patch, step);
   find_pattern(patch);
-  for (NodeArray* array :
-       {&patch.system.right_side, &patch.system.solution, &patch.implicit.increment})
+  begin_walls(patch, step);
+  for (NodeArray* array : {&patch.system.right_side, &patch.system.solution,
+                           &patch.implicit.increment, &patch.implicit.given})
     array->assign(nodal_size(patch), 0.0);
   load_in_part(patch, 0.0, 1.0);
 }
@@ -147,7 +150,8 @@ void complete_matrix(Patch<Dim>& patch, const StepContext<Dim>& step) {
       block[(Dim + 1) * d] +=
           least_stiffness * largest + inertia * own_mass[static_cast<std::size_t>(i)];
   });
-  if (patch.implicit.predicted != 0.0) predict(patch, step);
+  if (patch.implicit.has_given) predict(patch, step);
+  turn_matrix(patch);
 }
 
 template <int Dim>
@@ -166,24 +170,29 @@ void accelerate_from_rest(Patch<Dim>& patch, const StepContext<Dim>& step) {
 }
 
 template <int Dim>
-void load_in_part(Patch<Dim>& patch, double left_out, double predicted) {
-  patch.implicit.left_out = left_out;
-  patch.implicit.predicted = predicted;
+void load_in_part(Patch<Dim>& patch, double left_out, double part) {
+  ImplicitNodes<Dim>& nodes = patch.implicit;
+  nodes.left_out = left_out;
+  nodes.has_given = part != 0.0;
+  for (std::size_t k = 0; k < nodes.given.size(); ++k) nodes.given[k] = part * nodes.prescribed[k];
+  if (nodes.has_given) give_at_walls(patch);
 }
 
 template <int Dim>
 void keep_unloaded(Patch<Dim>& patch) {
-  patch.implicit.unloaded = patch.system.right_side;
+  patch.implicit.unloaded = patch.implicit.balance;
 }
 
 template <int Dim>
 void keep_increment(Patch<Dim>& patch) {
   patch.implicit.kept = patch.implicit.increment;
+  patch.implicit.kept_walls = patch.implicit.walls;
 }
 
 template <int Dim>
 void restore_increment(Patch<Dim>& patch) {
   patch.implicit.increment = patch.implicit.kept;
+  patch.implicit.walls = patch.implicit.kept_walls;
 }
 
 template <int Dim>
@@ -210,13 +219,25 @@ void close_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.implicit.left_out != 0.0)
     for (std::size_t k = 0; k < r.size(); ++k)
       r[k] -= patch.implicit.left_out * patch.implicit.unloaded[k];
+  patch.implicit.balance = r;
+  settle_walls(patch, step);
 }
 
 template <int Dim>
-void advance_increment(Patch<Dim>& patch, double factor) {
-  ImplicitNodes& nodes = patch.implicit;
+void take_solution(Patch<Dim>& patch) {
+  turn_solution(patch);
+  ImplicitNodes<Dim>& nodes = patch.implicit;
   for (std::size_t k = 0; k < nodes.increment.size(); ++k)
-    nodes.increment[k] += factor * (patch.system.solution[k] + nodes.predicted * nodes.given[k]);
+    nodes.increment[k] += patch.system.solution[k] + nodes.given[k];
+  std::fill(nodes.given.begin(), nodes.given.end(), 0.0);
+  nodes.has_given = false;
+}
+
+template <int Dim>
+void take_back(Patch<Dim>& patch, double share) {
+  ImplicitNodes<Dim>& nodes = patch.implicit;
+  for (std::size_t k = 0; k < nodes.increment.size(); ++k)
+    nodes.increment[k] -= share * patch.system.solution[k];
 }
 
 template <int Dim>
@@ -251,6 +272,7 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const NodeVector gravity = gravity_in(step);
   const std::vector<double>& own_mass = patch.implicit.own_mass;
   NodeVector weight_work(0.0);
+  count_work_at_walls(patch);
   double* const loads = &patch.work.external;
   for_each_active_node(patch, [&](Local i) {
     const auto d = load<NodeVector>(at(patch.implicit.increment, i));
@@ -258,7 +280,7 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
     const auto a = load<NodeVector>(at(patch.acceleration, i));
     const double m = v[mass_lane], own = own_mass[static_cast<std::size_t>(i)];
     weight_work += own * d;
-    if (own != 0.0) {
+    if (own != 0.0 && !is_at_wall(patch, i)) {
       const double* r = at(patch.system.right_side, i);
       for (int k = 0; k < Dim; ++k)  // what is not in balance, reactions hold
         if (patch.system.held[static_cast<std::size_t>(i)] >> k & 1)
@@ -271,7 +293,12 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
     }
     store(end, at(patch.system.solution, i));
     store(with_mass(change, NodeVector(0.0)), at(patch.acceleration, i));
-    store(with_mass((1.0 / step.dt) * d, v), at(patch.velocity, i));
+  });
+  if (!steps.quasi_static) stop_at_walls(patch, step);
+  for_each_active_node(patch, [&](Local i) {
+    const auto d = load<NodeVector>(at(patch.implicit.increment, i));
+    store(with_mass((1.0 / step.dt) * d, load<NodeVector>(at(patch.velocity, i))),
+          at(patch.velocity, i));
   });
   for (int d = 0; d < Dim; ++d) *loads += gravity[d] * weight_work[d];
   for (const auto& point : patch.forces)
@@ -290,7 +317,8 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template void keep_unloaded<Dim>(Patch<Dim>&);                                                \
   template void keep_increment<Dim>(Patch<Dim>&);                                               \
   template void restore_increment<Dim>(Patch<Dim>&);                                            \
-  template void advance_increment<Dim>(Patch<Dim>&, double);                                    \
+  template void take_solution<Dim>(Patch<Dim>&);                                                \
+  template void take_back<Dim>(Patch<Dim>&, double);                                            \
   template EquilibriumNorms equilibrium_norms<Dim>(const Patch<Dim>&, const StepContext<Dim>&); \
   template void end_implicit_step<Dim>(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2)

@@ -5,6 +5,7 @@
 
 #include "physics/basis/any_basis.h"
 #include "physics/kernels/implicit.h"
+#include "physics/kernels/implicit_walls.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/matrix_pattern.h"
 #include "physics/kernels/mean_gradients.h"
@@ -164,6 +165,7 @@ void clear_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.unsolved = {};
   patch.system.symmetric = true;
   if (patch.active_nodes.empty()) return;
+  close_walls(patch, step);
   patch.system.blocks.assign(patch.system.column.size() * NodalSystem<Dim>::block_size, 0.0);
   clear_sums(patch, step, NodeSum::residual);
 }

@@ -215,7 +215,7 @@ struct Patch {
 
   // Implicit steps only.
   NodalSystem<Dim> system;
-  ImplicitNodes implicit;
+  ImplicitNodes<Dim> implicit;
 
   // Constraints and loads of the local nodes.
   struct FixedVelocity {

@@ -84,9 +84,13 @@ void ImplicitSolver<Dim>::give(int p, Step round, std::span<double> own) const {
   const Patch<Dim>& patch = patches_[p];
   const EquilibriumNorms norms = equilibrium_norms(patch, context(round));
   const bool unsolved = patch.unsolved.kind != ParticleFault::Kind::none;
-  const std::array<double, n_sums> all{norms.residual,       norms.forces,
-                                       norms.change,         norms.unknowns,
-                                       unsolved ? 1.0 : 0.0, patch.system.symmetric ? 0.0 : 1.0};
+  const std::array<double, n_sums> all{norms.residual,
+                                       norms.forces,
+                                       norms.change,
+                                       norms.unknowns,
+                                       unsolved ? 1.0 : 0.0,
+                                       patch.system.symmetric ? 0.0 : 1.0,
+                                       patch.implicit.walls_changed ? 1.0 : 0.0};
   std::copy(all.begin(), all.end(), own.begin());
 }
 
@@ -100,7 +104,8 @@ auto ImplicitSolver<Dim>::linearize() -> Balance {
                         .change = std::sqrt(sums_[2]),
                         .unknowns = sums_[3],
                         .solved = sums_[4] == 0.0,
-                        .symmetric = sums_[5] == 0.0};
+                        .symmetric = sums_[5] == 0.0,
+                        .settled = sums_[6] == 0.0};
   if (!balance.solved) find_problem();
   return balance;
 }
@@ -154,23 +159,22 @@ bool ImplicitSolver<Dim>::iterate() {
   for (int k = 0; k < steps.most_iterations && balance.is_good(); ++k) {
     ++report_.iterations;
     if (!solve_linear(balance)) return false;
-    for_each_patch([](Patch<Dim>& patch) {
-      advance_increment(patch, 1.0);
-      load_in_part(patch, patch.implicit.left_out, 0.0);
-    });
+    for_each_patch([](Patch<Dim>& patch) { take_solution(patch); });
     // The first residual is not of the same unknowns where some are given: the next may be larger.
     const double before = k == 0 ? std::numeric_limits<double>::infinity() : balance.residual;
     balance = linearize();
     double share = 1.0;
     for (int h = 0; k > 0 && h < most_halvings; ++h) {
-      if (balance.is_good() && balance.residual <= most_growth * before) break;
+      if (balance.is_good() && (balance.residual <= most_growth * before || !balance.settled))
+        break;
       share *= 0.5;
-      for_each_patch([&](Patch<Dim>& patch) { advance_increment(patch, -share); });
+      for_each_patch([&](Patch<Dim>& patch) { take_back(patch, share); });
       balance = linearize();
     }
     report_.residual = balance.residual;
     if (!balance.is_good()) break;
-    if (is_converged(balance, first, share == 1.0) || !steps.nonlinear) return true;
+    if ((balance.settled && is_converged(balance, first, share == 1.0)) || !steps.nonlinear)
+      return true;
   }
   if (balance.solved)
     report_.problem =

@@ -56,9 +56,10 @@ class ImplicitSolver {
     double unknowns = 0;
     bool solved = true;     ///< every particle has a stress
     bool symmetric = true;  ///< the matrix is
+    bool settled = true;    ///< what walls hold has not changed
     bool is_good() const;
   };
-  static constexpr int n_sums = 6;
+  static constexpr int n_sums = 7;
   Rounds<Dim> rounds_of(const Stages<Dim>& stages, RoundOptions options, int sums,
                         const ExchangeGroups* groups);
   StepContext<Dim> context(Step round) const;

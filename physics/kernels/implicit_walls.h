@@ -1,0 +1,46 @@
+/// \file Nodes at walls, and with axes of their own, in implicit steps. Their unknowns and rows of
+/// the system are those of their axes.
+///
+/// A one-sided wall holds a node as long as it pushes, and lets it go when it would pull; it stops
+/// what moves into it. Friction holds a node along the wall as long as the force along it is at
+/// most the coefficient times the force on the wall, else it slides, and that force acts against
+/// its motion. Which node does what is found by Newton's iterations (a primal-dual active set:
+/// Hintermueller, Ito and Kunisch 2003).
+#pragma once
+
+#include "physics/particles/patch.h"
+
+namespace lahar {
+
+/// The first guess: walls hold all nodes, and friction does.
+template <int Dim>
+void begin_walls(Patch<Dim>& patch, const StepContext<Dim>& step);
+/// ImplicitNodes::given, along axes that are held alone.
+template <int Dim>
+void give_at_walls(Patch<Dim>& patch);
+/// Nodes that are to be held are moved to their walls with the next solution.
+template <int Dim>
+void close_walls(Patch<Dim>& patch, const StepContext<Dim>& step);
+/// Rows and columns of the matrix become those of the axes of nodes; sliding nodes take the change
+/// of friction with the force on the wall.
+template <int Dim>
+void turn_matrix(Patch<Dim>& patch);
+/// The same of the right side, with friction. Decides what holds each node;
+/// ImplicitNodes::walls_changed where that is new.
+template <int Dim>
+void settle_walls(Patch<Dim>& patch, const StepContext<Dim>& step);
+/// A solution that was found becomes one of global axes.
+template <int Dim>
+void turn_solution(Patch<Dim>& patch);
+/// Held axes end the step with the velocity of what holds them: Newmark's rule would throw back
+/// what is stopped. Patch::acceleration and system.solution become those of the stop.
+template <int Dim>
+void stop_at_walls(Patch<Dim>& patch, const StepContext<Dim>& step);
+/// Whether a node has an entry in Patch::walls.
+template <int Dim>
+bool is_at_wall(const Patch<Dim>& patch, Local node);
+/// Work of friction in the step, and of walls that move.
+template <int Dim>
+void count_work_at_walls(Patch<Dim>& patch);
+
+}  // namespace lahar
