@@ -20,6 +20,11 @@ constexpr std::array allowed_keys{
     "/analysis/uuid",
     "/analysis/nload_balance_steps",
     "/analysis/watchdog",
+    "/analysis/linear_solver",
+    "/analysis/scheme_settings/max_iteration",
+    "/analysis/scheme_settings/displacement_tolerance",
+    "/analysis/scheme_settings/residual_tolerance",
+    "/analysis/scheme_settings/relative_residual_tolerance",
     "/post_processing",
 };
 

@@ -269,7 +269,9 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.active_nodes.empty()) return;
   const ImplicitSteps& steps = step.model->analysis.implicit;
   const Newmark newmark(steps, step.dt);
-  const NodeVector gravity = gravity_in(step);
+  StepContext<Dim> at_end = step;
+  at_end.time += step.dt;
+  const NodeVector gravity = 0.5 * (gravity_in(step) + gravity_in(at_end));  // the mean does work
   const std::vector<double>& own_mass = patch.implicit.own_mass;
   NodeVector weight_work(0.0);
   count_work_at_walls(patch);
@@ -303,8 +305,9 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   for (int d = 0; d < Dim; ++d) *loads += gravity[d] * weight_work[d];
   for (const auto& point : patch.forces)
     if (const double m = mass_at(patch, point.node); more_than(m, least_moving_mass))
-      *loads += own_mass[static_cast<std::size_t>(point.node)] / m * point.force *
-                load_factor(*step.model, point.function, step.time) *
+      *loads += own_mass[static_cast<std::size_t>(point.node)] / m * point.force * 0.5 *
+                (load_factor(*step.model, point.function, step.time) +
+                 load_factor(*step.model, point.function, at_end.time)) *
                 at(patch.implicit.increment, point.node)[point.dir];
 }
 

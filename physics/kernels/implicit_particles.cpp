@@ -72,10 +72,14 @@ void move_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBin
   const Analysis& analysis = step.model->analysis;
   if (!step.model->tractions.empty() || step.model->body_force) {
     const NodeArray none(patch.velocity.size(), 0.0);
+    StepContext<Dim> at_end = step;
+    at_end.time += step.dt;
     add_work_of_forces(
         patch, step, bins, patch.velocity, none,
         [&](const ParticleBin& bin) { return has_particle_forces(bin, *step.model); },
-        [&](Local p) { return force_on(patch.particles, p, step); });
+        [&](Local p) -> Vec<Dim> {  // the mean does work
+          return 0.5 * (force_on(patch.particles, p, step) + force_on(patch.particles, p, at_end));
+        });
   }
   const bool moves = !analysis.implicit.quasi_static;
   const MovedRows<Dim> rows(patch.particles);

@@ -1,7 +1,9 @@
 /// \file The linear system of an implicit step: what particles give to it.
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 
 #include "physics/basis/any_basis.h"
 #include "physics/kernels/implicit.h"
@@ -67,61 +69,94 @@ struct StressOfStep {
   }
 };
 
-/// What the particles of one cell give to its nodes.
+/// What the particles of one cell give to its nodes; rows and columns Dim i + a.
 template <int Dim, int Nodes>
 struct CellSystem {
-  static constexpr int n = Dim * Dim;
-  double force[Nodes][Dim] = {};
-  double block[Nodes][Nodes][n] = {};
+  static constexpr int n = Dim * Dim, size = Nodes * Dim;
+  double force[size];
+  double matrix[size][size];
 
-  void clear() { *this = CellSystem(); }
+  void clear() {
+    std::fill_n(force, size, 0.0);
+    for (auto& row : matrix) std::fill_n(row, size, 0.0);
+  }
 
   /// V P and V A of a particle with gradients g[d][i] of functions. `mean` (optional) are those of
   /// the cell, from which the volumetric strain is taken: H_ab = d_ia g_ib + d_ic (mean - g)_ic
   /// delta_ab / Dim.
   void add(const StressOfStep<Dim>& of, double V, const double (&g)[Dim][Nodes],
            const double (*mean)[Nodes]) {
-    double pressure = 0, trace[n] = {};  // of P; sum over e of A[ab][ee] and A[ee][cd]
-    double rows[n] = {}, both = 0;
-    if (mean)
-      for (int e = 0; e < Dim; ++e) {
-        pressure += of.P[Dim * e + e] * V / Dim;
-        for (int k = 0; k < n; ++k) {
-          trace[k] += of.A[k][Dim * e + e] * V / Dim;
-          rows[k] += of.A[Dim * e + e][k] * V / Dim;
-        }
-      }
-    if (mean)
-      for (int e = 0; e < Dim; ++e) both += trace[Dim * e + e] / Dim;
-    for (int i = 0; i < Nodes; ++i)
-      for (int a = 0; a < Dim; ++a) {
-        double sum = mean ? pressure * (mean[a][i] - g[a][i]) : 0.0;
-        for (int b = 0; b < Dim; ++b) sum += V * of.P[Dim * a + b] * g[b][i];
-        force[i][a] += sum;
-      }
-    for (int j = 0; j < Nodes; ++j) {
-      double T[n][Dim], of_trace[Dim] = {};  // derivatives of V P, and of their trace over Dim
-      for (int k = 0; k < n; ++k)
+    double T[n][size];  // derivatives of V P
+    for (int k = 0; k < n; ++k)
+      for (int j = 0; j < Nodes; ++j)
         for (int c = 0; c < Dim; ++c) {
-          double sum = mean ? trace[k] * (mean[c][j] - g[c][j]) : 0.0;
-          for (int d = 0; d < Dim; ++d) sum += V * of.A[k][Dim * c + d] * g[d][j];
-          T[k][c] = sum;
+          double sum = 0;
+          for (int d = 0; d < Dim; ++d) sum += of.A[k][Dim * c + d] * g[d][j];
+          T[k][Dim * j + c] = V * sum;
         }
-      if (mean)
-        for (int c = 0; c < Dim; ++c) {
-          of_trace[c] = both * (mean[c][j] - g[c][j]);
-          for (int d = 0; d < Dim; ++d) of_trace[c] += rows[Dim * c + d] * g[d][j];
+    if (mean) add_mean_strain(of, V, g, mean, T);
+    for (int i = 0; i < Nodes; ++i) {
+      bool any = false;  // functions of many nodes are zero at most particles
+      for (int b = 0; b < Dim; ++b) any |= g[b][i] != 0.0;
+      if (!any) continue;
+      for (int a = 0; a < Dim; ++a)
+        for (int b = 0; b < Dim; ++b) {
+          force[Dim * i + a] += V * of.P[Dim * a + b] * g[b][i];
+          add_row(g[b][i], T[Dim * a + b], matrix[Dim * i + a]);
         }
-      for (int i = 0; i < Nodes; ++i)
-        for (int a = 0; a < Dim; ++a)
-          for (int c = 0; c < Dim; ++c) {
-            double sum = mean ? (mean[a][i] - g[a][i]) * of_trace[c] : 0.0;
-            for (int b = 0; b < Dim; ++b) sum += g[b][i] * T[Dim * a + b][c];
-            block[i][j][Dim * a + c] += sum;
-          }
+    }
+    if (mean) add_mean_stress(of, V, g, mean, T);
+  }
+
+ private:
+  LAHAR_INLINE static void add_row(double factor, const double (&from)[size], double (&to)[size]) {
+    for (int k = 0; k < size; ++k) to[k] += factor * from[k];
+  }
+
+  /// The part of dH that comes from the mean gradients.
+  static void add_mean_strain(const StressOfStep<Dim>& of, double V, const double (&g)[Dim][Nodes],
+                              const double (*mean)[Nodes], double (&T)[n][size]) {
+    for (int k = 0; k < n; ++k) {
+      double trace = 0;
+      for (int e = 0; e < Dim; ++e) trace += of.A[k][(Dim + 1) * e] * V / Dim;
+      for (int j = 0; j < Nodes; ++j)
+        for (int c = 0; c < Dim; ++c) T[k][Dim * j + c] += trace * (mean[c][j] - g[c][j]);
     }
   }
+
+  /// The part of the force that works with it.
+  void add_mean_stress(const StressOfStep<Dim>& of, double V, const double (&g)[Dim][Nodes],
+                       const double (*mean)[Nodes], const double (&T)[n][size]) {
+    double pressure = 0, change[size] = {};
+    for (int e = 0; e < Dim; ++e) {
+      pressure += of.P[(Dim + 1) * e] * V / Dim;
+      add_row(1.0 / Dim, T[(Dim + 1) * e], change);
+    }
+    for (int i = 0; i < Nodes; ++i)
+      for (int a = 0; a < Dim; ++a) {
+        force[Dim * i + a] += pressure * (mean[a][i] - g[a][i]);
+        add_row(mean[a][i] - g[a][i], change, matrix[Dim * i + a]);
+      }
+  }
 };
+
+/// Add what a cell gives to the blocks of a patch. Rows are walked through in the order of nodes.
+template <int Dim, int Nodes>
+void add_to_system(NodalSystem<Dim>& system, const CellSystem<Dim, Nodes>& cell,
+                   const Local* nodes) {
+  std::array<int, Nodes> order;
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return nodes[a] < nodes[b]; });
+  for (int i = 0; i < Nodes; ++i) {
+    std::size_t k = system.first[static_cast<std::size_t>(nodes[i])];
+    for (const int j : order) {
+      while (system.column[k] < nodes[j]) ++k;
+      double* block = &system.blocks[static_cast<std::size_t>(system.block_size) * k];
+      for (int a = 0; a < Dim; ++a)
+        for (int c = 0; c < Dim; ++c) block[Dim * a + c] += cell.matrix[Dim * i + a][Dim * j + c];
+    }
+  }
+}
 
 template <int Dim>
 void record_law(Patch<Dim>& patch, const ParticleBin& bin, Local p) {
@@ -172,7 +207,6 @@ void clear_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
 
 template <int Dim>
 void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  constexpr std::size_t size = NodalSystem<Dim>::block_size;
   double* sums = patch.own_sums(NodeSum::residual, step.step);
   const double* V = patch.particles.row(Column::volume);
   const bool as_cbgeo = step.model->analysis.as_cbgeo;
@@ -199,15 +233,10 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
           patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
           cell.add(of_step, V[p], g, takes_mean ? mean : nullptr);
         }
-        for (int i = 0; i < n; ++i) {
-          double* at = sums + static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride;
-          for (int d = 0; d < Dim; ++d) at[d] -= cell.force[i][d];
-          for (int j = 0; j < n; ++j) {
-            double* block =
-                &patch.system.blocks[size * find_block(patch.system, nodes[i], nodes[j])];
-            for (std::size_t k = 0; k < size; ++k) block[k] += cell.block[i][j][k];
-          }
-        }
+        for (int i = 0; i < n; ++i)
+          for (int d = 0; d < Dim; ++d)
+            sums[static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride + d] -= cell.force[Dim * i + d];
+        add_to_system(patch.system, cell, nodes);
         if (has_particle_forces(bin, *step.model))
           add_particle_forces<Dim>(basis, bin, nodes, sums,
                                    [&](Local p) { return force_on(patch.particles, p, step); });

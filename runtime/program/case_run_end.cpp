@@ -168,8 +168,8 @@ void CaseRun::report(Simulation& simulation, const SimulationInfo& info, const R
     console_.line(
         is_whole
             ? fmt::format("The last frame and a checkpoint show the particles after step {}. To "
-                          "continue, with other bounds: the same command with --restart latest.",
-                          simulation.step())
+                          "continue, with other {}: the same command with --restart latest.",
+                          simulation.step(), info.solves.steps > 0 ? "tolerances" : "bounds")
             : fmt::format("The last frame shows the particles where the run stopped, some a few "
                           "steps beyond step {}.",
                           simulation.step()));
