@@ -208,8 +208,8 @@ struct Analysis {
   bool prescribes_pore_pressure = false;  ///< some process has Model::pore_pressures
   bool explicit_drag = false;     ///< drag of the velocities before the step, as in CB-Geo MPM
   bool liquid_advection = false;  ///< as in CB-Geo MPM (map_advection())
-  /// The particles of a cell have the mean of their volumetric strains (B-bar: Hughes 1980): volumes
-  /// that can hardly change do not lock them. In implicit steps.
+  /// The particles of a cell have the mean of their volumetric strains (B-bar: Hughes 1980):
+  /// volumes that can hardly change do not lock them. In implicit steps.
   bool mean_volume = false;
   bool opening = false;  ///< what opens between grains or drops is not volume of the particles
   Contact contact;
