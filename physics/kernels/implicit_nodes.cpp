@@ -133,11 +133,11 @@ void begin_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
 template <int Dim>
 void complete_matrix(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.active_nodes.empty()) return;
-  // The matrix alone: a solution that is found does not know of it.
-  constexpr double least_stiffness = 1e-9;
   constexpr auto size = static_cast<std::size_t>(NodalSystem<Dim>::block_size);
   const ImplicitSteps& steps = step.model->analysis.implicit;
   const double inertia = steps.quasi_static ? 0.0 : Newmark(steps, step.dt).of_increment;
+  // Where inertia holds nothing. The matrix alone: a solution that is found does not know of it.
+  const double least_stiffness = steps.quasi_static ? 1e-9 : 0.0;
   const std::vector<double>& own_mass = patch.implicit.own_mass;
   NodalSystem<Dim>& system = patch.system;
   for_each_active_node(patch, [&](Local i) {

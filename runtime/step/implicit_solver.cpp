@@ -156,6 +156,7 @@ bool ImplicitSolver<Dim>::iterate() {
   const ImplicitSteps& steps = model_.analysis.implicit;
   Balance balance = linearize();
   const double first = std::max(unloaded_, balance.residual);
+  report_.residuals = {balance.residual};
   for (int k = 0; k < steps.most_iterations && balance.is_good(); ++k) {
     ++report_.iterations;
     if (!solve_linear(balance)) return false;
@@ -172,6 +173,7 @@ bool ImplicitSolver<Dim>::iterate() {
       balance = linearize();
     }
     report_.residual = balance.residual;
+    report_.residuals.push_back(balance.residual);
     if (!balance.is_good()) break;
     if ((balance.settled && is_converged(balance, first, share == 1.0)) || !steps.nonlinear)
       return true;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "runtime/patches/patch_set.h"
 #include "runtime/solve/global_solve.h"
@@ -18,6 +19,8 @@ struct ImplicitReport {
   int parts = 0;              ///< in which the loads were reached
   int linear_iterations = 0;  ///< of the linear solver; direct solves have none
   double residual = 0;        ///< [N] unbalanced force at the end
+  /// [N] of the last part: at its beginning, and after each iteration.
+  std::vector<double> residuals;
   double linearize_seconds = 0, linear_seconds = 0;
   std::string problem;    ///< where it did not converge
   double least_part = 1;  ///< of the loads, for which it did not
