@@ -108,7 +108,57 @@ struct CellSystem {
     if (mean) add_mean_stress(of, V, g, mean, T);
   }
 
+  /// A stiffness `k` [N/m] against what displacements `d` in the step have beside an affine field,
+  /// for the nodes that the particles of the cell reach (`used`; `x` are their places). Where few
+  /// particles reach many nodes, there are motions that move particles and do not strain them, with
+  /// nothing else to hold them under load.
+  void add_least_stiffness(double k, const std::array<bool, Nodes>& used,
+                           const std::array<Vec<Dim>, Nodes>& x, const double* d,
+                           const Local* nodes) {
+    const auto fields = affine_fields(used, x);
+    for (std::size_t i = 0; i < Nodes; ++i) {
+      if (!used[i]) continue;
+      for (std::size_t j = 0; j < Nodes; ++j) {
+        if (!used[j]) continue;
+        double beside = i == j ? k : 0.0;
+        for (const auto& field : fields) beside -= k * field[i] * field[j];
+        const double* at = d + static_cast<std::ptrdiff_t>(nodes[j]) * node_width;
+        for (std::size_t a = 0; a < Dim; ++a) {
+          force[Dim * i + a] += beside * at[a];
+          matrix[Dim * i + a][Dim * j + a] += beside;
+        }
+      }
+    }
+  }
+
  private:
+  /// Orthonormal fields that span 1 and x at the used nodes; zero where these lie in one line.
+  static std::array<std::array<double, Nodes>, Dim + 1> affine_fields(
+      const std::array<bool, Nodes>& used, const std::array<Vec<Dim>, Nodes>& x) {
+    constexpr double small = 1e-6;  // of a field's size before
+    std::array<std::array<double, Nodes>, Dim + 1> fields{};
+    for (std::size_t f = 0; f <= Dim; ++f) {
+      auto& field = fields[f];
+      for (std::size_t i = 0; i < Nodes; ++i)
+        if (used[i]) field[i] = f == 0 ? 1.0 : x[i][static_cast<int>(f) - 1];
+      const double before = std::sqrt(product(field, field));
+      for (int twice = 0; twice < 2; ++twice)
+        for (std::size_t g = 0; g < f; ++g) {
+          const double part = product(field, fields[g]);
+          for (std::size_t i = 0; i < Nodes; ++i) field[i] -= part * fields[g][i];
+        }
+      const double size = std::sqrt(product(field, field));
+      const double scale = size > small * before ? 1.0 / size : 0.0;
+      for (double& value : field) value *= scale;
+    }
+    return fields;
+  }
+  static double product(const std::array<double, Nodes>& a, const std::array<double, Nodes>& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < Nodes; ++i) sum += a[i] * b[i];
+    return sum;
+  }
+
   LAHAR_INLINE static void add_row(double factor, const double (&from)[size], double (&to)[size]) {
     for (int k = 0; k < size; ++k) to[k] += factor * from[k];
   }
@@ -205,17 +255,30 @@ void clear_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   clear_sums(patch, step, NodeSum::residual);
 }
 
+/// Where a node is [m].
+template <int Dim>
+Vec<Dim> place_of(const Patch<Dim>& patch, const Model<Dim>& model, Local node) {
+  const Index in_mesh = patch.topology.nodes[static_cast<std::size_t>(node)];
+  return model.mesh->node(in_mesh % model.mesh->n_nodes());
+}
+
+/// Share of a cell's stiffness, in steps without inertia (CellSystem::add_least_stiffness()).
+constexpr double least_share = 1e-4;
+
 template <int Dim>
 void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   double* sums = patch.own_sums(NodeSum::residual, step.step);
   const double* V = patch.particles.row(Column::volume);
   const bool as_cbgeo = step.model->analysis.as_cbgeo;
+  const bool supports = step.model->analysis.implicit.quasi_static && !as_cbgeo;
   for_each_bin_with_basis(
       patch, bins, [](const ParticleBin&) { return true; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         constexpr int n = std::decay_t<decltype(basis)>::nodes;
         static thread_local CellSystem<Dim, n> cell;
         cell.clear();
+        std::array<bool, n> used{};
+        double modulus = 0;
         double mean[Dim][n] = {};
         const bool takes_mean = step.model->analysis.mean_volume;
         if (takes_mean) mean_gradients<Dim>(basis, bin, V, mean);
@@ -232,6 +295,18 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
           const StressOfStep<Dim> of_step(H, change, as_cbgeo);
           patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
           cell.add(of_step, V[p], g, takes_mean ? mean : nullptr);
+          modulus = std::max(modulus, of_step.A[0][0]);
+          for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t d = 0; d < Dim; ++d) used[i] = used[i] || g[d][i] != 0.0;
+        }
+        if (supports) {
+          std::array<Vec<Dim>, n> x;
+          const Vec<Dim> origin = place_of(patch, *step.model, nodes[0]);
+          for (std::size_t i = 0; i < n; ++i)
+            x[i] = place_of(patch, *step.model, nodes[i]) - origin;
+          const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];
+          cell.add_least_stiffness(least_share * modulus * std::pow(h, Dim - 2), used, x,
+                                   patch.implicit.increment.data(), nodes);
         }
         for (int i = 0; i < n; ++i)
           for (int d = 0; d < Dim; ++d)

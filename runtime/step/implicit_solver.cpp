@@ -21,9 +21,13 @@ constexpr int most_halvings = 4;
 constexpr double most_growth = 2.0;
 /// Rounding of forces in balance, as a share of them.
 constexpr double rounding = 1e-13;
-/// Systems up to this size are solved directly unless the scenario says otherwise.
+/// Systems up to the first size are solved directly unless the scenario says otherwise; up to the
+/// second one where iterations do not converge.
 template <int Dim>
-constexpr double small_system = Dim == 2 ? 100'000 : 20'000;
+constexpr double small_system = Dim == 2 ? 2'000 : 1'000;
+template <int Dim>
+constexpr double medium_system = Dim == 2 ? 100'000 : 20'000;
+constexpr double direct_tolerance = 1e-6;
 
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -134,8 +138,11 @@ bool ImplicitSolver<Dim>::solve_linear(const Balance& balance) {
     if (steps.solver_iterations > 0) options.limits.most_iterations = steps.solver_iterations;
     result = linear_.solve(options);
     report_.linear_iterations += result.iterations;
+    if (!result.converged && steps.solver == ImplicitSteps::Solver::automatic &&
+        balance.unknowns <= medium_system<Dim>)
+      result = solve_directly(patches_, ranks_, balance.symmetric, direct_tolerance);
   } else {
-    result = solve_directly(patches_, ranks_, balance.symmetric, 1e-6);
+    result = solve_directly(patches_, ranks_, balance.symmetric, direct_tolerance);
   }
   report_.linear_seconds += seconds() - begin;
   if (!result.converged) report_.problem = result.problem;
