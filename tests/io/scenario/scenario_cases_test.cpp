@@ -83,6 +83,7 @@ TEST_CASE("published cases start with the particles, ids and masses of the refer
     CAPTURE(folder.string());
     const Csv csv = read_csv(folder / "reference.csv");
     for (const char* file : {"mpm.json", "case.json"}) {
+      if (!fs::exists(folder / file)) continue;  // of some there is the one that was run alone
       const Scenario s = read_scenario(folder / file);
       std::visit([&](const auto& model) { check_initial_state(model, csv); }, s.model);
       ++accepted;

@@ -210,7 +210,8 @@ TEST_CASE("shares of published cases are together what one process reads") {
     const std::string name = folder.filename().string();
     if (name == "2d_mc_uniaxial_compression" || name == "2d_sliding_block") continue;
     CAPTURE(name);
-    for (const char* file : {"mpm.json", "case.json"}) check_shares(folder / file);
+    for (const char* file : {"mpm.json", "case.json"})
+      if (fs::exists(folder / file)) check_shares(folder / file);
   }
 }
 
