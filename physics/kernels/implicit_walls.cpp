@@ -102,6 +102,29 @@ bool choose_slip(const ConstrainedNode<Dim>& wall, ImplicitWall<Dim>& state, con
   return false;
 }
 
+/// In 3D friction turns with the sliding: its derivative is -f (1 - t t^T) / |d_t| along the wall.
+/// Each patch has the part of it that it has of the node's mass.
+template <int Dim>
+void add_turning(Patch<Dim>& patch, const ConstrainedNode<Dim>& wall,
+                 const ImplicitWall<Dim>& state) {
+  if (Dim == 2) return;
+  const std::uint8_t along = along_walls(wall, state);
+  const Vec<Dim> moved =
+      wall.axes.transpose() * vector_at<Dim>(patch.implicit.increment, wall.node);
+  const double slid = part_along<Dim>(along, moved).norm();
+  const auto i = static_cast<std::size_t>(wall.node);
+  if (slid == 0.0 || patch.implicit.own_mass[i] == 0.0) return;
+  NodalSystem<Dim>& system = patch.system;
+  double* block = &system.blocks[static_cast<std::size_t>(system.block_size) *
+                                 find_block(system, wall.node, wall.node)];
+  const double share = patch.implicit.own_mass[i] / at(patch.velocity, wall.node)[mass_lane];
+  const double stiffness = share * state.friction.norm() / slid;
+  for (int a = 0; a < Dim; ++a)
+    for (int c = 0; c < Dim; ++c)
+      if ((along >> a & 1) && (along >> c & 1))
+        block[Dim * a + c] += stiffness * ((a == c ? 1.0 : 0.0) - state.slip[a] * state.slip[c]);
+}
+
 }  // namespace
 
 template <int Dim>

@@ -247,7 +247,6 @@ TEST_CASE("quasi-static: a strip footing with four particles per cell fails at P
   const double half_cell = footing("gimp", 16, 10, true);
   const double half_step = footing("gimp", 8, 20, true);
   const double locked = footing("element", 8, 10, false);
-  footing("element", 16, 10, true);
   CHECK(half_cell == doctest::Approx(1).epsilon(0.03));
   CHECK(half_step == doctest::Approx(coarse).epsilon(0.01));
   CHECK(half_cell == doctest::Approx(coarse).epsilon(0.03));
