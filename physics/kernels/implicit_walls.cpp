@@ -98,31 +98,7 @@ bool choose_slip(const ConstrainedNode<Dim>& wall, ImplicitWall<Dim>& state, con
     state.closing |= along;
     return true;
   }
-  if (Dim == 3 && slid.norm() > 0) state.slip = slid.normalized();
   return false;
-}
-
-/// In 3D friction turns with the sliding: its derivative is -f (1 - t t^T) / |d_t| along the wall.
-/// Each patch has the part of it that it has of the node's mass.
-template <int Dim>
-void add_turning(Patch<Dim>& patch, const ConstrainedNode<Dim>& wall,
-                 const ImplicitWall<Dim>& state) {
-  if (Dim == 2) return;
-  const std::uint8_t along = along_walls(wall, state);
-  const Vec<Dim> moved =
-      wall.axes.transpose() * vector_at<Dim>(patch.implicit.increment, wall.node);
-  const double slid = part_along<Dim>(along, moved).norm();
-  const auto i = static_cast<std::size_t>(wall.node);
-  if (slid == 0.0 || patch.implicit.own_mass[i] == 0.0) return;
-  NodalSystem<Dim>& system = patch.system;
-  double* block = &system.blocks[static_cast<std::size_t>(system.block_size) *
-                                 find_block(system, wall.node, wall.node)];
-  const double share = patch.implicit.own_mass[i] / at(patch.velocity, wall.node)[mass_lane];
-  const double stiffness = share * state.friction.norm() / slid;
-  for (int a = 0; a < Dim; ++a)
-    for (int c = 0; c < Dim; ++c)
-      if ((along >> a & 1) && (along >> c & 1))
-        block[Dim * a + c] += stiffness * ((a == c ? 1.0 : 0.0) - state.slip[a] * state.slip[c]);
 }
 
 }  // namespace
@@ -244,6 +220,22 @@ void settle_walls(Patch<Dim>& patch, const StepContext<Dim>& step) {
 }
 
 template <int Dim>
+bool turn_slips(Patch<Dim>& patch) {
+  constexpr double least = 0.01;  // [rad]
+  bool turned = false;
+  for_each_wall(patch, [&](const ConstrainedNode<Dim>& wall, ImplicitWall<Dim>& state) {
+    if (!state.slips) return;
+    const Vec<Dim> moved =
+        wall.axes.transpose() * vector_at<Dim>(patch.implicit.increment, wall.node);
+    const Vec<Dim> slid = part_along<Dim>(along_walls(wall, state), moved);
+    if (slid.norm() == 0.0 || (slid.normalized() - state.slip).norm() <= least) return;
+    state.slip = slid.normalized();
+    turned = true;
+  });
+  return turned;
+}
+
+template <int Dim>
 void turn_solution(Patch<Dim>& patch) {
   for_each_wall(patch, [&](const ConstrainedNode<Dim>& wall, const ImplicitWall<Dim>&) {
     auto x = vector_at<Dim>(patch.system.solution, wall.node);
@@ -301,6 +293,7 @@ void count_work_at_walls(Patch<Dim>& patch) {
   template void stop_at_walls<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
   template void turn_matrix<Dim>(Patch<Dim>&);                            \
   template void settle_walls<Dim>(Patch<Dim>&, const StepContext<Dim>&);  \
+  template bool turn_slips<Dim>(Patch<Dim>&);                             \
   template void turn_solution<Dim>(Patch<Dim>&);                          \
   template void count_work_at_walls<Dim>(Patch<Dim>&);
 LAHAR_INSTANTIATE(2)

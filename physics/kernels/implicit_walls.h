@@ -29,6 +29,10 @@ void turn_matrix(Patch<Dim>& patch);
 /// ImplicitNodes::walls_changed where that is new.
 template <int Dim>
 void settle_walls(Patch<Dim>& patch, const StepContext<Dim>& step);
+/// Friction keeps its direction while Newton's method converges. Then it turns against the sliding
+/// that was found: true where some does so by more than a little.
+template <int Dim>
+bool turn_slips(Patch<Dim>& patch);
 /// A solution that was found becomes one of global axes.
 template <int Dim>
 void turn_solution(Patch<Dim>& patch);

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "physics/kernels/implicit.h"
+#include "physics/kernels/implicit_walls.h"
 #include "runtime/exchange/failure.h"
 #include "runtime/solve/direct_solve.h"
 
@@ -19,6 +20,8 @@ namespace {
 /// Halvings of a change that makes the unbalanced force larger, and how much larger it may become.
 constexpr int most_halvings = 4;
 constexpr double most_growth = 2.0;
+/// Times that friction turns with the sliding that was found, in a part of a step.
+constexpr int most_turns = 4;
 /// Rounding of forces in balance, as a share of them.
 constexpr double rounding = 1e-13;
 /// Systems up to the first size are solved directly unless the scenario says otherwise; up to the
@@ -163,6 +166,7 @@ bool ImplicitSolver<Dim>::iterate() {
   const ImplicitSteps& steps = model_.analysis.implicit;
   Balance balance = linearize();
   const double first = std::max(unloaded_, balance.residual);
+  int turns = 0;
   report_.residuals = {balance.residual};
   for (int k = 0; k < steps.most_iterations && balance.is_good(); ++k) {
     ++report_.iterations;
@@ -182,14 +186,25 @@ bool ImplicitSolver<Dim>::iterate() {
     report_.residual = balance.residual;
     report_.residuals.push_back(balance.residual);
     if (!balance.is_good()) break;
-    if ((balance.settled && is_converged(balance, first, share == 1.0)) || !steps.nonlinear)
-      return true;
+    if (!steps.nonlinear) return true;
+    if (!balance.settled || !is_converged(balance, first, share == 1.0)) continue;
+    if (turns == most_turns || !turn_slips()) return true;
+    ++turns;
+    balance = linearize();
   }
   if (balance.solved)
     report_.problem =
         fmt::format("after {} iterations {:.3g} N are not in balance, of {:.3g} N at first; {}",
                     steps.most_iterations, balance.residual, first, worst_node());
   return false;
+}
+
+template <int Dim>
+bool ImplicitSolver<Dim>::turn_slips() {
+  if (Dim == 2) return false;  // along a line there is one direction
+  bool any = false;
+  for_each_patch([&](Patch<Dim>& patch) { any |= lahar::turn_slips(patch); });
+  return ranks_.any(any);
 }
 
 template <int Dim>

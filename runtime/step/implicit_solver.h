@@ -75,6 +75,7 @@ class ImplicitSolver {
   bool is_converged(const Balance& balance, double first, bool whole) const;
   /// Newton's method from the present increment; false where it fails, report_ says why.
   bool iterate();
+  bool turn_slips();
   void restore();
   void for_each_patch(auto action);
 

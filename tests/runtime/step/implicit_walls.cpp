@@ -78,6 +78,33 @@ TEST_CASE("implicit steps: without friction a block slides freely, with enough i
   CHECK(mean_of(stuck, "displacement", 0) < 1e-3);
 }
 
+TEST_CASE("implicit steps in 3D: friction acts against the sliding, along any direction") {
+  const auto velocity = [](const std::string& gravity) {
+    const std::string text = fmt::format(R"({{
+      "mesh": {{"structured": {{"cell_size": 0.5, "extent": [3, 3, 1.5]}},
+        "boundary_conditions": {{"walls": [{{"nset": "floor", "normal": [0, 0, 1],
+                                            "friction": 0.3}}]}}}},
+      "sets": {{"nodes": {{"floor": {{"half_space": {{"point": [0, 0, 0],
+                                                      "normal": [0, 0, 1]}}}}}}}},
+      "materials": [{{"name": "stone", "type": "LinearElastic", "density": 2000,
+                      "youngs_modulus": 1e7, "poisson_ratio": 0.2}}],
+      "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "stone",
+        "region": {{"box": {{"min": [0.5, 0.5, 0], "max": [1.5, 1.5, 0.5]}}}}}}}}],
+      "external_loading_conditions": {{"gravity": {}}},
+      "analysis": {{"mpm_scheme": "newmark", "dt": 0.01, "nsteps": 30}}}})",
+                                         gravity);
+    Simulation simulation(std::get<Model<3>>(read_scenario_text(text, "").model), Block::serial());
+    simulation.run();
+    const Frame end = simulation.frame();
+    return Vec<2>(mean_of(end, "velocity", 0), mean_of(end, "velocity", 1));
+  };
+  const Vec<2> along_x = velocity("[5, 0, -10]"), across = velocity("[3, 4, -10]");
+  CHECK(along_x[0] == doctest::Approx(0.3 * 2).epsilon(0.01));
+  CHECK(std::abs(along_x[1]) < 1e-3);
+  CHECK(across[0] == doctest::Approx(0.3 * 2 * 0.6).epsilon(0.01));
+  CHECK(across[1] == doctest::Approx(0.3 * 2 * 0.8).epsilon(0.01));
+}
+
 TEST_CASE("implicit steps: a wall pushes and does not pull") {
   const Frame up = Block{.gravity = "[0, 1]"}.at_end();
   CHECK(mean_of(up, "velocity", 1) == doctest::Approx(0.5).epsilon(1e-6));
