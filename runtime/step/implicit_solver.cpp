@@ -31,6 +31,9 @@ constexpr double small_system = Dim == 2 ? 2'000 : 1'000;
 template <int Dim>
 constexpr double medium_system = Dim == 2 ? 100'000 : 20'000;
 constexpr double direct_tolerance = 1e-6;
+/// So many iterations take as long as a direct solve of a medium system, roughly.
+template <int Dim>
+constexpr int fair_iterations = Dim == 2 ? 500 : 2000;
 
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -134,16 +137,18 @@ bool ImplicitSolver<Dim>::solve_linear(const Balance& balance) {
   const ImplicitSteps& steps = model_.analysis.implicit;
   SolveResult result;
   const double begin = seconds();
-  if (is_iterative(steps, balance.unknowns, small_system<Dim>)) {
+  const bool may_be_direct =
+      steps.solver == ImplicitSteps::Solver::automatic && balance.unknowns <= medium_system<Dim>;
+  if (is_iterative(steps, balance.unknowns, small_system<Dim>) && !hard_) {
     SolveOptions options;
     options.method = balance.symmetric ? SolveMethod::conjugate_gradients : SolveMethod::bicgstab;
     options.limits.tolerance = steps.solver_tolerance;
+    if (may_be_direct) options.limits.most_iterations = fair_iterations<Dim>;
     if (steps.solver_iterations > 0) options.limits.most_iterations = steps.solver_iterations;
     result = linear_.solve(options);
     report_.linear_iterations += result.iterations;
-    if (!result.converged && steps.solver == ImplicitSteps::Solver::automatic &&
-        balance.unknowns <= medium_system<Dim>)
-      result = solve_directly(patches_, ranks_, balance.symmetric, direct_tolerance);
+    hard_ = !result.converged && may_be_direct;
+    if (hard_) result = solve_directly(patches_, ranks_, balance.symmetric, direct_tolerance);
   } else {
     result = solve_directly(patches_, ranks_, balance.symmetric, direct_tolerance);
   }
@@ -246,6 +251,7 @@ ImplicitReport ImplicitSolver<Dim>::solve(double time, double dt, bool first) {
   dt_ = dt;
   report_ = {};
   unloaded_ = 0;
+  hard_ = false;
   begin_.run(1);
   if (first && !steps.quasi_static && !model_.analysis.as_cbgeo) {
     for_each_patch([](Patch<Dim>& patch) { load_in_part(patch, 0.0, 0.0); });

@@ -88,6 +88,7 @@ class ImplicitSolver {
   Rounds<Dim> begin_, linearize_;
   GlobalSolve<Dim> linear_;
   double unloaded_ = 0;  ///< [N] unbalanced force without any displacement, where it is known
+  bool hard_ = false;    ///< iterations did not converge in this step: solve directly
   ImplicitReport report_;
 };
 
