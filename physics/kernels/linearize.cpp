@@ -9,6 +9,7 @@
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/implicit_walls.h"
 #include "physics/kernels/kernels.h"
+#include "physics/kernels/law_fault.h"
 #include "physics/kernels/matrix_pattern.h"
 #include "physics/kernels/mean_gradients.h"
 #include "physics/kernels/particle_forces.h"
@@ -208,24 +209,6 @@ void add_to_system(NodalSystem<Dim>& system, const CellSystem<Dim, Nodes>& cell,
   }
 }
 
-template <int Dim>
-void record_law(Patch<Dim>& patch, const ParticleBin& bin, Local p) {
-  ParticleFault& fault = patch.unsolved;
-  if (fault.kind == ParticleFault::Kind::law) ++fault.count;
-  if (fault.kind != ParticleFault::Kind::none) return;
-  fault.kind = ParticleFault::Kind::law;
-  fault.particle = patch.particles.id[static_cast<std::size_t>(p)];
-  fault.material = bin.material;
-  fault.count = 1;
-  for (std::size_t k = 0; k < stress_components<Dim>; ++k)
-    fault.stress[k] = patch.particles.row(Column::stress, static_cast<int>(k))[p];
-  for (int d = 0; d < Dim; ++d) {
-    const auto at = static_cast<std::size_t>(d);
-    fault.position[at] = patch.particles.row(Column::x, d)[p];
-    fault.velocity[at] = patch.particles.row(Column::v, d)[p];
-  }
-}
-
 /// Stress of particle p after the increment H. False where its law has none.
 template <int Dim>
 bool change_of(const Patch<Dim>& patch, const StepContext<Dim>& step, const ParticleBin& bin,
@@ -289,7 +272,9 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
                            H);
           StressChange<Dim> change;
           if (!change_of(patch, step, bin, p, H, change)) {
-            record_law(patch, bin, p);
+            note_law_fault(patch.unsolved, patch, bin, p, [&](std::size_t k) {
+              return patch.particles.row(Column::stress, static_cast<int>(k))[p];
+            });
             continue;
           }
           const StressOfStep<Dim> of_step(H, change, as_cbgeo);

@@ -4,6 +4,7 @@
 #include "physics/basis/cell_map.h"
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/kernels.h"
+#include "physics/kernels/law_fault.h"
 #include "physics/kernels/opening.h"
 #include "physics/materials/increment.h"
 #include "physics/materials/law.h"
@@ -87,19 +88,8 @@ template <int Dim, class Real>
   for (int lane = 0; lane < lanes<Real>; ++lane) {
     patch.work.divided += failures.divided >> lane & 1;
     if (!(failures.failed >> lane & 1)) continue;
-    ParticleFault& fault = patch.fault;
-    if (fault.kind == ParticleFault::Kind::law) ++fault.count;
-    if (fault.kind != ParticleFault::Kind::none) continue;
-    fault.kind = ParticleFault::Kind::law;
-    fault.particle = patch.particles.id[static_cast<std::size_t>(p + lane)];
-    fault.material = bin.material;
-    fault.count = 1;
-    for (std::size_t k = 0; k < stress_components<Dim>; ++k) fault.stress[k] = before[k][lane];
-    for (int d = 0; d < Dim; ++d) {
-      const auto at = static_cast<std::size_t>(d);
-      fault.position[at] = patch.particles.row(Column::x, d)[p + lane];
-      fault.velocity[at] = patch.particles.row(Column::v, d)[p + lane];
-    }
+    note_law_fault(patch.fault, patch, bin, p + lane,
+                   [&](std::size_t k) { return before[k][lane]; });
   }
 }
 
