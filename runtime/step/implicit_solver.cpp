@@ -64,7 +64,6 @@ ImplicitSolver<Dim>::ImplicitSolver(const Model<Dim>& model, PatchSet<Dim>& patc
     : model_(model),
       patches_(patches),
       ranks_(ranks),
-      threads_(rounds.executor.threads),
       begin_(patches, implicit_stages<Dim>(model.analysis).begin,
              with(rounds, 0, groups ? &groups->begin : nullptr),
              {.context = [this](Step round) { return context(round); }}),
@@ -188,7 +187,6 @@ bool ImplicitSolver<Dim>::iterate() {
       for_each_patch([&](Patch<Dim>& patch) { take_back(patch, share); });
       balance = linearize();
     }
-    report_.residual = balance.residual;
     report_.residuals.push_back(balance.residual);
     if (!balance.is_good()) break;
     if (!steps.nonlinear) return true;

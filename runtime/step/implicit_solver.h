@@ -1,7 +1,7 @@
 /// \file The displacement of an implicit step: Newton's method over all patches of all ranks.
 #pragma once
 
-#include <optional>
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,7 +18,6 @@ struct ImplicitReport {
   int iterations = 0;         ///< of Newton's method, in all parts
   int parts = 0;              ///< in which the loads were reached
   int linear_iterations = 0;  ///< of the linear solver; direct solves have none
-  double residual = 0;        ///< [N] unbalanced force at the end
   /// [N] of the last part: at its beginning, and after each iteration.
   std::vector<double> residuals;
   double linearize_seconds = 0, linear_seconds = 0;
@@ -63,8 +62,6 @@ class ImplicitSolver {
     bool is_good() const;
   };
   static constexpr int n_sums = 7;
-  Rounds<Dim> rounds_of(const Stages<Dim>& stages, RoundOptions options, int sums,
-                        const ExchangeGroups* groups);
   StepContext<Dim> context(Step round) const;
   void give(int patch, Step round, std::span<double> own) const;
   Balance linearize();
@@ -82,7 +79,6 @@ class ImplicitSolver {
   const Model<Dim>& model_;
   PatchSet<Dim>& patches_;
   Communicator ranks_;
-  int threads_;
   double time_ = 0, dt_ = 0;  ///< [s] of loads; of the step
   std::array<double, n_sums> sums_{};
   Rounds<Dim> begin_, linearize_;
