@@ -24,7 +24,7 @@ bool is_touched(const Patch<Dim>& patch, const ConstrainedNode<Dim>& wall) {
          has_velocity(patch, at(patch.velocity, wall.node)[mass_lane]);
 }
 
-/// Call body(wall, state) for those that there are particles at.
+/// Call body(wall, state) for each node at a wall that particles touch.
 template <int Dim, class Body>
 void for_each_wall(Patch<Dim>& patch, Body body) {
   for (std::size_t k = 0; k < patch.implicit.walls.size(); ++k)
@@ -54,7 +54,7 @@ std::uint8_t held_axes(const ConstrainedNode<Dim>& wall, const ImplicitWall<Dim>
   return static_cast<std::uint8_t>(held);
 }
 
-/// Of the local axes in `which`, the displacement that holds the node in the step.
+/// The displacement in the step [m] that is prescribed along local axis d.
 template <int Dim>
 double displacement_along(const ConstrainedNode<Dim>& wall, std::size_t d, double dt) {
   return wall.fixed[d] || wall.pushes[d] != 0 ? dt * wall.velocity[d] : 0.0;

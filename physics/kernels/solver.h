@@ -9,7 +9,7 @@
 ///   algorithm 3);
 /// - pipelined BiCGStab (S. Cools and W. Vanroose, "The communication-hiding pipelined BiCGStab
 ///   method for the parallel solution of large unsymmetric linear systems", Parallel Computing 65,
-///   2017, algorithm 4), of which an iteration is two rounds.
+///   2017, algorithm 4); an iteration takes two rounds.
 ///
 /// The preconditioner is the diagonal D of inverses; vectors that are D times another are not kept.
 #pragma once

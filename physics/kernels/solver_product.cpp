@@ -28,7 +28,7 @@ class RowProduct<2> {
   NodeVector sum_{0.0};
 };
 
-/// Each row of a block is loaded with one number of another row, of which m has a zero there.
+/// A load of one row of a block takes a number of another row too. In that lane m is zero.
 template <>
 class RowProduct<3> {
  public:

@@ -26,7 +26,7 @@ struct NodalSystem {
   NodeArray right_side;   ///< {b, 0}
   NodeArray solution;     ///< {x, 0}
   bool symmetric = true;  ///< A is, on all patches
-  SolverVectors solver;   ///< of whoever solves it
+  SolverVectors solver;   ///< what an iterative solver keeps
 };
 
 }  // namespace lahar

@@ -39,7 +39,7 @@ std::vector<Stage> stages_of(const std::vector<TimestepStage<Dim>>& list) {
 struct RankMessage {
   enum class Kind { none, sums, particles } kind = Kind::none;
   /// For messages with sums, in the order of a step. Those that bring the same kind of sum again
-  /// have one number: nobody sends it before it has been used.
+  /// have one number: a patch sends it again only after it has been used.
   int number = 0;
   std::vector<std::size_t> sum_arrays = {};  ///< those that hold the sums
 };

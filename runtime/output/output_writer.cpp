@@ -250,7 +250,7 @@ void OutputWriter::write_part(Entry& entry, const OutputRelay::Wait& wait) {
   attempt(entry, [&] { relay_.end(take, wait); });
 }
 
-/// Sleep between two looks; throws once nobody calls progress() any more.
+/// Sleep between two looks. Throws when the calls of progress() have ended.
 void OutputWriter::pause() {
   {
     const std::lock_guard lock(mutex_);

@@ -140,7 +140,8 @@ bool Krylov::step(std::span<const double> sums) {
 bool Krylov::first_half_step(std::span<const double> sums) {
   gamma_ = of(sums, SolverSum::r_r);
   const double rw = of(sums, SolverSum::r_w);
-  if (rw == 0 || !std::isfinite(gamma_ / rw)) return breaks_down("there is no direction");
+  if (rw == 0 || !std::isfinite(gamma_ / rw))
+    return breaks_down("the search direction is undefined");
   order_.alpha = gamma_ / rw;
   order_.beta = order_.omega = 0;
   return go_on(Product::half_step, Factor::Dz);
@@ -161,7 +162,7 @@ bool Krylov::next_half_step(std::span<const double> sums) {
                          beta * omega * of(sums, SolverSum::r_z);
   const double alpha = gamma / divisor;
   if (!std::isfinite(beta) || !std::isfinite(alpha) || alpha == 0)
-    return breaks_down("there is no direction");
+    return breaks_down("the search direction is undefined");
   order_.alpha = alpha;
   order_.beta = beta;
   gamma_ = gamma;

@@ -64,7 +64,7 @@ Rounds<Dim>::~Rounds() = default;
 template <int Dim>
 void Rounds<Dim>::connect_ranks(int rounds) {
   if (!ranks_.several()) return;
-  ranks_.wait_for_all();  // whoever had the groups before has received all
+  ranks_.wait_for_all();  // the messages of earlier exchanges have all come
   ExchangeCalls calls{
       .give =
           [this](Step) {
@@ -99,7 +99,7 @@ Step Rounds<Dim>::run(Step most) {
   Step failed = 0;
   failures_.throw_first(failed, ranks_);
   const Step last = last_round_;
-  if (options_.sums > 0) {  // nobody needed those of the last round
+  if (options_.sums > 0) {  // no stage has asked for those of the last round
     sum_up();
     ranks_.sum(elements_);
     take_sums(elements_);
