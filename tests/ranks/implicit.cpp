@@ -3,9 +3,8 @@
 
 #include <string>
 
-#include "io/base/atomic_file.h"
-#include "runtime/output/checkpoint_writer.h"
 #include "runtime/step/restart.h"
+#include "tests/ranks/checkpoint_bytes.h"
 #include "tests/ranks/shared_folder.h"
 #include "tests/runtime/step/models.h"
 
@@ -31,21 +30,6 @@ Model<2> bending_block(bool quasi_static, ImplicitSteps::Solver solver) {
   model.analysis.implicit.quasi_static = quasi_static;
   model.analysis.implicit.solver = solver;
   return model;
-}
-
-/// Write the state of a simulation; every rank gets the file's bytes.
-std::string checkpoint_of(const Simulation& simulation, const Communicator& ranks,
-                          const std::filesystem::path& folder) {
-  CheckpointWriter writer({.folder = folder, .kept = 1000}, ranks);
-  CheckpointHeader header;
-  const SimulationState state = simulation.state();
-  header.run = state.run;
-  writer.write(header, state);
-  writer.finish();
-  ranks.wait_for_all();
-  std::string text = read_text_file(folder / checkpoint_name(state.run.step));
-  ranks.wait_for_all();
-  return text;
 }
 
 void check(const Model<2>& model, Index steps) {

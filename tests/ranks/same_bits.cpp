@@ -10,6 +10,7 @@
 #include "runtime/bench/bench_cases.h"
 #include "runtime/output/checkpoint_writer.h"
 #include "runtime/step/restart.h"
+#include "tests/ranks/checkpoint_bytes.h"
 #include "tests/ranks/shared_folder.h"
 #include "tests/runtime/step/falling_dust.h"
 
@@ -17,21 +18,6 @@ using namespace lahar;
 using namespace lahar::test;
 
 namespace {
-
-/// Write the state of a simulation; every rank gets the file's bytes.
-std::string checkpoint_of(const Simulation& simulation, const Communicator& ranks,
-                          const std::filesystem::path& folder) {
-  CheckpointWriter writer({.folder = folder, .kept = 1000}, ranks);
-  CheckpointHeader header;
-  const SimulationState state = simulation.state();
-  header.run = state.run;
-  writer.write(header, state);
-  writer.finish();
-  ranks.wait_for_all();
-  std::string text = read_text_file(folder / checkpoint_name(state.run.step));
-  ranks.wait_for_all();
-  return text;
-}
 
 /// Checkpoints that are written while steps are taken.
 class OnTheWay {
