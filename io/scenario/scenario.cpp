@@ -15,6 +15,7 @@ template <int Dim>
 Model<Dim> ScenarioBuilder<Dim>::build() {
   build_as_cbgeo();
   build_implicit();
+  build_projection();
   build_mesh();
   build_sets();
   build_materials();
@@ -31,6 +32,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_transfer_rates();  // of its bodies
   check_two_phase();
   check_implicit();
+  check_projection();
   build_output();
   warn_of_doubts();
   build_resume();

@@ -14,10 +14,11 @@ namespace lahar {
 namespace {
 
 Scheme scheme_of(const std::string& name) {
-  return name == "usl"       ? Scheme::usl
-         : name == "musl"    ? Scheme::musl
-         : name == "newmark" ? Scheme::newmark
-                             : Scheme::usf;
+  return name == "usl"          ? Scheme::usl
+         : name == "musl"       ? Scheme::musl
+         : name == "newmark"    ? Scheme::newmark
+         : name == "projection" ? Scheme::projection
+                                : Scheme::usf;
 }
 
 // A title as a folder name: letters, digits, '-', '_' and '.', the rest becomes '-'.
@@ -57,9 +58,9 @@ void ScenarioBuilder<Dim>::build_as_cbgeo() {
 template <int Dim>
 void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
   JsonValue* step = analysis.find("time_step");
-  const bool implicit = is_implicit(model_.analysis);
-  const bool adaptive =
-      !in_.cbgeo_defaults && !implicit && !analysis.find("dt") && !written(analysis, "dt");
+  const bool implicit = is_implicit(model_.analysis), projects = is_projection(model_.analysis);
+  const bool adaptive = !in_.cbgeo_defaults && !implicit && !projects && !analysis.find("dt") &&
+                        !written(analysis, "dt");
   if (step && step->is<JsonValue::Object>()) {
     if (!written(*step, "adaptive")) set(*step, "adaptive", adaptive);
     const double safety = in_.cbgeo_defaults ? 0.5 : any_granular() ? 0.2 : 0.4;
@@ -76,7 +77,7 @@ void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
   const JsonValue* cell_type = section("mesh").find("cell_type");
   const std::string type = cell_type ? cell_type->as<std::string>() : "";
   const bool linear = type.empty() || type == "ED2Q4" || type == "ED3H8";
-  if (!written(analysis, "shape_functions") && linear && mesh_ && is_grid())
+  if (!written(analysis, "shape_functions") && linear && !projects && mesh_ && is_grid())
     set(analysis, "shape_functions", std::string("quadratic_spline"));
 }
 
@@ -97,13 +98,16 @@ void ScenarioBuilder<Dim>::build_analysis() {
   a.volume_as_cbgeo = in_.cbgeo_defaults;
   a.damping_as_cbgeo = in_.cbgeo_defaults;
   if (const JsonValue* opening = analysis->find("opening");
-      opening && get_bool(*analysis, "opening").value_or(false) && (a.two_phase || is_implicit(a)))
+      opening && get_bool(*analysis, "opening").value_or(false) &&
+      (a.two_phase || begins_with_solve(a)))
     in_.error(*opening,
               fmt::format("'opening' does not go together with {}",
-                          a.two_phase ? "a liquid in pores" : "implicit steps"),
+                          a.two_phase        ? "a liquid in pores"
+                          : is_projection(a) ? "a projection"
+                                             : "implicit steps"),
               "leave it out: no gaps open between grains");
   a.opening = get_bool(*analysis, "opening")
-                  .value_or(!in_.cbgeo_defaults && !a.two_phase && !is_implicit(a));
+                  .value_or(!in_.cbgeo_defaults && !a.two_phase && !begins_with_solve(a));
   set(*analysis, "opening", a.opening);
   const auto opens = [](const Material& material) { return can_open(material.law); };
   a.opening = a.opening && std::any_of(model_.materials.begin(), model_.materials.end(), opens);
@@ -251,10 +255,13 @@ void ScenarioBuilder<Dim>::build_time_step(const JsonValue& analysis) {
   }
   const auto dt = get_number(analysis, "dt");
   a.step.dt = dt.value_or(std::numeric_limits<double>::infinity());
-  if (!dt && !a.step.adaptive && !written(analysis, "dt"))
+  const bool needs_dt = !a.step.adaptive || is_projection(a);  // else nothing limits it at rest
+  if (!dt && needs_dt && !written(analysis, "dt"))
     in_.error(analysis, "'dt' is missing in analysis",
-              is_implicit(a) ? "dt [s]: the time step, which waves do not limit"
-                             : "dt [s]: the time step; or \"time_step\": {\"adaptive\": true}");
+              is_implicit(a)     ? "dt [s]: the time step, which waves do not limit"
+              : is_projection(a) ? "dt [s]: the time step, which waves do not limit; with an "
+                                   "adaptive step the largest one"
+                                 : "dt [s]: the time step; or \"time_step\": {\"adaptive\": true}");
   const auto nsteps = get_integer(analysis, "nsteps");
   const auto end = get_number(analysis, "end_time");
   if (!nsteps && !end && !written(analysis, "nsteps") && !written(analysis, "end_time"))

@@ -89,7 +89,7 @@ class ScenarioBuilder {
   // scenario_implicit.cpp
   void build_implicit();  ///< before what depends on the scheme
   void build_implicit_steps(const JsonValue& analysis);
-  void build_linear_solver(const JsonValue& analysis);
+  void build_linear_solver(const JsonValue& analysis, std::string_view unknown);
   void check_implicit();  ///< after the analysis
   void choose_b_bar();
   bool has_particle_type(std::string_view kind);
@@ -97,6 +97,13 @@ class ScenarioBuilder {
   void refuse_injection();
   /// `at` null: the analysis.
   void refuse_implicit(const JsonValue* at, const std::string& what, const std::string& hint = "");
+  // scenario_projection.cpp
+  void build_projection();  ///< before what depends on the scheme
+  void check_projection();  ///< after the analysis
+  void check_materials_of_projection();
+  void choose_kept_pressure();
+  /// `at` null: the analysis.
+  void refuse_in_projection(const JsonValue* at, const std::string& what, const std::string& hint);
   // scenario_analysis.cpp
   void build_as_cbgeo();  ///< first of all: others depend on it
   void build_analysis();
@@ -165,6 +172,7 @@ class ScenarioBuilder {
   /// Volume of the particles over the area of the box around them as gravity sees it [m]; 0 without
   /// gravity or particles. Collective.
   double mean_depth() const;
+  double speed_of(const Material& material) const;
   // scenario_conditions.cpp
   void build_conditions();  ///< of nodes
   template <class T>

@@ -231,7 +231,7 @@ void ScenarioBuilder<Dim>::build_condition() {
   if (const JsonValue* one = where.find(T::key); one && one->template is<JsonValue::Object>())
     entries = {one};
   for (const JsonValue* entry : entries) {
-    if (is_of_liquid<T> && !model_.analysis.two_phase) {
+    if (is_of_liquid<T> && !model_.analysis.two_phase && !is_projection(model_.analysis)) {
       refuse_without_liquid(*entry);
       continue;
     }

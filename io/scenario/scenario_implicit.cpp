@@ -15,6 +15,7 @@ namespace {
 struct WrittenScheme {
   const JsonValue *type = nullptr, *scheme = nullptr;  ///< null where they are not written
   bool type_is_implicit = false, scheme_is_implicit = false;
+  bool is_projection = false;
 };
 
 WrittenScheme written_scheme(const JsonValue& analysis) {
@@ -23,6 +24,8 @@ WrittenScheme written_scheme(const JsonValue& analysis) {
   at.scheme = analysis.find("mpm_scheme");
   at.type_is_implicit = at.type && at.type->as<std::string>().starts_with("MPMImplicit");
   at.scheme_is_implicit = at.scheme && at.scheme->as<std::string>() == "newmark";
+  at.is_projection = (at.type && at.type->as<std::string>().starts_with("MPMSemiImplicit")) ||
+                     (at.scheme && at.scheme->as<std::string>() == "projection");
   return at;
 }
 
@@ -59,17 +62,19 @@ void ScenarioBuilder<Dim>::build_implicit() {
                 "\"newmark\"");
   }
   if (!at.type_is_implicit && !at.scheme_is_implicit) {
+    if (at.is_projection) return;
     for (const char* key : {"scheme_settings", "linear_solver"})
       if (const JsonValue* given = analysis->find(key))
         in_.warning(*given, fmt::format("'{}' has no effect in an explicit analysis", key),
-                    "\"mpm_scheme\": \"newmark\" is implicit");
+                    "\"mpm_scheme\": \"newmark\" is implicit, \"projection\" solves for the "
+                    "pressure");
     return;
   }
   if (!at.type) set(*analysis, "type", fmt::format("MPMImplicit{}D", Dim));
   set(*analysis, "mpm_scheme", std::string("newmark"));
   model_.analysis.scheme = Scheme::newmark;
   build_implicit_steps(*analysis);
-  build_linear_solver(*analysis);
+  build_linear_solver(*analysis, "displacement");
 }
 
 template <int Dim>
@@ -85,6 +90,10 @@ void ScenarioBuilder<Dim>::build_implicit_steps(const JsonValue& analysis) {
     value = get_number(*given, key).value_or(value);
   };
   number("beta", steps.beta);
+  if (!(steps.beta > 0 && steps.beta <= 0.5))
+    in_.error(*given->find("beta"),
+              fmt::format("'beta' is {:g}, but must be above 0 and at most 0.5 in implicit steps",
+                          steps.beta));
   number("gamma", steps.gamma);
   number("displacement_tolerance", steps.displacement_tolerance);
   number("residual_tolerance", steps.residual_tolerance);
@@ -95,7 +104,8 @@ void ScenarioBuilder<Dim>::build_implicit_steps(const JsonValue& analysis) {
 
 // As in the fork of CB-Geo MPM, an entry of solver_settings counts before the keys around it.
 template <int Dim>
-void ScenarioBuilder<Dim>::build_linear_solver(const JsonValue& analysis) {
+void ScenarioBuilder<Dim>::build_linear_solver(const JsonValue& analysis,
+                                               std::string_view unknown) {
   const JsonValue* given = analysis.find("linear_solver");
   if (!given || !given->is<JsonValue::Object>()) return;
   std::vector<const JsonValue*> sources{given};
@@ -103,26 +113,25 @@ void ScenarioBuilder<Dim>::build_linear_solver(const JsonValue& analysis) {
   add_without_effect(*given, without_effect);
   for (const JsonValue* entry : get_list(*given, "solver_settings")) {
     const auto dof = get_text(*entry, "dof");
-    if (dof == "displacement") {
+    if (dof == unknown) {
       sources.push_back(entry);
       add_without_effect(*entry, without_effect);
     } else if (dof) {
-      in_.warning(*entry, fmt::format("the solver of the {} has no effect: the unknowns of "
-                                      "implicit steps are displacements",
-                                      *dof));
+      in_.warning(*entry, fmt::format("the solver of the {} has no effect: the unknown is the {}",
+                                      *dof, unknown));
     }
   }
   if (!without_effect.empty())
     in_.warning(*given, fmt::format("no effect has, in 'linear_solver': {}", join(without_effect)),
                 "the program chooses preconditioners itself");
-  ImplicitSteps& steps = model_.analysis.implicit;
+  LinearSolver& solver = model_.analysis.linear;
   for (const JsonValue* from : sources) {
     if (const auto type = get_text(*from, "solver_type"))
-      steps.solver =
-          *type == "DirectEigen" ? ImplicitSteps::Solver::direct : ImplicitSteps::Solver::iterative;
-    steps.solver_tolerance = get_number(*from, "tolerance").value_or(steps.solver_tolerance);
+      solver.method =
+          *type == "DirectEigen" ? LinearSolver::Method::direct : LinearSolver::Method::iterative;
+    solver.tolerance = get_number(*from, "tolerance").value_or(solver.tolerance);
     if (const auto most = get_integer(*from, "max_iter"))
-      steps.solver_iterations =
+      solver.most_iterations =
           static_cast<int>(std::min<Index>(*most, std::numeric_limits<int>::max()));
   }
 }

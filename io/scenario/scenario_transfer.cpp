@@ -170,6 +170,15 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
   set(*analysis, "velocity_update_settings", std::move(settings));
 }
 
+// Of waves that steps follow [m/s]: of a liquid that does not change its volume those of its
+// surface, of soil with such a liquid those of the skeleton.
+template <int Dim>
+double ScenarioBuilder<Dim>::speed_of(const Material& material) const {
+  if (!is_projection(model_.analysis)) return wave_speed(material);
+  if (material.liquid) return std::sqrt(wave_modulus(material.law) / material.density);
+  return std::sqrt(model_.gravity.norm() * mean_depth());
+}
+
 // Rates are those of bodies.
 template <int Dim>
 void ScenarioBuilder<Dim>::build_transfer_rates() {
@@ -187,7 +196,7 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
   std::vector<double> slowest(static_cast<std::size_t>(a.contact.bodies), none);  // [m/s]
   for (const Material& material : model_.materials) {
     double& c = slowest[static_cast<std::size_t>(material.body)];
-    c = std::min(c, wave_speed(material));
+    c = std::min(c, speed_of(material));
   }
   const double per_rate = smoothing(a.functions, info(mesh_->element()).order) * h * h;  // [m^2]
   if (a.transfer.order == 1 && a.affine == Affine::none) a.transfer.smoothing = per_rate;

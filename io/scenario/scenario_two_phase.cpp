@@ -110,7 +110,8 @@ void ScenarioBuilder<Dim>::check_phases() {
               a.two_phase
                   ? "particles have a liquid in their pores, but 'type' is of one phase"
                   : "no particles have a liquid in their pores, but 'type' is of two phases",
-              a.two_phase ? fmt::format("\"MPMExplicitTwoPhase{}D\"", Dim)
+              a.two_phase ? fmt::format("\"MPM{}TwoPhase{}D\"",
+                                        is_projection(a) ? "SemiImplicit" : "Explicit", Dim)
                           : "material of a generator: [skeleton, liquid]");
   for (const auto& [skeleton, at] : single_)
     if (liquids_.count(skeleton))
@@ -124,7 +125,8 @@ void ScenarioBuilder<Dim>::check_phases() {
       if (const JsonValue* at = entries[m]->find(key); at && !liquids_.count(static_cast<int>(m)))
         in_.warning(*at, fmt::format("'{}' has no effect without a liquid in the pores", key));
   if (!a.two_phase) return;
-  if (!wanted) set(*root_.find("analysis"), "type", fmt::format("MPMExplicitTwoPhase{}D", Dim));
+  if (!wanted && !is_projection(a))
+    set(*root_.find("analysis"), "type", fmt::format("MPMExplicitTwoPhase{}D", Dim));
   a.explicit_drag = in_.as_cbgeo;
   a.pore_pressure_smoothing = get_bool(analysis, "pore_pressure_smoothing").value_or(false);
 }
@@ -137,7 +139,8 @@ void ScenarioBuilder<Dim>::check_two_phase() {
   const JsonValue& analysis = section("analysis");
   // Published cases use these shape functions.
   a.liquid_advection = in_.as_cbgeo && a.functions == ShapeFunctions::element &&
-                       a.affine == Affine::none && mesh_ && mesh_->is_multilinear();
+                       a.affine == Affine::none && mesh_ && mesh_->is_multilinear() &&
+                       !is_projection(a);
   const auto refuse = [&](const JsonValue* at, std::string_view what, std::string_view hint) {
     in_.error(at ? *at : analysis,
               fmt::format("{} does not go together with a liquid in pores", what),
@@ -147,7 +150,8 @@ void ScenarioBuilder<Dim>::check_two_phase() {
   if (a.takes_means)
     refuse(&boundary(), "an absorbing boundary or a spring", "put the boundary further away");
   const auto& pressures = entries_of<NodePressure>(model_);
-  if (team_.any(std::any_of(pressures.begin(), pressures.end(),
+  if (!is_projection(a) &&
+      team_.any(std::any_of(pressures.begin(), pressures.end(),
                             [](const NodePressure& p) { return p.pressure != 0.0; })))
     in_.error(*boundary().find("pressure_constraints"),
               "a pressure other than 0 is not supported yet: nothing holds it against the water",

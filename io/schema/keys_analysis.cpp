@@ -307,15 +307,22 @@ const Section& free_surface_section() {
       .name = "analysis.free_surface_detection",
       .path = "analysis.free_surface_detection",
       .help =
-          "Detection of the surface of a liquid (dialect of the fork). Lahar needs none: the "
+          "Where a liquid ends. In a projection its pressure is zero at nodes of cells that are "
+          "filled, if some cells around the node are not. Explicit steps need no detection: the "
           "weak form of the liquid's momentum has no pressure where nothing acts.",
       .keys = {
           {.key = "type",
            .kinds = text,
-           .help = "method",
-           .fallback = "\"none\"",
+           .help = "none: no pressure is zero, but where `pressure_constraints` say so. Else as "
+                   "above. Default density",
            .allowed = {"none", "density", "geometry"}},
-          {.key = "volume_tolerance", .kinds = number, .help = "share of a cell that is filled"},
+          {.key = "volume_tolerance",
+           .kinds = number,
+           .help = "a cell is filled if its particles have at least this share of its volume",
+           .unit = "-",
+           .fallback = "0.25",
+           .min = 0,
+           .max = 1},
       }};
   return section;
 }
@@ -337,8 +344,8 @@ const Section& analysis_section() {
            .fallback = "\"MPMExplicit2D\"",
            .fallback_3d = "\"MPMExplicit3D\"",
            .allowed = {"MPMExplicit2D", "MPMExplicit3D", "MPMExplicitTwoPhase2D",
-                       "MPMExplicitTwoPhase3D", "MPMImplicit2D", "MPMImplicit3D"},
-           .planned = {"MPMSemiImplicitNavierStokes2D", "MPMSemiImplicitNavierStokes3D",
+                       "MPMExplicitTwoPhase3D", "MPMImplicit2D", "MPMImplicit3D",
+                       "MPMSemiImplicitNavierStokes2D", "MPMSemiImplicitNavierStokes3D",
                        "MPMSemiImplicitTwoPhase2D", "MPMSemiImplicitTwoPhase3D"}},
           {.key = "preset",
            .kinds = text,
@@ -352,9 +359,10 @@ const Section& analysis_section() {
            .help = "when stresses are updated: before the forces (usf), at the end of the step "
                    "(usl), or at the end after a second mapping of velocities (musl). newmark: "
                    "implicit steps, which find the displacements of nodes for which forces "
-                   "balance (see scheme_settings). Default musl; with the preset cbgeo usf; if "
-                   "`type` is MPMImplicit, newmark",
-           .allowed = {"usf", "usl", "musl", "newmark"}},
+                   "balance (see scheme_settings). projection: liquids do not change their volume, "
+                   "and their pressure is solved for. Default musl; with the preset cbgeo usf; if "
+                   "`type` is MPMImplicit, newmark; if it is MPMSemiImplicit, projection",
+           .allowed = {"usf", "usl", "musl", "newmark", "projection"}},
           {.key = "scheme_settings",
            .kinds = object,
            .help = "parameters of implicit steps",

@@ -22,13 +22,13 @@ const Section& scheme_settings_section() {
            .fallback = "false"},
           {.key = "beta",
            .kinds = number,
-           .help = "Newmark's parameter of the displacement. 0.25 with gamma 0.5 is the rule of "
-                   "mean acceleration, which keeps the energy of linear systems",
+           .help = "Newmark's parameter of the displacement. 0.25, the default, with gamma 0.5 is "
+                   "the rule of mean acceleration, which keeps the energy of linear systems. With "
+                   "\"mpm_scheme\": \"projection\" the share of the pressure that acts before it "
+                   "is corrected: 0, or 1 with the preset cbgeo",
            .unit = "-",
-           .fallback = "0.25",
            .min = 0,
-           .max = 0.5,
-           .above_min = true},
+           .max = 1},
           {.key = "gamma",
            .kinds = number,
            .help = "Newmark's parameter of the velocity. Values above 0.5 damp short waves",

@@ -124,8 +124,7 @@ const Section& generator_section() {
            .fallback = "\"P2D\"",
            .fallback_3d = "\"P3D\"",
            .allowed = {"P2D", "P3D", "P2D2PHASE", "P3D2PHASE", "P2DBBAR", "P3DBBAR", "P2DFS",
-                       "P3DFS"},
-           .planned = {"P2DFLUID", "P3DFLUID"}},
+                       "P3DFS", "P2DFLUID", "P3DFLUID"}},
           {.key = "check_duplicates",
            .kinds = boolean,
            .help = "warn about particles at the same "

@@ -597,6 +597,8 @@ class LimitRate {
       viscosity_ = viscosity(law);
       const auto& liquid = model_.materials[bin.material].liquid;
       liquid_ = liquid ? &*liquid : nullptr;
+      // Of a projection, liquids have no waves: a fluid has none, soil those of its skeleton.
+      if (is_projection(model_.analysis) && !liquid_) modulus_ = 0;
     }
     const double h = patch_.cell_size[static_cast<std::size_t>(bin.cell)];
     per_area_ = 1.0 / (h * h);
@@ -619,7 +621,8 @@ class LimitRate {
   template <class Real>
   [[gnu::noinline]] void at_liquid(Local p, const Real& specific_volume, Real& c2, Real& speed2,
                                    Real& diffusion) const {
-    c2 = wave_speed_squared(*liquid_, modulus_, specific_volume);
+    if (!is_projection(model_.analysis))
+      c2 = wave_speed_squared(*liquid_, modulus_, specific_volume);
     Real liquid2(0.0);
     for (const double* row : liquid_v_) liquid2 += load<Real>(row + p) * load<Real>(row + p);
     speed2 = max(speed2, liquid2);

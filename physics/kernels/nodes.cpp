@@ -466,6 +466,7 @@ void integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
 
 template <int Dim>
 void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.active_nodes.empty()) return;
   make_room(patch);
   Integrator<Dim> integrator(patch, step);
   auto fixed = patch.fixed.begin();  // ascending nodes

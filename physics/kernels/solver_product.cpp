@@ -8,8 +8,18 @@ namespace lahar {
 namespace {
 
 /// The product of a row of blocks with m, {n, 0}.
-template <int Dim>
+template <int Width>
 class RowProduct;
+
+template <>
+class RowProduct<1> {
+ public:
+  LAHAR_INLINE void add(const double* block, const NodeVector& m) { sum_ += *block * m; }
+  LAHAR_INLINE NodeVector value() const { return sum_; }
+
+ private:
+  NodeVector sum_{0.0};
+};
 
 /// Both rows of a block are one vector.
 template <>
@@ -54,19 +64,18 @@ NodeVector diagonal_of(const NodalSystem<Dim>& system, std::size_t row) {
   for (std::size_t k = system.first[row]; k < system.first[row + 1]; ++k) {
     values[mass_lane] = 1;
     if (static_cast<std::size_t>(system.column[k]) != row) continue;
-    for (std::size_t d = 0; d < Dim; ++d) values[d] = system.blocks[k * Dim * Dim + d * (Dim + 1)];
+    const auto width = static_cast<std::size_t>(system.width());
+    for (std::size_t d = 0; d < width; ++d)
+      values[d] = system.blocks[k * width * width + d * (width + 1)];
   }
   return load<NodeVector>(values);
 }
 
-}  // namespace
-
-template <int Dim>
-void add_product(Patch<Dim>& patch, const StepContext<Dim>& round) {
+template <int Width, int Dim>
+void add_products(Patch<Dim>& patch, const StepContext<Dim>& round) {
+  constexpr std::size_t block_size = Width * Width;
   const NodalSystem<Dim>& system = patch.system;
   const SolverVectors& solver = system.solver;
-  patch.contributes[static_cast<std::size_t>(round.step % 2)] = !system.column.empty();
-  if (patch.active_nodes.empty()) return;
   double* const products = patch.own_sums(NodeSum::product, round.step);
   double* const diagonals = patch.own_sums(NodeSum::diagonal, round.step);
   const bool is_first = round.step == solver.first_round;
@@ -76,17 +85,29 @@ void add_product(Patch<Dim>& patch, const StepContext<Dim>& round) {
     for (Local i = range.begin; i < range.end; ++i) {
       const auto row = static_cast<std::size_t>(i);
       const auto at = static_cast<std::ptrdiff_t>(i) * sum_stride;
-      RowProduct<Dim> product;
+      RowProduct<Width> product;
       if (has_rows) {
         const std::size_t last = system.first[row + 1];
-        const double* block = system.blocks.data() + system.first[row] * Dim * Dim;
-        for (std::size_t k = system.first[row]; k < last; ++k, block += Dim * Dim)
+        const double* block = system.blocks.data() + system.first[row] * block_size;
+        for (std::size_t k = system.first[row]; k < last; ++k, block += block_size)
           product.add(block, load<NodeVector>(m + static_cast<std::ptrdiff_t>(system.column[k]) *
                                                       node_width));
       }
       store(product.value(), products + at);
       if (is_first) store(has_rows ? diagonal_of(system, row) : NodeVector(0.0), diagonals + at);
     }
+}
+
+}  // namespace
+
+template <int Dim>
+void add_product(Patch<Dim>& patch, const StepContext<Dim>& round) {
+  patch.contributes[static_cast<std::size_t>(round.step % 2)] = !patch.system.column.empty();
+  if (patch.active_nodes.empty()) return;
+  if (patch.system.is_scalar)
+    add_products<1>(patch, round);
+  else
+    add_products<Dim>(patch, round);
 }
 
 template void add_product<2>(Patch<2>&, const StepContext<2>&);

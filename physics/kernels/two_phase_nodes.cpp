@@ -97,6 +97,7 @@ NodeVector drag_on_skeleton(const Patch<Dim>& patch, const StepContext<Dim>& ste
 
 template <int Dim>
 void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.active_nodes.empty()) return;
   const Analysis& analysis = step.model->analysis;
   const NodeVector g = gravity_in(step), zero(0.0);
   const double dt = step.dt;

@@ -22,7 +22,8 @@ enum class Scheme {
   usf,
   usl,
   musl,
-  newmark  ///< implicit (ImplicitSteps)
+  newmark,    ///< implicit (ImplicitSteps)
+  projection  ///< velocities without divergence (Projection)
 };
 
 /// An affine velocity field that particles carry beside their velocity.
@@ -175,16 +176,29 @@ struct ImplicitSteps {
   double displacement_tolerance = 1e-10;      ///< [m] root mean square change of an iteration
   double residual_tolerance = 1e-10;          ///< [N] root mean square unbalanced force
   double relative_residual_tolerance = 1e-6;  ///< of the step's first unbalanced force
-  enum class Solver { automatic, direct, iterative } solver = Solver::automatic;
-  double solver_tolerance = 1e-9;  ///< of the iterative solver: residual over right side
-  int solver_iterations = 0;       ///< at most; 0 = automatic
   /// Newton's method goes towards the loads in so many parts at most where it fails on all at once.
   int most_cuts = 64;
+};
+
+/// Steps whose pressure makes the velocities of their end free of divergence (projection.h).
+struct Projection {
+  double kept = 0;           ///< [-] share of the pressure that acts before it is corrected
+  bool free_surface = true;  ///< the pressure is zero where a liquid ends inside of the mesh
+  double least_fill = 0.25;  ///< [-] cells that are filled less are empty for that
+};
+
+/// How linear systems are solved.
+struct LinearSolver {
+  enum class Method { automatic, direct, iterative } method = Method::automatic;
+  double tolerance = 1e-9;  ///< of iterations: residual over right side
+  int most_iterations = 0;  ///< 0 = automatic
 };
 
 struct Analysis {
   Scheme scheme = Scheme::usf;
   ImplicitSteps implicit;  ///< with Scheme::newmark
+  Projection projection;   ///< with Scheme::projection
+  LinearSolver linear;     ///< of both
   ShapeFunctions functions = ShapeFunctions::element;
   Affine affine = Affine::none;
   /// GIMP as in CB-Geo: edges of domains are the cell's over the number of particles in it, not
@@ -244,6 +258,16 @@ struct Analysis {
 /// Steps solve for equilibrium, and no wave limits them.
 inline bool is_implicit(const Analysis& analysis) {
   return analysis.scheme == Scheme::newmark;
+}
+
+/// A liquid does not change its volume: its pressure is solved for, and no wave of it limits steps.
+inline bool is_projection(const Analysis& analysis) {
+  return analysis.scheme == Scheme::projection;
+}
+
+/// Steps begin with global solves, for which all patches are at rest.
+inline bool begins_with_solve(const Analysis& analysis) {
+  return is_implicit(analysis) || is_projection(analysis);
 }
 
 /// When results cannot be right any more, and what to do then (runtime/step/watchdog.h).

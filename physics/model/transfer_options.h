@@ -43,9 +43,15 @@ inline bool spreads_before_forces(const Analysis& analysis) {
   return analysis.affine != Affine::none && analysis.functions == ShapeFunctions::element;
 }
 
+/// Whether nodes need the mean of the pressure that a projection keeps: where some is prescribed.
+inline bool needs_kept_pressure(const Analysis& analysis) {
+  return is_projection(analysis) && analysis.prescribes_pore_pressure &&
+         analysis.projection.kept > 0.0;
+}
+
 /// Whether particles take pore pressures from nodes.
 inline bool maps_pore_pressure(const Analysis& analysis) {
-  return analysis.two_phase &&
+  return analysis.two_phase && !is_projection(analysis) &&
          (analysis.pore_pressure_smoothing || analysis.prescribes_pore_pressure);
 }
 

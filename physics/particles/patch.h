@@ -21,6 +21,8 @@
 #include "physics/particles/implicit_nodes.h"
 #include "physics/particles/nodal_system.h"
 #include "physics/particles/particles.h"
+#include "physics/particles/patch_work.h"
+#include "physics/particles/projection_nodes.h"
 #include "physics/particles/removed_particle.h"
 
 namespace lahar {
@@ -62,7 +64,10 @@ enum class NodeSum : int {
   inertia,    ///< mass times acceleration, of implicit steps (nodal_system.h)
   residual,   ///< forces that are not in balance
   product,    ///< of a matrix with a vector
-  diagonal    ///< of a matrix
+  diagonal,   ///< of a matrix
+  // Of projections (projection.h), in place of those of implicit steps.
+  outward = inertia,     ///< {V grad N, m p}
+  divergence = residual  ///< {discharge, V, filled space}
 };
 inline constexpr int n_node_sums = 22;
 /// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, surface},
@@ -90,23 +95,6 @@ struct NodeSumCopies {
 struct NodeRange {
   Local begin, end;
   std::size_t first_shared;
-};
-
-/// What one patch contributes to a row of history.csv (HistoryRow), reset after each row.
-struct PatchWork {
-  double internal = 0, external = 0;
-  double damping = 0;   ///< [J] with friction, and with what the velocity transfer takes
-  double friction = 0;  ///< [J] of damping: what friction at walls and between bodies takes
-  double divided = 0;   ///< increments that a law could only do in parts (update_in_parts())
-  PatchWork& operator+=(const PatchWork& other) {
-    internal += other.internal;
-    external += other.external;
-    damping += other.damping;
-    friction += other.friction;
-    divided += other.divided;
-    return *this;
-  }
-  bool operator==(const PatchWork&) const = default;
 };
 
 /// Something that a kernel found wrong with a particle or node. The step reports it.
@@ -213,9 +201,9 @@ struct Patch {
     std::vector<double> pressure;   ///< [Pa]
   } liquid;
 
-  // Implicit steps only.
-  NodalSystem<Dim> system;
-  ImplicitNodes<Dim> implicit;
+  NodalSystem<Dim> system;      ///< of implicit steps and projections
+  ImplicitNodes<Dim> implicit;  ///< of implicit steps only
+  ProjectionNodes projection;   ///< of projections only
 
   // Constraints and loads of the local nodes.
   struct FixedVelocity {

@@ -101,7 +101,7 @@ std::string describe_fault(const ParticleFault& fault, const Model<Dim>& model, 
           "{} at {} m{} would get a volume of zero or less within one step: "
           "its cell collapses. Reduce the time step{}.",
           name_of(fault.particle, injected), tuple(std::span(fault.position).first(n)), more,
-          model.analysis.scheme == Scheme::musl || is_implicit(model.analysis)
+          model.analysis.scheme == Scheme::musl || begins_with_solve(model.analysis)
               ? ""
               : ", or use \"mpm_scheme\": \"musl\", which bears nodes of little mass better");
     case ParticleFault::Kind::moved_too_far:

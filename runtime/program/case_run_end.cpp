@@ -22,8 +22,10 @@ std::string describe_solves(const SolveCounts& of) {
   const auto per_step = [&](Index n) {
     return static_cast<double>(n) / static_cast<double>(of.steps);
   };
-  std::string text = fmt::format("implicit: {} iterations of Newton's method, {:.1f} per step, ",
-                                 format_count(of.iterations), per_step(of.iterations));
+  std::string text = "pressure: ";
+  if (of.iterations > 0)
+    text = fmt::format("implicit: {} iterations of Newton's method, {:.1f} per step, ",
+                       format_count(of.iterations), per_step(of.iterations));
   if (of.in_parts > 0)
     text += fmt::format("{} step{} with the loads in parts, ", format_count(of.in_parts),
                         of.in_parts == 1 ? "" : "s");

@@ -23,6 +23,8 @@ const char* scheme_name(Scheme scheme) {
       return "MUSL";
     case Scheme::newmark:
       return "Newmark";
+    case Scheme::projection:
+      return "projection";
   }
   return "";
 }

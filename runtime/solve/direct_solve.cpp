@@ -46,14 +46,15 @@ void for_each_entry(const Patch<Dim>& patch, auto body) {
   const auto& system = patch.system;
   if (system.column.empty()) return;
   const auto& nodes = patch.topology.nodes;
+  const auto width = static_cast<std::size_t>(system.width());
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (std::size_t k = system.first[i]; k < system.first[i + 1]; ++k) {
       const Local j = system.column[k];
-      for (int a = 0; a < Dim; ++a)
-        for (int c = 0; c < Dim; ++c)
+      const double* block = &system.blocks[k * width * width];
+      for (int a = 0; a < system.width(); ++a)
+        for (int c = 0; c < system.width(); ++c, ++block)
           if (!is_held(patch, static_cast<Local>(i), a) && !is_held(patch, j, c))
-            body(nodes[i] * Dim + a, nodes[static_cast<std::size_t>(j)] * Dim + c,
-                 system.blocks[k * Dim * Dim + static_cast<std::size_t>(a * Dim + c)]);
+            body(nodes[i] * Dim + a, nodes[static_cast<std::size_t>(j)] * Dim + c, *block);
     }
 }
 
@@ -63,7 +64,7 @@ void for_each_right_side(const Patch<Dim>& patch, auto body) {
   const auto& system = patch.system;
   if (system.column.empty()) return;
   for (std::size_t i = 0; i < patch.topology.nodes.size(); ++i)
-    for (int d = 0; d < Dim && system.first[i] < system.first[i + 1]; ++d)
+    for (int d = 0; d < system.width() && system.first[i] < system.first[i + 1]; ++d)
       if (!is_held(patch, static_cast<Local>(i), d))
         body(patch.topology.nodes[i] * Dim + d,
              system.right_side[i * node_width + static_cast<std::size_t>(d)]);

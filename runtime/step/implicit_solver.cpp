@@ -11,7 +11,6 @@
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/implicit_walls.h"
 #include "runtime/exchange/failure.h"
-#include "runtime/solve/direct_solve.h"
 
 namespace lahar {
 
@@ -24,24 +23,8 @@ constexpr double most_growth = 2.0;
 constexpr int most_turns = 4;
 /// Rounding of forces in balance, as a share of them.
 constexpr double rounding = 1e-13;
-/// Systems up to the first size are solved directly unless the scenario says otherwise; up to the
-/// second one where iterations do not converge.
-template <int Dim>
-constexpr double small_system = Dim == 2 ? 2'000 : 1'000;
-template <int Dim>
-constexpr double medium_system = Dim == 2 ? 100'000 : 20'000;
-constexpr double direct_tolerance = 1e-6;
-/// So many iterations take as long as a direct solve of a medium system, roughly.
-template <int Dim>
-constexpr int fair_iterations = Dim == 2 ? 500 : 2000;
-
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-bool is_iterative(const ImplicitSteps& steps, double unknowns, double small) {
-  if (steps.solver == ImplicitSteps::Solver::automatic) return unknowns > small;
-  return steps.solver == ImplicitSteps::Solver::iterative;
 }
 
 RoundOptions with(RoundOptions options, int sums, const ExchangeGroups* groups) {
@@ -76,7 +59,7 @@ ImplicitSolver<Dim>::ImplicitSolver(const Model<Dim>& model, PatchSet<Dim>& patc
                         std::copy(sums.begin(), sums.end(), sums_.begin());
                         return true;
                       }}),
-      linear_(patches, with(rounds, 0, groups ? &groups->solve : nullptr)) {}
+      linear_(model.analysis.linear, patches, with(rounds, 0, groups ? &groups->solve : nullptr)) {}
 
 template <int Dim>
 StepContext<Dim> ImplicitSolver<Dim>::context(Step round) const {
@@ -133,24 +116,9 @@ void ImplicitSolver<Dim>::find_problem() {
 
 template <int Dim>
 bool ImplicitSolver<Dim>::solve_linear(const Balance& balance) {
-  const ImplicitSteps& steps = model_.analysis.implicit;
-  SolveResult result;
   const double begin = seconds();
-  const bool may_be_direct =
-      steps.solver == ImplicitSteps::Solver::automatic && balance.unknowns <= medium_system<Dim>;
-  if (is_iterative(steps, balance.unknowns, small_system<Dim>) && !hard_) {
-    SolveOptions options;
-    options.method = balance.symmetric ? SolveMethod::conjugate_gradients : SolveMethod::bicgstab;
-    options.limits.tolerance = steps.solver_tolerance;
-    if (may_be_direct) options.limits.most_iterations = fair_iterations<Dim>;
-    if (steps.solver_iterations > 0) options.limits.most_iterations = steps.solver_iterations;
-    result = linear_.solve(options);
-    report_.linear_iterations += result.iterations;
-    hard_ = !result.converged && may_be_direct;
-    if (hard_) result = solve_directly(patches_, ranks_, balance.symmetric, direct_tolerance);
-  } else {
-    result = solve_directly(patches_, ranks_, balance.symmetric, direct_tolerance);
-  }
+  const SolveResult result = linear_.solve(balance.symmetric, balance.unknowns);
+  report_.linear_iterations += result.iterations;
   report_.linear_seconds += seconds() - begin;
   if (!result.converged) report_.problem = result.problem;
   return result.converged;
@@ -249,7 +217,7 @@ ImplicitReport ImplicitSolver<Dim>::solve(double time, double dt, bool first) {
   dt_ = dt;
   report_ = {};
   unloaded_ = 0;
-  hard_ = false;
+  linear_.begin_step();
   begin_.run(1);
   if (first && !steps.quasi_static && !model_.analysis.as_cbgeo) {
     for_each_patch([](Patch<Dim>& patch) { load_in_part(patch, 0.0, 0.0); });

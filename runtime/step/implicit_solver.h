@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "runtime/patches/patch_set.h"
-#include "runtime/solve/global_solve.h"
+#include "runtime/solve/system_solver.h"
 #include "runtime/step/schemes.h"
 
 namespace lahar {
@@ -82,9 +82,8 @@ class ImplicitSolver {
   double time_ = 0, dt_ = 0;  ///< [s] of loads; of the step
   std::array<double, n_sums> sums_{};
   Rounds<Dim> begin_, linearize_;
-  GlobalSolve<Dim> linear_;
+  SystemSolver<Dim> linear_;
   double unloaded_ = 0;  ///< [N] unbalanced force without any displacement, where it is known
-  bool hard_ = false;    ///< iterations did not converge in this step: solve directly
   ImplicitReport report_;
 };
 

@@ -115,7 +115,29 @@ Stages<Dim> newmark(const Analysis& a, bool injects) {
   });
 }
 
+/// Projection: what a step does when the change of the pressure is known (projection_stages()).
+template <int Dim>
+Stages<Dim> projection(const Analysis& a, bool injects) {
+  return in_order<Dim>({
+      arrivals_and_injection<Dim>(a, injects),
+      pressure_forces<Dim>(a),
+      integration<Dim>(a),
+      velocity_transfer<Dim>(a),
+      projected_stress<Dim>(a),
+      liquid_g2p<Dim>(a),
+      g2p<Dim>(a),
+      location<Dim>(a),
+      output<Dim>(a),
+  });
+}
+
 }  // namespace
+
+/// Before it: velocities without the pressure's change, and the system that has it as solution.
+template <int Dim>
+Stages<Dim> projection_stages(const Analysis& a) {
+  return in_order<Dim>({motion_before_projection<Dim>(a), pressure_system<Dim>(a)});
+}
 
 /// Before it: a displacement for which nothing is out of balance at the end of the step.
 template <int Dim>
@@ -125,13 +147,23 @@ ImplicitStages<Dim> implicit_stages(const Analysis& a) {
 
 template <int Dim>
 void append_solver_stages(const Analysis& analysis, Stages<Dim>& all) {
-  const ImplicitStages<Dim> own = implicit_stages<Dim>(analysis);
-  for (const Stages<Dim>& list : {own.begin, own.linearize, solver_stages<Dim>()})
+  const auto append = [&](const Stages<Dim>& list) {
     all.insert(all.end(), list.begin(), list.end());
+  };
+  if (is_implicit(analysis)) {
+    const ImplicitStages<Dim> own = implicit_stages<Dim>(analysis);
+    append(own.begin);
+    append(own.linearize);
+  } else {
+    append(projection_stages<Dim>(analysis));
+  }
+  append(solver_stages<Dim>());
 }
 template void append_solver_stages<2>(const Analysis&, Stages<2>&);
 template void append_solver_stages<3>(const Analysis&, Stages<3>&);
 
+template Stages<2> projection_stages<2>(const Analysis&);
+template Stages<3> projection_stages<3>(const Analysis&);
 template ImplicitStages<2> implicit_stages<2>(const Analysis&);
 template ImplicitStages<3> implicit_stages<3>(const Analysis&);
 
@@ -146,6 +178,8 @@ std::vector<TimestepStage<Dim>> timestep(const Analysis& analysis, bool injects)
       return musl<Dim>(analysis, injects);
     case Scheme::newmark:
       return newmark<Dim>(analysis, injects);
+    case Scheme::projection:
+      return projection<Dim>(analysis, injects);
   }
   return {};
 }

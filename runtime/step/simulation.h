@@ -92,10 +92,10 @@ struct StageTiming {
   double total = 0, shortest = 0, longest = 0;  ///< [s]; shortest and longest of one task
 };
 
-/// What implicit steps took.
+/// What implicit steps and projections took.
 struct SolveCounts {
   Index steps = 0;
-  Index iterations = 0;              ///< of Newton's method
+  Index iterations = 0;              ///< of Newton's method; projections have none
   Index in_parts = 0;                ///< steps whose loads could only be reached in parts
   Index linear_iterations = 0;       ///< direct solves have none
   double linearize = 0, linear = 0;  ///< [s] to find linear systems, and to solve them

@@ -74,7 +74,7 @@ template <int Dim>
 PatchSet<Dim> SimulationDriver<Dim>::make_patches(const SimulationState* state) {
   const NodeSumCopies copies = node_sum_copies(model_.analysis);
   std::vector<TimestepStage<Dim>> all = stages_;
-  if (is_implicit(model_.analysis)) append_solver_stages(model_.analysis, all);
+  if (begins_with_solve(model_.analysis)) append_solver_stages(model_.analysis, all);
   const SumMessages messages = message_of_sums(all);
   return state ? PatchSet<Dim>(model_, options_.support_rings, copies, *state, threads(), ranks_,
                                messages, options_.memory)
@@ -119,7 +119,8 @@ void SimulationDriver<Dim>::advance(Index steps) {
   watch_.throw_alarm(step_, time_.nsteps());
   while (step_ < end && !finished() && !stops_) {
     prepare_copies();
-    if (solver_) solve();
+    if (implicit_) find_equilibrium();
+    if (pressure_) find_pressure();
     step_ = executor_->run(step_, drain_step(end));
     if (exchange_) exchange_->send_rest();
     take_removed();
@@ -162,9 +163,9 @@ void SimulationDriver<Dim>::prepare_copies() {
 }
 
 template <int Dim>
-void SimulationDriver<Dim>::solve() {
+void SimulationDriver<Dim>::find_equilibrium() {
   const ImplicitReport report =
-      solver_->solve(time_.time_at(step_), time_.dt_of(step_), step_ == 0);
+      implicit_->solve(time_.time_at(step_), time_.dt_of(step_), step_ == 0);
   ++solves_.steps;
   solves_.iterations += report.iterations;
   solves_.linear_iterations += report.linear_iterations;
@@ -180,8 +181,22 @@ void SimulationDriver<Dim>::solve() {
 }
 
 template <int Dim>
+void SimulationDriver<Dim>::find_pressure() {
+  const PressureReport report = pressure_->solve(time_.time_at(step_), time_.dt_of(step_));
+  ++solves_.steps;
+  solves_.linear_iterations += report.iterations;
+  solves_.linearize += report.assemble_seconds;
+  solves_.linear += report.solve_seconds;
+  if (report.converged) return;
+  throw WholeStepError(fmt::format(
+      "step {} (t = {:.6g} s): the pressure was not found: {}. Give the linear solver more "
+      "iterations (max_iter), or take a smaller step",
+      step_ + 1, time_.time_at(step_), report.problem));
+}
+
+template <int Dim>
 Step SimulationDriver<Dim>::drain_step(Step end) const {
-  if (solver_) end = std::min(end, step_ + 1);
+  if (begins_with_solve(model_.analysis)) end = std::min(end, step_ + 1);
   end = std::min<Step>(end, time_.nsteps());  // dt of the last step may have shown that it is last
   if (frames_are_large()) end = std::min(end, schedule_.next_frame(step_));
   end = watch_.end_step(step_, end);
@@ -213,7 +228,7 @@ void SimulationDriver<Dim>::take_removed() {
 template <int Dim>
 void SimulationDriver<Dim>::settle() {
   for (int p = 0; p < patches_.size(); ++p)
-    if (solver_)
+    if (begins_with_solve(model_.analysis))
       deliver(patches_[p]);
     else
       stages_[0].begin(patches_[p], context(step_));

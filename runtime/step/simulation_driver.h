@@ -18,6 +18,7 @@
 #include "runtime/step/epochs.h"
 #include "runtime/step/implicit_solver.h"
 #include "runtime/step/output_schedule.h"
+#include "runtime/step/pressure_solver.h"
 #include "runtime/step/run_frames.h"
 #include "runtime/step/run_history.h"
 #include "runtime/step/run_watch.h"
@@ -74,7 +75,9 @@ class SimulationDriver {
   void prepare_copies();
   /// Implicit steps: find the displacement of the next one. Throws SimulationError where there is
   /// none.
-  void solve();
+  void find_equilibrium();
+  /// Projections: the same of the pressure.
+  void find_pressure();
   /// Where the graph has to drain: at `end`, or before it at what needs all patches at rest.
   Step drain_step(Step end) const;
   /// All particles that have left the mesh since the last call, on all ranks alike: in an order
@@ -194,8 +197,11 @@ class SimulationDriver {
   std::optional<ExchangeGroups> groups_;         ///< several ranks only
   std::unique_ptr<RankExchange<Dim>> exchange_;  ///< several ranks only
   std::unique_ptr<Executor> executor_;
-  std::optional<ImplicitGroups> solver_groups_;  ///< implicit steps on several ranks only
-  std::optional<ImplicitSolver<Dim>> solver_;    ///< implicit steps only
+  // Implicit steps and projections only; groups on several ranks only.
+  std::optional<ImplicitGroups> implicit_groups_;
+  std::optional<PressureGroups> pressure_groups_;
+  std::optional<ImplicitSolver<Dim>> implicit_;
+  std::optional<PressureSolver<Dim>> pressure_;
   SolveCounts solves_;
   PerStep<Agreement> agreed_;
   PerStep<double> agreed_limit_;

@@ -90,18 +90,20 @@ void SimulationDriver<Dim>::build_executor() {
 
 template <int Dim>
 void SimulationDriver<Dim>::build_solver() {
-  if (!is_implicit(model_.analysis)) return;
-  solver_.reset();
-  if (ranks_.several() && !solver_groups_) solver_groups_.emplace(ranks_, options_.threads);
-  solver_.emplace(model_, patches_, ranks_,
-                  RoundOptions{.executor = {.mode = options_.mode,
-                                            .threads = threads(),
-                                            .verify = options_.verify,
-                                            .seed = options_.seed},
-                               .latency = options_.latency,
-                               .shared_memory = options_.shared_memory,
-                               .others = [this] { poll_observer(); }},
-                  solver_groups_ ? &*solver_groups_ : nullptr);
+  const RoundOptions rounds{.executor = {.mode = options_.mode,
+                                         .threads = threads(),
+                                         .verify = options_.verify,
+                                         .seed = options_.seed},
+                            .latency = options_.latency,
+                            .shared_memory = options_.shared_memory,
+                            .others = [this] { poll_observer(); }};
+  const auto build = [&](auto& solver, auto& groups) {
+    solver.reset();
+    if (ranks_.several() && !groups) groups.emplace(ranks_, options_.threads);
+    solver.emplace(model_, patches_, ranks_, rounds, groups ? &*groups : nullptr);
+  };
+  if (is_implicit(model_.analysis)) build(implicit_, implicit_groups_);
+  if (is_projection(model_.analysis)) build(pressure_, pressure_groups_);
 }
 
 template <int Dim>

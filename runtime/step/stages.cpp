@@ -15,6 +15,7 @@
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/kernels.h"
+#include "physics/kernels/projection.h"
 #include "physics/kernels/separation.h"
 #include "physics/kernels/two_phase.h"
 #include "physics/kernels/velocity_transfer.h"
@@ -136,7 +137,7 @@ bool stress_follows_g2p(const Analysis& analysis) {
 template <int Dim>
 Stages<Dim> arrivals(const Analysis& analysis) {
   const bool force = maps_force_with_momentum(analysis);
-  if (is_implicit(analysis))  // they are delivered before the solve, at rest
+  if (begins_with_solve(analysis))  // they are delivered before it, at rest
     return {TimestepStage<Dim>{.stage = {.name = "arrivals", .exchange = "particles"}}};
   return {
       TimestepStage<Dim>{.stage = {.name = "arrivals", .exchange = "particles"},
@@ -314,6 +315,7 @@ Stages<Dim> integration(const Analysis& analysis) {
     nodes.stage.exchange = "mass, momentum, force";
     nodes.stage.needs_dt = true;
     nodes.takes.insert(nodes.takes.begin(), NodeSum::mass_momentum);
+    if (is_projection(analysis)) nodes.takes.push_back(NodeSum::outward);
     nodes.begin = [](P& p, S& s) { velocity_and_integrate(p, s); };
   }
   if (!analysis.two_phase) return {nodes};
@@ -527,36 +529,129 @@ Stages<Dim> linear_system(const Analysis&) {
                              .begin = [](P& p, S& s) { close_system(p, s); }}};
 }
 
+namespace {
+
+/// Mass, momentum and forces of particles, for velocities to which the pressure's change is
+/// missing.
+template <int Dim>
+void map_before_projection(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  const Analysis& analysis = step.model->analysis;
+  map_mass_momentum(patch, step, bins);
+  map_force(patch, step, bins);
+  if (analysis.two_phase) {
+    map_liquid_mass_momentum(patch, step, bins);
+    map_liquid_forces(patch, step, bins);
+  } else if (analysis.projection.kept < 1.0) {
+    leave_out_pressure(patch, step, bins);
+  }
+  map_outward(patch, step, bins);
+}
+
+template <int Dim>
+void clear_before_projection(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const Analysis& analysis = step.model->analysis;
+  patch.contributes[static_cast<std::size_t>(step.step % 2)] = patch.count > 0;
+  patch.projection.work = patch.work;
+  if (patch.active_nodes.empty()) return;
+  clear_sums_with(patch, step, NodeSum::mass_momentum);
+  clear_sums(patch, step, NodeSum::outward);
+  if (!analysis.two_phase) return;
+  clear_sums_with(patch, step, NodeSum::liquid_mass_momentum);
+  clear_sums(patch, step, NodeSum::drag);
+}
+
+}  // namespace
+
+template <int Dim>
+Stages<Dim> motion_before_projection(const Analysis& analysis) {
+  Stages<Dim> list{TimestepStage<Dim>{
+      .stage = {.name = "P2G"},
+      .begin = [](Patch<Dim>& p, const StepContext<Dim>& s) { clear_before_projection(p, s); },
+      .bins = [](Patch<Dim>& p, const StepContext<Dim>& s,
+                 ParticleBins bins) { map_before_projection(p, s, bins); }}};
+  const Stages<Dim> nodes = integration<Dim>(analysis);
+  list.insert(list.end(), nodes.begin(), nodes.end());
+  return list;
+}
+
+template <int Dim>
+Stages<Dim> pressure_system(const Analysis&) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  return {TimestepStage<Dim>{
+              .stage = {.name = "divergence"},
+              .begin =
+                  [](P& p, S& s) {
+                    p.work = p.projection.work;  // integrated once more with the pressure
+                    begin_pressure_system(p, s);
+                  },
+              .bins = [](P& p, S& s, ParticleBins bins) { add_to_pressure_system(p, s, bins); },
+              .end = [](P& p, S& s) { end_pressure_system(p, s); }},
+          TimestepStage<Dim>{
+              .stage = {.name = "pressure system", .exchange = "divergence", .gives_dt = true},
+              .takes = {NodeSum::divergence},
+              .begin = [](P& p, S& s) { close_pressure_system(p, s); }}};
+}
+
+template <int Dim>
+Stages<Dim> pressure_forces(const Analysis&) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  return {TimestepStage<Dim>{
+      .stage = {.name = "pressure force"},
+      .begin = [](P& p, S& s) { begin_pressure_forces(p, s); },
+      .bins = [](P& p, S& s, ParticleBins bins) { add_pressure_forces(p, s, bins); }}};
+}
+
+template <int Dim>
+Stages<Dim> projected_stress(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (!analysis.two_phase)
+    return {TimestepStage<Dim>{
+        .stage = {.name = "stress"},
+        .bins = [](P& p, S& s, ParticleBins bins) { update_fluid_stress(p, s, bins); }}};
+  Stages<Dim> list = strain_and_stress<Dim>(analysis);
+  list.push_back(TimestepStage<Dim>{
+      .stage = {.name = "pore pressure"},
+      .bins = [](P& p, S& s, ParticleBins bins) { change_pore_pressure(p, s, bins); }});
+  return list;
+}
+
 template <int Dim>
 Stages<Dim> output(const Analysis&) {
   return {TimestepStage<Dim>{.stage = {.name = output_stage}}};
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                      \
-  template Stages<Dim> arrivals<Dim>(const Analysis&);              \
-  template Stages<Dim> injection<Dim>(const Analysis&);             \
-  template Stages<Dim> meeting_bodies<Dim>(const Analysis&);        \
-  template Stages<Dim> driven_nodes<Dim>(const Analysis&);          \
-  template Stages<Dim> nodal_velocities<Dim>(const Analysis&);      \
-  template Stages<Dim> remapped_velocities<Dim>(const Analysis&);   \
-  template Stages<Dim> strain_and_stress<Dim>(const Analysis&);     \
-  template Stages<Dim> pore_pressure<Dim>(const Analysis&);         \
-  template Stages<Dim> mapped_means<Dim>(const Analysis&);          \
-  template Stages<Dim> node_means<Dim>(const Analysis&);            \
-  template Stages<Dim> integration<Dim>(const Analysis&);           \
-  template Stages<Dim> velocity_transfer<Dim>(const Analysis&);     \
-  template Stages<Dim> g2p<Dim>(const Analysis&);                   \
-  template Stages<Dim> liquid_g2p<Dim>(const Analysis&);            \
-  template Stages<Dim> location<Dim>(const Analysis&);              \
-  template Stages<Dim> p2g<Dim>(const Analysis&);                   \
-  template Stages<Dim> liquid_p2g<Dim>(const Analysis&);            \
-  template Stages<Dim> forces<Dim>(const Analysis&);                \
-  template Stages<Dim> liquid_forces<Dim>(const Analysis&);         \
-  template Stages<Dim> surfaces<Dim>(const Analysis&);              \
-  template Stages<Dim> prescribed_velocities<Dim>(const Analysis&); \
-  template Stages<Dim> solved_motion<Dim>(const Analysis&);         \
-  template Stages<Dim> motion_before_solve<Dim>(const Analysis&);   \
-  template Stages<Dim> linear_system<Dim>(const Analysis&);         \
+#define LAHAR_INSTANTIATE(Dim)                                         \
+  template Stages<Dim> arrivals<Dim>(const Analysis&);                 \
+  template Stages<Dim> injection<Dim>(const Analysis&);                \
+  template Stages<Dim> meeting_bodies<Dim>(const Analysis&);           \
+  template Stages<Dim> driven_nodes<Dim>(const Analysis&);             \
+  template Stages<Dim> nodal_velocities<Dim>(const Analysis&);         \
+  template Stages<Dim> remapped_velocities<Dim>(const Analysis&);      \
+  template Stages<Dim> strain_and_stress<Dim>(const Analysis&);        \
+  template Stages<Dim> pore_pressure<Dim>(const Analysis&);            \
+  template Stages<Dim> mapped_means<Dim>(const Analysis&);             \
+  template Stages<Dim> node_means<Dim>(const Analysis&);               \
+  template Stages<Dim> integration<Dim>(const Analysis&);              \
+  template Stages<Dim> velocity_transfer<Dim>(const Analysis&);        \
+  template Stages<Dim> g2p<Dim>(const Analysis&);                      \
+  template Stages<Dim> liquid_g2p<Dim>(const Analysis&);               \
+  template Stages<Dim> location<Dim>(const Analysis&);                 \
+  template Stages<Dim> p2g<Dim>(const Analysis&);                      \
+  template Stages<Dim> liquid_p2g<Dim>(const Analysis&);               \
+  template Stages<Dim> forces<Dim>(const Analysis&);                   \
+  template Stages<Dim> liquid_forces<Dim>(const Analysis&);            \
+  template Stages<Dim> surfaces<Dim>(const Analysis&);                 \
+  template Stages<Dim> prescribed_velocities<Dim>(const Analysis&);    \
+  template Stages<Dim> solved_motion<Dim>(const Analysis&);            \
+  template Stages<Dim> motion_before_solve<Dim>(const Analysis&);      \
+  template Stages<Dim> linear_system<Dim>(const Analysis&);            \
+  template Stages<Dim> motion_before_projection<Dim>(const Analysis&); \
+  template Stages<Dim> pressure_system<Dim>(const Analysis&);          \
+  template Stages<Dim> pressure_forces<Dim>(const Analysis&);          \
+  template Stages<Dim> projected_stress<Dim>(const Analysis&);         \
   template Stages<Dim> output<Dim>(const Analysis&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -95,6 +95,19 @@ Stages<Dim> motion_before_solve(const Analysis& analysis);
 template <int Dim>
 Stages<Dim> linear_system(const Analysis& analysis);
 
+/// Projections: velocities of nodes to which the change of the pressure is missing, before a solve.
+template <int Dim>
+Stages<Dim> motion_before_projection(const Analysis& analysis);
+/// Matrix and right side of the system for it, with the exchange of divergences.
+template <int Dim>
+Stages<Dim> pressure_system(const Analysis& analysis);
+/// Forces of the change of the pressure, beside those that nodes have; integration() follows again.
+template <int Dim>
+Stages<Dim> pressure_forces(const Analysis& analysis);
+/// Stress and pressure from the velocities without divergence.
+template <int Dim>
+Stages<Dim> projected_stress(const Analysis& analysis);
+
 /// Frames, history and checkpoints take what they need here.
 template <int Dim>
 Stages<Dim> output(const Analysis& analysis);

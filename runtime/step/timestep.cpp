@@ -8,7 +8,7 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
   // With one exchange per step nothing else keeps a patch from overtaking its neighbours' reading.
   const int copies = analysis.scheme == Scheme::usl || analysis.scheme == Scheme::newmark ? 2 : 1;
   // Rounds of a solver have one exchange as well.
-  const int implicit = analysis.scheme == Scheme::newmark ? 2 : 0;
+  const int solver = begins_with_solve(analysis) ? 2 : 0;
   const bool more = analysis.scheme == Scheme::musl || analysis.pressure_smoothing;
   // Gradients, waves and prescribed velocities are read before the phase in which the next ones are
   // mapped is begun anywhere near.
@@ -18,7 +18,7 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
            !analysis.two_phase         ? 0
            : analysis.liquid_advection ? copies
                                        : 1,
-           implicit, implicit}};
+           solver, solver}};
 }
 
 bool keeps_nodal_state(const Analysis& analysis) {

@@ -75,7 +75,7 @@ std::string advice(WatchdogAlarm::Kind kind, const Model<Dim>& model) {
   text += a.step.adaptive
               ? fmt::format(" Try a \"safety\" below {:g} in \"time_step\"", a.step.safety)
               : fmt::format(" Try a time step below {:g} s", a.step.dt);
-  if (a.scheme != Scheme::musl && !is_implicit(a)) text += ", or \"mpm_scheme\": \"musl\"";
+  if (a.scheme != Scheme::musl && !begins_with_solve(a)) text += ", or \"mpm_scheme\": \"musl\"";
   return text + "; and check material parameters and loads.";
 }
 

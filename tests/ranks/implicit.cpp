@@ -1,12 +1,7 @@
 // Implicit steps on several ranks and threads, and over a restart: the bits of one rank.
 #include <doctest/doctest.h>
 
-#include <string>
-
-#include "runtime/step/restart.h"
-#include "tests/ranks/checkpoint_bytes.h"
-#include "tests/ranks/shared_folder.h"
-#include "tests/runtime/step/models.h"
+#include "tests/ranks/same_checkpoints.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -14,7 +9,7 @@ using namespace lahar::test;
 namespace {
 
 /// A block of soil that is held at its left end and bends under its weight until it yields.
-Model<2> bending_block(bool quasi_static, ImplicitSteps::Solver solver) {
+Model<2> bending_block(bool quasi_static, LinearSolver::Method solver) {
   Model<2> model = model_of_text<2>(R"({
     "mesh": {"structured": {"cell_size": 0.25, "extent": [4, 3]},
              "boundary_conditions": {"velocity_constraints": [
@@ -28,47 +23,16 @@ Model<2> bending_block(bool quasi_static, ImplicitSteps::Solver solver) {
     "external_loading_conditions": {"gravity": [0, -5]},
     "analysis": {"mpm_scheme": "newmark", "dt": 0.02, "nsteps": 1000, "patch_particles": 24}})");
   model.analysis.implicit.quasi_static = quasi_static;
-  model.analysis.implicit.solver = solver;
+  model.analysis.linear.method = solver;
   return model;
-}
-
-void check(const Model<2>& model, Index steps) {
-  const Communicator ranks = Communicator::world();
-  const SharedFolder folder(ranks);
-  std::string middle, end;
-  if (ranks.rank() == 0) try {
-      Simulation simulation(model, {.threads = 1});
-      simulation.advance(steps / 2);
-      middle = checkpoint_of(simulation, {}, folder.path / "one");
-      simulation.advance(steps - steps / 2);
-      end = checkpoint_of(simulation, {}, folder.path / "one");
-    } catch (const std::exception& error) {  // others wait
-      FAIL_CHECK(std::string(error.what()));
-    }
-  ranks.broadcast(middle);
-  ranks.broadcast(end);
-  const CheckpointReader reader(folder.path / "one" / checkpoint_name(steps / 2));
-  for (const int threads : {1, 2, 4}) {
-    CAPTURE(threads);
-    const auto own = folder.path / std::to_string(threads);
-    const ExecutionOptions way{.threads = threads, .ranks = ranks};
-    Simulation simulation(model, way);
-    simulation.advance(steps / 2);
-    CHECK(checkpoint_of(simulation, ranks, own) == middle);
-    simulation.advance(steps - steps / 2);
-    CHECK(checkpoint_of(simulation, ranks, own) == end);
-    Simulation resumed(model, way, {}, state_in(reader));
-    resumed.advance(steps - steps / 2);
-    CHECK(checkpoint_of(resumed, ranks, folder.path / ("on" + std::to_string(threads))) == end);
-  }
 }
 
 }  // namespace
 
 TEST_CASE("implicit steps with a direct and an iterative solver") {
-  for (const auto solver : {ImplicitSteps::Solver::direct, ImplicitSteps::Solver::iterative}) {
+  for (const auto solver : {LinearSolver::Method::direct, LinearSolver::Method::iterative}) {
     CAPTURE(static_cast<int>(solver));
-    check(bending_block(false, solver), 8);
-    check(bending_block(true, solver), 2);
+    check_same_checkpoints(bending_block(false, solver), 8);
+    check_same_checkpoints(bending_block(true, solver), 2);
   }
 }

@@ -81,6 +81,7 @@ TEST_CASE("implicit steps without settings are those that the input's tables say
   const Model<2> plain = model_of({}), written = model_of(with_settings(""));
   for (const Model<2>* model : {&plain, &written}) {
     const ImplicitSteps& steps = model->analysis.implicit;
+    const LinearSolver& linear = model->analysis.linear;
     CHECK(model->analysis.scheme == Scheme::newmark);
     CHECK(!steps.quasi_static);
     CHECK(steps.nonlinear);
@@ -90,9 +91,9 @@ TEST_CASE("implicit steps without settings are those that the input's tables say
     CHECK(steps.displacement_tolerance == 1e-10);
     CHECK(steps.residual_tolerance == 1e-10);
     CHECK(steps.relative_residual_tolerance == 1e-6);
-    CHECK(steps.solver == ImplicitSteps::Solver::automatic);
-    CHECK(steps.solver_tolerance == 1e-9);
-    CHECK(steps.solver_iterations == 0);
+    CHECK(linear.method == LinearSolver::Method::automatic);
+    CHECK(linear.tolerance == 1e-9);
+    CHECK(linear.most_iterations == 0);
   }
   CHECK(!plain.analysis.step.adaptive);
   CHECK(!plain.analysis.opening);
@@ -108,6 +109,7 @@ TEST_CASE("implicit steps are read as the fork of CB-Geo MPM writes them") {
       "solver_settings": [
         {"dof": "displacement", "solver_type": "KrylovPETSC", "max_iter": 9}]})"});
   const ImplicitSteps& steps = model.analysis.implicit;
+  const LinearSolver& linear = model.analysis.linear;
   CHECK(model.analysis.scheme == Scheme::newmark);
   CHECK(!steps.nonlinear);
   CHECK(steps.quasi_static);
@@ -117,11 +119,12 @@ TEST_CASE("implicit steps are read as the fork of CB-Geo MPM writes them") {
   CHECK(steps.displacement_tolerance == 1e-3);
   CHECK(steps.residual_tolerance == 0);
   CHECK(steps.relative_residual_tolerance == 1e-2);
-  CHECK(steps.solver == ImplicitSteps::Solver::iterative);  // of the displacement
-  CHECK(steps.solver_iterations == 9);
-  CHECK(steps.solver_tolerance == 1e-4);
-  CHECK(model_of(with(R"("linear_solver": {"solver_type": "DirectEigen"})"))
-            .analysis.implicit.solver == ImplicitSteps::Solver::direct);
+  CHECK(linear.method == LinearSolver::Method::iterative);  // of the displacement
+  CHECK(linear.most_iterations == 9);
+  CHECK(linear.tolerance == 1e-4);
+  CHECK(
+      model_of(with(R"("linear_solver": {"solver_type": "DirectEigen"})")).analysis.linear.method ==
+      LinearSolver::Method::direct);
 }
 
 TEST_CASE("keys of implicit analyses without effect are warned of") {
@@ -295,7 +298,7 @@ TEST_CASE("a published block of implicit steps is accepted, with and without --a
     const auto model = std::get<Model<2>>(read_scenario(file, options).model);
     CHECK(model.analysis.scheme == Scheme::newmark);
     CHECK(model.analysis.implicit.most_iterations == 50);
-    CHECK(model.analysis.implicit.solver == ImplicitSteps::Solver::direct);
+    CHECK(model.analysis.linear.method == LinearSolver::Method::direct);
     CHECK(entries_of<NodeDisplacement>(model).size() == 18);
   }
 }

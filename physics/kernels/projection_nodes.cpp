@@ -1,0 +1,212 @@
+/// \file Nodes in projections. All copies of a node do the same arithmetic on the same sums.
+#include <algorithm>
+
+#include "physics/kernels/kernels.h"
+#include "physics/kernels/matrix_pattern.h"
+#include "physics/kernels/projection.h"
+#include "physics/particles/loads.h"
+#include "physics/particles/node_sums.h"
+
+namespace lahar {
+
+namespace {
+
+/// Rounding of sums of volumes, as a share of them.
+constexpr double rounding = 1e-6;
+constexpr std::uint8_t all_held = 0xff;
+
+/// [m^3] each cell of the mesh gives every one of its nodes an equal part of its volume.
+template <int Dim>
+std::vector<double> space_of_nodes(const Patch<Dim>& patch, const Mesh<Dim>& mesh) {
+  std::vector<double> space;
+  for (const Index node : patch.topology.nodes) {
+    double sum = 0;
+    for (const Index cell : mesh.node_cells(node))
+      sum += mesh.cell_volume(cell) / mesh.element_nodes(cell).count;
+    space.push_back(sum);
+  }
+  return space;
+}
+
+template <int Dim>
+std::span<const Local> element_nodes(const Patch<Dim>& patch, std::size_t cell) {
+  if (patch.topology.corner_nodes.empty()) return patch.topology.support(cell);
+  return patch.topology.corner_nodes[cell];
+}
+
+/// The space of cells that particles fill, as space_of_nodes() counts it.
+template <int Dim>
+void add_filled_cells(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  double* sums = patch.own_sums(NodeSum::divergence, step.step);
+  const double* V = patch.particles.row(Column::volume);
+  for (std::size_t c = 0; c < patch.first_bin.size(); ++c) {
+    double filled = 0;
+    for (Local b = patch.first_bin[c]; b >= 0; b = patch.bins[static_cast<std::size_t>(b)].next) {
+      const ParticleBin& bin = patch.bins[static_cast<std::size_t>(b)];
+      for (Local p = bin.begin; p < bin.end; ++p) filled += V[p];
+    }
+    if (filled == 0) continue;
+    const double volume = step.model->mesh->cell_volume(patch.topology.cells[c]);
+    if (filled < (step.model->analysis.projection.least_fill - rounding) * volume) continue;
+    const auto nodes = element_nodes(patch, c);
+    for (const Local node : nodes)
+      sums[static_cast<std::ptrdiff_t>(node) * sum_stride + 2] +=
+          volume / static_cast<double>(nodes.size());
+  }
+}
+
+/// Changes of the pressure where it is prescribed: from what is kept to what is given.
+template <int Dim>
+void give_pressures(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  patch.projection.change.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
+  if (patch.fixed_pressure.empty()) return;
+  const SumOverPatches<Dim> kept(patch, NodeSum::outward, step.step);
+  const bool keeps = step.model->analysis.projection.kept > 0;
+  for (const auto& fixed : patch.fixed_pressure) {
+    const auto node = static_cast<std::size_t>(fixed.node);
+    if (!patch.node_is_active[node]) continue;
+    double change = fixed.pressure * load_factor(*step.model, fixed.function, step.time + step.dt);
+    const double mass = at(patch.velocity, fixed.node)[mass_lane];
+    if (keeps && mass > 0) change -= kept.at(fixed.node)[mass_lane] / mass;
+    patch.projection.change[node] = change;
+  }
+}
+
+template <int Dim>
+bool is_held(const ConstrainedNode<Dim>& wall, const Vec<Dim>& direction) {
+  for (int k = 0; k < Dim; ++k)
+    if (wall.fixed[static_cast<std::size_t>(k)] && direction.dot(wall.axes.col(k)) != 0.0)
+      return true;
+  return false;
+}
+
+/// The weight of a fluid is taken from v*, where nodes are free, and becomes
+/// ProjectionNodes::weight.
+template <int Dim>
+void take_out_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const double share = 1.0 - step.model->analysis.projection.kept;
+  patch.projection.influx.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
+  if (share == 0.0 || step.model->analysis.two_phase) return;
+  const NodeVector change = (share * step.dt) * gravity_in(step);
+  auto fixed = patch.fixed.begin();
+  auto wall = patch.walls.begin();
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::outward, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& outward) {
+                  while (fixed != patch.fixed.end() && fixed->node < i) ++fixed;  // not active
+                  while (wall != patch.walls.end() && wall->node < i) ++wall;
+                  double* v = at(patch.velocity, i);
+                  double& weight = patch.projection.influx[static_cast<std::size_t>(i)];
+                  for (int d = 0; d < Dim; ++d) {
+                    weight += outward[d] * change[d];
+                    bool held = false;
+                    for (auto f = fixed; f != patch.fixed.end() && f->node == i; ++f)
+                      held = held || f->dir == d;
+                    if (wall != patch.walls.end() && wall->node == i)
+                      held = held || is_held<Dim>(*wall, Vec<Dim>::Unit(d));
+                    if (!held) v[d] -= change[d];
+                  }
+                });
+}
+
+}  // namespace
+
+template <int Dim>
+void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  patch.system.is_scalar = true;
+  patch.system.symmetric = true;
+  if (patch.active_nodes.empty()) {
+    patch.system.first.clear();
+    patch.system.column.clear();
+    patch.projection.change.clear();
+    return;
+  }
+  ProjectionNodes& nodes = patch.projection;
+  if (nodes.space.size() != static_cast<std::size_t>(patch.n_nodes()))
+    nodes.space = space_of_nodes(patch, *step.model->mesh);
+  find_pattern(patch);
+  patch.system.blocks.assign(patch.system.column.size(), 0.0);
+  clear_sums(patch, step, NodeSum::divergence);
+  add_filled_cells(patch, step);
+  take_out_weight(patch, step);
+  give_pressures(patch, step);
+}
+
+template <int Dim>
+void end_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.active_nodes.empty() || patch.fixed_pressure.empty()) return;
+  double* sums = patch.own_sums(NodeSum::divergence, step.step);
+  const NodalSystem<Dim>& system = patch.system;
+  for (std::size_t i = 0; i + 1 < system.first.size(); ++i)
+    for (std::size_t k = system.first[i]; k < system.first[i + 1]; ++k)
+      sums[i * sum_stride] -=
+          system.blocks[k] * patch.projection.change[static_cast<std::size_t>(system.column[k])];
+}
+
+template <int Dim>
+void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.active_nodes.empty()) return;
+  const auto n = static_cast<std::size_t>(patch.n_nodes());
+  const bool has_surface = step.model->analysis.projection.free_surface;
+  NodalSystem<Dim>& system = patch.system;
+  ProjectionNodes& nodes = patch.projection;
+  system.right_side.assign(n * node_width, 0.0);
+  system.held.assign(n, all_held);
+  nodes.volume.assign(n, 0.0);
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::divergence, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  const auto node = static_cast<std::size_t>(i);
+                  nodes.volume[node] = sum[1];
+                  at(system.right_side, i)[0] = sum[0] + nodes.influx[node];
+                  const bool at_surface =
+                      has_surface && sum[2] < (1.0 - rounding) * nodes.space[node];
+                  if (sum[1] > 0 && !at_surface) system.held[node] = 0;
+                });
+  for (const auto& fixed : patch.fixed_pressure)
+    system.held[static_cast<std::size_t>(fixed.node)] = all_held;
+}
+
+template <int Dim>
+PressureSums pressure_sums(const Patch<Dim>& patch) {
+  PressureSums sums;
+  if (patch.active_nodes.empty()) return sums;
+  for (std::size_t i = 0; i < patch.projection.volume.size(); ++i) {
+    const double volume = patch.projection.volume[i];
+    if (!patch.topology.owned[i] || !(volume > 0)) continue;
+    if (patch.system.held[i]) {
+      sums.given += 1;
+      continue;
+    }
+    sums.unknowns += 1;
+    sums.discharge += patch.system.right_side[i * node_width];
+    sums.volume += volume;
+  }
+  return sums;
+}
+
+template <int Dim>
+void take_out_mean(Patch<Dim>& patch, double mean) {
+  for (std::size_t i = 0; i < patch.projection.volume.size(); ++i)
+    if (!patch.system.held[i])
+      patch.system.right_side[i * node_width] -= mean * patch.projection.volume[i];
+}
+
+template <int Dim>
+void take_pressure(Patch<Dim>& patch) {
+  if (patch.active_nodes.empty()) return;
+  std::vector<double>& change = patch.projection.change;
+  for (std::size_t i = 0; i < change.size(); ++i)
+    change[i] += patch.system.solution[i * node_width];
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                    \
+  template void begin_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
+  template void end_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&);   \
+  template void close_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
+  template PressureSums pressure_sums<Dim>(const Patch<Dim>&);                    \
+  template void take_out_mean<Dim>(Patch<Dim>&, double);                          \
+  template void take_pressure<Dim>(Patch<Dim>&);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

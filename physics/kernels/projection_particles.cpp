@@ -1,0 +1,172 @@
+/// \file Particles in projections, when the change of the pressure is known.
+#include <utility>
+
+#include "physics/basis/any_basis.h"
+#include "physics/basis/nodal_fields.h"
+#include "physics/kernels/pore_rows.h"
+#include "physics/kernels/projection.h"
+#include "physics/materials/law.h"
+
+namespace lahar {
+
+namespace {
+
+/// Value and gradient of a scalar nodal field at the particles from p on.
+template <int Dim, int Nodes>
+LAHAR_INLINE void gradient_of_scalar(const Pack (&dN)[Dim][Nodes], const double* nodal,
+                                     const Local* nodes, Pack (&gradient)[Dim]) {
+  for (Pack& component : gradient) component = Pack(0.0);
+  LAHAR_UNROLL
+  for (int i = 0; i < Nodes; ++i) {
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d)
+      gradient[d] = multiply_add(gradient[d], dN[d][i], nodal + nodes[i]);
+  }
+}
+
+template <class LawType>
+void update_shear_stress(const LawType& law, const auto& in, auto* stress) {
+  using Real = std::decay_t<decltype(*stress)>;
+  if constexpr (pressure_is_state<LawType>) {
+    Real pressure(0.0);
+    law.update(in, stress, &pressure);
+  }
+}
+
+/// Velocity gradient without its divergence, and the strain rate of it.
+template <int Dim>
+LAHAR_INLINE LawInput<Dim, Pack> shear_of(const Pack (&L)[Dim][Dim], double dt) {
+  LawInput<Dim, Pack> in;
+  const Pack mean = general::trace(L) * (1.0 / Dim);
+  LAHAR_UNROLL
+  for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
+  for (int b = 0; b < Dim; ++b) in.gradient[a][b] = a == b ? Pack(L[a][a] - mean) : L[a][b];
+  in.rate[0] = in.gradient[0][0];
+  in.rate[1] = in.gradient[1][1];
+  in.rate[2] = Pack(0.0);
+  in.rate[3] = L[0][1] + L[1][0];
+  if constexpr (Dim == 3) {
+    in.rate[2] = in.gradient[2][2];
+    in.rate[4] = L[1][2] + L[2][1];
+    in.rate[5] = L[0][2] + L[2][0];
+  }
+  in.dt = dt;
+  in.volumetric = Pack(0.0);
+  return in;
+}
+
+}  // namespace
+
+template <int Dim>
+void begin_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  patch.contributes[static_cast<std::size_t>(step.step % 2)] = patch.count > 0;
+}
+
+template <int Dim>
+void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  const bool two_phase = step.model->analysis.two_phase;
+  double* sums = patch.own_sums(NodeSum::force, step.step);
+  double* liquid_sums = two_phase ? patch.own_sums(NodeSum::liquid_force, step.step) : nullptr;
+  const double* V = patch.particles.row(Column::volume);
+  const double* m = patch.particles.row(Column::mass);
+  const double* change = patch.projection.change.data();
+  for_each_bin_with_basis(
+      patch, bins, [](const ParticleBin&) { return true; },
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
+        const auto& liquid = step.model->materials[bin.material].liquid;
+        Pack force[n_nodes][Dim], of_liquid[n_nodes][Dim];
+        for (int i = 0; i < n_nodes; ++i)
+          for (int d = 0; d < Dim; ++d) force[i][d] = of_liquid[i][d] = Pack(0.0);
+        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+          const Local n = bin.end - p;
+          Pack N[n_nodes], dN[Dim][n_nodes], gradient[Dim];
+          basis.functions(p, N);
+          basis.gradients(p, dN);
+          gradient_of_scalar<Dim>(dN, change, nodes, gradient);
+          const Pack volume = load_first<Pack>(V + p, n);
+          Pack porosity(0.0);
+          if (liquid)
+            porosity =
+                first_lanes(Pores(*liquid).porosity(load<Pack>(m + p), load<Pack>(V + p)), n);
+          for (int i = 0; i < n_nodes; ++i)
+            for (int d = 0; d < Dim; ++d) {
+              const Pack f = volume * N[i] * gradient[d];
+              force[i][d] -= f;
+              if (liquid) of_liquid[i][d] -= porosity * f;
+            }
+        }
+        for (int i = 0; i < n_nodes; ++i)
+          for (int d = 0; d < Dim; ++d) {
+            const auto at = static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride + d;
+            sums[at] += reduce(force[i][d]);
+            if (liquid) liquid_sums[at] += reduce(of_liquid[i][d]);
+          }
+      });
+}
+
+template <int Dim>
+void update_fluid_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  const double kept = step.model->analysis.projection.kept;
+  const auto stress = patch.particles.template rows<stress_components<Dim>>(Column::stress);
+  double* pressure = patch.particles.row(Column::state);
+  const double* V = patch.particles.row(Column::volume);
+  const double* change = patch.projection.change.data();
+  std::array<double*, strain_components<Dim>> strain{};
+  if (patch.particles.layout().has(Column::strain))
+    strain = patch.particles.template rows<strain_components<Dim>>(Column::strain);
+  Pack work(0.0);
+  for_each_bin_with_basis(
+      patch, bins, [](const ParticleBin&) { return true; },
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
+        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+          const Local n = bin.end - p;
+          Pack L[Dim][Dim], N[n_nodes], s[stress_components<Dim>], power(0.0);
+          general::gradient<Dim, Pack>(basis, p, patch.velocity.data(), nodes, L);
+          const LawInput<Dim, Pack> in = shear_of<Dim>(L, step.dt);
+          basis.functions(p, N);
+          const Pack before = load<Pack>(pressure + p);
+          Pack after = kept * before;
+          for (int i = 0; i < n_nodes; ++i) after = multiply_add(after, N[i], change + nodes[i]);
+          for (std::size_t k = 0; k < stress_components<Dim>; ++k)
+            power += (load<Pack>(stress[k] + p) + (k < 3 ? before : Pack(0.0))) * in.rate[k];
+          std::visit([&](const auto& law) { update_shear_stress(law, in, s); },
+                     step.model->materials[bin.material].law);
+          for (std::size_t k = 0; k < stress_components<Dim>; ++k) {
+            power += s[k] * in.rate[k];
+            store_first(k < 3 ? Pack(s[k] - after) : s[k], stress[k] + p, n);
+          }
+          store_first(after, pressure + p, n);
+          if (strain[0])
+            for (std::size_t k = 0; k < strain_components<Dim>; ++k)
+              store_first(
+                  Pack(load<Pack>(strain[k] + p) + step.dt * in.rate[Dim == 2 && k == 2 ? 3 : k]),
+                  strain[k] + p, n);
+          work += first_lanes(Pack((0.5 * step.dt) * load<Pack>(V + p) * power), n);
+        }
+      });
+  patch.work.internal += reduce(work);
+}
+
+template <int Dim>
+void change_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  const double kept = step.model->analysis.projection.kept;
+  double* pressure = patch.particles.row(Column::pore_pressure);
+  interpolate_bins<Pack>(patch, bins, patch.projection.change.data(), has_liquid(*step.model),
+                         [&](Local p, Local n, const Pack& change) {
+                           store_first(Pack(kept * load<Pack>(pressure + p) + change), pressure + p,
+                                       n);
+                         });
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                                \
+  template void begin_pressure_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&);             \
+  template void add_pressure_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  template void update_fluid_stress<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  template void change_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

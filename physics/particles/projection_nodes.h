@@ -1,0 +1,20 @@
+/// \file What nodes keep while velocities are made free of divergence
+/// (physics/kernels/projection.h).
+#pragma once
+
+#include <vector>
+
+#include "physics/particles/patch_work.h"
+
+namespace lahar {
+
+/// By local node; vectors are complete: all copies of a node have the same bits.
+struct ProjectionNodes {
+  std::vector<double> space;   ///< [m^3] of the mesh's cells around the node
+  std::vector<double> volume;  ///< [m^3] sum_p N_i V_p
+  std::vector<double> influx;  ///< [m^3/s] through walls, of velocities v*
+  std::vector<double> change;  ///< [Pa] of the pressure in the step; before the solve what is given
+  PatchWork work;              ///< before the step
+};
+
+}  // namespace lahar

@@ -1,0 +1,106 @@
+#include "runtime/step/pressure_solver.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "physics/kernels/projection.h"
+#include "runtime/exchange/failure.h"
+
+namespace lahar {
+
+namespace {
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+RoundOptions with(RoundOptions options, int sums, const ExchangeGroups* groups) {
+  options.sums = sums;
+  options.groups = groups;
+  return options;
+}
+
+}  // namespace
+
+template <int Dim>
+PressureSolver<Dim>::PressureSolver(const Model<Dim>& model, PatchSet<Dim>& patches,
+                                    const Communicator& ranks, RoundOptions rounds,
+                                    const PressureGroups* groups)
+    : model_(model),
+      patches_(patches),
+      ranks_(ranks),
+      system_(patches, projection_stages<Dim>(model.analysis),
+              with(rounds, n_sums, groups ? &groups->system : nullptr),
+              {.context = [this](Step round) { return context(round); },
+               .give =
+                   [this](int p, Step, std::span<double> own) {
+                     const PressureSums sums = pressure_sums(patches_[p]);
+                     const std::array<double, n_sums> all{sums.unknowns, sums.given, sums.discharge,
+                                                          sums.volume};
+                     std::copy(all.begin(), all.end(), own.begin());
+                   },
+               .take =
+                   [this](Step, std::span<const double> sums) {
+                     std::copy(sums.begin(), sums.end(), sums_.begin());
+                     return true;
+                   }}),
+      linear_(model.analysis.linear, patches, with(rounds, 0, groups ? &groups->solve : nullptr)) {}
+
+template <int Dim>
+StepContext<Dim> PressureSolver<Dim>::context(Step round) const {
+  return {&model_, &patches_.partition(), round, time_, dt_};
+}
+
+template <int Dim>
+std::string PressureSolver<Dim>::worst_node() const {
+  double worst = -1;
+  std::string text;
+  for (int p = 0; p < patches_.size(); ++p) {
+    const Patch<Dim>& patch = patches_[p];
+    for (std::size_t i = 0; i < patch.projection.volume.size(); ++i) {
+      if (patch.system.held[i] || !(patch.projection.volume[i] > 0)) continue;
+      const double rate =
+          std::abs(patch.system.right_side[i * node_width]) / patch.projection.volume[i];
+      if (!(rate > worst)) continue;
+      worst = rate;
+      const Index node = patch.topology.nodes[i];
+      text = fmt::format("the divergence to be removed is largest at node {} ({:.6g}), {:.3g} 1/s",
+                         node, fmt::join(model_.mesh->node(node), ", "), worst);
+    }
+  }
+  if (ranks_.several()) take_first_text(ranks_, worst == ranks_.max(worst), text);
+  return text;
+}
+
+template <int Dim>
+PressureReport PressureSolver<Dim>::solve(double time, double dt) {
+  time_ = time;
+  dt_ = dt;
+  PressureReport report;
+  const double begin = seconds();
+  system_.run(1);
+  const auto [unknowns, given, discharge, volume] = sums_;
+  // A liquid that is closed in has a pressure up to a constant.
+  const bool closed = given == 0 && !model_.analysis.two_phase;
+  if (closed && volume > 0)
+    for (int p = 0; p < patches_.size(); ++p) take_out_mean(patches_[p], discharge / volume);
+  const double assembled = seconds();
+  report.assemble_seconds = assembled - begin;
+  linear_.begin_step();
+  const SolveResult result = linear_.solve(true, unknowns, closed);
+  report.converged = result.converged;
+  report.iterations = result.iterations;
+  if (!result.converged) report.problem = result.problem + "; " + worst_node();
+  for (int p = 0; p < patches_.size(); ++p) take_pressure(patches_[p]);
+  report.solve_seconds = seconds() - assembled;
+  return report;
+}
+
+template class PressureSolver<2>;
+template class PressureSolver<3>;
+
+}  // namespace lahar
