@@ -31,11 +31,11 @@ struct CellsOfNodes {
   std::vector<std::size_t> first;
   std::vector<std::size_t> cell;
 
-  explicit CellsOfNodes(const Patch<Dim>& patch)
+  CellsOfNodes(const Patch<Dim>& patch, const std::vector<char>& also)
       : first(static_cast<std::size_t>(patch.n_nodes()) + 1, 0) {
     std::vector<std::size_t> filled;
     for (std::size_t c = 0; c < patch.first_bin.size(); ++c)
-      if (has_particles(patch, c)) filled.push_back(c);
+      if (has_particles(patch, c) || (!also.empty() && also[c])) filled.push_back(c);
     for (const std::size_t c : filled)
       for (const Local node : nodes_of_cell(patch, c)) ++first[static_cast<std::size_t>(node) + 1];
     for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
@@ -50,9 +50,9 @@ struct CellsOfNodes {
 }  // namespace
 
 template <int Dim>
-void find_pattern(Patch<Dim>& patch) {
+void find_pattern(Patch<Dim>& patch, const std::vector<char>& also) {
   NodalSystem<Dim>& system = patch.system;
-  const CellsOfNodes<Dim> cells(patch);
+  const CellsOfNodes<Dim> cells(patch, also);
   const auto n = static_cast<std::size_t>(patch.n_nodes());
   system.first.assign(1, 0);
   system.column.clear();
@@ -68,7 +68,7 @@ void find_pattern(Patch<Dim>& patch) {
   }
 }
 
-template void find_pattern<2>(Patch<2>&);
-template void find_pattern<3>(Patch<3>&);
+template void find_pattern<2>(Patch<2>&, const std::vector<char>&);
+template void find_pattern<3>(Patch<3>&, const std::vector<char>&);
 
 }  // namespace lahar

@@ -2,15 +2,16 @@
 #pragma once
 
 #include <algorithm>
+#include <vector>
 
 #include "physics/particles/patch.h"
 
 namespace lahar {
 
 /// Rows of the nodes that particles of this patch touch have the nodes of all cells with particles
-/// around them; other rows have none.
+/// around them, and of those that `also` marks; other rows have none.
 template <int Dim>
-void find_pattern(Patch<Dim>& patch);
+void find_pattern(Patch<Dim>& patch, const std::vector<char>& also = {});
 
 /// Number of a block that there is.
 template <int Dim>

@@ -3,8 +3,11 @@
 /// no divergence (A. J. Chorin, Math. Comput. 22, 1968; with MPM: F. Zhang et al., Int. J. Numer.
 /// Methods Eng. 109, 2017; S. Kularathna and K. Soga, Comput. Methods Appl. Mech. Eng. 313, 2017):
 ///
-///     A dp = b,   A_ij = sum_p V_p dt c_d dN_i/dx_d dN_j/dx_d,   b_i = -sum_p V_p N_i div u*
+///     A dp = b,   A_ij = int dt c_d dN_i/dx_d dN_j/dx_d dV,   b_i = -int N_i div u* dV
 ///
+/// Integrals are over cells, and cells that particles fill to some share (Projection::least_fill)
+/// are full: pressures of cells with few particles are else undetermined, or have gradients that
+/// are too large. Where there is no free surface, so are cells within the fluid that lost theirs.
 /// u is the discharge: v of a fluid, (1 - n) v + n v_l where a liquid moves in the pores of a
 /// skeleton (two_phase.h). c is what a unit pressure gradient changes of it per time and volume:
 /// 1 / rho of a fluid; with both phases, whose drag q = n^2 r is implicit as at the nodes,
@@ -13,7 +16,7 @@
 ///
 /// rho_s' and rho_l' being the masses of the phases per volume. Without drag this is
 /// (1 - n) / rho_s + n / rho_l, with much of it 1 / (rho_s' + rho_l'): both move together. The
-/// liquid in pores keeps its bulk modulus K: n V_p / (K dt) is added to the diagonal of A.
+/// liquid in pores keeps its bulk modulus K: n / (K dt) is added to the diagonal of A.
 ///
 /// Forces are then -sum_p V_p N_i grad dp (of the liquid in pores n times that): gradients, not
 /// pressures, act at nodes, so that a pressure which does not change with place gives no force,
@@ -21,8 +24,15 @@
 /// other forces, in the weak form; dp is the change of what was kept.
 ///
 /// The weight of a fluid is integrated by parts: u* is without it, and b_i gets dt g . a_i with
-/// a_i = sum_p V_p grad N_i. So the pressure of a fluid at rest is exact, however particles lie and
+/// a_i = int grad N_i dV. So the pressure of a fluid at rest is exact, however particles lie and
 /// cells are filled, and walls carry it.
+///
+/// Velocities without divergence at nodes do not keep particles evenly spread: errors of a step add
+/// up where flows meet, such as in corners. Fluids therefore spread where they are more than the
+/// space at a node (ProjectionNodes::space), at a rate that is that of the shear: b_i gets
+/// (V_i / space_i - 1) sum_p N_i V_p |D_p|, also where they are less if there is no free surface.
+/// Position corrections of particle methods do alike (D. Violeau and B. D. Rogers, J. Hydraul. Res.
+/// 54, 2016, review shifting).
 ///
 /// The pressure is zero at nodes of a free surface: of cells that particles fill, some, but not all
 /// around a node. There dp = 0. Prescribed pressures need kept = 0 or a mean before the step.
@@ -33,14 +43,41 @@
 
 namespace lahar {
 
+/// [m^3] of the particles in a local cell, and whether that fills a cell of so much volume.
+template <int Dim>
+double volume_in(const Patch<Dim>& patch, std::size_t cell) {
+  const double* V = patch.particles.row(Column::volume);
+  double sum = 0;
+  for (Local b = patch.first_bin[cell]; b >= 0; b = patch.bins[static_cast<std::size_t>(b)].next) {
+    const ParticleBin& bin = patch.bins[static_cast<std::size_t>(b)];
+    for (Local p = bin.begin; p < bin.end; ++p) sum += V[p];
+  }
+  return sum;
+}
+template <int Dim>
+bool is_filled(const Model<Dim>& model, double filled, double volume) {
+  constexpr double rounding = 1e-6;
+  return filled > 0 && filled >= (model.analysis.projection.least_fill - rounding) * volume;
+}
+
+/// Stress of fluids from the velocities with which the step begins, without their divergence; the
+/// pressure stays. (Of velocities after the step, those of nodes with little mass have no bound.)
+template <int Dim>
+void update_shear_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+
 /// Before v*: forces of particles have their whole pressure; of a fluid takes away what is not
 /// kept.
 template <int Dim>
 void leave_out_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// {a, m p}_i += sum_p {V_p grad N_i, N_i m_p p_p}: points out of the body; p of what is kept.
+/// {., m p}_i += sum_p N_i m_p p_p, of what is kept.
 template <int Dim>
-void map_outward(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+void map_kept_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+
+/// What weight gives to velocities v* in the step, and b has by parts [m/s]: of fluids, as far as
+/// no pressure that is kept carries it.
+template <int Dim>
+Vec<Dim> weight_out_of_velocities(const StepContext<Dim>& step);
 
 /// With the velocities v*: A and b begin at zero, cells that are filled, pressures that are given.
 template <int Dim>
@@ -48,7 +85,10 @@ void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step);
 /// What particles give to A and b.
 template <int Dim>
 void add_to_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
-/// Given pressures go to the right side.
+/// The same of cells without particles that a fluid fills all the same.
+template <int Dim>
+void add_voids(Patch<Dim>& patch, const StepContext<Dim>& step, const std::vector<char>& voids);
+/// Voids, and given pressures go to the right side.
 template <int Dim>
 void end_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step);
 /// b of all patches, and at which nodes the pressure is known.
@@ -78,10 +118,9 @@ void begin_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// Stress of fluids, from velocities without divergence: sigma = s - p I, with what is kept of p,
-/// and dp. Volumes do not change.
+/// The pressure of fluids becomes what is kept of it, and dp. Volumes do not change.
 template <int Dim>
-void update_fluid_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+void change_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 /// Pressure of a liquid in pores.
 template <int Dim>
 void change_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);

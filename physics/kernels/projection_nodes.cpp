@@ -14,6 +14,8 @@ namespace {
 /// Rounding of sums of volumes, as a share of them.
 constexpr double rounding = 1e-6;
 constexpr std::uint8_t all_held = 0xff;
+/// Particles that crowd at a node spread at this multiple of |D| (projection.h).
+constexpr double spreading = 1.0;
 
 /// [m^3] each cell of the mesh gives every one of its nodes an equal part of its volume.
 template <int Dim>
@@ -38,16 +40,10 @@ std::span<const Local> element_nodes(const Patch<Dim>& patch, std::size_t cell) 
 template <int Dim>
 void add_filled_cells(Patch<Dim>& patch, const StepContext<Dim>& step) {
   double* sums = patch.own_sums(NodeSum::divergence, step.step);
-  const double* V = patch.particles.row(Column::volume);
   for (std::size_t c = 0; c < patch.first_bin.size(); ++c) {
-    double filled = 0;
-    for (Local b = patch.first_bin[c]; b >= 0; b = patch.bins[static_cast<std::size_t>(b)].next) {
-      const ParticleBin& bin = patch.bins[static_cast<std::size_t>(b)];
-      for (Local p = bin.begin; p < bin.end; ++p) filled += V[p];
-    }
-    if (filled == 0) continue;
+    if (patch.first_bin[c] < 0) continue;
     const double volume = step.model->mesh->cell_volume(patch.topology.cells[c]);
-    if (filled < (step.model->analysis.projection.least_fill - rounding) * volume) continue;
+    if (!is_filled(*step.model, volume_in(patch, c), volume)) continue;
     const auto nodes = element_nodes(patch, c);
     for (const Local node : nodes)
       sums[static_cast<std::ptrdiff_t>(node) * sum_stride + 2] +=
@@ -55,12 +51,29 @@ void add_filled_cells(Patch<Dim>& patch, const StepContext<Dim>& step) {
   }
 }
 
+/// Cells of Q4 and H8 without particles, all of whose nodes have mass. Where there is no free
+/// surface they are within the fluid.
+template <int Dim>
+std::vector<char> voids_of(const Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const Analysis& analysis = step.model->analysis;
+  const auto& corners_of = patch.topology.corner_nodes;
+  if (analysis.projection.free_surface || analysis.two_phase || corners_of.empty()) return {};
+  std::vector<char> voids(corners_of.size(), 0);
+  for (std::size_t c = 0; c < voids.size(); ++c)
+    voids[c] = volume_in(patch, c) == 0.0 &&
+               std::all_of(corners_of[c].begin(), corners_of[c].end(), [&](Local node) {
+                 return patch.node_is_active[static_cast<std::size_t>(node)] &&
+                        at(patch.velocity, node)[mass_lane] > 0;
+               });
+  return voids;
+}
+
 /// Changes of the pressure where it is prescribed: from what is kept to what is given.
 template <int Dim>
 void give_pressures(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.projection.change.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
   if (patch.fixed_pressure.empty()) return;
-  const SumOverPatches<Dim> kept(patch, NodeSum::outward, step.step);
+  const SumOverPatches<Dim> kept(patch, NodeSum::kept_pressure, step.step);
   const bool keeps = step.model->analysis.projection.kept > 0;
   for (const auto& fixed : patch.fixed_pressure) {
     const auto node = static_cast<std::size_t>(fixed.node);
@@ -73,42 +86,54 @@ void give_pressures(Patch<Dim>& patch, const StepContext<Dim>& step) {
 }
 
 template <int Dim>
-bool is_held(const ConstrainedNode<Dim>& wall, const Vec<Dim>& direction) {
+bool is_held(const ConstrainedNode<Dim>& wall, int dir) {
   for (int k = 0; k < Dim; ++k)
-    if (wall.fixed[static_cast<std::size_t>(k)] && direction.dot(wall.axes.col(k)) != 0.0)
-      return true;
+    if (wall.fixed[static_cast<std::size_t>(k)] && wall.axes(dir, k) != 0.0) return true;
   return false;
 }
 
-/// The weight of a fluid is taken from v*, where nodes are free, and becomes
-/// ProjectionNodes::weight.
+/// Nodes with less than this share of the mass of a fluid that fills their space have velocities v*
+/// that follow from a few particles far away: what their forces give counts as much less.
+constexpr double least_mass_share = 0.5;
+
+/// Velocities v* without what the weight of a fluid gives, where nodes are free.
 template <int Dim>
 void take_out_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  const double share = 1.0 - step.model->analysis.projection.kept;
-  patch.projection.influx.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
-  if (share == 0.0 || step.model->analysis.two_phase) return;
-  const NodeVector change = (share * step.dt) * gravity_in(step);
+  if (step.model->analysis.two_phase) return;
+  const Vec<Dim> change = weight_out_of_velocities(step);
+  double density = 0;
+  for (const Material& material : step.model->materials)
+    density = std::max(density, material.density);
   auto fixed = patch.fixed.begin();
   auto wall = patch.walls.begin();
-  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::outward, step.step),
-                [&](Local i, const NodeVector&, const NodeVector& outward) {
-                  while (fixed != patch.fixed.end() && fixed->node < i) ++fixed;  // not active
-                  while (wall != patch.walls.end() && wall->node < i) ++wall;
-                  double* v = at(patch.velocity, i);
-                  double& weight = patch.projection.influx[static_cast<std::size_t>(i)];
-                  for (int d = 0; d < Dim; ++d) {
-                    weight += outward[d] * change[d];
-                    bool held = false;
-                    for (auto f = fixed; f != patch.fixed.end() && f->node == i; ++f)
-                      held = held || f->dir == d;
-                    if (wall != patch.walls.end() && wall->node == i)
-                      held = held || is_held<Dim>(*wall, Vec<Dim>::Unit(d));
-                    if (!held) v[d] -= change[d];
-                  }
-                });
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < range.end; ++i) {
+      while (fixed != patch.fixed.end() && fixed->node < i) ++fixed;  // not active
+      while (wall != patch.walls.end() && wall->node < i) ++wall;
+      const double most =
+          least_mass_share * density * patch.projection.space[static_cast<std::size_t>(i)];
+      const double light = 1.0 - std::min(1.0, at(patch.velocity, i)[mass_lane] / most);
+      for (int d = 0; d < Dim; ++d) {
+        bool held = wall != patch.walls.end() && wall->node == i && is_held(*wall, d);
+        for (auto f = fixed; f != patch.fixed.end() && f->node == i; ++f) held |= f->dir == d;
+        if (held) continue;
+        const double gained = step.dt * at(patch.acceleration, i)[d] - change[d];
+        at(patch.velocity, i)[d] -= change[d] + light * gained;
+      }
+    }
 }
 
 }  // namespace
+
+template <int Dim>
+Vec<Dim> weight_out_of_velocities(const StepContext<Dim>& step) {
+  const Analysis& analysis = step.model->analysis;
+  if (analysis.two_phase) return Vec<Dim>::Zero();
+  const NodeVector g = gravity_in(step);
+  Vec<Dim> change;
+  for (int d = 0; d < Dim; ++d) change[d] = (1.0 - analysis.projection.kept) * step.dt * g[d];
+  return change;
+}
 
 template <int Dim>
 void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
@@ -123,7 +148,7 @@ void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   ProjectionNodes& nodes = patch.projection;
   if (nodes.space.size() != static_cast<std::size_t>(patch.n_nodes()))
     nodes.space = space_of_nodes(patch, *step.model->mesh);
-  find_pattern(patch);
+  find_pattern(patch, voids_of(patch, step));
   patch.system.blocks.assign(patch.system.column.size(), 0.0);
   clear_sums(patch, step, NodeSum::divergence);
   add_filled_cells(patch, step);
@@ -133,7 +158,9 @@ void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
 
 template <int Dim>
 void end_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  if (patch.active_nodes.empty() || patch.fixed_pressure.empty()) return;
+  if (patch.active_nodes.empty()) return;
+  add_voids(patch, step, voids_of(patch, step));
+  if (patch.fixed_pressure.empty()) return;
   double* sums = patch.own_sums(NodeSum::divergence, step.step);
   const NodalSystem<Dim>& system = patch.system;
   for (std::size_t i = 0; i + 1 < system.first.size(); ++i)
@@ -156,7 +183,10 @@ void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
                 [&](Local i, const NodeVector&, const NodeVector& sum) {
                   const auto node = static_cast<std::size_t>(i);
                   nodes.volume[node] = sum[1];
-                  at(system.right_side, i)[0] = sum[0] + nodes.influx[node];
+                  at(system.right_side, i)[0] = sum[0];
+                  const double excess = sum[1] / nodes.space[node] - 1.0;
+                  if (!has_surface || excess > 0)
+                    at(system.right_side, i)[0] += spreading * excess * sum[3];
                   const bool at_surface =
                       has_surface && sum[2] < (1.0 - rounding) * nodes.space[node];
                   if (sum[1] > 0 && !at_surface) system.held[node] = 0;
@@ -199,6 +229,7 @@ void take_pressure(Patch<Dim>& patch) {
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                    \
+  template Vec<Dim> weight_out_of_velocities<Dim>(const StepContext<Dim>&);       \
   template void begin_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
   template void end_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&);   \
   template void close_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&); \

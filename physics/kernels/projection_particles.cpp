@@ -25,7 +25,7 @@ LAHAR_INLINE void gradient_of_scalar(const Pack (&dN)[Dim][Nodes], const double*
 }
 
 template <class LawType>
-void update_shear_stress(const LawType& law, const auto& in, auto* stress) {
+void find_shear_stress(const LawType& law, const auto& in, auto* stress) {
   using Real = std::decay_t<decltype(*stress)>;
   if constexpr (pressure_is_state<LawType>) {
     Real pressure(0.0);
@@ -106,12 +106,10 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
 }
 
 template <int Dim>
-void update_fluid_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  const double kept = step.model->analysis.projection.kept;
+void update_shear_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   const auto stress = patch.particles.template rows<stress_components<Dim>>(Column::stress);
-  double* pressure = patch.particles.row(Column::state);
+  const double* pressure = patch.particles.row(Column::state);
   const double* V = patch.particles.row(Column::volume);
-  const double* change = patch.projection.change.data();
   std::array<double*, strain_components<Dim>> strain{};
   if (patch.particles.layout().has(Column::strain))
     strain = patch.particles.template rows<strain_components<Dim>>(Column::strain);
@@ -119,25 +117,19 @@ void update_fluid_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
   for_each_bin_with_basis(
       patch, bins, [](const ParticleBin&) { return true; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
         for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
           const Local n = bin.end - p;
-          Pack L[Dim][Dim], N[n_nodes], s[stress_components<Dim>], power(0.0);
+          Pack L[Dim][Dim], s[stress_components<Dim>], power(0.0);
           general::gradient<Dim, Pack>(basis, p, patch.velocity.data(), nodes, L);
           const LawInput<Dim, Pack> in = shear_of<Dim>(L, step.dt);
-          basis.functions(p, N);
-          const Pack before = load<Pack>(pressure + p);
-          Pack after = kept * before;
-          for (int i = 0; i < n_nodes; ++i) after = multiply_add(after, N[i], change + nodes[i]);
-          for (std::size_t k = 0; k < stress_components<Dim>; ++k)
-            power += (load<Pack>(stress[k] + p) + (k < 3 ? before : Pack(0.0))) * in.rate[k];
-          std::visit([&](const auto& law) { update_shear_stress(law, in, s); },
+          const Pack mean = load<Pack>(pressure + p);
+          std::visit([&](const auto& law) { find_shear_stress(law, in, s); },
                      step.model->materials[bin.material].law);
           for (std::size_t k = 0; k < stress_components<Dim>; ++k) {
-            power += s[k] * in.rate[k];
-            store_first(k < 3 ? Pack(s[k] - after) : s[k], stress[k] + p, n);
+            const Pack part = k < 3 ? mean : Pack(0.0);
+            power += (load<Pack>(stress[k] + p) + part + s[k]) * in.rate[k];
+            store_first(Pack(s[k] - part), stress[k] + p, n);
           }
-          store_first(after, pressure + p, n);
           if (strain[0])
             for (std::size_t k = 0; k < strain_components<Dim>; ++k)
               store_first(
@@ -147,6 +139,21 @@ void update_fluid_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
         }
       });
   patch.work.internal += reduce(work);
+}
+
+template <int Dim>
+void change_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  const double kept = step.model->analysis.projection.kept;
+  const auto stress = patch.particles.template rows<stress_components<Dim>>(Column::stress);
+  double* pressure = patch.particles.row(Column::state);
+  interpolate_bins<Pack>(
+      patch, bins, patch.projection.change.data(), [](const ParticleBin&) { return true; },
+      [&](Local p, Local n, const Pack& change) {
+        const Pack before = load<Pack>(pressure + p), after = kept * before + change;
+        for (std::size_t k = 0; k < 3; ++k)
+          store_first(Pack(load<Pack>(stress[k] + p) + (before - after)), stress[k] + p, n);
+        store_first(after, pressure + p, n);
+      });
 }
 
 template <int Dim>
@@ -163,7 +170,8 @@ void change_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Parti
 #define LAHAR_INSTANTIATE(Dim)                                                                \
   template void begin_pressure_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&);             \
   template void add_pressure_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
-  template void update_fluid_stress<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  template void update_shear_stress<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
+  template void change_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);     \
   template void change_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -1,98 +1,148 @@
 /// \file The linear system of a projection: what particles and cells give to it.
 #include <algorithm>
-#include <array>
-#include <numeric>
 
-#include "physics/basis/any_basis.h"
 #include "physics/basis/nodal_fields.h"
+#include "physics/kernels/cell_quadrature.h"
+#include "physics/kernels/matrix_pattern.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/kernels/pore_rows.h"
 #include "physics/kernels/projection.h"
 #include "physics/model/transfer_options.h"
+#include "physics/particles/loads.h"
 
 namespace lahar {
 
 namespace {
 
-/// A discharge per pressure gradient, time and volume; divergence of the discharge; storage.
+/// Of the particles of a bin together.
 template <int Dim>
-struct Flow {
-  Pack mobility[Dim];  ///< [m^3/kg] c_d
-  Pack rate;           ///< [1/s] div u*
-  Pack storage;        ///< [1/Pa] n / K
+struct BinFlow {
+  double volume = 0;       ///< [m^3]
+  double mobility[Dim]{};  ///< [m^6/kg] sum_p V_p c_d
+  double storage = 0;      ///< [m^3/Pa] sum_p V_p n / K
+  double porosity = 0;     ///< [-]; 0 of a fluid
+
+  void scale(double factor) {
+    volume *= factor;
+    storage *= factor;
+    for (double& of_axis : mobility) of_axis *= factor;
+  }
 };
 
 template <int Dim>
-LAHAR_INLINE Flow<Dim> flow_of_fluid(const Pack& specific_volume, const Pack& rate) {
-  Flow<Dim> flow;
-  for (Pack& mobility : flow.mobility) mobility = specific_volume;
-  flow.rate = rate;
-  flow.storage = Pack(0.0);
+BinFlow<Dim> flow_of_fluid(const Patch<Dim>& patch, const ParticleBin& bin) {
+  const double* V = patch.particles.row(Column::volume);
+  const double* m = patch.particles.row(Column::mass);
+  BinFlow<Dim> flow;
+  for (Local p = bin.begin; p < bin.end; ++p) {
+    flow.volume += V[p];
+    flow.mobility[0] += V[p] * V[p] / m[p];
+  }
+  std::fill_n(flow.mobility, Dim, flow.mobility[0]);
   return flow;
 }
 
-/// See projection.h. `m` and `V` are the mass of the skeleton and the volume of particles.
+/// See projection.h.
 template <int Dim>
-LAHAR_INLINE Flow<Dim> flow_in_pores(const Pores& pores, double dt, const Pack& m, const Pack& V,
-                                     const Pack& rate, const Pack& liquid_rate) {
-  const Pack n = pores.porosity(m, V), solid = Pack(1.0) - n;
-  const Pack rho_s = m / V, rho_l = pores.liquid_mass(m, V) / V;
-  const Pack drag = pores.drag_volume(m, V) / V;
-  Flow<Dim> flow;
-  for (std::size_t d = 0; d < Dim; ++d) {
-    const Pack q = (dt * pores.liquid().resistance[d]) * drag;
-    flow.mobility[d] =
-        (solid * solid * rho_l + n * n * rho_s + q) / (rho_s * rho_l + q * (rho_s + rho_l));
-  }
-  flow.rate = solid * rate + n * liquid_rate;
-  flow.storage = n * Pack(1.0 / pores.liquid().bulk_modulus);
-  return flow;
-}
-
-/// What the particles of one bin give to the nodes of their cell.
-template <int Dim, int Nodes>
-struct CellFlow {
-  Pack matrix[Nodes * (Nodes + 1) / 2];  ///< rows i, columns j >= i
-  Pack discharge[Nodes], volume[Nodes];
-
-  void clear() {
-    std::fill_n(matrix, std::size(matrix), Pack(0.0));
-    std::fill_n(discharge, Nodes, Pack(0.0));
-    std::fill_n(volume, Nodes, Pack(0.0));
-  }
-
-  LAHAR_INLINE void add(const Flow<Dim>& flow, double dt, const Pack& V, const Pack (&N)[Nodes],
-                        const Pack (&dN)[Dim][Nodes]) {
-    Pack weight[Dim];
-    for (int d = 0; d < Dim; ++d) weight[d] = V * (dt * flow.mobility[d]);
-    const Pack stored = V * flow.storage * (1.0 / dt);
-    int k = 0;
-    for (int i = 0; i < Nodes; ++i) {
-      const Pack share = N[i] * V;
-      discharge[i] -= share * flow.rate;
-      volume[i] += share;
-      matrix[k] += N[i] * stored;
-      for (int j = i; j < Nodes; ++j, ++k)
-        for (int d = 0; d < Dim; ++d) matrix[k] += weight[d] * dN[d][i] * dN[d][j];
+BinFlow<Dim> flow_in_pores(const Patch<Dim>& patch, const ParticleBin& bin, const Pores& pores,
+                           double dt) {
+  const double* V = patch.particles.row(Column::volume);
+  const double* mass = patch.particles.row(Column::mass);
+  BinFlow<Dim> flow;
+  for (Local p = bin.begin; p < bin.end; ++p) {
+    const Scalar volume(V[p]), m(mass[p]);
+    const double n = pores.porosity(m, volume)[0], solid = 1.0 - n;
+    const double rho_s = mass[p] / V[p], rho_l = pores.liquid_mass(m, volume)[0] / V[p];
+    const double drag = pores.drag_volume(m, volume)[0] / V[p];
+    flow.volume += V[p];
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const double q = dt * pores.liquid().resistance[d] * drag;
+      flow.mobility[d] += V[p] * (solid * solid * rho_l + n * n * rho_s + q) /
+                          (rho_s * rho_l + q * (rho_s + rho_l));
     }
+    flow.storage += V[p] * n / pores.liquid().bulk_modulus;
   }
-};
+  flow.porosity = mean_porosity(patch, pores, bin);
+  return flow;
+}
 
-/// Add what a cell gives to the rows of a patch.
+/// Material in cells that count as filled fills them: their volume over that of their particles.
+template <int Dim>
+double filling(const Patch<Dim>& patch, const StepContext<Dim>& step, const ParticleBin& bin) {
+  const auto c = static_cast<std::size_t>(bin.cell);
+  const double volume = step.model->mesh->cell_volume(patch.topology.cells[c]);
+  const double filled = volume_in(patch, c);
+  return is_filled(*step.model, filled, volume) ? volume / filled : 1.0;
+}
+
 template <int Dim, int Nodes>
-void add_to_rows(NodalSystem<Dim>& system, const CellFlow<Dim, Nodes>& cell, const Local* nodes) {
-  double matrix[Nodes][Nodes];
-  for (int i = 0, k = 0; i < Nodes; ++i)
-    for (int j = i; j < Nodes; ++j, ++k) matrix[i][j] = matrix[j][i] = reduce(cell.matrix[k]);
-  std::array<int, Nodes> order;
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](int a, int b) { return nodes[a] < nodes[b]; });
+double divergence_at(const QuadraturePoint<Dim, Nodes>& point, const NodeArray& v,
+                     const Local* nodes) {
+  double sum = 0;
+  for (int i = 0; i < Nodes; ++i)
+    for (int d = 0; d < Dim; ++d)
+      sum += point.dN[d][i] *
+             v[static_cast<std::size_t>(nodes[i]) * node_width + static_cast<std::size_t>(d)];
+  return sum;
+}
+
+/// What the material of a bin gives to the nodes of its cell at one of the cell's points.
+template <int Dim, int Nodes>
+void add_point(Patch<Dim>& patch, const StepContext<Dim>& step, const BinFlow<Dim>& flow,
+               const QuadraturePoint<Dim, Nodes>& point, const Local* nodes, const Vec<Dim>& weight,
+               bool in_pores) {
+  double* sums = patch.own_sums(NodeSum::divergence, step.step);
+  double rate = divergence_at(point, patch.velocity, nodes);
+  if (in_pores)
+    rate = (1.0 - flow.porosity) * rate +
+           flow.porosity * divergence_at(point, patch.liquid.velocity, nodes);
   for (int i = 0; i < Nodes; ++i) {
-    std::size_t k = system.first[static_cast<std::size_t>(nodes[i])];
-    for (const int j : order) {
-      while (system.column[k] < nodes[j]) ++k;
-      system.blocks[k] += matrix[i][j];
+    double discharge = -flow.volume * point.N[i] * rate;
+    for (int d = 0; d < Dim; ++d) discharge += flow.volume * weight[d] * point.dN[d][i];
+    sums[static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride] += point.weight * discharge;
+    for (int j = 0; j < Nodes; ++j) {
+      double value = i == j ? flow.storage * point.N[i] / step.dt : 0.0;
+      for (int d = 0; d < Dim; ++d)
+        value += step.dt * flow.mobility[d] * point.dN[d][i] * point.dN[d][j];
+      patch.system.blocks[find_block(patch.system, nodes[i], nodes[j])] += point.weight * value;
     }
+  }
+}
+
+/// |D| = sqrt(2 D : D) of the velocity gradient L.
+template <int Dim>
+LAHAR_INLINE Pack shear_rate(const Pack (&L)[Dim][Dim]) {
+  Pack sum(0.0);
+  for (int a = 0; a < Dim; ++a)
+    for (int b = 0; b < Dim; ++b) sum += 0.5 * ((L[a][b] + L[b][a]) * (L[a][b] + L[b][a]));
+  return sqrt(sum);
+}
+
+/// {., V, ., V |D|} of the particles of a bin.
+template <int Dim, class Basis>
+void add_volumes(const Patch<Dim>& patch, const Basis& basis, const ParticleBin& bin,
+                 const Local* nodes, double* sums) {
+  constexpr int n_nodes = Basis::nodes;
+  const double* V = patch.particles.row(Column::volume);
+  Pack volume[n_nodes], sheared[n_nodes];
+  for (int i = 0; i < n_nodes; ++i) volume[i] = sheared[i] = Pack(0.0);
+  for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+    const Local n = bin.end - p;
+    Pack N[n_nodes], L[Dim][Dim];
+    basis.functions(p, N);
+    general::gradient<Dim, Pack>(basis, p, patch.velocity.data(), nodes, L);
+    const Pack of_particles = load_first<Pack>(V + p, n);
+    const Pack shear = first_lanes(shear_rate<Dim>(L), n);  // beyond the bin there may be anything
+    for (int i = 0; i < n_nodes; ++i) {
+      const Pack share = N[i] * of_particles;
+      volume[i] += share;
+      sheared[i] += share * shear;
+    }
+  }
+  for (int i = 0; i < n_nodes; ++i) {
+    double* at = sums + static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride;
+    at[1] += reduce(volume[i]);
+    at[3] += reduce(sheared[i]);
   }
 }
 
@@ -100,43 +150,39 @@ void add_to_rows(NodalSystem<Dim>& system, const CellFlow<Dim, Nodes>& cell, con
 
 template <int Dim>
 void add_to_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  double* sums = patch.own_sums(NodeSum::divergence, step.step);
-  const double* V = patch.particles.row(Column::volume);
-  const double* m = patch.particles.row(Column::mass);
+  const Vec<Dim> weight = weight_out_of_velocities(step);
   for_each_bin_with_basis(
       patch, bins, [](const ParticleBin&) { return true; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
         const auto& liquid = step.model->materials[bin.material].liquid;
-        static thread_local CellFlow<Dim, n_nodes> cell;
-        cell.clear();
-        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
-          const Local n = bin.end - p;
-          Pack N[n_nodes], dN[Dim][n_nodes], L[Dim][Dim];
-          basis.functions(p, N);
-          basis.gradients(p, dN);
-          const Pack volume = load<Pack>(V + p), mass = load<Pack>(m + p);
-          general::gradient<Dim, Pack>(basis, p, patch.velocity.data(), nodes, L);
-          Flow<Dim> flow = flow_of_fluid<Dim>(volume / mass, general::trace(L));
-          if (liquid) {
-            const Pack rate = flow.rate;
-            general::gradient<Dim, Pack>(basis, p, patch.liquid.velocity.data(), nodes, L);
-            flow =
-                flow_in_pores<Dim>(Pores(*liquid), step.dt, mass, volume, rate, general::trace(L));
-          }
-          // Beyond the bin there may be anything.
-          for (Pack& mobility : flow.mobility) mobility = first_lanes(mobility, n);
-          flow.rate = first_lanes(flow.rate, n);
-          flow.storage = first_lanes(flow.storage, n);
-          cell.add(flow, step.dt, first_lanes(volume, n), N, dN);
-        }
-        for (int i = 0; i < n_nodes; ++i) {
-          double* at = sums + static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride;
-          at[0] += reduce(cell.discharge[i]);
-          at[1] += reduce(cell.volume[i]);
-        }
-        add_to_rows(patch.system, cell, nodes);
+        BinFlow<Dim> flow =
+            liquid ? flow_in_pores(patch, bin, Pores(*liquid), step.dt) : flow_of_fluid(patch, bin);
+        flow.scale(filling(patch, step, bin));
+        for_each_quadrature_point(
+            patch, basis, bin, nodes, [&](const auto& point, const Local* corner) {
+              add_point(patch, step, flow, point, corner, weight, liquid.has_value());
+            });
+        add_volumes(patch, basis, bin, nodes, patch.own_sums(NodeSum::divergence, step.step));
       });
+}
+
+template <int Dim>
+void add_voids(Patch<Dim>& patch, const StepContext<Dim>& step, const std::vector<char>& voids) {
+  BinFlow<Dim> all;
+  for (const ParticleBin& bin : patch.bins) {
+    const BinFlow<Dim> flow = flow_of_fluid(patch, bin);
+    all.volume += flow.volume;
+    for (int d = 0; d < Dim; ++d) all.mobility[d] += flow.mobility[d];
+  }
+  if (all.volume == 0) return;
+  const Vec<Dim> weight = weight_out_of_velocities(step);
+  for (std::size_t c = 0; c < voids.size(); ++c) {
+    if (!voids[c]) continue;
+    BinFlow<Dim> flow = all;
+    flow.scale(step.model->mesh->cell_volume(patch.topology.cells[c]) / all.volume);
+    for (const auto& point : CornerQuadrature<Dim>::of(patch, c))
+      add_point(patch, step, flow, point, patch.topology.corner_nodes[c].data(), weight, false);
+  }
 }
 
 template <int Dim>
@@ -153,11 +199,8 @@ void leave_out_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Particl
 }
 
 template <int Dim>
-void map_outward(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+void map_kept_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   const Analysis& analysis = step.model->analysis;
-  double* sums = patch.own_sums(NodeSum::outward, step.step);
-  map_gradient_of<Dim, Pack>(patch, bins, patch.particles.row(Column::volume), sums);
-  if (!needs_kept_pressure(analysis)) return;
   const auto rows = pore_rows<2>(patch.particles.capacity());
   const double* m = patch.particles.row(Column::mass);
   const double* pressure =
@@ -171,12 +214,14 @@ void map_outward(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
   general::ParticleMomentum<Dim> particle;
   particle.m = rows[0];
   particle.v.fill(rows[1]);
-  map_momentum_of<Dim, Pack>(patch, bins, particle, sums);
+  map_momentum_of<Dim, Pack>(patch, bins, particle,
+                             patch.own_sums(NodeSum::kept_pressure, step.step));
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                               \
-  template void leave_out_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
-  template void map_outward<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);        \
+#define LAHAR_INSTANTIATE(Dim)                                                                  \
+  template void add_voids<Dim>(Patch<Dim>&, const StepContext<Dim>&, const std::vector<char>&); \
+  template void leave_out_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);    \
+  template void map_kept_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);     \
   template void add_to_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

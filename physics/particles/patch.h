@@ -66,8 +66,8 @@ enum class NodeSum : int {
   product,    ///< of a matrix with a vector
   diagonal,   ///< of a matrix
   // Of projections (projection.h), in place of those of implicit steps.
-  outward = inertia,     ///< {V grad N, m p}
-  divergence = residual  ///< {discharge, V, filled space}
+  kept_pressure = inertia,  ///< {., m p}
+  divergence = residual     ///< {discharge, V, filled space}
 };
 inline constexpr int n_node_sums = 22;
 /// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, surface},

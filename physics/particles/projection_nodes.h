@@ -12,7 +12,6 @@ namespace lahar {
 struct ProjectionNodes {
   std::vector<double> space;   ///< [m^3] of the mesh's cells around the node
   std::vector<double> volume;  ///< [m^3] sum_p N_i V_p
-  std::vector<double> influx;  ///< [m^3/s] through walls, of velocities v*
   std::vector<double> change;  ///< [Pa] of the pressure in the step; before the solve what is given
   PatchWork work;              ///< before the step
 };

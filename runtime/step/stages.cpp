@@ -315,7 +315,7 @@ Stages<Dim> integration(const Analysis& analysis) {
     nodes.stage.exchange = "mass, momentum, force";
     nodes.stage.needs_dt = true;
     nodes.takes.insert(nodes.takes.begin(), NodeSum::mass_momentum);
-    if (is_projection(analysis)) nodes.takes.push_back(NodeSum::outward);
+    if (needs_kept_pressure(analysis)) nodes.takes.push_back(NodeSum::kept_pressure);
     nodes.begin = [](P& p, S& s) { velocity_and_integrate(p, s); };
   }
   if (!analysis.two_phase) return {nodes};
@@ -531,20 +531,17 @@ Stages<Dim> linear_system(const Analysis&) {
 
 namespace {
 
-/// Mass, momentum and forces of particles, for velocities to which the pressure's change is
-/// missing.
+/// Forces of particles, for velocities to which the pressure's change is missing.
 template <int Dim>
-void map_before_projection(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+void map_forces_before_projection(Patch<Dim>& patch, const StepContext<Dim>& step,
+                                  ParticleBins bins) {
   const Analysis& analysis = step.model->analysis;
-  map_mass_momentum(patch, step, bins);
+  if (!analysis.two_phase) update_shear_stress(patch, step, bins);
   map_force(patch, step, bins);
-  if (analysis.two_phase) {
-    map_liquid_mass_momentum(patch, step, bins);
+  if (analysis.two_phase)
     map_liquid_forces(patch, step, bins);
-  } else if (analysis.projection.kept < 1.0) {
+  else if (analysis.projection.kept < 1.0)
     leave_out_pressure(patch, step, bins);
-  }
-  map_outward(patch, step, bins);
 }
 
 template <int Dim>
@@ -554,22 +551,41 @@ void clear_before_projection(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.projection.work = patch.work;
   if (patch.active_nodes.empty()) return;
   clear_sums_with(patch, step, NodeSum::mass_momentum);
-  clear_sums(patch, step, NodeSum::outward);
+  if (needs_kept_pressure(analysis)) clear_sums(patch, step, NodeSum::kept_pressure);
   if (!analysis.two_phase) return;
   clear_sums_with(patch, step, NodeSum::liquid_mass_momentum);
   clear_sums(patch, step, NodeSum::drag);
+}
+
+template <int Dim>
+void map_masses_before_projection(Patch<Dim>& patch, const StepContext<Dim>& step,
+                                  ParticleBins bins) {
+  const Analysis& analysis = step.model->analysis;
+  map_mass_momentum(patch, step, bins);
+  if (analysis.two_phase) map_liquid_mass_momentum(patch, step, bins);
+  if (needs_kept_pressure(analysis)) map_kept_pressure(patch, step, bins);
 }
 
 }  // namespace
 
 template <int Dim>
 Stages<Dim> motion_before_projection(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
   Stages<Dim> list{TimestepStage<Dim>{
       .stage = {.name = "P2G"},
-      .begin = [](Patch<Dim>& p, const StepContext<Dim>& s) { clear_before_projection(p, s); },
-      .bins = [](Patch<Dim>& p, const StepContext<Dim>& s,
-                 ParticleBins bins) { map_before_projection(p, s, bins); }}};
+      .begin = [](P& p, S& s) { clear_before_projection(p, s); },
+      .bins = [](P& p, S& s, ParticleBins bins) { map_masses_before_projection(p, s, bins); }}};
+  TimestepStage<Dim> forces{.stage = {.name = "force"}, .bins = [](P& p, S& s, ParticleBins bins) {
+                              map_forces_before_projection(p, s, bins);
+                            }};
   const Stages<Dim> nodes = integration<Dim>(analysis);
+  if (!analysis.two_phase) {  // shear stress follows from the velocities
+    forces.stage.exchange = nodes.front().stage.exchange;
+    forces.takes = nodes.front().takes;
+    forces.begin = [](P& p, S& s) { nodal_velocity(p, s); };
+  }
+  list.push_back(forces);
   list.insert(list.end(), nodes.begin(), nodes.end());
   return list;
 }
@@ -609,8 +625,8 @@ Stages<Dim> projected_stress(const Analysis& analysis) {
   using S = const StepContext<Dim>;
   if (!analysis.two_phase)
     return {TimestepStage<Dim>{
-        .stage = {.name = "stress"},
-        .bins = [](P& p, S& s, ParticleBins bins) { update_fluid_stress(p, s, bins); }}};
+        .stage = {.name = "pressure"},
+        .bins = [](P& p, S& s, ParticleBins bins) { change_pressure(p, s, bins); }}};
   Stages<Dim> list = strain_and_stress<Dim>(analysis);
   list.push_back(TimestepStage<Dim>{
       .stage = {.name = "pore pressure"},
