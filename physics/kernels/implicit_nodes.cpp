@@ -162,10 +162,13 @@ void accelerate_from_rest(Patch<Dim>& patch, const StepContext<Dim>& step) {
     const auto v = load<NodeVector>(at(patch.velocity, i));
     const NodeVector none(0.0);
     const NodeVector without = newmark(none, v, none);  // what the balance has of inertia
+    Vec<Dim> global, a = Vec<Dim>::Zero();
+    for (int d = 0; d < Dim; ++d) global[d] = without[d];
+    const Vec<Dim> along = in_axes_of_node(patch, i, global);  // as the balance and what is held
     for (int d = 0; d < Dim; ++d)
-      if (!(held >> d & 1))
-        at(patch.acceleration, i)[d] =
-            at(patch.system.right_side, i)[d] / v[mass_lane] + without[d];
+      if (!(held >> d & 1)) a[d] = at(patch.system.right_side, i)[d] / v[mass_lane] + along[d];
+    a = in_axes_of_mesh(patch, i, a);
+    std::copy_n(a.data(), Dim, at(patch.acceleration, i));
   });
 }
 
