@@ -79,19 +79,22 @@ void follow_fixed(Patch<Dim>& patch, const StepContext<Dim>& step) {
   follow(patch.fixed_displacement);
 }
 
-/// Particles' part of A times the displacement of given unknowns moves to the right side.
+/// Particles' part of A times the displacement of given unknowns moves to the right side. Fixed
+/// nodes keep r: it is their reaction.
 template <int Dim>
 void predict(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const NodalSystem<Dim>& system = patch.system;
   double* sums = patch.own_sums(NodeSum::residual, step.step);
   for_each_active_node(patch, [&](Local i) {
     const auto row = static_cast<std::size_t>(i);
+    const unsigned fixed = is_at_wall(patch, i) ? 0u : system.held[row];
     for (std::size_t k = system.first[row]; k < system.first[row + 1]; ++k) {
       if (system.held[static_cast<std::size_t>(system.column[k])] == 0) continue;
       const double* d = at(patch.implicit.given, system.column[k]);
       const double* block = &system.blocks[static_cast<std::size_t>(system.block_size) * k];
       for (int a = 0; a < Dim; ++a)
-        for (int c = 0; c < Dim; ++c) sums[i * sum_stride + a] -= block[Dim * a + c] * d[c];
+        if (!(fixed >> a & 1))
+          for (int c = 0; c < Dim; ++c) sums[i * sum_stride + a] -= block[Dim * a + c] * d[c];
     }
   });
 }
@@ -286,10 +289,13 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
     const double m = v[mass_lane], own = own_mass[static_cast<std::size_t>(i)];
     weight_work += own * d;
     if (own != 0.0 && !is_at_wall(patch, i)) {
+      // What is not in balance, reactions hold: the mean of those of the beginning and the end.
+      NodeVector before = load<NodeVector>(at(patch.implicit.unloaded, i));
+      if (!steps.quasi_static) before += m * newmark(NodeVector(0.0), v, a);
       const double* r = at(patch.system.right_side, i);
-      for (int k = 0; k < Dim; ++k)  // what is not in balance, reactions hold
+      for (int k = 0; k < Dim; ++k)
         if (patch.system.held[static_cast<std::size_t>(i)] >> k & 1)
-          *loads -= own / m * r[k] * d[k];
+          *loads -= own / m * 0.5 * (before[k] + r[k]) * d[k];
     }
     NodeVector end(0.0), change(0.0);
     if (!steps.quasi_static) {
