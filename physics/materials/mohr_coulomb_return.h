@@ -407,7 +407,7 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
   // another one has moved along its tangent.
   point_of(stress, point, least_J2_);
   DeviatoricPlane<Rows, Real> plane(point);
-  const unsigned edge = plane.edge();
+  unsigned edge = plane.edge();  // where the angle does not change any more
   bool first = true;
   for (int step = 0; step <= steps; ++step) {
     Real order;
@@ -440,6 +440,7 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
     plane.y = select(left, select(to_apex, Real(0.0), y), plane.y);
     pdstrain = select(left, select(to_apex, whole, pdstrain + multiplier * d.per_strain), pdstrain);
     left &= ~to_apex;
+    if (!start) edge |= left & plane.stop_at_edges();
     if (left == 0) break;
   }
   // A step back to the surface, or a tangent that the increment leaves, takes from it.
