@@ -54,7 +54,7 @@ void accelerate_from_rest(Patch<Dim>& patch, const StepContext<Dim>& step);
 /// in parts. Given unknowns move by `part` of what is prescribed with the next solution.
 template <int Dim>
 void load_in_part(Patch<Dim>& patch, double left_out, double part);
-/// r(d = 0) has been found.
+/// r(d = 0) has been found, at least of fixed unknowns.
 template <int Dim>
 void keep_unloaded(Patch<Dim>& patch);
 /// Keep d, or go back to it.

@@ -79,19 +79,22 @@ void follow_fixed(Patch<Dim>& patch, const StepContext<Dim>& step) {
   follow(patch.fixed_displacement);
 }
 
-/// Particles' part of A times the displacement of given unknowns moves to the right side.
+/// Particles' part of A times the displacement of given unknowns moves to the right side. Fixed
+/// nodes keep r: it is their reaction.
 template <int Dim>
 void predict(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const NodalSystem<Dim>& system = patch.system;
   double* sums = patch.own_sums(NodeSum::residual, step.step);
   for_each_active_node(patch, [&](Local i) {
     const auto row = static_cast<std::size_t>(i);
+    const unsigned fixed = is_at_wall(patch, i) ? 0u : system.held[row];
     for (std::size_t k = system.first[row]; k < system.first[row + 1]; ++k) {
       if (system.held[static_cast<std::size_t>(system.column[k])] == 0) continue;
       const double* d = at(patch.implicit.given, system.column[k]);
       const double* block = &system.blocks[static_cast<std::size_t>(system.block_size) * k];
       for (int a = 0; a < Dim; ++a)
-        for (int c = 0; c < Dim; ++c) sums[i * sum_stride + a] -= block[Dim * a + c] * d[c];
+        if (!(fixed >> a & 1))
+          for (int c = 0; c < Dim; ++c) sums[i * sum_stride + a] -= block[Dim * a + c] * d[c];
     }
   });
 }
@@ -162,10 +165,13 @@ void accelerate_from_rest(Patch<Dim>& patch, const StepContext<Dim>& step) {
     const auto v = load<NodeVector>(at(patch.velocity, i));
     const NodeVector none(0.0);
     const NodeVector without = newmark(none, v, none);  // what the balance has of inertia
+    Vec<Dim> global, a = Vec<Dim>::Zero();
+    for (int d = 0; d < Dim; ++d) global[d] = without[d];
+    const Vec<Dim> along = in_axes_of_node(patch, i, global);  // as the balance and what is held
     for (int d = 0; d < Dim; ++d)
-      if (!(held >> d & 1))
-        at(patch.acceleration, i)[d] =
-            at(patch.system.right_side, i)[d] / v[mass_lane] + without[d];
+      if (!(held >> d & 1)) a[d] = at(patch.system.right_side, i)[d] / v[mass_lane] + along[d];
+    a = in_axes_of_mesh(patch, i, a);
+    std::copy_n(a.data(), Dim, at(patch.acceleration, i));
   });
 }
 
@@ -283,10 +289,13 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
     const double m = v[mass_lane], own = own_mass[static_cast<std::size_t>(i)];
     weight_work += own * d;
     if (own != 0.0 && !is_at_wall(patch, i)) {
+      // What is not in balance, reactions hold: the mean of those of the beginning and the end.
+      NodeVector before = load<NodeVector>(at(patch.implicit.unloaded, i));
+      if (!steps.quasi_static) before += m * newmark(NodeVector(0.0), v, a);
       const double* r = at(patch.system.right_side, i);
-      for (int k = 0; k < Dim; ++k)  // what is not in balance, reactions hold
+      for (int k = 0; k < Dim; ++k)
         if (patch.system.held[static_cast<std::size_t>(i)] >> k & 1)
-          *loads -= own / m * r[k] * d[k];
+          *loads -= own / m * 0.5 * (before[k] + r[k]) * d[k];
     }
     NodeVector end(0.0), change(0.0);
     if (!steps.quasi_static) {

@@ -236,6 +236,18 @@ bool turn_slips(Patch<Dim>& patch) {
 }
 
 template <int Dim>
+Vec<Dim> in_axes_of_node(const Patch<Dim>& patch, Local node, const Vec<Dim>& global) {
+  const ConstrainedNode<Dim>* const wall = find_node(patch.walls, node);
+  return wall ? Vec<Dim>(wall->axes.transpose() * global) : global;
+}
+
+template <int Dim>
+Vec<Dim> in_axes_of_mesh(const Patch<Dim>& patch, Local node, const Vec<Dim>& along) {
+  const ConstrainedNode<Dim>* const wall = find_node(patch.walls, node);
+  return wall ? Vec<Dim>(wall->axes * along) : along;
+}
+
+template <int Dim>
 void turn_solution(Patch<Dim>& patch) {
   for_each_wall(patch, [&](const ConstrainedNode<Dim>& wall, const ImplicitWall<Dim>&) {
     auto x = vector_at<Dim>(patch.system.solution, wall.node);
@@ -285,16 +297,18 @@ void count_work_at_walls(Patch<Dim>& patch) {
   });
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                            \
-  template void begin_walls<Dim>(Patch<Dim>&, const StepContext<Dim>&);   \
-  template void give_at_walls<Dim>(Patch<Dim>&);                          \
-  template void close_walls<Dim>(Patch<Dim>&, const StepContext<Dim>&);   \
-  template bool is_at_wall<Dim>(const Patch<Dim>&, Local);                \
-  template void stop_at_walls<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
-  template void turn_matrix<Dim>(Patch<Dim>&);                            \
-  template void settle_walls<Dim>(Patch<Dim>&, const StepContext<Dim>&);  \
-  template bool turn_slips<Dim>(Patch<Dim>&);                             \
-  template void turn_solution<Dim>(Patch<Dim>&);                          \
+#define LAHAR_INSTANTIATE(Dim)                                                       \
+  template void begin_walls<Dim>(Patch<Dim>&, const StepContext<Dim>&);              \
+  template void give_at_walls<Dim>(Patch<Dim>&);                                     \
+  template void close_walls<Dim>(Patch<Dim>&, const StepContext<Dim>&);              \
+  template bool is_at_wall<Dim>(const Patch<Dim>&, Local);                           \
+  template void stop_at_walls<Dim>(Patch<Dim>&, const StepContext<Dim>&);            \
+  template void turn_matrix<Dim>(Patch<Dim>&);                                       \
+  template void settle_walls<Dim>(Patch<Dim>&, const StepContext<Dim>&);             \
+  template bool turn_slips<Dim>(Patch<Dim>&);                                        \
+  template Vec<Dim> in_axes_of_node<Dim>(const Patch<Dim>&, Local, const Vec<Dim>&); \
+  template Vec<Dim> in_axes_of_mesh<Dim>(const Patch<Dim>&, Local, const Vec<Dim>&); \
+  template void turn_solution<Dim>(Patch<Dim>&);                                     \
   template void count_work_at_walls<Dim>(Patch<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -33,6 +33,11 @@ void settle_walls(Patch<Dim>& patch, const StepContext<Dim>& step);
 /// that was found: true where some does so by more than a little.
 template <int Dim>
 bool turn_slips(Patch<Dim>& patch);
+/// A vector at a node along the axes of its unknowns, and back.
+template <int Dim>
+Vec<Dim> in_axes_of_node(const Patch<Dim>& patch, Local node, const Vec<Dim>& global);
+template <int Dim>
+Vec<Dim> in_axes_of_mesh(const Patch<Dim>& patch, Local node, const Vec<Dim>& along);
 /// A solution that was found becomes one of global axes.
 template <int Dim>
 void turn_solution(Patch<Dim>& patch);

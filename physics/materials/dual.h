@@ -42,7 +42,9 @@ struct Dual {
   friend Dual operator-(const Dual& a) { return a.chain(-a.v, -1); }
   friend Dual operator-(const Dual& a, const Dual& b) { return a + (-b); }
   friend Dual operator*(const Dual& a, const Dual& b) {
-    return a.chain(a.v * b.v, b.v) + b.chain(0, a.v);
+    Dual f(a.v * b.v);
+    for (std::size_t i = 0; i < N; ++i) f.d[i] = b.v * a.d[i] + a.v * b.d[i];
+    return f;
   }
   friend Dual operator/(const Dual& a, const Dual& b) {
     return a.chain(a.v / b.v, 1 / b.v) + b.chain(0, -a.v / (b.v * b.v));

@@ -61,6 +61,7 @@ LAHAR_INLINE LawInput<Dim, Real> increment_of(const Real (&H)[Dim][Dim], double 
   Real M[Dim][Dim];
   const double per_dt = 1.0 / dt;
   in.dt = dt;
+  in.large = !linear_strain;
   LAHAR_UNROLL
   for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
   for (int b = 0; b < Dim; ++b) {

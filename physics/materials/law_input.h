@@ -16,7 +16,8 @@ struct LawInput {
   Real rate[rows];          ///< strain rate [1/s], engineering shear; 2D: zz = 0
   Real gradient[Dim][Dim];  ///< velocity gradient dv_a/dx_b [1/s]
   double dt;                ///< [s]
-  Real volumetric;  ///< volumetric strain increment of fluids [-] (Analysis::volume_as_cbgeo)
+  Real volumetric;     ///< volumetric strain increment of fluids [-] (Analysis::volume_as_cbgeo)
+  bool large = false;  ///< an implicit step: the increment may be many times the yield strain
   unsigned active = all_of;  ///< bit per lane: of the others (beyond a bin) nothing is kept
   static constexpr unsigned all_of = (1u << lanes<Real>)-1;
 };
@@ -54,13 +55,14 @@ struct IncrementOf {
   VoigtOf<Number> strain;  ///< [-] engineering shear
   double dt;               ///< [s]
   Number volumetric;       ///< volumetric strain increment of fluids [-]
+  bool large = false;      ///< LawInput::large
 };
 using Increment = IncrementOf<double>;
 
 /// An equal part of an increment.
 template <class Number>
 IncrementOf<Number> part_of(const IncrementOf<Number>& whole, int parts) {
-  IncrementOf<Number> part{{}, whole.dt / parts, whole.volumetric / parts};
+  IncrementOf<Number> part{{}, whole.dt / parts, whole.volumetric / parts, whole.large};
   for (std::size_t k = 0; k < 6; ++k) part.strain[k] = whole.strain[k] / parts;
   return part;
 }
@@ -121,7 +123,7 @@ template <int Dim, class Real, class LawType>
   Failures failures;
   for (int lane = 0; lane < lanes<Real>; ++lane) {
     if (!(which >> lane & 1)) continue;
-    IncrementOf<Number> increment{{}, in.dt, lane_of(in.volumetric, lane)};
+    IncrementOf<Number> increment{{}, in.dt, lane_of(in.volumetric, lane), in.large};
     VoigtOf<Number> s{};
     std::array<Number, n> q;
     for (int k = 0; k < rows; ++k) {

@@ -105,7 +105,11 @@ struct MohrCoulombStrength {
 ///
 /// The return is a cutting-plane algorithm (Simo and Ortiz 1985) whose first step is along the
 /// tangent at the stress before where that lies on the yield surface, as in the reference code; but
-/// it goes on until the yield functions are zero but for rounding.
+/// it goes on until the yield functions are zero but for rounding. Large increments return from the
+/// trial stress alone: along the tangent the deviator would turn too far, to the other side of the
+/// flow, once an increment is more than about twice the yield strain. And they end at an edge,
+/// where two principal stresses are equal, as soon as a step goes beyond it: else steps go to and
+/// fro across it, and where they end depends on the increment in no smooth way.
 class MohrCoulombUpdate {
  public:
   static constexpr auto& state = MohrCoulomb::state;

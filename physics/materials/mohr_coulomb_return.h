@@ -242,7 +242,8 @@ LAHAR_INLINE Failures MohrCoulombUpdate::update(const LawInput<Dim, Real>& in, R
     Real start[rows], returned[rows], pdstrain = q[6];
     LAHAR_UNROLL
     for (int k = 0; k < rows; ++k) start[k] = stress[k], returned[k] = trial[k];
-    left = return_to_surface<rows>(start, returned, s, pdstrain, at, in.active, pack_steps);
+    left = return_to_surface<rows>(in.large ? nullptr : start, returned, s, pdstrain, at, in.active,
+                                   pack_steps);
     if (left) failures = update_lane_by_lane<Dim>(*this, in, start, q, left);
     q[6] = select(left, q[6], pdstrain);
     LAHAR_UNROLL
@@ -297,7 +298,8 @@ bool MohrCoulombUpdate::update_one(const IncrementOf<Number>& in, VoigtOf<Number
   elastic_stress(in, stress, trial);
   StressPoint<6, Real> at;
   deviator_of(trial, at);
-  if (return_to_surface<6>(start, trial, s, q[6], at, 1, single_steps)) return false;
+  if (return_to_surface<6>(in.large ? nullptr : start, trial, s, q[6], at, 1, single_steps))
+    return false;
   for (int k = 0; k < 6; ++k) stress[static_cast<std::size_t>(k)] = lane_of(trial[k], 0);
   for (int k = 0; k < 7; ++k) state[k] = lane_of(q[k], 0);
   return true;
@@ -370,8 +372,8 @@ LAHAR_INLINE unsigned MohrCoulombUpdate::step_along_tangent(const Real* start, R
 }
 
 /// `stress` is the trial stress before and the stress that the law allows after; `trial` is that
-/// point with deviator_of(). Returns the lanes of `lanes_to_do` that need more than `steps` steps,
-/// whose results are not meant to be used.
+/// point with deviator_of(). Without `start` there is no step along the tangent. Returns the lanes
+/// of `lanes_to_do` that need more than `steps` steps, whose results are not meant to be used.
 template <int Rows, class Real>
 unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
                                               const Strength<Real>& s, Real& pdstrain,
@@ -390,7 +392,8 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
   if (plastic == 0) return 0;
   unsigned left = plastic;
   const Real before = pdstrain;
-  const unsigned tangent = step_along_tangent<Rows>(start, stress, s, size, pdstrain, left);
+  const unsigned tangent =
+      start ? step_along_tangent<Rows>(start, stress, s, size, pdstrain, left) : 0u;
 
   // The tangent may end inside of the surface, where it is curved: then it goes back to it, unless
   // the surface itself comes to meet it in the next increment.
@@ -404,7 +407,7 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
   // another one has moved along its tangent.
   point_of(stress, point, least_J2_);
   DeviatoricPlane<Rows, Real> plane(point);
-  const unsigned edge = plane.edge();
+  unsigned edge = plane.edge();  // where the angle does not change any more
   bool first = true;
   for (int step = 0; step <= steps; ++step) {
     Real order;
@@ -437,6 +440,7 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
     plane.y = select(left, select(to_apex, Real(0.0), y), plane.y);
     pdstrain = select(left, select(to_apex, whole, pdstrain + multiplier * d.per_strain), pdstrain);
     left &= ~to_apex;
+    if (!start) edge |= left & plane.stop_at_edges();
     if (left == 0) break;
   }
   // A step back to the surface, or a tangent that the increment leaves, takes from it.

@@ -31,7 +31,7 @@ struct ImplicitNodes {
   NodeArray given;               ///< {d [m], 0} by which these move with the next solution
   bool has_given = false;        ///< some do
   NodeArray balance;             ///< {r [N], 0} but for friction
-  NodeArray unloaded;            ///< r of d = 0
+  NodeArray unloaded;            ///< r of d = 0; until it is needed, of fixed unknowns alone
   double left_out = 0;           ///< share of `unloaded` that is left out of the balance
   std::vector<ImplicitWall<Dim>> walls, kept_walls;  ///< by Patch::walls
   bool walls_changed = false;                        ///< in this iteration

@@ -137,6 +137,7 @@ template <int Dim>
 bool ImplicitSolver<Dim>::iterate() {
   const ImplicitSteps& steps = model_.analysis.implicit;
   Balance balance = linearize();
+  if (report_.iterations == 0) for_each_patch([](Patch<Dim>& patch) { keep_unloaded(patch); });
   const double first = std::max(unloaded_, balance.residual);
   int turns = 0;
   report_.residuals = {balance.residual};

@@ -196,3 +196,40 @@ TEST_CASE("Newmark: the work of a load that grows is what the body has") {
   CHECK(end.external > 0);
   CHECK(std::abs(end.balance) < 1e-3 * end.external);
 }
+
+TEST_CASE("implicit steps: nodes that are moved do the work that the body stores") {
+  // A bar that is pulled at its end, whose force grows: without inertia, or in 40 times the time
+  // that a wave takes through it.
+  const auto balance = [](int steps, bool still) {
+    const double end = still ? 1 : 40;
+    Model<2> model = model_of_text<2>(fmt::format(
+        R"({{
+      "mesh": {{"structured": {{"cell_size": 1, "extent": [12, 1]}},
+               "boundary_conditions": {{"velocity_constraints": [
+                 {{"nset": -1, "dir": "y", "velocity": 0}},
+                 {{"nset": "wall", "dir": "x", "velocity": 0}},
+                 {{"nset": "pulled", "dir": "x", "velocity": 1e-4}}]}}}},
+      "sets": {{"nodes": {{"wall": {{"box": {{"min": [0, 0], "max": [0, 1]}}}},
+                           "pulled": {{"box": {{"min": [10, 0], "max": [10, 1]}}}}}}}},
+      "materials": [{{"type": "LinearElastic", "density": 1, "youngs_modulus": 100,
+                     "poisson_ratio": 0}}],
+      "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+                                   "region": {{"box": {{"max": [10, 1]}}}}}}}}],
+      "analysis": {{"mpm_scheme": "newmark", "dt": {}, "nsteps": {},
+                   "scheme_settings": {{"quasi_static": {}, "displacement_tolerance": 0,
+                                       "relative_residual_tolerance": 1e-11}}}}}})",
+        end / steps, steps, still));
+    Simulation simulation(std::move(model), {.threads = 1});
+    simulation.run();
+    const HistoryRow row = simulation.history();
+    CHECK(row.external > 0);
+    return std::abs(row.balance) / row.external;
+  };
+  // Strains of 1e-5 are all that is not linear.
+  for (const int steps : {1, 4}) CHECK(balance(steps, true) < 1e-4);
+  for (const int steps : {40, 80}) {
+    const double moving = balance(steps, false);
+    MESSAGE("moving, " << steps << " steps: " << moving);
+    CHECK(moving < 0.006);
+  }
+}

@@ -141,3 +141,29 @@ TEST_CASE("friction takes the energy that the incline's block is short of") {
     CHECK(end.external == doctest::Approx(end.mass * g * std::sin(theta) * path).epsilon(0.01));
   }
 }
+
+TEST_CASE("Newmark: all of a block on an incline begins with g sin theta, or sticks") {
+  const double theta = 30 * degree;
+  const Rotation<2> turn = Eigen::Rotation2D<double>(-theta).toRotationMatrix();
+  constexpr double dt = 1e-8;  // no wave has come far
+  for (const double mu : {0.0, 0.7}) {
+    CAPTURE(mu);
+    Model<2> model = on_incline<2>(block(), turn, mu);
+    for (NodeFriction& wall : entries_of<NodeFriction>(model)) wall.two_sided = false;
+    model.analysis.scheme = Scheme::newmark;
+    model.analysis.step.dt = dt;
+    model.analysis.nsteps = 1;
+    Simulation simulation(std::move(model));
+    simulation.run();
+    const State state(simulation.frame());
+    for (Index p = 0; p < state.size(); ++p) {
+      const Vec<2> v =
+          turn.transpose() * Vec<2>(state.get("velocity", p, 0), state.get("velocity", p, 1)) / dt;
+      const double height = turn.col(1).dot(Vec<2>(state.x(p, 0), state.x(p, 1)));
+      // The lowest cell has the nodes at the plane; functions of elements are linear there.
+      const double free = std::min(1.0, height / 0.25);
+      CHECK(v[0] == doctest::Approx((mu == 0 ? 1.0 : free) * g * std::sin(theta)).epsilon(1e-6));
+      CHECK(v[1] == doctest::Approx(-free * g * std::cos(theta)).epsilon(1e-6));
+    }
+  }
+}

@@ -195,9 +195,9 @@ TEST_CASE("tangents of every law are derivatives where principal stresses are eq
     Comparison found;
     for (const double axial : {-4e-3, 4e-3, -1e-5})
       for (const double lateral : {0.0, -2e-3, 1e-3}) {
-        // Mohr-Coulomb's return from biaxial extension zigzags between tension and shear: its
+        // The reference code's return from biaxial extension goes to and fro across an edge: its
         // derivative changes within the differences.
-        if (std::is_same_v<LawType, MohrCoulomb> && lateral > 0) continue;
+        if (std::is_same_v<LawType, MohrCoulomb> && linear && lateral > 0) continue;
         CAPTURE(axial);
         CAPTURE(lateral);
         Point<Dim> point(law, 5e3);
