@@ -31,6 +31,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_transfer_rates();  // of its bodies
   check_two_phase();
   check_implicit();
+  build_b_bar();
   build_output();
   warn_of_doubts();
   build_resume();

@@ -460,6 +460,15 @@ const Section& analysis_section() {
                "average the pressure of fluids over nodes before the stress update. The pressure "
                "then no longer follows the volume: water at rest becomes denser and denser",
            .fallback = "false"},
+          {.key = "b_bar",
+           .kinds = boolean,
+           .help = "the particles of a cell have the mean of their volumetric strains, and of "
+                   "their pressures in the forces (B-bar, Hughes 1980). A volume that can hardly "
+                   "change then does not lock the cell. For explicit and implicit steps, with "
+                   "functions of elements, GIMP and splines. Default true in implicit steps for Q4 "
+                   "and H8 with their own functions, else false; for CB-Geo's input as "
+                   "`particle_type` says",
+           .native = true},
           {.key = "opening",
            .kinds = boolean,
            .help = "true: material at its tension limit expands by gaps between grains or drops. "

@@ -209,7 +209,7 @@ struct Analysis {
   bool explicit_drag = false;     ///< drag of the velocities before the step, as in CB-Geo MPM
   bool liquid_advection = false;  ///< as in CB-Geo MPM (map_advection())
   /// The particles of a cell have the mean of their volumetric strains (B-bar: Hughes 1980):
-  /// volumes that can hardly change do not lock them. In implicit steps.
+  /// volumes that can hardly change do not lock them (mean_volume.h, mean_gradients.h).
   bool mean_volume = false;
   bool opening = false;  ///< what opens between grains or drops is not volume of the particles
   Contact contact;
