@@ -198,7 +198,9 @@ struct Analysis {
   Index nsteps = 0;      ///< steps to take, these included; with end_time whichever comes first
   double end_time = std::numeric_limits<double>::infinity();  ///< [s]
   VelocityTransfer transfer;
-  double damping = 0.0;  ///< Cundall factor [-]; 0 = none
+  double damping = 0.0;  ///< Cundall's factor [-], or with `viscous_damping` a rate [1/s]; 0 = none
+  /// Velocities decay with the rate `damping`, as in a fluid at rest (mass-proportional damping).
+  bool viscous_damping = false;
   /// Each component of the velocity is damped by the magnitude of the whole unbalanced force, as in
   /// CB-Geo MPM, also by what walls carry; else by that of its own component (Cundall 1987).
   bool damping_as_cbgeo = false;

@@ -91,8 +91,11 @@ Json analysis_of(Choices& choices, const Outline& outline, GeneratedCase& made) 
   add_watchdog(choices, analysis);
   if (outline.cbgeo && choices.chance("as_cbgeo", 30)) analysis["as_cbgeo"] = true;
   if (!choices.chance("must_stay", 25)) analysis["locate_particles"] = false;
-  if (choices.chance("damping", 25))
+  if (choices.chance("damping", 25)) {
     analysis["damping"] = {{"type", "Cundall"}, {"damping_factor", 0.05}};
+    if (choices.chance("damping.viscous", 40))
+      analysis["damping"] = {{"type", "Viscous"}, {"damping_factor", 3.0}};
+  }
   if (choices.chance("pressure_smoothing", 20)) analysis["pressure_smoothing"] = true;
   if (choices.chance("opening", 40))
     analysis["opening"] = choices.chance("opening.off", 50) ? false : true;
