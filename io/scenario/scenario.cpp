@@ -33,6 +33,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   check_two_phase();
   check_implicit();
   check_projection();
+  build_b_bar();
   build_output();
   warn_of_doubts();
   build_resume();

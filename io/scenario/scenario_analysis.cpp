@@ -124,7 +124,8 @@ void ScenarioBuilder<Dim>::build_damping(const JsonValue& analysis) {
   if (!damping) return;
   if (!written(*damping, "damping_factor") && !written(*damping, "damping_ratio"))
     return in_.error(*damping, "'damping_factor' is missing in analysis.damping",
-                     "damping_factor [-]: share of the unbalanced force");
+                     "damping_factor: share of the unbalanced force [-], or rate of \"Viscous\" "
+                     "damping [1/s]");
   const JsonValue* given = in_.either(*damping, "damping_factor", "damping_ratio");
   const JsonValue* documented = damping->find("damping_ratio");
   if (documented && in_.as_cbgeo)
@@ -133,7 +134,14 @@ void ScenarioBuilder<Dim>::build_damping(const JsonValue& analysis) {
     in_.warning(*documented, "'damping_ratio' is read as 'damping_factor'",
                 "CB-Geo MPM, whose documentation has it, ignores this key and damps nothing; "
                 "--as-cbgeo does the same");
-  if (given) model_.analysis.damping = given->number();
+  if (!given || !get_text(*damping, "type")) return;
+  model_.analysis.damping = given->number();
+  model_.analysis.viscous_damping = get_text(*damping, "type") == "Viscous";
+  if (!model_.analysis.viscous_damping && given->number() > 1)
+    in_.error(
+        *given,
+        fmt::format("'damping_factor' must be at least 0 and at most 1, found {}", given->number()),
+        "\"type\": \"Cundall\" takes this share of the unbalanced force");
 }
 
 template <int Dim>

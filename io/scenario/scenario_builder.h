@@ -91,8 +91,6 @@ class ScenarioBuilder {
   void build_implicit_steps(const JsonValue& analysis);
   void build_linear_solver(const JsonValue& analysis, std::string_view unknown);
   void check_implicit();  ///< after the analysis
-  void choose_b_bar();
-  bool has_particle_type(std::string_view kind);
   void check_implicit_conditions();
   void refuse_injection();
   /// `at` null: the analysis.
@@ -104,6 +102,13 @@ class ScenarioBuilder {
   void choose_kept_pressure();
   /// `at` null: the analysis.
   void refuse_in_projection(const JsonValue* at, const std::string& what, const std::string& hint);
+  // scenario_b_bar.cpp
+  void build_b_bar();  ///< after the analysis
+  std::optional<bool> written_b_bar();
+  void refuse_b_bar(const JsonValue& at);
+  const JsonValue* with_particle_type(std::string_view kind) const;  ///< null: none
+  void check_finite_strain();
+  void warn_of_locking();
   // scenario_analysis.cpp
   void build_as_cbgeo();  ///< first of all: others depend on it
   void build_analysis();
@@ -202,7 +207,6 @@ class ScenarioBuilder {
   void warn_of_steep_friction();
   void warn_of_free_fall();
   void warn_of_smoothing();
-  void warn_of_locking();
   void warn_of_fields();
   // scenario_doubts_places.cpp
   void warn_of_walls();

@@ -191,38 +191,6 @@ void ScenarioBuilder<Dim>::warn_of_smoothing() {
       "scatters");
 }
 
-// Particles ask for more volumetric strains than nodes have motions.
-template <int Dim>
-void ScenarioBuilder<Dim>::warn_of_locking() {
-  constexpr double hardly = 0.45, several = 1.5;  // Poisson's ratio; particles per cell
-  const auto materials = get_list(root_, "materials");
-  const std::size_t n = materials.size();
-  std::vector<bool> may_lock(n);
-  for (std::size_t m = 0; m < n; ++m)
-    may_lock[m] = std::holds_alternative<VonMises>(model_.materials[m].law) ||
-                  get_number(*materials[m], "poisson_ratio").value_or(0) > hardly;
-  if (in_.cbgeo_defaults || std::find(may_lock.begin(), may_lock.end(), true) == may_lock.end())
-    return;
-  const ParticleTable<Dim>& p = model_.particles;
-  const double cell = outer_cell().prod();
-  std::vector<double> per_cell(n, 0.0);  // most, by material
-  for (std::size_t i = 0; i < p.x.size(); ++i) {
-    const std::size_t m = p.material[i] % n;  // bodies in contact have copies
-    per_cell[m] = std::max(per_cell[m], cell / p.volume[i]);
-  }
-  per_cell = team_.most(std::move(per_cell));
-  for (std::size_t m = 0; m < n; ++m) {
-    if (!may_lock[m] || !(per_cell[m] > several)) continue;
-    const JsonValue* ratio = materials[m]->find("poisson_ratio");
-    in_.warning(ratio ? *ratio : *materials[m],
-                fmt::format("material '{}' hardly changes its volume, and locks where a cell has "
-                            "several particles: forces come out up to a fifth too high, "
-                            "pressures have stripes",
-                            model_.materials[m].name),
-                "take \"per_cell\": 1, and compare with half the cell");
-  }
-}
-
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_fields() {
   const JsonValue* names = section("post_processing").find("vtk");

@@ -147,12 +147,7 @@ void ScenarioBuilder<Dim>::refuse_implicit(const JsonValue* at, const std::strin
 template <int Dim>
 void ScenarioBuilder<Dim>::check_implicit() {
   const Analysis& a = model_.analysis;
-  if (!is_implicit(a)) {
-    if (has_particle_type("BBAR"))
-      in_.warning(section("analysis"), "B-bar has no effect in an explicit analysis",
-                  "\"mpm_scheme\": \"newmark\" is implicit");
-    return;
-  }
+  if (!is_implicit(a)) return;
   const JsonValue& analysis = section("analysis");
   const JsonValue* type = analysis.find("type");
   if (a.two_phase && type && type->defaulted)  // else reported
@@ -181,33 +176,6 @@ void ScenarioBuilder<Dim>::check_implicit() {
                     "a 'gamma' above 0.5 in 'scheme_settings' damps short waves");
   if (team_.any(!model_.injections.empty())) refuse_injection();
   check_implicit_conditions();
-  choose_b_bar();
-}
-
-// B-bar, by its key, by the type of particles, or for elements that lock without it.
-template <int Dim>
-void ScenarioBuilder<Dim>::choose_b_bar() {
-  Analysis& a = model_.analysis;
-  const JsonValue* settings = section("analysis").find("scheme_settings");
-  std::optional<bool> asked;
-  if (settings) asked = get_bool(*settings, "b_bar");
-  const bool by_type = has_particle_type("BBAR");
-  const bool locks =
-      mesh_ && mesh_->element() == multilinear<Dim> && a.functions == ShapeFunctions::element;
-  a.mean_volume = asked.value_or(by_type || (locks && !in_.cbgeo_defaults));
-  if (a.as_cbgeo && has_particle_type("FS"))
-    in_.warning(section("analysis"), "strains are small, not finite as 'particle_type' says",
-                "without --as-cbgeo they are finite");
-}
-
-template <int Dim>
-bool ScenarioBuilder<Dim>::has_particle_type(std::string_view kind) {
-  const std::string name = fmt::format("P{}D{}", Dim, kind);
-  for (const JsonValue* entry : get_list(root_, "particles"))
-    if (const JsonValue* generator = entry->find("generator");
-        generator && get_text(*generator, "particle_type") == name)
-      return true;
-  return false;
 }
 
 template <int Dim>

@@ -46,22 +46,23 @@ const Section& damping_section() {
       .name = "analysis.damping",
       .path = "analysis.damping",
       .help =
-          "Local damping: a force against each velocity component. Its size is `damping_factor` "
-          "times the component of the unbalanced nodal force (Cundall 1987). With analysis.preset "
-          "\"cbgeo\" its size is `damping_factor` times the magnitude of the whole force. Walls "
-          "that carry a side pressure then shake the material beside them forever.",
+          "Forces against the nodal velocities. Cundall: local damping. The force against each "
+          "velocity component is `damping_factor` times the component of the unbalanced nodal "
+          "force (Cundall 1987). With analysis.preset \"cbgeo\" its size is `damping_factor` "
+          "times the magnitude of the whole force. Walls that carry a side pressure then shake the "
+          "material beside them forever. Viscous: mass-proportional damping. The force is "
+          "`damping_factor` times mass times velocity: free motion decays as exp(-damping_factor "
+          "t), and oscillations with half this rate.",
       .keys = {
           {.key = "type",
            .kinds = text,
            .help = "kind of damping",
            .required = true,
-           .allowed = {"Cundall"}},
+           .allowed = {"Cundall", "Viscous"}},
           {.key = "damping_factor",
            .kinds = number,
-           .help = "share of the unbalanced force",
-           .unit = "-",
-           .min = 0,
-           .max = 1},
+           .help = "Cundall: share of the unbalanced force [-], at most 1. Viscous: rate [1/s]",
+           .min = 0},
           {.key = "damping_ratio",
            .kinds = number,
            .help = "the same as damping_factor. CB-Geo MPM documents this key but ignores it",
@@ -468,6 +469,15 @@ const Section& analysis_section() {
                "average the pressure of fluids over nodes before the stress update. The pressure "
                "then no longer follows the volume: water at rest becomes denser and denser",
            .fallback = "false"},
+          {.key = "b_bar",
+           .kinds = boolean,
+           .help = "the particles of a cell have the mean of their volumetric strains, and of "
+                   "their pressures in the forces (B-bar, Hughes 1980). A volume that can hardly "
+                   "change then does not lock the cell. For explicit and implicit steps, with "
+                   "functions of elements, GIMP and splines. Default true in implicit steps for Q4 "
+                   "and H8 with their own functions, else false; for CB-Geo's input as "
+                   "`particle_type` says",
+           .native = true},
           {.key = "opening",
            .kinds = boolean,
            .help = "true: material at its tension limit expands by gaps between grains or drops. "

@@ -62,10 +62,7 @@ const Section& scheme_settings_section() {
            .min = 0},
           {.key = "b_bar",
            .kinds = boolean,
-           .help = "the particles of a cell have the mean of their volumetric strains (B-bar, "
-                   "Hughes 1980). A volume that can hardly change then does not lock the cell. "
-                   "Default true for Q4 and H8 with their own functions, else false; for CB-Geo's "
-                   "input as `particle_type` says",
+           .help = "older place of `b_bar` of analysis",
            .native = true},
           {.key = "verbosity", .kinds = integer, .help = "no effect", .min = 0},
       }};

@@ -118,9 +118,10 @@ const Section& generator_section() {
           {.key = "pset", .kinds = id, .help = "the same as pset_id", .min = 0, .native = true},
           {.key = "particle_type",
            .kinds = text,
-           .help = "follows from the dimension. P2DBBAR and P3DBBAR: `b_bar` of scheme_settings. "
-                   "P2DFS and P3DFS: finite strains, which implicit steps always have, but for "
-                   "--as-cbgeo",
+           .help =
+               "follows from the dimension. P2DBBAR and P3DBBAR: `b_bar` of analysis. P2DFS and "
+               "P3DFS: finite strains, which implicit steps always have, but for --as-cbgeo; "
+               "explicit steps add up small increments, as for P2D and P3D",
            .fallback = "\"P2D\"",
            .fallback_3d = "\"P3D\"",
            .allowed = {"P2D", "P3D", "P2D2PHASE", "P3D2PHASE", "P2DBBAR", "P3DBBAR", "P2DFS",

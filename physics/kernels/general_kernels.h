@@ -19,7 +19,8 @@ void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
 
 /// f_i += -sum_p V_p sigma_p grad N_i + tractions.
 template <int Dim, class Real>
-void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, double* sums);
+void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+               ParticleStress<Dim> stress, double* sums);
 
 /// g_i += sum_p V_p grad N_i with the row V.
 template <int Dim, class Real>
@@ -37,7 +38,8 @@ template <class Real>
 void map_spline_pressure(Patch<3>& patch, const StepContext<3>& step, ParticleBins bins,
                          double* sums);
 template <class Real>
-void map_spline_force(Patch<3>& patch, const StepContext<3>& step, ParticleBins bins, double* sums);
+void map_spline_force(Patch<3>& patch, const StepContext<3>& step, ParticleBins bins,
+                      ParticleStress<3> stress, double* sums);
 template <class Real>
 void map_spline_gradient(Patch<3>& patch, ParticleBins bins, const double* V, double* sums);
 

@@ -202,11 +202,11 @@ void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
 }
 
 template <int Dim, class Real>
-void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, double* sums) {
+void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+               ParticleStress<Dim> stress, double* sums) {
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
-      return map_spline_force<Real>(patch, step, bins, sums);
-  const ParticleStress<Dim> stress(patch.particles);
+      return map_spline_force<Real>(patch, step, bins, stress, sums);
   for_each_general_bin(
       patch, bins,
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
@@ -237,7 +237,8 @@ void map_gradient(Patch<Dim>& patch, ParticleBins bins, const double* V, double*
   template void map_smoothed<Dim, Real>(Patch<Dim>&, ParticleBins, double*);                     \
   template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,      \
                                         double*);                                                \
-  template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, double*);
+  template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,         \
+                                     ParticleStress<Dim>, double*);
 LAHAR_INSTANTIATE(2, KernelReal)
 LAHAR_INSTANTIATE(3, KernelReal)
 

@@ -38,6 +38,11 @@ double injection_limit(const Patch<Dim>& patch, std::size_t generator, const Mod
 template <int Dim>
 void sort_if_scattered(Patch<Dim>& patch);
 
+/// Sort particles again where those of a cell and material are in several bins: means over them
+/// need one. Patch::unmapped must be empty.
+template <int Dim>
+void join_bins(Patch<Dim>& patch);
+
 /// Active nodes (Patch::active_nodes) from the bins. Nobody may be reading the patch's sums: those
 /// at nodes that are not active any more become zero.
 template <int Dim>

@@ -553,6 +553,23 @@ void sort_if_scattered(Patch<Dim>& patch) {
 }
 
 template <int Dim>
+void join_bins(Patch<Dim>& patch) {
+  const auto shares_its_cell = [&](const ParticleBin& added) {
+    int all = 0;
+    for (Local b = patch.first_bin[static_cast<std::size_t>(added.cell)]; b >= 0;
+         b = patch.bins[static_cast<std::size_t>(b)].next) {
+      const ParticleBin& bin = patch.bins[static_cast<std::size_t>(b)];
+      all += bin.material == added.material && bin.begin < bin.end;
+    }
+    return all > 1;
+  };
+  const auto added = std::span(patch.bins).last(static_cast<std::size_t>(patch.added_bins));
+  if (std::none_of(added.begin(), added.end(), shares_its_cell)) return;
+  patch.moving = true;
+  sort_bins(patch);
+}
+
+template <int Dim>
 void check_finite(Patch<Dim>& patch) {
   const auto v = patch.particles.template rows<Dim>(Column::v);
   const auto stress = patch.particles.template rows<stress_components<Dim>>(Column::stress);
@@ -676,6 +693,7 @@ double time_step_limit(const Patch<Dim>& patch, const Model<Dim>& model,
   template void receive<Dim>(Patch<Dim>&);                                                   \
   template void place_new<Dim>(Patch<Dim>&, const Particles<Dim>&, Local);                   \
   template void sort_if_scattered<Dim>(Patch<Dim>&);                                         \
+  template void join_bins<Dim>(Patch<Dim>&);                                                 \
   template void check_finite<Dim>(Patch<Dim>&);                                              \
   template double time_step_limit<Dim>(const Patch<Dim>&, const Model<Dim>&,                 \
                                        std::span<const ParticleBin>, Local*);

@@ -28,11 +28,14 @@ void take_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSu
                 });
 }
 
-/// Cundall's force alpha |f_d| sign(v_d), against the velocity; with Analysis::damping_as_cbgeo
-/// |f| in place of |f_d|. The force has no mass lane.
-LAHAR_INLINE NodeVector cundall_damping(const Analysis& analysis, const NodeVector& v,
-                                        const NodeVector& force) {
+/// The force against the velocity in {v, m}, without a mass lane. Cundall's is alpha |f_d|
+/// sign(v_d), with Analysis::damping_as_cbgeo |f| in place of |f_d|. The viscous one is alpha m v
+/// in the mean over a step in which it acts alone: v becomes v exp(-alpha dt), whatever the step.
+LAHAR_INLINE NodeVector damping_force(const Analysis& analysis, double dt, const NodeVector& v,
+                                      const NodeVector& force) {
   const NodeVector zero(0.0);
+  if (analysis.viscous_damping)
+    return with_mass((-std::expm1(-analysis.damping * dt) / dt * v[mass_lane]) * v, zero);
   const NodeVector squares = force * force;
   const NodeVector size =
       analysis.damping_as_cbgeo ? NodeVector(std::sqrt(reduce(squares))) : max(force, zero - force);

@@ -261,7 +261,7 @@ class Integrator {
     const NodeVector per_mass(1.0 / m), share = own[mass_lane] * per_mass;
     NodeVector against(0.0);
     if (damped()) {
-      against = cundall_damping(step_.model->analysis, old, force);
+      against = damping_force(step_.model->analysis, step_.dt, old, force);
       store(against, at(patch_.damping, i));
       force -= against;
     }

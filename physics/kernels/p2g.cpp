@@ -337,15 +337,17 @@ LAHAR_INLINE void pressure_force(const Map& map, const StressWithoutPressure<Dim
 }  // namespace
 
 template <int Dim, class Real>
-void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+void map_force_of(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                  general::ParticleStress<Dim> given) {
   double* nodes = patch.own_sums(NodeSum::force, step.step);
-  if (general::is(patch)) return general::map_force<Dim, Real>(patch, step, bins, nodes);
-  const Pulled<general::ParticleStress<Dim>> stress{general::ParticleStress<Dim>(patch.particles)};
-  const bool as_cbgeo = step.model->analysis.volume_as_cbgeo;
+  if (general::is(patch)) return general::map_force<Dim, Real>(patch, step, bins, given, nodes);
+  const Pulled<general::ParticleStress<Dim>> stress{given};
+  const Analysis& analysis = step.model->analysis;
+  const bool at_particles = analysis.volume_as_cbgeo || analysis.mean_volume;
   for_each_bin(
       patch, bins, [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {
         const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
-        if (!as_cbgeo && has_pressure(step.model->materials[bin.material].law)) {
+        if (!at_particles && has_pressure(step.model->materials[bin.material].law)) {
           const Pulled<StressWithoutPressure<Dim>> rest{
               {stress.stress, patch.particles.row(Column::state)}};
           internal_force<Real>(map, rest, bin, corner, nodes);
@@ -358,6 +360,11 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
                                    corner.data(), nodes,
                                    [&](Local p) { return force_on(patch.particles, p, step); });
       });
+}
+
+template <int Dim, class Real>
+void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  map_force_of<Dim, Real>(patch, step, bins, general::ParticleStress<Dim>(patch.particles));
 }
 
 template <int Dim, class Real>
@@ -383,6 +390,8 @@ void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
   template void map_momentum_of<Dim, Real>(Patch<Dim>&, ParticleBins,                             \
                                            const general::ParticleMomentum<Dim>&, double*);       \
   template void map_gradient_of<Dim, Real>(Patch<Dim>&, ParticleBins, const double*, double*);    \
+  template void map_force_of<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,       \
+                                        general::ParticleStress<Dim>);                            \
   template void map_momentum<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);      \
   template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);      \
   template void map_smoothed<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins, int); \

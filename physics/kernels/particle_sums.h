@@ -85,6 +85,11 @@ template <int Dim, class Real>
 void map_momentum_of(Patch<Dim>& patch, ParticleBins bins,
                      const general::ParticleMomentum<Dim>& particle, double* sums);
 
+/// map_force() with the stress that is given.
+template <int Dim, class Real>
+void map_force_of(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                  general::ParticleStress<Dim> stress);
+
 /// g_i += sum_p V_p grad N_i with the row V.
 template <int Dim, class Real>
 void map_gradient_of(Patch<Dim>& patch, ParticleBins bins, const double* V, double* sums);

@@ -408,8 +408,7 @@ void map_spline_pressure(Patch<3>& patch, const StepContext<3>& step, ParticleBi
 
 template <class Real>
 void map_spline_force(Patch<3>& patch, const StepContext<3>& step, ParticleBins bins,
-                      double* sums) {
-  const ParticleStress<3> stress(patch.particles);
+                      ParticleStress<3> stress, double* sums) {
   const Local* nodes = patch.topology.support_nodes.data();
   for_each_spline_bin(
       patch, bins, sums,
@@ -438,6 +437,7 @@ template void map_spline_momentum<KernelReal>(Patch<3>&, ParticleBins, const Par
 template void map_spline_gradient<KernelReal>(Patch<3>&, ParticleBins, const double*, double*);
 template void map_spline_pressure<KernelReal>(Patch<3>&, const StepContext<3>&, ParticleBins,
                                               double*);
-template void map_spline_force<KernelReal>(Patch<3>&, const StepContext<3>&, ParticleBins, double*);
+template void map_spline_force<KernelReal>(Patch<3>&, const StepContext<3>&, ParticleBins,
+                                           ParticleStress<3>, double*);
 
 }  // namespace lahar::general

@@ -16,8 +16,8 @@ void prescribe_liquid(Patch<Dim>& patch) {
     at(patch.liquid.velocity, fixed.node)[fixed.dir] = fixed.velocity;
 }
 
-/// Force on the liquid of a node [N] but for the drag: pressure, weight, and Cundall's damping, in
-/// which an explicit drag has a part.
+/// Force on the liquid of a node [N] but for the drag: pressure, weight, and damping. In Cundall's
+/// an explicit drag has a part.
 template <int Dim>
 NodeVector damped_force(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
                         const NodeVector& gravity, const NodeVector& drag = NodeVector(0.0)) {
@@ -26,7 +26,7 @@ NodeVector damped_force(const Patch<Dim>& patch, const StepContext<Dim>& step, L
   NodeVector force = load<NodeVector>(at(patch.liquid.force, node)) + v[mass_lane] * gravity;
   if (analysis.liquid_advection)
     force -= patch.liquid.advection[static_cast<std::size_t>(node)] * with_mass(v, gravity);
-  if (analysis.damping > 0.0) force -= cundall_damping(analysis, v, force - drag);
+  if (analysis.damping > 0.0) force -= damping_force(analysis, step.dt, v, force - drag);
   return force;
 }
 

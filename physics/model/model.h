@@ -212,7 +212,9 @@ struct Analysis {
   Index nsteps = 0;      ///< steps to take, these included; with end_time whichever comes first
   double end_time = std::numeric_limits<double>::infinity();  ///< [s]
   VelocityTransfer transfer;
-  double damping = 0.0;  ///< Cundall factor [-]; 0 = none
+  double damping = 0.0;  ///< Cundall's factor [-], or with `viscous_damping` a rate [1/s]; 0 = none
+  /// Velocities decay with the rate `damping`, as in a fluid at rest (mass-proportional damping).
+  bool viscous_damping = false;
   /// Each component of the velocity is damped by the magnitude of the whole unbalanced force, as in
   /// CB-Geo MPM, also by what walls carry; else by that of its own component (Cundall 1987).
   bool damping_as_cbgeo = false;
@@ -223,7 +225,7 @@ struct Analysis {
   bool explicit_drag = false;     ///< drag of the velocities before the step, as in CB-Geo MPM
   bool liquid_advection = false;  ///< as in CB-Geo MPM (map_advection())
   /// The particles of a cell have the mean of their volumetric strains (B-bar: Hughes 1980):
-  /// volumes that can hardly change do not lock them. In implicit steps.
+  /// volumes that can hardly change do not lock them (mean_volume.h, mean_gradients.h).
   bool mean_volume = false;
   bool opening = false;  ///< what opens between grains or drops is not volume of the particles
   Contact contact;

@@ -103,10 +103,11 @@ void describe(Console& console, const ModelOutline& model, const SimulationInfo&
   console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles),
                            model.materials.size(), model.materials.size() == 1 ? "" : "s"));
   const bool implicit = is_implicit(model.analysis);
-  console.line(implicit && model.analysis.implicit.quasi_static
-                   ? "scheme     implicit, quasi-static"
-                   : fmt::format("scheme     {}, {}", scheme_name(model.analysis.scheme),
-                                 describe_transfer(model.analysis, model.materials)));
+  const std::string scheme = implicit && model.analysis.implicit.quasi_static
+                                 ? "implicit, quasi-static"
+                                 : fmt::format("{}, {}", scheme_name(model.analysis.scheme),
+                                               describe_transfer(model.analysis, model.materials));
+  console.line(fmt::format("scheme     {}{}", scheme, model.analysis.mean_volume ? ", B-bar" : ""));
   console.line(implicit
                    ? fmt::format("time step  {:.4g} s, no stability limit", info.dt)
                    : fmt::format("time step  {:.4g} s{}, stability limit {:.4g} s", info.dt,

@@ -20,6 +20,23 @@ Stages<Dim> arrivals_and_injection(const Analysis& a, bool injects) {
   return injects ? in_order<Dim>({arrivals<Dim>(a), injection<Dim>(a)}) : arrivals<Dim>(a);
 }
 
+/// Forces, and what conditions of nodes take of particles.
+template <int Dim>
+Stages<Dim> all_forces(const Analysis& a) {
+  return in_order<Dim>({forces<Dim>(a), liquid_forces<Dim>(a), mapped_means<Dim>(a)});
+}
+
+/// Where they cannot be mapped at the end of the step before.
+template <int Dim>
+Stages<Dim> forces_after_arrivals(const Analysis& a) {
+  return maps_force_with_momentum(a) ? Stages<Dim>{} : all_forces<Dim>(a);
+}
+
+template <int Dim>
+Stages<Dim> forces_of_next_step(const Analysis& a) {
+  return maps_force_with_momentum(a) ? all_forces<Dim>(a) : Stages<Dim>{};
+}
+
 /// Update stress first: strain from the velocities at the beginning of the step.
 template <int Dim>
 Stages<Dim> usf(const Analysis& a, bool injects) {
@@ -30,9 +47,7 @@ Stages<Dim> usf(const Analysis& a, bool injects) {
       nodal_velocities<Dim>(a),
       strain_and_stress<Dim>(a),
       pore_pressure<Dim>(a),
-      forces<Dim>(a),
-      liquid_forces<Dim>(a),
-      mapped_means<Dim>(a),
+      all_forces<Dim>(a),
       node_means<Dim>(a),
       integration<Dim>(a),
       velocity_transfer<Dim>(a),
@@ -54,6 +69,7 @@ Stages<Dim> usl(const Analysis& a, bool injects) {
   const bool after = stress_follows_g2p(a);
   return in_order<Dim>({
       arrivals_and_injection<Dim>(a, injects),
+      forces_after_arrivals<Dim>(a),
       meeting_bodies<Dim>(a),
       driven_nodes<Dim>(a),
       node_means<Dim>(a),
@@ -66,9 +82,7 @@ Stages<Dim> usl(const Analysis& a, bool injects) {
       location<Dim>(a),
       p2g<Dim>(a),
       liquid_p2g<Dim>(a),
-      forces<Dim>(a),
-      liquid_forces<Dim>(a),
-      mapped_means<Dim>(a),
+      forces_of_next_step<Dim>(a),
       surfaces<Dim>(a),
       prescribed_velocities<Dim>(a),
       output<Dim>(a),
@@ -80,6 +94,7 @@ template <int Dim>
 Stages<Dim> musl(const Analysis& a, bool injects) {
   return in_order<Dim>({
       arrivals_and_injection<Dim>(a, injects),
+      forces_after_arrivals<Dim>(a),
       meeting_bodies<Dim>(a),
       driven_nodes<Dim>(a),
       node_means<Dim>(a),
@@ -93,9 +108,7 @@ Stages<Dim> musl(const Analysis& a, bool injects) {
       location<Dim>(a),
       p2g<Dim>(a),
       liquid_p2g<Dim>(a),
-      forces<Dim>(a),
-      liquid_forces<Dim>(a),
-      mapped_means<Dim>(a),
+      forces_of_next_step<Dim>(a),
       surfaces<Dim>(a),
       prescribed_velocities<Dim>(a),
       output<Dim>(a),

@@ -227,11 +227,14 @@ void SimulationDriver<Dim>::take_removed() {
 
 template <int Dim>
 void SimulationDriver<Dim>::settle() {
-  for (int p = 0; p < patches_.size(); ++p)
-    if (begins_with_solve(model_.analysis))
-      deliver(patches_[p]);
-    else
+  for (int p = 0; p < patches_.size(); ++p) {
+    if (!begins_with_solve(model_.analysis)) {
       stages_[0].begin(patches_[p], context(step_));
+      continue;
+    }
+    deliver(patches_[p]);
+    if (model_.analysis.mean_volume) join_bins(patches_[p]);
+  }
   for (int p = 0; p < patches_.size(); ++p) clear_outboxes(patches_[p]);
   for (RemotePatch<Dim>& from : patches_.elsewhere()) clear(from);
 }

@@ -15,6 +15,7 @@
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/kernels.h"
+#include "physics/kernels/mean_volume.h"
 #include "physics/kernels/projection.h"
 #include "physics/kernels/separation.h"
 #include "physics/kernels/two_phase.h"
@@ -44,6 +45,7 @@ void map_unmapped(Patch<Dim>& patch, const StepContext<Dim>& step) {
     patch.clear_sums = 0;
   }
   sort_if_scattered(patch);
+  if (step.model->analysis.mean_volume) join_bins(patch);
 }
 
 /// Particles that neighbours sent.
@@ -61,7 +63,7 @@ void take_injected(Patch<Dim>& patch, const StepContext<Dim>& step) {
 }
 
 /// Sums for the next step begin at zero. A patch without particles is idle once all of its sums
-/// are. Forces that are mapped in the same phase lie in the same lines and are cleared with them.
+/// are. Forces of the same exchange lie in the same lines and are cleared with them.
 template <int Dim, bool WithForce>
 void begin_mapping(Patch<Dim>& patch, const StepContext<Dim>& step) {
   (WithForce ? clear_sums_with<Dim> : clear_sums<Dim>)(patch, step, NodeSum::mass_momentum);
@@ -78,14 +80,19 @@ VelocityGradients<Dim>& gradients_of_chunk() {
   return gradients;
 }
 
-/// update_stress(), which leaves its gradients for the pore pressure.
+/// update_stress() with gradients that are not those at particles alone, or are left for the pore
+/// pressure.
 template <int Dim>
-void update_stress_of_phases(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
-                             StressPart part) {
-  if (!step.model->analysis.two_phase || !general::is(patch))
-    return update_stress(patch, step, bins, part);
+void find_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                 StressPart part) {
+  const Analysis& analysis = step.model->analysis;
   VelocityGradients<Dim>& gradients = gradients_of_chunk<Dim>();
-  general::find_gradients<Dim, Pack>(patch, step, bins, patch.velocity.data(), gradients);
+  if (analysis.mean_volume)
+    find_mean_gradients(patch, step, bins, gradients);
+  else if (analysis.two_phase && general::is(patch))
+    general::find_gradients<Dim, Pack>(patch, step, bins, patch.velocity.data(), gradients);
+  else
+    return update_stress(patch, step, bins, part);
   update_stress(patch, step, bins, part, &gradients);
 }
 
@@ -122,12 +129,17 @@ void add_filter(Stages<Dim>& list, int order) {
   if constexpr (Order <= most_transfer_order) add_filter<Dim, Order + 1>(list, order);
 }
 
-/// With USF forces are mapped in a phase of their own, else together with mass and momentum.
-bool maps_force_with_momentum(const Analysis& analysis) {
+/// With USF nodal velocities come before stresses, else the same exchange brings momentum and
+/// force.
+bool one_exchange(const Analysis& analysis) {
   return analysis.scheme != Scheme::usf;
 }
 
 }  // namespace
+
+bool maps_force_with_momentum(const Analysis& analysis) {
+  return one_exchange(analysis) && !analysis.mean_volume;
+}
 
 bool stress_follows_g2p(const Analysis& analysis) {
   return analysis.scheme == Scheme::usl && !analysis.pressure_smoothing && !analysis.two_phase &&
@@ -238,7 +250,7 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
                                .bins =
                                    [](P& p, S& s, ParticleBins bins) {
                                      smooth_pressure(p, s, bins);
-                                     update_stress_of_phases(p, s, bins, StressPart::law);
+                                     find_stress(p, s, bins, StressPart::law);
                                    }}};
   if (is_implicit(analysis))
     return {TimestepStage<Dim>{
@@ -249,13 +261,14 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
   if (stress_follows_g2p(analysis))
     return {TimestepStage<Dim>{
         .stage = {.name = "stress"}, .bins = [](P& p, S& s, ParticleBins bins) {
+          if (s.model->analysis.mean_volume) take_mean_volume(p, bins, gradients_of_chunk<Dim>());
           update_stress(p, s, bins, StressPart::both, &gradients_of_chunk<Dim>());
         }}};
   return {TimestepStage<Dim>{.stage = {.name = "stress", .needs_dt = needs_dt},
                              .bins = [](P& p, S& s, ParticleBins bins) {
                                if (s.model->analysis.scheme == Scheme::usl)
                                  add_work_of_tractions(p, s, bins);
-                               update_stress_of_phases(p, s, bins, StressPart::both);
+                               find_stress(p, s, bins, StressPart::both);
                              }}};
 }
 
@@ -307,7 +320,7 @@ template <int Dim>
 Stages<Dim> integration(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
-  const bool with_velocity = maps_force_with_momentum(analysis);
+  const bool with_velocity = one_exchange(analysis);
   TimestepStage<Dim> nodes{.stage = {.name = "integrate", .exchange = "force"},
                            .takes = {NodeSum::force},
                            .begin = [](P& p, S& s) { integrate(p, s); }};
@@ -406,7 +419,7 @@ template <int Dim>
 Stages<Dim> p2g(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
-  const bool force = maps_force_with_momentum(analysis);
+  const bool force = one_exchange(analysis);
   return {TimestepStage<Dim>{
       .stage = {.name = "P2G"},
       .begin = force ? begin_mapping<Dim, true> : begin_mapping<Dim, false>,
@@ -421,8 +434,12 @@ Stages<Dim> forces(const Analysis& analysis) {
   const bool next = maps_force_with_momentum(analysis);
   return {TimestepStage<Dim>{
       .stage = {.name = "force"},
-      .begin = next ? nullptr : +[](P& p, S& s) { clear_sums(p, s, NodeSum::force); },
-      .bins = [](P& p, S& s, ParticleBins bins) { map_force(p, s, bins); },
+      .begin = one_exchange(analysis)  // P2G has begun with these sums, too
+                   ? nullptr
+                   : +[](P& p, S& s) { clear_sums(p, s, NodeSum::force); },
+      .bins = analysis.mean_volume
+                  ? +[](P& p, S& s, ParticleBins bins) { map_mean_force(p, s, bins); }
+                  : +[](P& p, S& s, ParticleBins bins) { map_force(p, s, bins); },
       .of_next_step = next}};
 }
 

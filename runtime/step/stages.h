@@ -67,10 +67,13 @@ Stages<Dim> liquid_g2p(const Analysis& analysis);
 template <int Dim>
 Stages<Dim> location(const Analysis& analysis);
 
+/// Whether forces are mapped at the end of the step before. Else they are mapped when particles
+/// have arrived: with USF, and where means over the particles of a cell need all of them.
+bool maps_force_with_momentum(const Analysis& analysis);
 /// Mass and momentum of nodes, of the step after.
 template <int Dim>
 Stages<Dim> p2g(const Analysis& analysis);
-/// Internal and external forces: of the step after but for USF.
+/// Internal and external forces.
 template <int Dim>
 Stages<Dim> forces(const Analysis& analysis);
 /// The same of a liquid in pores (two_phase.h).

@@ -91,11 +91,17 @@ Json analysis_of(Choices& choices, const Outline& outline, GeneratedCase& made) 
   add_watchdog(choices, analysis);
   if (outline.cbgeo && choices.chance("as_cbgeo", 30)) analysis["as_cbgeo"] = true;
   if (!choices.chance("must_stay", 25)) analysis["locate_particles"] = false;
-  if (choices.chance("damping", 25))
+  if (choices.chance("damping", 25)) {
     analysis["damping"] = {{"type", "Cundall"}, {"damping_factor", 0.05}};
+    if (choices.chance("damping.viscous", 40))
+      analysis["damping"] = {{"type", "Viscous"}, {"damping_factor", 3.0}};
+  }
   if (choices.chance("pressure_smoothing", 20)) analysis["pressure_smoothing"] = true;
   if (choices.chance("opening", 40))
     analysis["opening"] = choices.chance("opening.off", 50) ? false : true;
+  const bool smooth = analysis.contains("pressure_smoothing");
+  if (!smooth && !outline.functions.starts_with("cpdi") && choices.chance("b_bar", 25))
+    analysis["b_bar"] = true;
   if (choices.chance("large_domains", 15)) analysis["large_domains"] = "error";
   analysis["patch_particles"] = choices.of("patch_particles", {4096, 64, 24, 8, 3, 1});
   analysis["split_steps"] = choices.of("split_steps", {0, 100, 10, 3, 1});

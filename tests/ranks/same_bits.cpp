@@ -181,6 +181,18 @@ TEST_CASE("dam break in three dimensions") {
   check(adaptive(water), 40, threads_only);
 }
 
+TEST_CASE("the mean of volumetric strains in cells whose particles come from other ranks") {
+  for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+    CAPTURE(static_cast<int>(scheme));
+    Model<2> discs = with_patches(two_discs(), 24);
+    discs.analysis.mean_volume = true;
+    discs.analysis.scheme = scheme;
+    const Index steps = scheme == Scheme::usl ? 30 : 80;
+    check(discs, steps, all_ways);
+    check(with_functions(adaptive(discs), ShapeFunctions::quadratic_spline), steps, threads_only);
+  }
+}
+
 TEST_CASE("particles that leave the mesh are listed alike, in the same order") {
   Model<2> discs = with_patches(two_discs(), 40);
   discs.analysis.remove_leaving_particles = true;

@@ -24,7 +24,7 @@ constexpr double dt = 2e-4;
 
 template <int Dim>
 Model<Dim> patch_model(Element element, const DistortedMesh<Dim>& files, Scheme scheme,
-                       bool lagrange) {
+                       bool lagrange, bool b_bar) {
   ScenarioOptions options;
   options.overrides = {fmt::format("mesh.cell_type={}", info(element).name),
                        Dim == 3 ? "sets.cells.inner.sphere.centre=[0.5,0.5,0.5]"
@@ -42,14 +42,15 @@ Model<Dim> patch_model(Element element, const DistortedMesh<Dim>& files, Scheme 
   Model<Dim> model = std::get<Model<Dim>>(std::move(scenario.model));
   model.analysis.scheme = scheme;
   model.analysis.lagrange_functions = lagrange;
+  model.analysis.mean_volume = b_bar;
   return model;
 }
 
 template <int Dim>
 void check_patch(Element element, const Eigen::Matrix<double, Dim, Dim>& L, Scheme scheme,
-                 bool lagrange = true) {
+                 bool lagrange = true, bool b_bar = false) {
   const DistortedMesh<Dim> files(element, L, !lagrange);
-  Simulation simulation(patch_model<Dim>(element, files, scheme, lagrange));
+  Simulation simulation(patch_model<Dim>(element, files, scheme, lagrange, b_bar));
   const State start(simulation.frame());
   REQUIRE(start.size() > 0);
   simulation.run();
@@ -116,6 +117,20 @@ TEST_CASE(
       CAPTURE(static_cast<int>(scheme));
       check_patch<3>(element, L, scheme);
     }
+}
+
+TEST_CASE("patch test: the mean of volumetric strains keeps uniform strains on distorted meshes") {
+  Eigen::Matrix2d L;
+  L << 0.5, 0.75, -0.25, -0.3;
+  Eigen::Matrix3d M;
+  M << 0.5, 0.75, 0.1, -0.25, -0.3, 0.4, 0.2, -0.6, 0.35;
+  for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+    CAPTURE(static_cast<int>(scheme));
+    for (const Element element : {Element::Q4, Element::Q8, Element::Q9})
+      check_patch<2>(element, L, scheme, true, true);
+    for (const Element element : {Element::H8, Element::H27})
+      check_patch<3>(element, M, scheme, true, true);
+  }
 }
 
 TEST_CASE("patch test: positive functions of second order on distorted cells of straight edges") {

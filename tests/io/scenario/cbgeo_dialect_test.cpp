@@ -86,7 +86,7 @@ mpm.json:19:89: warning: 'damping_ratio' is read as 'damping_factor' [/analysis/
      R"(mpm.json:19:52: error: 'damping_factor' is missing in analysis.damping [/analysis/damping]
     "analysis": {"type": "MPMExplicit2D", "damping": {"type": "Cundall"}, "dt": 0.001, "nsteps": 10},
                                                      ^
-  hint: damping_factor [-]: share of the unbalanced force
+  hint: damping_factor: share of the unbalanced force [-], or rate of "Viscous" damping [1/s]
 )"},
     {"cells of particles by their documented name, and forces that are no list",
      {replace("mpm.json", R"("cell_type")", R"("particles_cells": "c.txt", "cell_type")"),

@@ -251,6 +251,14 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
      R"(mpm.json:19:90: error: 'damping_factor' must be at least 0 and at most 1, found 1.5 [/analysis/damping/damping_factor]
   is": {"type": "MPMExplicit2D", "damping": {"type": "Cundall", "damping_factor": 1.5}, "dt": 0.001, "nsteps": 10},
                                                                                   ^
+  hint: "type": "Cundall" takes this share of the unbalanced force
+)"},
+    {"a negative rate of damping",
+     {replace("mpm.json", "\"dt\"", "\"damping\": {\"type\": \"Viscous\", \"damping_factor\": -3}, \"dt\"")},
+     {},
+     R"(mpm.json:19:90: error: 'damping_factor' must be at least 0, found -3 [/analysis/damping/damping_factor]
+  is": {"type": "MPMExplicit2D", "damping": {"type": "Viscous", "damping_factor": -3}, "dt": 0.001, "nsteps": 10},
+                                                                                  ^
 )"},
     {"a blending ratio for PIC",
      {replace("mpm.json", "\"dt\"", "\"velocity_update\": true, \"velocity_update_settings\": {\"blending_ratio\": 0.9}, \"dt\"")},
@@ -411,5 +419,5 @@ mpm.json:20:94: error: 'history_steps' and 'history_dt' both say when rows come 
                     ^
 )"},
   };
-  check(table, 51);
+  check(table, 52);
 }

@@ -169,6 +169,30 @@ TEST_CASE("damping opposes each component of the velocity with a share of the un
     });
 }
 
+TEST_CASE(
+    "viscous damping slows free nodes by exp(-rate dt), and takes the energy that they lose") {
+  on_every_mesh([](auto& f, std::mt19937&) {
+    constexpr int Dim = std::decay_t<decltype(f)>::dim;
+    f.model.analysis.damping = 70;  // 0.7 in a step
+    f.model.analysis.viscous_damping = true;
+    map_mass_momentum(f.patch, f.context(), f.patch.bins);
+    nodal_velocity(f.patch, f.context());
+    const auto v = f.patch.velocity;
+    integrate(f.patch, f.context());
+    double worst = 0, before = 0, after = 0;
+    for (Local n = 0; n < f.patch.n_nodes(); ++n)
+      for (int d = 0; d < Dim && mass(f, n) > 0; ++d) {
+        const double old = v[f.at(n, d)], now = velocity(f, n, d);
+        worst = std::max(worst, std::abs(now - std::exp(-0.7) * old));
+        before += 0.5 * mass(f, n) * old * old;
+        after += 0.5 * mass(f, n) * now * now;
+      }
+    CHECK(worst < 1e-13);
+    CHECK(before > 0.1);
+    CHECK(f.patch.work.damping == doctest::Approx(before - after).epsilon(1e-11));
+  });
+}
+
 TEST_CASE("a uniform pressure stays uniform when it is smoothed, and only fluids are smoothed") {
   on_every_mesh([](auto& f, std::mt19937&) {
     bool both[2] = {false, false};

@@ -97,7 +97,7 @@ std::string wrong_with(const Patch<Dim>& patch, const Mesh<Dim>& mesh) {
 
 /// What happened in a walk.
 struct Events {
-  int added = 0, sorted = 0, changed_patch = 0, unmapped = 0;
+  int added = 0, sorted = 0, joined = 0, changed_patch = 0, unmapped = 0;
 };
 
 /// Particles that jump by up to `reach` along every axis in each step, and are located and mapped
@@ -206,6 +206,26 @@ class Walk {
       CHECK(seen.size() == patch.bins.size());  // one bin per cell and material
     }
     CHECK(wrong_with(patch, *model_.mesh) == "");
+    if (model_.analysis.mean_volume) check_joined(patch);
+  }
+
+  /// With means over cells, a cell has one bin of each material.
+  void check_joined(Patch<Dim>& patch) {
+    const auto bins_of = [&] {
+      std::map<std::pair<Local, int>, int> filled;
+      for (const ParticleBin& bin : patch.bins)
+        if (bin.begin < bin.end) ++filled[{bin.cell, bin.material}];
+      return filled;
+    };
+    const auto before = bins_of();
+    const Local count = patch.count;
+    join_bins(patch);
+    const auto after = bins_of();
+    CHECK(after.size() == before.size());
+    CHECK(patch.count == count);
+    for (const auto& [cell, n] : after) CHECK(n == 1);
+    events.joined += after != before;
+    CHECK(wrong_with(patch, *model_.mesh) == "");
   }
 
   /// Against all particles at once, where they are now; and against the sums of the particles.
@@ -282,6 +302,18 @@ TEST_CASE("particles that jump about at random are in one bin each, and in all n
   check(musl, 0.02, 4, 40);
   check(dam_break_3d(), 0.15, 5, 30);
   check(distorted(loaded(dam_break_3d()), 0.03), 0.1, 6, 15);
+}
+
+TEST_CASE("where means over cells are taken, the particles of a cell and material are in one bin") {
+  const auto check = [](auto model, double reach) {
+    model.analysis.mean_volume = true;
+    Walk walk(std::move(model), reach, 8);
+    for (int step = 0; step < 40; ++step) walk.step();
+    CHECK(walk.events.joined > 5);
+  };
+  check(two_discs(), 0.01);
+  check(loaded(two_discs()), 0.045);
+  check(dam_break_3d(), 0.1);
 }
 
 namespace {

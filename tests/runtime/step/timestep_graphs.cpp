@@ -39,7 +39,7 @@ std::vector<Analysis> every_option(int bodies = 1) {
   return all;
 }
 
-/// And contact of bodies, absorbing boundaries, and nodes that particles drive.
+/// And contact of bodies, absorbing boundaries, nodes that particles drive, and B-bar.
 std::vector<Analysis> every_option_and_contact() {
   std::vector<Analysis> all = every_option();
   for (const Analysis& analysis : every_option(2)) all.push_back(analysis);
@@ -50,6 +50,11 @@ std::vector<Analysis> every_option_and_contact() {
   for (std::size_t k = all.size(); k-- > 0;) {
     all.push_back(all[k]);
     all.back().drives_nodes = true;
+  }
+  for (std::size_t k = all.size(); k-- > 0;) {
+    if (all[k].pressure_smoothing) continue;  // does not go together with it
+    all.push_back(all[k]);
+    all.back().mean_volume = true;
   }
   return all;
 }
@@ -140,6 +145,25 @@ TEST_CASE("schemes update stresses where their names say") {
       CHECK(solid[s].name == stages[s].name);
       CHECK(solid[s].exchange == stages[s].exchange);
     }
+  }
+}
+
+TEST_CASE("with B-bar, forces are mapped when the particles of all cells have arrived") {
+  const std::vector<std::pair<Scheme, std::vector<std::string>>> all{
+      {Scheme::usl, {"arrivals, force", "integrate, stress, G2P, locate, P2G, output"}},
+      {Scheme::musl,
+       {"arrivals, force", "integrate, G2P, P2G remap", "velocity, stress, locate, P2G, output"}},
+      {Scheme::usf,
+       {"arrivals", "velocity, stress, force", "integrate, G2P, locate, P2G, output"}}};
+  for (const auto& [scheme, tasks] : all) {
+    Analysis analysis;
+    analysis.scheme = scheme;
+    analysis.mean_volume = true;
+    std::vector<std::string> names;
+    for (const Phase& phase : phases_of(stages_of<2>(analysis))) names.push_back(phase.task.name);
+    CHECK(names == tasks);
+    for (const auto& stage : timestep<2>(analysis))
+      CHECK(stage.of_next_step == (stage.stage.name == "P2G"));
   }
 }
 
