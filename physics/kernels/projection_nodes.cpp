@@ -85,11 +85,13 @@ void give_pressures(Patch<Dim>& patch, const StepContext<Dim>& step) {
   }
 }
 
+/// Whether a wall holds its node along local axis k: one-sided walls do where the node, with the
+/// velocity v, moves as they do.
 template <int Dim>
-bool is_held(const ConstrainedNode<Dim>& wall, int dir) {
-  for (int k = 0; k < Dim; ++k)
-    if (wall.fixed[static_cast<std::size_t>(k)] && wall.axes(dir, k) != 0.0) return true;
-  return false;
+bool holds(const ConstrainedNode<Dim>& wall, int k, const Vec<Dim>& v, double small) {
+  const auto axis = static_cast<std::size_t>(k);
+  if (wall.fixed[axis]) return true;
+  return wall.pushes[axis] != 0 && std::abs(v.dot(wall.axes.col(k)) - wall.velocity[axis]) <= small;
 }
 
 /// Nodes with less than this share of the mass of a fluid that fills their space have velocities v*
@@ -100,7 +102,8 @@ constexpr double least_mass_share = 0.5;
 template <int Dim>
 void take_out_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (step.model->analysis.two_phase) return;
-  const Vec<Dim> change = weight_out_of_velocities(step);
+  constexpr double rounding_of_velocity = 1e-9;
+  const Vec<Dim> weight = weight_out_of_velocities(step);
   double density = 0;
   for (const Material& material : step.model->materials)
     density = std::max(density, material.density);
@@ -110,16 +113,20 @@ void take_out_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
     for (Local i = range.begin; i < range.end; ++i) {
       while (fixed != patch.fixed.end() && fixed->node < i) ++fixed;  // not active
       while (wall != patch.walls.end() && wall->node < i) ++wall;
-      const double most =
-          least_mass_share * density * patch.projection.space[static_cast<std::size_t>(i)];
-      const double light = 1.0 - std::min(1.0, at(patch.velocity, i)[mass_lane] / most);
-      for (int d = 0; d < Dim; ++d) {
-        bool held = wall != patch.walls.end() && wall->node == i && is_held(*wall, d);
-        for (auto f = fixed; f != patch.fixed.end() && f->node == i; ++f) held |= f->dir == d;
-        if (held) continue;
-        const double gained = step.dt * at(patch.acceleration, i)[d] - change[d];
-        at(patch.velocity, i)[d] -= change[d] + light * gained;
+      Eigen::Map<Vec<Dim>> v(at(patch.velocity, i));
+      const Eigen::Map<const Vec<Dim>> a(at(patch.acceleration, i));
+      const double full = density * patch.projection.space[static_cast<std::size_t>(i)];
+      const double light =
+          1.0 - std::min(1.0, at(patch.velocity, i)[mass_lane] / (least_mass_share * full));
+      Vec<Dim> change = (1.0 - light) * weight + light * step.dt * a;
+      for (auto f = fixed; f != patch.fixed.end() && f->node == i; ++f) change[f->dir] = 0.0;
+      if (wall != patch.walls.end() && wall->node == i) {
+        const double small = rounding_of_velocity * (v.norm() + weight.norm());
+        for (int k = 0; k < Dim; ++k)
+          if (holds(*wall, k, Vec<Dim>(v), small))
+            change -= change.dot(wall->axes.col(k)) * wall->axes.col(k);
       }
+      v -= change;
     }
 }
 

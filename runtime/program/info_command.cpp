@@ -46,7 +46,8 @@ int info_command(const InfoArguments& arguments) {
       "threads    {} available\n"
       "elements   {}\n"
       "materials  {}\n"
-      "schemes    usf, usl, musl, newmark (implicit, also quasi-static); velocity update: flip, "
+      "schemes    usf, usl, musl, newmark (implicit, also quasi-static), projection; velocity "
+      "update: flip, "
       "pic and their blend, apic, tpic, asflip, xpic, fmpm\n"
       "input      lahar info --reference (every key), lahar info --schema (JSON Schema)\n",
       version_line(), compiler_line(), libraries, available_threads(), element_names(),

@@ -108,8 +108,9 @@ void describe(Console& console, const ModelOutline& model, const SimulationInfo&
                                  : fmt::format("{}, {}", scheme_name(model.analysis.scheme),
                                                describe_transfer(model.analysis, model.materials));
   console.line(fmt::format("scheme     {}{}", scheme, model.analysis.mean_volume ? ", B-bar" : ""));
-  console.line(implicit
-                   ? fmt::format("time step  {:.4g} s, no stability limit", info.dt)
+  console.line(implicit || std::isinf(info.dt_limit)
+                   ? fmt::format("time step  {:.4g} s, no stability limit{}", info.dt,
+                                 implicit ? "" : " at rest")
                    : fmt::format("time step  {:.4g} s{}, stability limit {:.4g} s", info.dt,
                                  model.analysis.step.adaptive ? " (adaptive)" : "", info.dt_limit));
   console.line(fmt::format("patches    {} of about {} cells, {} tasks per step", info.patches,
