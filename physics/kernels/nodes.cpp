@@ -292,8 +292,10 @@ class Integrator {
       double& a = at(patch_.acceleration, fixed.node)[fixed.dir];
       const double own = own_mass[fixed.node * sum_stride];
       const double m = at(patch_.velocity, fixed.node)[mass_lane];
-      patch_.work.external += own * (fixed.velocity - v) * fixed.velocity;  // of the reaction
-      if (more_than(m, patch_.least_mass)) {
+      // A node that is not active has anything as its state.
+      if (own != 0.0)
+        patch_.work.external += own * (fixed.velocity - v) * fixed.velocity;  // of the reaction
+      if (own != 0.0 && more_than(m, patch_.least_mass)) {
         // Weight and damping do their work along the prescribed velocity.
         const double other = step_.dt * (fixed.velocity - (v - 0.5 * step_.dt * a));
         patch_.work.external += own * gravity_[fixed.dir] * other;
