@@ -27,12 +27,13 @@
 /// a_i = int grad N_i dV. So the pressure of a fluid at rest is exact, however particles lie and
 /// cells are filled, and walls carry it.
 ///
-/// Velocities without divergence at nodes do not keep particles evenly spread: errors of a step add
-/// up where flows meet, such as in corners. Fluids therefore spread where they are more than the
-/// space at a node (ProjectionNodes::space), at a rate that is that of the shear: b_i gets
-/// (V_i / space_i - 1) sum_p N_i V_p |D_p|, also where they are less if there is no free surface.
-/// Position corrections of particle methods do alike (D. Violeau and B. D. Rogers, J. Hydraul. Res.
-/// 54, 2016, review shifting).
+/// Velocities without divergence at nodes do not keep particles evenly spread: errors of steps add
+/// up where flows meet, such as in corners. Where there is no free surface, into which voids could
+/// close, fluids therefore spread at nodes at which they are more than the space
+/// (ProjectionNodes::space), and draw together where they are less, at the rate of the shear: b_i
+/// gets (V_i / space_i - 1) sum_p N_i V_p |D_p|. (Other particle methods shift positions for this,
+/// A. Skillen et al., Comput. Methods Appl. Mech. Eng. 265, 2013.) It makes energy: with a free
+/// surface it is left out.
 ///
 /// The pressure is zero at nodes of a free surface: of cells that particles fill, some, but not all
 /// around a node. There dp = 0. Prescribed pressures need kept = 0 or a mean before the step.

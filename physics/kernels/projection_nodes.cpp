@@ -14,7 +14,7 @@ namespace {
 /// Rounding of sums of volumes, as a share of them.
 constexpr double rounding = 1e-6;
 constexpr std::uint8_t all_held = 0xff;
-/// Particles that crowd at a node spread at this multiple of |D| (projection.h).
+/// Crowded particles of a closed tank spread at this multiple of |D| (projection.h).
 constexpr double spreading = 1.0;
 
 /// [m^3] each cell of the mesh gives every one of its nodes an equal part of its volume.
@@ -192,8 +192,7 @@ void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   nodes.volume[node] = sum[1];
                   at(system.right_side, i)[0] = sum[0];
                   const double excess = sum[1] / nodes.space[node] - 1.0;
-                  if (!has_surface || excess > 0)
-                    at(system.right_side, i)[0] += spreading * excess * sum[3];
+                  if (!has_surface) at(system.right_side, i)[0] += spreading * excess * sum[3];
                   const bool at_surface =
                       has_surface && sum[2] < (1.0 - rounding) * nodes.space[node];
                   if (sum[1] > 0 && !at_surface) system.held[node] = 0;

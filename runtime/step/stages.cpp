@@ -615,7 +615,9 @@ Stages<Dim> pressure_system(const Analysis&) {
               .stage = {.name = "divergence"},
               .begin =
                   [](P& p, S& s) {
-                    p.work = p.projection.work;  // integrated once more with the pressure
+                    // Nodes are integrated once more, with the pressure; stress has done its work.
+                    p.projection.work.internal = p.work.internal;
+                    p.work = p.projection.work;
                     begin_pressure_system(p, s);
                   },
               .bins = [](P& p, S& s, ParticleBins bins) { add_to_pressure_system(p, s, bins); },
