@@ -32,7 +32,7 @@ void replay_all(const TraceLog& log) {
       static_cast<void>(replay(
           log,
           {.ranks = 3, .threads = 2, .network = Network::assumed(), .bulk_synchronous = bulk}));
-    const Projection projection = project(log, {.cores = 4, .steady = true});
+    const ScalingProjection projection = project(log, {.cores = 4, .steady = true});
     check_shown(text_of(projection));
     static_cast<void>(json_of(projection));
   } catch (const InputError&) {

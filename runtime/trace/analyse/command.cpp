@@ -61,7 +61,7 @@ int print_replay(const TraceLog& log, const TraceArguments& arguments) {
 int print_projection(const TraceLog& log, const TraceArguments& arguments) {
   ProjectionAsk ask{.threads = arguments.threads, .steady = arguments.steady};
   if (!arguments.replay.empty()) ask.network = read_network(arguments.replay);
-  const Projection result = project(log, ask);
+  const ScalingProjection result = project(log, ask);
   print(arguments.json ? json_of(result) + "\n" : text_of(result));
   return exit_ok;
 }

@@ -241,14 +241,14 @@ double disturbance(const ReplayEpoch& epoch, std::size_t of_step) {
 
 }  // namespace
 
-Projection project(const TraceLog& log, const ProjectionAsk& ask) {
+ScalingProjection project(const TraceLog& log, const ProjectionAsk& ask) {
   const ReplayWork work = work_of(log);
   const Projector projector(work, ask);
-  Projection p{.threads = projector.threads(),
-               .network = projector.network(),
-               .steady = ask.steady,
-               .patches = projector.epoch().patches(),
-               .cores = work.ranks * work.threads};
+  ScalingProjection p{.threads = projector.threads(),
+                      .network = projector.network(),
+                      .steady = ask.steady,
+                      .patches = projector.epoch().patches(),
+                      .cores = work.ranks * work.threads};
   p.weak = projector.weak();
   p.strong = projector.strong();
   p.largest = projector.largest();

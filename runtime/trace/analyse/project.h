@@ -40,7 +40,8 @@ struct ProjectionPoint {
   double graph_efficiency = 1, bulk_efficiency = 1;
 };
 
-struct Projection {
+/// What the run of a trace would take on larger machines.
+struct ScalingProjection {
   int threads = 1;
   Network network = {};
   bool steady = false;
@@ -52,10 +53,10 @@ struct Projection {
 };
 
 /// Throws InputError if the trace lacks tasks.
-Projection project(const TraceLog& log, const ProjectionAsk& ask = {});
+ScalingProjection project(const TraceLog& log, const ProjectionAsk& ask = {});
 
 /// For people, and for programs (JSON).
-std::string text_of(const Projection& projection);
-std::string json_of(const Projection& projection);
+std::string text_of(const ScalingProjection& projection);
+std::string json_of(const ScalingProjection& projection);
 
 }  // namespace lahar

@@ -33,7 +33,7 @@ nlohmann::json list(const std::vector<ProjectionPoint>& points) {
 
 }  // namespace
 
-std::string text_of(const Projection& p) {
+std::string text_of(const ScalingProjection& p) {
   std::string text = fmt::format(
       "Projection from {} patches on {} core{}, to ranks of {} thread{}\nnetwork   {}\n", p.patches,
       p.cores, p.cores == 1 ? "" : "s", p.threads, p.threads == 1 ? "" : "s", text_of(p.network));
@@ -49,7 +49,7 @@ std::string text_of(const Projection& p) {
   return text;
 }
 
-std::string json_of(const Projection& p) {
+std::string json_of(const ScalingProjection& p) {
   // JSON has no infinity: a bandwidth without limit is null.
   const nlohmann::json bandwidth =
       std::isinf(*p.network.bandwidth) ? nlohmann::json() : nlohmann::json(*p.network.bandwidth);

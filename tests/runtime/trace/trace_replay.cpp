@@ -272,7 +272,7 @@ TEST_CASE("replay: a recorded run on its own machine takes the time that it took
 TEST_CASE("a projection of steady work: weak scaling costs what messages cost, barriers more") {
   const TraceLog log = Row{.patches = 16, .steps = 20}.log();
   Network network = latency(0);
-  const Projection ideal = project(log, {.network = network, .cores = 1000});
+  const ScalingProjection ideal = project(log, {.network = network, .cores = 1000});
   REQUIRE(ideal.weak.size() > 4);
   CHECK(ideal.weak.back().cores == 1000);
   for (const ProjectionPoint& p : ideal.weak) {
@@ -282,7 +282,7 @@ TEST_CASE("a projection of steady work: weak scaling costs what messages cost, b
     CHECK(p.patches == doctest::Approx(16));
   }
   network = latency(0.5 * ms);
-  const Projection slow = project(log, {.network = network, .cores = 1000});
+  const ScalingProjection slow = project(log, {.network = network, .cores = 1000});
   for (std::size_t i = 1; i < slow.weak.size(); ++i) {
     CHECK(slow.weak[i].graph <= slow.weak[i].bulk);
     // Two phases and a step, each with a barrier of as many hops as ranks need.
@@ -296,7 +296,7 @@ TEST_CASE("a projection of steady work: weak scaling costs what messages cost, b
 
 TEST_CASE("a projection of uneven work: barriers wait for the slowest of all ranks") {
   const TraceLog log = Row{.patches = 4, .steps = 40, .time = uneven}.log();
-  const Projection p = project(log, {.network = Network::ideal(), .cores = 1e5});
+  const ScalingProjection p = project(log, {.network = Network::ideal(), .cores = 1e5});
   CHECK(p.weak.back().cores == 100'000);
   CHECK(p.largest.back().cores == 100'000);
   CHECK(p.largest.back().patches == doctest::Approx(1));
