@@ -96,6 +96,12 @@ void end_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step);
 
+/// At the beginning of a run: a pressure of the liquid in pores that was given as it is inside
+/// becomes zero at free surfaces. Particles take -sum_i N_i p_i of the nodes there, p_i being
+/// means.
+template <int Dim>
+void drain_surfaces(Patch<Dim>& patch, const StepContext<Dim>& step);
+
 /// Sums over the nodes that a patch counts (PatchTopology::owned).
 struct PressureSums {
   double unknowns = 0, given = 0;
@@ -122,7 +128,11 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
 /// The pressure of fluids becomes what is kept of it, and dp. Volumes do not change.
 template <int Dim>
 void change_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
-/// Pressure of a liquid in pores.
+/// Pressure of a liquid in pores: `kept` of it and the change at nodes, of all particles of a
+/// patch.
+template <int Dim>
+void add_pore_pressure(Patch<Dim>& patch, const Model<Dim>& model, double kept);
+/// The same of some particles, as a step does it.
 template <int Dim>
 void change_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 

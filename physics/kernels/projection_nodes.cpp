@@ -68,6 +68,19 @@ std::vector<char> voids_of(const Patch<Dim>& patch, const StepContext<Dim>& step
   return voids;
 }
 
+/// Particles that voids separate from others have a pressure up to a constant, too, and no part of
+/// the whole: a diagonal that is larger by so little gives them one.
+template <int Dim>
+void hold_islands(Patch<Dim>& patch) {
+  constexpr double least = 1e-8;
+  NodalSystem<Dim>& system = patch.system;
+  for (std::size_t i = 0; i + 1 < system.first.size(); ++i)
+    if (system.first[i] < system.first[i + 1]) {
+      const auto node = static_cast<Local>(i);
+      system.blocks[find_block(system, node, node)] *= 1.0 + least;
+    }
+}
+
 /// Changes of the pressure where it is prescribed: from what is kept to what is given.
 template <int Dim>
 void give_pressures(Patch<Dim>& patch, const StepContext<Dim>& step) {
@@ -166,7 +179,10 @@ void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
 template <int Dim>
 void end_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.active_nodes.empty()) return;
-  add_voids(patch, step, voids_of(patch, step));
+  if (!step.model->analysis.projection.free_surface) {
+    add_voids(patch, step, voids_of(patch, step));
+    hold_islands(patch);
+  }
   if (patch.fixed_pressure.empty()) return;
   double* sums = patch.own_sums(NodeSum::divergence, step.step);
   const NodalSystem<Dim>& system = patch.system;
@@ -199,6 +215,23 @@ void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
                 });
   for (const auto& fixed : patch.fixed_pressure)
     system.held[static_cast<std::size_t>(fixed.node)] = all_held;
+}
+
+template <int Dim>
+void drain_surfaces(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.active_nodes.empty()) return;
+  std::vector<double>& change = patch.projection.change;
+  change.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::kept_pressure, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  const auto node = static_cast<std::size_t>(i);
+                  const double mass = at(patch.velocity, i)[mass_lane];
+                  const bool at_surface =
+                      patch.system.held[node] && patch.projection.volume[node] > 0;
+                  if (at_surface && mass > 0 && !find_node(patch.fixed_pressure, i))
+                    change[node] = -sum[mass_lane] / mass;
+                });
+  add_pore_pressure(patch, *step.model, 1.0);
 }
 
 template <int Dim>
@@ -239,6 +272,7 @@ void take_pressure(Patch<Dim>& patch) {
   template void begin_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
   template void end_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&);   \
   template void close_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
+  template void drain_surfaces<Dim>(Patch<Dim>&, const StepContext<Dim>&);        \
   template PressureSums pressure_sums<Dim>(const Patch<Dim>&);                    \
   template void take_out_mean<Dim>(Patch<Dim>&, double);                          \
   template void take_pressure<Dim>(Patch<Dim>&);

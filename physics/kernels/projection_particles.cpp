@@ -60,6 +60,7 @@ LAHAR_INLINE LawInput<Dim, Pack> shear_of(const Pack (&L)[Dim][Dim], double dt) 
 template <int Dim>
 void begin_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.contributes[static_cast<std::size_t>(step.step % 2)] = patch.count > 0;
+  patch.idle = false;  // also before particles were delivered for the first time
 }
 
 template <int Dim>
@@ -156,15 +157,28 @@ void change_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBi
       });
 }
 
+namespace {
+
 template <int Dim>
-void change_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  const double kept = step.model->analysis.projection.kept;
+void take_change(Patch<Dim>& patch, const Model<Dim>& model, double kept, ParticleBins bins) {
   double* pressure = patch.particles.row(Column::pore_pressure);
-  interpolate_bins<Pack>(patch, bins, patch.projection.change.data(), has_liquid(*step.model),
+  interpolate_bins<Pack>(patch, bins, patch.projection.change.data(), has_liquid(model),
                          [&](Local p, Local n, const Pack& change) {
                            store_first(Pack(kept * load<Pack>(pressure + p) + change), pressure + p,
                                        n);
                          });
+}
+
+}  // namespace
+
+template <int Dim>
+void add_pore_pressure(Patch<Dim>& patch, const Model<Dim>& model, double kept) {
+  take_change(patch, model, kept, patch.bins);
+}
+
+template <int Dim>
+void change_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  take_change(patch, *step.model, step.model->analysis.projection.kept, bins);
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                \
@@ -172,6 +186,7 @@ void change_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Parti
   template void add_pressure_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
   template void update_shear_stress<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
   template void change_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);     \
+  template void add_pore_pressure<Dim>(Patch<Dim>&, const Model<Dim>&, double);               \
   template void change_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -43,10 +43,11 @@ inline bool spreads_before_forces(const Analysis& analysis) {
   return analysis.affine != Affine::none && analysis.functions == ShapeFunctions::element;
 }
 
-/// Whether nodes need the mean of the pressure that a projection keeps: where some is prescribed.
+/// Whether nodes need the mean of the pressure that a projection keeps: where some is prescribed,
+/// or surfaces drain.
 inline bool needs_kept_pressure(const Analysis& analysis) {
-  return is_projection(analysis) && analysis.prescribes_pore_pressure &&
-         analysis.projection.kept > 0.0;
+  return is_projection(analysis) && analysis.projection.kept > 0.0 &&
+         (analysis.prescribes_pore_pressure || analysis.two_phase);
 }
 
 /// Whether particles take pore pressures from nodes.

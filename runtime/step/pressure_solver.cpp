@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "physics/kernels/projection.h"
+#include "physics/model/transfer_options.h"
 #include "runtime/exchange/failure.h"
 
 namespace lahar {
@@ -44,7 +45,8 @@ PressureSolver<Dim>::PressureSolver(const Model<Dim>& model, PatchSet<Dim>& patc
                      std::copy(all.begin(), all.end(), own.begin());
                    },
                .take =
-                   [this](Step, std::span<const double> sums) {
+                   [this](Step round, std::span<const double> sums) {
+                     last_round_ = round;
                      std::copy(sums.begin(), sums.end(), sums_.begin());
                      return true;
                    }}),
@@ -77,15 +79,20 @@ std::string PressureSolver<Dim>::worst_node() const {
 }
 
 template <int Dim>
-PressureReport PressureSolver<Dim>::solve(double time, double dt) {
+PressureReport PressureSolver<Dim>::solve(double time, double dt, bool first) {
   time_ = time;
   dt_ = dt;
   PressureReport report;
   const double begin = seconds();
   system_.run(1);
+  const Analysis& analysis = model_.analysis;
+  if (first && analysis.two_phase && needs_kept_pressure(analysis)) {
+    for (int p = 0; p < patches_.size(); ++p) drain_surfaces(patches_[p], context(last_round_));
+    system_.run(1);
+  }
   const auto [unknowns, given, discharge, volume] = sums_;
   // A liquid that is closed in has a pressure up to a constant.
-  const bool closed = given == 0 && !model_.analysis.two_phase;
+  const bool closed = given == 0 && !analysis.two_phase;
   if (closed && volume > 0)
     for (int p = 0; p < patches_.size(); ++p) take_out_mean(patches_[p], discharge / volume);
   const double assembled = seconds();

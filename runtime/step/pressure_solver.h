@@ -37,8 +37,8 @@ class PressureSolver {
   PressureSolver(const PressureSolver&) = delete;
   PressureSolver& operator=(const PressureSolver&) = delete;
 
-  /// For a step of `dt` from `time` on; all particles are in their patches.
-  PressureReport solve(double time, double dt);
+  /// For a step of `dt` from `time` on; all particles are in their patches. `first`: of the run.
+  PressureReport solve(double time, double dt, bool first);
 
  private:
   static constexpr int n_sums = 4;
@@ -51,6 +51,7 @@ class PressureSolver {
   Communicator ranks_;
   double time_ = 0, dt_ = 0;
   std::array<double, n_sums> sums_{};
+  Step last_round_ = 0;
   Rounds<Dim> system_;
   SystemSolver<Dim> linear_;
 };

@@ -182,7 +182,8 @@ void SimulationDriver<Dim>::find_equilibrium() {
 
 template <int Dim>
 void SimulationDriver<Dim>::find_pressure() {
-  const PressureReport report = pressure_->solve(time_.time_at(step_), time_.dt_of(step_));
+  const PressureReport report =
+      pressure_->solve(time_.time_at(step_), time_.dt_of(step_), step_ == 0);
   ++solves_.steps;
   solves_.linear_iterations += report.iterations;
   solves_.linearize += report.assemble_seconds;

@@ -142,7 +142,7 @@ Numbers projected_fronts(const Resolution& at) {
 TEST_CASE("projection: the front of a dam break, at ten times the step of explicit runs") {
   const Study study("projected dam break", {"0.002858", 0.5}, "0.001429", projected_fronts);
   for (const std::string& name : {experiments[0], experiments[1]}) {
-    study.stays_below(name + ": largest error", 0.1);
+    study.stays_below(name + ": largest error", 0.11);
     study.stays_below(name + ": all but the toe", 0.1);
     study.agrees(name + ": dZ/dT", study.value(name + ": dZ/dT measured"), 0.05);
   }
