@@ -92,8 +92,7 @@ void ScenarioBuilder<Dim>::build_implicit_steps(const JsonValue& analysis) {
   number("beta", steps.beta);
   if (!(steps.beta > 0 && steps.beta <= 0.5))
     in_.error(*given->find("beta"),
-              fmt::format("'beta' is {:g}, but must be above 0 and at most 0.5 in implicit steps",
-                          steps.beta));
+              fmt::format("'beta' must be greater than 0 and at most 0.5, found {:g}", steps.beta));
   number("gamma", steps.gamma);
   number("displacement_tolerance", steps.displacement_tolerance);
   number("residual_tolerance", steps.residual_tolerance);

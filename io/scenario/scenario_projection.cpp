@@ -81,6 +81,10 @@ void ScenarioBuilder<Dim>::check_projection() {
   if (a.pore_pressure_smoothing) refuse("pore_pressure_smoothing", "leave it out");
   if (a.lagrange_functions || (mesh_ && info(mesh_->element()).order > 1))
     refuse_in_projection(root_.find("mesh"), "an element of second order", "take Q4 or H8");
+  if (!a.two_phase && a.damping > 0.0 && !a.viscous_damping)
+    refuse("damping",
+           "Cundall's damping follows from forces that the pressure balances; take "
+           "\"Viscous\", or leave it out");
   if (a.takes_means) refuse_in_projection(&boundary(), "an absorbing boundary or a spring", "");
   if (team_.any(!model_.injections.empty()))
     refuse_in_projection(root_.find("particles"), "a generator of type \"inject\"", "");
@@ -89,7 +93,8 @@ void ScenarioBuilder<Dim>::check_projection() {
                          "'particles_velocity_constraints'", "prescribe velocities of nodes");
 }
 
-// Where a skeleton and its water share loads, what is not kept errs by dt / (rho k / (rho_w g)).
+// Of a pressure that is not kept, the weak form of the skeleton's stress knows nothing before it is
+// corrected: part of a sudden load then strains the skeleton at once.
 template <int Dim>
 void ScenarioBuilder<Dim>::choose_kept_pressure() {
   Analysis& a = model_.analysis;
@@ -98,11 +103,11 @@ void ScenarioBuilder<Dim>::choose_kept_pressure() {
   if (given && given->is<JsonValue::Object>()) kept = get_number(*given, "beta");
   a.projection.kept = kept.value_or(a.two_phase || in_.cbgeo_defaults ? 1.0 : 0.0);
   if (a.two_phase && kept && *kept < 1.0)
-    in_.warning(*given->find("beta"),
-                fmt::format("with 'beta' {:g} soil consolidates too fast, unless steps are very "
-                            "short",
-                            *kept),
-                "leave it out: all of the pressure is kept");
+    in_.warning(
+        *given->find("beta"),
+        fmt::format("with 'beta' {:g} soil gives way to a sudden load before water flows out",
+                    *kept),
+        "leave it out: all of the pressure is kept");
 }
 
 // All particles have a liquid: they are a fluid, or have it in their pores.

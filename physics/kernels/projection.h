@@ -16,7 +16,8 @@
 ///
 /// rho_s' and rho_l' being the masses of the phases per volume. Without drag this is
 /// (1 - n) / rho_s + n / rho_l, with much of it 1 / (rho_s' + rho_l'): both move together. The
-/// liquid in pores keeps its bulk modulus K: n / (K dt) is added to the diagonal of A.
+/// liquid in pores keeps its bulk modulus K: n / (K dt) is added to the diagonal of A, and n / (K
+/// dt) of the pressure that is not kept to b.
 ///
 /// Forces are then -sum_p V_p N_i grad dp (of the liquid in pores n times that): gradients, not
 /// pressures, act at nodes, so that a pressure which does not change with place gives no force,

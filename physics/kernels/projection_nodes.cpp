@@ -1,9 +1,11 @@
 /// \file Nodes in projections. All copies of a node do the same arithmetic on the same sums.
 #include <algorithm>
+#include <limits>
 
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/matrix_pattern.h"
 #include "physics/kernels/projection.h"
+#include "physics/materials/law.h"
 #include "physics/particles/loads.h"
 #include "physics/particles/node_sums.h"
 
@@ -68,8 +70,8 @@ std::vector<char> voids_of(const Patch<Dim>& patch, const StepContext<Dim>& step
   return voids;
 }
 
-/// Particles that voids separate from others have a pressure up to a constant, too, and no part of
-/// the whole: a diagonal that is larger by so little gives them one.
+/// Parts of a fluid that nothing joins to a free surface, such as those that voids separate, have a
+/// pressure up to a constant each: a diagonal that is larger by so little gives them one.
 template <int Dim>
 void hold_islands(Patch<Dim>& patch) {
   constexpr double least = 1e-8;
@@ -117,9 +119,9 @@ void take_out_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (step.model->analysis.two_phase) return;
   constexpr double rounding_of_velocity = 1e-9;
   const Vec<Dim> weight = weight_out_of_velocities(step);
-  double density = 0;
+  double density = std::numeric_limits<double>::infinity();  // of the lightest fluid
   for (const Material& material : step.model->materials)
-    density = std::max(density, material.density);
+    if (has_pressure(material.law)) density = std::min(density, material.density);
   auto fixed = patch.fixed.begin();
   auto wall = patch.walls.begin();
   for (const NodeRange& range : patch.active_nodes)
@@ -163,6 +165,7 @@ void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
     patch.system.first.clear();
     patch.system.column.clear();
     patch.projection.change.clear();
+    patch.projection.volume.clear();
     return;
   }
   ProjectionNodes& nodes = patch.projection;
@@ -179,10 +182,8 @@ void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
 template <int Dim>
 void end_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.active_nodes.empty()) return;
-  if (!step.model->analysis.projection.free_surface) {
-    add_voids(patch, step, voids_of(patch, step));
-    hold_islands(patch);
-  }
+  add_voids(patch, step, voids_of(patch, step));
+  if (!step.model->analysis.two_phase) hold_islands(patch);
   if (patch.fixed_pressure.empty()) return;
   double* sums = patch.own_sums(NodeSum::divergence, step.step);
   const NodalSystem<Dim>& system = patch.system;
@@ -197,6 +198,7 @@ void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.active_nodes.empty()) return;
   const auto n = static_cast<std::size_t>(patch.n_nodes());
   const bool has_surface = step.model->analysis.projection.free_surface;
+  const bool two_phase = step.model->analysis.two_phase;
   NodalSystem<Dim>& system = patch.system;
   ProjectionNodes& nodes = patch.projection;
   system.right_side.assign(n * node_width, 0.0);
@@ -208,7 +210,8 @@ void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   nodes.volume[node] = sum[1];
                   at(system.right_side, i)[0] = sum[0];
                   const double excess = sum[1] / nodes.space[node] - 1.0;
-                  if (!has_surface) at(system.right_side, i)[0] += spreading * excess * sum[3];
+                  if (!has_surface && !two_phase)
+                    at(system.right_side, i)[0] += spreading * excess * sum[3];
                   const bool at_surface =
                       has_surface && sum[2] < (1.0 - rounding) * nodes.space[node];
                   if (sum[1] > 0 && !at_surface) system.held[node] = 0;

@@ -20,11 +20,13 @@ struct BinFlow {
   double volume = 0;       ///< [m^3]
   double mobility[Dim]{};  ///< [m^6/kg] sum_p V_p c_d
   double storage = 0;      ///< [m^3/Pa] sum_p V_p n / K
+  double released = 0;     ///< [m^3] of it, where a part of the pressure is not kept
   double porosity = 0;     ///< [-]; 0 of a fluid
 
   void scale(double factor) {
     volume *= factor;
     storage *= factor;
+    released *= factor;
     for (double& of_axis : mobility) of_axis *= factor;
   }
 };
@@ -45,7 +47,8 @@ BinFlow<Dim> flow_of_fluid(const Patch<Dim>& patch, const ParticleBin& bin) {
 /// See projection.h.
 template <int Dim>
 BinFlow<Dim> flow_in_pores(const Patch<Dim>& patch, const ParticleBin& bin, const Pores& pores,
-                           double dt) {
+                           double dt, double kept) {
+  const double* pressure = patch.particles.row(Column::pore_pressure);
   const double* V = patch.particles.row(Column::volume);
   const double* mass = patch.particles.row(Column::mass);
   BinFlow<Dim> flow;
@@ -60,7 +63,9 @@ BinFlow<Dim> flow_in_pores(const Patch<Dim>& patch, const ParticleBin& bin, cons
       flow.mobility[d] += V[p] * (solid * solid * rho_l + n * n * rho_s + q) /
                           (rho_s * rho_l + q * (rho_s + rho_l));
     }
-    flow.storage += V[p] * n / pores.liquid().bulk_modulus;
+    const double storage = V[p] * n / pores.liquid().bulk_modulus;
+    flow.storage += storage;
+    flow.released += storage * (1.0 - kept) * pressure[p];
   }
   flow.porosity = mean_porosity(patch, pores, bin);
   return flow;
@@ -97,7 +102,7 @@ void add_point(Patch<Dim>& patch, const StepContext<Dim>& step, const BinFlow<Di
     rate = (1.0 - flow.porosity) * rate +
            flow.porosity * divergence_at(point, patch.liquid.velocity, nodes);
   for (int i = 0; i < Nodes; ++i) {
-    double discharge = -flow.volume * point.N[i] * rate;
+    double discharge = point.N[i] * (flow.released / step.dt - flow.volume * rate);
     for (int d = 0; d < Dim; ++d) discharge += flow.volume * weight[d] * point.dN[d][i];
     sums[static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride] += point.weight * discharge;
     for (int j = 0; j < Nodes; ++j) {
@@ -155,8 +160,9 @@ void add_to_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step, Par
       patch, bins, [](const ParticleBin&) { return true; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         const auto& liquid = step.model->materials[bin.material].liquid;
-        BinFlow<Dim> flow =
-            liquid ? flow_in_pores(patch, bin, Pores(*liquid), step.dt) : flow_of_fluid(patch, bin);
+        BinFlow<Dim> flow = liquid ? flow_in_pores(patch, bin, Pores(*liquid), step.dt,
+                                                   step.model->analysis.projection.kept)
+                                   : flow_of_fluid(patch, bin);
         flow.scale(filling(patch, step, bin));
         for_each_quadrature_point(
             patch, basis, bin, nodes, [&](const auto& point, const Local* corner) {

@@ -190,8 +190,8 @@ void SimulationDriver<Dim>::find_pressure() {
   solves_.linear += report.solve_seconds;
   if (report.converged) return;
   throw WholeStepError(fmt::format(
-      "step {} (t = {:.6g} s): the pressure was not found: {}. Give the linear solver more "
-      "iterations (max_iter), or take a smaller step",
+      "step {} (t = {:.6g} s): the pressure was not found: {}. Take a smaller step; where "
+      "iterations did not suffice, give the linear solver more (max_iter)",
       step_ + 1, time_.time_at(step_), report.problem));
 }
 

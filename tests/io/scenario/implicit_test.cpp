@@ -133,8 +133,7 @@ TEST_CASE("keys of implicit analyses without effect are warned of") {
       {"dof": "displacement", "sub_solver_type": "cg", "abs_tolerance": 1},
       {"dof": "pressure"}]})"))) ==
         "'verbosity' has no effect\n"
-        "the solver of the pressure has no effect: the unknowns of implicit steps are "
-        "displacements\n"
+        "the solver of the pressure has no effect: the unknown is the displacement\n"
         "no effect has, in 'linear_solver': assembler_type, sub_solver_type, abs_tolerance\n");
   CHECK(warnings(scenario_of({.analysis = R"("end_time": 1, "linear_solver": {})",
                               .conditions = R"("velocity_constraints": [

@@ -179,7 +179,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
     {"a misspelt scheme",
      {replace("mpm.json", "\"dt\"", "\"mpm_scheme\": \"ufs\", \"dt\"")},
      {},
-     R"(mpm.json:19:55: error: 'mpm_scheme' must be one of "usf", "usl", "musl", "newmark", found "ufs" [/analysis/mpm_scheme]
+     R"(mpm.json:19:55: error: 'mpm_scheme' must be one of "usf", "usl", "musl", "newmark", "projection", found "ufs" [/analysis/mpm_scheme]
     "analysis": {"type": "MPMExplicit2D", "mpm_scheme": "ufs", "dt": 0.001, "nsteps": 10},
                                                         ^
   hint: did you mean "usf"?
