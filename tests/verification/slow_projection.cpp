@@ -84,9 +84,9 @@ TEST_CASE("projection: the vortex in a driven cavity is that of Ghia, Ghia and S
     const Profile found = profile(cells);
     MESSAGE(fmt::format("{} cells: u {:.4f}, v {:.4f} and {:.4f}", cells, found.u_low, found.v_left,
                         found.v_right));
-    const double band = cells == 32 ? 0.15 : 0.05;
-    CHECK(found.u_low == doctest::Approx(-0.2109).epsilon(band));
-    CHECK(found.v_left == doctest::Approx(0.1753).epsilon(band));
-    CHECK(found.v_right == doctest::Approx(-0.2453).epsilon(band));
+    CHECK(std::abs(found.u_low / -0.2109 - 1) < 0.03);
+    CHECK(std::abs(found.v_left / 0.1753 - 1) < 0.05);
+    // Beside the corner where lid and wall meet particles crowd: an error of the first order.
+    CHECK(std::abs(found.v_right / -0.2453 - 1) < (cells == 32 ? 0.2 : 0.1));
   }
 }
