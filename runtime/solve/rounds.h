@@ -56,6 +56,14 @@ struct RoundOptions {
   double latency = 0;  ///< [s] held back from each message between ranks, for studies
   bool shared_memory = true;
   std::function<void()> others = {};  ///< ExchangeCalls::others
+
+  /// The same with other sums and groups.
+  RoundOptions with(int of_sums, const ExchangeGroups* of_groups) const {
+    RoundOptions changed = *this;
+    changed.sums = of_sums;
+    changed.groups = of_groups;
+    return changed;
+  }
 };
 
 /// For the patches as they are linked now. Messages between ranks are those of

@@ -4,12 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/implicit_walls.h"
+#include "runtime/base/seconds.h"
 #include "runtime/exchange/failure.h"
 
 namespace lahar {
@@ -23,16 +23,6 @@ constexpr double most_growth = 2.0;
 constexpr int most_turns = 4;
 /// Rounding of forces in balance, as a share of them.
 constexpr double rounding = 1e-13;
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-RoundOptions with(RoundOptions options, int sums, const ExchangeGroups* groups) {
-  options.sums = sums;
-  options.groups = groups;
-  return options;
-}
-
 }  // namespace
 
 template <int Dim>
@@ -48,10 +38,10 @@ ImplicitSolver<Dim>::ImplicitSolver(const Model<Dim>& model, PatchSet<Dim>& patc
       patches_(patches),
       ranks_(ranks),
       begin_(patches, implicit_stages<Dim>(model.analysis).begin,
-             with(rounds, 0, groups ? &groups->begin : nullptr),
+             rounds.with(0, groups ? &groups->begin : nullptr),
              {.context = [this](Step round) { return context(round); }}),
       linearize_(patches, implicit_stages<Dim>(model.analysis).linearize,
-                 with(rounds, n_sums, groups ? &groups->linearize : nullptr),
+                 rounds.with(n_sums, groups ? &groups->linearize : nullptr),
                  {.context = [this](Step round) { return context(round); },
                   .give = [this](int p, Step round, std::span<double> own) { give(p, round, own); },
                   .take =
@@ -59,7 +49,7 @@ ImplicitSolver<Dim>::ImplicitSolver(const Model<Dim>& model, PatchSet<Dim>& patc
                         std::copy(sums.begin(), sums.end(), sums_.begin());
                         return true;
                       }}),
-      linear_(model.analysis.linear, patches, with(rounds, 0, groups ? &groups->solve : nullptr)) {}
+      linear_(model.analysis.linear, patches, rounds.with(0, groups ? &groups->solve : nullptr)) {}
 
 template <int Dim>
 StepContext<Dim> ImplicitSolver<Dim>::context(Step round) const {

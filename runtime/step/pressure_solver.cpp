@@ -4,28 +4,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "physics/kernels/projection.h"
 #include "physics/model/transfer_options.h"
+#include "runtime/base/seconds.h"
 #include "runtime/exchange/failure.h"
 
 namespace lahar {
-
-namespace {
-
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-RoundOptions with(RoundOptions options, int sums, const ExchangeGroups* groups) {
-  options.sums = sums;
-  options.groups = groups;
-  return options;
-}
-
-}  // namespace
 
 template <int Dim>
 PressureSolver<Dim>::PressureSolver(const Model<Dim>& model, PatchSet<Dim>& patches,
@@ -35,7 +21,7 @@ PressureSolver<Dim>::PressureSolver(const Model<Dim>& model, PatchSet<Dim>& patc
       patches_(patches),
       ranks_(ranks),
       system_(patches, projection_stages<Dim>(model.analysis),
-              with(rounds, n_sums, groups ? &groups->system : nullptr),
+              rounds.with(n_sums, groups ? &groups->system : nullptr),
               {.context = [this](Step round) { return context(round); },
                .give =
                    [this](int p, Step, std::span<double> own) {
@@ -50,7 +36,7 @@ PressureSolver<Dim>::PressureSolver(const Model<Dim>& model, PatchSet<Dim>& patc
                      std::copy(sums.begin(), sums.end(), sums_.begin());
                      return true;
                    }}),
-      linear_(model.analysis.linear, patches, with(rounds, 0, groups ? &groups->solve : nullptr)) {}
+      linear_(model.analysis.linear, patches, rounds.with(0, groups ? &groups->solve : nullptr)) {}
 
 template <int Dim>
 StepContext<Dim> PressureSolver<Dim>::context(Step round) const {

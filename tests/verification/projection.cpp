@@ -20,6 +20,7 @@ struct Tank {
   double height = 1;  ///< [m] of the mesh
   double dt = 0.002;
   std::string surface = "density";
+  std::string cells = "";  ///< "cell_type": ..., of the mesh
 };
 
 /// Water that is 1 m deep in a tank.
@@ -28,7 +29,7 @@ Model<Dim> tank(const Tank& of, int steps) {
   const bool flat = Dim == 2;
   return model_of_text<Dim>(fmt::format(
       R"({{
-    "mesh": {{"structured": {{"cell_size": 0.1, "extent": [0.4, {0}{1}]}},
+    "mesh": {{{13}"structured": {{"cell_size": 0.1, "extent": [0.4, {0}{1}]}},
       "boundary_conditions": {{"velocity_constraints": [
         {{"nset": "x", "dir": "x", "velocity": 0}},{2}
         {{"nset": "base", "dir": "{3}", "velocity": 0}}]}}}},
@@ -50,7 +51,7 @@ Model<Dim> tank(const Tank& of, int steps) {
       flat ? "" : R"("y": {"union": [{"half_space": {"point": [0, 0, 0], "normal": [0, 1, 0]}},
                  {"half_space": {"point": [0, 0.3, 0], "normal": [0, -1, 0]}}]},)",
       flat ? fmt::format("{}", of.height) : fmt::format("0, {}", of.height), flat ? "1" : "0.3, 1",
-      flat ? "-10" : "0, -10", of.dt, steps, of.kept, of.surface));
+      flat ? "-10" : "0, -10", of.dt, steps, of.kept, of.surface, of.cells));
 }
 
 struct Water {
@@ -93,6 +94,9 @@ TEST_CASE("projection: water at rest stays at rest, and its pressure is that of 
     CHECK(flat.scatter < 1e-6);
     CHECK(flat.speed < 1e-6);
   }
+  const Water triangles = water_after<2>({.height = 1.4, .cells = R"("cell_type": "ED2T3", )"}, 50);
+  CHECK(triangles.pressure < 1e-6);
+  CHECK(triangles.speed < 1e-6);
   const Water solid = water_after<3>({.height = 1.4}, 10);
   CHECK(solid.pressure < 1e-6);
   CHECK(solid.speed < 1e-6);
