@@ -25,6 +25,9 @@ struct TableMeshKeys {
   bool check_duplicates;
 };
 
+/// Whether an object `analysis`, as it is written, is of a projection.
+bool asks_for_projection(const JsonValue& analysis);
+
 /// Builds the model part by part. A part that cannot be built is reported and left empty; the parts
 /// that depend on it check what they can without it, so that one run finds every problem.
 template <int Dim>

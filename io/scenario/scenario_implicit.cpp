@@ -15,7 +15,6 @@ namespace {
 struct WrittenScheme {
   const JsonValue *type = nullptr, *scheme = nullptr;  ///< null where they are not written
   bool type_is_implicit = false, scheme_is_implicit = false;
-  bool is_projection = false;
 };
 
 WrittenScheme written_scheme(const JsonValue& analysis) {
@@ -24,8 +23,6 @@ WrittenScheme written_scheme(const JsonValue& analysis) {
   at.scheme = analysis.find("mpm_scheme");
   at.type_is_implicit = at.type && at.type->as<std::string>().starts_with("MPMImplicit");
   at.scheme_is_implicit = at.scheme && at.scheme->as<std::string>() == "newmark";
-  at.is_projection = (at.type && at.type->as<std::string>().starts_with("MPMSemiImplicit")) ||
-                     (at.scheme && at.scheme->as<std::string>() == "projection");
   return at;
 }
 
@@ -62,7 +59,7 @@ void ScenarioBuilder<Dim>::build_implicit() {
                 "\"newmark\"");
   }
   if (!at.type_is_implicit && !at.scheme_is_implicit) {
-    if (at.is_projection) return;
+    if (asks_for_projection(*analysis)) return;
     for (const char* key : {"scheme_settings", "linear_solver"})
       if (const JsonValue* given = analysis->find(key))
         in_.warning(*given, fmt::format("'{}' has no effect in an explicit analysis", key),

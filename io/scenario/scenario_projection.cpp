@@ -5,7 +5,6 @@
 
 #include "io/scenario/scenario_builder.h"
 #include "physics/materials/law.h"
-#include "physics/model/transfer_options.h"
 
 namespace lahar {
 
@@ -15,16 +14,23 @@ bool is_semi_implicit(const JsonValue* type) {
   return type && !type->defaulted && type->as<std::string>().starts_with("MPMSemiImplicit");
 }
 
+bool is_named_projection(const JsonValue* scheme) {
+  return scheme && scheme->as<std::string>() == "projection";
+}
+
 }  // namespace
+
+bool asks_for_projection(const JsonValue& analysis) {
+  return is_semi_implicit(analysis.find("type")) ||
+         is_named_projection(analysis.find("mpm_scheme"));
+}
 
 template <int Dim>
 void ScenarioBuilder<Dim>::build_projection() {
   JsonValue* analysis = root_.find("analysis");
-  if (!analysis) return;
+  if (!analysis || !asks_for_projection(*analysis)) return;
   const JsonValue *type = analysis->find("type"), *scheme = analysis->find("mpm_scheme");
-  const bool by_type = is_semi_implicit(type);
-  const bool by_scheme = scheme && scheme->as<std::string>() == "projection";
-  if (!by_type && !by_scheme) return;
+  const bool by_type = is_semi_implicit(type), by_scheme = is_named_projection(scheme);
   if (!by_type && type && !type->defaulted)
     in_.error(
         *scheme,
@@ -93,8 +99,8 @@ void ScenarioBuilder<Dim>::check_projection() {
                          "'particles_velocity_constraints'", "prescribe velocities of nodes");
 }
 
-// Of a pressure that is not kept, the weak form of the skeleton's stress knows nothing before it is
-// corrected: part of a sudden load then strains the skeleton at once.
+// Forces on the skeleton have no part of a pressure that is not kept, before it is corrected. Part
+// of a sudden load then strains the skeleton at once.
 template <int Dim>
 void ScenarioBuilder<Dim>::choose_kept_pressure() {
   Analysis& a = model_.analysis;
@@ -113,7 +119,6 @@ void ScenarioBuilder<Dim>::choose_kept_pressure() {
 // All particles have a liquid: they are a fluid, or have it in their pores.
 template <int Dim>
 void ScenarioBuilder<Dim>::check_materials_of_projection() {
-  const auto entries = get_list(root_, "materials");
   for (const auto& [material, at] : single_) {
     const Material& used = model_.materials[static_cast<std::size_t>(material)];
     if (model_.analysis.two_phase)

@@ -5,9 +5,8 @@
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
-#include <vector>
 
-#include "physics/basis/any_basis.h"
+#include "physics/basis/linear_basis.h"
 
 namespace lahar {
 
@@ -18,86 +17,79 @@ struct QuadraturePoint {
   double dN[Dim][Nodes];  ///< [1/m]
 };
 
-/// Two points per axis, which are exact for products of two gradients in boxes.
-template <int Dim>
-class CornerQuadrature {
- public:
-  static constexpr int n = 1 << Dim;
-  using Points = std::array<QuadraturePoint<Dim, corners<Dim>>, n>;
-
-  /// Of a local cell, nodes in tensor order.
-  static Points of(const Patch<Dim>& patch, std::size_t cell) {
-    Points points;
-    double volume = 0;
-    for (int g = 0; g < n; ++g) {
-      auto& point = points[static_cast<std::size_t>(g)];
-      Eigen::Matrix<double, Dim, corners<Dim>> natural;
-      for (int i = 0; i < corners<Dim>; ++i) point.N[i] = functions(g, i, natural);
-      Eigen::Matrix<double, Dim, Dim> J;  // J(k, d) = dx_d / ds_k
-      if (patch.cartesian) {
-        J.setZero();
-        for (int d = 0; d < Dim; ++d)
-          J(d, d) = 1.0 / patch.box[cell][static_cast<std::size_t>(Dim + d)];
-      } else {
-        Eigen::Matrix<double, corners<Dim>, Dim> X;
-        const auto& corner = patch.topology.corner_nodes[cell];
-        for (int i = 0; i < corners<Dim>; ++i)
-          for (int d = 0; d < Dim; ++d)
-            X(i, d) =
-                patch.node_position[static_cast<std::size_t>(corner[static_cast<std::size_t>(i)]) *
-                                        node_width +
-                                    static_cast<std::size_t>(d)];
-        J = natural * X;
-      }
-      const Eigen::Matrix<double, Dim, corners<Dim>> dN = J.inverse() * natural;
-      for (int d = 0; d < Dim; ++d)
-        for (int i = 0; i < corners<Dim>; ++i) point.dN[d][i] = dN(d, i);
-      point.weight = std::abs(J.determinant());
-      volume += point.weight;
-    }
-    for (auto& point : points) point.weight /= volume;
-    return points;
-  }
-
- private:
-  static double functions(int g, int i, Eigen::Matrix<double, Dim, corners<Dim>>& natural) {
-    static const double place = 1.0 / std::sqrt(3.0);
-    double half[Dim], sign[Dim], N = 1.0;
-    for (int d = 0; d < Dim; ++d) {
-      sign[d] = (i >> d & 1) ? 1.0 : -1.0;
-      half[d] = 0.5 * (1.0 + sign[d] * ((g >> d & 1) ? place : -place));
-      N *= half[d];
-    }
-    for (int d = 0; d < Dim; ++d) {
-      natural(d, i) = 0.5 * sign[d];
-      for (int e = 0; e < Dim; ++e)
-        if (e != d) natural(d, i) *= half[e];
-    }
-    return N;
-  }
-};
-
-/// Call add(point, nodes) for the points of a bin's cell: of Q4 and H8 those above, of simplices
-/// the centroid.
-template <int Dim, class Basis, class Add>
-void for_each_quadrature_point(const Patch<Dim>& patch, const Basis& basis, const ParticleBin& bin,
-                               const Local* nodes, Add add) {
-  const auto cell = static_cast<std::size_t>(bin.cell);
-  if (!patch.topology.corner_nodes.empty()) {
-    for (const auto& point : CornerQuadrature<Dim>::of(patch, cell))
-      add(point, patch.topology.corner_nodes[cell].data());
-    return;
-  }
-  constexpr int n = Basis::nodes;
-  QuadraturePoint<Dim, n> point;
+/// Functions of a basis at its particle p.
+template <int Dim, class Basis>
+QuadraturePoint<Dim, Basis::nodes> functions_at(const Basis& basis, Local p) {
+  QuadraturePoint<Dim, Basis::nodes> point;
+  Scalar N[Basis::nodes], dN[Dim][Basis::nodes];
+  basis.functions(p, N);
+  basis.gradients(p, dN);
   point.weight = 1.0;
-  Scalar dN[Dim][n];
-  basis.gradients(bin.begin, dN);
-  for (int i = 0; i < n; ++i) {
-    point.N[i] = 1.0 / n;
+  for (int i = 0; i < Basis::nodes; ++i) {
+    point.N[i] = N[i][0];
     for (int d = 0; d < Dim; ++d) point.dN[d][i] = dN[d][i][0];
   }
-  add(point, nodes);
+  return point;
+}
+
+/// Two points per axis of Q4 and H8, which are exact for products of two gradients in boxes.
+template <int Dim>
+using CornerPoints = std::array<QuadraturePoint<Dim, corners<Dim>>, 1 << Dim>;
+
+/// Natural coordinates of these points.
+template <int Dim>
+inline const auto corner_places = [] {
+  std::array<std::array<double, 1 << Dim>, Dim> places;
+  for (std::size_t d = 0; d < Dim; ++d)
+    for (std::size_t g = 0; g < places[d].size(); ++g)
+      places[d][g] = (g >> d & 1 ? 1.0 : -1.0) / std::sqrt(3.0);
+  return places;
+}();
+
+/// The points of a cell with this map, whose rows become their places.
+template <int Dim, class Map>
+CornerPoints<Dim> corner_points(Map map) {
+  for (std::size_t d = 0; d < Dim; ++d) {
+    map.rows[d] = corner_places<Dim>[d].data();
+    if constexpr (requires { map.origin; }) map.origin[d] = 0.0, map.per_unit[d] = 1.0;
+  }
+  const LinearBasis<Dim, Map> basis{map};
+  CornerPoints<Dim> points;
+  double volume = 0;
+  for (std::size_t g = 0; g < points.size(); ++g) {
+    points[g] = functions_at<Dim>(basis, static_cast<Local>(g));
+    Scalar one[Dim][Dim], ds[Dim][Dim];  // ds[k][d] = ds_k/dx_d
+    for (int k = 0; k < Dim; ++k)
+      for (int d = 0; d < Dim; ++d) one[k][d] = Scalar(k == d ? 1.0 : 0.0);
+    map.to_physical(static_cast<Local>(g), one, ds);
+    Eigen::Matrix<double, Dim, Dim> inverse;
+    for (int k = 0; k < Dim; ++k)
+      for (int d = 0; d < Dim; ++d) inverse(k, d) = ds[k][d][0];
+    points[g].weight = 1.0 / std::abs(inverse.determinant());
+    volume += points[g].weight;
+  }
+  for (auto& point : points) point.weight /= volume;
+  return points;
+}
+
+/// Of a local cell of a patch with Q4 or H8, nodes in tensor order.
+template <int Dim>
+CornerPoints<Dim> corner_points_of(const Patch<Dim>& patch, Local cell) {
+  if (patch.cartesian) return corner_points<Dim>(CartesianCells<Dim>(patch)[cell]);
+  return corner_points<Dim>(IsoparametricCells<Dim>(patch)[cell]);
+}
+
+/// Call use(points, nodes) with the points of a bin's cell: of Q4 and H8 those above, of simplices,
+/// whose gradients are the same everywhere, the centroid.
+template <int Dim, class Basis, class Use>
+void with_quadrature(const Patch<Dim>& patch, const Basis& basis, const ParticleBin& bin,
+                     const Local* nodes, Use use) {
+  if (!patch.topology.corner_nodes.empty())
+    return use(corner_points_of(patch, bin.cell),
+               patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)].data());
+  std::array points{functions_at<Dim>(basis, bin.begin)};
+  for (double& N : points[0].N) N = 1.0 / Basis::nodes;
+  use(points, nodes);
 }
 
 }  // namespace lahar

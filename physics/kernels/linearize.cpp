@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "physics/basis/any_basis.h"
 #include "physics/kernels/implicit.h"
@@ -191,22 +190,15 @@ struct CellSystem {
   }
 };
 
-/// Add what a cell gives to the blocks of a patch. Rows are walked through in the order of nodes.
+/// Add what a cell gives to the blocks of a patch.
 template <int Dim, int Nodes>
 void add_to_system(NodalSystem<Dim>& system, const CellSystem<Dim, Nodes>& cell,
                    const Local* nodes) {
-  std::array<int, Nodes> order;
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](int a, int b) { return nodes[a] < nodes[b]; });
-  for (int i = 0; i < Nodes; ++i) {
-    std::size_t k = system.first[static_cast<std::size_t>(nodes[i])];
-    for (const int j : order) {
-      while (system.column[k] < nodes[j]) ++k;
-      double* block = &system.blocks[static_cast<std::size_t>(system.block_size) * k];
-      for (int a = 0; a < Dim; ++a)
-        for (int c = 0; c < Dim; ++c) block[Dim * a + c] += cell.matrix[Dim * i + a][Dim * j + c];
-    }
-  }
+  for_each_block<Nodes>(system, nodes, [&](int i, int j, std::size_t k) {
+    double* block = &system.blocks[static_cast<std::size_t>(system.block_size) * k];
+    for (int a = 0; a < Dim; ++a)
+      for (int c = 0; c < Dim; ++c) block[Dim * a + c] += cell.matrix[Dim * i + a][Dim * j + c];
+  });
 }
 
 /// Stress of particle p after the increment H. False where its law has none.

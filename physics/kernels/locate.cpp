@@ -614,7 +614,7 @@ class LimitRate {
       viscosity_ = viscosity(law);
       const auto& liquid = model_.materials[bin.material].liquid;
       liquid_ = liquid ? &*liquid : nullptr;
-      // Of a projection, liquids have no waves: a fluid has none, soil those of its skeleton.
+      // In a projection no liquid has waves: a fluid has none, and soil has those of its skeleton.
       if (is_projection(model_.analysis) && !liquid_) modulus_ = 0;
     }
     const double h = patch_.cell_size[static_cast<std::size_t>(bin.cell)];

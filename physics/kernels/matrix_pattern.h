@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <numeric>
 #include <vector>
 
 #include "physics/particles/patch.h"
@@ -20,6 +22,22 @@ std::size_t find_block(const NodalSystem<Dim>& system, Local row, Local column) 
   const auto begin = system.column.begin() + static_cast<std::ptrdiff_t>(system.first[r]);
   const auto end = system.column.begin() + static_cast<std::ptrdiff_t>(system.first[r + 1]);
   return static_cast<std::size_t>(std::lower_bound(begin, end, column) - system.column.begin());
+}
+
+/// Call add(i, j, k) for all pairs of nodes of a cell, k being the number of the block in the row
+/// of nodes[i] and the column of nodes[j]. Rows are walked through in the order of nodes.
+template <int Nodes, int Dim, class Add>
+void for_each_block(const NodalSystem<Dim>& system, const Local* nodes, Add add) {
+  std::array<int, Nodes> order;
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return nodes[a] < nodes[b]; });
+  for (int i = 0; i < Nodes; ++i) {
+    std::size_t k = system.first[static_cast<std::size_t>(nodes[i])];
+    for (const int j : order) {
+      while (system.column[k] < nodes[j]) ++k;
+      add(i, j, k);
+    }
+  }
 }
 
 }  // namespace lahar

@@ -5,9 +5,9 @@
 ///
 ///     A dp = b,   A_ij = int dt c_d dN_i/dx_d dN_j/dx_d dV,   b_i = -int N_i div u* dV
 ///
-/// Integrals are over cells, and cells that particles fill to some share (Projection::least_fill)
-/// are full: pressures of cells with few particles are else undetermined, or have gradients that
-/// are too large. Where there is no free surface, so are cells within the fluid that lost theirs.
+/// Integrals are over cells. A cell is full if its particles fill some share of it
+/// (Projection::least_fill): else a few particles would leave its pressure undetermined, or make
+/// its gradient too large. A fluid without a free surface also fills cells that lost all particles.
 /// u is the discharge: v of a fluid, (1 - n) v + n v_l where a liquid moves in the pores of a
 /// skeleton (two_phase.h). c is what a unit pressure gradient changes of it per time and volume:
 /// 1 / rho of a fluid; with both phases, whose drag q = n^2 r is implicit as at the nodes,
@@ -29,12 +29,12 @@
 /// cells are filled, and walls carry it.
 ///
 /// Velocities without divergence at nodes do not keep particles evenly spread: errors of steps add
-/// up where flows meet, such as in corners. Where there is no free surface, into which voids could
-/// close, fluids therefore spread at nodes at which they are more than the space
-/// (ProjectionNodes::space), and draw together where they are less, at the rate of the shear: b_i
-/// gets (V_i / space_i - 1) sum_p N_i V_p |D_p|. (Other particle methods shift positions for this,
-/// A. Skillen et al., Comput. Methods Appl. Mech. Eng. 265, 2013.) It makes energy: with a free
-/// surface it is left out.
+/// up where flows meet, such as in corners. A fluid without a free surface cannot close its voids.
+/// It therefore spreads at nodes at which its volume is larger than the space
+/// (ProjectionNodes::space), and draws together where it is smaller. The rate is that of the shear:
+/// b_i gets (V_i / space_i - 1) sum_p N_i V_p |D_p|. (Other particle methods shift positions for
+/// this, A. Skillen et al., Comput. Methods Appl. Mech. Eng. 265, 2013.) This makes energy: with a
+/// free surface it is left out.
 ///
 /// The pressure is zero at nodes of a free surface: of cells that particles fill, some, but not all
 /// around a node. There dp = 0. Prescribed pressures need kept = 0 or a mean before the step.
@@ -81,16 +81,17 @@ void map_kept_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Particle
 template <int Dim>
 Vec<Dim> weight_out_of_velocities(const StepContext<Dim>& step);
 
-/// With the velocities v*: A and b begin at zero, cells that are filled, pressures that are given.
+/// With the velocities v*: A and b begin with voids, cells that are filled, pressures that are
+/// given.
 template <int Dim>
 void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step);
 /// What particles give to A and b.
 template <int Dim>
 void add_to_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
-/// The same of cells without particles that a fluid fills all the same.
+/// The same of cells that have no particles, and that a fluid fills.
 template <int Dim>
 void add_voids(Patch<Dim>& patch, const StepContext<Dim>& step, const std::vector<char>& voids);
-/// Voids, and given pressures go to the right side.
+/// Given pressures go to the right side.
 template <int Dim>
 void end_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step);
 /// b of all patches, and at which nodes the pressure is known.
@@ -129,12 +130,9 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
 /// The pressure of fluids becomes what is kept of it, and dp. Volumes do not change.
 template <int Dim>
 void change_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
-/// Pressure of a liquid in pores: `kept` of it and the change at nodes, of all particles of a
-/// patch.
+/// The pressure of a liquid in pores becomes `kept` of it, and dp.
 template <int Dim>
-void add_pore_pressure(Patch<Dim>& patch, const Model<Dim>& model, double kept);
-/// The same of some particles, as a step does it.
-template <int Dim>
-void change_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+void change_pore_pressure(Patch<Dim>& patch, const Model<Dim>& model, ParticleBins bins,
+                          double kept);
 
 }  // namespace lahar

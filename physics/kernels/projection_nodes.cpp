@@ -53,8 +53,8 @@ void add_filled_cells(Patch<Dim>& patch, const StepContext<Dim>& step) {
   }
 }
 
-/// Cells of Q4 and H8 without particles, all of whose nodes have mass. Where there is no free
-/// surface they are within the fluid.
+/// Cells of Q4 and H8 that have no particles, but mass at all nodes. A fluid without a free surface
+/// fills them.
 template <int Dim>
 std::vector<char> voids_of(const Patch<Dim>& patch, const StepContext<Dim>& step) {
   const Analysis& analysis = step.model->analysis;
@@ -171,18 +171,19 @@ void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   ProjectionNodes& nodes = patch.projection;
   if (nodes.space.size() != static_cast<std::size_t>(patch.n_nodes()))
     nodes.space = space_of_nodes(patch, *step.model->mesh);
-  find_pattern(patch, voids_of(patch, step));
+  const std::vector<char> voids = voids_of(patch, step);
+  find_pattern(patch, voids);
   patch.system.blocks.assign(patch.system.column.size(), 0.0);
   clear_sums(patch, step, NodeSum::divergence);
   add_filled_cells(patch, step);
   take_out_weight(patch, step);
   give_pressures(patch, step);
+  add_voids(patch, step, voids);
 }
 
 template <int Dim>
 void end_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.active_nodes.empty()) return;
-  add_voids(patch, step, voids_of(patch, step));
   if (!step.model->analysis.two_phase) hold_islands(patch);
   if (patch.fixed_pressure.empty()) return;
   double* sums = patch.own_sums(NodeSum::divergence, step.step);
@@ -234,7 +235,7 @@ void drain_surfaces(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   if (at_surface && mass > 0 && !find_node(patch.fixed_pressure, i))
                     change[node] = -sum[mass_lane] / mass;
                 });
-  add_pore_pressure(patch, *step.model, 1.0);
+  change_pore_pressure(patch, *step.model, patch.bins, 1.0);
 }
 
 template <int Dim>

@@ -5,13 +5,14 @@
 #include "physics/basis/nodal_fields.h"
 #include "physics/kernels/pore_rows.h"
 #include "physics/kernels/projection.h"
+#include "physics/kernels/strain_rate.h"
 #include "physics/materials/law.h"
 
 namespace lahar {
 
 namespace {
 
-/// Value and gradient of a scalar nodal field at the particles from p on.
+/// Gradient of a scalar nodal field at the particles from p on.
 template <int Dim, int Nodes>
 LAHAR_INLINE void gradient_of_scalar(const Pack (&dN)[Dim][Nodes], const double* nodal,
                                      const Local* nodes, Pack (&gradient)[Dim]) {
@@ -41,15 +42,7 @@ LAHAR_INLINE LawInput<Dim, Pack> shear_of(const Pack (&L)[Dim][Dim], double dt) 
   LAHAR_UNROLL
   for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
   for (int b = 0; b < Dim; ++b) in.gradient[a][b] = a == b ? Pack(L[a][a] - mean) : L[a][b];
-  in.rate[0] = in.gradient[0][0];
-  in.rate[1] = in.gradient[1][1];
-  in.rate[2] = Pack(0.0);
-  in.rate[3] = L[0][1] + L[1][0];
-  if constexpr (Dim == 3) {
-    in.rate[2] = in.gradient[2][2];
-    in.rate[4] = L[1][2] + L[2][1];
-    in.rate[5] = L[0][2] + L[2][0];
-  }
+  strain_rate<Dim>(in.gradient, in.rate);
   in.dt = dt;
   in.volumetric = Pack(0.0);
   return in;
@@ -133,9 +126,8 @@ void update_shear_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
           }
           if (strain[0])
             for (std::size_t k = 0; k < strain_components<Dim>; ++k)
-              store_first(
-                  Pack(load<Pack>(strain[k] + p) + step.dt * in.rate[Dim == 2 && k == 2 ? 3 : k]),
-                  strain[k] + p, n);
+              store_first(Pack(load<Pack>(strain[k] + p) + step.dt * in.rate[strain_voigt<Dim>[k]]),
+                          strain[k] + p, n);
           work += first_lanes(Pack((0.5 * step.dt) * load<Pack>(V + p) * power), n);
         }
       });
@@ -157,10 +149,9 @@ void change_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBi
       });
 }
 
-namespace {
-
 template <int Dim>
-void take_change(Patch<Dim>& patch, const Model<Dim>& model, double kept, ParticleBins bins) {
+void change_pore_pressure(Patch<Dim>& patch, const Model<Dim>& model, ParticleBins bins,
+                          double kept) {
   double* pressure = patch.particles.row(Column::pore_pressure);
   interpolate_bins<Pack>(patch, bins, patch.projection.change.data(), has_liquid(model),
                          [&](Local p, Local n, const Pack& change) {
@@ -169,25 +160,12 @@ void take_change(Patch<Dim>& patch, const Model<Dim>& model, double kept, Partic
                          });
 }
 
-}  // namespace
-
-template <int Dim>
-void add_pore_pressure(Patch<Dim>& patch, const Model<Dim>& model, double kept) {
-  take_change(patch, model, kept, patch.bins);
-}
-
-template <int Dim>
-void change_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  take_change(patch, *step.model, step.model->analysis.projection.kept, bins);
-}
-
 #define LAHAR_INSTANTIATE(Dim)                                                                \
   template void begin_pressure_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&);             \
   template void add_pressure_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
   template void update_shear_stress<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
   template void change_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);     \
-  template void add_pore_pressure<Dim>(Patch<Dim>&, const Model<Dim>&, double);               \
-  template void change_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
+  template void change_pore_pressure<Dim>(Patch<Dim>&, const Model<Dim>&, ParticleBins, double);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

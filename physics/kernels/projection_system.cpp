@@ -1,6 +1,8 @@
 /// \file The linear system of a projection: what particles and cells give to it.
 #include <algorithm>
+#include <array>
 
+#include "physics/basis/any_basis.h"
 #include "physics/basis/nodal_fields.h"
 #include "physics/kernels/cell_quadrature.h"
 #include "physics/kernels/matrix_pattern.h"
@@ -14,7 +16,7 @@ namespace lahar {
 
 namespace {
 
-/// Of the particles of a bin together.
+/// Sums over the particles of a bin.
 template <int Dim>
 struct BinFlow {
   double volume = 0;       ///< [m^3]
@@ -91,27 +93,48 @@ double divergence_at(const QuadraturePoint<Dim, Nodes>& point, const NodeArray& 
   return sum;
 }
 
-/// What the material of a bin gives to the nodes of its cell at one of the cell's points.
-template <int Dim, int Nodes>
-void add_point(Patch<Dim>& patch, const StepContext<Dim>& step, const BinFlow<Dim>& flow,
-               const QuadraturePoint<Dim, Nodes>& point, const Local* nodes, const Vec<Dim>& weight,
-               bool in_pores) {
-  double* sums = patch.own_sums(NodeSum::divergence, step.step);
-  double rate = divergence_at(point, patch.velocity, nodes);
-  if (in_pores)
-    rate = (1.0 - flow.porosity) * rate +
-           flow.porosity * divergence_at(point, patch.liquid.velocity, nodes);
-  for (int i = 0; i < Nodes; ++i) {
-    double discharge = point.N[i] * (flow.released / step.dt - flow.volume * rate);
-    for (int d = 0; d < Dim; ++d) discharge += flow.volume * weight[d] * point.dN[d][i];
-    sums[static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride] += point.weight * discharge;
-    for (int j = 0; j < Nodes; ++j) {
-      double value = i == j ? flow.storage * point.N[i] / step.dt : 0.0;
-      for (int d = 0; d < Dim; ++d)
-        value += step.dt * flow.mobility[d] * point.dN[d][i] * point.dN[d][j];
-      patch.system.blocks[find_block(patch.system, nodes[i], nodes[j])] += point.weight * value;
+/// What material gives to the nodes of its cell.
+template <int Nodes>
+struct CellFlow {
+  double discharge[Nodes]{};
+  double matrix[Nodes][Nodes]{};
+
+  template <int Dim>
+  void add(const BinFlow<Dim>& flow, const QuadraturePoint<Dim, Nodes>& point, double rate,
+           double dt, const Vec<Dim>& weight) {
+    for (int i = 0; i < Nodes; ++i) {
+      double b = point.N[i] * (flow.released / dt - flow.volume * rate);
+      for (int d = 0; d < Dim; ++d) b += flow.volume * weight[d] * point.dN[d][i];
+      discharge[i] += point.weight * b;
+      for (int j = 0; j < Nodes; ++j) {
+        double value = i == j ? flow.storage * point.N[i] / dt : 0.0;
+        for (int d = 0; d < Dim; ++d)
+          value += dt * flow.mobility[d] * point.dN[d][i] * point.dN[d][j];
+        matrix[i][j] += point.weight * value;
+      }
     }
   }
+};
+
+/// Material that fills a cell with these points evenly.
+template <int Dim, int Nodes, std::size_t Points>
+void add_cell(Patch<Dim>& patch, const StepContext<Dim>& step, const BinFlow<Dim>& flow,
+              const std::array<QuadraturePoint<Dim, Nodes>, Points>& points, const Local* nodes) {
+  const Vec<Dim> weight = weight_out_of_velocities(step);
+  CellFlow<Nodes> cell;
+  for (const auto& point : points) {
+    double rate = divergence_at(point, patch.velocity, nodes);
+    if (flow.porosity > 0)
+      rate = (1.0 - flow.porosity) * rate +
+             flow.porosity * divergence_at(point, patch.liquid.velocity, nodes);
+    cell.add(flow, point, rate, step.dt, weight);
+  }
+  double* sums = patch.own_sums(NodeSum::divergence, step.step);
+  for (int i = 0; i < Nodes; ++i)
+    sums[static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride] += cell.discharge[i];
+  for_each_block<Nodes>(patch.system, nodes, [&](int i, int j, std::size_t k) {
+    patch.system.blocks[k] += cell.matrix[i][j];
+  });
 }
 
 /// |D| = sqrt(2 D : D) of the velocity gradient L.
@@ -155,7 +178,6 @@ void add_volumes(const Patch<Dim>& patch, const Basis& basis, const ParticleBin&
 
 template <int Dim>
 void add_to_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  const Vec<Dim> weight = weight_out_of_velocities(step);
   for_each_bin_with_basis(
       patch, bins, [](const ParticleBin&) { return true; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
@@ -164,10 +186,9 @@ void add_to_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step, Par
                                                    step.model->analysis.projection.kept)
                                    : flow_of_fluid(patch, bin);
         flow.scale(filling(patch, step, bin));
-        for_each_quadrature_point(
-            patch, basis, bin, nodes, [&](const auto& point, const Local* corner) {
-              add_point(patch, step, flow, point, corner, weight, liquid.has_value());
-            });
+        with_quadrature(patch, basis, bin, nodes, [&](const auto& points, const Local* of_cell) {
+          add_cell(patch, step, flow, points, of_cell);
+        });
         add_volumes(patch, basis, bin, nodes, patch.own_sums(NodeSum::divergence, step.step));
       });
 }
@@ -181,13 +202,12 @@ void add_voids(Patch<Dim>& patch, const StepContext<Dim>& step, const std::vecto
     for (int d = 0; d < Dim; ++d) all.mobility[d] += flow.mobility[d];
   }
   if (all.volume == 0) return;
-  const Vec<Dim> weight = weight_out_of_velocities(step);
   for (std::size_t c = 0; c < voids.size(); ++c) {
     if (!voids[c]) continue;
     BinFlow<Dim> flow = all;
     flow.scale(step.model->mesh->cell_volume(patch.topology.cells[c]) / all.volume);
-    for (const auto& point : CornerQuadrature<Dim>::of(patch, c))
-      add_point(patch, step, flow, point, patch.topology.corner_nodes[c].data(), weight, false);
+    add_cell(patch, step, flow, corner_points_of(patch, static_cast<Local>(c)),
+             patch.topology.corner_nodes[c].data());
   }
 }
 

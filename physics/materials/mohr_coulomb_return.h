@@ -372,8 +372,8 @@ LAHAR_INLINE unsigned MohrCoulombUpdate::step_along_tangent(const Real* start, R
 }
 
 /// `stress` is the trial stress before and the stress that the law allows after; `trial` is that
-/// point with deviator_of(). Without `start` there is no step along the tangent. Returns the lanes
-/// of `lanes_to_do` that need more than `steps` steps, whose results are not meant to be used.
+/// point with deviator_of(). Without `start` no step goes along the tangent. Returns the lanes of
+/// `lanes_to_do` that need more than `steps` steps. Their results are not meant to be used.
 template <int Rows, class Real>
 unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
                                               const Strength<Real>& s, Real& pdstrain,

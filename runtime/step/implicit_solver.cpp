@@ -1,7 +1,6 @@
 #include "runtime/step/implicit_solver.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include "physics/kernels/implicit_walls.h"
 #include "runtime/base/seconds.h"
 #include "runtime/exchange/failure.h"
+#include "runtime/step/worst_node.h"
 
 namespace lahar {
 
@@ -171,24 +171,16 @@ bool ImplicitSolver<Dim>::turn_slips() {
 
 template <int Dim>
 std::string ImplicitSolver<Dim>::worst_node() const {
-  double worst = -1;
-  std::string text;
-  for (int p = 0; p < patches_.size(); ++p) {
-    const Patch<Dim>& patch = patches_[p];
-    for (std::size_t i = 0; i < patch.system.held.size(); ++i) {
-      Vec<Dim> force = Vec<Dim>::Zero();
-      for (int d = 0; d < Dim; ++d)
-        if (!(patch.system.held[i] >> d & 1))
-          force[d] = patch.system.right_side[i * node_width + static_cast<std::size_t>(d)];
-      if (!(force.norm() > worst)) continue;
-      worst = force.norm();
-      const Index node = patch.topology.nodes[i] % model_.mesh->n_nodes();
-      const Vec<Dim> x = model_.mesh->node(node);
-      text = fmt::format("most at node {} ({:.6g}), {:.3g} N", node, fmt::join(x, ", "), worst);
-    }
-  }
-  if (ranks_.several()) take_first_text(ranks_, worst == ranks_.max(worst), text);
-  return text;
+  const auto unbalanced = [](const Patch<Dim>& patch, std::size_t i) {
+    if (i >= patch.system.held.size()) return -1.0;
+    Vec<Dim> force = Vec<Dim>::Zero();
+    for (int d = 0; d < Dim; ++d)
+      if (!(patch.system.held[i] >> d & 1))
+        force[d] = patch.system.right_side[i * node_width + static_cast<std::size_t>(d)];
+    return force.norm();
+  };
+  return fmt::format("most at {} N",
+                     describe_worst_node<Dim>(patches_, *model_.mesh, ranks_, unbalanced));
 }
 
 template <int Dim>

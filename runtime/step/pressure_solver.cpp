@@ -1,7 +1,6 @@
 #include "runtime/step/pressure_solver.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +8,7 @@
 #include "physics/kernels/projection.h"
 #include "physics/model/transfer_options.h"
 #include "runtime/base/seconds.h"
-#include "runtime/exchange/failure.h"
+#include "runtime/step/worst_node.h"
 
 namespace lahar {
 
@@ -45,23 +44,13 @@ StepContext<Dim> PressureSolver<Dim>::context(Step round) const {
 
 template <int Dim>
 std::string PressureSolver<Dim>::worst_node() const {
-  double worst = -1;
-  std::string text;
-  for (int p = 0; p < patches_.size(); ++p) {
-    const Patch<Dim>& patch = patches_[p];
-    for (std::size_t i = 0; i < patch.projection.volume.size(); ++i) {
-      if (patch.system.held[i] || !(patch.projection.volume[i] > 0)) continue;
-      const double rate =
-          std::abs(patch.system.right_side[i * node_width]) / patch.projection.volume[i];
-      if (!(rate > worst)) continue;
-      worst = rate;
-      const Index node = patch.topology.nodes[i];
-      text = fmt::format("the divergence to be removed is largest at node {} ({:.6g}), {:.3g} 1/s",
-                         node, fmt::join(model_.mesh->node(node), ", "), worst);
-    }
-  }
-  if (ranks_.several()) take_first_text(ranks_, worst == ranks_.max(worst), text);
-  return text;
+  const auto divergence = [](const Patch<Dim>& patch, std::size_t i) {
+    const std::vector<double>& volume = patch.projection.volume;
+    if (i >= volume.size() || patch.system.held[i] || !(volume[i] > 0)) return -1.0;
+    return std::abs(patch.system.right_side[i * node_width]) / volume[i];
+  };
+  return fmt::format("the divergence to be removed is largest at {} 1/s",
+                     describe_worst_node<Dim>(patches_, *model_.mesh, ranks_, divergence));
 }
 
 template <int Dim>

@@ -43,7 +43,7 @@ class PressureSolver {
  private:
   static constexpr int n_sums = 4;
   StepContext<Dim> context(Step round) const;
-  /// "most at node ... (x, y), ..."; collective.
+  /// "... is largest at node ... (x, y), ..."; collective.
   std::string worst_node() const;
 
   const Model<Dim>& model_;

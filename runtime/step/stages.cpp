@@ -648,8 +648,9 @@ Stages<Dim> projected_stress(const Analysis& analysis) {
         .bins = [](P& p, S& s, ParticleBins bins) { change_pressure(p, s, bins); }}};
   Stages<Dim> list = strain_and_stress<Dim>(analysis);
   list.push_back(TimestepStage<Dim>{
-      .stage = {.name = "pore pressure"},
-      .bins = [](P& p, S& s, ParticleBins bins) { change_pore_pressure(p, s, bins); }});
+      .stage = {.name = "pore pressure"}, .bins = [](P& p, S& s, ParticleBins bins) {
+        change_pore_pressure(p, *s.model, bins, s.model->analysis.projection.kept);
+      }});
   return list;
 }
 

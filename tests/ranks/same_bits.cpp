@@ -11,6 +11,7 @@
 #include "runtime/output/checkpoint_writer.h"
 #include "runtime/step/restart.h"
 #include "tests/ranks/checkpoint_bytes.h"
+#include "tests/ranks/reference_run.h"
 #include "tests/ranks/shared_folder.h"
 #include "tests/runtime/step/falling_dust.h"
 
@@ -48,26 +49,6 @@ class OnTheWay {
   const Communicator& ranks_;
   CheckpointWriter writer_;
   int copies_ = 0;
-};
-
-/// The reference: one rank and one thread, halfway and at the end.
-template <int Dim>
-struct Reference {
-  Reference(const Model<Dim>& model, Index steps, const SharedFolder& folder,
-            const Communicator& ranks) {
-    if (ranks.rank() == 0) try {
-        Simulation simulation(model, {.threads = 1});
-        simulation.advance(steps / 2);
-        middle = checkpoint_of(simulation, {}, folder.path / "one");
-        simulation.advance(steps - steps / 2);
-        end = checkpoint_of(simulation, {}, folder.path / "one");
-      } catch (const std::exception& error) {  // others wait
-        FAIL_CHECK(std::string(error.what()));
-      }
-    ranks.broadcast(middle);
-    ranks.broadcast(end);
-  }
-  std::string middle, end;
 };
 
 /// Returns how many states were copied by tasks.

@@ -6,8 +6,7 @@
 #include <string>
 
 #include "runtime/step/restart.h"
-#include "tests/ranks/checkpoint_bytes.h"
-#include "tests/ranks/shared_folder.h"
+#include "tests/ranks/reference_run.h"
 #include "tests/runtime/step/models.h"
 
 namespace lahar::test {
@@ -17,18 +16,7 @@ namespace lahar::test {
 inline void check_same_checkpoints(const Model<2>& model, Index steps) {
   const Communicator ranks = Communicator::world();
   const SharedFolder folder(ranks);
-  std::string middle, end;
-  if (ranks.rank() == 0) try {
-      Simulation simulation(model, {.threads = 1});
-      simulation.advance(steps / 2);
-      middle = checkpoint_of(simulation, {}, folder.path / "one");
-      simulation.advance(steps - steps / 2);
-      end = checkpoint_of(simulation, {}, folder.path / "one");
-    } catch (const std::exception& error) {  // others wait
-      FAIL_CHECK(std::string(error.what()));
-    }
-  ranks.broadcast(middle);
-  ranks.broadcast(end);
+  const Reference<2> reference(model, steps, folder, ranks);
   const CheckpointReader reader(folder.path / "one" / checkpoint_name(steps / 2));
   for (const int threads : {1, 2, 4}) {
     CAPTURE(threads);
@@ -36,12 +24,13 @@ inline void check_same_checkpoints(const Model<2>& model, Index steps) {
     const ExecutionOptions way{.threads = threads, .ranks = ranks};
     Simulation simulation(model, way);
     simulation.advance(steps / 2);
-    CHECK(checkpoint_of(simulation, ranks, own) == middle);
+    CHECK(checkpoint_of(simulation, ranks, own) == reference.middle);
     simulation.advance(steps - steps / 2);
-    CHECK(checkpoint_of(simulation, ranks, own) == end);
+    CHECK(checkpoint_of(simulation, ranks, own) == reference.end);
     Simulation resumed(model, way, {}, state_in(reader));
     resumed.advance(steps - steps / 2);
-    CHECK(checkpoint_of(resumed, ranks, folder.path / ("on" + std::to_string(threads))) == end);
+    CHECK(checkpoint_of(resumed, ranks, folder.path / ("on" + std::to_string(threads))) ==
+          reference.end);
   }
 }
 

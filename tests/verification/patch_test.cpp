@@ -89,13 +89,24 @@ void check_patch(Element element, const Eigen::Matrix<double, Dim, Dim>& L, Sche
   CHECK(worst_x < rounding);
 }
 
+Eigen::Matrix2d gradient_2d() {
+  Eigen::Matrix2d L;
+  L << 0.5, 0.75, -0.25, -0.3;
+  return L;
+}
+
+Eigen::Matrix3d gradient_3d() {
+  Eigen::Matrix3d L;
+  L << 0.5, 0.75, 0.1, -0.25, -0.3, 0.4, 0.2, -0.6, 0.35;
+  return L;
+}
+
 }  // namespace
 
 TEST_CASE(
     "patch test: a linear velocity field gives uniform strain and stress on distorted meshes of "
     "every element in 2D") {
-  Eigen::Matrix2d L;
-  L << 0.5, 0.75, -0.25, -0.3;
+  const Eigen::Matrix2d L = gradient_2d();
   using enum Element;
   for (const Element element : {Q4, T3, T6, Q8, Q9})
     for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
@@ -108,8 +119,7 @@ TEST_CASE(
 TEST_CASE(
     "patch test: a linear velocity field gives uniform strain and stress on distorted meshes of "
     "every element in 3D") {
-  Eigen::Matrix3d L;
-  L << 0.5, 0.75, 0.1, -0.25, -0.3, 0.4, 0.2, -0.6, 0.35;
+  const Eigen::Matrix3d L = gradient_3d();
   using enum Element;
   for (const Element element : {H8, Tet4, H20, H27})
     for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
@@ -120,10 +130,8 @@ TEST_CASE(
 }
 
 TEST_CASE("patch test: the mean of volumetric strains keeps uniform strains on distorted meshes") {
-  Eigen::Matrix2d L;
-  L << 0.5, 0.75, -0.25, -0.3;
-  Eigen::Matrix3d M;
-  M << 0.5, 0.75, 0.1, -0.25, -0.3, 0.4, 0.2, -0.6, 0.35;
+  const Eigen::Matrix2d L = gradient_2d();
+  const Eigen::Matrix3d M = gradient_3d();
   for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
     CAPTURE(static_cast<int>(scheme));
     for (const Element element : {Element::Q4, Element::Q8, Element::Q9})
@@ -134,10 +142,8 @@ TEST_CASE("patch test: the mean of volumetric strains keeps uniform strains on d
 }
 
 TEST_CASE("patch test: positive functions of second order on distorted cells of straight edges") {
-  Eigen::Matrix2d L;
-  L << 0.5, 0.75, -0.25, -0.3;
-  Eigen::Matrix3d M;
-  M << 0.5, 0.75, 0.1, -0.25, -0.3, 0.4, 0.2, -0.6, 0.35;
+  const Eigen::Matrix2d L = gradient_2d();
+  const Eigen::Matrix3d M = gradient_3d();
   for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
     CAPTURE(static_cast<int>(scheme));
     check_patch<2>(Element::T6, L, scheme, false);

@@ -6,9 +6,10 @@
 #include <variant>
 
 #include "io/scenario/scenario.h"
-#include "physics/base/error.h"
+#include "tests/io/scenario/said.h"
 
 using namespace lahar;
+using namespace lahar::test;
 
 namespace {
 
@@ -46,22 +47,7 @@ Parts with(std::string keys, const char* step = explicit_step) {
 }
 
 std::string refusal(const Parts& parts) {
-  try {
-    scenario_of(parts);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
-
-std::string warnings(const Parts& parts) {
-  std::string text;
-  for (const Problem& warning : scenario_of(parts).warnings) text += warning.message + "\n";
-  return text;
-}
-
-bool contains(const std::string& text, const char* part) {
-  return text.find(part) != std::string::npos;
+  return refusal_of([&] { scenario_of(parts); });
 }
 
 }  // namespace
@@ -96,7 +82,7 @@ TEST_CASE("B-bar is chosen by the type of particles in CB-Geo's input") {
     Parts parts = with("", step);
     parts.type = "P2DBBAR";
     CHECK(has_b_bar(parts));
-    CHECK(!contains(warnings(parts), "B-bar"));
+    CHECK(!says(warnings_of(scenario_of(parts)), "B-bar"));
     parts.analysis = R"("b_bar": false, )" + std::string(step);
     CHECK(!has_b_bar(parts));
   }
@@ -122,28 +108,29 @@ TEST_CASE("B-bar is refused where it makes no sense or is not there yet") {
 TEST_CASE("B-bar has no effect in triangles, which is said") {
   Parts parts = with(R"("b_bar": true, )");
   parts.cell_type = "ED2T3";
-  CHECK(contains(warnings(parts), "B-bar has no effect: the strain of such cells is constant"));
+  CHECK(says(warnings_of(scenario_of(parts)),
+             "B-bar has no effect: the strain of such cells is constant"));
   parts.cell_type = "ED2Q9";
-  CHECK(!contains(warnings(parts), "B-bar"));
+  CHECK(!says(warnings_of(scenario_of(parts)), "B-bar"));
 }
 
 TEST_CASE("particles with finite strains are as others in explicit steps, which is said") {
   Parts parts = with("");
   parts.type = "P2DFS";
-  CHECK(contains(warnings(parts), "particles of type \"P2DFS\" are as P2D"));
+  CHECK(says(warnings_of(scenario_of(parts)), "particles of type \"P2DFS\" are as P2D"));
   CHECK(!has_b_bar(parts));
   parts.law = R"("type": "NeoHookean", "youngs_modulus": 1e7, "poisson_ratio": 0.2)";
-  CHECK(!contains(warnings(parts), "are as P2D"));
+  CHECK(!says(warnings_of(scenario_of(parts)), "are as P2D"));
   parts = with("", implicit_step);
   parts.type = "P2DFS";
-  CHECK(!contains(warnings(parts), "are as P2D"));
+  CHECK(!says(warnings_of(scenario_of(parts)), "are as P2D"));
 }
 
 TEST_CASE("what locks is warned of, unless there is B-bar") {
   const auto locks = [](const std::string& keys) {
     Parts parts = with(keys);
     parts.law = R"("type": "LinearElastic", "youngs_modulus": 1e7, "poisson_ratio": 0.499)";
-    return contains(warnings(parts), "hardly changes its volume, and locks");
+    return says(warnings_of(scenario_of(parts)), "hardly changes its volume, and locks");
   };
   CHECK(locks(""));
   CHECK(!locks(R"("b_bar": true, )"));

@@ -6,9 +6,10 @@
 #include <string>
 
 #include "io/scenario/scenario.h"
-#include "physics/base/error.h"
+#include "tests/io/scenario/said.h"
 
 using namespace lahar;
+using namespace lahar::test;
 
 namespace {
 
@@ -56,23 +57,11 @@ Parts with_settings(const std::string& keys) {
 }
 
 std::string refusal(const Parts& parts, const ScenarioOptions& options = {}) {
-  try {
-    scenario_of(parts, options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return refusal_of([&] { scenario_of(parts, options); });
 }
 
 std::string refused(std::string_view what) {
   return std::string(what) + " is not supported yet in implicit analyses";
-}
-
-/// Messages of the warnings, one per line.
-std::string warnings(const Scenario& scenario) {
-  std::string text;
-  for (const Problem& warning : scenario.warnings) text += warning.message + "\n";
-  return text;
 }
 
 }  // namespace
@@ -128,15 +117,15 @@ TEST_CASE("implicit steps are read as the fork of CB-Geo MPM writes them") {
 }
 
 TEST_CASE("keys of implicit analyses without effect are warned of") {
-  CHECK(warnings(scenario_of(with(R"("scheme_settings": {"verbosity": 2}, "linear_solver": {
+  CHECK(warnings_of(scenario_of(with(R"("scheme_settings": {"verbosity": 2}, "linear_solver": {
     "assembler_type": "EigenImplicit2D", "solver_settings": [
       {"dof": "displacement", "sub_solver_type": "cg", "abs_tolerance": 1},
       {"dof": "pressure"}]})"))) ==
         "'verbosity' has no effect\n"
         "the solver of the pressure has no effect: the unknown is the displacement\n"
         "no effect has, in 'linear_solver': assembler_type, sub_solver_type, abs_tolerance\n");
-  CHECK(warnings(scenario_of({.analysis = R"("end_time": 1, "linear_solver": {})",
-                              .conditions = R"("velocity_constraints": [
+  CHECK(warnings_of(scenario_of({.analysis = R"("end_time": 1, "linear_solver": {})",
+                                 .conditions = R"("velocity_constraints": [
                                 {"nset": "base", "dir": "y", "velocity": 0}])"})) ==
         "'linear_solver' has no effect in an explicit analysis\n");
 }
@@ -150,7 +139,7 @@ TEST_CASE("type and scheme have to agree, and in CB-Geo's input the type counts"
         "'mpm_scheme': \"usl\" is explicit, but 'type' is \"MPMImplicit2D\"");
   const Scenario scenario = scenario_of({.analysis = both});
   CHECK(std::get<Model<2>>(scenario.model).analysis.scheme == Scheme::newmark);
-  CHECK(warnings(scenario) ==
+  CHECK(warnings_of(scenario) ==
         "'mpm_scheme': newmark is run in place of usl, because 'type' is implicit\n");
 }
 
@@ -263,7 +252,8 @@ TEST_CASE("explicit analyses refuse displacement constraints, and ignore them in
                    .conditions = R"("displacement_constraints": [
                        {"nset": "base", "dir": "y", "displacement": 0}], "velocity_constraints": [
                        {"nset": "base", "dir": "y", "velocity": 0}])"});
-  CHECK(warnings(scenario) == "'displacement_constraints' are ignored in an explicit analysis\n");
+  CHECK(warnings_of(scenario) ==
+        "'displacement_constraints' are ignored in an explicit analysis\n");
   const auto& model = std::get<Model<2>>(scenario.model);
   CHECK(entries_of<NodeDisplacement>(model).empty());
   CHECK(entries_of<NodeVelocity>(model).size() == 3);
@@ -280,7 +270,7 @@ TEST_CASE("velocity constraints act in implicit analyses, but not as in CB-Geo M
   const auto& model = std::get<Model<2>>(scenario.model);
   CHECK(entries_of<NodeVelocity>(model).empty());
   CHECK(entries_of<NodeDisplacement>(model).size() == 3);
-  CHECK(warnings(scenario).starts_with(
+  CHECK(warnings_of(scenario).starts_with(
       "'velocity_constraints' are ignored in an implicit analysis, as by CB-Geo\n"));
 }
 

@@ -5,9 +5,10 @@
 #include <string>
 
 #include "io/scenario/scenario.h"
-#include "physics/base/error.h"
+#include "tests/io/scenario/said.h"
 
 using namespace lahar;
+using namespace lahar::test;
 
 namespace {
 
@@ -46,16 +47,7 @@ Parts with(const std::string& keys) {
 }
 
 std::string refusal(const Parts& parts) {
-  try {
-    scenario_of(parts);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
-
-bool says(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
+  return refusal_of([&] { scenario_of(parts); });
 }
 
 }  // namespace
@@ -117,11 +109,7 @@ TEST_CASE("what does not go together with a projection is refused") {
 TEST_CASE("beta of soil and water below 1 is warned of") {
   Parts parts = with(R"("scheme_settings": {"beta": 0})");
   parts.generator = saturated;
-  const Scenario scenario = scenario_of(parts);
-  bool warned = false;
-  for (const Problem& warning : scenario.warnings)
-    warned |= says(warning.message, "soil gives way to a sudden load");
-  CHECK(warned);
+  CHECK(says(warnings_of(scenario_of(parts)), "soil gives way to a sudden load"));
 }
 
 TEST_CASE("a beta above 0.5 is for projections alone") {

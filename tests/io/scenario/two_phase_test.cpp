@@ -7,9 +7,10 @@
 #include <vector>
 
 #include "io/scenario/scenario.h"
-#include "physics/base/error.h"
+#include "tests/io/scenario/said.h"
 
 using namespace lahar;
+using namespace lahar::test;
 
 namespace {
 
@@ -42,12 +43,7 @@ Model<2> model_of(const Parts& parts) {
 }
 
 std::string refusal(const Parts& parts) {
-  try {
-    read_scenario_text(text_of(parts), "");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return refusal_of([&] { read_scenario_text(text_of(parts), ""); });
 }
 
 }  // namespace
