@@ -53,7 +53,6 @@ LAHAR_INLINE LawInput<Dim, Pack> shear_of(const Pack (&L)[Dim][Dim], double dt) 
 template <int Dim>
 void begin_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.contributes[static_cast<std::size_t>(step.step % 2)] = patch.count > 0;
-  patch.idle = false;  // also before particles were delivered for the first time
 }
 
 template <int Dim>

@@ -565,6 +565,7 @@ template <int Dim>
 void clear_before_projection(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const Analysis& analysis = step.model->analysis;
   patch.contributes[static_cast<std::size_t>(step.step % 2)] = patch.count > 0;
+  patch.idle = false;
   patch.projection.work = patch.work;
   if (patch.active_nodes.empty()) return;
   clear_sums_with(patch, step, NodeSum::mass_momentum);
