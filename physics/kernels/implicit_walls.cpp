@@ -159,8 +159,10 @@ void turn_matrix(Patch<Dim>& patch) {
   const auto block_at = [&](std::size_t k) {
     return Eigen::Map<Block>(&system.blocks[static_cast<std::size_t>(system.block_size) * k]);
   };
+  system.turned.clear();
   for_each_wall(patch, [&](const ConstrainedNode<Dim>& wall, const ImplicitWall<Dim>&) {
     if (wall.axes.isIdentity(0.0)) return;
+    system.turned.push_back({wall.node, wall.axes});
     const auto row = static_cast<std::size_t>(wall.node);
     for (std::size_t k = system.first[row]; k < system.first[row + 1]; ++k) {
       block_at(k) = wall.axes.transpose() * block_at(k);

@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <initializer_list>
 
+#include "physics/kernels/solver_lanes.h"
 #include "physics/particles/node_sums.h"
 
 namespace lahar {
 
 namespace {
-
-/// `value` in lanes in which there is something to solve for, else zero.
-LAHAR_INLINE NodeVector where_free(const NodeVector& inverse, const NodeVector& value) {
-  const NodeVector zero(0.0);
-  return NodeVector::of(inverse.v != zero.v ? value.v : zero.v);
-}
 
 /// The inverse of the diagonal of free unknowns, and a zero.
 template <int Dim>
@@ -67,23 +62,6 @@ double find_inverse(Patch<Dim>& patch, Index round) {
   return unsolvable;
 }
 
-/// Terms of the sums of a patch, lane by lane.
-class Terms {
- public:
-  explicit Terms(const NodeVector& inverse) : counts_(inverse[mass_lane]) {}
-  LAHAR_INLINE NodeVector of(const NodeVector& a, const NodeVector& b) const {
-    return NodeVector(a * b) * counts_;
-  }
-
- private:
-  NodeVector counts_;
-};
-
-struct Sums {
-  NodeVector sum[n_solver_sums] = {0.0, 0.0, 0.0, 0.0, 0.0};
-  LAHAR_INLINE NodeVector& operator[](SolverSum which) { return sum[static_cast<int>(which)]; }
-};
-
 /// The vectors of one node.
 struct NodeOfSolver {
   double *x, *m, *r, *w, *s, *z, *p, *v, *t, *shadow;
@@ -97,26 +75,26 @@ LAHAR_INLINE NodeVector get(const double* p) {
 
 /// What becomes of a product; the sums of those rounds after which nothing else is given are (r, r)
 /// and what the next iteration begins with.
-LAHAR_INLINE void add_sums(const SolverOrder& order, const NodeOfSolver& node, Sums& sums) {
-  const Terms terms(node.inverse);
+LAHAR_INLINE void add_sums(const SolverOrder& order, const NodeOfSolver& node, LaneSums& sums) {
+  const NodeVector& inverse = node.inverse;
   const NodeVector r = get(node.r), w = get(node.w);
-  sums[SolverSum::rr] += terms.of(r, r);
+  sums.add(SolverSum::rr, inverse, r, r);
   if (order.product == SolverOrder::Product::residual) {
-    const NodeVector b = where_free(node.inverse, get(node.b));
-    sums[SolverSum::bb] += terms.of(b, b);
+    const NodeVector b = where_free(inverse, get(node.b));
+    sums.add(SolverSum::bb, inverse, b, b);
   } else if (!order.bicgstab) {
-    const NodeVector u = node.inverse * r;
-    sums[SolverSum::rDr] += terms.of(r, u);
-    sums[SolverSum::wDr] += terms.of(w, u);
+    const NodeVector u = inverse * r;
+    sums.add(SolverSum::rDr, inverse, r, u);
+    sums.add(SolverSum::wDr, inverse, w, u);
   } else if (order.product == SolverOrder::Product::half_step) {
-    sums[SolverSum::half_rw] += terms.of(r, w);
-    sums[SolverSum::half_ww] += terms.of(w, w);
+    sums.add(SolverSum::half_rw, inverse, r, w);
+    sums.add(SolverSum::half_ww, inverse, w, w);
   } else {
     const NodeVector shadow = get(node.shadow);
-    sums[SolverSum::r_r] += terms.of(shadow, r);
-    sums[SolverSum::r_w] += terms.of(shadow, w);
-    sums[SolverSum::r_s] += terms.of(shadow, get(node.s));
-    sums[SolverSum::r_z] += terms.of(shadow, get(node.z));
+    sums.add(SolverSum::r_r, inverse, shadow, r);
+    sums.add(SolverSum::r_w, inverse, shadow, w);
+    sums.add(SolverSum::r_s, inverse, shadow, get(node.s));
+    sums.add(SolverSum::r_z, inverse, shadow, get(node.z));
   }
 }
 
@@ -128,9 +106,8 @@ LAHAR_INLINE void take_residual(const SolverOrder& order, const NodeOfSolver& no
   const NodeVector zero(0.0);
   store(where_free(node.inverse, get(node.x)), node.x);
   for (double* direction : {node.s, node.z, node.p}) store(zero, direction);
-  if (!order.bicgstab) return;
-  store(zero, node.v);
-  store(r, node.shadow);
+  if (node.v) store(zero, node.v);
+  if (node.shadow) store(r, node.shadow);
 }
 
 /// Ghysels and Vanroose, algorithm 3, lines 10 to 17.
@@ -196,6 +173,8 @@ LAHAR_INLINE void take_product(const SolverOrder& order, const NodeOfSolver& nod
       return take_half_step(order, node, n);
     case Product::full_step:
       return take_full_step(order, node, n);
+    default:  // advance_cycle()
+      return;
   }
 }
 
@@ -213,9 +192,10 @@ LAHAR_INLINE NodeVector next_factor(const SolverOrder& order, const NodeOfSolver
     case Factor::Ds:
       return node.inverse * get(node.s);
     case Factor::Dz:
-      break;
+      return node.inverse * get(node.z);
+    default:
+      return NodeVector(0.0);
   }
-  return node.inverse * get(node.z);
 }
 
 }  // namespace
@@ -227,12 +207,14 @@ void begin_solver(Patch<Dim>& patch, const SolverOrder& order, Index first_round
   NodeArray& x = patch.system.solution;
   solver.order = &order;
   solver.first_round = first_round;
+  solver.multiplies = true;
   if (patch.active_nodes.empty()) return;
   const std::size_t size = static_cast<std::size_t>(patch.n_nodes()) * node_width;
   for (NodeArray* vector : {&solver.inverse, &solver.r, &solver.w, &solver.s, &solver.z, &solver.p})
     vector->assign(size, 0.0);
-  if (order.bicgstab)
-    for (NodeArray* vector : {&solver.v, &solver.t, &solver.shadow}) vector->assign(size, 0.0);
+  if (order.bicgstab || order.multigrid)
+    for (NodeArray* vector : {&solver.t, &solver.shadow, order.multigrid ? &solver.d : &solver.v})
+      vector->assign(size, 0.0);
   if (from_solution)
     x.resize(size, 0.0);
   else
@@ -250,32 +232,35 @@ void advance_solver(Patch<Dim>& patch, const StepContext<Dim>& round) {
   SolverVectors& solver = system.solver;
   const SolverOrder order = *solver.order;
   solver.sums.fill(0.0);
+  solver.multiplies = order.factor != SolverOrder::Factor::none;
   if (patch.active_nodes.empty()) return;
+  if (is_of_cycle(order)) return advance_cycle(patch, round);
   const double unsolvable =
       round.step == solver.first_round ? find_inverse(patch, round.step) : 0.0;
-  Sums sums;
+  LaneSums sums;
   const auto of_bicgstab = [&](NodeArray& vector, Local i) {
     return order.bicgstab ? at(vector, i) : nullptr;
   };
   for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::product, round.step),
                 [&](Local i, const NodeVector&, const NodeVector& product) {
-                  const NodeOfSolver node{.x = at(system.solution, i),
-                                          .m = at(solver.factor, i),
-                                          .r = at(solver.r, i),
-                                          .w = at(solver.w, i),
-                                          .s = at(solver.s, i),
-                                          .z = at(solver.z, i),
-                                          .p = at(solver.p, i),
-                                          .v = of_bicgstab(solver.v, i),
-                                          .t = of_bicgstab(solver.t, i),
-                                          .shadow = of_bicgstab(solver.shadow, i),
-                                          .b = at(system.right_side, i),
-                                          .inverse = get(at(solver.inverse, i))};
+                  const NodeOfSolver node{
+                      .x = at(system.solution, i),
+                      .m = at(solver.factor, i),
+                      .r = at(solver.r, i),
+                      .w = at(solver.w, i),
+                      .s = at(solver.s, i),
+                      .z = at(solver.z, i),
+                      .p = at(solver.p, i),
+                      .v = of_bicgstab(solver.v, i),
+                      .t = of_bicgstab(solver.t, i),
+                      .shadow = order.bicgstab || order.multigrid ? at(solver.shadow, i) : nullptr,
+                      .b = at(system.right_side, i),
+                      .inverse = get(at(solver.inverse, i))};
                   take_product(order, node, product);
                   store(next_factor(order, node), node.m);
                   add_sums(order, node, sums);
                 });
-  for (std::size_t k = 0; k < n_solver_sums; ++k) solver.sums[k] = reduce(sums.sum[k]);
+  sums.store_in(solver);
   if (order.product == SolverOrder::Product::residual)
     solver.sums[static_cast<std::size_t>(SolverSum::unsolvable)] = unsolvable;
 }

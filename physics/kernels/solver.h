@@ -11,7 +11,11 @@
 ///   method for the parallel solution of large unsymmetric linear systems", Parallel Computing 65,
 ///   2017, algorithm 4); an iteration takes two rounds.
 ///
-/// The preconditioner is the diagonal D of inverses; vectors that are D times another are not kept.
+/// Their preconditioner is the diagonal D of inverses; vectors that are D times another are not
+/// kept. With a multigrid cycle as preconditioner, products outnumber reductions, and the methods
+/// are the plain ones: conjugate gradients (Y. Saad, "Iterative methods for sparse linear systems",
+/// 2003, algorithm 9.1) and BiCGStab (H. van der Vorst, "Bi-CGSTAB", SIAM J. Sci. Stat. Comput. 13,
+/// 1992). What needs no product is a round without one.
 #pragma once
 
 #include "physics/particles/patch.h"
@@ -30,5 +34,8 @@ void add_product(Patch<Dim>& patch, const StepContext<Dim>& round);
 /// What SolverOrder says, and the sums of this patch: SolverVectors::sums.
 template <int Dim>
 void advance_solver(Patch<Dim>& patch, const StepContext<Dim>& round);
+/// The same for is_of_cycle(): called by advance_solver().
+template <int Dim>
+void advance_cycle(Patch<Dim>& patch, const StepContext<Dim>& round);
 
 }  // namespace lahar

@@ -102,8 +102,10 @@ void add_products(Patch<Dim>& patch, const StepContext<Dim>& round) {
 
 template <int Dim>
 void add_product(Patch<Dim>& patch, const StepContext<Dim>& round) {
-  patch.contributes[static_cast<std::size_t>(round.step % 2)] = !patch.system.column.empty();
-  if (patch.active_nodes.empty()) return;
+  const bool multiplies = patch.system.solver.multiplies;
+  patch.contributes[static_cast<std::size_t>(round.step % 2)] =
+      multiplies && !patch.system.column.empty();
+  if (!multiplies || patch.active_nodes.empty()) return;
   if (patch.system.is_scalar)
     add_products<1>(patch, round);
   else

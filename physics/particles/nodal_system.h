@@ -1,6 +1,7 @@
 /// \file The linear system of an implicit step, as a patch has it: rows and columns are its nodes.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -25,6 +26,12 @@ struct NodalSystem {
   /// By local node, bit d: the unknown is given. Its solution is zero, whatever A and b say. So are
   /// those of nodes that no particle touches.
   std::vector<std::uint8_t> held;
+  /// Nodes whose unknowns, rows and columns are along axes of their own, ascending.
+  struct TurnedNode {
+    Local node;
+    Eigen::Matrix<double, Dim, Dim> axes;  ///< as columns
+  };
+  std::vector<TurnedNode> turned;
   NodeArray right_side;   ///< {b, 0}
   NodeArray solution;     ///< {x, 0}
   bool symmetric = true;  ///< A is, on all patches

@@ -68,6 +68,7 @@ class PatchSet {
            const MemoryLimit& memory = {});
 
   const Partition<Dim>& partition() const { return partition_; }
+  const Mesh<Dim>& mesh() const { return *model_->mesh; }
   /// Patches of this rank.
   int size() const { return static_cast<int>(patches_.size()); }
   Patch<Dim>& operator[](int i) { return *patches_[static_cast<std::size_t>(i)]; }

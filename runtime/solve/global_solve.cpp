@@ -1,12 +1,15 @@
 #include "runtime/solve/global_solve.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
 #include "physics/kernels/solver.h"
 #include "runtime/base/parallel.h"
+#include "runtime/solve/cycle_krylov.h"
 #include "runtime/solve/direct_solve.h"
+#include "runtime/solve/krylov.h"
 
 namespace lahar {
 
@@ -21,6 +24,14 @@ std::vector<TimestepStage<Dim>> solver_stages() {
 }
 
 namespace {
+
+/// Iterations with the diagonal after which it is known how large eigenvalues are, and whether the
+/// diagonal suffices: where it has reached this power of the tolerance, the whole takes some three
+/// times as many.
+constexpr int trial_iterations = 12;
+constexpr double share_of_trial = 0.3;
+/// More iterations with multigrid are in vain, as a few dozen are usual.
+constexpr int most_cycles = 100;
 
 RoundOptions with_sums(RoundOptions options) {
   options.sums = n_solver_sums;
@@ -40,6 +51,7 @@ GlobalSolve<Dim>::GlobalSolve(PatchSet<Dim>& patches, RoundOptions rounds)
     : patches_(patches),
       ranks_(rounds.groups ? rounds.groups->patches : Communicator{}),
       threads_(threads_of(rounds.executor)),
+      coarse_(patches, ranks_, threads_),
       rounds_(patches, solver_stages<Dim>(), with_sums(std::move(rounds)),
               {.context =
                    [](Step round) {
@@ -51,13 +63,27 @@ GlobalSolve<Dim>::GlobalSolve(PatchSet<Dim>& patches, RoundOptions rounds)
                    [this](int p, Step, std::span<double> own) {
                      std::copy_n(patches_[p].system.solver.sums.begin(), own.size(), own.begin());
                    },
+               .give_integers = [this]() -> std::span<const Index> {
+                 if (order_.product != SolverOrder::Product::restrict) return {};
+                 return coarse_.give(scale());
+               },
+               .take_integers =
+                   [this](std::span<const Index> sums) {
+                     if (!sums.empty()) coarse_.take(sums, scale());
+                   },
                .take =
                    [this](Step, std::span<const double> sums) {
                      if (is_done_) return false;  // the round that had begun
-                     is_done_ = !krylov_->take(sums);
-                     order_ = krylov_->order();
+                     is_done_ = !method_->take(sums);
+                     order_ = method_->order();
                      return !is_done_;
                    }}) {}
+
+/// Of the cycle of this round.
+template <int Dim>
+double GlobalSolve<Dim>::scale() const {
+  return static_cast<const CycleKrylov&>(*method_).scale();
+}
 
 template <int Dim>
 SolveResult GlobalSolve<Dim>::solve(const SolveOptions& options) {
@@ -78,15 +104,54 @@ SolveResult GlobalSolve<Dim>::solve(const SolveOptions& options) {
 }
 
 template <int Dim>
-SolveResult GlobalSolve<Dim>::iterate(const SolveOptions& options, bool bicgstab) {
-  krylov_ = std::make_unique<Krylov>(bicgstab, options.limits);
-  order_ = krylov_->order();
+SolveResult GlobalSolve<Dim>::run(std::unique_ptr<IterativeMethod> method, bool from_solution) {
+  method_ = std::move(method);
+  order_ = method_->order();
   is_done_ = false;
   parallel_for(threads_, patches_.size(), [&](int p) {
-    begin_solver(patches_[p], order_, rounds_.next_round(), options.from_solution);
+    begin_solver(patches_[p], order_, rounds_.next_round(), from_solution);
   });
   rounds_taken_ += rounds_.run(std::numeric_limits<int>::max());
-  return krylov_->result();
+  return method_->result();
+}
+
+template <int Dim>
+SolveResult GlobalSolve<Dim>::iterate(const SolveOptions& options, bool bicgstab) {
+  IterationLimits limits = options.limits;
+  if (options.preconditioner != Preconditioner::diagonal) limits.trial = trial_iterations;
+  if (options.preconditioner == Preconditioner::automatic)
+    limits.trial_residual = std::pow(limits.tolerance, share_of_trial);
+  auto krylov = std::make_unique<Krylov>(bicgstab, limits);
+  const Krylov& diagonal = *krylov;
+  const SolveResult tried = run(std::move(krylov), options.from_solution);
+  if (!diagonal.gave_up()) return tried;
+  SolveResult result = iterate_with_cycles(options, bicgstab, diagonal.largest_eigenvalue());
+  result.iterations += tried.iterations;
+  return result;
+}
+
+template <int Dim>
+SolveResult GlobalSolve<Dim>::iterate_with_cycles(const SolveOptions& options, bool bicgstab,
+                                                  double eigenvalue) {
+  if (bicgstab) {
+    auto power = std::make_unique<PowerMethod>();
+    const PowerMethod& found = *power;
+    run(std::move(power), true);
+    eigenvalue = found.largest_eigenvalue();
+  }
+  bool is_scalar = false;
+  for (int p = 0; p < patches_.size(); ++p) is_scalar |= patches_[p].system.is_scalar;
+  coarse_.set_up(ranks_.any(is_scalar));
+  IterationLimits limits = options.limits;
+  limits.most_iterations = std::min(limits.most_iterations, most_cycles);
+  const SolveResult result =
+      run(std::make_unique<CycleKrylov>(bicgstab, limits, eigenvalue, coarse_.solution()), true);
+  if (result.converged || result.iterations >= options.limits.most_iterations) return result;
+  IterationLimits rest = options.limits;  // the matrix is not what cycles are made for
+  rest.most_iterations -= result.iterations;
+  SolveResult last = run(std::make_unique<Krylov>(bicgstab, rest), true);
+  last.iterations += result.iterations;
+  return last;
 }
 
 template std::vector<TimestepStage<2>> solver_stages<2>();

@@ -4,7 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/solve/krylov.h"
+#include "runtime/solve/coarse_grid.h"
+#include "runtime/solve/iterative_method.h"
 #include "runtime/solve/rounds.h"
 #include "runtime/solve/solve_result.h"
 
@@ -17,9 +18,13 @@ enum class SolveMethod {
   direct  ///< small systems
 };
 
+/// Of iterations. The diagonal is tried first: it suffices where masses outweigh stiffness.
+enum class Preconditioner { automatic, diagonal, multigrid };
+
 struct SolveOptions {
   SolveMethod method = SolveMethod::automatic;
-  Krylov::Limits limits = {};
+  Preconditioner preconditioner = Preconditioner::automatic;
+  IterationLimits limits = {};
   bool from_solution = false;  ///< NodalSystem::solution is where iterations begin, else zero
 };
 
@@ -43,13 +48,17 @@ class GlobalSolve {
 
  private:
   SolveResult iterate(const SolveOptions& options, bool bicgstab);
+  SolveResult iterate_with_cycles(const SolveOptions& options, bool bicgstab, double eigenvalue);
+  double scale() const;
+  SolveResult run(std::unique_ptr<IterativeMethod> method, bool from_solution);
 
   PatchSet<Dim>& patches_;
   Communicator ranks_;
   int threads_;
   SolverOrder order_;     ///< that patches read
   bool is_done_ = false;  ///< nothing is left to be done
-  std::unique_ptr<Krylov> krylov_;
+  std::unique_ptr<IterativeMethod> method_;
+  CoarseGrid<Dim> coarse_;
   Rounds<Dim> rounds_;
   Step rounds_taken_ = 0;
 };

@@ -1,7 +1,6 @@
 #include "runtime/solve/krylov.h"
 
-#include <fmt/format.h>
-
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -22,28 +21,11 @@ constexpr int most_steps_of_bicgstab = 400;
 constexpr double least_progress = 0.25;
 constexpr int most_stagnations = 3;
 
-double of(std::span<const double> sums, SolverSum which) {
-  return sums[static_cast<std::size_t>(which)];
-}
-
 }  // namespace
 
-Krylov::Krylov(bool bicgstab, Limits limits) : limits_(limits) {
+Krylov::Krylov(bool bicgstab, IterationLimits limits)
+    : IterativeMethod(bicgstab ? "BiCGStab" : "conjugate gradients", limits) {
   order_.bicgstab = bicgstab;
-}
-
-bool Krylov::go_on(Product product, Factor factor) {
-  order_.product = product;
-  order_.factor = factor;
-  return true;
-}
-
-bool Krylov::fail(const std::string& problem) {
-  result_.problem = fmt::format("{}: {} (iteration {}, relative residual {:.3g})",
-                                order_.bicgstab ? "BiCGStab" : "conjugate gradients", problem,
-                                result_.iterations, result_.residual);
-  order_.product = Product::none;
-  return false;
 }
 
 bool Krylov::check(bool restarts) {
@@ -55,7 +37,9 @@ bool Krylov::check(bool restarts) {
 bool Krylov::seems_solved(double rr) {
   const double tolerance = limits_.tolerance * limits_.tolerance * reference_;
   seemed_solved_ = rr <= share_of_tolerance * tolerance;
-  return seemed_solved_ || result_.iterations >= limits_.most_iterations;
+  gives_up_ = limits_.trial > 0 && result_.iterations == limits_.trial &&
+              rr > limits_.trial_residual * limits_.trial_residual * reference_;
+  return seemed_solved_ || gives_up_ || result_.iterations >= limits_.most_iterations;
 }
 
 /// Where nothing was gained since vectors were computed from x, beginning again would not help.
@@ -64,8 +48,7 @@ bool Krylov::breaks_down(const std::string& problem) {
 }
 
 bool Krylov::take(std::span<const double> sums) {
-  for (const double sum : sums)
-    if (!std::isfinite(sum)) return fail("numbers are not finite");
+  if (!are_finite(sums)) return fail("numbers are not finite");
   largest_ = std::max(largest_, of(sums, SolverSum::rr));
   switch (order_.product) {
     case Product::none:  // m = x was made ready
@@ -87,7 +70,7 @@ bool Krylov::take(std::span<const double> sums) {
       return seems_solved(of(sums, SolverSum::rr)) ? check(false) : step(sums);
     case Product::half_step:
       return full_step(sums);
-    case Product::full_step:
+    default:  // full_step
       break;
   }
   if (seems_solved(of(sums, SolverSum::rr)) || steps_ >= most_steps_of_bicgstab) return check(true);
@@ -96,17 +79,11 @@ bool Krylov::take(std::span<const double> sums) {
 
 bool Krylov::take_residual(std::span<const double> sums) {
   const double rr = of(sums, SolverSum::rr);
-  if (const double rows = of(sums, SolverSum::unsolvable); rows > 0)
-    return fail(fmt::format("{} unknowns have a right side, but no entry on the diagonal", rows));
-  if (!has_reference_) reference_ = of(sums, SolverSum::bb) > 0 ? of(sums, SolverSum::bb) : rr;
-  has_reference_ = true;
-  result_.residual = rr == 0 ? 0 : std::sqrt(rr / reference_);
-  result_.converged = result_.residual <= limits_.tolerance;
-  if (result_.converged) {
-    order_.product = Product::none;
-    return false;
+  if (!take_true_residual(sums)) return false;
+  if (gives_up_) {
+    gave_up_ = true;
+    return fail("too slow");
   }
-  if (result_.iterations >= limits_.most_iterations) return fail("too many iterations");
   if (seemed_solved_) {
     if (checked_ > 0 && rr > least_progress * checked_ && ++stagnations_ > most_stagnations)
       return fail("the residual does not become smaller");
@@ -129,10 +106,28 @@ bool Krylov::step(std::span<const double> sums) {
   order_.alpha = gamma / pAp;
   gamma_ = gamma;
   has_directions_ = true;
+  if (result_.iterations < limits_.trial) {
+    alphas_.push_back(order_.alpha);
+    betas_.push_back(beta);
+  }
   ++result_.iterations;
   ++steps_;
   const bool anew = of(sums, SolverSum::rr) < fall_of_residual * largest_ || steps_ >= most_steps;
   return go_on(Product::step, anew ? Factor::x : Factor::Dw);
+}
+
+double Krylov::largest_eigenvalue() const {
+  const auto n = static_cast<Eigen::Index>(alphas_.size());
+  if (n == 0) return 0;
+  Eigen::VectorXd diagonal(n), beside(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    diagonal[k] = 1 / alphas_[i] + (k > 0 ? betas_[i] / alphas_[i - 1] : 0.0);
+    beside[k] = k + 1 < n ? std::sqrt(betas_[i + 1]) / alphas_[i] : 0.0;
+  }
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
+  solver.computeFromTridiagonal(diagonal, beside.head(n - 1), Eigen::EigenvaluesOnly);
+  return solver.eigenvalues().maxCoeff();
 }
 
 // --- BiCGStab ------------------------------------------------------------------------------------

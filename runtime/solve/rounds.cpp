@@ -177,6 +177,11 @@ std::span<const Index> Rounds<Dim>::sum_up() {
   for (std::size_t k = 0; k < n; ++k)
     std::copy_n(sums[k].elements().begin(), ExactSum::size,
                 elements_.begin() + static_cast<std::ptrdiff_t>(k * ExactSum::size));
+  if (calls_.give_integers) {
+    elements_.resize(n * ExactSum::size);
+    const std::span<const Index> integers = calls_.give_integers();
+    elements_.insert(elements_.end(), integers.begin(), integers.end());
+  }
   return elements_;
 }
 
@@ -185,6 +190,7 @@ void Rounds<Dim>::take_sums(std::span<const Index> elements) {
   for (std::size_t k = 0; k < sums_.size(); ++k)
     sums_[k] =
         ExactSum(elements.subspan(k * ExactSum::size).template first<ExactSum::size>()).value();
+  if (calls_.take_integers) calls_.take_integers(elements.subspan(sums_.size() * ExactSum::size));
 }
 
 template <int Dim>

@@ -40,6 +40,10 @@ struct RoundCalls {
   /// The terms of a patch, which are zero before: after the phase of the stage that gives. Any
   /// thread, patches at once.
   std::function<void(int patch, Step round, std::span<double> own)> give = {};
+  /// Integers that are added over all ranks as well, as many on each, and perhaps others in other
+  /// rounds: after give() of all patches of this rank; and their sums, before take().
+  std::function<std::span<const Index>()> give_integers = {};
+  std::function<void(std::span<const Index> sums)> take_integers = {};
   /// The sums of all patches of all ranks: once for each round that is taken, in order, before the
   /// stage of the next round that needs them; those of the last round at the end. False: no round
   /// is taken after the one that may have begun. Must decide alike on all ranks, from the sums;
@@ -112,7 +116,7 @@ class Rounds {
   RunFailures failures_{"round"};
   AtomicLeast stop_before_;  ///< a step of the graph that is not taken any more
   std::vector<std::array<double, most_sums>> terms_;  ///< of a round, by patch
-  std::vector<Index> elements_;                       ///< of this rank's sums
+  std::vector<Index> elements_;                       ///< of this rank's sums, and its integers
   std::vector<double> sums_;                          ///< of all ranks
   PerStep<Agreement> agreed_;
   std::unique_ptr<RankExchange<Dim>> exchange_;  ///< several ranks only

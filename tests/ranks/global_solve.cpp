@@ -12,12 +12,13 @@ namespace {
 
 template <int Dim>
 void check_ranks(const Communicator& ranks) {
-  for (const auto& [kind, method] : methods_of_matrices) {
-    CAPTURE(static_cast<int>(kind));
-    CAPTURE(static_cast<int>(method));
-    const Solved<Dim> reference = solve<Dim>(kind, method, {.mode = ExecutionMode::serial});
+  for (const MethodOfMatrix& how : methods_of_matrices) {
+    CAPTURE(static_cast<int>(how.kind));
+    CAPTURE(static_cast<int>(how.method));
+    CAPTURE(static_cast<int>(how.preconditioner));
+    const Solved<Dim> reference = solve<Dim>(how, {.mode = ExecutionMode::serial});
     for (const ExecutorOptions& way : ways_of_rounds(ranks.several())) {
-      const Solved<Dim> other = solve<Dim>(kind, method, way, ranks);
+      const Solved<Dim> other = solve<Dim>(how, way, ranks);
       CHECK(other.solution == reference.solution);
       CHECK(other.result.iterations == reference.result.iterations);
       CHECK(other.result.residual == reference.result.residual);

@@ -11,20 +11,21 @@ namespace {
 
 template <int Dim>
 void check_solutions() {
-  for (const auto& [kind, method] : methods_of_matrices) {
-    CAPTURE(static_cast<int>(kind));
-    CAPTURE(static_cast<int>(method));
-    const Solved<Dim> reference = solve<Dim>(kind, method, {.mode = ExecutionMode::serial});
+  for (const MethodOfMatrix& how : methods_of_matrices) {
+    CAPTURE(static_cast<int>(how.kind));
+    CAPTURE(static_cast<int>(how.method));
+    CAPTURE(static_cast<int>(how.preconditioner));
+    const Solved<Dim> reference = solve<Dim>(how, {.mode = ExecutionMode::serial});
     CHECK(reference.result.problem == "");
     CHECK(reference.result.converged);
     CHECK(reference.result.residual <= 1e-10);
     CHECK(reference.error < 1e-8);
-    CHECK((reference.result.iterations == 0) == (method == SolveMethod::direct));
+    CHECK((reference.result.iterations == 0) == (how.method == SolveMethod::direct));
     CHECK(reference.result.iterations < 200);
     for (const ExecutorOptions& way : ways_of_rounds(false)) {
       CAPTURE(static_cast<int>(way.mode));
       CAPTURE(way.threads);
-      const Solved<Dim> other = solve<Dim>(kind, method, way);
+      const Solved<Dim> other = solve<Dim>(how, way);
       CHECK(other.solution == reference.solution);
       CHECK(other.result.iterations == reference.result.iterations);
       CHECK(other.result.residual == reference.result.residual);
@@ -41,6 +42,32 @@ SolveResult result_of(SolveMethod method, auto spoil, bool free = false) {
   return solver.solve({.method = method, .limits = {.most_iterations = 500}});
 }
 
+/// Iterations of a cube of n cells along each axis.
+template <int Dim>
+int iterations_of(MatrixKind kind, int n, Preconditioner preconditioner) {
+  SolvePatches<Dim> body(cube<Dim>(n), solver_stages<Dim>());
+  assemble(body, kind);
+  GlobalSolve<Dim> solver(body.patches, {.executor = {.threads = 2}});
+  const SolveResult result = solver.solve({.preconditioner = preconditioner});
+  CHECK(result.converged);
+  return result.iterations;
+}
+
+/// A quarter more for half the cell is not bounded strictly, but the diagonal alone needs twice as
+/// many.
+template <int Dim>
+void check_refinement(MatrixKind kind, std::initializer_list<int> cells) {
+  int coarser = 0;
+  for (const int n : cells) {
+    const int iterations = iterations_of<Dim>(kind, n, Preconditioner::multigrid);
+    CAPTURE(n);
+    CAPTURE(iterations);
+    if (coarser > 0) CHECK(iterations <= 1.25 * coarser);
+    CHECK(iterations < 45);
+    coarser = iterations;
+  }
+}
+
 constexpr SolveMethod all_methods[] = {SolveMethod::conjugate_gradients, SolveMethod::bicgstab,
                                        SolveMethod::direct};
 
@@ -52,6 +79,13 @@ TEST_CASE("systems of patches have the solution of the whole matrix in 2D") {
 
 TEST_CASE("systems of patches have the solution of the whole matrix in 3D") {
   check_solutions<3>();
+}
+
+TEST_CASE("with multigrid, iterations hardly become more when cells become smaller") {
+  check_refinement<2>(MatrixKind::poisson, {16, 32, 64});
+  check_refinement<2>(MatrixKind::elastic, {16, 32, 64});
+  check_refinement<2>(MatrixKind::convective, {16, 32, 64});
+  check_refinement<3>(MatrixKind::elastic, {6, 12});
 }
 
 TEST_CASE("a body that nothing holds has no solution, as every solver says") {

@@ -35,6 +35,23 @@ Model<Dim> l_shape() {
   return model;
 }
 
+/// A square or cube of n cells along each axis, with a particle in each.
+template <int Dim>
+Model<Dim> cube(int n) {
+  const std::string side = std::to_string(n);
+  const std::string sides = "[" + side + ", " + side + (Dim == 3 ? ", " + side : "") + "]";
+  Model<Dim> model =
+      model_of_text<Dim>(R"({"mesh": {"structured": {"cell_size": 1, "extent": )" + sides + R"(}},
+        "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+                       "poisson_ratio": 0.3}],
+        "particles": [{"generator": {"type": "region", "per_cell": 1, "material": 0, "region":
+                       {"box": {"min": [0, 0)" +
+                         std::string(Dim == 3 ? ", 0" : "") + R"(], "max": )" + sides + R"(}}}}],
+        "analysis": {"dt": 1e-3, "nsteps": 1, "patch_particles": 200}})");
+  model.analysis.scheme = Scheme::newmark;  // whose sums have copies
+  return model;
+}
+
 /// The patches of a model for some lists of stages.
 template <int Dim>
 struct SolvePatches {

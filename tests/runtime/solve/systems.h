@@ -215,30 +215,38 @@ struct Solved {
   double error = 0;  ///< of one rank
 };
 
+/// A matrix and how it is solved.
+struct MethodOfMatrix {
+  MatrixKind kind;
+  SolveMethod method;
+  Preconditioner preconditioner = Preconditioner::diagonal;
+};
+
 template <int Dim>
-Solved<Dim> solve(MatrixKind kind, SolveMethod method, const ExecutorOptions& way,
+Solved<Dim> solve(const MethodOfMatrix& how, const ExecutorOptions& way,
                   const Communicator& ranks = {}) {
   SolvePatches<Dim> body(l_shape<Dim>(), solver_stages<Dim>(), ranks);
-  assemble(body, kind);
+  assemble(body, how.kind);
   GlobalSolve<Dim> solver(body.patches, {.executor = way, .groups = body.groups.get()});
   Solved<Dim> solved;
-  solved.result = solver.solve({.method = method});
+  solved.result = solver.solve({.method = how.method, .preconditioner = how.preconditioner});
   solved.solution = solution_of(body, ranks);
   if (!ranks.several()) solved.error = error_of(body);
   return solved;
 }
 
 /// Each matrix with the methods that can solve it.
-struct MethodOfMatrix {
-  MatrixKind kind;
-  SolveMethod method;
-};
 inline constexpr MethodOfMatrix methods_of_matrices[] = {
     {MatrixKind::poisson, SolveMethod::automatic},
+    {MatrixKind::poisson, SolveMethod::automatic, Preconditioner::multigrid},
     {MatrixKind::elastic, SolveMethod::conjugate_gradients},
+    {MatrixKind::elastic, SolveMethod::conjugate_gradients, Preconditioner::automatic},
+    {MatrixKind::elastic, SolveMethod::conjugate_gradients, Preconditioner::multigrid},
     {MatrixKind::elastic, SolveMethod::bicgstab},
+    {MatrixKind::elastic, SolveMethod::bicgstab, Preconditioner::multigrid},
     {MatrixKind::elastic, SolveMethod::direct},
     {MatrixKind::convective, SolveMethod::automatic},
+    {MatrixKind::convective, SolveMethod::automatic, Preconditioner::multigrid},
     {MatrixKind::convective, SolveMethod::direct}};
 
 }  // namespace lahar::test
