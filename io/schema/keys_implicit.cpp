@@ -86,8 +86,8 @@ std::vector<KeySpec> solver_keys() {
        .max = 9e15},
       {.key = "tolerance",
        .kinds = number,
-       .help = "residual of the iterative solver as a share of the right side; default 1e-9, in "
-               "projections 1e-7",
+       .help = "residual of the iterative solver as a share of the right side; default: what "
+               "Newton's method needs, between 1e-9 and 1e-4; in projections 1e-7",
        .unit = "-",
        .min = 0},
   };

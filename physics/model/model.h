@@ -190,7 +190,8 @@ struct Projection {
 /// How linear systems are solved.
 struct LinearSolver {
   enum class Method { automatic, direct, iterative } method = Method::automatic;
-  double tolerance = 1e-9;  ///< of iterations: residual over right side
+  /// Of iterations: residual over right side. 0 = automatic: 1e-9, or what Newton's method needs.
+  double tolerance = 0;
   int most_iterations = 0;  ///< 0 = automatic
 };
 

@@ -1,5 +1,6 @@
 #include "runtime/solve/system_solver.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace lahar {
@@ -13,6 +14,7 @@ constexpr double small_system = Dim == 2 ? 2'000 : 1'000;
 template <int Dim>
 constexpr double medium_system = Dim == 2 ? 100'000 : 20'000;
 constexpr double direct_tolerance = 1e-6;
+constexpr double least_tolerance = 1e-9;
 /// So many iterations take as long as a direct solve of a medium system, roughly.
 template <int Dim>
 constexpr int fair_iterations = Dim == 2 ? 500 : 2000;
@@ -31,7 +33,8 @@ bool SystemSolver<Dim>::begins_with_iterations(double unknowns) const {
 }
 
 template <int Dim>
-SolveResult SystemSolver<Dim>::solve(bool symmetric, double unknowns, bool singular) {
+SolveResult SystemSolver<Dim>::solve(bool symmetric, double unknowns, Wishes wishes) {
+  const bool singular = wishes.singular;
   SolveOptions direct{.method = SolveMethod::direct};
   direct.limits.tolerance = direct_tolerance;
   if (!singular && (hard_ || !begins_with_iterations(unknowns))) return solve_.solve(direct);
@@ -40,7 +43,8 @@ SolveResult SystemSolver<Dim>::solve(bool symmetric, double unknowns, bool singu
                              unknowns <= medium_system<Dim>;
   SolveOptions iterative;
   iterative.method = symmetric ? SolveMethod::conjugate_gradients : SolveMethod::bicgstab;
-  iterative.limits.tolerance = options_.tolerance;
+  iterative.limits.tolerance =
+      options_.tolerance > 0 ? options_.tolerance : std::max(least_tolerance, wishes.tolerance);
   if (may_be_direct) iterative.limits.most_iterations = fair_iterations<Dim>;
   if (options_.most_iterations > 0) iterative.limits.most_iterations = options_.most_iterations;
   SolveResult result = solve_.solve(iterative);

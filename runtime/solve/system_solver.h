@@ -15,9 +15,13 @@ class SystemSolver {
   SystemSolver(const LinearSolver& options, PatchSet<Dim>& patches, RoundOptions rounds);
 
   void begin_step() { hard_ = false; }
-  /// From Patch::system to its solution; SolveResult::iterations are all that were taken. A matrix
-  /// that is `singular`, with a right side that it can give, is for iterations alone.
-  SolveResult solve(bool symmetric, double unknowns, bool singular = false);
+  struct Wishes {
+    double tolerance = 0;  ///< that suffices, where the scenario says nothing
+    /// The matrix is, with a right side that it can give: for iterations alone.
+    bool singular = false;
+  };
+  /// From Patch::system to its solution; SolveResult::iterations are all that were taken.
+  SolveResult solve(bool symmetric, double unknowns, Wishes wishes);
 
  private:
   bool begins_with_iterations(double unknowns) const;

@@ -68,7 +68,8 @@ class ImplicitSolver {
   void find_problem();
   /// "the largest is ... N at node ... (x, y)"; collective.
   std::string worst_node() const;
-  bool solve_linear(const Balance& balance);
+  bool solve_linear(const Balance& balance, double first);
+  double most_residual(const Balance& balance, double first) const;
   bool is_converged(const Balance& balance, double first, bool whole) const;
   /// Newton's method from the present increment; false where it fails, report_ says why.
   bool iterate();

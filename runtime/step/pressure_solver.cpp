@@ -73,7 +73,7 @@ PressureReport PressureSolver<Dim>::solve(double time, double dt, bool first) {
   const double assembled = seconds();
   report.assemble_seconds = assembled - begin;
   linear_.begin_step();
-  const SolveResult result = linear_.solve(true, unknowns, closed);
+  const SolveResult result = linear_.solve(true, unknowns, {.singular = closed});
   report.converged = result.converged;
   report.iterations = result.iterations;
   if (!result.converged) report.problem = result.problem + "; " + worst_node();
