@@ -207,7 +207,7 @@ void begin_solver(Patch<Dim>& patch, const SolverOrder& order, Index first_round
   NodeArray& x = patch.system.solution;
   solver.order = &order;
   solver.first_round = first_round;
-  solver.multiplies = true;
+  solver.multiplied = SolverOrder::Factor::x;
   if (patch.active_nodes.empty()) return;
   const std::size_t size = static_cast<std::size_t>(patch.n_nodes()) * node_width;
   for (NodeArray* vector : {&solver.inverse, &solver.r, &solver.w, &solver.s, &solver.z, &solver.p})
@@ -232,7 +232,7 @@ void advance_solver(Patch<Dim>& patch, const StepContext<Dim>& round) {
   SolverVectors& solver = system.solver;
   const SolverOrder order = *solver.order;
   solver.sums.fill(0.0);
-  solver.multiplies = order.factor != SolverOrder::Factor::none;
+  solver.multiplied = order.factor;
   if (patch.active_nodes.empty()) return;
   if (is_of_cycle(order)) return advance_cycle(patch, round);
   const double unsolvable =

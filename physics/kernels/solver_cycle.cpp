@@ -72,9 +72,11 @@ LAHAR_INLINE void begin_cycle(const SolverOrder& order, const NodeOfCycle& node)
 LAHAR_INLINE void add_sums(const SolverOrder& order, const NodeOfCycle& node, LaneSums& sums) {
   const NodeVector& inverse = node.inverse;
   const NodeVector r = get(node.r);
-  sums.add(SolverSum::rr, inverse, r, r);
+  if (order.cycle != SolverOrder::Cycle::none || order.product == Product::second_half)
+    sums.add(SolverSum::rr, inverse, r, r);
   switch (order.product) {
     case Product::smooth:
+      if (order.factor != SolverOrder::Factor::z) return;
       return sums.add(SolverSum::rz, inverse, r, get(node.z));
     case Product::direction:
       return sums.add(SolverSum::ps, inverse, get(node.p), get(node.s));
@@ -89,20 +91,6 @@ LAHAR_INLINE void add_sums(const SolverOrder& order, const NodeOfCycle& node, La
       return sums.add(SolverSum::r_r, inverse, get(node.shadow), r);
     default:
       return;
-  }
-}
-
-LAHAR_INLINE NodeVector next_factor(const SolverOrder& order, const NodeOfCycle& node) {
-  using Factor = SolverOrder::Factor;
-  switch (order.factor) {
-    case Factor::x:
-      return get(node.x);
-    case Factor::z:
-      return get(node.z);
-    case Factor::d:
-      return get(node.d);
-    default:
-      return NodeVector(0.0);
   }
 }
 
@@ -129,7 +117,8 @@ void advance_cycle(Patch<Dim>& patch, const StepContext<Dim>& round) {
                                          .inverse = get(at(solver.inverse, i))};
                   take_product(order, node, where_free(node.inverse, product));
                   begin_cycle(order, node);
-                  store(next_factor(order, node), at(solver.factor, i));
+                  if (order.factor == SolverOrder::Factor::x)
+                    store(get(node.x), at(solver.factor, i));
                   add_sums(order, node, sums);
                 });
   sums.store_in(solver);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstring>
 
 #include "physics/kernels/solver.h"
 #include "physics/particles/node_sums.h"
@@ -7,6 +8,16 @@ namespace lahar {
 
 namespace {
 
+LAHAR_INLINE NodeVector load_block(const double* numbers) {
+  return load<NodeVector>(numbers);
+}
+LAHAR_INLINE NodeVector load_block(const float* numbers) {
+  using Floats [[gnu::vector_size(node_width * sizeof(float))]] = float;
+  Floats floats;
+  std::memcpy(&floats, numbers, sizeof floats);
+  return NodeVector::of(__builtin_convertvector(floats, decltype(NodeVector::v)));
+}
+
 /// The product of a row of blocks with m, {n, 0}.
 template <int Width>
 class RowProduct;
@@ -14,7 +25,10 @@ class RowProduct;
 template <>
 class RowProduct<1> {
  public:
-  LAHAR_INLINE void add(const double* block, const NodeVector& m) { sum_ += *block * m; }
+  template <class Number>
+  LAHAR_INLINE void add(const Number* block, const NodeVector& m) {
+    sum_ += NodeVector(static_cast<double>(*block)) * m;
+  }
   LAHAR_INLINE NodeVector value() const { return sum_; }
 
  private:
@@ -25,8 +39,9 @@ class RowProduct<1> {
 template <>
 class RowProduct<2> {
  public:
-  LAHAR_INLINE void add(const double* block, const NodeVector& m) {
-    sum_ += load<NodeVector>(block) * NodeVector::of(__builtin_shufflevector(m.v, m.v, 0, 1, 0, 1));
+  template <class Number>
+  LAHAR_INLINE void add(const Number* block, const NodeVector& m) {
+    sum_ += load_block(block) * NodeVector::of(__builtin_shufflevector(m.v, m.v, 0, 1, 0, 1));
   }
   LAHAR_INLINE NodeVector value() const {
     const NodeVector zero(0.0);
@@ -42,11 +57,11 @@ class RowProduct<2> {
 template <>
 class RowProduct<3> {
  public:
-  LAHAR_INLINE void add(const double* block, const NodeVector& m) {
-    x_ += load<NodeVector>(block) * m;
-    y_ += load<NodeVector>(block + 3) * m;
-    z_ +=
-        load<NodeVector>(block + 5) * NodeVector::of(__builtin_shufflevector(m.v, m.v, 3, 0, 1, 2));
+  template <class Number>
+  LAHAR_INLINE void add(const Number* block, const NodeVector& m) {
+    x_ += load_block(block) * m;
+    y_ += load_block(block + 3) * m;
+    z_ += load_block(block + 5) * NodeVector::of(__builtin_shufflevector(m.v, m.v, 3, 0, 1, 2));
   }
   LAHAR_INLINE NodeVector value() const {
     const double values[node_width] = {reduce(x_), reduce(y_), reduce(z_), 0.0};
@@ -71,16 +86,15 @@ NodeVector diagonal_of(const NodalSystem<Dim>& system, std::size_t row) {
   return load<NodeVector>(values);
 }
 
-template <int Width, int Dim>
-void add_products(Patch<Dim>& patch, const StepContext<Dim>& round) {
+template <int Width, int Dim, class Number>
+void add_products(Patch<Dim>& patch, const StepContext<Dim>& round,
+                  const std::vector<Number>& blocks, const double* m) {
   constexpr std::size_t block_size = Width * Width;
   const NodalSystem<Dim>& system = patch.system;
-  const SolverVectors& solver = system.solver;
   double* const products = patch.own_sums(NodeSum::product, round.step);
   double* const diagonals = patch.own_sums(NodeSum::diagonal, round.step);
-  const bool is_first = round.step == solver.first_round;
+  const bool is_first = round.step == system.solver.first_round;
   const bool has_rows = !system.column.empty();
-  const double* const m = solver.factor.data();
   for (const NodeRange& range : patch.active_nodes)
     for (Local i = range.begin; i < range.end; ++i) {
       const auto row = static_cast<std::size_t>(i);
@@ -88,7 +102,7 @@ void add_products(Patch<Dim>& patch, const StepContext<Dim>& round) {
       RowProduct<Width> product;
       if (has_rows) {
         const std::size_t last = system.first[row + 1];
-        const double* block = system.blocks.data() + system.first[row] * block_size;
+        const Number* block = blocks.data() + system.first[row] * block_size;
         for (std::size_t k = system.first[row]; k < last; ++k, block += block_size)
           product.add(block, load<NodeVector>(m + static_cast<std::ptrdiff_t>(system.column[k]) *
                                                       node_width));
@@ -98,18 +112,32 @@ void add_products(Patch<Dim>& patch, const StepContext<Dim>& round) {
     }
 }
 
+template <int Width, int Dim>
+void multiply(Patch<Dim>& patch, const StepContext<Dim>& round) {
+  const NodalSystem<Dim>& system = patch.system;
+  const SolverVectors& solver = system.solver;
+  switch (solver.multiplied) {
+    case SolverOrder::Factor::d:  // smoothing
+      return add_products<Width>(patch, round, system.rough_blocks, solver.d.data());
+    case SolverOrder::Factor::z:
+      return add_products<Width>(patch, round, system.blocks, solver.z.data());
+    default:
+      return add_products<Width>(patch, round, system.blocks, solver.factor.data());
+  }
+}
+
 }  // namespace
 
 template <int Dim>
 void add_product(Patch<Dim>& patch, const StepContext<Dim>& round) {
-  const bool multiplies = patch.system.solver.multiplies;
+  const bool multiplies = patch.system.solver.multiplied != SolverOrder::Factor::none;
   patch.contributes[static_cast<std::size_t>(round.step % 2)] =
       multiplies && !patch.system.column.empty();
   if (!multiplies || patch.active_nodes.empty()) return;
   if (patch.system.is_scalar)
-    add_products<1>(patch, round);
+    multiply<1>(patch, round);
   else
-    add_products<Dim>(patch, round);
+    multiply<Dim>(patch, round);
 }
 
 template void add_product<2>(Patch<2>&, const StepContext<2>&);

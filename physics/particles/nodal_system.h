@@ -23,6 +23,7 @@ struct NodalSystem {
       first;                   ///< by local node, and one more: its blocks [first[i], first[i + 1])
   std::vector<Local> column;   ///< by block: local node, ascending within a row
   std::vector<double> blocks;  ///< row by row: this patch's part of A
+  std::vector<float> rough_blocks;  ///< the same, for the smoothing of a multigrid cycle
   /// By local node, bit d: the unknown is given. Its solution is zero, whatever A and b say. So are
   /// those of nodes that no particle touches.
   std::vector<std::uint8_t> held;

@@ -83,12 +83,12 @@ struct CoarseNodes {
 /// Vectors by local node, node_width apart, complete at all copies of a node. Lanes in which there
 /// is nothing to solve for are zero.
 struct SolverVectors {
-  const SolverOrder* order = nullptr;  ///< the same for all patches
-  Index first_round = 0;               ///< in which the diagonal is exchanged
-  bool multiplies = true;              ///< the next round has a product
-  CoarseNodes coarse;                  ///< of a multigrid cycle
-  NodeArray inverse;                   ///< {D, 1 where this patch counts the node in sums}
-  NodeArray factor;                    ///< m
+  const SolverOrder* order = nullptr;                       ///< the same for all patches
+  Index first_round = 0;                                    ///< in which the diagonal is exchanged
+  SolverOrder::Factor multiplied = SolverOrder::Factor::x;  ///< m of the next product
+  CoarseNodes coarse;                                       ///< of a multigrid cycle
+  NodeArray inverse;  ///< {D, 1 where this patch counts the node in sums}
+  NodeArray factor;   ///< m, where it is none of the vectors below
   NodeArray r, w, s, z, p;
   NodeArray v, t, shadow;  ///< BiCGStab; r* is the shadow residual
   NodeArray d;             ///< multigrid cycles; their residual is t

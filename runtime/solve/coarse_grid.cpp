@@ -91,6 +91,8 @@ void CoarseGrid<Dim>::set_up(bool is_scalar) {
   std::vector<std::vector<CoarseBlock<Dim>>> parts(n);
   parallel_for(threads_, patches_.size(), [&](int p) {
     const auto k = static_cast<std::size_t>(p);
+    NodalSystem<Dim>& system = patches_[p].system;
+    system.rough_blocks.assign(system.blocks.begin(), system.blocks.end());
     numbers[k] = place_on_lattice(patches_[p], patches_.mesh(), lattice);
     add_coarse_blocks(patches_[p], numbers[k], lattice, parts[k]);
   });

@@ -20,8 +20,8 @@ class CoarseGrid {
   CoarseGrid(PatchSet<Dim>& patches, const Communicator& ranks, int threads)
       : patches_(patches), ranks_(ranks), threads_(threads) {}
 
-  /// From Patch::system, whose SolverVectors::inverse is known, and parts of its matrix; all
-  /// patches have as many unknowns per node. Collective, between rounds.
+  /// From Patch::system, whose SolverVectors::inverse is known; all patches have as many unknowns
+  /// per node. NodalSystem::rough_blocks are set, too. Collective, between rounds.
   void set_up(bool is_scalar);
   /// For SolverOrder::of_coarse_nodes.
   const double* solution() const { return levels_->solution().data(); }
