@@ -273,6 +273,14 @@ Test<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
 }  // namespace
 
 template <int Dim>
+Region<Dim>::Region(const Vec<Dim>& low, const Vec<Dim>& high)
+    : shape_(std::make_unique<Shape>(Shape{{[low, high](const Vec<Dim>& x) {
+                                              return (x.array() >= low.array()).all() &&
+                                                     (x.array() <= high.array()).all();
+                                            },
+                                            {low, high}}})) {}
+
+template <int Dim>
 Region<Dim>::Region() : shape_(std::make_unique<Shape>()) {
   shape_->test.contains = [](const Vec<Dim>&) { return true; };
 }

@@ -22,6 +22,8 @@ class Region {
   /// box, a zero normal) are reported, and the region is then empty. `tolerance` [m].
   Region(const JsonValue& value, double tolerance, const JsonDocument& document,
          ProblemList& problems);
+  /// A box, without a tolerance.
+  Region(const Vec<Dim>& low, const Vec<Dim>& high);
   Region(Region&&) noexcept;
   Region& operator=(Region&&) noexcept;
   ~Region();

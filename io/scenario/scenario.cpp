@@ -14,6 +14,7 @@ ScenarioBuilder<Dim>::ScenarioBuilder(ScenarioInput& in)
 template <int Dim>
 Model<Dim> ScenarioBuilder<Dim>::build() {
   build_as_cbgeo();
+  build_plane();
   build_implicit();
   build_projection();
   build_mesh();
@@ -34,6 +35,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   check_implicit();
   check_projection();
   build_b_bar();
+  check_plane();
   build_output();
   warn_of_doubts();
   build_resume();

@@ -16,7 +16,7 @@ void ScenarioBuilder<Dim>::build_b_bar() {
   Analysis& a = model_.analysis;
   const std::optional<bool> asked = written_b_bar();
   const JsonValue* by_type = with_particle_type("BBAR");
-  const bool locks = is_implicit(a) && !in_.cbgeo_defaults && mesh_ &&
+  const bool locks = is_implicit(a) && !deforms_across(a) && !in_.cbgeo_defaults && mesh_ &&
                      mesh_->element() == multilinear<Dim> && a.functions == ShapeFunctions::element;
   a.mean_volume = asked.value_or(by_type || locks);
   if (const JsonValue* key = analysis->find("b_bar"); a.mean_volume && (asked || by_type))
@@ -120,7 +120,7 @@ void ScenarioBuilder<Dim>::warn_of_locking() {
   std::vector<double> per_cell(n, 0.0);  // most, by material
   for (std::size_t i = 0; i < p.x.size(); ++i) {
     const std::size_t m = p.material[i] % n;  // bodies in contact have copies
-    per_cell[m] = std::max(per_cell[m], cell / p.volume[i]);
+    per_cell[m] = std::max(per_cell[m], cell * depth_at(model_.analysis, p.x[i][0]) / p.volume[i]);
   }
   per_cell = team_.most(std::move(per_cell));
   for (std::size_t m = 0; m < n; ++m) {

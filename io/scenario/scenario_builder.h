@@ -105,6 +105,15 @@ class ScenarioBuilder {
   void choose_kept_pressure();
   /// `at` null: the analysis.
   void refuse_in_projection(const JsonValue* at, const std::string& what, const std::string& hint);
+  // scenario_plane.cpp
+  void build_plane();  ///< before what depends on it
+  void find_axis();    ///< nodes of the axis; collective
+  void hold_axis();
+  void check_plane();  ///< after the analysis
+  void check_axis();
+  void check_sheet();  ///< of plane stress
+  /// `at` null: the analysis.
+  void refuse_across(const JsonValue* at, const std::string& what, const std::string& hint);
   // scenario_b_bar.cpp
   void build_b_bar();  ///< after the analysis
   std::optional<bool> written_b_bar();
@@ -288,6 +297,7 @@ class ScenarioBuilder {
   std::vector<Vec<Dim>> own_nodes_;        ///< [m] with a share: Team::part() of the nodes
   std::optional<MeshSearch<Dim>> search_;  ///< until the particles have their cells
   EntityFile sets_;
+  std::vector<Index> axis_nodes_;  ///< of axisymmetric models, that this member keeps; ascending
   Index listed_cells_ = -1;      ///< those of a mesh file that has nodes around them, too; -1 = all
   double region_tolerance_ = 0;  ///< [m]
   double memory_ = 0;            ///< [bytes] noted by need_memory()

@@ -213,6 +213,7 @@ void ScenarioBuilder<Dim>::build_condition() {
   const JsonValue& where = is_load<T> ? section("external_loading_conditions") : boundary();
   if (const JsonValue* given = where.find(T::key); given && has_no_effect<T>(*given)) return;
   auto& list = entries_of<T>(model_);
+  if constexpr (std::is_same_v<T, NodeVelocity>) hold_axis();
   std::size_t first = 0;
   const auto finish = [&](const JsonValue& entry) {
     if constexpr (std::is_same_v<T, NodeFriction>)

@@ -302,7 +302,7 @@ void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
     const int generator = static_cast<int>(g);
     if (own.empty() || own.back().cell != p.cell[i] || own.back().generator != generator)
       own.push_back({p.cell[i], generator, 0.0});
-    own.back().volume += p.volume[i];
+    own.back().volume += p.volume[i] / depth_at(model_.analysis, p.x[i][0]);
   });
   merge_shares(own);
   if (!team_.alone()) {

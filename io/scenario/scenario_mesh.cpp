@@ -233,8 +233,11 @@ void ScenarioBuilder<Dim>::build_sets() {
     need_memory(at, member_bytes * static_cast<double>(ids.size()), "sets of cells");
     return spread_evenly(std::move(ids), team_);
   });
-  // Warnings of walls ask where their nodes are.
-  if (!boundary().find("walls") && !boundary().find("friction_constraints")) own_nodes_ = {};
+  find_axis();
+  // Warnings of walls ask where their nodes are, and areas of absorbing boundaries.
+  if (!boundary().find("walls") && !boundary().find("friction_constraints") &&
+      !boundary().find(NodeAbsorption::key))
+    own_nodes_ = {};
 }
 
 template class ScenarioBuilder<2>;

@@ -250,14 +250,18 @@ void ScenarioBuilder<Dim>::report_strays(const std::vector<Index>& strays) {
   }
 }
 
+// A file has volumes as they are; others are areas until they are multiplied by their depth.
 template <int Dim>
 void ScenarioBuilder<Dim>::assign_volumes() {
   ParticleTable<Dim>& p = model_.particles;
+  const auto depth = [&](std::size_t i) { return depth_at(model_.analysis, p.x[i][0]); };
   if (const auto file = in_.open(section("mesh"), "particles_volumes"))
     read_volume_file(*file, known_rows(), team_, in_.problems, [&](Index i, double volume) {
-      p.volume[static_cast<std::size_t>(i)] = volume;
+      const auto at = static_cast<std::size_t>(i);
+      p.volume[at] = volume / depth(at);
     });
   if (mesh_) share_volumes<Dim>(*mesh_, team_, p);
+  for (std::size_t i = 0; i < p.x.size(); ++i) p.volume[i] *= depth(i);
 }
 
 template <int Dim>

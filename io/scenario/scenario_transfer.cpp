@@ -112,7 +112,8 @@ double ScenarioBuilder<Dim>::mean_depth() const {
   std::vector<double> box(2 * Dim, -std::numeric_limits<double>::infinity());
   Index volume = 0;
   for (std::size_t p = 0; p < particles.x.size(); ++p) {
-    volume += std::llround(std::min(particles.volume[p] / unit, most_units));
+    const double area = particles.volume[p] / depth_at(model_.analysis, particles.x[p][0]);
+    volume += std::llround(std::min(area / unit, most_units));
     for (int d = 0; d < Dim; ++d) {
       const auto low = static_cast<std::size_t>(2 * d);
       box[low] = std::max(box[low], -particles.x[p][d]);

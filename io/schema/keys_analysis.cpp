@@ -478,6 +478,18 @@ const Section& analysis_section() {
                    "and H8 with their own functions, else false; for CB-Geo's input as "
                    "`particle_type` says",
            .native = true},
+          {.key = "plane",
+           .kinds = text,
+           .help = "what a model in two dimensions is a section of. strain: a body that does not "
+                   "deform across the plane; a metre of it counts. stress: a sheet without stress "
+                   "across the plane, whose thickness is one metre at first and changes. "
+                   "axisymmetric: a body of revolution; x is the radius, from x = 0 on, and y the "
+                   "axis. Volumes, masses, forces and energies are then those of the whole "
+                   "circumference; the component zz of stresses is that around the axis. Nodes at "
+                   "x = 0 are held along x",
+           .fallback = "\"strain\"",
+           .allowed = {"strain", "stress", "axisymmetric"},
+           .native = true},
           {.key = "opening",
            .kinds = boolean,
            .help = "true: material at its tension limit expands by gaps between grains or drops. "

@@ -12,7 +12,8 @@ const Section& scenario_section() {
       .help =
           "A scenario is one JSON object; `//` and `/* */` comments are allowed. File names are "
           "relative to the scenario's folder. Units are SI: m, kg, s, N, Pa; in two dimensions "
-          "forces, masses and energies are per metre of thickness, and the state is plane strain.",
+          "forces, masses and energies are per metre of thickness, and the state is plane strain, "
+          "unless analysis.plane says something else.",
       .keys = {
           {.key = "title", .kinds = text, .help = "what the case is", .fallback = "\"\""},
           {.key = "mesh",

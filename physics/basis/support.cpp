@@ -19,7 +19,7 @@ BasisKind basis_kind(const Analysis& analysis) {
 }
 
 bool needs_node_positions(const Analysis& analysis) {
-  if (analysis.contact.bodies > 1) return true;
+  if (analysis.contact.bodies > 1 || analysis.plane == Plane::axisymmetric) return true;
   const BasisKind basis = basis_kind(analysis);
   return analysis.affine != Affine::none &&
          (basis == BasisKind::corners || basis == BasisKind::cpdi || basis == BasisKind::cpdi2);

@@ -14,7 +14,7 @@ template <int Dim>
 BasisKind basis_kind(const Mesh<Dim>& mesh, const Analysis& analysis);
 
 /// Whether kernels take the positions of nodes even where cells are boxes: those of affine
-/// velocities, with functions that are given one by one.
+/// velocities, with functions that are given one by one, of contact, and of rings (ring.h).
 bool needs_node_positions(const Analysis& analysis);
 
 /// Whether update_particles() can find velocity gradients on its way over the nodes: where

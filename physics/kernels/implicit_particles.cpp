@@ -12,6 +12,7 @@
 #include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/kernels/particle_update.h"
+#include "physics/kernels/ring.h"
 #include "physics/particles/loads.h"
 
 namespace lahar {
@@ -65,6 +66,9 @@ void find_displacement_gradients(Patch<Dim>& patch, const StepContext<Dim>& step
           gradients.trace[to] = 0.0;
         }
       });
+  if constexpr (Dim == 2)
+    if (step.model->analysis.plane == Plane::axisymmetric)
+      add_hoop_rates(patch, bins, patch.implicit.increment.data(), gradients, 1.0 / step.dt);
 }
 
 template <int Dim>

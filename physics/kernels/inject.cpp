@@ -55,7 +55,6 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
   const Model<Dim>& model = *step.model;
   const Injection<Dim>& source = model.injections[at.generator];
   const InjectionCounts counts = count_injections(model.injections);
-  const double volume = at.volume;
   const std::uint64_t loads = loads_of_all(model);
   const bool has_size = to.layout().has(Column::size), has_xi = to.layout().has(Column::xi),
              with_domain = has_domain(to.layout()), has_liquid = to.layout().has(Column::liquid_v);
@@ -66,18 +65,19 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
   for (Local p = 0; p < to.size(); ++p) {
     const auto i = static_cast<std::size_t>(p);
     const Vec<Dim>& x = patch.injection_points[at.first_point + i];
+    const double depth = depth_at(model.analysis, x[0]), volume = at.volume * depth;
     to.id[i] = counts.id(step.step, at.event, p);
     to.material[i] = source.material;
     to.row(Column::volume)[p] = volume;
     to.row(Column::mass)[p] = volume * model.materials[source.material].density;
-    if (has_size) to.row(Column::size)[p] = std::pow(volume, 1.0 / Dim);
+    if (has_size) to.row(Column::size)[p] = std::pow(at.volume, 1.0 / Dim);
     for (int d = 0; d < Dim; ++d) {
       to.row(Column::x, d)[p] = x[d];
       to.row(Column::v, d)[p] = source.velocity[d];
       if (has_liquid) to.row(Column::liquid_v, d)[p] = source.velocity[d];
     }
     if (with_domain)
-      set_domain(to, p, patch.box[static_cast<std::size_t>(at.cell)],
+      set_domain(to, p, patch.box[static_cast<std::size_t>(at.cell)], depth,
                  model.analysis.cbgeo_domains ? source.per_cell : 0);
     if (!has_xi) continue;
     const Vec<Dim> xi = natural_coordinates(patch, *model.mesh, at.cell, x);
@@ -98,7 +98,11 @@ void inject(Patch<Dim>& patch, const StepContext<Dim>& step) {
     place_new(patch, fresh, at.cell);
     patch.injected.push_back(at.event);
     // Their kinetic energy comes from outside.
-    patch.work.external += 0.5 * static_cast<double>(source.per_cell) * at.volume *
+    double depth = 0;  // of all of them
+    for (Index i = 0; i < source.per_cell; ++i)
+      depth += depth_at(step.model->analysis,
+                        patch.injection_points[at.first_point + static_cast<std::size_t>(i)][0]);
+    patch.work.external += 0.5 * depth * at.volume *
                            step.model->materials[source.material].density *
                            source.velocity.squaredNorm();
   }

@@ -70,7 +70,8 @@ void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
 template <int Dim, class Real = Pack>
 void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// f_i += -sum_p V_p sigma_p grad N_i + sum_p N_i t_p V_p / size_p (traction).
+/// f_i += -sum_p V_p sigma_p grad N_i + sum_p N_i t_p V_p / size_p (traction); of axisymmetric
+/// models also the forces of ring.h.
 template <int Dim, class Real = Pack>
 void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
@@ -138,7 +139,8 @@ void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Part
 enum class StressPart { both, strain, law };
 
 /// Strain rate from nodal velocities; strain, volume (gradient at the cell's centre) and the law.
-/// With `gradients` it takes those: of the same bins, from update_particles().
+/// With `gradients` it takes those: of the same bins, from update_particles(). Models that deform
+/// across their plane need those of find_gradients_across() (stress_across.h).
 template <int Dim, class Real = Pack>
 void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                    StressPart part, const VelocityGradients<Dim>* gradients = nullptr);

@@ -1,8 +1,8 @@
 /// \file The linear system of an implicit step: what particles give to it.
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "physics/basis/any_basis.h"
 #include "physics/kernels/implicit.h"
@@ -12,62 +12,13 @@
 #include "physics/kernels/matrix_pattern.h"
 #include "physics/kernels/mean_gradients.h"
 #include "physics/kernels/particle_forces.h"
-#include "physics/materials/tangent.h"
+#include "physics/kernels/stress_of_step.h"
+#include "physics/materials/tangent_across.h"
 #include "physics/particles/loads.h"
 
 namespace lahar {
 
 namespace {
-
-/// Stress of a particle with respect to the beginning of the step, and its derivative.
-template <int Dim>
-struct StressOfStep {
-  static constexpr int n = Dim * Dim;
-  double P[n];     ///< [Pa] Dim a + b
-  double A[n][n];  ///< dP / dH [Pa]
-
-  StressOfStep(const double (&H)[Dim][Dim], const StressChange<Dim>& change, bool as_cbgeo) {
-    constexpr std::size_t voigt[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
-    Eigen::Matrix<double, Dim, Dim> F, sigma;
-    for (int a = 0; a < Dim; ++a)
-      for (int b = 0; b < Dim; ++b) {
-        F(a, b) = (a == b ? 1.0 : 0.0) + H[a][b];
-        sigma(a, b) = change.stress[voigt[a][b]];
-      }
-    // P = J sigma G^T, G = F^-1: dJ = J tr(G dH), dG = -G dH G. As CB-Geo: J = 1 + tr H, G = 1.
-    const double J = as_cbgeo ? 1.0 + F.trace() - Dim : F.determinant();
-    Eigen::Matrix<double, Dim, Dim> G = Eigen::Matrix<double, Dim, Dim>::Identity();
-    if (!as_cbgeo) G = F.inverse();
-    const Eigen::Matrix<double, Dim, Dim> S = sigma * G.transpose();
-    for (int a = 0; a < Dim; ++a)
-      for (int d = 0; d < Dim; ++d) P[Dim * a + d] = J * S(a, d);
-    for (int c = 0; c < Dim; ++c)
-      for (int e = 0; e < Dim; ++e) {
-        Eigen::Matrix<double, Dim, Dim> change_of;
-        for (int a = 0; a < Dim; ++a)
-          for (int b = 0; b < Dim; ++b) change_of(a, b) = change.tangent[voigt[a][b]][Dim * c + e];
-        const double trace = as_cbgeo ? (c == e ? 1.0 : 0.0) : J * G(e, c);
-        const Eigen::Matrix<double, Dim, Dim> T = change_of * G.transpose();
-        for (int a = 0; a < Dim; ++a)
-          for (int d = 0; d < Dim; ++d) {
-            double value = J * T(a, d) + trace * S(a, d);
-            if (!as_cbgeo) value -= J * S(a, e) * G(d, c);
-            A[Dim * a + d][Dim * c + e] = value;
-          }
-      }
-  }
-
-  /// Apart from rounding.
-  bool is_symmetric() const {
-    double largest = 0, difference = 0;
-    for (int k = 0; k < n; ++k)
-      for (int l = 0; l < n; ++l) {
-        largest = std::max(largest, std::abs(A[k][l]));
-        difference = std::max(difference, std::abs(A[k][l] - A[l][k]));
-      }
-    return difference <= 1e-11 * largest;
-  }
-};
 
 /// What the particles of one cell give to its nodes; rows and columns Dim i + a.
 template <int Dim, int Nodes>
@@ -106,6 +57,27 @@ struct CellSystem {
         }
     }
     if (mean) add_mean_stress(of, V, g, mean, T);
+  }
+
+  /// The same of the fifth component, H_across = sum_i u_i0 h_i (with h_i = N_i / r).
+  void add_across(const StressAcross& of, double V, const double (&g)[Dim][Nodes],
+                  const double (&h)[Nodes]) {
+    double row[size];  // derivatives of V P_across
+    for (int j = 0; j < Nodes; ++j)
+      for (int c = 0; c < Dim; ++c) {
+        double sum = c == 0 ? of.own * h[j] : 0.0;
+        for (int d = 0; d < Dim; ++d) sum += of.across[Dim * c + d] * g[d][j];
+        row[Dim * j + c] = V * sum;
+      }
+    for (int i = 0; i < Nodes; ++i) {
+      if (h[i] == 0.0) continue;
+      force[Dim * i] += V * of.P_across * h[i];
+      add_row(h[i], row, matrix[Dim * i]);
+      for (int a = 0; a < Dim; ++a)  // derivatives of V P by H_across
+        for (int b = 0; b < Dim; ++b)
+          for (int j = 0; j < Nodes; ++j)
+            matrix[Dim * j + a][Dim * i] += V * of.by_across[Dim * a + b] * g[b][j] * h[i];
+    }
   }
 
   /// A stiffness `k` [N/m] against what displacements `d` in the step have beside an affine field,
@@ -201,20 +173,78 @@ void add_to_system(NodalSystem<Dim>& system, const CellSystem<Dim, Nodes>& cell,
   });
 }
 
-/// Stress of particle p after the increment H. False where its law has none.
+/// Stress and state of particle p at the beginning of the step.
 template <int Dim>
-bool change_of(const Patch<Dim>& patch, const StepContext<Dim>& step, const ParticleBin& bin,
-               Local p, const double (&H)[Dim][Dim], StressChange<Dim>& change) {
-  const Law& law = step.model->materials[bin.material].law;
+struct Beginning {
   double stress[stress_components<Dim>], state[most_state] = {};
-  for (int k = 0; k < stress_components<Dim>; ++k)
-    stress[k] = patch.particles.row(Column::stress, k)[p];
-  const auto variables = state_variables(law);
-  for (std::size_t k = 0; k < variables.size(); ++k)
-    if (!variables[k].of_stress)
-      state[k] = patch.particles.row(Column::state, static_cast<int>(k))[p];
-  return stress_change<Dim>(law, H, step.dt, step.model->analysis.as_cbgeo, stress, state, change)
-             .failed == 0;
+
+  Beginning(const Patch<Dim>& patch, const Law& law, Local p) {
+    for (int k = 0; k < stress_components<Dim>; ++k)
+      stress[k] = patch.particles.row(Column::stress, k)[p];
+    const auto variables = state_variables(law);
+    for (std::size_t k = 0; k < variables.size(); ++k)
+      if (!variables[k].of_stress)
+        state[k] = patch.particles.row(Column::state, static_cast<int>(k))[p];
+  }
+};
+
+/// N_i / r at particle p of an axisymmetric model.
+template <class Basis>
+void hoop_gradients(const Basis& basis, const Patch<2>& patch, Local p, const Local* nodes,
+                    double (&h)[Basis::nodes]) {
+  Scalar N[Basis::nodes];
+  basis.functions(p, N);
+  double r = 0;
+  for (int i = 0; i < Basis::nodes; ++i)
+    r += N[i][0] * patch.node_position[static_cast<std::size_t>(nodes[i]) * node_width];
+  for (int i = 0; i < Basis::nodes; ++i) h[i] = N[i][0] / r;
+}
+
+/// Add what particle p of a bin gives after the increment H, with the gradients g of functions.
+/// Returns the stiffness of its material along x [Pa], or nothing where its law has no stress.
+template <class Basis, class Cell>
+std::optional<double> add_particle_across(Cell& cell, const Basis& basis, Patch<2>& patch,
+                                          const StepContext<2>& step, const ParticleBin& bin,
+                                          Local p, const Local* nodes, const double (&H)[2][2],
+                                          const double (&g)[2][Basis::nodes]) {
+  const Analysis& analysis = step.model->analysis;
+  const Law& law = step.model->materials[bin.material].law;
+  const Beginning<2> before(patch, law, p);
+  const bool ring = analysis.plane == Plane::axisymmetric;
+  double all[3][3] = {{H[0][0], H[0][1], 0}, {H[1][0], H[1][1], 0}, {}}, h[Basis::nodes] = {};
+  if (ring) {
+    hoop_gradients(basis, patch, p, nodes, h);
+    const double* d = patch.implicit.increment.data();
+    for (int i = 0; i < Basis::nodes; ++i)
+      all[2][2] += h[i] * d[static_cast<std::ptrdiff_t>(nodes[i]) * node_width];
+  }
+  StressChange<3> change;
+  if (stress_change_across(law, !ring, all, step.dt, before.stress, before.state, change).failed)
+    return std::nullopt;
+  StressAcross of_step(all, change, analysis.as_cbgeo);
+  if (!ring) of_step.condense(wave_modulus(law));
+  const double V = patch.particles.row(Column::volume)[p];
+  patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
+  cell.add(of_step, V, g, nullptr);
+  if (ring) cell.add_across(of_step, V, g, h);
+  return of_step.A[0][0];
+}
+
+/// The same of models that do not deform across a plane. `mean` as in CellSystem::add().
+template <int Dim, class Cell, int Nodes>
+std::optional<double> add_particle(Cell& cell, Patch<Dim>& patch, const StepContext<Dim>& step,
+                                   const ParticleBin& bin, Local p, const double (&H)[Dim][Dim],
+                                   const double (&g)[Dim][Nodes], const double (*mean)[Nodes]) {
+  const bool as_cbgeo = step.model->analysis.as_cbgeo;
+  const Law& law = step.model->materials[bin.material].law;
+  const Beginning<Dim> before(patch, law, p);
+  StressChange<Dim> change;
+  if (stress_change<Dim>(law, H, step.dt, as_cbgeo, before.stress, before.state, change).failed)
+    return std::nullopt;
+  const StressOfStep<Dim> of_step(H, change, as_cbgeo);
+  patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
+  cell.add(of_step, patch.particles.row(Column::volume)[p], g, mean);
+  return of_step.A[0][0];
 }
 
 }  // namespace
@@ -262,17 +292,23 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
           gradients_at<Dim>(basis, p, g);
           gradient_of<Dim>(g, takes_mean ? mean : nullptr, patch.implicit.increment.data(), nodes,
                            H);
-          StressChange<Dim> change;
-          if (!change_of(patch, step, bin, p, H, change)) {
+          std::optional<double> stiffness;
+          if constexpr (Dim == 2) {
+            if (deforms_across(step.model->analysis))
+              stiffness = add_particle_across(cell, basis, patch, step, bin, p, nodes, H, g);
+            else
+              stiffness =
+                  add_particle(cell, patch, step, bin, p, H, g, takes_mean ? mean : nullptr);
+          } else {
+            stiffness = add_particle(cell, patch, step, bin, p, H, g, takes_mean ? mean : nullptr);
+          }
+          if (!stiffness) {
             note_law_fault(patch.unsolved, patch, bin, p, [&](std::size_t k) {
               return patch.particles.row(Column::stress, static_cast<int>(k))[p];
             });
             continue;
           }
-          const StressOfStep<Dim> of_step(H, change, as_cbgeo);
-          patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
-          cell.add(of_step, V[p], g, takes_mean ? mean : nullptr);
-          modulus = std::max(modulus, of_step.A[0][0]);
+          modulus = std::max(modulus, *stiffness);
           for (std::size_t i = 0; i < n; ++i)
             for (std::size_t d = 0; d < Dim; ++d) used[i] = used[i] || g[d][i] != 0.0;
         }
@@ -282,7 +318,9 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
           for (std::size_t i = 0; i < n; ++i)
             x[i] = place_of(patch, *step.model, nodes[i]) - origin;
           const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];
-          cell.add_least_stiffness(least_share * modulus * std::pow(h, Dim - 2), used, x,
+          const double depth =
+              depth_at(step.model->analysis, patch.particles.row(Column::x)[bin.begin]);
+          cell.add_least_stiffness(least_share * modulus * depth * std::pow(h, Dim - 2), used, x,
                                    patch.implicit.increment.data(), nodes);
         }
         for (int i = 0; i < n; ++i)

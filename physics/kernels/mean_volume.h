@@ -12,8 +12,9 @@
 ///
 ///     sigma_p' = sigma_p + (s - tr sigma_p / Dim) I,   s = sum_q V_q tr sigma_q / (Dim sum_q V_q),
 ///
-/// with traces of Dim components. F-bar (de Souza Neto et al. 1996) scales F_p by (mean J / J_p)^(1
-/// / Dim). That is the same in the limit of short increments, which those of explicit steps are.
+/// with traces of Dim components, and of three in axisymmetric models, in place of Dim too. F-bar
+/// (de Souza Neto et al. 1996) scales F_p by (mean J / J_p)^(1 / Dim). That is the same in the
+/// limit of short increments, which those of explicit steps are.
 #pragma once
 
 #include "physics/kernels/velocity_gradients.h"
@@ -23,7 +24,7 @@ namespace lahar {
 
 /// L' in place of L.
 template <int Dim, class Real = Pack>
-void take_mean_volume(const Patch<Dim>& patch, ParticleBins bins,
+void take_mean_volume(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                       VelocityGradients<Dim>& gradients);
 
 /// L' of the nodal velocities.

@@ -11,6 +11,7 @@
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_sums.h"
+#include "physics/kernels/ring.h"
 #include "physics/kernels/velocity_transfer.h"
 #include "physics/materials/law.h"
 #include "physics/particles/loads.h"
@@ -334,16 +335,16 @@ LAHAR_INLINE void pressure_force(const Map& map, const StressWithoutPressure<Dim
   }
 }
 
-}  // namespace
-
+/// Forces of stresses in the plane of a model, or in space, and of particles' own forces.
 template <int Dim, class Real>
-void map_force_of(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
-                  general::ParticleStress<Dim> given) {
+void map_plane_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                     const general::ParticleStress<Dim>& given) {
   double* nodes = patch.own_sums(NodeSum::force, step.step);
   if (general::is(patch)) return general::map_force<Dim, Real>(patch, step, bins, given, nodes);
   const Pulled<general::ParticleStress<Dim>> stress{given};
   const Analysis& analysis = step.model->analysis;
-  const bool at_particles = analysis.volume_as_cbgeo || analysis.mean_volume;
+  const bool at_particles =
+      analysis.volume_as_cbgeo || analysis.mean_volume || analysis.plane == Plane::axisymmetric;
   for_each_bin(
       patch, bins, [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {
         const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
@@ -360,6 +361,23 @@ void map_force_of(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
                                    corner.data(), nodes,
                                    [&](Local p) { return force_on(patch.particles, p, step); });
       });
+}
+
+}  // namespace
+
+template <int Dim, class Real>
+void map_force_of(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                  general::ParticleStress<Dim> stress) {
+  if constexpr (Dim == 2)
+    if (step.model->analysis.plane == Plane::axisymmetric) {
+      for (ParticleBin& bin : bins) {  // sums do not depend on which bins come together
+        if (bin.begin == bin.end) continue;
+        map_plane_force<Dim, Real>(patch, step, ParticleBins(&bin, 1), stress);
+        map_hoop_force<Real>(patch, step, bin, stress);
+      }
+      return;
+    }
+  map_plane_force<Dim, Real>(patch, step, bins, stress);
 }
 
 template <int Dim, class Real>

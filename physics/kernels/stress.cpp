@@ -1,95 +1,21 @@
 /// \file Strain increment and constitutive update.
-#include <algorithm>
-
 #include "physics/basis/cell_map.h"
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/kernels.h"
-#include "physics/kernels/law_fault.h"
 #include "physics/kernels/opening.h"
 #include "physics/kernels/strain_rate.h"
+#include "physics/kernels/stress_across.h"
+#include "physics/kernels/stress_update.h"
 #include "physics/materials/increment.h"
-#include "physics/materials/law.h"
 
 namespace lahar {
 
 namespace {
 
-/// Rows of the columns that the stage changes; null where there is no such column.
-template <int Dim>
-struct Rows {
-  std::array<double*, stress_components<Dim>> stress;
-  std::array<double*, strain_components<Dim>> strain{};
-  double* volume;
-  std::array<double*, most_state> state{};
-  double* opening = nullptr;
-  double dilatancy = 0.0;  ///< of the law
-  std::array<double*, Dim> domain{}, next_domain{};
-  std::array<double*, static_cast<std::size_t>(Dim) * Dim> vectors{}, next_vectors{};
-
-  explicit Rows(Particles<Dim>& particles)
-      : stress(particles.template rows<stress_components<Dim>>(Column::stress)),
-        volume(particles.row(Column::volume)) {
-    if (particles.layout().has(Column::strain))
-      strain = particles.template rows<strain_components<Dim>>(Column::strain);
-    if (particles.layout().has(Column::state))
-      for (int k = 0; k < particles.layout().components(Column::state); ++k)
-        state[static_cast<std::size_t>(k)] = particles.row(Column::state, k);
-    if (particles.layout().has(Column::opening)) opening = particles.row(Column::opening);
-    if (particles.layout().has(Column::next_domain)) {
-      domain = particles.template rows<Dim>(Column::domain);
-      next_domain = particles.template rows<Dim>(Column::next_domain);
-    }
-    if (particles.layout().has(Column::vectors)) {
-      vectors = particles.template rows<Dim * Dim>(Column::vectors);
-      next_vectors = particles.template rows<Dim * Dim>(Column::next_vectors);
-    }
-  }
-};
-
-template <int Dim>
-void record_collapse(Patch<Dim>& patch, const ParticleBin& bin, double volumetric) {
-  if (patch.fault.kind != ParticleFault::Kind::none) return;
-  patch.fault.kind =
-      std::isfinite(volumetric) ? ParticleFault::Kind::volume : ParticleFault::Kind::not_finite;
-  patch.fault.particle = patch.particles.id[static_cast<std::size_t>(bin.begin)];
-  patch.fault.count = bin.end - bin.begin;
-  for (int d = 0; d < Dim; ++d)
-    patch.fault.position[static_cast<std::size_t>(d)] =
-        patch.particles.row(Column::x, d)[bin.begin];
-}
-
-/// Lanes of the particles from p on for which the law failed, `before` with their stress before.
-template <int Dim, class Real>
-[[gnu::noinline]] void record_failures(Patch<Dim>& patch, const ParticleBin& bin, Local p,
-                                       const Failures& failures, const Real* before) {
-  for (int lane = 0; lane < lanes<Real>; ++lane) {
-    patch.work.divided += failures.divided >> lane & 1;
-    if (!(failures.failed >> lane & 1)) continue;
-    note_law_fault(patch.fault, patch, bin, p + lane,
-                   [&](std::size_t k) { return before[k][lane]; });
-  }
-}
-
-/// The state variables that a law keeps, from their rows and back; those that follow from the
-/// stress stay where they are, and the law gets zeros.
-template <class LawType, class Real>
-LAHAR_INLINE void load_state(const std::array<double*, most_state>& rows, Local p, Real* state) {
-  LAHAR_UNROLL
-  for (std::size_t k = 0; k < LawType::state.size(); ++k)
-    state[k] = LawType::state[k].of_stress ? Real(0.0) : load<Real>(rows[k] + p);
-}
-template <class LawType, class Real>
-LAHAR_INLINE void store_state(const Real* state, const std::array<double*, most_state>& rows,
-                              Local p, Local n) {
-  LAHAR_UNROLL
-  for (std::size_t k = 0; k < LawType::state.size(); ++k)
-    if (!LawType::state[k].of_stress) store_first(state[k], rows[k] + p, n);
-}
-
 /// Velocity gradient in a bin's cell with linear functions, and its trace at the cell's centre.
 template <int Dim, class Map>
 struct LinearGradient {
-  static constexpr bool domains = false;  ///< particles may have a domain
+  static constexpr bool domains = false;  ///< as StoredGradient
   const Map& map;
   CornerDifferences<Dim> difference;
   double centre_trace = 0.0;
@@ -114,82 +40,6 @@ struct LinearGradient {
   double least_trace(Local) const { return centre_trace; }
 };
 
-/// The same from rows that hold the gradients of a bin's particles.
-template <int Dim>
-struct StoredGradient {
-  static constexpr bool domains = true;
-  std::array<const double*, static_cast<std::size_t>(Dim) * Dim> rows;
-  const double* trace;
-  Local begin;
-
-  StoredGradient(const VelocityGradients<Dim>& from, Local first, Local bin_begin)
-      : trace(from.trace.data() + first), begin(bin_begin) {
-    for (std::size_t k = 0; k < rows.size(); ++k) rows[k] = from.L[k].data() + first;
-  }
-  template <class Real>
-  LAHAR_INLINE Real at(Local p, Real (&L)[Dim][Dim]) const {
-    LAHAR_UNROLL
-    for (std::size_t k = 0; k < rows.size(); ++k)
-      L[k / Dim][k % Dim] = load<Real>(rows[k] + (p - begin));
-    return load<Real>(trace + (p - begin));
-  }
-  double least_trace(Local n) const { return *std::min_element(trace, trace + n); }
-};
-
-/// The box that is a particle's domain stretches along its axes, e_d *= 1 + dt L_dd: so that its
-/// volume changes as the particle's, and rotations leave it as it is. Functions of this step remain
-/// those of the old one.
-template <int Dim, class Real>
-LAHAR_INLINE void stretch_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
-                                 Local p, Local n) {
-  LAHAR_UNROLL
-  for (std::size_t d = 0; d < Dim; ++d)
-    store_first(Real(load<Real>(rows.domain[d] + p) * (1.0 + dt * L[d][d])),
-                rows.next_domain[d] + p, n);
-}
-
-/// The vectors along a domain's edges follow the deformation, r += dt L r.
-template <int Dim, class Real>
-LAHAR_INLINE void deform_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
-                                Local p, Local n) {
-  for (std::size_t k = 0; k < Dim; ++k) {
-    Real r[Dim];
-    LAHAR_UNROLL
-    for (std::size_t d = 0; d < Dim; ++d) r[d] = load<Real>(rows.vectors[Dim * k + d] + p);
-    LAHAR_UNROLL
-    for (std::size_t a = 0; a < Dim; ++a) {
-      Real change(0.0);
-      LAHAR_UNROLL
-      for (std::size_t d = 0; d < Dim; ++d) change += L[a][d] * r[d];
-      store_first(r[a] + dt * change, rows.next_vectors[Dim * k + a] + p, n);
-    }
-  }
-}
-
-/// Domains of the n particles from p on follow L.
-template <int Dim, class Real>
-LAHAR_INLINE void move_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt, Local p,
-                              Local n) {
-  if (rows.next_domain[0]) stretch_domain(rows, L, dt, p, n);
-  if (rows.next_vectors[0]) deform_domain(rows, L, dt, p, n);
-}
-
-/// Volume of a bin's cell, or of a cube of its smallest width, as a multiple of that of the
-/// material of its particles.
-template <int Dim>
-double space_of(const Patch<Dim>& patch, const ParticleBin& bin) {
-  const auto c = static_cast<std::size_t>(bin.cell);
-  double space = 1, material = 0;
-  for (std::size_t d = 0; d < Dim; ++d)
-    space *= patch.cartesian ? 2.0 / patch.box[c][Dim + d] : patch.cell_size[c];
-  const double* volume = patch.particles.row(Column::volume);
-  for (Local r = patch.first_bin[c]; r >= 0; r = patch.bins[static_cast<std::size_t>(r)].next) {
-    const ParticleBin& other = patch.bins[static_cast<std::size_t>(r)];
-    for (Local p = other.begin; p < other.end; ++p) material += volume[p];
-  }
-  return space / material;
-}
-
 /// One bin with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
 /// With Gaps the column Column::opening is there, and volumes are of the material.
 template <bool Gaps, int Dim, class Real, class Gradient, class LawType>
@@ -199,7 +49,7 @@ LAHAR_INLINE Real update_bin(Patch<Dim>& patch, const Gradient& gradient, const 
   const double dt = step.dt;
   const double least = dt * gradient.least_trace(bin.end - bin.begin);
   if (!(1.0 + least > 0.0)) record_collapse(patch, bin, least);
-  const double space = Gaps ? space_of(patch, bin) : 0.0;
+  const double space = Gaps ? space_of(patch, bin, step.model->analysis) : 0.0;
 
   Real work(0.0);
   for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
@@ -302,6 +152,9 @@ LAHAR_INLINE Real update_one_bin(Patch<Dim>& patch, const Gradient& gradient,
 template <int Dim, class Real>
 void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                    StressPart part, const VelocityGradients<Dim>* gradients) {
+  if constexpr (Dim == 2)
+    if (deforms_across(step.model->analysis))
+      return update_stress_across<Real>(patch, step, bins, *gradients);
   const Rows<Dim> rows(patch.particles);
   Real work(0.0);
   if (general::is(patch) && !gradients) {

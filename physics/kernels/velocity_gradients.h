@@ -16,6 +16,7 @@ struct VelocityGradients {
   std::vector<Local> first;  ///< by position of the bin: where its particles begin, in whole packs
   std::array<NodeArray, static_cast<std::size_t>(Dim) * Dim> L;  ///< Dim a + b: dv_a/dx_b [1/s]
   NodeArray trace;  ///< [1/s] at the particle, or that of the cell (Analysis::volume_as_cbgeo)
+  NodeArray hoop;   ///< [1/s] v_r / r of axisymmetric models (ring.h)
 
   /// Room for the particles of these bins, in packs of so many lanes.
   void make_room(ParticleBins bins, int lanes) {
@@ -30,6 +31,9 @@ struct VelocityGradients {
     for (NodeArray& row : L) row.resize(room);
     trace.resize(room);
   }
+  void make_room_for_hoop() {
+    if (hoop.size() < trace.size()) hoop.resize(trace.size());
+  }
   /// Where those of a bin begin.
   LAHAR_INLINE std::size_t begin(const ParticleBin& bin, ParticleBins bins) const {
     return static_cast<std::size_t>(first[static_cast<std::size_t>(&bin - bins.data())]);
@@ -41,5 +45,10 @@ struct VelocityGradients {
     store(trace_there, &trace[at]);
   }
 };
+
+/// Fill `gradients` with those of the nodal velocities at particles, with any functions.
+template <int Dim, class Real = Pack>
+void find_particle_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step,
+                             ParticleBins bins, VelocityGradients<Dim>& gradients);
 
 }  // namespace lahar

@@ -21,7 +21,7 @@ struct Injection {
   Index all_cells = -1;                  ///< of all processes; -1 = those that are here
   Index per_cell = 0;                    ///< particles of a cell
   std::vector<Vec<Dim>> x;               ///< [m] per_cell for each of the cells, in order
-  std::vector<double> volume;            ///< [m^3] of each particle, by cell
+  std::vector<double> volume;            ///< [m^3] of each particle, by cell; over depth_at()
   Vec<Dim> velocity = Vec<Dim>::Zero();  ///< [m/s]
   double start = 0, end = std::numeric_limits<double>::infinity();  ///< [s]
   std::uint16_t material = 0;                                       ///< index into Model::materials

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <variant>
 #include <vector>
@@ -24,6 +25,13 @@ enum class Scheme {
   musl,
   newmark,    ///< implicit (ImplicitSteps)
   projection  ///< velocities without divergence (Projection)
+};
+
+/// What the plane of a model in two dimensions is a section of (plane.h).
+enum class Plane {
+  strain,       ///< a body that does not deform across it, one metre of it
+  stress,       ///< a sheet without stress across it, at first one metre thick
+  axisymmetric  ///< a body of revolution: x is the radius, y the axis; the whole of it
 };
 
 /// An affine velocity field that particles carry beside their velocity.
@@ -200,6 +208,7 @@ struct Analysis {
   ImplicitSteps implicit;  ///< with Scheme::newmark
   Projection projection;   ///< with Scheme::projection
   LinearSolver linear;     ///< of both
+  Plane plane = Plane::strain;
   ShapeFunctions functions = ShapeFunctions::element;
   Affine affine = Affine::none;
   /// GIMP as in CB-Geo: edges of domains are the cell's over the number of particles in it, not
@@ -261,6 +270,16 @@ struct Analysis {
 /// Steps solve for equilibrium, and no wave limits them.
 inline bool is_implicit(const Analysis& analysis) {
   return analysis.scheme == Scheme::newmark;
+}
+
+/// There is more than a plane state of strain in two dimensions.
+inline bool deforms_across(const Analysis& analysis) {
+  return analysis.plane != Plane::strain;
+}
+
+/// How deep the model is at a place x in two dimensions [m]: volume over area.
+inline double depth_at(const Analysis& analysis, double x) {
+  return analysis.plane == Plane::axisymmetric ? 2.0 * std::numbers::pi * x : 1.0;
 }
 
 /// A liquid does not change its volume: its pressure is solved for, and no wave of it limits steps.

@@ -15,17 +15,18 @@ bool has_domain(const ColumnLayout<Dim>& layout) {
 }
 
 /// The domain of a particle is a box of its volume with the proportions of its cell: those of
-/// particles that fill cells regularly touch each other. `box` as in Patch::box. CB-Geo MPM takes
-/// the cell over the number of particles in it instead, along every axis: `cbgeo_number`, if that
-/// is not 0.
+/// particles that fill cells regularly touch each other. `box` as in Patch::box, `depth` of
+/// depth_at(). CB-Geo MPM takes the cell over the number of particles in it instead, along every
+/// axis: `cbgeo_number`, if that is not 0.
 template <int Dim>
 void set_domain(Particles<Dim>& particles, Local p, const std::array<double, 2 * Dim>& box,
-                Index cbgeo_number = 0) {
+                double depth, Index cbgeo_number = 0) {
   double cell_volume = 1.0;
   for (std::size_t d = 0; d < Dim; ++d) cell_volume *= 2.0 / box[Dim + d];
-  const double share = cbgeo_number > 0
-                           ? 1.0 / static_cast<double>(cbgeo_number)
-                           : std::pow(particles.row(Column::volume)[p] / cell_volume, 1.0 / Dim);
+  const double share =
+      cbgeo_number > 0
+          ? 1.0 / static_cast<double>(cbgeo_number)
+          : std::pow(particles.row(Column::volume)[p] / depth / cell_volume, 1.0 / Dim);
   const auto put = [&](Column column, int component, double value) {
     if (particles.layout().has(column)) particles.row(column, component)[p] = value;
   };

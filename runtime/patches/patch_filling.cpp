@@ -111,13 +111,14 @@ Index fill_places(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
 }
 
 template <int Dim>
-void fill_domains(Patch<Dim>& patch, bool as_cbgeo) {
+void fill_domains(Patch<Dim>& patch, const Analysis& analysis) {
   Particles<Dim>& particles = patch.particles;
   std::vector<Index> in_cell(patch.topology.cells.size(), 0);
   for (const Local cell : particles.cell) ++in_cell[static_cast<std::size_t>(cell)];
   for (Local p = 0; p < particles.size(); ++p) {
     const auto cell = static_cast<std::size_t>(particles.cell[static_cast<std::size_t>(p)]);
-    set_domain(particles, p, patch.box[cell], as_cbgeo ? in_cell[cell] : 0);
+    set_domain(particles, p, patch.box[cell], depth_at(analysis, particles.row(Column::x)[p]),
+               analysis.cbgeo_domains ? in_cell[cell] : 0);
   }
 }
 
@@ -177,6 +178,7 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
         strain[k][i] = table.strain[row][Dim == 2 && k == 2 ? 3 : k];
     });
   }
+  const double* x = to.row(Column::x);
   double* volume = to.row(Column::volume);
   double* mass = to.row(Column::mass);
   double* size = to.layout().has(Column::size) ? to.row(Column::size) : nullptr;
@@ -185,11 +187,11 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
     volume[i] = table.volume[row];
     mass[i] = table.mass.empty() ? table.volume[row] * model.materials[table.material[row]].density
                                  : table.mass[row];
-    if (size) size[i] = std::pow(table.volume[row], 1.0 / Dim);
+    if (size) size[i] = std::pow(table.volume[row] / depth_at(model.analysis, x[i]), 1.0 / Dim);
     lightest = std::min(lightest, mass[i]);
   });
   fill_law_state(to, rows, model);
-  if (has_domain(to.layout())) fill_domains(patch, model.analysis.cbgeo_domains);
+  if (has_domain(to.layout())) fill_domains(patch, model.analysis);
   return lightest;
 }
 

@@ -107,7 +107,11 @@ void describe(Console& console, const ModelOutline& model, const SimulationInfo&
                                  ? "implicit, quasi-static"
                                  : fmt::format("{}, {}", scheme_name(model.analysis.scheme),
                                                describe_transfer(model.analysis, model.materials));
-  console.line(fmt::format("scheme     {}{}", scheme, model.analysis.mean_volume ? ", B-bar" : ""));
+  const Plane plane = model.analysis.plane;
+  console.line(fmt::format("scheme     {}{}{}", scheme, model.analysis.mean_volume ? ", B-bar" : "",
+                           plane == Plane::axisymmetric ? ", axisymmetric"
+                           : plane == Plane::stress     ? ", plane stress"
+                                                        : ""));
   console.line(implicit || std::isinf(info.dt_limit)
                    ? fmt::format("time step  {:.4g} s, no stability limit{}", info.dt,
                                  implicit ? "" : " at rest")

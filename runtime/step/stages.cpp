@@ -18,6 +18,7 @@
 #include "physics/kernels/mean_volume.h"
 #include "physics/kernels/projection.h"
 #include "physics/kernels/separation.h"
+#include "physics/kernels/stress_across.h"
 #include "physics/kernels/two_phase.h"
 #include "physics/kernels/velocity_transfer.h"
 
@@ -80,6 +81,12 @@ VelocityGradients<Dim>& gradients_of_chunk() {
   return gradients;
 }
 
+template <int Dim>
+void find_across(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                 VelocityGradients<Dim>& gradients) {
+  if constexpr (Dim == 2) find_gradients_across(patch, step, bins, gradients);
+}
+
 /// update_stress() with gradients that are not those at particles alone, or are left for the pore
 /// pressure.
 template <int Dim>
@@ -89,6 +96,8 @@ void find_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
   VelocityGradients<Dim>& gradients = gradients_of_chunk<Dim>();
   if (analysis.mean_volume)
     find_mean_gradients(patch, step, bins, gradients);
+  else if (deforms_across(analysis))
+    find_across(patch, step, bins, gradients);
   else if (analysis.two_phase && general::is(patch))
     general::find_gradients<Dim, Pack>(patch, step, bins, patch.velocity.data(), gradients);
   else
@@ -143,7 +152,7 @@ bool maps_force_with_momentum(const Analysis& analysis) {
 
 bool stress_follows_g2p(const Analysis& analysis) {
   return analysis.scheme == Scheme::usl && !analysis.pressure_smoothing && !analysis.two_phase &&
-         gives_gradients(analysis);
+         !deforms_across(analysis) && gives_gradients(analysis);
 }
 
 template <int Dim>
@@ -261,7 +270,8 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
   if (stress_follows_g2p(analysis))
     return {TimestepStage<Dim>{
         .stage = {.name = "stress"}, .bins = [](P& p, S& s, ParticleBins bins) {
-          if (s.model->analysis.mean_volume) take_mean_volume(p, bins, gradients_of_chunk<Dim>());
+          if (s.model->analysis.mean_volume)
+            take_mean_volume(p, s, bins, gradients_of_chunk<Dim>());
           update_stress(p, s, bins, StressPart::both, &gradients_of_chunk<Dim>());
         }}};
   return {TimestepStage<Dim>{.stage = {.name = "stress", .needs_dt = needs_dt},

@@ -96,11 +96,14 @@ Json analysis_of(Choices& choices, const Outline& outline, GeneratedCase& made) 
     if (choices.chance("damping.viscous", 40))
       analysis["damping"] = {{"type", "Viscous"}, {"damping_factor", 3.0}};
   }
-  if (choices.chance("pressure_smoothing", 20)) analysis["pressure_smoothing"] = true;
+  const bool across = outline.plane != "strain";
+  if (across) analysis["plane"] = outline.plane;
+  if (!across && choices.chance("pressure_smoothing", 20)) analysis["pressure_smoothing"] = true;
   if (choices.chance("opening", 40))
     analysis["opening"] = choices.chance("opening.off", 50) ? false : true;
   const bool smooth = analysis.contains("pressure_smoothing");
-  if (!smooth && !outline.functions.starts_with("cpdi") && choices.chance("b_bar", 25))
+  if (!smooth && outline.plane != "stress" && !outline.functions.starts_with("cpdi") &&
+      choices.chance("b_bar", 25))
     analysis["b_bar"] = true;
   if (choices.chance("large_domains", 15)) analysis["large_domains"] = "error";
   analysis["patch_particles"] = choices.of("patch_particles", {4096, 64, 24, 8, 3, 1});

@@ -125,8 +125,10 @@ Json loads_of(Choices& choices, const Outline& outline, Json& sets) {
   if (choices.chance("gravity", 50)) {
     Json gravity = Json::array();
     for (int d = 0; d < outline.dim; ++d)
-      gravity.push_back(
-          d == outline.dim - 1 ? -9.81 : choices.number(name("gravity", d, "side"), 0, -5, 5));
+      gravity.push_back(d == outline.dim - 1 ? -9.81
+                        : outline.plane == "axisymmetric"
+                            ? 0.0
+                            : choices.number(name("gravity", d, "side"), 0, -5, 5));
     if (choices.chance("gravity.ramp", 20))
       loads["gravity"] = {{"gravity", gravity}, {"ramping_time", 0.05}};
     else

@@ -54,6 +54,13 @@ void decide_method(Choices& choices, Outline& outline) {
   outline.contact = outline.bodies > 1 && !outline.second_order && choices.chance("contact", 40);
   outline.scheme = choices.of("scheme", {"usf", "usl", "musl"});
   if (outline.contact && !outline.cbgeo) outline.scheme = "musl";
+  const auto is_fluid = [](const std::string& type) {
+    return type == "Newtonian" || type == "Bingham";
+  };
+  const auto& materials = outline.materials;
+  const bool fluid = std::any_of(materials.begin(), materials.end(), is_fluid);
+  if (outline.dim == 2 && !outline.cbgeo && !outline.contact && choices.chance("plane", 30))
+    outline.plane = fluid || choices.chance("plane.ring", 60) ? "axisymmetric" : "stress";
   outline.accelerates = !outline.contact && choices.chance("accelerates", 15);
   outline.functions_of_time = choices.pick("functions_of_time", 3);
 }

@@ -16,6 +16,7 @@ struct Outline {
   int dim = 2;
   bool cbgeo = false;  ///< preset
   std::string element, functions, scheme, update;
+  std::string plane = "strain";
   bool table = false;  ///< the mesh is a file
   bool second_order = false;
   std::vector<double> h;  ///< [m] edges of a cell

@@ -14,6 +14,7 @@
 #include "tests/ranks/reference_run.h"
 #include "tests/ranks/shared_folder.h"
 #include "tests/runtime/step/falling_dust.h"
+#include "tests/runtime/step/plane_models.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -172,6 +173,20 @@ TEST_CASE("the mean of volumetric strains in cells whose particles come from oth
     check(discs, steps, all_ways);
     check(with_functions(adaptive(discs), ShapeFunctions::quadratic_spline), steps, threads_only);
   }
+}
+
+TEST_CASE("sheets and bodies of revolution are the same on any ranks") {
+  for (const Plane plane : {Plane::stress, Plane::axisymmetric})
+    for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+      CAPTURE(static_cast<int>(plane));
+      CAPTURE(static_cast<int>(scheme));
+      Model<2> discs = with_plane(with_patches(two_discs(), 24), plane);
+      discs.analysis.scheme = scheme;
+      if (scheme == Scheme::usl) discs.analysis.step.dt = 1e-3;
+      const Index steps = 60;
+      check(discs, steps, all_ways);
+      check(with_functions(adaptive(discs), ShapeFunctions::quadratic_spline), steps, threads_only);
+    }
 }
 
 TEST_CASE("particles that leave the mesh are listed alike, in the same order") {

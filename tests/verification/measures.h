@@ -102,6 +102,16 @@ inline Depths depths_along_x(const State& state, double density, double from, do
       [](Index) { return true; }, [&](std::size_t) { return width; });
 }
 
+/// Depths of an axisymmetric flow along its radius.
+inline Depths depths_along_radius(const State& state, double density, double width) {
+  return depths(
+      state, density, 0.0, width, [&](Index p) { return state.x(p, 0); },
+      [](Index) { return true; },
+      [&](std::size_t i) {
+        return std::numbers::pi * width * width * static_cast<double>(2 * i + 1);
+      });
+}
+
 /// Depths of rings around the z axis, of a body of which a quarter is computed.
 inline Depths depths_of_rings(const State& state, double density, double width) {
   return depths(

@@ -1,0 +1,137 @@
+// What the plane of a model in two dimensions is a section of: `plane` in analysis.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "io/scenario/scenario_builder.h"
+#include "physics/materials/law.h"
+
+namespace lahar {
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_plane() {
+  const JsonValue& analysis = section("analysis");
+  const std::string name = get_text(analysis, "plane").value_or("strain");
+  Plane& plane = model_.analysis.plane;
+  plane = name == "axisymmetric" ? Plane::axisymmetric
+          : name == "stress"     ? Plane::stress
+                                 : Plane::strain;
+  if (plane == Plane::strain) return;
+  const JsonValue& at = *analysis.find("plane");
+  if (Dim == 3) in_.error(at, "'plane' is for two dimensions", "leave it out");
+  if (in_.cbgeo_defaults)
+    in_.error(at,
+              fmt::format("'plane': {} does not go together with the preset cbgeo: CB-Geo MPM has "
+                          "plane strain",
+                          json_quoted(name)),
+              "take \"preset\": \"lahar\", or leave 'type' out");
+  if (Dim == 3 || in_.cbgeo_defaults) plane = Plane::strain;  // for the rest of the checks
+}
+
+// Nodes on the axis stay there.
+template <int Dim>
+void ScenarioBuilder<Dim>::find_axis() {
+  if (model_.analysis.plane != Plane::axisymmetric || !mesh_) return;
+  if (const double least = mesh_->bounds().first[0]; least < -region_tolerance_)
+    in_.error(section("mesh"),
+              fmt::format("an axisymmetric mesh begins at x = 0, the axis; this one at x = {:g} m",
+                          least),
+              "x is the radius: move the mesh, or leave out the half beyond the axis");
+  Vec<Dim> low = Vec<Dim>::Constant(-std::numeric_limits<double>::infinity()), high = -low;
+  high[0] = region_tolerance_;
+  axis_nodes_ = nodes_in(Region<Dim>(low, high), section("mesh"));
+}
+
+// Prescribed velocities of the axis come first, and the first counts.
+template <int Dim>
+void ScenarioBuilder<Dim>::hold_axis() {
+  auto& list = entries_of<NodeVelocity>(model_);
+  for (const Index node : axis_nodes_) list.push_back({node, 0, 0.0});
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::check_axis() {
+  const auto on_axis = [&](Index node) {
+    return std::binary_search(axis_nodes_.begin(), axis_nodes_.end(), node);
+  };
+  const auto& frames = model_.node_frames;
+  if (team_.any(std::any_of(frames.begin(), frames.end(),
+                            [&](const auto& frame) { return on_axis(frame.node); })))
+    in_.error(*boundary().find("nodal_euler_angles"), "nodes on the axis have no axes of their own",
+              "the program holds them along x");
+  auto& absorbing = entries_of<NodeAbsorption>(model_);
+  std::vector<Index> nodes;
+  for (const NodeAbsorption& entry : absorbing) nodes.push_back(entry.node);
+  if (!team_.any(!nodes.empty())) return;
+  const auto places = places_of(nodes);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {  // the axis has the area of its functions
+    const double radius = std::max(places[i][0], absorbing[i].edge / 3.0);
+    absorbing[i].area *= depth_at(model_.analysis, radius);
+  }
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::refuse_across(const JsonValue* at, const std::string& what,
+                                         const std::string& hint) {
+  const bool ring = model_.analysis.plane == Plane::axisymmetric;
+  in_.error(at ? *at : section("analysis"),
+            fmt::format("{} is not supported yet {}", what,
+                        ring ? "in axisymmetric models" : "in plane stress"),
+            hint);
+}
+
+// What models that deform across their plane do not go together with.
+template <int Dim>
+void ScenarioBuilder<Dim>::check_plane() {
+  const Analysis& a = model_.analysis;
+  if (!deforms_across(a)) return;
+  const JsonValue& analysis = section("analysis");
+  if (a.two_phase) refuse_across(root_.find("particles"), "a liquid in pores", "take plane strain");
+  if (is_projection(a)) refuse_across(analysis.find("mpm_scheme"), "a projection", "take \"musl\"");
+  if (is_implicit(a) && a.mean_volume && a.plane == Plane::axisymmetric)
+    refuse_across(analysis.find("b_bar"), "B-bar in implicit steps", "take explicit steps");
+  if (a.contact.bodies > 1)
+    refuse_across(analysis.find("interface"), "contact of bodies",
+                  "bodies that stick to each other need no contact");
+  if (a.pressure_smoothing)
+    refuse_across(analysis.find("pressure_smoothing"), "'pressure_smoothing'", "leave it out");
+  if (a.plane == Plane::axisymmetric) {
+    if (model_.gravity[0] != 0)
+      in_.error(*section("external_loading_conditions").find("gravity"),
+                "gravity of an axisymmetric model acts along the axis, y",
+                fmt::format("[0, {:g}]", model_.gravity[Dim - 1]));
+    return check_axis();
+  }
+  check_sheet();
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::check_sheet() {
+  const Analysis& a = model_.analysis;
+  const auto is_used = [&](std::size_t m) {
+    const auto& of = model_.particles.material;
+    const auto& injections = model_.injections;
+    return team_.any(std::find(of.begin(), of.end(), m) != of.end() ||
+                     std::any_of(injections.begin(), injections.end(),
+                                 [&](const auto& one) { return one.material == m; }));
+  };
+  const auto materials = get_list(root_, "materials");
+  for (std::size_t m = 0; m < model_.materials.size(); ++m)  // bodies in contact have copies
+    if (has_pressure(model_.materials[m].law) && is_used(m))
+      in_.error(*materials[m % materials.size()],
+                fmt::format("'{}' is a fluid: there is no plane stress without solids",
+                            model_.materials[m].name),
+                "take plane strain");
+  if (a.mean_volume)
+    refuse_across(section("analysis").find("b_bar"), "B-bar",
+                  "leave it out: a sheet that hardly changes its volume changes its thickness, and "
+                  "does not lock");
+  if (team_.any(!entries_of<NodeAbsorption>(model_).empty()))
+    refuse_across(boundary().find(NodeAbsorption::key), fmt::format("'{}'", NodeAbsorption::key),
+                  "waves in sheets are slower than those that it absorbs");
+}
+
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
+
+}  // namespace lahar

@@ -1,0 +1,166 @@
+/// \file What updates of stresses share: columns, gradients, domains, and laws that fail.
+#pragma once
+
+#include <algorithm>
+
+#include "physics/kernels/law_fault.h"
+#include "physics/kernels/velocity_gradients.h"
+#include "physics/materials/law.h"
+
+namespace lahar {
+
+/// Rows of the columns that the stage changes; null where there is no such column.
+template <int Dim>
+struct Rows {
+  std::array<double*, stress_components<Dim>> stress;
+  std::array<double*, strain_components<Dim>> strain{};
+  double* volume;
+  std::array<double*, most_state> state{};
+  double* opening = nullptr;
+  double dilatancy = 0.0;  ///< of the law
+  std::array<double*, Dim> domain{}, next_domain{};
+  std::array<double*, static_cast<std::size_t>(Dim) * Dim> vectors{}, next_vectors{};
+
+  explicit Rows(Particles<Dim>& particles)
+      : stress(particles.template rows<stress_components<Dim>>(Column::stress)),
+        volume(particles.row(Column::volume)) {
+    if (particles.layout().has(Column::strain))
+      strain = particles.template rows<strain_components<Dim>>(Column::strain);
+    if (particles.layout().has(Column::state))
+      for (int k = 0; k < particles.layout().components(Column::state); ++k)
+        state[static_cast<std::size_t>(k)] = particles.row(Column::state, k);
+    if (particles.layout().has(Column::opening)) opening = particles.row(Column::opening);
+    if (particles.layout().has(Column::next_domain)) {
+      domain = particles.template rows<Dim>(Column::domain);
+      next_domain = particles.template rows<Dim>(Column::next_domain);
+    }
+    if (particles.layout().has(Column::vectors)) {
+      vectors = particles.template rows<Dim * Dim>(Column::vectors);
+      next_vectors = particles.template rows<Dim * Dim>(Column::next_vectors);
+    }
+  }
+};
+
+template <int Dim>
+void record_collapse(Patch<Dim>& patch, const ParticleBin& bin, double volumetric) {
+  if (patch.fault.kind != ParticleFault::Kind::none) return;
+  patch.fault.kind =
+      std::isfinite(volumetric) ? ParticleFault::Kind::volume : ParticleFault::Kind::not_finite;
+  patch.fault.particle = patch.particles.id[static_cast<std::size_t>(bin.begin)];
+  patch.fault.count = bin.end - bin.begin;
+  for (int d = 0; d < Dim; ++d)
+    patch.fault.position[static_cast<std::size_t>(d)] =
+        patch.particles.row(Column::x, d)[bin.begin];
+}
+
+/// Lanes of the particles from p on for which the law failed, `before` with their stress before.
+template <int Dim, class Real>
+[[gnu::noinline]] void record_failures(Patch<Dim>& patch, const ParticleBin& bin, Local p,
+                                       const Failures& failures, const Real* before) {
+  for (int lane = 0; lane < lanes<Real>; ++lane) {
+    patch.work.divided += failures.divided >> lane & 1;
+    if (!(failures.failed >> lane & 1)) continue;
+    note_law_fault(patch.fault, patch, bin, p + lane,
+                   [&](std::size_t k) { return before[k][lane]; });
+  }
+}
+
+/// The state variables that a law keeps, from their rows and back; those that follow from the
+/// stress stay where they are, and the law gets zeros.
+template <class LawType, class Real>
+LAHAR_INLINE void load_state(const std::array<double*, most_state>& rows, Local p, Real* state) {
+  LAHAR_UNROLL
+  for (std::size_t k = 0; k < LawType::state.size(); ++k)
+    state[k] = LawType::state[k].of_stress ? Real(0.0) : load<Real>(rows[k] + p);
+}
+template <class LawType, class Real>
+LAHAR_INLINE void store_state(const Real* state, const std::array<double*, most_state>& rows,
+                              Local p, Local n) {
+  LAHAR_UNROLL
+  for (std::size_t k = 0; k < LawType::state.size(); ++k)
+    if (!LawType::state[k].of_stress) store_first(state[k], rows[k] + p, n);
+}
+
+/// Velocity gradients of the particles of a bin from rows that hold them.
+template <int Dim>
+struct StoredGradient {
+  static constexpr bool domains = true;  ///< particles may have a domain
+  std::array<const double*, static_cast<std::size_t>(Dim) * Dim> rows;
+  const double *trace, *hoop;
+  Local begin;
+
+  StoredGradient(const VelocityGradients<Dim>& from, Local first, Local bin_begin)
+      : trace(from.trace.data() + first), hoop(from.hoop.data() + first), begin(bin_begin) {
+    for (std::size_t k = 0; k < rows.size(); ++k) rows[k] = from.L[k].data() + first;
+  }
+  template <class Real>
+  LAHAR_INLINE Real at(Local p, Real (&L)[Dim][Dim]) const {
+    LAHAR_UNROLL
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      L[k / Dim][k % Dim] = load<Real>(rows[k] + (p - begin));
+    return load<Real>(trace + (p - begin));
+  }
+  /// Strain rate across the plane, of axisymmetric models.
+  template <class Real>
+  LAHAR_INLINE Real across(Local p) const {
+    return load<Real>(hoop + (p - begin));
+  }
+  double least_trace(Local n) const { return *std::min_element(trace, trace + n); }
+};
+
+/// The box that is a particle's domain stretches along its axes, e_d *= 1 + dt L_dd: so that its
+/// volume changes as the particle's, and rotations leave it as it is. Functions of this step remain
+/// those of the old one.
+template <int Dim, class Real>
+LAHAR_INLINE void stretch_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
+                                 Local p, Local n) {
+  LAHAR_UNROLL
+  for (std::size_t d = 0; d < Dim; ++d)
+    store_first(Real(load<Real>(rows.domain[d] + p) * (1.0 + dt * L[d][d])),
+                rows.next_domain[d] + p, n);
+}
+
+/// The vectors along a domain's edges follow the deformation, r += dt L r.
+template <int Dim, class Real>
+LAHAR_INLINE void deform_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
+                                Local p, Local n) {
+  for (std::size_t k = 0; k < Dim; ++k) {
+    Real r[Dim];
+    LAHAR_UNROLL
+    for (std::size_t d = 0; d < Dim; ++d) r[d] = load<Real>(rows.vectors[Dim * k + d] + p);
+    LAHAR_UNROLL
+    for (std::size_t a = 0; a < Dim; ++a) {
+      Real change(0.0);
+      LAHAR_UNROLL
+      for (std::size_t d = 0; d < Dim; ++d) change += L[a][d] * r[d];
+      store_first(r[a] + dt * change, rows.next_vectors[Dim * k + a] + p, n);
+    }
+  }
+}
+
+/// Domains of the n particles from p on follow L.
+template <int Dim, class Real>
+LAHAR_INLINE void move_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt, Local p,
+                              Local n) {
+  if (rows.next_domain[0]) stretch_domain(rows, L, dt, p, n);
+  if (rows.next_vectors[0]) deform_domain(rows, L, dt, p, n);
+}
+
+/// Volume of a bin's cell, or of a cube of its smallest width, as a multiple of that of the
+/// material of its particles.
+template <int Dim>
+double space_of(const Patch<Dim>& patch, const ParticleBin& bin, const Analysis& analysis) {
+  const auto c = static_cast<std::size_t>(bin.cell);
+  double space = 1, material = 0;
+  for (std::size_t d = 0; d < Dim; ++d)
+    space *= patch.cartesian ? 2.0 / patch.box[c][Dim + d] : patch.cell_size[c];
+  const double *volume = patch.particles.row(Column::volume), *x = patch.particles.row(Column::x);
+  for (Local r = patch.first_bin[c]; r >= 0; r = patch.bins[static_cast<std::size_t>(r)].next) {
+    const ParticleBin& other = patch.bins[static_cast<std::size_t>(r)];
+    for (Local p = other.begin; p < other.end; ++p)
+      material += volume[p] / depth_at(analysis, x[p]);
+  }
+  return space / material;
+}
+
+}  // namespace lahar

@@ -1,0 +1,15 @@
+/// \file Stress and tangent of a finite increment in models of two dimensions that deform across
+/// their plane: laws see three dimensions without shear across it.
+#pragma once
+
+#include "physics/materials/tangent.h"
+
+namespace lahar {
+
+/// stress_change() of the increment H, whose components across the plane are zero but for H[2][2].
+/// With `free` that is found first: there is no stress across the plane then (plane stress).
+/// `stress` has the four components of two dimensions.
+Failures stress_change_across(const Law& law, bool free, double (&H)[3][3], double dt,
+                              const double* stress, const double* state, StressChange<3>& to);
+
+}  // namespace lahar
