@@ -102,9 +102,4 @@ int safe_rounds(const std::vector<Stage>& stages);
 /// and live, no cycle without a token. Returns the edges that violate it (empty = correct).
 std::vector<Edge> unsafe_edges(const TaskGraph& graph);
 
-/// Graphviz text of the step graph; lag-1 edges dashed. `patch_names` label the patches; where
-/// `ranks` has the rank of each, those of a rank are framed together.
-std::string to_dot(const TaskGraph& graph, std::span<const std::string> patch_names,
-                   const std::string& title, std::span<const int> ranks = {});
-
 }  // namespace lahar

@@ -47,19 +47,6 @@ static_assert(sum_stride == doubles_per_line);
 /// Particles that go along in the stream [bytes]; more are sent on their own.
 constexpr std::size_t most_particles_along = 16384;
 
-/// A record of a message, which is sent or has come.
-TraceRecord record_of(TraceKind kind, Step step, int phase, Index patch, int peer,
-                      std::size_t bytes, std::uint64_t begin) {
-  return {
-      .begin = begin,
-      .end = ticks(),
-      .step = step,
-      .patch = static_cast<std::int32_t>(patch),
-      .kind = kind,
-      .phase = static_cast<std::uint8_t>(phase),
-      .detail = {.message = {.bytes = static_cast<std::int64_t>(bytes), .peer = peer, .sent = 0}}};
-}
-
 }  // namespace
 
 template <int Dim>
@@ -70,7 +57,7 @@ RankExchange<Dim>::RankExchange(const ExchangeGroups& groups, PatchSet<Dim>& pat
       patches_(&patches),
       messages_(std::move(plan.messages)),
       rounds_(plan.rounds),
-      traced_(plan.traced),
+      loop_(plan.loop),
       calls_(std::move(calls)),
       has_cores_(groups.have_cores),
       latency_(static_cast<std::int64_t>(latency.seconds * 1e9)),
@@ -216,9 +203,7 @@ void RankExchange<Dim>::send_sums(const Send& send, int phase, int patch, Step s
       }
     }
   }
-  if (TraceRecorder* const recorder = this->recorder(step))
-    recorder->add(record_of(TraceKind::send, step, phase, from.topology.patch, send.to->rank,
-                            lines * line, begin));
+  record(TraceKind::send, step, phase, from.topology.patch, send.to->rank, lines * line, begin);
 }
 
 template <int Dim>
@@ -250,9 +235,7 @@ void RankExchange<Dim>::send_particles(const Send& send, int phase, int patch, S
     const std::scoped_lock lock(mpi_);
     streams_->send_long(send.peer, 1 + send.number, std::move(particles));
   }
-  if (TraceRecorder* const recorder = this->recorder(step))
-    recorder->add(record_of(TraceKind::send, step, phase, from.topology.patch, send.to->rank,
-                            line + payload, begin));
+  record(TraceKind::send, step, phase, from.topology.patch, send.to->rank, line + payload, begin);
 }
 
 template <int Dim>
@@ -400,21 +383,50 @@ void RankExchange<Dim>::look_at_long_messages(std::vector<ExchangeEvent>& events
 
 template <int Dim>
 TraceRecorder* RankExchange<Dim>::recorder(Step step) const {
-  return traced_ ? TraceRecorder::active(step) : nullptr;
+  if (loop_ < 0) return nullptr;
+  return loop_ > 0 ? TraceRecorder::of_present() : TraceRecorder::active(step);
+}
+
+template <int Dim>
+TraceRecord RankExchange<Dim>::placed(TraceRecord record, const TraceRecorder& recorder,
+                                      Step step) const {
+  record.loop = loop_;
+  record.step = loop_ > 0 ? recorder.present() : step;
+  if (loop_ > 0) record.round = static_cast<std::int32_t>(step);
+  return record;
+}
+
+/// A message is sent or has come.
+template <int Dim>
+void RankExchange<Dim>::record(TraceKind kind, Step step, int phase, Index patch, int peer,
+                               std::size_t bytes, std::uint64_t begin, std::uint64_t sent) const {
+  TraceRecorder* const recorder = this->recorder(step);
+  if (!recorder) return;
+  const int phases = static_cast<int>(messages_.size()) / static_cast<int>(rounds_);
+  const TraceRecord record{
+      .begin = begin,
+      .end = ticks(),
+      .patch = static_cast<std::int32_t>(patch),
+      .kind = kind,
+      .phase = static_cast<std::uint8_t>(phase % phases),
+      .detail = {
+          .message = {.bytes = static_cast<std::int64_t>(bytes), .peer = peer, .sent = sent}}};
+  recorder->add(placed(record, *recorder, step));
 }
 
 template <int Dim>
 void RankExchange<Dim>::record(const ExchangeEvent& event) const {
-  TraceRecorder* const recorder = this->recorder(event.step);
-  if (!recorder) return;
   if (event.kind != ExchangeEvent::Kind::message) {
+    TraceRecorder* const recorder = this->recorder(event.step);
+    // Loops of solvers do nothing where ranks agree that a step of the graph is done.
+    if (!recorder || (loop_ > 0 && event.kind == ExchangeEvent::Kind::step)) return;
     const auto which =
         event.kind == ExchangeEvent::Kind::step ? TraceAgreement::step : TraceAgreement::time_step;
-    recorder->add({.begin = event.begin,
-                   .end = ticks(),
-                   .step = event.step,
-                   .kind = TraceKind::agreement,
-                   .phase = static_cast<std::uint8_t>(which)});
+    recorder->add(placed({.begin = event.begin,
+                          .end = ticks(),
+                          .kind = TraceKind::agreement,
+                          .phase = static_cast<std::uint8_t>(which)},
+                         *recorder, event.step));
     return;
   }
   const Receive& receive = receives_[static_cast<std::size_t>(event.receive)];
@@ -422,10 +434,8 @@ void RankExchange<Dim>::record(const ExchangeEvent& event) const {
   const Header& header = receive.header[static_cast<std::size_t>(event.step % 2)];
   const std::size_t bytes = receive.of_particles ? line + static_cast<std::size_t>(header.payload)
                                                  : static_cast<std::size_t>(header.lines) * line;
-  TraceRecord arrival = record_of(TraceKind::arrival, event.step, receive.phase, from.patch,
-                                  from.rank, bytes, event.found);
-  arrival.detail.message.sent = header.posted;
-  recorder->add(arrival);
+  record(TraceKind::arrival, event.step, receive.phase, from.patch, from.rank, bytes, event.found,
+         header.posted);
 }
 
 template <int Dim>

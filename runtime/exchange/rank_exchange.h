@@ -22,10 +22,9 @@
 #include "runtime/comm/rank_agreements.h"
 #include "runtime/exchange/timestep_stage.h"
 #include "runtime/patches/patch_set.h"
+#include "runtime/trace/record/recorder.h"
 
 namespace lahar {
-
-class TraceRecorder;
 
 /// Where an Exchange gets and leaves what is not its own; called from any thread.
 struct ExchangeCalls {
@@ -53,7 +52,7 @@ struct ExchangePlan {
   std::vector<RankMessage> messages;  ///< by phase of a step of the graph
   Step first = 0;                     ///< round that is taken next
   int rounds = 1;                     ///< in a step of the graph, whose messages count rounds
-  bool traced = true;                 ///< messages are recorded in traces, by step
+  int loop = 0;  ///< whose messages they are, in traces (TraceRecord::loop); -1 = not recorded
 };
 
 /// Groups of the same ranks for the messages of a run: of patches, of steps that are done, of time
@@ -139,13 +138,17 @@ class RankExchange final : public Remote {
   void look_at_long_messages(std::vector<ExchangeEvent>& events);
   void deliver(const ExchangeEvent& event, Executor& executor);
   void record(const ExchangeEvent& event) const;
+  void record(TraceKind kind, Step step, int phase, Index patch, int peer, std::size_t bytes,
+              std::uint64_t begin, std::uint64_t sent = 0) const;
   TraceRecorder* recorder(Step step) const;
+  /// With the step that it belongs to and, in loops of solvers, the round.
+  TraceRecord placed(TraceRecord record, const TraceRecorder& recorder, Step step) const;
 
   Communicator ranks_;
   PatchSet<Dim>* patches_;
   std::vector<RankMessage> messages_;
   const Step rounds_;  ///< in a step of the graph
-  const bool traced_;
+  const int loop_;
   ExchangeCalls calls_;
   bool has_cores_;
   std::int64_t latency_;            ///< [ns] of a message

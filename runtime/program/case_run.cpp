@@ -132,8 +132,7 @@ void CaseRun::begin_trace(const Simulation& simulation, const SimulationInfo& in
                          .threads = info.threads,
                          .latency = arguments_.execution.latency};
   trace_ = std::make_unique<TraceSession>(outline_.output.folder, *arguments_.trace, ranks_, about,
-                                          simulation.phases(), simulation.stages(),
-                                          simulation.trace_graph());
+                                          simulation.loops(), simulation.trace_graph());
 }
 
 void CaseRun::open_checkpoint_to_restart() {

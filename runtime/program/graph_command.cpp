@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "graph/executor.h"
+#include "graph/picture.h"
 #include "io/base/atomic_file.h"
 #include "io/base/text.h"
 #include "runtime/patches/balance.h"
@@ -56,6 +57,19 @@ TaskGraph part_of(const TaskGraph& graph, const std::vector<int>& chosen,
     if (std::find(list.begin(), list.end(), from) == list.end()) list.push_back(from);
   }
   return make_task_graph(std::move(tasks), neighbours);
+}
+
+/// In the order in which a step takes them, each with the chosen patches. As the simulation cuts
+/// phases on one rank, or on several.
+std::vector<PictureLoop> loops_of(const Simulation& simulation, const std::vector<int>& chosen,
+                                  bool several_ranks) {
+  std::vector<PictureLoop> loops;
+  for (const StageLoop& loop : simulation.loops())
+    loops.push_back(
+        {loop.name, loop.taken,
+         part_of(simulation.graph(), chosen, tasks_of(phases_of(loop.stages, several_ranks)))});
+  std::rotate(loops.begin(), loops.begin() + 1, loops.end());  // the time step comes last
+  return loops;
 }
 
 /// One word of a shell command, whatever is in it.
@@ -119,10 +133,10 @@ int graph_command(const GraphArguments& arguments) {
     chosen_names.push_back(names[static_cast<std::size_t>(p)]);
     if (!ranks.empty()) chosen_ranks.push_back(ranks[static_cast<std::size_t>(p)]);
   }
-  // As the simulation cuts phases on so many ranks.
-  const auto tasks = tasks_of(phases_of(simulation.stages(), arguments.ranks > 1));
-  const std::string text =
-      to_dot(part_of(graph, chosen, tasks), chosen_names, caption, chosen_ranks);
+  const PicturePatches patches{chosen_names, chosen_ranks};
+  const std::vector<PictureLoop> loops = loops_of(simulation, chosen, arguments.ranks > 1);
+  const std::string text = loops.size() == 1 ? to_dot(loops[0].graph, patches, caption)
+                                             : to_dot(loops, patches, caption);
   if (arguments.output.empty())
     fmt::print("{}", text);
   else if (format == "dot")

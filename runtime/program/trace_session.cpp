@@ -32,11 +32,11 @@ std::string host_name() {
   return name.data();
 }
 
-json phase_list(const std::vector<Phase>& phases, const std::vector<Stage>& stages) {
+json phase_list(const StageLoop& loop) {
   json list = json::array();
-  for (const Phase& phase : phases) {
+  for (const Phase& phase : loop.phases) {
     json names = json::array();
-    for (std::size_t s = phase.first; s < phase.last; ++s) names.push_back(stages[s].name);
+    for (std::size_t s = phase.first; s < phase.last; ++s) names.push_back(loop.stages[s].name);
     if (names.size() > trace_stages)
       throw std::logic_error("a phase has more stages than a trace's records hold");
     list.push_back({{"name", phase.task.name},
@@ -45,6 +45,13 @@ json phase_list(const std::vector<Phase>& phases, const std::vector<Stage>& stag
                     {"needs_dt", phase.task.needs_dt},
                     {"stages", names}});
   }
+  return list;
+}
+
+json loop_list(const std::vector<StageLoop>& loops) {
+  json list = json::array();
+  for (const StageLoop& loop : loops)
+    list.push_back({{"name", loop.name}, {"phases", phase_list(loop)}});
   return list;
 }
 
@@ -88,8 +95,7 @@ ClockReading read_clock(const Communicator& ranks) {
 
 TraceSession::TraceSession(const std::filesystem::path& run, TraceWindow window,
                            const Communicator& ranks, const TraceAbout& about,
-                           const std::vector<Phase>& phases, const std::vector<Stage>& stages,
-                           const std::string& graph)
+                           const std::vector<StageLoop>& loops, const std::string& graph)
     : ranks_(ranks) {
   seconds_per_tick();  // begins to measure
   std::string id = ranks.rank() == 0 ? random_id() : "";
@@ -110,7 +116,7 @@ TraceSession::TraceSession(const std::filesystem::path& run, TraceWindow window,
                   {"threads", about.threads},
                   {"host", host_name()},
                   {"latency", about.latency},
-                  {"phases", phase_list(phases, stages)}};
+                  {"loops", loop_list(loops)}};
   recorder_ = std::make_unique<TraceRecorder>(trace_file(run, ranks.rank()), window, head.dump());
   recorder_->add_graph(graph);
   begin_ = read_clock(ranks);

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "graph/stage.h"
+#include "graph/stage_loop.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/trace/record/recorder.h"
 
@@ -36,8 +36,8 @@ class TraceSession {
  public:
   /// Begins a trace in the run folder, which exists; an earlier one there is removed. Collective.
   TraceSession(const std::filesystem::path& run, TraceWindow window, const Communicator& ranks,
-               const TraceAbout& about, const std::vector<Phase>& phases,
-               const std::vector<Stage>& stages, const std::string& graph);
+               const TraceAbout& about, const std::vector<StageLoop>& loops,
+               const std::string& graph);
   ~TraceSession();  ///< of a run that failed: without a tail, the trace is not complete
   TraceSession(const TraceSession&) = delete;
   TraceSession& operator=(const TraceSession&) = delete;

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/trace/record/recorder.h"
+
 namespace lahar {
 
 namespace {
@@ -179,6 +181,7 @@ std::vector<T> on_first_rank(std::vector<T> values, const Communicator& ranks) {
 template <int Dim>
 SolveResult solve_directly(PatchSet<Dim>& patches, const Communicator& ranks, bool symmetric,
                            double tolerance) {
+  const TraceSpan trace = TraceSpan::of_solver(TraceKind::direct);
   std::vector<Entry> entries;
   std::vector<Right> rights;
   for (int p = 0; p < patches.size(); ++p) {

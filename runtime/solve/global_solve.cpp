@@ -33,6 +33,23 @@ constexpr double share_of_trial = 0.3;
 /// More iterations with multigrid are in vain, as a few dozen are usual.
 constexpr int most_cycles = 100;
 
+constexpr std::size_t multiply_stage = 0;
+
+/// ProductCost::bytes of one.
+template <int Dim>
+double bytes_of_product(const PatchSet<Dim>& patches) {
+  constexpr double node = 2 * node_width * sizeof(double) + sizeof(std::size_t);
+  double bytes = 0;
+  for (int p = 0; p < patches.size(); ++p) {
+    const NodalSystem<Dim>& system = patches[p].system;
+    const double block = system.width() * system.width() * sizeof(double) + sizeof(Local);
+    bytes += static_cast<double>(system.column.size()) * block;
+    for (const NodeRange& range : patches[p].active_nodes)
+      bytes += (range.end - range.begin) * node;
+  }
+  return bytes;
+}
+
 RoundOptions with_sums(RoundOptions options) {
   options.sums = n_solver_sums;
   return options;
@@ -111,8 +128,15 @@ SolveResult GlobalSolve<Dim>::run(std::unique_ptr<IterativeMethod> method, bool 
   parallel_for(threads_, patches_.size(), [&](int p) {
     begin_solver(patches_[p], order_, rounds_.next_round(), from_solution);
   });
-  rounds_taken_ += rounds_.run(std::numeric_limits<int>::max());
-  return method_->result();
+  const double before = rounds_.stage_seconds(multiply_stage);
+  const Step taken = rounds_.run(std::numeric_limits<int>::max());
+  rounds_taken_ += taken;
+  SolveResult result = method_->result();
+  if (order_.multigrid) return result;  // not all of its rounds have a product
+  result.products = {.count = taken,
+                     .seconds = rounds_.stage_seconds(multiply_stage) - before,
+                     .bytes = static_cast<double>(taken) * bytes_of_product(patches_)};
+  return result;
 }
 
 template <int Dim>
@@ -127,6 +151,7 @@ SolveResult GlobalSolve<Dim>::iterate(const SolveOptions& options, bool bicgstab
   if (!diagonal.gave_up()) return tried;
   SolveResult result = iterate_with_cycles(options, bicgstab, diagonal.largest_eigenvalue());
   result.iterations += tried.iterations;
+  result.products = tried.products;
   return result;
 }
 

@@ -32,6 +32,9 @@ struct SolveOptions {
 template <int Dim>
 std::vector<TimestepStage<Dim>> solver_stages();
 
+/// How often a step takes rounds of a solver (StageLoop::taken).
+inline constexpr const char* rounds_of_a_solve = "round after round, until all have the solution";
+
 /// For the patches as they are linked now; with several ranks, all functions are collective.
 /// Nothing is allocated between iterations.
 template <int Dim>
@@ -45,6 +48,7 @@ class GlobalSolve {
   SolveResult solve(const SolveOptions& options);
   /// Rounds that all calls have taken.
   Step rounds_taken() const { return rounds_taken_; }
+  StageLoop loop() const { return rounds_.loop(); }
 
  private:
   SolveResult iterate(const SolveOptions& options, bool bicgstab);

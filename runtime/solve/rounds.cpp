@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "runtime/trace/record/looking.h"
+
 namespace lahar {
 
 namespace {
@@ -36,6 +38,7 @@ Rounds<Dim>::Rounds(PatchSet<Dim>& patches, std::vector<TimestepStage<Dim>> stag
   prepares_next_ = std::any_of(stages_.begin(), stages_.end(),
                                [](const auto& stage) { return stage.of_next_step; });
   terms_.resize(static_cast<std::size_t>(patches_.size()));
+  stage_ticks_.resize(terms_.size(), std::vector<StageTicks>(stages_.size()));
   failures_.begin(patches_.size());
   const std::vector<Stage> tasks = tasks_of(phases_);
   const int rounds = safe_rounds(tasks);
@@ -44,16 +47,25 @@ Rounds<Dim>::Rounds(PatchSet<Dim>& patches, std::vector<TimestepStage<Dim>> stag
   if (graph.has_dt != (options_.sums > 0) || options_.sums > most_sums)
     throw std::logic_error("the stages of a round do not give and need the sums of rounds");
   connect_ranks(rounds);
-  TaskBodies bodies{[this](int stage, int p, Step step) { run_task(stage, p, step); },
-                    [this](Step round) {
-                      if (!exchange_) take_sums(sum_up());
-                      if (round - 1 < last_round_) decide(round - 1);  // those of the last: run()
-                    },
-                    [this](Step step) {
-                      if (!exchange_) return;
-                      failures_.learn(agreed_[step].least.failed_step);
-                      executor_->stop_before(agreed_[step].least.stop_before);
-                    }};
+  TaskBodies bodies{
+      .run = [this](int stage, int p, Step step) { run_task(stage, p, step); },
+      .set_dt =
+          [this](Step round) {
+            TraceSpan trace = TraceSpan::of_solver(TraceKind::dt, options_.loop, round);
+            const TaskGraph& graph = executor_->graph();
+            trace.set_ready(
+                executor_->ready_at(graph.dt_task(static_cast<int>(round % graph.rounds))));
+            if (!exchange_) take_sums(sum_up());
+            if (round - 1 < last_round_) decide(round - 1);  // those of the last: run()
+          },
+      .completed =
+          [this](Step step) {
+            if (!exchange_) return;
+            failures_.learn(agreed_[step].least.failed_step);
+            executor_->stop_before(agreed_[step].least.stop_before);
+          },
+      .looking = &trace_looking,
+      .clock = &trace_clock};
   executor_ =
       make_executor(std::move(graph), std::move(bodies), options_.executor, exchange_.get());
 }
@@ -85,7 +97,7 @@ void Rounds<Dim>::connect_ranks(int rounds) {
           .messages = repeated(rank_messages(stages_, phases_, patches_.sum_messages()), rounds),
           .first = next_step_ * rounds,
           .rounds = rounds,
-          .traced = false},
+          .loop = options_.loop},
       std::move(calls), InjectedLatency{options_.latency}, options_.shared_memory);
 }
 
@@ -93,6 +105,7 @@ template <int Dim>
 Step Rounds<Dim>::run(Step most) {
   if (most <= 0) return 0;
   const Step first = next_round();
+  const TraceSpan trace = TraceSpan::of_solver(TraceKind::rounds, options_.loop, first);
   last_round_ = first + most - 1;
   next_step_ = executor_->run(next_step_, (last_round_ / rounds()) + 1);
   if (exchange_) exchange_->send_rest();
@@ -114,25 +127,67 @@ Step Rounds<Dim>::run(Step most) {
 template <int Dim>
 void Rounds<Dim>::run_task(int task_stage, int p, Step step) {
   const Step round = executor_->graph().round_at(step, task_stage / phases());
-  if (p >= patches_.size()) return exchange_->unpack(task_stage, p - patches_.size(), round);
+  if (p >= patches_.size()) return take_message(task_stage, p, round);
   const int f = task_stage % phases();
+  const Phase& phase = phases_[static_cast<std::size_t>(f)];
+  TraceRecorder* const recorder = this->recorder();
+  TraceRecord record;
+  if (recorder) record = begun(*recorder, task_stage, p, round);
+  StageClock clock(stage_ticks_[static_cast<std::size_t>(p)].data());
   // A step of the graph may have a round more than is taken: nothing is done in it.
   if (round <= last_round_.load(std::memory_order_acquire)) {
     // All ranks know alike, from the sums of a failed round, that they are not those of all.
     const std::span<double> own = f == giving_phase_ ? terms(p) : std::span<double>{};
     std::fill(own.begin(), own.end(), std::numeric_limits<double>::quiet_NaN());
-    if (!failures_.idles(p, round)) run_own_task(phases_[static_cast<std::size_t>(f)], p, round);
+    if (!failures_.idles(p, round)) run_own_task(phase, p, round, clock);
   }
+  if (recorder) {
+    clock.read(phase.first, phase.last, record.detail.stage.data());
+    record.end = ticks();
+    recorder->add(record);
+  }
+  clock.finish(phase.first, phase.last);
   if (exchange_) exchange_->send(task_stage, p, round);
 }
 
 template <int Dim>
-void Rounds<Dim>::run_own_task(const Phase& phase, int p, Step round) {
+TraceRecord Rounds<Dim>::begun(const TraceRecorder& recorder, int task_stage, int p,
+                               Step round) const {
+  const Index patch =
+      p < patches_.size()
+          ? patches_[p].topology.patch
+          : patches_.elsewhere()[static_cast<std::size_t>(p - patches_.size())].patch;
+  return {.begin = ticks(),
+          .ready = executor_->ready_at(executor_->graph().task(task_stage, p)),
+          .step = recorder.present(),
+          .round = static_cast<std::int32_t>(round),
+          .loop = options_.loop,
+          .patch = static_cast<std::int32_t>(patch),
+          .phase = static_cast<std::uint8_t>(task_stage % phases())};
+}
+
+template <int Dim>
+void Rounds<Dim>::take_message(int task_stage, int p, Step round) {
+  const TraceFound found;
+  TraceRecorder* const recorder = this->recorder();
+  TraceRecord record;
+  if (recorder) record = begun(*recorder, task_stage, p, round);
+  exchange_->unpack(task_stage, p - patches_.size(), round);
+  if (!recorder) return;
+  record.kind = TraceKind::unpack;
+  record.detail.missed = executor_->missed_at(executor_->graph().task(task_stage, p));
+  record.end = ticks();
+  recorder->add(record);
+}
+
+template <int Dim>
+void Rounds<Dim>::run_own_task(const Phase& phase, int p, Step round, StageClock& clock) {
   Patch<Dim>& patch = patches_[p];
   try {
-    const std::size_t failed = run_phase(
-        patch, stages_, phase, calls_.context(round),
-        prepares_next_ ? calls_.context(round + 1) : StepContext<Dim>{}, [](std::size_t) {});
+    const std::size_t failed =
+        run_phase(patch, stages_, phase, calls_.context(round),
+                  prepares_next_ ? calls_.context(round + 1) : StepContext<Dim>{},
+                  [&](std::size_t s) { clock.lap(s); });
     if (patch.fault.kind != ParticleFault::Kind::none) {
       const StepContext<Dim> context = calls_.context(round);
       return fail(
@@ -156,6 +211,13 @@ void Rounds<Dim>::fail(std::size_t stage, int p, Step round, const std::string& 
   const Step step = round / rounds();
   stop_before_.give(step + max_lead);
   executor_->request_stop(step);
+}
+
+template <int Dim>
+double Rounds<Dim>::stage_seconds(std::size_t stage) const {
+  std::uint64_t total = 0;
+  for (const auto& of_patch : stage_ticks_) total += of_patch[stage].total;
+  return seconds_per_tick() * static_cast<double>(total);
 }
 
 // --- sums ----------------------------------------------------------------------------------------

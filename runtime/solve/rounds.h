@@ -17,15 +17,19 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "graph/executor.h"
+#include "graph/stage_loop.h"
+#include "runtime/base/stage_clock.h"
 #include "runtime/exchange/atomic_least.h"
 #include "runtime/exchange/exact_sum.h"
 #include "runtime/exchange/per_step.h"
 #include "runtime/exchange/rank_exchange.h"
 #include "runtime/exchange/run_failures.h"
 #include "runtime/exchange/timestep_stage.h"
+#include "runtime/trace/record/recorder.h"
 
 namespace lahar {
 
@@ -60,12 +64,22 @@ struct RoundOptions {
   double latency = 0;  ///< [s] held back from each message between ranks, for studies
   bool shared_memory = true;
   std::function<void()> others = {};  ///< ExchangeCalls::others
+  std::string name = {}, taken = {};  ///< as of StageLoop
+  int loop = -1;                      ///< its number in traces, from 1 on; -1 = not recorded
 
   /// The same with other sums and groups.
   RoundOptions with(int of_sums, const ExchangeGroups* of_groups) const {
     RoundOptions changed = *this;
     changed.sums = of_sums;
     changed.groups = of_groups;
+    return changed;
+  }
+  /// The same as a loop of traces and pictures.
+  RoundOptions named(int as_loop, const char* as_name, const char* as_taken) const {
+    RoundOptions changed = *this;
+    changed.loop = as_loop;
+    changed.name = as_name;
+    changed.taken = as_taken;
     return changed;
   }
 };
@@ -90,13 +104,23 @@ class Rounds {
   /// The number of the first round of the next run().
   Step next_round() const { return next_step_ * graph().rounds; }
   const TaskGraph& graph() const { return executor_->graph(); }
+  /// [s] that this rank's tasks have spent in a stage so far; between calls of run().
+  double stage_seconds(std::size_t stage) const;
+  StageLoop loop() const { return {options_.name, options_.taken, stages_of(stages_), phases_}; }
 
  private:
   void connect_ranks(int rounds);
   int phases() const { return static_cast<int>(phases_.size()); }
   Step rounds() const { return executor_->graph().rounds; }
   void run_task(int task_stage, int p, Step step);
-  void run_own_task(const Phase& phase, int p, Step round);
+  /// The task of a patch of another rank, whose message has come.
+  void take_message(int task_stage, int p, Step round);
+  void run_own_task(const Phase& phase, int p, Step round, StageClock& clock);
+  /// Whether this is recorded: null = it is not.
+  TraceRecorder* recorder() const {
+    return options_.loop < 0 ? nullptr : TraceRecorder::of_present();
+  }
+  TraceRecord begun(const TraceRecorder& recorder, int task_stage, int p, Step round) const;
   void fail(std::size_t stage, int p, Step round, const std::string& cause);
   std::span<double> terms(int p);
   /// Those of this rank's patches.
@@ -116,6 +140,7 @@ class Rounds {
   RunFailures failures_{"round"};
   AtomicLeast stop_before_;  ///< a step of the graph that is not taken any more
   std::vector<std::array<double, most_sums>> terms_;  ///< of a round, by patch
+  std::vector<std::vector<StageTicks>> stage_ticks_;  ///< by patch and stage
   std::vector<Index> elements_;                       ///< of this rank's sums, and its integers
   std::vector<double> sums_;                          ///< of all ranks
   PerStep<Agreement> agreed_;

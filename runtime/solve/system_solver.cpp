@@ -51,8 +51,10 @@ SolveResult SystemSolver<Dim>::solve(bool symmetric, double unknowns, Wishes wis
   if (result.converged || !may_be_direct) return result;
   hard_ = true;
   const int iterations = result.iterations;
+  const ProductCost products = result.products;
   result = solve_.solve(direct);
   result.iterations = iterations;
+  result.products = products;
   return result;
 }
 

@@ -22,6 +22,7 @@ class SystemSolver {
   };
   /// From Patch::system to its solution; SolveResult::iterations are all that were taken.
   SolveResult solve(bool symmetric, double unknowns, Wishes wishes);
+  StageLoop loop() const { return solve_.loop(); }
 
  private:
   bool begins_with_iterations(double unknowns) const;

@@ -42,10 +42,11 @@ ImplicitSolver<Dim>::ImplicitSolver(const Model<Dim>& model, PatchSet<Dim>& patc
       patches_(patches),
       ranks_(ranks),
       begin_(patches, implicit_stages<Dim>(model.analysis).begin,
-             rounds.with(0, groups ? &groups->begin : nullptr),
+             rounds.with(0, groups ? &groups->begin : nullptr).named(1, "begin", "once"),
              {.context = [this](Step round) { return context(round); }}),
       linearize_(patches, implicit_stages<Dim>(model.analysis).linearize,
-                 rounds.with(n_sums, groups ? &groups->linearize : nullptr),
+                 rounds.with(n_sums, groups ? &groups->linearize : nullptr)
+                     .named(2, "linearize", "before each solve, and after the last"),
                  {.context = [this](Step round) { return context(round); },
                   .give = [this](int p, Step round, std::span<double> own) { give(p, round, own); },
                   .take =
@@ -53,7 +54,9 @@ ImplicitSolver<Dim>::ImplicitSolver(const Model<Dim>& model, PatchSet<Dim>& patc
                         std::copy(sums.begin(), sums.end(), sums_.begin());
                         return true;
                       }}),
-      linear_(model.analysis.linear, patches, rounds.with(0, groups ? &groups->solve : nullptr)) {}
+      linear_(
+          model.analysis.linear, patches,
+          rounds.with(0, groups ? &groups->solve : nullptr).named(3, "solve", rounds_of_a_solve)) {}
 
 template <int Dim>
 StepContext<Dim> ImplicitSolver<Dim>::context(Step round) const {
@@ -117,6 +120,7 @@ bool ImplicitSolver<Dim>::solve_linear(const Balance& balance, double first) {
   const SolveResult result = linear_.solve(balance.symmetric, balance.unknowns,
                                            {.tolerance = std::min(needed, most_tolerance)});
   report_.linear_iterations += result.iterations;
+  report_.products += result.products;
   report_.linear_seconds += seconds() - begin;
   if (!result.converged) report_.problem = result.problem;
   return result.converged;

@@ -21,6 +21,7 @@ struct ImplicitReport {
   /// [N] of the last part: at its beginning, and after each iteration.
   std::vector<double> residuals;
   double linearize_seconds = 0, linear_seconds = 0;
+  ProductCost products;
   std::string problem;    ///< where it did not converge
   double least_part = 1;  ///< of the loads, for which it did not
 };
@@ -48,6 +49,10 @@ class ImplicitSolver {
   /// For a step of `dt` from `time` on; all particles are in their patches. `first`: particles have
   /// no accelerations yet.
   ImplicitReport solve(double time, double dt, bool first);
+  /// In the order of their numbers in traces.
+  std::vector<StageLoop> loops() const {
+    return {begin_.loop(), linearize_.loop(), linear_.loop()};
+  }
 
  private:
   /// Of all patches.

@@ -20,7 +20,7 @@ PressureSolver<Dim>::PressureSolver(const Model<Dim>& model, PatchSet<Dim>& patc
       patches_(patches),
       ranks_(ranks),
       system_(patches, projection_stages<Dim>(model.analysis),
-              rounds.with(n_sums, groups ? &groups->system : nullptr),
+              rounds.with(n_sums, groups ? &groups->system : nullptr).named(1, "system", "once"),
               {.context = [this](Step round) { return context(round); },
                .give =
                    [this](int p, Step, std::span<double> own) {
@@ -35,7 +35,9 @@ PressureSolver<Dim>::PressureSolver(const Model<Dim>& model, PatchSet<Dim>& patc
                      std::copy(sums.begin(), sums.end(), sums_.begin());
                      return true;
                    }}),
-      linear_(model.analysis.linear, patches, rounds.with(0, groups ? &groups->solve : nullptr)) {}
+      linear_(
+          model.analysis.linear, patches,
+          rounds.with(0, groups ? &groups->solve : nullptr).named(2, "solve", rounds_of_a_solve)) {}
 
 template <int Dim>
 StepContext<Dim> PressureSolver<Dim>::context(Step round) const {
@@ -76,6 +78,7 @@ PressureReport PressureSolver<Dim>::solve(double time, double dt, bool first) {
   const SolveResult result = linear_.solve(true, unknowns, {.singular = closed});
   report.converged = result.converged;
   report.iterations = result.iterations;
+  report.products = result.products;
   if (!result.converged) report.problem = result.problem + "; " + worst_node();
   for (int p = 0; p < patches_.size(); ++p) take_pressure(patches_[p]);
   report.solve_seconds = seconds() - assembled;

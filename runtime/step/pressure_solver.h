@@ -16,6 +16,7 @@ struct PressureReport {
   bool converged = false;
   int iterations = 0;  ///< direct solves have none
   double assemble_seconds = 0, solve_seconds = 0;
+  ProductCost products;
   std::string problem;  ///< where it was not found
 };
 
@@ -39,6 +40,8 @@ class PressureSolver {
 
   /// For a step of `dt` from `time` on; all particles are in their patches. `first`: of the run.
   PressureReport solve(double time, double dt, bool first);
+  /// In the order of their numbers in traces.
+  std::vector<StageLoop> loops() const { return {system_.loop(), linear_.loop()}; }
 
  private:
   static constexpr int n_sums = 4;

@@ -81,6 +81,10 @@ SimulationInfo Simulation::info() const {
   return with(driver_, [](auto& driver) { return driver.info(); });
 }
 
+SolveCounts Simulation::solves() const {
+  return with(driver_, [](auto& driver) { return driver.solves(); });
+}
+
 BalanceReport Simulation::balance() const {
   return with(driver_, [](auto& driver) { return driver.balance(); });
 }
@@ -105,12 +109,8 @@ std::vector<Index> Simulation::patch_counts() const {
   return with(driver_, [](auto& driver) { return driver.patch_counts(); });
 }
 
-std::vector<Phase> Simulation::phases() const {
-  return with(driver_, [](auto& driver) { return driver.phases(); });
-}
-
-std::vector<Stage> Simulation::stages() const {
-  return with(driver_, [](auto& driver) { return driver.stages(); });
+std::vector<StageLoop> Simulation::loops() const {
+  return with(driver_, [](auto& driver) { return driver.loops(); });
 }
 
 std::string Simulation::trace_graph() const {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "graph/executor.h"
+#include "graph/stage_loop.h"
 #include "io/base/memory_limit.h"
 #include "io/frames/frame.h"
 #include "io/run/history.h"
@@ -18,6 +19,7 @@
 #include "runtime/patches/rank_balance.h"
 #include "runtime/patches/rank_partition.h"
 #include "runtime/patches/simulation_state.h"
+#include "runtime/solve/solve_result.h"
 
 namespace lahar {
 
@@ -99,6 +101,7 @@ struct SolveCounts {
   Index in_parts = 0;                ///< steps whose loads could only be reached in parts
   Index linear_iterations = 0;       ///< direct solves have none
   double linearize = 0, linear = 0;  ///< [s] to find linear systems, and to solve them
+  ProductCost products;              ///< of this rank
 };
 
 /// What a simulation consists of, for reports.
@@ -157,14 +160,15 @@ class Simulation {
   bool finished() const;  ///< no step left to take
 
   SimulationInfo info() const;
+  SolveCounts solves() const;     ///< a part of info() that costs nothing
   BalanceReport balance() const;  ///< what balancing the ranks did
   std::vector<StageTiming> timings() const;
   const TaskGraph& graph() const;
   std::vector<std::string> patch_names() const;
   PatchGraph patch_graph() const;           ///< at present, with the work that was not measured yet
   std::vector<Index> patch_counts() const;  ///< particles of each of its patches
-  std::vector<Phase> phases() const;
-  std::vector<Stage> stages() const;
+  /// What is executed as a graph: the time step, and before it what its solver does, in order.
+  std::vector<StageLoop> loops() const;
   std::string trace_graph() const;  ///< this rank's patches, as in traces: JSON
 
  private:

@@ -117,6 +117,7 @@ void SimulationDriver<Dim>::advance(Index steps) {
   const Step end = std::min<Step>(step_ + steps, time_.nsteps());
   stops_ = stop_asked_ = false;
   watch_.throw_alarm(step_, time_.nsteps());
+  if (TraceRecorder* recorder = TraceRecorder::active()) recorder->set_present(step_);
   while (step_ < end && !finished() && !stops_) {
     prepare_copies();
     if (implicit_) find_equilibrium();
@@ -172,6 +173,7 @@ void SimulationDriver<Dim>::find_equilibrium() {
   solves_.in_parts += report.parts > 1;
   solves_.linearize += report.linearize_seconds;
   solves_.linear += report.linear_seconds;
+  solves_.products += report.products;
   if (report.converged) return;
   throw WholeStepError(
       fmt::format("step {} (t = {:.6g} s): no equilibrium found, not even of {:.2g} of the loads "
@@ -188,6 +190,7 @@ void SimulationDriver<Dim>::find_pressure() {
   solves_.linear_iterations += report.iterations;
   solves_.linearize += report.assemble_seconds;
   solves_.linear += report.solve_seconds;
+  solves_.products += report.products;
   if (report.converged) return;
   throw WholeStepError(fmt::format(
       "step {} (t = {:.6g} s): the pressure was not found: {}. Take a smaller step; where "
@@ -332,6 +335,17 @@ SimulationInfo SimulationDriver<Dim>::info() const {
 template <int Dim>
 std::vector<Stage> SimulationDriver<Dim>::stages() const {
   return stages_of(stages_);
+}
+
+template <int Dim>
+std::vector<StageLoop> SimulationDriver<Dim>::loops() const {
+  std::vector<StageLoop> all{{time_step_loop, "once", stages(), phases_}};
+  const auto append = [&](const std::vector<StageLoop>& loops) {
+    all.insert(all.end(), loops.begin(), loops.end());
+  };
+  if (implicit_) append(implicit_->loops());
+  if (pressure_) append(pressure_->loops());
+  return all;
 }
 
 template <int Dim>

@@ -52,19 +52,20 @@ class SimulationDriver {
   double time() const { return time_.time_at(step_); }
   bool finished() const { return step_ >= time_.nsteps(); }
   SimulationInfo info() const;
+  const SolveCounts& solves() const { return solves_; }
   BalanceReport balance() const { return epochs_.balance().report(); }
   std::vector<StageTiming> timings() const { return times_.all(); }
   const TaskGraph& graph() const { return executor_->graph(); }
   std::vector<std::string> patch_names() const;
   PatchGraph patch_graph() const { return patches_.graph(); }
   std::vector<Index> patch_counts() const;
-  std::vector<Phase> phases() const { return phases_; }
-  std::vector<Stage> stages() const;
+  std::vector<StageLoop> loops() const;
   std::string trace_graph() const { return lahar::trace_graph(patches_, step_); }
 
  private:
   // --- beginning --------------------------------------------------------------------------------
 
+  std::vector<Stage> stages() const;
   PatchSet<Dim> make_patches(const SimulationState* state);
   void start();
   /// Go on from the numbers of a state whose patches exist already.

@@ -11,9 +11,6 @@ namespace lahar {
 
 namespace {
 
-/// When this thread began to look for messages; 0 = it does not.
-thread_local std::uint64_t looking_since = 0;
-
 /// [bytes] of memory that this process has at present; 0 = not known.
 double resident_memory() {
   std::FILE* file = std::fopen("/proc/self/statm", "r");
@@ -25,32 +22,6 @@ double resident_memory() {
 }
 
 }  // namespace
-
-void trace_looking(bool over) {
-  TraceRecorder* recorder = TraceRecorder::active();
-  if (!recorder || !recorder->has(recorder->present())) {
-    looking_since = 0;
-    return;
-  }
-  if (over && looking_since > 0)
-    recorder->add({.begin = looking_since,
-                   .end = ticks(),
-                   .step = recorder->present(),
-                   .kind = TraceKind::poll});
-  looking_since = over ? 0 : ticks();
-}
-
-TraceFound::TraceFound() : while_looking_(looking_since > 0) {
-  if (while_looking_) trace_looking(true);
-}
-
-TraceFound::~TraceFound() {
-  if (while_looking_) trace_looking(false);
-}
-
-std::uint64_t trace_clock() {
-  return TraceRecorder::active() ? ticks() : 0;
-}
 
 void waste_time(double seconds, Step step) {
   const TraceSpan trace(TraceKind::delay, step);

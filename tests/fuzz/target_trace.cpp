@@ -53,7 +53,7 @@ SectionedFile recorded(const char* scenario) {
   fs::create_directories(run);
   TraceAbout about{.version = "0", .title = "a title", .scheme = "usf", .executor = "serial"};
   about.adaptive = std::get<Model<2>>(read.model).analysis.step.adaptive;
-  TraceSession session(run, {}, Communicator{}, about, simulation.phases(), simulation.stages(),
+  TraceSession session(run, {}, Communicator{}, about, simulation.loops(),
                        simulation.trace_graph());
   simulation.advance(3);
   session.finish();
@@ -111,8 +111,9 @@ std::vector<SectionedFile> dealt(const SectionedFile& whole) {
           const bool task = record.kind == TraceKind::task;
           if (!task || rank_of(record.patch) == r) kept.push_back(record);
           if (!task) continue;
-          const std::size_t next = (record.phase + 1u) % head["phases"].size();
-          if (head["phases"][next]["exchange"] == "") continue;
+          const json& phases = head["loops"][static_cast<std::size_t>(record.loop)]["phases"];
+          const std::size_t next = (record.phase + 1u) % phases.size();
+          if (phases[next]["exchange"] == "") continue;
           TraceRecord message = record;
           message.ready = 0;
           message.detail = {.message = {.bytes = 640, .peer = static_cast<int>(1 - r), .sent = 0}};

@@ -1,4 +1,6 @@
 // The picture of the graph, the graph, and what really waits for what are the same.
+#include "graph/picture.h"
+
 #include <doctest/doctest.h>
 
 #include <chrono>
@@ -33,7 +35,7 @@ std::multiset<Arrow> arrows_of(const std::string& dot) {
 std::string picture(const TaskGraph& graph) {
   std::vector<std::string> names;
   for (int p = 0; p < graph.patches; ++p) names.push_back("patch " + std::to_string(p));
-  return to_dot(graph, names, "a step");
+  return to_dot(graph, {names}, "a step");
 }
 
 /// (task, step) of the first max_lead steps that come after (task, 0), itself included, along the
@@ -70,6 +72,29 @@ TEST_CASE("the picture shows every task and every edge, dashed where it leads to
     CHECK(dot.find("tooltip=\"particles\"") != std::string::npos);
     CHECK(dot.find("tooltip=\"force\"") != std::string::npos);
   }
+}
+
+TEST_CASE(
+    "the picture of a step with a solve frames its loops, in the order in which they are taken") {
+  const TaskGraph round = make_task_graph(one_exchange(true), block(2, 1));
+  const TaskGraph step = make_task_graph(two_exchanges(false), block(2, 1));
+  const std::string dot =
+      to_dot({{"solve", "round after round", round}, {"time step", "once", step}},
+             {.names = {"left", "right"}, .ranks = {0, 1}}, "a step");
+  CHECK(dot.find("label=\"solve: round after round\"") < dot.find("label=\"time step: once\""));
+  const auto count = [&](const std::string& part) {
+    int n = 0;
+    for (auto at = dot.find(part); at != std::string::npos; at = dot.find(part, at + 1)) ++n;
+    return n;
+  };
+  const auto edges = [](const TaskGraph& graph) { return static_cast<int>(graph.edges.size()); };
+  // Each edge of a loop once, with names that are the loop's own, and one to the next loop.
+  CHECK(count(" -> l0_t") == edges(round));
+  CHECK(count(" -> l1_t") == edges(step) + 1);
+  CHECK(count("ltail=cluster_loop_0, lhead=cluster_loop_1") == 1);
+  CHECK(count("label=\"left\"") == 2);
+  CHECK(count("label=\"rank 1\"") == 2);
+  CHECK(count("label=\"sums\", shape=ellipse") == 1);
 }
 
 TEST_CASE("while one task is held back, exactly what the picture puts behind it waits") {

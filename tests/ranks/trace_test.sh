@@ -126,6 +126,31 @@ elif [[ $status != 0 ]]; then
   fail "schemas"
 fi
 
+# Runs whose steps begin with a solve: their loops are in everything that is made of a trace.
+for case in implicit projection; do
+  timeout -k 5 150 "$mpiexec" --oversubscribe --bind-to none -n 2 \
+    "$lahar" run "$here/$case.json" -q --overwrite --trace -t 2 -o "$work/$case" >"$work/out" 2>&1 ||
+    fail "the run $case did not end well"
+  says "sound: " "$lahar" trace "$work/$case" --check
+  says " solve" "$lahar" trace "$work/$case"
+  says "reductions of solvers" "$lahar" trace "$work/$case"
+  says "what solvers do between their loops" "$lahar" trace "$work/$case" --replay measured
+  says "replay the run as it is" "$lahar" trace "$work/$case" --project
+  "$lahar" trace "$work/$case" --json >"$work/$case.report.json" 2>"$work/out" || fail "--json"
+  "$lahar" trace "$work/$case" --chrome "$work/$case.json" --html "$work/$case.html" \
+    >"$work/out" 2>&1 || fail "--chrome and --html"
+  for what in '"name":"solve: multiply"' '"name":"unpack solve: multiply"' '"name":"solve: advance"' \
+    '"name":"solve: sums"' '"name":"sums of a round"' '"name":"solve"'; do
+    grep -qF "$what" "$work/$case.json" || fail "$what is missing from the events of $case"
+  done
+  grep -qF 'solve: advance' "$work/$case.html" || fail "the page of $case has no rounds"
+  says "solve: round after round" "$lahar" graph "$here/$case.json" --ranks 2
+  "$python" "$here/trace_schema_test.py" "$work/$case.report.json" "$schemas/report.schema.json" \
+    "$work/$case.json" "$schemas/chrome.schema.json" >"$work/out" 2>&1
+  status=$?
+  [[ $status == 0 || $status == 77 ]] || fail "schemas of $case"
+done
+
 names slow_patch imbalance 1 300 -t 2 --slow-patch 0:%
 says "patch 0" "$lahar" trace "$work/slow_patch"
 names late "late sender" 2 2 -t 1 --late-sends 1:%ms

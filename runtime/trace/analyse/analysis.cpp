@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <set>
 
 #include "runtime/trace/analyse/analysis_parts.h"
 #include "runtime/trace/analyse/critical_path.h"
@@ -38,7 +39,9 @@ class Analysis {
 
   TraceReport report() {
     use_workers();
+    find_turns();
     use_stages();
+    use_loops();
     find_efficiencies();
     find_path();
     report_.waits = longest_waits(log_, idle_);
@@ -68,7 +71,8 @@ class Analysis {
       if (w == Workers::none || time <= 0) continue;
       if (i.kind == TraceKind::poll) use[w].polling += time;
       if (i.kind == TraceKind::completed || i.kind == TraceKind::frame ||
-          i.kind == TraceKind::checkpoint || i.kind == TraceKind::trace)
+          i.kind == TraceKind::checkpoint || i.kind == TraceKind::trace ||
+          i.kind == TraceKind::direct)
         use[w].other += time;
     }
     for (const TraceMessage& m : log_.messages)
@@ -110,7 +114,7 @@ class Analysis {
     for (auto& of_phase : by_worker)
       for (auto& list : of_phase) list.assign(workers_.list.size(), 0.0);
     for (const TraceTask& task : log_.tasks) {
-      if (task.kind != TraceKind::task) continue;
+      if (task.kind != TraceKind::task || !is_taken(task)) continue;
       const auto f = static_cast<std::size_t>(task.phase);
       particles[f] += static_cast<double>(particles_of(log_, task));
       const std::size_t w = worker(task.rank, task.thread);
@@ -120,9 +124,50 @@ class Analysis {
       }
     }
     for (std::size_t f = 0; f < phases.size(); ++f)
-      for (std::size_t s = 0; s < phases[f].stages.size(); ++s)
+      for (std::size_t s = 0; s < phases[f].stages.size(); ++s) {
         report_.stages.push_back(use_of(phases[f].name, phases[f].stages[s], times[f][s],
                                         by_worker[f][s], particles[f]));
+        report_.stages.back().loop = loop_of(static_cast<int>(f)).name;
+      }
+  }
+
+  const TraceRun::Loop& loop_of(int phase) const {
+    return log_.run.loops[static_cast<std::size_t>(log_.run.loop_of(phase))];
+  }
+
+  /// A step of a graph may have a round more than is taken: in it, nothing is done by any task.
+  void find_turns() {
+    turns_.resize(log_.run.loops.size());
+    for (const TraceTask& task : log_.tasks) {
+      const bool works =
+          task.round < 0 || std::ranges::any_of(task.stage, [](float t) { return t > 0; });
+      if (task.kind == TraceKind::task && works)
+        turns_[static_cast<std::size_t>(log_.run.loop_of(task.phase))].insert(task.turn());
+    }
+  }
+  bool is_taken(const TraceTask& task) const {
+    return task.round < 0 ||
+           turns_[static_cast<std::size_t>(log_.run.loop_of(task.phase))].contains(task.round);
+  }
+
+  /// Graphs of loops follow each other: one ends where the first task of another begins.
+  void use_loops() {
+    for (const TraceRun::Loop& loop : log_.run.loops) report_.loops.push_back({.name = loop.name});
+    int present = -1;
+    double begin = 0, end = 0;
+    for (const TraceTask& task : log_.tasks) {  // by beginning
+      const int loop = log_.run.loop_of(task.phase);
+      if (loop != present || (task.from_rest && task.begin >= end)) {
+        if (present >= 0) report_.loops[static_cast<std::size_t>(present)].wall += end - begin;
+        begin = task.begin;
+        end = task.end;
+        present = loop;
+      }
+      end = std::max(end, task.end);
+    }
+    if (present >= 0) report_.loops[static_cast<std::size_t>(present)].wall += end - begin;
+    for (std::size_t l = 0; l < turns_.size(); ++l)
+      report_.loops[l].turns = static_cast<std::int64_t>(turns_[l].size());
   }
 
   StageUse use_of(const std::string& phase, const std::string& stage, std::vector<float>& times,
@@ -182,6 +227,7 @@ class Analysis {
   Workers workers_;
   IdleTime idle_;
   double origin_ = 0, end_ = 0;
+  std::vector<std::set<Step>> turns_;  ///< by loop: that were taken
   TraceReport report_;
 };
 

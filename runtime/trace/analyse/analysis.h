@@ -9,9 +9,16 @@
 
 namespace lahar {
 
-/// One stage of the timestep, over all its tasks.
+/// A list of stages that is a graph of its own: the time step, or a loop of its solver.
+struct LoopUse {
+  std::string name = {};
+  std::int64_t turns = 0;  ///< steps, or rounds
+  double wall = 0;         ///< [s] from the first to the last task of each graph, summed
+};
+
+/// One stage, over all its tasks.
 struct StageUse {
-  std::string phase, stage;
+  std::string loop = {}, phase = {}, stage = {};
   std::int64_t count = 0;
   double total = 0, mean = 0, p50 = 0, p95 = 0, longest = 0;  ///< [s]
   double share = 0;                                           ///< of the time that workers had
@@ -48,13 +55,16 @@ struct PathPart {
     step,  ///< what one thread does when a step is finished, or waiting for it: patches may be at
            ///< most max_lead steps ahead
     time_step,  ///< the agreement on the time step
+    sums,       ///< the reduction of the sums of a solver's round
+    direct,     ///< a linear system was solved directly
+    between,    ///< from the end of a graph to the beginning of the next: decisions of solvers
     start,      ///< a task was ready and a worker free
     barrier,    ///< the same in a bulk-synchronous run: others had not finished the phase
   } kind = Kind::task;
   double begin = 0, end = 0;
   int task = -1;  ///< that it leads to, or is; posting: whose messages
 };
-inline constexpr int path_kinds = 8;
+inline constexpr int path_kinds = 11;
 /// How the executor of such runs is called in traces.
 inline constexpr std::string_view bulk_executor_name = "bulk-synchronous";
 std::string_view name_of(PathPart::Kind kind);
@@ -107,6 +117,7 @@ struct Finding {
 };
 
 struct TraceReport {
+  std::vector<LoopUse> loops;  ///< that of the time step first
   std::vector<StageUse> stages;
   Efficiencies efficiencies;
   std::vector<WorkerUse> workers;

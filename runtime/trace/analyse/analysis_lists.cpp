@@ -9,21 +9,26 @@
 
 namespace lahar {
 
-namespace {
-
 std::string task_name(const TraceLog& log, const TraceTask& task) {
-  if (task.kind == TraceKind::dt) return fmt::format("the time step of step {}", task.step);
-  return fmt::format("{} of patch {}, step {}",
-                     log.run.phases[static_cast<std::size_t>(task.phase)].name, task.patch,
-                     task.step);
+  const std::string round = task.round >= 0
+                                ? fmt::format("round {} of step {}", task.round, task.step)
+                                : fmt::format("step {}", task.step);
+  if (task.kind == TraceKind::dt)
+    return (task.round >= 0 ? "the sums for " : "the time step of ") + round;
+  return fmt::format("{} of patch {}, {}",
+                     log.run.phases[static_cast<std::size_t>(task.phase)].name, task.patch, round);
 }
+
+namespace {
 
 std::string awaited(const TraceLog& log, const TraceTask& task) {
   if (task.last_input < 0)
     return task.kind == TraceKind::dt
-               ? "the ranks' agreement on the time step"
+               ? std::string("the ranks' agreement on ") +
+                     (task.round >= 0 ? "the sums of a round" : "the time step")
                : fmt::format("step {} to be finished everywhere", task.step - max_lead);
   const TraceTask& input = log.tasks[static_cast<std::size_t>(task.last_input)];
+  if (task.from_rest) return task_name(log, input) + ", and what a solver did then";
   if (input.kind == TraceKind::unpack && input.last_message >= 0)
     return fmt::format("{}, from rank {}", task_name(log, input),
                        log.messages[static_cast<std::size_t>(input.last_message)].from);

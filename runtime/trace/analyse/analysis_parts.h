@@ -9,6 +9,8 @@ namespace lahar {
 inline double duration(const TraceTask& task) {
   return task.end - task.begin;
 }
+/// "integrate of patch 3, step 7", "solve: advance of patch 3, round 120 of step 7".
+std::string task_name(const TraceLog& log, const TraceTask& task);
 /// In the task's patch, when patches were last made or moved.
 std::int64_t particles_of(const TraceLog& log, const TraceTask& task);
 

@@ -99,9 +99,17 @@ class ChromeWriter {
   }
 
   std::string phase_name(const TraceTask& task) const {
-    if (task.kind == TraceKind::dt) return "dt";
+    if (task.kind == TraceKind::dt) return task.round < 0 ? "dt" : loop_name(task) + ": sums";
     const std::string& name = log_.run.phases[static_cast<std::size_t>(task.phase)].name;
     return task.kind == TraceKind::unpack ? "unpack " + name : name;
+  }
+
+  const std::string& loop_name(const TraceTask& task) const {
+    return log_.run.loops[static_cast<std::size_t>(log_.run.loop_of(task.phase))].name;
+  }
+  /// A member of arguments, where something is of a round.
+  static std::string round_of(Step round) {
+    return round >= 0 ? fmt::format(R"(,"round":{})", round) : "";
   }
 
   void add_task(const TraceTask& task) {
@@ -113,26 +121,32 @@ class ChromeWriter {
                               microseconds(static_cast<double>(task.stage[s])));
     }
     file_.add(fmt::format(
-        R"({{"ph":"X","name":{},"cat":"{}","pid":{},"tid":{},"ts":{:.3f},"dur":{:.3f},"args":{{"patch":{},"step":{},"ready [us]":{:.3f}{}}}}})",
+        R"({{"ph":"X","name":{},"cat":"{}","pid":{},"tid":{},"ts":{:.3f},"dur":{:.3f},"args":{{"patch":{},"step":{}{},"ready [us]":{:.3f}{}}}}})",
         quoted(phase_name(task)), name_of(task.kind), task.rank, task.thread,
         microseconds(task.begin), microseconds(task.end - task.begin), task.patch, task.step,
-        microseconds(task.ready), stages));
+        round_of(task.round), microseconds(task.ready), stages));
   }
 
   void add_interval(const TraceInterval& i) {
     if (i.kind == TraceKind::agreement) {  // they overlap with everything: rows of their own
       const char* name = i.which == static_cast<int>(TraceAgreement::step) ? "agreement on step"
+                         : i.round >= 0                                    ? "sums of a round"
                                                                            : "agreement on dt";
       for (const char* ph : {"b", "e"})
         file_.add(fmt::format(
-            R"({{"ph":"{}","cat":"agreement","name":"{}","id":"{}-{}-{}","pid":{},"tid":0,"ts":{:.3f}}})",
-            ph, name, i.rank, i.which, i.step, i.rank, microseconds(*ph == 'b' ? i.begin : i.end)));
+            R"({{"ph":"{}","cat":"agreement","name":"{}","id":"{}-{}-{}-{}","pid":{},"tid":0,"ts":{:.3f}}})",
+            ph, name, i.rank, i.loop, i.which, i.round >= 0 ? i.round : i.step, i.rank,
+            microseconds(*ph == 'b' ? i.begin : i.end)));
       return;
     }
+    const std::string name = i.kind == TraceKind::rounds
+                                 ? log_.run.loops[static_cast<std::size_t>(i.loop)].name
+                             : i.kind == TraceKind::direct ? "direct solve"
+                                                           : std::string(name_of(i.kind));
     file_.add(fmt::format(
-        R"({{"ph":"X","name":"{}","cat":"{}","pid":{},"tid":{},"ts":{:.3f},"dur":{:.3f},"args":{{"step":{}}}}})",
-        name_of(i.kind), name_of(i.kind), i.rank, i.thread, microseconds(i.begin),
-        microseconds(i.end - i.begin), i.step));
+        R"({{"ph":"X","name":{},"cat":"{}","pid":{},"tid":{},"ts":{:.3f},"dur":{:.3f},"args":{{"step":{}{}}}}})",
+        quoted(name), name_of(i.kind), i.rank, i.thread, microseconds(i.begin),
+        microseconds(i.end - i.begin), i.step, round_of(i.round)));
   }
 
   /// An arrow begins in a slice of its row and ends where one begins.
@@ -151,9 +165,9 @@ class ChromeWriter {
     if (m.sender < 0 || m.unpack < 0) return;
     const TraceTask& sender = log_.tasks[static_cast<std::size_t>(m.sender)];
     file_.add(fmt::format(
-        R"({{"ph":"X","name":"send","cat":"message","pid":{},"tid":{},"ts":{:.3f},"dur":{:.3f},"args":{{"patch":{},"step":{},"to":{},"bytes":{}}}}})",
+        R"({{"ph":"X","name":"send","cat":"message","pid":{},"tid":{},"ts":{:.3f},"dur":{:.3f},"args":{{"patch":{},"step":{}{},"to":{},"bytes":{}}}}})",
         m.from, sender.thread, microseconds(m.packed), microseconds(m.sent - m.packed), m.patch,
-        m.step, m.to, m.bytes));
+        m.step, round_of(m.round), m.to, m.bytes));
     add_arrow("message", m.from, sender.thread, m.packed,
               log_.tasks[static_cast<std::size_t>(m.unpack)]);
   }

@@ -84,6 +84,8 @@ class PathFinder {
     for (const TraceInterval& i : log_.intervals)
       if (i.kind == TraceKind::completed) serial_[{i.rank, i.thread}].push_back({i.begin, i.end});
     for (auto& [worker, list] : serial_) std::sort(list.begin(), list.end());
+    for (const TraceInterval& i : log_.intervals)
+      if (i.kind == TraceKind::direct) direct_.push_back({i.begin, i.end});
   }
 
   /// What lies between the end of what a task waited for last and its being ready.
@@ -102,6 +104,13 @@ class PathFinder {
     if (task.last_input >= 0) {
       // Its body ends with posting messages and, where it ends a step, with what is done then.
       const TraceTask& input = log_.tasks[static_cast<std::size_t>(task.last_input)];
+      if (task.from_rest) {
+        const double direct = direct_between(input.released, task.ready);
+        add(PathPart::Kind::between, input.released + direct, task.ready, t);
+        add(PathPart::Kind::direct, input.released, input.released + direct, t);
+        add(PathPart::Kind::posting, input.end, input.released, task.last_input);
+        return task.last_input;
+      }
       // Between two sets of patches nothing else is done.
       const double serial = log_.graph_at(task.step).first > input.step
                                 ? std::max(0.0, task.ready - input.released)
@@ -114,18 +123,29 @@ class PathFinder {
     // A permit, or an agreement on the time step: the last task that it depended on.
     const bool dt = task.kind == TraceKind::dt;
     const auto& latest = dt ? latest_limit_ : latest_end_;
-    const auto found = latest.find(dt ? task.step - 1 : task.step - max_lead);
+    const auto found =
+        latest.find({log_.run.loop_of(task.phase), dt ? task.turn() - 1 : task.turn() - max_lead});
     if (found == latest.end()) return -1;
     const double done = log_.tasks[static_cast<std::size_t>(found->second)].end;
     if (done > task.ready) return -1;  // clocks of two ranks
-    add(dt ? PathPart::Kind::time_step : PathPart::Kind::step, done, task.ready, t);
+    const auto agreement = task.round >= 0 ? PathPart::Kind::sums : PathPart::Kind::time_step;
+    add(dt ? agreement : PathPart::Kind::step, done, task.ready, t);
     return found->second;
+  }
+
+  /// [s] of some time in which ranks solved a system directly, all at about the same time.
+  double direct_between(double begin, double end) const {
+    double longest = 0;
+    for (const auto& [from, to] : direct_)
+      longest = std::max(longest, std::min(end, to) - std::max(begin, from));
+    return longest;
   }
 
   /// By step: the task that ends last of all, and of those that give the time step.
   void find_latest() {
-    const auto later = [&](std::map<Step, int>& map, Step step, int t) {
-      const auto [at, is_new] = map.emplace(step, t);
+    const auto later = [&](std::map<Turn, int>& map, int t) {
+      const TraceTask& task = log_.tasks[static_cast<std::size_t>(t)];
+      const auto [at, is_new] = map.emplace(Turn(log_.run.loop_of(task.phase), task.turn()), t);
       if (!is_new && log_.tasks[static_cast<std::size_t>(t)].end >
                          log_.tasks[static_cast<std::size_t>(at->second)].end)
         at->second = t;
@@ -133,10 +153,9 @@ class PathFinder {
     for (std::size_t t = 0; t < log_.tasks.size(); ++t) {
       const TraceTask& task = log_.tasks[t];
       if (task.kind != TraceKind::task) continue;
-      if (static_cast<std::size_t>(task.phase) + 1 == log_.run.phases.size())
-        later(latest_end_, task.step, static_cast<int>(t));
+      if (task.phase + 1 == log_.run.loops.front().last) later(latest_end_, static_cast<int>(t));
       if (log_.run.phases[static_cast<std::size_t>(task.phase)].gives_dt)
-        later(latest_limit_, task.step, static_cast<int>(t));
+        later(latest_limit_, static_cast<int>(t));
     }
   }
 
@@ -180,7 +199,9 @@ class PathFinder {
   double origin_;
   PathPart::Kind waiting_;  ///< what it is when a task does not begin that could
   CriticalPath path_;
-  std::map<Step, int> latest_end_, latest_limit_;
+  using Turn = std::pair<int, Step>;  ///< of a loop
+  std::map<Turn, int> latest_end_, latest_limit_;
+  std::vector<std::pair<double, double>> direct_;                                 ///< solves
   std::map<std::pair<int, int>, std::vector<std::pair<double, double>>> serial_;  ///< by worker
 };
 
@@ -193,6 +214,9 @@ std::string_view name_of(PathPart::Kind kind) {
                                                            "messages not looked for",
                                                            "end of steps",
                                                            "agreement on the time step",
+                                                           "reductions of solvers",
+                                                           "direct solves",
+                                                           "between graphs",
                                                            "start of ready tasks",
                                                            "barriers"};
   return names[static_cast<std::size_t>(kind)];

@@ -63,7 +63,8 @@ double IdleTime::until(int rank, double time) const {
 OtherWork::OtherWork(const TraceLog& log, const Workers& workers) : spans_(workers.list.size()) {
   for (const TraceInterval& i : log.intervals) {
     const std::size_t w = workers.place(i.rank, i.thread);
-    if (w != Workers::none && i.kind != TraceKind::agreement) spans_[w].push_back({i.begin, i.end});
+    const bool beside = i.kind == TraceKind::agreement || i.kind == TraceKind::rounds;
+    if (w != Workers::none && !beside) spans_[w].push_back({i.begin, i.end});
   }
   for (auto& list : spans_) {  // some lie within others
     std::sort(list.begin(), list.end());

@@ -43,37 +43,45 @@ std::vector<TraceGraph> graphs_of(const std::vector<TraceFile>& files) {
   return graphs;
 }
 
+bool has_phases_of(const TraceRun& run, const TraceRun& other) {
+  return std::ranges::equal(run.loops, other.loops, [](const auto& a, const auto& b) {
+    return a.first == b.first && a.last == b.last;
+  });
+}
+
 /// Tables have a place for each task that a sound trace has. A damaged one could ask for any
 /// number.
 void check_extent(const TraceLog& log, const std::string& name) {
   constexpr double most_places = 64, few = 1 << 20;
-  Step first = most_trace_step, last = 0;
-  double tasks = 0;
+  Turns turns(log.run);
+  double tasks = 0, steps = 0;
   for (const TraceTask& task : log.tasks) {
     if (task.step < log.graphs.front().first)
       refuse_trace(name, "the trace is damaged: a task is earlier than its patches");
     if (task.kind != TraceKind::task) continue;
-    first = std::min(first, task.step);
-    last = std::max(last, task.step);
+    turns.add(task);
     ++tasks;
+    if (task.round < 0) ++steps;
   }
-  if (tasks == 0)
+  if (steps == 0)
     refuse_trace(name, "its trace has no task: no step of the run was within --trace-steps");
   int patches = 0;
   for (const TraceGraph& graph : log.graphs)
     if (!graph.patches.empty()) patches = std::max(patches, graph.patches.rbegin()->first + 1);
-  const double places =
-      static_cast<double>(last - first + 1) * static_cast<double>(log.run.phases.size()) * patches;
-  if (places > few + most_places * tasks)
-    refuse_trace(
-        name, fmt::format("the trace is damaged: it has {} tasks of {} steps and {} patches", tasks,
-                          last - first + 1, patches));
+  if (turns.places() * patches > few + most_places * tasks)
+    refuse_trace(name,
+                 fmt::format("the trace is damaged: it has {} tasks of {} phases and {} patches",
+                             tasks, turns.places(), patches));
 }
 
 /// Records of one rank, with times in seconds, to the lists that they belong to.
 void distribute(const std::vector<TraceFile>& files, int rank, std::uint64_t origin,
                 double per_tick, TraceLog& log, MessageEnds& ends) {
   const TraceFile& file = files[static_cast<std::size_t>(rank)];
+  const auto phase_of = [&](const TraceRecord& r) {
+    return log.run.loops[static_cast<std::size_t>(r.loop)].first +
+           (r.kind == TraceKind::dt ? 0 : r.phase);
+  };
   const auto posted = [&](const TraceRecord::Message& message) {
     const auto sender = static_cast<std::size_t>(message.peer);
     return sender < files.size() ? files[sender].seconds(message.sent, origin, per_tick) : 0.0;
@@ -87,9 +95,10 @@ void distribute(const std::vector<TraceFile>& files, int rank, std::uint64_t ori
       case TraceKind::dt: {
         TraceTask task{.kind = r.kind,
                        .step = r.step,
+                       .round = r.round,
                        .rank = rank,
                        .thread = r.thread,
-                       .phase = r.phase,
+                       .phase = phase_of(r),
                        .patch = r.patch,
                        .ready = r.ready > 0 ? at(r.ready) : 0,
                        .begin = begin,
@@ -106,7 +115,8 @@ void distribute(const std::vector<TraceFile>& files, int rank, std::uint64_t ori
       }
       case TraceKind::send:
         ends.sent.push_back({.step = r.step,
-                             .phase = r.phase,
+                             .round = r.round,
+                             .phase = phase_of(r),
                              .patch = r.patch,
                              .from = rank,
                              .to = r.detail.message.peer,
@@ -116,7 +126,8 @@ void distribute(const std::vector<TraceFile>& files, int rank, std::uint64_t ori
         break;
       case TraceKind::arrival:
         ends.came.push_back({.step = r.step,
-                             .phase = r.phase,
+                             .round = r.round,
+                             .phase = phase_of(r),
                              .patch = r.patch,
                              .from = r.detail.message.peer,
                              .to = rank,
@@ -134,6 +145,8 @@ void distribute(const std::vector<TraceFile>& files, int rank, std::uint64_t ori
       default:
         log.intervals.push_back({.kind = r.kind,
                                  .step = r.step,
+                                 .round = r.round,
+                                 .loop = r.loop,
                                  .rank = rank,
                                  .thread = r.thread,
                                  .which = r.phase,
@@ -164,7 +177,7 @@ TraceLog read_trace(const std::filesystem::path& run) {
   MessageEnds ends;
   for (const TraceRecord& record : files[0].records) origin = std::min(origin, record.begin);
   for (std::size_t r = 0; r < files.size(); ++r) {
-    if (files[r].fields().list("phases").size() != log.run.phases.size())
+    if (r > 0 && !has_phases_of(log.run, run_in(files[r])))
       refuse_trace(files[r].name, "has other phases than " + files[0].name);
     log.run.threads.push_back(
         static_cast<int>(files[r].fields().whole("threads", 1, most_trace_threads)));

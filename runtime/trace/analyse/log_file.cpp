@@ -90,10 +90,14 @@ void read_clock(TraceFile& file, const json& tail) {
 }
 
 /// What indices and names are made of.
-bool is_sound(const TraceRecord& r, std::int64_t phases, std::int64_t rank, std::int64_t ranks) {
+bool is_sound(const TraceRecord& r, const std::vector<std::int64_t>& phases, std::int64_t rank,
+              std::int64_t ranks) {
   if (static_cast<int>(r.kind) >= trace_kinds) return false;
+  if (r.loop < 0 || r.loop >= static_cast<std::int64_t>(phases.size())) return false;
+  if (r.loop == 0 ? r.round != -1 : r.round < 0) return false;
   const bool step = r.step >= 0 && r.step <= most_trace_step;
-  const bool place = step && r.phase < phases && r.patch >= 0 && r.patch <= most_trace_patches;
+  const bool place = step && r.phase < phases[static_cast<std::size_t>(r.loop)] && r.patch >= 0 &&
+                     r.patch <= most_trace_patches;
   switch (r.kind) {
     case TraceKind::task:
     case TraceKind::unpack:
@@ -195,11 +199,40 @@ TraceFile read_trace_file(const std::filesystem::path& path) {
   const TraceFields head = file.fields();
   const std::int64_t ranks = head.whole("ranks", 1, most_trace_ranks),
                      rank = head.whole("rank", 0, ranks - 1);
-  const auto phases = static_cast<std::int64_t>(head.list("phases").size());
+  std::vector<std::int64_t> phases;  // of each loop
+  for (const json& loop : head.list("loops"))
+    phases.push_back(static_cast<std::int64_t>(head[loop].list("phases").size()));
   for (const TraceRecord& record : file.records)
     if (!is_sound(record, phases, rank, ranks))
       refuse_trace(file.name, "the trace is damaged: it has a record of something that cannot be");
   return file;
+}
+
+namespace {
+
+TraceRun::PhaseInfo phase_in(const TraceFields& phase, const std::string& prefix) {
+  TraceRun::PhaseInfo info{.exchange = phase.text("exchange"),
+                           .gives_dt = phase.flag("gives_dt"),
+                           .needs_dt = phase.flag("needs_dt")};
+  for (const json& stage : phase.list("stages")) {
+    if (!stage.is_string()) phase.refuse("stages");
+    info.stages.push_back(printable(stage.get<std::string>()));
+  }
+  const std::size_t n = info.stages.size();
+  if (n < 1 || n > trace_stages) phase.refuse("stages");
+  info.name = prefix + (n < 3 ? fmt::format("{}", fmt::join(info.stages, ", "))
+                              : info.stages.front() + " to " + info.stages.back());
+  return info;
+}
+
+}  // namespace
+
+int TraceRun::loop_of(int phase) const {
+  int loop = 0;
+  while (loop + 1 < static_cast<int>(loops.size()) &&
+         phase >= loops[static_cast<std::size_t>(loop)].last)
+    ++loop;
+  return loop;
 }
 
 TraceRun run_in(const TraceFile& file) {
@@ -212,21 +245,17 @@ TraceRun run_in(const TraceFile& file) {
                .ranks = static_cast<int>(head.whole("ranks", 1, most_trace_ranks)),
                .adaptive = head.flag("adaptive"),
                .latency = head.real("latency", 0, 1e9)};
-  const json& phases = head.list("phases");
-  if (phases.empty() || phases.size() > most_trace_phases) head.refuse("phases");
-  for (const json& description : phases) {
-    const TraceFields phase = head[description];
-    auto& info = run.phases.emplace_back(TraceRun::PhaseInfo{.exchange = phase.text("exchange"),
-                                                             .gives_dt = phase.flag("gives_dt"),
-                                                             .needs_dt = phase.flag("needs_dt")});
-    for (const json& stage : phase.list("stages")) {
-      if (!stage.is_string()) phase.refuse("stages");
-      info.stages.push_back(printable(stage.get<std::string>()));
-    }
-    const std::size_t n = info.stages.size();
-    if (n < 1 || n > trace_stages) phase.refuse("stages");
-    info.name = n < 3 ? fmt::format("{}", fmt::join(info.stages, ", "))
-                      : info.stages.front() + " to " + info.stages.back();
+  if (head.list("loops").empty()) head.refuse("loops");
+  for (const json& description : head.list("loops")) {
+    const TraceFields loop = head[description];
+    const json& phases = loop.list("phases");
+    if (phases.empty() || run.phases.size() + phases.size() > most_trace_phases)
+      head.refuse("phases");
+    const std::string name = loop.text("name");
+    run.loops.push_back({name, static_cast<int>(run.phases.size()), 0});
+    for (const json& phase : phases)
+      run.phases.push_back(phase_in(loop[phase], run.loops.size() > 1 ? name + ": " : ""));
+    run.loops.back().last = static_cast<int>(run.phases.size());
   }
   return run;
 }

@@ -80,6 +80,13 @@ std::vector<Finding> losses_of(const TraceLog& log, const TraceReport& report) {
           max_lead));
   add("time step", PathPart::Kind::time_step,
       "the path waits for the ranks to agree on the time step");
+  add("reductions", PathPart::Kind::sums,
+      "the path waits for the ranks to add up the sums of a solver's round");
+  add("direct solves", PathPart::Kind::direct,
+      "the path is in a linear system that one thread solves");
+  add("between graphs", PathPart::Kind::between,
+      "the path is between two graphs of a step that begins with a solve, where nothing runs: "
+      "decisions of solvers, agreements of ranks");
   add("barriers", PathPart::Kind::barrier, "the path waits for all patches to finish a phase");
   add("runtime", PathPart::Kind::start, "the path waits for tasks to begin that are ready");
   std::stable_sort(losses.begin(), losses.end(),

@@ -73,8 +73,9 @@ class Otf2Writer {
   void collect() {
     std::map<Place, std::vector<Slice>> slices;
     for (const TraceTask& t : log_.tasks) {
+      const std::string dt = t.round < 0 ? "dt" : "sums of a round";
       std::string name =
-          t.kind == TraceKind::dt ? "dt" : log_.run.phases[static_cast<std::size_t>(t.phase)].name;
+          t.kind == TraceKind::dt ? dt : log_.run.phases[static_cast<std::size_t>(t.phase)].name;
       if (t.kind == TraceKind::unpack) name = "unpack " + name;
       slices[{t.rank, t.thread}].push_back({t.begin, t.end, region(name)});
     }

@@ -120,9 +120,9 @@ json Timeline::tasks() const {
   for (std::size_t m = 0; m < log_.messages.size(); ++m)
     if (shows(log_.messages[m])) message_of[m] = shown++;
 
-  std::vector<std::string> names{"kind",  "step",    "rank",       "thread",
-                                 "phase", "patch",   "begin",      "length",
-                                 "lag",   "posting", "last_input", "last_message"};
+  std::vector<std::string> names{"kind",    "step",       "round",       "rank",   "thread",
+                                 "phase",   "patch",      "begin",       "length", "lag",
+                                 "posting", "last_input", "last_message"};
   for (std::size_t s = 0; s < stages; ++s) names.push_back("stage" + std::to_string(s));
   Table table(std::move(names));
   for (std::size_t i = first_; i < last_; ++i) {
@@ -130,6 +130,7 @@ json Timeline::tasks() const {
     std::vector<std::int32_t> row{
         static_cast<std::int32_t>(t.kind),
         static_cast<std::int32_t>(t.step),
+        static_cast<std::int32_t>(t.round),
         t.rank,
         t.thread,
         t.phase,
@@ -165,7 +166,8 @@ json Timeline::messages() const {
 std::vector<TraceInterval> Timeline::merged() const {
   std::vector<TraceInterval> polls, others;
   for (const TraceInterval& i : log_.intervals)
-    if (meets(i.begin, i.end)) (i.kind == TraceKind::poll ? polls : others).push_back(i);
+    if (meets(i.begin, i.end) && i.kind != TraceKind::rounds)  // tasks are within these
+      (i.kind == TraceKind::poll ? polls : others).push_back(i);
   std::sort(polls.begin(), polls.end(), [](const TraceInterval& a, const TraceInterval& b) {
     return std::tuple(a.rank, a.thread, a.begin) < std::tuple(b.rank, b.thread, b.begin);
   });

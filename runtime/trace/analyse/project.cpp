@@ -8,6 +8,7 @@
 #include <set>
 
 #include "graph/executor.h"
+#include "physics/base/error.h"
 #include "runtime/trace/analyse/replay_machine.h"
 
 namespace lahar {
@@ -70,7 +71,7 @@ class Projector {
         network_(resolved(ask.network, work)),
         most_(std::max(1.0, ask.cores)) {
     if (!ask.steady) return;
-    const std::size_t tasks = epoch_.rank.size() * work_.phases.size();
+    const std::size_t tasks = epoch_.rank.size() * work_.loops[0].phases.size();
     make_steady(epoch_.duration, tasks);
     make_steady(epoch_.gap, tasks);
     make_steady(epoch_.dt, 1);
@@ -113,7 +114,7 @@ class Projector {
   ProjectionPoint point(double copies, double cores) const {
     const double ranks = std::max(1.0, std::floor(cores / threads_));
     const double tasks = static_cast<double>(epoch_.patches()) *
-                         static_cast<double>(work_.phases.size()) * simulated_steps;
+                         static_cast<double>(work_.loops[0].phases.size()) * simulated_steps;
     double part = 1;
     while (2 * part <= copies && 2 * part * tasks <= most_tasks) part *= 2;
     // A rank at least, however many copies it has.
@@ -121,7 +122,7 @@ class Projector {
     const auto n = std::max(1, static_cast<int>(std::lround(ranks * std::min(1.0, part / copies))));
     ReplayCase c = tiled(static_cast<int>(part), n);
     c.reduction = network_.reduction(ranks);
-    c.barrier.assign(work_.phases.size(), c.reduction);
+    c.barrier.assign(work_.loops[0].phases.size(), c.reduction);
     const double excess = largest_of(ranks) - largest_of(n);
     ReplayResult graph = simulate_graph(c), bulk = simulate_bulk(c);
     if (n < ranks && n > 1) {
@@ -156,7 +157,7 @@ class Projector {
   ReplayCase tiled(int copies, int ranks) const {
     std::vector<double> weights;
     for (int p = 0; p < epoch_.patches(); ++p)
-      weights.push_back(epoch_.work_of(p, static_cast<int>(work_.phases.size())));
+      weights.push_back(epoch_.work_of(p, static_cast<int>(work_.loops[0].phases.size())));
     std::vector<double> all;
     for (int k = 0; k < copies; ++k) all.insert(all.end(), weights.begin(), weights.end());
     const bool recorded = copies == 1 && ranks == work_.ranks;
@@ -242,6 +243,12 @@ double disturbance(const ReplayEpoch& epoch, std::size_t of_step) {
 }  // namespace
 
 ScalingProjection project(const TraceLog& log, const ProjectionAsk& ask) {
+  // The number of rounds of a solve depends on the size of the model.
+  if (log.run.has_solves())
+    throw InputError({Problem{
+        .message = "the steps of this run begin with a solve: they cannot be projected, as how "
+                   "many rounds a larger model needs is not in a trace",
+        .hint = "replay the run as it is on other ranks and threads: --replay NETWORK --ranks N"}});
   const ReplayWork work = work_of(log);
   const Projector projector(work, ask);
   ScalingProjection p{.threads = projector.threads(),
@@ -263,7 +270,7 @@ ScalingProjection project(const TraceLog& log, const ProjectionAsk& ask) {
                                   projector.epoch().steps));
   constexpr double disturbed = 1.2;
   const double mean =
-      disturbance(projector.epoch(), projector.epoch().rank.size() * work.phases.size());
+      disturbance(projector.epoch(), projector.epoch().rank.size() * work.loops[0].phases.size());
   if (mean > disturbed)
     p.notes.push_back(
         fmt::format("recorded tasks took {:.1f} times their median on average: the "

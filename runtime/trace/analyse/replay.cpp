@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <utility>
 
 #include "runtime/terminal/console.h"
 #include "runtime/trace/analyse/replay_machine.h"
@@ -19,11 +21,14 @@ struct Sums {
   double total = 0, pauses = 0, exposed = 0, bytes = 0;
   std::int64_t messages = 0;
   std::vector<double> step_time, useful;
+  double before_step = 0;  ///< in loops of the solver
 
-  void add(const ReplayResult& result) {
+  void add(const ReplayEpoch& epoch, const ReplayResult& result) {
     double before = 0;
+    if (epoch.loop > 0) before_step += result.total;
     for (const double end : result.step_end) {
-      step_time.push_back(end - before);
+      if (epoch.loop > 0) break;
+      step_time.push_back(end - before + std::exchange(before_step, 0.0));
       before = end;
     }
     useful.resize(result.useful.size());
@@ -35,23 +40,32 @@ struct Sums {
   }
 };
 
-std::vector<int> ranks_of(const ReplayWork& work, const ReplayEpoch& epoch, int ranks) {
-  if (ranks == work.ranks) return epoch.rank;
-  std::vector<double> weights;
-  for (int p = 0; p < epoch.patches(); ++p)
-    weights.push_back(epoch.work_of(p, static_cast<int>(work.phases.size())));
-  return deal(weights, ranks);
+/// By graph of the log: the rank of each patch, which keeps it in all epochs.
+std::map<std::size_t, std::vector<int>> ranks_of(const ReplayWork& work, int ranks) {
+  std::map<std::size_t, std::vector<int>> ranks_of_graph;
+  std::map<std::size_t, std::vector<double>> weights;
+  for (const ReplayEpoch& epoch : work.epochs) {
+    if (ranks == work.ranks) ranks_of_graph[epoch.graph] = epoch.rank;
+    auto& of_graph = weights[epoch.graph];
+    of_graph.resize(epoch.rank.size());
+    for (int p = 0; p < epoch.patches(); ++p)
+      of_graph[static_cast<std::size_t>(p)] +=
+          epoch.work_of(p, static_cast<int>(work.loop_of(epoch).phases.size()));
+  }
+  for (const auto& [graph, of_graph] : weights)
+    if (ranks != work.ranks) ranks_of_graph[graph] = deal(of_graph, ranks);
+  return ranks_of_graph;
 }
 
 Sums simulate(const ReplayWork& work, const ReplayMachine& machine, const Network& network) {
   Sums sums;
+  const auto ranks = ranks_of(work, machine.ranks);
   for (const ReplayEpoch& epoch : work.epochs) {
-    const ReplayCase c =
-        make_case(work, epoch, network, epoch.neighbours, ranks_of(work, epoch, machine.ranks),
-                  machine.ranks, machine.threads, machine.ranks == work.ranks);
+    const ReplayCase c = make_case(work, epoch, network, epoch.neighbours, ranks.at(epoch.graph),
+                                   machine.ranks, machine.threads, machine.ranks == work.ranks);
     sums.pauses += epoch.pause;
     sums.total += epoch.pause;
-    sums.add(machine.bulk_synchronous ? simulate_bulk(c) : simulate_graph(c));
+    sums.add(epoch, machine.bulk_synchronous ? simulate_bulk(c) : simulate_graph(c));
   }
   return sums;
 }
@@ -70,6 +84,10 @@ std::vector<std::string> notes_of(const ReplayWork& work, const ReplayMachine& m
   const int workers = machine.ranks * machine.threads;
   if (workers > fewest)
     notes.push_back(fmt::format("{} workers for {} patches: some have none", workers, fewest));
+  if (work.has_solves())
+    notes.push_back(
+        "what solvers do between their loops takes as long as recorded: decisions, direct solves, "
+        "agreements at the ends of loops");
   if (machine.ranks != work.ranks)
     notes.push_back("patches are dealt to ranks in chunks of their order, by their measured work");
   if (machine.ranks > 1 && !work.has_messages)

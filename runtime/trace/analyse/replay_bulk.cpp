@@ -25,7 +25,7 @@ class BulkSimulator {
     const std::size_t recorded = c_.epoch->dt.size();
     for (int step = 0; step < c_.steps; ++step) {
       const auto of_step = static_cast<std::size_t>(step) % recorded;
-      if (c_.work->has_dt && step > 0) now += reduction() + c_.work->gap + c_.epoch->dt[of_step];
+      if (c_.loop->has_dt && step > 0) now += reduction() + c_.work->gap + c_.epoch->dt[of_step];
       for (int f = 0; f < c_.phases(); ++f) now = take(step, f, now);
       result_.step_end.push_back(now);
       now += reduction() + c_.epoch->completion[of_step];

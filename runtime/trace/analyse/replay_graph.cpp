@@ -86,7 +86,7 @@ class GraphSimulator {
                     static_cast<std::size_t>(patch)];
   }
   const TraceRun::PhaseInfo& phase_info(int phase) const {
-    return c_.work->phases[static_cast<std::size_t>(phase)];
+    return c_.loop->phases[static_cast<std::size_t>(phase)];
   }
   Rank& rank(int r) { return ranks_[static_cast<std::size_t>(r)]; }
   const ReplayCase::Patch& patch(int p) const { return c_.patches[static_cast<std::size_t>(p)]; }
@@ -122,7 +122,7 @@ class GraphSimulator {
       for (const auto& link : patch(p).links) n += link.neighbours.size();
     }
     if (phase == 0) ++n;  // the permit
-    if (c_.work->has_dt && phase_info(phase).needs_dt) ++n;
+    if (c_.loop->has_dt && phase_info(phase).needs_dt) ++n;
     return static_cast<std::uint16_t>(n);
   }
 
@@ -132,7 +132,7 @@ class GraphSimulator {
       push({.phase = 0, .step = 0, .patch = p});
       for (int s = 1; s < std::min<int>(max_lead, c_.steps); ++s) signal(s, 0, p);
     }
-    if (c_.work->has_dt) {
+    if (c_.loop->has_dt) {
       for (int f = 1; f < phases_; ++f)
         if (phase_info(f).needs_dt)
           for (int p = 0; p < patches_; ++p) signal(0, f, p);
@@ -155,7 +155,7 @@ class GraphSimulator {
   }
   /// What follows the phase that gives the time step, and waits for nothing else.
   bool is_rest(int phase) const {
-    return c_.work->has_dt && phase > 0 && phase_info(phase - 1).gives_dt &&
+    return c_.loop->has_dt && phase > 0 && phase_info(phase - 1).gives_dt &&
            !phase_info(phase).needs_dt && !c_.exchanges(phase);
   }
   void touch(int r) {
@@ -286,7 +286,7 @@ class GraphSimulator {
       if (step < c_.steps) send(task, from);
     }
     Rank& on = rank(from.rank);
-    if (c_.work->has_dt && phase_info(task.phase).gives_dt && task.step + 1 < c_.steps) {
+    if (c_.loop->has_dt && phase_info(task.phase).gives_dt && task.step + 1 < c_.steps) {
       int& left = on.dt_missing[slot(task.step + 1)];
       if (--left == 0) {
         left = on.givers;
@@ -340,7 +340,7 @@ class GraphSimulator {
     reduction.sum += since;
     reduction.squares += since * since;
     if (++reduction.given < working_) return;
-    if (of_dt == c_.work->has_dt) {
+    if (of_dt == c_.loop->has_dt) {
       const double mean = reduction.sum / working_;
       result_.spread[0] += std::max(0.0, reduction.squares / working_ - mean * mean);
       reductions_ += 1;

@@ -21,10 +21,11 @@ namespace {
 /// Times of a message of a patch of the epoch, by phase.
 void fill(ReplayCase::Link& link, const ReplayWork& work, const ReplayEpoch& epoch,
           const Network& network, int patch, bool recorded) {
-  for (std::size_t f = 0; f < work.phases.size(); ++f) {
+  const ReplayLoop& loop = work.loop_of(epoch);
+  for (std::size_t f = 0; f < loop.phases.size(); ++f) {
     ReplayEpoch::Message message{
-        .bytes = work.bytes_of_pair[f] * static_cast<double>(link.neighbours.size()),
-        .packing = work.packing[f]};
+        .bytes = loop.bytes_of_pair[f] * static_cast<double>(link.neighbours.size()),
+        .packing = loop.packing[f]};
     if (recorded) {
       const auto found = epoch.messages.find({static_cast<int>(f), patch, link.rank});
       if (found != epoch.messages.end()) message = found->second;
@@ -43,6 +44,7 @@ ReplayCase make_case(const ReplayWork& work, const ReplayEpoch& epoch, const Net
                      int ranks, int threads, bool recorded) {
   ReplayCase c{.work = &work,
                .epoch = &epoch,
+               .loop = &work.loop_of(epoch),
                .ranks = ranks,
                .threads = threads,
                .steps = epoch.steps,
@@ -50,7 +52,8 @@ ReplayCase make_case(const ReplayWork& work, const ReplayEpoch& epoch, const Net
                .source = {},
                .unpacking = network.packing ? work.gap + work.unpack + *network.overhead : 0,
                .reduction = network.reduction(ranks),
-               .barrier = std::vector<double>(work.phases.size(), network.reduction(ranks))};
+               .barrier = {}};
+  c.barrier.assign(c.loop->phases.size(), c.reduction);
   c.source.resize(static_cast<std::size_t>(epoch.steps));
   std::iota(c.source.begin(), c.source.end(), 0);
   for (std::size_t p = 0; p < rank.size(); ++p) {

@@ -28,6 +28,7 @@ struct ReplayCase {
 
   const ReplayWork* work = nullptr;
   const ReplayEpoch* epoch = nullptr;
+  const ReplayLoop* loop = nullptr;  ///< of the epoch
   int ranks = 1, threads = 1, steps = 0;
   std::vector<Patch> patches;
   std::vector<int> source;  ///< by copy and step: the step of the epoch, from 0
@@ -35,9 +36,9 @@ struct ReplayCase {
   double reduction = 0;     ///< [s] from the last rank's part until all may know
   std::vector<double> barrier;  ///< [s] by phase, of bulk-synchronous steps
 
-  int phases() const { return static_cast<int>(work->phases.size()); }
+  int phases() const { return static_cast<int>(loop->phases.size()); }
   bool exchanges(int phase) const {
-    return !work->phases[static_cast<std::size_t>(phase)].exchange.empty();
+    return !loop->phases[static_cast<std::size_t>(phase)].exchange.empty();
   }
   int following(int phase) const { return phase + 1 < phases() ? phase + 1 : 0; }
   bool sends(int phase) const { return exchanges(following(phase)); }

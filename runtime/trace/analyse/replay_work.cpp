@@ -22,21 +22,23 @@ double median(std::vector<double>& values) {
 
 class WorkReader {
  public:
-  explicit WorkReader(const TraceLog& log)
-      : log_(log), phases_(static_cast<int>(log.run.phases.size())) {}
+  explicit WorkReader(const TraceLog& log) : log_(log) {}
 
   ReplayWork read() {
-    bool gives = false, needs = false;
-    for (const auto& phase : log_.run.phases) {
-      gives = gives || phase.gives_dt;
-      needs = needs || phase.needs_dt;
+    for (const TraceRun::Loop& loop : log_.run.loops) {
+      const auto begin = log_.run.phases.begin();
+      const std::vector<TraceRun::PhaseInfo> phases(begin + loop.first, begin + loop.last);
+      const auto any = [&](bool TraceRun::PhaseInfo::*has) {
+        return std::ranges::any_of(phases, has);
+      };
+      work_.loops.push_back(
+          {phases, any(&TraceRun::PhaseInfo::gives_dt) && any(&TraceRun::PhaseInfo::needs_dt)});
     }
-    work_.phases = log_.run.phases;
-    work_.has_dt = gives && needs;
     work_.ranks = log_.run.ranks;
     for (const int threads : log_.run.threads) work_.threads = std::max(work_.threads, threads);
     work_.wall = log_.run.wall;
     make_epochs();
+    order_epochs();
     read_tasks();
     read_messages();
     estimate_latency();
@@ -44,13 +46,27 @@ class WorkReader {
   }
 
  private:
-  ReplayEpoch& epoch_of(Step step) {
-    auto after = std::upper_bound(work_.epochs.begin(), work_.epochs.end(), step,
-                                  [](Step s, const ReplayEpoch& e) { return s < e.first; });
-    return after == work_.epochs.begin() ? *after : *(after - 1);
+  /// Null where a damaged trace has none.
+  ReplayEpoch* epoch_of(int loop, Step turn) {
+    const auto& list = of_loop_[static_cast<std::size_t>(loop)];
+    const auto after = list.upper_bound(turn);
+    if (after == list.begin()) return nullptr;
+    ReplayEpoch& epoch = work_.epochs[std::prev(after)->second];
+    return turn < epoch.first + epoch.steps ? &epoch : nullptr;
   }
-  std::size_t place(const ReplayEpoch& epoch, Step step, int phase, int patch) const {
-    return (static_cast<std::size_t>(step - epoch.first) * static_cast<std::size_t>(phases_) +
+  ReplayEpoch* epoch_of(const auto& task_or_message) {
+    return epoch_of(log_.run.loop_of(task_or_message.phase), task_or_message.turn());
+  }
+  /// Its phase in its loop.
+  int phase_of(const auto& task_or_message) const {
+    const int loop = log_.run.loop_of(task_or_message.phase);
+    return task_or_message.phase - log_.run.loops[static_cast<std::size_t>(loop)].first;
+  }
+  std::size_t phases_of(const ReplayEpoch& epoch) const {
+    return work_.loop_of(epoch).phases.size();
+  }
+  std::size_t place(const ReplayEpoch& epoch, Step turn, int phase, int patch) const {
+    return (static_cast<std::size_t>(turn - epoch.first) * phases_of(epoch) +
             static_cast<std::size_t>(phase)) *
                epoch.rank.size() +
            static_cast<std::size_t>(patch);
@@ -62,32 +78,68 @@ class WorkReader {
   }
 
   void make_epochs() {
-    std::size_t most = 0;
+    if (log_.run.has_solves()) return make_epochs_of_solves();
     for (std::size_t g = 0; g < log_.graphs.size(); ++g) {
       const TraceGraph& graph = log_.graphs[g];
       const Step end = g + 1 < log_.graphs.size() ? log_.graphs[g + 1].first : log_.run.last + 1;
       const Step first = std::max(graph.first, log_.run.first);
       const Step last = std::min(end - 1, log_.run.last);
-      if (first > last) continue;
-      ReplayEpoch& epoch = work_.epochs.emplace_back();
-      epoch.first = first;
-      epoch.steps = static_cast<int>(last - first + 1);
-      auto& index = index_.emplace_back();
-      for (const auto& [number, patch] : graph.patches)
-        index.emplace(number, static_cast<int>(index.size()));
-      for (const auto& [number, patch] : graph.patches) {
-        epoch.rank.push_back(patch.rank);
-        epoch.cells.push_back(patch.cells);
-        auto& list = epoch.neighbours.emplace_back();
-        for (const int q : patch.neighbours)
-          if (const auto found = index.find(q); found != index.end()) list.push_back(found->second);
-        most = std::max(most, list.size());
-      }
-      const auto steps = static_cast<std::size_t>(epoch.steps);
-      epoch.duration.assign(steps * static_cast<std::size_t>(phases_) * epoch.rank.size(), -1);
-      epoch.gap.assign(epoch.duration.size(), -1);
-      epoch.completion.assign(steps, 0);
-      epoch.dt.assign(steps, 0);
+      if (first <= last) make_epoch(0, first, last, graph);
+    }
+  }
+
+  /// Where steps begin with a solve: whatever begins from rest, in the order of time.
+  void make_epochs_of_solves() {
+    std::vector<std::map<Step, Step>> last(log_.run.loops.size());  // turn by first turn
+    std::vector<const TraceTask*> begins;
+    for (const TraceTask& task : log_.tasks)
+      if (task.from_rest && last[static_cast<std::size_t>(log_.run.loop_of(task.phase))]
+                                .try_emplace(task.turn(), task.turn())
+                                .second)
+        begins.push_back(&task);
+    for (const TraceTask& task : log_.tasks) {
+      auto& list = last[static_cast<std::size_t>(log_.run.loop_of(task.phase))];
+      const auto after = list.upper_bound(task.turn());
+      if (task.kind == TraceKind::task && after != list.begin())
+        std::prev(after)->second = std::max(std::prev(after)->second, task.turn());
+    }
+    for (const TraceTask* first : begins) {
+      const int loop = log_.run.loop_of(first->phase);
+      make_epoch(loop, first->turn(), last[static_cast<std::size_t>(loop)].at(first->turn()),
+                 log_.graph_at(first->step));
+    }
+  }
+
+  void make_epoch(int loop, Step first, Step last, const TraceGraph& graph) {
+    ReplayEpoch& epoch = work_.epochs.emplace_back();
+    epoch.loop = loop;
+    epoch.graph = static_cast<std::size_t>(&graph - log_.graphs.data());
+    epoch.first = first;
+    epoch.steps = static_cast<int>(last - first + 1);
+    auto& index = index_.emplace_back();
+    for (const auto& [number, patch] : graph.patches)
+      index.emplace(number, static_cast<int>(index.size()));
+    for (const auto& [number, patch] : graph.patches) {
+      epoch.rank.push_back(patch.rank);
+      epoch.cells.push_back(patch.cells);
+      auto& list = epoch.neighbours.emplace_back();
+      for (const int q : patch.neighbours)
+        if (const auto found = index.find(q); found != index.end()) list.push_back(found->second);
+    }
+    const auto steps = static_cast<std::size_t>(epoch.steps);
+    epoch.duration.assign(steps * phases_of(epoch) * epoch.rank.size(), -1);
+    epoch.gap.assign(epoch.duration.size(), -1);
+    epoch.completion.assign(steps, 0);
+    epoch.dt.assign(steps, 0);
+  }
+
+  void order_epochs() {
+    of_loop_.resize(work_.loops.size());
+    std::size_t most = 0;
+    for (std::size_t e = 0; e < work_.epochs.size(); ++e) {
+      const ReplayEpoch& epoch = work_.epochs[e];
+      of_loop_[static_cast<std::size_t>(epoch.loop)].emplace(epoch.first, e);
+      for (const auto& list : epoch.neighbours) most = std::max(most, list.size());
     }
     // In a plane, chunks of a Hilbert curve seldom touch more than eight others.
     constexpr std::size_t most_in_a_plane = 10;
@@ -110,7 +162,9 @@ class WorkReader {
     std::int64_t unpacks = 0;
     for (const TraceTask& task : log_.tasks) {
       if (task.step < log_.run.first || task.step > log_.run.last) continue;
-      ReplayEpoch& epoch = epoch_of(task.step);
+      ReplayEpoch* const of = epoch_of(task);
+      if (!of) continue;
+      ReplayEpoch& epoch = *of;
       const auto duration = static_cast<float>(std::max(0.0, task.end - task.begin));
       double& busy = busy_until(task.rank, task.thread);
       pass_completions(task, busy);
@@ -124,11 +178,11 @@ class WorkReader {
       if (task.kind == TraceKind::task) {
         const int patch = index_of(epoch, task.patch);
         if (patch < 0) continue;
-        const std::size_t at = place(epoch, task.step, task.phase, patch);
+        const std::size_t at = place(epoch, task.turn(), phase_of(task), patch);
         epoch.duration[at] = duration;
         epoch.gap[at] = static_cast<float>(gap);
       } else if (task.kind == TraceKind::dt) {
-        float& longest = epoch.dt[static_cast<std::size_t>(task.step - epoch.first)];
+        float& longest = epoch.dt[static_cast<std::size_t>(task.turn() - epoch.first)];
         longest = std::max(longest, duration);
       } else {
         unpack += duration;
@@ -153,10 +207,9 @@ class WorkReader {
     for (const TraceInterval& i : log_.intervals) {
       if (i.kind != TraceKind::completed) continue;
       completions_[thread_key(i.rank, i.thread)].emplace_back(i.begin, i.end);
-      ReplayEpoch& epoch = epoch_of(i.step);
       // Each rank does it, at about the same time.
-      if (i.step >= epoch.first && i.step < epoch.first + epoch.steps)
-        epoch.completion[static_cast<std::size_t>(i.step - epoch.first)] +=
+      if (ReplayEpoch* const epoch = epoch_of(0, i.step))
+        epoch->completion[static_cast<std::size_t>(i.step - epoch->first)] +=
             static_cast<float>((i.end - i.begin) / work_.ranks);
     }
     for (auto& [thread, list] : completions_)  // the first at the end
@@ -175,19 +228,18 @@ class WorkReader {
       for (std::size_t i = 0; i < epoch.duration.size(); ++i) {
         if (epoch.gap[i] < 0) epoch.gap[i] = static_cast<float>(work_.gap);
         if (epoch.duration[i] >= 0) continue;
-        const std::size_t of_step = epoch.rank.size() * static_cast<std::size_t>(phases_);
+        const std::size_t of_step = epoch.rank.size() * phases_of(epoch);
         throw InputError(
             {Problem{.message = fmt::format(
                          "the trace cannot be replayed: a task of step {} is missing ('{}')",
                          epoch.first + static_cast<Step>(i / of_step),
-                         work_.phases[i % of_step / epoch.rank.size()].name),
+                         work_.loop_of(epoch).phases[i % of_step / epoch.rank.size()].name),
                      .hint = "record it again: lahar run --trace"}});
       }
   }
 
   void read_messages() {
-    std::vector<double> bytes(static_cast<std::size_t>(phases_)), pairs(bytes), packing(bytes),
-        count(bytes);
+    std::vector<double> bytes(log_.run.phases.size()), pairs(bytes), packing(bytes), count(bytes);
     std::unordered_map<int, double> packed_until;  // by sending task
     std::map<std::tuple<int, int, int>, std::int64_t> counts;
     std::vector<const TraceMessage*> sent;
@@ -196,7 +248,9 @@ class WorkReader {
     std::sort(sent.begin(), sent.end(), [](auto* a, auto* b) { return a->packed < b->packed; });
     work_.has_messages = !sent.empty();
     for (const TraceMessage* m : sent) {
-      ReplayEpoch& epoch = epoch_of(m->step);
+      ReplayEpoch* const of = epoch_of(*m);
+      if (!of) continue;
+      ReplayEpoch& epoch = *of;
       const int patch = index_of(epoch, m->patch);
       if (patch < 0) continue;
       const auto& list = epoch.neighbours[static_cast<std::size_t>(patch)];
@@ -213,21 +267,24 @@ class WorkReader {
       pairs[f] += static_cast<double>(std::max<std::ptrdiff_t>(1, shared));
       packing[f] += took;
       count[f] += 1;
-      auto& mean = epoch.messages[{m->phase, patch, m->to}];
+      auto& mean = epoch.messages[{phase_of(*m), patch, m->to}];
       mean.bytes += static_cast<double>(m->bytes) / epoch.steps;
       mean.packing += took / epoch.steps;
     }
     for (std::size_t f = 0; f < bytes.size(); ++f) {
-      work_.packing.push_back(count[f] > 0 ? packing[f] / count[f] : assumed_packing);
-      work_.bytes_of_pair.push_back(pairs[f] > 0 ? bytes[f] / pairs[f] : assumed_bytes(f));
+      const int l = log_.run.loop_of(static_cast<int>(f));
+      ReplayLoop& loop = work_.loops[static_cast<std::size_t>(l)];
+      const std::size_t own = loop.packing.size();  // phase of the loop
+      loop.packing.push_back(count[f] > 0 ? packing[f] / count[f] : assumed_packing);
+      loop.bytes_of_pair.push_back(pairs[f] > 0 ? bytes[f] / pairs[f] : assumed_bytes(loop, own));
     }
     if (!work_.has_messages) work_.unpack = assumed_packing;
   }
 
   /// For a trace without messages: half of a patch's border nodes, shared among its neighbours, a
   /// line of 64 bytes each; where particles go, a few of them.
-  double assumed_bytes(std::size_t phase) const {
-    const auto& next = work_.phases[(phase + 1) % work_.phases.size()];
+  double assumed_bytes(const ReplayLoop& loop, std::size_t phase) const {
+    const auto& next = loop.phases[(phase + 1) % loop.phases.size()];
     constexpr double line = 64, particle = 300;
     if (next.exchange == "particles") return line + 2 * particle;
     double nodes = 0, pairs = 0;
@@ -263,9 +320,9 @@ class WorkReader {
   static constexpr double assumed_packing = 1e-6;  // [s], what it takes on machines of today
 
   const TraceLog& log_;
-  int phases_;
   ReplayWork work_;
-  std::vector<std::unordered_map<int, int>> index_;  ///< by epoch: patches by number
+  std::vector<std::map<Step, std::size_t>> of_loop_;  ///< epochs by their first turn
+  std::vector<std::unordered_map<int, int>> index_;   ///< by epoch: patches by number
   std::unordered_map<std::uint64_t, double> busy_;
   std::unordered_map<std::uint64_t, std::vector<std::pair<double, double>>> completions_;
 };

@@ -6,6 +6,7 @@
 
 #include "runtime/terminal/console.h"
 #include "runtime/trace/analyse/analysis.h"
+#include "runtime/trace/analyse/analysis_parts.h"
 #include "runtime/trace/analyse/counters.h"
 
 namespace lahar {
@@ -66,17 +67,35 @@ std::string efficiency_text(const TraceReport& report) {
   return text;
 }
 
-std::string stages_text(const TraceReport& report) {
+/// How often solvers' loops were taken.
+std::string loops_text(const TraceLog& log, const TraceReport& report) {
+  if (!log.run.has_solves()) return "";
+  const auto steps = static_cast<double>(log.run.last - log.run.first + 1);
+  std::string text = "\nLoops of a step, each a graph that drains before another one begins\n";
+  text += fmt::format("  {:<14}{:>9}{:>14}{:>11}{:>14}{:>8}\n", "loop", "rounds", "per step",
+                      "wall time", "per round", "share");
+  for (const LoopUse& loop : report.loops)
+    text += fmt::format("  {:<14}{:>9}{:>14.1f}{:>11}{:>14}{:>8}\n", loop.name, loop.turns,
+                        static_cast<double>(loop.turns) / steps, time_text(loop.wall),
+                        time_text(loop.turns > 0 ? loop.wall / static_cast<double>(loop.turns) : 0),
+                        percent(loop.wall / log.run.wall));
+  return text;
+}
+
+std::string stages_text(const TraceLog& log, const TraceReport& report) {
   std::string text = fmt::format(
       "\n  {:<14}{:>9}{:>11}{:>10}{:>10}{:>10}{:>10}{:>8}{:>9}{:>9}{:>12}{:>9}\n", "stage", "tasks",
       "total", "mean", "p50", "p95", "max", "share", "ranks", "threads", "ns/particle", "path");
-  for (const StageUse& s : report.stages)
+  std::string loop;
+  for (const StageUse& s : report.stages) {
+    if (log.run.has_solves() && s.loop != loop) text += fmt::format(" {}\n", loop = s.loop);
     text += fmt::format(
         "  {:<14}{:>9}{:>11}{:>10}{:>10}{:>10}{:>10}{:>8}{:>9.2f}{:>9.2f}{:>12}{:>9}\n", s.stage,
         s.count, time_text(s.total), time_text(s.mean), time_text(s.p50), time_text(s.p95),
         time_text(s.longest), percent(s.share), s.by_ranks, s.by_threads,
         s.per_particle > 0 ? fmt::format("{:.1f}", s.per_particle * 1e9) : "-",
         time_text(s.on_path));
+  }
   return text +
          "  ranks, threads: the most that one had over the mean; path: of the critical path\n";
 }
@@ -143,14 +162,8 @@ std::string lists_text(const TraceLog& log, const TraceReport& report) {
   for (std::size_t k = 0; k < std::min<std::size_t>(5, report.waits.size()); ++k) {
     const Wait& wait = report.waits[k];
     const TraceTask& task = log.tasks[static_cast<std::size_t>(wait.task)];
-    const std::string what =
-        task.kind == TraceKind::dt
-            ? fmt::format("time step {}", task.step)
-            : fmt::format("{} of patch {}, step {}",
-                          log.run.phases[static_cast<std::size_t>(task.phase)].name, task.patch,
-                          task.step);
-    text += fmt::format("  {:>9}  {} on rank {} for {}\n", time_text(wait.time), what, task.rank,
-                        wait.for_what);
+    text += fmt::format("  {:>9}  {} on rank {} for {}\n", time_text(wait.time),
+                        task_name(log, task), task.rank, wait.for_what);
   }
   return text;
 }
@@ -173,8 +186,9 @@ std::string workers_text(const TraceLog& log, const TraceReport& report) {
 
 std::string text_of(const TraceLog& log, const TraceReport& report) {
   return head_text(log, report) + losses_text(log, report) + efficiency_text(report) +
-         stages_text(report) + path_text(log, report) + exchange_text(log, report) +
-         workers_text(log, report) + counters_text(log) + lists_text(log, report);
+         loops_text(log, report) + stages_text(log, report) + path_text(log, report) +
+         exchange_text(log, report) + workers_text(log, report) + counters_text(log) +
+         lists_text(log, report);
 }
 
 }  // namespace lahar

@@ -13,22 +13,25 @@ using nlohmann::json;
 
 json task_json(const TraceLog& log, int t) {
   const TraceTask& task = log.tasks[static_cast<std::size_t>(t)];
-  return {{"phase", task.kind == TraceKind::dt
-                        ? "dt"
-                        : log.run.phases[static_cast<std::size_t>(task.phase)].name},
-          {"patch", task.patch},
-          {"step", task.step},
-          {"rank", task.rank},
-          {"thread", task.thread},
-          {"ready", task.ready},
-          {"begin", task.begin},
-          {"end", task.end}};
+  const std::string dt = task.round >= 0 ? "sums" : "dt";
+  return {
+      {"phase",
+       task.kind == TraceKind::dt ? dt : log.run.phases[static_cast<std::size_t>(task.phase)].name},
+      {"patch", task.patch},
+      {"step", task.step},
+      {"round", task.round},
+      {"rank", task.rank},
+      {"thread", task.thread},
+      {"ready", task.ready},
+      {"begin", task.begin},
+      {"end", task.end}};
 }
 
 json stages_json(const TraceReport& report) {
   json list = json::array();
   for (const StageUse& s : report.stages)
-    list.push_back({{"phase", s.phase},
+    list.push_back({{"loop", s.loop},
+                    {"phase", s.phase},
                     {"stage", s.stage},
                     {"count", s.count},
                     {"total", s.total},
@@ -95,6 +98,7 @@ std::string json_of(const TraceLog& log, const TraceReport& report) {
            {"slowest_patches", json::array()},
            {"longest_waits", json::array()},
            {"counters", counters_json(log)},
+           {"loops", json::array()},
            {"stages", stages_json(report)},
            {"critical_path", path_json(report)},
            {"steps_apart", {{"mean", report.spread.mean}, {"max", report.spread.largest}}},
@@ -113,6 +117,8 @@ std::string json_of(const TraceLog& log, const TraceReport& report) {
     out["efficiencies"]["serialisation"] = e.serialisation;
     out["efficiencies"]["transfer"] = e.transfer;
   }
+  for (const LoopUse& loop : report.loops)
+    out["loops"].push_back({{"name", loop.name}, {"turns", loop.turns}, {"wall", loop.wall}});
   for (const Finding& f : report.findings)
     out["findings"].push_back({{"name", f.name}, {"loss", f.loss}, {"text", f.text}});
   for (const WorkerUse& w : report.workers)

@@ -15,7 +15,8 @@ namespace lahar {
 enum class TraceKind : std::uint8_t {
   task,        ///< a phase of a patch of the rank
   unpack,      ///< the task that a message fires; the patch is the sender's
-  dt,          ///< the global minimum is taken over and dt of `step` set
+  dt,          ///< the global minimum is taken over and dt of `step` set; in loops of solvers:
+               ///< the sums of the round before are taken over
   send,        ///< a message is packed and posted
   arrival,     ///< from when a message was found to when it was handed to the graph
   agreement,   ///< a reduction, from when this rank gave its part to when it was found complete
@@ -26,11 +27,13 @@ enum class TraceKind : std::uint8_t {
   trace,       ///< writing the trace itself
   counter,     ///< a value at a time
   delay,       ///< a thread was kept busy on purpose, by a switch for studies
+  rounds,      ///< a loop of a solver from its first round to its last: tasks are within
+  direct,      ///< a linear system is solved directly: no task runs
 };
-inline constexpr int trace_kinds = 13;
+inline constexpr int trace_kinds = 15;
 std::string_view name_of(TraceKind kind);
 
-/// Which reduction an agreement was.
+/// Which reduction an agreement was. In loops of solvers `time_step` is that of a round's sums.
 enum class TraceAgreement : std::uint8_t { step, time_step };
 
 /// Which value a counter is.
@@ -70,13 +73,16 @@ struct TraceRecord {
   std::uint64_t begin = 0, end = 0;
   std::uint64_t ready = 0;  ///< task, unpack, dt; 0 = not known
   Step step = -1;           ///< from 0; frame, checkpoint: steps done, as in the file's name
+  std::int32_t round = -1;  ///< in loops of solvers: from 0, counted over the run; else -1
+  std::int32_t loop = 0;    ///< which list of stages: 0 = the time step, then those of solvers
   std::int32_t patch = -1;  ///< its number in the whole mesh
   TraceKind kind = TraceKind::task;
-  std::uint8_t phase = 0;    ///< of task, unpack, send, arrival; else TraceAgreement, TraceCounter
+  /// task, unpack, send, arrival: of the loop; else TraceAgreement, TraceCounter.
+  std::uint8_t phase = 0;
   std::uint16_t thread = 0;  ///< of the rank, in the order in which they first recorded something
   Detail detail{.stage = {}};
 };
-static_assert(sizeof(TraceRecord) == 72 && std::is_trivially_copyable_v<TraceRecord>);
+static_assert(sizeof(TraceRecord) == 80 && std::is_trivially_copyable_v<TraceRecord>);
 
 /// Steps that are recorded: [first, last].
 struct TraceWindow {
@@ -88,12 +94,12 @@ struct TraceWindow {
 
 /// A file per rank: this line, then sections, each with a header, in the order of their writing.
 /// Little-endian.
-inline constexpr std::string_view trace_magic = "Lahar trace 2\n\n\n";
+inline constexpr std::string_view trace_magic = "Lahar trace 3\n\n\n";
 static_assert(trace_magic.size() == 16);
 
 struct TraceSection {
   enum class Kind : std::uint32_t {
-    head = 1,     ///< JSON: the run, the rank and its phases; first
+    head = 1,     ///< JSON: the run, the rank and its loops of phases; first
     graph = 2,    ///< JSON: the patches of the rank from a step on
     records = 3,  ///< TraceRecords of one thread
     tail = 4,     ///< JSON: clocks; last, so that a file without it is not complete

@@ -14,8 +14,8 @@ namespace lahar {
 
 std::string_view name_of(TraceKind kind) {
   constexpr std::array<std::string_view, trace_kinds> names{
-      "task", "unpack", "dt",         "send",  "arrival", "agreement", "completed",
-      "poll", "frame",  "checkpoint", "trace", "counter", "delay"};
+      "task",  "unpack",     "dt",    "send",    "arrival", "agreement", "completed", "poll",
+      "frame", "checkpoint", "trace", "counter", "delay",   "rounds",    "direct"};
   return names[static_cast<std::size_t>(kind)];
 }
 

@@ -48,6 +48,11 @@ class TraceRecorder {
 
   /// Set while steps are taken and what they gave is written.
   static void activate(TraceRecorder* recorder) { active_ = recorder; }
+  /// That of the present step, or null: for what solvers do before it.
+  static TraceRecorder* of_present() {
+    TraceRecorder* recorder = active();
+    return recorder && recorder->has(recorder->present()) ? recorder : nullptr;
+  }
   /// That of a step, or null where it is not recorded.
   static TraceRecorder* active(Step step) {
     TraceRecorder* recorder = active();
@@ -78,11 +83,20 @@ class TraceRecorder {
 /// Records what is done during its life.
 class TraceSpan {
  public:
-  TraceSpan(TraceKind kind, Step step) : TraceSpan(kind, step, TraceRecorder::active(step)) {}
+  TraceSpan(TraceKind kind, Step step)
+      : TraceSpan({.step = step, .kind = kind}, TraceRecorder::active(step)) {}
   /// Work for a step, done beside later ones: recorded where the present step is.
   static TraceSpan beside_steps(TraceKind kind, Step of) {
-    TraceRecorder* const recorder = TraceRecorder::active();
-    return {kind, of, recorder && recorder->has(recorder->present()) ? recorder : nullptr};
+    return {{.step = of, .kind = kind}, TraceRecorder::of_present()};
+  }
+  /// Of a solver, before the present step; a loop (-1 = is not recorded) and a round of it.
+  static TraceSpan of_solver(TraceKind kind, int loop = 0, Step round = -1) {
+    TraceRecorder* const recorder = loop < 0 ? nullptr : TraceRecorder::of_present();
+    return {{.step = recorder ? recorder->present() : 0,
+             .round = static_cast<std::int32_t>(round),
+             .loop = loop,
+             .kind = kind},
+            recorder};
   }
   ~TraceSpan() {
     if (!recorder_) return;
@@ -94,8 +108,9 @@ class TraceSpan {
   TraceSpan& operator=(const TraceSpan&) = delete;
 
  private:
-  TraceSpan(TraceKind kind, Step step, TraceRecorder* recorder) : recorder_(recorder) {
-    if (recorder_) record_ = {.begin = ticks(), .step = step, .kind = kind};
+  TraceSpan(const TraceRecord& record, TraceRecorder* recorder)
+      : recorder_(recorder), record_(record) {
+    if (recorder_) record_.begin = ticks();
   }
 
   TraceRecorder* recorder_;

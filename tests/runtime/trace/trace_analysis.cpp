@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "graph/stage_loop.h"
 #include "runtime/trace/analyse/analysis.h"
 #include "runtime/trace/analyse/counters.h"
 #include "runtime/trace/analyse/log_links.h"
@@ -35,6 +36,7 @@ TraceLog two_alone() {
   TraceLog log;
   log.run.threads = {2};
   log.run.phases = {{.name = "all", .stages = {"all"}}};
+  log.run.loops = {{time_step_loop, 0, 1}};
   log.graphs = {
       {.patches = {{0, {.number = 0, .particles = 100}}, {1, {.number = 1, .particles = 100}}}}};
   log.tasks = {task(0, 0, 0, 0, 0, 0, 1), task(0, 0, 0, 0, 1, 1, 2), task(0, 1, 0, 1, 0, 0, 3),
@@ -51,6 +53,7 @@ TraceLog one_message(double missed = 0, double posted = 2.1) {
   log.run.threads = {1, 1};
   log.run.phases = {{.name = "first", .stages = {"first"}},
                     {.name = "second", .exchange = "mass", .stages = {"second"}}};
+  log.run.loops = {{time_step_loop, 0, 2}};
   log.graphs = {{.patches = {{0, {.number = 0, .rank = 0, .particles = 50, .neighbours = {1}}},
                              {1, {.number = 1, .rank = 1, .particles = 50, .neighbours = {0}}}}}};
   log.tasks = {task(0, 0, 0, 0, 0, 0, 2), task(1, 0, 0, 1, 0, 0, 1), task(1, 0, 1, 1, 0, 2.6, 3.6),
@@ -138,6 +141,7 @@ TEST_CASE(
   TraceLog log;
   log.run.threads = {1};
   log.run.phases = {{.name = "first", .stages = {"first"}}, {.name = "rest", .stages = {"rest"}}};
+  log.run.loops = {{time_step_loop, 0, 2}};
   log.graphs = {{.patches = {{0, {.number = 0}}}}};
   log.tasks = {task(0, 0, 1, 0, 0, 1, 1), task(0, 0, 0, 0, 0, 1, 1), task(0, 0, 1, 0, 1, 3, 4),
                task(0, 0, 0, 0, 1, 2, 3)};
@@ -152,6 +156,7 @@ TEST_CASE("patches that are no more are not steps behind") {
   TraceLog log;
   log.run.threads = {1};
   log.run.phases = {{.name = "all", .stages = {"all"}}};
+  log.run.loops = {{time_step_loop, 0, 1}};
   log.graphs = {{.first = 0, .patches = {{0, {.number = 0}}, {1, {.number = 1}}}},
                 {.first = 2, .patches = {{1, {.number = 1}}}}};
   log.tasks = {task(0, 0, 0, 0, 0, 0, 1), task(0, 0, 0, 0, 1, 1, 2), task(0, 0, 0, 1, 0, 2, 3),

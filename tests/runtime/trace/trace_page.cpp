@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "graph/stage_loop.h"
 #include "runtime/trace/analyse/page.h"
 #include "runtime/trace/analyse/page_data.h"
 
@@ -18,6 +19,7 @@ TraceLog some_tasks(int n) {
   log.run.title = "</script><b>";
   log.run.threads = {1};
   log.run.phases = {{.name = "all", .exchange = {}, .stages = {"stress"}}};
+  log.run.loops = {{time_step_loop, 0, 1}};
   for (int i = 0; i < n; ++i)
     log.tasks.push_back({.step = i, .begin = 1.0 + i, .end = 1.5 + i, .last_input = i - 1});
   log.run.last = n - 1;

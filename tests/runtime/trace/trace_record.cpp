@@ -23,8 +23,8 @@ TraceLog recorded(const ExecutionOptions& way, TraceWindow window = {}) {
   {
     TraceAbout about;
     about.threads = way.threads;
-    TraceSession session(folder, window, Communicator{}, about, simulation.phases(),
-                         simulation.stages(), simulation.trace_graph());
+    TraceSession session(folder, window, Communicator{}, about, simulation.loops(),
+                         simulation.trace_graph());
     simulation.run();
     session.finish();
   }

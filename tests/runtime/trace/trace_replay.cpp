@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "graph/executor.h"
+#include "graph/stage_loop.h"
 #include "physics/base/error.h"
 #include "runtime/program/trace_session.h"
 #include "runtime/trace/analyse/project.h"
@@ -40,6 +41,7 @@ struct Row {
                        .stages = {"b"}}};
     if (with_rest) log.run.phases.push_back({.name = "rest of b", .stages = {"rest"}});
     const int phases = static_cast<int>(log.run.phases.size());
+    log.run.loops = {{time_step_loop, 0, phases}};
     log.run.last = steps - 1;
     TraceGraph& graph = log.graphs.emplace_back();
     for (int p = 0; p < patches; ++p) {
@@ -257,8 +259,8 @@ TEST_CASE("replay: a recorded run on its own machine takes the time that it took
   std::filesystem::create_directories(folder);
   Simulation simulation(dam_break(), flow(1));
   {
-    TraceSession session(folder, {}, Communicator{}, TraceAbout{}, simulation.phases(),
-                         simulation.stages(), simulation.trace_graph());
+    TraceSession session(folder, {}, Communicator{}, TraceAbout{}, simulation.loops(),
+                         simulation.trace_graph());
     simulation.run();
     session.finish();
   }

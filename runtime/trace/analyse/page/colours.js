@@ -9,9 +9,9 @@ const palettes = {
 };
 const others = {
   light: { unpack: "#33415c", dt: "#b0002a", rest: "#93a1b5", post: "#a0527c", ends: "#4a7fb5", output: "#6b7c32", writing: "#5b4a66",
-           delay: "#111111", poll: "#b3b9c4", dim: "#cfd4dc" },
+           direct: "#8c6d1f", delay: "#111111", poll: "#b3b9c4", dim: "#cfd4dc" },
   dark: { unpack: "#c3cede", dt: "#ff7b7b", rest: "#6f7d92", post: "#e9b3d0", ends: "#9cc4ea", output: "#c2d27a", writing: "#b7a2c4",
-          delay: "#ffffff", poll: "#565f6e", dim: "#3d4552" },
+          direct: "#e0c068", delay: "#ffffff", poll: "#565f6e", dim: "#3d4552" },
 };
 
 const theme = {
@@ -49,7 +49,7 @@ class Colouring {
   set by(what) {
     this.mode = what;
     this.names = what === "phase" ? this.phases : this.stages;
-    const extra = ["unpack", "dt", "post", "rest", "dim", "ends", "output", "writing", "delay", "poll"];
+    const extra = ["unpack", "dt", "post", "rest", "dim", "ends", "output", "writing", "direct", "delay", "poll"];
     this.size = this.names.length + extra.length;
     extra.forEach((name, k) => { this[name] = this.names.length + k; });
     this.extra = extra;
@@ -63,15 +63,15 @@ class Colouring {
   }
   legend() {
     const colours = this.colours();
-    const texts = { unpack: "message taken over", dt: "time step", rest: "between stages",
-                    post: "posting messages", ends: "end of a step", output: "writing files", poll: "looking for messages", delay: "delay for a study" };
+    const texts = { unpack: "message taken over", dt: this.trace.tasks.round.some((r) => r >= 0) ? "time step, sums" : "time step", rest: "between stages",
+                    post: "posting messages", ends: "end of a step", output: "writing files", poll: "looking for messages", direct: "direct solve", delay: "delay for a study" };
     const seen = new Set(this.trace.intervals.kind);
     const { kind } = this.trace;
     const has = { unpack: this.trace.messages.n > 0, post: this.trace.messages.n > 0, rest: this.by === "stage",
                   ends: seen.has(kind.completed),
                   dt: this.trace.tasks.kind.includes(kind.dt), poll: seen.has(kind.poll),
                   output: seen.has(kind.frame) || seen.has(kind.checkpoint),
-                  delay: seen.has(kind.delay) };
+                  direct: seen.has(kind.direct), delay: seen.has(kind.delay) };
     return [...this.names.map((name, i) => ({ name, colour: colours[i] })),
             ...this.extra.filter((name) => has[name])
                          .map((name) => ({ name: texts[name], colour: colours[this[name]] }))];
@@ -81,6 +81,7 @@ class Colouring {
     if (is === kind.poll) return this.poll;
     if (is === kind.completed) return this.ends;
     if (is === kind.trace) return this.writing;
+    if (is === kind.direct) return this.direct;
     return is === kind.delay ? this.delay : this.output;
   }
   /** Call each(category, begin, end) for the coloured parts of a task: stages follow each other. */

@@ -85,7 +85,7 @@ class Trace {
   /** One row per thread that did something, each with its tasks and intervals by beginning. */
   findRows() {
     const { tasks, intervals, kind } = this;
-    const drawn = [kind.poll, kind.completed, kind.frame, kind.checkpoint, kind.trace, kind.delay];
+    const drawn = [kind.poll, kind.completed, kind.frame, kind.checkpoint, kind.trace, kind.delay, kind.direct];
     const rows = new Map();
     const rowOf = (rank, thread) => {
       const key = rank * 65536 + thread;
@@ -102,7 +102,7 @@ class Trace {
       row.spans.sort((a, b) => intervals.begin[a] - intervals.begin[b]);
       for (const i of row.tasks) this.rowOfTask[i] = r;
       const works = row.tasks.length > 0 ||
-        row.spans.some((i) => [kind.poll, kind.completed].includes(intervals.kind[i]));
+        row.spans.some((i) => [kind.poll, kind.completed, kind.direct].includes(intervals.kind[i]));
       row.label = `${this.run.ranks > 1 ? `rank ${row.rank} · ` : ""}${
         works ? "thread" : "writer"} ${row.thread}`;
       row.brief = `${this.run.ranks > 1 ? `${row.rank}·` : ""}${row.thread}`;
@@ -135,9 +135,15 @@ class Trace {
     return chain;
   }
 
+  /** "step 3", or "step 3 · round 210" in a loop of a solver. */
+  turnOf(i) {
+    const { step, round } = this.tasks;
+    return `step ${step[i]}${round[i] < 0 ? "" : ` · round ${round[i]}`}`;
+  }
+
   nameOf(i) {
     const { tasks, kind, run } = this;
-    if (tasks.kind[i] === kind.dt) return "time step";
+    if (tasks.kind[i] === kind.dt) return tasks.round[i] < 0 ? "time step" : "sums of a round";
     const phase = run.phases[tasks.phase[i]].name;
     return tasks.kind[i] === kind.unpack ? `message after ${phase}` : phase;
   }

@@ -11,11 +11,13 @@ function waitedFor(trace, i) {
         time(Math.max(0, messages.there[m] - messages.sent[m]))} on its way, ${
         time(messages.given[m] - messages.there[m])} until somebody looked for it)`;
   if (input >= 0) {
-    const step = tasks.step[input] === tasks.step[i] ? "" : `, step ${tasks.step[input]}`;
+    const same = tasks.step[input] === tasks.step[i] && tasks.round[input] === tasks.round[i];
+    const step = same ? "" : `, ${trace.turnOf(input)}`;
     return `${trace.nameOf(input)}${ofPatch(tasks, input)}${step}`;
   }
   if (tasks.lag[i] === 0) return "nothing that is in this timeline";
-  return tasks.kind[i] === kind.dt ? "the agreement of all ranks on the time step"
+  return tasks.kind[i] === kind.dt
+    ? `the agreement of all ranks on ${tasks.round[i] < 0 ? "the time step" : "the sums of a round"}`
     : "the slowest patches: the step could not begin before an earlier one was complete everywhere";
 }
 
@@ -37,6 +39,7 @@ function hintOf(trace, colouring, found) {
     const names = { [kind.poll]: "looking for messages, without a task", [kind.frame]: "writes a frame",
                     [kind.checkpoint]: "writes a checkpoint", [kind.trace]: "writes the trace",
                     [kind.completed]: `what is done when step ${intervals.step[i]} is finished`,
+                    [kind.direct]: "solves a linear system directly",
                     [kind.delay]: "delayed on purpose, for a study" };
     return [element("b", {}, names[intervals.kind[i]]), element("div", {}, time(length))];
   }
@@ -44,7 +47,7 @@ function hintOf(trace, colouring, found) {
   const stages = stagesOf(trace, colouring, i).filter(([, t]) => t > 0).sort((a, b) => b[1] - a[1]);
   return [
     element("b", {}, trace.nameOf(i)),
-    element("div", {}, `${tasks.patch[i] >= 0 ? `patch ${tasks.patch[i]} · ` : ""}step ${tasks.step[i]} · ${row.label}`),
+    element("div", {}, `${tasks.patch[i] >= 0 ? `patch ${tasks.patch[i]} · ` : ""}${trace.turnOf(i)} · ${row.label}`),
     element("div", {}, `took ${time(length)}; ${startOf(tasks, i)}`),
     ...stages.slice(0, 4).map(([name, t, colour]) => element("div", { class: "tip-stage" },
       element("i", { style: `background:${colour}` }), `${name} ${time(t)}`)),
@@ -68,7 +71,7 @@ function detailsOf(trace, colouring, i, select) {
   const chain = trace.chainOf(i, 12).slice(1);
   return [
     element("div", {}, element("h3", {}, `${trace.nameOf(i)}${ofPatch(tasks, i)}`), element("dl", {},
-      ...fact("step", number(tasks.step[i])),
+      ...fact("when", trace.turnOf(i)),
       ...fact("where", row.label),
       ...fact("ready", exact(tasks.ready[i])),
       ...fact("began", `${exact(tasks.begin[i])} – ${startOf(tasks, i).replace("began ", "")}`),
@@ -82,7 +85,7 @@ function detailsOf(trace, colouring, i, select) {
       stages.length > 1 ? shares(stages.map(([name, value, colour]) => ({ name, value, colour })), time) : null),
     chain.length === 0 ? null : element("div", {}, element("h3", {}, "The last input of each, from here back"),
       element("ol", { class: "chain" }, ...chain.map((task) => element("li", {}, link(task),
-        ` step ${tasks.step[task]}, ${trace.rows[trace.rowOfTask[task]].label}: took ${
+        ` ${trace.turnOf(task)}, ${trace.rows[trace.rowOfTask[task]].label}: took ${
           time(tasks.end[task] - tasks.begin[task])}, ${startOf(tasks, task)}`)))),
   ].filter((part) => part !== null);
 }

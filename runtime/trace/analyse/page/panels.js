@@ -107,7 +107,8 @@ function workers(report) {
 
 function criticalPath(trace, report) {
   const path = report.critical_path;
-  const colours = ["--useful", "--path-dt", "--messages", "--path-unseen", "--runtime", "--path-step", "--polling", "--other"];
+  const colours = ["--useful", "--path-dt", "--messages", "--path-unseen", "--runtime", "--path-step",
+                   "--path-sums", "--path-direct", "--path-between", "--polling", "--other"];
   const kinds = trace.pathKinds.map((name, k) => ({ name, value: path.by_kind[name] ?? 0,
                                                     colour: `var(${colours[k % colours.length]})` }));
   const stages = report.stages.filter((stage) => stage.on_path > 0).sort((a, b) => b.on_path - a.on_path);
