@@ -97,6 +97,7 @@ struct BenchPlan {
   int threads = 1;           ///< that it needs at least
   bool stages = false;       ///< the report lists the stages
   double bound_at_most = 0;  ///< goal of the first job's time over that of the bandwidth; 0 = none
+  bool solves = false;       ///< steps of the first job begin with a linear solve, by iterations
 
   double bytes() const;               ///< [B] needed at a time, about
   double seconds(int repeats) const;  ///< [s] needed, very roughly

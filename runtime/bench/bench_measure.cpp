@@ -48,6 +48,7 @@ class Crew {
       const BenchWorker::Times times = worker->wait_steps();
       rate += particle_steps / times.wall;
       cpu += times.cpu / (particle_steps * variant.copies);
+      samples.push_back(times);
     }
     variant.ns.values.push_back(1e9 / rate);
     variant.cpu_ns.values.push_back(1e9 * cpu);
@@ -62,6 +63,7 @@ class Crew {
   }
 
   BenchVariant variant;
+  std::vector<BenchWorker::Times> samples;
 
  private:
   const BenchJob& job_;
@@ -87,6 +89,28 @@ double bandwidth_of(const BenchMachine& machine, int threads) {
   return 0;
 }
 
+/// What an iteration of a linear solve takes, and its product against the bandwidth.
+void add_solves(const BenchVariant& variant, const std::vector<BenchWorker::Times>& samples,
+                const BenchMachine& machine, BenchCase& result) {
+  constexpr double goal = 1.5;
+  BenchFigure iteration{.name = variant.name + ", an iteration", .unit = "us"},
+      product{.name = variant.name + ", a product", .unit = "us"},
+      iterations{.name = variant.name + ", iterations per step", .unit = ""},
+      bound{.name = variant.name + ", product / bandwidth bound", .unit = "", .at_most = goal};
+  const double rate = bandwidth_of(machine, variant.threads);
+  for (const BenchWorker::Times& times : samples) {
+    if (times.iterations == 0) continue;  // solved directly
+    const double of_product = times.multiplying / (times.products * variant.threads);
+    iteration.samples.values.push_back(1e6 * times.solving / times.iterations);
+    product.samples.values.push_back(1e6 * of_product);
+    iterations.samples.values.push_back(times.iterations / static_cast<double>(variant.steps));
+    if (rate > 0)
+      bound.samples.values.push_back(of_product * rate * times.products / times.product_bytes);
+  }
+  for (const BenchFigure& figure : {iteration, product, iterations, bound})
+    if (!figure.samples.values.empty()) result.figures.push_back(figure);
+}
+
 void measure_times(const BenchPlan& plan, const BenchProtocol& protocol,
                    const BenchMachine& machine, const BenchProgress& progress, BenchCase& result) {
   progress("making the models");
@@ -107,6 +131,7 @@ void measure_times(const BenchPlan& plan, const BenchProtocol& protocol,
     if (!plan.stages) variant.stages.clear();
     result.variants.push_back(variant);
   }
+  if (plan.solves) add_solves(crews.front()->variant, crews.front()->samples, machine, result);
 }
 
 void add_bound(const BenchPlan& plan, BenchCase& result) {

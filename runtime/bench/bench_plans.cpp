@@ -5,6 +5,7 @@
 
 #include "io/base/problems.h"
 #include "runtime/bench/bench_cases.h"
+#include "runtime/bench/bench_solves.h"
 #include "runtime/terminal/console.h"
 
 namespace lahar {
@@ -51,6 +52,18 @@ BenchJob plate(const std::string& name, const ExecutionOptions& execution,
           .particles = 40155,
           .goal = goal,
           .steps = 1000};
+}
+
+/// Models of solves have two particles along each edge of a cell in 2D, too.
+Index two_per_cell(const BlockSize& size, int dim) {
+  Index n = 1;
+  for (int d = 0; d < dim; ++d) n *= 2 * size.cells;
+  return n;
+}
+
+BenchJob with_particles(BenchJob job, Index particles) {
+  job.particles = static_cast<double>(particles);
+  return job;
 }
 
 BenchPlan plates() {
@@ -144,6 +157,46 @@ BenchPlan kernels(const std::string& size_name, const BlockSize& size) {
     add("Q8", ShapeFunctions::element, Affine::none, 35, Element::Q8);
   }
   return plan;
+}
+
+/// Steps that begin with a linear solve.
+BenchPlan solves(const std::string& name, const std::string& title, BenchJob job,
+                 const std::function<AnyModel()>& model) {
+  job.model = model;
+  return {.name = name, .title = title, .jobs = {job}, .solves = true};
+}
+
+template <int Dim>
+BenchPlan implicit(const std::string& size_name, const BlockSize& size) {
+  return solves(fmt::format("implicit-{}-{}", Dim == 2 ? "q4" : "h8", size_name),
+                fmt::format("Implicit step, {}, linear elastic, Newmark's method, {} particles",
+                            Dim == 2 ? "Q4" : "H8", format_count(two_per_cell(size, Dim))),
+                with_particles(lattice<Dim>("Newmark", size, one_thread), two_per_cell(size, Dim)),
+                [size] { return AnyModel(implicit_block<Dim>(size)); });
+}
+
+BenchPlan projection(const std::string& size_name, const BlockSize& size) {
+  return solves("projection-q4-" + size_name,
+                fmt::format("Projection, Q4, dam of water, {} particles",
+                            format_count(two_per_cell(size, 2))),
+                with_particles(lattice<2>("projection", size, one_thread), two_per_cell(size, 2)),
+                [size] { return AnyModel(projected_dam<2>(size)); });
+}
+
+template <int Dim>
+BenchPlan two_phase(const std::string& size_name, const BlockSize& size) {
+  constexpr double goal = 1.7;
+  const auto job = [&](const char* name, PoreState state) {
+    BenchJob one = lattice<Dim>(name, size, one_thread);
+    one.model = [size, state] { return AnyModel(pore_block<Dim>(size, state)); };
+    return one;
+  };
+  return {.name = fmt::format("two-phase-{}-{}", Dim == 2 ? "q4" : "h8", size_name),
+          .title = fmt::format("Soil full of water against dry soil, {}, USL, {} particles",
+                               Dim == 2 ? "Q4" : "H8", format_count(size.particles(Dim))),
+          .jobs = {job("two phases", PoreState::full), job("one phase", PoreState::dry)},
+          .ratios = {{"two phases / one phase", 0, 1, goal}},
+          .stages = true};
 }
 
 BenchPlan graph_overhead(const std::string& name, const std::string& title, const BenchJob& graph,
@@ -270,6 +323,11 @@ std::vector<BenchPlan> bench_plans(int threads) {
       stages<3>(h8_4k, h8_1m),
       kernels<2>("102,400", q4_100k),
       kernels<3>("125,000", h8_125k),
+      implicit<2>("160k", {200}),
+      implicit<3>("110k", {24}),
+      projection("160k", {200}),
+      two_phase<2>("100k", q4_100k),
+      two_phase<3>("125k", h8_125k),
       graph_overhead("graph-plate", "Task graph against the serial loop, plate with a hole, USF",
                      plate("task graph", one_thread, "usf"), plate("serial loop", serial, "usf")),
       graph_overhead("graph-h8-125k", "Task graph against the serial loop, H8, 125,000 particles",

@@ -13,6 +13,7 @@
 #include "runtime/base/exit_codes.h"
 #include "runtime/bench/bench_cases.h"
 #include "runtime/bench/bench_result.h"
+#include "runtime/bench/bench_solves.h"
 #include "runtime/terminal/console.h"
 
 namespace lahar {
@@ -198,6 +199,48 @@ void measure_overlap(const RankBenchArguments& arguments, const Communicator& wo
   if (speaks) fmt::print("\n");
 }
 
+/// [s] of an iteration of the linear solves of a step.
+double iteration_time(Simulation& simulation) {
+  const SolveCounts before = simulation.solves();
+  simulation.advance(1);
+  const SolveCounts after = simulation.solves();
+  return (after.linear - before.linear) /
+         static_cast<double>(after.linear_iterations - before.linear_iterations);
+}
+
+/// Conjugate gradients, whose messages and reductions are to be hidden as those of steps are.
+void measure_iterations(const RankBenchArguments& arguments, const Communicator& world) {
+  constexpr double latency = 600e-6;
+  const bool speaks = world.rank() == 0;
+  if (speaks)
+    fmt::print(
+        "The same of an iteration of conjugate gradients, implicit step, H8\n\n"
+        "| unknowns | iteration [ms] | with latency | growth |\n|---:|---:|---:|---:|\n");
+  const std::vector<Index> sizes =
+      arguments.quick ? std::vector<Index>{16} : std::vector<Index>{16, 24, 32};
+  for (const Index cells : sizes) {
+    const auto make = [&](double held_back) {
+      ExecutionOptions execution{.threads = 1, .ranks = world, .latency = held_back};
+      execution.balance.when = BalanceOptions::When::never;
+      return Simulation(implicit_block<3>({cells}), execution);
+    };
+    Simulation free = make(0), late = make(latency);
+    BenchSamples of_free, of_late, growth;
+    for (int s = 0; s <= arguments.repeats; ++s) {
+      const double a = world.max(iteration_time(free)), b = world.max(iteration_time(late));
+      if (s == 0) continue;  // memory is touched for the first time
+      of_free.values.push_back(a);
+      of_late.values.push_back(b);
+      growth.values.push_back(b / a);
+    }
+    if (speaks)
+      fmt::print("| {} | {:.2f} | {:.2f} | {:+.1f} % |\n",
+                 format_count(3 * cells * (cells + 1) * (cells + 1)), of_free.median() * 1e3,
+                 of_late.median() * 1e3, 100 * (growth.median() - 1));
+  }
+  if (speaks) fmt::print("\n");
+}
+
 void measure_balance(const RankBenchArguments& arguments, const Communicator& world) {
   const bool speaks = world.rank() == 0;
   if (speaks)
@@ -263,7 +306,11 @@ int bench_ranks(const RankBenchArguments& arguments) {
 }
 
 int bench_overlap(const RankBenchArguments& arguments) {
-  return measured(arguments, "overlap", {2, 4}, measure_overlap);
+  return measured(arguments, "overlap", {2, 4},
+                  [](const RankBenchArguments& asked, const Communicator& world) {
+                    measure_overlap(asked, world);
+                    measure_iterations(asked, world);
+                  });
 }
 
 int bench_balance(const RankBenchArguments& arguments) {

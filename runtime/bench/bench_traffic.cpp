@@ -29,6 +29,19 @@ std::vector<TrafficPhase> phases_of_boxes(Scheme scheme) {
   return {};
 }
 
+/// Of a liquid in pores: its velocity where particles move and are mapped, its pressure where the
+/// skeleton is strained.
+void add_liquid(TrafficPhase& phase, bool moves, bool strains) {
+  if (moves) {
+    phase.reads.push_back(liquid_v);
+    phase.writes.push_back(liquid_v);
+  }
+  if (strains) {
+    phase.reads.push_back(pore_pressure);
+    phase.writes.push_back(pore_pressure);
+  }
+}
+
 /// What CPDI and CPDI2 touch besides: vectors follow strain, corners move with particles.
 void add_corners(TrafficPhase& phase, bool moves, bool strains, Scheme scheme, bool of_cpdi2) {
   if (of_cpdi2) {
@@ -61,6 +74,7 @@ std::vector<TrafficPhase> traffic_phases(const Analysis& analysis, bool cartesia
       if (std::count(phase.reads.begin(), phase.reads.end(), v) > 0) phase.reads.push_back(affine);
       if (moves) phase.writes.push_back(affine);
     }
+    if (analysis.two_phase) add_liquid(phase, moves, strains);
     if (functions.domain == ParticleDomain::box) phase.reads.push_back(domain);
     if (analysis.opening && strains) {
       phase.reads.push_back(opening);

@@ -27,7 +27,8 @@ struct TrafficPhase {
 /// A mesh of general cells keeps the natural coordinates xi: read instead of x where x stays, read
 /// and written where x changes. What can be computed from these columns (strain, natural
 /// coordinates in a box) or is per bin (cell, material) is not counted. Affine parts of velocities
-/// are read with v and written where it is; domains of particles are read in every phase, and those
+/// are read with v and written where it is. A liquid in pores has its velocity where x changes and
+/// its pressure where stress does, both read and written. Domains of particles are read in every phase, and those
 /// that stretch are written with stress and with x.
 // clang-format on
 std::vector<TrafficPhase> traffic_phases(const Analysis& analysis, bool cartesian);

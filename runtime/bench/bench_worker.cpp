@@ -162,7 +162,8 @@ class Worker {
     if (what == "warm up") return warm_up();
     if (what == "steps") {
       const BenchWorker::Times times = timed(steps);
-      return {times.wall, times.cpu};
+      return {times.wall,     times.cpu,         times.iterations,   times.solving,
+              times.products, times.multiplying, times.product_bytes};
     }
     if (what == "count crossings") return count_crossings();
     return end();
@@ -174,11 +175,19 @@ class Worker {
       before_.clear();  // the new one's times are from its start
       timed_steps_ = 0;
     }
+    const SolveCounts before = simulation_->solves();
     const double cpu = cpu_seconds();
     const auto begin = Clock::now();
     simulation_->advance(steps);
     timed_steps_ += steps;
-    return {seconds_since(begin), cpu_seconds() - cpu};
+    BenchWorker::Times times{seconds_since(begin), cpu_seconds() - cpu};
+    const SolveCounts after = simulation_->solves();
+    times.iterations = static_cast<double>(after.linear_iterations - before.linear_iterations);
+    times.solving = after.linear - before.linear;
+    times.products = static_cast<double>(after.products.count - before.products.count);
+    times.multiplying = after.products.seconds - before.products.seconds;
+    times.product_bytes = after.products.bytes - before.products.bytes;
+    return times;
   }
 
   double warm_up() {
@@ -276,7 +285,8 @@ void BenchWorker::begin_steps(Index steps) {
 
 BenchWorker::Times BenchWorker::wait_steps() {
   const Json said = Json::parse(process_.receive());
-  return {said.at(0).get<double>(), said.at(1).get<double>()};
+  const auto at = [&](std::size_t k) { return said.at(k).get<double>(); };
+  return {at(0), at(1), at(2), at(3), at(4), at(5), at(6)};
 }
 
 double BenchWorker::count_crossings() {

@@ -32,6 +32,8 @@ class BenchWorker {
   void begin_steps(Index steps);
   struct Times {
     double wall = 0, cpu = 0;  ///< [s]; cpu: of all threads
+    // Linear solves: iterations and their [s]; products, [s] of all threads, and bytes.
+    double iterations = 0, solving = 0, products = 0, multiplying = 0, product_bytes = 0;
   };
   Times wait_steps();
 

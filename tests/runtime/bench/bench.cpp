@@ -15,6 +15,7 @@
 #include "runtime/bench/bench_machine.h"
 #include "runtime/bench/bench_measure.h"
 #include "runtime/bench/bench_result.h"
+#include "runtime/bench/bench_solves.h"
 #include "runtime/bench/bench_traffic.h"
 #include "runtime/bench/bench_worker.h"
 
@@ -191,6 +192,12 @@ TEST_CASE("the bytes of a step are those of the columns that each phase touches"
   CHECK(bytes_of_step<2>(Scheme::usf, true, ShapeFunctions::cpdi2) == 8 * (7 + 5 + 7 + 6 + 3 * 8));
   CHECK(bytes_of_step<2>(Scheme::usl, false) == 8 * (12 + 11 + 2 + 2));
   CHECK(bytes_of_step<2>(Scheme::usf, false) == 8 * (7 + 5 + 7 + 6 + 2 + 2));
+  // A liquid in pores: its velocity and its pressure besides.
+  const Model<3> wet = pore_block<3>({2}, PoreState::full),
+                 dry = pore_block<3>({2}, PoreState::dry);
+  CHECK(bytes_per_particle_step<3>(wet.analysis, true) == 8 * (17 + 16 + 2 * (3 + 1)));
+  // Dry soil may open.
+  CHECK(bytes_per_particle_step<3>(dry.analysis, true) == 8 * (17 + 16 + 2));
 }
 
 TEST_CASE("the median of samples") {
@@ -367,6 +374,43 @@ TEST_CASE("a measurement has all samples of all runs, ratios of a round, and wha
   for (std::size_t k = 0; k < 3; ++k)
     CHECK(result.figures[0].samples.values[k] ==
           doctest::Approx(result.variants[1].ns.values[k] / result.variants[0].ns.values[k]));
+}
+
+TEST_CASE("soil of the benchmark is full of water, or the same without") {
+  const Model<2> wet = pore_block<2>({3}, PoreState::full),
+                 dry = pore_block<2>({3}, PoreState::dry);
+  CHECK(wet.analysis.two_phase);
+  CHECK_FALSE(dry.analysis.two_phase);
+  CHECK(wet.particles.x == dry.particles.x);
+  CHECK(wet.particles.size() == BlockSize{3}.particles(2));
+}
+
+TEST_CASE_TEMPLATE("a measurement of steps with a solve has its iterations and products", D,
+                   std::integral_constant<int, 2>, std::integral_constant<int, 3>) {
+  constexpr int dim = D::value;
+  const BlockSize size{4};
+  const auto figures = [&](const std::function<AnyModel()>& model) {
+    BenchPlan plan{.name = "tiny", .title = "A tiny block", .solves = true};
+    plan.jobs = {{.name = "solve", .model = model, .execution = {.threads = 1}}};
+    BenchMachine machine;
+    machine.rates = {{1, {{1e9}}, {}, {}}};
+    const BenchProtocol protocol{.repeats = 2, .sample_seconds = 0.001, .steps = 2};
+    const BenchCase result = measure(plan, protocol, machine, [](const std::string&) {});
+    std::map<std::string, BenchSamples> by_name;
+    for (const BenchFigure& figure : result.figures) {
+      CHECK(figure.samples.values.size() == 2);
+      CHECK(figure.samples.min() > 0);
+      by_name[figure.name] = figure.samples;
+    }
+    return by_name;
+  };
+  for (const auto& by_name : {figures([&] { return AnyModel(implicit_block<dim>(size)); }),
+                              figures([&] { return AnyModel(projected_dam<dim>(size)); })}) {
+    REQUIRE(by_name.size() == 4);
+    CHECK(by_name.at("solve, iterations per step").min() >= 3);
+    CHECK(by_name.at("solve, a product").max() < by_name.at("solve, an iteration").max());
+    CHECK(by_name.contains("solve, product / bandwidth bound"));
+  }
 }
 
 TEST_CASE("what fails in a measuring process is thrown where it is waited for") {
