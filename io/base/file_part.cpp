@@ -28,6 +28,18 @@ void TeamRows::see(const SideFile& file, const Team& team,
   }
 }
 
+Index rows_to_read(const SideFile& file, std::string_view what, Index before, Index promised,
+                   Index found, ProblemList& problems) {
+  if (!file.as_cbgeo || found == promised || found < 1) return promised;
+  const int line = found > promised ? file.line_of_row(before + promised) : 0;
+  problems.warning(file.at_line(
+      line,
+      fmt::format("the first row says that there are {} {}, but there are {}: all are read",
+                  promised, what, found),
+      "CB-Geo MPM does not look at that number; without --as-cbgeo this is an error"));
+  return found;
+}
+
 void explain(const SideFile& file, const Team& team, ProblemList& problems,
              const std::function<void(ProblemList&)>& read) {
   const std::size_t before = problems.count();

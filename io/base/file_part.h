@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <string_view>
 
 #include "io/base/side_files.h"
 #include "io/base/team.h"
@@ -34,6 +35,12 @@ struct TeamRows {
   Index own = 0;                 ///< rows in it
   Index total = 0;               ///< rows of all members
 };
+
+/// How many of the `found` rows behind the head of a file are read: as many as it promises, or,
+/// with SideFile::as_cbgeo, all of them, with a warning if they are not as many. `before` are data
+/// rows in front of them.
+Index rows_to_read(const SideFile& file, std::string_view what, Index before, Index promised,
+                   Index found, ProblemList& problems);
 
 /// What is wrong with a file, found by `read`, which one member calls. It has been refused, so
 /// there must be something. Collective.

@@ -208,7 +208,34 @@ RowReader::RowReader(const SideFile& file, ProblemList& problems)
 RowReader::RowReader(const SideFile& file, ProblemList& problems, Index begin, Index end)
     : file_(file), problems_(problems), filled_(begin), stop_(end) {}
 
+namespace {
+
+// "1-4, 7, 9-12, ...": ascending lines, of which at most eight ranges are named.
+std::string line_ranges(const std::vector<int>& lines) {
+  constexpr int most = 8;
+  std::string text;
+  int ranges = 0;
+  for (std::size_t i = 0; i < lines.size(); ++ranges) {
+    if (ranges == most) return text + ", ...";
+    std::size_t end = i + 1;
+    while (end < lines.size() && lines[end] == lines[end - 1] + 1) ++end;
+    text += fmt::format("{}{}", ranges > 0 ? ", " : "", lines[i]);
+    if (end > i + 1) text += fmt::format("-{}", lines[end - 1]);
+    i = end;
+  }
+  return text;
+}
+
+}  // namespace
+
 RowReader::~RowReader() {
+  if (mended())
+    problems_.warning(
+        {.file = file_.name,
+         .message = fmt::format("{} is missing in {} row{}: 0 is taken (line{} {})", value_name_,
+                                without_value_.size(), without_value_.size() == 1 ? "" : "s",
+                                without_value_.size() == 1 ? "" : "s", line_ranges(without_value_)),
+         .hint = "CB-Geo MPM sets no value there, and takes what its memory holds"});
   if (failures_ > cap) {
     Problem p;
     p.file = file_.name;
@@ -309,6 +336,15 @@ bool RowReader::real(double& value, std::string_view what) {
   if (!token(what, word)) return false;
   complain(fmt::format("{} must be a finite number, found '{}'", what, word));
   return false;
+}
+
+bool RowReader::value(double& value, std::string_view what) {
+  while (at_ < row_end_ && blank(*at_)) ++at_;
+  if (!file_.as_cbgeo || at_ < row_end_) return real(value, what);
+  value = 0;
+  without_value_.push_back(line_);
+  value_name_ = what;
+  return true;
 }
 
 bool RowReader::integer(Index& value, std::string_view what, Index low, Index high) {

@@ -17,8 +17,9 @@ namespace lahar {
 struct SideFile {
   std::string name;  ///< as the scenario names it
   std::string path;
-  Index size = 0;    ///< [bytes]
-  std::string text;  ///< all of it, where it is not read from a file; else empty
+  Index size = 0;         ///< [bytes]
+  std::string text = "";  ///< all of it, where it is not read from a file; else empty
+  bool as_cbgeo = false;  ///< what CB-Geo MPM reads is taken, with a warning, although it is wrong
 
   /// Copies up to n bytes from `offset` on; fewer only at the end. Throws IoError.
   std::size_t read(Index offset, char* to, std::size_t n) const;
@@ -51,7 +52,7 @@ class RowReader {
   RowReader(const SideFile& file, ProblemList& problems);
   /// Reads the bytes [begin, end) alone, which are whole lines. Lines count from the first of them.
   RowReader(const SideFile& file, ProblemList& problems, Index begin, Index end);
-  ~RowReader();  ///< reports how many more problems there are
+  ~RowReader();  ///< reports how many more problems there are, and rows without a value
   RowReader(const RowReader&) = delete;
   RowReader& operator=(const RowReader&) = delete;
 
@@ -59,6 +60,9 @@ class RowReader {
   bool next();
   /// The next column as a finite number. `what` names it in messages.
   bool real(double& value, std::string_view what);
+  /// As real(), for the last column. With SideFile::as_cbgeo, 0 where the row ends before it; one
+  /// warning names all such rows.
+  bool value(double& value, std::string_view what);
   /// The next column as an integer in [low, high].
   bool integer(Index& value, std::string_view what, Index low,
                Index high = std::numeric_limits<Index>::max());
@@ -72,6 +76,8 @@ class RowReader {
   void complain(std::string message, std::string hint = "");
   void complain_file(std::string message, std::string hint = "");
   bool failed() const { return failures_ > 0; }
+  /// Whether rows ended before their value, and 0 was taken.
+  bool mended() const { return !without_value_.empty(); }
 
  private:
   bool token(std::string_view what, std::string_view& out);
@@ -90,6 +96,8 @@ class RowReader {
   const char* column_ = nullptr;   ///< start of the column read last
   int line_ = 0;
   int failures_ = 0;
+  std::vector<int> without_value_;  ///< lines
+  std::string value_name_;          ///< of what they do not have
 };
 
 template <int Dim>

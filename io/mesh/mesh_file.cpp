@@ -22,11 +22,13 @@ struct NodeRow {
 
 // The rows of a mesh file as a team sees them before it reads them.
 struct MeshLines : TeamRows {  // nodes before cells
-  MeshLines(const SideFile& file, const Team& team) {
+  MeshLines(const SideFile& file, const Team& team, ProblemList& problems) {
     see(file, team, [&](RowReader& rows) {
       return rows.next() && rows.integer(n_nodes, "", 1) && rows.integer(n_cells, "", 1) &&
              rows.end_of_row();
     });
+    if (part.has_value())
+      n_cells = rows_to_read(file, "cells", 1 + n_nodes, n_cells, total - n_nodes, problems);
     constexpr Index most = std::numeric_limits<Local>::max();
     good = part.has_value() && n_nodes <= most && n_cells <= most && total == n_nodes + n_cells;
   }
@@ -96,8 +98,8 @@ class RowsOnTheirWay {
 
 template <int Dim>
 std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile& file, int nodes_per_cell,
-                                            const Team& team) {
-  const MeshLines lines(file, team);
+                                            const Team& team, ProblemList& problems) {
+  const MeshLines lines(file, team, problems);
   if (!lines.good) return std::nullopt;
   const auto own = [&](Index n) {
     return static_cast<std::size_t>(team.part(n, team.index() + 1) - team.part(n, team.index()));
@@ -165,7 +167,8 @@ Mesh<Dim> make_share(MeshRows<Dim>& rows, Element element, bool isoparametric, c
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                               \
-  template std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile&, int, const Team&);   \
+  template std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile&, int, const Team&,    \
+                                                       ProblemList&);                        \
   template std::vector<Vec<Dim>> find_nodes(const MeshRows<Dim>&, const std::vector<Local>&, \
                                             const Team&);                                    \
   template Mesh<Dim> make_share(MeshRows<Dim>&, Element, bool, const Team&);

@@ -19,10 +19,10 @@ struct MeshRows {
 };
 
 /// As read_mesh_file(), every member a part of the lines, some at a time; nothing if anything is
-/// wrong, and then it is not said what. Collective.
+/// wrong, and then `problems` does not say what. Collective.
 template <int Dim>
 std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile& file, int nodes_per_cell,
-                                            const Team& team);
+                                            const Team& team, ProblemList& problems);
 
 /// Where some nodes are [m], which any member may have. Collective.
 template <int Dim>
@@ -34,10 +34,11 @@ std::vector<Vec<Dim>> find_nodes(const MeshRows<Dim>& rows, const std::vector<Lo
 template <int Dim>
 Mesh<Dim> make_share(MeshRows<Dim>& rows, Element element, bool isoparametric, const Team& team);
 
-#define LAHAR_DECLARE(Dim)                                                                        \
-  extern template std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile&, int, const Team&); \
-  extern template std::vector<Vec<Dim>> find_nodes(const MeshRows<Dim>&,                          \
-                                                   const std::vector<Local>&, const Team&);       \
+#define LAHAR_DECLARE(Dim)                                                                       \
+  extern template std::optional<MeshRows<Dim>> read_mesh_rows(const SideFile&, int, const Team&, \
+                                                              ProblemList&);                     \
+  extern template std::vector<Vec<Dim>> find_nodes(const MeshRows<Dim>&,                         \
+                                                   const std::vector<Local>&, const Team&);      \
   extern template Mesh<Dim> make_share(MeshRows<Dim>&, Element, bool, const Team&);
 LAHAR_DECLARE(2)
 LAHAR_DECLARE(3)

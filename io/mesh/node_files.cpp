@@ -32,10 +32,10 @@ bool read_all(const SideFile& file, ProblemList& problems, const Parse<Row>& par
 }
 
 // Each member reads a part of the file and sends the rows to who keeps their nodes. Nothing, on all
-// members, if anything is wrong.
+// members, if anything is wrong. `mended`: this member has something to warn of.
 template <class Row>
 std::optional<std::vector<Row>> read_together(const SideFile& file, const Team& team,
-                                              const Parse<Row>& parse) {
+                                              const Parse<Row>& parse, bool& mended) {
   const auto size = static_cast<std::size_t>(team.size());
   std::optional<FilePart> part;
   all_or_none(team, [&] { part.emplace(file, 0, team); });
@@ -58,11 +58,13 @@ std::optional<std::vector<Row>> read_together(const SideFile& file, const Team& 
     for (std::size_t m = 0; m < size; ++m)
       from[m].insert(from[m].end(), come[m].begin(), come[m].end());
   }
+  mended = rows.mended();
   return joined(std::move(from));
 }
 
 // `parse` says what is wrong with a row, `fits` whether the rows of a member go together; where
-// they do not, another reading finds it with `parse`, which begins with a new copy each time.
+// they do not, or where there is something to warn of, another reading finds it with `parse`, which
+// begins with a new copy each time.
 template <class Row>
 std::optional<std::vector<Row>> read_rows(const SideFile& file, const Team& team,
                                           ProblemList& problems, const Parse<Row>& parse,
@@ -75,12 +77,17 @@ std::optional<std::vector<Row>> read_rows(const SideFile& file, const Team& team
       return std::nullopt;
     return rows;
   }
-  rows = read_together<Row>(file, team, Parse<Row>(parse));
-  if (!team.any(!rows || !fits(*rows))) return rows;
-  explain(file, team, problems, [&](ProblemList& found) {
+  bool mended = false;
+  rows = read_together<Row>(file, team, Parse<Row>(parse), mended);
+  const auto read_again = [&](ProblemList& found) {
     read_all<Row>(file, found, Parse<Row>(parse), [](const Row&) {});
-  });
-  return std::nullopt;
+  };
+  if (team.any(!rows || !fits(*rows))) {
+    explain(file, team, problems, read_again);
+    return std::nullopt;
+  }
+  if (team.any(mended)) by_the_first(team, problems, read_again);
+  return rows;
 }
 
 const auto always = [](const auto&) { return true; };
@@ -89,8 +96,8 @@ const auto always = [](const auto&) { return true; };
 
 namespace {
 
-// False if reported.
-bool read_column(RowReader& rows, const NodeColumn& column, double& value) {
+// False if reported. The last column of a row may be missing where RowReader::value() says so.
+bool read_column(RowReader& rows, const NodeColumn& column, bool is_last, double& value) {
   if (column.is_sign) {
     Index sign = 0;
     if (!rows.integer(sign, column.what, -1, 1)) return false;
@@ -98,7 +105,8 @@ bool read_column(RowReader& rows, const NodeColumn& column, double& value) {
     if (sign == 0) rows.complain(column.what + " must be 1 or -1, found 0", column.hint);
     return sign != 0;
   }
-  if (!rows.real(value, column.what)) return false;
+  const bool read = is_last ? rows.value(value, column.what) : rows.real(value, column.what);
+  if (!read) return false;
   const bool positive = column.bound == Bound::positive;
   if (column.bound == Bound::none || value > 0 || (value == 0 && !positive)) return true;
   rows.complain(fmt::format("{} must be {} 0, found {}", column.what,
@@ -119,7 +127,7 @@ std::optional<std::vector<NodeRow>> read_node_rows(const SideFile& file,
       return false;
     row.dir = static_cast<int>(dir);
     for (std::size_t k = 0; k < columns.size(); ++k)
-      if (!read_column(rows, columns[k], row.values[k])) return false;
+      if (!read_column(rows, columns[k], k + 1 == columns.size(), row.values[k])) return false;
     return rows.end_of_row();
   };
   return read_rows(file, team, problems, parse, always);
@@ -142,8 +150,10 @@ class ParseAngles {
       rows.complain(fmt::format("node {} occurs more than once", row.node));
       return false;
     }
-    return rows.real(row.alpha, "alpha") && rows.real(row.beta, "beta") &&
-           (dim_ == 2 || rows.real(row.gamma, "gamma")) && rows.end_of_row(dim_ == 2 ? 1 : 0);
+    return rows.real(row.alpha, "alpha") &&
+           (dim_ == 2 ? rows.value(row.beta, "beta")
+                      : rows.real(row.beta, "beta") && rows.value(row.gamma, "gamma")) &&
+           rows.end_of_row(dim_ == 2 ? 1 : 0);
   }
 
  private:

@@ -20,10 +20,21 @@ bool read_count(RowReader& rows, Index& count) {
   return rows.integer(count, "the number of particles", 1) && rows.end_of_row();
 }
 
+// The count of the file, or with SideFile::as_cbgeo of its rows; false if there is none (reported).
+bool read_count(const SideFile& file, std::string_view what, RowReader& rows, Index& count,
+                ProblemList& problems) {
+  if (!read_count(rows, count)) return false;
+  if (!file.as_cbgeo) return true;
+  const Index found = count_rows(file, FilePart(file, rows.offset(), Team()));
+  count = rows_to_read(file, what, 1, count, found, problems);
+  return true;
+}
+
 // A file that starts with a count, as a team sees it before it reads the rows.
 struct Counted : TeamRows {
-  Counted(const SideFile& file, const Team& team) {
+  Counted(const SideFile& file, std::string_view what, const Team& team, ProblemList& problems) {
     see(file, team, [&](RowReader& rows) { return read_count(rows, count); });
+    if (part.has_value()) count = rows_to_read(file, what, 1, count, total, problems);
     good = part.has_value() && count == total;
   }
   Index count = 0;  // promised
@@ -35,7 +46,7 @@ template <int Dim>
 bool read_points(const SideFile& file, ProblemList& problems, auto&& expect, auto&& take) {
   RowReader rows(file, problems);
   Index count = 0;
-  if (!read_count(rows, count)) return false;
+  if (!read_count(file, "particles", rows, count, problems)) return false;
   expect(count);
   for (Index i = 0; i < count; ++i) {
     if (!rows.next()) {
@@ -64,7 +75,7 @@ std::optional<std::vector<Vec<Dim>>> read_particle_file(const SideFile& file, co
     if (!read_points<Dim>(file, problems, expect, take)) return std::nullopt;
     return points;
   }
-  const Counted counted(file, team);
+  const Counted counted(file, "particles", team, problems);
   bool good = counted.good;
   if (good)
     all_or_none(team, [&] {
@@ -131,7 +142,7 @@ bool read_stresses(const SideFile& file, Index n_particles, ProblemList& problem
                    const Take<Voigt>& take) {
   RowReader rows(file, problems);
   Index count = 0;
-  if (!read_count(rows, count)) return false;
+  if (!read_count(file, "rows of stresses", rows, count, problems)) return false;
   const bool fits = n_particles < 0 || count == n_particles;
   if (!fits)
     rows.complain(
@@ -158,7 +169,7 @@ bool read_stress_file(const SideFile& file, const RowShares* shares, const Team&
                       ProblemList& problems, const Take<Voigt>& take) {
   if (shares && team.alone()) return read_stresses(file, shares->total(), problems, take);
   if (shares) {
-    const Counted counted(file, team);
+    const Counted counted(file, "rows of stresses", team, problems);
     const auto parse = [&](RowReader& rows, Index i) -> std::optional<Entry<Voigt>> {
       Entry<Voigt> entry{counted.first + i, {}};
       if (!read_stress(rows, entry.value)) return std::nullopt;

@@ -127,7 +127,7 @@ void ScenarioBuilder<Dim>::make_grid(Element element, const Vec<Dim>& origin, co
 template <int Dim>
 bool ScenarioBuilder<Dim>::read_shares(const SideFile& file, const TableMeshKeys& keys) {
   auto rows = read_mesh_rows<Dim>(
-      file, info(keys.element).nodes + (keys.has_ring ? ring_nodes<Dim> : 0), team_);
+      file, info(keys.element).nodes + (keys.has_ring ? ring_nodes<Dim> : 0), team_, in_.problems);
   if (!rows) return false;
   if (keys.has_ring) {
     listed_cells_ = rows->n_cells;

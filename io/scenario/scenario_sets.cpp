@@ -34,6 +34,7 @@ std::optional<SideFile> ScenarioInput::open(const JsonValue& object, std::string
     return std::nullopt;
   }
   side_files.push_back(folder / name);
+  file->as_cbgeo = as_cbgeo;
   return file;
 }
 

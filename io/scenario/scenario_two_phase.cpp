@@ -83,6 +83,12 @@ void ScenarioBuilder<Dim>::saturate(int skeleton, int liquid, const JsonValue& a
   if (intrinsic && !(law->dynamic_viscosity > 0))
     in_.error(at, fmt::format("'dynamic_viscosity' of '{}' must be greater than 0", fluid.name),
               "with 'intrinsic_permeability' the drag follows from it");
+  if (in_.cbgeo_defaults && !written(entry, "intrinsic_permeability"))
+    in_.warning(entry,
+                fmt::format("'intrinsic_permeability' is missing: k_x of '{}' is taken as a "
+                            "conductivity [m/s]",
+                            solid.name),
+                "write \"intrinsic_permeability\": false; without it CB-Geo's fork has no drag");
   const auto k_x = get_number(entry, "k_x");
   if (!k_x && !written(entry, "k_x"))
     in_.error(entry, fmt::format("'k_x' is missing: '{}' has a liquid in its pores", solid.name),

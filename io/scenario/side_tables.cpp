@@ -1,6 +1,7 @@
 // Meshes in the side files.
 #include <fmt/format.h>
 
+#include "io/base/file_part.h"
 #include "io/base/side_files.h"
 
 namespace lahar {
@@ -40,6 +41,10 @@ std::optional<MeshTables<Dim>> read_mesh_file(const SideFile& file, int nodes_pe
   if (!rows.integer(n_nodes, "the number of nodes", 1) ||
       !rows.integer(n_cells, "the number of cells", 1) || !rows.end_of_row())
     return std::nullopt;
+  if (file.as_cbgeo)
+    n_cells =
+        rows_to_read(file, "cells", 1 + n_nodes, n_cells,
+                     count_rows(file, FilePart(file, rows.offset(), Team())) - n_nodes, problems);
   MeshTables<Dim> mesh;
   if (plausible(file, n_nodes)) mesh.nodes.reserve(static_cast<std::size_t>(n_nodes));
   for (Index i = 0; i < n_nodes; ++i) {

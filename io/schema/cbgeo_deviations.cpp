@@ -13,6 +13,10 @@ std::span<const CbgeoDeviation> cbgeo_deviations() {
        "the same as `damping_factor`"},
       {"`\"particles_cells\"` in `mesh`", "ignored, although documented",
        "the same as `particle_cells`"},
+      {"number of cells or particles in the first row of a file, if the rows are not as many",
+       "not looked at: all rows are read (Lahar warns)", "refused"},
+      {"value that is missing at the end of a row of a file of constraints, forces or angles",
+       "what the memory holds (Lahar takes 0, and warns)", "refused"},
       {"`friction_constraints` in 3D, at a node at rest, under a pull above the friction limit",
        "slowed by mu a_n a_t / (a_t - mu a_n), which grows without limit as the pull approaches mu "
        "a_n",
