@@ -118,12 +118,25 @@ TEST_CASE("consolidation: pressures of all particles converge with the cells") {
   }
 }
 
-TEST_CASE("consolidation: conductivities from 1e-3 to 1e-6 m/s at one time step") {
-  // Softer soil drains as late in fewer steps; what the step sees is the water.
-  for (const double k : {1e-3, 1e-4, 1e-5, 1e-6}) {
-    CAPTURE(k);
-    const Errors errors =
-        errors_at({.cells = 10, .conductivity = k, .dt = 2e-5}, k < 1e-5 ? 0.002 : 0.2);
-    CHECK(errors.base < 0.01);
+TEST_CASE("consolidation: conductivities from 1e-2 to 1e-10 m/s at one time step") {
+  constexpr double dt = 2e-5;
+  struct Case {
+    double conductivity, youngs_modulus, T;
+  };
+  // Drained faster than waves pass, soil swings; softer soil does not. Where next to nothing drains
+  // in some thousand steps, the water has to go on bearing all of the load.
+  const auto steps = [](double k) { return 4000 * dt * consolidation(k, 1e7); };
+  for (const Case& c :
+       {Case{1e-2, 1e6, 0.2}, Case{1e-3, 1e7, 0.2}, Case{1e-4, 1e7, 0.2}, Case{1e-5, 1e7, 0.2},
+        Case{1e-6, 1e7, 0.002}, Case{1e-7, 1e7, steps(1e-7)}, Case{1e-8, 1e7, steps(1e-8)},
+        Case{1e-9, 1e7, steps(1e-9)}, Case{1e-10, 1e7, steps(1e-10)}}) {
+    CAPTURE(c.conductivity);
+    const Errors errors = errors_at(
+        {.cells = 10, .conductivity = c.conductivity, .youngs_modulus = c.youngs_modulus, .dt = dt},
+        c.T);
+    MESSAGE(
+        fmt::format("k = {:.0e} m/s, T = {:.2g}: base {:.4f}", c.conductivity, c.T, errors.base));
+    // Ten cells start a wave of 4 % of the load, which nothing damps where the water cannot flow.
+    CHECK(errors.base < (c.conductivity < 1e-6 ? 0.05 : 0.01));
   }
 }

@@ -104,8 +104,8 @@ v.txt:3:4: error: the velocity is missing
   1 1
      ^
 v.txt:5:5: error: the velocity is missing
-  2 0 
-      ^
+  2 0
+     ^
 )"},
     {"constraints without velocities, as CB-Geo", no_velocities, {as_cbgeo},
      R"(accepted

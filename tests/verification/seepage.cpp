@@ -1,0 +1,105 @@
+// Water that seeps upwards through a column carries its grains: their effective stress falls with
+// the gradient of the head, and is zero at the critical one, (1 - n) (G_s - 1) (Terzaghi 1922).
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tests/verification/case.h"
+
+using namespace lahar;
+using namespace lahar::verification;
+
+namespace {
+
+constexpr double grains = 2650, water = 1000, porosity = 0.4;  // densities [kg/m^3]
+constexpr double gravity = 9.81, conductivity = 1e-3;          // [m/s^2], [m/s]
+constexpr double critical_gradient = (1 - porosity) * (grains / water - 1);
+constexpr double buoyant = (1 - porosity) * (grains - water) * gravity;  // [N/m^3]
+
+struct Column {
+  int cells = 10;
+  double safety = 0.4;
+  std::string functions = "element";
+  double tolerance = 0.01;
+};
+
+/// A column of 1 m into whose base water flows as the gradient wants.
+std::string text_of(const Column& column, double gradient) {
+  const double h = 1.0 / column.cells;
+  return fmt::format(R"({{
+    "mesh": {{"structured": {{"cell_size": {0}, "counts": [1, {1}]}},
+      "boundary_conditions": {{"velocity_constraints": [
+        {{"nset": -1, "dir": "x", "velocity": 0}},
+        {{"nset": "base", "dir": "y", "phase": "skeleton", "velocity": 0}},
+        {{"nset": "base", "dir": "y", "phase": "liquid", "velocity": {2}}}]}}}},
+    "sets": {{"nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}}}},
+    "materials": [
+      {{"name": "soil", "type": "LinearElastic", "density": {3}, "youngs_modulus": 1e8,
+       "poisson_ratio": 0.2, "porosity": {4}, "k_x": {5}}},
+      {{"name": "water", "type": "Newtonian", "density": {6}, "bulk_modulus": 1e9,
+       "dynamic_viscosity": 1e-3}}],
+    "particles": [{{"generator": {{"type": "region", "material": ["soil", "water"], "per_cell": 2,
+      "region": {{"box": {{"min": [0, 0], "max": [{0}, 1]}}}}}}}}],
+    "external_loading_conditions": {{"gravity": {{"gravity": [0, -{7}], "ramping_time": 0.1}}}},
+    "analysis": {{"preset": "lahar", "mpm_scheme": "musl", "shape_functions": "{8}",
+                 "end_time": 0.4, "time_step": {{"safety": {9}}}}}}})",
+                     h, column.cells + 2, conductivity * gradient / porosity, grains, porosity,
+                     conductivity, water, gravity, column.functions, column.safety);
+}
+
+struct Line {
+  double stress;     ///< effective, at the base [Pa]
+  double deviation;  ///< largest, from a straight line that is zero at the top [Pa]
+};
+
+/// The effective stress over the depth, as a line through the top.
+Line effective_stress(const Column& column, double gradient) {
+  Simulation simulation(model_of_text<2>(text_of(column, gradient)));
+  simulation.run();
+  const State state(simulation.frame());
+  double products = 0, squares = 0;
+  const auto depth = [&](Index p) { return 1 - state.x(p, 1); };
+  for (Index p = 0; p < state.size(); ++p) {
+    products += depth(p) * state.get("stress", p, 1);
+    squares += depth(p) * depth(p);
+  }
+  Line line{products / squares, 0};
+  for (Index p = 0; p < state.size(); ++p)
+    line.deviation =
+        std::max(line.deviation, std::abs(state.get("stress", p, 1) - line.stress * depth(p)));
+  return line;
+}
+
+void check_seepage(const Column& column) {
+  CAPTURE(column.cells);
+  CAPTURE(column.safety);
+  CAPTURE(column.functions);
+  const double h = 1.0 / column.cells;
+  double stress[3];
+  for (int k = 0; k < 3; ++k) {
+    const double share = 0.5 * k;
+    const Line line = effective_stress(column, share * critical_gradient);
+    stress[k] = line.stress;
+    MESSAGE(
+        fmt::format("{} cells, {}, {}: effective stress {:+.4f} of the buoyant weight at {} of "
+                    "the critical gradient, deviation {:.4f}",
+                    column.cells, column.safety, column.functions, -line.stress / buoyant, share,
+                    line.deviation / buoyant));
+    CHECK(std::abs(-line.stress / buoyant - (1 - share)) < column.tolerance);
+    CHECK(line.deviation / buoyant < h);  // at the surface; stresses are those of cells
+  }
+  // Where the line through the first two is zero.
+  const double critical = 0.5 * critical_gradient * stress[0] / (stress[0] - stress[1]);
+  CHECK(critical == doctest::Approx(critical_gradient).epsilon(column.tolerance));
+}
+
+}  // namespace
+
+TEST_CASE("seepage: the effective stress falls with the gradient, to zero at the critical one") {
+  check_seepage({});
+  check_seepage({.safety = 0.2});
+  check_seepage({.cells = 20});
+  // Splines reach beyond the surface, where the water leaves.
+  check_seepage({.cells = 20, .functions = "quadratic_spline", .tolerance = 0.015});
+}
