@@ -28,9 +28,9 @@ struct Resolution {
   double length = 1000;  ///< of cells along the slope [m]
 };
 
-/// The example where tan(beta) is `share` of the limit. In 3D the slope dips at 30 degrees from the
-/// x axis. Softer water takes fewer steps; sand that drains well has the pressures of the seepage
-/// while gravity grows.
+/// The example where tan(beta) is `share` of the limit, twenty times as long, so that its ends are
+/// not felt. In 3D the slope dips at 30 degrees from the x axis. Softer water takes fewer steps;
+/// sand that drains well has the pressures of the seepage while gravity grows.
 template <int Dim>
 Model<Dim> slope(double share, const Resolution& at) {
   const double beta = std::atan(share * limit), along = g * std::sin(beta);
@@ -45,12 +45,16 @@ Model<Dim> slope(double share, const Resolution& at) {
     options.overrides.push_back(
         fmt::format("mesh.structured.cell_size=[{},{}]", at.length, at.cell));
     options.overrides.push_back(fmt::format("mesh.structured.counts=[{},{}]", cells, layers));
+    options.overrides.push_back("particles.0.generator.region.box.min=[1000,0]");
+    options.overrides.push_back("particles.0.generator.region.box.max=[5000,1]");
     options.overrides.push_back(fmt::format("external_loading_conditions.gravity.gravity=[{},{}]",
                                             along, -g * std::cos(beta)));
   } else {
     options.overrides.push_back(
         fmt::format("mesh.structured.cell_size=[{0},{0},{1}]", at.length, at.cell));
     options.overrides.push_back(fmt::format("mesh.structured.counts=[{0},{0},{1}]", cells, layers));
+    options.overrides.push_back("particles.0.generator.region.box.min=[1000,1000,0]");
+    options.overrides.push_back("particles.0.generator.region.box.max=[5000,5000,1]");
     options.overrides.push_back(
         fmt::format("external_loading_conditions.gravity.gravity=[{},{},{}]",
                     along * std::cos(std::numbers::pi / 6), along * std::sin(std::numbers::pi / 6),
