@@ -7,7 +7,7 @@
 
 namespace lahar {
 
-/// Products of the matrix with a vector that iterations took, of this rank.
+/// Products of the matrix with a vector that iterations with the diagonal took, of this rank.
 struct ProductCost {
   Index count = 0;
   double seconds = 0;  ///< of all tasks
