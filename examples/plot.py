@@ -104,6 +104,13 @@ class State:
             raise PlotError(f"this frame has no {name}")
         return self.arrays[name]
 
+    def section(self):
+        """Of particles in space their volumes; of others their areas in the plane of the model."""
+        volume = self.array("volume")
+        if not is_axisymmetric(self.path):
+            return volume
+        return volume / (2 * np.pi * np.abs(self.x[:, 0]))  # rings; x is the radius
+
     def caption(self):
         where = f"step {self.step},  t = {self.time:.6g} s"
         return f"{self.title}\n{where}" if self.title else where
@@ -124,6 +131,14 @@ def manifest_title(run):
         return json.loads((run / "manifest.json").read_text()).get("title", "")
     except (OSError, ValueError):
         return ""
+
+
+def is_axisymmetric(frame):
+    try:
+        scenario = json.loads((frame.parent.parent / "scenario.full.json").read_text())
+        return scenario.get("analysis", {}).get("plane") == "axisymmetric"
+    except (OSError, ValueError):
+        return False
 
 
 def open_state(path, step):
@@ -209,7 +224,7 @@ def draw_particles(state, arguments):
 
     figure, axes = figure_for(x[np.isfinite(x).all(axis=1)])
     low, high = arguments.range or (values[finite].min(), values[finite].max())
-    side = np.abs(state.array("volume")[chosen]) ** (1 / state.dim)
+    side = np.abs(state.section()[chosen]) ** (1 / state.dim)
     for size in (UNDERLAY, 1):
         points = PolyCollection(squares(x, size * side), array=values, cmap=colours(arguments.map),
                                 clim=(low, high), linewidths=0, antialiased=False, rasterized=True)
