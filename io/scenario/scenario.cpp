@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "io/scenario/scenario_builder.h"
+#include "io/scenario/stages.h"
 #include "io/schema/keys.h"
 
 namespace lahar {
@@ -127,8 +128,16 @@ Problem place_problem(const JsonDocument& document, const Problem& problem) {
   return document.at(*value, problem.message, problem.hint);
 }
 
+// Problems of a stage after the first name it.
+std::vector<Problem> of_stage(std::vector<Problem> problems, const std::string& stage) {
+  if (!stage.empty())
+    for (Problem& problem : problems)
+      problem.message = fmt::format("stage {}: {}", stage, problem.message);
+  return problems;
+}
+
 [[noreturn]] void fail(const ScenarioInput& in) {
-  throw InputError(in.problems.errors(in.file));
+  throw InputError(of_stage(in.problems.errors(in.file), in.stage));
 }
 
 Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options) {
@@ -141,6 +150,9 @@ Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options
   if (root.valid() && !root.is<JsonValue::Object>())
     in.error(root, fmt::format("a scenario must be an object, found {}", describe(root)));
   if (!root.is<JsonValue::Object>()) fail(in);
+  const bool had_problems = !in.problems.empty();
+  std::vector<std::string> stages = take_stage(in, options.stage);
+  if (!had_problems && !in.problems.empty()) fail(in);
 
   const Claims claims(root);
   const int dim = claims.dimension();
@@ -158,7 +170,9 @@ Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options
   else
     scenario.model = ScenarioBuilder<3>(in).build();
   if (!in.problems.empty()) fail(in);
-  scenario.warnings = in.problems.take_warnings();
+  scenario.stages = std::move(stages);
+  scenario.stage = options.stage;
+  scenario.warnings = of_stage(in.problems.take_warnings(), in.stage);
   scenario.side_files = std::move(in.side_files);
   scenario.text = std::move(text);
   scenario.full = to_json(root) + "\n";

@@ -1,6 +1,7 @@
 /// \file Reading and validating a scenario: from files to a Model.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -20,6 +21,7 @@ struct ScenarioOptions {
   const Team* team = nullptr;          ///< who reads it together; null = this process alone
   std::filesystem::path folder = {};   ///< that file names are relative to; empty = the scenario's
   MemoryLimit memory = {};             ///< the same on all members of a team
+  std::size_t stage = 0;               ///< of a scenario with stages: the one that is read
   /// Called with what is being done next, where that may take long.
   std::function<void(const std::string&)> phase = {};
 };
@@ -32,6 +34,8 @@ struct Scenario {
   std::string full;               ///< JSON with every default filled in, for scenario.full.json
   std::filesystem::path file;
   std::vector<std::filesystem::path> side_files;  ///< what it refers to, as read
+  std::vector<std::string> stages = {};           ///< names of all; empty = it has no stages
+  std::size_t stage = 0;                          ///< the one that this is
   /// Gives a problem that names a JSON pointer (Problem::where) its file, line, column and source:
   /// for what only the simulation finds out.
   std::function<Problem(Problem)> place;

@@ -30,6 +30,7 @@ struct ScenarioInput {
   MemoryLimit memory = {};
   std::function<void(const std::string&)> phase = {};  ///< called with what is done next, if set
   bool cbgeo_defaults = false;  ///< keys that are not written mean what they do in CB-Geo MPM
+  std::string stage = {};       ///< which one, in messages; empty = the first, or there are none
 
   void error(const JsonValue& at, std::string message, std::string hint = "") {
     problems.error(document.at(at, std::move(message), std::move(hint)));

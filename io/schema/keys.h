@@ -30,7 +30,7 @@ enum Kind : unsigned {
   direction = 1u << 14,        ///< 0, 1, 2 or "x", "y", "z"
   points = 1u << 15,           ///< array of points in the plane
   phase_direction = 1u << 16,  ///< direction, or one of the liquid in pores: dim and above
-  any = 1u << 17,              ///< of keys that are refused whatever they hold
+  any = 1u << 17,              ///< checked elsewhere, or refused whatever they hold
 };
 
 enum class Support {
@@ -98,6 +98,7 @@ const Section& analysis_section();
 const Section& scheme_settings_section();
 const Section& linear_solver_section();
 const Section& post_processing_section();
+const Section& stage_section();
 const Section& driver_section();  ///< not of a scenario: of `lahar material`
 const Section& path_section();
 

@@ -59,6 +59,11 @@ const Section& scenario_section() {
            .help = "what is written, where and how often",
            .fallback = "{}",
            .section = post_processing_section},
+          {.key = "stages",
+           .kinds = list,
+           .help = "runs that follow each other, and what changes in each",
+           .section = stage_section,
+           .native = true},
           {.key = "input_files",
            .kinds = any,
            .help = "name files where they belong: mesh.mesh, mesh.particles_volumes, \"file\" in "

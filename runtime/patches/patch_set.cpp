@@ -22,6 +22,7 @@
 #include "runtime/patches/patch_filling.h"
 #include "runtime/patches/patch_positions.h"
 #include "runtime/patches/patch_state.h"
+#include "runtime/patches/stage_start.h"
 
 namespace lahar {
 
@@ -287,11 +288,15 @@ std::vector<Index> PatchSet<Dim>::own_patches() const {
 
 template <int Dim>
 void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int threads) {
-  if (state.run.dim != Dim || state.run.columns != column_text(layout_))
+  const StateUse use = state.use;
+  const bool same_columns = state.run.columns == column_text(layout_);
+  if (state.run.dim != Dim || (use != StateUse::other_run && !same_columns))
     throw InputError("the state is one of another model: its particles have " + state.run.columns +
                      " in " + std::to_string(state.run.dim) + "D, the model's have " +
                      column_text(layout_) + " in " + std::to_string(Dim) + "D.");
   splits_ = state.run.splits;
+  const std::vector<ParticleLoads> loads =
+      use == StateUse::other_run ? loads_in(model.particles) : std::vector<ParticleLoads>{};
   model.particles = {};
   try {
     if (shares_mesh()) {
@@ -312,12 +317,20 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
     patches_[static_cast<std::size_t>(i)] = make_patch(ids[static_cast<std::size_t>(i)]);
   });
   set_conditions();  // what is stored of a patch depends on them
+  const StateBounds bounds{model_->materials.size(), memory_.bytes, use != StateUse::other_run};
+  // Those of other cells are in a state that had any.
+  const bool new_places = use == StateUse::other_run && model_->mesh->is_cartesian() &&
+                          layout_.has(Column::xi) && !same_columns;
   parallel_for(threads, static_cast<int>(ids.size()), [&](int i) {
     const auto at = static_cast<std::size_t>(i);
-    if (const int stored = position_of(state.patches, ids[at]); stored >= 0)
-      unpack<Dim>(state.bytes(static_cast<std::size_t>(stored)), *patches_[at], state.run.step,
-                  {model.materials.size(), memory_.bytes});
+    const int stored = position_of(state.patches, ids[at]);
+    if (stored < 0) return;
+    const auto bytes =
+        state_for(use, state.bytes(static_cast<std::size_t>(stored)), state.run.columns, layout_);
+    unpack<Dim>(bytes, *patches_[at], state.run.step, bounds);
+    if (new_places) find_natural_coordinates(*patches_[at]);
   });
+  if (use == StateUse::other_run) give_loads<Dim>(patches_, loads, ranks_);
   rebuild();
 }
 

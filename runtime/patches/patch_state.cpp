@@ -10,32 +10,11 @@
 
 #include "physics/base/error.h"
 #include "physics/kernels/kernels.h"
+#include "runtime/patches/patch_state_layout.h"
 
 namespace lahar {
 
 namespace {
-
-/// First of all bytes: "Lahar" and the version of the layout. Bytes of a machine that orders them
-/// the other way do not begin with it.
-constexpr Index marker = 0x4c61686172'0002;
-
-/// What a patch's state begins with.
-struct Head {
-  Index marker = lahar::marker;
-  Index dim = 0, patch = 0;
-  Index cells = 0, nodes = 0, rows = 0;  ///< of the patch, and of a particle
-  Index slots = 0, bins = 0, particles = 0, active_nodes = 0;
-  Index added_bins = 0, moving = 0, loads = 0;
-  Index sums = 1;  ///< arrays of sums that are mapped for the next step
-};
-static_assert(std::has_unique_object_representations_v<Head>, "no padding");
-
-/// A bin without what follows from the others.
-struct PackedBin {
-  Local cell, begin, end, limit;
-  std::int32_t material, loaded;
-};
-static_assert(std::has_unique_object_representations_v<PackedBin>, "no padding");
 
 /// Bins stay loaded when their loaded particles have left.
 template <int Dim>
@@ -68,7 +47,7 @@ std::vector<NodeSum> mapped_sums(const Patch<Dim>& patch) {
 }
 
 template <int Dim>
-Head head_of(const Patch<Dim>& patch) {
+StateHead head_of(const Patch<Dim>& patch) {
   return {.dim = Dim,
           .patch = patch.topology.patch,
           .cells = static_cast<Index>(patch.topology.cells.size()),
@@ -84,62 +63,6 @@ Head head_of(const Patch<Dim>& patch) {
           .sums = static_cast<Index>(mapped_sums(patch).size())};
 }
 
-std::size_t n_bytes(Index count, std::size_t size) {
-  return static_cast<std::size_t>(count) * size;
-}
-
-/// Where the ids of the particles begin.
-std::size_t ids_offset(const Head& head) {
-  return sizeof(Head) + sizeof(PatchWork) + n_bytes(head.bins, sizeof(PackedBin));
-}
-
-std::size_t bytes_of(const Head& head) {
-  return ids_offset(head) + n_bytes(head.particles, sizeof(Index)) +
-         n_bytes(head.loads != 0 ? head.particles : 0, sizeof(std::uint64_t)) +
-         n_bytes(head.rows * head.particles, sizeof(double)) +
-         n_bytes(head.active_nodes * head.sums, sum_stride * sizeof(double));
-}
-
-/// Appends the bytes of values to memory that is large enough.
-class Writer {
- public:
-  explicit Writer(std::byte* to) : to_(to) {}
-  template <class T>
-  void put(const T* values, std::size_t n) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    if (n > 0) std::memcpy(to_, values, n * sizeof(T));
-    to_ += n * sizeof(T);
-  }
-  template <class T>
-  void put(const T& value) {
-    put(&value, 1);
-  }
-
- private:
-  std::byte* to_;
-};
-
-/// The inverse; the size has been checked.
-class Reader {
- public:
-  explicit Reader(const std::byte* from) : from_(from) {}
-  template <class T>
-  void get(T* values, std::size_t n) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    if (n > 0) std::memcpy(values, from_, n * sizeof(T));
-    from_ += n * sizeof(T);
-  }
-  template <class T>
-  T get() {
-    T value;
-    get(&value, 1);
-    return value;
-  }
-
- private:
-  const std::byte* from_;
-};
-
 /// Call body(row, column, component) for each row of a particle, in the order of the table.
 template <int Dim>
 void for_each_row(const ColumnLayout<Dim>& layout, auto&& body) {
@@ -153,11 +76,12 @@ void for_each_row(const ColumnLayout<Dim>& layout, auto&& body) {
 }
 
 template <int Dim>
-Head read_head(std::span<const std::byte> bytes, const Patch<Dim>& patch) {
+StateHead read_head(std::span<const std::byte> bytes, const Patch<Dim>& patch, bool sums) {
   const Index id = patch.topology.patch;
-  if (bytes.size() < sizeof(Head)) refuse(id, fmt::format("it has {} bytes only", bytes.size()));
-  const Head head = Reader(bytes.data()).get<Head>();
-  if (head.marker != marker)
+  if (bytes.size() < sizeof(StateHead))
+    refuse(id, fmt::format("it has {} bytes only", bytes.size()));
+  const StateHead head = StateReader(bytes.data()).get<StateHead>();
+  if (head.marker != state_marker)
     refuse(id,
            "it was written by another version of Lahar, or on a machine with another order of "
            "bytes");
@@ -169,8 +93,9 @@ Head read_head(std::span<const std::byte> bytes, const Patch<Dim>& patch) {
   expect("the patch", head.patch, id);
   expect("the number of cells", head.cells, static_cast<Index>(patch.topology.cells.size()));
   expect("the number of nodes", head.nodes, patch.n_nodes());
-  expect("the number of arrays of nodal sums", head.sums,
-         static_cast<Index>(mapped_sums(patch).size()));
+  if (sums)
+    expect("the number of arrays of nodal sums", head.sums,
+           static_cast<Index>(mapped_sums(patch).size()));
   expect("the number of values of a particle", head.rows, patch.particles.layout().rows());
   constexpr Index most = std::numeric_limits<Local>::max();
   for (const Index n : {head.slots, head.bins, head.particles, head.active_nodes, head.added_bins})
@@ -182,7 +107,7 @@ Head read_head(std::span<const std::byte> bytes, const Patch<Dim>& patch) {
 
 /// Bins and what follows from them.
 template <int Dim>
-void read_bins(Reader& in, const Head& head, Patch<Dim>& patch, std::size_t materials) {
+void read_bins(StateReader& in, const StateHead& head, Patch<Dim>& patch, std::size_t materials) {
   const Index id = patch.topology.patch;
   patch.first_bin.assign(patch.topology.cells.size(), -1);
   patch.bins.clear();
@@ -210,7 +135,7 @@ void read_bins(Reader& in, const Head& head, Patch<Dim>& patch, std::size_t mate
 }
 
 template <int Dim>
-void read_particles(Reader& in, const Head& head, Patch<Dim>& patch) {
+void read_particles(StateReader& in, const StateHead& head, Patch<Dim>& patch) {
   patch.particles = Particles<Dim>(patch.particles.layout());
   Particles<Dim>& to = patch.particles;
   to.resize(static_cast<Local>(head.slots));
@@ -231,7 +156,7 @@ void read_particles(Reader& in, const Head& head, Patch<Dim>& patch) {
 
 /// Sums for `step`, which were mapped at the end of the one before.
 template <int Dim>
-void read_sums(Reader& in, const Head& head, Patch<Dim>& patch, Index step) {
+void read_sums(StateReader& in, const StateHead& head, Patch<Dim>& patch, Index step) {
   find_active_nodes(patch);
   if (count_active_nodes(patch) != head.active_nodes)
     refuse(patch.topology.patch, fmt::format("it has sums of {} nodes, not of the {} of its runs",
@@ -258,8 +183,8 @@ std::size_t packed_bytes(const Patch<Dim>& patch) {
 /// the simulation's.
 template <int Dim>
 void pack(const Patch<Dim>& patch, Index step, std::byte* to) {
-  const Head head = head_of(patch);
-  Writer out(to);
+  const StateHead head = head_of(patch);
+  StateWriter out(to);
   out.put(head);
   for (const double work : {patch.work.internal, patch.work.external, patch.work.damping,
                             patch.work.friction, patch.work.divided})
@@ -291,19 +216,19 @@ std::vector<std::byte> pack(const Patch<Dim>& patch, Index step) {
 }
 
 void change_ids(std::span<std::byte> bytes, const std::function<void(std::span<Index>)>& change) {
-  const Head head = Reader(bytes.data()).get<Head>();
+  const StateHead head = StateReader(bytes.data()).get<StateHead>();
   std::vector<Index> ids(static_cast<std::size_t>(head.particles));
   std::byte* const at = bytes.data() + ids_offset(head);
-  Reader(at).get(ids.data(), ids.size());
+  StateReader(at).get(ids.data(), ids.size());
   change(ids);
-  Writer(at).put(ids.data(), ids.size());
+  StateWriter(at).put(ids.data(), ids.size());
 }
 
 template <int Dim>
 void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step,
             const StateBounds& bounds) {
-  const Head head = read_head(bytes, patch);
-  Reader in(bytes.data() + sizeof(Head));
+  const StateHead head = read_head(bytes, patch, bounds.sums);
+  StateReader in(bytes.data() + sizeof(StateHead));
   for (double* work : {&patch.work.internal, &patch.work.external, &patch.work.damping,
                        &patch.work.friction, &patch.work.divided})
     *work = in.get<double>();
@@ -313,7 +238,10 @@ void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step,
            fmt::format("its {} slots for particles take more memory than there is", head.slots));
   read_bins(in, head, patch, bounds.materials);
   read_particles(in, head, patch);
-  read_sums(in, head, patch, step);
+  if (bounds.sums)
+    read_sums(in, head, patch, step);
+  else
+    find_active_nodes(patch);
   const bool filled = patch.count > 0;
   patch.added_bins = static_cast<int>(head.added_bins);
   patch.moving = head.moving != 0;

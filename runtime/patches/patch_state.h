@@ -33,6 +33,7 @@ void change_ids(std::span<std::byte> bytes, const std::function<void(std::span<I
 struct StateBounds {
   std::size_t materials = 0;  ///< of the model
   double memory = 0;          ///< [bytes] for its slots, of which free ones take none in a file
+  bool sums = true;           ///< false: sums of nodes are not read, but mapped anew
 };
 
 /// Bring a patch as PatchSet makes it, with topology and geometry but no particles, into the state

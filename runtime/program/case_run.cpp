@@ -69,10 +69,12 @@ ModelOutline outline_with_options(AnyModel& any, const RunArguments& arguments) 
 
 }  // namespace
 
-CaseRun::CaseRun(const RunArguments& arguments, Scenario& scenario, Console& console)
+CaseRun::CaseRun(const RunArguments& arguments, Scenario& scenario, Console& console,
+                 CaseStage stage)
     : arguments_(arguments),
       scenario_(scenario),
       console_(console),
+      stage_(std::move(stage)),
       ranks_(arguments.execution.ranks),
       outline_(outline_with_options(scenario.model, arguments)) {}
 
@@ -80,11 +82,7 @@ int CaseRun::execute() {
   begin_ = Clock::now();
   header_ = checkpoint_header(scenario_);
   if (!arguments_.restart.empty()) open_checkpoint_to_restart();
-  Simulation simulation = [&] {
-    StartupProgress progress(ranks_.rank() == 0 && !arguments_.quiet);
-    progress.phase("patches and particles");
-    return make_simulation(scenario_, arguments_.execution, observer(), restart_.get());
-  }();
+  Simulation simulation = begin_simulation();
   const SimulationInfo info = simulation.info();
   particles_ = info.particles;
   reserve_ = time_to_write(info);
@@ -118,6 +116,17 @@ int CaseRun::execute() {
   } catch (const IoError& error) {
     throw IoError(error.what() + how_to_go_on());
   }
+}
+
+Simulation CaseRun::begin_simulation() {
+  StartupProgress progress(ranks_.rank() == 0 && !arguments_.quiet);
+  progress.phase("patches and particles");
+  std::optional<SimulationState> state;
+  if (restart_)
+    state = state_in(*restart_);
+  else if (stage_.before)
+    state = state_at_start(*stage_.before, stage_.alike);
+  return make_simulation(scenario_, arguments_.execution, observer(), state ? &*state : nullptr);
 }
 
 void CaseRun::begin_trace(const Simulation& simulation, const SimulationInfo& info) {

@@ -22,9 +22,18 @@
 
 namespace lahar {
 
+/// What a run has to do with other stages of its scenario.
+struct CaseStage {
+  std::string name = {};                          ///< in messages; empty = there are no stages
+  std::unique_ptr<CheckpointReader> before = {};  ///< end of the stage before; null = the first
+  bool alike = false;                             ///< as goes_on_alike() says
+  bool goes_before = false;                       ///< another stage needs the state at the end
+};
+
 class CaseRun {
  public:
-  CaseRun(const RunArguments& arguments, Scenario& scenario, Console& console);
+  CaseRun(const RunArguments& arguments, Scenario& scenario, Console& console,
+          CaseStage stage = {});
 
   ~CaseRun() {
     // A checkpoint under way waits for frames that nobody brings forward any more.
@@ -43,6 +52,7 @@ class CaseRun {
   }
 
   void open_checkpoint_to_restart();
+  Simulation begin_simulation();
 
   void warn(const std::string& text) {
     scenario_.warnings.push_back({.message = text});
@@ -120,6 +130,7 @@ class CaseRun {
   const RunArguments& arguments_;
   Scenario& scenario_;
   Console& console_;
+  CaseStage stage_;
   Communicator ranks_;
   ModelOutline outline_;
   CheckpointHeader header_;                    ///< of checkpoints that are written

@@ -66,8 +66,8 @@ int CaseRun::run_time_loop(Simulation& simulation) {
   }
   watch.steps_ended();
   const double wall = seconds_since(loop_begin_);
-  if (code == exit_stopped || (is_whole && (code == exit_simulation || plans_checkpoints())))
-    checkpoints_->write(simulation.state());
+  const bool keeps_end = code == exit_simulation || plans_checkpoints() || stage_.goes_before;
+  if (code == exit_stopped || (is_whole && keeps_end)) checkpoints_->write(simulation.state());
   if (is_whole) {
     const HistoryRow row = simulation.history();
     if (last_row_.step != row.step) write_row(row);
@@ -164,9 +164,10 @@ void CaseRun::report(Simulation& simulation, const SimulationInfo& info, const R
                      double wall, bool is_whole) {
   const auto steps = static_cast<double>(simulation.step() - first_step_);
   const double particle_steps = this->particle_steps(simulation.step());
+  const std::string in_stage = stage_.name.empty() ? "" : fmt::format("stage {}: ", stage_.name);
   console_.line("");
   if (end.status == RunStatus::failed) {
-    console_.warn("lahar: error: " + end.message);
+    console_.warn("lahar: error: " + in_stage + end.message);
     console_.line(
         is_whole
             ? fmt::format("The last frame and a checkpoint show the particles after step {}. To "
@@ -178,9 +179,9 @@ void CaseRun::report(Simulation& simulation, const SimulationInfo& info, const R
   }
   if (end.status == RunStatus::stopped)
     console_.line(
-        fmt::format("stopped by {} after step {}; the state was written. To continue: the same "
+        fmt::format("{}stopped by {} after step {}; the state was written. To continue: the same "
                     "command with --restart latest.",
-                    end.message, simulation.step()));
+                    in_stage, end.message, simulation.step()));
   if (info.removed > 0)
     console_.warn(fmt::format(
         "lahar: warning: {} particle{} left the mesh and {} removed; {} lists them.", info.removed,

@@ -7,12 +7,14 @@
 #include <span>
 
 #include "io/base/sha256.h"
+#include "io/scenario/stages.h"
 #include "lahar_version.h"
 #include "runtime/comm/rank_team.h"
 #include "runtime/program/case_run.h"
 #include "runtime/program/commands.h"
 #include "runtime/program/run_description.h"
 #include "runtime/program/signals.h"
+#include "runtime/program/stages_run.h"
 #include "runtime/program/startup_progress.h"
 #include "runtime/program/study_options.h"
 #include "runtime/terminal/console.h"
@@ -22,17 +24,14 @@ namespace lahar {
 
 namespace {
 
-Scenario read(const RunArguments& arguments, Console& console, const Team* team = nullptr) {
+Scenario read(const RunArguments& arguments, const Team* team = nullptr, std::size_t stage = 0) {
   ScenarioOptions options = arguments.options;
+  options.stage = stage;
   options.team = team;
   options.memory = arguments.execution.memory;
-  Scenario scenario = [&] {
-    StartupProgress progress(arguments.execution.ranks.rank() == 0 && !arguments.quiet);
-    options.phase = [&](const std::string& text) { progress.phase(text); };
-    return read_scenario(arguments.scenario, options);
-  }();
-  if (!scenario.warnings.empty()) console.warn(scenario.warnings);
-  return scenario;
+  StartupProgress progress(arguments.execution.ranks.rank() == 0 && !arguments.quiet);
+  options.phase = [&](const std::string& text) { progress.phase(text); };
+  return read_scenario(arguments.scenario, options);
 }
 
 /// All ranks must compute the same, to the last bit, or the result would be nobody's. Before the
@@ -90,23 +89,23 @@ MemoryLimit limit_of_ranks(const RunArguments& arguments) {
 int run_command(const RunArguments& given) {
   RunArguments arguments = given;
   watch_signals();
-  Console console(arguments.execution.ranks.rank() > 0 ? Console::Voice::silent
-                  : arguments.quiet                    ? Console::Voice::quiet
-                                                       : Console::Voice::normal);
+  Console console(voice_of(arguments));
   console.line("Lahar " + version_line());
   console.line("built with " + compiler_line());
   check_alike(arguments);
   arguments.execution.memory = limit_of_ranks(arguments);
   const RankTeam team(arguments.execution.ranks);
-  Scenario scenario = read(arguments, console, &team);
-  return CaseRun(arguments, scenario, console).execute();
+  Scenario scenario = read(arguments, &team);
+  if (scenario.stages.empty()) {
+    if (!scenario.warnings.empty()) console.warn(scenario.warnings);
+    return CaseRun(arguments, scenario, console).execute();
+  }
+  const auto read_stage = [&](std::size_t k) { return read(arguments, &team, k); };
+  return StagesRun(arguments, read_stage, std::move(scenario), console).execute();
 }
 
-int check_command(const RunArguments& given) {
-  RunArguments arguments = given;
-  arguments.execution.memory = memory_limit(arguments.memory, 1);
-  Console console(false);
-  Scenario scenario = read(arguments, console);
+/// What a run of the scenario, or of one of its stages, would be.
+void check_one(const RunArguments& arguments, Scenario& scenario, Console& console) {
   const ModelOutline outline = outline_of(scenario.model);
   const Simulation simulation = [&] {
     StartupProgress progress(true);
@@ -116,10 +115,31 @@ int check_command(const RunArguments& given) {
   const SimulationInfo info = simulation.info();
   describe(console, outline, info);
   describe_frames(console, outline.output, outline.analysis, info);
-  console.line(fmt::format("output     {}", outline.output.folder));
+  const std::string of_stage = scenario.stages.empty() ? "" : "/" + scenario.stages[scenario.stage];
+  console.line(fmt::format("output     {}{}", outline.output.folder, of_stage));
   if (arguments.ranks > 0)
     describe_ranks(console, simulation.patch_graph(), simulation.patch_counts(), arguments.ranks,
                    arguments.partitioner);
+}
+
+int check_command(const RunArguments& given) {
+  RunArguments arguments = given;
+  arguments.execution.memory = memory_limit(arguments.memory, 1);
+  Console console(false);
+  std::size_t stages = 1;
+  StageBody body;
+  StageWarnings warnings;
+  for (std::size_t k = 0; k < stages; ++k) {
+    Scenario scenario = read(arguments, nullptr, k);
+    warnings.say(scenario.warnings, console);
+    if (!scenario.stages.empty()) {
+      stages = scenario.stages.size();
+      if (k == 0) body = body_of(scenario.model);
+      check_body(body, scenario);
+      console.line((k > 0 ? "\n" : "") + stage_line(scenario));
+    }
+    check_one(arguments, scenario, console);
+  }
   console.line(fmt::format("next: lahar run {}", arguments.scenario));
   return exit_ok;
 }

@@ -183,12 +183,11 @@ void describe_ranks(Console& console, const PatchGraph& graph, std::span<const I
 }
 
 Simulation make_simulation(Scenario& scenario, const ExecutionOptions& options, Observer observer,
-                           const CheckpointReader* checkpoint) {
+                           const SimulationState* state) {
   AnyModel& model = scenario.model;
   try {
-    return checkpoint
-               ? Simulation(std::move(model), options, std::move(observer), state_in(*checkpoint))
-               : Simulation(std::move(model), options, std::move(observer));
+    return state ? Simulation(std::move(model), options, std::move(observer), *state)
+                 : Simulation(std::move(model), options, std::move(observer));
   } catch (const InputError& error) {
     std::vector<Problem> placed;
     for (const Problem& problem : error.problems()) placed.push_back(scenario.place(problem));

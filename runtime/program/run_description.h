@@ -38,9 +38,9 @@ void describe_frames(Console& console, const OutputPlan& plan, const Analysis& a
 void describe_ranks(Console& console, const PatchGraph& graph, std::span<const Index> particles,
                     int ranks, Partitioner partitioner);
 
-/// The simulation takes the model of the scenario. What only it can find out about the input gets
-/// its place in the file.
+/// The simulation takes the model of the scenario, and begins with a state if there is one. What
+/// only it can find out about the input gets its place in the file.
 Simulation make_simulation(Scenario& scenario, const ExecutionOptions& options,
-                           Observer observer = {}, const CheckpointReader* checkpoint = nullptr);
+                           Observer observer = {}, const SimulationState* state = nullptr);
 
 }  // namespace lahar

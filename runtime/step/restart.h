@@ -32,4 +32,8 @@ std::vector<std::string> check_same_scenario(const CheckpointReader& checkpoint,
 /// reader.
 SimulationState state_in(const CheckpointReader& checkpoint);
 
+/// The same, for the first step of another run of the same particles. `alike`: it does to them what
+/// the run of the checkpoint did (goes_on_alike()).
+SimulationState state_at_start(const CheckpointReader& checkpoint, bool alike);
+
 }  // namespace lahar

@@ -55,10 +55,10 @@ SimulationDriver<Dim>::SimulationDriver(Model<Dim> model, ExecutionOptions optio
   frames_.measure(ranks_);
   need_memory_of_copies({patches_.bytes(), frames_.bytes(), stager_.bytes()}, model_.output,
                         options_.staging_bytes, options_.memory, ranks_);
-  if (state)
+  if (state && state->use == StateUse::go_on)
     resume(state->run);
   else
-    start();
+    start(state);
   if (observer_.poll) ranks_.while_waiting([this] { poll_observer(); });
 #if defined(__GLIBC__)
   malloc_trim(0);  // what the model's tables took goes back to the system
@@ -83,7 +83,7 @@ PatchSet<Dim> SimulationDriver<Dim>::make_patches(const SimulationState* state) 
 }
 
 template <int Dim>
-void SimulationDriver<Dim>::start() {
+void SimulationDriver<Dim>::start(const SimulationState* state) {
   step_ = model_.analysis.first_step;
   history_.begin(history());
   watch_.begin(history_.start());
@@ -93,7 +93,11 @@ void SimulationDriver<Dim>::start() {
     return where;
   });
   if (time_.is_adaptive()) watch_.judge_step(0, time_.time_at(0), stable);
-  for (int p = 0; p < patches_.size(); ++p) map_first(patches_[p], stages_, context(step_));
+  const bool is_mapped = state && state->use == StateUse::alike;
+  for (int p = 0; p < patches_.size() && !is_mapped; ++p) {
+    if (begins_with_solve(model_.analysis) && model_.analysis.mean_volume) join_bins(patches_[p]);
+    map_first(patches_[p], stages_, context(step_));
+  }
   epochs_.balance().share(patches_, step_);
   schedule_.begin(time_.dt_of(0));
   build_executor();

@@ -67,7 +67,8 @@ class SimulationDriver {
 
   std::vector<Stage> stages() const;
   PatchSet<Dim> make_patches(const SimulationState* state);
-  void start();
+  /// With the model's particles, or those of the state in which another run ended.
+  void start(const SimulationState* state);
   /// Go on from the numbers of a state whose patches exist already.
   void resume(const RunState& run);
 

@@ -1,0 +1,202 @@
+#include "io/scenario/stages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "io/json/json_merge.h"
+#include "io/json/json_text.h"
+#include "io/scenario/scenario_difference.h"
+#include "io/schema/keys.h"
+
+namespace lahar {
+
+namespace {
+
+using Object = JsonValue::Object;
+
+constexpr const char* may_change =
+    "a stage may change analysis, materials (but for types and densities), "
+    "external_loading_conditions, mesh.boundary_conditions and post_processing";
+
+bool is_folder_name(std::string_view name) {
+  return !name.empty() && name != "." && name != ".." &&
+         name.find_first_of(std::string_view("/\0", 2)) == name.npos;
+}
+
+void check_name(const JsonValue& stage, std::vector<std::string>& names, ScenarioInput& in) {
+  const JsonValue* name = stage.find("name");
+  const std::string hint = "results of the stage are in its own folder, RUN/name";
+  if (!name) {
+    in.error(stage, "'name' is missing in a stage", hint);
+    names.emplace_back();
+    return;
+  }
+  const std::string text = name->is<std::string>() ? name->as<std::string>() : "";
+  if (!is_folder_name(text))
+    in.error(*name,
+             fmt::format("'name' must be the name of a folder, found {}",
+                         name->is<std::string>() ? json_quoted(text) : describe(*name)),
+             hint);
+  else if (std::find(names.begin(), names.end(), text) != names.end())
+    in.error(*name, fmt::format("two stages have the name {}", json_quoted(text)), hint);
+  names.push_back(text);
+}
+
+/// Report members of `object` that a stage must not change.
+void refuse(const JsonValue& object, const std::string& of, ScenarioInput& in, auto&& may) {
+  if (!object.is<Object>()) return;  // reported when it is merged
+  for (const JsonValue::Member& member : object.as<Object>())
+    if (!may(member.key))
+      in.problems.error(in.document.at_key(
+          object, member, fmt::format("'{}{}' is the same in all stages", of, member.key),
+          may_change));
+}
+
+void check_keys(const JsonValue& stage, ScenarioInput& in) {
+  const Section& section = stage_section();
+  for (const JsonValue::Member& member : stage.as<Object>()) {
+    if (section.find(member.key)) continue;
+    if (scenario_section().find(member.key)) {
+      in.problems.error(in.document.at_key(
+          stage, member, fmt::format("'{}' is the same in all stages", member.key), may_change));
+      continue;
+    }
+    std::vector<std::string> known;
+    for (const KeySpec& spec : section.keys) known.emplace_back(spec.key);
+    in.problems.error(in.document.at_key(stage, member,
+                                         fmt::format("unknown key '{}' in a stage", member.key),
+                                         suggest(member.key, known, "known keys")));
+  }
+  if (const JsonValue* mesh = stage.find("mesh"))
+    refuse(*mesh, "mesh.", in, [](std::string_view key) { return key == "boundary_conditions"; });
+  if (const JsonValue* analysis = stage.find("analysis"))
+    refuse(*analysis, "analysis.", in,
+           [](std::string_view key) { return key != "uuid" && key != "resume"; });
+  if (const JsonValue* post = stage.find("post_processing"))
+    refuse(*post, "post_processing.", in, [](std::string_view key) { return key != "path"; });
+}
+
+/// What scenarios with stages cannot have.
+void check_whole(const JsonValue& root, ScenarioInput& in) {
+  for (const JsonValue* entry : get_list(root, "particles"))
+    if (const JsonValue* generator = entry->find("generator"))
+      if (get_text(*generator, "type") == "inject")
+        in.error(*generator, "particles cannot be injected in a scenario with stages",
+                 "run the stages one after the other, see \"resume\" in the README");
+  if (const JsonValue* analysis = root.find("analysis"))
+    if (const JsonValue* resume = analysis->find("resume"))
+      if (get_bool(*resume, "resume").value_or(false))
+        in.error(*resume, "a scenario with stages cannot begin with a particle file",
+                 "leave out \"resume\", or the stages");
+}
+
+/// Materials are those of the scenario, with other parameters.
+void check_materials(const JsonValue& before, const JsonValue& now, ScenarioInput& in) {
+  if (!before.is<JsonValue::Array>() || !now.is<JsonValue::Array>()) return;
+  const auto &a = before.as<JsonValue::Array>(), &b = now.as<JsonValue::Array>();
+  if (a.size() != b.size())
+    return in.error(now,
+                    fmt::format("a stage must have all materials of the scenario, {} in the same "
+                                "order; found {}",
+                                a.size(), b.size()));
+  for (std::size_t k = 0; k < a.size(); ++k)
+    for (const char* key : {"id", "name", "type", "density"}) {
+      const JsonValue *was = a[k].find(key), *is = b[k].find(key);
+      const auto text = [](const JsonValue* value) {
+        return value ? to_json(*value, -1) : std::string("not given");
+      };
+      if ((!was && !is) ||
+          (was && is && was->is_number() && is->is_number() ? was->number() == is->number()
+                                                            : text(was) == text(is)))
+        continue;
+      in.error(is ? *is : b[k],
+               fmt::format("'{}' of a material is the same in all stages: it is {}, found {}", key,
+                           text(was), text(is)),
+               "particles keep their mass, and the state that their law gave them");
+    }
+}
+
+}  // namespace
+
+std::vector<std::string> take_stage(ScenarioInput& in, std::size_t stage) {
+  auto& members = std::get<Object>(in.document.root.data);
+  const auto is_list = [](const JsonValue::Member& m) { return m.key == "stages"; };
+  const auto at = std::find_if(members.begin(), members.end(), is_list);
+  if (at == members.end()) return {};
+  if (!at->value.is<JsonValue::Array>() || at->value.as<JsonValue::Array>().empty()) {
+    in.error(at->value,
+             fmt::format("'stages' must be an array of objects, found {}", describe(at->value)));
+    return {};
+  }
+  std::vector<std::string> names;
+  for (const JsonValue& one : at->value.as<JsonValue::Array>()) {
+    if (!one.is<Object>()) {
+      in.error(one, fmt::format("a stage must be an object, found {}", describe(one)));
+      return {};
+    }
+    check_name(one, names, in);
+    check_keys(one, in);
+  }
+  check_whole(in.document.root, in);
+  if (!in.problems.empty()) return names;
+  const JsonValue stages = std::move(at->value);
+  members.erase(at);
+  const JsonValue* const own = in.document.root.find("materials");
+  const JsonValue materials = own ? *own : JsonValue{};
+  for (std::size_t k = 0; k <= stage; ++k) {
+    JsonValue patch = stages.as<JsonValue::Array>().at(k);
+    std::erase_if(std::get<Object>(patch.data), [](const auto& m) { return m.key == "name"; });
+    merge_patch(in.document.root, patch);
+  }
+  if (const JsonValue* now = in.document.root.find("materials"))
+    check_materials(materials, *now, in);
+  if (stage > 0) in.stage = names[stage];
+  return names;
+}
+
+StageBody body_of(const AnyModel& any) {
+  return std::visit(
+      [](const auto& model) {
+        const Analysis& analysis = model.analysis;
+        return StageBody{analysis.two_phase, analysis.scheme == Scheme::projection,
+                         analysis.functions, analysis.contact.bodies};
+      },
+      any);
+}
+
+void check_body(const StageBody& before, const Scenario& stage) {
+  const StageBody now = body_of(stage.model);
+  std::vector<Problem> problems;
+  const auto same = [&](bool is, const char* where, const char* what) {
+    if (is) return;
+    Problem problem{.where = where,
+                    .message = fmt::format("stage {}: {} is the same in all stages",
+                                           stage.stages.at(stage.stage), what),
+                    .hint = may_change};
+    problems.push_back(stage.place(problem));
+  };
+  same(now.two_phase == before.two_phase, "/analysis/type", "the number of phases");
+  same(now.projection == before.projection, "/analysis",
+       "whether a liquid keeps its volume (projection)");
+  same(now.functions == before.functions, "/analysis/shape_functions",
+       "'analysis.shape_functions', whose domains particles have,");
+  same(now.bodies == before.bodies, "/mesh", "the number of bodies in contact");
+  if (!problems.empty()) throw InputError(std::move(problems));
+}
+
+bool goes_on_alike(const std::string& before, const std::string& stage) {
+  const auto found = differences(before, stage);
+  if (!std::all_of(found.begin(), found.end(), [](const auto& one) { return one.allowed; }))
+    return false;
+  // Loads of the first step are others where they are functions of time, which begins anew.
+  const auto json = json_of_text(stage);
+  const auto at = [&](const char* pointer) {
+    const nlohmann::json::json_pointer where(pointer);
+    return json.contains(where) ? json[where] : nlohmann::json();
+  };
+  return at("/math_functions").empty() && !at("/external_loading_conditions/gravity").is_object();
+}
+
+}  // namespace lahar

@@ -1,0 +1,34 @@
+/// \file Stages of a scenario: runs that follow each other, each of which begins with the state in
+/// which the one before ended.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "io/scenario/scenario.h"
+#include "io/scenario/scenario_input.h"
+
+namespace lahar {
+
+/// Bring the document into the form of one of its stages: all changes up to this one are merged
+/// into it, and the list of stages is gone. Returns the names of all stages; none if the scenario
+/// has no stages. What a stage must not change is reported.
+std::vector<std::string> take_stage(ScenarioInput& in, std::size_t stage);
+
+/// What of a model must be the same in all stages.
+struct StageBody {
+  bool two_phase = false, projection = false;
+  ShapeFunctions functions = ShapeFunctions::element;
+  int bodies = 1;
+};
+StageBody body_of(const AnyModel& model);
+
+/// Throws InputError where a stage is not one of the body of the stages before it.
+void check_body(const StageBody& before, const Scenario& stage);
+
+/// Whether a stage does to the particles what the one before did, at any time: scenarios with every
+/// default (Scenario::full) that differ only in how long they run and in what they write.
+bool goes_on_alike(const std::string& before, const std::string& stage);
+
+}  // namespace lahar

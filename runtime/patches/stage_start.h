@@ -1,0 +1,54 @@
+/// \file The state in which a run ended, as another run of the same particles begins with it.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/particles/patch.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/patches/simulation_state.h"
+
+namespace lahar {
+
+/// A patch's state (patch_state.h) for another run: no work has been done yet. Of
+/// StateUse::other_run particles have the columns of `layout` instead of `columns` (column_text()):
+/// those that they did not have are zero or follow from others, and they have no loads. A state
+/// that is not one comes back as it is; unpack() says what is wrong with it.
+template <int Dim>
+std::vector<std::byte> state_for(StateUse use, std::vector<std::byte> state,
+                                 const std::string& columns, const ColumnLayout<Dim>& layout);
+
+/// The loads of a particle, as Particles::loads.
+struct ParticleLoads {
+  Index id;
+  std::uint64_t loads;
+};
+
+/// Of those particles of a table that have any.
+template <int Dim>
+std::vector<ParticleLoads> loads_in(const ParticleTable<Dim>& particles);
+
+/// Give particles in patches their loads, which some rank has. Collective.
+template <int Dim>
+void give_loads(std::span<const std::unique_ptr<Patch<Dim>>> patches,
+                const std::vector<ParticleLoads>& loads, const Communicator& ranks);
+
+/// Natural coordinates of particles in cells of a grid, from where they are.
+template <int Dim>
+void find_natural_coordinates(Patch<Dim>& patch);
+
+#define LAHAR_DECLARE(Dim)                                                                        \
+  extern template std::vector<std::byte> state_for(StateUse, std::vector<std::byte>,              \
+                                                   const std::string&, const ColumnLayout<Dim>&); \
+  extern template std::vector<ParticleLoads> loads_in(const ParticleTable<Dim>&);                 \
+  extern template void give_loads(std::span<const std::unique_ptr<Patch<Dim>>>,                   \
+                                  const std::vector<ParticleLoads>&, const Communicator&);        \
+  extern template void find_natural_coordinates(Patch<Dim>&);
+LAHAR_DECLARE(2)
+LAHAR_DECLARE(3)
+#undef LAHAR_DECLARE
+
+}  // namespace lahar

@@ -1,0 +1,169 @@
+#include "runtime/program/stages_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "io/base/atomic_file.h"
+#include "io/json/json_text.h"
+#include "io/run/manifest.h"
+#include "io/scenario/scenario_difference.h"
+#include "io/scenario/stages.h"
+
+namespace lahar {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Whether a run folder is that of a run that has come to its end.
+bool has_finished(const fs::path& folder) {
+  if (!is_run_folder(folder)) return false;
+  const auto json = json_of_text(read_text_file(folder / "manifest.json"));
+  return json.is_object() && json.value("status", "") == "finished";
+}
+
+bool same(const Problem& a, const Problem& b) {
+  return a.file == b.file && a.line == b.line && a.column == b.column && a.hint == b.hint &&
+         (a.message.ends_with(b.message) || b.message.ends_with(a.message));
+}
+
+}  // namespace
+
+Console::Voice voice_of(const RunArguments& arguments) {
+  return arguments.execution.ranks.rank() > 0 ? Console::Voice::silent
+         : arguments.quiet                    ? Console::Voice::quiet
+                                              : Console::Voice::normal;
+}
+
+void StageWarnings::say(const std::vector<Problem>& warnings, Console& console) {
+  std::vector<Problem> more;
+  for (const Problem& one : warnings)
+    if (std::none_of(said_.begin(), said_.end(), [&](const auto& s) { return same(s, one); }))
+      more.push_back(one);
+  if (!more.empty()) console.warn(more);
+  said_.insert(said_.end(), more.begin(), more.end());
+}
+
+std::string stage_line(const Scenario& scenario) {
+  return fmt::format("stage      {} of {}: {}", scenario.stage + 1, scenario.stages.size(),
+                     scenario.stages[scenario.stage]);
+}
+
+StagesRun::StagesRun(const RunArguments& arguments, Read read, Scenario first, Console& console)
+    : arguments_(arguments),
+      read_(std::move(read)),
+      console_(console),
+      folder_(arguments.output),
+      names_(first.stages) {
+  const StageBody body = body_of(first.model);
+  if (folder_.empty())
+    folder_ = std::visit([](const auto& model) { return model.output.folder; }, first.model);
+  StageWarnings warnings;
+  warnings.say(first.warnings, console);
+  full_.push_back(first.full);
+  first = {};  // read again when it begins: there is never more than one model in memory
+  for (std::size_t k = 1; k < names_.size(); ++k) {
+    const Scenario stage = read_(k);
+    check_body(body, stage);
+    warnings.say(stage.warnings, console);
+    full_.push_back(stage.full);
+  }
+}
+
+std::string StagesRun::folder(std::size_t stage) const {
+  return (fs::path(folder_) / names_[stage]).string();
+}
+
+StagesRun::Begin StagesRun::begin() const {
+  const std::string& from = arguments_.restart;
+  if (from.empty()) return {};
+  std::size_t stage = 0;
+  if (from != "latest") {
+    std::error_code error;
+    while (stage < names_.size() &&
+           !fs::equivalent(fs::path(from).parent_path(), checkpoint_folder(folder(stage)), error))
+      ++stage;
+    if (arguments_.execution.ranks.any(stage == names_.size()))
+      throw InputError(
+          {Problem{.message = fmt::format("{} is not a checkpoint of a stage in {}", from, folder_),
+                   .hint = "name one in RUN/STAGE/checkpoints, or go on with --restart latest"}});
+    return {stage, from};
+  }
+  while (stage + 1 < names_.size() && has_finished(folder(stage))) ++stage;
+  stage = static_cast<std::size_t>(  // as the last rank sees it that sees least
+      arguments_.execution.ranks.min(static_cast<Index>(stage)));
+  // A stage that ended before its first checkpoint begins again where the one before ended.
+  const bool goes_on = stage == 0 || !checkpoints_in(checkpoint_folder(folder(stage))).empty();
+  return {stage, arguments_.execution.ranks.any(goes_on) ? "latest" : ""};
+}
+
+void StagesRun::check_folders() const {
+  if (arguments_.overwrite || !arguments_.restart.empty()) return;
+  for (std::size_t k = 0; k < names_.size(); ++k)
+    if (arguments_.execution.ranks.any(is_run_folder(folder(k))))
+      throw InputError({Problem{
+          .message = fmt::format("output folder {} holds the results of an earlier run", folder(k)),
+          .hint = "add --restart latest to continue it, --overwrite to replace them, or choose "
+                  "another output folder"}});
+}
+
+std::unique_ptr<CheckpointReader> StagesRun::end_of(std::size_t stage, Console& console) const {
+  auto reader =
+      open_checkpoint("latest", folder(stage), arguments_.execution.ranks,
+                      [&](const std::string& text) { console.warn("lahar: warning: " + text); });
+  for (const ScenarioDifference& one : differences(reader->header().scenario, full_[stage]))
+    if (!one.allowed)
+      throw InputError({Problem{
+          .message = fmt::format("stage {} has ended with another scenario: {} is {}, there it is "
+                                 "{}",
+                                 names_[stage], one.where, one.now, one.before),
+          .hint = "begin again with --overwrite, or leave stages that have ended as they were"}});
+  return reader;
+}
+
+int StagesRun::run(std::size_t stage, const std::string& restart, Console& console) const {
+  Scenario scenario = read_(stage);
+  console.line(stage_line(scenario));
+  RunArguments arguments = arguments_;
+  arguments.output = folder(stage);
+  arguments.restart = restart;
+  // Whatever lies in folders of later stages is not of this run.
+  arguments.overwrite = restart.empty() && (arguments_.overwrite || !arguments_.restart.empty());
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begun_;
+  if (arguments_.wall_time > 0)
+    arguments.wall_time = std::max(arguments_.wall_time - elapsed.count(), 1e-3);
+  CaseStage of{.name = names_[stage], .goes_before = stage + 1 < names_.size()};
+  if (stage > 0 && restart.empty()) {
+    of.before = end_of(stage - 1, console);
+    of.alike = goes_on_alike(full_[stage - 1], full_[stage]);
+  }
+  return CaseRun(arguments, scenario, console, std::move(of)).execute();
+}
+
+int StagesRun::execute() {
+  check_folders();
+  const Begin from = begin();
+  for (std::size_t k = from.stage; k < names_.size(); ++k) {
+    Console own(voice_of(arguments_));  // each has the log of its run folder
+    Console& console = k == from.stage ? console_ : own;
+    if (k > from.stage) console.line("");
+    try {
+      const int code = run(k, k == from.stage ? from.restart : "", console);
+      if (code != 0) return code;
+    } catch (const InputError& error) {
+      std::vector<Problem> problems = error.problems();
+      for (Problem& problem : problems)
+        if (!problem.message.starts_with("stage "))
+          problem.message = fmt::format("stage {}: {}", names_[k], problem.message);
+      throw InputError(std::move(problems));
+    } catch (const IoError& error) {
+      throw IoError(fmt::format("stage {}: {}", names_[k], error.what()));
+    }
+  }
+  return 0;
+}
+
+}  // namespace lahar

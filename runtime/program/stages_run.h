@@ -1,0 +1,60 @@
+/// \file A run of a scenario with stages: one run folder for each, one after the other.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "runtime/program/case_run.h"
+
+namespace lahar {
+
+/// What a run says on this rank.
+Console::Voice voice_of(const RunArguments& arguments);
+
+/// Warnings of stages, each of which says again what those before it said.
+class StageWarnings {
+ public:
+  void say(const std::vector<Problem>& warnings, Console& console);
+
+ private:
+  std::vector<Problem> said_;
+};
+
+/// "stage      2 of 3: failure".
+std::string stage_line(const Scenario& scenario);
+
+class StagesRun {
+ public:
+  using Read = std::function<Scenario(std::size_t stage)>;
+
+  /// Reads all stages, the first of which has been read, before any begins. Throws InputError.
+  StagesRun(const RunArguments& arguments, Read read, Scenario first, Console& console);
+  /// Returns the exit status of the stage that ended the run.
+  int execute();
+
+ private:
+  struct Begin {
+    std::size_t stage = 0;
+    std::string restart = {};  ///< as RunArguments::restart, of that stage
+  };
+  std::string folder(std::size_t stage) const;
+  /// The stage that has not ended, or the one whose checkpoint is named.
+  Begin begin() const;
+  void check_folders() const;
+  std::unique_ptr<CheckpointReader> end_of(std::size_t stage, Console& console) const;
+  int run(std::size_t stage, const std::string& restart, Console& console) const;
+
+  const RunArguments& arguments_;
+  Read read_;
+  Console& console_;
+  std::string folder_;
+  std::vector<std::string> names_;
+  std::vector<std::string> full_;  ///< Scenario::full of each
+  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace lahar
