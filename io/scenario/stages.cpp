@@ -161,7 +161,7 @@ StageBody body_of(const AnyModel& any) {
       [](const auto& model) {
         const Analysis& analysis = model.analysis;
         return StageBody{analysis.two_phase, analysis.scheme == Scheme::projection,
-                         analysis.functions, analysis.contact.bodies};
+                         analysis.functions, analysis.contact.bodies, analysis.plane};
       },
       any);
 }
@@ -182,6 +182,7 @@ void check_body(const StageBody& before, const Scenario& stage) {
        "whether a liquid keeps its volume (projection)");
   same(now.functions == before.functions, "/analysis/shape_functions",
        "'analysis.shape_functions', whose domains particles have,");
+  same(now.plane == before.plane, "/analysis/plane", "'analysis.plane', which volumes depend on,");
   same(now.bodies == before.bodies, "/mesh", "the number of bodies in contact");
   if (!problems.empty()) throw InputError(std::move(problems));
 }

@@ -21,6 +21,7 @@ struct StageBody {
   bool two_phase = false, projection = false;
   ShapeFunctions functions = ShapeFunctions::element;
   int bodies = 1;
+  Plane plane = Plane::strain;
 };
 StageBody body_of(const AnyModel& model);
 

@@ -105,8 +105,13 @@ class FreeBlocks {
   std::vector<const typename NodalSystem<Dim>::TurnedNode*> turned_;
 };
 
+/// Cells of graded meshes may be larger than boxes: so many boxes apart may nodes of a block be,
+/// and so many coarse nodes may a patch have per node.
+constexpr int most_boxes_apart = 3;
+constexpr double most_coarse_nodes = 16;
+
 template <int Width, int Dim>
-void add_blocks(const Patch<Dim>& patch, const std::vector<Index>& numbers,
+bool add_blocks(const Patch<Dim>& patch, const std::vector<Index>& numbers,
                 const Lattice<Dim>& lattice, std::vector<CoarseBlock<Dim>>& blocks) {
   using Place = typename Lattice<Dim>::Place;
   const NodalSystem<Dim>& system = patch.system;
@@ -139,6 +144,7 @@ void add_blocks(const Patch<Dim>& patch, const std::vector<Index>& numbers,
                                                box[static_cast<std::size_t>(j)][d]));
     });
   });
+  if (farthest > most_boxes_apart) return false;
   CoarseRows<Width, Dim> rows(numbers.size(), farthest);
   const FreeBlocks<Width, Dim> free(system);
   for_each_free(patch, [&](Local i) {
@@ -162,13 +168,14 @@ void add_blocks(const Patch<Dim>& patch, const std::vector<Index>& numbers,
           blocks.push_back(entry);
         });
   }
+  return true;
 }
 
 }  // namespace
 
 template <int Dim>
-std::vector<Index> place_on_lattice(Patch<Dim>& patch, const Mesh<Dim>& mesh,
-                                    const Lattice<Dim>& lattice) {
+bool place_on_lattice(Patch<Dim>& patch, const Mesh<Dim>& mesh, const Lattice<Dim>& lattice,
+                      std::vector<Index>& numbers) {
   using Place = typename Lattice<Dim>::Place;
   CoarseNodes& coarse = patch.system.solver.coarse;
   const auto n = static_cast<std::size_t>(patch.n_nodes());
@@ -185,13 +192,15 @@ std::vector<Index> place_on_lattice(Patch<Dim>& patch, const Mesh<Dim>& mesh,
       high[d] = std::max(high[d], box[node][d] + 1);
     }
   });
-  if (high[0] < 0) return {};
+  numbers.clear();
+  if (high[0] < 0) return true;
   Place counts;
-  std::size_t all = 1;
+  double all = 1;
   for (std::size_t d = 0; d < Dim; ++d) {
     counts[d] = high[d] - low[d] + 1;
-    all *= static_cast<std::size_t>(counts[d]);
+    all *= counts[d];
   }
+  if (all > most_coarse_nodes * static_cast<double>(n)) return false;
   const auto local = [&](const Place& place) {
     Local number = 0;
     for (std::size_t d = Dim; d-- > 0;) number = number * counts[d] + place[d] - low[d];
@@ -204,8 +213,8 @@ std::vector<Index> place_on_lattice(Patch<Dim>& patch, const Mesh<Dim>& mesh,
   }
   coarse.first.assign(n, 0);
   coarse.weights.assign(n * n_corners<Dim>, 0.0);
-  coarse.sums.assign(all * node_width, 0.0);
-  std::vector<Index> numbers(all, -1);
+  numbers.assign(static_cast<std::size_t>(all), -1);
+  coarse.sums.assign(numbers.size() * node_width, 0.0);
   for_each_free(patch, [&](Local i) {
     const auto node = static_cast<std::size_t>(i);
     double* const weights = &coarse.weights[node * n_corners<Dim>];
@@ -219,17 +228,15 @@ std::vector<Index> place_on_lattice(Patch<Dim>& patch, const Mesh<Dim>& mesh,
           lattice.number(corner);
     }
   });
-  return numbers;
+  return true;
 }
 
 template <int Dim>
-void add_coarse_blocks(const Patch<Dim>& patch, const std::vector<Index>& numbers,
+bool add_coarse_blocks(const Patch<Dim>& patch, const std::vector<Index>& numbers,
                        const Lattice<Dim>& lattice, std::vector<CoarseBlock<Dim>>& blocks) {
-  if (numbers.empty() || patch.system.column.empty()) return;
-  if (patch.system.is_scalar)
-    add_blocks<1>(patch, numbers, lattice, blocks);
-  else
-    add_blocks<Dim>(patch, numbers, lattice, blocks);
+  if (numbers.empty() || patch.system.column.empty()) return true;
+  return patch.system.is_scalar ? add_blocks<1>(patch, numbers, lattice, blocks)
+                                : add_blocks<Dim>(patch, numbers, lattice, blocks);
 }
 
 template <int Dim>
@@ -264,6 +271,7 @@ void prolong(Patch<Dim>& patch, const double* of_coarse_nodes) {
       if (weights[c] == 0) continue;
       const Index number =
           coarse.number[static_cast<std::size_t>(coarse.first[node] + coarse.corner[c])];
+      if (number < 0) continue;
       sum += NodeVector(weights[c]) * load<NodeVector>(of_coarse_nodes + number * node_width);
     }
     const NodeVector along = to_axes<Dim>(turned.find(i), sum);
@@ -274,9 +282,9 @@ void prolong(Patch<Dim>& patch, const double* of_coarse_nodes) {
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                               \
-  template std::vector<Index> place_on_lattice<Dim>(Patch<Dim>&, const Mesh<Dim>&,           \
-                                                    const Lattice<Dim>&);                    \
-  template void add_coarse_blocks<Dim>(const Patch<Dim>&, const std::vector<Index>&,         \
+  template bool place_on_lattice<Dim>(Patch<Dim>&, const Mesh<Dim>&, const Lattice<Dim>&,    \
+                                      std::vector<Index>&);                                  \
+  template bool add_coarse_blocks<Dim>(const Patch<Dim>&, const std::vector<Index>&,         \
                                        const Lattice<Dim>&, std::vector<CoarseBlock<Dim>>&); \
   template void restrict_residual<Dim>(Patch<Dim>&);                                         \
   template void prolong<Dim>(Patch<Dim>&, const double*);

@@ -117,8 +117,6 @@ void advance_cycle(Patch<Dim>& patch, const StepContext<Dim>& round) {
                                          .inverse = get(at(solver.inverse, i))};
                   take_product(order, node, where_free(node.inverse, product));
                   begin_cycle(order, node);
-                  if (order.factor == SolverOrder::Factor::x)
-                    store(get(node.x), at(solver.factor, i));
                   add_sums(order, node, sums);
                 });
   sums.store_in(solver);

@@ -18,6 +18,8 @@ constexpr double cells_per_box = 3.0;
 constexpr double steps_of_scale = 0x1p46;
 /// What a patch may give: the sum of 2^10 patches is still an integer.
 constexpr double most_steps = 0x1p52;
+/// Of the blocks of all patches, which every rank gets in one message.
+constexpr double most_bytes = 1.5e9;
 
 }  // namespace
 
@@ -83,19 +85,26 @@ Lattice<Dim> CoarseGrid<Dim>::lattice() const {
 }
 
 template <int Dim>
-void CoarseGrid<Dim>::set_up(bool is_scalar) {
+bool CoarseGrid<Dim>::set_up(bool is_scalar) {
   width_ = is_scalar ? 1 : Dim;
   const Lattice<Dim> lattice = this->lattice();
   const auto n = static_cast<std::size_t>(patches_.size());
   std::vector<std::vector<Index>> numbers(n);
   std::vector<std::vector<CoarseBlock<Dim>>> parts(n);
+  std::vector<char> is_suited(n, 0);
   parallel_for(threads_, patches_.size(), [&](int p) {
     const auto k = static_cast<std::size_t>(p);
     NodalSystem<Dim>& system = patches_[p].system;
     system.rough_blocks.assign(system.blocks.begin(), system.blocks.end());
-    numbers[k] = place_on_lattice(patches_[p], patches_.mesh(), lattice);
-    add_coarse_blocks(patches_[p], numbers[k], lattice, parts[k]);
+    is_suited[k] = place_on_lattice(patches_[p], patches_.mesh(), lattice, numbers[k]) &&
+                   add_coarse_blocks(patches_[p], numbers[k], lattice, parts[k]);
   });
+  Index own = 0;
+  for (const auto& part : parts) own += static_cast<Index>(part.size());
+  const bool suited = std::find(is_suited.begin(), is_suited.end(), 0) == is_suited.end();
+  const Index all = ranks_.sum(own);
+  if (ranks_.any(!suited) || static_cast<double>(all) * sizeof(CoarseBlock<Dim>) > most_bytes)
+    return false;
   std::vector<CoarseBlock<Dim>> blocks;
   for (auto& part : parts) {
     blocks.insert(blocks.end(), part.begin(), part.end());
@@ -120,6 +129,7 @@ void CoarseGrid<Dim>::set_up(bool is_scalar) {
   }
   levels_ = std::make_unique<CoarseLevels<Dim>>(nodes, blocks, lattice, width_);
   sums_.assign(nodes.size() * static_cast<std::size_t>(width_), 0);
+  return true;
 }
 
 template <int Dim>
@@ -133,7 +143,8 @@ std::span<const Index> CoarseGrid<Dim>::give(double scale) {
       if (coarse.number[i] < 0) continue;
       for (std::size_t a = 0; a < width; ++a) {
         const double steps = coarse.sums[i * node_width + a] / scale * steps_of_scale;
-        if (std::abs(steps) < most_steps)  // not a number: the sums of the round say so
+        // What grew that much, or is no number, is found by the sums of the rounds that follow.
+        if (std::abs(steps) < most_steps)
           sums_[static_cast<std::size_t>(coarse.number[i]) * width + a] += std::llrint(steps);
       }
     }

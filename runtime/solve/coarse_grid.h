@@ -21,8 +21,10 @@ class CoarseGrid {
       : patches_(patches), ranks_(ranks), threads_(threads) {}
 
   /// From Patch::system, whose SolverVectors::inverse is known; all patches have as many unknowns
-  /// per node. NodalSystem::rough_blocks are set, too. Collective, between rounds.
-  void set_up(bool is_scalar);
+  /// per node. NodalSystem::rough_blocks are set, too. False, on all ranks, where this is not the
+  /// way: cells of very different sizes, or more coarse nodes than every rank can have. Collective,
+  /// between rounds.
+  bool set_up(bool is_scalar);
   /// For SolverOrder::of_coarse_nodes.
   const double* solution() const { return levels_->solution().data(); }
 

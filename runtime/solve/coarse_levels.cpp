@@ -40,9 +40,7 @@ CoarseLevels<Dim>::CoarseLevels(const std::vector<Index>& nodes,
   while (row < nodes.size()) level.first[++row] = level.column.size();
   levels_.push_back(std::move(level));
   while (levels_.back().nodes() * static_cast<std::size_t>(width) > most_direct) {
-    const std::size_t before = levels_.back().nodes();
-    width == 1 ? add_level<1>() : add_level<Dim>();
-    if (10 * levels_.back().nodes() > 9 * before) break;
+    width == 1 ? add_level<1>() : add_level<Dim>();  // ends: places halve, to 0 and 1
   }
   for (Level& any : levels_)
     for (NodeArray* vector : {&any.right_side, &any.solution, &any.residual})
@@ -139,7 +137,7 @@ void CoarseLevels<Dim>::keep_matrix(const Level& level) {
                                static_cast<std::size_t>(width_) +
                            static_cast<std::size_t>(b)];
   for (Index i = 0; i < n; ++i)
-    matrix(i, i) = matrix(i, i) > 0 ? matrix(i, i) * (1 + least_pivot) : 1;
+    matrix(i, i) = matrix.row(i).isZero(0) ? 1 : matrix(i, i) * (1 + least_pivot);
   coarsest_.compute(matrix);
   rhs_ = Eigen::VectorXd::Zero(n);
   x_ = rhs_;

@@ -24,6 +24,7 @@ CycleKrylov::CycleKrylov(bool bicgstab, IterationLimits limits, double largest_e
     : IterativeMethod(bicgstab ? "BiCGStab with multigrid" : "conjugate gradients with multigrid",
                       limits),
       bicgstab_(bicgstab) {
+  result_.multigrid = true;
   order_.multigrid = true;
   order_.factor = Factor::none;
   order_.of_coarse_nodes = of_coarse_nodes;
@@ -144,7 +145,8 @@ bool PowerMethod::take(std::span<const double> sums) {
   if (!are_finite(sums)) return fail("numbers are not finite");
   if (order_.product == Product::residual) return go_on(Product::w, SolverOrder::Factor::Dw);
   const double now = of(sums, SolverSum::wDr);
-  if (rounds_ > 0 && last_ != 0) found_ = margin_of_power_method * std::abs(now / last_);
+  if (2 * rounds_ >= rounds_of_power_method && last_ != 0)  // the largest: a sum may cancel
+    found_ = std::max(found_, margin_of_power_method * std::abs(now / last_));
   last_ = now;
   if (++rounds_ < rounds_of_power_method) return go_on(Product::w, SolverOrder::Factor::Dw);
   order_.product = Product::none;

@@ -149,9 +149,11 @@ SolveResult GlobalSolve<Dim>::iterate(const SolveOptions& options, bool bicgstab
   const Krylov& diagonal = *krylov;
   const SolveResult tried = run(std::move(krylov), options.from_solution);
   if (!diagonal.gave_up()) return tried;
-  SolveResult result = iterate_with_cycles(options, bicgstab, diagonal.largest_eigenvalue());
+  SolveOptions rest = options;
+  rest.limits.most_iterations -= tried.iterations;
+  SolveResult result = iterate_with_cycles(rest, bicgstab, diagonal.largest_eigenvalue());
   result.iterations += tried.iterations;
-  result.products = tried.products;
+  result.products += tried.products;
   return result;
 }
 
@@ -166,15 +168,18 @@ SolveResult GlobalSolve<Dim>::iterate_with_cycles(const SolveOptions& options, b
   }
   bool is_scalar = false;
   for (int p = 0; p < patches_.size(); ++p) is_scalar |= patches_[p].system.is_scalar;
-  coarse_.set_up(ranks_.any(is_scalar));
-  IterationLimits limits = options.limits;
-  limits.most_iterations = std::min(limits.most_iterations, most_cycles);
-  const SolveResult result =
-      run(std::make_unique<CycleKrylov>(bicgstab, limits, eigenvalue, coarse_.solution()), true);
-  if (result.converged || result.iterations >= options.limits.most_iterations) return result;
-  IterationLimits rest = options.limits;  // the matrix is not what cycles are made for
+  SolveResult result;
+  if (coarse_.set_up(ranks_.any(is_scalar)) && eigenvalue > 0) {
+    IterationLimits limits = options.limits;
+    limits.most_iterations = std::min(limits.most_iterations, most_cycles);
+    result =
+        run(std::make_unique<CycleKrylov>(bicgstab, limits, eigenvalue, coarse_.solution()), true);
+    if (result.converged || result.iterations >= options.limits.most_iterations) return result;
+  }
+  // The matrix is not what cycles are made for: all over again, as they may have led astray.
+  IterationLimits rest = options.limits;
   rest.most_iterations -= result.iterations;
-  SolveResult last = run(std::make_unique<Krylov>(bicgstab, rest), true);
+  SolveResult last = run(std::make_unique<Krylov>(bicgstab, rest), false);
   last.iterations += result.iterations;
   return last;
 }

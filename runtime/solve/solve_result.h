@@ -28,6 +28,7 @@ struct SolveResult {
   double residual = 0;  ///< |b - A x| / |b|, of the x that is left
   std::string problem;  ///< where it did not converge: why
   ProductCost products;
+  bool multigrid = false;  ///< the last iterations had a multigrid cycle
 };
 
 }  // namespace lahar

@@ -116,9 +116,12 @@ void ImplicitSolver<Dim>::find_problem() {
 template <int Dim>
 bool ImplicitSolver<Dim>::solve_linear(const Balance& balance, double first) {
   const double begin = seconds();
-  const double needed = share_of_balance * most_residual(balance, first) / balance.residual;
-  const SolveResult result = linear_.solve(balance.symmetric, balance.unknowns,
-                                           {.tolerance = std::min(needed, most_tolerance)});
+  double needed = 0;
+  if (model_.analysis.implicit.nonlinear && balance.residual > 0)
+    needed = std::min(most_tolerance,
+                      share_of_balance * most_residual(balance, first) / balance.residual);
+  const SolveResult result =
+      linear_.solve(balance.symmetric, balance.unknowns, {.tolerance = needed});
   report_.linear_iterations += result.iterations;
   report_.products += result.products;
   report_.linear_seconds += seconds() - begin;

@@ -87,6 +87,7 @@ refused '[{"name":"a","mesh":{"structured":{}}}]' "'mesh.structured' is the same
 refused '[{"name":"a"},{"name":"b","analysis":{"dtt":1}}]' "stage b: unknown key 'dtt' in analysis"
 refused '[{"name":"a"},{"name":"b","analysis":{"shape_functions":"gimp"}}]' \
   "stage b: 'analysis.shape_functions'"
+refused '[{"name":"a"},{"name":"b","analysis":{"plane":"stress"}}]' "stage b: 'analysis.plane'"
 refused '[{"name":"a"},{"name":"b","materials":[{"name":"soil","type":"LinearElastic",
   "density":2000,"youngs_modulus":1e6,"poisson_ratio":0.3}]}]' "'type' of a material is the same"
 refused '[{"name":"a"},{"name":"b","analysis":{"nsteps":null}}]' "stage b: .*nsteps"
