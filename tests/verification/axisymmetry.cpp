@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/verification/case.h"
+#include "tests/verification/curved_quarter.h"
+#include "tests/verification/vibration.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -177,38 +178,6 @@ TEST_CASE(
       CHECK(wider == doctest::Approx(-nu * eps).epsilon(0.01));
     }
 }
-
-namespace {
-
-struct Vibration {
-  double period;     ///< [s]
-  double imbalance;  ///< of energy, over that at the beginning
-  double kept;       ///< least sum of kinetic and strain energy, over the same
-};
-
-/// From the first time at which `momentum`, begun at its largest, is zero: a quarter.
-Vibration vibrate(Model<2> model, int axis) {
-  Vibration found{.period = 0, .imbalance = 0, .kept = 1};
-  double energy = 0, before = 0, time = 0;  // kinetic, at first
-  for (std::size_t p = 0; p < model.particles.x.size(); ++p)
-    energy += 0.5 * model.materials[0].density * model.particles.volume[p] *
-              model.particles.velocity[p].squaredNorm();
-  Observer observer;
-  observer.history = [&](const HistoryRow& row) {
-    found.imbalance = std::max(found.imbalance, std::abs(row.balance) / energy);
-    found.kept = std::min(found.kept, (row.kinetic + row.internal) / energy);
-    const double now = row.momentum[static_cast<std::size_t>(axis)];
-    if (found.period == 0 && row.step > 0 && now * before < 0)
-      found.period = 4 * (time + (row.time - time) * before / (before - now));
-    before = now;
-    time = row.time;
-  };
-  Simulation simulation(std::move(model), {}, observer);
-  simulation.run();
-  return found;
-}
-
-}  // namespace
 
 // Thin, and free along the axis: it swings as a mass on the spring of its circle.
 TEST_CASE("axisymmetric: a thin ring breathes with the frequency sqrt(E / rho) / R") {
@@ -403,69 +372,20 @@ TEST_CASE("axisymmetric: water at rest has the pressure of its depth") {
     }
 }
 
-namespace {
-
-constexpr Index n_r = 16, n_theta = 24;
-
-/// A quarter of the plane between two circles: in axisymmetry half a hollow ball. Nodes along the
-/// radius first.
-std::shared_ptr<const Mesh<2>> shell() {
-  const auto node = [](Index i, Index j) { return i + j * (n_r + 1); };
-  std::vector<Vec<2>> nodes;
-  for (Index j = 0; j <= n_theta; ++j)
-    for (Index i = 0; i <= n_r; ++i) {
-      const double r = 1 + static_cast<double>(i) / n_r,
-                   theta = 0.5 * pi * static_cast<double>(j) / n_theta;
-      nodes.push_back(j == n_theta ? Vec<2>(0, r)
-                                   : Vec<2>(r * std::cos(theta), r * std::sin(theta)));
-    }
-  std::vector<Mesh<2>::Corners> cells;
-  for (Index j = 0; j < n_theta; ++j)
-    for (Index i = 0; i < n_r; ++i)
-      cells.push_back({node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)});
-  return std::make_shared<const Mesh<2>>(
-      Mesh<2>::from_tables(std::move(nodes), std::move(cells), true));
-}
-
-/// Four particles at the Gauss points of each cell, with the volumes of these.
-void fill(Model<2>& model) {
-  const double g = 1 / std::sqrt(3.0);
-  constexpr double sign[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
-  for (Index c = 0; c < model.mesh->n_cells(); ++c) {
-    const auto corner = model.mesh->cell_nodes(c);
-    for (const Vec<2>& xi : {Vec<2>(-g, -g), Vec<2>(g, -g), Vec<2>(g, g), Vec<2>(-g, g)}) {
-      Vec<2> x = Vec<2>::Zero();
-      Eigen::Matrix2d J = Eigen::Matrix2d::Zero();
-      for (std::size_t k = 0; k < 4; ++k) {
-        const Vec<2> at = model.mesh->node(corner[k]);
-        const double w0 = 1 + sign[k][0] * xi[0], w1 = 1 + sign[k][1] * xi[1];
-        x += 0.25 * w0 * w1 * at;
-        J.col(0) += 0.25 * sign[k][0] * w1 * at;
-        J.col(1) += 0.25 * sign[k][1] * w0 * at;
-      }
-      model.particles.x.push_back(x);
-      model.particles.cell.push_back(c);
-      model.particles.volume.push_back(2 * pi * x[0] * (J(0, 0) * J(1, 1) - J(0, 1) * J(1, 0)));
-      model.particles.material.push_back(0);
-    }
-  }
-}
-
-}  // namespace
-
 // sigma_r = p a^3 / (b^3 - a^3) (1 - b^3 / r^3), sigma_t = p a^3 / (b^3 - a^3) (1 + b^3 / (2 r^3)).
 TEST_CASE("axisymmetric: a hollow ball under internal pressure has Lame's stresses") {
   constexpr double p = 10;
+  const CurvedQuarter shell;  // half a hollow ball
   Model<2> model;
-  model.mesh = shell();
+  model.analysis.plane = Plane::axisymmetric;
+  model.mesh = shell.mesh();
   model.materials = {{.id = 0,
                       .name = "steel",
                       .density = 1000,
                       .law = LinearElastic{.youngs_modulus = 1e6, .poisson_ratio = 0.3}}};
-  fill(model);
-  const auto node = [](Index i, Index j) { return i + j * (n_r + 1); };
-  for (Index j = 0; j < n_theta; ++j) {
-    const Vec<2> a = model.mesh->node(node(0, j)), b = model.mesh->node(node(0, j + 1)),
+  fill_with_gauss_points(model);
+  for (Index j = 0; j < shell.n_theta; ++j) {
+    const Vec<2> a = model.mesh->node(shell.node(0, j)), b = model.mesh->node(shell.node(0, j + 1)),
                  edge = b - a;
     // With the functions of both nodes, over the ring of the edge.
     for (int end = 0; end < 2; ++end) {
@@ -473,14 +393,10 @@ TEST_CASE("axisymmetric: a hollow ball under internal pressure has Lame's stress
       const Vec<2> force = 2 * pi * r * p * Vec<2>(edge[1], -edge[0]);
       for (int d = 0; d < 2; ++d)
         entries_of<NodeForce>(model).push_back(
-            {.node = node(0, j + end), .dir = d, .force = force[d]});
+            {.node = shell.node(0, j + end), .dir = d, .force = force[d]});
     }
   }
-  for (Index i = 0; i <= n_r; ++i) {
-    entries_of<NodeVelocity>(model).push_back({node(i, 0), 1, 0});
-    entries_of<NodeVelocity>(model).push_back({node(i, n_theta), 0, 0});
-  }
-  model.analysis.plane = Plane::axisymmetric;
+  shell.hold_sides(model);
   model.analysis.scheme = Scheme::newmark;
   model.analysis.implicit.quasi_static = true;
   model.analysis.step.dt = 1;

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "tests/terzaghi.h"
 #include "tests/verification/case.h"
 
 using namespace lahar;
@@ -180,15 +181,6 @@ TEST_CASE("projection: a vortex decays as its viscosity says, the better the fin
 
 namespace {
 
-double terzaghi(double T, double depth) {
-  double sum = 0;
-  for (int m = 0; m < 200; ++m) {
-    const double M = (2 * m + 1) * pi / 2;
-    sum += 2 / M * std::sin(M * depth) * std::exp(-M * M * T);
-  }
-  return sum;
-}
-
 /// Largest error of the pore pressures over the load, at T = 0.3.
 double consolidation_error(double conductivity, double dt) {
   const double c_v = conductivity * 1e7 / 9810;
@@ -216,8 +208,8 @@ double consolidation_error(double conductivity, double dt) {
   double error = 0;
   for (Index p = 0; p < state.size(); ++p) {
     const double depth = 1 - (state.x(p, 1) - state.get("displacement", p, 1));
-    error = std::max(
-        error, std::abs(state.get("pore_pressure", p) / 1e4 - terzaghi(state.time() * c_v, depth)));
+    error = std::max(error, std::abs(state.get("pore_pressure", p) / 1e4 -
+                                     test::terzaghi(state.time() * c_v, depth)));
   }
   return error;
 }

@@ -5,24 +5,14 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <numbers>
 
+#include "tests/terzaghi.h"
 #include "tests/verification/case.h"
 
 using namespace lahar;
 using namespace lahar::verification;
 
 namespace {
-
-/// Pore pressure over the load at the impermeable base.
-double terzaghi(double T) {
-  double sum = 0;
-  for (int m = 0; m < 100; ++m) {
-    const double M = (2 * m + 1) * std::numbers::pi / 2;
-    sum += 2 / M * std::sin(M) * std::exp(-M * M * T);
-  }
-  return sum;
-}
 
 template <int Dim>
 void check_base(bool as_cbgeo) {
@@ -39,9 +29,9 @@ void check_base(bool as_cbgeo) {
       state, [&](Index p) { return state.x(p, 1) < 0.5 / cells; },
       [&](Index p) { return state.get("pore_pressure", p) / 1e4; });
   MESSAGE(Dim << "D, as CB-Geo " << as_cbgeo << ": " << base << ", Terzaghi "
-              << terzaghi(consolidation * end));
+              << test::terzaghi(consolidation * end));
   // Smoothing, which these inputs ask for, drains a little in each step.
-  CHECK(base == doctest::Approx(terzaghi(consolidation * end)).epsilon(0.03));
+  CHECK(base == doctest::Approx(test::terzaghi(consolidation * end)).epsilon(0.03));
 }
 
 }  // namespace

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
+#include "tests/terzaghi.h"
 #include "tests/verification/case.h"
 
 using namespace lahar;
@@ -20,16 +20,6 @@ constexpr double load = 1e4, porosity = 0.4, poisson = 0.2, bulk_modulus = 2.2e9
 double consolidation(double conductivity, double youngs_modulus) {
   const double oedometric = youngs_modulus * (1 - poisson) / ((1 + poisson) * (1 - 2 * poisson));
   return conductivity / 9810 / (1 / oedometric + porosity / bulk_modulus);
-}
-
-/// Pore pressure over the load at height z of 1 m, which drains at its top.
-double terzaghi(double T, double z) {
-  double sum = 0;
-  for (int m = 0; m < 200; ++m) {
-    const double M = (2 * m + 1) * std::numbers::pi / 2;
-    sum += 2 / M * std::sin(M * (1 - z)) * std::exp(-M * M * T);
-  }
-  return sum;
 }
 
 struct Column {
@@ -82,7 +72,7 @@ Errors errors_at(const Column& column, double T) {
   for (Index p = 0; p < state.size(); ++p) {
     const double z = state.x(p, 1) - state.get("displacement", p, 1);
     const double error =
-        std::abs(state.get("pore_pressure", p) / load - terzaghi(state.time() * c_v, z));
+        std::abs(state.get("pore_pressure", p) / load - test::terzaghi(state.time() * c_v, 1 - z));
     errors.column = std::max(errors.column, error);
     if (z < lowest) lowest = z, errors.base = error;
   }

@@ -25,17 +25,6 @@ Model<Dim> with_mean(Model<Dim> model, Scheme scheme) {
 }
 
 template <int Dim>
-void check_ways(const Model<Dim>& model) {
-  const Outcome reference = run(model, serial());
-  REQUIRE(reference.error == "");
-  for (const double x : reference.frames.back().coordinates) REQUIRE(std::isfinite(x));
-  for (const ExecutionOptions& way : {flow(1), flow(2), flow(8), random_order(1)}) {
-    CAPTURE(describe(way));
-    CHECK(same_bits(run(model, way), reference));
-  }
-}
-
-template <int Dim>
 void check_mean(const Model<Dim>& model, Scheme scheme) {
   CAPTURE(static_cast<int>(scheme));
   const Model<Dim> with = with_mean(model, scheme);

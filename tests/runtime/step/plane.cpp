@@ -1,8 +1,6 @@
 // Sheets and bodies of revolution: the same bits however the tasks are executed.
 #include <doctest/doctest.h>
 
-#include <cmath>
-
 #include "tests/runtime/step/plane_models.h"
 #include "tests/runtime/step/restart_checks.h"
 
@@ -24,13 +22,7 @@ Model<2> in_steps(Model<2> model, Scheme scheme) {
 }
 
 void check(const Model<2>& model) {
-  const Outcome reference = run(model, serial());
-  REQUIRE(reference.error == "");
-  for (const double x : reference.frames.back().coordinates) REQUIRE(std::isfinite(x));
-  for (const ExecutionOptions& way : {flow(1), flow(2), flow(8), random_order(1)}) {
-    CAPTURE(describe(way));
-    CHECK(same_bits(run(model, way), reference));
-  }
+  check_ways(model);
   check_restart(model, 11, 27, {flow(2), serial()});
 }
 

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -53,6 +54,18 @@ struct Output {
     return observer;
   }
 };
+
+/// A run has the serial loop's bits however its tasks are executed, and ends with numbers.
+template <int Dim>
+void check_ways(const Model<Dim>& model) {
+  const Outcome reference = run(model, serial());
+  REQUIRE(reference.error == "");
+  for (const double x : reference.frames.back().coordinates) REQUIRE(std::isfinite(x));
+  for (const ExecutionOptions& way : {flow(1), flow(2), flow(8), random_order(1)}) {
+    CAPTURE(describe(way));
+    CHECK(same_bits(run(model, way), reference));
+  }
+}
 
 /// Run to `middle`, store, go on from that with another way of executing: state, frames and rows
 /// are those of an undisturbed run.

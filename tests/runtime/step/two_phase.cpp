@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "tests/runtime/step/models.h"
+#include "tests/terzaghi.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -56,16 +56,6 @@ double at_base(const Frame& frame, std::string_view field) {
   for (std::size_t p = 0; p < frame.id.size(); ++p)
     if (y[p] < least + 1e-3) sum += frame.find(field)->values[p], ++n;
   return sum / n;
-}
-
-/// Pore pressure over the load at the impermeable base (Terzaghi 1923).
-double terzaghi(double T) {
-  double sum = 0;
-  for (int m = 0; m < 100; ++m) {
-    const double M = (2 * m + 1) * std::numbers::pi / 2;
-    sum += 2 / M * std::sin(M) * std::exp(-M * M * T);
-  }
-  return sum;
 }
 
 }  // namespace

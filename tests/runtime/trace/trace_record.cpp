@@ -5,32 +5,17 @@
 #include <filesystem>
 #include <thread>
 
-#include "runtime/program/trace_session.h"
 #include "runtime/trace/analyse/analysis.h"
 #include "runtime/trace/analyse/counters.h"
-#include "tests/runtime/step/models.h"
+#include "tests/runtime/trace/recorded.h"
 
 using namespace lahar;
 using namespace lahar::test;
 
 namespace {
 
-TraceLog recorded(const ExecutionOptions& way, TraceWindow window = {}) {
-  const auto folder = std::filesystem::temp_directory_path() / "lahar-record-test";
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  Simulation simulation(dam_break(), way);
-  {
-    TraceAbout about;
-    about.threads = way.threads;
-    TraceSession session(folder, window, Communicator{}, about, simulation.loops(),
-                         simulation.trace_graph());
-    simulation.run();
-    session.finish();
-  }
-  TraceLog log = read_trace(folder);
-  std::filesystem::remove_all(folder);
-  return log;
+TraceLog recorded_dam(const ExecutionOptions& way, TraceWindow window = {}) {
+  return recorded(dam_break(), way, window).log;
 }
 
 }  // namespace
@@ -38,7 +23,7 @@ TraceLog recorded(const ExecutionOptions& way, TraceWindow window = {}) {
 TEST_CASE("when a task was ready is noted: after all that it waited for, before it began") {
   for (const int threads : {1, 3}) {
     CAPTURE(threads);
-    const TraceLog log = recorded(flow(threads));
+    const TraceLog log = recorded_dam(flow(threads));
     CHECK(problems_of(log).empty());
     std::vector<double> later;
     for (const TraceTask& task : log.tasks) {
@@ -78,7 +63,7 @@ TEST_CASE("threads that end give their buffers back: memory does not grow with t
 TEST_CASE("where nothing notes when tasks are ready, it is when the last input had ended") {
   ExecutionOptions serial = flow(1);
   serial.mode = Mode::serial;
-  const TraceLog log = recorded(serial);
+  const TraceLog log = recorded_dam(serial);
   for (const TraceTask& task : log.tasks) {
     CHECK(!task.noted);
     if (log.graph_at(task.step).first < task.step)  // else it waited for patches to be made, too
@@ -90,7 +75,7 @@ TEST_CASE("where nothing notes when tasks are ready, it is when the last input h
 
 TEST_CASE("all particles are counted in every step, and memory and load are there") {
   const Index particles = Simulation(dam_break(), flow(1)).info().particles;
-  const TraceLog log = recorded(flow(2));
+  const TraceLog log = recorded_dam(flow(2));
   const auto counted = values_of(log, TraceCounter::particles, 0);
   REQUIRE(!counted.empty());
   for (const TraceValue& value : counted) CHECK(value.value == static_cast<double>(particles));
@@ -109,7 +94,7 @@ TEST_CASE("all particles are counted in every step, and memory and load are ther
 }
 
 TEST_CASE("tasks of the first recorded step have been ready, too") {
-  const TraceLog log = recorded(flow(2), {.first = 5, .last = 9});
+  const TraceLog log = recorded_dam(flow(2), {.first = 5, .last = 9});
   CHECK(log.run.first == 5);
   CHECK(log.run.last == 9);
   CHECK(problems_of(log).empty());

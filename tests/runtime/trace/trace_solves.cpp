@@ -2,17 +2,16 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <numeric>
 #include <set>
 
 #include "graph/stage_loop.h"
 #include "physics/base/error.h"
-#include "runtime/program/trace_session.h"
 #include "runtime/trace/analyse/analysis.h"
 #include "runtime/trace/analyse/project.h"
 #include "runtime/trace/analyse/replay.h"
-#include "tests/runtime/step/models.h"
+#include "tests/runtime/step/falling_water.h"
+#include "tests/runtime/trace/recorded.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -37,53 +36,15 @@ Model<2> implicit_model(LinearSolver::Method method = LinearSolver::Method::iter
   return model;
 }
 
-/// Water that falls in a tank.
 Model<2> projection_model() {
-  Model<2> model = model_of_text<2>(R"({
-    "mesh": {"structured": {"cell_size": 0.1, "extent": [2, 1.5]},
-             "boundary_conditions": {"velocity_constraints": [
-               {"nset": "walls", "dir": "x", "velocity": 0},
-               {"nset": "floor", "dir": "y", "velocity": 0}]}},
-    "sets": {"nodes": {
-      "walls": {"union": [{"half_space": {"point": [0, 0], "normal": [1, 0]}},
-                          {"half_space": {"point": [2, 0], "normal": [-1, 0]}}]},
-      "floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}}}},
-    "materials": [{"type": "Newtonian", "density": 1000, "bulk_modulus": 2e9,
-                   "dynamic_viscosity": 1}],
-    "particles": [{"generator": {"type": "region", "per_cell": 2, "material": 0,
-                                 "region": {"box": {"min": [0, 0], "max": [0.8, 1]}}}}],
-    "external_loading_conditions": {"gravity": [0, -10]},
-    "analysis": {"mpm_scheme": "projection", "dt": 0.01, "nsteps": 4, "patch_particles": 60}})");
-  model.analysis.linear.method = LinearSolver::Method::iterative;
+  Model<2> model = falling_water(LinearSolver::Method::iterative);
+  model.analysis.nsteps = 4;
   return model;
 }
 
 /// (The graph of an implicit time step is drained after each step, which verifying does not know.)
 ExecutionOptions on(int threads) {
   return {.threads = threads};
-}
-
-struct Recorded {
-  TraceLog log;
-  SolveCounts solves;
-};
-
-Recorded recorded(Model<2> model, const ExecutionOptions& way, TraceWindow window = {}) {
-  const auto folder = std::filesystem::temp_directory_path() / "lahar-trace-solves-test";
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  Simulation simulation(std::move(model), way);
-  {
-    TraceAbout about;
-    about.threads = way.threads;
-    TraceSession session(folder, window, Communicator{}, about, simulation.loops(),
-                         simulation.trace_graph());
-    simulation.run();
-    session.finish();
-  }
-  Recorded all{read_trace(folder), simulation.solves()};
-  std::filesystem::remove_all(folder);
-  return all;
 }
 
 std::vector<std::string> names_of(const TraceLog& log) {
