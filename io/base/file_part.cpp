@@ -32,11 +32,11 @@ Index rows_to_read(const SideFile& file, std::string_view what, Index before, In
                    Index found, ProblemList& problems) {
   if (!file.as_cbgeo || found == promised || found < 1) return promised;
   const int line = found > promised ? file.line_of_row(before + promised) : 0;
-  problems.warning(file.at_line(
-      line,
-      fmt::format("the first row says that there are {} {}, but there are {}: all are read",
-                  promised, what, found),
-      "CB-Geo MPM does not look at that number; without --as-cbgeo this is an error"));
+  problems.warning(
+      file.at_line(line,
+                   fmt::format("the first row counts {} {}, the file has {}; all are read",
+                               promised, what, found),
+                   "CB-Geo MPM does not look at that number; without --as-cbgeo this is an error"));
   return found;
 }
 

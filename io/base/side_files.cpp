@@ -210,7 +210,7 @@ RowReader::RowReader(const SideFile& file, ProblemList& problems, Index begin, I
 
 namespace {
 
-// "1-4, 7, 9-12, ...": ascending lines, of which at most eight ranges are named.
+// "1-4, 7, 9-12, ...". The lines ascend; at most eight ranges are named.
 std::string line_ranges(const std::vector<int>& lines) {
   constexpr int most = 8;
   std::string text;

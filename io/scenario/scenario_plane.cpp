@@ -118,10 +118,10 @@ void ScenarioBuilder<Dim>::check_sheet() {
   const auto materials = get_list(root_, "materials");
   for (std::size_t m = 0; m < model_.materials.size(); ++m)  // bodies in contact have copies
     if (has_pressure(model_.materials[m].law) && is_used(m))
-      in_.error(*materials[m % materials.size()],
-                fmt::format("'{}' is a fluid: there is no plane stress without solids",
-                            model_.materials[m].name),
-                "take plane strain");
+      in_.error(
+          *materials[m % materials.size()],
+          fmt::format("'{}' is a fluid; plane stress is for solids", model_.materials[m].name),
+          "take plane strain");
   if (a.mean_volume)
     refuse_across(section("analysis").find("b_bar"), "B-bar",
                   "leave it out: a sheet that hardly changes its volume changes its thickness, and "

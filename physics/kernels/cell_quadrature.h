@@ -72,7 +72,7 @@ CornerPoints<Dim> corner_points(Map map) {
   return points;
 }
 
-/// Of a local cell of a patch with Q4 or H8, nodes in tensor order.
+/// The points of a local cell. The patch has Q4 or H8 cells; nodes are in tensor order.
 template <int Dim>
 CornerPoints<Dim> corner_points_of(const Patch<Dim>& patch, Local cell) {
   if (patch.cartesian) return corner_points<Dim>(CartesianCells<Dim>(patch)[cell]);

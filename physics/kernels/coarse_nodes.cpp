@@ -12,18 +12,21 @@ namespace {
 template <int Dim>
 constexpr auto n_corners = static_cast<std::size_t>(corners<Dim>);
 
+template <int Dim>
+bool is_free(const SolverVectors& solver, Local node) {
+  const double* const of = at(solver.inverse, node);
+  return std::any_of(of, of + Dim, [](double value) { return value != 0; });
+}
+
 /// Call body(node) for the active nodes that have a free unknown.
 template <int Dim, class Body>
 void for_each_free(const Patch<Dim>& patch, Body body) {
-  const NodeArray& inverse = patch.system.solver.inverse;
   for (const NodeRange& range : patch.active_nodes)
-    for (Local i = range.begin; i < range.end; ++i) {
-      const double* const of = at(inverse, i);
-      if (std::any_of(of, of + Dim, [](double value) { return value != 0; })) body(i);
-    }
+    for (Local i = range.begin; i < range.end; ++i)
+      if (is_free<Dim>(patch.system.solver, i)) body(i);
 }
 
-/// `vector` as it is along the axes of turned nodes, which are walked through with the nodes.
+/// Finds the turned node at a node, for nodes in ascending order.
 template <int Dim>
 class Turned {
  public:
@@ -40,20 +43,10 @@ class Turned {
 };
 
 template <int Dim>
-NodeVector to_mesh(const typename NodalSystem<Dim>::TurnedNode* node, const NodeVector& along) {
-  if (!node) return along;
+NodeVector product(const Eigen::Matrix<double, Dim, Dim>& axes, const NodeVector& vector) {
   double values[node_width] = {};
   for (int a = 0; a < Dim; ++a)
-    for (int b = 0; b < Dim; ++b) values[a] += node->axes(a, b) * along[b];
-  return load<NodeVector>(values);
-}
-
-template <int Dim>
-NodeVector to_axes(const typename NodalSystem<Dim>::TurnedNode* node, const NodeVector& global) {
-  if (!node) return global;
-  double values[node_width] = {};
-  for (int a = 0; a < Dim; ++a)
-    for (int b = 0; b < Dim; ++b) values[a] += node->axes(b, a) * global[b];
+    for (int b = 0; b < Dim; ++b) values[a] += axes(a, b) * vector[b];
   return load<NodeVector>(values);
 }
 
@@ -111,31 +104,17 @@ constexpr int most_boxes_apart = 3;
 constexpr double most_coarse_nodes = 16;
 
 template <int Width, int Dim>
-bool add_blocks(const Patch<Dim>& patch, const std::vector<Index>& numbers,
+bool add_blocks(const Patch<Dim>& patch, const CoarsePlaces<Dim>& places,
                 const Lattice<Dim>& lattice, std::vector<CoarseBlock<Dim>>& blocks) {
   using Place = typename Lattice<Dim>::Place;
   const NodalSystem<Dim>& system = patch.system;
   const CoarseNodes& coarse = system.solver.coarse;
-  std::vector<Place> box(static_cast<std::size_t>(patch.n_nodes()));
-  for_each_free(patch, [&](Local i) {
-    const auto node = static_cast<std::size_t>(i);
-    for (std::size_t c = 0; c < n_corners<Dim>; ++c) {
-      if (coarse.weights[node * n_corners<Dim> + c] == 0) continue;
-      const auto at = static_cast<std::size_t>(coarse.first[node] + coarse.corner[c]);
-      box[node] = lattice.place(numbers[at]);
-      for (std::size_t d = 0; d < Dim; ++d) box[node][d] -= static_cast<int>(c >> d & 1);
-      return;
-    }
-  });
-  const auto is_free = [&](Local i) {
-    const double* const of = at(system.solver.inverse, i);
-    return std::any_of(of, of + Dim, [](double value) { return value != 0; });
-  };
+  const std::vector<Place>& box = places.box;
   int farthest = 0;
   const auto for_each_column = [&](Local i, auto body) {
     const auto row = static_cast<std::size_t>(i);
     for (std::size_t k = system.first[row]; k < system.first[row + 1]; ++k)
-      if (is_free(system.column[k])) body(k, system.column[k]);
+      if (is_free<Dim>(system.solver, system.column[k])) body(k, system.column[k]);
   };
   for_each_free(patch, [&](Local i) {
     for_each_column(i, [&](std::size_t, Local j) {
@@ -145,6 +124,7 @@ bool add_blocks(const Patch<Dim>& patch, const std::vector<Index>& numbers,
     });
   });
   if (farthest > most_boxes_apart) return false;
+  const std::vector<Index>& numbers = places.numbers;
   CoarseRows<Width, Dim> rows(numbers.size(), farthest);
   const FreeBlocks<Width, Dim> free(system);
   for_each_free(patch, [&](Local i) {
@@ -175,7 +155,7 @@ bool add_blocks(const Patch<Dim>& patch, const std::vector<Index>& numbers,
 
 template <int Dim>
 bool place_on_lattice(Patch<Dim>& patch, const Mesh<Dim>& mesh, const Lattice<Dim>& lattice,
-                      std::vector<Index>& numbers) {
+                      CoarsePlaces<Dim>& places) {
   using Place = typename Lattice<Dim>::Place;
   CoarseNodes& coarse = patch.system.solver.coarse;
   const auto n = static_cast<std::size_t>(patch.n_nodes());
@@ -183,7 +163,9 @@ bool place_on_lattice(Patch<Dim>& patch, const Mesh<Dim>& mesh, const Lattice<Di
   Place low, high;
   low.fill(std::numeric_limits<int>::max());
   high.fill(-1);
-  std::vector<Place> box(n);
+  std::vector<Index>& numbers = places.numbers;
+  std::vector<Place>& box = places.box;
+  box.assign(n, Place{});
   for_each_free(patch, [&](Local i) {
     const auto node = static_cast<std::size_t>(i);
     box[node] = lattice.box_of(mesh.node(patch.topology.nodes[node]));
@@ -232,11 +214,11 @@ bool place_on_lattice(Patch<Dim>& patch, const Mesh<Dim>& mesh, const Lattice<Di
 }
 
 template <int Dim>
-bool add_coarse_blocks(const Patch<Dim>& patch, const std::vector<Index>& numbers,
+bool add_coarse_blocks(const Patch<Dim>& patch, const CoarsePlaces<Dim>& places,
                        const Lattice<Dim>& lattice, std::vector<CoarseBlock<Dim>>& blocks) {
-  if (numbers.empty() || patch.system.column.empty()) return true;
-  return patch.system.is_scalar ? add_blocks<1>(patch, numbers, lattice, blocks)
-                                : add_blocks<Dim>(patch, numbers, lattice, blocks);
+  if (places.numbers.empty() || patch.system.column.empty()) return true;
+  return patch.system.is_scalar ? add_blocks<1>(patch, places, lattice, blocks)
+                                : add_blocks<Dim>(patch, places, lattice, blocks);
 }
 
 template <int Dim>
@@ -248,7 +230,8 @@ void restrict_residual(Patch<Dim>& patch) {
   for_each_free(patch, [&](Local i) {
     if (at(solver.inverse, i)[mass_lane] == 0) return;
     const auto node = static_cast<std::size_t>(i);
-    const NodeVector t = to_mesh<Dim>(turned.find(i), load<NodeVector>(at(solver.t, i)));
+    NodeVector t = load<NodeVector>(at(solver.t, i));
+    if (const auto* along = turned.find(i)) t = product<Dim>(along->axes, t);
     const double* const weights = &coarse.weights[node * n_corners<Dim>];
     for (std::size_t c = 0; c < n_corners<Dim>; ++c) {
       double* const to = at(coarse.sums, coarse.first[node] + coarse.corner[c]);
@@ -274,17 +257,17 @@ void prolong(Patch<Dim>& patch, const double* of_coarse_nodes) {
       if (number < 0) continue;
       sum += NodeVector(weights[c]) * load<NodeVector>(of_coarse_nodes + number * node_width);
     }
-    const NodeVector along = to_axes<Dim>(turned.find(i), sum);
+    if (const auto* along = turned.find(i)) sum = product<Dim>(along->axes.transpose(), sum);
     const NodeVector inverse = load<NodeVector>(at(solver.inverse, i));
-    const NodeVector change = NodeVector::of(inverse.v != zero.v ? along.v : zero.v);
+    const NodeVector change = NodeVector::of(inverse.v != zero.v ? sum.v : zero.v);
     store(change, at(solver.d, i));
   });
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                               \
   template bool place_on_lattice<Dim>(Patch<Dim>&, const Mesh<Dim>&, const Lattice<Dim>&,    \
-                                      std::vector<Index>&);                                  \
-  template bool add_coarse_blocks<Dim>(const Patch<Dim>&, const std::vector<Index>&,         \
+                                      CoarsePlaces<Dim>&);                                   \
+  template bool add_coarse_blocks<Dim>(const Patch<Dim>&, const CoarsePlaces<Dim>&,          \
                                        const Lattice<Dim>&, std::vector<CoarseBlock<Dim>>&); \
   template void restrict_residual<Dim>(Patch<Dim>&);                                         \
   template void prolong<Dim>(Patch<Dim>&, const double*);

@@ -59,18 +59,25 @@ struct CoarseBlock {
   std::array<double, static_cast<std::size_t>(Dim* Dim)> values;  ///< row by row
 };
 
-/// Patch::system.solver.coarse but for the numbers among all coarse nodes. `numbers`: for each of
-/// the patch's coarse nodes Lattice::number(), or -1 where no free unknown depends on it. False
-/// where the lattice is far too fine for the patch.
+/// Where the nodes of a patch, and its coarse nodes, lie on the lattice.
+template <int Dim>
+struct CoarsePlaces {
+  std::vector<typename Lattice<Dim>::Place> box;  ///< by local node with a free unknown
+  /// Lattice::number() by coarse node of the patch; -1 where no free unknown depends on it.
+  std::vector<Index> numbers;
+};
+
+/// Sets Patch::system.solver.coarse but for the numbers among all coarse nodes. False where the
+/// lattice is far too fine for the patch.
 template <int Dim>
 bool place_on_lattice(Patch<Dim>& patch, const Mesh<Dim>& mesh, const Lattice<Dim>& lattice,
-                      std::vector<Index>& numbers);
+                      CoarsePlaces<Dim>& places);
 
 /// The patch's part of the matrix of coarse nodes, after place_on_lattice(). Unknowns without an
 /// entry in SolverVectors::inverse are left out. False where nodes that share a block are too many
 /// boxes apart.
 template <int Dim>
-bool add_coarse_blocks(const Patch<Dim>& patch, const std::vector<Index>& numbers,
+bool add_coarse_blocks(const Patch<Dim>& patch, const CoarsePlaces<Dim>& places,
                        const Lattice<Dim>& lattice, std::vector<CoarseBlock<Dim>>& blocks);
 
 /// CoarseNodes::sums = P^T t, of the nodes that this patch counts.

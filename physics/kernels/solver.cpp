@@ -62,17 +62,6 @@ double find_inverse(Patch<Dim>& patch, Index round) {
   return unsolvable;
 }
 
-/// The vectors of one node.
-struct NodeOfSolver {
-  double *x, *m, *r, *w, *s, *z, *p, *v, *t, *shadow;
-  const double* b;
-  NodeVector inverse;
-};
-
-LAHAR_INLINE NodeVector get(const double* p) {
-  return load<NodeVector>(p);
-}
-
 /// What becomes of a product; the sums of those rounds after which nothing else is given are (r, r)
 /// and what the next iteration begins with.
 LAHAR_INLINE void add_sums(const SolverOrder& order, const NodeOfSolver& node, LaneSums& sums) {
@@ -238,24 +227,9 @@ void advance_solver(Patch<Dim>& patch, const StepContext<Dim>& round) {
   const double unsolvable =
       round.step == solver.first_round ? find_inverse(patch, round.step) : 0.0;
   LaneSums sums;
-  const auto of_bicgstab = [&](NodeArray& vector, Local i) {
-    return order.bicgstab ? at(vector, i) : nullptr;
-  };
   for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::product, round.step),
                 [&](Local i, const NodeVector&, const NodeVector& product) {
-                  const NodeOfSolver node{
-                      .x = at(system.solution, i),
-                      .m = at(solver.factor, i),
-                      .r = at(solver.r, i),
-                      .w = at(solver.w, i),
-                      .s = at(solver.s, i),
-                      .z = at(solver.z, i),
-                      .p = at(solver.p, i),
-                      .v = of_bicgstab(solver.v, i),
-                      .t = of_bicgstab(solver.t, i),
-                      .shadow = order.bicgstab || order.multigrid ? at(solver.shadow, i) : nullptr,
-                      .b = at(system.right_side, i),
-                      .inverse = get(at(solver.inverse, i))};
+                  const NodeOfSolver node = node_of_solver(system, order, i);
                   take_product(order, node, product);
                   store(next_factor(order, node), node.m);
                   add_sums(order, node, sums);

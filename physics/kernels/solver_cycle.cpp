@@ -10,18 +10,8 @@ namespace {
 
 using Product = SolverOrder::Product;
 
-/// The vectors of one node.
-struct NodeOfCycle {
-  double *x, *r, *w, *s, *z, *p, *t, *d, *shadow;
-  NodeVector inverse;
-};
-
-LAHAR_INLINE NodeVector get(const double* p) {
-  return load<NodeVector>(p);
-}
-
 /// What becomes of the product n.
-LAHAR_INLINE void take_product(const SolverOrder& order, const NodeOfCycle& node,
+LAHAR_INLINE void take_product(const SolverOrder& order, const NodeOfSolver& node,
                                const NodeVector& n) {
   const NodeVector alpha(order.alpha), beta(order.beta), omega(order.omega);
   switch (order.product) {
@@ -60,7 +50,7 @@ LAHAR_INLINE void take_product(const SolverOrder& order, const NodeOfCycle& node
   }
 }
 
-LAHAR_INLINE void begin_cycle(const SolverOrder& order, const NodeOfCycle& node) {
+LAHAR_INLINE void begin_cycle(const SolverOrder& order, const NodeOfSolver& node) {
   if (order.cycle == SolverOrder::Cycle::none) return;
   const NodeVector t = get(order.cycle == SolverOrder::Cycle::of_r ? node.r : node.p);
   const NodeVector d = NodeVector(order.latest) * NodeVector(node.inverse * t);
@@ -69,7 +59,7 @@ LAHAR_INLINE void begin_cycle(const SolverOrder& order, const NodeOfCycle& node)
   store(d, node.z);
 }
 
-LAHAR_INLINE void add_sums(const SolverOrder& order, const NodeOfCycle& node, LaneSums& sums) {
+LAHAR_INLINE void add_sums(const SolverOrder& order, const NodeOfSolver& node, LaneSums& sums) {
   const NodeVector& inverse = node.inverse;
   const NodeVector r = get(node.r);
   if (order.cycle != SolverOrder::Cycle::none || order.product == Product::second_half)
@@ -105,16 +95,7 @@ void advance_cycle(Patch<Dim>& patch, const StepContext<Dim>& round) {
   LaneSums sums;
   for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::product, round.step),
                 [&](Local i, const NodeVector&, const NodeVector& product) {
-                  const NodeOfCycle node{.x = at(system.solution, i),
-                                         .r = at(solver.r, i),
-                                         .w = at(solver.w, i),
-                                         .s = at(solver.s, i),
-                                         .z = at(solver.z, i),
-                                         .p = at(solver.p, i),
-                                         .t = at(solver.t, i),
-                                         .d = at(solver.d, i),
-                                         .shadow = at(solver.shadow, i),
-                                         .inverse = get(at(solver.inverse, i))};
+                  const NodeOfSolver node = node_of_solver(system, order, i);
                   take_product(order, node, where_free(node.inverse, product));
                   begin_cycle(order, node);
                   add_sums(order, node, sums);

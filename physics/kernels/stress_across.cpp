@@ -71,7 +71,7 @@ struct LawUpdate {
   }
 };
 
-/// The strain rate across a sheet for which there is no stress across it at the end of the step.
+/// The strain rate across a sheet that makes its stress there zero at the end of the step.
 template <class Real, class Update, class Input>
 LAHAR_INLINE Real free_rate(const Update& update_of, double modulus, unsigned active, double dt,
                             const Real (&stress)[6], const Real (&state)[most_state], Input input) {

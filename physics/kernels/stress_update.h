@@ -9,7 +9,7 @@
 
 namespace lahar {
 
-/// Rows of the columns that the stage changes; null where there is no such column.
+/// The columns that the stage changes, row by row. A column that particles do not have is null.
 template <int Dim>
 struct Rows {
   std::array<double*, stress_components<Dim>> stress;

@@ -90,8 +90,9 @@ struct SolverVectors {
   NodeArray inverse;  ///< {D, 1 where this patch counts the node in sums}
   NodeArray factor;   ///< m, where it is none of the vectors below
   NodeArray r, w, s, z, p;
-  NodeArray v, t, shadow;  ///< BiCGStab; r* is the shadow residual
-  NodeArray d;             ///< multigrid cycles; their residual is t
+  NodeArray v;          ///< pipelined BiCGStab
+  NodeArray t, shadow;  ///< and multigrid cycles, whose residual is t; r* is the shadow residual
+  NodeArray d;          ///< multigrid cycles
   std::array<double, n_solver_sums> sums{};
 };
 

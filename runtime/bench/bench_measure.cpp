@@ -89,7 +89,8 @@ double bandwidth_of(const BenchMachine& machine, int threads) {
   return 0;
 }
 
-/// What an iteration of a linear solve takes, and its product against the bandwidth.
+/// What an iteration of a linear solve takes in the mean, whatever its preconditioner, and the
+/// product of those with the diagonal against the bandwidth.
 void add_solves(const BenchVariant& variant, const std::vector<BenchWorker::Times>& samples,
                 const BenchMachine& machine, BenchCase& result) {
   constexpr double goal = 1.5;

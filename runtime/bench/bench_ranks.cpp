@@ -208,13 +208,13 @@ double iteration_time(Simulation& simulation) {
          static_cast<double>(after.linear_iterations - before.linear_iterations);
 }
 
-/// Conjugate gradients, whose messages and reductions are to be hidden as those of steps are.
+/// Linear solves, whose messages and reductions are to be hidden as those of steps are.
 void measure_iterations(const RankBenchArguments& arguments, const Communicator& world) {
   constexpr double latency = 600e-6;
   const bool speaks = world.rank() == 0;
   if (speaks)
     fmt::print(
-        "The same of an iteration of conjugate gradients, implicit step, H8\n\n"
+        "The same of an iteration of linear solves in the mean, implicit step, H8\n\n"
         "| unknowns | iteration [ms] | with latency | growth |\n|---:|---:|---:|---:|\n");
   const std::vector<Index> sizes =
       arguments.quick ? std::vector<Index>{16} : std::vector<Index>{16, 24, 32};

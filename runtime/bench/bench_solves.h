@@ -6,8 +6,8 @@
 namespace lahar {
 
 /// A block of elastic material on a floor that holds it, for which gravity acts from the first step
-/// on: Newmark's method with steps of many times what a wave takes through a cell, so that a linear
-/// system takes some hundred iterations, whose number does not matter.
+/// on. Newmark's method takes steps of many times what a wave takes through a cell, so that linear
+/// systems need a multigrid cycle after the first iterations.
 template <int Dim>
 Model<Dim> implicit_block(const BlockSize& size);
 

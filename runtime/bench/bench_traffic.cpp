@@ -29,8 +29,8 @@ std::vector<TrafficPhase> phases_of_boxes(Scheme scheme) {
   return {};
 }
 
-/// Of a liquid in pores: its velocity where particles move and are mapped, its pressure where the
-/// skeleton is strained.
+/// Adds the columns of a liquid in pores. Its velocity belongs to phases in which particles move,
+/// its pressure to those in which the skeleton is strained.
 void add_liquid(TrafficPhase& phase, bool moves, bool strains) {
   if (moves) {
     phase.reads.push_back(liquid_v);

@@ -116,7 +116,8 @@ void give_loads(std::span<const std::unique_ptr<Patch<Dim>>> patches,
                 const std::vector<ParticleLoads>& loads, const Communicator& ranks) {
   const auto size = static_cast<std::size_t>(ranks.size());
   if (!ranks.any(!loads.empty())) return;
-  // Rank id % size knows the loads of a particle; whoever has the particle asks it.
+  // The rank with number id % size keeps the loads of a particle. The rank that has the particle
+  // asks it.
   std::vector<std::vector<ParticleLoads>> told(size);
   for (const ParticleLoads& one : loads)
     told[static_cast<std::size_t>(one.id) % size].push_back(one);

@@ -27,7 +27,7 @@ struct ParticleLoads {
   std::uint64_t loads;
 };
 
-/// Of those particles of a table that have any.
+/// The loads of a table's particles. Particles without loads are left out.
 template <int Dim>
 std::vector<ParticleLoads> loads_in(const ParticleTable<Dim>& particles);
 

@@ -18,7 +18,7 @@ constexpr double cells_per_box = 3.0;
 constexpr double steps_of_scale = 0x1p46;
 /// What a patch may give: the sum of 2^10 patches is still an integer.
 constexpr double most_steps = 0x1p52;
-/// Of the blocks of all patches, which every rank gets in one message.
+/// The most that the blocks of all patches may take: every rank gets them in one message.
 constexpr double most_bytes = 1.5e9;
 
 }  // namespace
@@ -89,15 +89,15 @@ bool CoarseGrid<Dim>::set_up(bool is_scalar) {
   width_ = is_scalar ? 1 : Dim;
   const Lattice<Dim> lattice = this->lattice();
   const auto n = static_cast<std::size_t>(patches_.size());
-  std::vector<std::vector<Index>> numbers(n);
+  std::vector<CoarsePlaces<Dim>> places(n);
   std::vector<std::vector<CoarseBlock<Dim>>> parts(n);
   std::vector<char> is_suited(n, 0);
   parallel_for(threads_, patches_.size(), [&](int p) {
     const auto k = static_cast<std::size_t>(p);
     NodalSystem<Dim>& system = patches_[p].system;
     system.rough_blocks.assign(system.blocks.begin(), system.blocks.end());
-    is_suited[k] = place_on_lattice(patches_[p], patches_.mesh(), lattice, numbers[k]) &&
-                   add_coarse_blocks(patches_[p], numbers[k], lattice, parts[k]);
+    is_suited[k] = place_on_lattice(patches_[p], patches_.mesh(), lattice, places[k]) &&
+                   add_coarse_blocks(patches_[p], places[k], lattice, parts[k]);
   });
   Index own = 0;
   for (const auto& part : parts) own += static_cast<Index>(part.size());
@@ -121,7 +121,7 @@ bool CoarseGrid<Dim>::set_up(bool is_scalar) {
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   for (std::size_t k = 0; k < n; ++k) {
     std::vector<Index>& own = patches_[static_cast<int>(k)].system.solver.coarse.number;
-    own = std::move(numbers[k]);
+    own = std::move(places[k].numbers);
     for (Index& number : own) {
       const auto at = std::lower_bound(nodes.begin(), nodes.end(), number);
       number = at != nodes.end() && *at == number ? at - nodes.begin() : -1;
@@ -143,7 +143,7 @@ std::span<const Index> CoarseGrid<Dim>::give(double scale) {
       if (coarse.number[i] < 0) continue;
       for (std::size_t a = 0; a < width; ++a) {
         const double steps = coarse.sums[i * node_width + a] / scale * steps_of_scale;
-        // What grew that much, or is no number, is found by the sums of the rounds that follow.
+        // Larger values, and those that are no numbers, show in the sums of the rounds that follow.
         if (std::abs(steps) < most_steps)
           sums_[static_cast<std::size_t>(coarse.number[i]) * width + a] += std::llrint(steps);
       }

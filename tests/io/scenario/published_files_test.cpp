@@ -69,13 +69,13 @@ TEST_CASE("side files that are not as they say: refused, and with as_cbgeo read 
 )"},
     {"more particles, as CB-Geo", more_particles, {as_cbgeo},
      R"(accepted
-particles.txt:4: warning: the first row says that there are 2 particles, but there are 4: all are read
+particles.txt:4: warning: the first row counts 2 particles, the file has 4; all are read
   1.5 0.5
   hint: CB-Geo MPM does not look at that number; without --as-cbgeo this is an error
 )"},
     {"fewer particles, as CB-Geo", {write("particles.txt", "5\n0.25 0.5\n0.75 0.5\n1.5 0.5\n")}, {as_cbgeo},
      R"(accepted
-particles.txt: warning: the first row says that there are 5 particles, but there are 3: all are read
+particles.txt: warning: the first row counts 5 particles, the file has 3; all are read
   hint: CB-Geo MPM does not look at that number; without --as-cbgeo this is an error
 )"},
     {"more cells", more_cells, {},
@@ -86,13 +86,13 @@ particles.txt: warning: the first row says that there are 5 particles, but there
 )"},
     {"more cells, as CB-Geo", more_cells, {as_cbgeo},
      R"(accepted
-mesh.txt:10: warning: the first row says that there are 1 cells, but there are 2: all are read
+mesh.txt:10: warning: the first row counts 1 cells, the file has 2; all are read
   1 2 5 4
   hint: CB-Geo MPM does not look at that number; without --as-cbgeo this is an error
 )"},
     {"other stresses, as CB-Geo", other_stresses, {as_cbgeo},
      R"(accepted
-s.txt:3: warning: the first row says that there are 1 rows of stresses, but there are 3: all are read
+s.txt:3: warning: the first row counts 1 rows of stresses, the file has 3; all are read
   0 0 0 0 0 0
   hint: CB-Geo MPM does not look at that number; without --as-cbgeo this is an error
 )"},
