@@ -1,0 +1,51 @@
+/// \file Rigid shapes: how far a point is from their surface, and where to.
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "physics/base/types.h"
+#include "physics/geometry/surface.h"
+
+namespace lahar {
+
+/// A shape that may be a wall or a body. Queries have no state: any thread may ask.
+template <int Dim>
+class Solid {
+ public:
+  struct Nearest {
+    double distance;  ///< [m] to the surface; negative inside
+    Vec<Dim> normal;  ///< unit normal that points out of the solid, of the nearest point
+  };
+  virtual ~Solid() = default;
+  /// Right near the surface; far away at least the side is right, and the distance not too large.
+  virtual Nearest nearest(const Vec<Dim>& x) const = 0;
+  /// Box around it; infinite where it has no end.
+  virtual std::pair<Vec<Dim>, Vec<Dim>> bounds() const = 0;
+};
+
+template <int Dim>
+using SolidPtr = std::shared_ptr<const Solid<Dim>>;
+
+/// (x - point) . normal <= 0; `normal` has length 1.
+template <int Dim>
+SolidPtr<Dim> half_space(const Vec<Dim>& point, const Vec<Dim>& normal);
+/// Ball, in two dimensions a disc.
+template <int Dim>
+SolidPtr<Dim> ball(const Vec<Dim>& centre, double radius);
+/// Axis-aligned box.
+template <int Dim>
+SolidPtr<Dim> box(const Vec<Dim>& low, const Vec<Dim>& high);
+/// Around the line from `from` to `to`, with radii at both ends (a cylinder, cone or frustum) and
+/// flat ends; in two dimensions a trapezium.
+template <int Dim>
+SolidPtr<Dim> frustum(const Vec<Dim>& from, const Vec<Dim>& to, double radius_from,
+                      double radius_to);
+/// All that is below a surface. Distances are those to the tangent plane below or above.
+template <int Dim>
+SolidPtr<Dim> below(std::shared_ptr<const Surface<Dim>> surface);
+/// A polygon without crossings, in any orientation.
+SolidPtr<2> polygon(std::vector<Vec<2>> corners);
+
+}  // namespace lahar

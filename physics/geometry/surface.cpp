@@ -1,0 +1,88 @@
+#include "physics/geometry/surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lahar {
+
+namespace {
+
+bool is_uniform(const std::vector<double>& axis) {
+  const double step = (axis.back() - axis.front()) / static_cast<double>(axis.size() - 1);
+  for (std::size_t i = 0; i < axis.size(); ++i)
+    if (std::abs(axis[i] - axis.front() - static_cast<double>(i) * step) > 1e-9 * step)
+      return false;
+  return true;
+}
+
+/// Where a coordinate lies on an axis: after point `i`, by the share `t` of the way to the next.
+struct OnAxis {
+  std::size_t i = 0;
+  double t = 0, length = 1;
+};
+
+/// Nothing outside of the axis.
+bool find(const std::vector<double>& axis, bool uniform, double x, OnAxis& on) {
+  if (!(x >= axis.front() && x <= axis.back())) return false;
+  const std::size_t last = axis.size() - 2;
+  if (uniform) {
+    const double step = (axis.back() - axis.front()) / static_cast<double>(axis.size() - 1);
+    on.i = std::min(static_cast<std::size_t>((x - axis.front()) / step), last);
+  } else {
+    const auto above = std::upper_bound(axis.begin(), axis.end(), x);
+    on.i = std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - axis.begin() - 1, 0)),
+                    last);
+  }
+  on.length = axis[on.i + 1] - axis[on.i];
+  on.t = (x - axis[on.i]) / on.length;
+  return true;
+}
+
+}  // namespace
+
+template <int Dim>
+Surface<Dim>::Surface(Axes axes, std::vector<float> heights)
+    : axes_(std::move(axes)), heights_(std::move(heights)) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  for (std::size_t d = 0; d < plan; ++d) {
+    uniform_[d] = is_uniform(axes_[d]);
+    bounds_.first[static_cast<int>(d)] = axes_[d].front();
+    bounds_.second[static_cast<int>(d)] = axes_[d].back();
+  }
+  double low = inf, high = -inf;
+  for (const float h : heights_)
+    if (!std::isnan(h)) low = std::min<double>(low, h), high = std::max<double>(high, h);
+  bounds_.first[plan] = low;
+  bounds_.second[plan] = high;
+}
+
+template <int Dim>
+typename Surface<Dim>::Point Surface<Dim>::at(const Vec<Dim>& x) const {
+  Point none{std::numeric_limits<double>::quiet_NaN(), Vec<Dim>::Zero()};
+  std::array<OnAxis, static_cast<std::size_t>(plan)> on;
+  for (std::size_t d = 0; d < plan; ++d)
+    if (axes_[d].size() < 2 || !find(axes_[d], uniform_[d], x[static_cast<int>(d)], on[d]))
+      return none;
+  Point point{0, Vec<Dim>::Zero()};
+  if constexpr (Dim == 2) {
+    const double a = heights_[on[0].i], b = heights_[on[0].i + 1];
+    point.height = a + on[0].t * (b - a);
+    point.slope[0] = (b - a) / on[0].length;
+  } else {
+    const std::size_t row = axes_[0].size(), first = on[1].i * row + on[0].i;
+    const double a = heights_[first], b = heights_[first + 1];
+    const double c = heights_[first + row], d = heights_[first + row + 1];
+    const double s = on[0].t, t = on[1].t;
+    const double front = a + s * (b - a), back = c + s * (d - c);
+    point.height = front + t * (back - front);
+    point.slope[0] = ((1 - t) * (b - a) + t * (d - c)) / on[0].length;
+    point.slope[1] = (back - front) / on[1].length;
+  }
+  return point;
+}
+
+template class Surface<2>;
+template class Surface<3>;
+
+}  // namespace lahar
