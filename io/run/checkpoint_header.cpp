@@ -86,6 +86,44 @@ WatchdogState watchdog_of(const Json& run) {
                     .text = alarm.at("text")}};
 }
 
+/// Members of RigidBodyState by name.
+template <class State, class Visit>
+void for_members(State& body, Visit visit) {
+  visit("origin", body.origin);
+  visit("velocity", body.velocity);
+  visit("spin", body.spin);
+  visit("axes", body.axes);
+  visit("force", body.force);
+  visit("torque", body.torque);
+}
+
+Json rigid_bodies_json(const std::vector<RigidBodyState>& bodies) {
+  Json list = Json::array();
+  for (const RigidBodyState& body : bodies) {
+    Json& entry = list.emplace_back(Json::object());
+    for_members(body, [&](const char* key, const auto& values) {
+      Json& numbers = entry[key] = Json::array();
+      for (const double value : values) numbers.push_back(any_number(value));
+    });
+  }
+  return list;
+}
+
+std::vector<RigidBodyState> rigid_bodies_of(const Json& run) {
+  std::vector<RigidBodyState> bodies;
+  if (!run.contains("rigid_bodies")) return bodies;  // before there were any
+  for (const Json& entry : run.at("rigid_bodies")) {
+    RigidBodyState& body = bodies.emplace_back();
+    for_members(body, [&](const char* key, auto& values) {
+      const Json& numbers = entry.at(key);
+      if (!numbers.is_array() || numbers.size() != values.size())
+        throw IoError(fmt::format("'{}' of a rigid body is not {} numbers", key, values.size()));
+      for (std::size_t i = 0; i < values.size(); ++i) values[i] = number_of(numbers[i]);
+    });
+  }
+  return bodies;
+}
+
 Json run_json(const RunState& run) {
   return {{"dim", run.dim},
           {"step", run.step},
@@ -108,7 +146,8 @@ Json run_json(const RunState& run) {
           {"columns", run.columns},
           {"splits", splits_json(run.splits)},
           {"split_step", run.split_step},
-          {"watchdog", watchdog_json(run.watchdog)}};
+          {"watchdog", watchdog_json(run.watchdog)},
+          {"rigid_bodies", rigid_bodies_json(run.rigid_bodies)}};
 }
 
 /// A number that steps are counted by, or memory is asked for.
@@ -141,7 +180,8 @@ RunState run_of(const Json& json) {
       .columns = json.at("columns"),
       .splits = splits_of(json.at("splits")),
       .split_step = whole(json, "split_step", -1),
-      .watchdog = watchdog_of(json)};
+      .watchdog = watchdog_of(json),
+      .rigid_bodies = rigid_bodies_of(json)};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 /// \file What a checkpoint says about the run that it belongs to.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <limits>
 #include <string>
@@ -31,6 +32,14 @@ struct WatchdogState {
   WatchdogAlarm alarm = {};
 };
 
+/// A rigid body that may move by forces, between two steps. Arrays have three components in two
+/// dimensions, too.
+struct RigidBodyState {
+  std::array<double, 3> origin{}, velocity{}, spin{};  ///< as in Placement
+  std::array<double, 9> axes{};                        ///< row by row
+  std::array<double, 3> force{}, torque{};             ///< of particles, in the step that comes
+};
+
 /// The numbers of a simulation between two steps: what goes on with the patches' states.
 struct RunState {
   int dim = 0;
@@ -51,6 +60,7 @@ struct RunState {
   /// Steps after which patches are to be split, as was decided before; -1 = none.
   Index split_step = -1;
   WatchdogState watchdog = {};
+  std::vector<RigidBodyState> rigid_bodies = {};  ///< all of them, where some are free
 };
 
 /// A file that the scenario refers to.

@@ -4,6 +4,21 @@
 
 namespace lahar {
 
+namespace {
+
+/// A name as CSV has it: in quotes where it has commas, quotes or ends of lines.
+std::string csv_text(const std::string& name) {
+  if (name.find_first_of(",\"\n\r") == std::string::npos) return name;
+  std::string quoted = "\"";
+  for (const char c : name) {
+    if (c == '"') quoted += '"';
+    quoted += c == '\n' || c == '\r' ? ' ' : c;  // a row is a line
+  }
+  return quoted + '"';
+}
+
+}  // namespace
+
 std::span<const HistoryColumn> history_columns() {
   static constexpr HistoryColumn columns[] = {
       {"step", "-", "updates done"},
@@ -58,6 +73,31 @@ std::string history_line(const HistoryRow& row) {
   add(row.max_speed);
   add(row.divided);
   return line + '\n';
+}
+
+std::string rigid_bodies_header() {
+  std::string line = "step,time,body";
+  for (const char* name : {"", "rotation_", "velocity_", "spin_", "force_", "torque_"})
+    for (const char* axis : {"x", "y", "z"}) line += std::string(",") + name + axis;
+  return line + '\n';
+}
+
+std::string rigid_bodies_lines(const HistoryRow& row) {
+  std::string lines;
+  for (const RigidBodyRow& body : row.bodies) {
+    append_number(lines, row.step);
+    lines += ',';
+    append_number(lines, row.time);
+    lines += ',' + csv_text(body.name);
+    for (const auto* values :
+         {&body.place, &body.rotation, &body.velocity, &body.spin, &body.force, &body.torque})
+      for (const double value : *values) {
+        lines += ',';
+        append_number(lines, value);
+      }
+    lines += '\n';
+  }
+  return lines;
 }
 
 }  // namespace lahar

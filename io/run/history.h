@@ -7,10 +7,21 @@
 #include <array>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "physics/base/types.h"
 
 namespace lahar {
+
+/// Where a rigid body is after `step` updates, and what particles do to it then. Arrays have three
+/// components in two dimensions, too.
+struct RigidBodyRow {
+  std::string name;
+  std::array<double, 3> place{};             ///< [m] of its centre
+  std::array<double, 3> rotation{};          ///< [rad] since the start: a vector along its axis
+  std::array<double, 3> velocity{}, spin{};  ///< [m/s], [rad/s]
+  std::array<double, 3> force{}, torque{};   ///< [N], [N m] about its centre
+};
 
 /// Sums over all particles after `step` updates; energies in J (2D: per metre of thickness).
 struct HistoryRow {
@@ -29,6 +40,7 @@ struct HistoryRow {
       0;  ///< kinetic + internal + damping - external - kinetic at start: numerical drift
   double max_speed = 0;  ///< [m/s]
   double divided = 0;    ///< increments of materials that were done in parts, since the start
+  std::vector<RigidBodyRow> bodies = {};  ///< rows of rigid_bodies.csv
 };
 
 struct HistoryColumn {
@@ -42,5 +54,10 @@ std::span<const HistoryColumn> history_columns();
 
 std::string history_header();                 ///< with newline
 std::string history_line(const HistoryRow&);  ///< with newline
+
+/// The columns of rigid_bodies.csv, a row for each body where history.csv has one.
+inline constexpr const char* rigid_bodies_file = "rigid_bodies.csv";
+std::string rigid_bodies_header();
+std::string rigid_bodies_lines(const HistoryRow&);
 
 }  // namespace lahar

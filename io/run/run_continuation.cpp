@@ -56,6 +56,12 @@ void rewind_history(const fs::path& run, const RunContinuation& from) {
   write_text_file(file, history_header() + rows_to_keep(file, from.has_row, from));
 }
 
+void rewind_rigid_bodies(const fs::path& run, const RunContinuation& from) {
+  const fs::path file = run / rigid_bodies_file;
+  if (fs::exists(file))
+    write_text_file(file, rigid_bodies_header() + rows_to_keep(file, from.has_row, from));
+}
+
 void rewind_removed(const fs::path& run, const RunContinuation& from) {
   const fs::path file = run / removed_file;
   const std::string kept = rows_to_keep(file, true, from);

@@ -21,6 +21,8 @@ struct RunContinuation {
 
 /// Remove rows of history.csv that an undisturbed run would not have written by then.
 void rewind_history(const std::filesystem::path& run, const RunContinuation& from);
+/// The same of rigid_bodies.csv, where there is one.
+void rewind_rigid_bodies(const std::filesystem::path& run, const RunContinuation& from);
 
 /// The same with removed.csv, which goes where no row is left.
 void rewind_removed(const std::filesystem::path& run, const RunContinuation& from);

@@ -31,8 +31,8 @@ constexpr std::string_view frame_prefix = "particles_";
 /// Remove what earlier runs wrote, and only that; a user may keep notes and pictures here.
 void remove_results(const fs::path& folder) {
   // The manifest goes last: a folder half removed is still recognised as a run.
-  for (const char* name : {"scenario.json", "scenario.full.json", "history.csv", removed_file,
-                           "frames/particles.hdf.series"})
+  for (const char* name : {"scenario.json", "scenario.full.json", "history.csv", rigid_bodies_file,
+                           removed_file, "frames/particles.hdf.series"})
     fs::remove(folder / name);
   for (const char* name : {"frames", "export"}) {
     if (!fs::is_directory(folder / name)) continue;
@@ -119,6 +119,7 @@ std::vector<TimedFile> rewind(const fs::path& folder, const RunContinuation& fro
     remove_abandoned_parts(folder);
     std::vector<TimedFile> frames = rewind_frames(folder, from);
     rewind_history(folder, from);
+    rewind_rigid_bodies(folder, from);
     rewind_removed(folder, from);
     return frames;
   } catch (const fs::filesystem_error& error) {
@@ -192,7 +193,8 @@ struct RunFolder::Impl {
   Manifest manifest;
   std::vector<TimedFile> kept;  ///< frames from before a run that goes on
   OutputFile history;
-  std::optional<OutputFile> removed;  ///< where there are any in this process
+  std::optional<OutputFile> rigid_bodies;  ///< where there are any
+  std::optional<OutputFile> removed;       ///< where there are any in this process
   bool finished = false;
 };
 
@@ -223,6 +225,16 @@ void RunFolder::history(const HistoryRow& row) {
   const std::lock_guard lock(impl_->history_mutex);
   impl_->history.write(history_line(row));
   impl_->history.flush();
+  if (row.bodies.empty()) return;
+  auto& bodies = impl_->rigid_bodies;
+  if (!bodies) {
+    const fs::path file = impl_->folder / rigid_bodies_file;
+    const bool goes_on = fs::exists(file);
+    bodies.emplace(file, goes_on ? OutputFile::Mode::append : OutputFile::Mode::truncate);
+    if (!goes_on) bodies->write(rigid_bodies_header());
+  }
+  bodies->write(rigid_bodies_lines(row));
+  bodies->flush();
 }
 
 void RunFolder::removed(std::span<const RemovedParticle> particles) {
@@ -252,12 +264,14 @@ void RunFolder::sync() {
   const std::lock_guard lock(impl_->history_mutex);
   impl_->history.sync();
   if (impl_->removed) impl_->removed->sync();
+  if (impl_->rigid_bodies) impl_->rigid_bodies->sync();
 }
 
 void RunFolder::finish(const RunEnd& end) {
   try {
     impl_->history.sync();
     if (impl_->removed) impl_->removed->sync();
+    if (impl_->rigid_bodies) impl_->rigid_bodies->sync();
     impl_->log.sync();
   } catch (const IoError& error) {
     RunEnd failed = end;

@@ -22,6 +22,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_sets();
   build_materials();
   build_functions();
+  build_rigid_bodies();
   build_particles();
   check_phases();
   build_conditions();
@@ -32,6 +33,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_analysis();
   build_contact();
   build_transfer_rates();  // of its bodies
+  check_rigid_bodies();
   check_two_phase();
   check_implicit();
   check_projection();

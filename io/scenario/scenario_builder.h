@@ -133,6 +133,14 @@ class ScenarioBuilder {
   void build_watchdog(JsonValue& analysis);
   void build_output();
   void check_interval(const JsonValue& post, std::string_view key);
+  // scenario_rigid_bodies.cpp
+  void build_rigid_bodies();  ///< after the functions of time
+  void read_rubbing(const JsonValue& entry, RigidBody<Dim>& body);
+  void read_motion(const JsonValue& entry, RigidBody<Dim>& body);
+  void weigh(const JsonValue& entry, RigidBody<Dim>& body);
+  void check_rigid_bodies();  ///< after the analysis and the particles; collective
+  void check_overlap_of_bodies();
+  void find_reaches();
   // scenario_contact.cpp
   void build_contact();
   void check_scheme_of_contact();

@@ -159,7 +159,8 @@ void ScenarioBuilder<Dim>::warn_of_free_fall() {
   };
   const auto dir = [](const auto& c) { return c.dir; };
   const auto& m = model_;
-  bool held = any(m.particle_velocities, dir) || any(m.tractions, dir) || !m.node_frames.empty();
+  bool held = m.analysis.rigid_bodies || any(m.particle_velocities, dir) || any(m.tractions, dir) ||
+              !m.node_frames.empty();
   for_each_condition([&]<class T>() {
     const std::vector<T>& list = entries_of<T>(m);
     held = held || (ActsOnNode<T> ? !list.empty()

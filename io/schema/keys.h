@@ -94,6 +94,7 @@ const Section& function_section();
 const Section& material_set_section();
 const Section& sets_section();
 const Section& region_section();
+const Section& rigid_body_section();
 const Section& analysis_section();
 const Section& scheme_settings_section();
 const Section& linear_solver_section();

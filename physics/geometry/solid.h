@@ -47,5 +47,17 @@ template <int Dim>
 SolidPtr<Dim> below(std::shared_ptr<const Surface<Dim>> surface);
 /// A polygon without crossings, in any orientation.
 SolidPtr<2> polygon(std::vector<Vec<2>> corners);
+/// The polygon extruded along an axis, from `low` to `high`, either of which may be infinite. Its
+/// corners have the other coordinates in cyclic order: y-z, z-x, x-y.
+SolidPtr<3> prism(std::vector<Vec<2>> corners, int axis, double low, double high);
+
+/// What is in any of the solids; in all of them; in the first and in none of the others. Distances
+/// near edges where two meet are those to the nearer surface, extended.
+template <int Dim>
+SolidPtr<Dim> united(std::vector<SolidPtr<Dim>> parts);
+template <int Dim>
+SolidPtr<Dim> common(std::vector<SolidPtr<Dim>> parts);
+template <int Dim>
+SolidPtr<Dim> difference(std::vector<SolidPtr<Dim>> parts);
 
 }  // namespace lahar

@@ -107,8 +107,8 @@ void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Part
   if (step.model->tractions.empty() && !step.model->body_force) return;
   add_work_of_forces(
       patch, step, bins, patch.velocity, patch.acceleration,
-      [&](const ParticleBin& bin) { return has_particle_forces(bin, *step.model); },
-      [&](Local p) { return force_on(patch.particles, p, step); });
+      [&](const ParticleBin& bin) { return has_particle_forces(patch, bin, *step.model); },
+      [&](Local p) { return applied_force_on(patch.particles, p, step); });
 }
 
 template <int Dim, class Real>

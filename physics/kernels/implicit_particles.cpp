@@ -80,9 +80,10 @@ void move_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBin
     at_end.time += step.dt;
     add_work_of_forces(
         patch, step, bins, patch.velocity, none,
-        [&](const ParticleBin& bin) { return has_particle_forces(bin, *step.model); },
+        [&](const ParticleBin& bin) { return has_particle_forces(patch, bin, *step.model); },
         [&](Local p) -> Vec<Dim> {  // the mean does work
-          return 0.5 * (force_on(patch.particles, p, step) + force_on(patch.particles, p, at_end));
+          return 0.5 * (applied_force_on(patch.particles, p, step) +
+                        applied_force_on(patch.particles, p, at_end));
         });
   }
   const bool moves = !analysis.implicit.quasi_static;

@@ -327,7 +327,7 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
           for (int d = 0; d < Dim; ++d)
             sums[static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride + d] -= cell.force[Dim * i + d];
         add_to_system(patch.system, cell, nodes);
-        if (has_particle_forces(bin, *step.model))
+        if (has_particle_forces(patch, bin, *step.model))
           add_particle_forces<Dim>(basis, bin, nodes, sums,
                                    [&](Local p) { return force_on(patch.particles, p, step); });
       });

@@ -356,7 +356,7 @@ void map_plane_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBi
         } else {
           internal_force<Real>(map, stress, bin, corner, nodes);
         }
-        if (has_particle_forces(bin, *step.model))
+        if (has_particle_forces(patch, bin, *step.model))
           add_particle_forces<Dim>(LinearBasis<Dim, std::decay_t<decltype(map)>>{map}, bin,
                                    corner.data(), nodes,
                                    [&](Local p) { return force_on(patch.particles, p, step); });

@@ -415,7 +415,7 @@ void map_spline_force(Patch<3>& patch, const StepContext<3>& step, ParticleBins 
       [&](const Basis& basis, const ParticleBin& bin, SumsWindow& window)
           __attribute__((always_inline)) {
             internal_force<Real>(basis, stress, bin, window);
-            if (!has_particle_forces(bin, *step.model)) return;
+            if (!has_particle_forces(patch, bin, *step.model)) return;
             window.finish();
             add_particle_forces<3>(
                 basis, bin, nodes + static_cast<std::ptrdiff_t>(tensor_nodes<3>) * bin.cell, sums,

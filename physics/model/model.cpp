@@ -14,6 +14,25 @@ double MathFunction::operator()(double t) const {
   return f[i - 1] + (f[i] - f[i - 1]) * (t - x[i - 1]) / (x[i] - x[i - 1]);
 }
 
+double MathFunction::integral(double t) const {
+  if (kind == Kind::sine) {
+    // From 0 to t, of what lies in [lo, hi].
+    const double from = std::clamp(0.0, lo, hi), to = std::clamp(t, lo, hi);
+    return a == 0 ? 0.0 : (std::cos(a * (from - x0)) - std::cos(a * (to - x0))) / a;
+  }
+  if (x.empty()) return t;
+  const auto from_first = [&](double s) {  // from x.front() to s
+    if (s <= x.front()) return (s - x.front()) * f.front();
+    double sum = 0;
+    for (std::size_t i = 1; i < x.size() && x[i - 1] < s; ++i) {
+      const double end = std::min(s, x[i]);
+      sum += 0.5 * (f[i - 1] + (*this)(end)) * (end - x[i - 1]);
+    }
+    return sum + std::max(0.0, s - x.back()) * f.back();
+  };
+  return from_first(t) - from_first(0);
+}
+
 double VelocityTransfer::kept(int body, double dt) const {
   return rates.empty() ? flip : std::max(0.0, 1.0 - dt * rates[static_cast<std::size_t>(body)]);
 }

@@ -15,6 +15,7 @@
 #include "physics/materials/material.h"
 #include "physics/mesh/mesh.h"
 #include "physics/model/injection.h"
+#include "physics/model/rigid_body.h"
 #include "physics/model/shape_functions.h"
 
 namespace lahar {
@@ -48,6 +49,7 @@ struct MathFunction {
   double x0 = 0, a = 0;      ///< sine: sin(a (t - x0)) in [lo, hi], 0 outside
   double lo = std::numeric_limits<double>::min(), hi = std::numeric_limits<double>::max();
   double operator()(double t) const;
+  double integral(double t) const;  ///< [s] of the function from 0 to t
 };
 
 /// Rotated axes in which the constraints of a node act. One per node.
@@ -119,6 +121,7 @@ struct ParticleTable {
   std::vector<Vec<Dim>> velocity;       ///< [m/s]; empty = zero
   std::vector<Voigt> stress;            ///< [Pa], effective where pores hold a liquid; empty = zero
   std::vector<double> pore_pressure;    ///< [Pa]; empty = zero
+  std::vector<double> reach;  ///< [m] to the surface of what they are part of; 0, empty = unknown
   // What particles of an earlier run bring with them.
   std::vector<Vec<Dim>> displacement;     ///< [m]; empty = zero
   std::vector<Vec<Dim>> liquid_velocity;  ///< [m/s] of the liquid in pores; empty = as `velocity`
@@ -239,7 +242,9 @@ struct Analysis {
   bool mean_volume = false;
   bool opening = false;  ///< what opens between grains or drops is not volume of the particles
   Contact contact;
-  bool takes_means = false;  ///< some process has conditions of nodes with takes_means
+  bool rigid_bodies = false;  ///< there are Model::rigid_bodies
+  bool free_bodies = false;   ///< some of them move by forces
+  bool takes_means = false;   ///< some process has conditions of nodes with takes_means
   /// Particles with prescribed velocities move by them, and drive the nodes around them
   /// (driven_nodes.h); else they move with nodes that do not know of them, as in CB-Geo MPM.
   bool drives_nodes = false;
@@ -331,6 +336,7 @@ struct Model : NodeConditions<Dim> {
   std::function<Vec<Dim>(const Vec<Dim>& X, double t)> body_force;
   std::vector<ParticleTraction> tractions;
   std::vector<ParticleVelocity> particle_velocities;
+  std::vector<RigidBody<Dim>> rigid_bodies;
   Analysis analysis;
   OutputPlan output;
   Watchdog watchdog;

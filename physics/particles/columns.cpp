@@ -25,6 +25,7 @@ ColumnNeeds column_needs(const Model<Dim>& model, std::span<const char> used, bo
   needs.liquid = analysis.two_phase;
   needs.liquid_affine = needs.liquid && needs.affine;
   needs.acceleration = is_implicit(analysis) && !analysis.implicit.quasi_static;
+  needs.contact = analysis.rigid_bodies;
   for (std::size_t m = 0; m < used.size(); ++m) {
     if (!used[m]) continue;
     const Law& law = model.materials[m].law;

@@ -37,6 +37,9 @@ enum class Column : int {
   liquid_affine,  ///< what `affine` is for the skeleton
   pore_pressure,  ///< positive in compression
   acceleration,   ///< of Newmark's method
+  contact_force,  ///< of rigid bodies, in the step that comes (rigid_contact.h)
+  contact_shear,  ///< of it, what friction has built up
+  contact_reach,  ///< distance from the place to the surface where contact begins; 0: not known yet
 };
 
 /// Which columns a model needs beside those that all have (columns.cpp). What follows from other
@@ -57,6 +60,7 @@ struct ColumnNeeds {
   bool liquid = false;        ///< in pores: its velocity and pressure
   bool liquid_affine = false;
   bool acceleration = false;  ///< Newmark's method
+  bool contact = false;       ///< with rigid bodies
   bool operator==(const ColumnNeeds&) const = default;
 };
 
@@ -98,6 +102,9 @@ inline constexpr auto column_table = std::to_array<ColumnInfo>({
     {Column::liquid_affine, "liquid_affine",   "1/s",   4,  9, false, &ColumnNeeds::liquid_affine},
     {Column::pore_pressure, "pore_pressure",   "Pa",    1,  1, true,  &ColumnNeeds::liquid},
     {Column::acceleration,  "acceleration",    "m/s^2", 2,  3, true,  &ColumnNeeds::acceleration},
+    {Column::contact_force, "contact_force",   "N",     2,  3, true,  &ColumnNeeds::contact},
+    {Column::contact_shear, "contact_shear",   "N",     2,  3, false, &ColumnNeeds::contact},
+    {Column::contact_reach, "contact_reach",   "m",     1,  1, false, &ColumnNeeds::contact},
 });
 // clang-format on
 inline constexpr int n_columns = static_cast<int>(column_table.size());

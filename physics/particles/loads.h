@@ -89,13 +89,15 @@ bool has_liquid_tractions(const Model<Dim>& model) {
 
 /// True if particles of a bin may have forces of their own.
 template <int Dim>
-bool has_particle_forces(const ParticleBin& bin, const Model<Dim>& model) {
-  return bin.loaded || model.body_force;
+bool has_particle_forces(const Patch<Dim>& patch, const ParticleBin& bin, const Model<Dim>& model) {
+  return bin.loaded || model.body_force ||
+         (!patch.near_bodies.empty() &&
+          patch.near_bodies[static_cast<std::size_t>(bin.cell)] != Patch<Dim>::Near::no);
 }
 
 /// Force of tractions and of Model::body_force on particle p [N].
 template <int Dim>
-Vec<Dim> force_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step) {
+Vec<Dim> applied_force_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step) {
   Vec<Dim> f = traction_on(particles, p, step);
   if (step.model->body_force) {
     Vec<Dim> X;
@@ -103,6 +105,15 @@ Vec<Dim> force_on(const Particles<Dim>& particles, Local p, const StepContext<Di
       X[d] = particles.row(Column::x, d)[p] - particles.row(Column::u, d)[p];
     f += particles.row(Column::mass)[p] * step.model->body_force(X, step.time);
   }
+  return f;
+}
+
+/// The same with the force of rigid bodies [N].
+template <int Dim>
+Vec<Dim> force_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step) {
+  Vec<Dim> f = applied_force_on(particles, p, step);
+  if (step.model->analysis.rigid_bodies)
+    for (int d = 0; d < Dim; ++d) f[d] += particles.row(Column::contact_force, d)[p];
   return f;
 }
 

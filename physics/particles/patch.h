@@ -117,6 +117,8 @@ struct StepContext {
   Index step = 0;   ///< updates done before this one
   double time = 0;  ///< [s] at the beginning of the step
   double dt = 0;    ///< [s]
+  /// Where free rigid bodies are at the end of the step, by body; null without any.
+  const Placement<Dim>* placements = nullptr;
 };
 
 /// Particles on their way from one patch to another.
@@ -253,6 +255,12 @@ struct Patch {
   std::vector<SlotCopy> leaving, filling, placing;  ///< scratch of locate() and receive()
   std::vector<Local> placing_cell;
   std::vector<ParticleBin> unmapped;  ///< placed after their bins were mapped: still to be mapped
+
+  /// By local cell: rigid bodies are near it. Empty without any.
+  enum class Near : char { unknown, no, yes };
+  std::vector<Near> near_bodies;
+  std::vector<Placement<Dim>> placements;  ///< of rigid bodies at the end of the step
+  std::vector<Reaction> reactions;         ///< of particles on them, there
 
   std::vector<InjectionCell> injection_cells;  ///< ascending events
   std::vector<Vec<Dim>> injection_points;      ///< [m]

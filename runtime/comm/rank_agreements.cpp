@@ -24,8 +24,8 @@ void RankAgreements::give_limit(Step step, double limit) {
                  limits_.communicator(), &limit_requests_[0]);
 }
 
-void RankAgreements::give_sums(Step step, std::span<const Index> own) {
-  give_limit(step, 0);  // it has the time
+void RankAgreements::give_sums(Step step, double limit, std::span<const Index> own) {
+  give_limit(step, limit);  // it has the time, too
   sums_given_.assign(own.begin(), own.end());
   sums_found_.resize(own.size());
   MPI_Iallreduce(sums_given_.data(), sums_found_.data(), static_cast<int>(own.size()), MPI_INT64_T,

@@ -57,8 +57,8 @@ class RankAgreements {
   RankAgreements(const Communicator& steps, const Communicator& limits)
       : steps_(steps), limits_(limits) {}
   void give_limit(Step step, double limit);
-  /// In place of the limit: numbers that are added, as many on all ranks.
-  void give_sums(Step step, std::span<const Index> own);
+  /// With a limit numbers that are added, as many on all ranks.
+  void give_sums(Step step, double limit, std::span<const Index> own);
   void give(Step step, Agreement&& own);
   /// Append those that are complete; `latency` [ns] is added to each.
   void look(std::int64_t latency, std::vector<ExchangeEvent>& events);

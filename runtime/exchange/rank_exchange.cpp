@@ -262,12 +262,12 @@ void RankExchange<Dim>::send_rest() {
 
 template <int Dim>
 void RankExchange<Dim>::give_dt(Step step) {
+  const double limit = calls_.give_limit ? calls_.give_limit() : 0;
   if (calls_.give_sums) {
     const std::span<const Index> sums = calls_.give_sums(step);
     const std::scoped_lock lock(mpi_);
-    return agreements_->give_sums(step, sums);
+    return agreements_->give_sums(step, limit, sums);
   }
-  const double limit = calls_.give_limit();
   const std::scoped_lock lock(mpi_);
   agreements_->give_limit(step, limit);
 }
@@ -448,10 +448,8 @@ void RankExchange<Dim>::deliver(const ExchangeEvent& event, Executor& executor) 
       break;
     }
     case ExchangeEvent::Kind::limit:
-      if (calls_.take_sums)
-        calls_.take_sums(event.step, agreements_->sums());
-      else
-        calls_.take_limit(event.step, event.limit);
+      if (calls_.take_sums) calls_.take_sums(event.step, agreements_->sums());
+      if (calls_.take_limit) calls_.take_limit(event.step, event.limit);
       executor.dt_agreed(event.step);
       break;
     case ExchangeEvent::Kind::step:

@@ -30,11 +30,11 @@ namespace lahar {
 struct ExchangeCalls {
   std::function<Agreement(Step)> give;               ///< what this rank knows of a finished step
   std::function<void(Step, const Agreement&)> take;  ///< steps in order
-  /// What sets dt is a limit, or sums. The limit of the time step, of this rank [s], and the least
-  /// of all ranks:
+  /// What sets dt is a limit, or sums, or both. The limit of the time step, of this rank [s], and
+  /// the least of all ranks:
   std::function<double()> give_limit = {};
   std::function<void(Step, double)> take_limit = {};
-  /// Sums of this rank, and those of all ranks; where there is give_sums, no limit is asked for.
+  /// Sums of this rank, and those of all ranks:
   std::function<std::span<const Index>(Step)> give_sums = {};
   std::function<void(Step, std::span<const Index>)> take_sums = {};
   std::function<Step()> failed_step;  ///< the first that this rank knows to have failed

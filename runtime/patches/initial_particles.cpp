@@ -122,6 +122,7 @@ void keep_share(ParticleTable<Dim>& particles, const Communicator& ranks) {
   cut(particles.x);
   cut(particles.cell);
   cut(particles.volume);
+  cut(particles.reach);
   cut(particles.material);
   cut(particles.velocity);
   cut(particles.stress);
@@ -225,6 +226,7 @@ void send_to_owners(ParticleTable<Dim>& particles, const std::function<int(std::
   delivery.send(particles.x, Vec<Dim>(Vec<Dim>::Zero()));
   delivery.send(particles.cell);
   delivery.send(particles.volume);
+  delivery.send(particles.reach);
   delivery.send(particles.material);
   delivery.send(particles.velocity, Vec<Dim>(Vec<Dim>::Zero()));
   delivery.send(particles.stress);

@@ -178,6 +178,10 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
         strain[k][i] = table.strain[row][Dim == 2 && k == 2 ? 3 : k];
     });
   }
+  if (to.layout().has(Column::contact_reach) && !table.reach.empty()) {
+    double* reach = to.row(Column::contact_reach);  // negative: bodies have not seen it yet
+    for_each_row(rows, [&](std::size_t row, std::size_t i) { reach[i] = -table.reach[row]; });
+  }
   const double* x = to.row(Column::x);
   double* volume = to.row(Column::volume);
   double* mass = to.row(Column::mass);

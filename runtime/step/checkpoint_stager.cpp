@@ -64,9 +64,12 @@ void CheckpointStager<Dim>::set_run(RunState run) {
 }
 
 template <int Dim>
-SimulationState CheckpointStager<Dim>::take(Step at, double dt_limit, const InjectionLog& log) {
+SimulationState CheckpointStager<Dim>::take(Step at, double dt_limit,
+                                            std::vector<RigidBodyState> bodies,
+                                            const InjectionLog& log) {
   SimulationState state{.run = run_, .patches = {}, .sizes = {}, .bytes = {}, .copied = true};
   state.run.dt_limit = dt_limit;
+  state.run.rigid_bodies = std::move(bodies);
   const auto copies = std::make_shared<std::vector<std::vector<std::byte>>>(std::move(copied_[at]));
   copied_[at].assign(copies->size(), {});
   std::vector<std::size_t> position;

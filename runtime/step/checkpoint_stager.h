@@ -39,7 +39,8 @@ class CheckpointStager {
   /// The numbers of the state that is copied next.
   void set_run(RunState run);
   /// What all patches have copied. The log says which ids particles have in files.
-  SimulationState take(Step at, double dt_limit, const InjectionLog& log);
+  SimulationState take(Step at, double dt_limit, std::vector<RigidBodyState> bodies,
+                       const InjectionLog& log);
 
   /// By any thread: a state is wanted soon.
   void ask() { asked_ = true; }

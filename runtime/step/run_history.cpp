@@ -12,8 +12,9 @@ PatchWork work_of(const HistoryRow& row) {
 }
 
 /// Exact sums, and the largest speed.
-std::pair<std::vector<Index>, double> sum_of(std::span<const HistoryRow> parts) {
-  RowSums sums;
+std::pair<std::vector<Index>, double> sum_of(std::span<const HistoryRow> parts,
+                                             std::size_t bodies) {
+  RowSums sums(bodies);
   double fastest = 0;
   for (const HistoryRow& part : parts) {
     sums.add(part);
@@ -25,13 +26,13 @@ std::pair<std::vector<Index>, double> sum_of(std::span<const HistoryRow> parts) 
 }  // namespace
 
 void RunHistory::give(Step step, Agreement& own) const {
-  auto [elements, fastest] = sum_of(parts_[step]);
+  auto [elements, fastest] = sum_of(parts_[step], bodies_);
   own.least.minus_speed = -std::bit_cast<Index>(fastest);
   own.sum = std::move(elements);
 }
 
 HistoryRow RunHistory::take(Step step, const Agreement& all) {
-  HistoryRow row = RowSums::row(all.sum, std::bit_cast<double>(-all.least.minus_speed));
+  HistoryRow row = RowSums::row(all.sum, bodies_, std::bit_cast<double>(-all.least.minus_speed));
   work_ += work_of(row);
   complete(row, step + 1, work_);
   return row;
@@ -39,9 +40,9 @@ HistoryRow RunHistory::take(Step step, const Agreement& all) {
 
 HistoryRow RunHistory::row_of(std::span<const HistoryRow> parts, Step at,
                               const Communicator& ranks) const {
-  auto [elements, fastest] = sum_of(parts);
+  auto [elements, fastest] = sum_of(parts, bodies_);
   ranks.sum(elements);
-  HistoryRow row = RowSums::row(elements, ranks.max(fastest));
+  HistoryRow row = RowSums::row(elements, bodies_, ranks.max(fastest));
   PatchWork since_start = work_;
   since_start += work_of(row);
   complete(row, at, since_start);

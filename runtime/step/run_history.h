@@ -16,10 +16,9 @@ namespace lahar {
 /// agreement of a step.
 class RunHistory {
  public:
-  static constexpr std::size_t n_elements = RowSums::n_elements;  ///< of Agreement::sum
-
-  /// `time` must outlive it.
-  explicit RunHistory(const TimeControl& time) : time_(time) {}
+  /// `time` must outlive it; `bodies`: how many rigid ones there are.
+  RunHistory(const TimeControl& time, std::size_t bodies) : time_(time), bodies_(bodies) {}
+  std::size_t n_elements() const { return RowSums::n_elements(bodies_); }  ///< of Agreement::sum
   void begin(const HistoryRow& start) { start_ = start; }
   void resume(double kinetic_at_start, const PatchWork& work) {
     start_.kinetic = kinetic_at_start;
@@ -46,6 +45,7 @@ class RunHistory {
   void complete(HistoryRow& row, Step at, const PatchWork& since_start) const;
 
   const TimeControl& time_;
+  std::size_t bodies_;
   HistoryRow start_;
   PatchWork work_;
   PerStep<std::vector<HistoryRow>> parts_;  ///< by patch

@@ -61,7 +61,7 @@ template <int Dim>
 void SimulationDriver<Dim>::take_injected(Step step) {
   const Index before = log_.next_id();
   log_.take(step, std::span(std::as_const(agreed_[step].sum))
-                      .subspan(sums_due(step) ? RunHistory::n_elements : 0, log_.n_elements()));
+                      .subspan(sums_due(step) ? history_.n_elements() : 0, log_.n_elements()));
   stager_.add_particles(log_.next_id() - before);
   // In a state, without sums of nodes.
   const auto particle = static_cast<std::size_t>(patches_.layout().rows() + 2) * sizeof(double);
@@ -70,7 +70,8 @@ void SimulationDriver<Dim>::take_injected(Step step) {
 
 template <int Dim>
 void SimulationDriver<Dim>::hand_on_row(Step step) {
-  const HistoryRow row = history_.take(step, agreed_[step]);
+  HistoryRow row = history_.take(step, agreed_[step]);
+  rigid_.describe(step, time_.time_at(step + 1), row);
   if (schedule_.history_due(step) && observer_.history) attempt([&] { observer_.history(row); });
   if (!watch_.due(step)) return;
   const bool strained = agreed_[step].least.strained < 0;
@@ -83,7 +84,7 @@ void SimulationDriver<Dim>::hand_on_copies(Step step) {
   if (copy_due(step)) attempt([&] { observer_.frame(frames_.take(step)); });
   if (schedule_.frames_end(step)) warn(schedule_.no_more_frames(step));
   if (!stager_.copies(step)) return;
-  const SimulationState state = stager_.take(step, time_.limit_of(step), log_);
+  const SimulationState state = stager_.take(step, time_.limit_of(step), rigid_.state(step), log_);
   attempt([&] { observer_.checkpoint(state); });
 }
 

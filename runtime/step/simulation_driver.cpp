@@ -41,8 +41,9 @@ SimulationDriver<Dim>::SimulationDriver(Model<Dim> model, ExecutionOptions optio
       log_(model_.injections, state ? state->run.next_id : patches_.next_id()),
       limits_(model_, patches_),
       time_(model_.analysis, model_.output, limits_.of_injections(ranks_)),
+      rigid_(model_),
       schedule_(model_.output, model_.analysis.first_step, time_),
-      history_(time_),
+      history_(time_, model_.rigid_bodies.size()),
       frames_(model_, patches_, log_, time_),
       stager_(patches_, observer_.checkpoint ? model_.output.checkpoint_steps : 0),
       budget_(options_.staging_bytes),
@@ -85,6 +86,7 @@ PatchSet<Dim> SimulationDriver<Dim>::make_patches(const SimulationState* state) 
 template <int Dim>
 void SimulationDriver<Dim>::start(const SimulationState* state) {
   step_ = model_.analysis.first_step;
+  rigid_.begin(step_);
   history_.begin(history());
   watch_.begin(history_.start());
   const double stable = time_.begin(limits_.present(ranks_), [this] {
@@ -93,6 +95,7 @@ void SimulationDriver<Dim>::start(const SimulationState* state) {
     return where;
   });
   if (time_.is_adaptive()) watch_.judge_step(0, time_.time_at(0), stable);
+  rigid_.move(step_, time_.time_at(step_), time_.dt_of(step_));
   const bool is_mapped = state && state->use == StateUse::alike;
   for (int p = 0; p < patches_.size() && !is_mapped; ++p) {
     if (begins_with_solve(model_.analysis) && model_.analysis.mean_volume) join_bins(patches_[p]);
@@ -113,7 +116,8 @@ void SimulationDriver<Dim>::resume(const RunState& run) {
   watch_.resume(run.watchdog);
   time_.resume(step_, run.time, run.dt, run.dt_limit);
   build_executor();
-  if (time_.is_adaptive() && !finished()) set_dt(step_, run.dt_limit);
+  rigid_.resume(step_, run.rigid_bodies);
+  if (has_dt_task() && !finished()) set_dt(step_, run.dt_limit);
 }
 
 template <int Dim>
@@ -267,9 +271,14 @@ void SimulationDriver<Dim>::check_end() {
 
 template <int Dim>
 void SimulationDriver<Dim>::plan_next_step() {
-  if (!time_.is_adaptive()) return;
+  if (!has_dt_task()) return;
   const double limit = ranks_.min(limits_.of_last_step());
-  time_.set_limit(step_, limit);
+  if (time_.is_adaptive()) time_.set_limit(step_, limit);
+  if (rigid_.any_free()) {
+    std::vector<Index> sums(rigid_.sums(patches_).begin(), rigid_.sums(patches_).end());
+    ranks_.sum(sums);
+    rigid_.take(step_, sums);
+  }
   if (!finished()) set_dt(step_, limit);
 }
 
@@ -300,13 +309,16 @@ HistoryRow SimulationDriver<Dim>::history() {
     parts.push_back(sums(patches_[i], model_));
     patches_[i].work = kept;
   }
-  return history_.row_of(parts, step_, ranks_);
+  HistoryRow row = history_.row_of(parts, step_, ranks_);
+  rigid_.describe(step_ + max_lead + 1, time_.time_at(step_), row);  // the slot of the step before
+  return row;
 }
 
 template <int Dim>
 SimulationState SimulationDriver<Dim>::state() const {
   RunState run = run_state(step_);
   run.dt_limit = time_.limit_of(step_);
+  run.rigid_bodies = rigid_.state(step_);
   return stager_.present(std::move(run), removed_, ranks_);
 }
 

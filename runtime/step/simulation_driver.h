@@ -19,6 +19,7 @@
 #include "runtime/step/implicit_solver.h"
 #include "runtime/step/output_schedule.h"
 #include "runtime/step/pressure_solver.h"
+#include "runtime/step/rigid_motion.h"
 #include "runtime/step/run_frames.h"
 #include "runtime/step/run_history.h"
 #include "runtime/step/run_watch.h"
@@ -121,8 +122,10 @@ class SimulationDriver {
   /// By a task of a step: patches stop together max_lead steps later, those of other ranks because
   /// they hear of it when they agree that the step is done.
   void request_stop(Step step);
-  /// dt of an adaptive step, from the limit of all particles.
+  /// Before anybody integrates in a step: its dt where it is adaptive, from the limit of all
+  /// particles, and where free rigid bodies move in it.
   void set_dt(Step step, double limit);
+  bool has_dt_task() const { return time_.is_adaptive() || rigid_.any_free(); }
   /// The output stage: copy what is due; nobody in the loop waits for more. (Frames too large to be
   /// copied: advance().)
   void output(int p, Step step);
@@ -187,6 +190,7 @@ class SimulationDriver {
   InjectionLog log_;
   StepLimits<Dim> limits_;
   TimeControl time_;
+  RigidMotion<Dim> rigid_;
   OutputSchedule schedule_;
   RunHistory history_;
   RunFrames<Dim> frames_;

@@ -63,6 +63,7 @@ void SimulationDriver<Dim>::build_executor() {
                     [this](Step step) {
                       TraceSpan trace(TraceKind::dt, step);
                       trace.set_ready(executor_->ready_at(executor_->graph().dt_task()));
+                      if (!exchange_ && rigid_.any_free()) rigid_.take(step, rigid_.sums(patches_));
                       set_dt(step, exchange_ ? agreed_limit_[step] : limits_.of_last_step());
                     },
                     [this](Step step) { attempt([&] { finish_step(step); }); },
@@ -113,24 +114,32 @@ void SimulationDriver<Dim>::connect_ranks() {
   exchange_.reset();
   ranks_.wait_for_all();
   if (!groups_) groups_.emplace(ranks_, options_.threads);
+  ExchangeCalls calls{.give = [this](Step s) { return give(s); },
+                      .take = [this](Step s, const Agreement& found) { agreed_[s] = found; },
+                      .give_limit = [this] { return limits_.of_last_step(); },
+                      .take_limit = [this](Step s, double limit) { agreed_limit_[s] = limit; },
+                      .failed_step = [this] { return failures_.first_step(); },
+                      .failure_elsewhere = [this](Step s) { failures_.learn(s); },
+                      .others = [this] { poll_observer(); }};
+  if (rigid_.any_free()) {
+    calls.give_sums = [this](Step) { return rigid_.sums(patches_); };
+    calls.take_sums = [this](Step s, std::span<const Index> sums) { rigid_.take(s, sums); };
+  }
   exchange_ = std::make_unique<RankExchange<Dim>>(
       *groups_, patches_,
       ExchangePlan{.messages = rank_messages(stages_, phases_, patches_.sum_messages()),
                    .first = step_},
-      ExchangeCalls{.give = [this](Step s) { return give(s); },
-                    .take = [this](Step s, const Agreement& found) { agreed_[s] = found; },
-                    .give_limit = [this] { return limits_.of_last_step(); },
-                    .take_limit = [this](Step s, double limit) { agreed_limit_[s] = limit; },
-                    .failed_step = [this] { return failures_.first_step(); },
-                    .failure_elsewhere = [this](Step s) { failures_.learn(s); },
-                    .others = [this] { poll_observer(); }},
-      InjectedLatency{options_.latency}, options_.shared_memory);
+      std::move(calls), InjectedLatency{options_.latency}, options_.shared_memory);
 }
 
 template <int Dim>
 StepContext<Dim> SimulationDriver<Dim>::context(Step step, bool has_dt) const {
-  return {&model_, &patches_.partition(), step, time_.time_at(step),
-          has_dt ? time_.dt_of(step) : std::numeric_limits<double>::quiet_NaN()};
+  return {&model_,
+          &patches_.partition(),
+          step,
+          time_.time_at(step),
+          has_dt ? time_.dt_of(step) : std::numeric_limits<double>::quiet_NaN(),
+          has_dt ? rigid_.after(step) : nullptr};
 }
 
 template <int Dim>
@@ -243,7 +252,7 @@ template <int Dim>
 std::size_t SimulationDriver<Dim>::run_kernels(const Phase& phase, int p, Step step,
                                                StageClock& clock) {
   Patch<Dim>& patch = patches_[p];
-  const bool has_dt = !time_.is_adaptive() || phase.first >= first_dt_stage_;
+  const bool has_dt = !has_dt_task() || phase.first >= first_dt_stage_;
   std::optional<BorrowedNodalState<Dim>> borrowed;
   if (phase.first > 0 && !keeps_nodal_state(model_.analysis)) borrowed.emplace(patch);
   const auto run = [&](const Phase& some) {
@@ -280,12 +289,15 @@ void SimulationDriver<Dim>::request_stop(Step step) {
 
 template <int Dim>
 void SimulationDriver<Dim>::set_dt(Step step, double limit) {
-  const auto planned = time_.plan(step, limit);
-  const bool alarm =
-      planned.limited && watch_.judge_step(step, time_.time_at(step), planned.stable);
-  // Nobody has begun the step after this one: it needs this dt.
-  if (planned.last || alarm || (frames_are_large() && frame_due(step)))
-    executor_->stop_before(step + 1);
+  if (time_.is_adaptive()) {
+    const auto planned = time_.plan(step, limit);
+    const bool alarm =
+        planned.limited && watch_.judge_step(step, time_.time_at(step), planned.stable);
+    // Nobody has begun the step after this one: it needs this dt.
+    if (planned.last || alarm || (frames_are_large() && frame_due(step)))
+      executor_->stop_before(step + 1);
+  }
+  rigid_.move(step, time_.time_at(step), time_.dt_of(step));
 }
 
 template <int Dim>

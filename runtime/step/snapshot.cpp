@@ -337,6 +337,11 @@ HistoryRow sums(Patch<Dim>& patch, const Model<Dim>& model) {
   row.damping = patch.work.damping;
   row.friction = patch.work.friction;
   row.divided = patch.work.divided;
+  row.bodies.resize(patch.reactions.size());
+  for (std::size_t k = 0; k < patch.reactions.size(); ++k) {
+    row.bodies[k].force = patch.reactions[k].force;
+    row.bodies[k].torque = patch.reactions[k].torque;
+  }
   patch.work = {};
   return row;
 }

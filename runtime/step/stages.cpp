@@ -17,6 +17,7 @@
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/mean_volume.h"
 #include "physics/kernels/projection.h"
+#include "physics/kernels/rigid_contact.h"
 #include "physics/kernels/separation.h"
 #include "physics/kernels/stress_across.h"
 #include "physics/kernels/two_phase.h"
@@ -374,6 +375,18 @@ Stages<Dim> velocity_transfer(const Analysis& analysis) {
 }
 
 template <int Dim>
+Stages<Dim> rigid_contact(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (!analysis.rigid_bodies) return {};
+  return {
+      TimestepStage<Dim>{.stage = {.name = "rigid bodies"},
+                         .begin = [](P& p, S& s) { begin_contact(p, s); },
+                         .bins = [](P& p, S& s, ParticleBins bins) { touch_bodies(p, s, bins); },
+                         .end = [](P& p, S& s) { end_contact(p, s); }}};
+}
+
+template <int Dim>
 Stages<Dim> g2p(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
@@ -410,7 +423,7 @@ Stages<Dim> location(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   return {TimestepStage<Dim>{
-      .stage = {.name = locate_stage, .gives_dt = analysis.step.adaptive},
+      .stage = {.name = locate_stage, .gives_dt = analysis.step.adaptive || analysis.free_bodies},
       .begin =
           [](P& p, S&) {
             clear_outboxes(p);
@@ -683,6 +696,7 @@ Stages<Dim> output(const Analysis&) {
   template Stages<Dim> node_means<Dim>(const Analysis&);               \
   template Stages<Dim> integration<Dim>(const Analysis&);              \
   template Stages<Dim> velocity_transfer<Dim>(const Analysis&);        \
+  template Stages<Dim> rigid_contact<Dim>(const Analysis&);            \
   template Stages<Dim> g2p<Dim>(const Analysis&);                      \
   template Stages<Dim> liquid_g2p<Dim>(const Analysis&);               \
   template Stages<Dim> location<Dim>(const Analysis&);                 \

@@ -57,6 +57,9 @@ Stages<Dim> integration(const Analysis& analysis);
 /// velocities before forces, nodes that are held, a filter with an exchange per order.
 template <int Dim>
 Stages<Dim> velocity_transfer(const Analysis& analysis);
+/// Forces of rigid bodies on particles, of the step after (rigid_contact.h).
+template <int Dim>
+Stages<Dim> rigid_contact(const Analysis& analysis);
 /// Velocities and places of particles.
 template <int Dim>
 Stages<Dim> g2p(const Analysis& analysis);

@@ -1,0 +1,190 @@
+#include "io/scenario/rigid_shapes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "io/json/values.h"
+
+namespace lahar {
+
+namespace {
+
+constexpr double inf = std::numeric_limits<double>::infinity();
+
+template <int Dim>
+class SolidReader {
+ public:
+  SolidReader(const JsonDocument& document, ProblemList& problems)
+      : document_(document), problems_(problems) {}
+
+  SolidPtr<Dim> read(const JsonValue& value) {
+    if (!value.is<JsonValue::Object>()) return nullptr;
+    const auto& members = value.as<JsonValue::Object>();
+    if (members.size() != 1) {
+      error(value, "a region has exactly one shape",
+            "for example {\"sphere\": {\"centre\": [1, 2], \"radius\": 0.5}}");
+      return nullptr;
+    }
+    const auto& [key, offset, shape] = members.front();
+    if (!shape.valid()) return nullptr;
+    if (key == "box") return axis_box(shape);
+    if (key == "half_space") return plane(shape);
+    if (key == "sphere") return sphere(shape);
+    if (key == "cylinder") return cylinder(shape);
+    if (key == "polygon") return outline(shape);
+    if (key == "union" || key == "intersection" || key == "difference")
+      return combination(key, shape);
+    error(value, fmt::format("'{}' has no surface that a rigid body could have", key));
+    return nullptr;
+  }
+
+ private:
+  void error(const JsonValue& at, std::string message, std::string hint = "") {
+    problems_.error(document_.at(at, std::move(message), std::move(hint)));
+  }
+
+  /// A side without a bound has no surface.
+  SolidPtr<Dim> axis_box(const JsonValue& v) {
+    const auto low = get_vector<Dim>(v, "min"), high = get_vector<Dim>(v, "max");
+    if (low && high) {
+      if (((*high - *low).array() > 0).all()) return box<Dim>(*low, *high);
+      error(v, "the box is empty");
+      return nullptr;
+    }
+    if (!low && !high) {
+      error(v, "a box without corners is everywhere");
+      return nullptr;
+    }
+    std::vector<SolidPtr<Dim>> sides;
+    for (int d = 0; d < Dim; ++d) {
+      const Vec<Dim> normal = (low ? -1.0 : 1.0) * Vec<Dim>::Unit(d);
+      sides.push_back(half_space<Dim>(low ? *low : *high, normal));
+    }
+    return common(std::move(sides));
+  }
+
+  SolidPtr<Dim> plane(const JsonValue& v) {
+    const auto point = get_vector<Dim>(v, "point"), normal = get_vector<Dim>(v, "normal");
+    if (!point || !normal) return nullptr;
+    if (normal->norm() == 0) {
+      error(*v.find("normal"), "the normal must not be zero");
+      return nullptr;
+    }
+    return half_space<Dim>(*point, normal->normalized());
+  }
+
+  SolidPtr<Dim> sphere(const JsonValue& v) {
+    const auto centre = get_vector<Dim>(v, "centre");
+    const auto radius = get_number(v, "radius");
+    return centre && radius ? ball<Dim>(*centre, *radius) : nullptr;
+  }
+
+  SolidPtr<Dim> cylinder(const JsonValue& v) {
+    const auto from = get_vector<Dim>(v, "from"), to = get_vector<Dim>(v, "to");
+    const auto radius = get_number(v, "radius");
+    if (!from || !to || !radius) return nullptr;
+    if ((*to - *from).norm() == 0) {
+      error(v, "the ends of a cylinder must differ");
+      return nullptr;
+    }
+    return frustum<Dim>(*from, *to, *radius, *radius);
+  }
+
+  SolidPtr<Dim> outline(const JsonValue& v) {
+    const JsonValue* list = v.find("points");
+    if (!list) return nullptr;
+    std::vector<Vec<2>> corner;
+    for (const auto& p : list->as<JsonValue::Array>()) {
+      const auto& xy = p.as<JsonValue::Array>();
+      corner.emplace_back(xy[0].number(), xy[1].number());
+    }
+    if (corner.size() < 3) {
+      error(*list, fmt::format("a polygon needs at least three points, found {}", corner.size()));
+      return nullptr;
+    }
+    if constexpr (Dim == 2) {
+      return polygon(std::move(corner));
+    } else {
+      const auto range = get_numbers(v, "range");
+      if (!range.empty() && (range.size() != 2 || !(range[0] < range[1]))) {
+        error(*v.find("range"), "'range' must be [from, to] with from < to");
+        return nullptr;
+      }
+      const bool bounded = range.size() == 2;
+      return prism(std::move(corner), get_direction(v, "axis").value_or(2),
+                   bounded ? range[0] : -inf, bounded ? range[1] : inf);
+    }
+  }
+
+  SolidPtr<Dim> combination(const std::string& key, const JsonValue& v) {
+    std::vector<SolidPtr<Dim>> parts;
+    for (const auto& item : v.as<JsonValue::Array>())
+      if (parts.push_back(read(item)); !parts.back()) return nullptr;
+    if (parts.empty()) {
+      error(v, fmt::format("'{}' needs at least one region", key));
+      return nullptr;
+    }
+    if (key == "union") return united(std::move(parts));
+    return key == "intersection" ? common(std::move(parts)) : difference(std::move(parts));
+  }
+
+  const JsonDocument& document_;
+  ProblemList& problems_;
+};
+
+}  // namespace
+
+template <int Dim>
+SolidPtr<Dim> solid_of_region(const JsonValue& region, const JsonDocument& document,
+                              ProblemList& problems) {
+  return SolidReader<Dim>(document, problems).read(region);
+}
+
+template <int Dim>
+SolidMoments<Dim> moments_of(const Solid<Dim>& solid, int cuts) {
+  const auto [low, high] = solid.bounds();
+  const double h = (high - low).maxCoeff() / cuts;
+  std::array<int, 3> n{1, 1, 1};
+  for (int d = 0; d < Dim; ++d)
+    n[static_cast<std::size_t>(d)] = std::max(1, static_cast<int>(std::ceil((high - low)[d] / h)));
+  SolidMoments<Dim> m;
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  for (int k = 0; k < n[2]; ++k)
+    for (int j = 0; j < n[1]; ++j)
+      for (int i = 0; i < n[0]; ++i) {
+        const std::array<int, 3> at{i, j, k};
+        Vec<Dim> x;
+        for (int d = 0; d < Dim; ++d) x[d] = low[d] + (at[static_cast<std::size_t>(d)] + 0.5) * h;
+        const auto near = solid.nearest(x);
+        // Of the box, what a plane through the nearest point cuts off, by its width along the
+        // normal.
+        const double width = near.normal.cwiseAbs().sum() * h;
+        const double part = std::clamp(0.5 - near.distance / width, 0.0, 1.0);
+        const double volume = part * std::pow(h, Dim);
+        m.volume += volume;
+        m.centre += volume * x;
+        Eigen::Vector3d y = Eigen::Vector3d::Zero();
+        y.head<Dim>() = x;
+        second += volume * (y * y.transpose());
+      }
+  if (m.volume == 0) return m;
+  m.centre /= m.volume;
+  Eigen::Vector3d c = Eigen::Vector3d::Zero();
+  c.head<Dim>() = m.centre;
+  second -= m.volume * c * c.transpose();
+  m.inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
+  return m;
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                       \
+  template SolidPtr<Dim> solid_of_region<Dim>(const JsonValue&, const JsonDocument&, \
+                                              ProblemList&);                         \
+  template SolidMoments<Dim> moments_of<Dim>(const Solid<Dim>&, int);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

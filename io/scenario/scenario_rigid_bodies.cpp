@@ -1,0 +1,210 @@
+// Rigid bodies: their shapes, motion, and where they must not be.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "io/base/text.h"
+#include "io/scenario/rigid_shapes.h"
+#include "io/scenario/scenario_builder.h"
+
+namespace lahar {
+
+namespace {
+
+/// Boxes along the longest edge that give the mass of a free body.
+constexpr int mass_cuts(int dim) {
+  return dim == 2 ? 400 : 100;
+}
+
+template <int Dim>
+std::string place(const Vec<Dim>& x) {
+  return Dim == 2 ? fmt::format("({:.6g}, {:.6g})", x[0], x[1])
+                  : fmt::format("({:.6g}, {:.6g}, {:.6g})", x[0], x[1], x[Dim - 1]);
+}
+
+}  // namespace
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_rigid_bodies() {
+  for (const JsonValue* entry : get_list(root_, "rigid_bodies")) {
+    RigidBody<Dim> body;
+    body.name = get_text(*entry, "name").value_or(std::to_string(model_.rigid_bodies.size()));
+    const JsonValue* region = entry->find("region");
+    if (region) body.solid = solid_of_region<Dim>(*region, in_.document, in_.problems);
+    read_rubbing(*entry, body);
+    read_motion(*entry, body);
+    if (!body.solid) continue;
+    if (body.motion == RigidBody<Dim>::Motion::free) weigh(*entry, body);
+    model_.rigid_bodies.push_back(std::move(body));
+  }
+  auto& a = model_.analysis;
+  a.rigid_bodies = !model_.rigid_bodies.empty();
+  a.free_bodies =
+      std::any_of(model_.rigid_bodies.begin(), model_.rigid_bodies.end(),
+                  [](const auto& b) { return b.motion == RigidBody<Dim>::Motion::free; });
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::read_rubbing(const JsonValue& entry, RigidBody<Dim>& body) {
+  body.cohesion = get_number(entry, "cohesion").value_or(0);
+  const JsonValue* friction = entry.find("friction");
+  if (!friction) return;
+  if (friction->is<std::string>()) {
+    if (friction->as<std::string>() == "rough")
+      body.friction = std::numeric_limits<double>::infinity();
+    else
+      in_.error(*friction, fmt::format("'friction' must be a coefficient or \"rough\", found {}",
+                                       to_json(*friction)));
+  } else if (body.friction = friction->number(); body.friction < 0) {
+    in_.error(*friction,
+              fmt::format("'friction' must be at least 0, found {}", to_json(*friction)));
+  }
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::read_motion(const JsonValue& entry, RigidBody<Dim>& body) {
+  using Motion = typename RigidBody<Dim>::Motion;
+  const JsonValue *velocity = entry.find("velocity"), *spin = entry.find("spin"),
+                  *density = entry.find("density"), *mass = entry.find("mass");
+  body.velocity = get_vector<Dim>(entry, "velocity").value_or(Vec<Dim>::Zero());
+  body.centre = get_vector<Dim>(entry, "centre").value_or(Vec<Dim>::Zero());
+  if (spin && spin->valid()) {
+    if (spin->is_number() == (Dim == 2)) {
+      if constexpr (Dim == 2)
+        body.spin[2] = spin->number();
+      else
+        body.spin = get_vector<Dim>(entry, "spin").value_or(Vec<3>::Zero());
+    } else {
+      in_.error(*spin, Dim == 2 ? "'spin' is a number in two dimensions"
+                                : "'spin' is a vector in three dimensions");
+    }
+  }
+  if (density || mass)
+    body.motion = Motion::free;
+  else if (velocity || spin)
+    body.motion = Motion::prescribed;
+  if (density && mass)
+    in_.error(*mass, "'mass' does not go together with 'density'", "give one of the two");
+  if (body.motion == Motion::prescribed) {
+    body.function = find_function(entry);
+    if (spin && !entry.find("centre"))
+      in_.error(*spin, "a prescribed 'spin' needs 'centre', the point about which the body turns");
+  } else if (const JsonValue* function = entry.find("math_function_id")) {
+    in_.error(*function, "'math_function_id' is of prescribed motion",
+              "give 'velocity' or 'spin', and neither 'density' nor 'mass'");
+  }
+  const JsonValue* fixed = entry.find("fixed");
+  if (!fixed) return;
+  if (body.motion != Motion::free)
+    in_.error(*fixed, "'fixed' is of free bodies", "they have 'density' or 'mass'");
+  for (const std::string& word : get_texts(entry, "fixed")) {
+    const auto axis = std::string_view("xyz").substr(0, Dim).find(word);
+    if (word == "spin")
+      body.held_spin = Eigen::Vector3d::Ones();
+    else if (word.size() == 1 && axis != std::string_view::npos)
+      body.held[static_cast<int>(axis)] = 1;
+    else
+      in_.error(*fixed, fmt::format("'fixed' has axes and \"spin\", found \"{}\"", word));
+  }
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::weigh(const JsonValue& entry, RigidBody<Dim>& body) {
+  const auto [low, high] = body.solid->bounds();
+  if (!low.allFinite() || !high.allFinite())
+    return in_.error(*entry.find("region"), "a body without an end cannot move by forces",
+                     "bound the region, or leave out 'density' and 'mass'");
+  const auto moments = moments_of(*body.solid, mass_cuts(Dim));
+  if (moments.volume == 0) return in_.error(*entry.find("region"), "the body has no volume");
+  const double density =
+      get_number(entry, "density").value_or(get_number(entry, "mass").value_or(0) / moments.volume);
+  body.mass = density * moments.volume;
+  body.inertia = density * moments.inertia;
+  if (!entry.find("centre")) body.centre = moments.centre;
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::check_rigid_bodies() {
+  const auto list = get_list(root_, "rigid_bodies");
+  if (list.empty()) return;
+  const auto refuse = [&](const std::string& what, const std::string& hint = "") {
+    in_.error(*root_.find("rigid_bodies"),
+              fmt::format("'rigid_bodies' do not go together with {} yet", what), hint);
+  };
+  const Analysis& a = model_.analysis;
+  if (is_implicit(a)) refuse("implicit steps", "take walls of nodes, or explicit steps");
+  if (is_projection(a)) refuse("projections", "take walls of nodes, or explicit steps");
+  if (deforms_across(a)) refuse("plane stress and axisymmetry");
+  if (a.two_phase) refuse("a liquid in pores", "take walls of nodes");
+  if (model_.mesh && info(model_.mesh->element()).order > 1)
+    refuse("elements of second order", "take linear elements, GIMP or splines");
+  if (team_.any(!in_.problems.empty())) return;
+  check_overlap_of_bodies();
+  find_reaches();
+}
+
+/// Where a generator fills a region, its surface is known better than from the volumes of
+/// particles: a disc then rolls as if it were round.
+template <int Dim>
+void ScenarioBuilder<Dim>::find_reaches() {
+  std::vector<SolidPtr<Dim>> solids;
+  for (const auto& generator : generators_) {
+    const JsonValue* region = generator.generator->find("region");
+    ProblemList ignored;  // those of the region were reported
+    solids.push_back(region ? solid_of_region<Dim>(*region, in_.document, ignored) : nullptr);
+  }
+  auto& p = model_.particles;
+  p.reach.assign(p.x.size(), 0.0);
+  for_own_particles([&](std::size_t g, std::size_t i) {
+    if (!solids[g]) return;
+    const double half = 0.5 * std::pow(p.volume[i], 1.0 / Dim);
+    const double depth = -solids[g]->nearest(p.x[i]).distance;
+    // Further inside a particle is as large as its volume.
+    p.reach[i] = depth > 2 * half ? half : std::max(depth, 1e-6 * half);
+  });
+}
+
+/// No particle may begin inside of a body: the force that pushed it out would be large.
+template <int Dim>
+void ScenarioBuilder<Dim>::check_overlap_of_bodies() {
+  const double most = 1e-3 * outer_cell().minCoeff();
+  const auto entries = get_list(root_, "rigid_bodies");
+  const std::size_t n = model_.rigid_bodies.size();
+  std::vector<double> deepest(n, most);  // of this member
+  std::vector<Index> count(n, 0);
+  std::vector<Vec<Dim>> where(n, Vec<Dim>::Zero());
+  for (const Vec<Dim>& x : model_.particles.x)
+    for (std::size_t k = 0; k < n; ++k) {
+      const double depth = -model_.rigid_bodies[k].solid->nearest(x).distance;
+      if (!(depth > most)) continue;
+      ++count[k];
+      if (depth > deepest[k]) deepest[k] = depth, where[k] = x;
+    }
+  for (std::size_t k = 0; k < n; ++k) {
+    const Index all = team_.sum(count[k]);
+    if (all == 0) continue;
+    // Of all members, the deepest; of equals, the first.
+    struct Deep {
+      double depth;
+      std::array<double, static_cast<std::size_t>(Dim)> x;
+    };
+    Deep own{deepest[k], {}};
+    std::copy_n(where[k].data(), Dim, own.x.begin());
+    Deep worst{0, {}};
+    for (const auto& part : team_.gather(std::vector<Deep>{own}))
+      for (const Deep& d : part)
+        if (d.depth > worst.depth) worst = d;
+    in_.error(*entries[k]->find("region"),
+              fmt::format("{} particles begin inside of the rigid body '{}', up to {:.3g} m deep "
+                          "at {}",
+                          format_count(all), model_.rigid_bodies[k].name, worst.depth,
+                          place<Dim>(Vec<Dim>(worst.x.data()))),
+              "take the body out of the region of the particles, for example with \"difference\"");
+  }
+}
+
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
+
+}  // namespace lahar

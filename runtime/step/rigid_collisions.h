@@ -1,0 +1,39 @@
+/// \file Contact of free rigid bodies with other rigid bodies.
+#pragma once
+
+#include <vector>
+
+#include "physics/model/model.h"
+
+namespace lahar {
+
+/// Points on the surfaces of free bodies that are held against all other bodies. A point that is
+/// inside of another body by d is pushed out along its normal n; w is its velocity relative to it:
+///
+///     N = max(0, m omega^2 d - 2 zeta omega m w.n) / 4      omega = 0.05 / dt
+///     |T| <= mu N,  T against the velocity along the surface
+///
+/// m is the mass of the body, or of two free ones their reduced mass; mu is the larger coefficient
+/// of the two. The push is so soft that a step resolves it with any number of points, and so stiff
+/// that a body at rest sinks in by some hundred g dt^2.
+template <int Dim>
+class RigidCollisions {
+ public:
+  explicit RigidCollisions(const Model<Dim>& model);
+  /// Add what bodies do to each other, where they are `at`.
+  void add(const std::vector<Placement<Dim>>& at, double dt,
+           std::vector<Reaction>& reactions) const;
+
+ private:
+  void add_pair(std::size_t free, std::size_t other, const std::vector<Placement<Dim>>& at,
+                double dt, std::vector<Reaction>& reactions) const;
+
+  const Model<Dim>& model_;
+  std::vector<std::vector<Vec<Dim>>> points_;  ///< by body, at the start; none of bodies not free
+};
+
+/// Points on the surface of a solid with an end, about `cuts` along its longest edge.
+template <int Dim>
+std::vector<Vec<Dim>> surface_points(const Solid<Dim>& solid, int cuts);
+
+}  // namespace lahar

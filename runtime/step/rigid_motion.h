@@ -1,0 +1,60 @@
+/// \file Rigid bodies in a run: those that are free move once per step, on all ranks alike.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "io/run/checkpoint_header.h"
+#include "io/run/history.h"
+#include "runtime/exchange/exact_sum.h"
+#include "runtime/exchange/per_step.h"
+#include "runtime/patches/patch_set.h"
+#include "runtime/step/rigid_collisions.h"
+
+namespace lahar {
+
+/// Motion of free bodies by the forces of particles, gravity, and of other rigid bodies. With the
+/// force F and torque M on a body at the beginning of a step of dt:
+///
+///     v += dt (F / m + g)      omega += dt I^-1 (M - omega x I omega)
+///     x += dt v                R = exp(dt omega) R
+///
+/// (symplectic Euler: the same order as that of particles). Forces are exact sums over patches, so
+/// that bits do not depend on ranks.
+template <int Dim>
+class RigidMotion {
+ public:
+  explicit RigidMotion(const Model<Dim>& model) : model_(model), collisions_(model) {}
+  bool any_free() const { return model_.analysis.free_bodies; }
+
+  /// Bodies are where they begin; nothing has touched them.
+  void begin(Step first);
+  /// Bodies as a state has them, which goes on with `step`.
+  void resume(Step step, const std::vector<RigidBodyState>& bodies);
+  /// At the beginning of `step`.
+  std::vector<RigidBodyState> state(Step step) const;
+
+  /// Sums over the reactions that patches found for the step that comes, as elements.
+  std::span<const Index> sums(const PatchSet<Dim>& patches);
+  /// Reactions of all ranks.
+  void take(Step step, std::span<const Index> elements);
+  /// Move the bodies in `step`, from `time` [s] on.
+  void move(Step step, double time, double dt);
+  /// Names and places of all bodies at the end of a step, at `time` [s], for a row of the history.
+  void describe(Step step, double time, HistoryRow& row) const;
+
+  /// At the end of a step, by body; null without free bodies.
+  const Placement<Dim>* after(Step step) const {
+    return any_free() ? after_[step].data() : nullptr;
+  }
+
+ private:
+  static constexpr std::size_t n_sums = 6;  ///< of a body
+  const Model<Dim>& model_;
+  RigidCollisions<Dim> collisions_;
+  PerStep<std::vector<Placement<Dim>>> after_;
+  PerStep<std::vector<Reaction>> reactions_;  ///< at the beginning of the step
+  std::vector<Index> elements_;
+};
+
+}  // namespace lahar
