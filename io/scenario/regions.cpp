@@ -9,43 +9,20 @@
 #include <optional>
 
 #include "io/json/values.h"
+#include "io/scenario/region_shape.h"
 
 namespace lahar {
 
 namespace {
 
 template <int Dim>
-using Box = std::pair<Vec<Dim>, Vec<Dim>>;
-
-template <int Dim>
-Box<Dim> everywhere() {
-  constexpr double inf = std::numeric_limits<double>::infinity();
-  return {Vec<Dim>::Constant(-inf), Vec<Dim>::Constant(inf)};
-}
-
-/// A region is kept as the function that tests a point, and a box around it.
-template <int Dim>
-struct Test {
-  std::function<bool(const Vec<Dim>&)> contains;
-  Box<Dim> bounds = everywhere<Dim>();
-};
-
-}  // namespace
-
-template <int Dim>
-struct Region<Dim>::Shape {
-  Test<Dim> test;
-};
-
-namespace {
-
-template <int Dim>
 class RegionReader {
  public:
-  RegionReader(double tolerance, const JsonDocument& document, ProblemList& problems)
-      : eps_(tolerance), document_(document), problems_(problems) {}
+  RegionReader(double tolerance, const JsonDocument& document, ProblemList& problems,
+               const Geometries<Dim>& geometries)
+      : eps_(tolerance), document_(document), problems_(problems), geometries_(geometries) {}
 
-  Test<Dim> read(const JsonValue& value) {
+  RegionShape<Dim> read(const JsonValue& value) {
     const auto& members = value.as<JsonValue::Object>();
     if (members.size() != 1) {
       error(value, members.empty() ? "a region needs a shape" : "a region has exactly one shape",
@@ -60,7 +37,10 @@ class RegionReader {
     if (key == "sphere") return sphere(shape);
     if (key == "cylinder") return cylinder(shape);
     if (key == "polygon") return polygon(shape);
-    if (key == "all") return {[yes = shape.as<bool>()](const Vec<Dim>&) { return yes; }};
+    if (key == "all") return all(shape.as<bool>());
+    if (key == "between") return between(shape);
+    if (key == "below" || key == "above" || key == "inside" || key == "under")
+      return named(key, shape);
     return combination(key, shape);
   }
 
@@ -69,7 +49,12 @@ class RegionReader {
     problems_.error(document_.at(at, std::move(message), std::move(hint)));
   }
 
-  Test<Dim> box(const JsonValue& v) {
+  RegionShape<Dim> all(bool yes) {
+    return {[yes](const Vec<Dim>&) { return yes; }, RegionShape<Dim>::everywhere(),
+            [yes](const Vec<Dim>&, const Vec<Dim>&) { return yes ? Overlap::all : Overlap::none; }};
+  }
+
+  RegionShape<Dim> box(const JsonValue& v) {
     constexpr double inf = std::numeric_limits<double>::infinity();
     const auto low = get_vector<Dim>(v, "min").value_or(Vec<Dim>::Constant(-inf));
     const auto high = get_vector<Dim>(v, "max").value_or(Vec<Dim>::Constant(inf));
@@ -83,10 +68,16 @@ class RegionReader {
     return {[a, b](const Vec<Dim>& x) {
               return (x.array() >= a.array()).all() && (x.array() <= b.array()).all();
             },
-            {a, b}};
+            {a, b},
+            [a, b](const Vec<Dim>& from, const Vec<Dim>& to) {
+              if ((to.array() <= a.array()).any() || (from.array() >= b.array()).any())
+                return Overlap::none;
+              const bool in = (from.array() >= a.array()).all() && (to.array() <= b.array()).all();
+              return in ? Overlap::all : Overlap::part;
+            }};
   }
 
-  Test<Dim> half_space(const JsonValue& v) {
+  RegionShape<Dim> half_space(const JsonValue& v) {
     const auto point = get_vector<Dim>(v, "point"), normal = get_vector<Dim>(v, "normal");
     if (!point || !normal) return {};
     if (normal->norm() == 0) {
@@ -94,24 +85,34 @@ class RegionReader {
       return {};
     }
     const Vec<Dim> n = normal->normalized();
-    Box<Dim> bounds = everywhere<Dim>();
+    auto bounds = RegionShape<Dim>::everywhere();
     for (int d = 0; d < Dim; ++d)
       if (std::abs(n[d]) == 1.0)
         (n[d] > 0 ? bounds.second : bounds.first)[d] = (*point)[d] + n[d] * eps_;
     return {[p = *point, n, eps = eps_](const Vec<Dim>& x) { return (x - p).dot(n) <= eps; },
-            bounds};
+            bounds,
+            [p = *point, n, eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
+              const double at = (0.5 * (low + high) - p).dot(n);
+              const double reach = 0.5 * (high - low).dot(n.cwiseAbs());
+              return at - reach > eps    ? Overlap::none
+                     : at + reach <= eps ? Overlap::all
+                                         : Overlap::part;
+            }};
   }
 
-  Test<Dim> sphere(const JsonValue& v) {
+  RegionShape<Dim> sphere(const JsonValue& v) {
     const auto centre = get_vector<Dim>(v, "centre");
     const auto radius = get_number(v, "radius");
     if (!centre || !radius) return {};
     const Vec<Dim> half = Vec<Dim>::Constant(*radius + eps_);
     return {[c = *centre, r = half[0]](const Vec<Dim>& x) { return (x - c).norm() <= r; },
-            {*centre - half, *centre + half}};
+            {*centre - half, *centre + half},
+            [c = *centre, r = half[0], eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
+              return overlap_of<Dim>((0.5 * (low + high) - c).norm() - r, low, high, eps);
+            }};
   }
 
-  Test<Dim> cylinder(const JsonValue& v) {
+  RegionShape<Dim> cylinder(const JsonValue& v) {
     const auto from = get_vector<Dim>(v, "from"), to = get_vector<Dim>(v, "to");
     const auto radius = get_number(v, "radius");
     if (!from || !to || !radius) return {};
@@ -126,13 +127,19 @@ class RegionReader {
               const double along = (x - p).dot(axis);
               return along >= -eps && along <= length + eps && (x - p - along * axis).norm() <= r;
             },
-            {from->cwiseMin(*to) - half, from->cwiseMax(*to) + half}};
+            {from->cwiseMin(*to) - half, from->cwiseMax(*to) + half},
+            [=, p = *from, r = *radius, eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
+              const Vec<Dim> x = 0.5 * (low + high);
+              const double along = (x - p).dot(axis), across = (x - p - along * axis).norm();
+              const double distance = std::max({across - r, -along, along - length});
+              return overlap_of<Dim>(distance, low, high, eps);
+            }};
   }
 
-  Test<Dim> polygon(const JsonValue& v);
+  RegionShape<Dim> polygon(const JsonValue& v);
 
-  Test<Dim> combination(const std::string& key, const JsonValue& v) {
-    std::vector<Test<Dim>> parts;
+  RegionShape<Dim> combination(const std::string& key, const JsonValue& v) {
+    std::vector<RegionShape<Dim>> parts;
     for (const auto& item : v.as<JsonValue::Array>()) {
       parts.push_back(read(item));
       if (!parts.back().contains) return {};
@@ -141,39 +148,65 @@ class RegionReader {
       error(v, fmt::format("'{}' needs at least one region", key));
       return {};
     }
-    Box<Dim> bounds = parts[0].bounds;
-    auto& [low, high] = bounds;
-    if (key == "union") {
-      for (const auto& [contains, box] : parts)
-        low = low.cwiseMin(box.first), high = high.cwiseMax(box.second);
-      return {[parts](const Vec<Dim>& x) {
-                for (const auto& part : parts)
-                  if (part.contains(x)) return true;
-                return false;
-              },
-              bounds};
+    if (key == "union") return union_of(std::move(parts));
+    if (key == "intersection") return intersection_of(std::move(parts));
+    return difference_of(std::move(parts));
+  }
+
+  /// The shape of this name; null if there is none, or none that could be read (reported).
+  const Geometry<Dim>* find(const JsonValue& name) {
+    const auto it = geometries_.find(name.as<std::string>());
+    if (it != geometries_.end()) return it->second.known() ? &it->second : nullptr;
+    std::vector<std::string> names;
+    for (const auto& [known, geometry] : geometries_) names.push_back(known);
+    error(name, fmt::format("there is no geometry named '{}'", name.as<std::string>()),
+          names.empty() ? "name surfaces, solids and polygons under \"geometry\""
+                        : suggest(name.as<std::string>(), names, "geometries"));
+    return nullptr;
+  }
+
+  RegionShape<Dim> named(const std::string& key, const JsonValue& name) {
+    const Geometry<Dim>* at = find(name);
+    if (!at) return {};
+    if (key == "below" && at->surface) return side_of_surface<Dim>(at->surface, 1, eps_);
+    if (key == "above" && at->surface) return side_of_surface<Dim>(at->surface, -1, eps_);
+    if (key == "inside" && at->solid) return inside_solid<Dim>(at->solid, eps_);
+    if constexpr (Dim == 3)
+      if (key == "under" && at->outlines) return under_outlines(at->outlines, eps_);
+    const char* wanted = key == "inside" ? "a solid" : key == "under" ? "polygons" : "a surface";
+    error(name,
+          fmt::format("'{}' needs {}, but the geometry '{}' is {}", key, wanted,
+                      name.as<std::string>(), at->kind()),
+          at->surface    ? "write \"below\", \"above\" or \"between\""
+          : at->outlines ? "write \"under\""
+                         : "write \"inside\"");
+    return {};
+  }
+
+  RegionShape<Dim> between(const JsonValue& v) {
+    const auto& names = v.as<JsonValue::Array>();
+    if (names.size() != 2) {
+      error(v, fmt::format("'between' needs the names of two surfaces, found {}", names.size()),
+            "[lower, upper]");
+      return {};
     }
-    if (key == "intersection") {
-      for (const auto& [contains, box] : parts)
-        low = low.cwiseMax(box.first), high = high.cwiseMin(box.second);
-      return {[parts](const Vec<Dim>& x) {
-                for (const auto& part : parts)
-                  if (!part.contains(x)) return false;
-                return true;
-              },
-              bounds};
+    RegionShape<Dim> above = named("above", names[0]), below = named("below", names[1]);
+    if (!above.contains || !below.contains) return {};
+    const double low = above.bounds.first[Dim - 1], high = below.bounds.second[Dim - 1];
+    if (low > high + eps_) {
+      error(v,
+            fmt::format("nothing lies between: '{}' is nowhere below '{}'",
+                        names[0].as<std::string>(), names[1].as<std::string>()),
+            "the lower surface comes first");
+      return {};
     }
-    return {[parts](const Vec<Dim>& x) {
-              for (std::size_t i = 1; i < parts.size(); ++i)
-                if (parts[i].contains(x)) return false;
-              return parts[0].contains(x);
-            },
-            bounds};
+    return intersection_of<Dim>({std::move(above), std::move(below)});
   }
 
   double eps_;
   const JsonDocument& document_;
   ProblemList& problems_;
+  const Geometries<Dim>& geometries_;
 };
 
 // Inside by the crossing rule, or within eps of an edge.
@@ -212,7 +245,7 @@ std::optional<std::pair<std::size_t, std::size_t>> crossing_edges(
 }
 
 template <int Dim>
-Test<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
+RegionShape<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
   const JsonValue* list = v.find("points");
   if (!list) return {};
   std::vector<Vec<2>> corner;
@@ -245,7 +278,11 @@ Test<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
         return {};
       }
     return {[corner, eps = eps_](const Vec<2>& x) { return in_polygon(corner, x, eps); },
-            {low_corner.array() - eps_, high_corner.array() + eps_}};
+            {low_corner.array() - eps_, high_corner.array() + eps_},
+            [=, outline = Outlines({{corner}}), eps = eps_](const Vec<2>& low, const Vec<2>& high) {
+              if (outline.crosses(low, high)) return Overlap::part;
+              return in_polygon(corner, 0.5 * (low + high), eps) ? Overlap::all : Overlap::none;
+            }};
   } else {
     const int axis = get_direction(v, "axis").value_or(2);
     double low = -std::numeric_limits<double>::infinity(), high = -low;
@@ -258,7 +295,7 @@ Test<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
       low = bounds[0], high = bounds[1];
     }
     const int a = (axis + 1) % 3, b = (axis + 2) % 3;
-    Box<3> bounds;
+    RegionShape<3>::Box bounds;
     bounds.first[axis] = low - eps_, bounds.second[axis] = high + eps_;
     bounds.first[a] = low_corner[0] - eps_, bounds.second[a] = high_corner[0] + eps_;
     bounds.first[b] = low_corner[1] - eps_, bounds.second[b] = high_corner[1] + eps_;
@@ -266,7 +303,15 @@ Test<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
               return x[axis] >= low - eps && x[axis] <= high + eps &&
                      in_polygon(corner, {x[a], x[b]}, eps);
             },
-            bounds};
+            bounds,
+            [=, outline = Outlines({{corner}}), eps = eps_](const Vec<3>& from, const Vec<3>& to) {
+              if (to[axis] < low || from[axis] > high) return Overlap::none;
+              const Vec<2> p(from[a], from[b]), q(to[a], to[b]);
+              if (outline.crosses(p, q)) return Overlap::part;
+              if (!in_polygon(corner, 0.5 * (p + q), eps)) return Overlap::none;
+              const bool within = from[axis] >= low && to[axis] <= high;
+              return within ? Overlap::all : Overlap::part;
+            }};
   }
 }
 
@@ -274,31 +319,44 @@ Test<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
 
 template <int Dim>
 Region<Dim>::Region(const Vec<Dim>& low, const Vec<Dim>& high)
-    : shape_(std::make_unique<Shape>(Shape{{[low, high](const Vec<Dim>& x) {
-                                              return (x.array() >= low.array()).all() &&
-                                                     (x.array() <= high.array()).all();
-                                            },
-                                            {low, high}}})) {}
+    : shape_(std::make_unique<RegionShape<Dim>>()) {
+  shape_->contains = [low, high](const Vec<Dim>& x) {
+    return (x.array() >= low.array()).all() && (x.array() <= high.array()).all();
+  };
+  shape_->bounds = {low, high};
+}
 
 template <int Dim>
-Region<Dim>::Region() : shape_(std::make_unique<Shape>()) {
-  shape_->test.contains = [](const Vec<Dim>&) { return true; };
+Region<Dim>::Region() : shape_(std::make_unique<RegionShape<Dim>>()) {
+  shape_->contains = [](const Vec<Dim>&) { return true; };
+  shape_->overlap = [](const Vec<Dim>&, const Vec<Dim>&) { return Overlap::all; };
 }
 
 template <int Dim>
 Region<Dim>::Region(const JsonValue& value, double tolerance, const JsonDocument& document,
-                    ProblemList& problems)
+                    ProblemList& problems, const Geometries<Dim>& geometries)
     : Region() {
   if (!value.is<JsonValue::Object>()) return;
-  auto test = RegionReader<Dim>(tolerance, document, problems).read(value);
-  if (test.contains) {
-    shape_->test = std::move(test);
+  auto shape = RegionReader<Dim>(tolerance, document, problems, geometries).read(value);
+  if (shape.contains) {
+    *shape_ = std::move(shape);
     return;
   }
   // Reported. Everywhere could be a great many cells.
   constexpr double inf = std::numeric_limits<double>::infinity();
-  shape_->test = {[](const Vec<Dim>&) { return false; },
-                  {Vec<Dim>::Constant(inf), Vec<Dim>::Constant(-inf)}};
+  shape_->contains = [](const Vec<Dim>&) { return false; };
+  shape_->bounds = {Vec<Dim>::Constant(inf), Vec<Dim>::Constant(-inf)};
+}
+
+template <int Dim>
+Region<Dim>::Region(const std::vector<const Region*>& in_all,
+                    const std::vector<const Region*>& in_none)
+    : Region() {
+  std::vector<RegionShape<Dim>> all, first_and_others;
+  for (const Region* region : in_all) all.push_back(*region->shape_);
+  first_and_others.push_back(intersection_of(std::move(all)));
+  for (const Region* region : in_none) first_and_others.push_back(*region->shape_);
+  *shape_ = difference_of(std::move(first_and_others));
 }
 
 template <int Dim>
@@ -310,105 +368,25 @@ Region<Dim>::~Region() = default;
 
 template <int Dim>
 bool Region<Dim>::contains(const Vec<Dim>& x) const {
-  return shape_->test.contains(x);
+  return shape_->contains(x);
 }
 
 template <int Dim>
-const Box<Dim>& Region<Dim>::bounds() const {
-  return shape_->test.bounds;
-}
-
-namespace {
-
-/// The points of a grid between two positions, both included; the first axis runs fastest.
-template <int Dim>
-struct GridBox {
-  std::array<Index, Dim> size, from, to;
-
-  Index points() const {
-    Index n = 1;
-    for (std::size_t d = 0; d < Dim; ++d) n *= std::max<Index>(to[d] - from[d] + 1, 0);
-    return n;
-  }
-  /// Call `visit(id)` for those with numbers in [begin, end).
-  void visit(Index begin, Index end, const std::function<void(Index)>& visit) const {
-    if (begin >= end) return;
-    std::array<Index, Dim> at = from;
-    for (std::size_t d = 0, rest = static_cast<std::size_t>(begin); d < Dim; ++d) {
-      const auto width = static_cast<std::size_t>(to[d] - from[d] + 1);
-      at[d] += static_cast<Index>(rest % width);
-      rest /= width;
-    }
-    for (Index left = end - begin; left > 0; --left) {
-      Index id = 0;
-      for (std::size_t d = Dim; d-- > 0;) id = id * size[d] + at[d];
-      visit(id);
-      for (std::size_t d = 0; d < Dim && ++at[d] > to[d]; ++d) at[d] = from[d];
-    }
-  }
-};
-
-/// Cells (`extra` 0) or nodes (1) of a structured mesh in a box widened by a cell against rounding.
-template <int Dim>
-GridBox<Dim> grid_near(const Mesh<Dim>& mesh, const Box<Dim>& box, Index extra) {
-  GridBox<Dim> grid{mesh.counts(), {}, {}};
-  const Vec<Dim> low = (box.first - mesh.origin()).cwiseQuotient(mesh.spacing());
-  const Vec<Dim> high = (box.second - mesh.origin()).cwiseQuotient(mesh.spacing());
-  for (int d = 0; d < Dim; ++d) {
-    const auto k = static_cast<std::size_t>(d);
-    grid.size[k] += extra;
-    const auto last = static_cast<double>(grid.size[k] - 1);
-    grid.from[k] = static_cast<Index>(std::clamp(std::floor(low[d]) - 1, 0.0, last + 1));
-    grid.to[k] = static_cast<Index>(std::clamp(std::floor(high[d]) + 1, -1.0, last));
-  }
-  return grid;
-}
-
-}  // namespace
-
-template <int Dim>
-CellsNear<Dim>::CellsNear(const Mesh<Dim>& mesh, const Region<Dim>& region)
-    : grid_(mesh.is_structured()), size_(mesh.n_cells()) {
-  if (!grid_) return;
-  const GridBox<Dim> grid = grid_near<Dim>(mesh, region.bounds(), 0);
-  counts_ = grid.size;
-  low_ = grid.from;
-  high_ = grid.to;
-  size_ = grid.points();
+Overlap Region<Dim>::overlap(const Vec<Dim>& low, const Vec<Dim>& high) const {
+  return shape_->overlap(low, high);
 }
 
 template <int Dim>
-void CellsNear<Dim>::visit(Index begin, Index end, const std::function<void(Index)>& visit) const {
-  if (grid_) return GridBox<Dim>{counts_, low_, high_}.visit(begin, end, visit);
-  for (Index cell = begin; cell < end; ++cell) visit(cell);
+bool Region<Dim>::names_geometry() const {
+  return shape_->named;
 }
 
 template <int Dim>
-void for_cells_near(const Mesh<Dim>& mesh, const Region<Dim>& region,
-                    const std::function<void(Index)>& visit) {
-  const CellsNear<Dim> cells(mesh, region);
-  cells.visit(0, cells.size(), visit);
+const std::pair<Vec<Dim>, Vec<Dim>>& Region<Dim>::bounds() const {
+  return shape_->bounds;
 }
 
-template <int Dim>
-void for_nodes_near(const Mesh<Dim>& mesh, const Region<Dim>& region,
-                    const std::function<void(Index)>& visit) {
-  if (mesh.is_structured()) {
-    const GridBox<Dim> grid = grid_near<Dim>(mesh, region.bounds(), 1);
-    return grid.visit(0, grid.points(), visit);
-  }
-  for (Index node = 0; node < mesh.n_nodes(); ++node) visit(node);
-}
-
-#define LAHAR_INSTANTIATE(Dim)                                            \
-  template class Region<Dim>;                                             \
-  template class CellsNear<Dim>;                                          \
-  template void for_cells_near<Dim>(const Mesh<Dim>&, const Region<Dim>&, \
-                                    const std::function<void(Index)>&);   \
-  template void for_nodes_near<Dim>(const Mesh<Dim>&, const Region<Dim>&, \
-                                    const std::function<void(Index)>&);
-LAHAR_INSTANTIATE(2)
-LAHAR_INSTANTIATE(3)
-#undef LAHAR_INSTANTIATE
+template class Region<2>;
+template class Region<3>;
 
 }  // namespace lahar

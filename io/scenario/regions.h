@@ -5,11 +5,20 @@
 #include <functional>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "io/json/json_source.h"
+#include "io/scenario/geometry.h"
 #include "physics/mesh/mesh.h"
 
 namespace lahar {
+
+/// How much of a box lies in a region. `part` is right whatever there is; the others are not said
+/// unless they are true.
+enum class Overlap { none, part, all };
+
+template <int Dim>
+struct RegionShape;
 
 /// A checked region of the scenario (see region_section). Points on its boundary are inside, to an
 /// absolute tolerance.
@@ -19,22 +28,29 @@ class Region {
   /// Everywhere.
   Region();
   /// From the checked object; problems that the table cannot see (no shape, two shapes, an empty
-  /// box, a zero normal) are reported, and the region is then empty. `tolerance` [m].
+  /// box, a zero normal, a name that `geometries` has not) are reported, and the region is then
+  /// empty. `tolerance` [m].
   Region(const JsonValue& value, double tolerance, const JsonDocument& document,
-         ProblemList& problems);
+         ProblemList& problems, const Geometries<Dim>& geometries = {});
   /// A box, without a tolerance.
   Region(const Vec<Dim>& low, const Vec<Dim>& high);
   Region(Region&&) noexcept;
   Region& operator=(Region&&) noexcept;
   ~Region();
 
+  /// What is in all of some regions, and in none of others.
+  Region(const std::vector<const Region*>& in_all, const std::vector<const Region*>& in_none);
+
   bool contains(const Vec<Dim>& x) const;
+  /// How much of the box from `low` to `high` lies in the region.
+  Overlap overlap(const Vec<Dim>& low, const Vec<Dim>& high) const;
+  /// Whether it names a shape of `geometry`.
+  bool names_geometry() const;
   /// A box that holds the region, but for rounding; infinite where the shape does not say more.
   const std::pair<Vec<Dim>, Vec<Dim>>& bounds() const;
 
  private:
-  struct Shape;
-  std::unique_ptr<Shape> shape_;
+  std::unique_ptr<RegionShape<Dim>> shape_;
 };
 
 /// Call `visit(id)` for the cells (nodes) of a mesh that may have points in (be in) a region,

@@ -19,6 +19,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_implicit();
   build_projection();
   build_mesh();
+  build_geometry();
   build_sets();
   build_materials();
   build_functions();

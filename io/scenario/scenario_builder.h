@@ -74,6 +74,14 @@ class ScenarioBuilder {
   bool read_shares(const SideFile& file, const TableMeshKeys& keys);
   std::shared_ptr<const Mesh<Dim>> mesh_with(std::vector<Index> cells) const;
   std::vector<Index> find_cells(const std::vector<Index>& suggested);
+  // scenario_geometry.cpp
+  void build_geometry();
+  void build_shape(const std::string& name, const JsonValue& value, std::vector<std::string> users);
+  Geometry<Dim> through_points(const JsonValue& value);
+  Geometry<Dim> moved_surface(const JsonValue& value, const std::vector<std::string>& users);
+  std::shared_ptr<const Surface<Dim>> surface_named(const JsonValue& name,
+                                                    const std::vector<std::string>& users);
+  Region<Dim> region_of(const JsonValue& value);
   // scenario_materials.cpp
   void build_materials();
   void build_functions();
@@ -308,6 +316,7 @@ class ScenarioBuilder {
   std::vector<Index> axis_nodes_;  ///< of axisymmetric models, that this member keeps; ascending
   Index listed_cells_ = -1;      ///< those of a mesh file that has nodes around them, too; -1 = all
   double region_tolerance_ = 0;  ///< [m]
+  Geometries<Dim> geometry_;
   double memory_ = 0;            ///< [bytes] noted by need_memory()
   static constexpr double member_bytes = 2 * sizeof(Index);  ///< of a set, with room to grow
   RowShares rows_;                                           ///< of model_.particles: who has which

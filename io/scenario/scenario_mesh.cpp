@@ -212,7 +212,7 @@ void ScenarioBuilder<Dim>::build_sets() {
     const JsonValue* regions = sets.find(key);
     if (!regions) return;
     for (const auto& [name, offset, value] : regions->template as<JsonValue::Object>()) {
-      const Region<Dim> region(value, region_tolerance_, in_.document, in_.problems);
+      const Region<Dim> region = region_of(value);
       auto& ids = out.by_name[name];
       if (mesh_) ids = members(region, value);
       if (mesh_ && !team_.any(!ids.empty()) && value.valid())

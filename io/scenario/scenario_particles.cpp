@@ -66,8 +66,7 @@ void ScenarioBuilder<Dim>::generate(const JsonValue& generator) {
     fresh = fill_gauss(generator);
   else if (type == "region" && mesh_) {
     const JsonValue* shape = generator.find("region");
-    const Region<Dim> region =
-        shape ? Region<Dim>(*shape, region_tolerance_, in_.document, in_.problems) : Region<Dim>();
+    const Region<Dim> region = shape ? region_of(*shape) : Region<Dim>();
     const auto n = get_integer(generator, "per_cell");
     if (n) fresh = fill(generator, region, static_cast<int>(*n));
     const Index made = team_.sum(static_cast<Index>(fresh.x.size()));
@@ -331,7 +330,7 @@ void ScenarioBuilder<Dim>::build_particle_sets() {
   const JsonValue* regions = section("sets").find("particles");
   if (!regions) return;
   for (const auto& [name, offset, value] : regions->as<JsonValue::Object>()) {
-    const Region<Dim> region(value, region_tolerance_, in_.document, in_.problems);
+    const Region<Dim> region = region_of(value);
     if (sets.by_name.count(name))
       in_.error(value, fmt::format("the particle set '{}' is made by a generator as well", name));
     auto& ids = sets.by_name[name];

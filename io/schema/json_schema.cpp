@@ -79,6 +79,8 @@ Json kind_schema(const Section& section, const KeySpec& spec, unsigned kind) {
       return {{"enum", Json::array({0, 1, 2, "x", "y", "z"})}};
     case phase_direction:
       return {{"enum", Json::array({0, 1, 2, 3, 4, 5, "x", "y", "z"})}};
+    case places:
+      return items_schema(items_schema(any_number, 2, 3));
     default:
       return items_schema(items_schema(any_number, 2, 2), 3);
   }
@@ -95,7 +97,7 @@ Json row_schema(const Section& section, const KeySpec& spec) {
   if (!spec.fallback.empty() && spec.fallback_3d.empty())
     schema["default"] = Json::parse(spec.fallback);
   if (spec.kinds == any) return schema;
-  for (unsigned kind = 1; kind <= points; kind <<= 1)
+  for (unsigned kind = 1; kind < any; kind <<= 1)
     if ((spec.kinds & kind) && !(spec.planned_kinds & kind))
       schema["anyOf"].push_back(kind_schema(section, spec, kind));
   return schema;

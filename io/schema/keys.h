@@ -30,7 +30,8 @@ enum Kind : unsigned {
   direction = 1u << 14,        ///< 0, 1, 2 or "x", "y", "z"
   points = 1u << 15,           ///< array of points in the plane
   phase_direction = 1u << 16,  ///< direction, or one of the liquid in pores: dim and above
-  any = 1u << 17,              ///< checked elsewhere, or refused whatever they hold
+  places = 1u << 17,           ///< array of points, one number per dimension each
+  any = 1u << 18,              ///< checked elsewhere, or refused whatever they hold
 };
 
 enum class Support {
@@ -95,6 +96,7 @@ const Section& material_set_section();
 const Section& sets_section();
 const Section& region_section();
 const Section& rigid_body_section();
+const Section& geometry_section();
 const Section& analysis_section();
 const Section& scheme_settings_section();
 const Section& linear_solver_section();

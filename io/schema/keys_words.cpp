@@ -37,6 +37,7 @@ std::string allowed_kinds(const KeySpec& spec, int dim) {
   add(direction, "0, 1, 2, \"x\", \"y\" or \"z\"");
   add(phase_direction, "0, 1, 2, \"x\", \"y\" or \"z\"");
   add(points, "an array of points [x, y]" + unit);
+  add(places, fmt::format("an array of points ({} numbers each){}", dim == 0 ? "2 or 3" : n, unit));
   add(any, "anything");
   return join(words, " or ");
 }

@@ -82,6 +82,32 @@ typename Surface<Dim>::Point Surface<Dim>::at(const Vec<Dim>& x) const {
   return point;
 }
 
+template <int Dim>
+typename Surface<Dim>::Range Surface<Dim>::range(const Vec<Dim>& low, const Vec<Dim>& high) const {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  Range out{inf, -inf, true};
+  std::array<std::size_t, 2> from{}, to{};  // points of the grid around the box
+  for (std::size_t d = 0; d < plan; ++d) {
+    const auto& axis = axes_[d];
+    const double a = low[static_cast<int>(d)], b = high[static_cast<int>(d)];
+    if (axis.size() < 2 || !(b >= axis.front() && a <= axis.back())) return {inf, -inf, false};
+    out.complete = out.complete && a >= axis.front() && b <= axis.back();
+    OnAxis on;
+    find(axis, uniform_[d], std::max(a, axis.front()), on);
+    from[d] = on.i;
+    find(axis, uniform_[d], std::min(b, axis.back()), on);
+    to[d] = on.i + 1;
+  }
+  for (std::size_t j = from[1]; j <= to[1]; ++j)
+    for (std::size_t i = from[0]; i <= to[0]; ++i) {
+      const double h = heights_[j * axes_[0].size() + i];
+      if (std::isnan(h)) out.complete = false;
+      if (h < out.low) out.low = h;
+      if (h > out.high) out.high = h;
+    }
+  return out;
+}
+
 template class Surface<2>;
 template class Surface<3>;
 

@@ -32,6 +32,13 @@ class Surface {
   Point at(const Vec<Dim>& x) const;
   double height(const Vec<Dim>& x) const { return at(x).height; }
 
+  struct Range {
+    double low, high;  ///< [m] of the heights that are known; low > high: none is
+    bool complete;     ///< the surface is known everywhere
+  };
+  /// Heights over a box in plan.
+  Range range(const Vec<Dim>& low, const Vec<Dim>& high) const;
+
   /// Lowest and highest corner of the box around the surface.
   const std::pair<Vec<Dim>, Vec<Dim>>& bounds() const { return bounds_; }
   const Axes& axes() const { return axes_; }

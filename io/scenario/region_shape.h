@@ -1,0 +1,58 @@
+/// \file What a region is made of: a test of points, a box around it, and how it meets boxes.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "io/scenario/regions.h"
+
+namespace lahar {
+
+template <int Dim>
+struct RegionShape {
+  using Point = Vec<Dim>;
+  using Box = std::pair<Point, Point>;
+
+  std::function<bool(const Point&)> contains;
+  Box bounds = everywhere();
+  /// Of a box from `low` to `high`.
+  std::function<Overlap(const Point& low, const Point& high)> overlap = unknown;
+  bool named = false;  ///< it is, or has, a shape of `geometry`
+
+  static Box everywhere() {
+    constexpr double inf = std::numeric_limits<double>::infinity();
+    return {Point::Constant(-inf), Point::Constant(inf)};
+  }
+  static Overlap unknown(const Point&, const Point&) { return Overlap::part; }
+};
+
+/// How a ball around a box meets a shape whose surface is `distance` [m] away from its centre,
+/// below zero inside; the shape's edges are rounded off by `tolerance`.
+template <int Dim>
+Overlap overlap_of(double distance, const Vec<Dim>& low, const Vec<Dim>& high, double tolerance) {
+  const double radius = 0.5 * (high - low).norm() + tolerance;
+  return distance > radius ? Overlap::none : distance < -radius ? Overlap::all : Overlap::part;
+}
+
+// Shapes of `geometry`; `tolerance` [m] as in Region.
+
+/// Points below (`side` 1) or above (-1) a surface.
+template <int Dim>
+RegionShape<Dim> side_of_surface(std::shared_ptr<const Surface<Dim>> surface, int side,
+                                 double tolerance);
+template <int Dim>
+RegionShape<Dim> inside_solid(SolidPtr<Dim> solid, double tolerance);
+/// Points whose place in plan is in the outlines.
+RegionShape<3> under_outlines(std::shared_ptr<const Outlines> outlines, double tolerance);
+
+/// Points in any or all of some shapes, or in the first and none of the others.
+template <int Dim>
+RegionShape<Dim> union_of(std::vector<RegionShape<Dim>> parts);
+template <int Dim>
+RegionShape<Dim> intersection_of(std::vector<RegionShape<Dim>> parts);
+template <int Dim>
+RegionShape<Dim> difference_of(std::vector<RegionShape<Dim>> parts);
+
+}  // namespace lahar

@@ -1,0 +1,201 @@
+// Named shapes, and the regions that they bound.
+#include <doctest/doctest.h>
+
+#include "io/scenario/regions.h"
+#include "io/scenario/scenario.h"
+
+using namespace lahar;
+
+namespace {
+
+std::string scenario_2d(const std::string& geometry, const std::string& region) {
+  return R"({"mesh": {"structured": {"origin": [0, 0], "cell_size": 1, "counts": [8, 8]}},
+  "geometry": )" +
+         geometry + R"(, "sets": {"nodes": {"some": )" + region + R"(}},
+  "particles": [{"generator": {"type": "region", "region": )" +
+         region + R"(, "per_cell": 2, "material_id": 0}}],
+  "materials": [{"id": 0, "type": "LinearElastic2D", "density": 1000, "youngs_modulus": 1e6,
+                 "poisson_ratio": 0.3}],
+  "analysis": {"type": "MPMExplicit2D", "dt": 0.001, "nsteps": 1}})";
+}
+
+Model<2> read_2d(const std::string& geometry, const std::string& region) {
+  return std::get<Model<2>>(read_scenario_text(scenario_2d(geometry, region), ".").model);
+}
+
+/// The problems of a 2D scenario, as "message (hint)".
+std::string said(const std::string& geometry, const std::string& region) {
+  try {
+    read_2d(geometry, region);
+  } catch (const InputError& e) {
+    std::string text;
+    for (const Problem& p : e.problems())
+      text += p.message + (p.hint.empty() ? "" : " (" + p.hint + ")") + "\n";
+    return text;
+  }
+  return "accepted\n";
+}
+
+}  // namespace
+
+TEST_CASE("particles lie below, above and between surfaces through points") {
+  const std::string lines = R"({"ground": {"points": [[0, 2], [4, 6], [8, 6]]},
+                                "bed": {"surface": "ground", "lower_by": 1.5}})";
+  const auto ground = [](double x) { return x < 4 ? 2 + x : 6; };
+  const auto below = read_2d(lines, R"({"below": "ground"})").particles;
+  const auto above = read_2d(lines, R"({"above": "ground"})").particles;
+  const auto between = read_2d(lines, R"({"between": ["bed", "ground"]})").particles;
+  CHECK(below.size() > 0);
+  for (const auto& x : below.x) CHECK(x.y() <= ground(x.x()) + 1e-6);
+  for (const auto& x : above.x) CHECK(x.y() >= ground(x.x()) - 1e-6);
+  for (const auto& x : between.x) {
+    CHECK(x.y() <= ground(x.x()) + 1e-6);
+    CHECK(x.y() >= ground(x.x()) - 1.5 - 1e-6);
+  }
+}
+
+TEST_CASE("a region between surfaces has the bounds of the surfaces") {
+  const std::string text = R"({"between": ["low", "high"]})";
+  ProblemList problems;
+  const JsonDocument document("region", text, problems);
+  Geometries<3> shapes;
+  const Surface<3>::Axes axes{{{0, 2}, {1, 4}}};
+  shapes["low"].surface = std::make_shared<Surface<3>>(axes, std::vector<float>{3, 1, 2, 2});
+  shapes["high"].surface = std::make_shared<Surface<3>>(axes, std::vector<float>{5, 6, 4, 4});
+  const Region<3> region(document.root, 1e-9, document, problems, shapes);
+  REQUIRE(problems.empty());
+  CHECK(region.bounds().first.isApprox(Vec<3>(0, 1, 1), 1e-6));
+  CHECK(region.bounds().second.isApprox(Vec<3>(2, 4, 6), 1e-6));
+  CHECK(region.contains({2 + 1e-10, 4, 3}));  // on the edge in plan, but for rounding
+  CHECK(!region.contains({2.001, 4, 3}));
+  CHECK(!region.contains({1, 2, 0.9}));
+  CHECK(region.overlap({0.5, 1.5, 3.1}, {1, 2, 3.2}) == Overlap::all);
+  CHECK(region.overlap({0.5, 1.5, 6.1}, {1, 2, 6.2}) == Overlap::none);
+  CHECK(region.overlap({0.5, 1.5, 0.1}, {1, 2, 5.2}) == Overlap::part);
+}
+
+TEST_CASE("solids and outlines are regions in combination with others") {
+  const std::string text =
+      R"({"difference": [{"intersection": [{"under": "field"}, {"box": {"min": [0, 0, 0],
+          "max": [9, 9, 2]}}]}, {"inside": "ball"}]})";
+  ProblemList problems;
+  const JsonDocument document("region", text, problems);
+  Geometries<3> shapes;
+  shapes["ball"].solid = ball<3>({1, 1, 1}, 0.5);
+  shapes["field"].outlines = std::make_shared<Outlines>(std::vector<Outlines::Polygon>{
+      {{{0, 0}, {4, 0}, {4, 4}, {0, 4}}, {{2, 2}, {3, 2}, {3, 3}, {2, 3}}}});
+  const Region<3> region(document.root, 1e-9, document, problems, shapes);
+  REQUIRE(problems.empty());
+  CHECK(region.contains({0.5, 0.5, 1}));
+  CHECK(!region.contains({1.2, 1, 1}));    // in the ball
+  CHECK(!region.contains({2.5, 2.5, 1}));  // in the hole
+  CHECK(!region.contains({0.5, 0.5, 2.1}));
+  CHECK(region.overlap({3.2, 0.2, 0.2}, {3.8, 0.8, 0.8}) == Overlap::all);
+  CHECK(region.overlap({2.2, 2.2, 0.2}, {2.8, 2.8, 0.8}) == Overlap::none);
+  CHECK(region.overlap({0.9, 0.9, 0.9}, {1.1, 1.1, 1.1}) == Overlap::none);
+  CHECK(region.overlap({1.9, 2.2, 0.9}, {2.1, 2.4, 1.1}) == Overlap::part);
+}
+
+TEST_CASE("what a box has of a region is what its points say") {
+  const std::string text =
+      R"({"union": [{"cylinder": {"from": [1, 1, 1], "to": [3, 2, 2], "radius": 0.7}},
+          {"intersection": [{"sphere": {"centre": [3, 3, 2], "radius": 1.2}},
+                            {"half_space": {"point": [3, 3, 2], "normal": [1, 1, 2]}}]},
+          {"polygon": {"points": [[0, 0], [1, 0], [0.4, 2]], "range": [2, 3]}}]})";
+  ProblemList problems;
+  const JsonDocument document("region", text, problems);
+  const Region<3> region(document.root, 1e-9, document, problems);
+  REQUIRE(problems.empty());
+  int all = 0, none = 0;
+  for (int k = 0; k < 16 * 16 * 16; ++k) {
+    const Vec<3> low = 0.25 * Vec<3>(k % 16, k / 16 % 16, k / 256), high = low.array() + 0.25;
+    const Overlap overlap = region.overlap(low, high);
+    all += overlap == Overlap::all, none += overlap == Overlap::none;
+    if (overlap == Overlap::part) continue;
+    for (int p = 0; p < 27; ++p) {
+      const Vec<3> x = low + 0.125 * Vec<3>(p % 3, p / 3 % 3, p / 9);
+      const Vec<3> inwards = x + 1e-6 * (0.5 * (low + high) - x);
+      CHECK(region.contains(inwards) == (overlap == Overlap::all));
+    }
+  }
+  CHECK(all > 20);
+  CHECK(none > 2000);
+}
+
+TEST_CASE("outlines with many corners are found by bands, holes and several polygons included") {
+  Outlines::Ring star;
+  constexpr int n = 20000;
+  const auto radius = [](double angle) { return 10 + 3 * std::sin(7 * angle); };
+  for (int i = 0; i < n; ++i) {
+    const double angle = 2 * 3.14159265358979 * i / n;
+    star.push_back(radius(angle) * Vec<2>(std::cos(angle), std::sin(angle)));
+  }
+  // Two polygons that overlap do not cancel each other.
+  const Outlines outlines(
+      {{star, {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}}, {{{5, 0}, {30, 0}, {30, 1}}}});
+  for (int k = 0; k < 4000; ++k) {
+    const Vec<2> x(-14 + 0.37 * (k % 78), -14 + 0.553 * (k / 78));
+    const double r = x.norm(), edge = radius(std::atan2(x.y(), x.x()));
+    const bool other = x.y() >= 0 && x.x() <= 30 && x.x() >= 5 && x.y() <= (x.x() - 5) / 25;
+    const bool hole = x.cwiseAbs().maxCoeff() < 1;
+    if (std::abs(r - edge) < 1e-3) continue;
+    CHECK(outlines.contains(x, 1e-9) == ((r < edge && !hole) || other));
+  }
+  CHECK(outlines.crosses({0.5, 0.5}, {1.5, 1.5}));
+  CHECK(!outlines.crosses({-0.5, -0.5}, {0.5, 0.5}));
+  CHECK(!outlines.crosses({2, 2}, {3, 3}));
+}
+
+TEST_CASE("shapes and regions that name each other wrongly are refused") {
+  const std::string ground = R"({"ground": {"points": [[0, 2], [8, 6]]}})";
+  const std::string below = R"({"below": "ground"})";
+  const auto twice = [](const std::string& text) { return text + text; };  // a set and a generator
+  CHECK(said(ground, R"({"below": "grund"})") ==
+        twice("there is no geometry named 'grund' (did you mean 'ground'?)\n"));
+  CHECK(said(ground, R"({"inside": "ground"})") ==
+        twice("'inside' needs a solid, but the geometry 'ground' is a surface (write \"below\", "
+              "\"above\" or \"between\")\n"));
+  CHECK(said(ground, R"({"under": "ground"})") ==
+        twice("'under' needs polygons, but the geometry 'ground' is a surface (write \"below\", "
+              "\"above\" or \"between\")\n"));
+  CHECK(said(ground, R"({"between": ["ground"]})") ==
+        twice("'between' needs the names of two surfaces, found 1 ([lower, upper])\n"));
+  CHECK(said(R"({"ground": {"points": [[0, 2], [8, 6]]}, "top": {"points": [[0, 7], [8, 7]]}})",
+             R"({"between": ["top", "ground"]})") ==
+        twice("nothing lies between: 'top' is nowhere below 'ground' (the lower surface comes "
+              "first)\n"));
+  CHECK(said(R"({"ground": {}})", below) ==
+        "the geometry 'ground' has no shape (give one of 'points', 'surface')\n");
+  CHECK(said(R"({"ground": {"points": [[0, 2], [8, 6]], "surface": "x", "lower_by": 1}})", below) ==
+        "the geometry 'ground' has several shapes: 'points', 'surface' (give one of 'points', "
+        "'surface')\n");
+  CHECK(said(R"({"ground": {"points": [[0, 2], [0, 6]]}})", below) ==
+        "a surface needs points at two places along x at least, found 1\n");
+  CHECK(said(R"({"ground": {"points": [[0, 2], [8, 6], [4, 3]]}})", below) ==
+        "the points of a surface must have ascending x (a surface has one height above each "
+        "place; overhangs are solids)\n");
+  CHECK(said(R"({"ground": {"points": [[0, 2, 1], [8, 6, 1]]}})", below) ==
+        "'points' must be an array of points (2 numbers each) [m], found an array\n");
+  CHECK(said(R"({"ground": {"surface": "ground", "lower_by": 1}})", below) ==
+        "the surfaces follow from each other in a circle: ground, ground\n");
+  CHECK(said(R"({"ground": {"surface": "bed", "raise_by": 1},
+                 "bed": {"surface": "ground", "lower_by": 1}})",
+             below) == "the surfaces follow from each other in a circle: ground, bed, ground\n");
+  CHECK(said(R"({"ground": {"surface": "bad", "raise_by": 1}})", below) ==
+        "there is no geometry named 'bad' (geometries: ground)\n");
+  CHECK(said(R"({"bed": {"points": [[0, 1], [8, 1]]}, "ground": {"surface": "bed"}})", below) ==
+        "a surface that follows from another needs 'lower_by' or 'raise_by' (a number [m], or the "
+        "name of a surface that has the thickness)\n");
+  CHECK(said(R"({"bed": {"points": [[0, 1], [8, 1]]},
+                 "ground": {"surface": "bed", "raise_by": "depth"},
+                 "depth": {"points": [[0, 1], [8, -1]]}})",
+             below) == "the thickness is -1 at x = 8 (a thickness must not be negative)\n");
+  CHECK(said(R"({"bed": {"points": [[0, 1], [8, 1]]},
+                 "ground": {"surface": "bed", "raise_by": "depth"},
+                 "depth": {"points": [[10, 1], [12, 1]]}})",
+             below) == "the surface and its thickness are not at the same places in plan\n");
+  CHECK(said(R"({"ground": {"points": [[0, 2], [8, 6]], "lower_by": 1}})", below) ==
+        "'lower_by' needs 'surface': what is it to be moved from?\n");
+  CHECK(said(R"({"ground": {"surface": "ground", "lower_by": -1}})", below) ==
+        "'lower_by' must be at least 0 [m], found -1\n");
+}
