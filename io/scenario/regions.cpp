@@ -122,17 +122,21 @@ class RegionReader {
       return {};
     }
     const Vec<Dim> axis = (*to - *from) / length;
-    const Vec<Dim> half = Vec<Dim>::Constant(*radius + 2 * eps_);
-    return {[=, p = *from, r = *radius + eps_, eps = eps_](const Vec<Dim>& x) {
-              const double along = (x - p).dot(axis);
-              return along >= -eps && along <= length + eps && (x - p - along * axis).norm() <= r;
+    const double end = get_number(v, "radius_to").value_or(*radius);
+    const double slope = (end - *radius) / length, steep = 1 / std::sqrt(1 + slope * slope);
+    const Vec<Dim> half = Vec<Dim>::Constant(std::max(*radius, end) + 2 * eps_);
+    const auto beyond = [=, p = *from, r = *radius](const Vec<Dim>& x) {  // the ends, the side
+      const double along = (x - p).dot(axis), across = (x - p - along * axis).norm();
+      return std::pair(std::max(-along, along - length), (across - r - slope * along) * steep);
+    };
+    return {[=, eps = eps_](const Vec<Dim>& x) {
+              const auto [ends, side] = beyond(x);
+              return ends <= eps && side <= eps;
             },
             {from->cwiseMin(*to) - half, from->cwiseMax(*to) + half},
-            [=, p = *from, r = *radius, eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
-              const Vec<Dim> x = 0.5 * (low + high);
-              const double along = (x - p).dot(axis), across = (x - p - along * axis).norm();
-              const double distance = std::max({across - r, -along, along - length});
-              return overlap_of<Dim>(distance, low, high, eps);
+            [=, eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
+              const auto [ends, side] = beyond(0.5 * (low + high));
+              return overlap_of<Dim>(std::max(ends, side), low, high, eps);
             }};
   }
 

@@ -1,7 +1,5 @@
 #include "io/scenario/rigid_shapes.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,17 +15,12 @@ constexpr double inf = std::numeric_limits<double>::infinity();
 template <int Dim>
 class SolidReader {
  public:
-  SolidReader(const JsonDocument& document, ProblemList& problems)
-      : document_(document), problems_(problems) {}
+  explicit SolidReader(const Geometries<Dim>& geometries) : geometries_(geometries) {}
 
   SolidPtr<Dim> read(const JsonValue& value) {
     if (!value.is<JsonValue::Object>()) return nullptr;
     const auto& members = value.as<JsonValue::Object>();
-    if (members.size() != 1) {
-      error(value, "a region has exactly one shape",
-            "for example {\"sphere\": {\"centre\": [1, 2], \"radius\": 0.5}}");
-      return nullptr;
-    }
+    if (members.size() != 1) return nullptr;
     const auto& [key, offset, shape] = members.front();
     if (!shape.valid()) return nullptr;
     if (key == "box") return axis_box(shape);
@@ -35,29 +28,23 @@ class SolidReader {
     if (key == "sphere") return sphere(shape);
     if (key == "cylinder") return cylinder(shape);
     if (key == "polygon") return outline(shape);
+    if (key == "below" || key == "above") return side(shape, key == "above");
+    if (key == "between") return between(shape);
+    if (key == "inside") return named_solid(shape);
     if (key == "union" || key == "intersection" || key == "difference")
       return combination(key, shape);
-    error(value, fmt::format("'{}' has no surface that a rigid body could have", key));
     return nullptr;
   }
 
  private:
-  void error(const JsonValue& at, std::string message, std::string hint = "") {
-    problems_.error(document_.at(at, std::move(message), std::move(hint)));
-  }
-
   /// A side without a bound has no surface.
   SolidPtr<Dim> axis_box(const JsonValue& v) {
     const auto low = get_vector<Dim>(v, "min"), high = get_vector<Dim>(v, "max");
     if (low && high) {
       if (((*high - *low).array() > 0).all()) return box<Dim>(*low, *high);
-      error(v, "the box is empty");
       return nullptr;
     }
-    if (!low && !high) {
-      error(v, "a box without corners is everywhere");
-      return nullptr;
-    }
+    if (!low && !high) return nullptr;
     std::vector<SolidPtr<Dim>> sides;
     for (int d = 0; d < Dim; ++d) {
       const Vec<Dim> normal = (low ? -1.0 : 1.0) * Vec<Dim>::Unit(d);
@@ -69,10 +56,7 @@ class SolidReader {
   SolidPtr<Dim> plane(const JsonValue& v) {
     const auto point = get_vector<Dim>(v, "point"), normal = get_vector<Dim>(v, "normal");
     if (!point || !normal) return nullptr;
-    if (normal->norm() == 0) {
-      error(*v.find("normal"), "the normal must not be zero");
-      return nullptr;
-    }
+    if (normal->norm() == 0) return nullptr;
     return half_space<Dim>(*point, normal->normalized());
   }
 
@@ -86,11 +70,8 @@ class SolidReader {
     const auto from = get_vector<Dim>(v, "from"), to = get_vector<Dim>(v, "to");
     const auto radius = get_number(v, "radius");
     if (!from || !to || !radius) return nullptr;
-    if ((*to - *from).norm() == 0) {
-      error(v, "the ends of a cylinder must differ");
-      return nullptr;
-    }
-    return frustum<Dim>(*from, *to, *radius, *radius);
+    if ((*to - *from).norm() == 0) return nullptr;
+    return frustum<Dim>(*from, *to, *radius, get_number(v, "radius_to").value_or(*radius));
   }
 
   SolidPtr<Dim> outline(const JsonValue& v) {
@@ -101,46 +82,60 @@ class SolidReader {
       const auto& xy = p.as<JsonValue::Array>();
       corner.emplace_back(xy[0].number(), xy[1].number());
     }
-    if (corner.size() < 3) {
-      error(*list, fmt::format("a polygon needs at least three points, found {}", corner.size()));
-      return nullptr;
-    }
+    if (corner.size() < 3) return nullptr;
     if constexpr (Dim == 2) {
       return polygon(std::move(corner));
     } else {
       const auto range = get_numbers(v, "range");
-      if (!range.empty() && (range.size() != 2 || !(range[0] < range[1]))) {
-        error(*v.find("range"), "'range' must be [from, to] with from < to");
-        return nullptr;
-      }
+      if (!range.empty() && (range.size() != 2 || !(range[0] < range[1]))) return nullptr;
       const bool bounded = range.size() == 2;
       return prism(std::move(corner), get_direction(v, "axis").value_or(2),
                    bounded ? range[0] : -inf, bounded ? range[1] : inf);
     }
   }
 
+  SolidPtr<Dim> side(const JsonValue& name, bool above) {
+    const auto* found = named(name);
+    if (!found || !found->surface) return nullptr;
+    SolidPtr<Dim> solid = below(found->surface);
+    return above ? outside(std::move(solid)) : solid;
+  }
+
+  SolidPtr<Dim> between(const JsonValue& names) {
+    std::vector<SolidPtr<Dim>> sides;
+    for (const JsonValue& name : names.as<JsonValue::Array>())
+      if (sides.push_back(side(name, sides.empty())); !sides.back()) return nullptr;
+    return common(std::move(sides));
+  }
+
+  SolidPtr<Dim> named_solid(const JsonValue& name) {
+    const auto* found = named(name);
+    return found ? found->solid : nullptr;
+  }
+
+  const Geometry<Dim>* named(const JsonValue& name) {
+    if (!name.is<std::string>()) return nullptr;
+    const auto at = geometries_.find(name.as<std::string>());
+    return at == geometries_.end() ? nullptr : &at->second;
+  }
+
   SolidPtr<Dim> combination(const std::string& key, const JsonValue& v) {
     std::vector<SolidPtr<Dim>> parts;
     for (const auto& item : v.as<JsonValue::Array>())
       if (parts.push_back(read(item)); !parts.back()) return nullptr;
-    if (parts.empty()) {
-      error(v, fmt::format("'{}' needs at least one region", key));
-      return nullptr;
-    }
+    if (parts.empty()) return nullptr;
     if (key == "union") return united(std::move(parts));
     return key == "intersection" ? common(std::move(parts)) : difference(std::move(parts));
   }
 
-  const JsonDocument& document_;
-  ProblemList& problems_;
+  const Geometries<Dim>& geometries_;
 };
 
 }  // namespace
 
 template <int Dim>
-SolidPtr<Dim> solid_of_region(const JsonValue& region, const JsonDocument& document,
-                              ProblemList& problems) {
-  return SolidReader<Dim>(document, problems).read(region);
+SolidPtr<Dim> solid_of_region(const JsonValue& region, const Geometries<Dim>& geometries) {
+  return SolidReader<Dim>(geometries).read(region);
 }
 
 template <int Dim>
@@ -179,9 +174,8 @@ SolidMoments<Dim> moments_of(const Solid<Dim>& solid, int cuts) {
   return m;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                       \
-  template SolidPtr<Dim> solid_of_region<Dim>(const JsonValue&, const JsonDocument&, \
-                                              ProblemList&);                         \
+#define LAHAR_INSTANTIATE(Dim)                                                           \
+  template SolidPtr<Dim> solid_of_region<Dim>(const JsonValue&, const Geometries<Dim>&); \
   template SolidMoments<Dim> moments_of<Dim>(const Solid<Dim>&, int);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -2,15 +2,15 @@
 #pragma once
 
 #include "io/json/json_source.h"
+#include "io/scenario/geometry.h"
 #include "physics/geometry/solid.h"
 
 namespace lahar {
 
-/// The solid that fills a region (region_section()). Problems are reported, also those that Region
-/// would report; then there is none.
+/// The solid that fills a region (region_section()), which Region has read without a problem. Null
+/// where the region has no surface, such as one without an end on all sides.
 template <int Dim>
-SolidPtr<Dim> solid_of_region(const JsonValue& region, const JsonDocument& document,
-                              ProblemList& problems);
+SolidPtr<Dim> solid_of_region(const JsonValue& region, const Geometries<Dim>& geometries);
 
 /// Volume of a solid [m^Dim], its centre [m], and its moments about it, of unit density: by equal
 /// boxes that cut its bounds, `cuts` along the longest edge. A box that the surface cuts counts in

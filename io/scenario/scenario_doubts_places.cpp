@@ -236,7 +236,7 @@ struct CellShare {
 };
 
 /// Cells in which a generator adds to those before it.
-struct Overlap {
+struct CommonPlace {
   int generator, earlier;
   Index cells;
   double most;  ///< of particle volume over the cell's [-]
@@ -312,7 +312,7 @@ void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
     own = joined(team_.exchange(std::move(to)));
     merge_shares(own);
   }
-  std::map<std::pair<int, int>, Overlap> found;
+  std::map<std::pair<int, int>, CommonPlace> found;
   for (std::size_t begin = 0, end; begin < own.size(); begin = end) {
     double volume = 0;
     for (end = begin; end < own.size() && own[end].cell == own[begin].cell; ++end)
@@ -320,17 +320,17 @@ void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
     const double ratio = end - begin < 2 ? 0 : volume / mesh_->cell_volume(own[begin].cell);
     if (ratio <= most) continue;
     const std::pair key(own[end - 1].generator, own[begin].generator);
-    Overlap& o = found.try_emplace(key, Overlap{key.first, key.second, 0, 0.0}).first->second;
+    CommonPlace& o = found.try_emplace(key, CommonPlace{key.first, key.second, 0, 0.0}).first->second;
     ++o.cells;
     o.most = std::max(o.most, ratio);
   }
-  std::vector<Overlap> list;
+  std::vector<CommonPlace> list;
   for (const auto& [key, o] : found) list.push_back(o);
   found.clear();
   for (const auto& part : team_.gather(list))
-    for (const Overlap& other : part) {
+    for (const CommonPlace& other : part) {
       const std::pair key(other.generator, other.earlier);
-      Overlap& o = found.try_emplace(key, Overlap{key.first, key.second, 0, 0.0}).first->second;
+      CommonPlace& o = found.try_emplace(key, CommonPlace{key.first, key.second, 0, 0.0}).first->second;
       o.cells += other.cells;
       o.most = std::max(o.most, other.most);
     }

@@ -31,7 +31,14 @@ void ScenarioBuilder<Dim>::build_rigid_bodies() {
     RigidBody<Dim> body;
     body.name = get_text(*entry, "name").value_or(std::to_string(model_.rigid_bodies.size()));
     const JsonValue* region = entry->find("region");
-    if (region) body.solid = solid_of_region<Dim>(*region, in_.document, in_.problems);
+    if (region) {
+      const std::size_t problems = in_.problems.count();
+      Region<Dim>(*region, region_tolerance_, in_.document, in_.problems, geometry_);
+      body.solid = solid_of_region<Dim>(*region, geometry_);
+      if (!body.solid && in_.problems.count() == problems)
+        in_.error(*region, "a rigid body needs a region that has a surface",
+                  "\"all\", \"under\" and a box without corners have none");
+    }
     read_rubbing(*entry, body);
     read_motion(*entry, body);
     if (!body.solid) continue;
@@ -130,12 +137,17 @@ void ScenarioBuilder<Dim>::check_rigid_bodies() {
   if (list.empty()) return;
   const auto refuse = [&](const std::string& what, const std::string& hint = "") {
     in_.error(*root_.find("rigid_bodies"),
-              fmt::format("'rigid_bodies' do not go together with {} yet", what), hint);
+              fmt::format("'rigid_bodies' do not go together with {}", what), hint);
   };
   const Analysis& a = model_.analysis;
   if (is_implicit(a)) refuse("implicit steps", "take walls of nodes, or explicit steps");
   if (is_projection(a)) refuse("projections", "take walls of nodes, or explicit steps");
   if (deforms_across(a)) refuse("plane stress and axisymmetry");
+  if (a.scheme == Scheme::usl)
+    refuse(
+        "\"mpm_scheme\": \"usl\", whose strains come from nodes with hardly any mass that "
+        "contact accelerates,",
+        "take musl, the default, or usf");
   if (a.two_phase) refuse("a liquid in pores", "take walls of nodes");
   if (model_.mesh && info(model_.mesh->element()).order > 1)
     refuse("elements of second order", "take linear elements, GIMP or splines");
@@ -151,8 +163,7 @@ void ScenarioBuilder<Dim>::find_reaches() {
   std::vector<SolidPtr<Dim>> solids;
   for (const auto& generator : generators_) {
     const JsonValue* region = generator.generator->find("region");
-    ProblemList ignored;  // those of the region were reported
-    solids.push_back(region ? solid_of_region<Dim>(*region, in_.document, ignored) : nullptr);
+    solids.push_back(region ? solid_of_region<Dim>(*region, geometry_) : nullptr);
   }
   auto& p = model_.particles;
   p.reach.assign(p.x.size(), 0.0);

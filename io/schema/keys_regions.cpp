@@ -91,6 +91,12 @@ const Section& cylinder_section() {
            .min = 0,
            .above_min = true,
            .native = true},
+          {.key = "radius_to",
+           .kinds = number,
+           .help = "radius at `to`, for a cone or a frustum; default `radius`",
+           .unit = "m",
+           .min = 0,
+           .native = true},
       }};
   return section;
 }

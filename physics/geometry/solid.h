@@ -59,5 +59,8 @@ template <int Dim>
 SolidPtr<Dim> common(std::vector<SolidPtr<Dim>> parts);
 template <int Dim>
 SolidPtr<Dim> difference(std::vector<SolidPtr<Dim>> parts);
+/// Everywhere else.
+template <int Dim>
+SolidPtr<Dim> outside(SolidPtr<Dim> solid);
 
 }  // namespace lahar

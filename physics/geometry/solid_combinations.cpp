@@ -101,9 +101,13 @@ SolidPtr<Dim> common(std::vector<SolidPtr<Dim>> parts) {
 }
 
 template <int Dim>
+SolidPtr<Dim> outside(SolidPtr<Dim> solid) {
+  return std::make_shared<Outside<Dim>>(std::move(solid));
+}
+
+template <int Dim>
 SolidPtr<Dim> difference(std::vector<SolidPtr<Dim>> parts) {
-  for (std::size_t i = 1; i < parts.size(); ++i)
-    parts[i] = std::make_shared<Outside<Dim>>(std::move(parts[i]));
+  for (std::size_t i = 1; i < parts.size(); ++i) parts[i] = outside(std::move(parts[i]));
   return common(std::move(parts));
 }
 
@@ -117,6 +121,7 @@ SolidPtr<3> prism(std::vector<Vec<2>> corners, int axis, double low, double high
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                    \
+  template SolidPtr<Dim> outside<Dim>(SolidPtr<Dim>);             \
   template SolidPtr<Dim> united<Dim>(std::vector<SolidPtr<Dim>>); \
   template SolidPtr<Dim> common<Dim>(std::vector<SolidPtr<Dim>>); \
   template SolidPtr<Dim> difference<Dim>(std::vector<SolidPtr<Dim>>);

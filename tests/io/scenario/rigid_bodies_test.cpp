@@ -1,0 +1,122 @@
+// What scenarios say of rigid bodies, and what they are refused with.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <numbers>
+#include <string>
+#include <variant>
+
+#include "io/scenario/scenario.h"
+#include "tests/io/scenario/said.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+struct Parts {
+  std::string bodies;
+  std::string analysis = R"("mpm_scheme": "musl", "dt": 1e-4)";
+  std::string geometry = R"("bed": {"points": [[0, 0.5], [4, 0.2]]})";
+};
+
+Scenario scenario_of(const Parts& parts) {
+  return read_scenario_text(fmt::format(R"({{
+    "mesh": {{"structured": {{"cell_size": 0.5, "extent": [4, 4]}}}},
+    "geometry": {{{}}},
+    "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+                   "poisson_ratio": 0.2}}],
+    "rigid_bodies": [{}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+                                 "region": {{"box": {{"min": [1, 1], "max": [2, 2]}}}}}}}}],
+    "external_loading_conditions": {{"gravity": [0, -10]}},
+    "analysis": {{{}, "nsteps": 1}}}})",
+                                        parts.geometry, parts.bodies, parts.analysis),
+                            "");
+}
+
+Model<2> model_of(const std::string& bodies) {
+  return std::get<Model<2>>(std::move(scenario_of({.bodies = bodies}).model));
+}
+
+std::string refusal(const std::string& bodies) {
+  return refusal_of([&] { scenario_of({.bodies = bodies}); });
+}
+
+bool says(const std::string& text, const std::string& words) {
+  if (text.find(words) != std::string::npos) return true;
+  MESSAGE(text);
+  return false;
+}
+
+const std::string ball = R"("region": {"sphere": {"centre": [3, 3], "radius": 0.5}})";
+
+}  // namespace
+
+TEST_CASE("rigid bodies: what moves how, and of what shape") {
+  const Model<2> model = model_of(R"(
+    {"region": {"below": "bed"}, "friction": 0.4, "cohesion": 100},
+    {"name": "paddle", "region": {"box": {"min": [3, 1], "max": [3.5, 2]}}, "velocity": [1, 0],
+     "friction": "rough"},
+    {"region": {"difference": [{"sphere": {"centre": [3, 3], "radius": 0.5}},
+                               {"half_space": {"point": [3, 3], "normal": [0, 1]}}]},
+     "density": 1000, "spin": 2, "fixed": ["x"]},
+    {"region": {"cylinder": {"from": [1, 3], "to": [1, 2.5], "radius": 0.2, "radius_to": 0}},
+     "mass": 7})");
+  using Motion = RigidBody<2>::Motion;
+  const auto& bodies = model.rigid_bodies;
+  REQUIRE(bodies.size() == 4);
+  CHECK(model.analysis.free_bodies);
+  CHECK(bodies[0].motion == Motion::fixed);
+  CHECK(bodies[0].name == "0");
+  CHECK(bodies[0].friction == 0.4);
+  CHECK(bodies[0].cohesion == 100);
+  CHECK(bodies[0].solid->nearest({2, 0.1}).distance < 0);
+  CHECK(bodies[0].solid->nearest({2, 0.6}).distance > 0);
+  CHECK(bodies[1].motion == Motion::prescribed);
+  CHECK(std::isinf(bodies[1].friction));
+  // A half disc: its centre is 4 r / (3 pi) above the diameter.
+  CHECK(bodies[2].motion == Motion::free);
+  CHECK(bodies[2].mass == doctest::Approx(1000 * std::numbers::pi / 8).epsilon(1e-3));
+  CHECK(bodies[2].centre[0] == doctest::Approx(3).epsilon(1e-6));
+  CHECK(bodies[2].centre[1] == doctest::Approx(3 + 4 * 0.5 / (3 * std::numbers::pi)).epsilon(1e-3));
+  CHECK(bodies[2].held == Vec<2>(1, 0));
+  CHECK(bodies[2].spin[2] == 2);
+  // A triangle, a third of its height from the wide end.
+  CHECK(bodies[3].mass == doctest::Approx(7));
+  CHECK(bodies[3].centre[1] == doctest::Approx(3 - 0.5 / 3).epsilon(1e-3));
+}
+
+TEST_CASE("rigid bodies: mistakes in what is said of them") {
+  CHECK(says(refusal(R"({"region": {"all": true}})"), "needs a region that has a surface"));
+  CHECK(says(refusal(R"({"region": {"below": "bad"}})"), "bed"));
+  CHECK(says(refusal(R"({"friction": 1})"), "'region' is missing"));
+  CHECK(says(refusal("{" + ball + R"(, "friction": "smooth"})"), "a coefficient or \"rough\""));
+  CHECK(says(refusal("{" + ball + R"(, "friction": -1})"), "at least 0"));
+  CHECK(says(refusal("{" + ball + R"(, "spin": [0, 1]})"), "a number in two dimensions"));
+  CHECK(says(refusal("{" + ball + R"(, "spin": 1})"), "needs 'centre'"));
+  CHECK(says(refusal("{" + ball + R"(, "mass": 1, "density": 1})"), "does not go together"));
+  CHECK(says(refusal("{" + ball + R"(, "fixed": ["x"]})"), "of free bodies"));
+  CHECK(says(refusal("{" + ball + R"(, "mass": 1, "fixed": ["up"]})"), "axes and \"spin\""));
+  CHECK(says(refusal("{" + ball + R"(, "math_function_id": 0})"), "of prescribed motion"));
+  CHECK(
+      says(refusal(R"({"region": {"half_space": {"point": [0, 0], "normal": [0, 1]}}, "mass": 1})"),
+           "a body without an end"));
+  CHECK(says(refusal(R"({"region": {"box": {"min": [0, 0], "max": [0, 1]}}})"), "surface"));
+}
+
+TEST_CASE("rigid bodies: particles that begin inside of one are named, the deepest first") {
+  const std::string said = refusal(R"({"name": "hill", "region": {"half_space": {"point": [0, 1.3],
+                                                                   "normal": [0, 1]}}})");
+  CHECK(says(said, "4 particles begin inside of the rigid body 'hill'"));
+  CHECK(says(said, "0.175 m deep at (1.125, 1.125)"));
+}
+
+TEST_CASE("rigid bodies: what does not go together with them is refused") {
+  const auto with = [](const std::string& analysis) {
+    return refusal_of([&] { scenario_of({.bodies = "{" + ball + "}", .analysis = analysis}); });
+  };
+  CHECK(says(with(R"("mpm_scheme": "newmark", "dt": 0.1)"), "implicit steps"));
+  CHECK(says(with(R"("plane": "axisymmetric", "dt": 1e-4)"), "axisymmetry"));
+  CHECK(says(with(R"("mpm_scheme": "usl", "dt": 1e-4)"), "usl"));
+}

@@ -1,0 +1,261 @@
+// Bodies on rigid ones that cut the mesh at any angle: they slide, stick and roll as theory says;
+// what they take from each other is kept.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "tests/verification/case.h"
+
+using namespace lahar;
+using namespace lahar::verification;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double g = 9.81;
+
+/// A block of 0.6 x 0.15 m on a plane that falls by `angle` along x, in cells of a grid that does
+/// not know of it.
+struct Incline {
+  double angle, friction;
+  double h = 0.05, end_time = 0.3;
+  std::string analysis = R"("velocity_update": "pic")";
+
+  double sine() const { return std::sin(angle); }
+  double cosine() const { return std::cos(angle); }
+  std::string place(double along, double above) const {
+    return fmt::format("[{}, {}]", 0.4 + along * cosine() + above * sine(),
+                       1.7 - along * sine() + above * cosine());
+  }
+  Model<2> model() const {
+    return model_of_text<2>(fmt::format(
+        R"({{
+      "mesh": {{"structured": {{"cell_size": {}, "extent": [2.5, 2.5]}}}},
+      "materials": [{{"type": "LinearElastic", "density": 2000, "youngs_modulus": 1e8,
+                     "poisson_ratio": 0.2}}],
+      "rigid_bodies": [{{"region": {{"half_space": {{"point": {}, "normal": [{}, {}]}}}},
+                        "friction": {}}}],
+      "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+        "region": {{"polygon": {{"points": [{}, {}, {}, {}]}}}}}}}}],
+      "external_loading_conditions": {{"gravity": [0, {}]}},
+      "analysis": {{"mpm_scheme": "musl", "end_time": {}, {}}},
+      "post_processing": {{"history_steps": 20}}}})",
+        h, place(0, 0), sine(), cosine(), friction, place(0, 0), place(0.6, 0), place(0.6, 0.15),
+        place(0, 0.15), -g, end_time, analysis));
+  }
+  /// Along the plane [m/s], and the time: all rows.
+  struct Motion {
+    std::vector<double> time, velocity;
+    double friction = 0;  ///< impulse along the plane over that along its normal
+  };
+  Motion run() const {
+    Motion motion;
+    Observer observer;
+    double mass = 0, along = 0, above = 0;
+    observer.history = [&](const HistoryRow& row) {
+      mass = row.mass;
+      along = row.momentum[0] * cosine() - row.momentum[1] * sine();
+      above = row.momentum[0] * sine() + row.momentum[1] * cosine();
+      motion.time.push_back(row.time);
+      motion.velocity.push_back(along / mass);
+    };
+    Simulation simulation(model(), {.threads = 1}, observer);
+    simulation.run();
+    const double t = motion.time.back();
+    motion.friction = (mass * g * sine() * t - along) / (mass * g * cosine() * t + above);
+    return motion;
+  }
+};
+
+}  // namespace
+
+TEST_CASE(
+    "rigid bodies: a block slides on a plane at any angle to the grid with Coulomb's friction") {
+  for (const int degrees : {10, 20, 30, 45, 60}) {
+    CAPTURE(degrees);
+    const double angle = degrees * pi / 180, mu = 0.5 * std::tan(angle);
+    const Incline incline{.angle = angle, .friction = mu};
+    const auto motion = incline.run();
+    const double expected = g * (std::sin(angle) - mu * std::cos(angle)) * motion.time.back();
+    CHECK(motion.velocity.back() == doctest::Approx(expected).epsilon(0.01));
+    CHECK(motion.friction == doctest::Approx(mu).epsilon(0.01));
+  }
+}
+
+TEST_CASE(
+    "rigid bodies: a block slides without friction as it falls along the plane, to rounding") {
+  for (const int degrees : {10, 37, 60}) {
+    CAPTURE(degrees);
+    const Incline incline{.angle = degrees * pi / 180, .friction = 0};
+    const auto motion = incline.run();
+    const double expected = g * std::sin(incline.angle) * motion.time.back();
+    CHECK(motion.velocity.back() == doctest::Approx(expected).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("rigid bodies: a block sticks where friction suffices, and does not creep") {
+  for (const int degrees : {10, 20, 30, 45, 60}) {
+    CAPTURE(degrees);
+    const Incline incline{.angle = degrees * pi / 180,
+                          .friction = 1.3 * std::tan(degrees * pi / 180)};
+    const auto motion = incline.run();
+    // It comes to rest from the jolt with which gravity begins.
+    CHECK(std::abs(motion.velocity.back()) < 0.01 * g * std::sin(incline.angle) * 0.3);
+    CHECK(std::abs(motion.velocity.back()) < 2e-3);
+  }
+}
+
+namespace {
+
+/// A disc of 0.25 m on a plane that falls by 30 degrees; velocity along the plane over sin t g.
+double share_of_fall(double friction, double h) {
+  const Incline at{.angle = pi / 6, .friction = friction};
+  const double radius = 0.25, end = 0.4;
+  Model<2> model = model_of_text<2>(fmt::format(
+      R"({{
+    "mesh": {{"structured": {{"cell_size": {}, "extent": [2, 2.2]}}}},
+    "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e7,
+                   "poisson_ratio": 0.3}}],
+    "rigid_bodies": [{{"region": {{"half_space": {{"point": {}, "normal": [{}, {}]}}}},
+                      "friction": {}}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+      "region": {{"sphere": {{"centre": {}, "radius": {}}}}}}}}}],
+    "external_loading_conditions": {{"gravity": [0, {}]}},
+    "analysis": {{"mpm_scheme": "musl", "end_time": {}, "velocity_update": "flip"}}}})",
+      h, at.place(0, 0), at.sine(), at.cosine(), friction, at.place(0, radius), radius, -g, end));
+  Simulation simulation(std::move(model), {.threads = 2});
+  simulation.run();
+  const HistoryRow row = simulation.history();
+  return (row.momentum[0] * at.cosine() - row.momentum[1] * at.sine()) / row.mass /
+         (g * at.sine() * row.time);
+}
+
+}  // namespace
+
+TEST_CASE("rigid bodies: a disc that does not slide rolls with two thirds of the acceleration") {
+  CHECK(share_of_fall(0, 0.025) == doctest::Approx(1).epsilon(1e-9));
+  const double coarse = share_of_fall(0.6, 0.025), fine = share_of_fall(0.6, 0.0125);
+  CHECK(coarse == doctest::Approx(2.0 / 3).epsilon(0.05));
+  CHECK(fine == doctest::Approx(2.0 / 3).epsilon(0.02));
+  CHECK(std::abs(fine - 2.0 / 3) < std::abs(coarse - 2.0 / 3));
+}
+
+TEST_CASE("rigid bodies: what a free body loses of momentum and of its moment, material gets") {
+  Model<2> model = model_of_text<2>(R"({
+    "mesh": {"structured": {"cell_size": 0.05, "extent": [2, 1.5]}},
+    "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+                   "poisson_ratio": 0.3}],
+    "rigid_bodies": [{"region": {"sphere": {"centre": [0.4, 0.72], "radius": 0.15}},
+                      "density": 2000, "velocity": [2, 0.3], "friction": 0.3}],
+    "particles": [{"generator": {"type": "region", "per_cell": 2, "material": 0,
+                                 "region": {"box": {"min": [0.6, 0.5], "max": [1.2, 1]}}}}],
+    "analysis": {"mpm_scheme": "musl", "end_time": 0.2, "velocity_update": "flip"},
+    "post_processing": {"history_steps": 10}})");
+  const double mass = model.rigid_bodies[0].mass;
+  CHECK(mass == doctest::Approx(2000 * pi * 0.15 * 0.15).epsilon(1e-4));
+  CHECK(model.rigid_bodies[0].inertia(2, 2) ==
+        doctest::Approx(0.5 * mass * 0.15 * 0.15).epsilon(1e-4));
+  Observer observer;
+  double slowest = 2;
+  int touching = 0;
+  observer.history = [&](const HistoryRow& row) {
+    const RigidBodyRow& body = row.bodies.at(0);
+    slowest = std::min(slowest, body.velocity[0]);
+    touching += body.force[0] != 0;
+    // The forces of the step that comes are on both sides of the balance.
+    CHECK(row.momentum[0] + mass * body.velocity[0] == doctest::Approx(2 * mass).epsilon(1e-12));
+    CHECK(row.momentum[1] + mass * body.velocity[1] == doctest::Approx(0.3 * mass).epsilon(1e-12));
+  };
+  Simulation simulation(model, {.threads = 2}, observer);
+  simulation.run();
+  CHECK(slowest < 0.5);  // it was stopped
+  CHECK(touching > 5);
+}
+
+TEST_CASE("rigid bodies: a free disc rolls and slides on a fixed one as rigid bodies do") {
+  for (const double friction : {0.0, 0.5}) {
+    CAPTURE(friction);
+    const Incline at{.angle = pi / 9, .friction = friction};
+    Model<2> model = model_of_text<2>(fmt::format(
+        R"({{
+      "mesh": {{"structured": {{"cell_size": 0.05, "extent": [2, 2]}}}},
+      "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e8,
+                     "poisson_ratio": 0.3}}],
+      "rigid_bodies": [
+        {{"region": {{"half_space": {{"point": {}, "normal": [{}, {}]}}}}, "friction": {}}},
+        {{"region": {{"sphere": {{"centre": {}, "radius": 0.15}}}}, "density": 2000}}],
+      "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+                                   "region": {{"box": {{"min": [1.8, 1.8], "max": [1.9, 1.9]}}}}}}}}],
+      "external_loading_conditions": {{"gravity": [0, {}]}},
+      "analysis": {{"mpm_scheme": "musl", "dt": 1e-4, "nsteps": 3000}}}})",
+        at.place(0, 0), at.sine(), at.cosine(), friction, at.place(0, 0.15), -g));
+    Simulation simulation(std::move(model), {.threads = 1});
+    simulation.run();
+    const RigidBodyRow disc = simulation.history().bodies.at(1);
+    const double speed = disc.velocity[0] * at.cosine() - disc.velocity[1] * at.sine();
+    const double share = friction > 0 ? 2.0 / 3 : 1;
+    CHECK(speed == doctest::Approx(share * g * at.sine() * 0.3).epsilon(0.01));
+    if (friction > 0) CHECK(-disc.spin[2] * 0.15 == doctest::Approx(speed).epsilon(0.02));
+  }
+}
+
+TEST_CASE("rigid bodies: a block that falls on one does not come back with more energy") {
+  for (const char* functions : {"element", "gimp", "quadratic_spline"}) {
+    CAPTURE(functions);
+    Model<2> model = model_of_text<2>(fmt::format(
+        R"({{
+      "mesh": {{"structured": {{"cell_size": 0.05, "extent": [1, 1.5]}}}},
+      "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+                     "poisson_ratio": 0}}],
+      "rigid_bodies": [{{"region": {{"half_space": {{"point": [0, 0.213], "normal": [0, 1]}}}}}}],
+      "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+        "region": {{"box": {{"min": [0.3, 0.3], "max": [0.7, 0.6]}}}}, "velocity": [0, -2]}}}}],
+      "analysis": {{"mpm_scheme": "musl", "end_time": 0.1, "shape_functions": "{}",
+                   "velocity_update": "flip"}},
+      "post_processing": {{"history_steps": 10}}}})",
+        functions));
+    Observer observer;
+    double most = 0, least = 1e9, start = 0.5 * 1000 * 0.4 * 0.3 * 4;
+    observer.history = [&](const HistoryRow& row) {
+      most = std::max(most, row.kinetic);
+      least = std::min(least, row.kinetic);
+      CHECK(std::abs(row.balance) < 0.02 * start);
+      CHECK(row.damping > -1e-9 * start);
+    };
+    Simulation simulation(std::move(model), {.threads = 1}, observer);
+    simulation.run();
+    CHECK(most < 1.001 * start);
+    CHECK(least < 0.5 * start);
+    CHECK(simulation.history().momentum[1] > 0.5 * 2 * 1000 * 0.4 * 0.3);  // it is thrown back
+  }
+}
+
+TEST_CASE(
+    "rigid bodies: no particle of a column of water is inside of the tank that it stands in") {
+  Model<2> model = model_of_text<2>(R"({
+    "mesh": {"structured": {"cell_size": 0.05, "extent": [1.2, 0.9]}},
+    "materials": [{"type": "Newtonian", "density": 1000, "bulk_modulus": 4e5,
+                   "dynamic_viscosity": 1e-3}],
+    "geometry": {"bed": {"points": [[0, 0.3], [0.1, 0.3], [0.6, 0.12], [1.1, 0.31], [1.2, 0.31]]}},
+    "rigid_bodies": [{"region": {"below": "bed"}}],
+    "particles": [{"generator": {"type": "region", "per_cell": 3, "material": 0,
+      "region": {"difference": [{"box": {"min": [0.1, 0], "max": [1.1, 0.3]}}, {"below": "bed"}]}}}],
+    "external_loading_conditions": {"gravity": [0, -9.81]},
+    "analysis": {"mpm_scheme": "musl", "end_time": 1}})");
+  const SolidPtr<2> bed = model.rigid_bodies[0].solid;
+  Simulation simulation(std::move(model), {.threads = 2});
+  simulation.run();
+  const State state(simulation.frame());
+  double deepest = 0;
+  for (Index p = 0; p < state.size(); ++p)
+    deepest = std::max(deepest, -bed->nearest({state.x(p, 0), state.x(p, 1)}).distance);
+  CHECK(deepest < 1e-3 * 0.05);
+  // Its weight is on the bed.
+  const HistoryRow row = simulation.history();
+  CHECK(row.kinetic < 1e-3 * row.mass * 0.1 * g);
+  CHECK(-row.bodies.at(0).force[1] == doctest::Approx(row.mass * g).epsilon(0.05));
+}
