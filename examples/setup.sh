@@ -19,6 +19,7 @@ build_packages=(
   "robin-map-dev:hash map"
   "libopenmpi-dev:several processes, also on several machines"
   "libscotch-dev:partition over processes"
+  "libgdal-dev:elevation rasters and polygons"
   "openmpi-bin:mpirun, which starts them"
 )
 test_packages=(

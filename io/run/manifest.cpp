@@ -97,7 +97,7 @@ Manifest::Manifest(const RunInfo& info) {
                       {"patch_particles", info.patch_particles},
                       {"split_steps", info.split_steps},
                       {"split_factor", split_factor}};
-  const Json json = {
+  Json json = {
       {"lahar_run", manifest_format},
       {"title", info.title},
       {"program", program_json(info)},
@@ -111,6 +111,8 @@ Manifest::Manifest(const RunInfo& info) {
       {"history", history_json()},
       {"started", now()},
   };
+  if (!info.map_reference.empty() || info.map_origin != std::array<double, 2>{})
+    json["map"] = {{"origin", info.map_origin}, {"reference", info.map_reference}};
   start_ = dump(json);
 }
 

@@ -1,6 +1,7 @@
 /// \file manifest.json of a run folder: who computed what, with what, and how it ended.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -21,11 +22,13 @@ struct RunInfo {
   int dim = 0;
   std::string scheme;
   Index nodes = 0, cells = 0, particles = 0, materials = 0, patches = 0;
-  Index patch_particles = 0;                  ///< wanted in a patch
-  Index split_steps = 0;                      ///< Analysis::split_steps
-  Index steps = 0;                            ///< planned; 0 = until end_time
-  double dt = 0;                              ///< [s] the first one
-  double dt_limit = 0;                        ///< [s] CFL limit at the start
+  Index patch_particles = 0;              ///< wanted in a patch
+  Index split_steps = 0;                  ///< Analysis::split_steps
+  Index steps = 0;                        ///< planned; 0 = until end_time
+  double dt = 0;                          ///< [s] the first one
+  double dt_limit = 0;                    ///< [s] CFL limit at the start
+  std::array<double, 2> map_origin = {};  ///< [m] place on the map where the model has x = y = 0
+  std::string map_reference;              ///< WKT of its coordinate reference system, if known
   std::vector<std::filesystem::path> inputs;  ///< scenario and side files; their hashes are stored
 };
 

@@ -176,6 +176,7 @@ Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options
   scenario.stages = std::move(stages);
   scenario.stage = options.stage;
   scenario.warnings = of_stage(in.problems.take_warnings(), in.stage);
+  scenario.map = std::move(in.map);
   scenario.side_files = std::move(in.side_files);
   scenario.text = std::move(text);
   scenario.full = to_json(root) + "\n";

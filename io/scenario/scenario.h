@@ -10,6 +10,7 @@
 #include "io/base/memory_limit.h"
 #include "io/base/problems.h"
 #include "io/base/team.h"
+#include "io/geometry/map_files.h"
 #include "physics/base/error.h"
 #include "physics/model/model.h"
 
@@ -34,6 +35,7 @@ struct Scenario {
   std::string full;               ///< JSON with every default filled in, for scenario.full.json
   std::filesystem::path file;
   std::vector<std::filesystem::path> side_files;  ///< what it refers to, as read
+  MapFrame map = {};                              ///< where it lies
   std::vector<std::string> stages = {};           ///< names of all; empty = it has no stages
   std::size_t stage = 0;                          ///< the one that this is
   /// Gives a problem that names a JSON pointer (Problem::where) its file, line, column and source:

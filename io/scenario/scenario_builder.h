@@ -8,6 +8,7 @@
 #include <span>
 
 #include "io/frames/cbgeo_table.h"
+#include "io/geometry/map_files.h"
 #include "io/mesh/mesh_search.h"
 #include "io/scenario/particles_generator.h"
 #include "io/scenario/scenario_doubts.h"
@@ -82,6 +83,15 @@ class ScenarioBuilder {
   std::shared_ptr<const Surface<Dim>> surface_named(const JsonValue& name,
                                                     const std::vector<std::string>& users);
   Region<Dim> region_of(const JsonValue& value);
+  // scenario_maps.cpp
+  void read_map_origin();
+  std::vector<MapFile> map_files(const JsonValue& names, bool whole);
+  bool check_reference(const JsonValue& name, const std::string& reference);
+  Geometry<Dim> from_raster(const JsonValue& names);
+  bool all_can(const JsonValue& at, const std::function<void()>& part);
+  std::vector<float> heights_of(const Raster& raster, const Raster::Part& part,
+                                const JsonValue& names);
+  Geometry<Dim> from_polygons(const JsonValue& value);
   // scenario_materials.cpp
   void build_materials();
   void build_functions();
@@ -317,7 +327,8 @@ class ScenarioBuilder {
   Index listed_cells_ = -1;      ///< those of a mesh file that has nodes around them, too; -1 = all
   double region_tolerance_ = 0;  ///< [m]
   Geometries<Dim> geometry_;
-  double memory_ = 0;            ///< [bytes] noted by need_memory()
+  std::string map_file_;  ///< the first that says its coordinate reference system
+  double memory_ = 0;     ///< [bytes] noted by need_memory()
   static constexpr double member_bytes = 2 * sizeof(Index);  ///< of a set, with room to grow
   RowShares rows_;                                           ///< of model_.particles: who has which
   bool particles_complete_ = true;    ///< false: some generator failed, the number is not known

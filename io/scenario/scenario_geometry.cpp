@@ -11,7 +11,7 @@ namespace lahar {
 
 namespace {
 
-constexpr std::array shape_keys = {"points", "surface"};
+constexpr std::array shape_keys = {"points", "raster", "surface", "polygons"};
 
 }  // namespace
 
@@ -20,6 +20,7 @@ void ScenarioBuilder<Dim>::build_geometry() {
   const JsonValue* named = root_.find("geometry");
   if (!named) return;
   phase("geometry");
+  read_map_origin();
   for (const auto& [name, offset, value] : named->as<JsonValue::Object>())
     if (name.empty()) in_.error(value, "a geometry needs a name");
   for (const auto& [name, offset, value] : named->as<JsonValue::Object>())
@@ -46,8 +47,12 @@ void ScenarioBuilder<Dim>::build_shape(const std::string& name, const JsonValue&
   for (const char* key : {"lower_by", "raise_by"})
     if (const JsonValue* by = value.find(key); by && !written(value, "surface"))
       return in_.error(*by, fmt::format("'{}' needs 'surface': what is it to be moved from?", key));
+  if (const JsonValue* where = value.find("where"); where && !written(value, "polygons"))
+    return in_.error(*where, "'where' needs 'polygons', whose features it selects");
   users.push_back(name);
   if (const JsonValue* points = value.find("points")) geometry_[name] = through_points(*points);
+  if (const JsonValue* raster = value.find("raster")) geometry_[name] = from_raster(*raster);
+  if (value.find("polygons")) geometry_[name] = from_polygons(value);
   if (value.find("surface")) geometry_[name] = moved_surface(value, users);
 }
 

@@ -12,6 +12,7 @@
 #include "io/base/memory_limit.h"
 #include "io/base/side_files.h"
 #include "io/base/team.h"
+#include "io/geometry/map_files.h"
 #include "io/json/json_source.h"
 #include "io/json/values.h"
 
@@ -30,7 +31,8 @@ struct ScenarioInput {
   MemoryLimit memory = {};
   std::function<void(const std::string&)> phase = {};  ///< called with what is done next, if set
   bool cbgeo_defaults = false;  ///< keys that are not written mean what they do in CB-Geo MPM
-  std::string stage = {};       ///< which one, in messages; empty = the first, or there are none
+  MapFrame map = {};
+  std::string stage = {};  ///< which one, in messages; empty = the first, or there are none
 
   void error(const JsonValue& at, std::string message, std::string hint = "") {
     problems.error(document.at(at, std::move(message), std::move(hint)));
@@ -41,6 +43,8 @@ struct ScenarioInput {
   /// The side file under `key` of `object`; nothing if there is no key, or no such file (reported).
   /// Collective, if there is the key; all members get it, or none.
   std::optional<SideFile> open(const JsonValue& object, std::string_view key);
+  /// The side file that a text names. `whole`: it will be in memory, so it must fit.
+  std::optional<SideFile> open_named(const JsonValue& name, bool whole = true);
   /// The value under the first of two keys of the same meaning; both at once are an error.
   const JsonValue* either(const JsonValue& object, std::string_view key, std::string_view alias);
 };

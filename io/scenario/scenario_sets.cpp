@@ -13,14 +13,18 @@ namespace lahar {
 std::optional<SideFile> ScenarioInput::open(const JsonValue& object, std::string_view key) {
   const JsonValue* value = object.find(key);
   if (!value || !value->is<std::string>()) return std::nullopt;
-  const std::string& name = value->as<std::string>();
+  return open_named(*value);
+}
+
+std::optional<SideFile> ScenarioInput::open_named(const JsonValue& value, bool whole) {
+  const std::string& name = value.as<std::string>();
   std::string reason;
   std::optional<SideFile> file;
   if (name.empty())
     reason = "has no name";
   else
     file = open_side_file(name, (folder / name).string(), reason);
-  if (file && static_cast<double>(file->size) > memory.bytes)
+  if (file && whole && static_cast<double>(file->size) > memory.bytes)
     reason =
         fmt::format("has {}; {}", format_bytes(static_cast<double>(file->size)), memory.source);
   const std::vector<Index> sizes = team->each(file ? file->size : 0);
@@ -29,7 +33,7 @@ std::optional<SideFile> ScenarioInput::open(const JsonValue& object, std::string
   for (const auto& said : team->gather(std::vector<char>(reason.begin(), reason.end()))) {
     if (said.empty()) continue;
     const std::string why(said.begin(), said.end());
-    error(*value, fmt::format("file '{}' {}", name, why),
+    error(value, fmt::format("file '{}' {}", name, why),
           why == "does not exist" ? "file names are relative to the scenario's folder" : "");
     return std::nullopt;
   }

@@ -91,9 +91,8 @@ unsigned matching_kind(const KeySpec& spec, const JsonValue& v, int dim) {
       case points:
         return all_of(v, is_point);
       case places:
-        return all_of(v, [&](const JsonValue& i) {
-          return all_of(i, is_number) && size_of(i) == length;
-        });
+        return all_of(
+            v, [&](const JsonValue& i) { return all_of(i, is_number) && size_of(i) == length; });
       default:
         return false;
     }

@@ -8,7 +8,8 @@ const Section& geometry_section() {
       .name = "a geometry",
       .path = "geometry",
       .help =
-          "A shape with a name, by exactly one of `points` and `surface`. Regions name it in "
+          "A shape with a name, by exactly one of `points`, `raster`, `surface` and `polygons`. "
+          "Regions name it in "
           "`below`, `above`, `between`, `inside` and `under`. A surface has one height above each "
           "place in plan: y over x in two dimensions, z over x and y in three. Outside of it, and "
           "where its height is not known, nothing is below or above it.",
@@ -19,6 +20,22 @@ const Section& geometry_section() {
                    "ascending x. 3D: [[x, y, z], ...], all points of a grid over some x and some "
                    "y, in any order",
            .unit = "m",
+           .native = true},
+          {.key = "raster",
+           .kinds = file | texts,
+           .help = "3D: a surface from an elevation raster, an ESRI ASCII grid or a GeoTIFF; of "
+                   "several that lie beside each other a list. Of a raster that is finer than half "
+                   "of the smallest cell of the mesh, means over this distance are taken",
+           .native = true},
+          {.key = "polygons",
+           .kinds = file,
+           .help = "3D: polygons in plan, from GeoJSON or a shapefile, with holes",
+           .native = true},
+          {.key = "where",
+           .kinds = text,
+           .help =
+               "of `polygons`: features that count, as in SQL: \"zone = 'upper' AND depth > 2\"; "
+               "default all",
            .native = true},
           {.key = "surface",
            .kinds = text,

@@ -225,6 +225,14 @@ const Section& mesh_section() {
            .fallback = "\"N2D\"",
            .fallback_3d = "\"N3D\"",
            .allowed = {"N2D", "N3D", "N2D2P", "N3D2P"}},
+          {.key = "map_origin",
+           .kinds = numbers,
+           .help =
+               "3D: [x, y], the place on the map where the model has x = 0 and y = 0. Rasters "
+               "and polygons of geometry are in coordinates of the map, all else is in those of "
+               "the model; default [0, 0]",
+           .unit = "m",
+           .native = true},
           {.key = "particle_cells",
            .kinds = file,
            .help = "lines `particle cell`: where to look "

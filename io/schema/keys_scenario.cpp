@@ -23,7 +23,7 @@ const Section& scenario_section() {
            .section = mesh_section},
           {.key = "geometry",
            .kinds = map,
-           .help = "name: a surface, from points, or from another surface; regions name it",
+           .help = "name: a surface or polygons; regions name them",
            .section = geometry_section,
            .native = true},
           {.key = "sets",

@@ -23,6 +23,8 @@ RunInfo run_info(const RunArguments& arguments, const Scenario& scenario) {
   info.compiler = compiler_line();
   info.libraries = library_versions();
   info.command = arguments.command;
+  info.map_origin = {scenario.map.origin.x(), scenario.map.origin.y()};
+  info.map_reference = scenario.map.reference;
   info.inputs = {scenario.file};
   info.inputs.insert(info.inputs.end(), scenario.side_files.begin(), scenario.side_files.end());
   return info;

@@ -1,0 +1,107 @@
+#ifdef LAHAR_GDAL_LIBRARY
+#include "io/geometry/gdal_library.h"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/geometry/map_files.h"
+#include "physics/base/error.h"
+
+namespace lahar {
+
+namespace {
+
+/// Blocks of files that GDAL keeps [bytes].
+constexpr GIntBig block_cache = GIntBig{64} << 20;
+
+[[noreturn]] void fail(const std::string& message, const std::string& hint) {
+  throw InputError({Problem{.message = message, .hint = hint}});
+}
+
+Gdal load() {
+  void* library = ::dlopen(LAHAR_GDAL_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+  if (!library)
+    fail(fmt::format("the library of GDAL cannot be loaded: {}", ::dlerror()),
+         "install the package libgdal-dev");
+  Gdal gdal;
+#define LAHAR_GDAL_LOAD(name)                                                 \
+  gdal.name = reinterpret_cast<decltype(gdal.name)>(::dlsym(library, #name)); \
+  if (!gdal.name)                                                             \
+    fail("the library of GDAL has no function " #name,                        \
+         "configure and build again with the libgdal-dev that is installed now");
+  LAHAR_GDAL_FUNCTIONS(LAHAR_GDAL_LOAD)
+#undef LAHAR_GDAL_LOAD
+  gdal.GDALAllRegister();
+  gdal.GDALSetCacheMax64(block_cache);
+  return gdal;
+}
+
+std::string wkt_of(OGRSpatialReferenceH reference) {
+  char* text = nullptr;
+  std::string wkt;
+  if (gdal().OSRExportToWkt(reference, &text) == OGRERR_NONE && text) wkt = text;
+  gdal().VSIFree(text);
+  return wkt;
+}
+
+struct DestroyReference {
+  void operator()(void* reference) const { gdal().OSRDestroySpatialReference(reference); }
+};
+using Reference = std::unique_ptr<void, DestroyReference>;
+
+std::string name_of(OGRSpatialReferenceH reference) {
+  const char* name = gdal().OSRGetName(reference);
+  return name && *name ? name : "without a name";
+}
+
+}  // namespace
+
+const Gdal& gdal() {
+  static const Gdal loaded = load();
+  return loaded;
+}
+
+std::string QuietGdal::said() {
+  std::string text = gdal().CPLGetLastErrorMsg();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+std::string plane_reference(OGRSpatialReferenceH given, const std::string& file) {
+  if (!given) return "";
+  const Reference reference(gdal().OSRClone(given));
+  gdal().OSRDemoteTo2D(reference.get(), nullptr);
+  if (gdal().OSRIsGeographic(reference.get()))
+    fail(fmt::format("'{}' is in degrees: its coordinate reference system is {}", file,
+                     name_of(reference.get())),
+         "transform it to one in metres, such as UTM: gdalwarp -t_srs for rasters, ogr2ogr -t_srs "
+         "for polygons");
+  const double metres = gdal().OSRGetLinearUnits(reference.get(), nullptr);
+  if (std::abs(metres - 1) > 1e-9)
+    fail(fmt::format("'{}' is not in metres: one unit of {} is {} m", file,
+                     name_of(reference.get()), metres),
+         "transform it to a coordinate reference system in metres");
+  return wkt_of(reference.get());
+}
+
+namespace {
+
+Reference reference_of(const std::string& wkt) {
+  return Reference(gdal().OSRNewSpatialReference(wkt.c_str()));
+}
+
+}  // namespace
+
+std::string reference_name(const std::string& wkt) {
+  return name_of(reference_of(wkt).get());
+}
+
+bool same_reference(const std::string& wkt, const std::string& other) {
+  return wkt == other || gdal().OSRIsSame(reference_of(wkt).get(), reference_of(other).get());
+}
+
+}  // namespace lahar
+#endif

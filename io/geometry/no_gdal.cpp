@@ -1,0 +1,43 @@
+// What a build without GDAL says.
+#ifndef LAHAR_GDAL_LIBRARY
+#include "io/geometry/map_files.h"
+#include "physics/base/error.h"
+
+namespace lahar {
+
+namespace {
+
+[[noreturn]] void refuse() {
+  throw InputError({Problem{.message = "rasters and polygons need GDAL, which this build lacks",
+                            .hint = "install the package libgdal-dev, configure with "
+                                    "-DLAHAR_GDAL=ON and build again"}});
+}
+
+}  // namespace
+
+struct Raster::Source {};
+Raster::Raster(const std::vector<MapFile>&) {
+  refuse();
+}
+Raster::~Raster() = default;
+Raster::Part Raster::part(const Vec<2>&, const Vec<2>&, double) const {
+  refuse();
+}
+Index Raster::rows_at_once(const Part&) const {
+  refuse();
+}
+std::vector<float> Raster::read(const Part&, Index, Index) const {
+  refuse();
+}
+std::string reference_name(const std::string&) {
+  refuse();
+}
+bool same_reference(const std::string&, const std::string&) {
+  refuse();
+}
+PolygonFile read_polygons(const MapFile&, const std::string&) {
+  refuse();
+}
+
+}  // namespace lahar
+#endif

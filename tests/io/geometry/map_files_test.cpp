@@ -1,0 +1,224 @@
+// Rasters and polygons as GDAL reads them.
+#include "io/geometry/map_files.h"
+
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "physics/base/error.h"
+#include "tests/io/geometry/map_samples.h"
+
+namespace fs = std::filesystem;
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+class Folder {
+ public:
+  Folder() : path_(fs::temp_directory_path() / ("lahar-maps-" + std::to_string(::getpid()))) {
+    fs::remove_all(path_);
+    fs::create_directories(path_);
+  }
+  ~Folder() { fs::remove_all(path_); }
+  MapFile write(const std::string& name, const std::string& text) const {
+    std::ofstream(path_ / name, std::ios::binary) << text;
+    return {name, (path_ / name).string()};
+  }
+
+ private:
+  fs::path path_;
+};
+
+double plane(double x, double y) {
+  return 10 + 0.5 * x - 0.25 * y;
+}
+
+GridSample plane_grid(int columns, int rows, double x, double y, double cell) {
+  return {columns, rows, x, y, cell, plane};
+}
+
+Surface<3> read_surface(const std::vector<MapFile>& files, const Vec<2>& low, const Vec<2>& high,
+                        double finest) {
+  const Raster raster(files);
+  const Raster::Part part = raster.part(low, high, finest);
+  return surface_of(part, raster.read(part, 0, part.rows), {0, 0});
+}
+
+/// What is said of a file, and its hint.
+std::string complaint(const std::function<void()>& read) {
+  try {
+    read();
+  } catch (const InputError& e) {
+    return e.problems()[0].message + " (" + e.problems()[0].hint + ")";
+  }
+  return "accepted";
+}
+
+}  // namespace
+
+TEST_CASE("an inclined plane is read exactly to the edges, from ASCII grids and GeoTIFFs") {
+  const Folder folder;
+  const GridSample grid = plane_grid(8, 6, 100, 200, 2.5);
+  for (const MapFile& file :
+       {folder.write("dem.asc", ascii_grid(grid)), folder.write("dem.tif", geotiff(grid, 32633))}) {
+    CAPTURE(file.name);
+    const auto surface = read_surface({file}, {100, 200}, {120, 215}, 1);
+    for (const Vec<3>& x : {Vec<3>(100, 200, 0), Vec<3>(120, 215, 0), Vec<3>(107, 211.3, 0)})
+      CHECK(surface.height(x) == doctest::Approx(plane(x.x(), x.y())).epsilon(1e-6));
+    CHECK(std::isnan(surface.height({99.9, 205, 0})));
+    CHECK(std::isnan(surface.height({110, 215.1, 0})));
+  }
+}
+
+TEST_CASE("a part of a raster that is finer than needed has the means of its cells") {
+  const Folder folder;
+  GridSample grid = plane_grid(90, 70, 0, 0, 1);
+  grid.height = [](double x, double y) { return std::floor(x) * 2 + std::fmod(std::floor(y), 4); };
+  const MapFile file = folder.write("dem.tif", geotiff(grid));
+  const Raster raster({file});
+  const Raster::Part part = raster.part({20, 30}, {50, 55}, 4.5);
+  CHECK(part.factor == 4);
+  const auto heights = raster.read(part, 0, part.rows);
+  for (Index j = 0; j < part.rows; ++j)
+    for (Index i = 0; i < part.columns; ++i) {
+      const double x = part.first.x() + 4.0 * static_cast<double>(i);
+      const double y0 = part.first.y() + 4.0 * static_cast<double>(j) - 2;
+      double mean = 0;
+      for (int k = 0; k < 4; ++k) mean += std::fmod(std::floor(y0 + k + 0.5), 4) / 4;
+      // Cells around x lie at x - 1.5 to x + 1.5, and have the number of their left edge.
+      CHECK(heights[static_cast<std::size_t>(j * part.columns + i)] ==
+            doctest::Approx(2 * (x - 0.5) + mean).epsilon(1e-6));
+    }
+  // Read row by row it is the same, bit for bit.
+  std::vector<float> rows;
+  for (Index j = 0; j < part.rows; ++j) {
+    const auto row = raster.read(part, j, j + 1);
+    rows.insert(rows.end(), row.begin(), row.end());
+  }
+  CHECK(rows == heights);
+}
+
+TEST_CASE("cells without data are not known, and do not count in means") {
+  const Folder folder;
+  GridSample grid = plane_grid(8, 8, 0, 0, 1);
+  grid.height = [](double x, double y) {
+    return x < 2 && y < 2 ? unknown : x > 4 && x < 5 ? unknown : 7;
+  };
+  const MapFile file = folder.write("dem.asc", ascii_grid(grid, -32768));
+  const Raster raster({file});
+  const Raster::Part fine = raster.part({0, 0}, {8, 8}, 1), coarse = raster.part({0, 0}, {8, 8}, 2);
+  const auto a = raster.read(fine, 0, fine.rows), b = raster.read(coarse, 0, coarse.rows);
+  CHECK(std::isnan(a[0]));
+  CHECK(std::isnan(a[4]));
+  CHECK(a[2] == 7);
+  CHECK(std::isnan(b[0]));
+  for (std::size_t i = 1; i < b.size(); ++i) CHECK(b[i] == 7);
+}
+
+TEST_CASE("tiles are one raster, with unknown heights where none lies") {
+  const Folder folder;
+  const std::vector<MapFile> tiles = {
+      folder.write("a.tif", geotiff(plane_grid(8, 8, 0, 0, 1), 32633)),
+      folder.write("b.asc", ascii_grid(plane_grid(8, 8, 8, 0, 1))),
+      folder.write("c.asc", ascii_grid(plane_grid(8, 8, 8, 8, 1)))};
+  folder.write("b.prj", utm_wkt(33));
+  folder.write("c.prj", utm_wkt(33));
+  for (const double finest : {1.0, 2.0}) {
+    const auto surface = read_surface(tiles, {0, 0}, {16, 16}, finest);
+    for (const Vec<3>& x : {Vec<3>(1, 1, 0), Vec<3>(8, 3, 0), Vec<3>(7.6, 5, 0), Vec<3>(12, 12, 0)})
+      CHECK(surface.height(x) == doctest::Approx(plane(x.x(), x.y())).epsilon(1e-6));
+    CHECK(std::isnan(surface.height({3, 12, 0})));
+  }
+}
+
+TEST_CASE("rasters that are no heights of ground in metres are refused") {
+  const Folder folder;
+  const GridSample grid = plane_grid(4, 3, 10, 40, 0.1);
+  const auto said = [&](const std::vector<MapFile>& files) {
+    return complaint([&] { const Raster raster(files); });
+  };
+  CHECK(
+      said({folder.write("degrees.tif", geotiff(grid, -4326))}) ==
+      "'degrees.tif' is in degrees: its coordinate reference system is WGS 84 (transform it to one "
+      "in metres, such as UTM: gdalwarp -t_srs for rasters, ogr2ogr -t_srs for polygons)");
+  CHECK(said({folder.write("feet.tif", geotiff(grid, 2263))}).find("is not in metres") !=
+        std::string::npos);
+  CHECK(said({folder.write("text.asc", "no raster\n")}).find("'text.asc' is no raster that GDAL") ==
+        0);
+  CHECK(said({folder.write("a.tif", geotiff(grid, 32633)),
+              folder.write("b.tif", geotiff(grid, 32632))}) ==
+        "'a.tif' and 'b.tif' are in different coordinate reference systems: WGS 84 / UTM zone 33N "
+        "and WGS 84 / UTM zone 32N (gdalwarp -t_srs transforms a raster)");
+  CHECK(said({folder.write("a.tif", geotiff(grid, 32633)), folder.write("c.tif", geotiff(grid))})
+            .find("only one of 'a.tif' and 'c.tif' says its coordinate reference system") == 0);
+  // Cut short: what is there may be read, what is not is refused.
+  const std::string whole = geotiff(grid);
+  CHECK(said({folder.write("head.tif", whole.substr(0, 40))}).find("'head.tif' is no raster") == 0);
+  std::string text = ascii_grid(grid);
+  const MapFile cut = folder.write("cut.asc", text.substr(0, text.size() - 30));
+  CHECK(complaint([&] {
+          read_surface({cut}, {10, 40}, {10.4, 40.3}, 1);
+        }).find("the raster cannot be read") == 0);
+  CHECK(said({folder.write("garbled.asc", text.replace(text.find("ncols"), 7, "ncols x"))})
+            .find("'garbled.asc' is no raster") == 0);
+}
+
+TEST_CASE("polygons are read with holes and parts, from GeoJSON and shapefiles") {
+  const Folder folder;
+  const std::vector<std::vector<std::vector<Vec<2>>>> shapes = {
+      {{{0, 0}, {0, 8}, {8, 8}, {8, 0}}, {{2, 2}, {4, 2}, {4, 4}, {2, 4}}},
+      {{{10, 0}, {10, 3}, {14, 0}}}};
+  const MapFile json = folder.write("release.geojson", geojson(shapes));
+  const Shapefile files = shapefile(shapes);
+  folder.write("release.shx", files.shx);
+  folder.write("release.dbf", files.dbf);
+  folder.write("release.prj", utm_wkt(33));
+  const MapFile shape = folder.write("release.shp", files.shp);
+  for (const MapFile& file : {json, shape}) {
+    CAPTURE(file.name);
+    const PolygonFile read = read_polygons(file, "");
+    CHECK(read.polygons.size() == 2);
+    const Outlines outlines(read.polygons);
+    CHECK(outlines.contains({1, 1}, 0));
+    CHECK(!outlines.contains({3, 3}, 0));
+    CHECK(outlines.contains({11, 1}, 0));
+    CHECK(read.reference.empty() == (file.name == json.name));
+  }
+  CHECK(read_polygons(json, "zone = '1'").polygons.size() == 1);
+  CHECK(read_polygons(shape, "zone = 'a'").polygons[0].size() == 2);
+  CHECK(reference_name(read_polygons(shape, "").reference).find("UTM") != std::string::npos);
+}
+
+TEST_CASE("files that have no simple polygons in metres are refused") {
+  const Folder folder;
+  const auto said = [&](const MapFile& file, const std::string& where = "") {
+    return complaint([&] { read_polygons(file, where); });
+  };
+  const MapFile good = folder.write("good.geojson", geojson({{{{0, 0}, {9, 0}, {9, 9}}}}));
+  CHECK(said(folder.write("bow.geojson", geojson({{{{0, 0}, {4, 4}, {4, 0}, {0, 4}}}}))) ==
+        "the polygon of feature 0 of 'bow.geojson' is not simple: Self-intersection at or near "
+        "point 2 2 (the outline must not cross or touch itself; ogr2ogr -makevalid mends many)");
+  CHECK(said(folder.write("degrees.geojson", geojson({{{{10, 46}, {11, 46}, {11, 47}}}}, "")))
+            .find("'degrees.geojson' is in degrees") == 0);
+  CHECK(said(folder.write("metres.geojson",
+                          geojson({{{{1000, 460}, {1100, 460}, {1100, 470}}}}, ""))) == "accepted");
+  CHECK(said(folder.write("none.geojson", geojson({}))).find("'none.geojson' has no polygons") ==
+        0);
+  CHECK(said(good, "zone = 'upper'") == "'good.geojson' has no polygons where zone = 'upper' ()");
+  CHECK(said(good, "depth > 2").find("'where' does not fit 'good.geojson'") == 0);
+  CHECK(said(folder.write("text.geojson", "not JSON"))
+            .find("'text.geojson' is no file of polygons") == 0);
+  std::string line = geojson({{{{0, 0}, {9, 0}, {9, 9}}}});
+  line.replace(line.find("\"Polygon\""), 9, "\"MultiLineString\"");
+  CHECK(said(folder.write("line.geojson", line)) ==
+        "feature 0 of 'line.geojson' is a MULTILINESTRING, not a polygon ()");
+  const std::string cut = geojson({{{{0, 0}, {9, 0}, {9, 9}}}});
+  CHECK(said(folder.write("cut.geojson", cut.substr(0, cut.size() - 20))) != "accepted");
+}
