@@ -140,7 +140,12 @@ void ScenarioBuilder<Dim>::check_rigid_bodies() {
               fmt::format("'rigid_bodies' do not go together with {}", what), hint);
   };
   const Analysis& a = model_.analysis;
-  if (is_implicit(a)) refuse("implicit steps", "take walls of nodes, or explicit steps");
+  const bool moving =
+      std::any_of(model_.rigid_bodies.begin(), model_.rigid_bodies.end(),
+                  [](const auto& body) { return body.motion != RigidBody<Dim>::Motion::fixed; });
+  if (is_implicit(a) && moving)
+    refuse("implicit steps where they move", "take explicit steps, or displacement_constraints");
+  if (is_implicit(a) && a.as_cbgeo) refuse("implicit steps of the preset cbgeo");
   if (is_projection(a)) refuse("projections", "take walls of nodes, or explicit steps");
   if (deforms_across(a)) refuse("plane stress and axisymmetry");
   if (a.scheme == Scheme::usl)

@@ -165,11 +165,14 @@ class Below final : public Solid<Dim> {
  public:
   explicit Below(std::shared_ptr<const Surface<Dim>> surface) : surface_(std::move(surface)) {}
   Near<Dim> nearest(const Vec<Dim>& x) const override {
-    const auto point = surface_->at(x);
-    if (std::isnan(point.height)) return {inf, Vec<Dim>::Unit(Dim - 1)};
-    const double steep = 1 / std::sqrt(1 + point.slope.squaredNorm());
-    const Vec<Dim> up = Vec<Dim>::Unit(Dim - 1) - point.slope;
-    return {(x[Dim - 1] - point.height) * steep, steep * up};
+    const auto below = surface_->at(x);
+    if (std::isnan(below.height)) return {inf, Vec<Dim>::Unit(Dim - 1)};
+    const Near<Dim> first = to_plane(x, x, below);
+    // The plane at the foot of the perpendicular is nearer to the nearest point of a curved
+    // surface.
+    const Vec<Dim> foot = x - first.distance * first.normal;
+    const auto there = surface_->at(foot);
+    return std::isnan(there.height) ? first : to_plane(x, foot, there);
   }
   Bounds<Dim> bounds() const override {
     Bounds<Dim> box = surface_->bounds();
@@ -178,6 +181,15 @@ class Below final : public Solid<Dim> {
   }
 
  private:
+  /// From x to the tangent plane of the surface above or below `at`.
+  static Near<Dim> to_plane(const Vec<Dim>& x, Vec<Dim> at,
+                            const typename Surface<Dim>::Point& point) {
+    const double steep = 1 / std::sqrt(1 + point.slope.squaredNorm());
+    const Vec<Dim> normal = steep * (Vec<Dim>::Unit(Dim - 1) - point.slope);
+    at[Dim - 1] = point.height;
+    return {(x - at).dot(normal), normal};
+  }
+
   std::shared_ptr<const Surface<Dim>> surface_;
 };
 

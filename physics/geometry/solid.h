@@ -42,7 +42,8 @@ SolidPtr<Dim> box(const Vec<Dim>& low, const Vec<Dim>& high);
 template <int Dim>
 SolidPtr<Dim> frustum(const Vec<Dim>& from, const Vec<Dim>& to, double radius_from,
                       double radius_to);
-/// All that is below a surface. Distances are those to the tangent plane below or above.
+/// All that is below a surface. Distances are those to the tangent plane at the foot of the
+/// perpendicular on the tangent plane below or above.
 template <int Dim>
 SolidPtr<Dim> below(std::shared_ptr<const Surface<Dim>> surface);
 /// A polygon without crossings, in any orientation.

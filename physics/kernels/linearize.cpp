@@ -12,6 +12,7 @@
 #include "physics/kernels/matrix_pattern.h"
 #include "physics/kernels/mean_gradients.h"
 #include "physics/kernels/particle_forces.h"
+#include "physics/kernels/rigid_contact.h"
 #include "physics/kernels/stress_of_step.h"
 #include "physics/materials/tangent_across.h"
 #include "physics/particles/loads.h"
@@ -77,6 +78,19 @@ struct CellSystem {
         for (int b = 0; b < Dim; ++b)
           for (int j = 0; j < Nodes; ++j)
             matrix[Dim * j + a][Dim * i] += V * of.by_across[Dim * a + b] * g[b][j] * h[i];
+    }
+  }
+
+  /// A force on a particle with these functions, and its stiffness.
+  void add_contact(const ImplicitContact<Dim>& contact, const double (&N)[Nodes]) {
+    for (int i = 0; i < Nodes; ++i) {
+      if (N[i] == 0.0) continue;
+      for (int a = 0; a < Dim; ++a) {
+        force[Dim * i + a] -= N[i] * contact.force[a];
+        for (int j = 0; j < Nodes; ++j)
+          for (int b = 0; b < Dim; ++b)
+            matrix[Dim * i + a][Dim * j + b] += N[i] * N[j] * contact.stiffness(a, b);
+      }
     }
   }
 
@@ -249,6 +263,26 @@ std::optional<double> add_particle(Cell& cell, Patch<Dim>& patch, const StepCont
 
 }  // namespace
 
+/// Contact of the particles of a bin with rigid bodies.
+template <int Dim, class Cell, class Basis>
+void add_contact(Cell& cell, const Basis& basis, Patch<Dim>& patch, const StepContext<Dim>& step,
+                 const ParticleBin& bin, const Local* nodes) {
+  const double* const fields[1] = {patch.implicit.increment.data()};
+  for (Local p = bin.begin; p < bin.end; ++p) {
+    Scalar sum[1][Dim], functions[Basis::nodes];
+    general::interpolate<Dim, 1, Scalar>(basis, p, fields, nodes, sum);
+    Vec<Dim> move;
+    for (int d = 0; d < Dim; ++d) move[d] = sum[0][d][0];
+    const ImplicitContact<Dim> contact = contact_after(patch, step, bin, p, move);
+    if (!contact.touches) continue;
+    patch.system.symmetric = patch.system.symmetric && !contact.slides;
+    basis.functions(p, functions);
+    double N[Basis::nodes];
+    for (int i = 0; i < Basis::nodes; ++i) N[i] = functions[i][0];
+    cell.add_contact(contact, N);
+  }
+}
+
 template <int Dim>
 void clear_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.contributes[static_cast<std::size_t>(step.step % 2)] = patch.count > 0;
@@ -312,6 +346,7 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
           for (std::size_t i = 0; i < n; ++i)
             for (std::size_t d = 0; d < Dim; ++d) used[i] = used[i] || g[d][i] != 0.0;
         }
+        if (meets_bodies(patch, step, bin)) add_contact(cell, basis, patch, step, bin, nodes);
         if (supports) {
           std::array<Vec<Dim>, n> x;
           const Vec<Dim> origin = place_of(patch, *step.model, nodes[0]);
@@ -328,8 +363,9 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
             sums[static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride + d] -= cell.force[Dim * i + d];
         add_to_system(patch.system, cell, nodes);
         if (has_particle_forces(patch, bin, *step.model))
-          add_particle_forces<Dim>(basis, bin, nodes, sums,
-                                   [&](Local p) { return force_on(patch.particles, p, step); });
+          add_particle_forces<Dim>(basis, bin, nodes, sums, [&](Local p) {
+            return applied_force_on(patch.particles, p, step);
+          });
       });
 }
 

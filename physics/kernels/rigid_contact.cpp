@@ -13,7 +13,11 @@ namespace lahar {
 namespace {
 
 constexpr double stiffness_share = 4.0;  ///< of k, see rigid_contact.h
-constexpr double damping_ratio = 0.3;  ///< zeta
+constexpr double damping_ratio = 0.3;    ///< zeta
+
+/// Cells whose middle is nearer to a body than so many radii of the ball around them have particles
+/// that may touch it: they are up to one away from the middle, and move less than half of one.
+constexpr double near_radii = 1.75;
 
 /// Bodies as a step has them.
 template <int Dim>
@@ -67,16 +71,26 @@ template <int Dim>
 bool is_near(const Patch<Dim>& patch, Local cell, const Bodies<Dim>& bodies) {
   const auto [middle, radius] = ball_around(patch, cell);
   for (std::size_t k = 0; k < bodies.size(); ++k)
-    if (bodies.nearest(k, middle).distance < 2.5 * radius) return true;
+    if (bodies.nearest(k, middle).distance < near_radii * radius) return true;
   return false;
+}
+
+/// The same of a bin; found once for its cell.
+template <int Dim>
+bool is_near(Patch<Dim>& patch, const ParticleBin& bin, const Bodies<Dim>& bodies) {
+  using Near = typename Patch<Dim>::Near;
+  Near& near = patch.near_bodies[static_cast<std::size_t>(bin.cell)];
+  if (near == Near::unknown) near = is_near(patch, bin.cell, bodies) ? Near::yes : Near::no;
+  return near == Near::yes;
 }
 
 /// A particle where it will be at the end of the step.
 template <int Dim>
 struct Touching {
-  Vec<Dim> x, v;                  ///< [m], [m/s]
-  double dt, stiffness, damping;  ///< [s], k, c
-  double area, reach;             ///< [m^2] of its surface, [m]
+  Vec<Dim> x, move;           ///< [m]; the second since the beginning
+  double dt;                  ///< [s]
+  double stiffness, damping;  ///< k, c
+  double area, reach;         ///< [m^2] of its surface, [m]
 };
 
 /// What contact does to a particle.
@@ -84,51 +98,85 @@ template <int Dim>
 struct Touched {
   Vec<Dim> force = Vec<Dim>::Zero(), shear = Vec<Dim>::Zero();
   double lost = 0;  ///< [J] by sliding and damping
-  bool any = false;
+  Eigen::Matrix<double, Dim, Dim> stiffness = Eigen::Matrix<double, Dim, Dim>::Zero();
+  bool any = false, slides = false;
 };
 
-/// Contact of a particle with all bodies. `rest` is the shear of the step before: each body takes
-/// the part along its surface, as far as friction allows.
+/// -d force / d move of contact without dashpots. `shear` is what the springs gave along the
+/// surface, `most` what friction allows of it.
 template <int Dim>
-Touched<Dim> touch(const Touching<Dim>& p, Vec<Dim> rest, const Bodies<Dim>& bodies,
-                   std::vector<Reaction>& reactions) {
+void add_stiffness(Touched<Dim>& to, const RigidBody<Dim>& body, double k, const Vec<Dim>& normal,
+                   const Vec<Dim>& shear, double most) {
+  using Matrix = Eigen::Matrix<double, Dim, Dim>;
+  const Matrix along = normal * normal.transpose(), across = Matrix::Identity() - along;
+  to.stiffness += k * along;
+  const double size = shear.norm();
+  if (body.friction == 0 && body.cohesion == 0) return;
+  if (size <= most) {
+    to.stiffness += k * across;
+    return;
+  }
+  to.slides = true;
+  const Vec<Dim> t = shear / size;
+  to.stiffness += k * most / size * (across - t * t.transpose());
+  if (most > 0) to.stiffness += body.friction * k * t * normal.transpose();
+}
+
+/// A particle is further from all bodies than it gets in a step.
+template <int Dim>
+bool is_away(const Touching<Dim>& p, const Bodies<Dim>& bodies, double step) {
+  for (std::size_t k = 0; k < bodies.size(); ++k)
+    if (bodies.nearest(k, p.x).distance < p.reach + step) return false;
+  return true;
+}
+
+template <int Dim>
+void add_reaction(Reaction& on, const Vec<Dim>& force, const Vec<Dim>& arm) {
+  for (int d = 0; d < Dim; ++d) on.force[static_cast<std::size_t>(d)] -= force[d];
+  if constexpr (Dim == 2) {
+    on.torque[2] -= arm.x() * force.y() - arm.y() * force.x();
+  } else {
+    const Vec<3> torque = arm.cross(force);
+    for (std::size_t d = 0; d < 3; ++d) on.torque[d] -= torque[static_cast<int>(d)];
+  }
+}
+
+/// Contact of a particle with all bodies. `rest` is the shear of the step before: each body takes
+/// the part along its surface, as far as friction allows. A body that is nearer than `closed` [m]
+/// is closed. Without `reactions` the stiffness is found instead.
+template <int Dim>
+Touched<Dim> touch(const Touching<Dim>& p, Vec<Dim> rest, const Bodies<Dim>& bodies, double closed,
+                   std::vector<Reaction>* reactions) {
   Touched<Dim> all;
   for (std::size_t k = 0; k < bodies.size(); ++k) {
     const auto near = bodies.nearest(k, p.x);
     const double gap = near.distance - p.reach;
-    if (!(gap < 0)) continue;
+    if (!(gap < closed)) continue;
     all.any = true;
     const RigidBody<Dim>& body = bodies[k];
-    const Vec<Dim> w = p.v - bodies.at(k).velocity_at(p.x);
-    const double closing = -w.dot(near.normal);
+    const Vec<Dim> move = p.move - p.dt * bodies.at(k).velocity_at(p.x);
+    const double closing = -move.dot(near.normal);
+    const Vec<Dim> slip = move + closing * near.normal;
     const double spring = -p.stiffness * gap;
-    const double push = std::max(0.0, spring + p.damping * closing);
-    const Vec<Dim> slip = p.dt * (w + closing * near.normal);
+    const double push = std::max(0.0, spring + p.damping / p.dt * closing);
     Vec<Dim> shear = rest - rest.dot(near.normal) * near.normal - p.stiffness * slip;
     const double most = push > 0 ? body.friction * push + body.cohesion * p.area : 0.0;
+    if (!reactions) add_stiffness<Dim>(all, body, p.stiffness, near.normal, shear, most);
     const double size = shear.norm();
     if (size > most) {
       all.lost += most * (size - most) / p.stiffness;  // slides by the rest of the spring
       shear *= most / size;
     }
     // What friction leaves is for the dashpot along the surface.
-    Vec<Dim> drag = -p.damping * (w + closing * near.normal);
+    Vec<Dim> drag = -p.damping / p.dt * slip;
     if (const double sum = (shear + drag).norm(); sum > most)
       drag = (shear + drag) * (most / sum) - shear;
-    all.lost += (push - spring) * closing * p.dt - drag.dot(slip);
+    all.lost += (push - std::max(0.0, spring)) * closing - drag.dot(slip);
     rest -= shear;
     all.shear += shear;
     const Vec<Dim> force = push * near.normal + shear + drag;
     all.force += force;
-    Reaction& on = reactions[k];
-    const Vec<Dim> arm = p.x - bodies.at(k).origin;
-    for (int d = 0; d < Dim; ++d) on.force[static_cast<std::size_t>(d)] -= force[d];
-    if constexpr (Dim == 2) {
-      on.torque[2] -= arm.x() * force.y() - arm.y() * force.x();
-    } else {
-      const Vec<3> torque = arm.cross(force);
-      for (std::size_t d = 0; d < 3; ++d) on.torque[d] -= torque[static_cast<int>(d)];
-    }
+    if (reactions) add_reaction<Dim>((*reactions)[k], force, p.x - bodies.at(k).origin);
   }
   return all;
 }
@@ -168,6 +216,27 @@ double first_reach(double given, const Vec<Dim>& x, double volume, const Bodies<
   return std::max(reach, std::numeric_limits<double>::min());
 }
 
+/// A particle at the beginning of a step.
+template <int Dim>
+Touching<Dim> touching(const Patch<Dim>& patch, const ContactRows<Dim>& rows,
+                       const Material& material, const ParticleBin& bin, Local p,
+                       const Bodies<Dim>& bodies) {
+  const double modulus = material.density * std::pow(wave_speed(material), 2);
+  const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];
+  const double mass = rows.mass[p], volume = mass / material.density;
+  const Vec<Dim> x = get<Dim>(rows.x, p);
+  double& reach = rows.reach[p];
+  if (!(reach > 0)) reach = first_reach(reach, x, volume, bodies);
+  const double stiffness = stiffness_share * modulus * volume / (h * h);
+  return {.x = x,
+          .move = Vec<Dim>::Zero(),
+          .dt = 0,
+          .stiffness = stiffness,
+          .damping = 2 * damping_ratio * std::sqrt(stiffness * mass),
+          .area = std::pow(volume, 1 - 1.0 / Dim),
+          .reach = reach};
+}
+
 }  // namespace
 
 template <int Dim>
@@ -193,52 +262,61 @@ void begin_contact(Patch<Dim>& patch, const StepContext<Dim>& step) {
 
 template <int Dim>
 void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  using Near = typename Patch<Dim>::Near;
   const Bodies<Dim> bodies(patch, step);
-  for (const ParticleBin& bin : bins) {
-    Near& near = patch.near_bodies[static_cast<std::size_t>(bin.cell)];
-    if (bin.begin < bin.end && near == Near::unknown)
-      near = is_near(patch, bin.cell, bodies) ? Near::yes : Near::no;
-  }
+  const bool implicit = is_implicit(step.model->analysis);
   const double* const fields[2] = {patch.velocity.data(), patch.acceleration.data()};
   const ContactRows<Dim> rows(patch.particles);
   for_each_bin_with_basis(
-      patch, bins,
-      [&](const ParticleBin& bin) {
-        return patch.near_bodies[static_cast<std::size_t>(bin.cell)] == Near::yes;
-      },
+      patch, bins, [&](const ParticleBin& bin) { return is_near(patch, bin, bodies); },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         const Material& material = step.model->materials[bin.material];
-        const double modulus = material.density * std::pow(wave_speed(material), 2);
         const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];
         for (Local p = bin.begin; p < bin.end; ++p) {
+          Touching<Dim> at = touching(patch, rows, material, bin, p, bodies);
+          const Vec<Dim> old = get<Dim>(rows.force, p);
+          if (old.isZero(0.0) && is_away(at, bodies, 0.5 * h)) continue;
           Scalar sum[2][Dim];
           general::interpolate<Dim, 2, Scalar>(basis, p, fields, nodes, sum);
-          Vec<Dim> v, mean;
+          Vec<Dim> move, mean;  // and the move with the mean velocity
           for (int d = 0; d < Dim; ++d) {
-            v[d] = sum[0][d][0];
-            mean[d] = v[d] - 0.5 * step.dt * sum[1][d][0];
+            move[d] = step.dt * sum[0][d][0];
+            mean[d] = implicit ? move[d] : move[d] - 0.5 * step.dt * step.dt * sum[1][d][0];
           }
-          const Vec<Dim> x = get<Dim>(rows.x, p), old = get<Dim>(rows.force, p);
-          const double volume = rows.mass[p] / material.density;
-          if (!(rows.reach[p] > 0)) rows.reach[p] = first_reach(rows.reach[p], x, volume, bodies);
-          const double stiffness = stiffness_share * modulus * volume / (h * h);
+          at.x += move;
+          at.move = move;
+          at.dt = step.dt;
+          if (implicit) at.damping = 0;
           const Touched<Dim> now =
-              touch<Dim>({.x = x + step.dt * v,
-                          .v = v,
-                          .dt = step.dt,
-                          .stiffness = stiffness,
-                          .damping = 2 * damping_ratio * std::sqrt(stiffness * rows.mass[p]),
-                          .area = std::pow(volume, 1 - 1.0 / Dim),
-                          .reach = rows.reach[p]},
-                         get<Dim>(rows.shear, p), bodies, patch.reactions);
-          patch.work.internal -= old.dot(mean) * step.dt + now.lost;
+              touch<Dim>(at, get<Dim>(rows.shear, p), bodies, 0.0, &patch.reactions);
+          const Vec<Dim> worked = implicit ? Vec<Dim>(0.5 * (old + now.force)) : old;
+          patch.work.internal -= worked.dot(mean) + now.lost;
           patch.work.damping += now.lost;
           patch.work.friction += now.lost;
           set<Dim>(rows.force, p, now.force);
           set<Dim>(rows.shear, p, now.shear);
         }
       });
+}
+
+template <int Dim>
+bool meets_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, const ParticleBin& bin) {
+  return !patch.near_bodies.empty() && is_near(patch, bin, Bodies<Dim>(patch, step));
+}
+
+template <int Dim>
+ImplicitContact<Dim> contact_after(Patch<Dim>& patch, const StepContext<Dim>& step,
+                                   const ParticleBin& bin, Local p, const Vec<Dim>& move) {
+  constexpr double closed = 1e-9;  // of a cell: what begins at a body is held by it
+  const Bodies<Dim> bodies(patch, step);
+  const ContactRows<Dim> rows(patch.particles);
+  Touching<Dim> at = touching(patch, rows, step.model->materials[bin.material], bin, p, bodies);
+  at.x += move;
+  at.move = move;
+  at.dt = step.dt;
+  at.damping = 0;
+  const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];
+  const Touched<Dim> now = touch<Dim>(at, get<Dim>(rows.shear, p), bodies, closed * h, nullptr);
+  return {now.force, now.stiffness, now.any, now.slides};
 }
 
 template <int Dim>
@@ -255,11 +333,14 @@ void end_contact(Patch<Dim>& patch, const StepContext<Dim>& step) {
   }
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                         \
-  template Placement<Dim> placement_after<Dim>(const StepContext<Dim>&, std::size_t);  \
-  template void begin_contact<Dim>(Patch<Dim>&, const StepContext<Dim>&);              \
-  template void touch_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
-  template void end_contact<Dim>(Patch<Dim>&, const StepContext<Dim>&);
+#define LAHAR_INSTANTIATE(Dim)                                                               \
+  template Placement<Dim> placement_after<Dim>(const StepContext<Dim>&, std::size_t);        \
+  template void begin_contact<Dim>(Patch<Dim>&, const StepContext<Dim>&);                    \
+  template void touch_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);       \
+  template void end_contact<Dim>(Patch<Dim>&, const StepContext<Dim>&);                      \
+  template bool meets_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&, const ParticleBin&); \
+  template ImplicitContact<Dim> contact_after<Dim>(Patch<Dim>&, const StepContext<Dim>&,     \
+                                                   const ParticleBin&, Local, const Vec<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

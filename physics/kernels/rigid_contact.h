@@ -35,6 +35,21 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
 template <int Dim>
 void end_contact(Patch<Dim>& patch, const StepContext<Dim>& step);
 
+/// Implicit steps: contact of a particle that the step moves by `move` [m], without dashpots.
+/// Bodies do not move in these steps.
+template <int Dim>
+struct ImplicitContact {
+  Vec<Dim> force;                             ///< [N]
+  Eigen::Matrix<double, Dim, Dim> stiffness;  ///< [N/m] -d force / d move
+  bool touches = false, slides = false;       ///< a particle that slides: not symmetric
+};
+template <int Dim>
+ImplicitContact<Dim> contact_after(Patch<Dim>& patch, const StepContext<Dim>& step,
+                                   const ParticleBin& bin, Local p, const Vec<Dim>& move);
+/// Whether particles of a bin may touch a body.
+template <int Dim>
+bool meets_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, const ParticleBin& bin);
+
 /// Where body k is at the end of a step.
 template <int Dim>
 Placement<Dim> placement_after(const StepContext<Dim>& step, std::size_t k);

@@ -124,6 +124,7 @@ Stages<Dim> newmark(const Analysis& a, bool injects) {
   return in_order<Dim>({
       arrivals_and_injection<Dim>(a, injects),
       solved_motion<Dim>(a),
+      rigid_contact<Dim>(a),
       strain_and_stress<Dim>(a),
       g2p<Dim>(a),
       location<Dim>(a),

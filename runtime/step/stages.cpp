@@ -548,7 +548,10 @@ Stages<Dim> motion_before_solve(const Analysis& analysis) {
                              }};
   TimestepStage<Dim> begin{.stage = {.name = "motion", .exchange = "mass, momentum, inertia"},
                            .takes = {NodeSum::mass_momentum},
-                           .begin = [](P& p, S& s) { begin_implicit_step(p, s); }};
+                           .begin = [](P& p, S& s) {
+                             begin_implicit_step(p, s);
+                             if (s.model->analysis.rigid_bodies) begin_contact(p, s);
+                           }};
   if (!analysis.implicit.quasi_static) begin.takes.push_back(NodeSum::inertia);
   return {map, begin};
 }

@@ -120,6 +120,42 @@ Json bodies_of(Choices& choices, const Outline& outline, GeneratedCase& made, Js
   return all;
 }
 
+Json rigid_bodies_of(Choices& choices, const Outline& outline) {
+  Json all = Json::array();
+  const bool fits = outline.scheme != "usl" && !outline.second_order && !outline.cbgeo &&
+                    outline.plane == "strain";
+  if (!fits || !choices.chance("rigid", 30)) return all;
+  const int up = outline.dim - 1;
+  const auto at = [&](double share, double cells) {  // share of the extent along all but the last
+    std::vector<double> place;
+    for (int d = 0; d < outline.dim; ++d)
+      place.push_back(d == up ? cells : share * outline.counts[static_cast<std::size_t>(d)]);
+    return point(outline, place);
+  };
+  const auto along_last = [&](double value) {
+    Json v = Json::array();
+    for (int d = 0; d < outline.dim; ++d) v.push_back(d == up ? value : 0.0);
+    return v;
+  };
+  const double friction = choices.number("rigid.friction", 0.4, 0, 1);
+  all.push_back({{"region", {{"half_space", {{"point", at(0, 0.3)}, {"normal", along_last(1)}}}}},
+                 {"friction", friction}});
+  if (choices.chance("rigid.free", 60))
+    all.push_back(
+        {{"region", {{"sphere", {{"centre", at(0.5, 0.65)}, {"radius", 0.3 * outline.h.back()}}}}},
+         {"density", choices.number("rigid.density", 2000, 100, 5000)},
+         {"velocity", along_last(choices.number("rigid.speed", 2, 0, 3))},
+         {"friction", friction}});
+  if (choices.chance("rigid.tool", 40)) {
+    Json tool{{"region", {{"box", {{"min", at(0.1, 0.35)}, {"max", at(0.35, 0.9)}}}}},
+              {"velocity", along_last(choices.number("rigid.lift", 1, 0, 2))}};
+    const int function = choices.pick("rigid.function", outline.functions_of_time + 1);
+    if (function > 0) tool["math_function_id"] = function - 1;
+    all.push_back(tool);
+  }
+  return all;
+}
+
 Json loads_of(Choices& choices, const Outline& outline, Json& sets) {
   Json loads = Json::object();
   if (choices.chance("gravity", 50)) {

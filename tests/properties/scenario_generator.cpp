@@ -119,6 +119,8 @@ GeneratedCase generate_case(Choices& choices) {
   }
   scenario["analysis"] = analysis_of(choices, outline, made);
   scenario["post_processing"] = output_of(choices, outline, made, stable_step(outline));
+  if (const Json bodies = rigid_bodies_of(choices, outline); !bodies.empty())
+    scenario["rigid_bodies"] = bodies;
   if (!sets.empty()) scenario["sets"] = sets;
   made.text = scenario.dump(1);
   return made;

@@ -41,6 +41,8 @@ Json materials_of(Choices& choices, Outline& outline);  ///< sets what the outli
 Json mesh_of(Choices& choices, const Outline& outline, GeneratedCase& made);
 Json boundary_of(Choices& choices, const Outline& outline, GeneratedCase& made, Json& sets);
 Json bodies_of(Choices& choices, const Outline& outline, GeneratedCase& made, Json& sets);
+/// Below all particles, from where some of them move up; empty as a rule.
+Json rigid_bodies_of(Choices& choices, const Outline& outline);
 Json loads_of(Choices& choices, const Outline& outline, Json& sets);
 Json functions_of(Choices& choices, const Outline& outline);
 Json analysis_of(Choices& choices, const Outline& outline, GeneratedCase& made);

@@ -43,13 +43,7 @@ std::string refusal(const std::string& bodies) {
   return refusal_of([&] { scenario_of({.bodies = bodies}); });
 }
 
-bool says(const std::string& text, const std::string& words) {
-  if (text.find(words) != std::string::npos) return true;
-  MESSAGE(text);
-  return false;
-}
-
-const std::string ball = R"("region": {"sphere": {"centre": [3, 3], "radius": 0.5}})";
+const std::string round_body = R"("region": {"sphere": {"centre": [3, 3], "radius": 0.5}})";
 
 }  // namespace
 
@@ -91,14 +85,15 @@ TEST_CASE("rigid bodies: mistakes in what is said of them") {
   CHECK(says(refusal(R"({"region": {"all": true}})"), "needs a region that has a surface"));
   CHECK(says(refusal(R"({"region": {"below": "bad"}})"), "bed"));
   CHECK(says(refusal(R"({"friction": 1})"), "'region' is missing"));
-  CHECK(says(refusal("{" + ball + R"(, "friction": "smooth"})"), "a coefficient or \"rough\""));
-  CHECK(says(refusal("{" + ball + R"(, "friction": -1})"), "at least 0"));
-  CHECK(says(refusal("{" + ball + R"(, "spin": [0, 1]})"), "a number in two dimensions"));
-  CHECK(says(refusal("{" + ball + R"(, "spin": 1})"), "needs 'centre'"));
-  CHECK(says(refusal("{" + ball + R"(, "mass": 1, "density": 1})"), "does not go together"));
-  CHECK(says(refusal("{" + ball + R"(, "fixed": ["x"]})"), "of free bodies"));
-  CHECK(says(refusal("{" + ball + R"(, "mass": 1, "fixed": ["up"]})"), "axes and \"spin\""));
-  CHECK(says(refusal("{" + ball + R"(, "math_function_id": 0})"), "of prescribed motion"));
+  CHECK(
+      says(refusal("{" + round_body + R"(, "friction": "smooth"})"), "a coefficient or \"rough\""));
+  CHECK(says(refusal("{" + round_body + R"(, "friction": -1})"), "at least 0"));
+  CHECK(says(refusal("{" + round_body + R"(, "spin": [0, 1]})"), "a number in two dimensions"));
+  CHECK(says(refusal("{" + round_body + R"(, "spin": 1})"), "needs 'centre'"));
+  CHECK(says(refusal("{" + round_body + R"(, "mass": 1, "density": 1})"), "does not go together"));
+  CHECK(says(refusal("{" + round_body + R"(, "fixed": ["x"]})"), "of free bodies"));
+  CHECK(says(refusal("{" + round_body + R"(, "mass": 1, "fixed": ["up"]})"), "axes and \"spin\""));
+  CHECK(says(refusal("{" + round_body + R"(, "math_function_id": 0})"), "of prescribed motion"));
   CHECK(
       says(refusal(R"({"region": {"half_space": {"point": [0, 0], "normal": [0, 1]}}, "mass": 1})"),
            "a body without an end"));
@@ -114,7 +109,8 @@ TEST_CASE("rigid bodies: particles that begin inside of one are named, the deepe
 
 TEST_CASE("rigid bodies: what does not go together with them is refused") {
   const auto with = [](const std::string& analysis) {
-    return refusal_of([&] { scenario_of({.bodies = "{" + ball + "}", .analysis = analysis}); });
+    return refusal_of(
+        [&] { scenario_of({.bodies = "{" + round_body + "}", .analysis = analysis}); });
   };
   CHECK(says(with(R"("mpm_scheme": "newmark", "dt": 0.1)"), "implicit steps"));
   CHECK(says(with(R"("plane": "axisymmetric", "dt": 1e-4)"), "axisymmetry"));
