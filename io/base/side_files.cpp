@@ -365,6 +365,11 @@ bool RowReader::integer(Index& value, std::string_view what, Index low, Index hi
   return false;
 }
 
+bool RowReader::row_ended() {
+  while (at_ < row_end_ && blank(*at_)) ++at_;
+  return at_ == row_end_;
+}
+
 bool RowReader::end_of_row(int optional) {
   for (; optional >= 0; --optional) {
     while (at_ < row_end_ && blank(*at_)) ++at_;

@@ -66,6 +66,10 @@ class RowReader {
   /// The next column as an integer in [low, high].
   bool integer(Index& value, std::string_view what, Index low,
                Index high = std::numeric_limits<Index>::max());
+  /// The next column as it is written.
+  bool word(std::string_view& value, std::string_view what) { return token(what, value); }
+  /// Whether the row has no more columns.
+  bool row_ended();
   /// No more columns are allowed; `optional` further numbers are accepted and not used.
   bool end_of_row(int optional = 0);
 

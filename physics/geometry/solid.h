@@ -21,6 +21,8 @@ class Solid {
   virtual ~Solid() = default;
   /// Right near the surface; far away at least the side is right, and the distance not too large.
   virtual Nearest nearest(const Vec<Dim>& x) const = 0;
+  /// Whether x is inside or on the surface.
+  virtual bool contains(const Vec<Dim>& x) const { return nearest(x).distance <= 0; }
   /// Box around it; infinite where it has no end.
   virtual std::pair<Vec<Dim>, Vec<Dim>> bounds() const = 0;
 };

@@ -1,0 +1,19 @@
+/// \file What is wrong with the triangles of a file, in words.
+#pragma once
+
+#include <string>
+
+#include "io/base/problems.h"
+#include "physics/geometry/surface.h"
+#include "physics/geometry/triangles.h"
+
+namespace lahar {
+
+/// Whether triangles enclose a solid: no hole, all with the same side outside. Mends, with a
+/// warning, triangles that have a corner twice, and a surface that is turned inside out.
+bool check_solid(const std::string& file, Triangles& triangles, ProblemList& problems);
+
+/// Whether triangles are a surface with one height above each place; mends as check_solid().
+bool check_surface(const std::string& file, Triangles& triangles, ProblemList& problems);
+
+}  // namespace lahar

@@ -1,0 +1,122 @@
+#include "physics/geometry/solid.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/physics/geometry/solid_samples.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+constexpr double inf = std::numeric_limits<double>::infinity();
+
+/// A distance and normal at a point are these.
+template <int Dim>
+void check_at(const Solid<Dim>& solid, const Vec<Dim>& x, double distance, const Vec<Dim>& normal) {
+  const auto found = solid.nearest(x);
+  CAPTURE(x.transpose());
+  CAPTURE(found.normal.transpose());
+  CHECK(found.distance == doctest::Approx(distance).epsilon(1e-13));
+  CHECK((found.normal - normal).norm() < 1e-13);
+}
+
+}  // namespace
+
+TEST_CASE("distances to half spaces are along their normal") {
+  const Vec<2> slope = Vec<2>(-1, 2).normalized();
+  const auto in_plane = half_space<2>({1, 1}, slope);
+  check_distances(*in_plane, -3, 3, 0);
+  check_at<2>(*in_plane, Vec<2>(1, 1) + 0.5 * slope + 3 * Vec<2>(2, 1), 0.5, slope);
+  CHECK(in_plane->bounds().second == Vec<2>::Constant(inf));
+  const auto ground = half_space<3>({0, 0, 2}, Vec<3>::UnitZ());
+  check_at<3>(*ground, {5, -7, 1.5}, -0.5, Vec<3>::UnitZ());
+  CHECK(ground->bounds().second == Vec<3>(inf, inf, 2));
+  CHECK(ground->bounds().first == Vec<3>::Constant(-inf));
+}
+
+TEST_CASE("distances to balls are those to the centre less the radius") {
+  const auto disc = ball<2>({1, 0}, 0.5);
+  check_distances(*disc, -2, 2, 1e-3);
+  check_at<2>(*disc, {1, 2}, 1.5, {0, 1});
+  check_at<2>(*disc, {0.75, 0}, -0.25, {-1, 0});
+  const auto sphere = ball<3>({1, 2, 3}, 2);
+  check_distances(*sphere, -2, 4, 1e-3);
+  check_at<3>(*sphere, {4, 2, 7}, 3, {0.6, 0, 0.8});
+  CHECK(sphere->nearest({1, 2, 3}).distance == -2);
+  CHECK(sphere->bounds().first == Vec<3>(-1, 0, 1));
+}
+
+TEST_CASE("distances to boxes are those to faces, edges and corners") {
+  const auto square = box<2>({0, 0}, {2, 1});
+  check_distances(*square, -1, 3, 5e-3);
+  check_at<2>(*square, {3, 0.5}, 1, {1, 0});
+  check_at<2>(*square, {-3, -4}, 5, {-0.6, -0.8});
+  check_at<2>(*square, {1.75, 0.5}, -0.25, {1, 0});
+  const auto cube = box<3>({0, 0, 0}, {1, 1, 1});
+  check_distances(*cube, -1, 2, 5e-3);
+  check_at<3>(*cube, {1.3, 0.5, 1.4}, 0.5, {0.6, 0, 0.8});
+  check_at<3>(*cube, {0.5, 0.5, 1}, 0, {0, 0, 1});
+  CHECK(cube->bounds().second == Vec<3>(1, 1, 1));
+}
+
+TEST_CASE("distances to frustums are those to mantle, rims and ends") {
+  const auto cylinder = frustum<3>({0, 0, 1}, {0, 0, 3}, 0.5, 0.5);
+  check_distances(*cylinder, -2, 4, 1e-2);
+  check_at<3>(*cylinder, {2, 0, 2}, 1.5, {1, 0, 0});
+  check_at<3>(*cylinder, {0, 0.25, 3.5}, 0.5, {0, 0, 1});
+  check_at<3>(*cylinder, {0, 0.8, 3.4}, 0.5, {0, 0.6, 0.8});
+  check_at<3>(*cylinder, {0, 0, 1.1}, -0.1, {0, 0, -1});
+  const auto cone = frustum<3>({0, 0, 0}, {0, 0, 4}, 3, 0);
+  check_distances(*cone, -5, 5, 1e-2);
+  check_at<3>(*cone, {1.5 + 0.8, 0, 2 + 0.6}, 1, {0.8, 0, 0.6});
+  check_at<3>(*cone, {0, 0, 5}, 1, {0, 0, 1});
+  const auto leaning = frustum<3>({1, 0, 0}, {2, 2, 2}, 0.25, 1);
+  check_distances(*leaning, -2, 4, 1e-2);
+  const Vec<3> low = leaning->bounds().first, high = leaning->bounds().second;
+  std::mt19937 random(1);
+  for (int i = 0; i < 1000; ++i) {
+    const auto x = random_point<3>(random, -2, 4);
+    if (leaning->contains(x)) CHECK(((x - low).minCoeff() >= 0 && (high - x).minCoeff() >= 0));
+  }
+  const auto trapezium = frustum<2>({0, 0}, {0, 2}, 2, 1);
+  check_distances(*trapezium, -3, 3, 5e-3);
+  check_at<2>(*trapezium, {0, 2.5}, 0.5, {0, 1});
+  check_distances(*frustum<2>({0, 0}, {1, 2}, 1, 0), -3, 3, 5e-3);
+}
+
+TEST_CASE("distances to polygons are the same for both orientations") {
+  const std::vector<Vec<2>> corner{{0, 0}, {4, 0}, {4, 4}, {2, 1}, {0, 4}};  // with a notch
+  const std::vector<Vec<2>> turned(corner.rbegin(), corner.rend());
+  const auto a = polygon(corner), b = polygon(turned);
+  check_distances(*a, -1, 5, 1e-2);
+  std::mt19937 random(2);
+  for (int i = 0; i < 1000; ++i) {
+    const auto x = random_point<2>(random, -1, 5);
+    CHECK(a->nearest(x).distance == doctest::Approx(b->nearest(x).distance).epsilon(1e-13));
+  }
+  CHECK(a->nearest({2, 3}).distance > 0);  // in the notch
+  CHECK(a->nearest({2, 0.5}).distance < 0);
+  check_at<2>(*a, {2, -1}, 1, {0, -1});
+  check_at<2>(*a, {5, 2}, 1, {1, 0});
+  check_at<2>(*a, {1, 0}, 0, {0, -1});
+  CHECK(a->nearest({4, 4}).distance == 0);
+  CHECK(a->bounds().second == Vec<2>(4, 4));
+}
+
+TEST_CASE("below a surface, distances are those to its tangent") {
+  Surface<2>::Axes axes{{{0, 1, 2}}};
+  const auto line = std::make_shared<const Surface<2>>(axes, std::vector<float>{0, 1, 1});
+  const auto ground = below<2>(line);
+  const double s = std::sqrt(0.5);
+  check_at<2>(*ground, {0.5, 1.5}, s, {-s, s});
+  check_at<2>(*ground, {1.5, 0.75}, -0.25, {0, 1});
+  CHECK(ground->nearest({2.5, 0}).distance == inf);
+  CHECK(ground->contains({0.5, 0.5}));
+  CHECK(!ground->contains({0.5, 0.51}));
+  CHECK(ground->bounds().first == Vec<2>(0, -inf));
+  CHECK(ground->bounds().second == Vec<2>(2, 1));
+}
