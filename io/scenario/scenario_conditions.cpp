@@ -181,7 +181,7 @@ void ScenarioBuilder<Dim>::split_phases() {
   const auto liquid = std::stable_partition(all.begin(), all.end(),
                                             [](const NodeVelocity& v) { return v.dir < Dim; });
   for (auto v = liquid; v != all.end(); ++v)
-    model_.liquid_velocities.push_back({v->node, v->dir - Dim, v->velocity});
+    model_.liquid_velocities.push_back({v->node, v->dir - Dim, v->velocity, v->function});
   all.erase(liquid, all.end());
 }
 
@@ -240,7 +240,11 @@ void ScenarioBuilder<Dim>::build_condition() {
     finish(*entry);
   }
   combine(list);
-  if constexpr (std::is_same_v<T, NodeVelocity>) split_phases();
+  if constexpr (std::is_same_v<T, NodeVelocity>) {
+    model_.analysis.nodes_follow_time = team_.any(
+        std::any_of(list.begin(), list.end(), [](const auto& v) { return v.function >= 0; }));
+    split_phases();
+  }
   if constexpr (std::is_same_v<T, NodePressure>)
     model_.analysis.prescribes_pore_pressure = team_.any(!list.empty());
   if (takes_means<T> && team_.any(!list.empty())) model_.analysis.takes_means = true;

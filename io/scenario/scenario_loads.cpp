@@ -143,13 +143,18 @@ void ScenarioBuilder<Dim>::build_particle_constraints() {
   for (const JsonValue* c : get_list(boundary(), "particles_velocity_constraints")) {
     const auto dir = phase_direction_of(*c);
     const auto v = get_number(*c, "velocity");
+    const int function = find_function(*c);
     auto ids = members(*c, "pset_id", "pset", sets_.particles);
     if (!dir || !v || !ids) continue;
     const bool all = means_all(*c, "pset_id", "pset");
     if (*dir < Dim && holds_both_phases(*c))
-      model_.particle_velocities.push_back({*ids, *dir, *v, all, true});
-    model_.particle_velocities.push_back({std::move(*ids), *dir % Dim, *v, all, *dir >= Dim});
+      model_.particle_velocities.push_back({*ids, *dir, *v, all, true, function});
+    model_.particle_velocities.push_back(
+        {std::move(*ids), *dir % Dim, *v, all, *dir >= Dim, function});
   }
+  model_.analysis.particles_follow_time =
+      std::any_of(model_.particle_velocities.begin(), model_.particle_velocities.end(),
+                  [](const ParticleVelocity& v) { return v.function >= 0; });
   model_.analysis.drives_nodes =
       !in_.cbgeo_defaults &&
       std::any_of(model_.particle_velocities.begin(), model_.particle_velocities.end(),

@@ -20,6 +20,13 @@ std::vector<KeySpec> node_set_keys() {
           {.key = "nset", .kinds = id, .help = "the same as nset_id", .min = -1, .native = true}};
 }
 
+KeySpec function_key() {
+  return {.key = "math_function_id",
+          .kinds = id,
+          .help = "factor over time: an id of math_functions or a name; default constant",
+          .min = 0};
+}
+
 KeySpec phase_key() {
   return {.key = "phase",
           .kinds = text,
@@ -50,11 +57,7 @@ std::vector<KeySpec> keys_of() {
     keys.back().native = p.by_preset || T::native;
     if (p.required) row += fmt::format(" {}", p.key);
   }
-  if constexpr (HasFunction<T>)
-    keys.push_back({.key = "math_function_id",
-                    .kinds = id,
-                    .help = "factor over time: an id of math_functions or a name; default constant",
-                    .min = 0});
+  if constexpr (HasFunction<T>) keys.push_back(function_key());
   if (is_from_file<T>) keys.push_back({.key = "file", .kinds = file, .help = kept_text(row + "`")});
   return keys;
 }
@@ -122,6 +125,7 @@ const Section& particle_velocity_section() {
            .required = true},
           phase_key(),
           {.key = "velocity", .kinds = number, .help = "velocity", .unit = "m/s", .required = true},
+          function_key(),
       }};
   return section;
 }

@@ -11,7 +11,8 @@ namespace lahar {
 struct NodeVelocity {
   Index node;
   int dir;
-  double velocity;  ///< [m/s]
+  double velocity;    ///< [m/s]
+  int function = -1;  ///< index into Model::functions, a factor over time; -1 = constant
 
   static constexpr std::string_view key = "velocity_constraints";
   static constexpr std::string_view name = "a velocity constraint";
@@ -19,7 +20,8 @@ struct NodeVelocity {
       "prescribed nodal velocities; a file name in older cases";
   static constexpr std::string_view help =
       "A prescribed velocity component of a set of nodes, or a `file` of lines `node dir "
-      "velocity`. Entries on the same node combine. The first entry for a node and direction wins.";
+      "velocity`. Entries on the same node combine. The first entry for a node and direction wins. "
+      "With a function of time nodes move by its value in the middle of each step.";
   static constexpr bool native = false;
   static constexpr Combine combine = Combine::first;
   static constexpr bool from_file = true, older_file_form = true;

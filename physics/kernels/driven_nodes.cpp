@@ -15,9 +15,9 @@ namespace {
 
 template <int Dim, class Basis>
 void scatter(const Basis& basis, const Particles<Dim>& particles, const ParticleBin& bin,
-             const Local* nodes, const Model<Dim>& model, double* sums) {
+             const Local* nodes, const StepContext<Dim>& step, double* sums) {
   for (Local p = bin.begin; p < bin.end; ++p) {
-    const auto prescribed = prescribed_velocity(particles, p, model);
+    const auto prescribed = prescribed_velocity(particles, p, step);
     if (!prescribed.any()) continue;
     const double m = particles.row(Column::mass)[p];
     double mass[node_width] = {}, momentum[node_width] = {};
@@ -57,7 +57,7 @@ void map_prescribed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBin
   for_each_bin_with_basis(
       patch, bins, [](const ParticleBin& bin) { return bin.loaded; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-        scatter<Dim>(basis, patch.particles, bin, nodes, *step.model, sums);
+        scatter<Dim>(basis, patch.particles, bin, nodes, step, sums);
       });
 }
 

@@ -54,7 +54,7 @@ void PrescribedMotion<Dim>::keep_places(const ParticleBin& bin) {
   kept_.clear();
   const Particles<Dim>& particles = patch_.particles;
   for (Local p = bin.begin; p < bin.end; ++p) {
-    const auto prescribed = prescribed_velocity(particles, p, *step_.model);
+    const auto prescribed = prescribed_velocity(particles, p, step_);
     for (int d = 0; d < Dim; ++d)
       if (prescribed.along[static_cast<std::size_t>(d)])
         for (const Column column : {Column::x, Column::u})
@@ -67,7 +67,7 @@ void PrescribedMotion<Dim>::prescribe(const ParticleBin& bin) {
   Particles<Dim>& particles = patch_.particles;
   auto kept = kept_.begin();
   for (Local p = bin.begin; p < bin.end; ++p) {
-    const auto prescribed = prescribed_velocity(particles, p, *step_.model);
+    const auto prescribed = prescribed_velocity(particles, p, step_);
     const double m = particles.row(Column::mass)[p];
     for (int d = 0; d < Dim; ++d) {
       if (!prescribed.along[static_cast<std::size_t>(d)]) continue;

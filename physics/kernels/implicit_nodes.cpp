@@ -7,6 +7,7 @@
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/matrix_pattern.h"
 #include "physics/kernels/nodal_motion.h"
+#include "physics/kernels/timed_velocities.h"
 #include "physics/particles/loads.h"
 #include "physics/particles/node_sums.h"
 
@@ -123,6 +124,7 @@ void begin_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   for_each_active_node(patch, [&](Local i) {
     patch.implicit.own_mass[static_cast<std::size_t>(i)] = own[i * sum_stride];
   });
+  set_timed_velocities(patch, step);
   prescribe(patch, step);
   follow_fixed(patch, step);
   find_pattern(patch);
@@ -306,6 +308,7 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
     store(with_mass(change, NodeVector(0.0)), at(patch.acceleration, i));
   });
   if (!steps.quasi_static) stop_at_walls(patch, step);
+  add_timed_acceleration_of_implicit(patch, step);
   for_each_active_node(patch, [&](Local i) {
     const auto d = load<NodeVector>(at(patch.implicit.increment, i));
     store(with_mass((1.0 / step.dt) * d, load<NodeVector>(at(patch.velocity, i))),

@@ -9,6 +9,7 @@
 #include "physics/kernels/driven_nodes.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/nodal_motion.h"
+#include "physics/kernels/timed_velocities.h"
 #include "physics/kernels/two_phase.h"
 #include "physics/kernels/velocity_transfer.h"
 #include "physics/particles/loads.h"
@@ -124,6 +125,7 @@ void meet_bodies(Patch<Dim>& patch, const StepContext<Dim>& step) {
 template <int Dim>
 void nodal_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
   make_room(patch);
+  set_timed_velocities(patch, step);
   take_velocity(patch, step, NodeSum::mass_momentum, patch.velocity);
   prescribe_velocities(patch, patch.velocity, true);
 }
@@ -314,6 +316,7 @@ class Integrator {
     for_each_acting_list(patch_.acting, [&](const auto& list) {
       for (const auto& at : list) count_work(at, own_mass[at.node * sum_stride]);
     });
+    add_timed_acceleration(patch_, step_);
     if (counts_at_nodes(step_.model->analysis))
       count_transfer(patch_, step_, own_mass, patch_.velocity, patch_.acceleration);
   }
@@ -470,6 +473,7 @@ template <int Dim>
 void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.active_nodes.empty()) return;
   make_room(patch);
+  set_timed_velocities(patch, step);
   Integrator<Dim> integrator(patch, step);
   auto fixed = patch.fixed.begin();  // ascending nodes
   for_each_node(

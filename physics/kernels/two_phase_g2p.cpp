@@ -59,7 +59,7 @@ void prescribe_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, const Par
   if (!bin.loaded) return;
   const Pores pores(step.model->materials[bin.material].liquid.value());
   for (Local p = bin.begin; p < bin.end; ++p) {
-    const auto prescribed = prescribed_velocity(patch.particles, p, *step.model, true);
+    const auto prescribed = prescribed_velocity(patch.particles, p, step, true);
     if (!prescribed.any()) continue;
     const Scalar m = pores.liquid_mass(Scalar(patch.particles.row(Column::mass)[p]),
                                        Scalar(patch.particles.row(Column::volume)[p]));

@@ -1,6 +1,7 @@
 // Nodes of a liquid in pores. Every copy of a node runs this very code, so that all are equal to
 // the last bit.
 #include "physics/kernels/nodal_motion.h"
+#include "physics/kernels/timed_velocities.h"
 #include "physics/kernels/two_phase.h"
 #include "physics/model/transfer_options.h"
 #include "physics/particles/loads.h"
@@ -34,6 +35,7 @@ NodeVector damped_force(const Patch<Dim>& patch, const StepContext<Dim>& step, L
 
 template <int Dim>
 void liquid_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  set_timed_velocities(patch, step);
   take_velocity(patch, step, NodeSum::liquid_mass_momentum, patch.liquid.velocity);
   prescribe_liquid(patch);
 }
@@ -154,6 +156,7 @@ void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
     v = fixed.velocity;
     a = 0.0;
   }
+  add_timed_acceleration_of_liquid(patch, step);
   if (counts_at_nodes(analysis))
     count_transfer(patch, step, own_mass, patch.liquid.velocity, patch.liquid.acceleration);
 }

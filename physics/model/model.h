@@ -108,6 +108,7 @@ struct ParticleVelocity {
   double velocity;   ///< [m/s]
   bool all = false;  ///< of all particles, those that are injected too
   bool of_liquid = false;
+  int function = -1;  ///< index into Model::functions, a factor over time; -1 = constant
 };
 
 /// Initial particles, structure of arrays; the particle's id is its position unless `id` is given:
@@ -245,6 +246,8 @@ struct Analysis {
   bool rigid_bodies = false;  ///< there are Model::rigid_bodies
   bool free_bodies = false;   ///< some of them move by forces
   bool takes_means = false;   ///< some process has conditions of nodes with takes_means
+  /// Some process has prescribed velocities that are functions of time: of nodes, of particles.
+  bool nodes_follow_time = false, particles_follow_time = false;
   /// Particles with prescribed velocities move by them, and drive the nodes around them
   /// (driven_nodes.h); else they move with nodes that do not know of them, as in CB-Geo MPM.
   bool drives_nodes = false;

@@ -38,6 +38,12 @@ std::uint64_t loads_of_all(const Model<Dim>& model) {
   return bits;
 }
 
+/// The time for which velocities of a step are prescribed [s]: its middle.
+template <int Dim>
+double middle_of(const StepContext<Dim>& step) {
+  return step.time + 0.5 * step.dt;
+}
+
 /// What is prescribed of a particle's velocity; of several for a direction the last wins.
 template <int Dim>
 struct PrescribedVelocity {
@@ -47,7 +53,8 @@ struct PrescribedVelocity {
 };
 template <int Dim>
 PrescribedVelocity<Dim> prescribed_velocity(const Particles<Dim>& particles, Local p,
-                                            const Model<Dim>& model, bool of_liquid = false) {
+                                            const StepContext<Dim>& step, bool of_liquid = false) {
+  const Model<Dim>& model = *step.model;
   PrescribedVelocity<Dim> found;
   const std::uint64_t bits =
       particles.loads.empty() ? 0 : particles.loads[static_cast<std::size_t>(p)];
@@ -58,6 +65,8 @@ PrescribedVelocity<Dim> prescribed_velocity(const Particles<Dim>& particles, Loc
       const auto d = static_cast<std::size_t>(model.particle_velocities[k].dir);
       found.along[d] = true;
       found.velocity[d] = model.particle_velocities[k].velocity;
+      if (const int function = model.particle_velocities[k].function; function >= 0)
+        found.velocity[d] *= load_factor(model, function, middle_of(step));
     }
   return found;
 }

@@ -215,6 +215,16 @@ struct Patch {
   };
   std::vector<FixedVelocity> fixed;         ///< one per node and direction, ascending nodes
   std::vector<FixedVelocity> fixed_liquid;  ///< the same of the liquid in pores
+  /// A velocity in one of these lists or in `walls` that is a function of time
+  /// (timed_velocities.h).
+  struct TimedVelocity {
+    enum class List { fixed, fixed_liquid, walls } list;
+    std::size_t entry;  ///< position in it
+    int dir;            ///< of nodes at walls the local axis
+    double velocity;    ///< [m/s] by which the function is multiplied
+    int function;
+  };
+  std::vector<TimedVelocity> timed;
   struct FixedDisplacement {
     Local node;
     int dir;

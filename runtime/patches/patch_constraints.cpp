@@ -14,6 +14,22 @@ void sort_by_node(auto& entries) {
                    [](const auto& a, const auto& b) { return a.node < b.node; });
 }
 
+template <int Dim>
+using TimedList = typename Patch<Dim>::TimedVelocity::List;
+
+template <int Dim>
+void note_function(Patch<Dim>& patch, TimedList<Dim> list, std::size_t entry,
+                   const NodeVelocity& v) {
+  if (v.function >= 0) patch.timed.push_back({list, entry, v.dir, v.velocity, v.function});
+}
+
+template <int Dim>
+void fix(Patch<Dim>& patch, TimedList<Dim> list, Local local, const NodeVelocity& v) {
+  auto& entries = list == TimedList<Dim>::fixed ? patch.fixed : patch.fixed_liquid;
+  note_function(patch, list, entries.size(), v);
+  entries.push_back({local, v.dir, v.velocity});
+}
+
 /// The first of several velocities for a node and direction counts, and the last friction.
 template <int Dim>
 void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<Dim>& conditions) {
@@ -24,15 +40,17 @@ void constrain(Patch<Dim>& patch, Local local, Index node, const NodeConditions<
   if (frictions.empty() && accelerations.empty() && (frames.empty() || velocities.empty())) {
     bool taken[Dim] = {};
     for (const NodeVelocity& v : velocities)
-      if (!std::exchange(taken[v.dir], true)) patch.fixed.push_back({local, v.dir, v.velocity});
+      if (!std::exchange(taken[v.dir], true)) fix(patch, TimedList<Dim>::fixed, local, v);
     return;
   }
   ConstrainedNode<Dim>& wall = patch.walls.emplace_back();
   wall.node = local;
   if (!frames.empty()) wall.axes = frames.front().axes;
   for (const NodeVelocity& v : velocities)
-    if (const auto d = static_cast<std::size_t>(v.dir); !std::exchange(wall.fixed[d], true))
+    if (const auto d = static_cast<std::size_t>(v.dir); !std::exchange(wall.fixed[d], true)) {
       wall.velocity[d] = v.velocity;
+      note_function(patch, TimedList<Dim>::walls, patch.walls.size() - 1, v);
+    }
   for (const NodeAcceleration& a : accelerations) {
     const auto d = static_cast<std::size_t>(a.dir);
     wall.accelerated[d] = true;
@@ -111,8 +129,7 @@ void set_constraints(Patch<Dim>& patch, const NodeConditions<Dim>& conditions, I
     fix_displacements(patch, local, entries_at(entries_of<NodeDisplacement>(conditions), node));
     bool taken[Dim] = {};  // the first counts
     for (const NodeVelocity& v : entries_at(conditions.liquid_velocities, node))
-      if (!std::exchange(taken[v.dir], true))
-        patch.fixed_liquid.push_back({local, v.dir, v.velocity});
+      if (!std::exchange(taken[v.dir], true)) fix(patch, TimedList<Dim>::fixed_liquid, local, v);
     if (const auto given = entries_at(entries_of<NodePressure>(conditions), node); !given.empty())
       patch.fixed_pressure.push_back({local, given.front().pressure, given.front().function});
     for (const NodeForce& f : entries_at(entries_of<NodeForce>(conditions), node))

@@ -27,6 +27,12 @@ namespace lahar {
 
 namespace {
 
+/// Whether velocities that particles prescribe are mapped at the end of the step before. As
+/// functions of time they are those in the middle of the step, whose length is not known there.
+bool maps_prescribed_before(const Analysis& analysis) {
+  return analysis.drives_nodes && !analysis.particles_follow_time;
+}
+
 /// The part of the mapping for this step that could not be done at the end of the one before.
 template <int Dim, bool WithForce>
 void map_unmapped(Patch<Dim>& patch, const StepContext<Dim>& step) {
@@ -35,7 +41,7 @@ void map_unmapped(Patch<Dim>& patch, const StepContext<Dim>& step) {
     map_mass_momentum(patch, step, patch.unmapped);
     if (WithForce) map_force(patch, step, patch.unmapped);
     if (patch.bodies() > 1) map_gradient(patch, step, patch.unmapped);
-    if (step.model->analysis.drives_nodes) map_prescribed(patch, step, patch.unmapped);
+    if (maps_prescribed_before(step.model->analysis)) map_prescribed(patch, step, patch.unmapped);
     if (WithForce) map_means(patch, step, patch.unmapped);
     if (step.model->analysis.two_phase) {
       map_liquid_mass_momentum(patch, step, patch.unmapped);
@@ -139,6 +145,18 @@ void add_filter(Stages<Dim>& list, int order) {
   if constexpr (Order <= most_transfer_order) add_filter<Dim, Order + 1>(list, order);
 }
 
+template <int Dim>
+Stages<Dim> map_of_prescribed(bool of_next_step) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  TimestepStage<Dim> map{.stage = {.name = "prescribed"},
+                         .begin = [](P& p, S& s) { clear_prescribed(p, s); },
+                         .bins = [](P& p, S& s, ParticleBins bins) { map_prescribed(p, s, bins); },
+                         .of_next_step = of_next_step};
+  map.stage.needs_dt = !of_next_step;
+  return {map};
+}
+
 /// With USF nodal velocities come before stresses, else the same exchange brings momentum and
 /// force.
 bool one_exchange(const Analysis& analysis) {
@@ -198,9 +216,13 @@ Stages<Dim> driven_nodes(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   if (!analysis.drives_nodes) return {};
-  return {TimestepStage<Dim>{.stage = {.name = "drive", .exchange = "prescribed velocities"},
-                             .takes = {NodeSum::prescribed_mass, NodeSum::prescribed_momentum},
-                             .begin = [](P& p, S& s) { find_driven_nodes(p, s); }}};
+  Stages<Dim> list;
+  if (!maps_prescribed_before(analysis)) list = map_of_prescribed<Dim>(false);
+  list.push_back(
+      TimestepStage<Dim>{.stage = {.name = "drive", .exchange = "prescribed velocities"},
+                         .takes = {NodeSum::prescribed_mass, NodeSum::prescribed_momentum},
+                         .begin = [](P& p, S& s) { find_driven_nodes(p, s); }});
+  return list;
 }
 
 template <int Dim>
@@ -210,6 +232,7 @@ Stages<Dim> nodal_velocities(const Analysis& analysis) {
   TimestepStage<Dim> both{.stage = {.name = "velocity", .exchange = "mass, momentum"},
                           .takes = {NodeSum::mass_momentum},
                           .begin = [](P& p, S& s) { nodal_velocity(p, s); }};
+  both.stage.needs_dt = analysis.nodes_follow_time;  // prescribed in the middle of the step
   if (!analysis.two_phase) return {both};
   both.takes.push_back(NodeSum::liquid_mass_momentum);
   return {both, TimestepStage<Dim>{.stage = {.name = "liquid velocity"},
@@ -509,14 +532,7 @@ Stages<Dim> surfaces(const Analysis& analysis) {
 
 template <int Dim>
 Stages<Dim> prescribed_velocities(const Analysis& analysis) {
-  using P = Patch<Dim>;
-  using S = const StepContext<Dim>;
-  if (!analysis.drives_nodes) return {};
-  return {
-      TimestepStage<Dim>{.stage = {.name = "prescribed"},
-                         .begin = [](P& p, S& s) { clear_prescribed(p, s); },
-                         .bins = [](P& p, S& s, ParticleBins bins) { map_prescribed(p, s, bins); },
-                         .of_next_step = true}};
+  return maps_prescribed_before(analysis) ? map_of_prescribed<Dim>(true) : Stages<Dim>{};
 }
 
 template <int Dim>

@@ -88,9 +88,11 @@ SpeedScales speed_scales(const Model<Dim>& model, const Communicator& ranks) {
     scales.waves = std::max(scales.waves, wave_speed(material));
   double prescribed = 0, acceleration = 0;
   for (const ParticleVelocity& given : model.particle_velocities)
-    prescribed = std::max(prescribed, std::sqrt(Dim) * std::abs(given.velocity));
+    prescribed = std::max(prescribed, std::sqrt(Dim) * std::abs(given.velocity) *
+                                          largest_factor(model, given.function));
   for (const auto& given : entries_of<NodeVelocity>(model))
-    prescribed = std::max(prescribed, std::sqrt(Dim) * std::abs(given.velocity));
+    prescribed = std::max(prescribed, std::sqrt(Dim) * std::abs(given.velocity) *
+                                          largest_factor(model, given.function));
   for (const Injection<Dim>& injection : model.injections)
     prescribed = std::max(prescribed, injection.velocity.norm());
   for (const auto& given : entries_of<NodeAcceleration>(model))

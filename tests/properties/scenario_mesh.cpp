@@ -121,7 +121,10 @@ void add_side(Choices& choices, const Outline& outline, const Side& side, Json& 
       return;
     }
     case 6:
-      return fix(dir, choices.number(of + "speed", 0, -0.5, 0.5));
+      fix(dir, choices.number(of + "speed", 0, -0.5, 0.5));
+      if (outline.functions_of_time > 0 && choices.chance(of + "timed", 50))
+        boundary["velocity_constraints"].back()["math_function_id"] = 0;
+      return;
     case 7: {
       if (!outline.accelerates) return;
       Json accelerated{{"nset", side.set}, {"dir", dir}, {"acceleration", 5}};
@@ -194,6 +197,8 @@ Json boundary_of(Choices& choices, const Outline& outline, GeneratedCase& made, 
     const bool part = !all && choices.chance("driven.part", 60);
     Json driven{{"dir", axes[choices.pick("driven.axis", outline.dim)]},
                 {"velocity", choices.number("driven.speed", 1, -2, 2)}};
+    if (outline.functions_of_time > 0 && choices.chance("driven.timed", 50))
+      driven["math_function_id"] = 0;
     driven[all ? "pset_id" : "pset"] = all ? Json(-1) : Json(part ? "driven" : "body0");
     if (part)
       sets["particles"]["driven"]["half_space"] = {

@@ -1,0 +1,124 @@
+// Every copy of a node runs this very code, so that all are equal to the last bit.
+#include "physics/kernels/timed_velocities.h"
+
+#include "physics/particles/loads.h"
+#include "physics/particles/node_sums.h"
+
+namespace lahar {
+
+namespace {
+
+template <int Dim>
+using Timed = typename Patch<Dim>::TimedVelocity;
+
+template <int Dim>
+double velocity_at(const Timed<Dim>& timed, const StepContext<Dim>& step, double time) {
+  return timed.velocity * load_factor(*step.model, timed.function, time);
+}
+
+/// Whether the velocity is held, and not only that of a wall that pushes.
+template <int Dim>
+bool is_held(const Patch<Dim>& patch, const Timed<Dim>& timed) {
+  return timed.list != Timed<Dim>::List::walls ||
+         patch.walls[timed.entry].fixed[static_cast<std::size_t>(timed.dir)];
+}
+
+template <int Dim>
+Local node_of(const Patch<Dim>& patch, const Timed<Dim>& timed) {
+  using List = typename Timed<Dim>::List;
+  if (timed.list == List::walls) return patch.walls[timed.entry].node;
+  return (timed.list == List::fixed ? patch.fixed : patch.fixed_liquid)[timed.entry].node;
+}
+
+template <int Dim>
+Vec<Dim> direction_of(const Patch<Dim>& patch, const Timed<Dim>& timed) {
+  if (timed.list != Timed<Dim>::List::walls) return Vec<Dim>::Unit(timed.dir);
+  return patch.walls[timed.entry].axes.col(timed.dir);
+}
+
+/// Call add(node, a) for each acceleration a (Vec) of nodes that have this patch's part `own(node)`
+/// of their mass [kg], and `mass(node)` of all patches; `liquid` says of which phase.
+template <int Dim>
+void for_each_acceleration(Patch<Dim>& patch, const StepContext<Dim>& step, bool liquid, auto own,
+                           auto mass, auto add) {
+  for (const Timed<Dim>& timed : patch.timed) {
+    if ((timed.list == Timed<Dim>::List::fixed_liquid) != liquid || !is_held(patch, timed))
+      continue;
+    const Local node = node_of(patch, timed);
+    const double part = own(node);
+    // A node that is not active has anything as its state, but no part of its mass is here.
+    const bool is_active = patch.node_is_active[static_cast<std::size_t>(node)];
+    if (!is_active || !more_than(mass(node), patch.least_mass)) continue;
+    const double before = velocity_at<Dim>(timed, step, step.time);
+    const double after = velocity_at<Dim>(timed, step, step.time + step.dt);
+    patch.work.external += 0.5 * part * (after - before) * (after + before);
+    add(node, Vec<Dim>((after - before) / step.dt * direction_of(patch, timed)));
+  }
+}
+
+template <int Dim>
+void add_to(NodeArray& array, Local node, const Vec<Dim>& a) {
+  for (int d = 0; d < Dim; ++d) at(array, node)[d] += a[d];
+}
+
+template <int Dim>
+auto own_mass_of(Patch<Dim>& patch, NodeSum which, const StepContext<Dim>& step) {
+  const double* own = patch.own_sums(which, step.step) + mass_lane;
+  return [own](Local node) { return own[static_cast<std::ptrdiff_t>(node) * sum_stride]; };
+}
+
+}  // namespace
+
+template <int Dim>
+void set_timed_velocities(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  using List = typename Timed<Dim>::List;
+  for (const Timed<Dim>& timed : patch.timed) {
+    const double w = velocity_at<Dim>(timed, step, middle_of(step));
+    if (timed.list == List::walls)
+      patch.walls[timed.entry].velocity[static_cast<std::size_t>(timed.dir)] = w;
+    else
+      (timed.list == List::fixed ? patch.fixed : patch.fixed_liquid)[timed.entry].velocity = w;
+  }
+}
+
+template <int Dim>
+void add_timed_acceleration(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.timed.empty() || patch.active_nodes.empty()) return;
+  for_each_acceleration(
+      patch, step, false, own_mass_of(patch, NodeSum::mass_momentum, step),
+      [&](Local node) { return at(patch.velocity, node)[mass_lane]; },
+      [&](Local node, const Vec<Dim>& a) { add_to<Dim>(patch.acceleration, node, a); });
+}
+
+template <int Dim>
+void add_timed_acceleration_of_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.timed.empty() || patch.active_nodes.empty()) return;
+  for_each_acceleration(
+      patch, step, true, own_mass_of(patch, NodeSum::liquid_mass_momentum, step),
+      [&](Local node) { return at(patch.liquid.velocity, node)[mass_lane]; },
+      [&](Local node, const Vec<Dim>& a) { add_to<Dim>(patch.liquid.acceleration, node, a); });
+}
+
+template <int Dim>
+void add_timed_acceleration_of_implicit(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.timed.empty() || step.model->analysis.implicit.quasi_static) return;
+  for_each_acceleration(
+      patch, step, false,
+      [&](Local node) { return patch.implicit.own_mass[static_cast<std::size_t>(node)]; },
+      [&](Local node) { return at(patch.velocity, node)[mass_lane]; },
+      [&](Local node, const Vec<Dim>& a) {
+        add_to<Dim>(patch.acceleration, node, a);
+        add_to<Dim>(patch.system.solution, node, a);
+      });
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                               \
+  template void set_timed_velocities<Dim>(Patch<Dim>&, const StepContext<Dim>&);             \
+  template void add_timed_acceleration<Dim>(Patch<Dim>&, const StepContext<Dim>&);           \
+  template void add_timed_acceleration_of_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
+  template void add_timed_acceleration_of_implicit<Dim>(Patch<Dim>&, const StepContext<Dim>&);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar
