@@ -68,6 +68,10 @@ Law choose(const JsonValue& m, std::string_view type, ScenarioInput& in,
 }  // namespace
 
 Law read_law(const JsonValue& material, ScenarioInput& in) {
+  for (const auto& member : material.as<JsonValue::Object>())
+    if (member.value.is<JsonValue::Object>())
+      in.error(member.value, fmt::format("'{}' must be a number here", member.key),
+               "fields belong to the places of a scenario's model");
   const std::string type = get_text(material, "type").value_or("");
   return choose(material, without_dimension(type), in, static_cast<const Law*>(nullptr));
 }

@@ -42,6 +42,8 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   check_plane();
   build_output();
   warn_of_doubts();
+  if (in_.problems.empty()) collect_marks();
+  if (in_.problems.empty()) split_fields();
   build_resume();
   return std::move(model_);
 }
@@ -146,6 +148,7 @@ std::vector<Problem> of_stage(std::vector<Problem> problems, const std::string& 
 Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options) {
   in.memory = options.memory;
   in.phase = options.phase;
+  in.marks = options.marks;
   JsonValue& root = in.document.root;
   if (root.valid())
     for (const auto& argument : options.overrides)
@@ -175,6 +178,7 @@ Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options
   if (!in.problems.empty()) fail(in);
   scenario.stages = std::move(stages);
   scenario.stage = options.stage;
+  scenario.classes = in.classes;
   scenario.warnings = of_stage(in.problems.take_warnings(), in.stage);
   scenario.map = std::move(in.map);
   scenario.side_files = std::move(in.side_files);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "io/base/problems.h"
 #include "io/base/team.h"
 #include "io/geometry/map_files.h"
+#include "io/scenario/model_marks.h"
 #include "physics/base/error.h"
 #include "physics/model/model.h"
 
@@ -23,6 +25,7 @@ struct ScenarioOptions {
   std::filesystem::path folder = {};   ///< that file names are relative to; empty = the scenario's
   MemoryLimit memory = {};             ///< the same on all members of a team
   std::size_t stage = 0;               ///< of a scenario with stages: the one that is read
+  std::vector<ModelMark>* marks = nullptr;  ///< filled for a picture, unless null; of one process
   /// Called with what is being done next, where that may take long.
   std::function<void(const std::string&)> phase = {};
 };
@@ -38,6 +41,9 @@ struct Scenario {
   MapFrame map = {};                              ///< where it lies
   std::vector<std::string> stages = {};           ///< names of all; empty = it has no stages
   std::size_t stage = 0;                          ///< the one that this is
+  /// Says which particles have which class of materials with fields (material_fields.h); 0 = there
+  /// are none.
+  std::uint64_t classes = 0;
   /// Gives a problem that names a JSON pointer (Problem::where) its file, line, column and source:
   /// for what only the simulation finds out.
   std::function<Problem(Problem)> place;

@@ -10,6 +10,7 @@
 #include "io/frames/cbgeo_table.h"
 #include "io/geometry/map_files.h"
 #include "io/mesh/mesh_search.h"
+#include "io/scenario/material_fields.h"
 #include "io/scenario/particles_generator.h"
 #include "io/scenario/scenario_doubts.h"
 #include "io/scenario/scenario_input.h"
@@ -238,6 +239,21 @@ class ScenarioBuilder {
   void build_gravity();
   void check_other_gravity();
   void build_tractions();
+  // scenario_fields.cpp
+  /// The material with one number in place of each of its fields, which become an entry of fields_.
+  JsonValue take_fields(const JsonValue& material);
+  std::optional<MaterialField<Dim>> random_field(const JsonValue& given);
+  std::optional<MaterialField<Dim>> profile(const JsonValue& given);
+  void check_bounds_of(const MaterialField<Dim>& field, const JsonValue& material,
+                       const JsonValue& at);
+  void refuse_fields();
+  void split_fields();  ///< after all that takes materials as the scenario has them; collective
+  Material material_of_class(std::size_t material, Index number);
+  // scenario_marks.cpp
+  void collect_marks();  ///< for a picture, where one is wanted
+  template <class List>
+  void mark_entries(const JsonValue& where, const List& list);
+  void mark_water();
   // scenario_doubts.cpp
   void warn_of_doubts();  ///< last of all, where the input has no problems; collective
   void warn_of_weak_materials();
@@ -267,6 +283,12 @@ class ScenarioBuilder {
   void warn_of_overlap(const std::vector<Box>& boxes);
   /// Whether boxes are further from each other than `gap` along an axis.
   static bool apart(const Box& a, const Box& b, const Vec<Dim>& gap);
+  // scenario_doubts_units.cpp
+  void warn_of_units();
+  void warn_of_falling_bodies();
+  std::vector<Box> boxes_of_generators() const;  ///< of all; collective
+  void warn_of_few_particles();
+  void warn_of_stiff_materials();
   // scenario_doubts_bodies.cpp
   bool decides_on_contact() const;  ///< by `interface`, or as CB-Geo MPM
   void warn_of_bonds();
@@ -349,6 +371,7 @@ class ScenarioBuilder {
   std::vector<Source> sources_;
   std::vector<GeneratorRows> generators_;  ///< that gave particles, in their order
   std::vector<FrictionEntry> friction_entries_;
+  std::vector<std::vector<MaterialField<Dim>>> fields_;  ///< of each material of the scenario
 };
 
 }  // namespace lahar

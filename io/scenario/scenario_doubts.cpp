@@ -60,6 +60,10 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_stillness();
   warn_of_softening();
   warn_of_thin_layers();
+  warn_of_units();
+  warn_of_falling_bodies();
+  warn_of_few_particles();
+  warn_of_stiff_materials();
   warn_of_fields();
 }
 

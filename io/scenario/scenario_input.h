@@ -15,6 +15,7 @@
 #include "io/geometry/map_files.h"
 #include "io/json/json_source.h"
 #include "io/json/values.h"
+#include "io/scenario/model_marks.h"
 
 namespace lahar {
 
@@ -32,6 +33,8 @@ struct ScenarioInput {
   std::function<void(const std::string&)> phase = {};  ///< called with what is done next, if set
   bool cbgeo_defaults = false;  ///< keys that are not written mean what they do in CB-Geo MPM
   MapFrame map = {};
+  std::vector<ModelMark>* marks = nullptr;  ///< to be filled, unless null
+  std::uint64_t classes = 0;                ///< Scenario::classes
   std::string stage = {};  ///< which one, in messages; empty = the first, or there are none
 
   void error(const JsonValue& at, std::string message, std::string hint = "") {

@@ -156,18 +156,19 @@ std::vector<std::string> take_stage(ScenarioInput& in, std::size_t stage) {
   return names;
 }
 
-StageBody body_of(const AnyModel& any) {
+StageBody body_of(const Scenario& scenario) {
   return std::visit(
-      [](const auto& model) {
+      [&](const auto& model) {
         const Analysis& analysis = model.analysis;
         return StageBody{analysis.two_phase, analysis.scheme == Scheme::projection,
-                         analysis.functions, analysis.contact.bodies, analysis.plane};
+                         analysis.functions, analysis.contact.bodies,
+                         analysis.plane,     scenario.classes};
       },
-      any);
+      scenario.model);
 }
 
 void check_body(const StageBody& before, const Scenario& stage) {
-  const StageBody now = body_of(stage.model);
+  const StageBody now = body_of(stage);
   std::vector<Problem> problems;
   const auto same = [&](bool is, const char* where, const char* what) {
     if (is) return;
@@ -184,6 +185,8 @@ void check_body(const StageBody& before, const Scenario& stage) {
        "'analysis.shape_functions', whose domains particles have,");
   same(now.plane == before.plane, "/analysis/plane", "'analysis.plane', which volumes depend on,");
   same(now.bodies == before.bodies, "/mesh", "the number of bodies in contact");
+  same(now.classes == before.classes, "/materials",
+       "where fields of materials are high and low (seed, lengths, classes, profile)");
   if (!problems.empty()) throw InputError(std::move(problems));
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,9 @@ struct StageBody {
   ShapeFunctions functions = ShapeFunctions::element;
   int bodies = 1;
   Plane plane = Plane::strain;
+  std::uint64_t classes = 0;  ///< Scenario::classes
 };
-StageBody body_of(const AnyModel& model);
+StageBody body_of(const Scenario& scenario);
 
 /// Throws InputError where a stage is not one of the body of the stages before it.
 void check_body(const StageBody& before, const Scenario& stage);

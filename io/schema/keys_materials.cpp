@@ -15,9 +15,80 @@ inline constexpr bool is_native = false;
 template <class LawType>
 requires LawType::native inline constexpr bool is_native<LawType> = true;
 
+const Section& field_section() {
+  static const Section section{
+      .name = "a field of a material",
+      .path = "materials[].PARAMETER",
+      .help =
+          "A parameter that differs from place to place, in place of its number: a random "
+          "field (mean, cov, correlation_length, seed), or a profile over depth (at_depth, "
+          "below). A particle keeps the value of its place at the beginning.",
+      .keys = {
+          {.key = "mean", .kinds = number, .help = "mean of a random field", .native = true},
+          {.key = "cov",
+           .kinds = number,
+           .help = "coefficient of variation: standard deviation over mean",
+           .unit = "-",
+           .min = 0,
+           .max = 5,
+           .native = true},
+          {.key = "distribution",
+           .kinds = text,
+           .help = "of the values at a place",
+           .fallback = "\"lognormal\"",
+           .allowed = {"lognormal", "normal"},
+           .native = true},
+          {.key = "correlation_length",
+           .kinds = vector | number,
+           .help = "scale of fluctuation along each axis, or one for all: the integral of the "
+                   "correlation over a line",
+           .unit = "m",
+           .min = 0,
+           .above_min = true,
+           .native = true},
+          {.key = "correlation",
+           .kinds = text,
+           .help = "gaussian: exp(-pi (t/l)^2) for a distance t; exponential: exp(-2 |t|/l). Over "
+                   "several axes their product",
+           .fallback = "\"gaussian\"",
+           .allowed = {"gaussian", "exponential"},
+           .native = true},
+          {.key = "seed",
+           .kinds = integer,
+           .help = "which of all random fields; fields of the same seed, lengths and correlation "
+                   "rise and fall together",
+           .fallback = "0",
+           .min = 0,
+           .native = true},
+          {.key = "min", .kinds = number, .help = "least value", .native = true},
+          {.key = "max", .kinds = number, .help = "largest value", .native = true},
+          {.key = "at_depth",
+           .kinds = points,
+           .help = "rows of a depth [m] and the value there, ascending; linear between them",
+           .native = true},
+          {.key = "below",
+           .kinds = number,
+           .help = "level from which depths count downwards along the last axis",
+           .unit = "m",
+           .native = true},
+          {.key = "classes",
+           .kinds = integer,
+           .help = "number of values that the field has",
+           .fallback = "64",
+           .min = 2,
+           .max = 1000,
+           .native = true},
+      }};
+  return section;
+}
+
 template <class LawType>
 KeySpec key_of_law(const Parameter<LawType>& p) {
   KeySpec f = key_of(p);
+  if (p.number) {
+    f.kinds |= object;
+    f.section = field_section;
+  }
   f.native = is_native<LawType>;
   f.only = {LawType::name};
   return f;

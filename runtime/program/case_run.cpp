@@ -38,7 +38,7 @@ void add_model(RunInfo& info, const ModelOutline& model, const SimulationInfo& s
   info.nodes = sizes.nodes;
   info.cells = sizes.cells;
   info.particles = sizes.particles;
-  info.materials = static_cast<Index>(model.materials.size());
+  info.materials = static_cast<Index>(count_materials(model.materials));
   info.patches = sizes.patches;
   info.patch_particles = model.analysis.patch_particles;
   info.split_steps = model.analysis.split_steps;

@@ -18,14 +18,6 @@ constexpr const char* components[6] = {"xx", "yy", "zz", "xy", "yz", "xz"};
 
 using Curve = std::vector<std::pair<double, double>>;
 
-/// A round step for about four grid lines.
-double grid_step(double range) {
-  const double unit = std::pow(10.0, std::floor(std::log10(range / 4)));
-  for (const double factor : {1.0, 2.0, 5.0})
-    if (range / (factor * unit) <= 5) return factor * unit;
-  return 10 * unit;
-}
-
 struct Range {
   double low = 0, high = 0;  ///< with zero
   void add(double value) { low = std::min(low, value), high = std::max(high, value); }

@@ -6,12 +6,14 @@
 #include <map>
 #include <span>
 
+#include "io/base/atomic_file.h"
 #include "io/base/sha256.h"
 #include "io/scenario/stages.h"
 #include "lahar_version.h"
 #include "runtime/comm/rank_team.h"
 #include "runtime/program/case_run.h"
 #include "runtime/program/commands.h"
+#include "runtime/program/model_picture.h"
 #include "runtime/program/run_description.h"
 #include "runtime/program/signals.h"
 #include "runtime/program/stages_run.h"
@@ -24,8 +26,10 @@ namespace lahar {
 
 namespace {
 
-Scenario read(const RunArguments& arguments, const Team* team = nullptr, std::size_t stage = 0) {
+Scenario read(const RunArguments& arguments, const Team* team = nullptr, std::size_t stage = 0,
+              std::vector<ModelMark>* marks = nullptr) {
   ScenarioOptions options = arguments.options;
+  options.marks = marks;
   options.stage = stage;
   options.team = team;
   options.memory = arguments.execution.memory;
@@ -114,6 +118,7 @@ void check_one(const RunArguments& arguments, Scenario& scenario, Console& conso
   }();
   const SimulationInfo info = simulation.info();
   describe(console, outline, info);
+  describe_duration(console, outline, info);
   describe_frames(console, outline.output, outline.analysis, info);
   const std::string of_stage = scenario.stages.empty() ? "" : "/" + scenario.stages[scenario.stage];
   console.line(fmt::format("output     {}{}", outline.output.folder, of_stage));
@@ -130,16 +135,20 @@ int check_command(const RunArguments& given) {
   StageBody body;
   StageWarnings warnings;
   for (std::size_t k = 0; k < stages; ++k) {
-    Scenario scenario = read(arguments, nullptr, k);
+    const bool draws = k == 0 && !arguments.picture.empty();
+    std::vector<ModelMark> marks;
+    Scenario scenario = read(arguments, nullptr, k, draws ? &marks : nullptr);
+    if (draws) write_text_file(arguments.picture, model_picture(scenario.model, marks));
     warnings.say(scenario.warnings, console);
     if (!scenario.stages.empty()) {
       stages = scenario.stages.size();
-      if (k == 0) body = body_of(scenario.model);
+      if (k == 0) body = body_of(scenario);
       check_body(body, scenario);
       console.line((k > 0 ? "\n" : "") + stage_line(scenario));
     }
     check_one(arguments, scenario, console);
   }
+  if (!arguments.picture.empty()) console.line(fmt::format("picture    {}", arguments.picture));
   console.line(fmt::format("next: lahar run {}", arguments.scenario));
   return exit_ok;
 }
@@ -268,6 +277,11 @@ Action add_check(CLI::App& command) {
                       "Show how patches would be distributed among this many MPI ranks")
           ->check(CLI::Range(1, 1'000'000));
   add_memory(command, arguments->memory);
+  command
+      .add_option("--picture", arguments->picture,
+                  "Draw the model to this SVG file: plan and sections, materials, constraints, "
+                  "loads, gravity and water table. Of stages the first")
+      ->type_name("FILE");
   add_partition(command, arguments->partitioner,
                 "Distribute them by curve (space-filling curve, default) or scotch")
       ->needs(ranks_option);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <set>
 #include <span>
 #include <string>
 
@@ -12,6 +14,17 @@
 #include "runtime/step/output_times.h"
 
 namespace lahar {
+
+namespace {
+
+/// Steps that are to be taken; an adaptive step is taken not to change.
+double steps_of(const Analysis& analysis, const SimulationInfo& info) {
+  const double by_time = std::ceil(analysis.end_time / info.dt * (1 - rounding_of_multiples));
+  return std::min(by_time, static_cast<double>(analysis.nsteps)) -
+         static_cast<double>(analysis.first_step);
+}
+
+}  // namespace
 
 const char* scheme_name(Scheme scheme) {
   switch (scheme) {
@@ -27,6 +40,12 @@ const char* scheme_name(Scheme scheme) {
       return "projection";
   }
   return "";
+}
+
+std::size_t count_materials(std::span<const Material> materials) {
+  std::set<Index> ids;
+  for (const Material& material : materials) ids.insert(material.id);
+  return ids.size();
 }
 
 ModelOutline outline_of(const AnyModel& any) {
@@ -100,8 +119,9 @@ void describe(Console& console, const ModelOutline& model, const SimulationInfo&
                           : fmt::format("threads    {} on each of {} ranks", info.threads, ranks));
   console.line(fmt::format("mesh       {} cells, {} nodes ({})", format_count(info.cells),
                            format_count(info.nodes), model.mesh));
-  console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles),
-                           model.materials.size(), model.materials.size() == 1 ? "" : "s"));
+  const std::size_t materials = count_materials(model.materials);
+  console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles), materials,
+                           materials == 1 ? "" : "s"));
   const bool implicit = is_implicit(model.analysis);
   const std::string scheme = implicit && model.analysis.implicit.quasi_static
                                  ? "implicit, quasi-static"
@@ -128,11 +148,39 @@ void describe(Console& console, const ModelOutline& model, const SimulationInfo&
                            format_bytes(static_cast<double>(info.bytes))));
 }
 
+double estimated_seconds(const ModelOutline& model, const SimulationInfo& info) {
+  if (begins_with_solve(model.analysis)) return std::numeric_limits<double>::infinity();
+  constexpr double flat = 20e-9, solid = 50e-9;  // [s] per particle and step
+  constexpr double wide = 4;                     // functions that reach beyond a cell
+  const double one = (model.dim == 2 ? flat : solid) *
+                     (model.analysis.functions == ShapeFunctions::element ? 1.0 : wide);
+  return one * steps_of(model.analysis, info) * static_cast<double>(info.particles) / info.threads;
+}
+
+void describe_duration(Console& console, const ModelOutline& model, const SimulationInfo& info) {
+  constexpr double day = 86400, minute = 60, hour = 3600;
+  const double seconds = estimated_seconds(model, info);
+  if (!std::isfinite(seconds)) return;  // nobody can tell
+  const std::string text = seconds < minute ? "less than a minute"
+                           : seconds < hour ? fmt::format("{:.2g} minutes", seconds / minute)
+                           : seconds < day  ? fmt::format("{:.2g} hours", seconds / hour)
+                                            : fmt::format("{:.2g} days", seconds / day);
+  const std::string steps =
+      fmt::format("{}{} steps", model.analysis.step.adaptive ? "about " : "",
+                  format_count(static_cast<Index>(std::ceil(steps_of(model.analysis, info)))));
+  const std::string threads =
+      fmt::format("{} thread{}", info.threads, info.threads == 1 ? "" : "s");
+  console.line(fmt::format("duration   {} on {}, as a rough estimate ({})", text, threads, steps));
+  if (seconds > day)
+    console.warn(fmt::format(
+        "lahar: warning: the run may take {} on {}, as a rough estimate: {} of {:.3g} s with {} "
+        "particles. Larger cells, softer materials, or more threads and ranks make it shorter.",
+        text, threads, steps, info.dt, format_count(info.particles)));
+}
+
 void describe_frames(Console& console, const OutputPlan& plan, const Analysis& analysis,
                      const SimulationInfo& info) {
-  const double by_time = std::ceil(analysis.end_time / info.dt * (1 - rounding_of_multiples));
-  const double steps = std::min(by_time, static_cast<double>(analysis.nsteps)) -
-                       static_cast<double>(analysis.first_step);
+  const double steps = steps_of(analysis, info);
   double frames = 0;  // beside the first
   if (plan.frame_steps > 0) frames = steps / static_cast<double>(plan.frame_steps);
   if (plan.frame_dt > 0) frames = std::min(analysis.end_time, steps * info.dt) / plan.frame_dt;

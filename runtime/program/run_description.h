@@ -24,6 +24,9 @@ struct ModelOutline {
   OutputPlan output;
 };
 
+/// Those of the scenario: bodies in contact and fields of materials have several entries of one.
+std::size_t count_materials(std::span<const Material> materials);
+
 ModelOutline outline_of(const AnyModel& model);
 
 void describe(Console& console, const ModelOutline& model, const SimulationInfo& info,
@@ -33,6 +36,13 @@ void describe(Console& console, const ModelOutline& model, const SimulationInfo&
 /// not to change.
 void describe_frames(Console& console, const OutputPlan& plan, const Analysis& analysis,
                      const SimulationInfo& info);
+
+/// How long a run takes with the threads that there are [s]: what particles cost in a step on usual
+/// machines, times both. Infinite where nobody can tell, as of steps with solves.
+double estimated_seconds(const ModelOutline& model, const SimulationInfo& info);
+
+/// Say it, with a warning where it is more than a day.
+void describe_duration(Console& console, const ModelOutline& model, const SimulationInfo& info);
 
 /// The partition over ranks that a run would begin with; `particles` of each patch.
 void describe_ranks(Console& console, const PatchGraph& graph, std::span<const Index> particles,

@@ -58,7 +58,7 @@ StagesRun::StagesRun(const RunArguments& arguments, Read read, Scenario first, C
       console_(console),
       folder_(arguments.output),
       names_(first.stages) {
-  const StageBody body = body_of(first.model);
+  const StageBody body = body_of(first);
   if (folder_.empty())
     folder_ = std::visit([](const auto& model) { return model.output.folder; }, first.model);
   StageWarnings warnings;

@@ -68,6 +68,13 @@ std::string Svg::finish() const {
   return head_ + body_ + "</svg>\n";
 }
 
+double grid_step(double range, double lines) {
+  const double unit = std::pow(10.0, std::floor(std::log10(range / lines)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (range / (factor * unit) <= lines + 1) return factor * unit;
+  return 10 * unit;
+}
+
 std::string viridis(double value) {
   // Nine colours of matplotlib's map, equally spaced; linear between them.
   static constexpr std::array<std::array<double, 3>, 9> colours{{{68, 1, 84},

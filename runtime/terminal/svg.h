@@ -31,6 +31,9 @@ class Svg {
   std::string head_, body_;
 };
 
+/// A round step for so many grid lines, or one more.
+double grid_step(double range, double lines = 4);
+
 /// A colour of the map "viridis" for a value from 0 to 1, as `#rrggbb`.
 std::string viridis(double value);
 

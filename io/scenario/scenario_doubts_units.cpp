@@ -1,0 +1,181 @@
+// Warnings of values in other units than SI, of bodies that fall out of the mesh, of cells with too
+// few particles, and of steps that one material makes short.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "io/scenario/scenario_builder.h"
+#include "physics/materials/law.h"
+
+namespace lahar {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double earth = 9.81;        // [m/s^2]
+constexpr double about_earth = 0.05;  // of it
+
+bool is_about(double value, double wanted) {
+  return std::abs(value - wanted) <= about_earth * wanted;
+}
+
+}  // namespace
+
+// Whoever has the gravity of the earth in m/s^2 has SI units. Whoever has neither may have any.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_units() {
+  constexpr double lightest = 30;    // [kg/m^3] of soils, rocks, metals, liquids; foams have more
+  constexpr double heaviest = 3e4;   // [kg/m^3] osmium has 22600
+  constexpr double stiffest = 2e12;  // [Pa] diamond has 1.2e12
+  const double g = model_.gravity.norm();
+  const JsonValue* gravity = section("external_loading_conditions").find("gravity");
+  if (gravity && is_about(g, 1e3 * earth))
+    in_.warning(*gravity, fmt::format("gravity is {:g}, which looks like mm/s^2", g),
+                "all values are in SI units: m, kg, s, N, Pa. On the earth gravity is 9.81 m/s^2");
+  if (!is_about(g, earth)) return;
+  const auto materials = get_list(root_, "materials");
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const Material& material = model_.materials[m];
+    const auto warn = [&](std::string_view key, double value, const std::string& hint) {
+      const JsonValue* at = materials[m]->find(key);
+      in_.warning(at ? *at : *materials[m],
+                  fmt::format("material '{}' has '{}' {:g}, which no material has in SI units",
+                              material.name, key, value),
+                  hint);
+    };
+    if (material.density < lightest || material.density > heaviest)
+      warn("density", material.density,
+           "densities are in kg/m^3: water has 1000, soil about 1500 to 2700");
+    for (const std::string_view key : {"youngs_modulus", "bulk_modulus"})
+      if (const auto value = get_number(*materials[m], key); value && *value > stiffest)
+        warn(key, *value, "moduli are in Pa: steel has 2.1e11, soil about 1e6 to 1e9");
+  }
+}
+
+// A body is a generator. What bounds it or lies below it is looked for in the box around it and
+// below that, as far as the mesh goes.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_falling_bodies() {
+  const double g = model_.gravity.norm();
+  const Vec<Dim> along = model_.gravity.cwiseAbs();
+  int axis = 0;
+  along.maxCoeff(&axis);
+  constexpr double upright = 0.99;  // cosine between gravity and an axis, at least
+  if (g == 0 || !(along[axis] > upright * g) || !model_.node_frames.empty()) return;
+  if (generators_.empty() || !model_.injections.empty() || !model_.tractions.empty() ||
+      model_.analysis.remove_leaving_particles)
+    return;
+  std::vector<Index> nodes;
+  for_each_condition([&]<class T>() {
+    for (const T& entry : entries_of<T>(model_))
+      if (ActsOnNode<T> || place_of(entry).second == axis) nodes.push_back(entry.node);
+  });
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  const std::vector<Box> boxes = boxes_of_generators();
+  const Vec<Dim> cell = outer_cell();
+  const double down = model_.gravity[axis] > 0 ? 1 : -1;
+  const auto is_below = [&](const Vec<Dim>& low, const Vec<Dim>& high, const Box& box) {
+    for (int d = 0; d < Dim; ++d)
+      if (d != axis && (high[d] < box[0][d] - cell[d] || low[d] > box[1][d] + cell[d]))
+        return false;
+    // Not wholly above it.
+    return down > 0 ? high[axis] > box[0][axis] - cell[axis]
+                    : low[axis] < box[1][axis] + cell[axis];
+  };
+  std::vector<double> held(boxes.size(), 0.0);
+  for (const Vec<Dim>& x : places_of(nodes))
+    for (std::size_t b = 0; b < boxes.size(); ++b)
+      if (held[b] == 0.0 && is_below(x, x, boxes[b])) held[b] = 1.0;
+  held = team_.most(std::move(held));
+  if (std::find(held.begin(), held.end(), 1.0) == held.end()) return;  // warn_of_free_fall()
+  std::vector<double> driven(boxes.size(), 0.0);
+  for (const ParticleVelocity& v : model_.particle_velocities)
+    if (v.dir == axis) driven.assign(boxes.size(), 1.0);
+  for (std::size_t b = 0; b < boxes.size(); ++b) {
+    bool other = held[b] > 0.0 || driven[b] > 0.0;
+    for (std::size_t k = 0; k < boxes.size() && !other; ++k)
+      other = k != b && is_below(boxes[k][0], boxes[k][1], boxes[b]);
+    if (other) continue;
+    in_.warning(*generators_[b].generator,
+                fmt::format("this body falls out of the mesh: below it, along {}, there is neither "
+                            "a wall, a node that is held, nor another body",
+                            "xyz"[axis]),
+                "add a floor (walls or velocity_constraints of a node set), or move the body");
+  }
+}
+
+template <int Dim>
+auto ScenarioBuilder<Dim>::boxes_of_generators() const -> std::vector<Box> {
+  std::vector<Box> boxes = generator_boxes();
+  if (!boxes.empty() || generators_.size() != 1) return boxes;
+  std::vector<double> sides(2 * static_cast<std::size_t>(Dim), -infinity);  // -low, then high
+  for (const Vec<Dim>& x : model_.particles.x)
+    for (int d = 0; d < Dim; ++d) {
+      double* side = &sides[2 * static_cast<std::size_t>(d)];
+      side[0] = std::max(side[0], -x[d]);
+      side[1] = std::max(side[1], x[d]);
+    }
+  sides = team_.most(std::move(sides));
+  boxes.resize(1);
+  for (int d = 0; d < Dim; ++d) {
+    boxes[0][0][d] = -sides[2 * static_cast<std::size_t>(d)];
+    boxes[0][1][d] = sides[2 * static_cast<std::size_t>(d) + 1];
+  }
+  return boxes;
+}
+
+// One particle in a cell: it takes stresses at one point, and gaps open where strains are large.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_few_particles() {
+  if (in_.cbgeo_defaults || info(mesh_->element()).simplex) return;
+  for (const GeneratorRows& rows : generators_)
+    for (const std::string_view key : {"per_cell", "nparticles_per_dir"}) {
+      const JsonValue* value = rows.generator->find(key);
+      if (!value || !value->is_number() || value->number() != 1) continue;
+      in_.warning(
+          *value,
+          "cells have one particle per direction: material opens gaps where it is stretched "
+          "by half a cell, and patterns of no stiffness are not seen by it",
+          "take 2, or 3 where strains are large");
+    }
+}
+
+// Steps follow from the fastest waves. Bodies of steel in soil are slow to compute, and hardly
+// deform.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_stiff_materials() {
+  constexpr double most = 5;  // times as fast as waves in all other materials
+  constexpr double most_particles = 0.5;
+  const auto materials = get_list(root_, "materials");
+  if (is_implicit(model_.analysis) || is_projection(model_.analysis) || materials.size() < 2)
+    return;
+  std::vector<Index> count(materials.size(), 0);
+  for (const std::uint16_t m : model_.particles.material) ++count[m % materials.size()];
+  for (Index& n : count) n = team_.sum(n);
+  std::size_t fastest = 0;
+  double first = 0, second = 0;
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    if (count[m] == 0) continue;
+    const double speed = wave_speed(model_.materials[m]);
+    second = std::max(second, std::min(first, speed));
+    if (speed > first) first = speed, fastest = m;
+  }
+  const double share = static_cast<double>(count[fastest]) / static_cast<double>(rows_.total());
+  if (second == 0 || first < most * second || share > most_particles) return;
+  in_.warning(
+      *materials[fastest],
+      fmt::format("material '{}' makes time steps {:.3g} times shorter than all other "
+                  "materials need: its waves have {:.3g} m/s, those of the others at most "
+                  "{:.3g} m/s",
+                  model_.materials[fastest].name, first / second, first, second),
+      "a body that hardly deforms may be softer, as long as it stays much stiffer than what "
+      "it touches");
+}
+
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
+
+}  // namespace lahar

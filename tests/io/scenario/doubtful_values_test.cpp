@@ -1,0 +1,102 @@
+// Warnings of values in other units, of bodies that fall out of the mesh, of single particles in
+// cells and of one stiff material; and silence where all is well.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <string>
+
+#include "io/base/problems.h"
+#include "io/scenario/scenario.h"
+
+using namespace lahar;
+
+namespace {
+
+/// A block of clay on a floor, and a smaller one of steel.
+struct Case {
+  std::string gravity = "[0, -9.81]", density = "2000", steel_density = "7800",
+              clay_modulus = "1e7", steel_modulus = "2e7", per_cell = "2",
+              steel_box = R"({"min": [4, 2], "max": [5, 3]})",
+              floor = R"({"half_space": {"point": [0, 0], "normal": [0, 1]}})", more = "",
+              analysis = "";
+};
+
+std::string warnings_of(const Case& c) {
+  const Scenario s = read_scenario_text(
+      fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 0.5, "counts": [20, 10]}},
+      "boundary_conditions": {{"walls": [{{"nset": "floor", "normal": [0, 1], "friction": 0.5}}]{}}}}},
+    "sets": {{"nodes": {{"floor": {}}}}},
+    "materials": [{{"name": "clay", "type": "LinearElastic", "density": {},
+                    "youngs_modulus": {}, "poisson_ratio": 0.3}},
+                  {{"name": "steel", "type": "LinearElastic", "density": {},
+                    "youngs_modulus": {}, "poisson_ratio": 0.3}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": {}, "material": "clay",
+                     "region": {{"box": {{"min": [0, 0], "max": [8, 2]}}}}}}}},
+                  {{"generator": {{"type": "region", "per_cell": 2, "material": "steel",
+                     "region": {{"box": {}}}}}}}],
+    "external_loading_conditions": {{"gravity": {}}},
+    "analysis": {{"nsteps": 1, "interface": false{}}}}})",
+                  c.more, c.floor, c.density, c.clay_modulus, c.steel_density, c.steel_modulus,
+                  c.per_cell, c.steel_box, c.gravity, c.analysis),
+      "");
+  return format_problems(s.warnings, "warning");
+}
+
+void check_warns(const Case& c, const std::string& text) {
+  const std::string said = warnings_of(c);
+  CAPTURE(said);
+  CHECK(said.find(text) != std::string::npos);
+}
+
+}  // namespace
+
+TEST_CASE("a model in SI units whose bodies lie on a floor is not warned of") {
+  CHECK(warnings_of({}) == "");
+}
+
+TEST_CASE("densities, moduli and gravity in other units are warned of") {
+  check_warns({.density = "2"},
+              "material 'clay' has 'density' 2, which no material has in SI units");
+  check_warns({.steel_modulus = "2.1e14"},
+              "material 'steel' has 'youngs_modulus' 2.1e+14, which no material has in SI units");
+  check_warns({.gravity = "[0, -9810]", .clay_modulus = "1e10", .steel_modulus = "2e10"},
+              "gravity is 9810, which looks like mm/s^2");
+  // Without the gravity of the earth nobody can tell: centrifuges, and models without dimensions.
+  CHECK(warnings_of({.gravity = "[0, -981]", .clay_modulus = "1e10", .steel_modulus = "2e10"}) ==
+        "");
+  CHECK(warnings_of({.gravity = "[0, -1]", .density = "1", .steel_density = "2"}) == "");
+}
+
+TEST_CASE("a body with nothing below it is warned of") {
+  const std::string beside = R"({"min": [9, 3], "max": [10, 4]})";
+  const std::string text = "this body falls out of the mesh: below it, along y, there is neither";
+  CHECK(warnings_of({.steel_box = beside}) == "");  // the floor is below it
+  Case c{.steel_box = beside};
+  c.floor = R"({"box": {"min": [0, 0], "max": [8, 0]}})";
+  const std::string said = warnings_of(c);
+  CHECK(said.find(text) != std::string::npos);
+  CHECK(said.find("/particles/1/generator") != std::string::npos);
+  CHECK(said.find("/particles/0/generator") == std::string::npos);
+  Case over = c;  // above the clay, which holds it
+  over.steel_box = R"({"min": [4, 3], "max": [5, 4]})";
+  CHECK(warnings_of(over).find(text) == std::string::npos);
+  Case leaving = c;
+  leaving.analysis = R"(, "locate_particles": false)";
+  CHECK(warnings_of(leaving).find(text) == std::string::npos);
+  CHECK(warnings_of({.gravity = "[0, 0]", .steel_box = beside}).find(text) == std::string::npos);
+}
+
+TEST_CASE("one particle in a cell is warned of") {
+  check_warns({.per_cell = "1"}, "cells have one particle per direction");
+  CHECK(warnings_of({.per_cell = "3"}) == "");
+}
+
+TEST_CASE("a small body that makes all steps short is warned of") {
+  check_warns({.steel_modulus = "2.1e11"},
+              "material 'steel' makes time steps 73.4 times shorter than all other materials need");
+  CHECK(warnings_of({.steel_modulus = "5e8"}) == "");
+  // If most of the model is stiff, steps are as short as they must be.
+  CHECK(warnings_of({.clay_modulus = "1e11", .steel_modulus = "2e7"}) == "");
+  CHECK(warnings_of({.steel_modulus = "2.1e11",
+                     .analysis = R"(, "mpm_scheme": "newmark", "dt": 0.1)"}) == "");
+}
