@@ -21,7 +21,8 @@ constexpr double margin_left = 70, margin_top = 74, view_distance = 74, legend_d
 constexpr std::array<double, 2> most_of_one{760, 560}, most_of_three{560, 300};
 constexpr const char* material_colours[] = {"#d9b97c", "#8fbcd9", "#a9cf7f", "#e39b86", "#bda4dd",
                                             "#f0d56e", "#9aa5b5", "#d79ac0", "#7fc7b8", "#c7c27a"};
-constexpr int shades = 8;  ///< of a material with fields
+constexpr double squares_of_bodies = 300;  ///< along the longer edge of a view
+constexpr int shades = 8;                  ///< of a material with fields
 constexpr const char* mesh_colour = "#e3e6ea";
 constexpr std::size_t most_label_letters = 60;
 /// Nodes of a set that covers more of a view than a line of it would are not drawn there.
@@ -76,7 +77,8 @@ class ModelPicture {
       right = std::max(right, view.left + view.size[0]);
       bottom = std::max(bottom, view.top + view.size[1]);
     }
-    const double lines = static_cast<double>(n_materials_ + marks_.size() + 6);
+    const double lines =
+        static_cast<double>(n_materials_ + model_.rigid_bodies.size() + marks_.size() + 6);
     const double height = std::max(bottom + 60, margin_top + lines * line_height);
     Svg svg(right + legend_distance + legend_width, height);
     svg.text(margin_left - 40, 28, shortened(model_.title.empty() ? "Model" : model_.title), 17);
@@ -141,6 +143,7 @@ class ModelPicture {
 
   void draw_view(Svg& svg, const View& view) {
     draw_mesh(svg, view);
+    draw_bodies(svg, view);
     draw_particles(svg, view);
     draw_mesh_lines(svg, view);
     for (std::size_t k = 0; k < marks_.size(); ++k) draw_mark(svg, view, marks_[k], k + 1);
@@ -182,6 +185,45 @@ class ModelPicture {
           svg.line(view.left, at, right, at, style);
       }
     }
+  }
+
+  /// Rigid bodies where they begin. From above, those with an end on all sides alone are seen: a
+  /// hill would be everywhere.
+  void draw_bodies(Svg& svg, const View& view) const {
+    const double square =
+        std::max(view.high[0] - view.low[0], view.high[1] - view.low[1]) / squares_of_bodies;
+    ViewRaster raster(view);
+    for (std::size_t k = 0; k < model_.rigid_bodies.size(); ++k) {
+      const Solid<Dim>& solid = *model_.rigid_bodies[k].solid;
+      const auto [low, high] = solid.bounds();
+      if (view.from_above && !(low.allFinite() && high.allFinite())) continue;
+      Vec<Dim> x = Vec<Dim>::Zero();
+      if (view.normal >= 0)
+        x[view.normal] = view.from_above ? 0.5 * (low + high)[view.normal] : view.at;
+      for (double a = view.low[0]; a < view.high[0]; a += square)
+        for (double b = view.low[1]; b < view.high[1]; b += square) {
+          x[view.axes[0]] = a + 0.5 * square;
+          x[view.axes[1]] = b + 0.5 * square;
+          if (solid.nearest(x).distance <= 0)
+            raster.fill({a, b}, {a + square, b + square}, static_cast<int>(k));
+        }
+    }
+    raster.draw(svg, [&](int k) { return body_colour(static_cast<std::size_t>(k)); });
+  }
+
+  static const char* body_colour(std::size_t k) {
+    static constexpr const char* greys[] = {"#6f6a64", "#4c5560", "#8a8178", "#3d3a36"};
+    return greys[k % std::size(greys)];
+  }
+
+  static std::string body_label(const RigidBody<Dim>& body) {
+    using Motion = typename RigidBody<Dim>::Motion;
+    const char* motion = body.motion == Motion::fixed        ? "rigid"
+                         : body.motion == Motion::prescribed ? "rigid, moves"
+                                                             : "rigid, free";
+    const std::string friction =
+        std::isinf(body.friction) ? "rough" : fmt::format("friction {:.4g}", body.friction);
+    return fmt::format("{}: {}, {}", body.name, motion, friction);
   }
 
   void draw_particles(Svg& svg, const View& view) const {
@@ -343,6 +385,11 @@ class ModelPicture {
       const auto m = static_cast<std::size_t>(&material - model_.materials.data());
       svg.rectangle(left, y - 8, 18, 15, {.fill = colour_[m], .stroke = "#777777", .width = 0.8});
       line(fmt::format("{}, {}", material.name, counted(particles[material.id], "particle")));
+    }
+    for (std::size_t k = 0; k < model_.rigid_bodies.size(); ++k) {
+      svg.rectangle(left, y - 8, 18, 15,
+                    {.fill = body_colour(k), .stroke = "#777777", .width = 0.8});
+      line(body_label(model_.rigid_bodies[k]));
     }
     y += line_height / 2;
     for (std::size_t k = 0; k < marks_.size(); ++k) {

@@ -259,3 +259,125 @@ TEST_CASE(
   CHECK(row.kinetic < 1e-3 * row.mass * 0.1 * g);
   CHECK(-row.bodies.at(0).force[1] == doctest::Approx(row.mass * g).epsilon(0.05));
 }
+
+namespace {
+
+/// Mean force [N/m] on a plate that a jet of water of 0.2 m hits at 2 m/s, while the flow is
+/// steady.
+double force_of_jet(double h) {
+  Model<2> model = model_of_text<2>(fmt::format(
+      R"({{
+    "mesh": {{"structured": {{"cell_size": {}, "extent": [2, 2]}}}},
+    "materials": [{{"type": "Newtonian", "density": 1000, "bulk_modulus": 4e5,
+                   "dynamic_viscosity": 1e-3}}],
+    "rigid_bodies": [{{"region": {{"half_space": {{"point": [1.613, 0], "normal": [-1, 0]}}}}}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+      "region": {{"box": {{"min": [0.3, 0.9], "max": [1.6, 1.1]}}}}, "velocity": [2, 0]}}}}],
+    "analysis": {{"mpm_scheme": "musl", "end_time": 0.55}},
+    "post_processing": {{"history_steps": 1}}}})",
+      h));
+  Observer observer;
+  double impulse = 0, time = 0;
+  observer.history = [&](const HistoryRow& row) {
+    if (row.time < 0.25 || row.time > 0.5) return;
+    impulse += row.dt * row.bodies.at(0).force[0];
+    time += row.dt;
+  };
+  Simulation simulation(std::move(model), {.threads = 2}, observer);
+  simulation.run();
+  return impulse / time;
+}
+
+}  // namespace
+
+TEST_CASE("rigid bodies: a jet of water pushes a plate with the momentum that it loses") {
+  const double expected = 1000 * 0.2 * 2 * 2;
+  CHECK(force_of_jet(0.025) == doctest::Approx(expected).epsilon(0.03));
+}
+
+namespace {
+
+/// Where a disc of 0.15 m comes to rest that falls on sand from 0.15 m above it [m].
+RigidBodyRow disc_in_sand(double h) {
+  Model<2> model = model_of_text<2>(fmt::format(
+      R"({{
+    "mesh": {{"structured": {{"cell_size": {}, "extent": [2, 1.5]}},
+      "boundary_conditions": {{"velocity_constraints": [{{"nset": "sides", "dir": "x",
+                                                        "velocity": 0}}]}}}},
+    "sets": {{"nodes": {{"sides": {{"union": [
+      {{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}},
+      {{"half_space": {{"point": [2, 0], "normal": [-1, 0]}}}}]}}}}}},
+    "materials": [{{"type": "MohrCoulomb", "density": 1600, "youngs_modulus": 1e7,
+                   "poisson_ratio": 0.3, "friction": 33, "dilation": 0, "cohesion": 0,
+                   "tension_cutoff": 0}}],
+    "rigid_bodies": [
+      {{"region": {{"half_space": {{"point": [0, 0.1], "normal": [0, 1]}}}}, "friction": 0.5}},
+      {{"region": {{"sphere": {{"centre": [1, 0.9], "radius": 0.15}}}}, "density": 2500,
+       "friction": 0.4}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+      "region": {{"box": {{"min": [0, 0.1], "max": [2, 0.6]}}}}}}}}],
+    "external_loading_conditions": {{"gravity": [0, -9.81]}},
+    "analysis": {{"mpm_scheme": "musl", "end_time": 0.6}},
+    "post_processing": {{"history_steps": 50}}}})",
+      h));
+  Simulation simulation(std::move(model), {.threads = 2});
+  simulation.run();
+  return simulation.history().bodies.at(1);
+}
+
+}  // namespace
+
+TEST_CASE(
+    "rigid bodies: a disc that falls into sand comes to rest at a depth that cells do not set") {
+  const RigidBodyRow coarse = disc_in_sand(0.05), fine = disc_in_sand(0.025);
+  const double start = 0.6 + 0.15;  // it touches the sand
+  for (const RigidBodyRow& disc : {coarse, fine}) {
+    CHECK(std::abs(disc.velocity[1]) < 0.05);
+    CHECK(std::abs(disc.place[0] - 1) < 0.01);
+    CHECK(start - disc.place[1] > 0.02);
+  }
+  CHECK(coarse.place[1] == doctest::Approx(fine.place[1]).epsilon(0.02));
+}
+
+namespace {
+
+/// The block of Incline in quasi-static steps that raise gravity from zero.
+Model<2> at_rest(const Incline& incline, const char* functions) {
+  return model_of_text<2>(fmt::format(
+      R"({{
+    "mesh": {{"structured": {{"cell_size": 0.05, "extent": [2.5, 2.5]}}}},
+    "materials": [{{"type": "LinearElastic", "density": 2000, "youngs_modulus": 1e7,
+                   "poisson_ratio": 0.2}}],
+    "rigid_bodies": [{{"region": {{"half_space": {{"point": {}, "normal": [{}, {}]}}}},
+                      "friction": {}}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+      "region": {{"polygon": {{"points": [{}, {}, {}, {}]}}}}}}}}],
+    "external_loading_conditions": {{"gravity": {{"gravity": [0, {}], "ramping_time": 1}}}},
+    "analysis": {{"mpm_scheme": "newmark", "dt": 0.25, "nsteps": 4, "shape_functions": "{}",
+                 "scheme_settings": {{"quasi_static": true}}}}}})",
+      incline.place(0, 0), incline.sine(), incline.cosine(), incline.friction, incline.place(0, 0),
+      incline.place(0.6, 0), incline.place(0.6, 0.15), incline.place(0, 0.15), -g, functions));
+}
+
+}  // namespace
+
+TEST_CASE(
+    "rigid bodies: quasi-static steps put the weight of a block on the plane that carries it") {
+  for (const char* functions : {"element", "quadratic_spline"}) {
+    CAPTURE(functions);
+    const Incline incline{.angle = 15 * pi / 180, .friction = 0.6};
+    Simulation simulation(at_rest(incline, functions), {.threads = 2});
+    simulation.run();
+    const HistoryRow row = simulation.history();
+    CHECK(row.bodies.at(0).force[1] == doctest::Approx(-row.mass * g).epsilon(1e-4));
+    CHECK(std::abs(row.bodies.at(0).force[0]) < 1e-4 * row.mass * g);
+    const State state(simulation.frame());
+    for (Index p = 0; p < state.size(); ++p) CHECK(std::abs(state.get("displacement", p)) < 1e-3);
+  }
+}
+
+TEST_CASE("rigid bodies: there is no equilibrium of a block on a plane that is too steep") {
+  const Incline incline{.angle = 15 * pi / 180, .friction = 0.2};
+  Simulation simulation(at_rest(incline, "element"), {.threads = 1});
+  CHECK_THROWS_AS(simulation.run(), SimulationError);
+}
