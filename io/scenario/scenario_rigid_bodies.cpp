@@ -143,6 +143,9 @@ void ScenarioBuilder<Dim>::check_rigid_bodies() {
   const bool moving =
       std::any_of(model_.rigid_bodies.begin(), model_.rigid_bodies.end(),
                   [](const auto& body) { return body.motion != RigidBody<Dim>::Motion::fixed; });
+  if (!in_.stage.empty() && moving)
+    refuse("stages where they move: they would begin where the first stage began",
+           "take one run, or bodies at rest");
   if (is_implicit(a) && moving)
     refuse("implicit steps where they move", "take explicit steps, or displacement_constraints");
   if (is_implicit(a) && a.as_cbgeo) refuse("implicit steps of the preset cbgeo");

@@ -17,10 +17,13 @@ namespace {
 struct Parts {
   std::string bodies;
   std::string analysis = R"("mpm_scheme": "musl", "dt": 1e-4)";
+  std::string more = "";  ///< keys after these
   std::string geometry = R"("bed": {"points": [[0, 0.5], [4, 0.2]]})";
 };
 
-Scenario scenario_of(const Parts& parts) {
+Scenario scenario_of(const Parts& parts, std::size_t stage = 0) {
+  ScenarioOptions options;
+  options.stage = stage;
   return read_scenario_text(fmt::format(R"({{
     "mesh": {{"structured": {{"cell_size": 0.5, "extent": [4, 4]}}}},
     "geometry": {{{}}},
@@ -30,9 +33,9 @@ Scenario scenario_of(const Parts& parts) {
     "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
                                  "region": {{"box": {{"min": [1, 1], "max": [2, 2]}}}}}}}}],
     "external_loading_conditions": {{"gravity": [0, -10]}},
-    "analysis": {{{}, "nsteps": 1}}}})",
-                                        parts.geometry, parts.bodies, parts.analysis),
-                            "");
+    "analysis": {{{}, "nsteps": 1}}{}}})",
+                                        parts.geometry, parts.bodies, parts.analysis, parts.more),
+                            "", options);
 }
 
 Model<2> model_of(const std::string& bodies) {
@@ -115,4 +118,17 @@ TEST_CASE("rigid bodies: what does not go together with them is refused") {
   CHECK(says(with(R"("mpm_scheme": "newmark", "dt": 0.1)"), "implicit steps"));
   CHECK(says(with(R"("plane": "axisymmetric", "dt": 1e-4)"), "axisymmetry"));
   CHECK(says(with(R"("mpm_scheme": "usl", "dt": 1e-4)"), "usl"));
+}
+
+TEST_CASE("rigid bodies that move are refused in later stages, those at rest are not") {
+  const auto second_stage = [](const std::string& motion) {
+    return refusal_of([&] {
+      scenario_of({.bodies = "{" + round_body + motion + "}",
+                   .more = R"(, "stages": [{"name": "a"}, {"name": "b"}])"},
+                  1);
+    });
+  };
+  CHECK(says(second_stage(R"(, "mass": 10)"), "would begin where the first stage began"));
+  CHECK(says(second_stage(R"(, "velocity": [1, 0])"), "would begin where the first stage began"));
+  CHECK(second_stage("") == "");
 }
