@@ -74,10 +74,14 @@ JsonValue ScenarioBuilder<Dim>::take_fields(const JsonValue& material) {
       in_.error(member.value, fmt::format("'{}' needs either 'mean' or 'at_depth'", member.key),
                 "mean, cov, correlation_length and seed make a random field; at_depth and below a "
                 "profile");
+      plain.find(member.key)->invalidate();
       continue;
     }
     auto field = random ? random_field(member.value) : profile(member.value);
-    if (!field) continue;
+    if (!field) {  // reported
+      plain.find(member.key)->invalidate();
+      continue;
+    }
     field->key = member.key;
     check_bounds_of(*field, material, member.value);
     plain = with_number(std::move(plain), member.key, field->mean);
@@ -97,11 +101,6 @@ std::optional<MaterialField<Dim>> ScenarioBuilder<Dim>::random_field(const JsonV
   if (!mean || !cov || !length) return std::nullopt;
   const Vec<Dim> lengths = length->is_number() ? Vec<Dim>(Vec<Dim>::Constant(length->number()))
                                                : *get_vector<Dim>(given, "correlation_length");
-  if (!(lengths.minCoeff() > 0)) {
-    in_.error(*length, "'correlation_length' must be greater than 0 along every axis",
-              "[20, 2]: along x and along y [m]");
-    return std::nullopt;
-  }
   const bool lognormal = get_text(given, "distribution") != "normal";
   if (lognormal && !(*mean > 0)) {
     in_.error(*given.find("mean"),

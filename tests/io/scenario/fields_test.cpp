@@ -148,10 +148,11 @@ TEST_CASE("fields that cannot be are refused, with what is possible") {
   };
   has(said(R"({"seed": 1})"), "'cohesion' needs either 'mean' or 'at_depth'");
   has(said(R"({"mean": 1, "at_depth": [[0, 1]]})"), "'cohesion' needs either 'mean' or 'at_depth'");
+  CHECK(said(R"({"seed": 1})").find("must be a number") == std::string::npos);
   has(said(R"({"mean": 1e4})"), "'cov' is missing in a random field");
   has(said(R"({"mean": 1e4, "cov": 0.1})"), "'correlation_length' is missing in a random field");
   has(said(R"({"mean": 1e4, "cov": 0.1, "correlation_length": [1, 0]})"),
-      "'correlation_length' must be greater than 0 along every axis");
+      "'correlation_length' must be greater than 0 [m], found 0");
   has(said(R"({"mean": -1e4, "cov": 0.1, "correlation_length": 1})"),
       "the mean of a log-normal field must be greater than 0, found -10000");
   has(said(R"({"mean": 1e4, "cov": 0.5, "correlation_length": 1, "distribution": "normal"})"),
