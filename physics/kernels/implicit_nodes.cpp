@@ -124,9 +124,12 @@ void begin_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   for_each_active_node(patch, [&](Local i) {
     patch.implicit.own_mass[static_cast<std::size_t>(i)] = own[i * sum_stride];
   });
-  set_timed_velocities(patch, step);
+  StepContext<Dim> whole = step;  // loads are those of its end, but in CB-Geo MPM
+  if (!step.model->analysis.as_cbgeo) whole.time -= step.dt;
+  set_timed_velocities(patch, whole);
   prescribe(patch, step);
   follow_fixed(patch, step);
+  hold_timed_walls(patch);
   find_pattern(patch);
   begin_walls(patch, step);
   for (NodeArray* array : {&patch.system.right_side, &patch.system.solution,

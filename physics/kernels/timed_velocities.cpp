@@ -82,6 +82,18 @@ void set_timed_velocities(Patch<Dim>& patch, const StepContext<Dim>& step) {
 }
 
 template <int Dim>
+void hold_timed_walls(Patch<Dim>& patch) {
+  for (const Timed<Dim>& timed : patch.timed) {
+    if (timed.list != Timed<Dim>::List::walls || !is_held(patch, timed)) continue;
+    const ConstrainedNode<Dim>& wall = patch.walls[timed.entry];
+    const Vec<Dim> axis = wall.axes.col(timed.dir);
+    Eigen::Map<Vec<Dim>> v(at(patch.velocity, wall.node)), a(at(patch.acceleration, wall.node));
+    v += (wall.velocity[static_cast<std::size_t>(timed.dir)] - axis.dot(v)) * axis;
+    a -= axis.dot(a) * axis;
+  }
+}
+
+template <int Dim>
 void add_timed_acceleration(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.timed.empty() || patch.active_nodes.empty()) return;
   for_each_acceleration(
@@ -114,6 +126,7 @@ void add_timed_acceleration_of_implicit(Patch<Dim>& patch, const StepContext<Dim
 
 #define LAHAR_INSTANTIATE(Dim)                                                               \
   template void set_timed_velocities<Dim>(Patch<Dim>&, const StepContext<Dim>&);             \
+  template void hold_timed_walls<Dim>(Patch<Dim>&);                                          \
   template void add_timed_acceleration<Dim>(Patch<Dim>&, const StepContext<Dim>&);           \
   template void add_timed_acceleration_of_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
   template void add_timed_acceleration_of_implicit<Dim>(Patch<Dim>&, const StepContext<Dim>&);

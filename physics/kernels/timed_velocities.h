@@ -19,6 +19,11 @@ namespace lahar {
 template <int Dim>
 void set_timed_velocities(Patch<Dim>& patch, const StepContext<Dim>& step);
 
+/// Before an implicit step: nodes at walls have v where it is held, and no acceleration. (Those
+/// with constant velocities get what they lack as an impulse of the wall.)
+template <int Dim>
+void hold_timed_walls(Patch<Dim>& patch);
+
 /// Add a to what is held, and count its work. One-sided walls give their impulse themselves.
 template <int Dim>
 void add_timed_acceleration(Patch<Dim>& patch, const StepContext<Dim>& step);

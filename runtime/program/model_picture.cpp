@@ -25,8 +25,8 @@ constexpr double squares_of_bodies = 300;  ///< along the longer edge of a view
 constexpr int shades = 8;                  ///< of a material with fields
 constexpr const char* mesh_colour = "#e3e6ea";
 constexpr std::size_t most_label_letters = 60;
-/// Nodes of a set that covers more of a view than a line of it would are not drawn there.
-constexpr double most_covered = 0.25;
+/// Nodes of a set that has more of the places in its rows and columns are not drawn in that view.
+constexpr double most_covered = 0.5;
 
 std::string colour_of(Kind kind) {
   switch (kind) {
@@ -78,7 +78,7 @@ class ModelPicture {
       bottom = std::max(bottom, view.top + view.size[1]);
     }
     const double lines =
-        static_cast<double>(n_materials_ + model_.rigid_bodies.size() + marks_.size() + 6);
+        static_cast<double>(2 * n_materials_ + model_.rigid_bodies.size() + marks_.size() + 6);
     const double height = std::max(bottom + 60, margin_top + lines * line_height);
     Svg svg(right + legend_distance + legend_width, height);
     svg.text(margin_left - 40, 28, shortened(model_.title.empty() ? "Model" : model_.title), 17);
@@ -226,14 +226,21 @@ class ModelPicture {
     return fmt::format("{}: {}, {}", body.name, motion, friction);
   }
 
+  /// Of the box of a particle [m], which has the shape of its cell.
+  Vec<Dim> half_edges(std::size_t p) const {
+    const ParticleTable<Dim>& table = model_.particles;
+    const double depth = Dim == 2 ? depth_at(model_.analysis, table.x[p][0]) : 1.0;
+    const auto [low, high] = model_.mesh->cell_bounds(table.cell[p]);
+    const Vec<Dim> edges = high - low;
+    return 0.5 * std::pow(table.volume[p] / depth / edges.prod(), 1.0 / Dim) * edges;
+  }
+
   void draw_particles(Svg& svg, const View& view) const {
     const ParticleTable<Dim>& table = model_.particles;
     ViewRaster raster(view);
     for (std::size_t p = 0; p < table.x.size(); ++p) {
       const Vec<Dim>& x = table.x[p];
-      const double depth = Dim == 2 ? depth_at(model_.analysis, x[0]) : 1.0;
-      const double half = 0.5 * std::pow(table.volume[p] / depth, 1.0 / Dim);
-      const Vec<Dim> edge = Vec<Dim>::Constant(half);
+      const Vec<Dim> edge = half_edges(p);
       if (!cuts(view, x - edge, x + edge)) continue;
       const auto [low, high] = box_in(view, x - edge, x + edge);
       double height = 0;
@@ -284,16 +291,14 @@ class ModelPicture {
 
   /// Whether places fill an area: drawn, they would hide the rest.
   static bool covers(const View& view, const std::vector<std::array<double, 2>>& at) {
-    if (at.empty() || view.normal < 0) return false;
-    std::array<double, 2> low = at.front(), high = low;
+    if (view.normal < 0) return false;
+    std::array<std::set<double>, 2> along;
     for (const auto& x : at)
-      for (std::size_t d = 0; d < 2; ++d) {
-        low[d] = std::min(low[d], x[d]);
-        high[d] = std::max(high[d], x[d]);
-      }
-    for (std::size_t d = 0; d < 2; ++d)
-      if (high[d] - low[d] < most_covered * (view.high[d] - view.low[d])) return false;
-    return at.size() > 100;
+      for (std::size_t d = 0; d < 2; ++d) along[d].insert(x[d]);
+    constexpr std::size_t line = 3;  // of so many rows at most
+    if (along[0].size() <= line || along[1].size() <= line) return false;
+    return static_cast<double>(at.size()) >
+           most_covered * static_cast<double>(along[0].size() * along[1].size());
   }
 
   void draw_mark(Svg& svg, const View& view, const ModelMark& mark, std::size_t number) const {
@@ -353,9 +358,11 @@ class ModelPicture {
   void draw_gravity(Svg& svg, const View& view) const {
     const double a = model_.gravity[view.axes[0]], b = model_.gravity[view.axes[1]];
     if (std::hypot(a, b) < 1e-3 * model_.gravity.norm() || model_.gravity.isZero(0.0)) return;
-    const double x = view.left + view.size[0] - 34, y = view.top + 14;
-    draw_arrow(svg, x, y, a, b, 34, "#222222");
-    svg.text(x + 10, y + 8, "g", 13);
+    constexpr double length = 34;
+    const double x = view.left + view.size[0] - 34, y = view.top + 34, norm = std::hypot(a, b);
+    draw_arrow(svg, x - 0.5 * length * a / norm, y + 0.5 * length * b / norm, a, b, length,
+               "#222222");
+    svg.text(x + 12, y + 4, "g", 13);
   }
 
   void draw_water(Svg& svg, const View& view, const ModelMark& mark) const {
@@ -384,7 +391,13 @@ class ModelPicture {
       if (std::exchange(drawn[material.id], true)) continue;
       const auto m = static_cast<std::size_t>(&material - model_.materials.data());
       svg.rectangle(left, y - 8, 18, 15, {.fill = colour_[m], .stroke = "#777777", .width = 0.8});
-      line(fmt::format("{}, {}", material.name, counted(particles[material.id], "particle")));
+      const Index n = particles[material.id];
+      line(fmt::format("{}, {}", material.name,
+                       n > 0 ? counted(n, "particle") : "no particles of its own"));
+      if (std::count(colour_.begin(), colour_.end(), colour_[m]) <
+          std::count_if(model_.materials.begin(), model_.materials.end(),
+                        [&](const Material& other) { return other.id == material.id; }))
+        line("darker where its field is larger", "#5b6570");
     }
     for (std::size_t k = 0; k < model_.rigid_bodies.size(); ++k) {
       svg.rectangle(left, y - 8, 18, 15,

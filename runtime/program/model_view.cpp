@@ -31,13 +31,13 @@ void View::draw_axes(Svg& svg) const {
   for (double k = std::ceil(low[0] / dx - 1e-9); k * dx <= high[0] + 1e-9 * dx; ++k) {
     const double x = place(k * dx, low[1]).first;
     svg.line(x, bottom, x, bottom + 5, {.stroke = axis_colour, .width = 1});
-    svg.text(x, bottom + 18, fmt::format("{:g}", k * dx), 11, "middle");
+    svg.text(x, bottom + 18, fmt::format("{:g}", k * dx + 0.0), 11, "middle");
   }
   const double dy = grid_step(high[1] - low[1], std::max(1.0, size[1] / 60));
   for (double k = std::ceil(low[1] / dy - 1e-9); k * dy <= high[1] + 1e-9 * dy; ++k) {
     const double y = place(low[0], k * dy).second;
     svg.line(left - 5, y, left, y, {.stroke = axis_colour, .width = 1});
-    svg.text(left - 8, y + 4, fmt::format("{:g}", k * dy), 11, "end");
+    svg.text(left - 8, y + 4, fmt::format("{:g}", k * dy + 0.0), 11, "end");
   }
   svg.text((left + right) / 2, bottom + 34, fmt::format("{} [m]", names[axes[0]]), 12, "middle");
   svg.text(left - 42, (top + bottom) / 2, fmt::format("{} [m]", names[axes[1]]), 12, "middle",
