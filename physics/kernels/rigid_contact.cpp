@@ -55,14 +55,16 @@ std::pair<Vec<Dim>, double> ball_around(const Patch<Dim>& patch, Local cell) {
     }
     return {middle, half.norm()};
   }
-  const auto& corner = patch.topology.corner_nodes[c];
+  const std::span<const Local> nodes = patch.topology.corner_nodes.empty()
+                                           ? patch.topology.support(c)
+                                           : std::span<const Local>(patch.topology.corner_nodes[c]);
   const auto place = [&](Local node) {
     return Vec<Dim>(Eigen::Map<const Vec<Dim>>(patch.node_position.data() +
                                                static_cast<std::ptrdiff_t>(node) * node_width));
   };
-  for (const Local node : corner) middle += place(node) / corners<Dim>;
+  for (const Local node : nodes) middle += place(node) / static_cast<double>(nodes.size());
   double radius = 0;
-  for (const Local node : corner) radius = std::max(radius, (place(node) - middle).norm());
+  for (const Local node : nodes) radius = std::max(radius, (place(node) - middle).norm());
   return {middle, radius};
 }
 

@@ -99,9 +99,10 @@ bool has_liquid_tractions(const Model<Dim>& model) {
 /// True if particles of a bin may have forces of their own.
 template <int Dim>
 bool has_particle_forces(const Patch<Dim>& patch, const ParticleBin& bin, const Model<Dim>& model) {
-  return bin.loaded || model.body_force ||
-         (!patch.near_bodies.empty() &&
-          patch.near_bodies[static_cast<std::size_t>(bin.cell)] != Patch<Dim>::Near::no);
+  if (bin.loaded || model.body_force) return true;
+  if (!model.analysis.rigid_bodies) return false;
+  return patch.near_bodies.empty() ||  // not looked for yet, after a restart
+         patch.near_bodies[static_cast<std::size_t>(bin.cell)] != Patch<Dim>::Near::no;
 }
 
 /// Force of tractions and of Model::body_force on particle p [N].

@@ -18,7 +18,7 @@ inline Model<2> heap_and_bodies(const std::string& scheme, const std::string& an
     "rigid_bodies": [
       {"name": "bed", "region": {"half_space": {"point": [0, 0.83], "normal": [0.1, 1]}},
        "friction": 0.4},
-      {"name": "wall", "region": {"box": {"min": [0.5, 0.7], "max": [0.73, 1.6]}},
+      {"name": "wall", "region": {"box": {"min": [0.5, 0.7], "max": [0.79, 1.6]}},
        "friction": 0.1, "velocity": [1.5, 0], "spin": 0.4, "centre": [0.6, 0.7],
        "math_function_id": 0},
       {"name": "disc", "region": {"sphere": {"centre": [1.7, 1.75], "radius": 0.21}},
@@ -26,7 +26,9 @@ inline Model<2> heap_and_bodies(const std::string& scheme, const std::string& an
       {"name": "box", "region": {"box": {"min": [1.5, 2.0], "max": [1.8, 2.2]}},
        "mass": 60, "velocity": [0, -4], "friction": 0.2}],
     "particles": [{"generator": {"type": "region", "per_cell": 2, "material": 0,
-                                 "region": {"box": {"min": [0.8, 0.8], "max": [2.4, 1.5]}}}}],
+                                 "region": {"difference": [
+                      {"box": {"min": [0.8, 0.4], "max": [2.4, 1.5]}},
+                      {"half_space": {"point": [0, 0.84], "normal": [0.1, 1]}}]}}}],
     "external_loading_conditions": {"gravity": [0, -10]},
     "analysis": {"mpm_scheme": ")" +
                           scheme + R"(", "nsteps": 100, "patch_particles": 64, )" + analysis +
