@@ -59,6 +59,10 @@ std::string name_of(OGRSpatialReferenceH reference) {
 
 }  // namespace
 
+bool has_gdal() {
+  return true;
+}
+
 const Gdal& gdal() {
   static const Gdal loaded = load();
   return loaded;

@@ -12,6 +12,9 @@
 
 namespace lahar {
 
+/// Whether this build reads maps at all.
+bool has_gdal();
+
 /// A file that exists.
 struct MapFile {
   std::string name;  ///< for messages

@@ -15,6 +15,9 @@ namespace {
 
 }  // namespace
 
+bool has_gdal() {
+  return false;
+}
 struct Raster::Source {};
 Raster::Raster(const std::vector<MapFile>&) {
   refuse();

@@ -161,10 +161,9 @@ Raster::Part Raster::part(const Vec<2>& low, const Vec<2>& high, double finest) 
     const auto end = static_cast<Index>(std::clamp(std::ceil(to / cell), 1.0, most));
     first = std::max<Index>(begin - margin * out.factor, 0);
     const Index last = std::min(end + margin * out.factor, n);
-    const Index groups = (last - first + out.factor - 1) / out.factor;
-    if (first + groups * out.factor <= n) return groups;
-    first = std::max<Index>(n - groups * out.factor, 0);
-    return std::min(groups, (n - first) / out.factor);
+    const Index groups = std::min((last - first + out.factor - 1) / out.factor, n / out.factor);
+    first = last == n ? n - groups * out.factor : std::min(first, n - groups * out.factor);
+    return groups;
   };
   out.columns = range(low.x() - bounds_.first.x(), high.x() - bounds_.first.x(), dx, s.columns,
                       out.first_column);
@@ -175,7 +174,7 @@ Raster::Part Raster::part(const Vec<2>& low, const Vec<2>& high, double finest) 
   const Vec<2> corner = bounds_.first + Vec<2>(dx * static_cast<double>(out.first_column),
                                                dy * static_cast<double>(out.first_row));
   out.first = corner + 0.5 * out.spacing;
-  // Cells that are left over beside whole groups belong to the last.
+  // Cells that are left over before the first group belong to it.
   out.bounds = {corner, corner + out.spacing.cwiseProduct(Vec<2>(static_cast<double>(out.columns),
                                                                  static_cast<double>(out.rows)))};
   if (out.first_column < out.factor) out.bounds.first.x() = bounds_.first.x();

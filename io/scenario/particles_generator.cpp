@@ -1,12 +1,11 @@
 #include "io/scenario/particles_generator.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "io/scenario/region_parts.h"
 #include "physics/mesh/locate_all.h"
 
 namespace lahar {
@@ -22,19 +21,6 @@ Vec<Dim> corner_xi(int k) {
   xi[1] = sy[k % 4];
   if constexpr (Dim == 3) xi[2] = k < 4 ? -1 : 1;
   return xi;
-}
-
-// All tuples of n values, the first axis runs fastest.
-template <int Dim>
-std::vector<Vec<Dim>> tensor_points(const std::vector<double>& a) {
-  const int n = static_cast<int>(a.size());
-  int total = 1;
-  for (int d = 0; d < Dim; ++d) total *= n;
-  std::vector<Vec<Dim>> points(static_cast<std::size_t>(total));
-  for (int p = 0; p < total; ++p)
-    for (int d = 0, rest = p; d < Dim; ++d, rest /= n)
-      points[static_cast<std::size_t>(p)][d] = a[static_cast<std::size_t>(rest % n)];
-  return points;
 }
 
 }  // namespace
@@ -67,105 +53,6 @@ NewParticles<Dim> fill_cells(const Mesh<Dim>& mesh, std::span<const Index> cells
   out.volume.assign(out.x.size(), 0.0);
   return out;
 }
-
-namespace {
-
-// A cell by its corners, with the map from natural coordinates.
-template <int Dim>
-struct CellMap {
-  std::array<Vec<Dim>, corners<Dim>> X;  // tensor order
-
-  Vec<Dim> point(const Vec<Dim>& xi) const {
-    Vec<Dim> x = Vec<Dim>::Zero();
-    for (unsigned k = 0; k < corners<Dim>; ++k) {
-      double N = 1;
-      for (int d = 0; d < Dim; ++d) N *= 0.5 * ((k >> d & 1u) ? 1 + xi[d] : 1 - xi[d]);
-      x += N * X[k];
-    }
-    return x;
-  }
-
-  double jacobian(const Vec<Dim>& xi) const {
-    Eigen::Matrix<double, Dim, Dim> J = Eigen::Matrix<double, Dim, Dim>::Zero();
-    for (unsigned k = 0; k < corners<Dim>; ++k)
-      for (int d = 0; d < Dim; ++d) {
-        double dN = (k >> d & 1u) ? 0.5 : -0.5;
-        for (int e = 0; e < Dim; ++e)
-          if (e != d) dN *= 0.5 * ((k >> e & 1u) ? 1 + xi[e] : 1 - xi[e]);
-        J.col(d) += dN * X[k];
-      }
-    return J.determinant();
-  }
-
-  // Volume of the box of half-width h around xi: two Gauss points per axis are exact, because the
-  // Jacobian is at most quadratic along each.
-  double volume(const Vec<Dim>& xi, double h) const {
-    double sum = 0;
-    for (unsigned k = 0; k < corners<Dim>; ++k) {
-      Vec<Dim> at = xi;
-      for (int d = 0; d < Dim; ++d) at[d] += ((k >> d & 1u) ? h : -h) / std::sqrt(3.0);
-      sum += jacobian(at);
-    }
-    return sum * std::pow(h, Dim);
-  }
-};
-
-// The parts of a cell whose centres lie in a region.
-template <int Dim>
-class RegionParts {
- public:
-  RegionParts(const Mesh<Dim>& mesh, const Region<Dim>& region, int n)
-      : mesh_(mesh), region_(region), half_(1.0 / n), share_(std::pow(1.0 / n, Dim)) {
-    if (!mesh.is_multilinear()) {
-      parts_ = cut_cell<Dim>(mesh.element(), n);
-      return;
-    }
-    std::vector<double> centres;
-    for (int i = 0; i < n; ++i) centres.push_back(-1 + (2.0 * i + 1) / n);
-    points_ = tensor_points<Dim>(centres);
-  }
-
-  std::size_t size() const { return std::max(points_.size(), parts_.size()); }  ///< per cell
-  /// Call `visit(x, volume)` for each; volume() computes it.
-  void visit(Index cell, auto&& visit) const {
-    if (!mesh_.is_multilinear()) return visit_parts(mesh_.element_geometry(cell), visit);
-    const auto geometry = mesh_.geometry(cell);
-    const CellMap<Dim> map{geometry.corner};
-    for (const auto& xi : points_) {
-      Vec<Dim> x = geometry.centre;
-      if (geometry.cartesian)
-        x += 0.5 * geometry.length.cwiseProduct(xi);
-      else
-        x = map.point(xi);
-      if (!region_.contains(x)) continue;
-      visit(x, [&] {
-        return geometry.cartesian ? geometry.length.prod() * share_ : map.volume(xi, half_);
-      });
-    }
-  }
-
- private:
-  void visit_parts(const ElementGeometry<Dim>& cell, auto&& visit) const {
-    for (const auto& part : parts_) {
-      const Vec<Dim> x = cell.point(part.centre);
-      if (!region_.contains(x)) continue;
-      visit(x, [&] {
-        double volume = 0;
-        for (const auto& q : part.quadrature)
-          volume += q.weight * cell.jacobian(q.xi).determinant();
-        return volume;
-      });
-    }
-  }
-
-  const Mesh<Dim>& mesh_;
-  const Region<Dim>& region_;
-  double half_, share_;
-  std::vector<Vec<Dim>> points_;      // of Q4 and H8
-  std::vector<CellPart<Dim>> parts_;  // of other elements
-};
-
-}  // namespace
 
 namespace {
 
@@ -216,13 +103,14 @@ class RowsOnTheirWay {
 
 }  // namespace
 
-template <int Dim>
-NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, int n,
-                              const Team& team, const ParticleLimit& limit) {
+namespace {
+
+template <int Dim, class Parts>
+NewParticles<Dim> fill_parts(const Mesh<Dim>& mesh, const Region<Dim>& region, const Parts& parts,
+                             const Team& team, const ParticleLimit& limit) {
   // How many particles a cell has is not known before it has been looked at. So members first count
   // those of some blocks of cells each, and then look at the blocks that have their own particles.
   constexpr Index blocks_of_member = 64;
-  const RegionParts<Dim> parts(mesh, region, n);
   const CellsNear<Dim> cells(mesh, region);
   const Index blocks = team.alone() ? 1 : blocks_of_member * team.size();
   const auto block_begin = [&](Index b) {
@@ -296,6 +184,16 @@ NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, 
   return out;
 }
 
+}  // namespace
+
+template <int Dim>
+NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, int n,
+                              const Team& team, const ParticleLimit& limit, CutCells cut) {
+  if (cut == CutCells::exact)
+    return fill_parts<Dim>(mesh, region, CutParts<Dim>(mesh, region, n), team, limit);
+  return fill_parts<Dim>(mesh, region, WholeParts<Dim>(mesh, region, n), team, limit);
+}
+
 template <int Dim>
 std::vector<Index> place(const Mesh<Dim>& mesh, const std::vector<Index>& suggested,
                          ParticleTable<Dim>& particles) {
@@ -314,7 +212,7 @@ std::vector<Index> place(const Mesh<Dim>& mesh, const std::vector<Index>& sugges
   template Vec<Dim> cell_point<Dim>(const Mesh<Dim>&, Index, const Vec<Dim>&);               \
   template NewParticles<Dim> fill_cells<Dim>(const Mesh<Dim>&, std::span<const Index>, int); \
   template NewParticles<Dim> fill_region<Dim>(const Mesh<Dim>&, const Region<Dim>&, int,     \
-                                              const Team&, const ParticleLimit&);            \
+                                              const Team&, const ParticleLimit&, CutCells);  \
   template std::vector<Index> place<Dim>(const Mesh<Dim>&, const std::vector<Index>&,        \
                                          ParticleTable<Dim>&);
 LAHAR_INSTANTIATE(2)

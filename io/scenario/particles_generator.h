@@ -37,12 +37,17 @@ struct ParticleLimit {
   std::function<void(Index)> too_many = {};
 };
 
-/// Each cell is cut into n^Dim equal parts of the natural coordinates; those whose centre lies in
-/// the region get a particle with their volume (exact). The first axis runs fastest. Of a team,
-/// each member gets its part of the particles, equal to the others' but for one. Collective.
+/// Which part of a cell that a region cuts gets a particle, and of which volume: all of a part
+/// whose centre is inside; or what of a part lies inside, for Q4 and H8.
+enum class CutCells { centres, exact };
+
+/// Each cell is cut into n^Dim equal parts of the natural coordinates; those that lie in the region
+/// (io/scenario/region_parts.h) get a particle with their volume. The first axis runs fastest. Of a
+/// team, each member gets its part of the particles, equal to the others' but for one. Collective.
 template <int Dim>
 NewParticles<Dim> fill_region(const Mesh<Dim>& mesh, const Region<Dim>& region, int n,
-                              const Team& team = Team(), const ParticleLimit& limit = {});
+                              const Team& team = Team(), const ParticleLimit& limit = {},
+                              CutCells cut = CutCells::centres);
 
 /// Fill in the cells that are not known: the suggested one (-1 = none) if it contains the particle,
 /// else the lowest that does. Returns the particles that no cell contains.

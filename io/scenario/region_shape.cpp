@@ -18,21 +18,41 @@ Vec<Dim> onto(const Surface<Dim>& surface, Vec<Dim> x, double tolerance) {
   return x;
 }
 
-Overlap opposite(Overlap overlap) {
-  return overlap == Overlap::none  ? Overlap::all
-         : overlap == Overlap::all ? Overlap::none
-                                   : Overlap::part;
+Coverage opposite(Coverage coverage) {
+  return coverage == Coverage::none  ? Coverage::all
+         : coverage == Coverage::all ? Coverage::none
+                                     : Coverage::part;
 }
 
-/// The overlap with all of some shapes.
+/// The coverage with all of some shapes.
 template <class Each>
-Overlap with_all(std::size_t n, Each&& each) {
-  Overlap out = Overlap::all;
-  for (std::size_t i = 0; i < n && out != Overlap::none; ++i) {
-    const Overlap one = each(i);
-    if (one != Overlap::all) out = one;
+Coverage with_all(std::size_t n, Each&& each) {
+  Coverage out = Coverage::all;
+  for (std::size_t i = 0; i < n && out != Coverage::none; ++i) {
+    const Coverage one = each(i);
+    if (one != Coverage::all) out = one;
   }
   return out;
+}
+
+/// The test for points in all shapes from 0 to `end` and in none of those after, in a box: if it
+/// leaves one shape open, the test of this one.
+template <int Dim>
+auto within_of(std::shared_ptr<const std::vector<RegionShape<Dim>>> shapes, std::size_t end,
+               std::function<bool(const Vec<Dim>&)> contains) {
+  using Test = std::function<bool(const Vec<Dim>&)>;
+  return [shapes, end, contains](const Vec<Dim>& low, const Vec<Dim>& high) -> Test {
+    std::size_t open = shapes->size();
+    for (std::size_t i = 0; i < shapes->size(); ++i) {
+      if ((*shapes)[i].coverage(low, high) == (i < end ? Coverage::all : Coverage::none)) continue;
+      if (open < shapes->size()) return contains;
+      open = i;
+    }
+    if (open == shapes->size()) return contains;
+    Test one = (*shapes)[open].contains_within(low, high);
+    if (open < end) return one;
+    return [one](const Vec<Dim>& x) { return !one(x); };
+  };
 }
 
 template <int Dim>
@@ -56,12 +76,12 @@ RegionShape<Dim> side_of_surface(std::shared_ptr<const Surface<Dim>> surface, in
     const double above = x[Dim - 1] - surface->height(onto<Dim>(*surface, x, tolerance));
     return side * above <= tolerance;
   };
-  out.overlap = [=](const Vec<Dim>& low, const Vec<Dim>& high) {
+  out.coverage = [=](const Vec<Dim>& low, const Vec<Dim>& high) {
     const auto heights = surface->range(low, high);
-    if (heights.low > heights.high) return heights.complete ? Overlap::part : Overlap::none;
+    if (heights.low > heights.high) return heights.complete ? Coverage::part : Coverage::none;
     const bool beneath = high[Dim - 1] <= heights.low, over = low[Dim - 1] >= heights.high;
-    if (side > 0 ? over : beneath) return Overlap::none;
-    return (side > 0 ? beneath : over) && heights.complete ? Overlap::all : Overlap::part;
+    if (side > 0 ? over : beneath) return Coverage::none;
+    return (side > 0 ? beneath : over) && heights.complete ? Coverage::all : Coverage::part;
   };
   return out;
 }
@@ -74,8 +94,8 @@ RegionShape<Dim> inside_solid(SolidPtr<Dim> solid, double tolerance) {
   out.bounds.first.array() -= tolerance;
   out.bounds.second.array() += tolerance;
   out.contains = [=](const Vec<Dim>& x) { return solid->nearest(x).distance <= tolerance; };
-  out.overlap = [=](const Vec<Dim>& low, const Vec<Dim>& high) {
-    return overlap_of<Dim>(solid->nearest(0.5 * (low + high)).distance, low, high, tolerance);
+  out.coverage = [=](const Vec<Dim>& low, const Vec<Dim>& high) {
+    return coverage_of<Dim>(solid->nearest(0.5 * (low + high)).distance, low, high, tolerance);
   };
   return out;
 }
@@ -88,10 +108,10 @@ RegionShape<3> under_outlines(std::shared_ptr<const Outlines> outlines, double t
     out.bounds.second[d] = outlines->bounds().second[d] + tolerance;
   }
   out.contains = [=](const Vec<3>& x) { return outlines->contains(x.head<2>(), tolerance); };
-  out.overlap = [=](const Vec<3>& low, const Vec<3>& high) {
-    if (outlines->crosses(low.head<2>(), high.head<2>())) return Overlap::part;
+  out.coverage = [=](const Vec<3>& low, const Vec<3>& high) {
+    if (outlines->crosses(low.head<2>(), high.head<2>())) return Coverage::part;
     const Vec<3> centre = 0.5 * (low + high);
-    return outlines->contains(centre.head<2>(), tolerance) ? Overlap::all : Overlap::none;
+    return outlines->contains(centre.head<2>(), tolerance) ? Coverage::all : Coverage::none;
   };
   return out;
 }
@@ -111,9 +131,9 @@ RegionShape<Dim> union_of(std::vector<RegionShape<Dim>> parts) {
       if (part.contains(x)) return true;
     return false;
   };
-  out.overlap = [shapes](const Vec<Dim>& low, const Vec<Dim>& high) {
+  out.coverage = [shapes](const Vec<Dim>& low, const Vec<Dim>& high) {
     return opposite(with_all(
-        shapes->size(), [&](std::size_t i) { return opposite((*shapes)[i].overlap(low, high)); }));
+        shapes->size(), [&](std::size_t i) { return opposite((*shapes)[i].coverage(low, high)); }));
   };
   return out;
 }
@@ -132,8 +152,9 @@ RegionShape<Dim> intersection_of(std::vector<RegionShape<Dim>> parts) {
       if (!part.contains(x)) return false;
     return true;
   };
-  out.overlap = [shapes](const Vec<Dim>& low, const Vec<Dim>& high) {
-    return with_all(shapes->size(), [&](std::size_t i) { return (*shapes)[i].overlap(low, high); });
+  out.coverage = [shapes](const Vec<Dim>& low, const Vec<Dim>& high) {
+    return with_all(shapes->size(),
+                    [&](std::size_t i) { return (*shapes)[i].coverage(low, high); });
   };
   return out;
 }
@@ -149,12 +170,13 @@ RegionShape<Dim> difference_of(std::vector<RegionShape<Dim>> parts) {
       if ((*shapes)[i].contains(x)) return false;
     return (*shapes)[0].contains(x);
   };
-  out.overlap = [shapes](const Vec<Dim>& low, const Vec<Dim>& high) {
+  out.coverage = [shapes](const Vec<Dim>& low, const Vec<Dim>& high) {
     return with_all(shapes->size(), [&](std::size_t i) {
-      const Overlap overlap = (*shapes)[i].overlap(low, high);
-      return i == 0 ? overlap : opposite(overlap);
+      const Coverage coverage = (*shapes)[i].coverage(low, high);
+      return i == 0 ? coverage : opposite(coverage);
     });
   };
+  out.within = within_of<Dim>(shapes, 1, out.contains);
   return out;
 }
 

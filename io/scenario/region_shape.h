@@ -18,22 +18,27 @@ struct RegionShape {
   std::function<bool(const Point&)> contains;
   Box bounds = everywhere();
   /// Of a box from `low` to `high`.
-  std::function<Overlap(const Point& low, const Point& high)> overlap = unknown;
+  std::function<Coverage(const Point& low, const Point& high)> coverage = unknown;
+  /// The test for points of a box, without what the whole box says; empty: `contains`.
+  std::function<std::function<bool(const Point&)>(const Point& low, const Point& high)> within = {};
   bool named = false;  ///< it is, or has, a shape of `geometry`
 
   static Box everywhere() {
     constexpr double inf = std::numeric_limits<double>::infinity();
     return {Point::Constant(-inf), Point::Constant(inf)};
   }
-  static Overlap unknown(const Point&, const Point&) { return Overlap::part; }
+  std::function<bool(const Point&)> contains_within(const Point& low, const Point& high) const {
+    return within ? within(low, high) : contains;
+  }
+  static Coverage unknown(const Point&, const Point&) { return Coverage::part; }
 };
 
 /// How a ball around a box meets a shape whose surface is `distance` [m] away from its centre,
 /// below zero inside; the shape's edges are rounded off by `tolerance`.
 template <int Dim>
-Overlap overlap_of(double distance, const Vec<Dim>& low, const Vec<Dim>& high, double tolerance) {
+Coverage coverage_of(double distance, const Vec<Dim>& low, const Vec<Dim>& high, double tolerance) {
   const double radius = 0.5 * (high - low).norm() + tolerance;
-  return distance > radius ? Overlap::none : distance < -radius ? Overlap::all : Overlap::part;
+  return distance > radius ? Coverage::none : distance < -radius ? Coverage::all : Coverage::part;
 }
 
 // Shapes of `geometry`; `tolerance` [m] as in Region.

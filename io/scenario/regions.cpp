@@ -50,8 +50,9 @@ class RegionReader {
   }
 
   RegionShape<Dim> all(bool yes) {
-    return {[yes](const Vec<Dim>&) { return yes; }, RegionShape<Dim>::everywhere(),
-            [yes](const Vec<Dim>&, const Vec<Dim>&) { return yes ? Overlap::all : Overlap::none; }};
+    return {
+        [yes](const Vec<Dim>&) { return yes; }, RegionShape<Dim>::everywhere(),
+        [yes](const Vec<Dim>&, const Vec<Dim>&) { return yes ? Coverage::all : Coverage::none; }};
   }
 
   RegionShape<Dim> box(const JsonValue& v) {
@@ -71,9 +72,9 @@ class RegionReader {
             {a, b},
             [a, b](const Vec<Dim>& from, const Vec<Dim>& to) {
               if ((to.array() <= a.array()).any() || (from.array() >= b.array()).any())
-                return Overlap::none;
+                return Coverage::none;
               const bool in = (from.array() >= a.array()).all() && (to.array() <= b.array()).all();
-              return in ? Overlap::all : Overlap::part;
+              return in ? Coverage::all : Coverage::part;
             }};
   }
 
@@ -94,9 +95,9 @@ class RegionReader {
             [p = *point, n, eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
               const double at = (0.5 * (low + high) - p).dot(n);
               const double reach = 0.5 * (high - low).dot(n.cwiseAbs());
-              return at - reach > eps    ? Overlap::none
-                     : at + reach <= eps ? Overlap::all
-                                         : Overlap::part;
+              return at - reach > eps    ? Coverage::none
+                     : at + reach <= eps ? Coverage::all
+                                         : Coverage::part;
             }};
   }
 
@@ -108,7 +109,7 @@ class RegionReader {
     return {[c = *centre, r = half[0]](const Vec<Dim>& x) { return (x - c).norm() <= r; },
             {*centre - half, *centre + half},
             [c = *centre, r = half[0], eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
-              return overlap_of<Dim>((0.5 * (low + high) - c).norm() - r, low, high, eps);
+              return coverage_of<Dim>((0.5 * (low + high) - c).norm() - r, low, high, eps);
             }};
   }
 
@@ -136,7 +137,7 @@ class RegionReader {
             {from->cwiseMin(*to) - half, from->cwiseMax(*to) + half},
             [=, eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
               const auto [ends, side] = beyond(0.5 * (low + high));
-              return overlap_of<Dim>(std::max(ends, side), low, high, eps);
+              return coverage_of<Dim>(std::max(ends, side), low, high, eps);
             }};
   }
 
@@ -284,8 +285,8 @@ RegionShape<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
     return {[corner, eps = eps_](const Vec<2>& x) { return in_polygon(corner, x, eps); },
             {low_corner.array() - eps_, high_corner.array() + eps_},
             [=, outline = Outlines({{corner}}), eps = eps_](const Vec<2>& low, const Vec<2>& high) {
-              if (outline.crosses(low, high)) return Overlap::part;
-              return in_polygon(corner, 0.5 * (low + high), eps) ? Overlap::all : Overlap::none;
+              if (outline.crosses(low, high)) return Coverage::part;
+              return in_polygon(corner, 0.5 * (low + high), eps) ? Coverage::all : Coverage::none;
             }};
   } else {
     const int axis = get_direction(v, "axis").value_or(2);
@@ -309,12 +310,12 @@ RegionShape<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
             },
             bounds,
             [=, outline = Outlines({{corner}}), eps = eps_](const Vec<3>& from, const Vec<3>& to) {
-              if (to[axis] < low || from[axis] > high) return Overlap::none;
+              if (to[axis] < low || from[axis] > high) return Coverage::none;
               const Vec<2> p(from[a], from[b]), q(to[a], to[b]);
-              if (outline.crosses(p, q)) return Overlap::part;
-              if (!in_polygon(corner, 0.5 * (p + q), eps)) return Overlap::none;
+              if (outline.crosses(p, q)) return Coverage::part;
+              if (!in_polygon(corner, 0.5 * (p + q), eps)) return Coverage::none;
               const bool within = from[axis] >= low && to[axis] <= high;
-              return within ? Overlap::all : Overlap::part;
+              return within ? Coverage::all : Coverage::part;
             }};
   }
 }
@@ -333,7 +334,7 @@ Region<Dim>::Region(const Vec<Dim>& low, const Vec<Dim>& high)
 template <int Dim>
 Region<Dim>::Region() : shape_(std::make_unique<RegionShape<Dim>>()) {
   shape_->contains = [](const Vec<Dim>&) { return true; };
-  shape_->overlap = [](const Vec<Dim>&, const Vec<Dim>&) { return Overlap::all; };
+  shape_->coverage = [](const Vec<Dim>&, const Vec<Dim>&) { return Coverage::all; };
 }
 
 template <int Dim>
@@ -351,6 +352,11 @@ Region<Dim>::Region(const JsonValue& value, double tolerance, const JsonDocument
   shape_->contains = [](const Vec<Dim>&) { return false; };
   shape_->bounds = {Vec<Dim>::Constant(inf), Vec<Dim>::Constant(-inf)};
 }
+
+template <int Dim>
+Region<Dim>::Region(std::shared_ptr<const Surface<Dim>> surface, double tolerance)
+    : shape_(std::make_unique<RegionShape<Dim>>(
+          side_of_surface<Dim>(std::move(surface), 1, tolerance))) {}
 
 template <int Dim>
 Region<Dim>::Region(const std::vector<const Region*>& in_all,
@@ -376,8 +382,14 @@ bool Region<Dim>::contains(const Vec<Dim>& x) const {
 }
 
 template <int Dim>
-Overlap Region<Dim>::overlap(const Vec<Dim>& low, const Vec<Dim>& high) const {
-  return shape_->overlap(low, high);
+Coverage Region<Dim>::coverage(const Vec<Dim>& low, const Vec<Dim>& high) const {
+  return shape_->coverage(low, high);
+}
+
+template <int Dim>
+std::function<bool(const Vec<Dim>&)> Region<Dim>::contains_within(const Vec<Dim>& low,
+                                                                  const Vec<Dim>& high) const {
+  return shape_->contains_within(low, high);
 }
 
 template <int Dim>

@@ -15,7 +15,7 @@ namespace lahar {
 
 /// How much of a box lies in a region. `part` is right whatever there is; the others are not said
 /// unless they are true.
-enum class Overlap { none, part, all };
+enum class Coverage { none, part, all };
 
 template <int Dim>
 struct RegionShape;
@@ -38,12 +38,17 @@ class Region {
   Region& operator=(Region&&) noexcept;
   ~Region();
 
+  /// Points below a surface.
+  Region(std::shared_ptr<const Surface<Dim>> surface, double tolerance);
   /// What is in all of some regions, and in none of others.
   Region(const std::vector<const Region*>& in_all, const std::vector<const Region*>& in_none);
 
   bool contains(const Vec<Dim>& x) const;
   /// How much of the box from `low` to `high` lies in the region.
-  Overlap overlap(const Vec<Dim>& low, const Vec<Dim>& high) const;
+  Coverage coverage(const Vec<Dim>& low, const Vec<Dim>& high) const;
+  /// contains() for points of this box, which may be faster.
+  std::function<bool(const Vec<Dim>&)> contains_within(const Vec<Dim>& low,
+                                                       const Vec<Dim>& high) const;
   /// Whether it names a shape of `geometry`.
   bool names_geometry() const;
   /// A box that holds the region, but for rounding; infinite where the shape does not say more.

@@ -12,6 +12,29 @@ namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
 
+/// A prism without ends.
+class UnderOutlines final : public Solid<3> {
+ public:
+  explicit UnderOutlines(std::shared_ptr<const Outlines> outlines)
+      : outlines_(std::move(outlines)) {}
+  Nearest nearest(const Vec<3>& x) const override {
+    const Vec<2> from = outlines_->from_edge(x.head<2>());
+    const double distance = from.norm();
+    if (distance == 0) return {0, Vec<3>::UnitX()};
+    const double side = outlines_->contains(x.head<2>(), 0) ? -1 : 1;
+    Vec<3> normal = Vec<3>::Zero();
+    normal.head<2>() = side / distance * from;
+    return {side * distance, normal};
+  }
+  std::pair<Vec<3>, Vec<3>> bounds() const override {
+    const auto& [low, high] = outlines_->bounds();
+    return {{low.x(), low.y(), -inf}, {high.x(), high.y(), inf}};
+  }
+
+ private:
+  std::shared_ptr<const Outlines> outlines_;
+};
+
 template <int Dim>
 class SolidReader {
  public:
@@ -31,6 +54,7 @@ class SolidReader {
     if (key == "below" || key == "above") return side(shape, key == "above");
     if (key == "between") return between(shape);
     if (key == "inside") return named_solid(shape);
+    if (key == "under") return prism_under(shape);
     if (key == "union" || key == "intersection" || key == "difference")
       return combination(key, shape);
     return nullptr;
@@ -111,6 +135,13 @@ class SolidReader {
   SolidPtr<Dim> named_solid(const JsonValue& name) {
     const auto* found = named(name);
     return found ? found->solid : nullptr;
+  }
+
+  SolidPtr<Dim> prism_under(const JsonValue& name) {
+    const auto* found = named(name);
+    if constexpr (Dim == 3)
+      if (found && found->outlines) return std::make_shared<UnderOutlines>(found->outlines);
+    return nullptr;
   }
 
   const Geometry<Dim>* named(const JsonValue& name) {

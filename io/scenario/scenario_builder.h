@@ -168,6 +168,14 @@ class ScenarioBuilder {
   // scenario_particles.cpp
   void build_particles();
   void generate(const JsonValue& generator);
+  void add_particles(const JsonValue& generator, const JsonValue& owner, int material,
+                     NewParticles<Dim> fresh);
+  // scenario_layers.cpp
+  std::optional<int> parts_of_cell(const JsonValue& generator);
+  CutCells cut_cells_of(const JsonValue& generator, const Region<Dim>& region);
+  NewParticles<Dim> fill_region_of(const JsonValue& generator, const Region<Dim>& region);
+  void generate_layers(const JsonValue& generator, const Region<Dim>& all);
+  // scenario_particles.cpp
   NewParticles<Dim> read_particles(const JsonValue& generator);
   bool check_gauss_points(const JsonValue& generator);
   NewParticles<Dim> fill_gauss(const JsonValue& generator);
@@ -177,7 +185,8 @@ class ScenarioBuilder {
     return points * team_.sum(static_cast<Index>(cells.size()));
   }
   /// fill_region() where there is memory for it (scenario_memory.cpp).
-  NewParticles<Dim> fill(const JsonValue& generator, const Region<Dim>& region, int per_cell);
+  NewParticles<Dim> fill(const JsonValue& generator, const Region<Dim>& region, int per_cell,
+                         CutCells cut);
   void name_particle_set(const JsonValue& generator, Index first, Index last);
   void warn_of_coincident(const JsonValue& particles);
   void place_particles();

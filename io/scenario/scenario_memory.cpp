@@ -59,14 +59,14 @@ void ScenarioBuilder<Dim>::need_particles(const JsonValue& at, Index count) {
 
 template <int Dim>
 NewParticles<Dim> ScenarioBuilder<Dim>::fill(const JsonValue& generator, const Region<Dim>& region,
-                                             int per_cell) {
+                                             int per_cell, CutCells cut) {
   phase("particles of a region");
   const ParticleLimit limit{room_for(particle_bytes<Dim>()), [&](Index count) {
                               refuse_memory(
                                   generator, with_particles(count),
                                   fmt::format("{} particles or more", format_count(count)));
                             }};
-  auto fresh = fill_region<Dim>(*mesh_, region, per_cell, team_, limit);
+  auto fresh = fill_region<Dim>(*mesh_, region, per_cell, team_, limit, cut);
   need_particles(generator, team_.sum(static_cast<Index>(fresh.x.size())));
   return fresh;
 }

@@ -58,27 +58,33 @@ void ScenarioBuilder<Dim>::warn_of_coincident(const JsonValue& particles) {
 template <int Dim>
 void ScenarioBuilder<Dim>::generate(const JsonValue& generator) {
   const std::string type = get_text(generator, "type").value_or("");
+  const JsonValue* shape = generator.find("region");
+  const Region<Dim> region = shape && mesh_ ? region_of(*shape) : Region<Dim>();
+  if (generator.find("layers")) return generate_layers(generator, region);
   const int material = find_material(generator);
   NewParticles<Dim> fresh;
-  if (type == "file")
+  if (type == "file") {
     fresh = read_particles(generator);
-  else if (type == "gauss")
+  } else if (type == "gauss") {
     fresh = fill_gauss(generator);
-  else if (type == "region" && mesh_) {
-    const JsonValue* shape = generator.find("region");
-    const Region<Dim> region = shape ? region_of(*shape) : Region<Dim>();
-    const auto n = get_integer(generator, "per_cell");
-    if (n) fresh = fill(generator, region, static_cast<int>(*n));
-    const Index made = team_.sum(static_cast<Index>(fresh.x.size()));
-    if (n && shape && made > 0) warn_of_clipping(*shape, region, made);
-    if (n && made == 0 && in_.problems.empty())
+  } else if (type == "region" && mesh_) {
+    fresh = fill_region_of(generator, region);
+    if (in_.problems.empty() && !team_.any(!fresh.x.empty()))
       in_.error(generator, "the region contains no particle",
                 "does it lie inside the mesh? per_cell may be too small for it");
   }
+  add_particles(generator, generator, material, std::move(fresh));
+  if (generators_.empty() || generators_.back().generator != &generator)
+    particles_complete_ = false;
+}
+
+/// Append what a generator made. `owner` has the particle set: the generator, or one of its layers.
+template <int Dim>
+void ScenarioBuilder<Dim>::add_particles(const JsonValue& generator, const JsonValue& owner,
+                                         int material, NewParticles<Dim> fresh) {
   ParticleTable<Dim>& p = model_.particles;
   const Index first = rows_.total(), own = p.size();
   rows_.append(static_cast<Index>(fresh.x.size()), team_);
-  if (rows_.total() == first) particles_complete_ = false;
   if (rows_.total() > first) generators_.push_back({&generator, first, rows_.total()});
   const auto append = [](auto& to, auto& from) {
     if (to.empty())
@@ -96,7 +102,7 @@ void ScenarioBuilder<Dim>::generate(const JsonValue& generator) {
     p.velocity.resize(static_cast<std::size_t>(own), Vec<Dim>::Zero());
     p.velocity.resize(p.x.size(), velocity.value_or(Vec<Dim>::Zero()));
   }
-  name_particle_set(generator, first, rows_.total());
+  name_particle_set(owner, first, rows_.total());
 }
 
 template <int Dim>

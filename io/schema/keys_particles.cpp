@@ -26,6 +26,44 @@ const Section& particles_section() {
   return section;
 }
 
+namespace {
+
+const Section& layer_section() {
+  static const Section section{
+      .name = "a layer",
+      .path = "particles[].generator.layers[]",
+      .help =
+          "What of the region lies below a surface, below those of the layers before, and not "
+          "below "
+          "that of the next layer.",
+      .keys = {
+          {.key = "below",
+           .kinds = text,
+           .help = "the upper side: a surface of `geometry`",
+           .required = true,
+           .native = true},
+          {.key = "material_id",
+           .kinds = id | ids,
+           .help = "material, as in the generator",
+           .min = 0,
+           .native = true},
+          {.key = "material",
+           .kinds = id | ids,
+           .help = "the same as material_id",
+           .min = 0,
+           .native = true},
+          {.key = "pset_id",
+           .kinds = id,
+           .help = "particle set that these particles form: an id or a new name",
+           .min = 0,
+           .native = true},
+          {.key = "pset", .kinds = id, .help = "the same as pset_id", .min = 0, .native = true},
+      }};
+  return section;
+}
+
+}  // namespace
+
 const Section& generator_section() {
   static const Section section{
       .name = "a generator",
@@ -91,6 +129,31 @@ const Section& generator_section() {
            .fallback = "2",
            .min = 1,
            .max = 64,
+           .only = {"region"},
+           .native = true},
+          {.key = "spacing",
+           .kinds = number,
+           .help = "instead of per_cell: the largest distance of particles. A cell has the fewest "
+                   "equal parts that are not larger",
+           .unit = "m",
+           .min = 0,
+           .above_min = true,
+           .only = {"region"},
+           .native = true},
+          {.key = "cut_cells",
+           .kinds = text,
+           .help = "parts of cells that the boundary of the region cuts. `centres`: a part counts "
+                   "as a whole if its centre is inside. `exact`: the particle has the volume that "
+                   "lies inside, and is in its centroid; a part with less than a tenth of its "
+                   "volume inside gives it to a neighbour in the cell. Default: `exact` if the "
+                   "region names a shape of `geometry`, else `centres`",
+           .allowed = {"exact", "centres"},
+           .only = {"region"},
+           .native = true},
+          {.key = "layers",
+           .kinds = list,
+           .help = "layers of the region with materials of their own, the uppermost first",
+           .section = layer_section,
            .only = {"region"},
            .native = true},
           {.key = "velocity",

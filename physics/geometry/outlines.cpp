@@ -84,6 +84,39 @@ bool Outlines::contains(const Vec<2>& x, double tolerance) const {
   return inside;
 }
 
+Vec<2> Outlines::from_edge(const Vec<2>& x) const {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  Vec<2> nearest = Vec<2>::Constant(inf);
+  double least = inf;
+  const auto look_in = [&](std::size_t band) {
+    for (std::size_t k = first_[band]; k < first_[band + 1]; ++k) {
+      const Edge& e = edge_[in_band_[k]];
+      const Vec<2> edge = e.to - e.from, to = x - e.from;
+      const double squared = edge.squaredNorm();
+      const double t = squared > 0 ? std::clamp(to.dot(edge) / squared, 0.0, 1.0) : 0.0;
+      const Vec<2> from = to - t * edge;
+      if (from.squaredNorm() >= least) continue;
+      least = from.squaredNorm();
+      nearest = from;
+    }
+  };
+  const std::size_t bands = first_.size() - 1, middle = band_of(x.y());
+  const auto border = [&](std::size_t band) {  // the lower one
+    return bounds_.first.y() + static_cast<double>(band) * per_band_;
+  };
+  for (std::size_t band = middle + 1; band-- > 0;) {
+    const double gap = x.y() - border(band + 1);
+    if (band < middle && gap > 0 && gap * gap >= least) break;
+    look_in(band);
+  }
+  for (std::size_t band = middle + 1; band < bands; ++band) {
+    const double gap = border(band) - x.y();
+    if (gap > 0 && gap * gap >= least) break;
+    look_in(band);
+  }
+  return nearest;
+}
+
 bool Outlines::crosses(const Vec<2>& low, const Vec<2>& high) const {
   if (edge_.empty() || !((high - bounds_.first).minCoeff() >= -margin_ &&
                          (bounds_.second - low).minCoeff() >= -margin_))

@@ -24,6 +24,8 @@ class Outlines {
   bool contains(const Vec<2>& x, double tolerance) const;
   /// Whether an edge comes into a box; false only if none does.
   bool crosses(const Vec<2>& low, const Vec<2>& high) const;
+  /// From the nearest point of an edge to a point [m].
+  Vec<2> from_edge(const Vec<2>& x) const;
   /// Lowest and highest corner of the box around all.
   const std::pair<Vec<2>, Vec<2>>& bounds() const { return bounds_; }
   std::size_t edges() const { return edge_.size(); }

@@ -26,13 +26,17 @@ struct OnAxis {
 bool find(const std::vector<double>& axis, bool uniform, double x, OnAxis& on) {
   if (!(x >= axis.front() && x <= axis.back())) return false;
   const std::size_t last = axis.size() - 2;
-  if (uniform) {
-    const double step = (axis.back() - axis.front()) / static_cast<double>(axis.size() - 1);
-    on.i = std::min(static_cast<std::size_t>((x - axis.front()) / step), last);
-  } else {
-    const auto above = std::upper_bound(axis.begin(), axis.end(), x);
-    on.i = std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - axis.begin() - 1, 0)),
-                    last);
+  const double mean = (axis.back() - axis.front()) / static_cast<double>(axis.size() - 1);
+  on.i = std::min(static_cast<std::size_t>((x - axis.front()) / mean), last);
+  if (!uniform) {
+    // Often only the ends are not: then the place is beside this one.
+    if (on.i > 0 && x < axis[on.i]) --on.i;
+    if (on.i < last && x >= axis[on.i + 1]) ++on.i;
+    if (x < axis[on.i] || (on.i < last && x >= axis[on.i + 1])) {
+      const auto above = std::upper_bound(axis.begin(), axis.end(), x);
+      on.i = std::min(
+          static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - axis.begin() - 1, 0)), last);
+    }
   }
   on.length = axis[on.i + 1] - axis[on.i];
   on.t = (x - axis[on.i]) / on.length;
@@ -96,7 +100,7 @@ typename Surface<Dim>::Range Surface<Dim>::range(const Vec<Dim>& low, const Vec<
     find(axis, uniform_[d], std::max(a, axis.front()), on);
     from[d] = on.i;
     find(axis, uniform_[d], std::min(b, axis.back()), on);
-    to[d] = on.i + 1;
+    to[d] = on.t > 0 || on.i == from[d] ? on.i + 1 : on.i;
   }
   for (std::size_t j = from[1]; j <= to[1]; ++j)
     for (std::size_t i = from[0]; i <= to[0]; ++i) {

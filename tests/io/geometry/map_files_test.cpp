@@ -64,6 +64,7 @@ std::string complaint(const std::function<void()>& read) {
 }  // namespace
 
 TEST_CASE("an inclined plane is read exactly to the edges, from ASCII grids and GeoTIFFs") {
+  if (!has_gdal()) return;
   const Folder folder;
   const GridSample grid = plane_grid(8, 6, 100, 200, 2.5);
   for (const MapFile& file :
@@ -78,6 +79,7 @@ TEST_CASE("an inclined plane is read exactly to the edges, from ASCII grids and 
 }
 
 TEST_CASE("a part of a raster that is finer than needed has the means of its cells") {
+  if (!has_gdal()) return;
   const Folder folder;
   GridSample grid = plane_grid(90, 70, 0, 0, 1);
   grid.height = [](double x, double y) { return std::floor(x) * 2 + std::fmod(std::floor(y), 4); };
@@ -105,7 +107,19 @@ TEST_CASE("a part of a raster that is finer than needed has the means of its cel
   CHECK(rows == heights);
 }
 
+TEST_CASE("a coarse part reaches to the edges of a raster, whatever its number of cells") {
+  if (!has_gdal()) return;
+  const Folder folder;
+  for (const int columns : {10, 11, 12, 13}) {
+    const MapFile file = folder.write("dem.tif", geotiff(plane_grid(columns, 9, 0, 0, 1)));
+    const auto surface = read_surface({file}, {0, 0}, {columns * 1.0, 9}, 4);
+    for (const Vec<3>& x : {Vec<3>(0, 0, 0), Vec<3>(columns, 9, 0), Vec<3>(columns, 0, 0)})
+      CHECK(surface.height(x) == doctest::Approx(plane(x.x(), x.y())).epsilon(1e-6));
+  }
+}
+
 TEST_CASE("cells without data are not known, and do not count in means") {
+  if (!has_gdal()) return;
   const Folder folder;
   GridSample grid = plane_grid(8, 8, 0, 0, 1);
   grid.height = [](double x, double y) {
@@ -123,6 +137,7 @@ TEST_CASE("cells without data are not known, and do not count in means") {
 }
 
 TEST_CASE("tiles are one raster, with unknown heights where none lies") {
+  if (!has_gdal()) return;
   const Folder folder;
   const std::vector<MapFile> tiles = {
       folder.write("a.tif", geotiff(plane_grid(8, 8, 0, 0, 1), 32633)),
@@ -139,6 +154,7 @@ TEST_CASE("tiles are one raster, with unknown heights where none lies") {
 }
 
 TEST_CASE("rasters that are no heights of ground in metres are refused") {
+  if (!has_gdal()) return;
   const Folder folder;
   const GridSample grid = plane_grid(4, 3, 10, 40, 0.1);
   const auto said = [&](const std::vector<MapFile>& files) {
@@ -171,6 +187,7 @@ TEST_CASE("rasters that are no heights of ground in metres are refused") {
 }
 
 TEST_CASE("polygons are read with holes and parts, from GeoJSON and shapefiles") {
+  if (!has_gdal()) return;
   const Folder folder;
   const std::vector<std::vector<std::vector<Vec<2>>>> shapes = {
       {{{0, 0}, {0, 8}, {8, 8}, {8, 0}}, {{2, 2}, {4, 2}, {4, 4}, {2, 4}}},
@@ -197,6 +214,7 @@ TEST_CASE("polygons are read with holes and parts, from GeoJSON and shapefiles")
 }
 
 TEST_CASE("files that have no simple polygons in metres are refused") {
+  if (!has_gdal()) return;
   const Folder folder;
   const auto said = [&](const MapFile& file, const std::string& where = "") {
     return complaint([&] { read_polygons(file, where); });

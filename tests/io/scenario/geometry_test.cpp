@@ -1,6 +1,9 @@
 // Named shapes, and the regions that they bound.
 #include <doctest/doctest.h>
 
+#include <array>
+#include <cmath>
+
 #include "io/scenario/regions.h"
 #include "io/scenario/scenario.h"
 
@@ -54,6 +57,37 @@ TEST_CASE("particles lie below, above and between surfaces through points") {
   }
 }
 
+TEST_CASE("layers reach from their surface to the next one, each with its material and set") {
+  const std::string text = R"({"mesh": {"structured": {"cell_size": 1, "extent": [8, 8]}},
+  "geometry": {"ground": {"points": [[0, 6.3], [8, 6.3]]}, "horizon": {"points": [[0, 0.1], [8, 8.1]]},
+               "rock": {"points": [[0, 1.7], [4, 1.7]]}},
+  "sets": {"particles": {"left": {"box": {"max": [4, 8]}}}},
+  "particles": [{"generator": {"type": "region", "spacing": 0.4, "layers": [
+    {"below": "ground", "material": "clay"}, {"below": "horizon", "material": "sand"},
+    {"below": "rock", "material": "rock", "pset": "rocks"}]}}],
+  "materials": [
+    {"name": "clay", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6, "poisson_ratio": 0.3},
+    {"name": "sand", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6, "poisson_ratio": 0.3},
+    {"name": "rock", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6, "poisson_ratio": 0.3}],
+  "analysis": {"type": "MPMExplicit2D", "dt": 0.001, "nsteps": 1}})";
+  const auto p = std::get<Model<2>>(read_scenario_text(text, ".").model).particles;
+  std::array<double, 3> volume{};
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    volume[p.material[i]] += p.volume[i];
+    // The rock is known to x = 4 only; beyond it the sand goes on. It is cut where the horizon is
+    // below it, and the horizon where it comes out of the ground.
+    const double x = p.x[i].x(), y = p.x[i].y(), horizon = 0.1 + x;
+    const int layer = y > horizon ? 0 : x > 4 || y > 1.7 ? 1 : 2;
+    if (std::min(std::abs(y - horizon), std::abs(y - 1.7)) > 0.3 && std::abs(x - 4) > 0.3)
+      CHECK(p.material[i] == layer);
+  }
+  const double above = 0.5 * 6.2 * 6.2, rock = 0.5 * 1.6 * 1.6 + 1.6 * 0.1 + 1.7 * 2.4;
+  CHECK(volume[0] == doctest::Approx(above).epsilon(3e-3));
+  CHECK(volume[1] == doctest::Approx(8 * 6.3 - above - rock).epsilon(3e-3));
+  CHECK(volume[2] == doctest::Approx(rock).epsilon(3e-3));
+  CHECK(p.x.size() > 9 * 8 * 6);  // three along each edge of a cell
+}
+
 TEST_CASE("a region between surfaces has the bounds of the surfaces") {
   const std::string text = R"({"between": ["low", "high"]})";
   ProblemList problems;
@@ -69,9 +103,9 @@ TEST_CASE("a region between surfaces has the bounds of the surfaces") {
   CHECK(region.contains({2 + 1e-10, 4, 3}));  // on the edge in plan, but for rounding
   CHECK(!region.contains({2.001, 4, 3}));
   CHECK(!region.contains({1, 2, 0.9}));
-  CHECK(region.overlap({0.5, 1.5, 3.1}, {1, 2, 3.2}) == Overlap::all);
-  CHECK(region.overlap({0.5, 1.5, 6.1}, {1, 2, 6.2}) == Overlap::none);
-  CHECK(region.overlap({0.5, 1.5, 0.1}, {1, 2, 5.2}) == Overlap::part);
+  CHECK(region.coverage({0.5, 1.5, 3.1}, {1, 2, 3.2}) == Coverage::all);
+  CHECK(region.coverage({0.5, 1.5, 6.1}, {1, 2, 6.2}) == Coverage::none);
+  CHECK(region.coverage({0.5, 1.5, 0.1}, {1, 2, 5.2}) == Coverage::part);
 }
 
 TEST_CASE("solids and outlines are regions in combination with others") {
@@ -90,10 +124,10 @@ TEST_CASE("solids and outlines are regions in combination with others") {
   CHECK(!region.contains({1.2, 1, 1}));    // in the ball
   CHECK(!region.contains({2.5, 2.5, 1}));  // in the hole
   CHECK(!region.contains({0.5, 0.5, 2.1}));
-  CHECK(region.overlap({3.2, 0.2, 0.2}, {3.8, 0.8, 0.8}) == Overlap::all);
-  CHECK(region.overlap({2.2, 2.2, 0.2}, {2.8, 2.8, 0.8}) == Overlap::none);
-  CHECK(region.overlap({0.9, 0.9, 0.9}, {1.1, 1.1, 1.1}) == Overlap::none);
-  CHECK(region.overlap({1.9, 2.2, 0.9}, {2.1, 2.4, 1.1}) == Overlap::part);
+  CHECK(region.coverage({3.2, 0.2, 0.2}, {3.8, 0.8, 0.8}) == Coverage::all);
+  CHECK(region.coverage({2.2, 2.2, 0.2}, {2.8, 2.8, 0.8}) == Coverage::none);
+  CHECK(region.coverage({0.9, 0.9, 0.9}, {1.1, 1.1, 1.1}) == Coverage::none);
+  CHECK(region.coverage({1.9, 2.2, 0.9}, {2.1, 2.4, 1.1}) == Coverage::part);
 }
 
 TEST_CASE("what a box has of a region is what its points say") {
@@ -109,13 +143,13 @@ TEST_CASE("what a box has of a region is what its points say") {
   int all = 0, none = 0;
   for (int k = 0; k < 16 * 16 * 16; ++k) {
     const Vec<3> low = 0.25 * Vec<3>(k % 16, k / 16 % 16, k / 256), high = low.array() + 0.25;
-    const Overlap overlap = region.overlap(low, high);
-    all += overlap == Overlap::all, none += overlap == Overlap::none;
-    if (overlap == Overlap::part) continue;
+    const Coverage coverage = region.coverage(low, high);
+    all += coverage == Coverage::all, none += coverage == Coverage::none;
+    if (coverage == Coverage::part) continue;
     for (int p = 0; p < 27; ++p) {
       const Vec<3> x = low + 0.125 * Vec<3>(p % 3, p / 3 % 3, p / 9);
       const Vec<3> inwards = x + 1e-6 * (0.5 * (low + high) - x);
-      CHECK(region.contains(inwards) == (overlap == Overlap::all));
+      CHECK(region.contains(inwards) == (coverage == Coverage::all));
     }
   }
   CHECK(all > 20);
@@ -130,7 +164,7 @@ TEST_CASE("outlines with many corners are found by bands, holes and several poly
     const double angle = 2 * 3.14159265358979 * i / n;
     star.push_back(radius(angle) * Vec<2>(std::cos(angle), std::sin(angle)));
   }
-  // Two polygons that overlap do not cancel each other.
+  // Two polygons that coverage do not cancel each other.
   const Outlines outlines(
       {{star, {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}}, {{{5, 0}, {30, 0}, {30, 1}}}});
   for (int k = 0; k < 4000; ++k) {
@@ -140,6 +174,14 @@ TEST_CASE("outlines with many corners are found by bands, holes and several poly
     const bool hole = x.cwiseAbs().maxCoeff() < 1;
     if (std::abs(r - edge) < 1e-3) continue;
     CHECK(outlines.contains(x, 1e-9) == ((r < edge && !hole) || other));
+  }
+  for (const Vec<2>& x : {Vec<2>(0.2, 0.1), Vec<2>(0, 9.5), Vec<2>(40, 0.3), Vec<2>(-7, -20)}) {
+    double least = 1e9;
+    for (int i = 0; i < n; ++i)
+      least = std::min(least, (star[static_cast<std::size_t>(i)] - x).norm());
+    if (x.x() == 0.2) least = 0.8;                          // of the hole
+    if (x.x() == 40) least = (x - Vec<2>(30, 0.3)).norm();  // of the other polygon
+    CHECK(outlines.from_edge(x).norm() == doctest::Approx(least).epsilon(1e-3));
   }
   CHECK(outlines.crosses({0.5, 0.5}, {1.5, 1.5}));
   CHECK(!outlines.crosses({-0.5, -0.5}, {0.5, 0.5}));
@@ -165,10 +207,12 @@ TEST_CASE("shapes and regions that name each other wrongly are refused") {
         twice("nothing lies between: 'top' is nowhere below 'ground' (the lower surface comes "
               "first)\n"));
   CHECK(said(R"({"ground": {}})", below) ==
-        "the geometry 'ground' has no shape (give one of 'points', 'surface')\n");
+        "the geometry 'ground' has no shape (give one of 'points', 'raster', 'surface', "
+        "'polygons')\n");
   CHECK(said(R"({"ground": {"points": [[0, 2], [8, 6]], "surface": "x", "lower_by": 1}})", below) ==
         "the geometry 'ground' has several shapes: 'points', 'surface' (give one of 'points', "
-        "'surface')\n");
+        "'raster', "
+        "'surface', 'polygons')\n");
   CHECK(said(R"({"ground": {"points": [[0, 2], [0, 6]]}})", below) ==
         "a surface needs points at two places along x at least, found 1\n");
   CHECK(said(R"({"ground": {"points": [[0, 2], [8, 6], [4, 3]]}})", below) ==

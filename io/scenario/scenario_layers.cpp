@@ -1,0 +1,115 @@
+// Particles that fill a region: how fine, what of parts that its boundary cuts, and layers.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "io/scenario/scenario_builder.h"
+
+namespace lahar {
+
+namespace {
+
+/// As the largest `per_cell` (keys_particles.cpp).
+constexpr double most_parts_of_edge = 64;
+
+/// A cell that is a whole number of spacings wide but for rounding has so many parts [-].
+constexpr double whole_number = 1e-6;
+
+}  // namespace
+
+/// Parts of a cell along each axis, from `per_cell` or `spacing`; nothing if reported.
+template <int Dim>
+std::optional<int> ScenarioBuilder<Dim>::parts_of_cell(const JsonValue& generator) {
+  const JsonValue* spacing = generator.find("spacing");
+  const JsonValue* per_cell = generator.find("per_cell");
+  if (!spacing || !mesh_) {
+    const auto n = get_integer(generator, "per_cell");
+    return n ? std::optional(static_cast<int>(*n)) : std::nullopt;
+  }
+  if (per_cell && !per_cell->defaulted) {
+    in_.error(*spacing, "'spacing' and 'per_cell' both say how many particles a cell has",
+              "give one of them");
+    return std::nullopt;
+  }
+  const double edge = outer_cell().maxCoeff();
+  const double parts = std::max(1.0, std::ceil(edge / spacing->number() - whole_number));
+  if (parts <= most_parts_of_edge) return static_cast<int>(parts);
+  in_.error(
+      *spacing,
+      fmt::format("a spacing of {} makes {:.0f} particles along each edge of a cell, which is "
+                  "{} wide; at most {:.0f} are possible",
+                  to_json(*spacing), parts, edge, most_parts_of_edge),
+      "spacing is in metres");
+  return std::nullopt;
+}
+
+/// What particles of parts get that the boundary of a region cuts.
+template <int Dim>
+CutCells ScenarioBuilder<Dim>::cut_cells_of(const JsonValue& generator, const Region<Dim>& region) {
+  const JsonValue* given = generator.find("cut_cells");
+  const bool exact = given ? given->as<std::string>() == "exact" : region.names_geometry();
+  if (!exact || mesh_->is_multilinear()) return exact ? CutCells::exact : CutCells::centres;
+  const std::string what =
+      fmt::format("cells that the region cuts have exact volumes only in meshes of {}",
+                  info(multilinear<Dim>).name);
+  if (given)
+    in_.error(*given, what, "write \"cut_cells\": \"centres\"");
+  else
+    in_.warning(generator, what + "; parts with their centre inside are taken as a whole",
+                "write \"cut_cells\": \"centres\" if that is what you want");
+  return CutCells::centres;
+}
+
+/// Particles of a region, and what is said about them.
+template <int Dim>
+NewParticles<Dim> ScenarioBuilder<Dim>::fill_region_of(const JsonValue& generator,
+                                                       const Region<Dim>& region) {
+  const auto n = parts_of_cell(generator);
+  if (!n) return {};
+  auto fresh = fill(generator, region, *n, cut_cells_of(generator, region));
+  const JsonValue* shape = generator.find("region");
+  const Index made = team_.sum(static_cast<Index>(fresh.x.size()));
+  if (shape && made > 0) warn_of_clipping(*shape, region, made);
+  return fresh;
+}
+
+/// Each layer reaches from its surface down to that of the next one.
+template <int Dim>
+void ScenarioBuilder<Dim>::generate_layers(const JsonValue& generator, const Region<Dim>& all) {
+  const auto layers = get_list(generator, "layers");
+  if (const JsonValue* material = in_.either(generator, "material_id", "material"))
+    in_.error(*material, "each of the layers has its material", "leave this one out");
+  if (layers.empty() && generator.find("layers")->valid())
+    in_.error(*generator.find("layers"), "there are no layers",
+              "[{\"below\": a surface, \"material\": ...}, ...], the uppermost first");
+  std::vector<Region<Dim>> tops;
+  for (const JsonValue* layer : layers)
+    if (const JsonValue* name = layer->find("below"))
+      if (const auto surface = surface_named(*name, {}))
+        tops.push_back(Region<Dim>(surface, region_tolerance_));
+  Index made = 0;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    const int material = find_material(*layers[i]);
+    if (tops.size() != layers.size() || !mesh_) continue;  // reported
+    std::vector<const Region<Dim>*> in_all{&all}, below;
+    for (std::size_t k = 0; k <= i; ++k) in_all.push_back(&tops[k]);
+    if (i + 1 < layers.size()) below.push_back(&tops[i + 1]);
+    const Index before = rows_.total();
+    add_particles(generator, *layers[i], material,
+                  fill_region_of(generator, Region<Dim>(in_all, below)));
+    if (rows_.total() == before)
+      in_.warning(*layers[i],
+                  "this layer has no particles: it lies above the one before or outside "
+                  "of the region");
+    made += rows_.total() - before;
+  }
+  if (made > 0) return;
+  particles_complete_ = false;
+  if (in_.problems.empty())
+    in_.error(generator, "the layers contain no particle", "do they lie inside the mesh?");
+}
+
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
+
+}  // namespace lahar
