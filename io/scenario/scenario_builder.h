@@ -249,8 +249,9 @@ class ScenarioBuilder {
   void check_other_gravity();
   void build_tractions();
   // scenario_fields.cpp
-  /// The material with one number in place of each of its fields, which become an entry of fields_.
-  JsonValue take_fields(const JsonValue& material);
+  /// The material with one number in place of each of its fields, which become an entry of fields_;
+  /// nothing where it has no fields.
+  std::optional<JsonValue> take_fields(const JsonValue& material);
   std::optional<MaterialField<Dim>> random_field(const JsonValue& given);
   std::optional<MaterialField<Dim>> profile(const JsonValue& given);
   void check_bounds_of(const MaterialField<Dim>& field, const JsonValue& material,

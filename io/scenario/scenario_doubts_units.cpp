@@ -63,7 +63,7 @@ void ScenarioBuilder<Dim>::warn_of_falling_bodies() {
   int axis = 0;
   along.maxCoeff(&axis);
   constexpr double upright = 0.99;  // cosine between gravity and an axis, at least
-  if (g == 0 || !(along[axis] > upright * g) || !model_.node_frames.empty()) return;
+  if (g == 0 || !(along[axis] > upright * g) || team_.any(!model_.node_frames.empty())) return;
   if (generators_.empty() || !model_.injections.empty() || !model_.tractions.empty() ||
       model_.analysis.remove_leaving_particles)
     return;
@@ -131,10 +131,12 @@ auto ScenarioBuilder<Dim>::boxes_of_generators() const -> std::vector<Box> {
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_few_particles() {
   if (in_.cbgeo_defaults || info(mesh_->element()).simplex) return;
+  constexpr Index smallest = 50;  // particles; less are for trying something out
   for (const GeneratorRows& rows : generators_)
     for (const std::string_view key : {"per_cell", "nparticles_per_dir"}) {
       const JsonValue* value = rows.generator->find(key);
-      if (!value || !value->is_number() || value->number() != 1) continue;
+      if (!value || !value->is_number() || value->number() != 1 || rows.end - rows.first < smallest)
+        continue;
       in_.warning(
           *value,
           "cells have one particle per direction: material opens gaps where it is stretched "

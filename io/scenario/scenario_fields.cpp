@@ -63,10 +63,14 @@ JsonValue with_number(JsonValue object, std::string_view key, double value) {
 }  // namespace
 
 template <int Dim>
-JsonValue ScenarioBuilder<Dim>::take_fields(const JsonValue& material) {
-  JsonValue plain = material;
+std::optional<JsonValue> ScenarioBuilder<Dim>::take_fields(const JsonValue& material) {
   auto& fields = fields_.emplace_back();
-  for (const auto& member : material.as<JsonValue::Object>()) {
+  const auto& members = material.as<JsonValue::Object>();
+  if (std::none_of(members.begin(), members.end(),
+                   [](const auto& m) { return m.value.template is<JsonValue::Object>(); }))
+    return std::nullopt;
+  JsonValue plain = material;
+  for (const auto& member : members) {
     if (!member.value.template is<JsonValue::Object>()) continue;
     const bool random = member.value.find("mean") != nullptr;
     const bool by_depth = member.value.find("at_depth") != nullptr;
@@ -287,8 +291,8 @@ Material ScenarioBuilder<Dim>::material_of_class(std::size_t material, Index num
   return made;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                     \
-  template JsonValue ScenarioBuilder<Dim>::take_fields(const JsonValue& material); \
+#define LAHAR_INSTANTIATE(Dim)                                                                    \
+  template std::optional<JsonValue> ScenarioBuilder<Dim>::take_fields(const JsonValue& material); \
   template void ScenarioBuilder<Dim>::split_fields();
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -81,7 +81,8 @@ void ScenarioBuilder<Dim>::build_materials() {
     material.name = name.value_or(fmt::format("{}", material.id));
     if (name && is_new(names, *name, *m->find("name"), "material name", in_)) names[*name] = m;
     material.density = get_number(*m, "density").value_or(1);
-    material.law = read_law(take_fields(*m), in_);
+    const std::optional<JsonValue> plain = take_fields(*m);
+    material.law = read_law(plain ? *plain : *m, in_);
   }
   const JsonValue* list = root_.find("materials");
   if (list && model_.materials.empty() && list->is<JsonValue::Array>())

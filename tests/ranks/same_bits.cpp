@@ -374,6 +374,34 @@ TEST_CASE("fewer patches than ranks") {
   check(with_patches(two_discs(), 100000), 60, threads_only);
 }
 
+TEST_CASE("fields of materials, and constraints that follow functions of time") {
+  for (const bool adaptive : {false, true}) {
+    const Model<2> model = std::get<Model<2>>(read_scenario_text(std::string(R"({
+      "mesh": {"structured": {"cell_size": 0.1, "counts": [30, 12]},
+               "boundary_conditions": {
+                 "velocity_constraints": [{"nset": "base", "dir": "x", "velocity": 0.5,
+                   "math_function_id": "shake"}, {"nset": "base", "dir": "y", "velocity": 0}],
+                 "particles_velocity_constraints": [{"pset": "pushed", "dir": "x", "velocity": 1,
+                   "math_function_id": "shake"}]}},
+      "math_functions": [{"name": "shake", "type": "Sin", "x0": -0.01, "a": 60,
+                          "xrange": [-1, 9]}],
+      "sets": {"nodes": {"base": {"half_space": {"point": [0, 0], "normal": [0, 1]}}},
+               "particles": {"pushed": {"box": {"min": [0, 0.7], "max": [3, 9]}}}},
+      "particles": [{"generator": {"type": "region", "per_cell": 2, "material": 0,
+                     "region": {"box": {"min": [0.5, 0], "max": [2.5, 0.8]}}}}],
+      "materials": [{"type": "LinearElastic", "density": 1000, "poisson_ratio": 0, "youngs_modulus":
+        {"mean": 1e4, "cov": 0.3, "correlation_length": [1, 0.2], "seed": 3, "classes": 12}}],
+      "analysis": {"nsteps": 120, "patch_particles": 24, )") + (adaptive ? R"("end_time": 9}})"
+                                                                         : R"("dt": 2e-3}})"),
+                                                                 LAHAR_SOURCE_DIR)
+                                                  .model);
+    CHECK(model.materials.size() > 5);
+    CHECK(model.analysis.particles_follow_time);
+    CAPTURE(adaptive);
+    check(model, 120, {{.threads = 1}, {.threads = 2, .balance = every(20)}});
+  }
+}
+
 TEST_CASE("particles with prescribed velocities drive nodes of all ranks, to the bit of one") {
   for (const char* scheme : {"usf", "usl", "musl"}) {
     const Model<2> model = std::get<Model<2>>(read_scenario_text(std::string(R"({

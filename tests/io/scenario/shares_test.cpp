@@ -250,9 +250,9 @@ TEST_CASE("shares of several generators are together what one process makes") {
                    "pset_id": 4}})";
   folder.write("case.json", scenario(R"("entity_sets": "sets.json",)", particles));
   const Scenario whole = check_shares(folder.path / "case.json");
-  // An empty set, particles at one place, a set that entity sets and a generator make, and two
-  // pairs of generators that fill the same place.
-  CHECK(whole.warnings.size() == 5);
+  // An empty set, particles at one place, a set that entity sets and a generator make, cells with
+  // one particle, and two pairs of generators that fill the same place.
+  CHECK(whole.warnings.size() == 6);
   CHECK(std::get<Model<2>>(whole.model).tractions[1].particles.size() == 1200);
 }
 
