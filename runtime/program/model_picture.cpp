@@ -8,6 +8,7 @@
 #include <set>
 
 #include "io/base/text.h"
+#include "runtime/program/material_colours.h"
 #include "runtime/program/model_view.h"
 
 namespace lahar {
@@ -19,10 +20,7 @@ using Kind = ModelMark::Kind;
 constexpr double margin_left = 70, margin_top = 74, view_distance = 74, legend_distance = 40,
                  legend_width = 400, line_height = 21;
 constexpr std::array<double, 2> most_of_one{760, 560}, most_of_three{560, 300};
-constexpr const char* material_colours[] = {"#d9b97c", "#8fbcd9", "#a9cf7f", "#e39b86", "#bda4dd",
-                                            "#f0d56e", "#9aa5b5", "#d79ac0", "#7fc7b8", "#c7c27a"};
 constexpr double squares_of_bodies = 300;  ///< along the longer edge of a view
-constexpr int shades = 8;                  ///< of a material with fields
 constexpr const char* mesh_colour = "#e3e6ea";
 constexpr std::size_t most_label_letters = 60;
 /// Nodes of a set that has more of the places in its rows and columns are not drawn in that view.
@@ -46,16 +44,6 @@ std::string colour_of(Kind kind) {
   return "";
 }
 
-/// A colour `#rrggbb` that is mixed with black.
-std::string darker(const std::string& colour, double share) {
-  constexpr double most = 0.55;
-  std::string text = "#";
-  for (std::size_t k = 1; k < 7; k += 2)
-    text += fmt::format("{:02x}", static_cast<int>(std::stoi(colour.substr(k, 2), nullptr, 16) *
-                                                   (1 - most * share)));
-  return text;
-}
-
 std::string shortened(const std::string& text) {
   const std::string plain = printable(text);
   if (plain.size() <= most_label_letters) return plain;
@@ -66,8 +54,7 @@ template <int Dim>
 class ModelPicture {
  public:
   ModelPicture(const Model<Dim>& model, const std::vector<ModelMark>& marks)
-      : model_(model), marks_(marks) {
-    choose_colours();
+      : model_(model), marks_(marks), colours_(model.materials, model.particles.material) {
     make_views();
   }
 
@@ -77,8 +64,8 @@ class ModelPicture {
       right = std::max(right, view.left + view.size[0]);
       bottom = std::max(bottom, view.top + view.size[1]);
     }
-    const double lines =
-        static_cast<double>(2 * n_materials_ + model_.rigid_bodies.size() + marks_.size() + 6);
+    const double lines = static_cast<double>(2 * colours_.n_materials() +
+                                             model_.rigid_bodies.size() + marks_.size() + 6);
     const double height = std::max(bottom + 60, margin_top + lines * line_height);
     Svg svg(right + legend_distance + legend_width, height);
     svg.text(margin_left - 40, 28, shortened(model_.title.empty() ? "Model" : model_.title), 17);
@@ -88,28 +75,6 @@ class ModelPicture {
   }
 
  private:
-  /// One for each material of the scenario. Classes of a field (material_fields.h) are shades of
-  /// it.
-  void choose_colours() {
-    std::map<std::pair<Index, int>, std::vector<std::size_t>> entries;  // by id and body
-    for (std::size_t m = 0; m < model_.materials.size(); ++m)
-      entries[{model_.materials[m].id, model_.materials[m].body}].push_back(m);
-    std::set<Index> ids;
-    for (const Material& material : model_.materials) ids.insert(material.id);
-    n_materials_ = ids.size();
-    colour_.resize(model_.materials.size());
-    for (const auto& [of, list] : entries) {
-      const auto number = std::distance(ids.begin(), ids.find(of.first));
-      const char* base =
-          material_colours[static_cast<std::size_t>(number) % std::size(material_colours)];
-      for (std::size_t k = 0; k < list.size(); ++k)
-        colour_[list[k]] = darker(base, static_cast<double>(shades * k / list.size()) / shades);
-    }
-    for (const std::string& colour : colour_)
-      first_.push_back(
-          static_cast<int>(std::find(colour_.begin(), colour_.end(), colour) - colour_.begin()));
-  }
-
   void make_views() {
     const auto [low, high] = model_.mesh->bounds();
     Vec<Dim> middle = 0.5 * (low + high);
@@ -246,9 +211,9 @@ class ModelPicture {
       double height = 0;
       if (view.normal >= 0)
         height = view.from_above ? x[view.normal] : -std::abs(x[view.normal] - view.at);
-      raster.fill(low, high, first_[table.material[p]], height);
+      raster.fill(low, high, colours_.first(table.material[p]), height);
     }
-    raster.draw(svg, [&](int m) { return colour_[static_cast<std::size_t>(m)]; });
+    raster.draw(svg, [&](int m) { return colours_.of(m); });
   }
 
   /// Whether a box is in the section of a view.
@@ -340,19 +305,7 @@ class ModelPicture {
     if (mark.kind != Kind::load && mark.kind != Kind::moved) return;
     const double a = mark.direction[static_cast<std::size_t>(view.axes[0])],
                  b = mark.direction[static_cast<std::size_t>(view.axes[1])];
-    if (a != 0 || b != 0) draw_arrow(svg, x, y, a, b, 40, colour_of(mark.kind));
-  }
-
-  /// From (x, y) along (a, b), b upwards.
-  static void draw_arrow(Svg& svg, double x, double y, double a, double b, double length,
-                         const std::string& colour) {
-    const double norm = std::hypot(a, b), u = a / norm, v = -b / norm;
-    const double x1 = x + length * u, y1 = y + length * v;
-    svg.line(x, y, x1, y1, {.stroke = colour, .width = 2.5});
-    svg.polyline({{x1 - 9 * u - 5 * v, y1 - 9 * v + 5 * u},
-                  {x1, y1},
-                  {x1 - 9 * u + 5 * v, y1 - 9 * v - 5 * u}},
-                 {.stroke = colour, .width = 2.5});
+    if (a != 0 || b != 0) svg.arrow(x, y, a, b, 40, {.stroke = colour_of(mark.kind), .width = 2.5});
   }
 
   void draw_gravity(Svg& svg, const View& view) const {
@@ -360,8 +313,8 @@ class ModelPicture {
     if (std::hypot(a, b) < 1e-3 * model_.gravity.norm() || model_.gravity.isZero(0.0)) return;
     constexpr double length = 34;
     const double x = view.left + view.size[0] - 34, y = view.top + 34, norm = std::hypot(a, b);
-    draw_arrow(svg, x - 0.5 * length * a / norm, y + 0.5 * length * b / norm, a, b, length,
-               "#222222");
+    svg.arrow(x - 0.5 * length * a / norm, y + 0.5 * length * b / norm, a, b, length,
+              {.stroke = "#222222", .width = 2.5});
     svg.text(x + 12, y + 4, "g", 13);
   }
 
@@ -389,15 +342,13 @@ class ModelPicture {
     std::map<Index, bool> drawn;
     for (const Material& material : model_.materials) {
       if (std::exchange(drawn[material.id], true)) continue;
-      const auto m = static_cast<std::size_t>(&material - model_.materials.data());
-      svg.rectangle(left, y - 8, 18, 15, {.fill = colour_[m], .stroke = "#777777", .width = 0.8});
+      const int m = static_cast<int>(&material - model_.materials.data());
+      svg.rectangle(left, y - 8, 18, 15,
+                    {.fill = colours_.of(m), .stroke = "#777777", .width = 0.8});
       const Index n = particles[material.id];
       line(fmt::format("{}, {}", material.name,
                        n > 0 ? counted(n, "particle") : "no particles of its own"));
-      if (std::count(colour_.begin(), colour_.end(), colour_[m]) <
-          std::count_if(model_.materials.begin(), model_.materials.end(),
-                        [&](const Material& other) { return other.id == material.id; }))
-        line("darker where its field is larger", "#5b6570");
+      if (colours_.has_shades(m)) line("darker where its field is larger", "#5b6570");
     }
     for (std::size_t k = 0; k < model_.rigid_bodies.size(); ++k) {
       svg.rectangle(left, y - 8, 18, 15,
@@ -425,9 +376,7 @@ class ModelPicture {
 
   const Model<Dim>& model_;
   const std::vector<ModelMark>& marks_;
-  std::size_t n_materials_ = 0;      ///< of the scenario
-  std::vector<std::string> colour_;  ///< of each entry of Model::materials
-  std::vector<int> first_;  ///< the first entry of the same colour: they are drawn together
+  MaterialColours colours_;
   std::vector<View> views_;
 };
 

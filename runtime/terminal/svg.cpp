@@ -49,6 +49,17 @@ void Svg::polyline(const std::vector<std::pair<double, double>>& points, const S
   body_ += fmt::format("\" {}/>\n", attributes(style));
 }
 
+void Svg::arrow(double x, double y, double a, double b, double length, const Style& style) {
+  constexpr double along = 9, beside = 5;  // of its head
+  const double norm = std::hypot(a, b), u = a / norm, v = -b / norm;
+  const double x1 = x + length * u, y1 = y + length * v;
+  line(x, y, x1, y1, style);
+  polyline({{x1 - along * u - beside * v, y1 - along * v + beside * u},
+            {x1, y1},
+            {x1 - along * u + beside * v, y1 - along * v - beside * u}},
+           style);
+}
+
 void Svg::circle(double x, double y, double radius, const Style& style) {
   body_ += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:.2f}\" {}/>\n", x, y, radius,
                        attributes(style));

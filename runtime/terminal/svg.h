@@ -20,6 +20,8 @@ class Svg {
   void rectangle(double x, double y, double width, double height, const Style& style);
   void line(double x1, double y1, double x2, double y2, const Style& style);
   void polyline(const std::vector<std::pair<double, double>>& points, const Style& style);
+  /// From (x, y) along (a, b), b upwards.
+  void arrow(double x, double y, double a, double b, double length, const Style& style);
   void circle(double x, double y, double radius, const Style& style);
   /// `anchor`: start, middle or end; `angle` in degrees around (x, y).
   void text(double x, double y, const std::string& words, double size = 13,
