@@ -93,7 +93,9 @@ RegionShape<Dim> inside_solid(SolidPtr<Dim> solid, double tolerance) {
   out.bounds = solid->bounds();
   out.bounds.first.array() -= tolerance;
   out.bounds.second.array() += tolerance;
-  out.contains = [=](const Vec<Dim>& x) { return solid->nearest(x).distance <= tolerance; };
+  out.contains = [=](const Vec<Dim>& x) {
+    return solid->contains(x) || solid->nearest(x).distance <= tolerance;
+  };
   out.coverage = [=](const Vec<Dim>& low, const Vec<Dim>& high) {
     return coverage_of<Dim>(solid->nearest(0.5 * (low + high)).distance, low, high, tolerance);
   };

@@ -14,6 +14,7 @@
 #include "io/scenario/particles_generator.h"
 #include "io/scenario/scenario_doubts.h"
 #include "io/scenario/scenario_input.h"
+#include "physics/geometry/triangles.h"
 #include "physics/materials/law.h"
 #include "physics/model/model.h"
 
@@ -84,6 +85,11 @@ class ScenarioBuilder {
   std::shared_ptr<const Surface<Dim>> surface_named(const JsonValue& name,
                                                     const std::vector<std::string>& users);
   Region<Dim> region_of(const JsonValue& value);
+  // scenario_triangles.cpp
+  std::optional<Triangles> read_triangles_of(const JsonValue& shape, std::string_view key);
+  Geometry<Dim> from_solid(const JsonValue& shape);
+  Geometry<Dim> from_triangles(const JsonValue& shape);
+  void warn_of_distant_shape(const JsonValue& at, const std::pair<Vec<Dim>, Vec<Dim>>& bounds);
   // scenario_maps.cpp
   void read_map_origin();
   std::vector<MapFile> map_files(const JsonValue& names, bool whole);

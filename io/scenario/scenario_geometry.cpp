@@ -11,7 +11,7 @@ namespace lahar {
 
 namespace {
 
-constexpr std::array shape_keys = {"points", "raster", "surface", "polygons"};
+constexpr std::array shape_keys = {"points", "raster", "surface", "triangles", "solid", "polygons"};
 
 }  // namespace
 
@@ -49,9 +49,15 @@ void ScenarioBuilder<Dim>::build_shape(const std::string& name, const JsonValue&
       return in_.error(*by, fmt::format("'{}' needs 'surface': what is it to be moved from?", key));
   if (const JsonValue* where = value.find("where"); where && !written(value, "polygons"))
     return in_.error(*where, "'where' needs 'polygons', whose features it selects");
+  for (const char* key : {"scale", "offset", "spacing"})
+    if (const JsonValue* of = value.find(key);
+        of && !written(value, "triangles") && (!written(value, "solid") || key[1] == 'p'))
+      return in_.error(*of, fmt::format("'{}' is for surfaces of triangles", key));
   users.push_back(name);
   if (const JsonValue* points = value.find("points")) geometry_[name] = through_points(*points);
   if (const JsonValue* raster = value.find("raster")) geometry_[name] = from_raster(*raster);
+  if (value.find("triangles")) geometry_[name] = from_triangles(value);
+  if (value.find("solid")) geometry_[name] = from_solid(value);
   if (value.find("polygons")) geometry_[name] = from_polygons(value);
   if (value.find("surface")) geometry_[name] = moved_surface(value, users);
 }

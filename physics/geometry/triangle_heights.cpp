@@ -134,7 +134,7 @@ std::array<Index, 2> grid_counts(const Triangles& triangles, double spacing) {
   return {count(0), count(1)};
 }
 
-TriangleHeights heights_of(const Triangles& triangles, double spacing) {
+TriangleHeights triangle_heights(const Triangles& triangles, double spacing) {
   TriangleHeights out;
   HeightGrid grid(triangles, spacing);
   for (Index i = 0; i < static_cast<Index>(triangles.corners.size()); ++i) {

@@ -20,6 +20,6 @@ double spacing_for(const Triangles& triangles);
 std::array<Index, 2> grid_counts(const Triangles& triangles, double spacing);
 
 /// Heights at the points of that grid; NaN where no triangle lies.
-TriangleHeights heights_of(const Triangles& triangles, double spacing);
+TriangleHeights triangle_heights(const Triangles& triangles, double spacing);
 
 }  // namespace lahar

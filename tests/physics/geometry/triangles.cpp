@@ -80,7 +80,7 @@ TEST_CASE("flaws of triangulations are counted, with the first") {
 TEST_CASE("triangles become heights on a grid from border to border") {
   const auto plane = [](double x, double y) { return 3 + 0.5 * x - 0.25 * y; };
   const Triangles t = sheet(7, plane);
-  const auto heights = heights_of(t, 0.3);
+  const auto heights = triangle_heights(t, 0.3);
   CHECK(heights.steep.count + heights.folded.count + heights.double_points.count == 0);
   std::mt19937 random(9);
   for (int i = 0; i < 1000; ++i) {
@@ -92,7 +92,7 @@ TEST_CASE("triangles become heights on a grid from border to border") {
 
   // A grid of the triangles' own points has their heights.
   const auto hills = [](double x, double y) { return std::sin(x) * std::cos(2 * y); };
-  const auto own = heights_of(sheet(7, hills), 1.0).surface;
+  const auto own = triangle_heights(sheet(7, hills), 1.0).surface;
   for (int i = 0; i <= 7; ++i)
     for (int j = 0; j <= 7; ++j)
       CHECK(own.height({double(i), double(j), 0}) == doctest::Approx(hills(i, j)).epsilon(1e-6));
@@ -102,7 +102,7 @@ TEST_CASE("triangles become heights on a grid from border to border") {
 TEST_CASE("there are no heights in holes of a triangulation and outside of it") {
   Triangles t = sheet(4, [](double, double) { return 1.0; });
   t.corners.erase(t.corners.begin() + 2 * 5, t.corners.begin() + 2 * 6);  // of (1, 1)
-  const auto surface = heights_of(t, 0.25).surface;
+  const auto surface = triangle_heights(t, 0.25).surface;
   CHECK(std::isnan(surface.height({1.4, 1.6, 0})));
   CHECK(surface.height({2.1, 1.6, 0}) == 1);
   CHECK(std::isnan(surface.height({4.1, 1, 0})));
@@ -113,7 +113,7 @@ TEST_CASE("overhangs, folds and vertical triangles are no heights") {
   Triangles wave = sheet(4, [](double x, double) { return x; });
   for (Vec<3>& x : wave.points)
     if (x[0] == 3) x[0] = 1.5;
-  const auto folded = heights_of(wave, 0.1);
+  const auto folded = triangle_heights(wave, 0.1);
   CHECK(folded.folded.count > 0);
   CHECK(folded.folded.at[0] <= 2);
   CHECK(folded.double_points.count > 0);
@@ -121,7 +121,7 @@ TEST_CASE("overhangs, folds and vertical triangles are no heights") {
   Triangles cliff = sheet(4, [](double x, double) { return x > 2 ? 5.0 : 0.0; });
   for (Vec<3>& x : cliff.points)
     if (x[0] == 3) x[0] = 2;
-  CHECK(heights_of(cliff, 0.5).steep.count == 8);
+  CHECK(triangle_heights(cliff, 0.5).steep.count == 8);
 
   // Two sheets, one above the other, that do not hang together.
   Triangles two = sheet(3, [](double, double) { return 0.0; });
@@ -131,12 +131,12 @@ TEST_CASE("overhangs, folds and vertical triangles are no heights") {
     for (Local& c : corner) c += first;
     two.corners.push_back(corner);
   }
-  CHECK(heights_of(two, 0.5).double_points.count > 0);
-  CHECK(heights_of(two, 0.5).folded.count == 0);
+  CHECK(triangle_heights(two, 0.5).double_points.count > 0);
+  CHECK(triangle_heights(two, 0.5).folded.count == 0);
 
   // Which side is outside has no effect.
   Triangles turned = sheet(3, [](double x, double y) { return x * y; });
   turn_over(turned);
   std::swap(turned.corners[4][0], turned.corners[4][1]);
-  CHECK(heights_of(turned, 0.5).folded.count == 0);
+  CHECK(triangle_heights(turned, 0.5).folded.count == 0);
 }
