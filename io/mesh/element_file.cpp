@@ -61,7 +61,7 @@ std::vector<int> vtk_order(const ElementKind& kind) {
   return order;
 }
 
-ElementTables::ElementTables() : kinds(element_kinds().size()) {}
+FileElements::FileElements() : kinds(element_kinds().size()) {}
 
 namespace {
 
@@ -77,7 +77,7 @@ bool is_element_file(const SideFile& file) {
   return begins_with(file, "$MeshFormat") || begins_with(file, "<VTKFile");
 }
 
-ElementTables read_element_file(const SideFile& file) {
+FileElements read_element_file(const SideFile& file) {
   return begins_with(file, "<VTKFile") ? read_vtu(file) : read_gmsh(file);
 }
 

@@ -29,7 +29,7 @@ int kind_of_vtk(int number);
 std::vector<int> vtk_order(const ElementKind& kind);
 
 /// Elements of all kinds as a file has them, in Lahar's order of nodes.
-struct ElementTables {
+struct FileElements {
   struct Set {
     std::string name;  ///< empty: it has a number only
     Index id = -1;
@@ -44,18 +44,18 @@ struct ElementTables {
   std::vector<Kind> kinds;                          ///< by the position in element_kinds()
   std::vector<std::pair<Local, Local>> point_sets;  ///< set, point
 
-  ElementTables();
+  FileElements();
 };
 
 /// Whether a file begins like one of these.
 bool is_element_file(const SideFile& file);
 
 /// Reads it; throws InputError with the place of the first mistake.
-ElementTables read_element_file(const SideFile& file);
+FileElements read_element_file(const SideFile& file);
 
 // The formats.
-ElementTables read_gmsh(const SideFile& file);
-ElementTables read_vtu(const SideFile& file);
+FileElements read_gmsh(const SideFile& file);
+FileElements read_vtu(const SideFile& file);
 
 /// A mesh of one element with sets of its nodes and cells.
 template <int Dim>
@@ -65,7 +65,7 @@ struct ElementMesh {
     Index id;                    ///< where it has no name
     std::vector<Index> members;  ///< ascending
   };
-  Element element;
+  Element element{};
   std::vector<Vec<Dim>> nodes;
   std::vector<Index> cells;  ///< the nodes of each cell, one cell after the other
   std::vector<Set> node_sets, cell_sets;
@@ -75,9 +75,9 @@ struct ElementMesh {
 /// give sets of nodes, those of dimension Dim sets of cells. Cells that are turned over are mended,
 /// with a warning. Throws InputError.
 template <int Dim>
-ElementMesh<Dim> mesh_of(ElementTables tables, const std::string& file, ProblemList& problems);
+ElementMesh<Dim> mesh_of(FileElements tables, const std::string& file, ProblemList& problems);
 
-extern template ElementMesh<2> mesh_of(ElementTables, const std::string&, ProblemList&);
-extern template ElementMesh<3> mesh_of(ElementTables, const std::string&, ProblemList&);
+extern template ElementMesh<2> mesh_of(FileElements, const std::string&, ProblemList&);
+extern template ElementMesh<3> mesh_of(FileElements, const std::string&, ProblemList&);
 
 }  // namespace lahar

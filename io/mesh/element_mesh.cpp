@@ -17,7 +17,7 @@ namespace {
 }
 
 /// "12 3-node triangles, 4 4-node quadrilaterals" of kinds that `wanted` selects.
-std::string counts_of(const ElementTables& tables, const auto& wanted) {
+std::string counts_of(const FileElements& tables, const auto& wanted) {
   std::string text;
   for (std::size_t k = 0; k < tables.kinds.size(); ++k) {
     const ElementKind& kind = element_kinds()[k];
@@ -29,7 +29,7 @@ std::string counts_of(const ElementTables& tables, const auto& wanted) {
 }
 
 /// The kind that all cells are of.
-std::size_t kind_of_cells(const ElementTables& tables, int dim, const std::string& file) {
+std::size_t kind_of_cells(const FileElements& tables, int dim, const std::string& file) {
   std::vector<std::size_t> found;
   for (std::size_t k = 0; k < tables.kinds.size(); ++k)
     if (!tables.kinds[k].nodes.empty() && element_kinds()[k].dim >= dim) found.push_back(k);
@@ -125,7 +125,7 @@ std::vector<Local> without_copies(std::vector<Local>& nodes, std::size_t per_cel
 template <int Dim>
 class MeshMaker {
  public:
-  MeshMaker(ElementTables tables, const std::string& file, ProblemList& problems)
+  MeshMaker(FileElements tables, const std::string& file, ProblemList& problems)
       : tables_(std::move(tables)),
         file_(file),
         problems_(problems),
@@ -240,7 +240,7 @@ class MeshMaker {
     }
   }
 
-  ElementTables tables_;
+  FileElements tables_;
   const std::string& file_;
   ProblemList& problems_;
   std::size_t kind_;
@@ -251,11 +251,11 @@ class MeshMaker {
 }  // namespace
 
 template <int Dim>
-ElementMesh<Dim> mesh_of(ElementTables tables, const std::string& file, ProblemList& problems) {
+ElementMesh<Dim> mesh_of(FileElements tables, const std::string& file, ProblemList& problems) {
   return MeshMaker<Dim>(std::move(tables), file, problems).make();
 }
 
-template ElementMesh<2> mesh_of(ElementTables, const std::string&, ProblemList&);
-template ElementMesh<3> mesh_of(ElementTables, const std::string&, ProblemList&);
+template ElementMesh<2> mesh_of(FileElements, const std::string&, ProblemList&);
+template ElementMesh<3> mesh_of(FileElements, const std::string&, ProblemList&);
 
 }  // namespace lahar

@@ -20,7 +20,7 @@ class GmshReader {
  public:
   explicit GmshReader(const SideFile& file) : source_(file) {}
 
-  ElementTables read() {
+  FileElements read() {
     std::string line;
     bool nodes = false, elements = false;
     while (!elements && source_.line(line)) {
@@ -294,7 +294,7 @@ class GmshReader {
   static constexpr Id most = std::numeric_limits<Local>::max();
   GmshSource source_;
   int major_ = 0;  ///< of the version
-  ElementTables tables_;
+  FileElements tables_;
   std::vector<Index> tags_;                                     ///< of nodes, while they are read
   IdMap rows_;                                                  ///< from their numbers to points
   std::map<std::pair<int, Index>, std::string> names_;          ///< of dimension and group
@@ -304,7 +304,7 @@ class GmshReader {
 
 }  // namespace
 
-ElementTables read_gmsh(const SideFile& file) {
+FileElements read_gmsh(const SideFile& file) {
   return GmshReader(file).read();
 }
 

@@ -15,7 +15,7 @@ class VtuReader {
  public:
   explicit VtuReader(const SideFile& file) : file_(file), head_(read_vtu_head(file)) {}
 
-  ElementTables read() {
+  FileElements read() {
     // Each needs a byte in the file at least, or a bit of it if compressed.
     constexpr Index best_compression = 1100;
     if (std::max(head_.n_points, head_.n_cells) > best_compression * file_.size ||
@@ -131,14 +131,14 @@ class VtuReader {
 
   const SideFile& file_;
   VtuHead head_;
-  ElementTables tables_;
+  FileElements tables_;
   std::map<int, std::vector<int>> orders_;  ///< of nodes, by kind
   std::vector<Local> kind_, place_;         ///< of each cell: its kind, and which of these it is
 };
 
 }  // namespace
 
-ElementTables read_vtu(const SideFile& file) {
+FileElements read_vtu(const SideFile& file) {
   return VtuReader(file).read();
 }
 

@@ -9,6 +9,7 @@
 
 #include "io/frames/cbgeo_table.h"
 #include "io/geometry/map_files.h"
+#include "io/mesh/element_file.h"
 #include "io/mesh/mesh_search.h"
 #include "io/scenario/material_fields.h"
 #include "io/scenario/particles_generator.h"
@@ -75,8 +76,16 @@ class ScenarioBuilder {
   void make_grid(Element element, const Vec<Dim>& origin, const Vec<Dim>& cell,
                  const std::array<Index, Dim>& counts);
   bool read_shares(const SideFile& file, const TableMeshKeys& keys);
+  void warn_of_coincident(const SideFile& file, const std::vector<Vec<Dim>>& nodes);
   std::shared_ptr<const Mesh<Dim>> mesh_with(std::vector<Index> cells) const;
   std::vector<Index> find_cells(const std::vector<Index>& suggested);
+  // scenario_element_mesh.cpp
+  void build_element_mesh(const JsonValue& mesh, const SideFile& file);
+  void share_element_mesh(ElementMesh<Dim>& read, Index n_nodes, Index n_cells, bool isoparametric);
+  TableMeshKeys element_mesh_keys(const JsonValue& mesh, Element element);
+  void need_memory_of_elements(const JsonValue& at, Element element, Index nodes, Index cells);
+  void take_element_sets(const ElementMesh<Dim>& read);
+  void add_element_sets();
   // scenario_geometry.cpp
   void build_geometry();
   void build_shape(const std::string& name, const JsonValue& value, std::vector<std::string> users);
@@ -361,6 +370,14 @@ class ScenarioBuilder {
   std::vector<Vec<Dim>> own_nodes_;        ///< [m] with a share: Team::part() of the nodes
   std::optional<MeshSearch<Dim>> search_;  ///< until the particles have their cells
   EntityFile sets_;
+  /// A group of a mesh file, with the members that this one keeps.
+  struct ElementSet {
+    bool nodes;  ///< else cells
+    std::string name;
+    Index id;  ///< where it has no name
+    std::vector<Index> members;
+  };
+  std::vector<ElementSet> element_sets_;  ///< until build_sets()
   std::vector<Index> axis_nodes_;  ///< of axisymmetric models, that this member keeps; ascending
   Index listed_cells_ = -1;      ///< those of a mesh file that has nodes around them, too; -1 = all
   double region_tolerance_ = 0;  ///< [m]

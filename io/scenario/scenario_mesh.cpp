@@ -206,6 +206,7 @@ template <int Dim>
 void ScenarioBuilder<Dim>::build_sets() {
   phase("sets");
   sets_ = read_entity_sets(section("mesh"), n_nodes(), n_cells(), in_);
+  add_element_sets();
   const JsonValue& sets = section("sets");
   const auto each = [&](const char* key, EntitySets& out, auto&& members) {
     if (!mesh_) out.all_known = false;
@@ -213,6 +214,9 @@ void ScenarioBuilder<Dim>::build_sets() {
     if (!regions) return;
     for (const auto& [name, offset, value] : regions->template as<JsonValue::Object>()) {
       const Region<Dim> region = region_of(value);
+      if (out.by_name.contains(name))
+        in_.error(value, fmt::format("the mesh file has a {} set '{}', too", out.kind, name),
+                  "give one of them another name");
       auto& ids = out.by_name[name];
       if (mesh_) ids = members(region, value);
       if (mesh_ && !team_.any(!ids.empty()) && value.valid())

@@ -58,6 +58,7 @@ template <int Dim>
 void ScenarioBuilder<Dim>::build_table_mesh(const JsonValue& mesh) {
   const auto file = in_.open(mesh, "mesh");
   if (!file) return;
+  if (is_element_file(*file)) return build_element_mesh(mesh, *file);
   const TableMeshKeys keys = table_mesh_keys(mesh);
   if (team_.alone()) {
     if (auto whole = read_whole_mesh(*file, keys, in_.problems))
@@ -148,6 +149,25 @@ bool ScenarioBuilder<Dim>::read_shares(const SideFile& file, const TableMeshKeys
     warn_of_coincident_nodes(file, find_coincident<Dim>(own_nodes_, shares, team_), in_.problems);
   }
   return true;
+}
+
+/// Of a mesh whose nodes have no lines. `nodes`: all of them, if this member is alone.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_coincident(const SideFile& file,
+                                              const std::vector<Vec<Dim>>& nodes) {
+  Pair pair{-1, -1};
+  if (team_.alone()) {
+    pair = find_coincident<Dim>(nodes);
+  } else {
+    RowShares shares;
+    shares.append(static_cast<Index>(own_nodes_.size()), team_);
+    pair = find_coincident<Dim>(own_nodes_, shares, team_);
+  }
+  if (pair.first >= 0)
+    in_.problems.warning(
+        {.file = file.name,
+         .message = fmt::format("nodes {} and {} are at the same place", pair.first, pair.second),
+         .hint = "cells that should be neighbours may not be connected"});
 }
 
 /// A mesh that has these cells, which other members may have. Collective.

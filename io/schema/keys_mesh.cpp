@@ -178,9 +178,12 @@ const Section& mesh_section() {
       .keys = {
           {.key = "mesh",
            .kinds = file,
-           .help = "mesh file: `nnodes ncells`, a line of coordinates "
-                   "per node, a line of node ids per cell (counter-clockwise; hexahedra bottom "
-                   "face, then top; then the middles of sides, edges and faces in Gmsh's order)"},
+           .help =
+               "mesh file: `nnodes ncells`, a line of coordinates "
+               "per node, a line of node ids per cell (counter-clockwise; hexahedra bottom "
+               "face, then top; then the middles of sides, edges and faces in Gmsh's order). Or a "
+               "file of Gmsh (.msh 2.2 or 4.1, text or binary) or of VTK (.vtu): these say "
+               "their element, and groups and arrays of integers are sets of their names"},
           {.key = "structured",
            .kinds = object,
            .help = "a grid of equal boxes; each is a cell, or cut into 2 triangles or 6 tetrahedra",
@@ -193,7 +196,8 @@ const Section& mesh_section() {
                    "\"particle_sets\": []}"},
           {.key = "cell_type",
            .kinds = text,
-           .help = "element of all cells; the default follows from the dimension. ED2Q16G and "
+           .help = "element of all cells; the default follows from the dimension, or from a file "
+                   "of Gmsh or VTK. ED2Q16G and "
                    "ED3H64G: GIMP; the file also lists the nodes around each cell. ED2Q4P2B and "
                    "ED3H8P2B: quadratic B-splines. ED2T6, ED2Q9 and ED3H27: quadratic Bernstein "
                    "polynomials; with analysis.preset \"cbgeo\" Lagrange functions. ED2Q8 and "
