@@ -26,11 +26,11 @@ class GmshReader {
     while (!elements && source_.line(line)) {
       if (line.empty()) continue;
       if (line[0] != '$')
-        fail(fmt::format("expected the start of a section, found '{}'", line.substr(0, 40)), 1);
+        fail(fmt::format("expected the start of a section, found '{}'", line.substr(0, 40)));
       const std::string name = line.substr(1);
       if (major_ == 0 && name != "MeshFormat" && name != "Comments")
-        fail("a Gmsh file begins with $MeshFormat", 1);
-      if (elements_need_nodes(name, nodes)) fail("$Elements come before $Nodes", 1);
+        fail("a Gmsh file begins with $MeshFormat");
+      if (elements_need_nodes(name, nodes)) fail("$Elements come before $Nodes");
       if (name == "MeshFormat")
         read_format();
       else if (name == "PhysicalNames")
@@ -42,7 +42,7 @@ class GmshReader {
       else if (name == "Elements")
         major_ == 4 ? read_elements_4() : read_elements_2();
       else if (name == "PartitionedEntities")
-        fail("the mesh is partitioned", 1, "save it without partitions; Lahar makes its own");
+        fail("the mesh is partitioned", "save it without partitions; Lahar makes its own");
       else {
         skip(name);
         continue;
@@ -60,14 +60,8 @@ class GmshReader {
   static bool elements_need_nodes(const std::string& name, bool nodes) {
     return name == "Elements" && !nodes;
   }
-  [[noreturn]] void fail(std::string message, int lines_back = 0, std::string hint = "") {
-    try {
-      source_.fail(std::move(message), lines_back);
-    } catch (const InputError& error) {
-      Problem problem = error.problems().front();
-      problem.hint = std::move(hint);
-      throw InputError({problem});
-    }
+  [[noreturn]] void fail(std::string message, std::string hint = "") const {
+    source_.fail(std::move(message), std::move(hint));
   }
 
   void read_format() {
@@ -75,12 +69,11 @@ class GmshReader {
     const auto type = source_.number<int>("the file type");
     const auto size = source_.number<int>("the size of numbers");
     if (version != "2.2" && version != "4.1")
-      fail(fmt::format("version {} of the format is not read", version), 1,
+      fail(fmt::format("version {} of the format is not read", version),
            "save as version 4.1 or 2.2: gmsh -save -format msh41 FILE, or -format msh22");
-    if (type != 0 && type != 1)
-      fail(fmt::format("the file type must be 0 or 1, found {}", type), 1);
+    if (type != 0 && type != 1) fail(fmt::format("the file type must be 0 or 1, found {}", type));
     if (size != sizeof(double))
-      fail(fmt::format("the size of numbers must be 8 bytes, found {}", size), 1);
+      fail(fmt::format("the size of numbers must be 8 bytes, found {}", size));
     major_ = version[0] - '0';
     if (type == 0) return;
     source_.binary = true;
@@ -95,7 +88,7 @@ class GmshReader {
       if (!source_.line(line))
         fail(fmt::format("the file ends before $End{}: it is cut short", name));
     if (line != "$End" + name)
-      fail(fmt::format("expected '$End{}', found '{}'", name, line.substr(0, 40)), 1);
+      fail(fmt::format("expected '$End{}', found '{}'", name, line.substr(0, 40)));
   }
   void skip(const std::string& name) {
     std::string line;
@@ -117,8 +110,7 @@ class GmshReader {
       if (std::sscanf(line.c_str(), "%d %ld", &dim, &tag) != 2 || open == line.npos ||
           close == open || dim < 0 || dim > 3)
         fail(fmt::format("expected a dimension, a number and a name in quotes, found '{}'",
-                         line.substr(0, 40)),
-             1);
+                         line.substr(0, 40)));
       names_[{dim, tag}] = line.substr(open + 1, close - open - 1);
     }
   }
@@ -152,7 +144,7 @@ class GmshReader {
         auto& groups = groups_[{dim, tag}];
         const auto n_groups = count(source_.number<Id>("the number of groups"), 1, "groups");
         for (Index g = 0; g < n_groups; ++g)
-          groups.push_back(set_of(dim, std::abs(source_.number<std::int32_t>("a group"))));
+          groups.push_back(set_of(dim, std::abs(Index{source_.number<std::int32_t>("a group")})));
         if (dim == 0) continue;
         const auto n_around =
             count(source_.number<Id>("the number of bounding entities"), 1, "bounding entities");
@@ -224,7 +216,7 @@ class GmshReader {
   std::size_t kind(int number) {
     const int kind = kind_of_gmsh(number);
     if (kind < 0)
-      fail(fmt::format("elements of type {} are not read", number), 0,
+      fail(fmt::format("elements of type {} are not read", number),
            "elements may be of first or second order");
     return static_cast<std::size_t>(kind);
   }
@@ -260,7 +252,7 @@ class GmshReader {
         Index group = 0;
         for (int t = 0; t < n_tags; ++t) {
           const auto tag = source_.number<std::int32_t>("a tag");
-          if (t == 0) group = std::abs(tag);
+          if (t == 0) group = std::abs(Index{tag});
         }
         read_element_nodes<std::int32_t>(of);
         if (group > 0)

@@ -26,7 +26,7 @@ class GmshSource {
       if (c == '\n') break;
       to += c;
     }
-    ++line_;
+    if (any) last_line_ = line_++;
     while (!to.empty() && (to.back() == '\r' || to.back() == ' ')) to.pop_back();
     return any;
   }
@@ -39,10 +39,8 @@ class GmshSource {
       if (c == '\n') ++line_;
       const bool blank = c == ' ' || c == '\n' || c == '\t' || c == '\r';
       if (blank && word_.empty()) continue;
-      if (blank) {
-        ended_line_ = c == '\n';
-        return word_;
-      }
+      if (blank) return word_;
+      last_line_ = line_;
       word_ += c;
       if (word_.size() > longest) fail(std::string(what) + " must be a number");
     }
@@ -61,7 +59,7 @@ class GmshSource {
     const char *begin = text.data(), *end = begin + text.size();
     const auto [rest, error] = std::from_chars(begin + (text[0] == '+'), end, value);
     if (error != std::errc{} || rest != end)
-      fail(std::string(what) + " must be a number, found '" + word_ + "'", ended_line_ ? 1 : 0);
+      fail(std::string(what) + " must be a number, found '" + word_ + "'");
     return value;
   }
   /// A finite number.
@@ -71,16 +69,17 @@ class GmshSource {
     return value;
   }
 
-  /// Throws what is wrong, with the line of text or the byte.
-  [[noreturn]] void fail(std::string message, int lines_back = 0) const {
+  /// Throws what is wrong, with the line read last, or the byte.
+  [[noreturn]] void fail(std::string message, std::string hint = "") const {
     Problem problem;
     if (binary) {
       message = "at byte " + std::to_string(in_.offset()) + ": " + message;
       problem.file = file_.name;
     } else {
-      problem = file_.at_line(std::max(line_ - lines_back, 1), "");
+      problem = file_.at_line(last_line_, "");
     }
     problem.message = std::move(message);
+    problem.hint = std::move(hint);
     throw InputError({problem});
   }
 
@@ -91,8 +90,8 @@ class GmshSource {
   const SideFile& file_;
   BinaryReader in_;
   std::string word_;
-  int line_ = 1;             ///< of what is read next
-  bool ended_line_ = false;  ///< the last word was the last of its line
+  int line_ = 1;       ///< of what is read next
+  int last_line_ = 1;  ///< of the last line or word
 };
 
 }  // namespace lahar
