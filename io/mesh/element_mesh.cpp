@@ -188,6 +188,7 @@ class MeshMaker {
       if (turned++ == 0) first = static_cast<Index>(at / per_cell);
     }
     const auto all = static_cast<Index>(mesh_.cells.size() / per_cell);
+    if (turned > 0) refuse_folds(per_cell);
     if (turned > 0)
       problems_.warning(
           {.file = file_,
@@ -196,6 +197,35 @@ class MeshMaker {
                                   turned, all, first),
            .hint = Dim == 2 ? "corners have to be counter-clockwise; the surface faces downwards"
                             : "a volume was mirrored"});
+  }
+
+  /// Two cells that see a face from the same side lie over each other.
+  void refuse_folds(std::size_t per_cell) const {
+    struct Face {
+      std::array<Index, most_face_corners> corner;  ///< in their order, from the lowest
+      Index cell;
+    };
+    const ElementInfo& element = info(mesh_.element);
+    std::vector<Face> faces;
+    for (std::size_t at = 0; at < mesh_.cells.size(); at += per_cell)
+      for (std::size_t f = 0; f < static_cast<std::size_t>(element.faces); ++f) {
+        Face face{{-1, -1, -1, -1}, static_cast<Index>(at / per_cell)};
+        std::size_t n = 0;
+        for (const int corner : element.face[f])
+          if (corner >= 0) face.corner[n++] = mesh_.cells[at + static_cast<std::size_t>(corner)];
+        const auto end = face.corner.begin() + static_cast<std::ptrdiff_t>(n);
+        if (Dim == 3)
+          std::rotate(face.corner.begin(), std::min_element(face.corner.begin(), end), end);
+        faces.push_back(face);
+      }
+    const auto same = [](const Face& a, const Face& b) { return a.corner == b.corner; };
+    std::sort(faces.begin(), faces.end(), [&](const Face& a, const Face& b) {
+      return same(a, b) ? a.cell < b.cell : a.corner < b.corner;
+    });
+    const auto at = std::adjacent_find(faces.begin(), faces.end(), same);
+    if (at != faces.end())
+      fail(file_, fmt::format("the mesh is folded: cells {} and {} lie over each other", at->cell,
+                              (at + 1)->cell));
   }
 
   void make_sets(const std::vector<Local>& place) {

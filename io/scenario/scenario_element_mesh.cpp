@@ -127,12 +127,13 @@ void ScenarioBuilder<Dim>::share_element_mesh(ElementMesh<Dim>& read, Index n_no
 template <int Dim>
 TableMeshKeys ScenarioBuilder<Dim>::element_mesh_keys(const JsonValue& mesh, Element element) {
   TableMeshKeys keys = table_mesh_keys(mesh);
-  if (written(mesh, "cell_type") && (keys.has_ring || keys.element != element))
-    in_.error(*mesh.find("cell_type"),
-              fmt::format("the cells of the mesh file are {}", info(element).name),
-              "leave 'cell_type' out: the file says of which element cells are");
-  if (!written(mesh, "cell_type"))
+  const JsonValue* type = mesh.find("cell_type");
+  if (type && type->defaulted) {
     set(*root_.find("mesh"), "cell_type", std::string(info(element).name));
+  } else if (type && (keys.has_ring || keys.element != element)) {
+    in_.error(*type, fmt::format("the cells of the mesh file are {}", info(element).name),
+              "leave 'cell_type' out: the file says of which element cells are");
+  }
   keys.element = element;
   return keys;
 }

@@ -166,6 +166,11 @@ TEST_CASE("cells that are turned over are mended, with a warning") {
 }
 
 // clang-format off
+TEST_CASE("meshes that are folded are refused") {
+  CHECK(refusal(replaced(gmsh_file("t3-22a"), "13 0.5000000000004514", "13 9.5"))
+            .starts_with("mesh: error: the mesh is folded: cells "));
+}
+
 TEST_CASE("broken Gmsh files are refused with their place") {
   const std::string good = gmsh_file("t3-22a"), v4 = gmsh_file("t3-41a");
   CHECK(refusal(replaced(good, "2.2 0 8", "4 0 8")) ==

@@ -207,12 +207,11 @@ TEST_CASE("shapes and regions that name each other wrongly are refused") {
         twice("nothing lies between: 'top' is nowhere below 'ground' (the lower surface comes "
               "first)\n"));
   CHECK(said(R"({"ground": {}})", below) ==
-        "the geometry 'ground' has no shape (give one of 'points', 'raster', 'surface', "
-        "'polygons')\n");
+        "the geometry 'ground' has no shape (give one of 'points', 'raster', "
+        "'surface', 'triangles', 'solid', 'polygons')\n");
   CHECK(said(R"({"ground": {"points": [[0, 2], [8, 6]], "surface": "x", "lower_by": 1}})", below) ==
         "the geometry 'ground' has several shapes: 'points', 'surface' (give one of 'points', "
-        "'raster', "
-        "'surface', 'polygons')\n");
+        "'raster', 'surface', 'triangles', 'solid', 'polygons')\n");
   CHECK(said(R"({"ground": {"points": [[0, 2], [0, 6]]}})", below) ==
         "a surface needs points at two places along x at least, found 1\n");
   CHECK(said(R"({"ground": {"points": [[0, 2], [8, 6], [4, 3]]}})", below) ==
