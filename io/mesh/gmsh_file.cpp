@@ -195,7 +195,10 @@ class GmshReader {
     std::vector<Index> ids;
     points.reserve(order.size());
     ids.reserve(order.size());
+    constexpr Index highest = Index{1} << 60;
     for (const Local i : order) {
+      if (tag(i) < 1 || tag(i) > highest)
+        fail(fmt::format("the number of a node must be positive, found {}", tag(i)));
       if (!ids.empty() && ids.back() == tag(i)) fail(fmt::format("node {} occurs twice", tag(i)));
       ids.push_back(tag(i));
       points.push_back(tables_.points[static_cast<std::size_t>(i)]);

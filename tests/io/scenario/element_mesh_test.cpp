@@ -66,7 +66,7 @@ void check_teams(const std::string& name, std::size_t particles) {
     std::vector<Model<Dim>> parts(static_cast<std::size_t>(size));
     run_team(size, [&](const Team& team) {
       parts[static_cast<std::size_t>(team.index())] =
-          std::get<Model<Dim>>(read_scenario(folder.path / "case.json", {.team = &team}).model);
+          std::get<Model<Dim>>(read_scenario(folder.path / "case.json", {{}, false, &team}).model);
     });
     std::vector<Entry> found;
     std::vector<Vec<Dim>> x(particles);
@@ -98,7 +98,7 @@ std::string said_of(const std::string& mesh, const std::string& text) {
   const auto read = [&](const Team& team) {
     std::string& own = said[static_cast<std::size_t>(team.index())];
     try {
-      const auto scenario = read_scenario(folder.path / "case.json", {.team = &team});
+      const auto scenario = read_scenario(folder.path / "case.json", {{}, false, &team});
       own = format_problems(scenario.warnings, "warning");
     } catch (const InputError& error) {
       for (const Problem& p : error.problems())

@@ -91,7 +91,7 @@ TEST_CASE("members of a team that read a solid have the particles of one process
   std::vector<std::vector<Vec<3>>> parts(3);
   run_team(3, [&](const Team& team) {
     const auto model =
-        std::get<Model<3>>(read_scenario_text(text, folder.path, {.team = &team}).model);
+        std::get<Model<3>>(read_scenario_text(text, folder.path, {{}, false, &team}).model);
     parts[static_cast<std::size_t>(team.index())] = model.particles.x;
   });
   CHECK(whole.size() == parts[0].size() + parts[1].size() + parts[2].size());
