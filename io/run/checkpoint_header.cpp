@@ -124,6 +124,20 @@ std::vector<RigidBodyState> rigid_bodies_of(const Json& run) {
   return bodies;
 }
 
+Json rest_json(const RestState& rest) {
+  return {{"reached", rest.reached},
+          {"imbalance", any_number(rest.imbalance)},
+          {"kinetic", any_number(rest.kinetic)}};
+}
+
+RestState rest_of(const Json& run) {
+  if (!run.contains("rest")) return {};  // before there was a test of equilibrium
+  const Json& json = run.at("rest");
+  return {.reached = json.at("reached"),
+          .imbalance = number_of(json.at("imbalance")),
+          .kinetic = number_of(json.at("kinetic"))};
+}
+
 Json run_json(const RunState& run) {
   return {{"dim", run.dim},
           {"step", run.step},
@@ -147,7 +161,8 @@ Json run_json(const RunState& run) {
           {"splits", splits_json(run.splits)},
           {"split_step", run.split_step},
           {"watchdog", watchdog_json(run.watchdog)},
-          {"rigid_bodies", rigid_bodies_json(run.rigid_bodies)}};
+          {"rigid_bodies", rigid_bodies_json(run.rigid_bodies)},
+          {"rest", rest_json(run.rest)}};
 }
 
 /// A number that steps are counted by, or memory is asked for.
@@ -181,7 +196,8 @@ RunState run_of(const Json& json) {
       .splits = splits_of(json.at("splits")),
       .split_step = whole(json, "split_step", -1),
       .watchdog = watchdog_of(json),
-      .rigid_bodies = rigid_bodies_of(json)};
+      .rigid_bodies = rigid_bodies_of(json),
+      .rest = rest_of(json)};
 }
 
 }  // namespace

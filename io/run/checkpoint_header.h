@@ -40,6 +40,13 @@ struct RigidBodyState {
   std::array<double, 3> force{}, torque{};             ///< of particles, in the step that comes
 };
 
+/// How near a run is to equilibrium (runtime/step/equilibrium.h).
+struct RestState {
+  bool reached = false;   ///< the run has ended because of it
+  double imbalance = -1;  ///< [-] unbalanced forces over loads; -1 = not known yet
+  double kinetic = -1;    ///< [-] kinetic energy over that of stresses; -1 = not asked for
+};
+
 /// The numbers of a simulation between two steps: what goes on with the patches' states.
 struct RunState {
   int dim = 0;
@@ -61,6 +68,7 @@ struct RunState {
   Index split_step = -1;
   WatchdogState watchdog = {};
   std::vector<RigidBodyState> rigid_bodies = {};  ///< all of them, where some are free
+  RestState rest = {};
 };
 
 /// A file that the scenario refers to.

@@ -113,6 +113,7 @@ Manifest::Manifest(const RunInfo& info) {
   };
   if (!info.map_reference.empty() || info.map_origin != std::array<double, 2>{})
     json["map"] = {{"origin", info.map_origin}, {"reference", info.map_reference}};
+  if (!info.changes.empty()) json["changes"] = info.changes;
   start_ = dump(json);
 }
 
@@ -133,6 +134,7 @@ Manifest::Manifest(const RunInfo& info, const std::string& earlier, const RunRes
                       {"version", info.version},
                       {"commit", info.commit}});
   if (kept("model", Json::value_t::object)) json["model"] = before["model"];
+  if (kept("changes", Json::value_t::array)) json["changes"] = before["changes"];
   if (kept("started", Json::value_t::string)) json["started"] = before["started"];
   json["model"]["steps"] = info.steps;
   json["restarts"] = restarts;

@@ -29,6 +29,7 @@ struct RunInfo {
   double dt_limit = 0;                    ///< [s] CFL limit at the start
   std::array<double, 2> map_origin = {};  ///< [m] place on the map where the model has x = y = 0
   std::string map_reference;              ///< WKT of its coordinate reference system, if known
+  std::vector<std::string> changes;       ///< by a stage to particles, when it began
   std::vector<std::filesystem::path> inputs;  ///< scenario and side files; their hashes are stored
 };
 

@@ -25,6 +25,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_functions();
   build_rigid_bodies();
   build_particles();
+  build_changes();
   check_phases();
   build_conditions();
   build_particle_constraints();
@@ -32,6 +33,8 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_pore_pressures();
   build_tractions();
   build_analysis();
+  build_k0();
+  assign_generator_stresses();
   build_contact();
   build_transfer_rates();  // of its bodies
   check_rigid_bodies();
@@ -40,6 +43,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   check_projection();
   build_b_bar();
   check_plane();
+  check_until();
   build_output();
   warn_of_doubts();
   if (in_.problems.empty()) collect_marks();

@@ -91,6 +91,7 @@ void ScenarioBuilder<Dim>::build_analysis() {
   build_shape_functions(*analysis);
   build_time_step(*analysis);
   build_watchdog(*analysis);
+  build_until(*analysis);
   Analysis& a = model_.analysis;
   build_damping(*analysis);
   a.pressure_smoothing = get_bool(*analysis, "pressure_smoothing").value_or(false);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <memory>
 #include <set>
@@ -165,6 +166,22 @@ class ScenarioBuilder {
   bool is_grid() const;  ///< collective
   void build_time_step(const JsonValue& analysis);
   void build_watchdog(JsonValue& analysis);
+  // scenario_k0.cpp
+  void build_k0();  ///< after gravity and pore pressures; collective
+  double k0_of(const Material& material, const JsonValue& given);
+  std::vector<double> k0_of_materials(const JsonValue& given);
+  int vertical_of_k0(const JsonValue& given);
+  /// What brings nodes along columns of a grid into balance, by particle [Pa]. Collective.
+  std::vector<double> balance_of_columns(int up, const std::vector<double>& vertical,
+                                         const std::vector<double>& weight) const;
+  // scenario_changes.cpp
+  void build_changes();  ///< of a stage, after the particles
+  void assign_generator_stresses();
+  ParticleGroup<Dim> group_of(const JsonValue& entry);
+  void check_new_material(const JsonValue& at, std::uint16_t material);
+  // scenario_rest.cpp
+  void build_until(JsonValue& analysis);
+  void check_until();  ///< after the loads
   void build_output();
   void check_interval(const JsonValue& post, std::string_view key);
   // scenario_rigid_bodies.cpp
@@ -208,6 +225,7 @@ class ScenarioBuilder {
   void report_strays(const std::vector<Index>& strays);
   void assign_volumes();
   void assign_stresses();
+  std::optional<Voigt> stress_of(const JsonValue& given, std::string_view key);
   void assign_stress(const JsonValue& given);
   /// The rows of all particles, if their number is known.
   const RowShares* known_rows() const { return particles_complete_ ? &rows_ : nullptr; }
@@ -386,6 +404,7 @@ class ScenarioBuilder {
   double memory_ = 0;     ///< [bytes] noted by need_memory()
   static constexpr double member_bytes = 2 * sizeof(Index);  ///< of a set, with room to grow
   RowShares rows_;                                           ///< of model_.particles: who has which
+  Index placed_row_ = std::numeric_limits<Index>::max();     ///< first of a generator of a stage
   bool particles_complete_ = true;    ///< false: some generator failed, the number is not known
   std::optional<double> relaxation_;  ///< [-] of velocities, by the wave speed
   std::optional<double> relaxation_time_;                 ///< [s]

@@ -17,6 +17,7 @@ constexpr std::array allowed_keys{
     "/title",
     "/analysis/nsteps",
     "/analysis/end_time",
+    "/analysis/until",
     "/analysis/uuid",
     "/analysis/nload_balance_steps",
     "/analysis/watchdog",

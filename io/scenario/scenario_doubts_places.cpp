@@ -291,6 +291,7 @@ bool ScenarioBuilder<Dim>::apart(const Box& a, const Box& b, const Vec<Dim>& gap
 
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
+  if (in_.placed > 0) return;    // others may be there no more
   constexpr double most = 1.05;  // of particle volume over the cell's [-]
   bool meet = false;
   for (std::size_t a = 0; a < boxes.size(); ++a)

@@ -36,6 +36,9 @@ struct ScenarioInput {
   std::vector<ModelMark>* marks = nullptr;  ///< to be filled, unless null
   std::uint64_t classes = 0;                ///< Scenario::classes
   std::string stage = {};  ///< which one, in messages; empty = the first, or there are none
+  /// Of this stage and those before: generators at the end of `particles`, and new materials.
+  std::size_t placed = 0;
+  std::vector<JsonValue> given_materials = {};
 
   void error(const JsonValue& at, std::string message, std::string hint = "") {
     problems.error(document.at(at, std::move(message), std::move(hint)));

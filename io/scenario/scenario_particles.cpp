@@ -19,7 +19,9 @@ void ScenarioBuilder<Dim>::build_particles() {
     in_.error(*list, "there are no particles", "add a generator");
   if (!list) particles_complete_ = false;
   bool check_duplicates = false;
+  std::size_t left = entries.size();
   for (const JsonValue* entry : entries) {
+    if (left-- == in_.placed) placed_row_ = rows_.total();
     const JsonValue* generator = entry->find("generator");
     if (!generator) {
       particles_complete_ = false;
@@ -37,7 +39,8 @@ void ScenarioBuilder<Dim>::build_particles() {
   }
   if (!particles_complete_) sets_.particles.all_known = false;
   if (rows_.total() > 0) phase(fmt::format("cells of {} particles", format_count(rows_.total())));
-  if (check_duplicates) warn_of_coincident(*list);
+  // Where stages place particles, others may be there no more.
+  if (check_duplicates && in_.placed == 0) warn_of_coincident(*list);
   place_particles();
   assign_volumes();
   assign_stresses();
@@ -275,7 +278,9 @@ void ScenarioBuilder<Dim>::assign_stresses() {
   const JsonValue* given = section("mesh").find("particles_stresses");
   if (!given) return;
   const bool from_object = given->is<JsonValue::Object>();
-  if (from_object && get_text(*given, "type") == "isotropic") return assign_stress(*given);
+  const std::string type = from_object ? get_text(*given, "type").value_or("") : "";
+  if (type == "isotropic") return assign_stress(*given);
+  if (type == "k0") return;  // build_k0(), when gravity is known
   if (from_object && !given->find("location"))
     return in_.error(*given, "'location' is missing", "the file of stresses");
   const auto file =
@@ -287,20 +292,45 @@ void ScenarioBuilder<Dim>::assign_stresses() {
   });
 }
 
+// Under `key`: six components, or one number for all directions; nothing = reported.
+template <int Dim>
+std::optional<Voigt> ScenarioBuilder<Dim>::stress_of(const JsonValue& given, std::string_view key) {
+  const std::vector<double> values = get_numbers(given, key);
+  Voigt stress{};
+  if (values.size() == 1) {
+    stress[0] = stress[1] = stress[2] = values[0];
+  } else if (values.size() == stress.size()) {
+    std::copy(values.begin(), values.end(), stress.begin());
+  } else {
+    in_.error(given, fmt::format("'{}' must have 1 or 6 numbers, found {}", key, values.size()),
+              "xx yy zz xy yz xz, or one number for xx, yy and zz [Pa]");
+    return std::nullopt;
+  }
+  return stress;
+}
+
 // The same stress for all particles.
 template <int Dim>
 void ScenarioBuilder<Dim>::assign_stress(const JsonValue& given) {
-  const std::vector<double> values = get_numbers(given, "values");
-  Voigt stress{};
-  if (values.size() == 1)
-    stress[0] = stress[1] = stress[2] = values[0];
-  else if (values.size() == stress.size())
-    std::copy(values.begin(), values.end(), stress.begin());
-  else
-    return in_.error(given,
-                     fmt::format("'values' must have 1 or 6 numbers, found {}", values.size()),
-                     "xx yy zz xy yz xz, or one number for xx, yy and zz [Pa]");
-  model_.particles.stress.assign(model_.particles.x.size(), stress);
+  if (const auto stress = stress_of(given, "values"))
+    model_.particles.stress.assign(model_.particles.x.size(), *stress);
+}
+
+// Those of generators win over those of the mesh, which are not for particles that a stage places.
+template <int Dim>
+void ScenarioBuilder<Dim>::assign_generator_stresses() {
+  auto& stress = model_.particles.stress;
+  for (const GeneratorRows& rows : generators_) {
+    std::optional<Voigt> own;
+    if (written(*rows.generator, "stress"))
+      own = stress_of(*rows.generator, "stress");
+    else if (rows.first >= placed_row_ && !stress.empty())
+      own = Voigt{};
+    if (!own) continue;
+    stress.resize(model_.particles.x.size());
+    for (const Index row : rows_.own_rows(rows.first, rows.end))
+      stress[static_cast<std::size_t>(rows_.local(row))] = *own;
+  }
 }
 
 // The members of the sets of entity_sets.json that this member of the team holds.

@@ -105,6 +105,22 @@ void ScenarioBuilder<Dim>::check_plane() {
   check_sheet();
 }
 
+namespace {
+
+/// Bears shear by friction alone.
+bool is_loose(const Law& law) {
+  return std::visit(
+      [](const auto& own) {
+        if constexpr (requires { own.cohesion, own.friction, own.tension_cutoff; })
+          return own.cohesion == 0;
+        else
+          return false;
+      },
+      law);
+}
+
+}  // namespace
+
 template <int Dim>
 void ScenarioBuilder<Dim>::check_sheet() {
   const Analysis& a = model_.analysis;
@@ -116,12 +132,20 @@ void ScenarioBuilder<Dim>::check_sheet() {
                                  [&](const auto& one) { return one.material == m; }));
   };
   const auto materials = get_list(root_, "materials");
-  for (std::size_t m = 0; m < model_.materials.size(); ++m)  // bodies in contact have copies
-    if (has_pressure(model_.materials[m].law) && is_used(m))
-      in_.error(
-          *materials[m % materials.size()],
-          fmt::format("'{}' is a fluid; plane stress is for solids", model_.materials[m].name),
-          "take plane strain");
+  for (std::size_t m = 0; m < model_.materials.size(); ++m) {  // bodies in contact have copies
+    const Law& law = model_.materials[m].law;
+    const std::string& name = model_.materials[m].name;
+    if (has_pressure(law) && is_used(m))
+      in_.error(*materials[m % materials.size()],
+                fmt::format("'{}' is a fluid; plane stress is for solids", name),
+                "take plane strain");
+    if (is_loose(law) && is_used(m))
+      in_.error(*materials[m % materials.size()],
+                fmt::format("'{}' has no cohesion: without a stress across the sheet it bears none "
+                            "in its plane",
+                            name),
+                "give it some cohesion, or take plane strain");
+  }
   if (a.mean_volume)
     refuse_across(section("analysis").find("b_bar"), "B-bar",
                   "leave it out: a sheet that hardly changes its volume changes its thickness, and "

@@ -7,6 +7,7 @@
 
 #include "io/json/json_merge.h"
 #include "io/json/json_text.h"
+#include "io/json/values.h"
 #include "io/scenario/scenario_difference.h"
 #include "io/schema/keys.h"
 
@@ -18,7 +19,13 @@ using Object = JsonValue::Object;
 
 constexpr const char* may_change =
     "a stage may change analysis, materials (but for types and densities), "
-    "external_loading_conditions, mesh.boundary_conditions and post_processing";
+    "external_loading_conditions, mesh.boundary_conditions and post_processing; and remove, place "
+    "and change_material of particles";
+
+/// What a stage does to particles once, when it begins: no part of the merge patch.
+bool is_operation(std::string_view key) {
+  return at_start_section().find(key) || key == "place";
+}
 
 bool is_folder_name(std::string_view name) {
   return !name.empty() && name != "." && name != ".." &&
@@ -78,6 +85,28 @@ void check_keys(const JsonValue& stage, ScenarioInput& in) {
     refuse(*post, "post_processing.", in, [](std::string_view key) { return key != "path"; });
 }
 
+/// Particles that are placed, and what is done to others: not in the first stage, which has none
+/// before.
+void check_operations(const JsonValue& stage, bool first, ScenarioInput& in) {
+  for (const JsonValue::Member& member : stage.as<Object>())
+    if (first && is_operation(member.key))
+      in.problems.error(in.document.at_key(
+          stage, member, fmt::format("'{}' is not for the first stage", member.key),
+          "no stage is before it: say in particles what there is"));
+  const JsonValue* placed = stage.find("place");
+  if (placed && !placed->is<JsonValue::Array>())
+    in.error(*placed,
+             fmt::format("'place' must be an array of objects, found {}", describe(*placed)),
+             "[{\"generator\": {\"type\": \"region\", ...}}]");
+  for (const JsonValue* entry : get_list(stage, "place"))
+    if (const JsonValue* generator = entry->find("generator"))
+      if (const auto type = get_text(*generator, "type"); type && *type != "region")
+        in.error(*generator,
+                 fmt::format("a stage can place particles of type \"region\", found {}",
+                             json_quoted(*type)),
+                 "others share the volumes of cells with particles that may be there no more");
+}
+
 /// What scenarios with stages cannot have.
 void check_whole(const JsonValue& root, ScenarioInput& in) {
   for (const JsonValue* entry : get_list(root, "particles"))
@@ -118,12 +147,43 @@ void check_materials(const JsonValue& before, const JsonValue& now, ScenarioInpu
     }
 }
 
+/// Take out of a stage what it does to particles. Generators come after those of the stages before,
+/// so that ids do. Of the stage that is read the rest is `at_start` of the scenario.
+void take_operations(JsonValue& stage, bool is_read, ScenarioInput& in) {
+  Object start;
+  for (JsonValue::Member& member : std::get<Object>(stage.data)) {
+    if (!is_operation(member.key)) continue;
+    JsonValue* particles = in.document.root.find("particles");
+    if (member.key == "change_material")
+      for (const JsonValue* entry : get_list(stage, member.key))
+        in.given_materials.push_back(*entry);
+    if (member.key != "place")
+      start.push_back(member);
+    else if (particles && particles->is<JsonValue::Array>())
+      for (JsonValue& entry : std::get<JsonValue::Array>(member.value.data)) {
+        std::get<JsonValue::Array>(particles->data).push_back(std::move(entry));
+        ++in.placed;
+      }
+  }
+  std::erase_if(std::get<Object>(stage.data), [](const auto& m) { return is_operation(m.key); });
+  if (!is_read || start.empty()) return;
+  auto& members = std::get<Object>(in.document.root.data);
+  const std::uint32_t offset = start.front().offset;
+  members.push_back({"at_start", offset, {}});
+  members.back().value.data = std::move(start);
+}
+
 }  // namespace
 
 std::vector<std::string> take_stage(ScenarioInput& in, std::size_t stage) {
   auto& members = std::get<Object>(in.document.root.data);
   const auto is_list = [](const JsonValue::Member& m) { return m.key == "stages"; };
   const auto at = std::find_if(members.begin(), members.end(), is_list);
+  for (const JsonValue::Member& member : members)
+    if (member.key == "at_start")
+      in.problems.error(in.document.at_key(in.document.root, member,
+                                           "'at_start' is not written in a scenario",
+                                           "write remove, change_material and reset in a stage"));
   if (at == members.end()) return {};
   if (!at->value.is<JsonValue::Array>() || at->value.as<JsonValue::Array>().empty()) {
     in.error(at->value,
@@ -136,6 +196,7 @@ std::vector<std::string> take_stage(ScenarioInput& in, std::size_t stage) {
       in.error(one, fmt::format("a stage must be an object, found {}", describe(one)));
       return {};
     }
+    check_operations(one, names.empty(), in);
     check_name(one, names, in);
     check_keys(one, in);
   }
@@ -147,6 +208,7 @@ std::vector<std::string> take_stage(ScenarioInput& in, std::size_t stage) {
   const JsonValue materials = own ? *own : JsonValue{};
   for (std::size_t k = 0; k <= stage; ++k) {
     JsonValue patch = stages.as<JsonValue::Array>().at(k);
+    take_operations(patch, k == stage, in);
     std::erase_if(std::get<Object>(patch.data), [](const auto& m) { return m.key == "name"; });
     merge_patch(in.document.root, patch);
   }
@@ -160,9 +222,10 @@ StageBody body_of(const Scenario& scenario) {
   return std::visit(
       [&](const auto& model) {
         const Analysis& analysis = model.analysis;
-        return StageBody{analysis.two_phase, analysis.scheme == Scheme::projection,
-                         analysis.functions, analysis.contact.bodies,
-                         analysis.plane,     scenario.classes};
+        return StageBody{analysis.two_phase,  analysis.scheme == Scheme::projection,
+                         analysis.functions,  analysis.contact.bodies,
+                         analysis.plane,      scenario.classes,
+                         analysis.mean_volume};
       },
       scenario.model);
 }
@@ -188,6 +251,20 @@ void check_body(const StageBody& before, const Scenario& stage) {
   same(now.classes == before.classes, "/materials",
        "where fields of materials are high and low (seed, lengths, classes, profile)");
   if (!problems.empty()) throw InputError(std::move(problems));
+}
+
+std::vector<Problem> changes_of_method(const StageBody& before, const Scenario& stage) {
+  const bool now = body_of(stage).b_bar;
+  if (now == before.b_bar) return {};
+  Problem problem{
+      .where = "/analysis",
+      .message =
+          fmt::format("stage {}: steps have {}B-bar, and those of the stage before {}",
+                      stage.stages.at(stage.stage), now ? "" : "no ", now ? "have not" : "have"),
+      .hint =
+          "stiffness and strength change with it: write \"b_bar\" in analysis of the scenario, "
+          "true or false; see Implicit steps in the README for its default"};
+  return {stage.place(problem)};
 }
 
 bool goes_on_alike(const std::string& before, const std::string& stage) {

@@ -24,11 +24,15 @@ struct StageBody {
   int bodies = 1;
   Plane plane = Plane::strain;
   std::uint64_t classes = 0;  ///< Scenario::classes
+  bool b_bar = false;         ///< may change, but not without a word
 };
 StageBody body_of(const Scenario& scenario);
 
 /// Throws InputError where a stage is not one of the body of the stages before it.
 void check_body(const StageBody& before, const Scenario& stage);
+
+/// Warnings where a stage takes another method than the one before, by default or as written.
+std::vector<Problem> changes_of_method(const StageBody& before, const Scenario& stage);
 
 /// Whether a stage does to the particles what the one before did, at any time: scenarios with every
 /// default (Scenario::full) that differ only in how long they run and in what they write.

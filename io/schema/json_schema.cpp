@@ -16,6 +16,11 @@ Json reference_to(const Section& section) {
   return {{"$ref", fmt::format("#/$defs/{}", section.path)}};
 }
 
+// A merge patch of such an object: any of its keys, or null for those that it removes.
+Json reference_to_change(const Section& section) {
+  return {{"$ref", fmt::format("#/$defs/{} (change)", section.path)}};
+}
+
 Json number_schema(const KeySpec& spec, const char* type) {
   Json schema = {{"type", type}};
   if (std::isfinite(spec.min)) schema[spec.above_min ? "exclusiveMinimum" : "minimum"] = spec.min;
@@ -66,7 +71,8 @@ Json kind_schema(const Section& section, const KeySpec& spec, unsigned kind) {
     case texts:
       return items_schema(name);
     case object:
-      return reference_to(spec.section());
+      return &section == &stage_section() ? reference_to_change(spec.section())
+                                          : reference_to(spec.section());
     case list:
       return items_schema(reference_to(spec.section()));
     case map:
@@ -142,6 +148,31 @@ Json object_schema(const Section& section) {
   return schema;
 }
 
+Json change_schema(const Section& section) {
+  Json properties = Json::object();
+  for (const KeySpec& spec : section.keys) {
+    if (section.find(spec.key) != &spec) continue;
+    Json& kinds = properties[std::string(spec.key)]["anyOf"];
+    kinds = Json::array({{{"type", "null"}}, key_schema(section, spec.key)});
+    if (spec.kinds & object) kinds.push_back(reference_to_change(spec.section()));
+  }
+  return {{"type", "object"},
+          {"description", section.help},
+          {"properties", properties},
+          {"additionalProperties", false}};
+}
+
+// Sections that a stage may change, and those inside of them.
+void add_changes(const Section& section, Json& definitions) {
+  for (const KeySpec& spec : section.keys) {
+    if (!(spec.kinds & object) || !spec.section) continue;
+    const std::string path = fmt::format("{} (change)", spec.section().path);
+    if (definitions.contains(path)) continue;
+    definitions[path] = change_schema(spec.section());
+    add_changes(spec.section(), definitions);
+  }
+}
+
 std::string text_of(const Json& schema) {
   return to_json(parse_json_literal(schema.dump())) + "\n";
 }
@@ -156,6 +187,7 @@ std::string scenario_schema() {
   Json definitions;
   for (const Section* section : all_sections())
     definitions[std::string(section->path)] = object_schema(*section);
+  add_changes(stage_section(), definitions);
   Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
                  {"title", "Lahar scenario"}};
   schema.update(reference_to(scenario_section()));

@@ -102,6 +102,7 @@ const Section& scheme_settings_section();
 const Section& linear_solver_section();
 const Section& post_processing_section();
 const Section& stage_section();
+const Section& at_start_section();
 const Section& driver_section();  ///< not of a scenario: of `lahar material`
 const Section& path_section();
 

@@ -41,6 +41,41 @@ const Section& resume_section() {
   return section;
 }
 
+const Section& until_section() {
+  static const Section section{
+      .name = "analysis.until",
+      .path = "analysis.until",
+      .help =
+          "A run, or a stage, ends when it has come to rest: both bounds are tested after the "
+          "first "
+          "step and then every 100 steps of explicit runs, and after each quasi-static step. "
+          "`nsteps` or `end_time` bound the "
+          "run; where they end it first, it warns. Neither measure depends on the mesh.",
+      .keys = {
+          {.key = "imbalance",
+           .kinds = number,
+           .help = "largest sum of the unbalanced forces of nodes, over the sum of all loads "
+                   "(weights, tractions, forces). Of quasi-static steps these are the forces with "
+                   "which the next step begins: with loads that grow the run goes on",
+           .unit = "-",
+           .required = true,
+           .min = 0,
+           .max = 1,
+           .above_min = true,
+           .native = true},
+          {.key = "kinetic_energy",
+           .kinds = number,
+           .help = "explicit steps: largest kinetic energy, over the elastic energy of the "
+                   "stresses. Default: the square of imbalance, which is that of an oscillation "
+                   "whose forces are as large",
+           .unit = "-",
+           .min = 0,
+           .above_min = true,
+           .native = true},
+      }};
+  return section;
+}
+
 const Section& damping_section() {
   static const Section section{
       .name = "analysis.damping",
@@ -441,6 +476,11 @@ const Section& analysis_section() {
                    "there or up to a step later",
            .unit = "s",
            .min = 0,
+           .native = true},
+          {.key = "until",
+           .kinds = object,
+           .help = "the run ends by itself when it has come to rest",
+           .section = until_section,
            .native = true},
           {.key = "time_step",
            .kinds = object,

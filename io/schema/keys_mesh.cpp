@@ -145,19 +145,69 @@ const Section& nonlocal_section() {
   return section;
 }
 
+const Section& k0_section() {
+  static const Section section{
+      .name = "an entry of materials of mesh.particles_stresses",
+      .path = "mesh.particles_stresses.materials[]",
+      .help = "K0 of a material.",
+      .keys = {
+          {.key = "material_id", .kinds = id, .help = "material: an id or a name", .min = 0},
+          {.key = "material",
+           .kinds = id,
+           .help = "the same as material_id",
+           .min = 0,
+           .native = true},
+          {.key = "k0",
+           .kinds = number | text,
+           .help = "as k0 of mesh.particles_stresses",
+           .unit = "-",
+           .required = true,
+           .min = 0,
+           .allowed = {"jaky"},
+           .native = true},
+      }};
+  return section;
+}
+
 const Section& stresses_section() {
   static const Section section{
       .name = "mesh.particles_stresses",
       .path = "mesh.particles_stresses",
-      .help = "Initial stresses as an object (dialect of the fork).",
+      .help = "Initial stresses as an object (`file` and `isotropic`: dialect of the fork).",
       .discriminator = "type",
       .keys = {
           {.key = "type",
            .kinds = text,
            .help = "source of the stresses",
            .required = true,
-           .allowed = {"file", "isotropic"}},
+           .allowed = {"file", "isotropic", "k0"}},
           {.key = "location", .kinds = file, .help = "file of stresses", .only = {"file"}},
+          {.key = "k0",
+           .kinds = number | text,
+           .help = "effective stress across over the vertical one: a number, or \"jaky\": 1 - "
+                   "sin(phi), of laws with a friction angle. Fluids have 1. The vertical stress "
+                   "is the weight of the particles above, column by column, less the pore "
+                   "pressure. It is in balance where the ground is level; under slopes bring it "
+                   "to rest (analysis.until)",
+           .unit = "-",
+           .min = 0,
+           .allowed = {"jaky"},
+           .only = {"k0"},
+           .native = true},
+          {.key = "materials",
+           .kinds = list,
+           .help = "k0 of single materials, in place of that of all",
+           .section = k0_section,
+           .only = {"k0"},
+           .native = true},
+          {.key = "surcharge",
+           .kinds = number,
+           .help = "vertical stress at the ground surface; give it as a traction, too",
+           .unit = "Pa",
+           .fallback = "0",
+           .min = 0,
+           .only = {"k0"},
+           .native = true},
           {.key = "values",
            .kinds = numbers,
            .help =

@@ -160,6 +160,13 @@ const Section& generator_section() {
            .kinds = vector,
            .help = "initial velocity; default 0 (CB-Geo MPM: only for `inject`)",
            .unit = "m/s"},
+          {.key = "stress",
+           .kinds = numbers,
+           .help = "initial stress xx yy zz xy yz xz, or one number for xx, yy and zz; default: "
+                   "that of mesh.particles_stresses, or none",
+           .unit = "Pa",
+           .only = {"file", "gauss", "region"},
+           .native = true},
           {.key = "duration",
            .kinds = numbers,
            .help = "[start, end) of the injection; default: the whole run",

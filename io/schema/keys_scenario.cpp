@@ -74,6 +74,11 @@ const Section& scenario_section() {
            .help = "runs that follow each other, and what changes in each",
            .section = stage_section,
            .native = true},
+          {.key = "at_start",
+           .kinds = object,
+           .help = "what a stage does to particles; it is written in the stage",
+           .section = at_start_section,
+           .native = true},
           {.key = "input_files",
            .kinds = any,
            .help = "name files where they belong: mesh.mesh, mesh.particles_volumes, \"file\" in "

@@ -17,6 +17,7 @@
 #include "physics/model/injection.h"
 #include "physics/model/rigid_body.h"
 #include "physics/model/shape_functions.h"
+#include "physics/model/stage_changes.h"
 
 namespace lahar {
 
@@ -207,6 +208,14 @@ struct LinearSolver {
   int most_iterations = 0;  ///< 0 = automatic
 };
 
+/// A run ends by itself when it has come to rest (equilibrium.h): what is not in balance, and what
+/// moves, is at most this. 0 = it does not end by itself.
+struct UntilRest {
+  double imbalance = 0;  ///< [-] unbalanced forces over loads
+  double kinetic = 0;    ///< [-] kinetic energy over the elastic energy of stresses
+  bool on() const { return imbalance > 0; }
+};
+
 struct Analysis {
   Scheme scheme = Scheme::usf;
   ImplicitSteps implicit;  ///< with Scheme::newmark
@@ -225,6 +234,7 @@ struct Analysis {
   Index first_step = 0;  ///< steps that an earlier run did, from which this one goes on
   Index nsteps = 0;      ///< steps to take, these included; with end_time whichever comes first
   double end_time = std::numeric_limits<double>::infinity();  ///< [s]
+  UntilRest until;
   VelocityTransfer transfer;
   double damping = 0.0;  ///< Cundall's factor [-], or with `viscous_damping` a rate [1/s]; 0 = none
   /// Velocities decay with the rate `damping`, as in a fluid at rest (mass-proportional damping).
@@ -341,6 +351,7 @@ struct Model : NodeConditions<Dim> {
   std::vector<ParticleVelocity> particle_velocities;
   std::vector<RigidBody<Dim>> rigid_bodies;
   Analysis analysis;
+  StageChanges<Dim> changes;  ///< of particles of the stage before
   OutputPlan output;
   Watchdog watchdog;
 };

@@ -278,6 +278,7 @@ struct Patch {
 
   double least_mass = 0;  ///< [kg] nodes of at most this mass are not accelerated
   PatchWork work;
+  double unbalanced = 0;  ///< [N] of this patch's share of its nodes; with Analysis::until
   double time_step_limit = std::numeric_limits<double>::infinity();  ///< [s], adaptive runs
   double max_speed = 0;                  ///< [m/s] of the particles, at most; by G2P
   std::vector<RemovedParticle> removed;  ///< left the mesh, since the driver took the list

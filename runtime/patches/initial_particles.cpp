@@ -57,6 +57,7 @@ ParticleCensus take_census(const Model<Dim>& model, const Communicator& ranks) {
   std::vector<Index> used(model.materials.size(), 0);
   for (const auto m : model.particles.material) used[m] = 1;
   for (const auto& injection : model.injections) used[injection.material] = 1;
+  for (const auto material : model.changes.given) used[material] = 1;
   ranks.sum(used);
   for (const Index n : used) census.used.push_back(n > 0);
   return census;

@@ -22,6 +22,7 @@
 #include "runtime/patches/patch_filling.h"
 #include "runtime/patches/patch_positions.h"
 #include "runtime/patches/patch_state.h"
+#include "runtime/patches/stage_changes.h"
 #include "runtime/patches/stage_start.h"
 
 namespace lahar {
@@ -297,7 +298,10 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
   splits_ = state.run.splits;
   const std::vector<ParticleLoads> loads =
       use == StateUse::other_run ? loads_in(model.particles) : std::vector<ParticleLoads>{};
-  model.particles = {};
+  if (use == StateUse::other_run)  // those that are placed
+    keep_rows_from(model.particles, state.run.next_id);
+  else
+    model.particles = {};
   try {
     if (shares_mesh()) {
       restore_shared(state);
@@ -330,7 +334,11 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
     unpack<Dim>(bytes, *patches_[at], state.run.step, bounds);
     if (new_places) find_natural_coordinates(*patches_[at]);
   });
-  if (use == StateUse::other_run) give_loads<Dim>(patches_, loads, ranks_);
+  if (use == StateUse::other_run) {
+    give_loads<Dim>(patches_, loads, ranks_);
+    if (model.changes.any()) changed_ = change_particles<Dim>(patches_, model, ranks_);
+    place_rows(model, threads);
+  }
   rebuild();
 }
 

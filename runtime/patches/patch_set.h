@@ -10,6 +10,7 @@
 #include "io/base/memory_limit.h"
 #include "physics/particles/patch.h"
 #include "runtime/comm/communicator.h"
+#include "runtime/patches/changed_particles.h"
 #include "runtime/patches/directory_lists.h"
 #include "runtime/patches/initial_particles.h"
 #include "runtime/patches/patch_filling.h"
@@ -109,6 +110,8 @@ class PatchSet {
   std::size_t bytes() const;
   /// Cells per patch that the partition aims at.
   Index target_cells() const { return target_cells_; }
+  /// What the beginning of a stage did to particles; nothing in other runs.
+  const ChangedParticles& changed() const { return changed_; }
   double least_mass() const { return least_mass_; }  ///< Patch::least_mass [kg]
   /// For the first particle that comes in addition to the model's.
   Index next_id() const { return census_.next_id; }
@@ -135,6 +138,8 @@ class PatchSet {
   void choose_owners(const SimulationState& state);
   void exchange_mesh(const std::vector<int>& owner);
   void restore(Model<Dim>& model, const SimulationState& state, int threads);
+  /// Put the rows of the model's table, which are new, into their patches. Collective.
+  void place_rows(Model<Dim>& model, int threads);
   std::vector<Brick> injected_bricks() const;
   std::vector<Index> needed(std::span<const Brick> filled) const;
   std::vector<Index> of_all_ranks(const std::vector<Index>& ids) const;
@@ -173,6 +178,7 @@ class PatchSet {
   bool all_changed_ = false;  ///< all_ is another one than when patches were linked
   std::vector<std::vector<RemoteNeighbour>> sends_;
   std::vector<PatchSplit> splits_;
+  ChangedParticles changed_;
 };
 
 /// How many nodes a patch shares with each of its neighbours.

@@ -1,7 +1,5 @@
 #include "runtime/patches/stage_start.h"
 
-#include <tsl/robin_map.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -112,18 +110,19 @@ std::vector<ParticleLoads> loads_in(const ParticleTable<Dim>& particles) {
 }
 
 template <int Dim>
-void give_loads(std::span<const std::unique_ptr<Patch<Dim>>> patches,
-                const std::vector<ParticleLoads>& loads, const Communicator& ranks) {
+ParticleMarks marks_of(std::span<const std::unique_ptr<Patch<Dim>>> patches,
+                       const std::vector<ParticleLoads>& marks, const Communicator& ranks) {
   const auto size = static_cast<std::size_t>(ranks.size());
-  if (!ranks.any(!loads.empty())) return;
-  // The rank with number id % size keeps the loads of a particle. The rank that has the particle
+  ParticleMarks own;
+  if (!ranks.any(!marks.empty())) return own;
+  // The rank with number id % size keeps the marks of a particle. The rank that has the particle
   // asks it.
   std::vector<std::vector<ParticleLoads>> told(size);
-  for (const ParticleLoads& one : loads)
+  for (const ParticleLoads& one : marks)
     told[static_cast<std::size_t>(one.id) % size].push_back(one);
-  tsl::robin_map<Index, std::uint64_t> known;
+  ParticleMarks known;
   for (const auto& part : ranks.exchange(told))
-    for (const ParticleLoads& one : part) known[one.id] = one.loads;
+    for (const ParticleLoads& one : part) known[one.id] |= one.loads;
   std::vector<std::vector<Index>> asked(size);
   for (const auto& patch : patches)
     for (const ParticleBin& bin : patch->bins)
@@ -136,9 +135,16 @@ void give_loads(std::span<const std::unique_ptr<Patch<Dim>>> patches,
     for (const Index id : part)
       if (const auto at = known.find(id); at != known.end()) answer.push_back({id, at->second});
   }
-  tsl::robin_map<Index, std::uint64_t> own;
   for (const auto& part : ranks.exchange(answers))
     for (const ParticleLoads& one : part) own[one.id] = one.loads;
+  return own;
+}
+
+template <int Dim>
+void give_loads(std::span<const std::unique_ptr<Patch<Dim>>> patches,
+                const std::vector<ParticleLoads>& loads, const Communicator& ranks) {
+  const ParticleMarks own = marks_of(patches, loads, ranks);
+  if (own.empty()) return;
   for (const auto& patch : patches)
     for (ParticleBin& bin : patch->bins)
       for (auto p = static_cast<std::size_t>(bin.begin); p < static_cast<std::size_t>(bin.end);
@@ -172,6 +178,8 @@ void find_natural_coordinates(Patch<Dim>& patch) {
   template std::vector<std::byte> state_for(StateUse, std::vector<std::byte>, const std::string&, \
                                             const ColumnLayout<Dim>&);                            \
   template std::vector<ParticleLoads> loads_in(const ParticleTable<Dim>&);                        \
+  template ParticleMarks marks_of(std::span<const std::unique_ptr<Patch<Dim>>>,                   \
+                                  const std::vector<ParticleLoads>&, const Communicator&);        \
   template void give_loads(std::span<const std::unique_ptr<Patch<Dim>>>,                          \
                            const std::vector<ParticleLoads>&, const Communicator&);               \
   template void find_natural_coordinates(Patch<Dim>&);

@@ -1,6 +1,8 @@
 /// \file The state in which a run ended, as another run of the same particles begins with it.
 #pragma once
 
+#include <tsl/robin_map.h>
+
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -31,6 +33,14 @@ struct ParticleLoads {
 template <int Dim>
 std::vector<ParticleLoads> loads_in(const ParticleTable<Dim>& particles);
 
+/// Bits by particle.
+using ParticleMarks = tsl::robin_map<Index, std::uint64_t>;
+
+/// Of the particles in these patches, which some rank knows. Collective.
+template <int Dim>
+ParticleMarks marks_of(std::span<const std::unique_ptr<Patch<Dim>>> patches,
+                       const std::vector<ParticleLoads>& marks, const Communicator& ranks);
+
 /// Give particles in patches their loads, which some rank has. Collective.
 template <int Dim>
 void give_loads(std::span<const std::unique_ptr<Patch<Dim>>> patches,
@@ -44,6 +54,8 @@ void find_natural_coordinates(Patch<Dim>& patch);
   extern template std::vector<std::byte> state_for(StateUse, std::vector<std::byte>,              \
                                                    const std::string&, const ColumnLayout<Dim>&); \
   extern template std::vector<ParticleLoads> loads_in(const ParticleTable<Dim>&);                 \
+  extern template ParticleMarks marks_of(std::span<const std::unique_ptr<Patch<Dim>>>,            \
+                                         const std::vector<ParticleLoads>&, const Communicator&); \
   extern template void give_loads(std::span<const std::unique_ptr<Patch<Dim>>>,                   \
                                   const std::vector<ParticleLoads>&, const Communicator&);        \
   extern template void find_natural_coordinates(Patch<Dim>&);

@@ -94,11 +94,16 @@ int CaseRun::execute() {
   describe(console_, outline_, info, ranks_.size());
   describe_frames(console_, outline_.output, outline_.analysis, info);
   warn_of_unstable_step(info);
+  const std::vector<std::string> changes =
+      describe_changes(info.changed, outline_.materials, outline_.new_materials);
+  for (const std::string& line : changes) console_.line("changed    " + line);
+  warn_of_empty_groups(info.changed);
 
   RunInfo about = run_info(arguments_, scenario_);
   add_model(about, outline_, info);
   about.steps = steps_;
   about.ranks = ranks_.size();
+  about.changes = changes;
   make_folder(std::move(about));
   frames_ = std::make_unique<FrameOutput>(
       frames_folder(outline_.output.folder), ranks_,
@@ -257,6 +262,15 @@ void CaseRun::warn_of_unstable_step(const SimulationInfo& info) {
                               "the scenario accepts",
                               info.dt, info.dt_limit)});
   console_.warn("lahar: warning: " + scenario_.warnings.back().message);
+}
+
+void CaseRun::warn_of_empty_groups(const ChangedParticles& changed) {
+  const auto look = [&](const std::vector<ParticleCount>& groups, const char* key) {
+    for (std::size_t k = 0; k < groups.size(); ++k)
+      if (groups[k].particles == 0) warn(fmt::format("no particle is in entry {} of {}", k, key));
+  };
+  look(changed.removed, "remove");
+  look(changed.materials, "change_material");
 }
 
 void CaseRun::describe_staging(const SimulationInfo& info) {

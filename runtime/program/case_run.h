@@ -80,6 +80,7 @@ class CaseRun {
   }
 
   void warn_of_unstable_step(const SimulationInfo& info);
+  void warn_of_empty_groups(const ChangedParticles& changed);
   /// What steps wait for, because there is no memory for a copy.
   void describe_staging(const SimulationInfo& info);
 
@@ -121,6 +122,8 @@ class CaseRun {
     return outline_.output.checkpoint_steps > 0 || outline_.output.checkpoint_minutes > 0;
   }
 
+  /// Why a run that may end by itself has ended: said, and returned where it has come to rest.
+  std::string tell_rest(const RestState& rest, Index step);
   /// If a frame could not be written, the manifest says failed and the error is thrown.
   void finish(RunEnd& end);
   /// `is_whole`: all patches are after the same step.

@@ -11,6 +11,7 @@
 #include "runtime/program/case_run.h"
 #include "runtime/program/signals.h"
 #include "runtime/program/timing_table.h"
+#include "runtime/step/rest_test.h"
 #include "runtime/step/watchdog.h"
 #include "runtime/trace/analyse/log.h"
 
@@ -76,6 +77,8 @@ int CaseRun::run_time_loop(Simulation& simulation) {
   if (last_frame_ != simulation.step()) frames_->write(simulation.frame_source());
   checkpoints_->finish();
   const SimulationInfo info = simulation.info();
+  if (end.status == RunStatus::finished && outline_.analysis.until.on())
+    end.message = tell_rest(info.rest, simulation.step());
   report(simulation, info, end, wall, is_whole);
   if (trace_) {
     const Index records = trace_->finish();
@@ -158,6 +161,24 @@ void CaseRun::finish(RunEnd& end) {
     throw;
   }
   if (folder_) folder_->finish(end);
+}
+
+std::string CaseRun::tell_rest(const RestState& rest, Index step) {
+  const UntilRest& until = outline_.analysis.until;
+  if (rest.reached) {
+    const std::string text =
+        fmt::format("at rest after {} steps: {}", format_count(step), describe_rest(rest));
+    console_.line("");
+    console_.line(text);
+    return text;
+  }
+  std::string wanted = fmt::format("imbalance {:.3g}", until.imbalance);
+  if (rest.kinetic >= 0) wanted += fmt::format(" and kinetic_energy {:.3g}", until.kinetic);
+  warn(
+      fmt::format("the run has ended before it came to rest: {}, while analysis.until has {}. Let "
+                  "it take longer, or damp it (analysis.damping).",
+                  rest.imbalance < 0 ? "no test was due yet" : describe_rest(rest), wanted));
+  return "";
 }
 
 void CaseRun::report(Simulation& simulation, const SimulationInfo& info, const RunEnd& end,

@@ -28,6 +28,7 @@ struct Command {
 
 Action add_run(CLI::App& command);
 Action add_check(CLI::App& command);
+Action add_safety(CLI::App& command);
 Action add_export(CLI::App& command);
 Action add_compare(CLI::App& command);
 Action add_graph(CLI::App& command);
@@ -40,6 +41,7 @@ Action add_info(CLI::App& command);
 inline constexpr Command commands[] = {
     {"run", "Run a case", add_run},
     {"check", "Validate a case and print sizes and limits, without a run", add_check},
+    {"safety", "Find the factor of safety of a slope by strength reduction", add_safety},
     {"export", "Write particles as CSV, for ParaView or for CB-Geo MPM", add_export},
     {"compare", "Compare two outputs, field by field", add_compare},
     {"graph", "Draw the task graph of one time step as DOT, SVG, PNG or PDF", add_graph},

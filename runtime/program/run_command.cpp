@@ -5,6 +5,7 @@
 #include <array>
 #include <map>
 #include <span>
+#include <utility>
 
 #include "io/base/atomic_file.h"
 #include "io/base/sha256.h"
@@ -132,7 +133,7 @@ int check_command(const RunArguments& given) {
   arguments.execution.memory = memory_limit(arguments.memory, 1);
   Console console(false);
   std::size_t stages = 1;
-  StageBody body;
+  StageBody body, before;
   StageWarnings warnings;
   for (std::size_t k = 0; k < stages; ++k) {
     const bool draws = k == 0 && !arguments.picture.empty();
@@ -142,8 +143,10 @@ int check_command(const RunArguments& given) {
     warnings.say(scenario.warnings, console);
     if (!scenario.stages.empty()) {
       stages = scenario.stages.size();
-      if (k == 0) body = body_of(scenario);
+      if (k == 0) body = before = body_of(scenario);
       check_body(body, scenario);
+      warnings.say(changes_of_method(std::exchange(before, body_of(scenario)), scenario),
+                   console);
       console.line((k > 0 ? "\n" : "") + stage_line(scenario));
     }
     check_one(arguments, scenario, console);

@@ -52,6 +52,8 @@ ModelOutline outline_of(const AnyModel& any) {
   return std::visit(
       []<int Dim>(const Model<Dim>& model) {
         const Mesh<Dim>& mesh = *model.mesh;
+        std::vector<std::uint16_t> given;
+        for (const auto& change : model.changes.materials) given.push_back(change.material);
         return ModelOutline{.dim = Dim,
                             .title = model.title,
                             .mesh = mesh.is_structured()    ? "structured"
@@ -60,7 +62,8 @@ ModelOutline outline_of(const AnyModel& any) {
                                                             : info(mesh.element()).name,
                             .materials = model.materials,
                             .analysis = model.analysis,
-                            .output = model.output};
+                            .output = model.output,
+                            .new_materials = std::move(given)};
       },
       any);
 }
@@ -241,6 +244,24 @@ Simulation make_simulation(Scenario& scenario, const ExecutionOptions& options, 
     for (const Problem& problem : error.problems()) placed.push_back(scenario.place(problem));
     throw InputError(std::move(placed));
   }
+}
+
+std::vector<std::string> describe_changes(const ChangedParticles& changed,
+                                          std::span<const Material> materials,
+                                          std::span<const std::uint16_t> given) {
+  const auto count = [](const ParticleCount& of) {
+    return fmt::format("{} particle{} ({:.6g} kg)", format_count(of.particles),
+                       of.particles == 1 ? "" : "s", of.mass);
+  };
+  std::vector<std::string> lines;
+  for (const ParticleCount& group : changed.removed)
+    lines.push_back(fmt::format("{} removed", count(group)));
+  for (std::size_t k = 0; k < changed.materials.size(); ++k)
+    lines.push_back(
+        fmt::format("{} became {}", count(changed.materials[k]), materials[given[k]].name));
+  if (changed.placed.particles > 0)
+    lines.push_back(fmt::format("{} placed", count(changed.placed)));
+  return lines;
 }
 
 }  // namespace lahar

@@ -22,6 +22,7 @@ struct ModelOutline {
   std::vector<Material> materials;
   Analysis analysis;
   OutputPlan output;
+  std::vector<std::uint16_t> new_materials = {};  ///< of StageChanges, in their order
 };
 
 /// Those of the scenario: bodies in contact and fields of materials have several entries of one.
@@ -47,6 +48,11 @@ void describe_duration(Console& console, const ModelOutline& model, const Simula
 /// The partition over ranks that a run would begin with; `particles` of each patch.
 void describe_ranks(Console& console, const PatchGraph& graph, std::span<const Index> particles,
                     int ranks, Partitioner partitioner);
+
+/// What the stage did to particles when it began, in sentences; empty where it did nothing.
+std::vector<std::string> describe_changes(const ChangedParticles& changed,
+                                          std::span<const Material> materials,
+                                          std::span<const std::uint16_t> given);
 
 /// The simulation takes the model of the scenario, and begins with a state if there is one. What
 /// only it can find out about the input gets its place in the file.

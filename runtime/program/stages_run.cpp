@@ -59,6 +59,7 @@ StagesRun::StagesRun(const RunArguments& arguments, Read read, Scenario first, C
       folder_(arguments.output),
       names_(first.stages) {
   const StageBody body = body_of(first);
+  StageBody before = body;
   if (folder_.empty())
     folder_ = std::visit([](const auto& model) { return model.output.folder; }, first.model);
   StageWarnings warnings;
@@ -69,6 +70,7 @@ StagesRun::StagesRun(const RunArguments& arguments, Read read, Scenario first, C
     const Scenario stage = read_(k);
     check_body(body, stage);
     warnings.say(stage.warnings, console);
+    warnings.say(changes_of_method(std::exchange(before, body_of(stage)), stage), console);
     full_.push_back(stage.full);
   }
 }

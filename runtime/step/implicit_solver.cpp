@@ -6,9 +6,11 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/kernels/imbalance.h"
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/implicit_walls.h"
 #include "runtime/base/seconds.h"
+#include "runtime/exchange/exact_sum.h"
 #include "runtime/exchange/failure.h"
 #include "runtime/step/worst_node.h"
 
@@ -214,15 +216,32 @@ void ImplicitSolver<Dim>::restore() {
 }
 
 template <int Dim>
-ImplicitReport ImplicitSolver<Dim>::solve(double time, double dt, bool first) {
-  const ImplicitSteps& steps = model_.analysis.implicit;
+void ImplicitSolver<Dim>::begin_step(double time, double dt) {
   // Loads are those of the step's end. (In CB-Geo MPM of its beginning.)
   time_ = model_.analysis.as_cbgeo ? time : time + dt;
   dt_ = dt;
   report_ = {};
   unloaded_ = 0;
-  linear_.begin_step();
   begin_.run(1);
+}
+
+template <int Dim>
+double ImplicitSolver<Dim>::unbalanced(double time, double dt) {
+  begin_step(time, dt);
+  for_each_patch([](Patch<Dim>& patch) { load_in_part(patch, 0.0, 1.0); });
+  if (!linearize().is_good()) return std::numeric_limits<double>::infinity();
+  ExactSum own;
+  for_each_patch([&](const Patch<Dim>& patch) { own += unbalanced_in_system(patch); });
+  std::vector<Index> elements(own.elements().begin(), own.elements().end());
+  ranks_.sum(elements);
+  return ExactSum(std::span<const Index, ExactSum::size>(elements)).value();
+}
+
+template <int Dim>
+ImplicitReport ImplicitSolver<Dim>::solve(double time, double dt, bool first) {
+  const ImplicitSteps& steps = model_.analysis.implicit;
+  linear_.begin_step();
+  begin_step(time, dt);
   if (first && !steps.quasi_static && !model_.analysis.as_cbgeo) {
     for_each_patch([](Patch<Dim>& patch) { load_in_part(patch, 0.0, 0.0); });
     linearize();

@@ -49,6 +49,9 @@ class ImplicitSolver {
   /// For a step of `dt` from `time` on; all particles are in their patches. `first`: particles have
   /// no accelerations yet.
   ImplicitReport solve(double time, double dt, bool first);
+  /// Unbalanced forces of the step from `time` on, before it is solved: by how much it is not in
+  /// equilibrium without any displacement [N]. All particles are in their patches.
+  double unbalanced(double time, double dt);
   /// In the order of their numbers in traces.
   std::vector<StageLoop> loops() const {
     return {begin_.loop(), linearize_.loop(), linear_.loop()};
@@ -80,6 +83,8 @@ class ImplicitSolver {
   bool iterate();
   bool turn_slips();
   void restore();
+  /// What nodes have at the beginning of a step of `dt` from `time` on.
+  void begin_step(double time, double dt);
   void for_each_patch(auto action);
 
   const Model<Dim>& model_;

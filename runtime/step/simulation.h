@@ -16,6 +16,7 @@
 #include "physics/model/model.h"
 #include "physics/particles/removed_particle.h"
 #include "runtime/comm/communicator.h"
+#include "runtime/patches/changed_particles.h"
 #include "runtime/patches/rank_balance.h"
 #include "runtime/patches/rank_partition.h"
 #include "runtime/patches/simulation_state.h"
@@ -108,6 +109,8 @@ struct SolveCounts {
 struct SimulationInfo {
   int threads = 1;
   SolveCounts solves = {};
+  RestState rest = {};            ///< with Analysis::until
+  ChangedParticles changed = {};  ///< by the stage, when it began
   Index cells = 0, nodes = 0, particles = 0, removed = 0;
   Index divided = 0;  ///< increments that materials could only do in parts, since the start
   int patches = 0, tasks_per_step = 0;

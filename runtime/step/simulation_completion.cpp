@@ -116,7 +116,8 @@ RunState SimulationDriver<Dim>::run_state(Step at) const {
           .columns = column_text(patches_.layout()),
           .splits = patches_.splits(),
           .split_step = epochs_.split_step(),
-          .watchdog = watch_.state()};
+          .watchdog = watch_.state(),
+          .rest = rest_.state()};
 }
 
 template <int Dim>

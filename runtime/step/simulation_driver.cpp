@@ -38,7 +38,9 @@ SimulationDriver<Dim>::SimulationDriver(Model<Dim> model, ExecutionOptions optio
       phases_(phases_of(stages(), ranks_.several())),
       watch_(model_, patches_, ranks_, [this](const std::string& text) { warn(text); }),
       patches_(make_patches(state)),
-      log_(model_.injections, state ? state->run.next_id : patches_.next_id()),
+      rest_(model_, patches_, ranks_),
+      log_(model_.injections,
+           state ? std::max(state->run.next_id, patches_.next_id()) : patches_.next_id()),
       limits_(model_, patches_),
       time_(model_.analysis, model_.output, limits_.of_injections(ranks_)),
       rigid_(model_),
@@ -115,6 +117,7 @@ void SimulationDriver<Dim>::resume(const RunState& run) {
   schedule_.begin(run.dt, run.history_steps);
   watch_.resume(run.watchdog);
   time_.resume(step_, run.time, run.dt, run.dt_limit);
+  if (rest_.resume(run.rest)) time_.end_at(step_);
   build_executor();
   rigid_.resume(step_, run.rigid_bodies);
   if (has_dt_task() && !finished()) set_dt(step_, run.dt_limit);
@@ -140,6 +143,7 @@ void SimulationDriver<Dim>::advance(Index steps) {
     take_dense_ids();
     if (finished()) check_end();
     plan_next_step();
+    test_rest();  // before patches move to other ranks
     change_patches();
     // What was asked for and comes after the end is written now.
     const bool ends = step_ >= end || finished() || stops_;
@@ -161,7 +165,9 @@ void SimulationDriver<Dim>::prepare_copies() {
     budget_.add(frames_.bytes());
   // Tasks copy states where there is memory for that, and nobody may leave the mesh, which only a
   // drained graph tells the observer.
-  bool copies_states = observer_.checkpoint && !model_.analysis.remove_leaving_particles;
+  // States say whether the run has come to rest, which is tested after the graph has drained.
+  bool copies_states =
+      observer_.checkpoint && !model_.analysis.remove_leaving_particles && !rest_.on();
   if (copies_states) {
     const Index own = static_cast<Index>(stager_.bytes());
     const auto bytes = static_cast<std::size_t>(ranks_.max(own));
@@ -211,6 +217,7 @@ Step SimulationDriver<Dim>::drain_step(Step end) const {
   if (begins_with_solve(model_.analysis)) end = std::min(end, step_ + 1);
   end = std::min<Step>(end, time_.nsteps());  // dt of the last step may have shown that it is last
   if (frames_are_large()) end = std::min(end, schedule_.next_frame(step_));
+  end = rest_.drain_step(step_, end);
   end = watch_.end_step(step_, end);
   end = stager_.drain_step(step_, end);
   return epochs_.drain_step(step_, end);
@@ -296,6 +303,17 @@ void SimulationDriver<Dim>::change_patches() {
 }
 
 template <int Dim>
+void SimulationDriver<Dim>::test_rest() {
+  if (!rest_.due(step_)) return;
+  std::optional<double> unbalanced;
+  if (implicit_) unbalanced = implicit_->unbalanced(time_.time_at(step_), time_.dt_of(step_));
+  const bool had_finished = finished();
+  if (!rest_.judge(time_.time_at(step_), history().kinetic, unbalanced)) return;
+  time_.end_at(step_);
+  if (!had_finished) check_end();
+}
+
+template <int Dim>
 void SimulationDriver<Dim>::write_checkpoint() {
   stager_.is_written_at_rest(step_);
   observer_.checkpoint(state());
@@ -335,6 +353,8 @@ SimulationInfo SimulationDriver<Dim>::info() const {
   info.divided =
       static_cast<Index>(history_.work().divided) + ranks_.sum(static_cast<Index>(divided));
   info.solves = solves_;
+  info.rest = rest_.state();
+  info.changed = patches_.changed();
   info.patches = static_cast<int>(patches_.all_patches().size());
   info.tasks_per_step = static_cast<int>(phases_.size()) * info.patches + (graph().has_dt ? 1 : 0);
   info.cells_per_patch = patches_.target_cells();

@@ -19,6 +19,7 @@
 #include "runtime/step/implicit_solver.h"
 #include "runtime/step/output_schedule.h"
 #include "runtime/step/pressure_solver.h"
+#include "runtime/step/rest_test.h"
 #include "runtime/step/rigid_motion.h"
 #include "runtime/step/run_frames.h"
 #include "runtime/step/run_history.h"
@@ -95,6 +96,8 @@ class SimulationDriver {
   /// dt of the next step, which the drained graph did not get to.
   void plan_next_step();
   void change_patches();
+  /// End the run here where it has come to rest.
+  void test_rest();
   void write_checkpoint();
 
   // --- tasks ------------------------------------------------------------------------------------
@@ -187,6 +190,7 @@ class SimulationDriver {
   std::size_t locate_index_ = 0, output_index_ = 0, first_dt_stage_ = 0;
   RunWatch<Dim> watch_;
   PatchSet<Dim> patches_;
+  RestTest<Dim> rest_;
   InjectionLog log_;
   StepLimits<Dim> limits_;
   TimeControl time_;

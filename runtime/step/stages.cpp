@@ -13,6 +13,7 @@
 #include "physics/contact/contact_surface.h"
 #include "physics/kernels/driven_nodes.h"
 #include "physics/kernels/general_kernels.h"
+#include "physics/kernels/imbalance.h"
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/mean_volume.h"
@@ -384,6 +385,15 @@ Stages<Dim> integration(const Analysis& analysis) {
 }
 
 template <int Dim>
+Stages<Dim> unbalanced_forces(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (!analysis.until.on()) return {};
+  return {TimestepStage<Dim>{.stage = {.name = "imbalance"},
+                             .begin = [](P& p, S& s) { find_unbalanced(p, s); }}};
+}
+
+template <int Dim>
 Stages<Dim> velocity_transfer(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
@@ -714,6 +724,7 @@ Stages<Dim> output(const Analysis&) {
   template Stages<Dim> mapped_means<Dim>(const Analysis&);             \
   template Stages<Dim> node_means<Dim>(const Analysis&);               \
   template Stages<Dim> integration<Dim>(const Analysis&);              \
+  template Stages<Dim> unbalanced_forces<Dim>(const Analysis&);        \
   template Stages<Dim> velocity_transfer<Dim>(const Analysis&);        \
   template Stages<Dim> rigid_contact<Dim>(const Analysis&);            \
   template Stages<Dim> g2p<Dim>(const Analysis&);                      \

@@ -53,6 +53,10 @@ Stages<Dim> node_means(const Analysis& analysis);
 /// a_i and the new v_i, which become what constraints, walls and contact allow.
 template <int Dim>
 Stages<Dim> integration(const Analysis& analysis);
+/// How far nodes are from equilibrium (imbalance.h), where a run ends by itself.
+template <int Dim>
+Stages<Dim> unbalanced_forces(const Analysis& analysis);
+
 /// What the velocity transfer needs of nodes before particles move (velocity_transfer.h): APIC's
 /// velocities before forces, nodes that are held, a filter with an exchange per order.
 template <int Dim>

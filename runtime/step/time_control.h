@@ -1,6 +1,7 @@
 /// \file How long the steps of a run are, and which is the last one.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <string>
@@ -40,6 +41,8 @@ class TimeControl {
   /// dt of an adaptive step and, with it, the time at which the next one begins: shortened so that
   /// steps end at times of output and at the end.
   Planned plan(Step step, double limit);
+  /// The run ends with the steps that are done.
+  void end_at(Step done) { nsteps_ = std::min<Index>(nsteps_, done); }
   /// No particle is on its way: the limit of the step that is next.
   void set_limit(Step step, double limit) { limit_[step] = limit; }
 

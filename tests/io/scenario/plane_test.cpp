@@ -101,6 +101,9 @@ TEST_CASE("models that deform across their plane are refused where they are not 
              "an axisymmetric mesh begins at x = 0, the axis; this one at x = -0.5 m"));
   CHECK(says(refusal({.gravity = 1}), "gravity of an axisymmetric model acts along the axis, y"));
   CHECK(says(refusal({.plane = "stress", .law = water}), "is a fluid; plane stress is for solids"));
+  constexpr const char* sand = R"("type": "MohrCoulomb", "youngs_modulus": 1e7,
+    "poisson_ratio": 0.2, "friction": 30, "dilation": 0, "cohesion": 0, "tension_cutoff": 0)";
+  CHECK(says(refusal({.plane = "stress", .law = sand}), "has no cohesion"));
   CHECK(says(refusal({.plane = "stress", .analysis = R"("b_bar": true, )"}),
              "B-bar is not supported yet in plane stress"));
   CHECK(says(refusal({.analysis = R"("b_bar": true, "mpm_scheme": "newmark", )"}),

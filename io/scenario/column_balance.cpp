@@ -1,0 +1,127 @@
+#include "io/scenario/column_balance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "physics/basis/axis_functions.h"
+
+namespace lahar {
+
+namespace {
+
+/// Functions at a row: those of the four nodes from `first` on.
+struct RowFunctions {
+  int first = 0;
+  std::array<double, axis_nodes> value{}, slope{};  ///< slopes in 1 / cells
+};
+
+RowFunctions functions_at(const ColumnRow& row, int cells, ShapeFunctions functions) {
+  const int cell = std::clamp(static_cast<int>(std::floor(row.height)), 0, cells - 1);
+  const Scalar s(row.height - cell), r(std::clamp(row.half, 1e-6, 1.0));
+  Scalar w[axis_nodes], dw[axis_nodes];
+  if (functions == ShapeFunctions::quadratic_spline) {
+    QuadraticSpline::at(s, w);
+    QuadraticSpline::slopes(s, dw);
+  } else if (functions == ShapeFunctions::cubic_spline) {
+    CubicSpline::at(s, w);
+    CubicSpline::slopes(s, dw);
+  } else {
+    GimpFunction::at(s, r, w);
+    GimpFunction::slopes(s, r, dw);
+  }
+  for (auto* of : {&w, &dw}) {
+    if (cell == 0) fold_first(*of);
+    if (cell == cells - 1) fold_last(*of);
+  }
+  RowFunctions found{.first = cell - 1};
+  for (std::size_t k = 0; k < axis_nodes; ++k) {
+    found.value[k] = w[k][0];
+    found.slope[k] = dw[k][0];
+  }
+  return found;
+}
+
+/// A symmetric matrix of which each row has three entries beside its diagonal; solved in place.
+class Banded {
+ public:
+  static constexpr int width = axis_nodes;
+  explicit Banded(int n) : n_(n), a_(static_cast<std::size_t>(n) * width, 0.0) {}
+  /// Entry (i, i - k).
+  double& at(int i, int k) { return a_[static_cast<std::size_t>(i * width + k)]; }
+
+  /// Cholesky's method; rows that hardly are any give zero.
+  void solve(std::vector<double>& x) {
+    double largest = 0;
+    for (int i = 0; i < n_; ++i) largest = std::max(largest, at(i, 0));
+    for (int i = 0; i < n_; ++i) {
+      for (int j = std::max(0, i - width + 1); j <= i; ++j) {
+        double sum = at(i, i - j);
+        for (int k = std::max(0, i - width + 1); k < j; ++k)
+          if (j - k < width) sum -= at(i, i - k) * at(j, j - k);
+        if (j < i)
+          at(i, i - j) = at(j, 0) > 0 ? sum / at(j, 0) : 0.0;
+        else
+          at(i, 0) = sum > 1e-10 * largest ? std::sqrt(sum) : 0.0;
+      }
+    }
+    for (int i = 0; i < n_; ++i) {
+      double sum = x[static_cast<std::size_t>(i)];
+      for (int j = std::max(0, i - width + 1); j < i; ++j)
+        sum -= at(i, i - j) * x[static_cast<std::size_t>(j)];
+      x[static_cast<std::size_t>(i)] = at(i, 0) > 0 ? sum / at(i, 0) : 0.0;
+    }
+    for (int i = n_ - 1; i >= 0; --i) {
+      double sum = x[static_cast<std::size_t>(i)];
+      for (int j = i + 1; j < std::min(n_, i + width); ++j)
+        sum -= at(j, j - i) * x[static_cast<std::size_t>(j)];
+      x[static_cast<std::size_t>(i)] = at(i, 0) > 0 ? sum / at(i, 0) : 0.0;
+    }
+  }
+
+ private:
+  int n_;
+  std::vector<double> a_;
+};
+
+}  // namespace
+
+bool needs_balance(ShapeFunctions functions) {
+  return functions == ShapeFunctions::quadratic_spline ||
+         functions == ShapeFunctions::cubic_spline || functions == ShapeFunctions::gimp ||
+         functions == ShapeFunctions::uniform_gimp;
+}
+
+std::vector<double> balance_column(std::span<const ColumnRow> rows, double cell, int cells,
+                                   ShapeFunctions functions) {
+  std::vector<double> change(rows.size(), 0.0);
+  if (rows.empty()) return change;
+  std::vector<RowFunctions> at;
+  for (const ColumnRow& row : rows) at.push_back(functions_at(row, cells, functions));
+  // Nodes from the upper one of the lowest cell on: what lies below holds the column.
+  const int lowest = at.front().first + 2, nodes = at.back().first + axis_nodes - lowest;
+  Banded matrix(nodes);
+  std::vector<double> force(static_cast<std::size_t>(nodes), 0.0);
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    for (int a = 0; a < axis_nodes; ++a) {
+      const int i = at[k].first + a - lowest;
+      if (i < 0) continue;
+      const double slope = at[k].slope[static_cast<std::size_t>(a)] / cell;
+      force[static_cast<std::size_t>(i)] +=
+          rows[k].weight * at[k].value[static_cast<std::size_t>(a)] -
+          rows[k].volume * rows[k].stress * slope;
+      for (int b = 0; b <= a; ++b)
+        if (at[k].first + b - lowest >= 0)
+          matrix.at(i, a - b) +=
+              rows[k].volume * slope * at[k].slope[static_cast<std::size_t>(b)] / cell;
+    }
+  matrix.solve(force);  // what is missing upwards
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    for (int a = 0; a < axis_nodes; ++a)
+      if (const int i = at[k].first + a - lowest; i >= 0)
+        change[k] +=
+            force[static_cast<std::size_t>(i)] * at[k].slope[static_cast<std::size_t>(a)] / cell;
+  return change;
+}
+
+}  // namespace lahar

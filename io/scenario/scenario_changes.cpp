@@ -1,0 +1,78 @@
+// What a stage does to particles when it begins.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "io/scenario/regions.h"
+#include "io/scenario/scenario_builder.h"
+
+namespace lahar {
+
+template <int Dim>
+ParticleGroup<Dim> ScenarioBuilder<Dim>::group_of(const JsonValue& entry) {
+  ParticleGroup<Dim> group;
+  const JsonValue* shape = entry.find("region");
+  const bool set = entry.find("pset") || entry.find("pset_id");
+  if (!shape == !set) {
+    if (!written(entry, "region"))
+      in_.error(entry, "which particles? Give a 'region' or a 'pset', and one of them",
+                "{\"region\": {\"box\": {\"min\": [0, 0], \"max\": [1, 1]}}}");
+    return group;
+  }
+  if (shape) {
+    const auto region =
+        std::make_shared<const Region<Dim>>(*shape, region_tolerance_, in_.document, in_.problems);
+    group.region = [region](const Vec<Dim>& x) { return region->contains(x); };
+  } else if (auto ids = members(entry, "pset_id", "pset", sets_.particles)) {
+    group.members = std::move(*ids);
+  }
+  return group;
+}
+
+// Particles have the columns of a liquid in their pores, or they have not.
+template <int Dim>
+void ScenarioBuilder<Dim>::check_new_material(const JsonValue& at, std::uint16_t material) {
+  const auto& used = model_.particles.material;
+  const auto has_liquid = [&](std::uint16_t m) { return model_.materials[m].liquid.has_value(); };
+  const bool liquid = has_liquid(material);
+  const bool other = std::any_of(used.begin(), used.end(),
+                                 [&](std::uint16_t m) { return has_liquid(m) != liquid; });
+  if (team_.any(other))
+    in_.error(at,
+              liquid ? "a material with a liquid in its pores is for particles that have one"
+                     : "this material has no liquid in its pores, and the particles have one",
+              "list the pair [skeleton, liquid] with a generator of its own");
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_changes() {
+  StageChanges<Dim>& changes = model_.changes;
+  for (const JsonValue& entry : in_.given_materials)
+    if (const int material = find_material(entry); material >= 0)
+      changes.given.push_back(static_cast<std::uint16_t>(material));
+  const JsonValue* given = root_.find("at_start");
+  if (!given || !given->is<JsonValue::Object>()) return;
+  for (const JsonValue* entry : get_list(*given, "remove"))
+    changes.removed.push_back(group_of(*entry));
+  for (const JsonValue* entry : get_list(*given, "change_material")) {
+    ParticleGroup<Dim> group = group_of(*entry);
+    const int material = find_material(*entry);
+    if (material < 0) continue;
+    check_new_material(*entry, static_cast<std::uint16_t>(material));
+    changes.materials.push_back({std::move(group), static_cast<std::uint16_t>(material)});
+  }
+  for (const std::string& what : get_texts(*given, "reset")) {
+    changes.reset_displacements |= what == "displacement";
+    changes.reset_strains |= what == "strain";
+    if (what != "displacement" && what != "strain")
+      in_.error(*given->find("reset"),
+                fmt::format("'reset' knows \"displacement\" and \"strain\", found {}",
+                            json_quoted(what)));
+  }
+}
+
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
+
+}  // namespace lahar

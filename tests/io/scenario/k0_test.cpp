@@ -1,0 +1,113 @@
+// Initial stresses of ground at rest, and what a run may end by itself for.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <variant>
+
+#include "io/scenario/scenario.h"
+#include "tests/io/scenario/said.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+struct Ground {
+  std::string region = R"({"box": {"min": [0, 0], "max": [4, 3]}})";
+  std::string top = R"({"box": {"min": [0, 3], "max": [4, 5]}})";
+  std::string k0 = R"("jaky", "materials": [{"material": "clay", "k0": 0.7}])";
+  std::string more = "";  ///< in particles_stresses
+  std::string gravity = "[0, -10]";
+  std::string analysis = "";  ///< beside step and number of steps
+};
+
+Model<2> ground(const Ground& parts) {
+  return std::get<Model<2>>(
+      std::move(read_scenario_text(fmt::format(R"({{
+    "mesh": {{"structured": {{"cell_size": 0.5, "extent": [4, 6]}},
+             "particles_stresses": {{"type": "k0", "k0": {}{}}}}},
+    "materials": [
+      {{"name": "clay", "type": "LinearElastic", "density": 2000, "youngs_modulus": 1e7,
+        "poisson_ratio": 0.3}},
+      {{"name": "sand", "type": "MohrCoulomb", "density": 1500, "youngs_modulus": 1e7,
+        "poisson_ratio": 0.3, "friction": 30, "dilation": 0, "cohesion": 0, "tension_cutoff": 0}}],
+    "particles": [
+      {{"generator": {{"type": "region", "per_cell": 2, "material": "clay", "region": {}}}}},
+      {{"generator": {{"type": "region", "per_cell": 2, "material": "sand", "region": {}}}}}],
+    "external_loading_conditions": {{"gravity": {}}},
+    "analysis": {{"shape_functions": "element", {} "dt": 1e-4, "nsteps": 1}}}})",
+                                               parts.k0, parts.more, parts.region, parts.top,
+                                               parts.gravity, parts.analysis),
+                                   "")
+                    .model));
+}
+
+std::string refusal(const Ground& parts) {
+  return refusal_of([&] { ground(parts); });
+}
+
+}  // namespace
+
+TEST_CASE("level layers at rest have the weight above them, and K0 of it across") {
+  for (const double surcharge : {0.0, 1000.0}) {
+    const Model<2> model = ground({.more = fmt::format(R"(, "surcharge": {})", surcharge)});
+    const auto& p = model.particles;
+    REQUIRE(p.stress.size() == p.x.size());
+    for (std::size_t i = 0; i < p.x.size(); ++i) {
+      const double y = p.x[i][1];
+      const bool sand = p.material[i] == 1;
+      const double weight = surcharge + 10 * (sand ? 1500 * (5 - y) : 1500 * 2 + 2000 * (3 - y));
+      CHECK(p.stress[i][1] == doctest::Approx(-weight));
+      CHECK(p.stress[i][0] == doctest::Approx(-(sand ? 0.5 : 0.7) * weight));
+      CHECK(p.stress[i][2] == p.stress[i][0]);
+      CHECK(p.stress[i][3] == 0);
+    }
+  }
+}
+
+TEST_CASE("under a plane slope the weight above follows the ground") {
+  // Rows of particles end at the ground: it is known to a part of a cell.
+  const Model<2> model =
+      ground({.region = R"({"polygon": {"points": [[0, 0], [4, 0], [4, 2], [0, 4]]}})",
+              .top = R"({"box": {"min": [0, 5.5], "max": [0.5, 6]}})",
+              .k0 = "0.5"});
+  const auto& p = model.particles;
+  double worst = 0;
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    if (p.x[i][0] < 1 || p.material[i] == 1) continue;  // above is other material
+    const double depth = 4 - 0.5 * p.x[i][0] - p.x[i][1];
+    worst = std::max(worst, std::abs(-p.stress[i][1] / 20000 - depth));
+  }
+  CHECK(worst < 0.13);  // m; half a particle
+}
+
+TEST_CASE("gravity may act along any axis, either way") {
+  const Model<2> model = ground({.k0 = "0.5", .gravity = "[0, 10]"});
+  const auto& p = model.particles;
+  for (std::size_t i = 0; i < p.x.size(); ++i)
+    CHECK(p.stress[i][1] ==
+          doctest::Approx(-10 *
+                          (p.material[i] == 0 ? 2000 * p.x[i][1] : 6000 + 1500 * (p.x[i][1] - 3))));
+}
+
+TEST_CASE("initial stresses at rest are refused where they cannot be found") {
+  CHECK(says(refusal({.k0 = "\"jaky\""}), "\"jaky\" needs a friction angle"));
+  CHECK(says(refusal({.k0 = "-1"}), "'k0' must be"));
+  CHECK(says(refusal({.k0 = R"(1, "materials": [{"material": "silt", "k0": 1}])"}), "silt"));
+  CHECK(says(refusal({.gravity = "[1, -10]"}), "\"k0\" needs gravity along an axis"));
+  CHECK(says(refusal({.gravity = R"({"gravity": [0, -10], "ramping_time": 1})"}),
+             "gravity that acts from the beginning"));
+}
+
+TEST_CASE("the end at rest has bounds, and is for runs that have a measure of it") {
+  const Model<2> model = ground({.analysis = R"("until": {"imbalance": 1e-2},)"});
+  CHECK(model.analysis.until.imbalance == 1e-2);
+  CHECK(model.analysis.until.kinetic == doctest::Approx(1e-4));
+  CHECK_FALSE(ground({}).analysis.until.on());
+  CHECK(says(refusal({.analysis = R"("until": {"imbalance": 1e-2}, "mpm_scheme": "newmark",)"}),
+             "'until' is for explicit and for quasi-static steps"));
+  CHECK(says(refusal({.analysis = R"("until": {"kinetic_energy": 1e-2},)"}), "'imbalance'"));
+}
