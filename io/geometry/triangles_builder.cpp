@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <limits>
 
 namespace lahar {
 
@@ -41,6 +42,8 @@ Local TrianglesBuilder::point(const Vec<3>& x) {
   at.array() += 0.0;  // no -0, which has other bits
   std::size_t slot = slot_of(at);
   if (slots_[slot] >= 0) return slots_[slot];
+  if (triangles_.points.size() == std::numeric_limits<Local>::max())
+    throw InputError("a surface has too many points");
   const auto id = static_cast<Local>(triangles_.points.size());
   triangles_.points.push_back(at);
   slots_[slot] = id;

@@ -14,7 +14,10 @@ class TrianglesBuilder {
 
   /// The number of a point [of the file's units], which is the same for the same place.
   Local point(const Vec<3>& x);
-  void triangle(const Triangles::Corners& corners) { triangles_.corners.push_back(corners); }
+  void triangle(const Triangles::Corners& corners) {
+    if (size() == most_triangles) throw InputError("a surface has too many triangles");
+    triangles_.corners.push_back(corners);
+  }
   /// A polygon of at least three of these points; false if it has a reflex corner.
   bool polygon(const std::vector<Local>& corners);
   Index size() const { return static_cast<Index>(triangles_.corners.size()); }

@@ -56,8 +56,6 @@ class ObjText {
     else if (!to_.polygon(polygon_))
       rows_.complain(fmt::format("this face of {} corners is not convex", polygon_.size()),
                      "export the surface as triangles");
-    else if (to_.size() > most_triangles)
-      rows_.complain(fmt::format("more than {} triangles", most_triangles));
   }
 
   /// "7", "7/1" or "7/1/2", counted from 1, or from the last vertex on by negative numbers.

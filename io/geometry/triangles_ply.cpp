@@ -271,8 +271,6 @@ class BodyReader {
     if (!to_.polygon(polygon_))
       return data_.complain(fmt::format("face {} of {} corners is not convex", i, polygon_.size()),
                             "export the surface as triangles");
-    if (to_.size() > most_triangles)
-      return data_.complain(fmt::format("more than {} triangles", most_triangles), "");
     return true;
   }
 

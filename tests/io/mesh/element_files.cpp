@@ -210,6 +210,8 @@ R"(mesh:13: error: a coordinate must be a number, found 'two'
 R"(mesh:26: error: node 1 occurs twice
   15 1.499999999999688 0.499999999999534 0
 )");
+  CHECK(refusal(replaced(good, "\n13 0.5000", "\n-13 0.5000")).starts_with(
+R"(mesh:26: error: the number of a node must be positive, found -13)"));
   CHECK(refusal(replaced(good, "9 8 3\n", "9 8 30\n")).starts_with(
 R"(mesh:56: error: an element has node 30, which does not exist)"));
   CHECK(refusal(replaced(good, "27 2 2 2 1 9 8 3", "27 92 2 2 1 9 8 3")).starts_with(
