@@ -287,6 +287,7 @@ class ScenarioBuilder {
   std::optional<JsonValue> take_fields(const JsonValue& material);
   std::optional<MaterialField<Dim>> random_field(const JsonValue& given);
   std::optional<MaterialField<Dim>> profile(const JsonValue& given);
+  std::optional<std::function<double(const Vec<Dim>&)>> level_of(const JsonValue& given);
   void check_bounds_of(const MaterialField<Dim>& field, const JsonValue& material,
                        const JsonValue& at);
   void refuse_fields();

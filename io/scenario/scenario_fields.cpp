@@ -136,12 +136,37 @@ std::optional<MaterialField<Dim>> ScenarioBuilder<Dim>::random_field(const JsonV
   return field;
 }
 
+// Where a surface has no height, its depth is that of the first row.
+template <int Dim>
+std::optional<std::function<double(const Vec<Dim>&)>> ScenarioBuilder<Dim>::level_of(
+    const JsonValue& given) {
+  using Level = std::function<double(const Vec<Dim>&)>;
+  if (const auto level = get_number(given, "below"))
+    return Level([top = *level](const Vec<Dim>&) { return top; });
+  const auto name = get_text(given, "below");
+  if (!name) return std::nullopt;
+  const auto found = geometry_.find(*name);
+  if (found == geometry_.end() || (found->second.known() && !found->second.surface)) {
+    in_.error(*given.find("below"),
+              fmt::format("'below' must name a surface; '{}' is {}", *name,
+                          found == geometry_.end() ? "not in geometry" : found->second.kind()),
+              "geometry has surfaces from rasters, points and grids");
+    return std::nullopt;
+  }
+  if (!found->second.surface) return std::nullopt;  // reported
+  return Level([surface = found->second.surface](const Vec<Dim>& x) {
+    const double height = surface->height(x);
+    return std::isnan(height) ? -std::numeric_limits<double>::infinity() : height;
+  });
+}
+
 template <int Dim>
 std::optional<MaterialField<Dim>> ScenarioBuilder<Dim>::profile(const JsonValue& given) {
-  const auto level = get_number(given, "below");
+  const auto level = level_of(given);
   if (!written(given, "below"))
-    in_.error(given, "'below' is missing beside 'at_depth'",
-              "the level from which depths count, along the last axis [m]");
+    in_.error(
+        given, "'below' is missing beside 'at_depth'",
+        "the level from which depths count, along the last axis [m], or a surface of geometry");
   const JsonValue* rows = given.find("at_depth");
   if (!level || !rows) return std::nullopt;
   std::vector<std::array<double, 2>> points;
@@ -163,7 +188,7 @@ std::optional<MaterialField<Dim>> ScenarioBuilder<Dim>::profile(const JsonValue&
   MaterialField<Dim> field{.key = "", .mean = 0.5 * (low + high), .values = {}, .class_of = {}};
   for (int k = 0; k < n; ++k) field.values.push_back(middle_of(k, n, low, high));
   field.class_of = [=, top = *level](const Vec<Dim>& x) {
-    return part_of(interpolated(points, top - x[Dim - 1]), n, low, high);
+    return part_of(interpolated(points, top(x) - x[Dim - 1]), n, low, high);
   };
   return field;
 }

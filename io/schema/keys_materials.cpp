@@ -67,8 +67,9 @@ const Section& field_section() {
            .help = "rows of a depth [m] and the value there, ascending; linear between them",
            .native = true},
           {.key = "below",
-           .kinds = number,
-           .help = "level from which depths count downwards along the last axis",
+           .kinds = number | text,
+           .help = "level from which depths count downwards along the last axis, or the name of a "
+                   "surface of geometry",
            .unit = "m",
            .native = true},
           {.key = "classes",

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -64,6 +65,21 @@ TEST_CASE("a profile over depth is right to 1 % of its range at every particle")
     CHECK(clay_at(model, p).cohesion == 1e4);
   }
   CHECK(clay == 120 * 30 * 4);
+}
+
+TEST_CASE("depths count from a surface, where the ground is not level") {
+  const std::string text = scenario(
+      R"({"at_depth": [[0, 1e7], [10, 5e7]], "below": "ground"})", "1e4",
+      R"(], "geometry": {"ground": {"points": [[0, 20], [60, 14]]}}, "math_functions": [)");
+  const Model<2> model = model_of(text);
+  for (std::size_t p = 0; p < model.particles.x.size(); ++p) {
+    if (model.materials[model.particles.material[p]].id != 1) continue;
+    const Vec<2>& x = model.particles.x[p];
+    const double depth = std::clamp(20 - 0.1 * x[0] - x[1], 0.0, 10.0);
+    CHECK(std::abs(clay_at(model, p).youngs_modulus - (1e7 + 4e6 * depth)) < 0.01 * 4e7);
+  }
+  CHECK(problems_of(scenario(R"({"at_depth": [[0, 1e7]], "below": "grund"})", "1e4"))
+            .find("'below' must name a surface; 'grund' is not in geometry") != std::string::npos);
 }
 
 TEST_CASE("a random field has its mean, its variation and its correlation among particles") {
