@@ -11,6 +11,7 @@ namespace {
 
 /// As the largest `per_cell` (keys_particles.cpp).
 constexpr double most_parts_of_edge = 64;
+constexpr int default_parts = 2;  ///< the same as there
 
 /// A cell that is a whole number of spacings wide but for rounding has so many parts [-].
 constexpr double whole_number = 1e-6;
@@ -22,11 +23,11 @@ template <int Dim>
 std::optional<int> ScenarioBuilder<Dim>::parts_of_cell(const JsonValue& generator) {
   const JsonValue* spacing = generator.find("spacing");
   const JsonValue* per_cell = generator.find("per_cell");
-  if (!spacing || !mesh_) {
-    const auto n = get_integer(generator, "per_cell");
-    return n ? std::optional(static_cast<int>(*n)) : std::nullopt;
+  if (!spacing) {
+    if (!per_cell && written(generator, "per_cell")) return std::nullopt;  // reported
+    return per_cell ? static_cast<int>(per_cell->number()) : default_parts;
   }
-  if (per_cell && !per_cell->defaulted) {
+  if (per_cell) {
     in_.error(*spacing, "'spacing' and 'per_cell' both say how many particles a cell has",
               "give one of them");
     return std::nullopt;

@@ -125,8 +125,7 @@ const Section& generator_section() {
            .kinds = integer,
            .help = "particles per direction and cell. Each cell is cut into per_cell^dim equal "
                    "parts. Each part that lies in the region gets a particle at its centre, with "
-                   "the part's volume",
-           .fallback = "2",
+                   "the part's volume; default 2",
            .min = 1,
            .max = 64,
            .only = {"region"},

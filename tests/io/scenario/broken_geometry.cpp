@@ -100,12 +100,12 @@ TEST_CASE("rasters that cannot be the ground of a model are refused") {
        below,
        "file 'dem.asc' does not exist\nhint: file names are relative to the scenario's folder\n"},
       {"an empty file", {write("dem.asc", "")}, dem, below, "file 'dem.asc' is empty\n"},
-      {"a folder", {folder("dem.asc")}, dem, below, "file 'dem.asc' is a folder\n"},
+      {"a folder", {folder("dem.asc")}, dem, below, "file 'dem.asc' is a folder, not a file\n"},
       {"no raster",
        {write("dem.asc", "hello\n")},
        dem,
        below,
-       "'dem.asc' is no raster that GDAL reads: 'dem.asc' not recognized as a supported file "
+       "'dem.asc' is no raster that GDAL reads: `dem.asc' not recognized as a supported file "
        "format.\nhint: ESRI ASCII grids and GeoTIFF are rasters\n"},
       {"elsewhere on the map",
        {write("dem.asc", ascii_grid(grid(430000, 5100000)))},

@@ -218,7 +218,8 @@ TEST_CASE("shapes and regions that name each other wrongly are refused") {
         "the points of a surface must have ascending x (a surface has one height above each "
         "place; overhangs are solids)\n");
   CHECK(said(R"({"ground": {"points": [[0, 2, 1], [8, 6, 1]]}})", below) ==
-        "'points' must be an array of points (2 numbers each) [m], found an array\n");
+        "'points' must be an array of points (2 numbers each) [m], found array [[0, 2, 1], [8, 6, "
+        "1]]\n");
   CHECK(said(R"({"ground": {"surface": "ground", "lower_by": 1}})", below) ==
         "the surfaces follow from each other in a circle: ground, ground\n");
   CHECK(said(R"({"ground": {"surface": "bed", "raise_by": 1},
@@ -239,6 +240,7 @@ TEST_CASE("shapes and regions that name each other wrongly are refused") {
              below) == "the surface and its thickness are not at the same places in plan\n");
   CHECK(said(R"({"ground": {"points": [[0, 2], [8, 6]], "lower_by": 1}})", below) ==
         "'lower_by' needs 'surface': what is it to be moved from?\n");
-  CHECK(said(R"({"ground": {"surface": "ground", "lower_by": -1}})", below) ==
-        "'lower_by' must be at least 0 [m], found -1\n");
+  CHECK(said(R"({"ground": {"surface": "bed", "lower_by": -1},
+                 "bed": {"points": [[0, 2], [8, 6]]}})",
+             below) == "'lower_by' must be at least 0 [m], found -1\n");
 }
