@@ -1,5 +1,6 @@
 #include "runtime/program/safety_run.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
