@@ -170,7 +170,7 @@ TEST_CASE("rasters that cannot be the ground of a model are refused") {
        "the geometry 'field' is polygons, not a surface\n"},
       {"two shapes", good, R"("ground": {"raster": "dem.asc", "points": [[0, 0, 1]]})", below,
        "the geometry 'ground' has several shapes: 'points', 'raster'\nhint: give one of 'points', "
-       "'raster', 'surface', 'polygons'\n"},
+       "'raster', 'surface', 'triangles', 'solid', 'polygons'\n"},
       {"a key of another shape", good, R"("ground": {"raster": "dem.asc", "where": "a = 1"})",
        below, "'where' needs 'polygons', whose features it selects\n"},
       {"a misspelt key", good, R"("ground": {"rastr": "dem.asc"})", below,

@@ -20,7 +20,7 @@ std::string scenario(const std::string& geometry, const std::string& region) {
          geometry + R"(,
   "particles": [{"generator": {"type": "region", "region": )" +
          region +
-         R"(, "per_cell": 2, "material_id": 0}}],
+         R"(, "per_cell": 2, "cut_cells": "centres", "material_id": 0}}],
   "materials": [{"id": 0, "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
                  "poisson_ratio": 0.3}],
   "analysis": {"type": "MPMExplicit3D", "dt": 0.001, "nsteps": 1}})";

@@ -21,7 +21,7 @@ TEST_CASE("bad keys and values are refused with what is allowed") {
      R"(mpm.json:2:22: error: unknown key 'colour' in the scenario [/colour]
     "title": "Broken", "colour": 1,
                        ^
-  hint: known keys: title, mesh, sets, particles, materials, material_sets, external_loading_conditions, math_functions, analysis, post_processing, stages
+  hint: known keys: title, mesh, geometry, sets, particles, materials, rigid_bodies, material_sets, external_loading_conditions, math_functions, analysis, post_processing, stages, at_start
 )"},
     {"misspelt keys in three places",
      {replace("mpm.json", "\"youngs_modulus\"", "\"young_modulus\""),
