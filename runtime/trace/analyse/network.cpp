@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <limits>
-#include <sstream>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -135,10 +134,14 @@ Network read_network(const std::string& path) {
                                          "\"measured\"",
                               .hint = "for example {\"latency\": \"2us\", \"bandwidth\": "
                                       "\"10GB/s\", \"overhead\": \"500ns\"}"}});
-  std::stringstream text;
-  text << in.rdbuf();
+  constexpr std::size_t most = 1 << 20;  // [bytes]; /dev/zero has no end
+  std::string text(most + 1, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  if (text.size() > most)
+    throw InputError({Problem{.file = path, .message = "is larger than a file of a network is"}});
   ProblemList problems;
-  const JsonDocument document(path, text.str(), problems);
+  const JsonDocument document(path, text, problems);
   Network network;
   if (document.root.valid()) network = Reader(document, problems).read();
   if (!problems.empty()) throw InputError(problems.errors(path));

@@ -328,5 +328,6 @@ TEST_CASE("networks are read with units, mistakes are named with their place") {
   CHECK_THROWS_WITH_AS(read(R"({"latancy": 1})"), "unknown key \"latancy\"", InputError);
   CHECK_THROWS_WITH_AS(read("[1]"), "a network is an object, not array [1]", InputError);
   CHECK_THROWS_AS(read_network("/nonexistent/network.json"), InputError);
+  CHECK_THROWS_AS(read_network("/dev/zero"), InputError);
   std::filesystem::remove(path);
 }
