@@ -321,7 +321,8 @@ void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
     const double ratio = end - begin < 2 ? 0 : volume / mesh_->cell_volume(own[begin].cell);
     if (ratio <= most) continue;
     const std::pair key(own[end - 1].generator, own[begin].generator);
-    CommonPlace& o = found.try_emplace(key, CommonPlace{key.first, key.second, 0, 0.0}).first->second;
+    CommonPlace& o =
+        found.try_emplace(key, CommonPlace{key.first, key.second, 0, 0.0}).first->second;
     ++o.cells;
     o.most = std::max(o.most, ratio);
   }
@@ -331,7 +332,8 @@ void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
   for (const auto& part : team_.gather(list))
     for (const CommonPlace& other : part) {
       const std::pair key(other.generator, other.earlier);
-      CommonPlace& o = found.try_emplace(key, CommonPlace{key.first, key.second, 0, 0.0}).first->second;
+      CommonPlace& o =
+          found.try_emplace(key, CommonPlace{key.first, key.second, 0, 0.0}).first->second;
       o.cells += other.cells;
       o.most = std::max(o.most, other.most);
     }

@@ -24,7 +24,7 @@ struct RunArguments {
   std::string restart;   ///< go on from: a checkpoint, or "latest"; empty = from the beginning
   std::optional<Index> checkpoint_steps;     ///< instead of the scenario's
   std::optional<double> checkpoint_minutes;  ///< the same
-  std::string picture;  ///< check: SVG file of the model; empty = none
+  std::string picture;                       ///< check: SVG file of the model; empty = none
   int ranks = 0;                             ///< check: show the partition over so many; 0 = none
   Partitioner partitioner = Partitioner::curve;  ///< check: of that partition
   int writers = 0;                               ///< ranks that write frames; 0 = all

@@ -145,8 +145,7 @@ int check_command(const RunArguments& given) {
       stages = scenario.stages.size();
       if (k == 0) body = before = body_of(scenario);
       check_body(body, scenario);
-      warnings.say(changes_of_method(std::exchange(before, body_of(scenario)), scenario),
-                   console);
+      warnings.say(changes_of_method(std::exchange(before, body_of(scenario)), scenario), console);
       console.line((k > 0 ? "\n" : "") + stage_line(scenario));
     }
     check_one(arguments, scenario, console);

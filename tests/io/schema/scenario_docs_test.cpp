@@ -139,9 +139,8 @@ TEST_CASE("every key of every table is in the schema and in the reference, with 
   const std::string reference = scenario_reference();
   const auto sections = all_sections();
   const auto& definitions = schema.find("$defs")->as<Object>();
-  const auto of_stages = std::count_if(definitions.begin(), definitions.end(), [](const auto& m) {
-    return m.key.ends_with(" (change)");
-  });
+  const auto of_stages = std::count_if(definitions.begin(), definitions.end(),
+                                       [](const auto& m) { return m.key.ends_with(" (change)"); });
   CHECK(definitions.size() == sections.size() + static_cast<std::size_t>(of_stages));
   for (const Section* section : sections) {
     CAPTURE(std::string(section->path));
