@@ -55,7 +55,7 @@ class Raster {
   /// What covers the box from `low` to `high` and some points more, with distances of points up to
   /// `finest` [m] if the raster is that fine. Without points if the box is elsewhere.
   Part part(const Vec<2>& low, const Vec<2>& high, double finest) const;
-  /// Rows that are read at once, whoever reads them: memory is bounded.
+  /// How many rows are read at once. Their number bounds the memory that reading takes.
   Index rows_at_once(const Part& part) const;
   /// Heights [m] of rows from `begin` to `end`, rows and points ascending; NaN where not known.
   std::vector<float> read(const Part& part, Index begin, Index end) const;

@@ -105,8 +105,7 @@ PolygonFile read_polygons(const MapFile& file, const std::string& filter) {
   const Dataset dataset(g.GDALOpenEx(file.path.c_str(), GDAL_OF_VECTOR | GDAL_OF_VERBOSE_ERROR,
                                      nullptr, nullptr, nullptr));
   if (!dataset)
-    fail(fmt::format("'{}' is no file of polygons that GDAL reads: {}", file.name,
-                     QuietGdal::said()),
+    fail(fmt::format("GDAL cannot read polygons from '{}': {}", file.name, QuietGdal::said()),
          "GeoJSON and shapefiles are");
   OGRLayerH layer = only_layer(dataset, file);
   if (!filter.empty() && g.OGR_L_SetAttributeFilter(layer, filter.c_str()) != OGRERR_NONE)

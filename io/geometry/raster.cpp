@@ -37,7 +37,7 @@ Dataset open(const MapFile& file) {
   Dataset dataset(gdal().GDALOpenEx(file.path.c_str(), GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR,
                                     nullptr, nullptr, nullptr));
   if (!dataset)
-    fail(fmt::format("'{}' is no raster that GDAL reads: {}", file.name, QuietGdal::said()),
+    fail(fmt::format("GDAL cannot read a raster from '{}': {}", file.name, QuietGdal::said()),
          "ESRI ASCII grids and GeoTIFF are rasters");
   return dataset;
 }

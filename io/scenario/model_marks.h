@@ -17,7 +17,7 @@ struct ModelMark {
   bool everywhere = false;               ///< on all nodes or particles; the lists are empty
   std::vector<Index> nodes, particles;   ///< ids
   std::array<double, 3> direction = {};  ///< of loads and motions; its signs count
-  /// Of a water table: {position [m] along axis `along`, level [m] along axis `up`}, ascending.
+  /// Points of a water table, ascending: {position [m] along axis `along`, level [m] along `up`}.
   std::vector<std::array<double, 2>> levels = {};
   int along = 0, up = 0;
 };

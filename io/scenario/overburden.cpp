@@ -8,7 +8,7 @@ namespace lahar {
 
 namespace {
 
-/// Of the slopes to both sides the smaller one; zero where they differ in sign.
+/// The smaller of the slopes to both sides. It is zero where they differ in sign.
 double limited(double before, double after) {
   if (!(before * after > 0)) return 0.0;
   return std::abs(before) < std::abs(after) ? before : after;

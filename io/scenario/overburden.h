@@ -33,7 +33,7 @@ class Overburden {
     double weight = 0;  ///< [N] of it
   };
 
-  /// Of the pieces of all members. Collective; the same for any members.
+  /// All members give their pieces. The result does not depend on who has which. Collective.
   Overburden(const Lattice& lattice, const std::vector<Piece>& own, const Team& team);
 
   /// Weight per area above x [Pa].

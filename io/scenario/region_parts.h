@@ -109,8 +109,8 @@ class WholeParts {
 };
 
 /// Parts of Q4 and H8 with the volume of them that lies in a region, by samples where its boundary
-/// cuts them. The particle is in the centroid of what lies inside. Of a part that has little of it,
-/// a neighbour in the cell takes the volume; without one it stays.
+/// cuts them. The particle is in the centroid of what lies inside. A part with little volume
+/// gives it to a neighbour in the cell. A part without a neighbour keeps it.
 template <int Dim>
 class CutParts {
  public:

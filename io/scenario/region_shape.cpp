@@ -55,6 +55,17 @@ auto within_of(std::shared_ptr<const std::vector<RegionShape<Dim>>> shapes, std:
   };
 }
 
+/// combine() of the solids of all parts; null where some part has none.
+template <int Dim>
+SolidPtr<Dim> combined(const std::vector<RegionShape<Dim>>& parts,
+                       SolidPtr<Dim> (*combine)(std::vector<SolidPtr<Dim>>)) {
+  std::vector<SolidPtr<Dim>> solids;
+  if (parts.empty()) return nullptr;
+  for (const auto& part : parts)
+    if (solids.push_back(part.solid); !part.solid) return nullptr;
+  return combine(std::move(solids));
+}
+
 template <int Dim>
 bool any_named(const std::vector<RegionShape<Dim>>& parts) {
   return std::any_of(parts.begin(), parts.end(), [](const auto& part) { return part.named; });
@@ -67,6 +78,7 @@ RegionShape<Dim> side_of_surface(std::shared_ptr<const Surface<Dim>> surface, in
                                  double tolerance) {
   RegionShape<Dim> out;
   out.named = true;
+  out.solid = side > 0 ? below(surface) : outside(below(surface));
   out.bounds = surface->bounds();
   out.bounds.first.array() -= tolerance;
   out.bounds.second.array() += tolerance;
@@ -90,6 +102,7 @@ template <int Dim>
 RegionShape<Dim> inside_solid(SolidPtr<Dim> solid, double tolerance) {
   RegionShape<Dim> out;
   out.named = true;
+  out.solid = solid;
   out.bounds = solid->bounds();
   out.bounds.first.array() -= tolerance;
   out.bounds.second.array() += tolerance;
@@ -105,6 +118,7 @@ RegionShape<Dim> inside_solid(SolidPtr<Dim> solid, double tolerance) {
 RegionShape<3> under_outlines(std::shared_ptr<const Outlines> outlines, double tolerance) {
   RegionShape<3> out;
   out.named = true;
+  out.solid = under(outlines);
   for (int d = 0; d < 2; ++d) {
     out.bounds.first[d] = outlines->bounds().first[d] - tolerance;
     out.bounds.second[d] = outlines->bounds().second[d] + tolerance;
@@ -122,6 +136,7 @@ template <int Dim>
 RegionShape<Dim> union_of(std::vector<RegionShape<Dim>> parts) {
   RegionShape<Dim> out;
   out.named = any_named(parts);
+  out.solid = combined<Dim>(parts, united<Dim>);
   out.bounds = parts[0].bounds;
   for (const auto& part : parts) {
     out.bounds.first = out.bounds.first.cwiseMin(part.bounds.first);
@@ -144,6 +159,7 @@ template <int Dim>
 RegionShape<Dim> intersection_of(std::vector<RegionShape<Dim>> parts) {
   RegionShape<Dim> out;
   out.named = any_named(parts);
+  out.solid = combined<Dim>(parts, common<Dim>);
   for (const auto& part : parts) {
     out.bounds.first = out.bounds.first.cwiseMax(part.bounds.first);
     out.bounds.second = out.bounds.second.cwiseMin(part.bounds.second);
@@ -165,6 +181,7 @@ template <int Dim>
 RegionShape<Dim> difference_of(std::vector<RegionShape<Dim>> parts) {
   RegionShape<Dim> out;
   out.named = any_named(parts);
+  out.solid = combined<Dim>(parts, difference<Dim>);
   out.bounds = parts[0].bounds;
   const auto shapes = std::make_shared<const std::vector<RegionShape<Dim>>>(std::move(parts));
   out.contains = [shapes](const Vec<Dim>& x) {

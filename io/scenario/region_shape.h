@@ -17,11 +17,12 @@ struct RegionShape {
 
   std::function<bool(const Point&)> contains;
   Box bounds = everywhere();
-  /// Of a box from `low` to `high`.
+  /// How much of the box from `low` to `high` lies in the shape.
   std::function<Coverage(const Point& low, const Point& high)> coverage = unknown;
   /// The test for points of a box, without what the whole box says; empty: `contains`.
   std::function<std::function<bool(const Point&)>(const Point& low, const Point& high)> within = {};
-  bool named = false;  ///< it is, or has, a shape of `geometry`
+  bool named = false;             ///< it is, or has, a shape of `geometry`
+  SolidPtr<Dim> solid = nullptr;  ///< what fills it; null where it has no surface
 
   static Box everywhere() {
     constexpr double inf = std::numeric_limits<double>::infinity();

@@ -66,16 +66,31 @@ class RegionReader {
         return {};
       }
     const Vec<Dim> a = low.array() - eps_, b = high.array() + eps_;
-    return {[a, b](const Vec<Dim>& x) {
-              return (x.array() >= a.array()).all() && (x.array() <= b.array()).all();
-            },
-            {a, b},
-            [a, b](const Vec<Dim>& from, const Vec<Dim>& to) {
-              if ((to.array() <= a.array()).any() || (from.array() >= b.array()).any())
-                return Coverage::none;
-              const bool in = (from.array() >= a.array()).all() && (to.array() <= b.array()).all();
-              return in ? Coverage::all : Coverage::part;
-            }};
+    RegionShape<Dim> out{[a, b](const Vec<Dim>& x) {
+                           return (x.array() >= a.array()).all() && (x.array() <= b.array()).all();
+                         },
+                         {a, b},
+                         [a, b](const Vec<Dim>& from, const Vec<Dim>& to) {
+                           if ((to.array() <= a.array()).any() || (from.array() >= b.array()).any())
+                             return Coverage::none;
+                           const bool in =
+                               (from.array() >= a.array()).all() && (to.array() <= b.array()).all();
+                           return in ? Coverage::all : Coverage::part;
+                         }};
+    out.solid = solid_box(low, high);
+    return out;
+  }
+
+  /// Sides without a bound have no surface.
+  static SolidPtr<Dim> solid_box(const Vec<Dim>& low, const Vec<Dim>& high) {
+    const bool from = low.allFinite(), to = high.allFinite();
+    if (from && to) return ((high - low).array() > 0).all() ? lahar::box<Dim>(low, high) : nullptr;
+    if (!from && !to) return nullptr;
+    std::vector<SolidPtr<Dim>> sides;
+    for (int d = 0; d < Dim; ++d)
+      sides.push_back(
+          lahar::half_space<Dim>(from ? low : high, (from ? -1.0 : 1.0) * Vec<Dim>::Unit(d)));
+    return common(std::move(sides));
   }
 
   RegionShape<Dim> half_space(const JsonValue& v) {
@@ -90,15 +105,17 @@ class RegionReader {
     for (int d = 0; d < Dim; ++d)
       if (std::abs(n[d]) == 1.0)
         (n[d] > 0 ? bounds.second : bounds.first)[d] = (*point)[d] + n[d] * eps_;
-    return {[p = *point, n, eps = eps_](const Vec<Dim>& x) { return (x - p).dot(n) <= eps; },
-            bounds,
-            [p = *point, n, eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
-              const double at = (0.5 * (low + high) - p).dot(n);
-              const double reach = 0.5 * (high - low).dot(n.cwiseAbs());
-              return at - reach > eps    ? Coverage::none
-                     : at + reach <= eps ? Coverage::all
-                                         : Coverage::part;
-            }};
+    RegionShape<Dim> out{
+        [p = *point, n, eps = eps_](const Vec<Dim>& x) { return (x - p).dot(n) <= eps; }, bounds,
+        [p = *point, n, eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
+          const double at = (0.5 * (low + high) - p).dot(n);
+          const double reach = 0.5 * (high - low).dot(n.cwiseAbs());
+          return at - reach > eps    ? Coverage::none
+                 : at + reach <= eps ? Coverage::all
+                                     : Coverage::part;
+        }};
+    out.solid = lahar::half_space<Dim>(*point, n);
+    return out;
   }
 
   RegionShape<Dim> sphere(const JsonValue& v) {
@@ -106,11 +123,14 @@ class RegionReader {
     const auto radius = get_number(v, "radius");
     if (!centre || !radius) return {};
     const Vec<Dim> half = Vec<Dim>::Constant(*radius + eps_);
-    return {[c = *centre, r = half[0]](const Vec<Dim>& x) { return (x - c).norm() <= r; },
-            {*centre - half, *centre + half},
-            [c = *centre, r = half[0], eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
-              return coverage_of<Dim>((0.5 * (low + high) - c).norm() - r, low, high, eps);
-            }};
+    RegionShape<Dim> out{
+        [c = *centre, r = half[0]](const Vec<Dim>& x) { return (x - c).norm() <= r; },
+        {*centre - half, *centre + half},
+        [c = *centre, r = half[0], eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
+          return coverage_of<Dim>((0.5 * (low + high) - c).norm() - r, low, high, eps);
+        }};
+    out.solid = ball<Dim>(*centre, *radius);
+    return out;
   }
 
   RegionShape<Dim> cylinder(const JsonValue& v) {
@@ -130,15 +150,17 @@ class RegionReader {
       const double along = (x - p).dot(axis), across = (x - p - along * axis).norm();
       return std::pair(std::max(-along, along - length), (across - r - slope * along) * steep);
     };
-    return {[=, eps = eps_](const Vec<Dim>& x) {
-              const auto [ends, side] = beyond(x);
-              return ends <= eps && side <= eps;
-            },
-            {from->cwiseMin(*to) - half, from->cwiseMax(*to) + half},
-            [=, eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
-              const auto [ends, side] = beyond(0.5 * (low + high));
-              return coverage_of<Dim>(std::max(ends, side), low, high, eps);
-            }};
+    RegionShape<Dim> out{[=, eps = eps_](const Vec<Dim>& x) {
+                           const auto [ends, side] = beyond(x);
+                           return ends <= eps && side <= eps;
+                         },
+                         {from->cwiseMin(*to) - half, from->cwiseMax(*to) + half},
+                         [=, eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
+                           const auto [ends, side] = beyond(0.5 * (low + high));
+                           return coverage_of<Dim>(std::max(ends, side), low, high, eps);
+                         }};
+    out.solid = frustum<Dim>(*from, *to, *radius, end);
+    return out;
   }
 
   RegionShape<Dim> polygon(const JsonValue& v);
@@ -282,12 +304,15 @@ RegionShape<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
         error(*v.find(key), fmt::format("'{}' has no meaning in two dimensions", key));
         return {};
       }
-    return {[corner, eps = eps_](const Vec<2>& x) { return in_polygon(corner, x, eps); },
-            {low_corner.array() - eps_, high_corner.array() + eps_},
-            [=, outline = Outlines({{corner}}), eps = eps_](const Vec<2>& low, const Vec<2>& high) {
-              if (outline.crosses(low, high)) return Coverage::part;
-              return in_polygon(corner, 0.5 * (low + high), eps) ? Coverage::all : Coverage::none;
-            }};
+    RegionShape<2> out{
+        [corner, eps = eps_](const Vec<2>& x) { return in_polygon(corner, x, eps); },
+        {low_corner.array() - eps_, high_corner.array() + eps_},
+        [=, outline = Outlines({{corner}}), eps = eps_](const Vec<2>& low, const Vec<2>& high) {
+          if (outline.crosses(low, high)) return Coverage::part;
+          return in_polygon(corner, 0.5 * (low + high), eps) ? Coverage::all : Coverage::none;
+        }};
+    out.solid = lahar::polygon(corner);
+    return out;
   } else {
     const int axis = get_direction(v, "axis").value_or(2);
     double low = -std::numeric_limits<double>::infinity(), high = -low;
@@ -304,19 +329,22 @@ RegionShape<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
     bounds.first[axis] = low - eps_, bounds.second[axis] = high + eps_;
     bounds.first[a] = low_corner[0] - eps_, bounds.second[a] = high_corner[0] + eps_;
     bounds.first[b] = low_corner[1] - eps_, bounds.second[b] = high_corner[1] + eps_;
-    return {[=, eps = eps_](const Vec<3>& x) {
-              return x[axis] >= low - eps && x[axis] <= high + eps &&
-                     in_polygon(corner, {x[a], x[b]}, eps);
-            },
-            bounds,
-            [=, outline = Outlines({{corner}}), eps = eps_](const Vec<3>& from, const Vec<3>& to) {
-              if (to[axis] < low || from[axis] > high) return Coverage::none;
-              const Vec<2> p(from[a], from[b]), q(to[a], to[b]);
-              if (outline.crosses(p, q)) return Coverage::part;
-              if (!in_polygon(corner, 0.5 * (p + q), eps)) return Coverage::none;
-              const bool within = from[axis] >= low && to[axis] <= high;
-              return within ? Coverage::all : Coverage::part;
-            }};
+    RegionShape<3> out{
+        [=, eps = eps_](const Vec<3>& x) {
+          return x[axis] >= low - eps && x[axis] <= high + eps &&
+                 in_polygon(corner, {x[a], x[b]}, eps);
+        },
+        bounds,
+        [=, outline = Outlines({{corner}}), eps = eps_](const Vec<3>& from, const Vec<3>& to) {
+          if (to[axis] < low || from[axis] > high) return Coverage::none;
+          const Vec<2> p(from[a], from[b]), q(to[a], to[b]);
+          if (outline.crosses(p, q)) return Coverage::part;
+          if (!in_polygon(corner, 0.5 * (p + q), eps)) return Coverage::none;
+          const bool within = from[axis] >= low && to[axis] <= high;
+          return within ? Coverage::all : Coverage::part;
+        }};
+    if (low < high) out.solid = prism(corner, axis, low, high);
+    return out;
   }
 }
 
@@ -395,6 +423,11 @@ std::function<bool(const Vec<Dim>&)> Region<Dim>::contains_within(const Vec<Dim>
 template <int Dim>
 bool Region<Dim>::names_geometry() const {
   return shape_->named;
+}
+
+template <int Dim>
+const SolidPtr<Dim>& Region<Dim>::solid() const {
+  return shape_->solid;
 }
 
 template <int Dim>

@@ -51,6 +51,9 @@ class Region {
                                                        const Vec<Dim>& high) const;
   /// Whether it names a shape of `geometry`.
   bool names_geometry() const;
+  /// What fills it, without the tolerance; null where it has no surface: "all", or a box that has
+  /// an end on some sides of both of its corners alone.
+  const SolidPtr<Dim>& solid() const;
   /// A box that holds the region, but for rounding; infinite where the shape does not say more.
   const std::pair<Vec<Dim>, Vec<Dim>>& bounds() const;
 

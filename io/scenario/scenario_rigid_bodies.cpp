@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "io/base/text.h"
-#include "io/scenario/rigid_shapes.h"
 #include "io/scenario/scenario_builder.h"
+#include "physics/geometry/solid_samples.h"
 
 namespace lahar {
 
@@ -33,11 +33,11 @@ void ScenarioBuilder<Dim>::build_rigid_bodies() {
     const JsonValue* region = entry->find("region");
     if (region) {
       const std::size_t problems = in_.problems.count();
-      Region<Dim>(*region, region_tolerance_, in_.document, in_.problems, geometry_);
-      body.solid = solid_of_region<Dim>(*region, geometry_);
+      body.solid =
+          Region<Dim>(*region, region_tolerance_, in_.document, in_.problems, geometry_).solid();
       if (!body.solid && in_.problems.count() == problems)
         in_.error(*region, "a rigid body needs a region that has a surface",
-                  "\"all\", \"under\" and a box without corners have none");
+                  "\"all\" and a box without corners have none");
     }
     read_rubbing(*entry, body);
     read_motion(*entry, body);
@@ -171,7 +171,10 @@ void ScenarioBuilder<Dim>::find_reaches() {
   std::vector<SolidPtr<Dim>> solids;
   for (const auto& generator : generators_) {
     const JsonValue* region = generator.generator->find("region");
-    solids.push_back(region ? solid_of_region<Dim>(*region, geometry_) : nullptr);
+    ProblemList reported;  // they were, when the particles were made
+    solids.push_back(
+        region ? Region<Dim>(*region, region_tolerance_, in_.document, reported, geometry_).solid()
+               : nullptr);
   }
   auto& p = model_.particles;
   p.reach.assign(p.x.size(), 0.0);

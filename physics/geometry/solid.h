@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/base/types.h"
+#include "physics/geometry/outlines.h"
 #include "physics/geometry/surface.h"
 
 namespace lahar {
@@ -53,6 +54,9 @@ SolidPtr<2> polygon(std::vector<Vec<2>> corners);
 /// The polygon extruded along an axis, from `low` to `high`, either of which may be infinite. Its
 /// corners have the other coordinates in cyclic order: y-z, z-x, x-y.
 SolidPtr<3> prism(std::vector<Vec<2>> corners, int axis, double low, double high);
+
+/// All that is above or below outlines in plan: a prism without ends.
+SolidPtr<3> under(std::shared_ptr<const Outlines> outlines);
 
 /// What is in any of the solids; in all of them; in the first and in none of the others. Distances
 /// near edges where two meet are those to the nearer surface, extended.

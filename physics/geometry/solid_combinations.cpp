@@ -8,6 +8,8 @@ namespace lahar {
 
 namespace {
 
+constexpr double inf = std::numeric_limits<double>::infinity();
+
 template <int Dim>
 using Near = typename Solid<Dim>::Nearest;
 template <int Dim>
@@ -22,7 +24,6 @@ class Outside final : public Solid<Dim> {
     return {-at.distance, -at.normal};
   }
   Bounds<Dim> bounds() const override {
-    constexpr double inf = std::numeric_limits<double>::infinity();
     return {Vec<Dim>::Constant(-inf), Vec<Dim>::Constant(inf)};
   }
 
@@ -59,6 +60,23 @@ class Combined final : public Solid<Dim> {
   std::vector<SolidPtr<Dim>> parts_;
 };
 
+/// The area of outlines.
+class Area final : public Solid<2> {
+ public:
+  explicit Area(std::shared_ptr<const Outlines> outlines) : outlines_(std::move(outlines)) {}
+  Near<2> nearest(const Vec<2>& x) const override {
+    const Vec<2> from = outlines_->from_edge(x);
+    const double distance = from.norm();
+    if (distance == 0) return {0, Vec<2>::UnitX()};
+    const double side = outlines_->contains(x, 0) ? -1 : 1;
+    return {side * distance, side / distance * from};
+  }
+  Bounds<2> bounds() const override { return outlines_->bounds(); }
+
+ private:
+  std::shared_ptr<const Outlines> outlines_;
+};
+
 /// A solid in the plane, extruded along an axis without end.
 class Extruded final : public Solid<3> {
  public:
@@ -72,7 +90,6 @@ class Extruded final : public Solid<3> {
     return {at.distance, normal};
   }
   Bounds<3> bounds() const override {
-    constexpr double inf = std::numeric_limits<double>::infinity();
     const int a = (axis_ + 1) % 3, b = (axis_ + 2) % 3;
     const Bounds<2> plane = section_->bounds();
     Bounds<3> box{Vec<3>::Constant(-inf), Vec<3>::Constant(inf)};
@@ -114,10 +131,13 @@ SolidPtr<Dim> difference(std::vector<SolidPtr<Dim>> parts) {
 SolidPtr<3> prism(std::vector<Vec<2>> corners, int axis, double low, double high) {
   std::vector<SolidPtr<3>> parts{std::make_shared<Extruded>(polygon(std::move(corners)), axis)};
   const Vec<3> along = Vec<3>::Unit(axis);
-  constexpr double inf = std::numeric_limits<double>::infinity();
   if (low > -inf) parts.push_back(half_space<3>(low * along, -along));
   if (high < inf) parts.push_back(half_space<3>(high * along, along));
   return common(std::move(parts));
+}
+
+SolidPtr<3> under(std::shared_ptr<const Outlines> outlines) {
+  return std::make_shared<Extruded>(std::make_shared<Area>(std::move(outlines)), 2);
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                    \

@@ -132,17 +132,6 @@ bool is_away(const Touching<Dim>& p, const Bodies<Dim>& bodies, double step) {
   return true;
 }
 
-template <int Dim>
-void add_reaction(Reaction& on, const Vec<Dim>& force, const Vec<Dim>& arm) {
-  for (int d = 0; d < Dim; ++d) on.force[static_cast<std::size_t>(d)] -= force[d];
-  if constexpr (Dim == 2) {
-    on.torque[2] -= arm.x() * force.y() - arm.y() * force.x();
-  } else {
-    const Vec<3> torque = arm.cross(force);
-    for (std::size_t d = 0; d < 3; ++d) on.torque[d] -= torque[static_cast<int>(d)];
-  }
-}
-
 /// Contact of a particle with all bodies. `rest` is the shear of the step before: each body takes
 /// the part along its surface, as far as friction allows. A body that is nearer than `closed` [m]
 /// is closed. Without `reactions` the stiffness is found instead.
@@ -178,7 +167,7 @@ Touched<Dim> touch(const Touching<Dim>& p, Vec<Dim> rest, const Bodies<Dim>& bod
     all.shear += shear;
     const Vec<Dim> force = push * near.normal + shear + drag;
     all.force += force;
-    if (reactions) add_reaction<Dim>((*reactions)[k], force, p.x - bodies.at(k).origin);
+    if (reactions) (*reactions)[k].template add<Dim>(-force, p.x - bodies.at(k).origin);
   }
   return all;
 }
@@ -218,18 +207,29 @@ double first_reach(double given, const Vec<Dim>& x, double volume, const Bodies<
   return std::max(reach, std::numeric_limits<double>::min());
 }
 
+/// What the particles of a bin have in common.
+struct ContactBin {
+  double density, modulus, h;  ///< [kg/m^3], [Pa], [m]
+};
+
+template <int Dim>
+ContactBin contact_bin(const Patch<Dim>& patch, const StepContext<Dim>& step,
+                       const ParticleBin& bin) {
+  const Material& material = step.model->materials[bin.material];
+  return {.density = material.density,
+          .modulus = material.density * std::pow(wave_speed(material), 2),
+          .h = patch.cell_size[static_cast<std::size_t>(bin.cell)]};
+}
+
 /// A particle at the beginning of a step.
 template <int Dim>
-Touching<Dim> touching(const Patch<Dim>& patch, const ContactRows<Dim>& rows,
-                       const Material& material, const ParticleBin& bin, Local p,
+Touching<Dim> touching(const ContactRows<Dim>& rows, const ContactBin& bin, Local p,
                        const Bodies<Dim>& bodies) {
-  const double modulus = material.density * std::pow(wave_speed(material), 2);
-  const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];
-  const double mass = rows.mass[p], volume = mass / material.density;
+  const double mass = rows.mass[p], volume = mass / bin.density;
   const Vec<Dim> x = get<Dim>(rows.x, p);
   double& reach = rows.reach[p];
   if (!(reach > 0)) reach = first_reach(reach, x, volume, bodies);
-  const double stiffness = stiffness_share * modulus * volume / (h * h);
+  const double stiffness = stiffness_share * bin.modulus * volume / (bin.h * bin.h);
   return {.x = x,
           .move = Vec<Dim>::Zero(),
           .dt = 0,
@@ -271,12 +271,11 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
   for_each_bin_with_basis(
       patch, bins, [&](const ParticleBin& bin) { return is_near(patch, bin, bodies); },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-        const Material& material = step.model->materials[bin.material];
-        const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];
+        const ContactBin common = contact_bin(patch, step, bin);
         for (Local p = bin.begin; p < bin.end; ++p) {
-          Touching<Dim> at = touching(patch, rows, material, bin, p, bodies);
+          Touching<Dim> at = touching(rows, common, p, bodies);
           const Vec<Dim> old = get<Dim>(rows.force, p);
-          if (old.isZero(0.0) && is_away(at, bodies, 0.5 * h)) continue;
+          if (old.isZero(0.0) && is_away(at, bodies, 0.5 * common.h)) continue;
           Scalar sum[2][Dim];
           general::interpolate<Dim, 2, Scalar>(basis, p, fields, nodes, sum);
           Vec<Dim> move, mean;  // and the move with the mean velocity
@@ -311,13 +310,14 @@ ImplicitContact<Dim> contact_after(Patch<Dim>& patch, const StepContext<Dim>& st
   constexpr double closed = 1e-9;  // of a cell: what begins at a body is held by it
   const Bodies<Dim> bodies(patch, step);
   const ContactRows<Dim> rows(patch.particles);
-  Touching<Dim> at = touching(patch, rows, step.model->materials[bin.material], bin, p, bodies);
+  const ContactBin common = contact_bin(patch, step, bin);
+  Touching<Dim> at = touching(rows, common, p, bodies);
   at.x += move;
   at.move = move;
   at.dt = step.dt;
   at.damping = 0;
-  const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];
-  const Touched<Dim> now = touch<Dim>(at, get<Dim>(rows.shear, p), bodies, closed * h, nullptr);
+  const Touched<Dim> now =
+      touch<Dim>(at, get<Dim>(rows.shear, p), bodies, closed * common.h, nullptr);
   return {now.force, now.stiffness, now.any, now.slides};
 }
 

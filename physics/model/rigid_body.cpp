@@ -47,11 +47,23 @@ Placement<Dim> placement_at(const RigidBody<Dim>& body, const std::vector<MathFu
   return at;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                              \
-  template struct Placement<Dim>;                                           \
-  template Eigen::Matrix<double, Dim, Dim> rotation_by<Dim>(const Vec<3>&); \
-  template Placement<Dim> placement_at<Dim>(const RigidBody<Dim>&,          \
-                                            const std::vector<MathFunction>&, double);
+template <int Dim>
+void Reaction::add(const Vec<Dim>& at, const Vec<Dim>& arm) {
+  for (int d = 0; d < Dim; ++d) force[static_cast<std::size_t>(d)] += at[d];
+  if constexpr (Dim == 2) {
+    torque[2] += arm.x() * at.y() - arm.y() * at.x();
+  } else {
+    const Vec<3> moment = arm.cross(at);
+    for (std::size_t d = 0; d < 3; ++d) torque[d] += moment[static_cast<int>(d)];
+  }
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                         \
+  template struct Placement<Dim>;                                                      \
+  template Eigen::Matrix<double, Dim, Dim> rotation_by<Dim>(const Vec<3>&);            \
+  template Placement<Dim> placement_at<Dim>(const RigidBody<Dim>&,                     \
+                                            const std::vector<MathFunction>&, double); \
+  template void Reaction::add<Dim>(const Vec<Dim>&, const Vec<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

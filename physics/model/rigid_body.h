@@ -64,6 +64,9 @@ Eigen::Matrix<double, Dim, Dim> rotation_by(const Vec<3>& angle);
 /// Force on a rigid body [N], and torque about its origin [N m].
 struct Reaction {
   std::array<double, 3> force{}, torque{};
+  /// A force at a point that is `arm` [m] away from the origin.
+  template <int Dim>
+  void add(const Vec<Dim>& at, const Vec<Dim>& arm);
 };
 
 }  // namespace lahar

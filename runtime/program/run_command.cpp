@@ -101,12 +101,8 @@ int run_command(const RunArguments& given) {
   arguments.execution.memory = limit_of_ranks(arguments);
   const RankTeam team(arguments.execution.ranks);
   Scenario scenario = read(arguments, &team);
-  if (scenario.stages.empty()) {
-    if (!scenario.warnings.empty()) console.warn(scenario.warnings);
-    return CaseRun(arguments, scenario, console).execute();
-  }
   const auto read_stage = [&](std::size_t k) { return read(arguments, &team, k); };
-  return StagesRun(arguments, read_stage, std::move(scenario), console).execute();
+  return run_scenario(arguments, read_stage, std::move(scenario), console);
 }
 
 /// What a run of the scenario, or of one of its stages, would be.

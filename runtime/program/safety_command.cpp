@@ -41,13 +41,8 @@ int come_to_rest(const RunArguments& given, Scenario scenario, const fs::path& f
   RunArguments arguments = given;
   arguments.output = folder.string();
   arguments.checkpoint_minutes = 1e6;  // there is one at the end
-  if (!scenario.stages.empty())
-    return StagesRun(
-               arguments, [&](std::size_t k) { return read(arguments, k); }, std::move(scenario),
-               console)
-        .execute();
-  if (!scenario.warnings.empty()) console.warn(scenario.warnings);
-  return CaseRun(arguments, scenario, console).execute();
+  return run_scenario(
+      arguments, [&](std::size_t k) { return read(arguments, k); }, std::move(scenario), console);
 }
 
 std::string table_of(const SafetyResult& result) {

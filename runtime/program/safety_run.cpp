@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string_view>
 
 #include "physics/base/error.h"
 #include "physics/materials/law.h"
 #include "physics/materials/strength.h"
+#include "physics/particles/loads.h"
 #include "runtime/program/case_run.h"
 #include "runtime/program/run_description.h"
 #include "runtime/step/restart.h"
@@ -55,16 +55,9 @@ void make_trial(Model<Dim>& model, double factor, double end) {
   output.frame_dt = 0;
 }
 
-const std::vector<double>& column(const Frame& frame, std::string_view name) {
-  static const std::vector<double> none;
-  const auto at = std::find_if(frame.columns.begin(), frame.columns.end(),
-                               [&](const FrameColumn& one) { return one.name == name; });
-  return at == frame.columns.end() ? none : at->values;
-}
-
 double largest_displacement(const Frame& frame) {
   const auto width = static_cast<std::size_t>(frame.dim);
-  const std::vector<double>& values = column(frame, "displacement");
+  const std::vector<double>& values = frame.find("displacement")->values;
   double most = 0;
   for (std::size_t i = 0; i + width <= values.size(); i += width) {
     double square = 0;
@@ -98,18 +91,12 @@ std::vector<std::vector<double>> across(const std::vector<double>& gravity) {
   return {{first[0], first[1], first[2]}, {second[0], second[1], second[2]}};
 }
 
-double gravity_factor(const auto& model) {
-  return model.gravity_function < 0
-             ? 1.0
-             : model.functions[static_cast<std::size_t>(model.gravity_function)](0.0);
-}
-
 /// After freeze_loads().
 std::vector<double> gravity_of(const AnyModel& any) {
   return std::visit(
       [](const auto& model) {
         std::vector<double> g(model.gravity.data(), model.gravity.data() + model.gravity.size());
-        for (double& component : g) component *= gravity_factor(model);
+        for (double& component : g) component *= load_factor(model, model.gravity_function, 0.0);
         return g;
       },
       any);
@@ -143,8 +130,8 @@ double failure_displacement(const Frame& frame, const std::vector<Material>& mat
   double shear = std::numeric_limits<double>::infinity(), volume = 0, mass = 0, g = 0;
   for (const Material& material : materials)
     if (const double G = shear_wave_modulus(material.law); G > 0) shear = std::min(shear, G);
-  for (const double v : column(frame, "volume")) volume += v;
-  for (const double m : column(frame, "mass")) mass += m;
+  for (const double v : frame.find("volume")->values) volume += v;
+  for (const double m : frame.find("mass")->values) mass += m;
   for (const double component : gravity) g += component * component;
   g = std::sqrt(g);
   if (!(g > 0) || !(volume > 0)) return std::numeric_limits<double>::infinity();

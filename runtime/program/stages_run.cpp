@@ -168,4 +168,12 @@ int StagesRun::execute() {
   return 0;
 }
 
+int run_scenario(const RunArguments& arguments, StagesRun::Read read, Scenario scenario,
+                 Console& console) {
+  if (!scenario.stages.empty())
+    return StagesRun(arguments, std::move(read), std::move(scenario), console).execute();
+  if (!scenario.warnings.empty()) console.warn(scenario.warnings);
+  return CaseRun(arguments, scenario, console).execute();
+}
+
 }  // namespace lahar

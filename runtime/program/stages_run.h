@@ -57,4 +57,8 @@ class StagesRun {
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
 };
 
+/// The run of a scenario, or of its stages one after the other. Returns the exit status.
+int run_scenario(const RunArguments& arguments, StagesRun::Read read, Scenario scenario,
+                 Console& console);
+
 }  // namespace lahar

@@ -1,8 +1,9 @@
 #include "runtime/step/rigid_collisions.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "physics/geometry/solid_samples.h"
 
 namespace lahar {
 
@@ -20,38 +21,7 @@ bool is_free(const RigidBody<Dim>& body) {
   return body.motion == RigidBody<Dim>::Motion::free;
 }
 
-template <int Dim>
-void add_force(Reaction& to, const Vec<Dim>& force, const Vec<Dim>& arm) {
-  for (int d = 0; d < Dim; ++d) to.force[static_cast<std::size_t>(d)] += force[d];
-  if constexpr (Dim == 2) {
-    to.torque[2] += arm.x() * force.y() - arm.y() * force.x();
-  } else {
-    const Vec<3> torque = arm.cross(force);
-    for (std::size_t d = 0; d < 3; ++d) to.torque[d] += torque[static_cast<int>(d)];
-  }
-}
-
 }  // namespace
-
-template <int Dim>
-std::vector<Vec<Dim>> surface_points(const Solid<Dim>& solid, int cuts) {
-  const auto [low, high] = solid.bounds();
-  const double h = (high - low).maxCoeff() / cuts;
-  std::array<int, 3> n{1, 1, 1};
-  for (int d = 0; d < Dim; ++d)
-    n[static_cast<std::size_t>(d)] = static_cast<int>(std::ceil((high - low)[d] / h)) + 1;
-  std::vector<Vec<Dim>> points;
-  for (int k = 0; k < n[2]; ++k)
-    for (int j = 0; j < n[1]; ++j)
-      for (int i = 0; i < n[0]; ++i) {
-        const std::array<int, 3> at{i, j, k};
-        Vec<Dim> x;
-        for (int d = 0; d < Dim; ++d) x[d] = low[d] + at[static_cast<std::size_t>(d)] * h;
-        const auto near = solid.nearest(x);
-        if (std::abs(near.distance) <= 0.5 * h) points.push_back(x - near.distance * near.normal);
-      }
-  return points;
-}
 
 template <int Dim>
 RigidCollisions<Dim>::RigidCollisions(const Model<Dim>& model) : model_(model) {
@@ -92,14 +62,12 @@ void RigidCollisions<Dim>::add_pair(std::size_t free, std::size_t other,
     const double speed = slip.norm();
     const double share = speed > 0 ? std::min(drag, friction * push / speed) : 0.0;
     const Vec<Dim> force = push * normal - share * slip;
-    add_force<Dim>(reactions[free], force, x - here.origin);
-    add_force<Dim>(reactions[other], -force, x - there.origin);
+    reactions[free].template add<Dim>(force, x - here.origin);
+    reactions[other].template add<Dim>(-force, x - there.origin);
   }
 }
 
 template class RigidCollisions<2>;
 template class RigidCollisions<3>;
-template std::vector<Vec<2>> surface_points<2>(const Solid<2>&, int);
-template std::vector<Vec<3>> surface_points<3>(const Solid<3>&, int);
 
 }  // namespace lahar

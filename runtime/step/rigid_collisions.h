@@ -32,8 +32,4 @@ class RigidCollisions {
   std::vector<std::vector<Vec<Dim>>> points_;  ///< by body, at the start; none of bodies not free
 };
 
-/// Points on the surface of a solid with an end, about `cuts` along its longest edge.
-template <int Dim>
-std::vector<Vec<Dim>> surface_points(const Solid<Dim>& solid, int cuts);
-
 }  // namespace lahar

@@ -282,7 +282,8 @@ void SimulationDriver<Dim>::plan_next_step() {
   const double limit = ranks_.min(limits_.of_last_step());
   if (time_.is_adaptive()) time_.set_limit(step_, limit);
   if (rigid_.any_free()) {
-    std::vector<Index> sums(rigid_.sums(patches_).begin(), rigid_.sums(patches_).end());
+    const std::span<const Index> own = rigid_.sums(patches_);
+    std::vector<Index> sums(own.begin(), own.end());
     ranks_.sum(sums);
     rigid_.take(step_, sums);
   }

@@ -166,8 +166,8 @@ TEST_CASE("rasters that are no heights of ground in metres are refused") {
       "in metres, such as UTM: gdalwarp -t_srs for rasters, ogr2ogr -t_srs for polygons)");
   CHECK(said({folder.write("feet.tif", geotiff(grid, 2263))}).find("is not in metres") !=
         std::string::npos);
-  CHECK(said({folder.write("text.asc", "no raster\n")}).find("'text.asc' is no raster that GDAL") ==
-        0);
+  CHECK(said({folder.write("text.asc", "no raster\n")})
+            .find("GDAL cannot read a raster from 'text.asc': ") == 0);
   CHECK(said({folder.write("a.tif", geotiff(grid, 32633)),
               folder.write("b.tif", geotiff(grid, 32632))}) ==
         "'a.tif' and 'b.tif' are in different coordinate reference systems: WGS 84 / UTM zone 33N "
@@ -176,14 +176,14 @@ TEST_CASE("rasters that are no heights of ground in metres are refused") {
             .find("only one of 'a.tif' and 'c.tif' says its coordinate reference system") == 0);
   // Cut short: what is there may be read, what is not is refused.
   const std::string whole = geotiff(grid);
-  CHECK(said({folder.write("head.tif", whole.substr(0, 40))}).find("'head.tif' is no raster") == 0);
+  CHECK(said({folder.write("head.tif", whole.substr(0, 40))}).find("GDAL cannot read a raster from 'head.tif'") == 0);
   std::string text = ascii_grid(grid);
   const MapFile cut = folder.write("cut.asc", text.substr(0, text.size() - 30));
   CHECK(complaint([&] {
           read_surface({cut}, {10, 40}, {10.4, 40.3}, 1);
         }).find("the raster cannot be read") == 0);
   CHECK(said({folder.write("garbled.asc", text.replace(text.find("ncols"), 7, "ncols x"))})
-            .find("'garbled.asc' is no raster") == 0);
+            .find("GDAL cannot read a raster from 'garbled.asc'") == 0);
 }
 
 TEST_CASE("polygons are read with holes and parts, from GeoJSON and shapefiles") {
@@ -232,7 +232,7 @@ TEST_CASE("files that have no simple polygons in metres are refused") {
   CHECK(said(good, "zone = 'upper'") == "'good.geojson' has no polygons where zone = 'upper' ()");
   CHECK(said(good, "depth > 2").find("'where' does not fit 'good.geojson'") == 0);
   CHECK(said(folder.write("text.geojson", "not JSON"))
-            .find("'text.geojson' is no file of polygons") == 0);
+            .find("GDAL cannot read polygons from 'text.geojson': ") == 0);
   std::string line = geojson({{{{0, 0}, {9, 0}, {9, 9}}}});
   line.replace(line.find("\"Polygon\""), 9, "\"MultiLineString\"");
   CHECK(said(folder.write("line.geojson", line)) ==

@@ -105,7 +105,7 @@ TEST_CASE("rasters that cannot be the ground of a model are refused") {
        {write("dem.asc", "hello\n")},
        dem,
        below,
-       "'dem.asc' is no raster that GDAL reads: `dem.asc' not recognized as a supported file "
+       "GDAL cannot read a raster from 'dem.asc': `dem.asc' not recognized as a supported file "
        "format.\nhint: ESRI ASCII grids and GeoTIFF are rasters\n"},
       {"elsewhere on the map",
        {write("dem.asc", ascii_grid(grid(430000, 5100000)))},
@@ -205,7 +205,7 @@ TEST_CASE("polygons and regions that name them wrongly are refused") {
        {write("field.json", geojson({{{{1, 1}, {4, 1}, {4, 4}}}}).substr(0, 80))},
        field,
        under,
-       "'field.json' is no file of polygons that GDAL reads: Failed to read GeoJSON data\nhint: "
+       "GDAL cannot read polygons from 'field.json': Failed to read GeoJSON data\nhint: "
        "GeoJSON and shapefiles are\n"},
       {"an outline that crosses itself",
        {polygons({{{{1, 1}, {4, 4}, {4, 1}, {1, 4}}}})},

@@ -1,0 +1,28 @@
+/// \file What a grid over the box around a solid says of it: its mass, points on its surface.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "physics/geometry/solid.h"
+
+namespace lahar {
+
+/// Volume of a solid [m^Dim], its centre [m], and its moments about it, of unit density.
+template <int Dim>
+struct SolidMoments {
+  double volume = 0;
+  Vec<Dim> centre = Vec<Dim>::Zero();
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< [m^(Dim + 2)]; in two dimensions zz
+};
+
+/// By equal boxes, `cuts` along the longest edge. A box that the surface cuts counts in part, so
+/// that the error falls with the square of their size.
+template <int Dim>
+SolidMoments<Dim> moments_of(const Solid<Dim>& solid, int cuts);
+
+/// Points on the surface of a solid with an end, about `cuts` along its longest edge.
+template <int Dim>
+std::vector<Vec<Dim>> surface_points(const Solid<Dim>& solid, int cuts);
+
+}  // namespace lahar
