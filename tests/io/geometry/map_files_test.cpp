@@ -176,7 +176,8 @@ TEST_CASE("rasters that are no heights of ground in metres are refused") {
             .find("only one of 'a.tif' and 'c.tif' says its coordinate reference system") == 0);
   // Cut short: what is there may be read, what is not is refused.
   const std::string whole = geotiff(grid);
-  CHECK(said({folder.write("head.tif", whole.substr(0, 40))}).find("GDAL cannot read a raster from 'head.tif'") == 0);
+  CHECK(said({folder.write("head.tif", whole.substr(0, 40))})
+            .find("GDAL cannot read a raster from 'head.tif'") == 0);
   std::string text = ascii_grid(grid);
   const MapFile cut = folder.write("cut.asc", text.substr(0, text.size() - 30));
   CHECK(complaint([&] {
