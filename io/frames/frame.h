@@ -42,6 +42,7 @@ struct FrameHeader {
   double time = 0;  ///< [s]
   int dim = 3;
   bool material = true;              ///< material ids are known
+  bool single = false;               ///< files have numbers of 32 bits
   std::vector<FrameColumn> columns;  ///< without values
 };
 FrameHeader header_of(const Frame& frame);

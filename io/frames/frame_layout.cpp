@@ -45,7 +45,8 @@ void write_attribute(const HdfSession& hdf, hid_t object, const char* name,
 
 class LayoutWriter {
  public:
-  LayoutWriter(const HdfSession& hdf, const std::filesystem::path& file) : hdf_(hdf) {
+  LayoutWriter(const HdfSession& hdf, const std::filesystem::path& file, bool single)
+      : hdf_(hdf), number_(single ? H5T_NATIVE_FLOAT : H5T_NATIVE_DOUBLE) {
     // The same state gives the same bytes: no time stamps.
     group_plist_ = hdf.own(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
     hdf.check(H5Pset_obj_track_times(group_plist_, false));
@@ -78,7 +79,7 @@ class LayoutWriter {
   /// Floating-point data of `components` per particle.
   HdfHandle values(hid_t parent, const std::string& name, Index rows, int components) const {
     const int stored = components == 2 ? 3 : components;
-    return dataset(parent, name, H5T_NATIVE_DOUBLE, rows, stored > 1 ? stored : 0);
+    return dataset(parent, name, number_, rows, stored > 1 ? stored : 0);
   }
 
   void scalar(hid_t parent, const char* name, hid_t type, const void* value) const {
@@ -98,6 +99,7 @@ class LayoutWriter {
 
  private:
   const HdfSession& hdf_;
+  hid_t number_;  ///< type of coordinates and columns
   HdfHandle group_plist_, data_plist_, file_;
 };
 
@@ -150,8 +152,9 @@ FrameLayout lay_out_frame(const FrameHeader& header, Index total, const std::fil
   if (header.columns.size() > FrameLayout::max_columns)
     throw std::logic_error("frame: more columns than FrameLayout::max_columns");
   FrameLayout layout{.total = total, .dim = header.dim};
+  if (header.single) layout.number_bytes = sizeof(float);
   const HdfSession hdf(shown, "write");
-  LayoutWriter out(hdf, file);
+  LayoutWriter out(hdf, file, header.single);
   {
     const HdfHandle root = out.group(out.file(), "VTKHDF");
     write_attribute(hdf, root, "Version", std::vector<std::int64_t>{1, 0});

@@ -18,6 +18,7 @@ struct FrameLayout {
   Index total = 0;  ///< particles in the file
   int dim = 3;
   int n_columns = 0;
+  int number_bytes = sizeof(double);  ///< of coordinates and columns: 8 or 4
   Index points = 0, connectivity = 0, offsets = 0, types = 0, id = 0;
   Index material = -1;  ///< -1 = the file has none
   std::array<Index, max_columns> columns{};

@@ -57,20 +57,36 @@ class SequentialWriter {
 };
 
 /// Vectors of 2 get a third component, 0.
+template <class Number>
 void append_padded(SequentialWriter& out, std::span<const double> values) {
-  std::array<double, 3 * block> padded{};
+  std::array<Number, 3 * block> padded{};
   while (!values.empty()) {
     const std::size_t n = std::min<std::size_t>(values.size() / 2, block);
     for (std::size_t i = 0; i < n; ++i)
-      for (std::size_t k = 0; k < 2; ++k) padded[3 * i + k] = values[2 * i + k];
-    out.append(std::span<const double>(padded).first(3 * n));
+      for (std::size_t k = 0; k < 2; ++k)
+        padded[3 * i + k] = static_cast<Number>(values[2 * i + k]);
+    out.append(std::span<const Number>(padded).first(3 * n));
     values = values.subspan(2 * n);
   }
 }
 
-void append_values(SequentialWriter& out, std::span<const double> values, int components) {
+void append_single(SequentialWriter& out, std::span<const double> values) {
+  std::array<float, block> rounded;
+  while (!values.empty()) {
+    const std::size_t n = std::min<std::size_t>(values.size(), block);
+    std::transform(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(n), rounded.begin(),
+                   [](double value) { return static_cast<float>(value); });
+    out.append(std::span<const float>(rounded).first(n));
+    values = values.subspan(n);
+  }
+}
+
+void append_values(SequentialWriter& out, std::span<const double> values, int components,
+                   bool single) {
   if (components == 2)
-    append_padded(out, values);
+    single ? append_padded<float>(out, values) : append_padded<double>(out, values);
+  else if (single)
+    append_single(out, values);
   else
     out.append(values);
 }
@@ -124,12 +140,13 @@ void write_slab(const FrameLayout& layout, Index first, std::span<const Frame> p
   const auto begin = [&](Index place, std::size_t bytes_per_particle) {
     out.begin(place + first * static_cast<Index>(bytes_per_particle));
   };
-  const auto stored = [](int components) {
-    return sizeof(double) * static_cast<std::size_t>(components == 2 ? 3 : components);
+  const bool single = layout.number_bytes == sizeof(float);
+  const auto stored = [&](int components) {
+    return static_cast<std::size_t>(layout.number_bytes * (components == 2 ? 3 : components));
   };
   write_topology(out, layout, first, count);
   begin(layout.points, stored(layout.dim));
-  for (const Frame& piece : pieces) append_values(out, piece.coordinates, layout.dim);
+  for (const Frame& piece : pieces) append_values(out, piece.coordinates, layout.dim, single);
   begin(layout.id, sizeof(Index));
   for (const Frame& piece : pieces) out.append(std::span(piece.id));
   if (layout.material >= 0) begin(layout.material, sizeof(std::int32_t));
@@ -139,7 +156,8 @@ void write_slab(const FrameLayout& layout, Index first, std::span<const Frame> p
     const auto at = static_cast<std::size_t>(k);
     const int components = pieces.front().columns[at].components;
     begin(layout.columns[at], stored(components));
-    for (const Frame& piece : pieces) append_values(out, piece.columns[at].values, components);
+    for (const Frame& piece : pieces)
+      append_values(out, piece.columns[at].values, components, single);
   }
   out.flush();
 }

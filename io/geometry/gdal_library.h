@@ -28,7 +28,8 @@
   F(OGR_G_IsEmpty) F(OGR_GT_Flatten) F(OSRNewSpatialReference) F(OSRDestroySpatialReference) F(OSRExportToWkt)      \
   F(OSRIsGeographic) F(OSRGetLinearUnits) F(OSRGetName) F(OSRIsSame) F(OSRDemoteTo2D)             \
   F(OSRClone) F(CPLPushErrorHandler) F(CPLPopErrorHandler) F(CPLQuietErrorHandler)                \
-  F(CPLGetLastErrorMsg) F(CPLErrorReset) F(VSIFree)
+  F(CPLGetLastErrorMsg) F(CPLErrorReset) F(VSIFree) F(GDALGetDriverByName) F(GDALCreate)          \
+  F(GDALSetGeoTransform) F(GDALSetProjection) F(GDALSetRasterNoDataValue)
 // clang-format on
 
 namespace lahar {

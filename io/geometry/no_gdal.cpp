@@ -1,6 +1,7 @@
 // What a build without GDAL says.
 #ifndef LAHAR_GDAL_LIBRARY
 #include "io/geometry/map_files.h"
+#include "io/geometry/raster_output.h"
 #include "physics/base/error.h"
 
 namespace lahar {
@@ -36,6 +37,10 @@ std::string reference_name(const std::string&) {
   refuse();
 }
 bool same_reference(const std::string&, const std::string&) {
+  refuse();
+}
+void write_geotiff(const std::string&, const RasterGrid&, const std::string&,
+                   std::span<const double>) {
   refuse();
 }
 PolygonFile read_polygons(const MapFile&, const std::string&) {

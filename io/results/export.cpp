@@ -9,6 +9,7 @@
 #include "io/frames/vtkhdf.h"
 #include "io/frames/vtu.h"
 #include "io/results/cbgeo_export.h"
+#include "io/results/free_surface.h"
 #include "io/run/run_folder.h"
 #include "physics/base/error.h"
 
@@ -53,6 +54,10 @@ const char* extension_of(ExportFormat format) {
       return ".csv";
     case ExportFormat::vtu:
       return ".vtu";
+    case ExportFormat::stl:
+      return ".stl";
+    case ExportFormat::vtp:
+      return ".vtp";
     default:
       return ".h5";
   }
@@ -64,11 +69,14 @@ ExportFormat export_format(const std::string& name) {
   if (name == "csv") return ExportFormat::csv;
   if (name == "vtu") return ExportFormat::vtu;
   if (name == "cbgeo") return ExportFormat::cbgeo;
-  throw InputError(fmt::format("unknown export format '{}'; there are csv, vtu and cbgeo", name));
+  if (name == "stl") return ExportFormat::stl;
+  if (name == "vtp") return ExportFormat::vtp;
+  throw InputError(
+      fmt::format("unknown export format '{}'; there are csv, vtu, cbgeo, stl and vtp", name));
 }
 
 std::vector<fs::path> export_run(const fs::path& source, ExportFormat format, FrameChoice choice,
-                                 fs::path output) {
+                                 fs::path output, double spacing) {
   const std::string_view extension = extension_of(format);
   std::vector<FrameFile> frames = chosen_frames(source, choice);
   CbgeoRun run;
@@ -91,6 +99,8 @@ std::vector<fs::path> export_run(const fs::path& source, ExportFormat format, Fr
     if (format == ExportFormat::csv) write_csv(frame, file);
     if (format == ExportFormat::vtu) write_vtu(frame, file);
     if (format == ExportFormat::cbgeo) write_cbgeo(frame, run, file);
+    if (format == ExportFormat::stl) write_stl(free_surface(frame, {spacing}), file);
+    if (format == ExportFormat::vtp) write_vtp(free_surface(frame, {spacing}), frame.time, file);
     written.push_back(file);
     index.push_back({frame.time, file.filename().string()});
   }

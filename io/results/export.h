@@ -9,9 +9,9 @@
 
 namespace lahar {
 
-enum class ExportFormat { csv, vtu, cbgeo };
+enum class ExportFormat { csv, vtu, cbgeo, stl, vtp };
 
-/// Throws InputError unless `name` is "csv", "vtu" or "cbgeo".
+/// Throws InputError unless `name` is "csv", "vtu", "cbgeo", "stl" or "vtp".
 ExportFormat export_format(const std::string& name);
 
 /// Which frames of a run.
@@ -22,12 +22,14 @@ struct FrameChoice {
 
 /// Write frames of `source` (a run folder or one .hdf frame) in another format.
 /// `output`: a folder, which receives particles_STEP.csv or .vtu, and particles.pvd for several
-/// .vtu, or particlesSTEP.h5 as CB-Geo MPM counts and names them (io/frames/cbgeo_table.h); or, for
-/// a single frame, a file name with the format's extension; empty = SOURCE/export (run), or beside
-/// the frame. Every file appears whole. Returns the files written; an index comes last. Throws
-/// InputError (nothing there, no such step), IoError.
+/// .vtu, or particlesSTEP.h5 as CB-Geo MPM counts and names them (io/frames/cbgeo_table.h), or
+/// particles_STEP.stl or .vtp with the free surface; or, for a single frame, a file name with the
+/// format's extension; empty = SOURCE/export (run), or beside the frame. `spacing` [m]: of the grid
+/// for the surface (free_surface.h). Every file appears whole. Returns the files written; an index
+/// comes last. Throws InputError (nothing there, no such step), IoError.
 std::vector<std::filesystem::path> export_run(const std::filesystem::path& source,
                                               ExportFormat format, FrameChoice choice = {},
-                                              std::filesystem::path output = {});
+                                              std::filesystem::path output = {},
+                                              double spacing = 0);
 
 }  // namespace lahar

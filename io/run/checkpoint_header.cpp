@@ -138,6 +138,34 @@ RestState rest_of(const Json& run) {
           .kinetic = number_of(json.at("kinetic"))};
 }
 
+Json numbers_json(const std::vector<double>& values) {
+  Json list = Json::array();
+  for (const double value : values) list.push_back(any_number(value));
+  return list;
+}
+
+std::vector<double> numbers_of(const Json& list) {
+  std::vector<double> values;
+  for (const Json& value : list) values.push_back(number_of(value));
+  return values;
+}
+
+Json gauges_json(const GaugeState& state) {
+  return {{"time", state.time},
+          {"beyond", numbers_json(state.beyond)},
+          {"removed", state.removed},
+          {"maps", numbers_json(state.maps)}};
+}
+
+GaugeState gauges_of(const Json& run) {
+  if (!run.contains("gauges")) return {};  // before there were any
+  const Json& json = run.at("gauges");
+  return {.time = json.at("time"),
+          .beyond = numbers_of(json.at("beyond")),
+          .removed = json.at("removed").get<std::vector<Index>>(),
+          .maps = numbers_of(json.at("maps"))};
+}
+
 Json run_json(const RunState& run) {
   return {{"dim", run.dim},
           {"step", run.step},
@@ -162,7 +190,8 @@ Json run_json(const RunState& run) {
           {"split_step", run.split_step},
           {"watchdog", watchdog_json(run.watchdog)},
           {"rigid_bodies", rigid_bodies_json(run.rigid_bodies)},
-          {"rest", rest_json(run.rest)}};
+          {"rest", rest_json(run.rest)},
+          {"gauges", gauges_json(run.gauges)}};
 }
 
 /// A number that steps are counted by, or memory is asked for.
@@ -197,7 +226,8 @@ RunState run_of(const Json& json) {
       .split_step = whole(json, "split_step", -1),
       .watchdog = watchdog_of(json),
       .rigid_bodies = rigid_bodies_of(json),
-      .rest = rest_of(json)};
+      .rest = rest_of(json),
+      .gauges = gauges_of(json)};
 }
 
 }  // namespace

@@ -40,6 +40,14 @@ struct RigidBodyState {
   std::array<double, 3> force{}, torque{};             ///< of particles, in the step that comes
 };
 
+/// What gauges and maps remember of a run (runtime/step/gauges.h).
+struct GaugeState {
+  double time = 0;                  ///< [s] of the last row
+  std::vector<double> beyond = {};  ///< [kg] by plane: beyond it at the start; passed at last row
+  std::vector<Index> removed = {};  ///< [kg] by plane: beyond it and left the mesh; an exact sum
+  std::vector<double> maps = {};    ///< all rasters, one after the other
+};
+
 /// How near a run is to equilibrium (runtime/step/equilibrium.h).
 struct RestState {
   bool reached = false;   ///< the run has ended because of it
@@ -69,6 +77,7 @@ struct RunState {
   WatchdogState watchdog = {};
   std::vector<RigidBodyState> rigid_bodies = {};  ///< all of them, where some are free
   RestState rest = {};
+  GaugeState gauges = {};
 };
 
 /// A file that the scenario refers to.

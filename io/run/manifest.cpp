@@ -66,6 +66,22 @@ Json history_json() {
   return columns;
 }
 
+Json columns_json(const std::vector<GaugeColumn>& columns) {
+  Json list = Json::array();
+  for (const GaugeColumn& column : columns)
+    list.push_back({{"name", column.name}, {"unit", column.unit}, {"meaning", column.meaning}});
+  return list;
+}
+
+Json gauges_json(const std::vector<GaugeTable>& tables) {
+  Json list = Json::array();
+  for (const GaugeTable& table : tables)
+    list.push_back({{"name", table.name},
+                    {"file", gauge_file("", table.name).generic_string()},
+                    {"columns", columns_json(table.columns)}});
+  return list;
+}
+
 Json program_json(const RunInfo& info) {
   Json libraries = Json::object();
   for (const auto& [name, version] : info.libraries) libraries[name] = version;
@@ -114,6 +130,8 @@ Manifest::Manifest(const RunInfo& info) {
   if (!info.map_reference.empty() || info.map_origin != std::array<double, 2>{})
     json["map"] = {{"origin", info.map_origin}, {"reference", info.map_reference}};
   if (!info.changes.empty()) json["changes"] = info.changes;
+  if (!info.gauges.empty()) json["gauges"] = gauges_json(info.gauges);
+  if (!info.maps.empty()) json["maps"] = columns_json(info.maps);
   start_ = dump(json);
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/run/gauge_rows.h"
 #include "physics/base/types.h"
 
 namespace lahar {
@@ -30,6 +31,8 @@ struct RunInfo {
   std::array<double, 2> map_origin = {};  ///< [m] place on the map where the model has x = y = 0
   std::string map_reference;              ///< WKT of its coordinate reference system, if known
   std::vector<std::string> changes;       ///< by a stage to particles, when it began
+  std::vector<GaugeTable> gauges;         ///< tables in gauges/
+  std::vector<GaugeColumn> maps;          ///< rasters in maps/
   std::vector<std::filesystem::path> inputs;  ///< scenario and side files; their hashes are stored
 };
 

@@ -62,6 +62,15 @@ void rewind_rigid_bodies(const fs::path& run, const RunContinuation& from) {
     write_text_file(file, rigid_bodies_header() + rows_to_keep(file, from.has_row, from));
 }
 
+void rewind_gauges(const fs::path& run, const std::vector<GaugeTable>& tables,
+                   const RunContinuation& from) {
+  for (const GaugeTable& table : tables) {
+    const fs::path file = gauge_file(run, table.name);
+    make_folder(file.parent_path());
+    write_text_file(file, gauge_header(table) + rows_to_keep(file, from.has_gauge_row, from));
+  }
+}
+
 void rewind_removed(const fs::path& run, const RunContinuation& from) {
   const fs::path file = run / removed_file;
   const std::string kept = rows_to_keep(file, true, from);

@@ -42,6 +42,14 @@ void remove_results(const fs::path& folder) {
     }
     remove_abandoned_parts(folder / name);
   }
+  for (const auto& [name, endings] : {std::pair{"gauges", ".csv"}, {"maps", ".asc .tif"}}) {
+    if (!fs::is_directory(folder / name)) continue;
+    for (const auto& entry : fs::directory_iterator(folder / name))
+      if (const std::string ending = entry.path().extension().string();
+          !ending.empty() && std::string_view(endings).find(ending) != std::string_view::npos)
+        fs::remove(entry.path());
+    remove_abandoned_parts(folder / name);
+  }
   prune_checkpoints(checkpoint_folder(folder), 0);
   remove_abandoned_parts(checkpoint_folder(folder));
   fs::remove(folder / "manifest.json");
@@ -111,7 +119,8 @@ OutputFile claim_continued(const fs::path& folder) {
 }
 
 /// Later checkpoints go first: one that is left would be continued from without its frames.
-std::vector<TimedFile> rewind(const fs::path& folder, const RunContinuation& from) {
+std::vector<TimedFile> rewind(const fs::path& folder, const std::vector<GaugeTable>& gauges,
+                              const RunContinuation& from) {
   try {
     const fs::path checkpoints = checkpoint_folder(folder);
     remove_checkpoints_after(checkpoints, from.step);
@@ -120,6 +129,7 @@ std::vector<TimedFile> rewind(const fs::path& folder, const RunContinuation& fro
     std::vector<TimedFile> frames = rewind_frames(folder, from);
     rewind_history(folder, from);
     rewind_rigid_bodies(folder, from);
+    rewind_gauges(folder, gauges, from);
     rewind_removed(folder, from);
     return frames;
   } catch (const fs::filesystem_error& error) {
@@ -144,9 +154,11 @@ struct RunFolder::Impl {
       : folder(std::move(path)),
         log(claim(folder, overwrite)),
         manifest(contents.info),
-        history((write_start(contents), folder / "history.csv"), OutputFile::Mode::truncate) {
+        history((write_start(contents), folder / "history.csv"), OutputFile::Mode::truncate),
+        gauge_tables(contents.info.gauges) {
     history.write(history_header());
     history.flush();
+    open_gauges(OutputFile::Mode::truncate);
   }
 
   Impl(fs::path path, const RunFolderContents& contents, const RunContinuation& from)
@@ -154,8 +166,20 @@ struct RunFolder::Impl {
         log(claim_continued(folder)),
         manifest(contents.info, read_text_file(folder / "manifest.json"),
                  {from.step, from.time, from.checkpoint}),
-        kept(rewind(folder, from)),
-        history((write_start(contents), folder / "history.csv"), OutputFile::Mode::append) {}
+        kept(rewind(folder, contents.info.gauges, from)),
+        history((write_start(contents), folder / "history.csv"), OutputFile::Mode::append),
+        gauge_tables(contents.info.gauges) {
+    open_gauges(OutputFile::Mode::append);
+  }
+
+  void open_gauges(OutputFile::Mode mode) {
+    for (const GaugeTable& table : gauge_tables) {
+      const fs::path file = gauge_file(folder, table.name);
+      make_folder(file.parent_path());
+      gauges.emplace_back(file, mode);
+      if (mode == OutputFile::Mode::truncate) gauges.back().write(gauge_header(table));
+    }
+  }
 
   /// The manifest comes first, so that whatever happens next, this is known to be a run.
   void write_start(const RunFolderContents& contents) {
@@ -193,6 +217,8 @@ struct RunFolder::Impl {
   Manifest manifest;
   std::vector<TimedFile> kept;  ///< frames from before a run that goes on
   OutputFile history;
+  std::vector<GaugeTable> gauge_tables;
+  std::vector<OutputFile> gauges;          ///< by table
   std::optional<OutputFile> rigid_bodies;  ///< where there are any
   std::optional<OutputFile> removed;       ///< where there are any in this process
   bool finished = false;
@@ -237,6 +263,14 @@ void RunFolder::history(const HistoryRow& row) {
   bodies->flush();
 }
 
+void RunFolder::gauges(const GaugeRows& rows) {
+  const std::lock_guard lock(impl_->history_mutex);
+  for (std::size_t k = 0; k < impl_->gauges.size(); ++k) {
+    impl_->gauges[k].write(gauge_lines(impl_->gauge_tables[k], rows, k));
+    impl_->gauges[k].flush();
+  }
+}
+
 void RunFolder::removed(std::span<const RemovedParticle> particles) {
   if (particles.empty()) return;
   const std::lock_guard lock(impl_->history_mutex);
@@ -265,6 +299,7 @@ void RunFolder::sync() {
   impl_->history.sync();
   if (impl_->removed) impl_->removed->sync();
   if (impl_->rigid_bodies) impl_->rigid_bodies->sync();
+  for (OutputFile& gauge : impl_->gauges) gauge.sync();
 }
 
 void RunFolder::finish(const RunEnd& end) {
@@ -272,6 +307,7 @@ void RunFolder::finish(const RunEnd& end) {
     impl_->history.sync();
     if (impl_->removed) impl_->removed->sync();
     if (impl_->rigid_bodies) impl_->rigid_bodies->sync();
+    for (OutputFile& gauge : impl_->gauges) gauge.sync();
     impl_->log.sync();
   } catch (const IoError& error) {
     RunEnd failed = end;

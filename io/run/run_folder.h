@@ -6,6 +6,8 @@
 ///     log.txt              what the terminal showed
 ///     history.csv          conservation laws, one row per interval (io/run/history.h)
 ///     removed.csv          particles that left the mesh, where there are any (io/run/removed.h)
+///     gauges/              a table for each gauge, where there are any (io/run/gauge_rows.h)
+///     maps/                rasters of the whole run, where they are wanted (io/run/run_maps.h)
 ///     frames/              particles_STEP.hdf and particles.hdf.series, by FrameOutput; their
 ///                          format is in io/frames/vtkhdf.h
 ///     checkpoints/         checkpoint_STEP.h5, from which the run can be continued
@@ -20,6 +22,7 @@
 #include <vector>
 
 #include "io/base/series.h"
+#include "io/run/gauge_rows.h"
 #include "io/run/history.h"
 #include "io/run/manifest.h"
 #include "io/run/removed.h"
@@ -53,6 +56,7 @@ class RunFolder {
 
   void log(std::string_view line);  ///< a newline is added where there is none
   void history(const HistoryRow& row);
+  void gauges(const GaugeRows& rows);
   void removed(std::span<const RemovedParticle> particles);
   /// Throws where the folder was removed, moved or replaced since it was claimed: what would be
   /// written is lost, or lands between the results of another run.

@@ -45,6 +45,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   check_plane();
   check_until();
   build_output();
+  build_gauges();
   warn_of_doubts();
   if (in_.problems.empty()) collect_marks();
   if (in_.problems.empty()) split_fields();

@@ -335,7 +335,13 @@ void ScenarioBuilder<Dim>::build_output() {
   if (out.history_steps > 0 && out.history_dt > 0)
     in_.error(*post.find("history_dt"), "'history_steps' and 'history_dt' both say when rows come",
               "leave one of them out");
-  for (const std::string_view key : {"output_dt", "history_dt"}) check_interval(post, key);
+  out.measured.steps = get_integer(post, "gauge_steps").value_or(0);
+  out.measured.dt = get_number(post, "gauge_dt").value_or(0);
+  if (out.measured.steps > 0 && out.measured.dt > 0)
+    in_.error(*post.find("gauge_dt"), "'gauge_steps' and 'gauge_dt' both say when rows come",
+              "leave one of them out");
+  for (const std::string_view key : {"output_dt", "history_dt", "gauge_dt"})
+    check_interval(post, key);
   out.checkpoint_steps = get_integer(post, "checkpoint_steps").value_or(out.checkpoint_steps);
   out.checkpoint_minutes = get_number(post, "checkpoint_minutes").value_or(out.checkpoint_minutes);
   out.checkpoints_kept = get_integer(post, "checkpoints_kept").value_or(out.checkpoints_kept);
@@ -343,6 +349,17 @@ void ScenarioBuilder<Dim>::build_output() {
   for (const DerivedField& field : derived_fields)
     if (std::find(names.begin(), names.end(), field.name) != names.end())
       out.derived_fields.push_back(&field);
+  out.single_precision = get_text(post, "frame_precision") == "single";
+  if (const JsonValue* fields = post.find("frame_fields")) {
+    check_fields(*fields);
+    out.frame_fields = get_texts(post, "frame_fields");
+    for (const DerivedField& field : derived_fields)
+      if (std::find(out.frame_fields.begin(), out.frame_fields.end(), field.name) !=
+              out.frame_fields.end() &&
+          std::find(out.derived_fields.begin(), out.derived_fields.end(), &field) ==
+              out.derived_fields.end())
+        out.derived_fields.push_back(&field);
+  }
   model_.title = get_text(root_, "title").value_or("");
   if (model_.title.empty()) model_.title = in_.stem;
   std::string name = get_text(section("analysis"), "uuid").value_or("");

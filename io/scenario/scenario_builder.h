@@ -184,6 +184,12 @@ class ScenarioBuilder {
   void check_until();  ///< after the loads
   void build_output();
   void check_interval(const JsonValue& post, std::string_view key);
+  // scenario_gauges.cpp
+  void build_gauges();  ///< after the analysis and the particles; collective
+  void read_gauge(const JsonValue& entry);
+  void read_places(const JsonValue& entry, Gauge& gauge);
+  void check_fields(const JsonValue& given);  ///< names of fields of particles
+  void read_maps(const JsonValue& given);
   // scenario_rigid_bodies.cpp
   void build_rigid_bodies();  ///< after the functions of time
   void read_rubbing(const JsonValue& entry, RigidBody<Dim>& body);

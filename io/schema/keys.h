@@ -101,6 +101,8 @@ const Section& analysis_section();
 const Section& scheme_settings_section();
 const Section& linear_solver_section();
 const Section& post_processing_section();
+const Section& gauge_section();
+const Section& maps_section();
 const Section& stage_section();
 const Section& at_start_section();
 const Section& driver_section();  ///< not of a scenario: of `lahar material`

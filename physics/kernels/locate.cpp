@@ -275,6 +275,7 @@ void remove(Patch<Dim>& patch, const Particles<Dim>& movers, Local i, Index step
   removed.step = step;
   removed.id = movers.id[static_cast<std::size_t>(i)];
   removed.mass = movers.row(Column::mass)[i];
+  removed.material = movers.material[static_cast<std::size_t>(i)];
   for (int d = 0; d < Dim; ++d) {
     removed.position[static_cast<std::size_t>(d)] = movers.row(Column::x, d)[i];
     removed.velocity[static_cast<std::size_t>(d)] = movers.row(Column::v, d)[i];

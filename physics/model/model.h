@@ -14,6 +14,7 @@
 #include "physics/boundary/conditions.h"
 #include "physics/materials/material.h"
 #include "physics/mesh/mesh.h"
+#include "physics/model/gauges.h"
 #include "physics/model/injection.h"
 #include "physics/model/rigid_body.h"
 #include "physics/model/shape_functions.h"
@@ -332,6 +333,9 @@ struct OutputPlan {
   double history_dt = 0;          ///< [s] the same for rows
   Index max_frames = 10000;       ///< frames beside the first and the last
   std::vector<const DerivedField*> derived_fields;  ///< that frames have beside columns
+  std::vector<std::string> frame_fields;            ///< of frames, by name; empty = all
+  bool single_precision = false;                    ///< numbers of frames have 32 bits
+  GaugePlan measured;                               ///< while the run goes on
 };
 
 template <int Dim>

@@ -2,6 +2,7 @@
 /// scenario names in `post_processing.vtk`; a new one is one row here.
 #pragma once
 
+#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <string_view>
@@ -32,6 +33,14 @@ inline double square(const std::array<double, 3>& a) {
 inline double deviator_square(const Voigt& a, double shear) {
   const double mean = (a[0] + a[1] + a[2]) / 3.0;
   return square({a[0] - mean, a[1] - mean, a[2] - mean}) + shear * square({a[3], a[4], a[5]});
+}
+
+/// Principal value of a tensor, of 0, 1, 2 in ascending order (Eigen's symmetric solver).
+inline double principal_value(const Voigt& a, int which) {
+  Eigen::Matrix3d tensor;
+  tensor << a[0], a[3], a[5], a[3], a[1], a[4], a[5], a[4], a[2];
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(tensor, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues()[which];
 }
 
 struct DerivedField {
@@ -68,6 +77,17 @@ inline constexpr auto derived_fields = std::to_array<DerivedField>({
      [](const ParticleValues& p, double* to) { *to = p.liquid_mass; }},
     {"total_mean_stress", "Pa", 1, "mean_stress of skeleton and liquid together: with the pore pressure",
      [](const ParticleValues& p, double* to) { *to = p.pressure() + p.pore_pressure; }},
+    {"principal_stress_1", "Pa", 1, "largest principal stress, positive in tension",
+     [](const ParticleValues& p, double* to) { *to = principal_value(p.stress, 2); }},
+    {"principal_stress_2", "Pa", 1, "principal stress between the largest and the least",
+     [](const ParticleValues& p, double* to) { *to = principal_value(p.stress, 1); }},
+    {"principal_stress_3", "Pa", 1, "least principal stress: minus the largest compression",
+     [](const ParticleValues& p, double* to) { *to = principal_value(p.stress, 0); }},
+    {"deviatoric_strain", "-", 6, "e: the strain without its mean, with engineering shears",
+     [](const ParticleValues& p, double* to) {
+       const double mean = (p.strain[0] + p.strain[1] + p.strain[2]) / 3.0;
+       for (std::size_t k = 0; k < 6; ++k) to[k] = p.strain[k] - (k < 3 ? mean : 0.0);
+     }},
 });
 // clang-format on
 

@@ -14,6 +14,7 @@ struct RemovedParticle {
   double mass = 0;                   ///< [kg]
   std::array<double, 3> position{};  ///< [m] outside the mesh
   std::array<double, 3> velocity{};  ///< [m/s]
+  Index material = -1;               ///< index into the model's materials
 };
 
 }  // namespace lahar

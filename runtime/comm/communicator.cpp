@@ -247,6 +247,10 @@ void Communicator::sum(std::span<Index> values) const {
   reduce_all(values, MPI_INT64_T, MPI_SUM);
 }
 
+void Communicator::min(std::span<Index> values) const {
+  reduce_all(values, MPI_INT64_T, MPI_MIN);
+}
+
 void Communicator::broadcast(std::string& text, int root) const {
   if (!several()) return;
   auto size = static_cast<Index>(text.size());

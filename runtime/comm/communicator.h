@@ -72,6 +72,7 @@ class Communicator {
   bool any(bool value) const { return max(Index{value}) != 0; }
   /// Sums of each element; all ranks give as many.
   void sum(std::span<Index> values) const;
+  void min(std::span<Index> values) const;  ///< the least of each element
 
   /// Those on the machine of this one, as a group with messages of its own, to be released.
   Communicator on_machine() const;

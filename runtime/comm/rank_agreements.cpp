@@ -45,6 +45,11 @@ void RankAgreements::give(Step step, Agreement&& own) {
     MPI_Iallreduce(pending.given.sum.data(), pending.found.sum.data(),
                    static_cast<int>(pending.given.sum.size()), MPI_INT64_T, MPI_SUM,
                    steps_.communicator(), &pending.requests[1]);
+  pending.found.lowest.resize(pending.given.lowest.size());
+  if (!pending.given.lowest.empty())
+    MPI_Iallreduce(pending.given.lowest.data(), pending.found.lowest.data(),
+                   static_cast<int>(pending.given.lowest.size()), MPI_INT64_T, MPI_MIN,
+                   steps_.communicator(), &pending.requests[2]);
 }
 
 void RankAgreements::look(std::int64_t latency, std::vector<ExchangeEvent>& events) {
@@ -63,7 +68,7 @@ void RankAgreements::look(std::int64_t latency, std::vector<ExchangeEvent>& even
   }
   for (Pending& pending : pending_) {
     if (pending.step < 0) continue;
-    MPI_Testall(2, pending.requests.data(), &done, MPI_STATUSES_IGNORE);
+    MPI_Testall(3, pending.requests.data(), &done, MPI_STATUSES_IGNORE);
     if (!done) continue;
     events.push_back({.kind = ExchangeEvent::Kind::step,
                       .step = pending.step,

@@ -30,7 +30,8 @@ struct Agreement {
     Index minus_particles = 0;  ///< of the fullest rank, negated
     Index begun = 0;            ///< minus the latest time at which a rank finished the step [ns]
   } least;
-  std::vector<Index> sum;  ///< elements added over all ranks; as many on each, perhaps none
+  std::vector<Index> sum;     ///< elements added over all ranks; as many on each, perhaps none
+  std::vector<Index> lowest;  ///< of which the least of all ranks counts; the same
 };
 
 /// Something that has become known, not before `due`.
@@ -71,7 +72,7 @@ class RankAgreements {
     Step step = -1;  ///< -1 = none
     std::uint64_t begin = 0;
     Agreement given, found;
-    std::array<MPI_Request, 2> requests{MPI_REQUEST_NULL, MPI_REQUEST_NULL};
+    std::array<MPI_Request, 3> requests{MPI_REQUEST_NULL, MPI_REQUEST_NULL, MPI_REQUEST_NULL};
   };
   Pending& of(Step step) { return pending_[static_cast<std::size_t>(step % max_lead)]; }
 

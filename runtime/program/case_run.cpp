@@ -7,6 +7,7 @@
 #include <exception>
 
 #include "lahar_version.h"
+#include "runtime/program/run_maps.h"
 #include "runtime/program/signals.h"
 #include "runtime/program/startup_progress.h"
 #include "runtime/step/output_times.h"
@@ -104,6 +105,8 @@ int CaseRun::execute() {
   about.steps = steps_;
   about.ranks = ranks_.size();
   about.changes = changes;
+  about.gauges = simulation.gauge_tables();
+  if (outline_.output.measured.maps.wanted) about.maps = map_columns();
   make_folder(std::move(about));
   frames_ = std::make_unique<FrameOutput>(
       frames_folder(outline_.output.folder), ranks_,
@@ -176,12 +179,17 @@ RunContinuation CaseRun::continuation() const {
   };
   const bool by_time = outline_.output.history_dt > 0;
   const Index history_steps = by_time ? 0 : outline_.output.history_steps;
+  const bool has_row = due(by_time || history_steps > 0 ? history_steps : run.history_steps,
+                           outline_.output.history_dt);
+  const GaugePlan& measured = outline_.output.measured;
   return {.step = run.step,
           .time = run.time,
-          .has_row = due(by_time || history_steps > 0 ? history_steps : run.history_steps,
-                         outline_.output.history_dt),
+          .has_row = has_row,
           .has_frame = due(outline_.output.frame_steps, outline_.output.frame_dt),
-          .checkpoint = restart_->file().string()};
+          .checkpoint = restart_->file().string(),
+          .has_gauge_row = measured.steps > 0 || measured.dt > 0
+                               ? due(measured.dt > 0 ? 0 : measured.steps, measured.dt)
+                               : has_row};
 }
 
 std::unique_ptr<RunFolder> CaseRun::new_folder(RunInfo about) const {
@@ -214,12 +222,14 @@ void CaseRun::write_beginning(Simulation& simulation) {
   const HistoryRow row = simulation.history();
   if (!restart_) {
     write_row(row);
+    if (outline_.output.measured.any()) on_gauges(simulation.gauges());
     if (plans_frames()) frames_->write(simulation.frame_source());
     return;
   }
   const RunContinuation from = continuation();
   if (from.has_row) last_row_ = row;
   if (from.has_frame) last_frame_ = from.step;
+  if (from.has_gauge_row) last_gauges_ = from.step;
   restart_.reset();
 }
 
@@ -320,7 +330,8 @@ Observer CaseRun::observer() {
           [this](std::span<const RemovedParticle> particles) {
             if (folder_) folder_->removed(particles);
           },
-          [this](const std::string& text) { warn(text); }};
+          [this](const std::string& text) { warn(text); },
+          [this](const GaugeRows& rows) { on_gauges(rows); }};
 }
 
 void CaseRun::on_history(const HistoryRow& row) {

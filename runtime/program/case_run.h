@@ -90,6 +90,10 @@ class CaseRun {
   Index planned_steps(const SimulationInfo& info) const;
   Observer observer();
   void on_history(const HistoryRow& row);
+  void on_gauges(const GaugeRows& rows) {
+    last_gauges_ = rows.step;
+    if (folder_) folder_->gauges(rows);
+  }
 
   /// Share of the run that is done, by steps or by time, whichever ends it.
   double share(Index step, double time) const {
@@ -148,7 +152,8 @@ class CaseRun {
   double first_share_ = 0;
   double reserve_ = 0;
   double particle_steps_ = 0;  ///< up to `counted_`
-  Index particles_ = 0, counted_ = 0, steps_ = 0, last_frame_ = -1, next_line_ = 1, printed_ = -1;
+  Index particles_ = 0, counted_ = 0, steps_ = 0, last_frame_ = -1, last_gauges_ = -1,
+        next_line_ = 1, printed_ = -1;
   HistoryRow last_row_;
   double energy_scale_ = 0;
   Clock::time_point begin_, loop_begin_;

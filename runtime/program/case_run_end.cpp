@@ -9,6 +9,7 @@
 #include "physics/particles/patch_split.h"
 #include "runtime/base/exit_codes.h"
 #include "runtime/program/case_run.h"
+#include "runtime/program/run_maps.h"
 #include "runtime/program/signals.h"
 #include "runtime/program/timing_table.h"
 #include "runtime/step/rest_test.h"
@@ -72,9 +73,13 @@ int CaseRun::run_time_loop(Simulation& simulation) {
   if (is_whole) {
     const HistoryRow row = simulation.history();
     if (last_row_.step != row.step) write_row(row);
+    if (outline_.output.measured.any() && last_gauges_ != row.step) on_gauges(simulation.gauges());
     if (printed_ != row.step && row.step > 0) print_row(row);
   }
   if (last_frame_ != simulation.step()) frames_->write(simulation.frame_source());
+  if (folder_ && outline_.output.measured.maps.wanted)
+    write_maps(outline_.output.folder, outline_.output.measured.maps, scenario_.map,
+               simulation.maps());
   checkpoints_->finish();
   const SimulationInfo info = simulation.info();
   if (end.status == RunStatus::finished && outline_.analysis.until.on())

@@ -11,6 +11,7 @@ namespace {
 
 struct ExportArguments {
   std::string run, format, step = "last", output;
+  double spacing = 0;
 };
 
 int export_command(const ExportArguments& arguments) {
@@ -19,8 +20,8 @@ int export_command(const ExportArguments& arguments) {
     choice.kind = FrameChoice::Kind::all;
   else if (arguments.step != "last")
     choice = {FrameChoice::Kind::step, std::stoll(arguments.step)};
-  for (const auto& file :
-       export_run(arguments.run, export_format(arguments.format), choice, arguments.output))
+  for (const auto& file : export_run(arguments.run, export_format(arguments.format), choice,
+                                     arguments.output, arguments.spacing))
     fmt::print("{}\n", printable(file.string()));
   return exit_ok;
 }
@@ -30,7 +31,8 @@ int export_command(const ExportArguments& arguments) {
 Action add_export(CLI::App& command) {
   const auto arguments = std::make_shared<ExportArguments>();
   command.add_option("RUN", arguments->run, "Run folder or frame")->required();
-  command.add_option("--to", arguments->format, "csv, vtu or cbgeo")->required();
+  command.add_option("--to", arguments->format, "csv, vtu, cbgeo; stl, vtp: free surface")
+      ->required();
   command.add_option("--step", arguments->step, "Step number, last (default) or all")
       ->check([](const std::string& text) -> std::string {
         const bool number = !text.empty() && text.size() < 19 &&
@@ -39,6 +41,10 @@ Action add_export(CLI::App& command) {
       });
   command.add_option("--output,-o", arguments->output,
                      "File or folder to write (default: RUN/export)");
+  command
+      .add_option("--spacing", arguments->spacing,
+                  "Of the grid for a free surface [m] (default: two particles)")
+      ->check(CLI::PositiveNumber);
   return [arguments](const Words&) {
     refuse_several_ranks("export");
     return export_command(*arguments);

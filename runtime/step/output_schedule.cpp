@@ -31,6 +31,12 @@ bool OutputSchedule::history_due(Step step) const {
          (plan_.history_dt > 0 && reaches(step, plan_.history_dt));
 }
 
+bool OutputSchedule::gauges_due(Step step) const {
+  const GaugePlan& plan = plan_.measured;
+  if (plan.dt > 0) return reaches(step, plan.dt);
+  return plan.steps > 0 ? (step + 1) % plan.steps == 0 : history_due(step);
+}
+
 std::string OutputSchedule::no_more_frames(Step step) const {
   return fmt::format(
       "step {} (t = {:.6g} s): no more frames are written but the last one; "

@@ -19,6 +19,7 @@ class OutputSchedule {
   Index history_steps() const { return history_steps_; }  ///< 0 = rows come by time
 
   bool history_due(Step step) const;
+  bool gauges_due(Step step) const;
   bool plans_frames() const { return plan_.frame_steps > 0 || plan_.frame_dt > 0; }
   /// dt of `step` is known.
   bool frame_due(Step step) const {

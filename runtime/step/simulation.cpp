@@ -61,6 +61,18 @@ HistoryRow Simulation::history() const {
   return with(driver_, [](auto& driver) { return driver.history(); });
 }
 
+std::vector<GaugeTable> Simulation::gauge_tables() const {
+  return with(driver_, [](auto& driver) { return driver.gauge_tables(); });
+}
+
+GaugeRows Simulation::gauges() const {
+  return with(driver_, [](auto& driver) { return driver.gauges(); });
+}
+
+std::vector<double> Simulation::maps() const {
+  return with(driver_, [](auto& driver) { return driver.maps(); });
+}
+
 SimulationState Simulation::state() const {
   return with(driver_, [](auto& driver) { return driver.state(); });
 }

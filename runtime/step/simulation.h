@@ -12,6 +12,7 @@
 #include "graph/stage_loop.h"
 #include "io/base/memory_limit.h"
 #include "io/frames/frame.h"
+#include "io/run/gauge_rows.h"
 #include "io/run/history.h"
 #include "physics/model/model.h"
 #include "physics/particles/removed_particle.h"
@@ -86,6 +87,9 @@ struct Observer {
   std::function<void(std::span<const RemovedParticle>)> removed;
   /// Something that the user should know; the same on all ranks, while steps are taken.
   std::function<void(const std::string&)> warning;
+  /// Rows of gauges, when OutputPlan::measured says so; without this nothing is measured. The same
+  /// on all ranks.
+  std::function<void(const GaugeRows&)> gauges;
 };
 
 /// Time spent in one stage, summed over its tasks.
@@ -155,7 +159,12 @@ class Simulation {
   /// are taken or not. Throws what that threw, then and in all later calls: it is not called any
   /// more, and who waits for it would wait for ever.
   void poll();
-  HistoryRow history() const;  ///< present sums
+  HistoryRow history() const;                    ///< present sums
+  std::vector<GaugeTable> gauge_tables() const;  ///< what rows of gauges have
+  /// Rows of the present state, which count as those of a step. Collective.
+  GaugeRows gauges() const;
+  /// Rasters as the last row left them, by MapKind; empty without maps.
+  std::vector<double> maps() const;
   /// Present state, without a copy: good until the next call of advance().
   SimulationState state() const;
   Index step() const;     ///< steps done

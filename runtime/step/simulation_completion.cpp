@@ -25,6 +25,7 @@ Agreement SimulationDriver<Dim>::give(Step step) {
     const std::vector<Index> elements = log_.elements(events);
     own.sum.insert(own.sum.end(), elements.begin(), elements.end());
   }
+  if (gauges_due(step)) gauges_.give(step, own);
   epochs_.give(step, own);
   return own;
 }
@@ -46,6 +47,7 @@ void SimulationDriver<Dim>::finish_step(Step step) {
   // Patches that are ahead may have failed in a later step: this one is still good.
   const bool is_good = least.failed_step > step;
   if (is_good && sums_due(step)) hand_on_row(step);
+  if (is_good && gauges_due(step)) hand_on_gauges(step);
   watch_.warn_of_step();
   if (is_good) hand_on_copies(step);
   if (stager_.copies(step + 1)) stager_.set_run(run_state(step + 1));
@@ -77,6 +79,17 @@ void SimulationDriver<Dim>::hand_on_row(Step step) {
   const bool strained = agreed_[step].least.strained < 0;
   if (watch_.judge(step, row, history_.start().kinetic, strained))
     executor_->stop_before(step + max_lead);
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::hand_on_gauges(Step step) {
+  const Agreement& all = agreed_[step];
+  const std::size_t before = (sums_due(step) ? history_.n_elements() : 0) +
+                             (log_.due(time_.time_at(step)) ? log_.n_elements() : 0);
+  const GaugeRows rows =
+      gauges_.take(step, time_.time_at(step + 1),
+                   std::span(all.sum).subspan(before, gauges_.n_sums()), all.lowest);
+  attempt([&] { observer_.gauges(rows); });
 }
 
 template <int Dim>
@@ -117,7 +130,8 @@ RunState SimulationDriver<Dim>::run_state(Step at) const {
           .splits = patches_.splits(),
           .split_step = epochs_.split_step(),
           .watchdog = watch_.state(),
-          .rest = rest_.state()};
+          .rest = rest_.state(),
+          .gauges = gauges_.state()};
 }
 
 template <int Dim>

@@ -46,6 +46,7 @@ SimulationDriver<Dim>::SimulationDriver(Model<Dim> model, ExecutionOptions optio
       rigid_(model_),
       schedule_(model_.output, model_.analysis.first_step, time_),
       history_(time_, model_.rigid_bodies.size()),
+      gauges_(model_, patches_.layout()),
       frames_(model_, patches_, log_, time_),
       stager_(patches_, observer_.checkpoint ? model_.output.checkpoint_steps : 0),
       budget_(options_.staging_bytes),
@@ -114,6 +115,7 @@ void SimulationDriver<Dim>::resume(const RunState& run) {
   removed_ = ranks_.rank() == 0 ? run.removed : 0;
   epochs_.resume(run.split_step);
   history_.resume(run.kinetic_at_start, run.work);
+  gauges_.resume(run.gauges);
   schedule_.begin(run.dt, run.history_steps);
   watch_.resume(run.watchdog);
   time_.resume(step_, run.time, run.dt, run.dt_limit);
@@ -237,6 +239,7 @@ void SimulationDriver<Dim>::take_removed() {
   for (RemovedParticle& one : all) one.id = log_.dense(one.id);
   removed_ += static_cast<Index>(all.size());
   if (ranks_.several()) all = ranks_.gather_all(std::span<const RemovedParticle>(all));
+  gauges_.add_removed(all);
   if (all.empty() || !observer_.removed) return;
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
     return std::tie(a.step, a.id) < std::tie(b.step, b.id);
@@ -331,6 +334,13 @@ HistoryRow SimulationDriver<Dim>::history() {
   HistoryRow row = history_.row_of(parts, step_, ranks_);
   rigid_.describe(step_ + max_lead + 1, time_.time_at(step_), row);  // the slot of the step before
   return row;
+}
+
+template <int Dim>
+GaugeRows SimulationDriver<Dim>::gauges() {
+  std::vector<const Patch<Dim>*> patches;
+  for (int i = 0; i < patches_.size(); ++i) patches.push_back(&patches_[i]);
+  return gauges_.present(patches, step_, time(), ranks_);
 }
 
 template <int Dim>

@@ -16,6 +16,7 @@
 #include "runtime/exchange/run_failures.h"
 #include "runtime/step/checkpoint_stager.h"
 #include "runtime/step/epochs.h"
+#include "runtime/step/gauges.h"
 #include "runtime/step/implicit_solver.h"
 #include "runtime/step/output_schedule.h"
 #include "runtime/step/pressure_solver.h"
@@ -49,6 +50,9 @@ class SimulationDriver {
   FrameSource frame_source() const { return frames_.present(step_, threads()); }
   void poll();
   HistoryRow history();
+  std::vector<GaugeTable> gauge_tables() const { return gauges_.tables(); }
+  GaugeRows gauges();
+  std::vector<double> maps() const { return gauges_.state().maps; }
   SimulationState state() const;
   Index step() const { return step_; }
   double time() const { return time_.time_at(step_); }
@@ -145,6 +149,7 @@ class SimulationDriver {
   /// outgrown the memory for them, the graph drains, and their sizes are found anew.
   void take_injected(Step step);
   void hand_on_row(Step step);
+  void hand_on_gauges(Step step);
   void hand_on_copies(Step step);
   void ask_observer(Step step);
   /// The numbers when `at` steps are done, but for those that a part of a run fills in.
@@ -170,6 +175,9 @@ class SimulationDriver {
   }
   int threads() const { return is_parallel() ? options_.threads : 1; }
   bool sums_due(Step step) const { return schedule_.history_due(step) || watch_.due(step); }
+  bool gauges_due(Step step) const {
+    return observer_.gauges && gauges_.any() && schedule_.gauges_due(step);
+  }
   bool frames_are_large() const {
     return observer_.large_frame && !budget_.has_room_for(frames_.bytes());
   }
@@ -197,6 +205,7 @@ class SimulationDriver {
   RigidMotion<Dim> rigid_;
   OutputSchedule schedule_;
   RunHistory history_;
+  Gauges<Dim> gauges_;
   RunFrames<Dim> frames_;
   CheckpointStager<Dim> stager_;
   StagingBudget budget_;

@@ -306,8 +306,9 @@ void SimulationDriver<Dim>::output(int p, Step step) {
   const std::string problem = limits_.problem(patch, step, time_.nsteps());
   if (!problem.empty()) fail(output_index_, p, step, problem);
   const bool needs_sums = sums_due(step);
-  if (needs_sums || frame_due(step)) check_finite(patch);
+  if (needs_sums || frame_due(step) || gauges_due(step)) check_finite(patch);
   if (needs_sums) history_.add(p, step, sums(patch, model_));
+  if (gauges_due(step)) gauges_.add(patch, step);
   if (watch_.due(step)) watch_.look_at(patch, step);
   if (copy_due(step)) frames_.copy(p, step);
   epochs_.look_at(patch, step);

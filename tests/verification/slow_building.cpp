@@ -25,18 +25,18 @@ constexpr double gauge_width = 0.1;
 /// A depth every so many seconds, as in the record.
 constexpr double interval = 0.01;
 
-struct Gauge {
+struct WallGauge {
   const char* name;
   int column;  ///< in the table of depths
   double x, y;
 };
-constexpr std::array<Gauge, 5> gauges{{{"G1", 1, 2.65, 1.15},
-                                       {"G2", 2, 2.65, -0.60},
-                                       {"G3", 3, 4.00, 1.15},
-                                       {"G4", 4, 4.00, -0.80},
-                                       {"G6", 6, -1.87, 1.10}}};
+constexpr std::array<WallGauge, 5> gauges{{{"G1", 1, 2.65, 1.15},
+                                           {"G2", 2, 2.65, -0.60},
+                                           {"G3", 3, 4.00, 1.15},
+                                           {"G4", 4, 4.00, -0.80},
+                                           {"G6", 6, -1.87, 1.10}}};
 
-Curve measured(const Gauge& gauge) {
+Curve measured(const WallGauge& gauge) {
   return read_curve(world_file("building-gauges.csv"), 0, gauge.column);
 }
 
@@ -92,17 +92,17 @@ TEST_CASE("a dam break arrives around a building when Soares-Frazao and Zech mea
   // When the water was free is not recorded: the results of others, with depth-averaged equations
   // on a dry bed, come to G2 after 1.12 s in place of 0.85 (data/results/rv of the Kratos example).
   // How long the front takes from gauge to gauge does not depend on it.
-  for (const Gauge& gauge : gauges)
+  for (const WallGauge& gauge : gauges)
     if (gauge.column != 6)
       study.agrees(fmt::format("arrival at {}", gauge.name), arrival(measured(gauge)), 0.25);
-  for (const Gauge& gauge : {gauges[0], gauges[2], gauges[3]})
+  for (const WallGauge& gauge : {gauges[0], gauges[2], gauges[3]})
     study.agrees(fmt::format("from G2 to {}", gauge.name),
                  arrival(measured(gauge)) - arrival(measured(gauges[1])), 0.2);
   study.agrees("depth left at G6 after 2 s", mean_between(measured(gauges[4]), 1.9, 2.1), 0.05);
   study.agrees("depth behind the front at G2", mean_between(measured(gauges[1]), 1.0, 1.4), 0.25);
   study.agrees("depth of the bore at G1", mean_between(measured(gauges[0]), 2.1, 2.2), 0.3);
   study.stays_below("lost share", 0);
-  for (const Gauge& gauge : gauges)
+  for (const WallGauge& gauge : gauges)
     if (gauge.column != 6) study.converges(fmt::format("arrival at {}", gauge.name));
   study.converges("depth left at G6 after 2 s");
 }

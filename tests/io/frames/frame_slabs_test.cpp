@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <numeric>
 #include <random>
 #include <thread>
@@ -31,7 +32,40 @@ std::vector<Index> random_sizes(Index n, std::mt19937_64& random) {
   return sizes;
 }
 
+/// NaN is NaN.
+bool same_numbers(const std::vector<double>& a, const std::vector<double>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); });
+}
+
 }  // namespace
+
+TEST_CASE("a frame in single precision has its numbers rounded, ids as they are, half the size") {
+  const TemporaryFolder folder;
+  const auto file = folder.path / "single.hdf";
+  for (const int dim : {2, 3}) {
+    const Frame frame = sample_frame(dim, 5000);
+    FrameHeader header = header_of(frame);
+    write_frame(frame, file);
+    const auto bytes = std::filesystem::file_size(file);
+    header.single = true;
+    const FrameLayout layout = lay_out_frame(header, frame.size(), file, file);
+    SlabFile(file, file).write(layout, 0, {&frame, 1});
+    CHECK(std::filesystem::file_size(file) < 0.65 * static_cast<double>(bytes));
+    const Frame back = read_frame(file);
+    Frame sorted = frame;
+    sort_by_id(sorted);
+    CHECK(back.id == sorted.id);
+    REQUIRE(back.columns.size() == sorted.columns.size());
+    const auto rounded = [](std::vector<double> values) {
+      for (double& value : values) value = static_cast<float>(value);
+      return values;
+    };
+    CHECK(back.coordinates == rounded(sorted.coordinates));
+    for (std::size_t k = 0; k < back.columns.size(); ++k)
+      CHECK(same_numbers(back.columns[k].values, rounded(sorted.columns[k].values)));
+  }
+}
 
 TEST_CASE("a frame in pieces, written by many threads in any order, is the file of the whole") {
   const TemporaryFolder folder;

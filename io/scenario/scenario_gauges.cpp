@@ -1,0 +1,191 @@
+// What a run measures: gauges and maps.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/base/text.h"
+#include "io/scenario/scenario_builder.h"
+#include "physics/particles/columns.h"
+#include "physics/particles/derived_fields.h"
+
+namespace lahar {
+
+namespace {
+
+using Kind = Gauge::Kind;
+
+constexpr Index most_tracked = 10000;  ///< particles of a set
+constexpr Index most_cells = 1000000;  ///< of maps
+
+Kind kind_of(const std::string& type) {
+  if (type == "point" || type == "line") return Kind::points;
+  if (type == "column" || type == "section") return Kind::columns;
+  if (type == "front") return Kind::front;
+  if (type == "plane") return Kind::plane;
+  if (type == "particles") return Kind::particles;
+  return type == "track" ? Kind::track : Kind::nodes;
+}
+
+template <int Dim>
+std::array<double, 3> in_space(const Vec<Dim>& x) {
+  std::array<double, 3> all{};
+  std::copy_n(x.data(), Dim, all.begin());
+  return all;
+}
+
+}  // namespace
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_gauges() {
+  const JsonValue& post = section("post_processing");
+  for (const JsonValue* entry : get_list(post, "gauges")) read_gauge(*entry);
+  if (const JsonValue* maps = post.find("maps"); maps && maps->is<JsonValue::Object>())
+    read_maps(*maps);
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::read_gauge(const JsonValue& entry) {
+  const auto type = get_text(entry, "type"), name = get_text(entry, "name");
+  if (!type || !name || !mesh_) return;
+  auto& gauges = model_.output.measured.gauges;
+  Gauge gauge;
+  gauge.kind = kind_of(*type);
+  gauge.name = *name;
+  if (name->empty() || name->find_first_of(std::string_view("/\0", 2)) != name->npos ||
+      name->front() == '.')
+    in_.error(*entry.find("name"),
+              fmt::format("'name' must be the name of a file, found {}", json_quoted(*name)),
+              "its table is gauges/NAME.csv in the run folder");
+  if (std::any_of(gauges.begin(), gauges.end(), [&](const Gauge& g) { return g.name == *name; }))
+    in_.error(*entry.find("name"), fmt::format("there are two gauges {}", json_quoted(*name)),
+              "their tables need different names");
+  if (gauge.kind == Kind::columns && model_.analysis.plane == Plane::axisymmetric)
+    in_.error(entry, "a body of revolution has no thickness in plan",
+              "a gauge of \"type\": \"line\" has fields along a line");
+  read_places(entry, gauge);
+  if (const auto radius = get_number(entry, "radius")) gauge.radius = *radius;
+  for (const std::string_view key : {"direction", "normal"})
+    if (const auto along = get_vector<Dim>(entry, key)) {
+      if (along->norm() == 0)
+        in_.error(*entry.find(key), fmt::format("'{}' has no length", key));
+      else
+        gauge.direction = in_space<Dim>(along->normalized());
+    }
+  if (entry.find("material"))
+    if (const int material = find_material(entry); material >= 0)
+      gauge.material = static_cast<int>(model_.materials[static_cast<std::size_t>(material)].id);
+  gauge.fields = get_texts(entry, "fields");
+  if (const JsonValue* fields = entry.find("fields")) check_fields(*fields);
+  const bool of_nodes = gauge.kind == Kind::nodes;
+  gauge.of_set = entry.find("pset") || of_nodes;
+  if (gauge.of_set) {
+    const auto own = of_nodes ? members(entry, "nset_id", "nset", sets_.nodes)
+                              : members(entry, "pset_id", "pset", sets_.particles);
+    if (team_.any(!own)) return;
+    for (const auto& ids : team_.gather(*own))
+      gauge.ids.insert(gauge.ids.end(), ids.begin(), ids.end());
+    std::sort(gauge.ids.begin(), gauge.ids.end());
+  }
+  const auto count = static_cast<Index>(gauge.ids.size());
+  if (gauge.kind == Kind::track && count > most_tracked)
+    in_.error(*entry.find("pset"),
+              fmt::format("a track has at most {} particles; this set has {}",
+                          format_count(most_tracked), format_count(count)),
+              "\"type\": \"particles\" gives their sums and means");
+  gauges.push_back(std::move(gauge));
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::read_places(const JsonValue& entry, Gauge& gauge) {
+  gauge.radius = outer_cell().mean();
+  const bool in_plan = gauge.kind == Kind::columns;
+  const auto place = [&](std::string_view key) -> std::optional<std::array<double, 3>> {
+    const JsonValue* value = entry.find(key);
+    if (!value) return std::nullopt;
+    const auto numbers = get_numbers(entry, key);
+    constexpr std::size_t plan = Dim - 1;
+    if (in_plan && numbers.size() != plan) {
+      in_.error(*value, fmt::format("'{}' is a place in plan, {}; found {} numbers", key,
+                                    Dim == 2 ? "[x]" : "[x, y]", numbers.size()));
+      return std::nullopt;
+    }
+    std::array<double, 3> x{};
+    std::copy_n(numbers.begin(), std::min(numbers.size(), x.size()), x.begin());
+    return x;
+  };
+  if (const auto at = place("at")) {
+    gauge.origin = *at;
+    if (gauge.kind == Kind::points || in_plan) gauge.places = {*at};
+  }
+  const auto from = place("from"), to = place("to");
+  if (!from || !to) return;
+  const Index n = get_integer(entry, "places").value_or(2);
+  for (Index i = 0; i < n; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(n - 1);
+    auto& x = gauge.places.emplace_back();
+    for (std::size_t d = 0; d < 3; ++d) x[d] = (*from)[d] + share * ((*to)[d] - (*from)[d]);
+  }
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::check_fields(const JsonValue& given) {
+  if (!given.is<JsonValue::Array>()) return;
+  std::vector<std::string> known;
+  for (const ColumnInfo& column : column_table)
+    if (column.exported && column.column != Column::state) known.emplace_back(column.name);
+  for (const StateVariable* variable : state_variables(model_.materials))
+    known.emplace_back(variable->name);
+  for (const DerivedField& field : derived_fields) known.emplace_back(field.name);
+  for (const JsonValue& name : given.as<JsonValue::Array>())
+    if (name.is<std::string>() &&
+        std::find(known.begin(), known.end(), name.as<std::string>()) == known.end())
+      in_.error(name,
+                fmt::format("particles have no field {}", json_quoted(name.as<std::string>())),
+                suggest(name.as<std::string>(), known, "fields"));
+  if (given.as<JsonValue::Array>().empty())
+    in_.error(given, "no field is named", suggest("", known, "fields"));
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::read_maps(const JsonValue& given) {
+  if (Dim == 2)
+    return in_.error(given, "'maps' need three dimensions",
+                     "a gauge of \"type\": \"section\" has the thickness along a line");
+  if (!mesh_) return;
+  const auto [low, high] = mesh_->bounds();
+  const Vec<Dim> cell = outer_cell();
+  MapPlan& maps = model_.output.measured.maps;
+  maps.wanted = true;
+  maps.cell = get_number(given, "cell_size").value_or(std::max(cell[0], cell[1]));
+  maps.threshold = get_number(given, "threshold").value_or(0.1 * cell[Dim - 1]);
+  maps.height = high[Dim - 1] - low[Dim - 1];
+  const auto corner = [&](std::string_view key, const Vec<Dim>& usual) {
+    const auto numbers = get_numbers(given, key);
+    if (given.find(key) && numbers.size() != 2)
+      in_.error(*given.find(key),
+                fmt::format("'{}' must be [x, y], found {} numbers", key, numbers.size()));
+    return numbers.size() == 2 ? std::array<double, 2>{numbers[0], numbers[1]}
+                               : std::array<double, 2>{usual[0], usual[1]};
+  };
+  maps.low = corner("min", low);
+  const auto end = corner("max", high);
+  constexpr double rounding = 1e-9;  // an extent of whole cells to rounding has no cell more
+  double cells = 1;
+  for (std::size_t d = 0; d < 2; ++d) {
+    const double n = std::ceil((end[d] - maps.low[d]) / maps.cell - rounding);
+    if (!(n >= 1)) return in_.error(given, "'max' of maps must be above 'min'");
+    cells *= n;
+    maps.n[d] = static_cast<Index>(std::min(n, 1e9));
+  }
+  if (cells > static_cast<double>(most_cells))
+    in_.error(given,
+              fmt::format("the maps would have {:.3g} cells; at most {} are possible", cells,
+                          format_count(most_cells)),
+              "choose a larger cell_size, or a smaller part with min and max");
+}
+
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
+
+}  // namespace lahar

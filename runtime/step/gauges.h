@@ -1,0 +1,73 @@
+/// \file What a run measures: from patches to rows of gauges and to maps.
+#pragma once
+
+#include <tbb/enumerable_thread_specific.h>
+
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "io/run/checkpoint_header.h"
+#include "io/run/gauge_rows.h"
+#include "physics/particles/removed_particle.h"
+#include "runtime/exchange/per_step.h"
+#include "runtime/step/gauge_sums.h"
+#include "runtime/step/map_sums.h"
+
+namespace lahar {
+
+/// Tasks of a step add what their patches have. Ranks add that up in the agreement of the step. All
+/// sums are of whole numbers, so that no order matters.
+template <int Dim>
+class Gauges {
+ public:
+  /// `model` must outlive it. Throws InputError where particles have no such field.
+  Gauges(const Model<Dim>& model, const ColumnLayout<Dim>& layout);
+
+  bool any() const { return plan_.any(); }
+  std::vector<GaugeTable> tables() const;
+
+  /// After the step a patch is as it is now.
+  void add(const Patch<Dim>& patch, Step step);
+  /// This rank's patches have done the step.
+  void give(Step step, Agreement& own);
+  /// The rows after a step; steps in order. `sum` and `least` are this part of the agreement.
+  GaugeRows take(Step step, double time, std::span<const Index> sum, std::span<const Index> least);
+  /// The same of patches at rest. Collective.
+  GaugeRows present(std::span<const Patch<Dim>* const> patches, Step at, double time,
+                    const Communicator& ranks);
+  /// They left the mesh, and patches do not list them any more; the same on all ranks.
+  void add_removed(std::span<const RemovedParticle> particles);
+
+  std::size_t n_sums() const;   ///< of Agreement::sum
+  std::size_t n_least() const;  ///< of Agreement::lowest
+  GaugeState state() const;
+  /// Go on from a state; gauges that it does not know begin anew.
+  void resume(const GaugeState& state);
+  const MapPlan& map_plan() const { return plan_.maps; }
+
+ private:
+  /// What a step found on this rank.
+  struct Found {
+    tbb::enumerable_thread_specific<GaugeSums> of_threads;
+    MapSums maps;
+    std::mutex maps_mutex;
+  };
+  GaugeSums room() const;
+  void add_to(Found& found, const Patch<Dim>& patch) const;
+  void gather(Found& found, std::vector<Index>& sum, std::vector<Index>& least) const;
+  std::vector<double> values_of(std::size_t k, const GaugeSums& all, double time);
+  void add_places(const OpenGauge<Dim>& open, const GaugeSums& all, std::vector<double>& row) const;
+  double area_of_weights(const std::array<double, 3>& place, double radius) const;
+  void add_tracks(const OpenGauge<Dim>& open, const GaugeSums& all, std::vector<double>& row) const;
+  std::vector<double> plane_row(const OpenGauge<Dim>& open, const GaugeSums& all, double time);
+
+  const Model<Dim>& model_;
+  const GaugePlan& plan_;
+  std::vector<OpenGauge<Dim>> gauges_;
+  GaugeSlots size_;  ///< of all gauges: n_exact, n_added, n_least
+  PerStep<Found> found_;
+  GaugeState state_;
+};
+
+}  // namespace lahar

@@ -1,0 +1,90 @@
+#include "runtime/step/map_sums.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "runtime/step/gauge_sums.h"
+
+namespace lahar {
+
+namespace {
+
+constexpr double most_speed = 16384;  ///< [m/s]
+constexpr double most = 0x1p60;
+
+/// [m^3] that `most` units are.
+double full_volume(const MapPlan& plan) {
+  return 2 * plan.height * plan.cell * plan.cell;
+}
+
+Index rounded(double share) {
+  return static_cast<Index>(std::llround(std::clamp(share, -1.0, 1.0) * most));
+}
+
+}  // namespace
+
+std::vector<MapTerm> map_terms(const Patch<3>& patch, const MapPlan& plan) {
+  std::vector<MapTerm> terms;
+  const double full = full_volume(plan);
+  for (const ParticleBlock<3>& block : blocks_of(patch)) {
+    const Particles<3>& particles = *block.particles;
+    const auto x = particles.rows<3>(Column::x), v = particles.rows<3>(Column::v);
+    const auto stress = particles.rows<3>(Column::stress);
+    const double* V = particles.row(Column::volume);
+    block.for_each_range([&](Local begin, Local end) {
+      for (Local p = begin; p < end; ++p) {
+        const double i = std::floor((x[0][p] - plan.low[0]) / plan.cell);
+        const double j = std::floor((x[1][p] - plan.low[1]) / plan.cell);
+        if (!(i >= 0 && j >= 0 && i < static_cast<double>(plan.n[0]) &&
+              j < static_cast<double>(plan.n[1])))
+          continue;
+        MapTerm& term = terms.emplace_back();
+        term.cell =
+            static_cast<std::size_t>(static_cast<Index>(j) * plan.n[0] + static_cast<Index>(i));
+        const double share = V[p] / full;
+        term.added[0] = rounded(share);
+        for (std::size_t d = 0; d < 3; ++d)
+          term.added[1 + d] = rounded(share * (v[d][p] / most_speed));
+        term.minus_pressure = ordered_bits((stress[0][p] + stress[1][p] + stress[2][p]) / 3);
+      }
+    });
+  }
+  return terms;
+}
+
+std::vector<double> empty_maps(const MapPlan& plan) {
+  const auto n = static_cast<std::size_t>(plan.cells());
+  std::vector<double> maps(n_maps * n, 0.0);
+  std::fill(maps.end() - static_cast<std::ptrdiff_t>(n), maps.end(),
+            std::numeric_limits<double>::quiet_NaN());
+  return maps;
+}
+
+void add_to_maps(std::vector<double>& maps, const MapPlan& plan, double time,
+                 std::span<const Index> added, std::span<const Index> least) {
+  const auto n = static_cast<std::size_t>(plan.cells());
+  const auto map = [&](MapKind kind) { return maps.data() + static_cast<std::size_t>(kind) * n; };
+  const double metres = full_volume(plan) / (plan.cell * plan.cell) / most;
+  for (std::size_t k = 0; k < n; ++k) {
+    const auto sums = added.subspan(MapSums::n_added * k).first<MapSums::n_added>();
+    const double thickness = static_cast<double>(sums[0]) * metres;
+    map(MapKind::thickness)[k] = thickness;
+    if (!(thickness > plan.threshold)) continue;
+    double square = 0;
+    for (std::size_t d = 0; d < 3; ++d) {
+      const double v = static_cast<double>(sums[1 + d]) / static_cast<double>(sums[0]) * most_speed;
+      square += v * v;
+    }
+    const auto raise = [&](MapKind kind, double value) {
+      map(kind)[k] = std::max(map(kind)[k], value);
+    };
+    raise(MapKind::max_thickness, thickness);
+    raise(MapKind::max_speed, std::sqrt(square));
+    raise(MapKind::max_pressure, -ordered_value(least[k]));
+    double& arrival = map(MapKind::arrival_time)[k];
+    if (std::isnan(arrival)) arrival = time;
+  }
+}
+
+}  // namespace lahar

@@ -1,0 +1,283 @@
+// Gauges and maps: equal to what frames have, and the same however a run is executed.
+#include "runtime/step/gauges.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "tests/runtime/step/gauge_models.h"
+#include "tests/runtime/step/restart_checks.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+/// Rows of gauges beside the frame of the same step.
+struct Beside {
+  std::map<std::string, std::vector<double>> values;  ///< by gauge, all rows
+  std::map<std::string, std::vector<GaugeColumn>> columns;
+  Frame frame;
+  double mass_removed = 0;  ///< beyond x = 0.95 m
+
+  const double* vector(Index i) const {
+    return &frame.coordinates[static_cast<std::size_t>(i * frame.dim)];
+  }
+  double value(const char* name, Index i, int component = 0) const {
+    const FrameColumn& column = *frame.find(name);
+    return column.values[static_cast<std::size_t>(i * column.components + component)];
+  }
+  bool is_water(Index i) const { return frame.material[static_cast<std::size_t>(i)] == 0; }
+  double exact(auto&& term) const {
+    ExactSum sum;
+    for (Index i = 0; i < frame.size(); ++i) sum += term(i);
+    return sum.value();
+  }
+};
+
+Beside at_end(Model<3> model) {
+  for (const DerivedField& field : derived_fields)
+    if (field.name == "mean_stress" || field.name == "von_mises_stress")
+      model.output.derived_fields.push_back(&field);
+  Beside found;
+  Observer observer;
+  observer.gauges = [](const GaugeRows&) {};
+  observer.removed = [&](std::span<const RemovedParticle> particles) {
+    for (const RemovedParticle& one : particles)
+      if (one.position[0] > 0.95) found.mass_removed += one.mass;
+  };
+  Simulation simulation(model, flow(2), observer);
+  simulation.gauges();
+  simulation.run();
+  const GaugeRows rows = simulation.gauges();
+  const auto tables = simulation.gauge_tables();
+  for (std::size_t k = 0; k < tables.size(); ++k) {
+    found.values[tables[k].name] = rows.values[k];
+    found.columns[tables[k].name] = tables[k].columns;
+  }
+  found.frame = simulation.frame();
+  return found;
+}
+
+double hat(const double* x, const std::array<double, 3>& place, double radius, int axes) {
+  double weight = 1;
+  for (int d = 0; d < axes; ++d)
+    weight *= std::max(0.0, 1 - std::abs(x[d] - place[static_cast<std::size_t>(d)]) / radius);
+  return weight;
+}
+
+}  // namespace
+
+TEST_CASE("gauges at places are means of the particles in frames, bit for bit") {
+  const Beside run = at_end(gauged());
+  const auto share = [&](Index i, const std::array<double, 3>& place, double radius, int axes) {
+    return hat(run.vector(i), place, radius, axes) * run.value("volume", i);
+  };
+  const std::array<double, 3> place{0.15, 0.2, 0.11};
+  const double weight = run.exact([&](Index i) { return share(i, place, 0.13, 3); });
+  REQUIRE(weight > 0);
+  std::vector<double> expected;
+  for (const auto& [name, width] :
+       {std::pair{"velocity", 3}, {"stress", 6}, {"pressure", 1}, {"von_mises_stress", 1}})
+    for (int c = 0; c < width; ++c)
+      expected.push_back(run.exact([&](Index i) {
+        return share(i, place, 0.13, 3) * run.value(name, i, c);
+      }) / weight);
+  CHECK(run.values.at("point") == expected);
+  CHECK(run.columns.at("point")[2].name == "velocity_z");
+  CHECK(run.columns.at("point")[6].name == "stress_xy");
+
+  // Five places on a line; what has no particles around it is not a number.
+  const auto& line = run.values.at("line");
+  REQUIRE(line.size() == 5 * 5);
+  for (std::size_t k = 0; k < 5; ++k) {
+    const std::array<double, 3> at{0.25 * static_cast<double>(k), 0.2, 0.05};
+    const double sum = run.exact([&](Index i) { return share(i, at, 0.1, 3); });
+    CHECK(line[5 * k] == doctest::Approx(at[0]));
+    if (sum > 0)
+      CHECK(line[5 * k + 4] == run.exact([&](Index i) {
+        return share(i, at, 0.1, 3) * run.value("mean_stress", i);
+      }) / sum);
+    else
+      CHECK(std::isnan(line[5 * k + 4]));
+  }
+
+  const std::array<double, 3> plan{0.25, 0.2, 0};
+  const double above = run.exact([&](Index i) { return share(i, plan, 0.1, 2); });
+  const auto& column = run.values.at("column");
+  CHECK(column[0] == doctest::Approx(above / std::pow(0.1, 2)).epsilon(1e-15));
+  double highest = -1;
+  for (Index i = 0; i < run.frame.size(); ++i)
+    if (share(i, plan, 0.1, 2) > 0)
+      highest =
+          std::max(highest, run.vector(i)[2] + 0.5 * std::pow(run.value("volume", i), 1.0 / 3));
+  CHECK(column[1] == highest);
+  CHECK(column[2] == run.exact([&](Index i) {
+    return share(i, plan, 0.1, 2) * run.value("velocity", i, 0);
+  }) / above);
+}
+
+TEST_CASE("the thickness of level ground is its own, wherever the gauge is, also at a wall") {
+  Model<3> model = gauged();
+  model.particles.velocity.assign(static_cast<std::size_t>(model.particles.size()), Vec<3>::Zero());
+  auto& gauges = model.output.measured.gauges;
+  gauges.resize(1);
+  gauges[0] = {};
+  gauges[0].kind = Gauge::Kind::columns;
+  gauges[0].radius = 0.1;
+  for (const double x : {0.0, 0.1, 0.15, 0.2}) gauges[0].places.push_back({x, 0.2, 0});
+  Simulation simulation(model, serial());
+  const GaugeRows rows = simulation.gauges();
+  REQUIRE(rows.values[0].size() == 4 * 8);  // distance, x, y, thickness, height, velocity
+  for (std::size_t k = 0; k < 4; ++k) {
+    CHECK(rows.values[0][8 * k + 3] == doctest::Approx(0.4).epsilon(1e-12));
+    CHECK(rows.values[0][8 * k + 4] == doctest::Approx(0.4).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("sums over particles, fronts and tracks are those of frames") {
+  const Beside run = at_end(gauged());
+  const auto& water = run.values.at("water");
+  const auto of_water = [&](auto&& term) {
+    return run.exact([&](Index i) { return run.is_water(i) ? term(i) : 0.0; });
+  };
+  const double mass = of_water([&](Index i) { return run.value("mass", i); });
+  CHECK(water[1] == mass);
+  CHECK(water[3] ==
+        of_water([&](Index i) { return run.value("mass", i) * run.vector(i)[0]; }) / mass);
+  CHECK(water[8] == of_water([&](Index i) {
+                      return run.value("mass", i) * run.value("velocity", i, 2);
+                    }) / mass);
+  double front = -1, rear = 2;
+  for (Index i = 0; i < run.frame.size(); ++i)
+    if (run.is_water(i)) {
+      front = std::max(front, run.vector(i)[0]);
+      rear = std::min(rear, run.vector(i)[0]);
+    }
+  CHECK(run.values.at("front") == std::vector<double>{front, rear});
+
+  const auto& drops = run.values.at("drops");
+  const auto width = run.columns.at("drops").size();
+  REQUIRE(width == 8);
+  Index of_set = 0;
+  for (Index i = 0; i < run.frame.size(); ++i) of_set += run.is_water(i);
+  REQUIRE(drops.size() == width * static_cast<std::size_t>(of_set));
+  for (Index i = 0; i < of_set; ++i) {
+    const double* row = &drops[width * static_cast<std::size_t>(i)];
+    CHECK(row[0] == static_cast<double>(run.frame.id[static_cast<std::size_t>(i)]));
+    for (int d = 0; d < 3; ++d) {
+      CHECK(row[1 + d] == run.vector(i)[d]);
+      CHECK(row[4 + d] == run.value("velocity", i, d));
+    }
+    CHECK(row[7] == run.value("pressure", i));
+  }
+}
+
+TEST_CASE("what passes a plane is what is beyond it and what has left there") {
+  const Beside run = at_end(gauged());
+  REQUIRE(run.mass_removed > 0);
+  const auto& outlet = run.values.at("outlet");
+  CHECK(outlet[0] ==
+        run.exact([&](Index i) { return run.vector(i)[0] > 0.95 ? run.value("mass", i) : 0.0; }));
+  CHECK(outlet[2] == doctest::Approx(outlet[0] + run.mass_removed).epsilon(1e-14));
+}
+
+TEST_CASE("maps have the largest of what was over their cells in the rows") {
+  const Model<3> model = gauged(R"("gauge_steps": 1, "output_steps": 1)");
+  const MapPlan& plan = model.output.measured.maps;
+  REQUIRE(plan.n == std::array<Index, 2>{5, 2});
+  const auto cells = static_cast<std::size_t>(plan.cells());
+  std::vector<double> volume, most(cells, 0), speed(cells, 0), arrival(cells, -1);
+  const auto add = [&](const Frame& frame) {
+    volume.assign(cells, 0);
+    std::vector<Vec<3>> moved(cells, Vec<3>::Zero());
+    const auto &V = frame.find("volume")->values, &v = frame.find("velocity")->values;
+    for (std::size_t i = 0; i < V.size(); ++i) {
+      const double column = std::floor((frame.coordinates[3 * i] - plan.low[0]) / plan.cell);
+      const double row = std::floor((frame.coordinates[3 * i + 1] - plan.low[1]) / plan.cell);
+      if (column < 0 || column > 4 || row < 0 || row > 1) continue;
+      const auto k = static_cast<std::size_t>(row * 5 + column);
+      volume[k] += V[i];
+      moved[k] += V[i] * Vec<3>(&v[3 * i]);
+    }
+    for (std::size_t k = 0; k < cells; ++k) {
+      const double thickness = volume[k] / (plan.cell * plan.cell);
+      if (!(thickness > plan.threshold)) continue;
+      most[k] = std::max(most[k], thickness);
+      speed[k] = std::max(speed[k], (moved[k] / volume[k]).norm());
+      if (arrival[k] < 0) arrival[k] = frame.time;
+    }
+  };
+  Observer observer;
+  observer.frame = [&](FramePieces&& frame) { add(join(frame)); };
+  observer.gauges = [](const GaugeRows&) {};
+  Simulation simulation(model, flow(2), observer);
+  simulation.gauges();
+  add(simulation.frame());
+  simulation.run();
+  const std::vector<double> maps = simulation.maps();
+  const auto map = [&](MapKind kind, std::size_t k) {
+    return maps[static_cast<std::size_t>(kind) * cells + k];
+  };
+  for (std::size_t k = 0; k < cells; ++k) {
+    CHECK(map(MapKind::thickness, k) ==
+          doctest::Approx(volume[k] / (plan.cell * plan.cell)).epsilon(1e-13));
+    CHECK(map(MapKind::max_thickness, k) == doctest::Approx(most[k]).epsilon(1e-13));
+    CHECK(map(MapKind::max_speed, k) == doctest::Approx(speed[k]).epsilon(1e-9));
+    if (arrival[k] < 0)
+      CHECK(std::isnan(map(MapKind::arrival_time, k)));
+    else
+      CHECK(map(MapKind::arrival_time, k) == arrival[k]);
+  }
+  CHECK(*std::max_element(arrival.begin(), arrival.end()) > 0);
+}
+
+TEST_CASE("rows of gauges and maps do not depend on how a run is executed") {
+  const Model<3> model = gauged();
+  const Gauged reference = run_gauged(model, serial());
+  CHECK(std::count(reference.rows.begin(), reference.rows.end(), '\n') > 1000);
+  for (const ExecutionOptions& way : {flow(1), flow(2), flow(8), random_order(1)}) {
+    CAPTURE(describe(way));
+    CHECK(run_gauged(model, way) == reference);
+  }
+}
+
+TEST_CASE("gauges and maps go on from a state as if nothing had come between") {
+  const Model<3> model = gauged();
+  const Gauged reference = run_gauged(model, serial());
+  Gauged found;
+  std::vector<GaugeTable> tables;
+  Observer observer;
+  observer.gauges = [&](const GaugeRows& rows) { found.rows += text_of(tables, rows); };
+  Simulation first(model, serial(), observer);
+  tables = first.gauge_tables();
+  found.rows = text_of(tables, first.gauges());
+  first.advance(153);  // between two rows; some particles have left
+  const StoredState middle(first.state());
+  // What the header of a checkpoint keeps of it.
+  CheckpointHeader header;
+  header.run = middle.run;
+  SimulationState again = middle.view();
+  again.run = read_header(header_text(header)).run;
+  Simulation second(model, flow(2), observer, again);
+  second.run();
+  found.maps = second.maps();
+  CHECK(found == reference);
+}
+
+TEST_CASE("runs have the same bits whether they are measured or not") {
+  Model<3> model = gauged();
+  const auto end_of = [](const Model<3>& some, Observer observer) {
+    Simulation simulation(some, flow(2), std::move(observer));
+    simulation.advance(60);
+    return simulation.frame();
+  };
+  Observer observer;
+  observer.gauges = [](const GaugeRows&) {};
+  const Frame measured = end_of(model, observer);
+  model.output.measured = {};
+  CHECK(measured.coordinates == end_of(model, {}).coordinates);
+}
