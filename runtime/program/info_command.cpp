@@ -6,6 +6,7 @@
 #include "physics/materials/materials.h"
 #include "physics/mesh/element.h"
 #include "runtime/program/commands.h"
+#include "runtime/program/completion.h"
 #include "runtime/terminal/console.h"
 #include "runtime/terminal/version.h"
 
@@ -30,12 +31,15 @@ std::string element_names() {
 
 struct InfoArguments {
   bool schema = false, reference = false;
+  std::string completion;  ///< shell; empty = none
 };
 
-int info_command(const InfoArguments& arguments) {
+int info_command(const InfoArguments& arguments, const CLI::App& program) {
+  if (!arguments.completion.empty())
+    fmt::print("{}", completion_script(program, arguments.completion));
   if (arguments.schema) fmt::print("{}\n", scenario_schema());
   if (arguments.reference) fmt::print("{}\n", scenario_reference());
-  if (arguments.schema || arguments.reference) return exit_ok;
+  if (arguments.schema || arguments.reference || !arguments.completion.empty()) return exit_ok;
   std::string libraries;
   for (const auto& [name, version] : library_versions())
     libraries += fmt::format("{}{} {}", libraries.empty() ? "" : ", ", name, version);
@@ -62,7 +66,14 @@ Action add_info(CLI::App& command) {
   command.add_flag("--schema", arguments->schema, "Print the JSON Schema of scenario files");
   command.add_flag("--reference", arguments->reference,
                    "Print every key of scenario files, as Markdown");
-  return [arguments](const Words&) { return info_command(*arguments); };
+  command
+      .add_option("--completion", arguments->completion,
+                  "Print the script by which a shell completes commands: bash, zsh or fish")
+      ->check(CLI::IsMember({"bash", "zsh", "fish"}))
+      ->type_name("SHELL");
+  return [arguments, &command](const Words&) {
+    return info_command(*arguments, *command.get_parent());
+  };
 }
 
 }  // namespace lahar

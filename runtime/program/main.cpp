@@ -14,6 +14,7 @@
 #include "physics/base/error.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/program/commands.h"
+#include "runtime/program/processor_level.h"
 #include "runtime/program/signals.h"
 #include "runtime/terminal/console.h"
 
@@ -82,6 +83,7 @@ int guarded(int argc, char** argv) {
 }  // namespace lahar
 
 int main(int argc, char** argv) {
+  lahar::become_best_level(argv);
   std::set_terminate(lahar::end_at_once);
   lahar::ignore_file_size_signal();  // before MPI makes files of its own
   try {
