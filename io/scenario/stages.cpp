@@ -113,7 +113,7 @@ void check_whole(const JsonValue& root, ScenarioInput& in) {
     if (const JsonValue* generator = entry->find("generator"))
       if (get_text(*generator, "type") == "inject")
         in.error(*generator, "particles cannot be injected in a scenario with stages",
-                 "run the stages one after the other, see \"resume\" in the README");
+                 "run the stages one after the other, with \"resume\" in analysis");
   if (const JsonValue* analysis = root.find("analysis"))
     if (const JsonValue* resume = analysis->find("resume"))
       if (get_bool(*resume, "resume").value_or(false))
@@ -263,7 +263,7 @@ std::vector<Problem> changes_of_method(const StageBody& before, const Scenario& 
                       stage.stages.at(stage.stage), now ? "" : "no ", now ? "have not" : "have"),
       .hint =
           "stiffness and strength change with it: write \"b_bar\" in analysis of the scenario, "
-          "true or false; see Implicit steps in the README for its default"};
+          "true or false; its default: \"lahar info --reference\", b_bar"};
   return {stage.place(problem)};
 }
 

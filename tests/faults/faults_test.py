@@ -29,7 +29,7 @@ except ImportError:
 HERE = Path(__file__).resolve().parent
 FILE_KINDS = ["open", "write", "write+", "short", "sync", "close", "read", "rename", "truncate", "remove", "folder"]
 OTHER_KINDS = ["thread", "new"]
-# Of input, step, file and rank (README); 1 is an internal error and never right.
+# Of input, step, file and rank (commands.md of the guide); 1 is an internal error and never right.
 DOCUMENTED = {2, 3, 4, 5}
 SECONDS = 10
 

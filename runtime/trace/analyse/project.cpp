@@ -279,7 +279,9 @@ ScalingProjection project(const TraceLog& log, const ProjectionAsk& ask) {
   p.notes.push_back(
       "that cores share memory and caches, and messages links, is in it only as far "
       "as it was recorded; copies vary independently of each other");
-  p.notes.push_back("not validated: nothing beyond two cores was compared with runs (README)");
+  p.notes.push_back(
+      "not validated: nothing beyond two cores was compared with runs "
+      "(tests/verification/results.md)");
   return p;
 }
 

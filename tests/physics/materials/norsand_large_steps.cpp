@@ -47,7 +47,7 @@ TEST_CASE("NorSand: increments of up to 20 % are divided and end within 2 % of 1
 }
 
 // What NorSand says of it: K = (1 + e) p / kappa has no memory of how far apart the grains were. A
-// limit of the law, of which the README tells.
+// limit of the law, of which the guide tells (materials.md).
 TEST_CASE("NorSand: torn apart and pressed together by more, sand is weaker than before") {
   const NorSand m = sand();
   for (const int n : {1, 10, 100, 1000}) {
