@@ -28,6 +28,10 @@ test_packages=(
   "python3-jsonschema:tests that traces are as their schemas say"
 )
 browser_packages=("chromium:the test of the page that lahar trace --html writes")
+guide_packages=(
+  "mkdocs:the site of the guide"
+  "mkdocs-material:its looks"
+)
 picture_packages=(
   "python3-numpy:pictures and comparisons"
   "python3-h5py:pictures and comparisons"

@@ -1,0 +1,138 @@
+#!/usr/bin/env python3
+"""The guide, README and the other pages of the repository: their links lead somewhere, README is short,
+lines are not long. Where mkdocs is installed, the site is built, and needs nothing from the network.
+
+    guide_test.py PROGRAM
+"""
+import html.parser
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import urllib.parse
+
+SKIPPED = 77
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PAGES = ROOT / "examples" / "guide" / "pages"
+LONGEST_README, LONGEST_LINE = 150, 120
+LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
+CODE = re.compile(r"^```.*?^```$|^    [^\n]*$|`[^`\n]*`", re.M | re.S)
+failures = []
+
+
+def fail(text):
+    failures.append(text)
+    print(f"FAILED: {text}")
+
+
+def anchors(page):
+    """Words by which headings are reached, as mkdocs and forges make them."""
+    found = set()
+    for heading in re.findall(r"^#+ (.*)$", re.sub(r"^```.*?^```$", "", page.read_text("utf-8"),
+                                                   flags=re.M | re.S), re.M):
+        words = re.sub(r"[^\w\s-]", "", heading.replace("`", "")).strip().lower()
+        found.add(re.sub(r"\s+", "-", words))
+    return found
+
+
+def check_links(page):
+    for target in LINK.findall(CODE.sub("", page.read_text("utf-8"))):
+        if re.match(r"\w+:", target):
+            continue
+        path, _, anchor = target.partition("#")
+        place = (page.parent / path) if path else page
+        if not place.exists():
+            fail(f"{page.relative_to(ROOT)} links to {target}, which is not there")
+        elif anchor and anchor not in anchors(place):
+            fail(f"{page.relative_to(ROOT)} links to {target}: there is no such heading")
+
+
+def check_lines(page):
+    code = False
+    for number, line in enumerate(page.read_text("utf-8").splitlines(), 1):
+        code ^= line.startswith("```")
+        if len(line) > LONGEST_LINE and not code and not line.startswith("|"):
+            fail(f"{page.relative_to(ROOT)}:{number} has {len(line)} characters")
+
+
+class Page(html.parser.HTMLParser):
+    """Links, anchors and what a browser loads for a page."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.links, self.loads, self.ids = [], [], set()
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        has = dict(attributes)
+        if has.get("id"):
+            self.ids.add(has["id"])
+        if tag == "a" and has.get("href"):
+            self.links.append(has["href"])
+        elif tag == "link" and has.get("href"):
+            self.loads.append(has["href"])
+        elif has.get("src"):
+            self.loads.append(has["src"])
+
+
+def check_site(site):
+    pages = {path: Page(path.read_text("utf-8")) for path in site.rglob("*.html")}
+    for path, page in pages.items():
+        name = path.relative_to(site)
+        for address in page.loads:
+            if re.match(r"(\w+:)?//", address):
+                fail(f"the page {name} loads {address} from the network")
+        if name.name == "404.html":
+            continue  # its links are those of a server's root
+        for address in page.links + page.loads:
+            if re.match(r"\w+:|//", address):
+                continue
+            to, _, anchor = address.partition("#")
+            place = (path.parent / urllib.parse.unquote(to)).resolve() if to else path
+            place = place / "index.html" if place.is_dir() else place
+            if not place.exists():
+                fail(f"the page {name} links to {address}, which is not there")
+            elif anchor and place in pages and anchor not in pages[place].ids | {"__toc"}:
+                fail(f"the page {name} links to {address}: there is no such place")
+    for style in site.rglob("*.css"):
+        if re.search(r"url\(\s*[\"']?(https?:)?//|@import", style.read_text("utf-8")):
+            fail(f"{style.relative_to(site)} loads something from the network")
+    if len(pages) < len(list(PAGES.rglob("*.md"))):
+        fail(f"the site has {len(pages)} pages, fewer than the guide")
+    if "mesh.boundary_conditions" not in (site / "reference.html").read_text("utf-8"):
+        fail("the reference has no keys")
+
+
+def main():
+    own = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md")]
+    guide = sorted(PAGES.rglob("*.md"))
+    for page in own + guide + sorted((ROOT / "tests/verification").glob("*.md")):
+        check_links(page)
+    for page in own[:1] + guide:
+        check_lines(page)
+    lines = len(own[0].read_text("utf-8").splitlines())
+    if lines > LONGEST_README:
+        fail(f"README.md has {lines} lines; {LONGEST_README} are allowed: what is more belongs to the guide")
+    index = (PAGES / "index.md").read_text("utf-8")
+    for page in guide:
+        name = page.relative_to(PAGES).as_posix()
+        if name != "index.md" and f"({name})" not in index:
+            fail(f"index.md has no link to {name}")
+    with tempfile.TemporaryDirectory() as place:
+        site = pathlib.Path(place) / "site"
+        built = subprocess.run([ROOT / "examples/guide/build", site], text=True, capture_output=True,
+                               env={**os.environ, "LAHAR_PROGRAM": sys.argv[1]})
+        if built.returncode == SKIPPED:
+            print("skipped: the site. " + built.stderr.strip())
+            return 1 if failures else SKIPPED
+        if built.returncode != 0:
+            fail(f"examples/guide/build: {built.stdout}{built.stderr}")
+        else:
+            check_site(site)
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
