@@ -9,8 +9,9 @@ A tutorial is one folder and one shell. Of its fenced blocks
     ```sh                                 is run; all commands have to succeed
     ```sh title="ends with status 2"      is run; the last command ends with this status
     ```text title="it prints"             is what the block before printed: words are equal, numbers
-                                          equal to 2 % or to two units of their last digit, and `...`
-                                          stands for any lines
+                                          equal to 2 % or to two units of their last digit; `...` stands
+                                          for any lines, or for any words of a line
+    ```text title="it prints, to 5 %"     the same, with 5 % in place of 2 %
     ```console                            is not run: it needs what a test has not, such as a cluster
 
 Pictures of a page are made by its commands. They have to look like those that are stored beside it;
@@ -31,7 +32,7 @@ PAGES = ROOT / "examples" / "guide" / "pages" / "tutorials"
 FENCE = re.compile(r'^```(\w+)(?: title="([^"]*)")?\n(.*?)^```$', re.M | re.S)
 PICTURE = re.compile(r"!\[[^\]]*\]\(([\w.-]+\.png)\)")
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
-RELATIVE_TOLERANCE = 0.02  # other vector widths round otherwise, and flows of grains feel it
+TOLERANCE = 0.02  # other vector widths round otherwise, and flows of grains feel it
 LAST_DIGITS = 2
 # Pictures are compared by the means of tiles: text and single particles may differ.
 TILES, COLOUR_TOLERANCE = 12, 12  # per side; of 255
@@ -42,32 +43,48 @@ class Wrong(Exception):
     """A tutorial does not do what it says."""
 
 
-def same_number(expected, found):
+def tail(output):
+    return "\n".join(output.splitlines()[-30:])
+
+
+def same_number(expected, found, tolerance):
     digits = len(expected.partition(".")[2].lower().partition("e")[0])
     unit = 10.0 ** -digits
     if "e" in expected.lower():
         unit *= 10.0 ** int(expected.lower().partition("e")[2])
     wanted = float(expected)
-    return abs(float(found) - wanted) <= max(RELATIVE_TOLERANCE * abs(wanted), LAST_DIGITS * unit)
+    return abs(float(found) - wanted) <= max(tolerance * abs(wanted), LAST_DIGITS * unit)
 
 
-def same_line(expected, found):
-    if " ".join(NUMBER.sub("#", expected).split()) != " ".join(NUMBER.sub("#", found).split()):
-        return False
-    return all(same_number(*pair) for pair in zip(NUMBER.findall(expected), NUMBER.findall(found)))
+def pattern_of(line):
+    """Words as they are, numbers as groups, `...` as anything."""
+    parts = []
+    for part in line.strip().split("..."):
+        pieces = NUMBER.split(part)
+        parts.append(f"({NUMBER.pattern})".join(r"\s+".join(map(re.escape, re.split(r"\s+", piece)))
+                                               for piece in pieces))
+    return ".*".join(parts)
 
 
-def check_output(expected, found):
+def same_line(expected, found, tolerance):
+    match = re.fullmatch(pattern_of(expected), found.strip())
+    return bool(match) and all(same_number(wanted, number, tolerance) for wanted, number in
+                               zip(NUMBER.findall(expected), match.groups()))
+
+
+def check_output(expected, found, tolerance):
     lines = [line for line in found.splitlines() if line.strip()]
     at, anywhere = 0, False
     for wanted in (line for line in expected.splitlines() if line.strip()):
         if wanted.strip() == "...":
             anywhere = True
             continue
-        hits = [i for i in range(at, len(lines)) if same_line(wanted, lines[i])]
+        hits = [i for i in range(at, len(lines)) if same_line(wanted, lines[i], tolerance)]
         if not hits or (hits[0] != at and not anywhere):
-            raise Wrong(f"the page says it prints\n    {wanted}\nand found was\n" + found)
+            raise Wrong(f"the page says it prints\n    {wanted}\nand found was\n" + tail(found))
         at, anywhere = hits[0] + 1, False
+    if at < len(lines) and not anywhere:
+        raise Wrong("the page does not say that it prints\n" + "\n".join(lines[at:]))
 
 
 def environment(program, folder):
@@ -83,7 +100,7 @@ def run_block(script, status, folder, env):
     done = subprocess.run(["bash", "-e", "-c", script], cwd=folder, env=env, text=True,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=600)
     if done.returncode != status:
-        raise Wrong(f"ended with status {done.returncode}, not {status}:\n{script}\n{done.stdout}")
+        raise Wrong(f"ended with status {done.returncode}, not {status}:\n{script}\n{tail(done.stdout)}")
     return done.stdout
 
 
@@ -130,8 +147,9 @@ def run_page(page, program, store):
                 status = int(title.split()[-1]) if title.startswith("ends with status") else 0
                 output = run_block(body, status, folder, env)
                 commands += 1
-            elif title == "it prints":
-                check_output(body, output)
+            elif title.startswith("it prints"):
+                percent = re.search(r"to (\d+) %", title)
+                check_output(body, output, int(percent.group(1)) / 100 if percent else TOLERANCE)
             elif title:
                 (folder / title).parent.mkdir(parents=True, exist_ok=True)
                 (folder / title).write_text(body, encoding="utf-8")
