@@ -120,6 +120,10 @@ def main():
         name = page.relative_to(PAGES).as_posix()
         if name != "index.md" and f"({name})" not in index:
             fail(f"index.md has no link to {name}")
+    gallery = (PAGES / "gallery.md").read_text("utf-8")
+    for example in sorted((ROOT / "examples").glob("*.json")):
+        if f"](gallery/{example.stem}.png)" not in gallery:
+            fail(f"gallery.md has no entry and picture of examples/{example.name}")
     with tempfile.TemporaryDirectory() as place:
         site = pathlib.Path(place) / "site"
         built = subprocess.run([ROOT / "examples/guide/build", site], text=True, capture_output=True,

@@ -15,7 +15,7 @@ A tutorial is one folder and one shell. Of its fenced blocks
     ```console                            is not run: it needs what a test has not, such as a cluster
 
 Pictures of a page are made by its commands. They have to look like those that are stored beside it;
---pictures stores new ones.
+--pictures stores new ones. The gallery is run as a tutorial is.
 """
 import argparse
 import os
@@ -28,15 +28,16 @@ import tempfile
 
 SKIPPED = 77
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGES = ROOT / "examples" / "guide" / "pages" / "tutorials"
+PAGES = ROOT / "examples" / "guide" / "pages"
 FENCE = re.compile(r'^```(\w+)(?: title="([^"]*)")?\n(.*?)^```$', re.M | re.S)
-PICTURE = re.compile(r"!\[[^\]]*\]\(([\w.-]+\.png)\)")
+PICTURE = re.compile(r"!\[[^\]]*\]\(((?:gallery/)?[\w.-]+\.png)\)")
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 TOLERANCE = 0.02  # other vector widths round otherwise, and flows of grains feel it
 LAST_DIGITS = 2
 # Pictures are compared by the means of tiles: text and single particles may differ.
 TILES, COLOUR_TOLERANCE = 12, 12  # per side; of 255
 LARGEST_PICTURE = 60_000  # bytes
+LARGEST_WIDTH, LARGEST_HEIGHT = 900, 640
 
 
 class Wrong(Exception):
@@ -91,6 +92,7 @@ def environment(program, folder):
     (folder / "bin").mkdir()
     (folder / "bin" / "lahar").symlink_to(program)
     (folder / "bin" / "plot.py").symlink_to(ROOT / "examples" / "plot.py")
+    (folder / "examples").symlink_to(ROOT / "examples")
     return {**os.environ, "PATH": f"{folder / 'bin'}:/usr/bin:{os.environ['PATH']}",
             "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
             "OMPI_MCA_rmaps_base_oversubscribe": "1"}
@@ -126,8 +128,8 @@ def check_picture(made, stored):
 def store_picture(made, stored):
     from PIL import Image
     with Image.open(made) as picture:
-        width = min(900, picture.width)
-        small = picture.convert("RGB").resize((width, picture.height * width // picture.width),
+        scale = min(1, LARGEST_WIDTH / picture.width, LARGEST_HEIGHT / picture.height)
+        small = picture.convert("RGB").resize((round(picture.width * scale), round(picture.height * scale)),
                                               Image.LANCZOS)
         for colours in (128, 64, 32, 16):
             small.quantize(colours, dither=Image.Dither.NONE).save(stored, optimize=True)
@@ -173,16 +175,20 @@ def main():
     parser.add_argument("pages", nargs="*", help="such as consolidation (default: all)")
     parser.add_argument("--pictures", action="store_true", help="store the pictures")
     arguments = parser.parse_args()
-    python = shutil.which("python3", path="/usr/bin") or sys.executable
     needs = "import numpy, h5py, matplotlib, PIL"
-    if subprocess.run([python, "-c", needs], capture_output=True).returncode != 0:
-        print("skipped: no Python here that has numpy, h5py, matplotlib and PIL")
-        return SKIPPED
-    names = arguments.pages or sorted(page.stem for page in PAGES.glob("*.md"))
+    for python in {sys.executable, shutil.which("python3", path="/usr/bin") or sys.executable}:
+        if subprocess.run([python, "-c", needs], capture_output=True).returncode != 0:
+            print(f"skipped: {python} has not all of numpy, h5py, matplotlib and PIL")
+            return SKIPPED
+    tutorials = sorted((PAGES / "tutorials").glob("*.md")) + [PAGES / "gallery.md"]
+    names = arguments.pages or [page.stem for page in tutorials]
     failures = 0
     for name in names:
         try:
-            run_page(PAGES / f"{name}.md", arguments.program.resolve(), arguments.pictures)
+            page = next((page for page in tutorials if page.stem == name), None)
+            if page is None:
+                raise Wrong("there is no such tutorial")
+            run_page(page, arguments.program.resolve(), arguments.pictures)
             print(f"{name}: as it says")
         except (Wrong, OSError, subprocess.TimeoutExpired) as problem:
             print(f"FAILED: {name}: {problem}")
