@@ -105,6 +105,21 @@ def check_site(site):
         fail("the reference has no keys")
 
 
+# An author and a year, with other authors between them, as comments cite: "Name, Other and Third 1999".
+CITATION = re.compile(r"\b([A-Z][a-z]{2,})(?:,| and| &| et al\.?| [A-Z]\.| [A-Z]\w+)*,? \(?((?:18|19|20)\d\d)\b")
+
+
+def check_citations():
+    """What comments of the code cite is in theory.md: author and year in one paragraph or row."""
+    theory = re.split(r"\n\n|\n(?=\|)", (PAGES / "theory.md").read_text("utf-8"))
+    for folder in ("physics", "graph", "io", "runtime"):
+        for file in sorted((ROOT / folder).rglob("*.h")) + sorted((ROOT / folder).rglob("*.cpp")):
+            comments = re.findall(r"//[/!]* ?(.*)", file.read_text("utf-8"))
+            for author, year in set(CITATION.findall(" ".join(comments))):
+                if not any(author in part and year in part for part in theory):
+                    fail(f"theory.md does not have {author} {year}, whom {file.relative_to(ROOT)} cites")
+
+
 def main():
     own = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md")]
     guide = sorted(PAGES.rglob("*.md"))
@@ -120,6 +135,7 @@ def main():
         name = page.relative_to(PAGES).as_posix()
         if name != "index.md" and f"({name})" not in index:
             fail(f"index.md has no link to {name}")
+    check_citations()
     gallery = (PAGES / "gallery.md").read_text("utf-8")
     for example in sorted((ROOT / "examples").glob("*.json")):
         if f"](gallery/{example.stem}.png)" not in gallery:
