@@ -8,7 +8,8 @@
 
 RUN is a run folder or one frame (.hdf). Fields: any array of the frame (a vector stands for its
 length), one component of it (velocity_x, stress_xy), and speed, stress_mean, stress_mises.
-A 3D state is drawn as the layer of particles next to a plane; --slice chooses it.
+A 3D state is drawn as the layer of particles next to a plane; --slice chooses it. With --slice top it is
+seen from above.
 """
 import argparse
 import json
@@ -157,12 +158,14 @@ def open_state(path, step):
 
 
 def cut(state, plane):
-    """Particles to draw of a 3D state, their two axes, and a text that says which they are."""
+    """Particles to draw of a 3D state in their order, their two axes, and a text that says which they are."""
     size = np.cbrt(np.median(np.abs(state.array("volume"))))
+    if plane == "top":
+        return np.argsort(state.x[:, 2], kind="stable"), [0, 1], "from above"  # the highest last
     if plane:
         axis, _, value = plane.partition("=")
         if axis not in AXES:
-            raise PlotError(f"--slice {plane}: expected x=NUMBER, y=NUMBER or z=NUMBER")
+            raise PlotError(f"--slice {plane}: expected x=NUMBER, y=NUMBER, z=NUMBER or top")
         normal = AXES.index(axis)
         try:
             position = float(value) if value else np.median(state.x[:, normal])
@@ -288,7 +291,7 @@ def parse_arguments():
     parser.add_argument("--range", type=float, nargs=2, metavar=("LOW", "HIGH"),
                         help="ends of the colour scale (default: smallest and largest value)")
     parser.add_argument("--slice", metavar="AXIS=VALUE",
-                        help="plane of a 3D state (default: the middle, across the least motion)")
+                        help="plane of a 3D state, or 'top' (default: the middle, across the least motion)")
     parser.add_argument("--map", default="viridis", help="colour map (default: viridis)")
     parser.add_argument("--history", action="store_true", help="draw the energies over time instead")
     parser.add_argument("-o", "--output", type=pathlib.Path,
