@@ -21,6 +21,9 @@ build_packages=(
   "libscotch-dev:partition over processes"
   "libgdal-dev:elevation rasters and polygons"
   "openmpi-bin:mpirun, which starts them"
+  "python3-dev:Python package"
+  "pybind11-dev:Python package"
+  "python3-numpy:Python package"
 )
 test_packages=(
   "doctest-dev:test framework"
@@ -33,7 +36,7 @@ guide_packages=(
   "mkdocs-material:its looks"
 )
 picture_packages=(
-  "python3-numpy:pictures and comparisons"
+  "python3-pandas:tables in Python"
   "python3-h5py:pictures and comparisons"
   "python3-matplotlib:pictures"
 )

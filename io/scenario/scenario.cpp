@@ -234,9 +234,14 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
 Scenario read_scenario_text(const std::string& text, const std::filesystem::path& folder,
                             const ScenarioOptions& options) {
   ProblemList problems;
-  JsonDocument document("scenario", text, problems);
-  ScenarioInput in{"scenario", std::move(document), std::move(problems), folder,
-                   "scenario", options.as_cbgeo,    &team_of(options)};
+  JsonDocument document(options.text_name, text, problems);
+  ScenarioInput in{options.text_name,
+                   std::move(document),
+                   std::move(problems),
+                   folder,
+                   std::filesystem::path(options.text_name).stem().string(),
+                   options.as_cbgeo,
+                   &team_of(options)};
   return read(std::move(in), text, options);
 }
 

@@ -26,7 +26,7 @@ RunInfo run_info(const RunArguments& arguments, const Scenario& scenario) {
   info.command = arguments.command;
   info.map_origin = {scenario.map.origin.x(), scenario.map.origin.y()};
   info.map_reference = scenario.map.reference;
-  info.inputs = {scenario.file};
+  if (!scenario.file.empty()) info.inputs = {scenario.file};
   info.inputs.insert(info.inputs.end(), scenario.side_files.begin(), scenario.side_files.end());
   return info;
 }
@@ -362,6 +362,10 @@ bool CaseRun::on_step(Index step, double time) {
   MpiSession::steps_done(step);
   console_.bar(share(step, time), rate(step));
   if (stop_signal() != 0) return false;
+  if (arguments_.on_step && !arguments_.on_step(step, time, share(step, time))) {
+    stop_asked_ = true;
+    return false;
+  }
   return arguments_.wall_time <= 0 || seconds_since(begin_) < arguments_.wall_time - reserve_;
 }
 

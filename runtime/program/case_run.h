@@ -151,6 +151,7 @@ class CaseRun {
   Index first_step_ = 0;
   double first_share_ = 0;
   double reserve_ = 0;
+  bool stop_asked_ = false;    ///< by RunArguments::on_step
   double particle_steps_ = 0;  ///< up to `counted_`
   Index particles_ = 0, counted_ = 0, steps_ = 0, last_frame_ = -1, last_gauges_ = -1,
         next_line_ = 1, printed_ = -1;

@@ -52,7 +52,9 @@ int CaseRun::run_time_loop(Simulation& simulation) {
     if (!simulation.finished()) {
       end.status = RunStatus::stopped;
       const Index signal = ranks_.max(Index{stop_signal()});  // not every rank may have got it
-      end.message = signal != 0 ? fmt::format("signal {}", signal) : "wall time";
+      end.message = signal != 0   ? fmt::format("signal {}", signal)
+                    : stop_asked_ ? "stopped by the calling program"
+                                  : "wall time";
       code = exit_stopped;
     }
   } catch (const WholeStepError& error) {

@@ -1,6 +1,7 @@
 /// \file What `lahar run` and `lahar check` are asked for.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "io/scenario/scenario.h"
 #include "runtime/patches/balance.h"
 #include "runtime/step/simulation.h"
+#include "runtime/terminal/console.h"
 #include "runtime/trace/record/record.h"
 
 namespace lahar {
@@ -30,6 +32,9 @@ struct RunArguments {
   int writers = 0;                               ///< ranks that write frames; 0 = all
   std::optional<TraceWindow> trace;              ///< record these steps
   std::vector<std::string> command;
+  ConsoleListener listener = {};  ///< of another program that runs the case
+  /// After every step, with the share of the run that is done; false: stop soon. May be empty.
+  std::function<bool(Index step, double time, double share)> on_step = {};
 };
 
 }  // namespace lahar

@@ -1,7 +1,10 @@
 #include "runtime/program/signals.h"
 
+#include <array>
 #include <csignal>
+#include <cstddef>
 #include <initializer_list>
+#include <mutex>
 
 namespace lahar {
 
@@ -17,6 +20,14 @@ void on_checkpoint(int) {
   checkpoint_received = 1;
 }
 
+/// What watch_signals() changes.
+constexpr std::array watched{SIGPIPE, SIGINT, SIGTERM, SIGHUP, SIGUSR1};
+
+/// Of all SignalWatch.
+std::mutex watch_mutex;
+int watches = 0;
+std::array<struct sigaction, watched.size()> handlers_before;
+
 }  // namespace
 
 void watch_signals() {
@@ -27,6 +38,23 @@ void watch_signals() {
   action.sa_handler = on_checkpoint;
   action.sa_flags = SA_RESTART;
   sigaction(SIGUSR1, &action, nullptr);
+}
+
+SignalWatch::SignalWatch() {
+  const std::lock_guard lock(watch_mutex);
+  if (watches++ > 0) return;
+  stop_received = 0;
+  checkpoint_received = 0;
+  for (std::size_t k = 0; k < watched.size(); ++k)
+    sigaction(watched[k], nullptr, &handlers_before[k]);
+  watch_signals();
+}
+
+SignalWatch::~SignalWatch() {
+  const std::lock_guard lock(watch_mutex);
+  if (--watches > 0) return;
+  for (std::size_t k = 0; k < watched.size(); ++k)
+    sigaction(watched[k], &handlers_before[k], nullptr);
 }
 
 void ignore_file_size_signal() {

@@ -149,7 +149,7 @@ int StagesRun::execute() {
   check_folders();
   const Begin from = begin();
   for (std::size_t k = from.stage; k < names_.size(); ++k) {
-    Console own(voice_of(arguments_));  // each has the log of its run folder
+    Console own(voice_of(arguments_), arguments_.listener);  // each has the log of its run folder
     Console& console = k == from.stage ? console_ : own;
     if (k > from.stage) console.line("");
     try {

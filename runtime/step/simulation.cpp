@@ -53,6 +53,10 @@ FrameSource Simulation::frame_source() const {
   return with(driver_, [](auto& driver) { return driver.frame_source(); });
 }
 
+std::vector<PatchParticles> Simulation::particles_in_place() const {
+  return with(driver_, [](auto& driver) { return driver.particles_in_place(); });
+}
+
 void Simulation::poll() {
   return with(driver_, [](auto& driver) { return driver.poll(); });
 }

@@ -22,6 +22,7 @@
 #include "runtime/patches/rank_partition.h"
 #include "runtime/patches/simulation_state.h"
 #include "runtime/solve/solve_result.h"
+#include "runtime/step/patch_particles.h"
 
 namespace lahar {
 
@@ -155,6 +156,8 @@ class Simulation {
   Frame frame() const;  ///< present state of all ranks, ascending particle id
   /// That of this rank without a copy, by patches; good until the next call of advance().
   FrameSource frame_source() const;
+  /// The same as kernels see it, column by column; good until the next call of advance().
+  std::vector<PatchParticles> particles_in_place() const;
   /// Several ranks: call Observer::poll when nobody else calls MPI. For whoever waits, while steps
   /// are taken or not. Throws what that threw, then and in all later calls: it is not called any
   /// more, and who waits for it would wait for ever.

@@ -318,6 +318,13 @@ void SimulationDriver<Dim>::test_rest() {
 }
 
 template <int Dim>
+std::vector<PatchParticles> SimulationDriver<Dim>::particles_in_place() const {
+  std::vector<PatchParticles> all;
+  for (int p = 0; p < patches_.size(); ++p) all.push_back(lahar::particles_in_place(patches_[p]));
+  return all;
+}
+
+template <int Dim>
 void SimulationDriver<Dim>::write_checkpoint() {
   stager_.is_written_at_rest(step_);
   observer_.checkpoint(state());

@@ -48,6 +48,7 @@ class SimulationDriver {
   void run() { advance(time_.nsteps() - step_); }
   Frame frame() const { return frames_.present_of(ranks_, step_); }
   FrameSource frame_source() const { return frames_.present(step_, threads()); }
+  std::vector<PatchParticles> particles_in_place() const;
   void poll();
   HistoryRow history();
   std::vector<GaugeTable> gauge_tables() const { return gauges_.tables(); }

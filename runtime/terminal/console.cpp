@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
+#include <utility>
 
 #include "io/base/problems.h"
 #include "runtime/base/launcher.h"
@@ -36,7 +37,10 @@ std::string without_colours(const std::string& text) {
   return plain;
 }
 
-Console::Console(Voice voice) : voice_(voice), terminal_(is_terminal(STDOUT_FILENO)) {}
+Console::Console(Voice voice, ConsoleListener listener)
+    : voice_(voice),
+      listener_(std::move(listener)),
+      terminal_(!listener_.line && is_terminal(STDOUT_FILENO)) {}
 
 void Console::log_to(std::function<void(const std::string&)> sink) {
   sink_ = std::move(sink);
@@ -54,7 +58,9 @@ void Console::keep(const std::string& text) {
 void Console::line(const std::string& said) {
   clear_bar();
   const std::string text = printable_lines(said);
-  if (voice_ == Voice::normal) {
+  if (listener_.line) {
+    listener_.line(text);
+  } else if (voice_ == Voice::normal) {
     std::fputs((text + "\n").c_str(), stdout);
     std::fflush(stdout);
   }
@@ -66,14 +72,18 @@ void Console::warn(const std::string& text) {
 }
 
 void Console::warn(const std::vector<Problem>& warnings) {
-  tell(format_problems(warnings, "warning", use_colour(STDERR_FILENO)));
+  const bool colour = !listener_.warn && use_colour(STDERR_FILENO);
+  tell(format_problems(warnings, "warning", colour));
 }
 
 /// Safe text, perhaps with colours.
 void Console::tell(const std::string& text) {
   clear_bar();
   const std::string end = text.ends_with('\n') ? "" : "\n";
-  if (voice_ != Voice::silent) std::fputs((text + end).c_str(), stderr);
+  if (listener_.warn)
+    listener_.warn(text);
+  else if (voice_ != Voice::silent)
+    std::fputs((text + end).c_str(), stderr);
   keep(without_colours(text));
 }
 

@@ -12,11 +12,17 @@
 
 namespace lahar {
 
+/// Who hears what a run says, where another program than `lahar` runs it.
+struct ConsoleListener {
+  std::function<void(const std::string&)> line = {}, warn = {};
+};
+
 /// Lines go to standard output (unless quiet) and to the log. On a terminal a bar shows progress.
 class Console {
  public:
   enum class Voice { normal, quiet, silent };  ///< silent: not even warnings, as on most ranks
-  explicit Console(Voice voice);
+  /// A listener, if there is one, takes the place of standard output and standard error.
+  explicit Console(Voice voice, ConsoleListener listener = {});
   explicit Console(bool quiet) : Console(quiet ? Voice::quiet : Voice::normal) {}
   /// Also hand every line to `sink` from now on; lines said before are handed over at once.
   void log_to(std::function<void(const std::string&)> sink);
@@ -33,6 +39,7 @@ class Console {
   void tell(const std::string& text);
 
   Voice voice_;
+  ConsoleListener listener_;
   bool terminal_;
   bool bar_shown_ = false;
   std::chrono::steady_clock::time_point last_bar_{};

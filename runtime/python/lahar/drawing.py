@@ -1,0 +1,55 @@
+"""Pictures by matplotlib."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Optional
+
+import numpy as np
+
+from .frame import Frame
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from .results import Map
+
+
+def draw(frame: Frame, field: str, *, ax: Optional[Axes] = None, plane: str = "", **style: Any) -> Axes:
+    """The particles in a plane, coloured by a field. In three dimensions those in front are drawn
+    last."""
+    import matplotlib.pyplot as plt
+
+    if ax is None:
+        ax = plt.figure().add_subplot()
+    plane = plane or ("xy" if frame.dim == 2 else "xz")
+    first, second = ("xyz".index(axis) for axis in plane)
+    x, values = frame["coordinates"], frame.scalar(field)
+    order = np.arange(len(frame))
+    if frame.dim == 3:
+        depth = x[:, 3 - first - second]
+        order = np.argsort(depth if plane == "xy" else -depth, kind="stable")
+    size = float(np.clip(40000 / max(len(frame), 1), 0.5, 40.0))  # dots that about touch each other
+    style = {"s": size, "linewidths": 0.0, **style}
+    shown = ax.scatter(x[order, first], x[order, second], c=values[order], **style)
+    name = field if field in frame else field.rpartition("_")[0]
+    assert ax.figure is not None
+    ax.figure.colorbar(shown, ax=ax, label=_label(field, frame.units.get(name, "")))
+    ax.set(xlabel=f"{plane[0]} [m]", ylabel=f"{plane[1]} [m]", title=f"{frame.time:.4g} s")
+    ax.set_aspect("equal")
+    return ax
+
+
+def _label(name: str, unit: str) -> str:
+    return name if unit in ("", "-") else f"{name} [{unit}]"
+
+
+def draw_map(of: Map, *, ax: Optional[Axes] = None, **style: Any) -> Axes:
+    import matplotlib.pyplot as plt
+
+    if ax is None:
+        ax = plt.figure().add_subplot()
+    shown = ax.pcolormesh(of.x, of.y, of.values, shading="nearest", **style)
+    assert ax.figure is not None
+    ax.figure.colorbar(shown, ax=ax, label=_label(of.name, of.unit))
+    ax.set(xlabel="x [m]", ylabel="y [m]")
+    ax.set_aspect("equal")
+    return ax

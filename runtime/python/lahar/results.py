@@ -1,0 +1,246 @@
+"""What runs wrote."""
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Iterator, NamedTuple, Optional, Union, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _engine
+from .frame import Frame
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+
+
+class Run:
+    """A run folder: `run.frames[-1]["velocity"]`, `run.history.kinetic`, `run.gauges["toe"]`.
+
+    It may be read while the run goes on. The run of a scenario with stages has a Run for each, by
+    name, in `stages`, and no results of its own.
+    """
+
+    def __init__(self, folder: Union[str, os.PathLike[str]]) -> None:
+        self.folder = Path(folder)
+        self.stages: dict[str, Run] = {}
+        self._planned: list[str] = []  # stages
+        if self._is_run(self.folder):
+            return
+        inside = [path for path in self.folder.glob("*") if self._is_run(path)]
+        if not inside:
+            raise FileNotFoundError(f"{self.folder} is not the folder of a run: it has no manifest.json")
+        text = (inside[0] / "scenario.json").read_text(encoding="utf-8")
+        self._planned = [stage["name"] for stage in json.loads(_engine.parse(text, "scenario.json"))["stages"]]
+        self.stages = {name: Run(self.folder / name) for name in self._planned if self.folder / name in inside}
+
+    @staticmethod
+    def _is_run(folder: Path) -> bool:
+        return (folder / "manifest.json").is_file()
+
+    @property
+    def manifest(self) -> dict[str, Any]:
+        """manifest.json as it is now; of stages the last one's that has begun."""
+        if self.stages:
+            return list(self.stages.values())[-1].manifest
+        parsed: dict[str, Any] = json.loads((self.folder / "manifest.json").read_text(encoding="utf-8"))
+        return parsed
+
+    @property
+    def status(self) -> str:
+        """"running" (also of a run that was killed), "finished", "stopped" or "failed"."""
+        status = str(self.manifest["status"])
+        return "stopped" if status == "finished" and len(self.stages) < len(self._planned) else status
+
+    @property
+    def message(self) -> str:
+        """Why it failed or stopped."""
+        return str(self.manifest.get("message", ""))
+
+    @property
+    def warnings(self) -> list[str]:
+        return list(self.manifest.get("warnings", []))
+
+    @property
+    def scenario(self) -> dict[str, Any]:
+        """The scenario with every default."""
+        parsed: dict[str, Any] = json.loads(self._file("scenario.full.json").read_text(encoding="utf-8"))
+        return parsed
+
+    @property
+    def frames(self) -> Frames:
+        """The frames so far, in order: `run.frames[-1]`, `run.frames.at(time=0.5)`."""
+        return Frames(self._file("frames"))
+
+    @property
+    def history(self) -> pandas.DataFrame:
+        """Mass, momentum and energies over time; `history.attrs["units"]` has the units."""
+        table = self._table("history.csv")
+        table.attrs["units"] = {c["name"]: c["unit"] for c in self.manifest.get("history", [])}
+        return table
+
+    @property
+    def rigid_bodies(self) -> pandas.DataFrame:
+        """Places, motion, forces and torques of rigid bodies over time."""
+        return self._table("rigid_bodies.csv")
+
+    @property
+    def removed(self) -> pandas.DataFrame:
+        """Particles that left the mesh."""
+        return self._table("removed.csv")
+
+    @property
+    def gauges(self) -> Mapping[str, pandas.DataFrame]:
+        """What gauges measured, by name; `attrs["units"]` has the units of the columns."""
+        return _Files(self._file("gauges"), ".csv", _read_gauge)
+
+    @property
+    def maps(self) -> Mapping[str, Map]:
+        """Rasters of the whole run, by name."""
+        units = {one["name"]: one["unit"] for one in self.manifest.get("maps", [])}
+        return _Files(self._file("maps"), ".asc",
+                      lambda file: Map.read(file)._replace(name=file.stem, unit=units.get(file.stem, "")))
+
+    def plot(self, field: str = "velocity", *, time: Optional[float] = None, step: Optional[int] = None,
+             ax: Optional[Axes] = None, **style: Any) -> Axes:
+        """Draw the particles of a frame (the last one, or that nearest to `time` or `step`), coloured
+        by a field: a scalar, a component such as "stress_xy", or a vector's length. `style` goes to
+        matplotlib's scatter(). Three dimensions are drawn as seen along y; `plane="xy"` says
+        otherwise."""
+        from .drawing import draw
+
+        return draw(self.frames.at(time=time, step=step), field, ax=ax, **style)
+
+    def _file(self, name: str) -> Path:
+        if self.stages:
+            raise AttributeError(f"{self.folder} has stages: take one, such as "
+                                 f"run.stages[{next(iter(self.stages))!r}]")
+        return self.folder / name
+
+    def _table(self, name: str) -> pandas.DataFrame:
+        import pandas
+
+        return pandas.read_csv(self._file(name))
+
+    def __repr__(self) -> str:
+        stages = f", stages {', '.join(self.stages)}" if self.stages else ""
+        return f"<lahar.Run {self.folder}: {self.status}{stages}>"
+
+
+class Frames(Sequence[Frame]):
+    """The frames of a run; each is read when it is asked for."""
+
+    def __init__(self, folder: Path) -> None:
+        index = folder / "particles.hdf.series"
+        entries = json.loads(index.read_text())["files"] if index.is_file() else []
+        self.files = [folder / entry["name"] for entry in entries]
+        self.times: npt.NDArray[np.float64] = np.array([entry["time"] for entry in entries], dtype=float)  #: [s]
+        self.steps: npt.NDArray[np.int64] = np.array(
+            [int(re.findall(r"\d+", file.stem)[-1]) for file in self.files], dtype=np.int64)
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Frame]: ...
+    def __getitem__(self, index: Union[int, slice]) -> Union[Frame, list[Frame]]:
+        if isinstance(index, slice):
+            return [Frame.read(file) for file in self.files[index]]
+        return Frame.read(self.files[index])
+
+    def at(self, *, time: Optional[float] = None, step: Optional[int] = None) -> Frame:
+        """The frame nearest to a time [s] or a step; the last one if neither is given."""
+        if not self.files:
+            raise IndexError("the run has no frames")
+        if time is not None and step is not None:
+            raise ValueError("give a time or a step, not both")
+        if time is not None:
+            return self[int(np.argmin(np.abs(self.times - time)))]
+        if step is not None:
+            return self[int(np.argmin(np.abs(self.steps - step)))]
+        return self[-1]
+
+    def __repr__(self) -> str:
+        return f"<lahar.Frames: {len(self)}, {self.times[0]:.4g} to {self.times[-1]:.4g} s>" if self.files else \
+            "<lahar.Frames: none>"
+
+
+class Map(NamedTuple):
+    """A raster: `values[0, 0]` is the south-western cell, cells without data are NaN."""
+
+    values: npt.NDArray[np.float64]
+    x: npt.NDArray[np.float64]  #: [m] centres of columns
+    y: npt.NDArray[np.float64]  #: [m] centres of rows
+    name: str = ""
+    unit: str = ""
+
+    @classmethod
+    def read(cls, file: Union[str, os.PathLike[str]]) -> Map:
+        """Read an ESRI ASCII grid."""
+        head: dict[str, float] = {}
+        lines = Path(file).read_text().splitlines()
+        while lines and lines[len(head)].split()[0][:1].isalpha():
+            name, value = lines[len(head)].split()
+            head[name.lower()] = float(value)
+        rows, columns, size = int(head["nrows"]), int(head["ncols"]), head["cellsize"]
+        numbers = np.array(" ".join(lines[len(head):]).split(), dtype=float).reshape(rows, columns)
+        numbers[numbers == head.get("nodata_value", -9999.0)] = np.nan
+
+        def centres(axis: str, count: int) -> npt.NDArray[np.float64]:
+            first = head[f"{axis}llcenter"] if f"{axis}llcenter" in head else head[f"{axis}llcorner"] + size / 2
+            return first + size * np.arange(count)
+
+        return cls(numbers[::-1], centres("x", columns), centres("y", rows))
+
+    def plot(self, ax: Optional[Axes] = None, **style: Any) -> Axes:
+        """Draw it; `style` goes to matplotlib's pcolormesh()."""
+        from .drawing import draw_map
+
+        return draw_map(self, ax=ax, **style)
+
+
+class _Files(Mapping[str, Any]):
+    """Files NAME.ending of a folder, each read when it is asked for."""
+
+    def __init__(self, folder: Path, ending: str, read: Any) -> None:
+        self._files = {file.stem: file for file in sorted(folder.glob("*" + ending))}
+        self._folder, self._read = folder, read
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._files:
+            known = ", ".join(self._files) or "none"
+            raise KeyError(f"{self._folder} has no {name}; it has: {known}")
+        return self._read(self._files[name])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._files)
+
+    def __len__(self) -> int:
+        return len(self._files)
+
+    def __repr__(self) -> str:
+        return f"<{self._folder}: {', '.join(self._files) or 'none'}>"
+
+
+def _read_gauge(file: Path) -> pandas.DataFrame:
+    """Columns are called `name [unit]` in the file."""
+    import pandas
+
+    table = pandas.read_csv(file)
+    units = {}
+    names = []
+    for column in table.columns:
+        found = re.fullmatch(r"(.*?)\s*\[(.*)\]", column)
+        name = found.group(1) if found else column
+        units[name] = found.group(2) if found else ""
+        names.append(name)
+    table.columns = pandas.Index(names)
+    table.attrs["units"] = units
+    return table

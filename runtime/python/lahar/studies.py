@@ -1,0 +1,190 @@
+"""Parameter studies: many runs of one scenario, which go on where they were stopped."""
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Callable, NamedTuple, Optional, Union
+
+from .progress import Line, is_watched
+from .results import Run
+from .scenario import PathLike, Scenario
+
+if TYPE_CHECKING:
+    import pandas
+
+#: Values by path, of which all combinations are run; or one mapping of paths to values per run.
+Parameters = Union[Mapping[str, Sequence[Any]], Sequence[Mapping[str, Any]]]
+
+
+class StudyRun(NamedTuple):
+    """One run of a study."""
+
+    parameters: dict[str, Any]
+    folder: Path
+    #: "finished", "failed", "stopped", "running" (or killed), "invalid" (nothing was run) or "waiting"
+    status: str
+    message: str  #: why it is not finished
+
+    @property
+    def run(self) -> Run:
+        return Run(self.folder)
+
+
+class Study:
+    """The runs of a study in their folder, whatever state they are in."""
+
+    def __init__(self, folder: PathLike) -> None:
+        self.folder = Path(folder)
+        index = self.folder / "study.json"
+        if not index.is_file():
+            raise FileNotFoundError(f"{self.folder} is not the folder of a study: it has no study.json")
+        self._entries = json.loads(index.read_text(encoding="utf-8"))["runs"]
+
+    @property
+    def runs(self) -> list[StudyRun]:
+        return [self._state(entry["key"], entry["parameters"]) for entry in self._entries]
+
+    def _state(self, key: str, parameters: dict[str, Any]) -> StudyRun:
+        folder, log = self.folder / key, self.folder / f"{key}.log"
+        said = log.read_text(encoding="utf-8", errors="replace").strip() if log.is_file() else ""
+        try:
+            run = Run(folder)
+        except FileNotFoundError:
+            return StudyRun(parameters, folder, "invalid" if said else "waiting", said)
+        return StudyRun(parameters, folder, run.status, run.message or said)
+
+    def table(self, **measures: Callable[[Run], Any]) -> pandas.DataFrame:
+        """A row for each run: parameters, status, message, and what `measures` give for runs that
+        have finished, such as `runout=lambda run: run.frames[-1]["coordinates"][:, 0].max()`."""
+        import pandas
+
+        rows = []
+        for one in self.runs:
+            row = {**one.parameters, "status": one.status, "message": one.message}
+            for name, measure in measures.items():
+                row[name] = measure(one.run) if one.status == "finished" else None
+            rows.append(row)
+        table = pandas.DataFrame(rows)
+        return table.astype({name: float for name in measures if table[name].isna().all()})
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def __iter__(self) -> Iterator[StudyRun]:
+        return iter(self.runs)
+
+    def __repr__(self) -> str:
+        states = [one.status for one in self.runs]
+        counts = ", ".join(f"{states.count(s)} {s}" for s in sorted(set(states)))
+        return f"<lahar.Study {self.folder}: {counts}>"
+
+
+def study(folder: PathLike, scenario: Scenario, parameters: Parameters, *, workers: Optional[int] = None,
+          threads: int = 1, again: bool = False, progress: bool = True) -> Study:
+    """Run a scenario with other values, `workers` at a time, each in a process of its own.
+
+    `parameters` is {"materials.0.friction": [20, 25, 30], ...}, of which all combinations are run,
+    or a list of such mappings with one value each. A run is known by all its values: called again,
+    also with more of them, the study keeps the runs that have finished and goes on with those that
+    were stopped or killed, from their last checkpoint. Runs that failed are in the table with the
+    reason; `again` runs them once more. Ctrl-C stops all runs with a checkpoint.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    entries = [_entry(folder, scenario, values) for values in combinations(parameters)]
+    index = {"lahar_study": 1, "runs": entries}
+    partial = folder / f"study.json.{os.getpid()}"
+    partial.write_text(json.dumps(index, indent=1), encoding="utf-8")
+    partial.replace(folder / "study.json")
+    found = Study(folder)
+    waiting = [entry["key"] for entry, state in zip(entries, found.runs) if _is_due(folder, entry["key"], state, again)]
+    _Workers(folder, workers or max(1, (os.cpu_count() or 1) // threads), threads).run(
+        list(dict.fromkeys(waiting)), len(entries), progress and is_watched())
+    return found
+
+
+def combinations(parameters: Parameters) -> list[dict[str, Any]]:
+    """The values of each run."""
+    if not isinstance(parameters, Mapping):
+        return [dict(one) for one in parameters]
+    return [dict(zip(parameters, values)) for values in itertools.product(*parameters.values())]
+
+
+def _entry(folder: Path, scenario: Scenario, values: dict[str, Any]) -> dict[str, Any]:
+    """Writes the scenario of a run, under a name that follows from all its values."""
+    changed = scenario.changed(values)
+    case = {"scenario": json.loads(changed.to_json()), "folder": str(changed.folder.resolve()),
+            "name": changed.name, "as_cbgeo": changed.as_cbgeo}
+    key = hashlib.sha256(json.dumps(case, sort_keys=True).encode()).hexdigest()[:16]
+    (folder / f"{key}.json").write_text(json.dumps(case, indent=1), encoding="utf-8")
+    plain = json.loads(Scenario({"values": values}).to_json())["values"]
+    return {"key": key, "parameters": plain}
+
+
+def _is_due(folder: Path, key: str, state: StudyRun, again: bool) -> bool:
+    if state.status in ("failed", "invalid"):
+        return again
+    return state.status != "finished" or inputs_changed(Run(folder / key))
+
+
+def inputs_changed(run: Run) -> bool:
+    """Whether a file that the scenario refers to is another one than when it was run."""
+    for part in run.stages.values() or [run]:
+        for one in part.manifest["inputs"]:
+            try:
+                now = hashlib.sha256(Path(one["file"]).read_bytes()).hexdigest()
+            except OSError:
+                now = None
+            if now != one["sha256"]:
+                return True
+    return False
+
+
+class _Workers:
+    """Processes that run cases, a few at a time."""
+
+    def __init__(self, folder: Path, most: int, threads: int) -> None:
+        self._folder, self._most, self._threads = folder, most, threads
+        self._running: dict[str, subprocess.Popen[bytes]] = {}
+
+    def run(self, keys: list[str], total: int, shows: bool) -> None:
+        line = Line()
+        waiting = list(keys)
+        try:
+            while waiting or self._running:
+                while waiting and len(self._running) < self._most:
+                    key = waiting.pop(0)
+                    self._running[key] = self._start(key)
+                for key in [k for k, process in self._running.items() if process.poll() is not None]:
+                    del self._running[key]
+                if shows:
+                    done = total - len(waiting) - len(self._running)
+                    line.show(f"study: {done} of {total} runs done, {len(self._running)} running")
+                time.sleep(0.05)
+        finally:
+            self._stop()
+            line.clear()
+
+    def _start(self, key: str) -> subprocess.Popen[bytes]:
+        package = str(Path(__file__).resolve().parent.parent)
+        paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
+        with open(self._folder / f"{key}.log", "wb") as log:
+            # In a session of its own: Ctrl-C comes to this process, which then tells all.
+            return subprocess.Popen(
+                [sys.executable, "-m", "lahar.study_worker", str(self._folder / key), str(self._threads)],
+                stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)})
+
+    def _stop(self) -> None:
+        for process in self._running.values():
+            process.send_signal(signal.SIGINT)
+        for process in self._running.values():
+            process.wait()

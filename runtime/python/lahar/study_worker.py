@@ -1,0 +1,56 @@
+"""One run of a study, in a process of its own: python -m lahar.study_worker FOLDER THREADS.
+
+FOLDER.json has the scenario. Errors go to standard error, which is the run's log.
+"""
+from __future__ import annotations
+
+import json
+import os
+import sys
+import warnings
+from pathlib import Path
+
+from .errors import LaharError, SimulationFailed
+from .results import Run
+from .scenario import Scenario
+from .studies import inputs_changed
+
+
+def has_checkpoint(folder: Path) -> bool:
+    return any(folder.glob("checkpoints/*.h5")) or any(folder.glob("*/checkpoints/*.h5"))
+
+
+def begins(folder: Path) -> dict[str, object]:
+    """How the run begins: anew, or from its last checkpoint."""
+    try:
+        run = Run(folder)
+    except FileNotFoundError:
+        return {}
+    goes_on = run.status in ("running", "stopped") and has_checkpoint(folder) and not inputs_changed(run)
+    return {"restart": "latest"} if goes_on else {"overwrite": True}
+
+
+def main(folder: Path, threads: int) -> int:
+    case = json.loads(folder.with_name(folder.name + ".json").read_text(encoding="utf-8"))
+    scenario = Scenario(case["scenario"], folder=case["folder"], name=case["name"],
+                        as_cbgeo=case["as_cbgeo"])
+    parent = os.getppid()
+
+    def is_wanted(step: int, time: float, share: float) -> bool:
+        return os.getppid() == parent  # a study that was killed: stop with a checkpoint
+
+    try:
+        scenario.run(folder, threads=threads, progress=is_wanted, **begins(folder))  # type: ignore[arg-type]
+    except SimulationFailed:
+        return 1  # the manifest says why
+    except LaharError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore")  # they are in the manifest
+    sys.exit(main(Path(sys.argv[1]), int(sys.argv[2])))

@@ -1,0 +1,208 @@
+import json
+import shutil
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+import unittest
+import warnings
+from pathlib import Path
+
+import matplotlib
+import numpy
+
+import lahar
+from case import TestCase, column
+
+matplotlib.use("Agg")
+
+LONG = {"end_time": 1000.0}
+
+
+class RunTest(TestCase):
+    def test_a_run_writes_what_the_command_writes(self):
+        case = column()
+        command = self.command(case)
+        run = case.run(self.folder / "python", progress=False)
+        self.assertEqual(run.status, "finished")
+        self.assertEqual(list(run.frames.steps), list(command.frames.steps))
+        for a, b in zip(run.frames, command.frames):
+            self.assert_equal_frames(a, b)
+        self.assertEqual((run.folder / "history.csv").read_bytes(), (command.folder / "history.csv").read_bytes())
+        self.assertEqual((run.folder / "scenario.full.json").read_bytes().replace(b"python", b"command"),
+                         (command.folder / "scenario.full.json").read_bytes())
+
+    def test_results_are_tables_by_particle_and_by_time(self):
+        run = column().run(self.folder / "run", progress=False)
+        frame = run.frames.at(time=0.05)
+        self.assertLess(abs(frame.time - 0.05), 0.02)
+        self.assertEqual(frame.step, run.frames.at(step=frame.step).step)
+        table = frame.particles
+        self.assertEqual(list(table.index), sorted(table.index))
+        self.assertTrue((table["velocity_x"] == frame["velocity"][:, 0]).all())
+        self.assertTrue((table["stress_xy"] == frame["stress_xy"]).all())
+        self.assertNotIn("stress_yz", table)
+        self.assertEqual(run.history.attrs["units"]["kinetic"], "J")
+        self.assertEqual(run.history.step.iloc[-1], run.frames[-1].step)
+        self.assertEqual(run.scenario["materials"][0]["friction"], 22)
+        with self.assertRaisesRegex(KeyError, "velocity"):
+            frame["speeed"]
+
+    def test_a_plot_shows_the_particles_of_the_frame(self):
+        run = column().run(self.folder / "run", progress=False)
+        axes = run.plot("velocity", time=0.05)
+        dots = axes.collections[0]
+        frame = run.frames.at(time=0.05)
+        self.assertTrue((dots.get_offsets() == frame["coordinates"]).all())
+        self.assertTrue((dots.get_array() == numpy.linalg.norm(frame["velocity"], axis=1)).all())
+        with self.assertRaisesRegex(ValueError, "stress_xx"):
+            run.plot("stress")
+
+    def test_gauges_and_maps_are_read_with_their_units(self):
+        run = column().run(self.folder / "run", progress=False)
+        self.assertEqual((len(run.gauges), len(run.maps)), (0, 0))
+        about = {**run.manifest, "maps": [{"name": "max_thickness", "unit": "m"}]}
+        (run.folder / "manifest.json").write_text(json.dumps(about))
+        (run.folder / "gauges").mkdir()
+        (run.folder / "gauges" / "toe.csv").write_text("step [-],time [s],height [m]\n0,0,0.1\n5,0.5,0.25\n")
+        (run.folder / "maps").mkdir()
+        (run.folder / "maps" / "max_thickness.asc").write_text(
+            "ncols 3\nnrows 2\nxllcorner 10\nyllcorner 20\ncellsize 2\nNODATA_value -9999\n1 2 3\n4 -9999 6\n")
+        toe = run.gauges["toe"]
+        self.assertEqual(list(toe.height), [0.1, 0.25])
+        self.assertEqual(toe.attrs["units"], {"step": "-", "time": "s", "height": "m"})
+        thickness = run.maps["max_thickness"]
+        numpy.testing.assert_array_equal(thickness.values, [[4, numpy.nan, 6], [1, 2, 3]])
+        self.assertEqual((list(thickness.x), list(thickness.y)), ([11, 13, 15], [21, 23]))
+        self.assertEqual((thickness.name, thickness.unit), ("max_thickness", "m"))
+        self.assertEqual(thickness.plot().collections[0].colorbar.ax.get_ylabel(), "max_thickness [m]")
+        with self.assertRaisesRegex(KeyError, "toe"):
+            run.gauges["heel"]
+
+    def test_earlier_results_are_kept_unless_they_may_be_replaced(self):
+        case = column(end_time=0.01)
+        case.run(self.folder / "run", progress=False)
+        with self.assertRaises(lahar.InvalidInput):
+            case.run(self.folder / "run", progress=False)
+        self.assertEqual(case.run(self.folder / "run", overwrite=True, progress=False).status, "finished")
+
+    def test_progress_may_stop_a_run_which_then_goes_on(self):
+        case = column()
+        whole = case.run(self.folder / "whole", progress=False)
+        shares = []
+
+        def stop(step, time, share):
+            shares.append((step, time, share))
+            return False
+
+        run = case.run(self.folder / "run", progress=stop)
+        self.assertEqual((run.status, run.message), ("stopped", "stopped by the calling program"))
+        self.assertEqual(len(shares), 1)
+        self.assertAlmostEqual(shares[0][1] / 0.1, shares[0][2])
+        run = case.run(self.folder / "run", restart="latest", progress=False)
+        self.assertEqual(run.status, "finished")
+        self.assert_equal_frames(run.frames[-1], whole.frames[-1])
+
+    def test_an_exception_of_the_progress_function_stops_the_run(self):
+        def fail(step, time, share):
+            raise ZeroDivisionError("from progress")
+
+        with self.assertRaisesRegex(ZeroDivisionError, "from progress"):
+            column(**LONG).run(self.folder / "run", progress=fail)
+        self.assertEqual(lahar.Run(self.folder / "run").status, "stopped")
+
+    def test_a_run_that_fails_raises_and_keeps_its_frames(self):
+        case = column(**LONG)
+        case["external_loading_conditions"]["gravity"] = [50, 0]
+        with self.assertRaisesRegex(lahar.SimulationFailed, "left the mesh"):
+            case.run(self.folder / "run", progress=False)
+        run = lahar.Run(self.folder / "run")
+        self.assertEqual(run.status, "failed")
+        self.assertGreater(len(run.frames), 0)
+
+    def test_stages_are_runs_of_their_own(self):
+        case = column()
+        case["stages"] = [{"name": "first", "analysis": {"end_time": 0.01}}, {"name": "second"}]
+        run = case.run(self.folder / "run", progress=False)
+        self.assertEqual(list(run.stages), ["first", "second"])
+        self.assertEqual(run.status, "finished")
+        self.assertEqual(run.stages["first"].frames[-1].time, 0.01)
+        with self.assertRaisesRegex(AttributeError, "stages"):
+            run.frames
+        shutil.rmtree(self.folder / "run" / "second")
+        self.assertEqual(lahar.Run(self.folder / "run").status, "stopped")
+
+    def test_the_engine_warns_by_python_warnings(self):
+        case = column(end_time=0.001)
+        case["materials"][0]["density"] = 1.6
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            case.run(self.folder / "run", progress=False)
+        texts = [str(one.message) for one in caught if issubclass(one.category, lahar.LaharWarning)]
+        self.assertTrue(any("density" in text for text in texts), texts)
+        self.assertTrue(all(one.filename == __file__ for one in caught if one.category is lahar.LaharWarning))
+
+    def test_a_missing_folder_is_not_a_run(self):
+        with self.assertRaises(FileNotFoundError):
+            lahar.Run(self.folder)
+
+
+class InterruptTest(TestCase):
+    """Ctrl-C while another Python runs a case."""
+
+    def interrupted(self, code):
+        """What that Python prints, after a signal that comes when steps are taken; and how long it
+        takes to end."""
+        prepare = textwrap.dedent(f"""
+            import signal, sys, lahar
+            sys.path.insert(0, {str(Path(__file__).parent)!r})
+            from case import column
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            case, folder = column(end_time=1000.0), {str(self.folder / "run")!r}
+        """)
+        child = subprocess.Popen([sys.executable, "-c", prepare + textwrap.dedent(code)],
+                                 stdout=subprocess.PIPE, text=True)
+        self.addCleanup(child.stdout.close)
+        self.assertEqual(child.stdout.readline(), "runs\n")
+        time.sleep(0.3)
+        child.send_signal(signal.SIGINT)
+        begin = time.monotonic()
+        printed = child.stdout.read()
+        child.wait()
+        return printed, time.monotonic() - begin
+
+    def test_a_run_stops_within_a_second_with_a_checkpoint(self):
+        printed, seconds = self.interrupted("""
+            said = []
+            def tell(step, time, share):
+                if not said:
+                    said.append(print("runs", flush=True))
+            try:
+                case.run(folder, progress=tell)
+            except KeyboardInterrupt:
+                print("interrupted", signal.getsignal(signal.SIGINT) is signal.default_int_handler)
+        """)
+        self.assertEqual(printed, "interrupted True\n")
+        self.assertLess(seconds, 1.5)  # and Python ends
+        run = lahar.Run(self.folder / "run")
+        self.assertEqual((run.status, run.message), ("stopped", f"signal {int(signal.SIGINT)}"))
+        self.assertTrue(list((self.folder / "run" / "checkpoints").glob("*.h5")))
+        self.assertGreater(run.frames[-1].step, 0)
+
+    def test_steps_stop_and_the_simulation_can_go_on(self):
+        printed, seconds = self.interrupted("""
+            sim = lahar.Simulation(case)
+            print("runs", flush=True)
+            try:
+                sim.run()
+            except KeyboardInterrupt:
+                before = sim.steps
+                print(before > 0, sim.step(5) - before)
+        """)
+        self.assertEqual(printed, "True 5\n")
+        self.assertLess(seconds, 1.5)
+
+
+if __name__ == "__main__":
+    unittest.main()
