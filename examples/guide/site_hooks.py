@@ -141,6 +141,7 @@ def on_page_markdown(markdown, page, config, files):
         markdown += "\n" + verification_cases()
     if site in TITLES:
         page.title = TITLES[site]
+        page.meta["hide"] = ["toc"]  # their tables are wide
     for name, lexer in LEXERS.items():
         markdown = re.sub(rf"^```{name}\b", f"```{lexer}", markdown, flags=re.M)
     return markdown
