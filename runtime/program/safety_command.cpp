@@ -5,11 +5,9 @@
 #include <memory>
 
 #include "io/base/atomic_file.h"
-#include "io/base/memory_limit.h"
-#include "io/base/team.h"
-#include "io/scenario/stages.h"
-#include "runtime/program/case_run.h"
+#include "runtime/comm/rank_team.h"
 #include "runtime/program/commands.h"
+#include "runtime/program/ranks_begin.h"
 #include "runtime/program/run_description.h"
 #include "runtime/program/safety_run.h"
 #include "runtime/program/signals.h"
@@ -28,36 +26,41 @@ struct SafetyOptions {
   SafetyBounds bounds;
 };
 
-Scenario read(const RunArguments& arguments, std::size_t stage) {
+Scenario read(const RunArguments& arguments, const Team& team, std::size_t stage) {
   ScenarioOptions options = arguments.options;
   options.stage = stage;
+  options.team = &team;
   options.memory = arguments.execution.memory;
   return read_scenario(arguments.scenario, options);
 }
 
 /// The run of the scenario with full strength. Returns the exit status.
-int come_to_rest(const RunArguments& given, Scenario scenario, const fs::path& folder) {
+int come_to_rest(const RunArguments& given, const Team& team, Scenario scenario,
+                 const fs::path& folder) {
   Console console(voice_of(given));  // with the log of its run folder
   RunArguments arguments = given;
   arguments.output = folder.string();
   arguments.checkpoint_minutes = 1e6;  // there is one at the end
   return run_scenario(
-      arguments, [&](std::size_t k) { return read(arguments, k); }, std::move(scenario), console);
+      arguments, [&](std::size_t k) { return read(arguments, team, k); }, std::move(scenario),
+      console);
 }
 
 std::string table_of(const SafetyResult& result) {
-  std::string text = "factor,stable,iterations,displacement\n";
+  std::string text = "factor,stable,steps,displacement,end\n";
   for (const SafetyTrial& trial : result.trials)
-    text += fmt::format("{},{},{},{}\n", trial.factor, trial.stable ? 1 : 0, trial.iterations,
-                        trial.displacement >= 0 ? fmt::format("{}", trial.displacement) : "");
+    text += fmt::format("{},{},{},{},{}\n", trial.factor, trial.stable() ? 1 : 0, trial.steps,
+                        trial.displacement, name_of(trial.end));
   return text;
 }
 
 SafetyTrial tell(const SafetyTrial& trial, Console& console) {
-  std::string line = fmt::format("{:8.4f}  {:12} {:4} iterations", trial.factor,
-                                 trial.stable ? "equilibrium" : "fails", trial.iterations);
-  if (trial.displacement >= 0) line += fmt::format("   moves by {:.4g} m", trial.displacement);
+  std::string line = fmt::format("{:8.4f}  {:12} {:>8} steps   moves by {:.4g} m", trial.factor,
+                                 trial.stable() ? "equilibrium" : "fails",
+                                 format_count(trial.steps), trial.displacement);
+  if (trial.end == SafetyTrial::End::restless) line += " and does not come to rest";
   console.line(line);
+  if (!trial.problem.empty()) console.line("          " + trial.problem);
   return trial;
 }
 
@@ -70,42 +73,75 @@ void tell_result(const SafetyResult& result, const SafetyBounds& bounds, Console
       result.factor(), result.stable, *result.fails));
 }
 
+/// The state from which trials begin; null, with a message, where there is no equilibrium.
+std::unique_ptr<CheckpointReader> equilibrium_in(const fs::path& folder, bool tests_rest,
+                                                 const Communicator& ranks, Console& console) {
+  auto end = open_checkpoint("latest", folder, ranks, [](const std::string&) {});
+  if (!tests_rest || end->header().run.rest.reached) return end;
+  console.warn(
+      "lahar: error: the run with full strength has ended before it came to rest: let it take "
+      "longer (analysis.end_time, nsteps), or damp it (analysis.damping).");
+  return nullptr;
+}
+
+/// What `run` returns, or exit_stopped where a signal ended it.
+int unless_stopped(Console& console, auto&& run) {
+  try {
+    return run();
+  } catch (const SafetyStopped&) {
+    console.warn(fmt::format("lahar: stopped by signal {}; the trials are lost", stop_signal()));
+    return exit_stopped;
+  }
+}
+
+int look_for_factor(const SafetyOptions& given, const SafetyTrials& trials, const fs::path& folder,
+                    Console& console) {
+  console.line("\n  factor  strength / factor");
+  const SafetyResult result =
+      find_factor(given.bounds, [&](double factor) { return tell(trials(factor), console); });
+  if (given.run.execution.ranks.rank() == 0)
+    write_text_file(folder / "safety.csv", table_of(result));
+  const SafetyTrial* failure = result.failure();
+  if (failure) trials.write_run(*failure, folder / "mechanism");
+  console.line("");
+  tell_result(result, given.bounds, console);
+  console.line(fmt::format("trials     {}", (folder / "safety.csv").string()));
+  if (failure)
+    console.line(
+        fmt::format("mechanism  {}: displacements from full strength on, strength / {:.4g}",
+                    (folder / "mechanism").string(), failure->factor));
+  return exit_ok;
+}
+
 int safety_command(const SafetyOptions& given) {
-  RunArguments arguments = given.run;
+  SafetyOptions options = given;
+  RunArguments& arguments = options.run;
   watch_signals();
-  arguments.execution.memory = memory_limit(arguments.memory, 1);
+  check_alike(arguments);
+  arguments.execution.memory = limit_of_ranks(arguments);
+  const Communicator& ranks = arguments.execution.ranks;
+  const RankTeam team(ranks);
   Console console(voice_of(arguments));
-  Scenario first = read(arguments, 0);
+  Scenario first = read(arguments, team, 0);
   const std::size_t last = first.stages.empty() ? 0 : first.stages.size() - 1;
-  check_safety(last == 0 ? first : read(arguments, last));
+  const bool tests_rest = check_safety(last == 0 ? first : read(arguments, team, last));
   const std::string name = first.stages.empty() ? "" : first.stages[last];
   const fs::path folder = arguments.output.empty()
                               ? outline_of(first.model).output.folder + "-safety"
                               : arguments.output;
   const fs::path rest = folder / "equilibrium";
-  if (const int code = come_to_rest(arguments, std::move(first), rest)) {
-    console.warn(
-        "lahar: error: there is no equilibrium with full strength to begin with: the "
-        "factor of safety is below 1, or the run has another cause to fail (see above).");
+  if (const int code = come_to_rest(arguments, team, std::move(first), rest)) {
+    if (code != exit_stopped)
+      console.warn(
+          "lahar: error: there is no equilibrium with full strength to begin with: the "
+          "factor of safety is below 1, or the run has another cause to fail (see above).");
     return code;
   }
-  const auto no_warning = [](const std::string&) {};
-  SafetyTrials trials(
-      arguments, [&] { return read(arguments, last); },
-      open_checkpoint("latest", name.empty() ? rest : rest / name, arguments.execution.ranks,
-                      no_warning));
-  console.line("\n  factor  strength / factor");
-  const SafetyResult result =
-      find_factor(given.bounds, [&](double factor) { return tell(trials(factor), console); });
-  write_text_file(folder / "safety.csv", table_of(result));
-  if (result.stable > 1) trials.write_run(result.stable, folder / "mechanism");
-  console.line("");
-  tell_result(result, given.bounds, console);
-  console.line(fmt::format("trials     {}", (folder / "safety.csv").string()));
-  if (result.stable > 1)
-    console.line(fmt::format("mechanism  {}: displacements from full strength to strength / {:.4g}",
-                             (folder / "mechanism").string(), result.stable));
-  return exit_ok;
+  auto end = equilibrium_in(name.empty() ? rest : rest / name, tests_rest, ranks, console);
+  if (!end) return exit_simulation;
+  const SafetyTrials trials(
+      arguments, [&] { return read(arguments, team, last); }, std::move(end));
+  return unless_stopped(console, [&] { return look_for_factor(options, trials, folder, console); });
 }
 
 }  // namespace
@@ -129,8 +165,8 @@ Action add_safety(CLI::App& command) {
       ->default_str("16");
   command.add_flag("--quiet,-q", run.quiet, "Print only warnings and errors");
   return [options](const Words& words) {
-    refuse_several_ranks("safety");
     options->run.command = words;
+    options->run.execution.ranks = Communicator::world();
     return safety_command(*options);
   };
 }

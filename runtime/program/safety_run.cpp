@@ -1,27 +1,34 @@
 #include "runtime/program/safety_run.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "physics/base/error.h"
-#include "physics/materials/law.h"
+#include "physics/kernels/imbalance.h"
 #include "physics/materials/strength.h"
 #include "physics/particles/loads.h"
+#include "runtime/comm/rank_watch.h"
 #include "runtime/program/case_run.h"
 #include "runtime/program/run_description.h"
+#include "runtime/program/signals.h"
+#include "runtime/step/rest_test.h"
 #include "runtime/step/restart.h"
-#include "runtime/step/watchdog.h"
 
 namespace lahar {
 
 namespace {
 
-/// Of Newton's method: near failure many particles begin to yield one after the other.
-constexpr int most_iterations = 60;
-/// Steps of a trial: the first with the change of strength, the second at rest.
-constexpr Index trial_steps = 2;
+/// A body at rest. Where no equilibrium is left, a part of the body that slides has more out of
+/// balance than this after the first moves.
+constexpr UntilRest at_rest{.imbalance = 1e-4, .kinetic = 1e-8};
+/// Cundall's factor: a body that is damped so comes to rest in few swings (Cundall 1987).
+constexpr double local_damping = 0.7;
+constexpr Index no_limit = 1'000'000'000'000;  ///< steps: FailureBounds::time ends a trial
+constexpr double unlimited = std::numeric_limits<double>::infinity();
+/// Of the stable step.
+constexpr double step_share = 0.4;
 
 /// Loads that depend on time keep the values of the end.
 template <int Dim>
@@ -33,62 +40,44 @@ void freeze_loads(Model<Dim>& model, double end) {
     function.f = {value};
   }
   for (auto& one : entries_of<NodeVelocity>(model)) one.velocity = 0;
-  for (auto& one : entries_of<NodeDisplacement>(model)) one.displacement = 0;
+}
+
+/// Explicit steps in place of quasi-static ones. They hold nodes by velocities.
+template <int Dim>
+void take_explicit_steps(Model<Dim>& model) {
+  Analysis& analysis = model.analysis;
+  analysis.scheme = Scheme::usl;
+  analysis.step = {.adaptive = true, .dt = unlimited, .safety = step_share};
+  analysis.damping = local_damping;
+  auto& held = entries_of<NodeDisplacement>(model);
+  auto& velocities = entries_of<NodeVelocity>(model);
+  for (const NodeDisplacement& one : held)
+    velocities.push_back({.node = one.node, .dir = one.dir, .velocity = 0});
+  held.clear();
+  std::stable_sort(velocities.begin(), velocities.end(),
+                   [](const auto& a, const auto& b) { return a.node < b.node; });
 }
 
 template <int Dim>
 void make_trial(Model<Dim>& model, double factor, double end) {
   for (Material& material : model.materials) reduce_strength(material.law, factor);
   freeze_loads(model, end);
+  if (is_implicit(model.analysis)) take_explicit_steps(model);
   model.changes.removed.clear();
   model.changes.materials.clear();
   model.changes.reset_displacements = true;
+  model.watchdog.action = Watchdog::Action::none;  // who fails need not keep energy
   Analysis& analysis = model.analysis;
-  analysis.until = {};
-  analysis.nsteps = trial_steps;
-  analysis.end_time = std::numeric_limits<double>::infinity();
-  analysis.implicit.most_iterations = std::max(analysis.implicit.most_iterations, most_iterations);
+  // Tests are made, and the trial decides: the first one sees stresses of full strength.
+  analysis.until = {.imbalance = std::numeric_limits<double>::min()};
+  analysis.first_step = 0;
+  analysis.nsteps = no_limit;
+  analysis.end_time = unlimited;
   OutputPlan& output = model.output;
   output.checkpoint_steps = 0;
   output.checkpoint_minutes = 0;
   output.frame_steps = 0;
   output.frame_dt = 0;
-}
-
-double largest_displacement(const Frame& frame) {
-  const auto width = static_cast<std::size_t>(frame.dim);
-  const std::vector<double>& values = frame.find("displacement")->values;
-  double most = 0;
-  for (std::size_t i = 0; i + width <= values.size(); i += width) {
-    double square = 0;
-    for (std::size_t k = 0; k < width; ++k) square += values[i + k] * values[i + k];
-    most = std::max(most, std::sqrt(square));
-  }
-  return most;
-}
-
-/// Extent of the particles along a direction [m].
-double extent(const Frame& frame, const std::vector<double>& direction) {
-  const auto width = static_cast<std::size_t>(frame.dim);
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (std::size_t i = 0; i + width <= frame.coordinates.size(); i += width) {
-    double at = 0;
-    for (std::size_t k = 0; k < width; ++k) at += frame.coordinates[i + k] * direction[k];
-    low = std::min(low, at);
-    high = std::max(high, at);
-  }
-  return std::max(high - low, 0.0);
-}
-
-/// Directions across gravity.
-std::vector<std::vector<double>> across(const std::vector<double>& gravity) {
-  if (gravity.size() == 2) {
-    const double g = std::hypot(gravity[0], gravity[1]);
-    return {{gravity[1] / g, -gravity[0] / g}};
-  }
-  const Vec<3> down = Vec<3>(gravity.data()).normalized();
-  const Vec<3> first = down.unitOrthogonal(), second = down.cross(first);
-  return {{first[0], first[1], first[2]}, {second[0], second[1], second[2]}};
 }
 
 /// After freeze_loads().
@@ -102,19 +91,56 @@ std::vector<double> gravity_of(const AnyModel& any) {
       any);
 }
 
+/// Steps until it is known what comes of the trial.
+void follow(Simulation& simulation, const FailureBounds& bounds, const Communicator& ranks,
+            SafetyTrial& trial) {
+  using End = SafetyTrial::End;
+  const auto decide = [&]() -> std::optional<End> {
+    if (trial.displacement > bounds.displacement) return End::moved;
+    if (is_at_rest(at_rest, simulation.info().rest)) return End::rest;
+    if (simulation.time() > bounds.time) return End::restless;
+    return {};
+  };
+  std::optional<End> end;
+  while (!end) {
+    simulation.advance(rest_steps);
+    if (ranks.any(stop_signal() != 0)) throw SafetyStopped{};
+    trial.steps = simulation.step();
+    trial.displacement = largest_displacement(simulation.frame_source(), ranks);
+    end = decide();
+  }
+  trial.end = *end;
+}
+
 }  // namespace
 
-void check_safety(const Scenario& scenario) {
+const char* name_of(SafetyTrial::End end) {
+  switch (end) {
+    case SafetyTrial::End::rest:
+      return "equilibrium";
+    case SafetyTrial::End::moved:
+      return "moved";
+    case SafetyTrial::End::restless:
+      return "restless";
+    case SafetyTrial::End::broke:
+      return "broke";
+  }
+  return "";
+}
+
+bool check_safety(const Scenario& scenario) {
   const ModelOutline model = outline_of(scenario.model);
+  const Analysis& analysis = model.analysis;
   const auto refuse = [&](const char* where, std::string message, std::string hint) {
     throw InputError(
         {scenario.place({.where = where, .message = std::move(message), .hint = std::move(hint)})});
   };
-  if (!is_implicit(model.analysis) || !model.analysis.implicit.quasi_static)
+  const bool quasi_static = is_implicit(analysis) && analysis.implicit.quasi_static;
+  if (!quasi_static && !(analysis.until.on() && !begins_with_solve(analysis)))
     refuse("/analysis",
-           "the factor of safety is looked for with quasi-static steps: with full strength they "
-           "lead to the equilibrium from which strength falls",
-           "\"mpm_scheme\": \"newmark\", \"scheme_settings\": {\"quasi_static\": true}; of a "
+           "the factor of safety is looked for from an equilibrium with full strength on",
+           "take quasi-static steps (\"mpm_scheme\": \"newmark\", \"scheme_settings\": "
+           "{\"quasi_static\": true}), or explicit ones with \"until\" and \"damping\"; of a "
            "scenario with stages in the last one");
   const bool any =
       std::any_of(model.materials.begin(), model.materials.end(),
@@ -122,23 +148,13 @@ void check_safety(const Scenario& scenario) {
   if (!any)
     refuse("/materials", "no material has a strength that can be reduced",
            "MohrCoulomb, DruckerPrager and VonMises have");
+  return !quasi_static;
 }
 
-double failure_displacement(const Frame& frame, const std::vector<Material>& materials,
-                            const std::vector<double>& gravity) {
-  constexpr double per_shear_modulus = 2.5;  // Young's modulus, about
-  double shear = std::numeric_limits<double>::infinity(), volume = 0, mass = 0, g = 0;
-  for (const Material& material : materials)
-    if (const double G = shear_wave_modulus(material.law); G > 0) shear = std::min(shear, G);
-  for (const double v : frame.find("volume")->values) volume += v;
-  for (const double m : frame.find("mass")->values) mass += m;
-  for (const double component : gravity) g += component * component;
-  g = std::sqrt(g);
-  if (!(g > 0) || !(volume > 0)) return std::numeric_limits<double>::infinity();
-  double area = 1;
-  for (const auto& direction : across(gravity)) area *= extent(frame, direction);
-  const double thickness = volume / area;
-  return mass / volume * g * thickness * thickness / (per_shear_modulus * shear);
+const SafetyTrial* SafetyResult::failure() const {
+  for (const SafetyTrial& trial : trials)
+    if (fails && trial.factor == *fails) return &trial;
+  return nullptr;
 }
 
 SafetyResult find_factor(const SafetyBounds& bounds,
@@ -146,7 +162,7 @@ SafetyResult find_factor(const SafetyBounds& bounds,
   SafetyResult result;
   const auto attempt = [&](double factor) {
     const SafetyTrial& made = result.trials.emplace_back(trial(factor));
-    if (made.stable)
+    if (made.stable())
       result.stable = factor;
     else
       result.fails = factor;
@@ -172,30 +188,43 @@ Scenario SafetyTrials::scenario_of(double factor) const {
 SafetyTrial SafetyTrials::operator()(double factor) const {
   Scenario scenario = scenario_of(factor);
   const SimulationState state = state_at_start(*equilibrium_, false);
-  SafetyTrial made{.factor = factor, .stable = true};
   const std::vector<Material> materials = outline_of(scenario.model).materials;
   const std::vector<double> gravity = gravity_of(scenario.model);
-  Simulation simulation = make_simulation(scenario, arguments_.execution, {}, &state);
-  const double most = failure_displacement(simulation.frame(), materials, gravity);
+  const Communicator& ranks = arguments_.execution.ranks;
+  RankWatch watch(ranks, [] { return stop_signal() != 0; });
+  Observer observer;
+  observer.progress = [&watch](Index step, double) {
+    watch.steps_done(step);
+    return stop_signal() == 0;
+  };
+  Simulation simulation =
+      make_simulation(scenario, arguments_.execution, std::move(observer), &state);
+  const FailureBounds bounds = failure_bounds(simulation.frame_source(), materials, gravity, ranks);
+  SafetyTrial trial{.factor = factor};
   try {
-    simulation.run();
-    made.displacement = largest_displacement(simulation.frame());
-    made.stable = made.displacement <= most;
-  } catch (const SimulationError&) {
-    made.stable = false;
+    follow(simulation, bounds, ranks, trial);
+  } catch (const SimulationError& error) {
+    trial.end = SafetyTrial::End::broke;
+    trial.problem = error.what();
+    trial.steps = simulation.step();
   }
-  made.iterations = simulation.solves().iterations;
-  return made;
+  return trial;
 }
 
-void SafetyTrials::write_run(double factor, const std::filesystem::path& folder) const {
-  Scenario scenario = scenario_of(factor);
+void SafetyTrials::write_run(const SafetyTrial& trial, const std::filesystem::path& folder) const {
+  Scenario scenario = scenario_of(trial.factor);
+  std::visit(
+      [&](auto& model) {
+        model.analysis.until = {};
+        model.analysis.nsteps = trial.steps;
+      },
+      scenario.model);
   RunArguments arguments = arguments_;
   arguments.output = folder.string();
   arguments.overwrite = true;
   arguments.quiet = true;
   arguments.checkpoint_steps = arguments.checkpoint_minutes = {};
-  Console console(Console::Voice::quiet);
+  Console console(Console::Voice::silent);
   CaseStage stage;
   stage.before = std::make_unique<CheckpointReader>(equilibrium_->file());
   CaseRun(arguments, scenario, console, std::move(stage)).execute();

@@ -1,17 +1,21 @@
 /// \file The factor of safety of a body at rest: by how much its strength may fall until it has no
 /// equilibrium any more (strength reduction; Zienkiewicz, Humpheson and Lewis 1975).
+///
+/// A trial divides the strength and lets the body move in explicit steps with local damping until
+/// it is at rest again, or has failed (FailureBounds). It has no system to solve, so it works where
+/// soil has no stiffness: where it yields, and where it has no stress.
 #pragma once
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
-#include "io/frames/frame.h"
 #include "io/run/checkpoint.h"
-#include "physics/materials/material.h"
+#include "runtime/program/failure_bounds.h"
 #include "runtime/program/run_arguments.h"
-#include "runtime/terminal/console.h"
 
 namespace lahar {
 
@@ -21,19 +25,22 @@ struct SafetyBounds {
   double tolerance = 0.01;  ///< of the bracket, as a share of the factor
 };
 
-/// A factor by which strength was divided.
+/// A factor by which strength was divided, and what came of it.
 struct SafetyTrial {
+  enum class End {
+    rest,      ///< the body has an equilibrium
+    moved,     ///< beyond FailureBounds::displacement
+    restless,  ///< still moves after FailureBounds::time
+    broke      ///< a step could not be taken
+  };
   double factor;
-  bool stable;
-  Index iterations = 0;      ///< of Newton's method
-  double displacement = -1;  ///< [m] largest of a particle, from full strength on; -1 = no end
+  End end = End::rest;
+  Index steps = 0;
+  double displacement = 0;   ///< [m] largest of a particle, from full strength on
+  std::string problem = {};  ///< why a step could not be taken
+  bool stable() const { return end == End::rest; }
 };
-
-/// A displacement that means that a body has failed, though it found an equilibrium elsewhere:
-/// rho g L^2 / (2.5 G), about the settlement of a layer as thick as the body by its weight.
-/// L is its volume over its area across gravity, G the least shear modulus.
-double failure_displacement(const Frame& frame, const std::vector<Material>& materials,
-                            const std::vector<double>& gravity);
+const char* name_of(SafetyTrial::End end);
 
 struct SafetyResult {
   double stable = 1;            ///< largest factor with an equilibrium
@@ -41,22 +48,29 @@ struct SafetyResult {
   std::vector<SafetyTrial> trials;
   /// The middle of the bracket.
   double factor() const { return fails ? 0.5 * (stable + *fails) : stable; }
+  /// That of the least factor that fails; null where there is none.
+  const SafetyTrial* failure() const;
 };
 
 /// Doubles the factor until a trial fails, then halves the bracket.
 SafetyResult find_factor(const SafetyBounds& bounds,
                          const std::function<SafetyTrial(double factor)>& trial);
 
-/// The trials of a scenario, each of which begins with the state at the end of its own run.
+/// A signal has ended the search.
+struct SafetyStopped {};
+
+/// The trials of a scenario, each of which begins with the state at the end of its own run. All
+/// ranks call its functions together.
 class SafetyTrials {
  public:
   using Read = std::function<Scenario()>;  ///< the scenario, or its last stage
 
   SafetyTrials(const RunArguments& arguments, Read read,
                std::unique_ptr<CheckpointReader> equilibrium);
+  /// Throws SafetyStopped.
   SafetyTrial operator()(double factor) const;
-  /// The trial as a run with frames, in a folder of its own.
-  void write_run(double factor, const std::filesystem::path& folder) const;
+  /// A trial again, as a run with a folder of its own, whose frame shows the body at its end.
+  void write_run(const SafetyTrial& trial, const std::filesystem::path& folder) const;
 
  private:
   Scenario scenario_of(double factor) const;
@@ -66,7 +80,8 @@ class SafetyTrials {
   std::unique_ptr<CheckpointReader> equilibrium_;
 };
 
-/// Throws InputError where a scenario is not one whose factor of safety can be looked for.
-void check_safety(const Scenario& scenario);
+/// Throws InputError where a scenario is not one whose factor of safety can be looked for. True:
+/// its run must come to rest by itself (Analysis::until); else each step is an equilibrium.
+bool check_safety(const Scenario& scenario);
 
 }  // namespace lahar

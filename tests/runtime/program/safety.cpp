@@ -1,34 +1,97 @@
-// The search for a factor of safety, and the strength that it divides.
+// The search for a factor of safety, the strength that it divides, and when a body has failed.
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "physics/materials/strength.h"
+#include "runtime/program/failure_bounds.h"
 #include "runtime/program/safety_run.h"
 
 using namespace lahar;
 
+namespace {
+
+SafetyTrial trial_of(double factor, bool stable) {
+  SafetyTrial trial{.factor = factor};
+  trial.end = stable ? SafetyTrial::End::rest : SafetyTrial::End::moved;
+  return trial;
+}
+
+/// Particles of 0.25 m^2 and 500 kg in a box of 8 m by 3 m, in two pieces. The last one has moved.
+FrameSource box() {
+  const auto piece = [](std::size_t i) {
+    Frame frame;
+    frame.dim = 2;
+    frame.columns = {{"mass", "kg", 1, {}}, {"volume", "m^3", 1, {}}, {"displacement", "m", 2, {}}};
+    for (int x = 0; x <= 16; ++x)
+      for (int y = 0; y <= 6; ++y) {
+        if ((x > 8) != (i > 0)) continue;
+        frame.coordinates.insert(frame.coordinates.end(), {0.5 * x, 0.5 * y});
+        frame.columns[0].values.push_back(500);
+        frame.columns[1].values.push_back(0.25);
+        const bool moved = x == 16 && y == 6;
+        frame.columns[2].values.insert(frame.columns[2].values.end(),
+                                       {moved ? -0.03 : 0.001, moved ? -0.04 : 0.0});
+      }
+    return frame;
+  };
+  FrameSource source;
+  source.header.dim = 2;
+  source.sizes = {63, 56};
+  source.piece = piece;
+  return source;
+}
+
+Material elastic(double youngs_modulus) {
+  Material material;
+  material.density = 2000;
+  material.law = LinearElastic{.youngs_modulus = youngs_modulus, .poisson_ratio = 0.25};
+  return material;
+}
+
+const std::vector<Material> soft_and_stiff{elastic(2.5e7), elastic(2.5e8)};
+
+}  // namespace
+
 TEST_CASE("the factor of safety is bracketed as narrowly as asked for") {
   for (const double limit : {1.05, 1.4, 2.0, 3.3, 13.0}) {
     const SafetyResult result = find_factor({.most = 16, .tolerance = 0.01}, [&](double factor) {
-      return SafetyTrial{.factor = factor, .stable = factor <= limit};
+      return trial_of(factor, factor <= limit);
     });
     REQUIRE(result.fails);
     CHECK(result.stable <= limit);
     CHECK(*result.fails > limit);
     CHECK(*result.fails - result.stable <= 0.01 * result.stable);
     CHECK(result.trials.size() < 14);
+    REQUIRE(result.failure());
+    CHECK(result.failure()->factor == *result.fails);
   }
 }
 
 TEST_CASE("a body that never fails has a factor above the bound") {
-  const SafetyResult result = find_factor({.most = 5, .tolerance = 0.01}, [](double factor) {
-    return SafetyTrial{.factor = factor, .stable = true};
-  });
+  const SafetyResult result = find_factor({.most = 5, .tolerance = 0.01},
+                                          [](double factor) { return trial_of(factor, true); });
   CHECK_FALSE(result.fails);
+  CHECK_FALSE(result.failure());
   CHECK(result.stable == 5);
   CHECK(result.trials.back().factor == 5);
+}
+
+TEST_CASE("a body has failed when it has moved by its settlement, or moves for long") {
+  const Communicator alone;
+  const double G = 1e7, thickness = 119 * 0.25 / 8;  // of the soft material; volume over width
+  const FailureBounds bounds = failure_bounds(box(), soft_and_stiff, {0, -10}, alone);
+  CHECK(bounds.displacement ==
+        doctest::Approx(2000 * 10 * thickness * thickness / G).epsilon(1e-12));
+  CHECK(bounds.time == doctest::Approx(30 * 8 / std::sqrt(G / 2000)).epsilon(1e-12));
+  // Gravity along x: the body is 3 m wide.
+  const FailureBounds turned = failure_bounds(box(), soft_and_stiff, {10, 0}, alone);
+  CHECK(turned.displacement / bounds.displacement ==
+        doctest::Approx(8.0 * 8.0 / (3.0 * 3.0)).epsilon(1e-12));
+  CHECK(std::isinf(failure_bounds(box(), soft_and_stiff, {0, 0}, alone).displacement));
+  CHECK(largest_displacement(box(), alone) == doctest::Approx(0.05).epsilon(1e-12));
 }
 
 TEST_CASE("strength is divided by a factor, tan(phi) and not phi") {
