@@ -30,7 +30,7 @@ test_packages=(
   "libbenchmark-dev:micro-benchmarks"
   "python3-jsonschema:tests that traces are as their schemas say"
 )
-browser_packages=("chromium:the test of the page that lahar trace --html writes")
+browser_packages=("chromium:tests of the pages that lahar trace --html and lahar report write")
 guide_packages=(
   "mkdocs:the site of the guide"
   "mkdocs-material:its looks"

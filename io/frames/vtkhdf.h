@@ -17,6 +17,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "io/frames/frame.h"
 
@@ -28,6 +29,11 @@ void write_frame(const Frame& frame, const std::filesystem::path& file);
 /// Read a frame file; every number comes back bit by bit, particles by ascending id. Throws
 /// IoError, also for HDF5 files that are no frames of Lahar.
 Frame read_frame(const std::filesystem::path& file);
+/// The same with these columns only; those that the file does not have are left out.
+Frame read_frame(const std::filesystem::path& file, const std::vector<std::string>& columns);
+
+/// What a frame file says of itself. Throws likewise.
+FrameHeader read_frame_header(const std::filesystem::path& file);
 
 /// Version of the HDF5 library in use, "1.10.8".
 std::string hdf5_version();

@@ -114,7 +114,8 @@ class FrameFileReader {
   HdfHandle file_;
 };
 
-void read_columns(const HdfSession& hdf, const FrameFileReader& in, Frame& frame) {
+/// Columns as the file lists them, without values.
+std::vector<FrameColumn> columns_in(const HdfSession& hdf, const FrameFileReader& in) {
   const std::string group = "/VTKHDF/PointData/";
   std::map<std::int64_t, FrameColumn> columns;  // by position in the frame
   for (const std::string& name : in.names(group)) {
@@ -126,35 +127,62 @@ void read_columns(const HdfSession& hdf, const FrameFileReader& in, Frame& frame
     column.name = name;
     column.unit = in.text_attribute(group + name, "unit");
     column.components = static_cast<int>(components);
-    const int stored = components == 2 ? 3 : column.components;
-    column.values = in.values(group + name, frame.size(), stored, column.components);
   }
-  for (auto& [order, column] : columns) frame.columns.push_back(std::move(column));
+  std::vector<FrameColumn> list;
+  for (auto& [order, column] : columns) list.push_back(std::move(column));
+  return list;
 }
 
-}  // namespace
-
-Frame read_frame(const std::filesystem::path& file) {
-  const HdfSession hdf(file, "read");
-  const FrameFileReader in(hdf, file);
+FrameHeader header_in(const HdfSession& hdf, const FrameFileReader& in) {
   if (!in.exists("/lahar") || !in.exists("/VTKHDF/PointData/id"))
     hdf.fail("it is an HDF5 file, but no frame of Lahar");
   if (const std::int64_t format = in.integer_attribute("/lahar", "format"); format != known_format)
     hdf.fail(fmt::format("its format is {}, this version of Lahar reads format {}", format,
                          known_format));
-  Frame frame;
-  frame.dim = static_cast<int>(in.integer_attribute("/lahar", "dim"));
-  if (frame.dim != 2 && frame.dim != 3) hdf.fail(fmt::format("it has {} dimensions", frame.dim));
+  FrameHeader header;
+  header.dim = static_cast<int>(in.integer_attribute("/lahar", "dim"));
+  if (header.dim != 2 && header.dim != 3) hdf.fail(fmt::format("it has {} dimensions", header.dim));
+  header.step = in.integers<Index>("/VTKHDF/FieldData/step", 1)[0];
+  header.time = in.values("/VTKHDF/FieldData/time", 1, 1, 1)[0];
+  header.material = in.exists("/VTKHDF/PointData/material");
+  header.columns = columns_in(hdf, in);
+  return header;
+}
+
+/// All columns, or those that are named.
+Frame read(const std::filesystem::path& file, const std::vector<std::string>* named) {
+  const HdfSession hdf(file, "read");
+  const FrameFileReader in(hdf, file);
+  FrameHeader header = header_in(hdf, in);
   const Index n = in.integers<Index>("/VTKHDF/NumberOfPoints", 1)[0];
-  frame.step = in.integers<Index>("/VTKHDF/FieldData/step", 1)[0];
-  frame.time = in.values("/VTKHDF/FieldData/time", 1, 1, 1)[0];
+  Frame frame;
+  frame.dim = header.dim, frame.step = header.step, frame.time = header.time;
   frame.id = in.integers<Index>("/VTKHDF/PointData/id", n);
-  if (in.exists("/VTKHDF/PointData/material"))
-    frame.material = in.integers<std::int32_t>("/VTKHDF/PointData/material", n);
+  if (header.material) frame.material = in.integers<std::int32_t>("/VTKHDF/PointData/material", n);
   frame.coordinates = in.values("/VTKHDF/Points", n, 3, frame.dim);
-  read_columns(hdf, in, frame);
+  for (FrameColumn& column : header.columns) {
+    if (named && std::find(named->begin(), named->end(), column.name) == named->end()) continue;
+    const int stored = column.components == 2 ? 3 : column.components;
+    column.values = in.values("/VTKHDF/PointData/" + column.name, n, stored, column.components);
+    frame.columns.push_back(std::move(column));
+  }
   sort_by_id(frame);
   return frame;
+}
+
+}  // namespace
+
+Frame read_frame(const std::filesystem::path& file) {
+  return read(file, nullptr);
+}
+
+Frame read_frame(const std::filesystem::path& file, const std::vector<std::string>& columns) {
+  return read(file, &columns);
+}
+
+FrameHeader read_frame_header(const std::filesystem::path& file) {
+  const HdfSession hdf(file, "read");
+  return header_in(hdf, FrameFileReader(hdf, file));
 }
 
 }  // namespace lahar

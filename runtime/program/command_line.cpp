@@ -1,6 +1,9 @@
 // The command line: which command is asked for.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "physics/base/error.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/program/command_errors.h"
@@ -21,6 +24,15 @@ void add_scenario(CLI::App& command, std::string& scenario, ScenarioOptions& opt
       ->type_name("FOLDER");
   command.add_flag("--as-cbgeo", options.as_cbgeo,
                    "Run what CB-Geo MPM would run (it ignores \"stress_update\", for example)");
+}
+
+std::function<std::string(const std::string&)> step_or(std::vector<std::string> words) {
+  return [words = std::move(words)](const std::string& text) -> std::string {
+    const bool number = !text.empty() && text.size() < 19 &&
+                        text.find_first_not_of("0123456789") == std::string::npos;
+    if (number || std::find(words.begin(), words.end(), text) != words.end()) return "";
+    return fmt::format("must be a step, {}", fmt::join(words.rbegin(), words.rend(), " or "));
+  };
 }
 
 void refuse_several_ranks(const char* command) {

@@ -31,6 +31,9 @@ Action add_check(CLI::App& command);
 Action add_safety(CLI::App& command);
 Action add_export(CLI::App& command);
 Action add_compare(CLI::App& command);
+Action add_picture(CLI::App& command);
+Action add_report(CLI::App& command);
+Action add_watch(CLI::App& command);
 Action add_graph(CLI::App& command);
 Action add_trace(CLI::App& command);
 Action add_material(CLI::App& command);
@@ -44,6 +47,10 @@ inline constexpr Command commands[] = {
     {"safety", "Find the factor of safety of a slope by strength reduction", add_safety},
     {"export", "Write particles as CSV, for ParaView or for CB-Geo MPM", add_export},
     {"compare", "Compare two outputs, field by field", add_compare},
+    {"picture", "Draw a field of the particles as PNG or SVG, or a film of all frames",
+     add_picture},
+    {"report", "Write a page for browsers with all results of a run, or of several", add_report},
+    {"watch", "Show the progress of a run until it ends", add_watch},
     {"graph", "Draw the task graph of one time step as DOT, SVG, PNG or PDF", add_graph},
     {"trace", "Analyse a trace that lahar run --trace recorded", add_trace},
     {"material", "Drive one material point along a strain or stress path", add_material},
@@ -58,6 +65,9 @@ int run_program(std::span<const Command> known, const Words& words);
 
 /// The scenario and its options, which several commands share.
 void add_scenario(CLI::App& command, std::string& scenario, ScenarioOptions& options);
+
+/// For an option that takes a step number, or one of these words.
+std::function<std::string(const std::string&)> step_or(std::vector<std::string> words);
 
 /// Refuse rather than do the same several times. Throws InputError.
 void refuse_several_ranks(const char* command);

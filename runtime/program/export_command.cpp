@@ -34,11 +34,7 @@ Action add_export(CLI::App& command) {
   command.add_option("--to", arguments->format, "csv, vtu, cbgeo; stl, vtp: free surface")
       ->required();
   command.add_option("--step", arguments->step, "Step number, last (default) or all")
-      ->check([](const std::string& text) -> std::string {
-        const bool number = !text.empty() && text.size() < 19 &&
-                            text.find_first_not_of("0123456789") == std::string::npos;
-        return number || text == "all" || text == "last" ? "" : "must be a step, last or all";
-      });
+      ->check(step_or({"all", "last"}));
   command.add_option("--output,-o", arguments->output,
                      "File or folder to write (default: RUN/export)");
   command

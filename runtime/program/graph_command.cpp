@@ -14,6 +14,7 @@
 #include "runtime/patches/balance.h"
 #include "runtime/program/commands.h"
 #include "runtime/program/run_description.h"
+#include "runtime/program/shell_word.h"
 #include "runtime/step/simulation.h"
 #include "runtime/terminal/console.h"
 
@@ -70,13 +71,6 @@ std::vector<PictureLoop> loops_of(const Simulation& simulation, const std::vecto
          part_of(simulation.graph(), chosen, tasks_of(phases_of(loop.stages, several_ranks)))});
   std::rotate(loops.begin(), loops.begin() + 1, loops.end());  // the time step comes last
   return loops;
-}
-
-/// One word of a shell command, whatever is in it.
-std::string shell_word(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
 }
 
 /// Draw with Graphviz's dot.

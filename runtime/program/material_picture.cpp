@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/picture/svg.h"
 #include "runtime/program/material_command.h"
 #include "runtime/program/material_point.h"
-#include "runtime/terminal/svg.h"
 
 namespace lahar {
 

@@ -8,8 +8,9 @@
 #include <set>
 
 #include "io/base/text.h"
+#include "runtime/picture/svg.h"
+#include "runtime/picture/view.h"
 #include "runtime/program/material_colours.h"
-#include "runtime/program/model_view.h"
 
 namespace lahar {
 

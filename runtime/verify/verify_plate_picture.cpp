@@ -5,7 +5,8 @@
 #include <cmath>
 #include <map>
 
-#include "runtime/terminal/svg.h"
+#include "runtime/picture/colour_map.h"
+#include "runtime/picture/svg.h"
 #include "runtime/verify/verify_plate.h"
 
 namespace lahar {
@@ -48,8 +49,9 @@ void draw_field(Svg& svg, const Frame& frame) {
   }
   const double edge = scale * plate_cell;
   for (const auto& [cell, value] : cells)
-    svg.rectangle(left + cell.first * edge, base - (cell.second + 1) * edge, edge + 0.5, edge + 0.5,
-                  {.fill = viridis((value.first / value.second - lowest) / (highest - lowest))});
+    svg.rectangle(
+        left + cell.first * edge, base - (cell.second + 1) * edge, edge + 0.5, edge + 0.5,
+        {.fill = hex_of(viridis((value.first / value.second - lowest) / (highest - lowest)))});
   // The hole over the cells that it cuts; what of it is not in this quarter is wiped off again.
   const double radius = scale * plate_radius;
   svg.circle(left, base, radius, {.fill = "#ffffff"});
@@ -63,7 +65,7 @@ void draw_field(Svg& svg, const Frame& frame) {
   constexpr double bar_top = bottom + 8, steps = 60;
   for (int k = 0; k < steps; ++k)
     svg.rectangle(left + k * (right - left) / steps, bar_top, (right - left) / steps + 0.5, 10,
-                  {.fill = viridis((k + 0.5) / steps)});
+                  {.fill = hex_of(viridis((k + 0.5) / steps))});
   for (int value = 0; value <= 3; ++value)
     svg.text(left + (right - left) * value / highest, bar_top + 26, fmt::format("{}", value), 12,
              value == 0   ? "start"

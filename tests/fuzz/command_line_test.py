@@ -61,10 +61,12 @@ GOOD = {
     "--rtol": ["1e-6"], "--atol": ["1e-9"], "--floor": ["0"], "--chrome": ["c.json", "c.json.gz"], "--otf2": ["otf2"],
     "--html": ["page.html"], "--replay": ["ideal", "measured", "network.json"], "--json": ["o.json"],
     "--markdown": ["o.md"], "--compare": ["bench.json"], "--from": ["bench.json"], "--cases": ["h8-4k", "none,none"],
-    "--repeat": ["1"], "--steps": ["1"],
+    "--repeat": ["1"], "--steps": ["1"], "--field": ["speed", "stress_xy", "none"], "--view": ["3d", "plan", "y=0.2"],
+    "--rate": ["5"], "--times": ["2"], "--points": ["500"], "--frames": ["3"], "--every": ["0.1"],
 }
 POSITIONALS = {"run": ["case.json"], "check": ["case.json"], "graph": ["case.json"], "material": ["driver.json"],
                "trace": ["run"], "export": ["run", "run/frames/particles_0000000003.hdf"],
+               "picture": ["run", "run/frames/particles_0000000003.hdf"], "report": ["run"], "watch": ["run"],
                "compare": ["run", "run/frames/particles_0000000003.hdf", "table.csv"], "verify": ["no-such-case"]}
 READS = {"--folder", "--restart", "--replay", "--compare", "--from"}
 LARGE = {"--threads": "5000", "--ranks": "1000001"}  # beyond what is allowed

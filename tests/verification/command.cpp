@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "physics/base/error.h"
-#include "runtime/terminal/svg.h"
+#include "runtime/picture/svg.h"
 #include "runtime/verify/verify_command.h"
 
 using namespace lahar;

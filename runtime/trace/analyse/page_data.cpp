@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "io/base/base64.h"
 #include "runtime/trace/analyse/counters.h"
 
 namespace lahar {
@@ -18,20 +19,6 @@ namespace lahar {
 namespace {
 
 using nlohmann::json;
-
-std::string base64(const std::string& bytes) {
-  constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += i + k > bytes.size() ? '=' : digits[group >> (18 - 6 * k) & 63u];
-  }
-  return text;
-}
 
 /// A table, column by column.
 class Table {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "io/scenario/scenario.h"
-#include "runtime/program/model_view.h"
+#include "runtime/picture/view.h"
 
 using namespace lahar;
 

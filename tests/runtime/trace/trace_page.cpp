@@ -1,4 +1,4 @@
-/// \file The page of a trace, as text; tests/trace_page opens it in a browser.
+/// \file The page of a trace, as text; tests/pages opens it in a browser.
 #include <doctest/doctest.h>
 
 #include <nlohmann/json.hpp>

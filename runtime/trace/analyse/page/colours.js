@@ -14,28 +14,6 @@ const others = {
           direct: "#e0c068", delay: "#ffffff", poll: "#565f6e", dim: "#3d4552" },
 };
 
-const theme = {
-  chosen: null,
-  listeners: [],
-  get dark() {
-    return this.chosen ? this.chosen === "dark"
-                       : matchMedia("(prefers-color-scheme: dark)").matches;
-  },
-  toggle() {
-    this.chosen = this.dark ? "light" : "dark";
-    document.documentElement.dataset.theme = this.chosen;
-    this.changed();
-  },
-  changed() {
-    for (const listener of this.listeners) listener();
-  },
-  /** A colour of page.css, for canvases. */
-  css(name) {
-    return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-  },
-};
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => theme.changed());
-
 /** What is coloured, by phase or by stage: categories, and the parts of a task. */
 class Colouring {
   constructor(trace) {

@@ -1,4 +1,4 @@
-#include "runtime/program/model_view.h"
+#include "runtime/picture/view.h"
 
 #include <fmt/format.h>
 
@@ -8,14 +8,16 @@
 
 namespace lahar {
 
-namespace {
+std::string View::stretch_note() const {
+  static constexpr const char* names = "xyz";
+  const double times = stretch();
+  if (times > 1.01) return fmt::format("{} is drawn {:.3g} times larger", names[axes[1]], times);
+  if (times < 0.99)
+    return fmt::format("{} is drawn {:.3g} times larger", names[axes[0]], 1 / times);
+  return "";
+}
 
-constexpr double thinnest = 0.2;  ///< of the longer side, before a view is stretched
-constexpr const char* axis_colour = "#222222";
-
-}  // namespace
-
-void View::fit(const std::array<double, 2>& most) {
+void View::fit(const std::array<double, 2>& most, double thinnest) {
   const double a = high[0] - low[0], b = high[1] - low[1];
   const double scale = std::min(most[0] / a, most[1] / b);
   size = {scale * a, scale * b};
@@ -23,31 +25,30 @@ void View::fit(const std::array<double, 2>& most) {
   if (size[0] < thinnest * most[1] && size[0] < thinnest * size[1]) size[0] = thinnest * size[1];
 }
 
-void View::draw_axes(Svg& svg) const {
+void View::draw_axes(Drawing& drawing, const char* ink) const {
   static constexpr const char* names = "xyz";
   const double right = left + size[0], bottom = top + size[1];
-  svg.rectangle(left, top, size[0], size[1], {.stroke = axis_colour, .width = 1});
+  drawing.rectangle(left, top, size[0], size[1], {.stroke = ink, .width = 1});
   const double dx = grid_step(high[0] - low[0], std::max(1.0, size[0] / 110));
   for (double k = std::ceil(low[0] / dx - 1e-9); k * dx <= high[0] + 1e-9 * dx; ++k) {
     const double x = place(k * dx, low[1]).first;
-    svg.line(x, bottom, x, bottom + 5, {.stroke = axis_colour, .width = 1});
-    svg.text(x, bottom + 18, fmt::format("{:g}", k * dx + 0.0), 11, "middle");
+    drawing.line(x, bottom, x, bottom + 5, {.stroke = ink, .width = 1});
+    drawing.text(x, bottom + 18, fmt::format("{:g}", k * dx + 0.0), 11, "middle", ink);
   }
   const double dy = grid_step(high[1] - low[1], std::max(1.0, size[1] / 60));
   for (double k = std::ceil(low[1] / dy - 1e-9); k * dy <= high[1] + 1e-9 * dy; ++k) {
     const double y = place(low[0], k * dy).second;
-    svg.line(left - 5, y, left, y, {.stroke = axis_colour, .width = 1});
-    svg.text(left - 8, y + 4, fmt::format("{:g}", k * dy + 0.0), 11, "end");
+    drawing.line(left - 5, y, left, y, {.stroke = ink, .width = 1});
+    drawing.text(left - 8, y + 4, fmt::format("{:g}", k * dy + 0.0), 11, "end", ink);
   }
-  svg.text((left + right) / 2, bottom + 34, fmt::format("{} [m]", names[axes[0]]), 12, "middle");
-  svg.text(left - 42, (top + bottom) / 2, fmt::format("{} [m]", names[axes[1]]), 12, "middle",
-           "#222", -90);
-  std::string head = name;
-  if (const double times = stretch(); times > 1.01)
-    head += fmt::format(" ({} is drawn {:.3g} times larger)", names[axes[1]], times);
-  else if (times < 0.99)
-    head += fmt::format(" ({} is drawn {:.3g} times larger)", names[axes[0]], 1 / times);
-  svg.text(left, top - 8, head, 13);
+  drawing.text((left + right) / 2, bottom + 34, fmt::format("{} [m]", names[axes[0]]), 12, "middle",
+               ink);
+  drawing.text(left - 42, (top + bottom) / 2, fmt::format("{} [m]", names[axes[1]]), 12, "middle",
+               ink, -90);
+  if (name.empty()) return;
+  const std::string note = stretch_note();
+  drawing.text(left, top - 8, note.empty() ? name : fmt::format("{} ({})", name, note), 13, "start",
+               ink);
 }
 
 ViewRaster::ViewRaster(const View& view) : view_(view) {
@@ -81,7 +82,7 @@ void ViewRaster::fill(const std::array<double, 2>& low, const std::array<double,
     }
 }
 
-void ViewRaster::draw(Svg& svg, const std::function<std::string(int)>& colour) const {
+void ViewRaster::draw(Drawing& drawing, const std::function<std::string(int)>& colour) const {
   std::vector<char> done(value_.size(), 0);
   const double w = view_.size[0] / count_[0], h = view_.size[1] / count_[1];
   for (int j = 0; j < count_[1]; ++j)
@@ -98,8 +99,8 @@ void ViewRaster::draw(Svg& svg, const std::function<std::string(int)>& colour) c
       while (above < count_[1] && same(above)) ++above;
       for (int row = j; row < above; ++row)
         for (int k = i; k < right; ++k) done[at(k, row)] = 1;
-      svg.rectangle(view_.left + i * w, view_.top + view_.size[1] - above * h, (right - i) * w,
-                    (above - j) * h, {.fill = colour(value)});
+      drawing.rectangle(view_.left + i * w, view_.top + view_.size[1] - above * h, (right - i) * w,
+                        (above - j) * h, {.fill = colour(value)});
     }
 }
 

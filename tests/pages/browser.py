@@ -14,7 +14,7 @@ class Browser:
     """One page of a browser of its own. What it logs as errors is in `errors`, what it loads in
     `requests`."""
 
-    def __init__(self, program, width=1200, height=900):
+    def __init__(self, program, width=1200, height=900, webgl=False):
         self.errors, self.requests, self.number, self.rest = [], [], 0, b""
         self.folder = tempfile.TemporaryDirectory()
         # The protocol wants descriptors 3 and 4; ours must not be those.
@@ -25,8 +25,10 @@ class Browser:
             os.dup2(to_browser, 3)
             os.dup2(from_browser, 4)
 
+        # WebGL without a graphics card: computed by SwiftShader.
+        graphics = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] if webgl else ["--disable-gpu"]
         self.process = subprocess.Popen(
-            [program, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+            [program, "--headless", "--no-sandbox", *graphics, "--disable-dev-shm-usage",
              "--no-first-run", "--hide-scrollbars", "--force-device-scale-factor=1",
              "--disable-background-networking", f"--user-data-dir={self.folder.name}",
              "--remote-debugging-pipe"],

@@ -2,29 +2,19 @@
 # The page of a recorded run of 2 ranks x 2 threads, in Chromium, which is installed where there is
 # root, apt and no LAHAR_NO_INSTALL. Exit status 77: there is no Chromium.
 #
-#     trace_page_test.sh LAHAR MPIEXEC PYTHON [--screenshot FILE.png]
+#     trace_test.sh LAHAR MPIEXEC PYTHON [--screenshot FILE.png]
 set -euo pipefail
 lahar="$1"
 mpiexec="$2"
 python="$3"
 shift 3
 here="$(cd "$(dirname "$0")" && pwd)"
-# shellcheck source=../../examples/setup.sh
-source "$here/../../examples/setup.sh"
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 work="$(mktemp -d)"
 trap 'rm -rf "$work"' EXIT
 
-find_browser() {
-  browser="$(command -v chromium || command -v chromium-browser || command -v google-chrome)"
-}
-if ! find_browser && [[ -z "${LAHAR_NO_INSTALL:-}" && "$(id -u)" == 0 ]]; then
-  install_packages "${browser_packages[@]}" || true
-fi
-if ! find_browser; then
-  echo "SKIPPED: there is no Chromium (apt-get install chromium)"
-  exit 77
-fi
+# shellcheck source=find_browser.sh
+source "$here/find_browser.sh"
 
 cat >"$work/soil.json" <<'END'
 {"title": "Block of soil",
@@ -41,7 +31,7 @@ END
 "$mpiexec" --oversubscribe --bind-to none -n 2 "$lahar" run "$work/soil.json" -t 2 -o "$work/run" \
   --trace >"$work/out" 2>&1 || { cat "$work/out"; exit 1; }
 "$lahar" trace "$work/run" --html "$work/page.html"
-"$python" "$here/page_test.py" "$browser" "$work/page.html" "$@"
+"$python" "$here/trace_page.py" "$browser" "$work/page.html" "$@"
 
 # What cannot be written is said.
 if "$lahar" trace "$work/run" --html "$work/none/page.html" 2>"$work/out"; then

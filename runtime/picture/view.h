@@ -1,4 +1,4 @@
-/// \file One view of a picture of a model: a rectangle of it, and the pixels where it is drawn.
+/// \file One view of a picture: a rectangle of it, and the pixels where it is drawn.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/terminal/svg.h"
+#include "runtime/picture/drawing.h"
 
 namespace lahar {
 
@@ -29,10 +29,13 @@ struct View {
   }
   /// How many times its vertical is drawn larger than its horizontal.
   double stretch() const { return size[1] / (high[1] - low[1]) / (size[0] / (high[0] - low[0])); }
-  /// Set the size [px] within `most`; thin models are stretched.
-  void fit(const std::array<double, 2>& most);
-  /// A frame with metres.
-  void draw_axes(Svg& svg) const;
+  /// "y is drawn 2 times larger"; "" where lengths are equal.
+  std::string stretch_note() const;
+  /// Set the size [px] within `most`. One side is at least the share `thinnest` of the other: thin
+  /// models are stretched.
+  void fit(const std::array<double, 2>& most, double thinnest = 0.2);
+  /// A frame with metres, and the name if there is one.
+  void draw_axes(Drawing& drawing, const char* ink = "#222222") const;
 };
 
 /// Boxes of a view as squares of a few pixels: pictures of any number of them have a bounded size.
@@ -44,7 +47,7 @@ class ViewRaster {
   void fill(const std::array<double, 2>& low, const std::array<double, 2>& high, int value,
             double height = 0);
   /// As few rectangles as rows and columns of equal values allow.
-  void draw(Svg& svg, const std::function<std::string(int)>& colour) const;
+  void draw(Drawing& drawing, const std::function<std::string(int)>& colour) const;
   /// Middles [m] of the squares that have a value.
   std::vector<std::array<double, 2>> filled() const;
   int count(int axis) const { return count_[static_cast<std::size_t>(axis)]; }

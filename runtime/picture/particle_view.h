@@ -1,0 +1,89 @@
+/// \file Particles as one sees them from a side: pixels, each of the particle that is in front.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "io/frames/frame.h"
+#include "runtime/picture/colour_map.h"
+
+namespace lahar {
+
+using Point = std::array<double, 3>;
+
+/// Where a picture is looked at from.
+struct Look {
+  /// The plane of a model of two dimensions; from above; a section; from the side and above.
+  enum class Kind { plane, plan, section, space } kind = Kind::plane;
+  int normal = 2;  ///< axis across a section
+  double at = 0;   ///< [m] where it is
+};
+
+/// From "3d", "plan", or "y=12.5"; "" is the plane or 3d. Throws InputError.
+Look look_of(const std::string& text, int dim);
+
+/// "plan", "section at y = 12.5 m"; "" of a plane.
+std::string name_of(const Look& look);
+
+/// A box around particles [m].
+struct Bounds {
+  Point low{std::numeric_limits<double>::max(), std::numeric_limits<double>::max(), 0},
+      high{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::lowest(), 0};
+  void add(const Bounds& other);
+};
+/// Of a frame with particles; places that are not finite are left out.
+Bounds bounds_of(const Frame& frame);
+
+/// Along what one looks: coordinates of a picture from those of space. Lengths stay [m].
+class ViewProjection {
+ public:
+  explicit ViewProjection(const Look& look);
+  /// To the right, upwards, towards the eye [m].
+  Point operator()(const Point& x) const;
+  /// A box seen so: that around its corners.
+  Bounds of(const Bounds& bounds) const;
+
+ private:
+  std::array<Point, 3> rows_;
+};
+
+/// Edges [m] of the squares or cubes of particles that have the column `volume`. Volumes of rings
+/// belong to their sections: `axisymmetric`.
+std::vector<double> edges_of(const Frame& frame, bool axisymmetric);
+
+class ParticleView {
+ public:
+  /// Of the part of a projection between `low` and `high` [m].
+  ParticleView(int columns, int rows, const std::array<double, 2>& low,
+               const std::array<double, 2>& high);
+
+  /// Particles that the look shows, each with its edge and value.
+  void add(const Frame& frame, const std::vector<double>& edges, const std::vector<double>& values,
+           const Look& look);
+
+  /// Pixels without a particle are clear, those of values that are not finite red. `shaded`: what
+  /// lies behind something is darker beside it.
+  Image image(const ColourScale& scale, bool shaded) const;
+
+ private:
+  struct Splat {
+    Point at;     ///< right, up, towards the eye
+    double half;  ///< [m]
+    double value;
+  };
+  void draw(const Splat& splat, bool disc);
+  double shade(int i, int j) const;
+  std::size_t index(int i, int j) const {
+    return static_cast<std::size_t>(j) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(i);
+  }
+
+  int columns_, rows_;
+  std::array<double, 2> low_, size_;  ///< size of a pixel [m]
+  std::vector<double> value_, depth_;
+  std::vector<char> filled_;
+};
+
+}  // namespace lahar

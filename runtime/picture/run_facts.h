@@ -1,0 +1,17 @@
+/// \file What pictures of a run need to know of it besides its frames.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace lahar {
+
+struct RunFacts {
+  std::string title;
+  bool axisymmetric = false;
+};
+
+/// Of a run folder, or of the one that a frame lies in; empty where there is none.
+RunFacts run_facts(const std::filesystem::path& source);
+
+}  // namespace lahar

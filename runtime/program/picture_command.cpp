@@ -1,0 +1,178 @@
+// `lahar picture`.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <optional>
+
+#include "io/base/atomic_file.h"
+#include "io/base/text.h"
+#include "io/frames/vtkhdf.h"
+#include "io/run/run_folder.h"
+#include "runtime/picture/canvas.h"
+#include "runtime/picture/frame_picture.h"
+#include "runtime/picture/run_facts.h"
+#include "runtime/picture/svg.h"
+#include "runtime/program/commands.h"
+#include "runtime/program/film.h"
+
+namespace lahar {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PictureArguments {
+  std::string run, field = "speed", step = "last", view, output;
+  std::vector<double> range;
+  bool film = false;
+  double rate = 12;  ///< pictures per second of a film
+};
+
+std::vector<FrameFile> chosen_frames(const PictureArguments& arguments) {
+  const fs::path run = arguments.run;
+  if (arguments.step != "last" && arguments.step != "all")
+    return {find_frame(run, std::stoll(arguments.step))};
+  const FrameFile last = find_frame(run);
+  const bool all = arguments.film || arguments.step == "all";
+  return all && fs::is_directory(run) ? frames_of_run(run) : std::vector{last};
+}
+
+class Pictures {
+ public:
+  explicit Pictures(const PictureArguments& arguments)
+      : arguments_(arguments), frames_(chosen_frames(arguments)) {
+    const FrameHeader header = read_frame_header(frames_.back().file);
+    columns_ = columns_of_picture(header, arguments.field);
+    const RunFacts facts = run_facts(arguments.run);
+    options_.field = arguments.field;
+    options_.look = look_of(arguments.view, header.dim);
+    options_.title = printable(facts.title);
+    options_.axisymmetric = facts.axisymmetric;
+    if (!arguments.range.empty()) {
+      const double low = arguments.range[0], high = arguments.range[1];
+      options_.scale = ColourScale{.low = low, .high = high, .is_signed = low == -high};
+    }
+    if (frames_.size() > 1) share_scale();
+  }
+
+  void write() {
+    if (arguments_.film) return write_film();
+    for (const FrameFile& frame : frames_) {
+      const fs::path file = file_for(frame, ".png");
+      write_text_file(file,
+                      file.extension() == ".svg" ? svg_of(frame.file) : png_of_frame(frame.file));
+      fmt::print("{}\n", printable(file.string()));
+    }
+  }
+
+ private:
+  /// One scale and one place for all pictures.
+  void share_scale() {
+    std::optional<ColourScale> scale;
+    std::optional<Bounds> bounds;
+    for (const FrameFile& file : frames_) {
+      const Frame frame = read_frame(file.file, columns_);
+      if (frame.id.empty()) continue;
+      const ColourScale own = scale_of(field_of(frame, arguments_.field).values);
+      scale = scale ? joined(*scale, own) : own;
+      const Bounds place = bounds_of(frame);
+      if (bounds)
+        bounds->add(place);
+      else
+        bounds = place;
+    }
+    if (!options_.scale) options_.scale = scale;
+    options_.bounds = bounds;
+  }
+
+  std::string png_of_frame(const fs::path& file) const {
+    const Frame frame = read_frame(file, columns_);
+    const FramePicture picture(frame, options_);
+    Canvas canvas(picture.width(), picture.height(), options_.pixel_scale);
+    picture.draw(canvas);
+    return png_of(canvas.pixels());
+  }
+
+  std::string svg_of(const fs::path& file) const {
+    const Frame frame = read_frame(file, columns_);
+    const FramePicture picture(frame, options_);
+    Svg svg(picture.width(), picture.height());
+    picture.draw(svg);
+    return svg.finish();
+  }
+
+  void write_film() const {
+    const fs::path file = file_for(frames_.back(), ".mp4");
+    Film film(file, arguments_.rate);
+    for (const FrameFile& frame : frames_) film.add(png_of_frame(frame.file));
+    film.finish();
+    fmt::print("{}\n", printable(file.string()));
+  }
+
+  /// The file that was asked for, else one in RUN/pictures or beside the frame.
+  fs::path file_for(const FrameFile& frame, const std::string& extension) const {
+    const fs::path output = arguments_.output, run = arguments_.run;
+    const std::string found = output.extension().string();
+    const bool is_file = found == extension || (found == ".svg" && !arguments_.film);
+    if (is_file && (frames_.size() == 1 || arguments_.film)) return output;
+    if (!output.empty() && !found.empty() && !fs::is_directory(output))
+      throw InputError({Problem{
+          .message =
+              fmt::format("cannot write {} to {}",
+                          frames_.size() > 1 ? "several pictures" : "a picture", output.string()),
+          .hint = arguments_.film ? "films are .mp4 files"
+                                  : "pictures are .png or .svg files; name a folder for several"}});
+    fs::path folder = output;
+    if (output.empty()) folder = fs::is_directory(run) ? run / "pictures" : run.parent_path();
+    if (!folder.empty()) make_folder(folder);
+    if (arguments_.film) return folder / (arguments_.field + extension);
+    return folder / (arguments_.field +
+                     frame_name(frame.step, extension).substr(std::string("particles").size()));
+  }
+
+  const PictureArguments& arguments_;
+  std::vector<FrameFile> frames_;
+  std::vector<std::string> columns_;
+  FramePictureOptions options_;
+};
+
+int picture_command(const PictureArguments& arguments) {
+  if (arguments.range.size() == 2 && !(arguments.range[0] < arguments.range[1]))
+    throw InputError(fmt::format("--range {:g} {:g}: the first number must be smaller",
+                                 arguments.range[0], arguments.range[1]));
+  Pictures(arguments).write();
+  return exit_ok;
+}
+
+}  // namespace
+
+Action add_picture(CLI::App& command) {
+  const auto arguments = std::make_shared<PictureArguments>();
+  command.add_option("RUN", arguments->run, "Run folder or frame")->required();
+  command
+      .add_option("--field", arguments->field,
+                  "What colours show: a field of the frame, one of its components (stress_xy), or "
+                  "one that follows from them (speed, von_mises_stress)")
+      ->capture_default_str();
+  command.add_option("--step", arguments->step, "Step number, last (default) or all")
+      ->check(step_or({"all", "last"}));
+  command.add_option("--view", arguments->view,
+                     "Of three dimensions: 3d (default), plan, or a section such as y=12.5");
+  command
+      .add_option("--range", arguments->range,
+                  "Ends of the colours (default: of the values, without a few outliers)")
+      ->expected(2)
+      ->type_name("LOW HIGH");
+  command.add_flag("--film", arguments->film, "Write a film of all frames (needs ffmpeg)");
+  command.add_option("--rate", arguments->rate, "Frames of a film per second")
+      ->check(CLI::Range(0.1, 120.0))
+      ->capture_default_str();
+  command.add_option("--output,-o", arguments->output,
+                     "File (.png, .svg, .mp4) or folder to write (default: RUN/pictures)");
+  return [arguments](const Words&) {
+    refuse_several_ranks("picture");
+    return picture_command(*arguments);
+  };
+}
+
+}  // namespace lahar

@@ -1,0 +1,241 @@
+#include "runtime/report/report_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/base/text.h"
+#include "runtime/picture/quantity.h"
+#include "runtime/report/html.h"
+#include "runtime/report/run_charts.h"
+#include "runtime/terminal/console.h"
+
+namespace lahar {
+
+namespace {
+
+using nlohmann::json;
+
+std::string count_of(double n) {
+  return format_count(static_cast<Index>(std::llround(n)));
+}
+
+double largest(const RunResults& run, const char* column) {
+  double most = 0;
+  for (const RunPart& part : run.parts)
+    for (const double value : part.history.values(column))
+      if (std::isfinite(value)) most = std::max(most, std::abs(value));
+  return most;
+}
+
+double first_mass(const RunResults& run) {
+  const std::vector<double> mass = run.parts.front().history.values("mass");
+  return mass.empty() ? 0 : mass.front();
+}
+
+double last_mass(const RunResults& run) {
+  const std::vector<double> mass = run.last().history.values("mass");
+  return mass.empty() ? 0 : mass.back();
+}
+
+std::string percent(double share) {
+  if (share == 0) return "0 %";
+  return share < 1e-4 ? fmt::format("{:.1e} %", 100 * share) : short_number(100 * share, 2) + " %";
+}
+
+struct Figure {
+  std::string name, value, note;
+};
+
+std::vector<Figure> figures_of(const RunResults& run) {
+  const RunPart& last = run.last();
+  const double wall = run.wall_seconds(), updates = run.particle_steps();
+  std::size_t removed = 0;
+  for (const RunPart& part : run.parts) removed += part.removed;
+  const int workers = static_cast<int>(last.number("ranks") * last.number("threads"));
+  const double change = first_mass(run) > 0 ? last_mass(run) / first_mass(run) - 1 : 0;
+  std::vector<Figure> list;
+  list.push_back({"simulated time", quantity(run.end_time(), "s"),
+                  fmt::format("{} steps", count_of(run.steps()))});
+  list.push_back({"particles", count_of(last.model("particles")),
+                  fmt::format("{} cells, {} nodes, {} material{}", count_of(last.model("cells")),
+                              count_of(last.model("nodes")), count_of(last.model("materials")),
+                              last.model("materials") == 1 ? "" : "s")});
+  list.push_back(
+      {"largest speed", quantity(largest(run, "max_speed"), "m/s", 3), "of any particle"});
+  list.push_back(
+      {"drift of energy", percent(balance_share(run)), "largest balance, of the largest energy"});
+  list.push_back({"change of mass", percent(std::abs(change)),
+                  removed > 0
+                      ? fmt::format("{} particle{} left the mesh", removed, removed == 1 ? "" : "s")
+                      : "no particle left the mesh"});
+  list.push_back({"run time", wall > 0 ? format_seconds(wall) : "–",
+                  fmt::format("{} thread{} on {} rank{}", workers, workers == 1 ? "" : "s",
+                              last.number("ranks"), last.number("ranks") == 1 ? "" : "s")});
+  list.push_back({"speed", wall > 0 ? short_number(updates / wall * 1e-6, 3) + " M/s" : "–",
+                  updates > 0 && wall > 0 ? fmt::format("particle-steps; {:.0f} ns each per thread",
+                                                        wall * workers / updates * 1e9)
+                                          : "particle-steps"});
+  return list;
+}
+
+std::string item_text(const json& item, const char* key) {
+  return item.contains(key) && item[key].is_string() ? item[key].get<std::string>() : "";
+}
+
+std::string command_of(const RunPart& part) {
+  std::string command;
+  if (part.manifest.contains("command"))
+    for (const json& word : part.manifest["command"])
+      if (word.is_string()) {
+        const auto text = word.get<std::string>();
+        const bool plain =
+            text.find_first_of(" \t'\"\\$*?[]{}()<>|&;#~!") == text.npos && !text.empty();
+        command += (command.empty() ? "" : " ") + (plain ? text : "'" + text + "'");
+      }
+  return command;
+}
+
+/// What is true of one part of a run, with its name where there are several.
+std::string heading_of(const RunResults& run, const RunPart& part, bool several) {
+  std::string name = several ? run.label : "";
+  if (!part.name.empty()) name += (name.empty() ? "" : ", ") + ("stage " + part.name);
+  return name.empty() ? "" : "<h3>" + xml_escaped(name) + "</h3>\n";
+}
+
+std::string inputs_of(const RunPart& part) {
+  std::vector<std::vector<std::string>> rows;
+  if (part.manifest.contains("inputs"))
+    for (const json& input : part.manifest["inputs"])
+      rows.push_back(
+          {xml_escaped(item_text(input, "file")), xml_escaped(item_text(input, "sha256"))});
+  return rows.empty() ? "" : html_table({"input", "SHA-256"}, rows);
+}
+
+std::string program_of(const RunPart& part) {
+  std::vector<std::vector<std::string>> rows;
+  if (part.manifest.contains("program")) {
+    const json& program = part.manifest["program"];
+    std::string libraries;
+    if (program.contains("libraries"))
+      for (const auto& [name, version] : program["libraries"].items())
+        if (version.is_string())
+          libraries += (libraries.empty() ? "" : ", ") + name + " " + version.get<std::string>();
+    rows.push_back(
+        {"program", xml_escaped(fmt::format("Lahar {} (commit {})", item_text(program, "version"),
+                                            item_text(program, "commit")))});
+    rows.push_back({"compiler", xml_escaped(item_text(program, "compiler"))});
+    rows.push_back({"libraries", xml_escaped(libraries)});
+  }
+  rows.push_back({"host", xml_escaped(part.text("host"))});
+  rows.push_back({"started, ended", xml_escaped(part.text("started") + ", " + part.text("ended"))});
+  return html_table({"", ""}, rows);
+}
+
+}  // namespace
+
+std::string verdict(const RunResults& run) {
+  const RunPart& last = run.last();
+  const std::string status = last.status(), why = last.text("message");
+  std::string word = "still running, or killed", kind = "fair", text = why;
+  if (status == "finished") {
+    word = "finished", kind = "good";
+    if (why.empty()) text = fmt::format("All {} steps were taken.", count_of(run.steps()));
+  } else if (status == "stopped") {
+    word = "stopped";
+  } else if (status == "failed") {
+    word = "failed", kind = "poor";
+  } else {
+    text = fmt::format("The folder says nothing of an end; its last row is of step {}.",
+                       count_of(run.steps()));
+  }
+  return fmt::format("<p><span class=\"verdict {}\">{}</span>{}</p>\n", kind, word,
+                     xml_escaped(text));
+}
+
+std::string key_figures(const std::vector<RunResults>& runs) {
+  if (runs.size() == 1) {
+    std::string tiles = "<div class=\"tiles\">\n";
+    for (const Figure& f : figures_of(runs[0]))
+      tiles += fmt::format(
+          "<div class=\"tile\"><div class=\"name\">{}</div><div "
+          "class=\"value\">{}</div><p>{}</p></div>\n",
+          f.name, f.value, f.note);
+    return tiles + "</div>\n";
+  }
+  std::vector<std::string> head{""};
+  std::vector<std::vector<std::string>> rows;
+  for (const RunResults& run : runs) {
+    head.push_back(xml_escaped(run.label));
+    const std::vector<Figure> figures = figures_of(run);
+    rows.resize(figures.size());
+    for (std::size_t k = 0; k < figures.size(); ++k) {
+      if (rows[k].empty()) rows[k].push_back(figures[k].name);
+      rows[k].push_back(fmt::format("<b>{}</b><br><span class=\"soft\">{}</span>", figures[k].value,
+                                    figures[k].note));
+    }
+  }
+  return html_table(head, rows);
+}
+
+std::string warnings_text(const std::vector<RunResults>& runs) {
+  std::string text;
+  for (const RunResults& run : runs)
+    for (const RunPart& part : run.parts) {
+      if (part.warnings.empty()) continue;
+      text += heading_of(run, part, runs.size() > 1) + "<ul class=\"plain\">\n";
+      for (const std::string& warning : part.warnings)
+        text += "<li class=\"keep\">" + xml_escaped(warning) + "</li>\n";
+      text += "</ul>\n";
+    }
+  return text.empty() ? "<p class=\"soft\">There were no warnings.</p>\n" : text;
+}
+
+std::string efficiency(const std::vector<RunResults>& runs) {
+  std::string text;
+  for (const RunResults& run : runs)
+    for (const RunPart& part : run.parts) {
+      if (part.stages.empty()) continue;
+      std::vector<std::vector<std::string>> rows;
+      double most = 0;
+      for (const StageShare& stage : part.stages) most = std::max(most, stage.share);
+      for (const StageShare& stage : part.stages)
+        rows.push_back({xml_escaped(stage.name), fmt::format("{:.3f}", stage.seconds),
+                        fmt::format("{:.1f} %", 100 * stage.share),
+                        fmt::format("<span class=\"share\" style=\"width:{:.1f}%\"></span>",
+                                    most > 0 ? 100 * stage.share / most : 0.0)});
+      text += heading_of(run, part, runs.size() > 1) +
+              html_table({"task", "time of all threads [s]", "share", ""}, rows);
+    }
+  if (text.empty()) return "";
+  return "<p class=\"soft\">Where the time of the threads went. <i>idle, graph</i> is what no task "
+         "took. <code>lahar run --trace</code> and <code>lahar trace</code> say why.</p>\n" +
+         text;
+}
+
+std::string provenance(const std::vector<RunResults>& runs) {
+  std::string text;
+  for (const RunResults& run : runs)
+    for (const RunPart& part : run.parts) {
+      text += heading_of(run, part, runs.size() > 1);
+      text +=
+          "<p>Repeat it with this command; results are equal bit by bit on any number of threads "
+          "and ranks.</p>\n<pre class=\"keep\">" +
+          xml_escaped(command_of(part)) + "</pre>\n";
+      text += program_of(part) + inputs_of(part);
+      std::string input;
+      for (const char c : part.scenario) input += c == '\t' ? "  " : std::string(1, c);
+      std::string escaped;
+      for (std::size_t from = 0; from < input.size();) {
+        const std::size_t end = std::min(input.find('\n', from), input.size());
+        escaped += xml_escaped(std::string_view(input).substr(from, end - from)) + "\n";
+        from = end + 1;
+      }
+      if (!input.empty())
+        text += folded("Scenario as it was", "<pre class=\"keep\">" + escaped + "</pre>");
+    }
+  return text;
+}
+
+}  // namespace lahar

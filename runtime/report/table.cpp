@@ -1,0 +1,72 @@
+#include "runtime/report/table.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+
+#include "io/base/atomic_file.h"
+
+namespace lahar {
+
+namespace {
+
+std::vector<std::string> cells_of(std::string_view line) {
+  std::vector<std::string> cells;
+  for (;;) {
+    const std::size_t comma = line.find(',');
+    cells.emplace_back(line.substr(0, comma));
+    if (comma == line.npos) return cells;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+TableColumn column_named(const std::string& head) {
+  const std::size_t open = head.rfind(" [");
+  if (open == head.npos || head.back() != ']')
+    return {.name = head, .unit = {}, .values = {}, .texts = {}};
+  return {.name = head.substr(0, open),
+          .unit = head.substr(open + 2, head.size() - open - 3),
+          .values = {},
+          .texts = {}};
+}
+
+}  // namespace
+
+const TableColumn* Table::find(std::string_view name) const {
+  const auto found = std::find_if(columns.begin(), columns.end(),
+                                  [&](const TableColumn& c) { return c.name == name; });
+  return found == columns.end() ? nullptr : &*found;
+}
+
+std::vector<double> Table::values(std::string_view name) const {
+  const TableColumn* column = find(name);
+  return column ? column->values : std::vector<double>(rows());
+}
+
+Table read_table(const std::filesystem::path& file) {
+  const std::string text = read_text_file(file);
+  Table table;
+  std::string_view rest = text;
+  for (std::size_t end; (end = rest.find('\n')) != rest.npos; rest.remove_prefix(end + 1)) {
+    std::string_view line = rest.substr(0, end);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    const std::vector<std::string> cells = cells_of(line);
+    if (table.columns.empty()) {
+      for (const std::string& head : cells) table.columns.push_back(column_named(head));
+      continue;
+    }
+    if (cells.size() != table.columns.size()) continue;
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+      TableColumn& column = table.columns[c];
+      char* stop = nullptr;
+      const double value = std::strtod(cells[c].c_str(), &stop);
+      const bool number = !cells[c].empty() && *stop == '\0';
+      if (!number && !cells[c].empty()) column.texts.resize(column.values.size());
+      if (!number || !column.texts.empty()) column.texts.push_back(cells[c]);
+      column.values.push_back(number ? value : std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+  return table;
+}
+
+}  // namespace lahar

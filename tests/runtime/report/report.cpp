@@ -1,0 +1,110 @@
+// What reports are made of; tests/pages opens pages in a browser.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "io/base/atomic_file.h"
+#include "physics/base/error.h"
+#include "runtime/report/map_picture.h"
+#include "runtime/report/run_results.h"
+#include "runtime/report/samples.h"
+#include "runtime/report/table.h"
+#include "tests/io/frames/frame_samples.h"
+
+using namespace lahar;
+
+namespace {
+
+struct Folder : test::TemporaryFolder {
+  std::filesystem::path file(const std::string& name, const std::string& text) const {
+    make_folder((path / name).parent_path());
+    write_text_file(path / name, text);
+    return path / name;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Tables have units in their heads, texts, and perhaps a last line that is not complete") {
+  const Folder folder;
+  const Table table = read_table(folder.file(
+      "t.csv", "step [-],time [s],body,height [m]\n0,0.5,ball,1\n1,1.5,floor,nan\n2,2.5,ba"));
+  REQUIRE(table.rows() == 2);
+  CHECK(table.find("time")->unit == "s");
+  CHECK(table.values("time") == std::vector<double>{0.5, 1.5});
+  CHECK(table.find("body")->texts == std::vector<std::string>{"ball", "floor"});
+  CHECK(std::isnan(table.values("height")[1]));
+  CHECK(table.values("none") == std::vector<double>{0, 0});
+}
+
+TEST_CASE("Maps of ESRI ASCII are read from the north, and damaged ones are refused") {
+  const Folder folder;
+  const std::string head =
+      "ncols 3\nnrows 2\nxllcenter 10\nyllcenter 20\ncellsize 2\nNODATA_value -9999\n";
+  const MapRaster map = read_map(folder.file("m.asc", head + "1 2 3\n4 -9999 6\n"));
+  CHECK(map.left == 9);
+  CHECK(map.bottom == 19);
+  CHECK(map.values[2] == 3);
+  CHECK(std::isnan(map.values[4]));
+  CHECK(map_picture(map, "speed", "m/s").find("[m/s]") != std::string::npos);
+  CHECK_THROWS_WITH_AS(read_map(folder.file("m.asc", head + "1 2 3\n")),
+                       doctest::Contains("it has 3 of 6 values"), IoError);
+  CHECK_THROWS_AS(read_map(folder.file("m.asc", "ncols 100000\nnrows 100000\ncellsize 1\n1\n")),
+                  IoError);
+}
+
+TEST_CASE("Stages of a run follow each other in time, by when they began") {
+  const Folder folder;
+  const std::string history = "step,time,particles\n0,0,10\n5,2,10\n";
+  for (const auto& [name, started] :
+       {std::pair{"b", "2026-01-01T10:00:00Z"}, {"a", "2026-01-01T11:00:00Z"}}) {
+    folder.file(
+        std::string(name) + "/manifest.json",
+        std::string("{\"lahar_run\": 1, \"title\": \"x\", \"status\": \"finished\", \"steps\": 5, "
+                    "\"time\": 2.5, \"wall_seconds\": 3, \"started\": \"") +
+            started + "\"}");
+    folder.file(std::string(name) + "/history.csv", history);
+  }
+  const RunResults run = read_run(folder.path);
+  REQUIRE(run.parts.size() == 2);
+  CHECK(run.parts[0].name == "b");
+  CHECK(run.parts[1].begin == 2.5);
+  CHECK(run.end_time() == 5);
+  CHECK(run.steps() == 10);
+  CHECK(run.wall_seconds() == 6);
+  CHECK(run.particle_steps() == 100);
+  CHECK_THROWS_AS(read_run(folder.path / "none"), InputError);
+}
+
+TEST_CASE("Times of tasks are those of the last table of a log") {
+  const Folder folder;
+  folder.file("manifest.json", "{\"lahar_run\": 1, \"status\": \"finished\"}");
+  folder.file(
+      "log.txt",
+      "40 steps in 0.0 s\n"
+      "  task                calls   total [s]    avg [us]    min [us]    max [us]    share\n"
+      "  P2G remap           1,240       0.303       12.14        0.00      373.58     7.2 %\n"
+      "  idle, graph                     0.021                                            51.5 "
+      "%\n\n"
+      "next: lahar export\n");
+  const RunResults run = read_run(folder.path);
+  REQUIRE(run.parts[0].stages.size() == 2);
+  CHECK(run.parts[0].stages[0].name == "P2G remap");
+  CHECK(run.parts[0].stages[0].seconds == 0.303);
+  CHECK(run.parts[0].stages[1].name == "idle, graph");
+  CHECK(run.parts[0].stages[1].share == doctest::Approx(0.515));
+}
+
+TEST_CASE("Frames of a report are spread over a run, with the first and the last") {
+  std::vector<ReportFrame> frames;
+  for (Index k = 0; k < 100; ++k) frames.push_back({nullptr, {k, ""}});
+  for (const std::size_t count : {2u, 4u, 7u, 99u, 100u, 300u}) {
+    const auto some = spread(frames, count);
+    CHECK(some.size() == std::min<std::size_t>(count, 100));
+    CHECK(some.front().file.step == 0);
+    CHECK(some.back().file.step == 99);
+  }
+  CHECK(spread(frames, 1).front().file.step == 99);
+}
