@@ -24,24 +24,33 @@ class SteppedSimulation {
       throw py::buffer_error(
           "arrays still show the particles where they lie in memory (patches()): a step would move "
           "them. Delete these arrays, or keep copies of them (numpy.array)");
-    if (busy_.exchange(true))
-      throw std::runtime_error("another thread takes steps of this simulation");
+    if (!failure_.empty()) throw SimulationError(failure_);
+    const Use use(busy_);
     std::exception_ptr thrown;
     EngineCall call;
     try {
       ++age_;
       simulation_.advance(steps);
+    } catch (const SimulationError& error) {
+      failure_ = error.what();
+      thrown = std::current_exception();
     } catch (...) {
       thrown = std::current_exception();
     }
-    busy_ = false;
     call.finish();
     if (thrown) std::rethrow_exception(thrown);
   }
 
-  /// The simulation, of which nobody takes steps now.
+  /// Particles by ascending id; other threads of Python go on meanwhile.
+  Frame frame() {
+    const Use use(busy_);
+    const py::gil_scoped_release release;
+    return simulation_.frame();
+  }
+
+  /// The simulation, of which nobody takes steps now; while the interpreter's lock is held.
   Simulation& at_rest() {
-    if (busy_) throw std::runtime_error("another thread takes steps of this simulation");
+    const Use use(busy_);
     return simulation_;
   }
   Index age() const { return age_; }
@@ -50,6 +59,20 @@ class SteppedSimulation {
   const std::vector<std::int32_t>& material_ids() const { return material_ids_; }
 
  private:
+  /// One thread at a time.
+  class Use {
+   public:
+    explicit Use(std::atomic<bool>& busy) : busy_(busy) {
+      if (busy_.exchange(true)) throw std::runtime_error("another thread uses this simulation");
+    }
+    ~Use() { busy_ = false; }
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+
+   private:
+    std::atomic<bool>& busy_;
+  };
+
   Simulation make(const ScenarioText& text, int threads) {
     const py::gil_scoped_release release;
     ExecutionOptions execution;
@@ -80,6 +103,7 @@ class SteppedSimulation {
   std::shared_ptr<char> views_;  ///< shared by each array
   Index age_ = 0;                ///< calls of advance()
   std::atomic<bool> busy_ = false;
+  std::string failure_;  ///< message of the step that could not be taken
 };
 
 using Shared = std::shared_ptr<SteppedSimulation>;
@@ -179,12 +203,6 @@ py::dict info(SteppedSimulation& simulation) {
   return all;
 }
 
-Frame frame_of(SteppedSimulation& simulation) {
-  const Simulation& now = simulation.at_rest();
-  const py::gil_scoped_release release;
-  return now.frame();
-}
-
 }  // namespace
 
 void bind_simulation(py::module_& module) {
@@ -202,7 +220,7 @@ void bind_simulation(py::module_& module) {
       .def("take_warnings", &SteppedSimulation::take_warnings)
       .def("patches", &patches)
       .def("info", &info)
-      .def("frame", [](SteppedSimulation& of) { return dict_of(frame_of(of)); })
+      .def("frame", [](SteppedSimulation& of) { return dict_of(of.frame()); })
       .def("sums", [](SteppedSimulation& of) { return dict_of(of.at_rest().history()); })
       .def_property_readonly("step", [](SteppedSimulation& of) { return of.at_rest().step(); })
       .def_property_readonly("time", [](SteppedSimulation& of) { return of.at_rest().time(); })
