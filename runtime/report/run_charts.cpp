@@ -189,7 +189,7 @@ std::vector<Chart> gauge_charts(const std::vector<RunResults>& runs) {
                      .x = {},
                      .y = {}};
       for (const RunPart& part : runs[r].parts)
-        for (const Gauge& one : part.gauges)
+        for (const GaugeSeries& one : part.gauges)
           if (const TableColumn* found = one.table.find(column); found && one.name == gauge) {
             for (const double time : one.table.values("time")) line.x.push_back(part.begin + time);
             line.y.insert(line.y.end(), found->values.begin(), found->values.end());
@@ -200,7 +200,7 @@ std::vector<Chart> gauge_charts(const std::vector<RunResults>& runs) {
   };
   for (const RunResults& run : runs)
     for (const RunPart& part : run.parts)
-      for (const Gauge& gauge : part.gauges)
+      for (const GaugeSeries& gauge : part.gauges)
         for (const TableColumn& column : gauge.table.columns) {
           if (column.name == "step" || column.name == "time") continue;
           if (!done.emplace(gauge.name, column.name).second) continue;

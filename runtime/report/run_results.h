@@ -17,7 +17,7 @@ struct StageShare {
   double seconds = 0, share = 0;  ///< [s] of all threads; 0 to 1 of their time
 };
 
-struct Gauge {
+struct GaugeSeries {
   std::string name;
   Table table;
 };
@@ -35,7 +35,7 @@ struct RunPart {
   std::string scenario;  ///< the input as it was
   bool axisymmetric = false;
   Table history, bodies;
-  std::vector<Gauge> gauges;
+  std::vector<GaugeSeries> gauges;
   std::vector<RunMap> maps;
   std::vector<StageShare> stages;
   std::vector<std::string> warnings;
