@@ -131,7 +131,11 @@ Manifest::Manifest(const RunInfo& info) {
     json["map"] = {{"origin", info.map_origin}, {"reference", info.map_reference}};
   if (!info.changes.empty()) json["changes"] = info.changes;
   if (!info.gauges.empty()) json["gauges"] = gauges_json(info.gauges);
-  if (!info.maps.empty()) json["maps"] = columns_json(info.maps);
+  if (!info.maps.empty()) {
+    json["maps"] = columns_json(info.maps);
+    for (Json& map : json["maps"])
+      map["files"] = {"maps/" + map["name"].get<std::string>() + ".asc"};
+  }
   start_ = dump(json);
 }
 

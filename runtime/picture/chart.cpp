@@ -92,7 +92,11 @@ ChartScale draw_chart(Drawing& drawing, const Chart& chart, double width, double
                .x_factor = across.factor,
                .y_factor = up.factor};
   const auto widen = [](double& low, double& high, double share) {
-    const double size = std::max({std::abs(low), std::abs(high), 1e-300}), length = high - low;
+    if (low == 0 && high == 0) {
+      high = 1;  // nothing but zeros
+      return;
+    }
+    const double size = std::max(std::abs(low), std::abs(high)), length = high - low;
     const double more = length > 1e-9 * size ? share * length : 0.05 * size;
     // An end that is zero stays.
     if (low != 0 || length <= 1e-9 * size) low -= more;

@@ -178,6 +178,61 @@ std::vector<Chart> body_charts(const std::vector<RunResults>& runs) {
   return list;
 }
 
+namespace {
+
+/// Lines of a gauge along a line, at a few times of its table, over the distance.
+std::vector<ChartLine> profiles(const Table& table, const TableColumn& column,
+                                const std::string& label) {
+  constexpr std::size_t shown = 4;
+  const std::vector<double> time = table.values("time"), distance = table.values("distance");
+  std::vector<std::size_t> begins;  // rows with which a time begins
+  for (std::size_t k = 0; k < time.size(); ++k)
+    if (k == 0 || time[k] != time[k - 1]) begins.push_back(k);
+  std::vector<ChartLine> lines;
+  for (std::size_t i = 0; i < std::min(shown, begins.size()); ++i) {
+    const std::size_t at = begins.size() <= shown ? i : i * (begins.size() - 1) / (shown - 1);
+    const auto from = static_cast<std::ptrdiff_t>(begins[at]);
+    const auto to =
+        static_cast<std::ptrdiff_t>(at + 1 < begins.size() ? begins[at + 1] : time.size());
+    lines.push_back({.name = fmt::format("{}{:.3g} s", label, time[begins[at]]),
+                     .colour = {},
+                     .x = {distance.begin() + from, distance.begin() + to},
+                     .y = {column.values.begin() + from, column.values.begin() + to}});
+  }
+  return lines;
+}
+
+/// Charts of gauges along lines: a chart for each column that is not a place.
+void add_profiles(std::vector<Chart>& list, const std::vector<RunResults>& runs,
+                  const std::string& gauge, const TableColumn& column) {
+  Chart chart{.title = fmt::format("{}: {}", gauge, column.name),
+              .x_name = "distance",
+              .x_unit = "m",
+              .y_name = column.name,
+              .y_unit = column.unit,
+              .from_zero = true,
+              .whole = false,
+              .lines = {},
+              .marks = {}};
+  for (const RunResults& run : runs)
+    for (const GaugeSeries& one : run.last().gauges)
+      if (const TableColumn* found = one.table.find(column.name); found && one.name == gauge)
+        for (ChartLine& line :
+             profiles(one.table, *found, runs.size() > 1 ? run.label + " " : "")) {
+          line.colour = line_colour(chart.lines.size());
+          chart.lines.push_back(std::move(line));
+        }
+  for (std::string* text : {&chart.title, &chart.y_name})
+    std::replace(text->begin(), text->end(), '_', ' ');
+  list.push_back(std::move(chart));
+}
+
+bool is_place(const std::string& column) {
+  return column == "distance" || column == "x" || column == "y" || column == "z";
+}
+
+}  // namespace
+
 std::vector<Chart> gauge_charts(const std::vector<RunResults>& runs) {
   std::vector<Chart> list;
   std::set<std::pair<std::string, std::string>> done;
@@ -203,7 +258,12 @@ std::vector<Chart> gauge_charts(const std::vector<RunResults>& runs) {
       for (const GaugeSeries& gauge : part.gauges)
         for (const TableColumn& column : gauge.table.columns) {
           if (column.name == "step" || column.name == "time") continue;
+          if (gauge.table.find("id")) continue;  // tracks of single particles
           if (!done.emplace(gauge.name, column.name).second) continue;
+          if (gauge.table.find("distance")) {
+            if (!is_place(column.name)) add_profiles(list, runs, gauge.name, column);
+            continue;
+          }
           std::string name = column.name;
           std::replace(name.begin(), name.end(), '_', ' ');
           list.push_back({.title = fmt::format("{}: {}", gauge.name, name),
