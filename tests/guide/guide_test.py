@@ -1,16 +1,21 @@
 #!/usr/bin/env python3
 """The guide, README and the other pages of the repository: their links lead somewhere, README is short,
-lines are not long. Where mkdocs is installed, the site is built, and needs nothing from the network.
+lines are not long. Where mkdocs is installed, the site is built, and needs nothing from the network; where
+Chromium is, its search and its colours are tried.
 
     guide_test.py PROGRAM
 """
+import functools
 import html.parser
+import http.server
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import urllib.parse
 
 SKIPPED = 77
@@ -105,6 +110,36 @@ def check_site(site):
         fail("the reference has no keys")
 
 
+class QuietFiles(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
+
+
+def check_in_browser(site, program):
+    """The search finds a tutorial, colours follow the system, nothing fails or comes from elsewhere."""
+    sys.path.insert(0, str(ROOT / "tests" / "trace_page"))
+    from browser import Browser
+    handler = functools.partial(QuietFiles, directory=str(site))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server, Browser(program) as page:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        for scheme, colours in (("light", "default"), ("dark", "slate")):
+            page.prefer(scheme)
+            page.call("Page.navigate", url=f"http://127.0.0.1:{server.server_port}/index.html?q=footing")
+            page.wait_for("document.querySelectorAll('.md-search-result__item').length > 0")
+            if page.value("document.body.dataset.mdColorScheme") != colours:
+                fail(f"the site is not {scheme} where the system is")
+            page.value("localStorage.clear()")  # the site keeps the colours of the first visit
+        found = page.value("document.querySelector('.md-search-result__item').textContent")
+        if "footing" not in found.lower():
+            fail(f"the search for 'footing' finds {found}")
+        server.shutdown()
+        for error in page.errors:
+            fail(f"in the browser: {error}")
+        for address in page.requests:
+            if not re.match(r"http://127\.0\.0\.1|data:|blob:", address):
+                fail(f"the site loads {address}")
+
+
 # An author and a year, with other authors between them, as comments cite: "Name, Other and Third 1999".
 CITATION = re.compile(r"\b([A-Z][a-z]{2,})(?:,| and| &| et al\.?| [A-Z]\.| [A-Z]\w+)*,? \(?((?:18|19|20)\d\d)\b")
 
@@ -151,6 +186,9 @@ def main():
             fail(f"examples/guide/build: {built.stdout}{built.stderr}")
         else:
             check_site(site)
+            browser = shutil.which("chromium") or shutil.which("google-chrome")
+            if browser and not failures:
+                check_in_browser(site, browser)
     return 1 if failures else 0
 
 
