@@ -33,18 +33,21 @@ void View::draw_axes(Drawing& drawing, const char* ink) const {
   for (double k = std::ceil(low[0] / dx - 1e-9); k * dx <= high[0] + 1e-9 * dx; ++k) {
     const double x = place(k * dx, low[1]).first;
     drawing.line(x, bottom, x, bottom + 5, {.stroke = ink, .width = 1});
-    drawing.text(x, bottom + 18, fmt::format("{:g}", k * dx + 0.0), 11, "middle", ink);
+    drawing.text(x, bottom + 18, fmt::format("{:.10g}", k * dx + 0.0), 11, "middle", ink);
   }
+  std::size_t longest = 0;  // label beside the axis
   const double dy = grid_step(high[1] - low[1], std::max(1.0, size[1] / 60));
   for (double k = std::ceil(low[1] / dy - 1e-9); k * dy <= high[1] + 1e-9 * dy; ++k) {
     const double y = place(low[0], k * dy).second;
     drawing.line(left - 5, y, left, y, {.stroke = ink, .width = 1});
-    drawing.text(left - 8, y + 4, fmt::format("{:g}", k * dy + 0.0), 11, "end", ink);
+    const std::string label = fmt::format("{:.10g}", k * dy + 0.0);
+    longest = std::max(longest, label.size());
+    drawing.text(left - 8, y + 4, label, 11, "end", ink);
   }
   drawing.text((left + right) / 2, bottom + 34, fmt::format("{} [m]", names[axes[0]]), 12, "middle",
                ink);
-  drawing.text(left - 42, (top + bottom) / 2, fmt::format("{} [m]", names[axes[1]]), 12, "middle",
-               ink, -90);
+  drawing.text(left - std::max(42.0, 20 + 6.4 * static_cast<double>(longest)), (top + bottom) / 2,
+               fmt::format("{} [m]", names[axes[1]]), 12, "middle", ink, -90);
   if (name.empty()) return;
   const std::string note = stretch_note();
   drawing.text(left, top - 8, note.empty() ? name : fmt::format("{} ({})", name, note), 13, "start",
