@@ -19,21 +19,30 @@ fail() {
 # A heap that a ball falls into.
 cat >"$work/heap.json" <<'END'
 {"title": "Heap & <ball>",
- "mesh": {"structured": {"cell_size": 0.25, "extent": [4, 2, 2.5]}},
+ "mesh": {"structured": {"cell_size": 0.25, "extent": [4, 2, 3]},
+   "boundary_conditions": {"velocity_constraints": [
+     {"nset": "ends", "dir": "x", "velocity": 0}, {"nset": "sides", "dir": "y", "velocity": 0}]}},
+ "sets": {"nodes": {
+   "ends": {"union": [{"half_space": {"point": [0, 0, 0], "normal": [1, 0, 0]}},
+                      {"half_space": {"point": [4, 0, 0], "normal": [-1, 0, 0]}}]},
+   "sides": {"union": [{"half_space": {"point": [0, 0, 0], "normal": [0, 1, 0]}},
+                       {"half_space": {"point": [0, 2, 0], "normal": [0, -1, 0]}}]}}},
  "materials": [{"name": "sand", "type": "MohrCoulomb", "density": 1700, "youngs_modulus": 1e6,
    "poisson_ratio": 0.3, "friction": 30, "dilation": 0, "cohesion": 100, "tension_cutoff": 0}],
  "particles": [{"generator": {"type": "region", "per_cell": 2, "material": "sand",
-   "region": {"box": {"min": [0, 0, 0], "max": [2, 2, 1]}}}}],
+   "region": {"box": {"min": [0, 0, 0.25], "max": [2, 2, 1.25]}}}}],
  "rigid_bodies": [
-   {"name": "floor", "region": {"half_space": {"point": [0, 0, 0.1], "normal": [0, 0, 1]}}, "friction": 0.5},
-   {"name": "ball", "region": {"sphere": {"centre": [1, 1, 1.5], "radius": 0.4}}, "density": 2000}],
+   {"name": "floor", "region": {"half_space": {"point": [0, 0, 0.25], "normal": [0, 0, 1]}}, "friction": 0.5},
+   {"name": "ball", "region": {"sphere": {"centre": [1, 1, 1.8], "radius": 0.4}}, "density": 2000}],
  "external_loading_conditions": {"gravity": [0, 0, -9.81]},
  "analysis": {"end_time": 0.4},
  "post_processing": {"output_dt": 0.05}}
 END
 cat >"$work/slope.json" <<'END'
 {"title": "Two stages",
- "mesh": {"structured": {"cell_size": 0.5, "extent": [6, 3]}},
+ "mesh": {"structured": {"cell_size": 0.5, "extent": [6, 3]},
+   "boundary_conditions": {"velocity_constraints": [{"nset": "base", "dir": "y", "velocity": 0}]}},
+ "sets": {"nodes": {"base": {"half_space": {"point": [0, 0], "normal": [0, 1]}}}},
  "materials": [{"name": "clay", "type": "LinearElastic", "density": 1800, "youngs_modulus": 1e6, "poisson_ratio": 0.3}],
  "particles": [{"generator": {"type": "region", "per_cell": 2, "material": "clay",
    "region": {"box": {"min": [1, 0], "max": [3, 2]}}}}],
@@ -99,7 +108,10 @@ run=$!
 until [[ -s "$work/long/history.csv" ]]; do sleep 0.1; done
 "$lahar" watch "$work/long" --every 0.2 >"$work/watched" 2>&1 &
 watch=$!
-sleep 2
+for _ in $(seq 600); do
+  grep -q " left" "$work/watched" && break
+  sleep 0.2
+done
 kill -KILL "$run"
 wait "$run" 2>/dev/null || true
 code=0
