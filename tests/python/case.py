@@ -39,6 +39,11 @@ def column(**analysis):
     })
 
 
+def slow_column():
+    """The same in a hundred thousand steps, with few frames."""
+    return column(end_time=0.2, dt=2e-6).set("post_processing.output_steps", 20000)
+
+
 class TestCase(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="lahar-python-")

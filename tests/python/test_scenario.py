@@ -67,7 +67,7 @@ class ScenarioTest(TestCase):
         self.assertEqual([check.stage for check in case.check()], ["first", "second"])
 
     def test_the_schema_has_the_keys(self):
-        self.assertIn("analysis", lahar.schema()["properties"])
+        self.assertIn("analysis", lahar.schema()["$defs"]["Scenario"]["properties"])
         self.assertIn("end_time", lahar.reference())
 
 

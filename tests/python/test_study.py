@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 
 import lahar
-from case import SOURCE, TestCase, column
+from case import SOURCE, TestCase, column, slow_column
 
 
 def runout(run):
@@ -75,8 +75,8 @@ class StudyTest(TestCase):
         code = textwrap.dedent(f"""
             import sys, lahar
             sys.path.insert(0, {str(Path(__file__).parent)!r})
-            from case import column
-            lahar.study({str(self.folder / "study")!r}, column(end_time=2.0, dt=1e-4),
+            from case import slow_column
+            lahar.study({str(self.folder / "study")!r}, slow_column(),
                         {{"materials.0.friction": [20, 30]}}, workers=2, progress=False)
         """)
         child = subprocess.Popen([sys.executable, "-c", code])
@@ -96,7 +96,7 @@ class StudyTest(TestCase):
         for one in lahar.Study(self.folder / "study"):
             self.assertEqual(one.status, "finished")
             self.assertEqual(len(one.run.manifest["restarts"]), 1)
-            whole = column(end_time=2.0, dt=1e-4).changed(one.parameters).run(
+            whole = slow_column().changed(one.parameters).run(
                 self.folder / str(one.parameters["materials.0.friction"]), progress=False)
             self.assert_equal_frames(one.run.frames[-1], whole.frames[-1])
 

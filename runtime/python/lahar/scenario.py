@@ -125,7 +125,7 @@ class Scenario(dict[str, Any]):
             code = _engine.run(self._text(), options, on_step, said)
         finally:
             end()
-            warn(said, stacklevel=3)
+            warn(said, stacklevel=2)
         run = Run(folder)
         if code == _EXIT_SIMULATION:
             raise SimulationFailed(run.message)
