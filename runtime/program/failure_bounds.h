@@ -15,10 +15,10 @@ struct FailureBounds {
   double time;          ///< [s]
 };
 
-/// Those of a body as it is now. Displacement: rho g L^2 / G, more than a layer as thick as the body
-/// settles by its weight; L is its volume over its area across gravity. Time: waves of shear pass
-/// the body many times in it. Of several materials the softest and the slowest count.
-/// `frame` has the particles of this rank. Collective.
+/// Those of a body as it is now. Displacement: rho g L^2 / G, more than a layer as thick as the
+/// body settles by its weight; L is its volume over its area across gravity. Time: waves of shear
+/// pass the body many times in it. Of several materials the softest and the slowest count. `frame`
+/// has the particles of this rank. Collective.
 FailureBounds failure_bounds(const FrameSource& frame, const std::vector<Material>& materials,
                              const std::vector<double>& gravity, const Communicator& ranks);
 
