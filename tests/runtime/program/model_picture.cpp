@@ -7,6 +7,7 @@
 #include <string>
 
 #include "io/scenario/scenario.h"
+#include "runtime/picture/svg.h"
 #include "runtime/picture/view.h"
 
 using namespace lahar;
