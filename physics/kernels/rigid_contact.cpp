@@ -6,93 +6,24 @@
 
 #include "physics/basis/any_basis.h"
 #include "physics/basis/nodal_fields.h"
+#include "physics/kernels/near_bodies.h"
 #include "physics/materials/law.h"
 
 namespace lahar {
 
 namespace {
 
-constexpr double stiffness_share = 4.0;  ///< of k, see rigid_contact.h
-constexpr double damping_ratio = 0.3;    ///< zeta
-
-/// Cells whose middle is nearer to a body than so many radii of the ball around them have particles
-/// that may touch it: they are up to one away from the middle, and move less than half of one.
-constexpr double near_radii = 1.75;
-
-/// Bodies as a step has them.
-template <int Dim>
-class Bodies {
- public:
-  Bodies(const Patch<Dim>& patch, const StepContext<Dim>& step)
-      : bodies_(step.model->rigid_bodies), at_(patch.placements) {}
-  std::size_t size() const { return bodies_.size(); }
-  const RigidBody<Dim>& operator[](std::size_t k) const { return bodies_[k]; }
-  const Placement<Dim>& at(std::size_t k) const { return at_[k]; }
-  bool moves(std::size_t k) const { return bodies_[k].motion != RigidBody<Dim>::Motion::fixed; }
-  typename Solid<Dim>::Nearest nearest(std::size_t k, const Vec<Dim>& x) const {
-    const RigidBody<Dim>& body = bodies_[k];
-    if (!moves(k)) return body.solid->nearest(x);
-    const auto& at = at_[k];
-    auto found = body.solid->nearest(body.centre + at.axes.transpose() * (x - at.origin));
-    found.normal = at.axes * found.normal;
-    return found;
-  }
-
- private:
-  const std::vector<RigidBody<Dim>>& bodies_;
-  const std::vector<Placement<Dim>>& at_;
-};
-
-/// The middle of a local cell, and the radius of a ball around it [m].
-template <int Dim>
-std::pair<Vec<Dim>, double> ball_around(const Patch<Dim>& patch, Local cell) {
-  const auto c = static_cast<std::size_t>(cell);
-  Vec<Dim> middle = Vec<Dim>::Zero(), half;
-  if (patch.cartesian) {
-    for (std::size_t d = 0; d < Dim; ++d) {
-      middle[static_cast<int>(d)] = patch.box[c][d];
-      half[static_cast<int>(d)] = 1.0 / patch.box[c][Dim + d];
-    }
-    return {middle, half.norm()};
-  }
-  const std::span<const Local> nodes = patch.topology.corner_nodes.empty()
-                                           ? patch.topology.support(c)
-                                           : std::span<const Local>(patch.topology.corner_nodes[c]);
-  const auto place = [&](Local node) {
-    return Vec<Dim>(Eigen::Map<const Vec<Dim>>(patch.node_position.data() +
-                                               static_cast<std::ptrdiff_t>(node) * node_width));
-  };
-  for (const Local node : nodes) middle += place(node) / static_cast<double>(nodes.size());
-  double radius = 0;
-  for (const Local node : nodes) radius = std::max(radius, (place(node) - middle).norm());
-  return {middle, radius};
-}
-
-/// Whether any body may touch particles of a cell in this step or the next.
-template <int Dim>
-bool is_near(const Patch<Dim>& patch, Local cell, const Bodies<Dim>& bodies) {
-  const auto [middle, radius] = ball_around(patch, cell);
-  for (std::size_t k = 0; k < bodies.size(); ++k)
-    if (bodies.nearest(k, middle).distance < near_radii * radius) return true;
-  return false;
-}
-
-/// The same of a bin; found once for its cell.
-template <int Dim>
-bool is_near(Patch<Dim>& patch, const ParticleBin& bin, const Bodies<Dim>& bodies) {
-  using Near = typename Patch<Dim>::Near;
-  Near& near = patch.near_bodies[static_cast<std::size_t>(bin.cell)];
-  if (near == Near::unknown) near = is_near(patch, bin.cell, bodies) ? Near::yes : Near::no;
-  return near == Near::yes;
-}
+constexpr double damping_ratio = 0.3;  ///< zeta
+constexpr double most_share = 1.5;     ///< of m / dt^2 that k may be
 
 /// A particle where it will be at the end of the step.
 template <int Dim>
 struct Touching {
   Vec<Dim> x, move;           ///< [m]; the second since the beginning
   double dt;                  ///< [s]
-  double stiffness, damping;  ///< k, c
+  double mass;                ///< [kg]
   double area, reach;         ///< [m^2] of its surface, [m]
+  double stiffness, damping;  ///< k, c
 };
 
 /// What contact does to a particle.
@@ -175,13 +106,12 @@ Touched<Dim> touch(const Touching<Dim>& p, Vec<Dim> rest, const Bodies<Dim>& bod
 template <int Dim>
 struct ContactRows {
   std::array<double*, Dim> force, shear, x;
-  double *reach, *volume, *mass;
+  double *reach, *mass;
   explicit ContactRows(Particles<Dim>& particles)
       : force(particles.template rows<Dim>(Column::contact_force)),
         shear(particles.template rows<Dim>(Column::contact_shear)),
         x(particles.template rows<Dim>(Column::x)),
         reach(particles.row(Column::contact_reach)),
-        volume(particles.row(Column::volume)),
         mass(particles.row(Column::mass)) {}
 };
 
@@ -221,7 +151,15 @@ ContactBin contact_bin(const Patch<Dim>& patch, const StepContext<Dim>& step,
           .h = patch.cell_size[static_cast<std::size_t>(bin.cell)]};
 }
 
-/// A particle at the beginning of a step.
+/// The surface by which a particle touches [m^2]. A particle whose volume a surface has cut lies
+/// flat on it, twice its reach thick.
+template <int Dim>
+double contact_area(double volume, double reach, double h) {
+  const double of_box = std::pow(volume, 1 - 1.0 / Dim);
+  return std::max(of_box, std::min(0.5 * volume / reach, std::pow(0.5 * h, Dim - 1)));
+}
+
+/// A particle at the beginning of a step, with the spring that its material gives it.
 template <int Dim>
 Touching<Dim> touching(const ContactRows<Dim>& rows, const ContactBin& bin, Local p,
                        const Bodies<Dim>& bodies) {
@@ -229,14 +167,32 @@ Touching<Dim> touching(const ContactRows<Dim>& rows, const ContactBin& bin, Loca
   const Vec<Dim> x = get<Dim>(rows.x, p);
   double& reach = rows.reach[p];
   if (!(reach > 0)) reach = first_reach(reach, x, volume, bodies);
-  const double stiffness = stiffness_share * bin.modulus * volume / (bin.h * bin.h);
+  const double area = contact_area<Dim>(volume, reach, bin.h);
   return {.x = x,
           .move = Vec<Dim>::Zero(),
           .dt = 0,
-          .stiffness = stiffness,
-          .damping = 2 * damping_ratio * std::sqrt(stiffness * mass),
-          .area = std::pow(volume, 1 - 1.0 / Dim),
-          .reach = reach};
+          .mass = mass,
+          .area = area,
+          .reach = reach,
+          .stiffness = bin.modulus * area / (0.5 * bin.h),
+          .damping = 0};
+}
+
+/// The longest step that a particle allows, as far as a run takes it [s]. A step that is cut short
+/// for output does not change springs.
+template <int Dim>
+double longest_step(const StepContext<Dim>& step, const ContactBin& bin) {
+  const TimeStep& steps = step.model->analysis.step;
+  if (!steps.adaptive) return step.dt;
+  return std::max(step.dt, steps.safety * bin.h / std::sqrt(bin.modulus / bin.density));
+}
+
+/// Spring and dashpot as an explicit step allows them.
+template <int Dim>
+void limit_spring(Touching<Dim>& p, const ContactBin& bin, double longest) {
+  p.stiffness = std::min(p.stiffness, most_share * p.mass / (longest * longest));
+  const double layer = 0.5 * bin.density * p.area * bin.h;
+  p.damping = 2 * damping_ratio * std::sqrt(p.stiffness * std::min(layer, p.mass));
 }
 
 }  // namespace
@@ -272,6 +228,7 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
       patch, bins, [&](const ParticleBin& bin) { return is_near(patch, bin, bodies); },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         const ContactBin common = contact_bin(patch, step, bin);
+        const double longest = longest_step(step, common);
         for (Local p = bin.begin; p < bin.end; ++p) {
           Touching<Dim> at = touching(rows, common, p, bodies);
           const Vec<Dim> old = get<Dim>(rows.force, p);
@@ -286,7 +243,7 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
           at.x += move;
           at.move = move;
           at.dt = step.dt;
-          if (implicit) at.damping = 0;
+          if (!implicit) limit_spring(at, common, longest);
           const Touched<Dim> now =
               touch<Dim>(at, get<Dim>(rows.shear, p), bodies, 0.0, &patch.reactions);
           const Vec<Dim> worked = implicit ? Vec<Dim>(0.5 * (old + now.force)) : old;
@@ -315,10 +272,32 @@ ImplicitContact<Dim> contact_after(Patch<Dim>& patch, const StepContext<Dim>& st
   at.x += move;
   at.move = move;
   at.dt = step.dt;
-  at.damping = 0;
   const Touched<Dim> now =
       touch<Dim>(at, get<Dim>(rows.shear, p), bodies, closed * common.h, nullptr);
   return {now.force, now.stiffness, now.any, now.slides};
+}
+
+template <int Dim>
+void keep_outside(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  Particles<Dim>& particles = patch.particles;
+  if (particles.layout().has(Column::corners)) return;  // places follow from corners
+  const Bodies<Dim> bodies(patch, step);
+  const ContactRows<Dim> rows(particles);
+  const auto u = particles.template rows<Dim>(Column::u);
+  for (const ParticleBin& bin : bins) {
+    if (bin.begin == bin.end || !is_near(patch, bin, bodies)) continue;
+    for (Local p = bin.begin; p < bin.end; ++p) {
+      if (get<Dim>(rows.force, p).isZero(0.0)) continue;
+      for (std::size_t k = 0; k < bodies.size(); ++k) {
+        const auto near = bodies.nearest(k, get<Dim>(rows.x, p));
+        if (!(near.distance < 0)) continue;
+        const Vec<Dim> out = -near.distance * near.normal;
+        set<Dim>(rows.x, p, get<Dim>(rows.x, p) + out);
+        set<Dim>(u, p, get<Dim>(u, p) + out);
+        rows.reach[p] -= near.distance;
+      }
+    }
+  }
 }
 
 template <int Dim>
@@ -339,6 +318,7 @@ void end_contact(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template Placement<Dim> placement_after<Dim>(const StepContext<Dim>&, std::size_t);        \
   template void begin_contact<Dim>(Patch<Dim>&, const StepContext<Dim>&);                    \
   template void touch_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);       \
+  template void keep_outside<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);       \
   template void end_contact<Dim>(Patch<Dim>&, const StepContext<Dim>&);                      \
   template bool meets_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&, const ParticleBin&); \
   template ImplicitContact<Dim> contact_after<Dim>(Patch<Dim>&, const StepContext<Dim>&,     \

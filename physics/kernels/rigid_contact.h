@@ -5,16 +5,28 @@
 /// nothing is pushed at the start. With the gap g = distance - r < 0, the unit normal n out of the
 /// body, and the velocity w of the particle relative to the body:
 ///
-///     N = max(0, -k g - c w.n)                     k = 4 M V / h^2,  c = 2 zeta sqrt(k m)
-///     T = (1 - n n^T) (T - k dt w),  S = T - (1 - n n^T) c w,  |T|, |S| <= mu N + cohesion V^(1 -
-///     1/Dim) f_i += sum_p N_ip (N n + S)_p
+///     N = max(0, -k g - c w.n)
+///     T = (1 - n n^T) (T - k dt w),  S = T - (1 - n n^T) c w,  |T|, |S| <= mu N + cohesion A
+///     f_i += sum_p N_ip (N n + S)_p
 ///
-/// M is the longitudinal modulus of the material at the start, V and m the volume and mass of the
-/// particle, h the size of the cell. The stiffness k is that of the cell itself, so that contact
-/// hardly limits the time step, and a pressure p lets bodies approach by p/M of half a cell or so.
+///     A = V / 2r, within V^(1 - 1/Dim) and (h/2)^(Dim - 1)
+///     k = min(2 M A / h, 3 m / 2 dt^2),  c = 2 zeta sqrt(k min(rho A h / 2, m))
+///
+/// M is the longitudinal modulus of the material at the start, rho its density then, V and m the
+/// volume and mass of the particle, h the size of the cell. A is the surface by which it touches: a
+/// particle that a surface has cut is thin, and has the surface of a whole one. So particles yield
+/// to a pressure p by p/M of half a cell, about as much as half a cell of the material does.
+/// 3 m / 2 dt^2 is what a step allows of a particle that flies alone; dt is the longest step of
+/// such particles in the run, so that k is constant. It bounds particles whose reach is less than
+/// 2/3 (c dt)^2 / h with the speed of waves c.
+///
+/// A particle whose centre would come to lie inside of a body is put on its surface, and its reach
+/// grows by as much (keep_outside()): forces, momentum and the energy of springs do not change.
+///
 /// T is an elastic force, as in the discrete element method (Cundall and Strack 1979): what sticks
 /// does not creep. Forces of contact lie in the column `contact_force`, are mapped to nodes as
-/// tractions are, and act with the opposite sign on the body: momentum is kept.
+/// tractions are, and act with the opposite sign on the body: momentum is kept. Implicit steps have
+/// k = 2 M A / h and no dashpots.
 ///
 /// Energy: work of moving bodies is external, that of the springs internal, and what slides or is
 /// damped counts as friction.
@@ -30,6 +42,11 @@ template <int Dim>
 void begin_contact(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+
+/// When particles have moved: no centre of theirs remains inside of a body. With CPDI2 places
+/// follow from corners, and are left.
+template <int Dim>
+void keep_outside(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
 /// Patch::reactions are complete: what moving bodies do is external work.
 template <int Dim>

@@ -55,6 +55,7 @@ Stages<Dim> usf(const Analysis& a, bool injects) {
       rigid_contact<Dim>(a),
       liquid_g2p<Dim>(a),
       g2p<Dim>(a),
+      outside_of_bodies<Dim>(a),
       location<Dim>(a),
       p2g<Dim>(a),
       liquid_p2g<Dim>(a),
@@ -108,6 +109,7 @@ Stages<Dim> musl(const Analysis& a, bool injects) {
       rigid_contact<Dim>(a),
       liquid_g2p<Dim>(a),
       g2p<Dim>(a),
+      outside_of_bodies<Dim>(a),
       remapped_velocities<Dim>(a),
       strain_and_stress<Dim>(a),
       pore_pressure<Dim>(a),
@@ -130,6 +132,7 @@ Stages<Dim> newmark(const Analysis& a, bool injects) {
       rigid_contact<Dim>(a),
       strain_and_stress<Dim>(a),
       g2p<Dim>(a),
+      outside_of_bodies<Dim>(a),
       location<Dim>(a),
       output<Dim>(a),
   });

@@ -420,6 +420,16 @@ Stages<Dim> rigid_contact(const Analysis& analysis) {
 }
 
 template <int Dim>
+Stages<Dim> outside_of_bodies(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (!analysis.rigid_bodies) return {};
+  return {
+      TimestepStage<Dim>{.stage = {.name = "outside"},
+                         .bins = [](P& p, S& s, ParticleBins bins) { keep_outside(p, s, bins); }}};
+}
+
+template <int Dim>
 Stages<Dim> g2p(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
@@ -727,6 +737,7 @@ Stages<Dim> output(const Analysis&) {
   template Stages<Dim> unbalanced_forces<Dim>(const Analysis&);        \
   template Stages<Dim> velocity_transfer<Dim>(const Analysis&);        \
   template Stages<Dim> rigid_contact<Dim>(const Analysis&);            \
+  template Stages<Dim> outside_of_bodies<Dim>(const Analysis&);        \
   template Stages<Dim> g2p<Dim>(const Analysis&);                      \
   template Stages<Dim> liquid_g2p<Dim>(const Analysis&);               \
   template Stages<Dim> location<Dim>(const Analysis&);                 \
