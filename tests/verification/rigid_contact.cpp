@@ -3,112 +3,16 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <tuple>
 #include <vector>
 
-#include "tests/verification/case.h"
+#include "tests/verification/rigid_incline.h"
 
 using namespace lahar;
 using namespace lahar::verification;
-
-namespace {
-
-constexpr double pi = std::numbers::pi;
-constexpr double g = 9.81;
-
-/// A block of 0.6 x 0.15 m on a plane that falls by `angle` along x, in cells of a grid that does
-/// not know of it.
-struct Incline {
-  double angle, friction;
-  double h = 0.05, end_time = 0.3;
-  std::string analysis = R"("velocity_update": "pic")";
-
-  double sine() const { return std::sin(angle); }
-  double cosine() const { return std::cos(angle); }
-  std::string place(double along, double above) const {
-    return fmt::format("[{}, {}]", 0.4 + along * cosine() + above * sine(),
-                       1.7 - along * sine() + above * cosine());
-  }
-  Model<2> model() const {
-    return model_of_text<2>(fmt::format(
-        R"({{
-      "mesh": {{"structured": {{"cell_size": {}, "extent": [2.5, 2.5]}}}},
-      "materials": [{{"type": "LinearElastic", "density": 2000, "youngs_modulus": 1e8,
-                     "poisson_ratio": 0.2}}],
-      "rigid_bodies": [{{"region": {{"half_space": {{"point": {}, "normal": [{}, {}]}}}},
-                        "friction": {}}}],
-      "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
-        "region": {{"polygon": {{"points": [{}, {}, {}, {}]}}}}}}}}],
-      "external_loading_conditions": {{"gravity": [0, {}]}},
-      "analysis": {{"mpm_scheme": "musl", "end_time": {}, {}}},
-      "post_processing": {{"history_steps": 20}}}})",
-        h, place(0, 0), sine(), cosine(), friction, place(0, 0), place(0.6, 0), place(0.6, 0.15),
-        place(0, 0.15), -g, end_time, analysis));
-  }
-  /// Along the plane [m/s], and the time: all rows.
-  struct Motion {
-    std::vector<double> time, velocity;
-    double friction = 0;  ///< impulse along the plane over that along its normal
-  };
-  Motion run() const {
-    Motion motion;
-    Observer observer;
-    double mass = 0, along = 0, above = 0;
-    observer.history = [&](const HistoryRow& row) {
-      mass = row.mass;
-      along = row.momentum[0] * cosine() - row.momentum[1] * sine();
-      above = row.momentum[0] * sine() + row.momentum[1] * cosine();
-      motion.time.push_back(row.time);
-      motion.velocity.push_back(along / mass);
-    };
-    Simulation simulation(model(), {.threads = 1}, observer);
-    simulation.run();
-    const double t = motion.time.back();
-    motion.friction = (mass * g * sine() * t - along) / (mass * g * cosine() * t + above);
-    return motion;
-  }
-};
-
-}  // namespace
-
-TEST_CASE(
-    "rigid bodies: a block slides on a plane at any angle to the grid with Coulomb's friction") {
-  for (const int degrees : {10, 20, 30, 45, 60}) {
-    CAPTURE(degrees);
-    const double angle = degrees * pi / 180, mu = 0.5 * std::tan(angle);
-    const Incline incline{.angle = angle, .friction = mu};
-    const auto motion = incline.run();
-    const double expected = g * (std::sin(angle) - mu * std::cos(angle)) * motion.time.back();
-    CHECK(motion.velocity.back() == doctest::Approx(expected).epsilon(0.01));
-    CHECK(motion.friction == doctest::Approx(mu).epsilon(0.01));
-  }
-}
-
-TEST_CASE(
-    "rigid bodies: a block slides without friction as it falls along the plane, to rounding") {
-  for (const int degrees : {10, 37, 60}) {
-    CAPTURE(degrees);
-    const Incline incline{.angle = degrees * pi / 180, .friction = 0};
-    const auto motion = incline.run();
-    const double expected = g * std::sin(incline.angle) * motion.time.back();
-    CHECK(motion.velocity.back() == doctest::Approx(expected).epsilon(1e-9));
-  }
-}
-
-TEST_CASE("rigid bodies: a block sticks where friction suffices, and does not creep") {
-  for (const int degrees : {10, 20, 30, 45, 60}) {
-    CAPTURE(degrees);
-    const Incline incline{.angle = degrees * pi / 180,
-                          .friction = 1.3 * std::tan(degrees * pi / 180)};
-    const auto motion = incline.run();
-    // It comes to rest from the jolt with which gravity begins.
-    CHECK(std::abs(motion.velocity.back()) < 0.01 * g * std::sin(incline.angle) * 0.3);
-    CHECK(std::abs(motion.velocity.back()) < 2e-3);
-  }
-}
 
 namespace {
 
