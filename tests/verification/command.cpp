@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "physics/base/error.h"
+#include "runtime/picture/colour_map.h"
 #include "runtime/picture/svg.h"
 #include "runtime/verify/verify_command.h"
 
@@ -26,7 +27,7 @@ TEST_CASE("a drawing escapes its words and clamps its colours") {
   CHECK(text.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"10\" height=\"20\""));
   CHECK(text.find(">a &lt; b &amp; c</text>") != std::string::npos);
   CHECK(text.ends_with("</svg>\n"));
-  CHECK(viridis(-1) == "#440154");
-  CHECK(viridis(0) == "#440154");
-  CHECK(viridis(2) == "#fde725");
+  CHECK(hex_of(viridis(-1)) == "#440154");
+  CHECK(hex_of(viridis(0)) == "#440154");
+  CHECK(hex_of(viridis(2)) == "#fde725");
 }
