@@ -10,6 +10,9 @@ namespace lahar {
 
 namespace {
 
+/// Level ground takes smaller changes, in parts of the weight of a cell [-].
+constexpr double most_change = 0.5;
+
 /// Functions at a row: those of the four nodes from `first` on.
 struct RowFunctions {
   int first = 0;
@@ -121,6 +124,11 @@ std::vector<double> balance_column(std::span<const ColumnRow> rows, double cell,
       if (const int i = at[k].first + a - lowest; i >= 0)
         change[k] +=
             force[static_cast<std::size_t>(i)] * at[k].slope[static_cast<std::size_t>(a)] / cell;
+  double heaviest = 0;
+  for (const ColumnRow& row : rows) heaviest = std::max(heaviest, row.weight / row.volume);
+  const auto is_large = [&](double one) { return std::abs(one) > most_change * heaviest * cell; };
+  if (std::any_of(change.begin(), change.end(), is_large))
+    std::fill(change.begin(), change.end(), 0.0);
   return change;
 }
 

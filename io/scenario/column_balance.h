@@ -23,6 +23,8 @@ struct ColumnRow {
 /// to be added to the stress of each row, the least by its volume, so that all nodes above the
 /// lowest cell with particles are in balance:
 ///     sum_k V_k sigma_k dN_i / dy = sum_k W_k N_i.
+/// Nothing is added where that would take more than half of the weight of a cell: the column is not
+/// in balance by itself.
 /// Rows ascend. `cell` is the height of a cell [m], `cells` how many there are.
 std::vector<double> balance_column(std::span<const ColumnRow> rows, double cell, int cells,
                                    ShapeFunctions functions);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <tuple>
@@ -48,7 +49,8 @@ double ScenarioBuilder<Dim>::k0_of(const Material& material, const JsonValue& gi
 template <int Dim>
 std::vector<double> ScenarioBuilder<Dim>::k0_of_materials(const JsonValue& given) {
   std::vector<Index> used(model_.materials.size(), 0);
-  for (const auto m : model_.particles.material) used[m] = 1;
+  for (const auto m : model_.particles.material)
+    if (m < used.size()) used[m] = 1;  // others are not known, which has been reported
   std::vector<const JsonValue*> says(used.size(), &given);
   for (const JsonValue* entry : get_list(given, "materials"))
     if (const int m = find_material(*entry); m >= 0) says[static_cast<std::size_t>(m)] = entry;
@@ -129,26 +131,37 @@ namespace {
 struct ColumnEntry {
   Index column;
   ColumnRow row;
-  Index particle;  ///< of the member that told it
+  std::array<double, 2> off;  ///< in plan, from the middle of the column [cells]
+  Index particle;             ///< of the member that told it
 };
+
+/// Rows of level ground lie around the middle of their column. Under a slope, where the upper ones
+/// do not, a column is not in balance by itself.
+constexpr double most_off = 1e-3;  // [cells]
 
 /// Changes of particles of one column, in the order of its entries. Particles that are a millionth
 /// of a cell apart are at the same height.
 std::vector<double> balance_entries(std::span<const ColumnEntry> entries, double cell, int cells,
                                     ShapeFunctions functions) {
   std::vector<ColumnRow> rows;
+  std::vector<std::array<double, 2>> moments;
   std::vector<std::size_t> row_of;
   for (const ColumnEntry& entry : entries) {
     if (rows.empty() || entry.row.height - rows.back().height > 1e-6) {
       rows.push_back(entry.row);
       rows.back().stress *= entry.row.volume;
+      moments.push_back({});
     } else {
       rows.back().volume += entry.row.volume;
       rows.back().weight += entry.row.weight;
       rows.back().stress += entry.row.volume * entry.row.stress;
     }
+    for (std::size_t d = 0; d < 2; ++d) moments.back()[d] += entry.row.volume * entry.off[d];
     row_of.push_back(rows.size() - 1);
   }
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    if (std::hypot(moments[k][0], moments[k][1]) > most_off * rows[k].volume)
+      return std::vector<double>(entries.size(), 0.0);
   for (ColumnRow& row : rows) row.stress /= row.volume;
   const std::vector<double> change = balance_column(rows, cell, cells, functions);
   std::vector<double> all;
@@ -168,8 +181,13 @@ std::vector<double> ScenarioBuilder<Dim>::balance_of_columns(
   std::vector<std::vector<ColumnEntry>> to(static_cast<std::size_t>(team_.size()));
   for (std::size_t i = 0; i < p.x.size(); ++i) {
     Index column = 0;
-    for (int d = 0; d < Dim; ++d)
-      if (d != up) column = column * 2'000'003 + static_cast<Index>((p.x[i][d] - low[d]) / cell[d]);
+    std::array<double, 2> off{};
+    for (int d = 0, k = 0; d < Dim; ++d) {
+      if (d == up) continue;
+      const double at = (p.x[i][d] - low[d]) / cell[d];
+      column = column * 2'000'003 + static_cast<Index>(at);
+      off[static_cast<std::size_t>(k++)] = at - std::floor(at) - 0.5;
+    }
     const double volume = p.volume[i] / depth_at(model_.analysis, p.x[i][0]);
     const double part = std::pow(volume / cell.prod(), 1.0 / Dim);
     const double height = (upwards ? p.x[i][up] - low[up] : high[up] - p.x[i][up]) / cell[up];
@@ -179,6 +197,7 @@ std::vector<double> ScenarioBuilder<Dim>::balance_of_columns(
                                                                  .volume = volume,
                                                                  .weight = weight[i],
                                                                  .stress = vertical[i]},
+                                                                off,
                                                                 static_cast<Index>(i)});
   }
   struct Told {

@@ -84,6 +84,33 @@ TEST_CASE("under a plane slope the weight above follows the ground") {
   CHECK(worst < 0.13);  // m; half a particle
 }
 
+TEST_CASE("under a slope that cuts cells the weight above follows the ground with all functions") {
+  for (const char* functions : {"element", "gimp", "quadratic_spline", "cubic_spline"}) {
+    CAPTURE(functions);
+    const std::string text = fmt::format(R"({{
+      "mesh": {{"structured": {{"cell_size": 0.5, "extent": [8, 6]}},
+               "particles_stresses": {{"type": "k0", "k0": 0.5}}}},
+      "geometry": {{"ground": {{"points": [[0, 5.3], [8, 1.7]]}},
+                    "till": {{"surface": "ground", "lower_by": 0.8}}}},
+      "materials": [{{"name": "clay", "type": "LinearElastic", "density": 2000,
+                      "youngs_modulus": 1e7, "poisson_ratio": 0.3}}],
+      "particles": [{{"generator": {{"type": "region", "per_cell": 2,
+                      "layers": [{{"below": "ground", "material": "clay"}},
+                                 {{"below": "till", "material": "clay"}}]}}}}],
+      "external_loading_conditions": {{"gravity": [0, -10]}},
+      "analysis": {{"shape_functions": "{}", "dt": 1e-4, "nsteps": 1}}}})",
+                                         functions);
+    const auto model = std::get<Model<2>>(read_scenario_text(text, "").model);
+    double worst = 0;
+    for (std::size_t i = 0; i < model.particles.x.size(); ++i) {
+      const Vec<2>& x = model.particles.x[i];
+      const double depth = 5.3 - 0.45 * x[0] - x[1];
+      worst = std::max(worst, std::abs(-model.particles.stress[i][1] / 20000 - depth));
+    }
+    CHECK(worst < 0.15);  // m
+  }
+}
+
 TEST_CASE("gravity may act along any axis, either way") {
   const Model<2> model = ground({.k0 = "0.5", .gravity = "[0, 10]"});
   const auto& p = model.particles;
@@ -97,6 +124,9 @@ TEST_CASE("initial stresses at rest are refused where they cannot be found") {
   CHECK(says(refusal({.k0 = "\"jaky\""}), "\"jaky\" needs a friction angle"));
   CHECK(says(refusal({.k0 = "-1"}), "'k0' must be"));
   CHECK(says(refusal({.k0 = R"(1, "materials": [{"material": "silt", "k0": 1}])"}), "silt"));
+  const std::string unknown = R"({"box": {"max": [1, 1]}}}}, {"generator": {"type": "region",
+      "per_cell": 1, "material": "silt", "region": {"box": {"min": [1, 0], "max": [4, 3]}})";
+  CHECK(says(refusal({.region = unknown}), "silt"));
   CHECK(says(refusal({.gravity = "[1, -10]"}), "\"k0\" needs gravity along an axis"));
   CHECK(says(refusal({.gravity = R"({"gravity": [0, -10], "ramping_time": 1})"}),
              "gravity that acts from the beginning"));
