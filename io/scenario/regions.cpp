@@ -227,7 +227,13 @@ class RegionReader {
             "the lower surface comes first");
       return {};
     }
-    return intersection_of<Dim>({std::move(above), std::move(below)});
+    RegionShape<Dim> out = intersection_of<Dim>({std::move(above), std::move(below)});
+    // Where the surfaces touch, nothing lies between them, whatever the tolerance.
+    out.contains = [both = std::move(out.contains), lower = find(names[0])->surface,
+                    upper = find(names[1])->surface, least = 2 * eps_](const Vec<Dim>& x) {
+      return both(x) && !(upper->height(x) - lower->height(x) <= least);
+    };
+    return out;
   }
 
   double eps_;

@@ -21,8 +21,7 @@ ParticleGroup<Dim> ScenarioBuilder<Dim>::group_of(const JsonValue& entry) {
     return group;
   }
   if (shape) {
-    const auto region =
-        std::make_shared<const Region<Dim>>(*shape, region_tolerance_, in_.document, in_.problems);
+    const auto region = std::make_shared<const Region<Dim>>(region_of(*shape));
     group.region = [region](const Vec<Dim>& x) { return region->contains(x); };
   } else if (auto ids = members(entry, "pset_id", "pset", sets_.particles)) {
     group.members = std::move(*ids);

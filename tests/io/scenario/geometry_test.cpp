@@ -57,6 +57,29 @@ TEST_CASE("particles lie below, above and between surfaces through points") {
   }
 }
 
+TEST_CASE("where surfaces touch, nothing lies between them") {
+  const auto points = [](double east) {
+    return R"({"bed": {"points": [[0, 2.01], [8, 2.01]]},
+               "ground": {"points": [[0, 2.01], [4, 2.01], [8, )" +
+           std::to_string(east) + "]]}}";
+  };
+  for (const auto& x : read_2d(points(6), R"({"between": ["bed", "ground"]})").particles.x)
+    CHECK(x.x() > 4);
+  CHECK(said(points(2.01), R"({"between": ["bed", "ground"]})")
+            .find("the region contains no particle") != std::string::npos);
+}
+
+TEST_CASE("a stage removes what lies above a surface") {
+  std::string text = scenario_2d(R"({"pit": {"points": [[0, 5], [8, 1]]}})", R"({"all": true})");
+  text.insert(text.rfind('}'), R"(, "stages": [{"name": "ground"},
+      {"name": "dug", "remove": [{"region": {"above": "pit"}}]}])");
+  const auto model =
+      std::get<Model<2>>(read_scenario_text(text, ".", {.overrides = {}, .stage = 1}).model);
+  REQUIRE(model.changes.removed.size() == 1);
+  CHECK(model.changes.removed[0].region({2, 4.1}));
+  CHECK(!model.changes.removed[0].region({2, 3.9}));
+}
+
 TEST_CASE("layers reach from their surface to the next one, each with its material and set") {
   const std::string text = R"({"mesh": {"structured": {"cell_size": 1, "extent": [8, 8]}},
   "geometry": {"ground": {"points": [[0, 6.3], [8, 6.3]]}, "horizon": {"points": [[0, 0.1], [8, 8.1]]},
