@@ -118,6 +118,21 @@ bool check_solid(const std::string& file, Triangles& triangles, ProblemList& pro
   return check.good();
 }
 
+bool check_crossings(const std::string& file, const TriangleTree& tree, ProblemList& problems) {
+  const auto found = tree.crossings();
+  if (found.count == 0) return true;
+  const Triangles& all = tree.triangles();
+  problems.error(
+      {.file = file,
+       .message = fmt::format("the surface passes through itself: {} of triangles cross, the first "
+                              "at {}",
+                              counted(found.count, "pair"), text_of(found.at)),
+       .hint = fmt::format("these two have their centres at {} and {}; unite what overlaps in the "
+                           "program that made the surface",
+                           text_of(all.centre(found.first)), text_of(all.centre(found.second)))});
+  return false;
+}
+
 bool check_surface(const std::string& file, Triangles& triangles, ProblemList& problems) {
   Check check(file, triangles, problems);
   check.triangles();

@@ -53,8 +53,13 @@ Geometry<Dim> ScenarioBuilder<Dim>::from_solid(const JsonValue& shape) {
     if (!triangles) return out;
     const double band =
         mesh_ ? cells_around * outer_cell().maxCoeff() : std::numeric_limits<double>::infinity();
-    all_or_none(team_, [&] { out.solid = solid_of_triangles(std::move(*triangles), band); });
-    if (mesh_) warn_of_distant_shape(*shape.find("solid"), out.solid->bounds());
+    const std::string& file = shape.find("solid")->as<std::string>();
+    all_or_none(team_, [&] {
+      TriangleTree tree(std::move(*triangles));
+      if (check_crossings(file, tree, in_.problems))
+        out.solid = solid_of_triangles(std::move(tree), band);
+    });
+    if (mesh_ && out.solid) warn_of_distant_shape(*shape.find("solid"), out.solid->bounds());
   } else {
     in_.error(*shape.find("solid"), "a solid of triangles is for 3D",
               "in two dimensions take a region, such as a polygon");

@@ -21,8 +21,8 @@ constexpr double on_it = 1e-11;
 /// Graph. 11, 243-253).
 class TriangleSolid final : public Solid<3> {
  public:
-  TriangleSolid(Triangles triangles, double band)
-      : tree_(std::move(triangles)),
+  TriangleSolid(TriangleTree tree, double band)
+      : tree_(std::move(tree)),
         neighbour_(edges_of(tree_.triangles()).neighbour),
         band_(band),
         rounding_(on_it * (tree_.high() - tree_.low()).norm()),
@@ -113,8 +113,12 @@ class TriangleSolid final : public Solid<3> {
 
 }  // namespace
 
+SolidPtr<3> solid_of_triangles(TriangleTree tree, double band) {
+  return std::make_shared<TriangleSolid>(std::move(tree), band);
+}
+
 SolidPtr<3> solid_of_triangles(Triangles triangles, double band) {
-  return std::make_shared<TriangleSolid>(std::move(triangles), band);
+  return solid_of_triangles(TriangleTree(std::move(triangles)), band);
 }
 
 }  // namespace lahar

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "physics/geometry/solid.h"
-#include "physics/geometry/triangles.h"
+#include "physics/geometry/triangle_tree.h"
 
 namespace lahar {
 
@@ -13,6 +13,8 @@ namespace lahar {
 /// Distances up to `band` [m] are exact; beyond it the side is right, and the distance at most the
 /// exact one. The normal is that of the face, or the direction from the nearest point where that
 /// is on an edge or corner.
+SolidPtr<3> solid_of_triangles(TriangleTree tree,
+                               double band = std::numeric_limits<double>::infinity());
 SolidPtr<3> solid_of_triangles(Triangles triangles,
                                double band = std::numeric_limits<double>::infinity());
 

@@ -9,6 +9,13 @@
 
 namespace lahar {
 
+/// Pairs of triangles of which an edge of one passes through the inside of the other.
+struct TriangleCrossings {
+  Index count = 0;
+  Local first = -1, second = -1;  ///< triangles of the first pair, in the order of the tree
+  Vec<3> at = Vec<3>::Zero();     ///< [m] where they cross
+};
+
 /// Queries have no state: any thread may ask.
 class TriangleTree {
  public:
@@ -28,6 +35,9 @@ class TriangleTree {
   /// The point of all triangles that is nearest to x, if it is nearer than the root of `square`.
   Hit nearest(const Vec<3>& x, double square) const;
 
+  /// Triangles that touch do not cross, nor do those that rounding cannot tell from these.
+  TriangleCrossings crossings() const;
+
   const Triangles& triangles() const { return triangles_; }
   const Vec<3>& low() const { return low_; }    ///< [m] lowest corner of the box around all
   const Vec<3>& high() const { return high_; }  ///< [m] highest
@@ -45,6 +55,7 @@ class TriangleTree {
   struct Item;
   class Builder;
   struct Waiting;
+  class CrossingSearch;
   void look_at(const Vec<3>& x, Local first, int count, Hit& best) const;
 
   Triangles triangles_;

@@ -100,6 +100,10 @@ TEST_CASE("members of a team that read a solid have the particles of one process
 TEST_CASE("solids and surfaces of triangles that cannot be used are refused") {
   Files files;
   files.write("open.obj", cube.substr(0, cube.rfind("f 2")));
+  files.write("two.obj", cube +  // another cube passes through the first
+                             "v .75 .5 .5\nv 2 .5 .5\nv .75 2 .5\nv 2 2 .5\nv .75 .5 2\nv 2 .5 2\n"
+                             "v .75 2 2\nv 2 2 2\nf 9 11 12 10\nf 13 14 16 15\nf 9 10 14 13\n"
+                             "f 11 15 16 12\nf 9 13 15 11\nf 10 12 16 14\n");
   files.write("over.obj",
               "v 0 0 0\nv 4 0 0\nv 0 8 0\nv 4 8 0\nv 2 0 3\nv 2 8 3\n"
               "f 1 2 4\nf 1 4 3\nf 2 5 6\nf 2 6 4\n");
@@ -114,6 +118,12 @@ TEST_CASE("solids and surfaces of triangles that cannot be used are refused") {
   CHECK(said(R"({"wall": {"solid": "open.obj"}})") ==
         "open.obj: the surface is not closed: 4 edges belong to one triangle only (close the hole: "
         "4 edges around (1, 0.5, 0.5))\n");
+  CHECK(
+      said(R"({"wall": {"solid": "two.obj"}})") ==
+      "two.obj: the surface passes through itself: 10 pairs of triangles cross, the first at "
+      "(0.75, "
+      "0.75, 1) (these two have their centres at (0.333333, 0.666667, 1) and (0.75, 1, 1.5); unite "
+      "what overlaps in the program that made the surface)\n");
   CHECK(said(R"({"wall": {"solid": "none.obj"}})") ==
         "scenario: file 'none.obj' does not exist (file names are relative to the scenario's "
         "folder)\n");
