@@ -1,30 +1,162 @@
-#include <cmath>
+#include "io/geometry/ascii_grid.h"
 
-#include "io/base/numbers.h"
-#include "io/geometry/raster_output.h"
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <fstream>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+#include "io/base/text.h"
+#include "physics/base/error.h"
 
 namespace lahar {
 
-std::string ascii_grid_text(const RasterGrid& grid, std::span<const double> values) {
-  std::string text;
-  const auto line = [&](const char* key, auto value) {
-    text += key;
-    append_number(text, value);
-    text += '\n';
+namespace {
+
+constexpr std::size_t piece = std::size_t{1} << 20;  ///< that is read at once [bytes]
+constexpr std::size_t longest_word = 64;             ///< no number of a grid is longer
+
+constexpr std::array<std::string_view, 10> keys = {
+    "ncols",     "nrows", "xllcorner", "yllcorner", "xllcenter",
+    "yllcenter", "dx",    "dy",        "cellsize",  "nodata_value"};
+
+bool is_space(char c) {
+  return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\v' || c == '\f';
+}
+
+bool is_digit(char c) {
+  return '0' <= c && c <= '9';
+}
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(), [](char c) {
+    return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return out;
+}
+
+/// Words that programs write where a value is not known.
+bool is_unknown(std::string_view word) {
+  const std::string text = lower(word.substr(word[0] == '-' || word[0] == '+' ? 1 : 0));
+  constexpr std::array<std::string_view, 5> words = {"nan", "inf", "1.#qnan", "1.#ind", "1.#inf"};
+  return std::find(words.begin(), words.end(), text) != words.end();
+}
+
+/// Whether GDAL reads all of a word as a number; both decimal separators are known to it.
+bool is_number(std::string_view word) {
+  const char *at = word.data(), *const end = at + word.size();
+  const auto digits = [&] {
+    const char* const begin = at;
+    while (at != end && is_digit(*at)) ++at;
+    return at - begin;
   };
-  line("ncols ", grid.columns);
-  line("nrows ", grid.rows);
-  line("xllcorner ", grid.low.x());
-  line("yllcorner ", grid.low.y());
-  line("cellsize ", grid.cell);
-  line("NODATA_value ", no_data);
-  for (Index row = grid.rows - 1; row >= 0; --row)  // the first is the northernmost
-    for (Index i = 0; i < grid.columns; ++i) {
-      const double value = values[static_cast<std::size_t>(row * grid.columns + i)];
-      append_number(text, std::isnan(value) ? no_data : value);
-      text += i + 1 < grid.columns ? ' ' : '\n';
+  if (at != end && (*at == '-' || *at == '+')) ++at;
+  auto all = digits();
+  if (at != end && (*at == '.' || *at == ',')) {
+    ++at;
+    all += digits();
+  }
+  if (all > 0 && at != end && (*at == 'e' || *at == 'E')) {
+    ++at;
+    if (at != end && (*at == '-' || *at == '+')) ++at;
+    all = digits();
+  }
+  return word.size() <= longest_word && ((all > 0 && at == end) || is_unknown(word));
+}
+
+/// Words between spaces, in pieces.
+class Words {
+ public:
+  explicit Words(const MapFile& file) : in_(file.path, std::ios::binary), text_(piece, '\0') {}
+
+  /// The next word, which is there until the one after it; nothing at the end. Of a word that is
+  /// too long the beginning, which is too long, too.
+  std::optional<std::string_view> next() {
+    word_.clear();
+    while (at_ != size_ || fill()) {
+      const char c = text_[at_];
+      if (is_space(c) && !word_.empty()) break;
+      ++at_;
+      line_ += c == '\n';
+      if (!is_space(c) && word_.size() <= longest_word) word_ += c;
     }
-  return text;
+    if (word_.empty()) return std::nullopt;
+    return word_;
+  }
+  Index line() const { return line_; }  ///< of the word
+
+ private:
+  bool fill() {
+    in_.read(text_.data(), static_cast<std::streamsize>(text_.size()));
+    size_ = static_cast<std::size_t>(in_.gcount());
+    at_ = 0;
+    return size_ > 0;
+  }
+  std::ifstream in_;
+  std::string text_, word_;
+  std::size_t at_ = 0, size_ = 0;
+  Index line_ = 1;
+};
+
+[[noreturn]] void fail(std::string message, std::string hint) {
+  throw InputError({Problem{.message = std::move(message), .hint = std::move(hint)}});
+}
+
+[[noreturn]] void refuse_word(const MapFile& file, const Words& words, std::string_view word) {
+  fail(
+      fmt::format("line {} of '{}' has '{}', which is no number", words.line(), file.name, word),
+      "values of a grid are numbers with spaces between; cells without data have its NODATA_value");
+}
+
+Index count_of(const MapFile& file, const Words& words, std::string_view word) {
+  Index count = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), count);
+  if (error != std::errc() || end != word.data() + word.size() || count < 1)
+    fail(fmt::format("line {} of '{}' has '{}' in place of a number of cells", words.line(),
+                     file.name, word),
+         "ncols and nrows are whole numbers greater than 0");
+  return count;
+}
+
+}  // namespace
+
+void check_ascii_grid(const MapFile& file) {
+  Words words(file);
+  std::array<Index, 2> counts{};  // columns and rows
+  auto word = words.next();
+  for (bool first = true; word; word = words.next(), first = false) {
+    const auto key = std::find(keys.begin(), keys.end(), lower(*word));
+    if (key == keys.end()) {
+      if (first) return;  // of another format
+      break;
+    }
+    const auto value = words.next();
+    if (!value) break;
+    if (key - keys.begin() < 2)
+      counts[static_cast<std::size_t>(key - keys.begin())] = count_of(file, words, *value);
+    else if (!is_number(*value))
+      refuse_word(file, words, *value);
+  }
+  if (counts[0] == 0 || counts[1] == 0) return;  // GDAL says what is missing
+  const double wanted = static_cast<double>(counts[0]) * static_cast<double>(counts[1]);
+  Index found = 0;
+  for (; word; word = words.next(), ++found) {
+    if (!is_number(*word)) refuse_word(file, words, *word);
+    if (static_cast<double>(found) >= wanted)
+      fail(fmt::format("'{}' has more values than its {} columns and {} rows take, from line {} on",
+                       file.name, format_count(counts[0]), format_count(counts[1]), words.line()),
+           "do ncols and nrows belong to these values?");
+  }
+  if (static_cast<double>(found) < wanted)
+    fail(fmt::format("'{}' ends after {} values; its {} columns and {} rows take {}", file.name,
+                     format_count(found), format_count(counts[0]), format_count(counts[1]),
+                     format_count(static_cast<Index>(wanted))),
+         "is the file whole?");
 }
 
 }  // namespace lahar

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -32,10 +33,11 @@ std::string reference_name(const std::string& wkt);
 bool same_reference(const std::string& wkt, const std::string& other);
 
 /// Cells of equal size in rows, one file or several that lie beside each other; of it the part that
-/// a model needs. Coordinates are those of the map [m].
+/// a model needs. Coordinates are those of the map [m]. Values are heights [m], or of another
+/// `unit`.
 class Raster {
  public:
-  explicit Raster(const std::vector<MapFile>& tiles);
+  explicit Raster(const std::vector<MapFile>& tiles, std::string_view unit = "m");
   ~Raster();
   Raster(const Raster&) = delete;
   Raster& operator=(const Raster&) = delete;
@@ -57,7 +59,7 @@ class Raster {
   Part part(const Vec<2>& low, const Vec<2>& high, double finest) const;
   /// How many rows are read at once. Their number bounds the memory that reading takes.
   Index rows_at_once(const Part& part) const;
-  /// Heights [m] of rows from `begin` to `end`, rows and points ascending; NaN where not known.
+  /// Heights of rows from `begin` to `end`, rows and points ascending; NaN where not known.
   std::vector<float> read(const Part& part, Index begin, Index end) const;
 
  private:

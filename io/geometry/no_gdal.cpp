@@ -20,7 +20,7 @@ bool has_gdal() {
   return false;
 }
 struct Raster::Source {};
-Raster::Raster(const std::vector<MapFile>&) {
+Raster::Raster(const std::vector<MapFile>&, std::string_view) {
   refuse();
 }
 Raster::~Raster() = default;

@@ -56,16 +56,25 @@ std::array<double, 6> transform_of(const Dataset& dataset, const MapFile& file) 
   return t;
 }
 
-void check_band(const Dataset& dataset, const MapFile& file) {
+/// Whether a raster says that its values have this unit. Most rasters say nothing.
+bool has_unit(const std::string& name, std::string_view unit) {
+  constexpr std::array metres = {"metre", "meter", "metres", "meters"};
+  return name.empty() || name == unit ||
+         (unit == "m" && std::find(metres.begin(), metres.end(), name) != metres.end());
+}
+
+void check_band(const Dataset& dataset, const MapFile& file, std::string_view unit) {
   const int bands = gdal().GDALGetRasterCount(dataset.get());
   if (bands != 1)
-    fail(fmt::format("'{}' has {} bands; an elevation raster has one", file.name, bands),
+    fail(fmt::format("'{}' has {} bands; {} has one", file.name, bands,
+                     unit == "m" ? "an elevation raster" : "a raster of a parameter"),
          "gdal_translate -b 1 takes the first");
-  const char* unit = gdal().GDALGetRasterUnitType(gdal().GDALGetRasterBand(dataset.get(), 1));
-  const std::string name = unit ? unit : "";
-  if (!name.empty() && name != "m" && name != "metre" && name != "meter" && name != "metres" &&
-      name != "meters")
-    fail(fmt::format("the heights of '{}' are in {}", file.name, name), "metres are needed");
+  const char* said = gdal().GDALGetRasterUnitType(gdal().GDALGetRasterBand(dataset.get(), 1));
+  const std::string name = said ? said : "";
+  if (!has_unit(name, unit))
+    fail(fmt::format("the {} of '{}' are in {}", unit == "m" ? "heights" : "values", file.name,
+                     name),
+         unit == "m" ? "metres are needed" : fmt::format("the unit here is '{}'", unit));
 }
 
 /// One raster of several: of numbers that know NaN, which is what lies between tiles.
@@ -104,12 +113,13 @@ Dataset join(const std::vector<MapFile>& tiles, std::vector<Dataset> parts,
 
 }  // namespace
 
-Raster::Raster(const std::vector<MapFile>& tiles) : source_(std::make_unique<Source>()) {
+Raster::Raster(const std::vector<MapFile>& tiles, std::string_view unit)
+    : source_(std::make_unique<Source>()) {
   const QuietGdal quiet;
   std::vector<Dataset> parts;
   for (const MapFile& tile : tiles) {
     parts.push_back(open(tile));
-    check_band(parts.back(), tile);
+    check_band(parts.back(), tile, unit);
     transform_of(parts.back(), tile);
     const std::string reference =
         plane_reference(gdal().GDALGetSpatialRef(parts.back().get()), tile.name);

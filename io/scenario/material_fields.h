@@ -20,7 +20,7 @@ struct MaterialField {
   std::string key;
   double mean;                                     ///< for what needs one value of the material
   std::vector<double> values;                      ///< of the classes
-  std::function<int(const Vec<Dim>& x)> class_of;  ///< from 0 to values.size() - 1
+  std::function<int(const Vec<Dim>& x)> class_of;  ///< from 0 to values.size() - 1; -1 = unknown
 };
 
 }  // namespace lahar

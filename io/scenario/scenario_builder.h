@@ -92,6 +92,7 @@ class ScenarioBuilder {
   void build_shape(const std::string& name, const JsonValue& value, std::vector<std::string> users);
   Geometry<Dim> through_points(const JsonValue& value);
   Geometry<Dim> moved_surface(const JsonValue& value, const std::vector<std::string>& users);
+  std::shared_ptr<const Surface<Dim>> surface_under(const JsonValue& object, std::string_view key);
   std::shared_ptr<const Surface<Dim>> surface_named(const JsonValue& name,
                                                     const std::vector<std::string>& users);
   Region<Dim> region_of(const JsonValue& value);
@@ -104,7 +105,7 @@ class ScenarioBuilder {
   void read_map_origin();
   std::vector<MapFile> map_files(const JsonValue& names, bool whole);
   bool check_reference(const JsonValue& name, const std::string& reference);
-  Geometry<Dim> from_raster(const JsonValue& names);
+  Geometry<Dim> from_raster(const JsonValue& names, std::string_view unit = "m");
   bool all_can(const JsonValue& at, const std::function<void()>& part);
   std::vector<float> heights_of(const Raster& raster, const Raster::Part& part,
                                 const JsonValue& names);
@@ -124,6 +125,8 @@ class ScenarioBuilder {
   std::optional<int> phase_direction_of(const JsonValue& object);
   void build_pore_pressures();
   void build_water_table(const JsonValue& given);
+  std::optional<std::function<double(const Vec<Dim>&)>> water_level(const JsonValue& given, int up,
+                                                                    int along);
   // scenario_implicit.cpp
   void build_implicit();  ///< before what depends on the scheme
   void build_implicit_steps(const JsonValue& analysis);
@@ -291,14 +294,19 @@ class ScenarioBuilder {
   /// The material with one number in place of each of its fields, which become an entry of fields_;
   /// nothing where it has no fields.
   std::optional<JsonValue> take_fields(const JsonValue& material);
-  std::optional<MaterialField<Dim>> random_field(const JsonValue& given);
-  std::optional<MaterialField<Dim>> profile(const JsonValue& given);
-  std::optional<std::function<double(const Vec<Dim>&)>> level_of(const JsonValue& given);
   void check_bounds_of(const MaterialField<Dim>& field, const JsonValue& material,
                        const JsonValue& at);
+  void check_fields_known();  ///< at all particles; collective
   void refuse_fields();
   void split_fields();  ///< after all that takes materials as the scenario has them; collective
   Material material_of_class(std::size_t material, Index number);
+  // scenario_field_kinds.cpp
+  std::optional<MaterialField<Dim>> field_of(const std::string& key, const JsonValue& given,
+                                             const JsonValue& material);
+  std::optional<MaterialField<Dim>> random_field(const JsonValue& given);
+  std::optional<MaterialField<Dim>> profile(const JsonValue& given);
+  std::optional<MaterialField<Dim>> mapped(const JsonValue& given, std::string_view unit);
+  std::optional<std::function<double(const Vec<Dim>&)>> level_of(const JsonValue& given);
   // scenario_marks.cpp
   void collect_marks();  ///< for a picture, where one is wanted
   template <class List>

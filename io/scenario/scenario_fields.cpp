@@ -5,40 +5,17 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <memory>
 
+#include "io/base/text.h"
 #include "io/scenario/law_reader.h"
 #include "io/scenario/scenario_builder.h"
 #include "io/schema/keys.h"
-#include "physics/geometry/random_field.h"
 
 namespace lahar {
 
 namespace {
 
-/// Standard deviations beyond which values of random fields are cut off.
-constexpr double most_deviations = 4;
 constexpr double most_classes_of_all = 20000;
-
-/// The k-th of n equal parts of [low, high], its middle.
-double middle_of(int k, int n, double low, double high) {
-  return low + (k + 0.5) / n * (high - low);
-}
-
-int part_of(double value, int n, double low, double high) {
-  if (!(high > low)) return 0;
-  return static_cast<int>(std::clamp(std::floor((value - low) / (high - low) * n), 0.0, n - 1.0));
-}
-
-/// Linear between points of ascending first components, constant outside.
-double interpolated(const std::vector<std::array<double, 2>>& points, double at) {
-  const auto after = std::upper_bound(points.begin(), points.end(), at,
-                                      [](double x, const auto& p) { return x < p[0]; });
-  if (after == points.begin()) return points.front()[1];
-  if (after == points.end()) return points.back()[1];
-  const auto& [x0, y0] = *(after - 1);
-  return y0 + (at - x0) / ((*after)[0] - x0) * ((*after)[1] - y0);
-}
 
 /// A class of a material with fields.
 struct ClassOf {
@@ -72,16 +49,7 @@ std::optional<JsonValue> ScenarioBuilder<Dim>::take_fields(const JsonValue& mate
   JsonValue plain = material;
   for (const auto& member : members) {
     if (!member.value.template is<JsonValue::Object>()) continue;
-    const bool random = member.value.find("mean") != nullptr;
-    const bool by_depth = member.value.find("at_depth") != nullptr;
-    if (random == by_depth) {
-      in_.error(member.value, fmt::format("'{}' needs either 'mean' or 'at_depth'", member.key),
-                "mean, cov, correlation_length and seed make a random field; at_depth and below a "
-                "profile");
-      plain.find(member.key)->invalidate();
-      continue;
-    }
-    auto field = random ? random_field(member.value) : profile(member.value);
+    auto field = field_of(member.key, member.value, material);
     if (!field) {  // reported
       plain.find(member.key)->invalidate();
       continue;
@@ -94,103 +62,33 @@ std::optional<JsonValue> ScenarioBuilder<Dim>::take_fields(const JsonValue& mate
   return plain;
 }
 
+// Of the particles without a value, the first along x is named.
 template <int Dim>
-std::optional<MaterialField<Dim>> ScenarioBuilder<Dim>::random_field(const JsonValue& given) {
-  using Correlation = typename RandomField<Dim>::Correlation;
-  const auto mean = get_number(given, "mean"), cov = get_number(given, "cov");
-  const JsonValue* length = given.find("correlation_length");
-  for (const char* key : {"cov", "correlation_length"})
-    if (!written(given, key))
-      in_.error(given, fmt::format("'{}' is missing in a random field", key));
-  if (!mean || !cov || !length) return std::nullopt;
-  const Vec<Dim> lengths = length->is_number() ? Vec<Dim>(Vec<Dim>::Constant(length->number()))
-                                               : *get_vector<Dim>(given, "correlation_length");
-  const bool lognormal = get_text(given, "distribution") != "normal";
-  if (lognormal && !(*mean > 0)) {
-    in_.error(*given.find("mean"),
-              fmt::format("the mean of a log-normal field must be greater "
-                          "than 0, found {:g}",
-                          *mean),
-              "\"distribution\": \"normal\" has values of both signs");
-    return std::nullopt;
-  }
-  const int n = static_cast<int>(get_integer(given, "classes").value_or(64));
-  const double least = get_number(given, "min").value_or(-std::numeric_limits<double>::infinity()),
-               most = get_number(given, "max").value_or(std::numeric_limits<double>::infinity());
-  const double s = std::sqrt(std::log1p(*cov * *cov));
-  MaterialField<Dim> field{.key = "", .mean = *mean, .values = {}, .class_of = {}};
-  for (int k = 0; k < n; ++k) {
-    const double xi = middle_of(k, n, -most_deviations, most_deviations);
-    const double value =
-        lognormal ? *mean * std::exp(s * xi - 0.5 * s * s) : *mean + std::abs(*mean) * *cov * xi;
-    field.values.push_back(std::clamp(value, least, std::max(least, most)));
-  }
-  const auto correlation = get_text(given, "correlation") == "exponential"
-                               ? Correlation::exponential
-                               : Correlation::gaussian;
-  const auto seed = static_cast<std::uint64_t>(get_integer(given, "seed").value_or(0));
-  const auto xi = std::make_shared<const RandomField<Dim>>(seed, lengths, correlation);
-  field.class_of = [xi, n](const Vec<Dim>& x) {
-    return part_of((*xi)(x), n, -most_deviations, most_deviations);
-  };
-  return field;
-}
-
-// Where a surface has no height, its depth is that of the first row.
-template <int Dim>
-std::optional<std::function<double(const Vec<Dim>&)>> ScenarioBuilder<Dim>::level_of(
-    const JsonValue& given) {
-  using Level = std::function<double(const Vec<Dim>&)>;
-  if (const auto level = get_number(given, "below"))
-    return Level([top = *level](const Vec<Dim>&) { return top; });
-  const auto name = get_text(given, "below");
-  if (!name) return std::nullopt;
-  const auto found = geometry_.find(*name);
-  if (found == geometry_.end() || (found->second.known() && !found->second.surface)) {
-    in_.error(*given.find("below"),
-              fmt::format("'below' must name a surface; '{}' is {}", *name,
-                          found == geometry_.end() ? "not in geometry" : found->second.kind()),
-              "geometry has surfaces from rasters, points and grids");
-    return std::nullopt;
-  }
-  if (!found->second.surface) return std::nullopt;  // reported
-  return Level([surface = found->second.surface](const Vec<Dim>& x) {
-    const double height = surface->height(x);
-    return std::isnan(height) ? -std::numeric_limits<double>::infinity() : height;
-  });
-}
-
-template <int Dim>
-std::optional<MaterialField<Dim>> ScenarioBuilder<Dim>::profile(const JsonValue& given) {
-  const auto level = level_of(given);
-  if (!written(given, "below"))
-    in_.error(
-        given, "'below' is missing beside 'at_depth'",
-        "the level from which depths count, along the last axis [m], or a surface of geometry");
-  const JsonValue* rows = given.find("at_depth");
-  if (!level || !rows) return std::nullopt;
-  std::vector<std::array<double, 2>> points;
-  for (const JsonValue& row : rows->as<JsonValue::Array>()) {
-    const auto& pair = row.as<JsonValue::Array>();
-    points.push_back({pair[0].number(), pair[1].number()});
-  }
-  const auto ascending = [](const auto& a, const auto& b) { return a[0] >= b[0]; };
-  if (points.empty() ||
-      std::adjacent_find(points.begin(), points.end(), ascending) != points.end()) {
-    in_.error(*rows, "depths of 'at_depth' must be ascending",
-              "[[0, 1e7], [10, 5e7]]: rows of a depth [m] and the value there");
-    return std::nullopt;
-  }
-  const auto by_value = [](const auto& a, const auto& b) { return a[1] < b[1]; };
-  const auto [lowest, highest] = std::minmax_element(points.begin(), points.end(), by_value);
-  const double low = (*lowest)[1], high = (*highest)[1];
-  const int n = high > low ? static_cast<int>(get_integer(given, "classes").value_or(64)) : 1;
-  MaterialField<Dim> field{.key = "", .mean = 0.5 * (low + high), .values = {}, .class_of = {}};
-  for (int k = 0; k < n; ++k) field.values.push_back(middle_of(k, n, low, high));
-  field.class_of = [=, top = *level](const Vec<Dim>& x) {
-    return part_of(interpolated(points, top(x) - x[Dim - 1]), n, low, high);
-  };
-  return field;
+void ScenarioBuilder<Dim>::check_fields_known() {
+  const auto materials = get_list(root_, "materials");
+  for (std::size_t m = 0; m < fields_.size() && m < materials.size(); ++m)
+    for (const auto& field : fields_[m]) {
+      std::vector<std::array<double, Dim>> places;
+      for (std::size_t p = 0; p < model_.particles.x.size(); ++p) {
+        const Vec<Dim>& x = model_.particles.x[p];
+        if (model_.particles.material[p] % fields_.size() != m || field.class_of(x) >= 0) continue;
+        places.emplace_back();
+        std::copy_n(x.data(), Dim, places.back().begin());
+      }
+      const Index count = team_.sum(static_cast<Index>(places.size()));
+      if (count == 0) continue;
+      std::sort(places.begin(), places.end());
+      places.resize(std::min<std::size_t>(places.size(), 1));
+      places = joined(team_.gather(places));
+      const auto& first = *std::min_element(places.begin(), places.end());
+      in_.error(
+          *materials[m]->find(field.key),
+          fmt::format("the map of '{}' has no value at {} of the particles of '{}', the first "
+                      "at x = {:.6g}, y = {:.6g}",
+                      field.key, format_count(count), model_.materials[m].name, first[0], first[1]),
+          "fill the nodata of the raster there (gdal_fillnodata.py), or give it the "
+          "coordinates of the mesh with 'map_origin'");
+    }
 }
 
 template <int Dim>
@@ -243,6 +141,7 @@ template <int Dim>
 void ScenarioBuilder<Dim>::split_fields() {
   if (std::all_of(fields_.begin(), fields_.end(), [](const auto& f) { return f.empty(); })) return;
   refuse_fields();
+  check_fields_known();
   if (!in_.problems.empty()) return;
   auto& particles = model_.particles;
   const std::size_t n = fields_.size();

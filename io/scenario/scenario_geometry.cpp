@@ -155,6 +155,23 @@ std::shared_ptr<const Surface<Dim>> ScenarioBuilder<Dim>::surface_named(
   return nullptr;
 }
 
+/// The surface whose name is under `key`, after geometry has been read; null if reported.
+template <int Dim>
+std::shared_ptr<const Surface<Dim>> ScenarioBuilder<Dim>::surface_under(const JsonValue& object,
+                                                                        std::string_view key) {
+  const auto name = get_text(object, key);
+  if (!name) return nullptr;
+  const auto found = geometry_.find(*name);
+  if (found == geometry_.end() || (found->second.known() && !found->second.surface)) {
+    in_.error(*object.find(key),
+              fmt::format("'{}' must name a surface; '{}' is {}", key, *name,
+                          found == geometry_.end() ? "not in geometry" : found->second.kind()),
+              "geometry has surfaces from rasters, points and grids");
+    return nullptr;
+  }
+  return found->second.surface;  // null: it could not be read, which has been reported
+}
+
 namespace {
 
 /// Coordinates of both axes where both are, ascending; those closer than rounding once.

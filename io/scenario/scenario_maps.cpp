@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "io/base/text.h"
+#include "io/geometry/ascii_grid.h"
 #include "io/scenario/scenario_builder.h"
 
 namespace lahar {
@@ -117,7 +118,7 @@ Surface<3> cut_to(const Surface<3>& surface, const Vec<3>& low, const Vec<3>& hi
 }  // namespace
 
 template <int Dim>
-Geometry<Dim> ScenarioBuilder<Dim>::from_raster(const JsonValue& names) {
+Geometry<Dim> ScenarioBuilder<Dim>::from_raster(const JsonValue& names, std::string_view unit) {
   const std::vector<MapFile> files = map_files(names, false);
   Geometry<Dim> out;
   if constexpr (Dim == 3) {
@@ -129,7 +130,9 @@ Geometry<Dim> ScenarioBuilder<Dim>::from_raster(const JsonValue& names) {
     const Vec<2> from = low.template head<2>() + in_.map.origin;
     const Vec<2> to = high.template head<2>() + in_.map.origin;
     if (!all_can(names, [&] {
-          raster = std::make_unique<Raster>(files);
+          if (team_.index() == 0)
+            for (const MapFile& file : files) check_ascii_grid(file);
+          raster = std::make_unique<Raster>(files, unit);
           part = raster->part(from, to, finest_spacing * cell);
         }))
       return out;
@@ -172,7 +175,7 @@ std::vector<float> ScenarioBuilder<Dim>::heights_of(const Raster& raster, const 
   const bool known =
       std::any_of(own.begin(), own.end(), [](float height) { return !std::isnan(height); });
   if (!team_.any(known)) {
-    in_.error(names, "the raster has no height where the mesh is: all of it is nodata there");
+    in_.error(names, "the raster has no value where the mesh is: all of it is nodata there");
     return {};
   }
   return joined(team_.gather(own));

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "io/base/text.h"
@@ -130,6 +131,16 @@ void ScenarioBuilder<Dim>::mark_water() {
   for (const JsonValue* entry : get_list(*given, "water_tables"))
     mark.levels.push_back(
         {get_number(*entry, "position").value_or(0), get_number(*entry, "h0").value_or(0)});
+  if (written(*given, "surface")) {
+    // Along the first axis through the middle of the mesh, where the section is.
+    const auto& surface = *geometry_.find(*get_text(*given, "surface"))->second.surface;
+    Vec<Dim> x = 0.5 * (mesh_->bounds().first + mesh_->bounds().second);
+    for (const double at : surface.axes()[0]) {
+      x[0] = at;
+      if (const double level = surface.height(x); !std::isnan(level))
+        mark.levels.push_back({at, level});
+    }
+  }
   std::sort(mark.levels.begin(), mark.levels.end());
   if (!mark.levels.empty()) in_.marks->push_back(std::move(mark));
 }

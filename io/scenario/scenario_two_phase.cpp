@@ -220,6 +220,47 @@ void ScenarioBuilder<Dim>::build_pore_pressures() {
   }
 }
 
+/// Level of the water [m] above or below a point; NaN where there is none.
+template <int Dim>
+std::optional<std::function<double(const Vec<Dim>&)>> ScenarioBuilder<Dim>::water_level(
+    const JsonValue& given, int up, int along) {
+  using Level = std::function<double(const Vec<Dim>&)>;
+  if (written(given, "surface") == written(given, "water_tables")) {
+    in_.error(given, "a water table needs either 'surface' or 'water_tables'",
+              "the name of a surface of geometry, or [{\"position\": 0, \"h0\": 1}]: levels along "
+              "dir_h [m]");
+    return std::nullopt;
+  }
+  if (written(given, "surface")) {
+    if (up != Dim - 1 || along != 0) {
+      const char* key = along != 0 ? "dir_h" : "dir_v";
+      in_.error(*given.find(key), fmt::format("'{}' does not go together with 'surface'", key),
+                "surfaces have heights along the last axis");
+      return std::nullopt;
+    }
+    const auto surface = surface_under(given, "surface");
+    if (!surface) return std::nullopt;
+    return Level([surface](const Vec<Dim>& x) { return surface->height(x); });
+  }
+  std::map<double, double> levels;
+  for (const JsonValue* entry : get_list(given, "water_tables"))
+    levels[get_number(*entry, "position").value_or(0)] = get_number(*entry, "h0").value_or(0);
+  if (levels.empty()) {
+    in_.error(*given.find("water_tables"), "'water_tables' is empty",
+              "[{\"position\": 0, \"h0\": 1}]: levels along dir_h [m]");
+    return std::nullopt;
+  }
+  return Level([along, levels = std::move(levels)](const Vec<Dim>& at) {
+    const double x = at[along];
+    const auto after = levels.upper_bound(x);
+    if (after == levels.begin()) return after->second;
+    const auto before = std::prev(after);
+    if (after == levels.end()) return before->second;
+    const double share = (x - before->first) / (after->first - before->first);
+    return before->second + share * (after->second - before->second);
+  });
+}
+
 template <int Dim>
 void ScenarioBuilder<Dim>::build_water_table(const JsonValue& given) {
   const int up = get_direction(given, "dir_v").value_or(Dim - 1);
@@ -227,26 +268,14 @@ void ScenarioBuilder<Dim>::build_water_table(const JsonValue& given) {
   for (const char* key : {"dir_v", "dir_h"})
     if (get_direction(given, key).value_or(0) >= Dim)
       return in_.error(*given.find(key), fmt::format("'{}' must be below {}", key, Dim));
-  std::map<double, double> levels;
-  for (const JsonValue* entry : get_list(given, "water_tables"))
-    levels[get_number(*entry, "position").value_or(0)] = get_number(*entry, "h0").value_or(0);
-  if (levels.empty())
-    return in_.error(given, "'water_tables' is missing",
-                     "[{\"position\": 0, \"h0\": 1}]: levels along dir_h [m]");
-  const auto level_at = [&](double x) {
-    const auto after = levels.upper_bound(x);
-    if (after == levels.begin()) return after->second;
-    const auto before = std::prev(after);
-    if (after == levels.end()) return before->second;
-    const double share = (x - before->first) / (after->first - before->first);
-    return before->second + share * (after->second - before->second);
-  };
+  const auto level = water_level(given, up, along);
+  if (!level) return;
   const ParticleTable<Dim>& p = model_.particles;
   for (std::size_t i = 0; i < p.x.size(); ++i) {
     const auto& liquid = model_.materials[p.material[i]].liquid;
     const double weight = liquid ? -liquid->density * model_.gravity[up] : 0.0;
-    model_.particles.pore_pressure[i] =
-        std::max(0.0, weight * (level_at(p.x[i][along]) - p.x[i][up]));
+    // Of 0 and NaN, max() takes 0.
+    model_.particles.pore_pressure[i] = std::max(0.0, weight * ((*level)(p.x[i]) - p.x[i][up]));
   }
 }
 

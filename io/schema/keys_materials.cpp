@@ -21,8 +21,8 @@ const Section& field_section() {
       .path = "materials[].PARAMETER",
       .help =
           "A parameter that differs from place to place, in place of its number: a random "
-          "field (mean, cov, correlation_length, seed), or a profile over depth (at_depth, "
-          "below). A particle keeps the value of its place at the beginning.",
+          "field (mean, cov, correlation_length, seed), a profile over depth (at_depth, "
+          "below), or a map (raster). A particle keeps the value of its place at the beginning.",
       .keys = {
           {.key = "mean", .kinds = number, .help = "mean of a random field", .native = true},
           {.key = "cov",
@@ -71,6 +71,12 @@ const Section& field_section() {
            .help = "level from which depths count downwards along the last axis, or the name of a "
                    "surface of geometry",
            .unit = "m",
+           .native = true},
+          {.key = "raster",
+           .kinds = file | texts,
+           .help =
+               "ESRI ASCII grid or GeoTIFF of the value at each place in plan, bilinear between "
+               "centres of its cells; a list: tiles that lie beside each other",
            .native = true},
           {.key = "classes",
            .kinds = integer,

@@ -95,6 +95,12 @@ const Section& pore_pressures_section() {
            .help = "direction of the positions",
            .fallback = "0",
            .only = {"water_table"}},
+          {.key = "surface",
+           .kinds = text,
+           .help = "the name of a surface of geometry that is the level of the water, in place of "
+                   "water_tables; without water where it has no height",
+           .only = {"water_table"},
+           .native = true},
           {.key = "water_tables",
            .kinds = list,
            .help =

@@ -118,7 +118,7 @@ TEST_CASE("rasters that cannot be the ground of a model are refused") {
        {write("dem.asc", ascii_grid(of_height(unknown)))},
        dem,
        below,
-       "the raster has no height where the mesh is: all of it is nodata there\n"},
+       "the raster has no value where the mesh is: all of it is nodata there\n"},
       {"below the mesh",
        {write("dem.asc", ascii_grid(of_height(-5)))},
        dem,

@@ -162,8 +162,12 @@ TEST_CASE("fields that cannot be are refused, with what is possible") {
     CAPTURE(text);
     CHECK(text.find(part) != std::string::npos);
   };
-  has(said(R"({"seed": 1})"), "'cohesion' needs either 'mean' or 'at_depth'");
-  has(said(R"({"mean": 1, "at_depth": [[0, 1]]})"), "'cohesion' needs either 'mean' or 'at_depth'");
+  const char* const one = "'cohesion' needs one of 'mean', 'at_depth' and 'raster'";
+  has(said(R"({"seed": 1})"), one);
+  has(said(R"({"mean": 1, "at_depth": [[0, 1]]})"), one);
+  has(said(R"({"at_depth": [[0, 1]], "below": 20, "cov": 0.1})"),
+      "'cov' has no meaning in a profile");
+  has(said(R"({"raster": "c.asc"})"), "maps of parameters are for three dimensions");
   CHECK(said(R"({"seed": 1})").find("must be a number") == std::string::npos);
   has(said(R"({"mean": 1e4})"), "'cov' is missing in a random field");
   has(said(R"({"mean": 1e4, "cov": 0.1})"), "'correlation_length' is missing in a random field");
