@@ -11,6 +11,7 @@ import lahar
 arguments = argparse.ArgumentParser(description=__doc__)
 arguments.add_argument("--end-time", type=float, default=0.6, help="of each run [s]")
 case = lahar.Scenario.read(Path(__file__).with_name("column-collapse.json"))
+case["mesh"]["structured"].update(cell_size=[0.01, 0.01], counts=[40, 16])  # coarse: a study of seconds
 case["analysis"]["end_time"] = arguments.parse_args().end_time
 
 
