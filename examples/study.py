@@ -16,7 +16,7 @@ case["analysis"]["end_time"] = arguments.parse_args().end_time
 
 
 def runout(run):
-    return run.frames[-1]["coordinates"][:, 0].max() / 0.1 - 1
+    return run.frames[-1].particles["coord_x"].quantile(0.99) / 0.1 - 1  # without single grains that fly ahead
 
 
 study = lahar.study("results/study", case, {"materials.0.friction": range(16, 36)})
