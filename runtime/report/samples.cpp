@@ -19,16 +19,19 @@ std::uint64_t mixed(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// Particles of a frame that are shown, by ascending id.
+/// Particles of a frame that are shown. Their order is that of numbers which look random, so that
+/// any first part of them is spread over the body.
 std::vector<std::size_t> chosen(const Frame& frame, double share) {
-  const auto limit = static_cast<double>(std::numeric_limits<std::uint32_t>::max()) * share;
+  const auto limit = static_cast<double>(std::numeric_limits<std::uint64_t>::max()) * share;
+  std::vector<std::pair<std::uint64_t, std::size_t>> order;
+  for (std::size_t p = 0; p < frame.id.size(); ++p) {
+    const std::uint64_t number = mixed(static_cast<std::uint64_t>(frame.id[p]) + 1);
+    if (share >= 1 || static_cast<double>(number) < limit) order.emplace_back(number, p);
+  }
+  std::sort(order.begin(), order.end());
   std::vector<std::size_t> list;
-  for (std::size_t p = 0; p < frame.id.size(); ++p)
-    if (share >= 1 ||
-        static_cast<double>(mixed(static_cast<std::uint64_t>(frame.id[p]) + 1) >> 32) < limit)
-      list.push_back(p);
-  std::sort(list.begin(), list.end(),
-            [&](std::size_t a, std::size_t b) { return frame.id[a] < frame.id[b]; });
+  list.reserve(order.size());
+  for (const auto& [number, p] : order) list.push_back(p);
   return list;
 }
 

@@ -93,6 +93,7 @@ class ParticleView {
     this.listeners = [];
     this.frame = 0;
     this.field = 0;
+    this.share = 1;  // while it moves
     addEventListener("resize", () => this.draw());
     theme.listeners.push(() => this.draw());
   }
@@ -100,9 +101,10 @@ class ParticleView {
     const share = this.run.shown / this.run.particles, dim = this.run.dim;
     // Fewer particles are drawn larger: they stand for their neighbours.
     const edge = this.run.edge / this.largest * Math.min(3, share ** (-1 / dim));
+    this.radius = 0.62 * edge;
     this.material = new THREE.ShaderMaterial({
       vertexShader, fragmentShader,
-      uniforms: { radius: { value: 0.62 * edge }, height: { value: 1 }, signedRow: { value: 0.25 },
+      uniforms: { radius: { value: this.radius }, height: { value: 1 }, signedRow: { value: 0.25 },
                   colours: { value: paletteTexture(maps) } },
     });
     this.geometry = new THREE.BufferGeometry();
@@ -147,7 +149,6 @@ class ParticleView {
     const { position, values } = this.arrays(this.frame), at = this.run.frames[this.frame];
     this.geometry.setAttribute("position", position);
     this.geometry.setAttribute("value", values[field]);
-    this.geometry.setDrawRange(0, position.count);
     this.material.uniforms.signedRow.value = isSigned ? 0.75 : 0.25;
     this.now.textContent = `${at.stage ? at.stage + ", " : ""}t = ${shortNumber(at.time)} s`;
     this.draw();
@@ -179,13 +180,33 @@ class ParticleView {
   }
   moved() {
     for (const listener of this.listeners) listener(this);
+    this.stir();
+  }
+  /** Draw something that moves: at a rate at which it looks smooth, and all of it when it rests. */
+  stir() {
+    this.moving = true;
+    clearTimeout(this.rest);
+    this.rest = setTimeout(() => {
+      this.moving = false;
+      this.last = undefined;
+      this.draw();
+    }, 200);
     this.draw();
+  }
+  /** The share of the particles that is drawn: any first part of them is spread over the body. */
+  detail() {
+    if (!this.moving) return 1;
+    const now = performance.now(), took = now - (this.last ?? now);
+    this.last = now;
+    if (took > 36) this.share = Math.max(0.15, this.share * 0.85);
+    else if (took > 0 && took < 22) this.share = Math.min(1, this.share * 1.05);
+    return this.share;
   }
   follow(other) {
     this.camera.position.copy(other.camera.position);
     this.camera.quaternion.copy(other.camera.quaternion);
     this.controls.target.copy(other.controls.target);
-    this.draw();
+    this.stir();
   }
   draw() {
     this.waiting ??= requestAnimationFrame(() => {
@@ -205,6 +226,9 @@ class ParticleView {
     }
     this.material.uniforms.height.value = h * ratio;
     this.boxMaterial.color.set(theme.dark ? 0xa3afbd : 0x56616f);
+    const detail = this.detail(), count = this.geometry.getAttribute("position").count;
+    this.geometry.setDrawRange(0, Math.ceil(detail * count));
+    this.material.uniforms.radius.value = this.radius * Math.min(1.5, detail ** (-1 / this.run.dim));
     this.camera.updateMatrixWorld();
     this.renderer.render(this.scene, this.camera);
     this.placeNames(w, h);
