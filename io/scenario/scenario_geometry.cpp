@@ -17,10 +17,10 @@ constexpr std::array shape_keys = {"points", "raster", "surface", "triangles", "
 
 template <int Dim>
 void ScenarioBuilder<Dim>::build_geometry() {
+  read_map_origin();  // maps of parameters need it, too
   const JsonValue* named = root_.find("geometry");
   if (!named) return;
   phase("geometry");
-  read_map_origin();
   for (const auto& [name, offset, value] : named->as<JsonValue::Object>())
     if (name.empty()) in_.error(value, "a geometry needs a name");
   for (const auto& [name, offset, value] : named->as<JsonValue::Object>())
