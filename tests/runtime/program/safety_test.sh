@@ -1,6 +1,6 @@
 #!/bin/bash
-# `lahar safety` as users have it: a coarse vertical cut, on any threads and ranks, from both kinds of
-# equilibrium, and what it refuses.
+# `lahar safety` as users have it: a coarse vertical cut, on any threads and ranks, and what it
+# refuses.
 #
 #     safety_test.sh LAHAR MPIEXEC
 set -u
@@ -37,7 +37,7 @@ awk -F, 'NR > 1 { if ($2) { if ($1 > lo) lo = $1 } else { if (!hi || $1 < hi) hi
                   if (!$2 && $5 == "equilibrium" || $2 && $5 != "equilibrium") bad = 1 }
          END { exit bad || !(lo > 1.55 && hi < 1.85 && hi - lo < 0.04) }' "$work/one/safety.csv" ||
   fail "the factor of the cut: $(tr '\n' ' ' <"$work/one/safety.csv")"
-grep -q "factor of safety 1\.[67]" "$work/out" || fail "the factor is not said"
+grep -q "factor of safety 1\.[5-8]" "$work/out" || fail "the factor is not said"
 [ -f "$work/one/mechanism/manifest.json" ] || fail "there is no mechanism"
 safety two -t 2 || fail "two threads"
 same two
