@@ -1,7 +1,8 @@
+#include "io/geometry/raster_output.h"
+
 #include <cmath>
 
 #include "io/base/numbers.h"
-#include "io/geometry/raster_output.h"
 
 namespace lahar {
 
