@@ -117,7 +117,7 @@ class QuietFiles(http.server.SimpleHTTPRequestHandler):
 
 def check_in_browser(site, program):
     """The search finds a tutorial, colours follow the system, nothing fails or comes from elsewhere."""
-    sys.path.insert(0, str(ROOT / "tests" / "trace_page"))
+    sys.path.insert(0, str(ROOT / "tests" / "pages"))
     from browser import Browser
     handler = functools.partial(QuietFiles, directory=str(site))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server, Browser(program) as page:
