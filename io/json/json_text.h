@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <string>
 #include <string_view>
 
 namespace lahar {
@@ -24,6 +25,24 @@ Json json_of_text(std::string_view text) {
   } catch (const TooDeep&) {
     return Json(Json::value_t::discarded);
   }
+}
+
+/// Member `key` of `object` if there is one and it is a text, otherwise "".
+inline std::string text_in(const nlohmann::json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+/// Member `key` of `object` if there is one and it is a number, otherwise 0.
+inline double number_in(const nlohmann::json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_number() ? found->get<double>() : 0;
+}
+
+/// Member `key` of `object`, null if there is none.
+inline nlohmann::json member_of(const nlohmann::json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() ? *found : nlohmann::json{};
 }
 
 }  // namespace lahar

@@ -3,8 +3,10 @@
 #include <fmt/chrono.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "io/base/atomic_file.h"
 #include "io/base/sha256.h"
@@ -127,6 +129,7 @@ Manifest::Manifest(const RunInfo& info) {
       {"history", history_json()},
       {"started", now()},
   };
+  if (info.stage > 0) json["stage"] = info.stage;
   if (!info.map_reference.empty() || info.map_origin != std::array<double, 2>{})
     json["map"] = {{"origin", info.map_origin}, {"reference", info.map_reference}};
   if (!info.changes.empty()) json["changes"] = info.changes;
@@ -179,13 +182,40 @@ std::string Manifest::with_end(const RunEnd* end) const {
   return dump(json);
 }
 
-bool is_run_folder(const std::filesystem::path& folder) {
+std::optional<nlohmann::json> read_manifest(const std::filesystem::path& folder) {
   try {
-    const Json json = json_of_text<Json>(read_text_file(folder / "manifest.json"));
-    return json.is_object() && json.contains("lahar_run");
+    nlohmann::json json = json_of_text(read_text_file(folder / "manifest.json"));
+    if (json.is_object() && json.contains("lahar_run")) return json;
   } catch (const IoError&) {
-    return false;
+    // There is none.
   }
+  return {};
+}
+
+bool is_run_folder(const std::filesystem::path& folder) {
+  return read_manifest(folder).has_value();
+}
+
+std::vector<FolderOfRun> folders_of_run(const std::filesystem::path& run) {
+  if (auto manifest = read_manifest(run)) return {{run, std::move(*manifest)}};
+  std::vector<FolderOfRun> folders;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(run, error))
+    if (entry.is_directory(error))
+      if (auto manifest = read_manifest(entry.path()))
+        folders.push_back({entry.path(), std::move(*manifest)});
+  if (folders.empty())
+    throw InputError({Problem{.message = fmt::format("{} is not a run folder", run.string()),
+                              .hint = "name a folder that `lahar run` wrote: it has a "
+                                      "manifest.json"}});
+  // Manifests of older versions do not number stages; `started` counts whole seconds.
+  const auto order = [](const FolderOfRun& one) {
+    return std::tuple(number_in(one.manifest, "stage"), text_in(one.manifest, "started"),
+                      one.folder);
+  };
+  std::sort(folders.begin(), folders.end(),
+            [&](const auto& a, const auto& b) { return order(a) < order(b); });
+  return folders;
 }
 
 }  // namespace lahar

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -16,6 +18,7 @@ namespace lahar {
 /// Known when a run starts.
 struct RunInfo {
   std::string title;
+  Index stage = 0;  ///< 1 for the first stage of a scenario; 0 without stages
   std::string version, commit, compiler;
   std::vector<std::pair<std::string, std::string>> libraries;  ///< name, version
   std::vector<std::string> command;                            ///< program and arguments
@@ -71,7 +74,18 @@ class Manifest {
   std::string start_;  // JSON
 };
 
-/// True if `folder` holds a manifest.json that Lahar wrote.
+/// The manifest.json in `folder`, if Lahar wrote one there.
+std::optional<nlohmann::json> read_manifest(const std::filesystem::path& folder);
+/// True if there is one.
 bool is_run_folder(const std::filesystem::path& folder);
+
+struct FolderOfRun {
+  std::filesystem::path folder;
+  nlohmann::json manifest;
+};
+
+/// The folders with the results of a run: itself, or those of its stages in their order. Throws
+/// InputError where there are none.
+std::vector<FolderOfRun> folders_of_run(const std::filesystem::path& run);
 
 }  // namespace lahar

@@ -19,6 +19,7 @@ namespace {
 
 RunInfo run_info(const RunArguments& arguments, const Scenario& scenario) {
   RunInfo info;
+  if (!scenario.stages.empty()) info.stage = static_cast<Index>(scenario.stage) + 1;
   info.version = LAHAR_VERSION;
   info.commit = LAHAR_COMMIT;
   info.compiler = compiler_line();

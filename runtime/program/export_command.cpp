@@ -15,13 +15,9 @@ struct ExportArguments {
 };
 
 int export_command(const ExportArguments& arguments) {
-  FrameChoice choice;
-  if (arguments.step == "all")
-    choice.kind = FrameChoice::Kind::all;
-  else if (arguments.step != "last")
-    choice = {FrameChoice::Kind::step, std::stoll(arguments.step)};
-  for (const auto& file : export_run(arguments.run, export_format(arguments.format), choice,
-                                     arguments.output, arguments.spacing))
+  for (const auto& file :
+       export_run(arguments.run, export_format(arguments.format), frame_choice(arguments.step),
+                  arguments.output, arguments.spacing))
     fmt::print("{}\n", printable(file.string()));
   return exit_ok;
 }

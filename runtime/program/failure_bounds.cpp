@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
+#include <utility>
 
 #include "physics/base/types.h"
 #include "physics/materials/law.h"
-#include "runtime/exchange/exact_sum.h"
+#include "runtime/exchange/sum_over_ranks.h"
 
 namespace lahar {
 
@@ -63,8 +63,8 @@ class Body {
       for (const double v : piece.find("volume")->values) volume += v;
       reach(piece);
     }
-    mass_ = sum(mass, ranks);
-    volume_ = sum(volume, ranks);
+    mass_ = sum_over_ranks(mass, ranks);
+    volume_ = sum_over_ranks(volume, ranks);
     for (double& low : low_) low = ranks.min(low);
     for (double& high : high_) high = ranks.max(high);
   }
@@ -86,25 +86,14 @@ class Body {
         high_[d] = std::max(high_[d], at);
       }
   }
-  static double sum(const ExactSum& own, const Communicator& ranks) {
-    std::vector<Index> elements(own.elements().begin(), own.elements().end());
-    ranks.sum(elements);
-    return ExactSum(std::span<const Index, ExactSum::size>(elements)).value();
-  }
 
   std::vector<Direction> directions_;
   std::vector<double> low_, high_;
   double mass_ = 0, volume_ = 0;
 };
 
-double displacement_bound(const FrameSource& frame, double shear,
-                          const std::vector<double>& gravity, const Communicator& ranks) {
-  const double g = magnitude(gravity.data(), gravity.size());
-  if (!(g > 0)) return infinite;
-  const std::vector<Direction> directions = across(gravity);
-  const Body body(frame, directions, ranks);
-  double area = 1;
-  for (std::size_t d = 0; d < directions.size(); ++d) area *= body.extent(d);
+/// `area`: of the body across gravity [m^2].
+double displacement_bound(const Body& body, double area, double shear, double g) {
   const double thickness = body.volume() / area;
   return body.mass() / body.volume() * g * thickness * thickness / shear;
 }
@@ -119,12 +108,16 @@ FailureBounds failure_bounds(const FrameSource& frame, const std::vector<Materia
       shear = std::min(shear, G);
       speed = std::min(speed, std::sqrt(G / material.density));
     }
-  const int dim = frame.header.dim;
-  const Body body(frame, axes(dim), ranks);
-  double longest = 0;
-  for (int k = 0; k < dim; ++k)
-    longest = std::max(longest, body.extent(static_cast<std::size_t>(k)));
-  return {.displacement = displacement_bound(frame, shear, gravity, ranks),
+  std::vector<Direction> directions = axes(frame.header.dim);
+  const std::size_t n_axes = directions.size();
+  const double g = magnitude(gravity.data(), gravity.size());
+  if (g > 0)
+    for (Direction& one : across(gravity)) directions.push_back(std::move(one));
+  const Body body(frame, directions, ranks);
+  double longest = 0, area = 1;
+  for (std::size_t d = 0; d < n_axes; ++d) longest = std::max(longest, body.extent(d));
+  for (std::size_t d = n_axes; d < directions.size(); ++d) area *= body.extent(d);
+  return {.displacement = g > 0 ? displacement_bound(body, area, shear, g) : infinite,
           .time = passes * longest / speed};
 }
 

@@ -7,7 +7,7 @@
 #include "io/base/atomic_file.h"
 #include "io/base/text.h"
 #include "io/frames/vtkhdf.h"
-#include "io/run/run_folder.h"
+#include "io/results/export.h"
 #include "runtime/picture/canvas.h"
 #include "runtime/picture/frame_picture.h"
 #include "runtime/picture/run_facts.h"
@@ -28,19 +28,15 @@ struct PictureArguments {
   double rate = 12;  ///< pictures per second of a film
 };
 
-std::vector<FrameFile> chosen_frames(const PictureArguments& arguments) {
-  const fs::path run = arguments.run;
-  if (arguments.step != "last" && arguments.step != "all")
-    return {find_frame(run, std::stoll(arguments.step))};
-  const FrameFile last = find_frame(run);
-  const bool all = arguments.film || arguments.step == "all";
-  return all && fs::is_directory(run) ? frames_of_run(run) : std::vector{last};
+/// A film has all frames, unless one is asked for.
+FrameChoice choice_of(const PictureArguments& arguments) {
+  return frame_choice(arguments.film && arguments.step == "last" ? "all" : arguments.step);
 }
 
 class Pictures {
  public:
   explicit Pictures(const PictureArguments& arguments)
-      : arguments_(arguments), frames_(chosen_frames(arguments)) {
+      : arguments_(arguments), frames_(chosen_frames(arguments.run, choice_of(arguments))) {
     const FrameHeader header = read_frame_header(frames_.back().file);
     columns_ = columns_of_picture(header, arguments.field);
     const RunFacts facts = run_facts(arguments.run);
@@ -70,18 +66,21 @@ class Pictures {
   void share_scale() {
     std::optional<ColourScale> scale;
     std::optional<Bounds> bounds;
+    const bool wanted = options_.scale.has_value();
     for (const FrameFile& file : frames_) {
       const Frame frame = read_frame(file.file, columns_);
       if (frame.id.empty()) continue;
-      const ColourScale own = scale_of(field_of(frame, arguments_.field).values);
-      scale = scale ? joined(*scale, own) : own;
+      if (!wanted) {
+        const ColourScale own = scale_of(field_of(frame, arguments_.field).values);
+        scale = scale ? joined(*scale, own) : own;
+      }
       const Bounds place = bounds_of(frame);
       if (bounds)
         bounds->add(place);
       else
         bounds = place;
     }
-    if (!options_.scale) options_.scale = scale;
+    if (!wanted) options_.scale = scale;
     options_.bounds = bounds;
   }
 

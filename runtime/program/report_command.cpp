@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <map>
 
 #include "io/base/atomic_file.h"
 #include "io/base/text.h"
@@ -23,10 +24,10 @@ int report_command(const ReportArguments& arguments) {
   std::vector<RunResults> runs;
   for (const std::string& run : arguments.runs) runs.push_back(read_run(run));
   // Runs of the same name, such as those in folders of two studies, are told apart by their place.
+  std::map<std::string, int> count;
+  for (const RunResults& run : runs) ++count[run.label];
   for (std::size_t k = 0; k < runs.size(); ++k)
-    for (std::size_t other = 0; other < runs.size(); ++other)
-      if (other != k && runs[other].label == fs::path(arguments.runs[k]).filename().string())
-        runs[k].label = arguments.runs[k];
+    if (count[runs[k].label] > 1) runs[k].label = arguments.runs[k];
   const std::string page = report_page(runs, arguments.options);
   const fs::path output = arguments.output.empty() ? fs::path(arguments.runs[0]) / "report.html"
                                                    : fs::path(arguments.output);

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <utility>
 
-#include "io/base/atomic_file.h"
 #include "io/json/json_text.h"
 #include "io/run/manifest.h"
 #include "io/scenario/scenario_difference.h"
@@ -20,9 +19,8 @@ namespace fs = std::filesystem;
 
 /// Whether a run folder is that of a run that has come to its end.
 bool has_finished(const fs::path& folder) {
-  if (!is_run_folder(folder)) return false;
-  const auto json = json_of_text(read_text_file(folder / "manifest.json"));
-  return json.is_object() && json.value("status", "") == "finished";
+  const auto manifest = read_manifest(folder);
+  return manifest && text_in(*manifest, "status") == "finished";
 }
 
 bool same(const Problem& a, const Problem& b) {

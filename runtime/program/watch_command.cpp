@@ -49,9 +49,13 @@ class Watch {
     RunProgress progress;
   };
 
+  static bool is_another(const RunProgress& before, const RunProgress& now) {
+    return before.stage != now.stage || before.started != now.started;
+  }
+
   void show(const RunProgress& now) {
     const Clock::time_point at = Clock::now();
-    if (!begin_ || begin_->progress.started != now.started) {
+    if (!begin_ || is_another(begin_->progress, now)) {
       begin_ = Seen{at, now};
       if (!now.stage.empty()) line("stage " + now.stage);
     }
@@ -69,7 +73,7 @@ class Watch {
                  stdout);
       std::fflush(stdout);
       shown_ = true;
-    } else if (!last_ || last_->step != now.step || last_->started != now.started) {
+    } else if (!last_ || last_->step != now.step || is_another(*last_, now)) {
       line(fmt::format("{:3.0f} %  {}, {:.4g} m/s at most, {:.1f} M particle-steps/s{}{}",
                        100 * now.share(), where, now.max_speed, rate * 1e-6,
                        remaining.empty() ? "" : ", ", remaining));

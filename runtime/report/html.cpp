@@ -12,6 +12,11 @@ namespace {
 
 constexpr double chart_width = 620, chart_height = 270;
 
+/// Text that is not UTF-8 (names of folders may be anything) is shown with replacement characters.
+std::string text_of(const nlohmann::json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 std::string chart_figure(const Chart& chart) {
   Svg svg(chart_width, chart_height, "none");
   const ChartScale s = draw_chart(svg, chart, chart_width, chart_height, page_ink);
@@ -23,7 +28,7 @@ std::string chart_figure(const Chart& chart) {
     legend += fmt::format("<li><i style=\"background:{}\"></i>{}</li>", line.colour,
                           xml_escaped(line.name));
   }
-  if (chart.lines.size() > 1) legend = "<ul class=\"legend\">" + legend + "</ul>";
+  legend = chart.lines.size() > 1 ? "<ul class=\"legend\">" + legend + "</ul>" : "";
   const json scale{{"image", chart_width},     {"left", s.left},        {"top", s.top},
                    {"width", s.width},         {"height", s.height},    {"x", {s.x_low, s.x_high}},
                    {"y", {s.y_low, s.y_high}}, {"xName", chart.x_name}, {"xUnit", s.x_unit},
@@ -31,8 +36,8 @@ std::string chart_figure(const Chart& chart) {
   return fmt::format(
       "<figure class=\"chart\" data-scale=\"{}\" data-names=\"{}\"><figcaption>{}{}</figcaption>\n"
       "{}</figure>\n",
-      xml_escaped(scale.dump()), xml_escaped(names.dump()), xml_escaped(chart.title),
-      chart.lines.size() > 1 ? legend : "", svg.finish());
+      xml_escaped(text_of(scale)), xml_escaped(text_of(names)), xml_escaped(chart.title), legend,
+      svg.finish());
 }
 
 }  // namespace

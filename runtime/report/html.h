@@ -24,8 +24,7 @@ std::string card(const std::string& heading, const std::string& content);
 /// Charts beside each other, those without points left out; "" where none is left.
 std::string charts(const std::vector<Chart>& list);
 
-/// Cells are HTML; those of the first column are words, and so are all of two
-/// columns.
+/// Cells are HTML. Those of the first column are text; in a table of two columns all are.
 std::string html_table(const std::vector<std::string>& head,
                        const std::vector<std::vector<std::string>>& rows);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "io/frames/vtkhdf.h"
+#include "io/json/json_text.h"
 #include "lahar_report_page.h"
 #include "runtime/picture/quantity.h"
 #include "runtime/picture/svg.h"
@@ -22,12 +23,19 @@ namespace {
 
 constexpr int map_colours = 255;
 
+/// Pictures of the particles of a run, as HTML.
+struct RunPictures {
+  std::string still;  ///< in the place of the 3D view
+  std::string figures;
+};
+
 class ReportPage {
  public:
   ReportPage(const std::vector<RunResults>& runs, const ReportOptions& options)
       : runs_(runs), options_(options) {
     choose_fields();
     take_samples();
+    draw_pictures();
   }
 
   std::string fill() const {
@@ -109,11 +117,7 @@ class ReportPage {
                    ? ""
                    : fmt::format("<div><dt>{}</dt><dd>{}</dd></div>", name, xml_escaped(value));
       };
-      const std::string scheme = last.manifest.contains("model") &&
-                                         last.manifest["model"].contains("scheme") &&
-                                         last.manifest["model"]["scheme"].is_string()
-                                     ? last.manifest["model"]["scheme"].get<std::string>()
-                                     : "";
+      const std::string scheme = text_in(member_of(last.manifest, "model"), "scheme");
       text += "<dl class=\"facts\">" + fact("dimensions", quantity(last.model("dim"), "")) +
               fact("scheme", scheme) + fact("stages", stages) +
               fact("started", last.text("started")) + fact("folder", last.folder.string()) +
@@ -159,8 +163,7 @@ class ReportPage {
           "<div class=\"stage\" hidden><canvas tabindex=\"0\" aria-label=\"Particles of "
           "{}\"></canvas>"
           "<span class=\"now\"></span></div>\n<div class=\"still\">{}</div>{}</figure>\n",
-          xml_escaped(runs_[r].label), picture_of(frames_of(runs_[r]).back(), 0, 900, 520),
-          shown_text(samples_[r]));
+          xml_escaped(runs_[r].label), pictures_[r].still, shown_text(samples_[r]));
     }
     return text +
            "</div>\n<div class=\"scale\" id=\"scale\" hidden><span id=\"scale-low\"></span>"
@@ -177,18 +180,25 @@ class ReportPage {
                        format_count(samples.shown), format_count(samples.particles));
   }
 
-  std::string picture_of(const ReportFrame& at, std::size_t field, double width,
+  /// A frame with what pictures of these fields need.
+  Frame read(const ReportFrame& at, const std::vector<std::string>& fields) const {
+    const FrameHeader header = read_frame_header(at.file.file);
+    std::vector<std::string> columns;
+    for (const std::string& field : fields)
+      for (std::string& column : columns_of_picture(header, field))
+        columns.push_back(std::move(column));
+    return read_frame(at.file.file, columns);
+  }
+
+  std::string picture_of(const Frame& frame, const RunPart& part, std::size_t field, double width,
                          double height) const {
-    Frame frame = read_frame(at.file.file,
-                             columns_of_picture(read_frame_header(at.file.file), fields_[field]));
     if (frame.id.empty()) return "<p class=\"soft\">There are no particles.</p>";
-    sort_by_id(frame);
     const FramePictureOptions options{.field = fields_[field],
                                       .look = look_of("", frame.dim),
                                       .scale = scales_[field],
                                       .bounds = bounds_,
                                       .title = {},
-                                      .axisymmetric = at.part->axisymmetric,
+                                      .axisymmetric = part.axisymmetric,
                                       .ink = page_ink,
                                       .largest_width = width,
                                       .largest_height = height,
@@ -199,23 +209,36 @@ class ReportPage {
     return svg.finish();
   }
 
-  /// The first field at some times, and the others at the end.
+  /// The first field at some times, and all of them at the end. The last frame is read once.
+  RunPictures pictures_of(const RunResults& run) const {
+    RunPictures pictures;
+    const auto figure = [&](const Frame& frame, const RunPart& part, std::size_t field) {
+      pictures.figures += "<figure>";
+      if (!part.name.empty())
+        pictures.figures += "<figcaption>" + xml_escaped("Stage " + part.name) + "</figcaption>";
+      pictures.figures += picture_of(frame, part, field, 560, 360) + "</figure>\n";
+    };
+    const std::vector<ReportFrame> frames = frames_of(run);
+    const ReportFrame& end = frames.back();
+    for (const ReportFrame& at : spread(frames, options_.times))
+      if (at.file.file != end.file.file) figure(read(at, {fields_[0]}), *at.part, 0);
+    const Frame last = read(end, fields_);
+    for (std::size_t f = 0; f < fields_.size(); ++f) figure(last, *end.part, f);
+    pictures.still = picture_of(last, *end.part, 0, 900, 520);
+    return pictures;
+  }
+
+  void draw_pictures() {
+    for (std::size_t r = 0; r < runs_.size(); ++r)
+      pictures_.push_back(samples_[r].frames.empty() ? RunPictures{} : pictures_of(runs_[r]));
+  }
+
   std::string pictures() const {
     std::string text;
     for (std::size_t r = 0; r < runs_.size(); ++r) {
       if (samples_[r].frames.empty()) continue;
       if (runs_.size() > 1) text += "<h3>" + xml_escaped(runs_[r].label) + "</h3>\n";
-      text += "<div class=\"grid\">\n";
-      const std::vector<ReportFrame> frames = frames_of(runs_[r]);
-      const auto figure = [&](const ReportFrame& at, std::size_t field) {
-        text += "<figure>";
-        if (!at.part->name.empty())
-          text += "<figcaption>" + xml_escaped("Stage " + at.part->name) + "</figcaption>";
-        text += picture_of(at, field, 560, 360) + "</figure>\n";
-      };
-      for (const ReportFrame& at : spread(frames, options_.times)) figure(at, 0);
-      for (std::size_t f = 1; f < fields_.size(); ++f) figure(frames.back(), f);
-      text += "</div>\n";
+      text += "<div class=\"grid\">\n" + pictures_[r].figures + "</div>\n";
     }
     return text;
   }
@@ -225,8 +248,7 @@ class ReportPage {
     for (const RunResults& run : runs_)
       for (const RunPart& part : run.parts)
         for (const RunMap& map : part.maps) {
-          std::string name = map.name;
-          std::replace(name.begin(), name.end(), '_', ' ');
+          const std::string name = readable(map.name);
           figures += fmt::format(
               "<figure><figcaption>{}</figcaption>{}<p class=\"soft\">{}</p></figure>\n",
               xml_escaped((runs_.size() > 1 ? run.label + ": " : "") + name),
@@ -265,6 +287,7 @@ class ReportPage {
   const ReportOptions& options_;
   std::vector<std::string> fields_;
   std::vector<RunSamples> samples_;
+  std::vector<RunPictures> pictures_;
   std::vector<ColourScale> scales_;
   std::vector<FrameField> about_;
   Bounds bounds_;

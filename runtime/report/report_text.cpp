@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "io/base/text.h"
+#include "io/json/json_text.h"
 #include "runtime/picture/quantity.h"
 #include "runtime/report/html.h"
 #include "runtime/report/run_charts.h"
@@ -70,18 +71,18 @@ std::vector<Figure> figures_of(const RunResults& run) {
                   removed > 0
                       ? fmt::format("{} particle{} left the mesh", removed, removed == 1 ? "" : "s")
                       : "no particle left the mesh"});
-  list.push_back({"run time", wall > 0 ? format_seconds(wall) : "–",
-                  fmt::format("{} thread{} on {} rank{}", workers, workers == 1 ? "" : "s",
-                              last.number("ranks"), last.number("ranks") == 1 ? "" : "s")});
+  const bool restarted = std::any_of(run.parts.begin(), run.parts.end(),
+                                     [](const RunPart& part) { return part.timed_from() > 0; });
+  list.push_back(
+      {"run time", wall > 0 ? format_seconds(wall) : "–",
+       fmt::format("{}{} thread{} on {} rank{}", restarted ? "since the last restart, " : "",
+                   workers, workers == 1 ? "" : "s", last.number("ranks"),
+                   last.number("ranks") == 1 ? "" : "s")});
   list.push_back({"speed", wall > 0 ? short_number(updates / wall * 1e-6, 3) + " M/s" : "–",
                   updates > 0 && wall > 0 ? fmt::format("particle-steps; {:.0f} ns each per thread",
                                                         wall * workers / updates * 1e9)
                                           : "particle-steps"});
   return list;
-}
-
-std::string item_text(const json& item, const char* key) {
-  return item.contains(key) && item[key].is_string() ? item[key].get<std::string>() : "";
 }
 
 std::string command_of(const RunPart& part) {
@@ -108,8 +109,7 @@ std::string inputs_of(const RunPart& part) {
   std::vector<std::vector<std::string>> rows;
   if (part.manifest.contains("inputs"))
     for (const json& input : part.manifest["inputs"])
-      rows.push_back(
-          {xml_escaped(item_text(input, "file")), xml_escaped(item_text(input, "sha256"))});
+      rows.push_back({xml_escaped(text_in(input, "file")), xml_escaped(text_in(input, "sha256"))});
   return rows.empty() ? "" : html_table({"input", "SHA-256"}, rows);
 }
 
@@ -123,9 +123,9 @@ std::string program_of(const RunPart& part) {
         if (version.is_string())
           libraries += (libraries.empty() ? "" : ", ") + name + " " + version.get<std::string>();
     rows.push_back(
-        {"program", xml_escaped(fmt::format("Lahar {} (commit {})", item_text(program, "version"),
-                                            item_text(program, "commit")))});
-    rows.push_back({"compiler", xml_escaped(item_text(program, "compiler"))});
+        {"program", xml_escaped(fmt::format("Lahar {} (commit {})", text_in(program, "version"),
+                                            text_in(program, "commit")))});
+    rows.push_back({"compiler", xml_escaped(text_in(program, "compiler"))});
     rows.push_back({"libraries", xml_escaped(libraries)});
   }
   rows.push_back({"host", xml_escaped(part.text("host"))});
@@ -147,7 +147,7 @@ std::string verdict(const RunResults& run) {
   } else if (status == "failed") {
     word = "failed", kind = "poor";
   } else {
-    text = fmt::format("The folder says nothing of an end; its last row is of step {}.",
+    text = fmt::format("The run has not recorded its end. The last row of its history is step {}.",
                        count_of(run.steps()));
   }
   return fmt::format("<p><span class=\"verdict {}\">{}</span>{}</p>\n", kind, word,

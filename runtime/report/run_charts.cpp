@@ -87,7 +87,7 @@ constexpr std::array energies{
     Quantity{"internal", "Internal energy", "internal", "J", true, false},
     Quantity{"external", "External work", "external work", "J", true, false},
     Quantity{"damping", "Energy taken by damping", "damping", "J", true, false},
-    Quantity{"friction", "Of this by friction", "friction", "J", true, false}};
+    Quantity{"friction", "Part of the damping: friction", "friction", "J", true, false}};
 
 constexpr std::array others{
     Quantity{"balance", "Balance of energy (numerical drift)", "balance", "J", true, true},
@@ -222,8 +222,7 @@ void add_profiles(std::vector<Chart>& list, const std::vector<RunResults>& runs,
           line.colour = line_colour(chart.lines.size());
           chart.lines.push_back(std::move(line));
         }
-  for (std::string* text : {&chart.title, &chart.y_name})
-    std::replace(text->begin(), text->end(), '_', ' ');
+  for (std::string* text : {&chart.title, &chart.y_name}) *text = readable(*text);
   list.push_back(std::move(chart));
 }
 
@@ -264,8 +263,7 @@ std::vector<Chart> gauge_charts(const std::vector<RunResults>& runs) {
             if (!is_place(column.name)) add_profiles(list, runs, gauge.name, column);
             continue;
           }
-          std::string name = column.name;
-          std::replace(name.begin(), name.end(), '_', ' ');
+          const std::string name = readable(column.name);
           list.push_back({.title = fmt::format("{}: {}", gauge.name, name),
                           .y_name = name,
                           .y_unit = column.unit,

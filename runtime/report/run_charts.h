@@ -8,11 +8,11 @@
 
 namespace lahar {
 
-/// Of one run a chart with all energies; of several a chart for each quantity, with a line of each
-/// run.
+/// One run: one chart with all energies. Several runs: one chart for each quantity, one line for
+/// each run.
 std::vector<Chart> history_charts(const std::vector<RunResults>& runs);
 
-/// Of bodies that move or that particles touch.
+/// Charts of the bodies that move, or that particles touch.
 std::vector<Chart> body_charts(const std::vector<RunResults>& runs);
 
 std::vector<Chart> gauge_charts(const std::vector<RunResults>& runs);

@@ -1,6 +1,5 @@
 #include "runtime/report/run_progress.h"
 
-#include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -22,23 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-json json_in(const fs::path& file) {
-  std::error_code error;
-  return fs::is_regular_file(file, error) ? json_of_text(read_text_file(file)) : json{};
-}
-
-std::string text_in(const json& object, const char* key) {
-  return object.is_object() && object.contains(key) && object[key].is_string()
-             ? object[key].get<std::string>()
-             : "";
-}
-
-double number_in(const json& object, const char* key) {
-  return object.is_object() && object.contains(key) && object[key].is_number()
-             ? object[key].get<double>()
-             : 0;
-}
-
 /// False if the process that writes is of this machine and does not exist any more.
 bool may_be_alive(const json& manifest) {
   std::array<char, 256> host{};
@@ -46,23 +28,6 @@ bool may_be_alive(const json& manifest) {
     return true;
   const auto process = static_cast<pid_t>(number_in(manifest, "process"));
   return process <= 0 || kill(process, 0) == 0 || errno != ESRCH;
-}
-
-/// The run itself, or the stage that began last.
-fs::path folder_of(const fs::path& run) {
-  std::error_code error;
-  if (is_run_folder(run)) return run;
-  std::pair<std::string, fs::path> latest;
-  if (fs::is_directory(run, error))
-    for (const auto& entry : fs::directory_iterator(run, error))
-      if (entry.is_directory(error) && is_run_folder(entry.path()))
-        latest = std::max(
-            latest, {text_in(json_in(entry.path() / "manifest.json"), "started"), entry.path()});
-  if (latest.second.empty())
-    throw InputError(
-        {Problem{.message = fmt::format("{} is not a run folder", run.string()),
-                 .hint = "name a folder that `lahar run` writes: it has a manifest.json"}});
-  return latest.second;
 }
 
 }  // namespace
@@ -76,8 +41,7 @@ double RunProgress::share() const {
 }
 
 RunProgress read_progress(const fs::path& run) {
-  const fs::path folder = folder_of(run);
-  const json manifest = json_in(folder / "manifest.json");
+  const auto [folder, manifest] = folders_of_run(run).back();
   RunProgress progress;
   if (folder != run) progress.stage = folder.filename().string();
   progress.status = text_in(manifest, "status");
@@ -85,16 +49,15 @@ RunProgress read_progress(const fs::path& run) {
   progress.started = text_in(manifest, "started");
   progress.wall_seconds = number_in(manifest, "wall_seconds");
   if (progress.status == "running" && !may_be_alive(manifest)) progress.status = "lost";
-  const json model =
-      manifest.is_object() && manifest.contains("model") ? manifest["model"] : json{};
+  const json model = member_of(manifest, "model");
   progress.steps = number_in(model, "steps");
   progress.particles = number_in(model, "particles");
-  const json scenario = json_in(folder / "scenario.full.json");
-  if (scenario.is_object() && scenario.contains("analysis"))
-    progress.end_time = number_in(scenario["analysis"], "end_time");
   std::error_code error;
+  if (const fs::path file = folder / "scenario.full.json"; fs::is_regular_file(file, error))
+    progress.end_time =
+        number_in(member_of(json_of_text(read_text_file(file)), "analysis"), "end_time");
   if (fs::is_regular_file(folder / "history.csv", error)) {
-    const Table history = read_table(folder / "history.csv");
+    const Table history = read_last_row(folder / "history.csv");
     const auto last = [&](const char* column, double otherwise) {
       const TableColumn* found = history.find(column);
       return found && !found->values.empty() ? found->values.back() : otherwise;

@@ -48,6 +48,8 @@ struct RunPart {
   double model(const char* key) const;   ///< likewise, of the manifest's "model"
   std::string status() const { return text("status"); }
   double end_time() const;  ///< [s] simulated, also of a run that goes on
+  /// The step at which the last restart began; before it nothing was timed.
+  double timed_from() const;
 };
 
 /// A run: its stages, or itself.
@@ -58,9 +60,9 @@ struct RunResults {
 
   const RunPart& last() const { return parts.back(); }
   double steps() const;
-  double wall_seconds() const;
-  double end_time() const;  ///< of all stages
-  /// Updates of particles; from the history where their number changes.
+  double wall_seconds() const;  ///< since the last restart
+  double end_time() const;      ///< of all stages
+  /// Updates of particles in wall_seconds(); from the history where their number changes.
   double particle_steps() const;
 };
 

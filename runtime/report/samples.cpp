@@ -101,9 +101,6 @@ RunSamples sample(const RunResults& run, const std::vector<std::string>& fields,
       std::clamp(budget.bytes / (std::max(1.0, most) * bytes_of_particle), 8.0,
                  static_cast<double>(std::max<std::size_t>(budget.frames, 8))));
   samples.dim = header.dim;
-  samples.bounds = header.dim == 3
-                       ? Bounds{.low = {1e300, 1e300, 1e300}, .high = {-1e300, -1e300, -1e300}}
-                       : Bounds{};
   std::vector<std::vector<double>> values(fields.size());
   for (const ReportFrame& at : spread(all, std::min(count, budget.frames))) {
     const Frame frame = read_frame(at.file.file, columns);
@@ -129,7 +126,10 @@ RunSamples sample(const RunResults& run, const std::vector<std::string>& fields,
       if (samples.fields.size() < fields.size()) samples.fields.push_back(std::move(field));
     }
     if (samples.edge == 0) samples.edge = median_edge(frame, list, at.part->axisymmetric);
-    samples.bounds.add(bounds_of(frame));
+    if (samples.frames.empty())
+      samples.bounds = bounds_of(frame);
+    else
+      samples.bounds.add(bounds_of(frame));
     samples.particles = std::max(samples.particles, frame.size());
     samples.shown = std::max(samples.shown, static_cast<Index>(list.size()));
     samples.frames.push_back(std::move(to));

@@ -43,10 +43,10 @@ std::vector<double> Table::values(std::string_view name) const {
   return column ? column->values : std::vector<double>(rows());
 }
 
-Table read_table(const std::filesystem::path& file) {
-  const std::string text = read_text_file(file);
+namespace {
+
+Table table_in(std::string_view rest) {
   Table table;
-  std::string_view rest = text;
   for (std::size_t end; (end = rest.find('\n')) != rest.npos; rest.remove_prefix(end + 1)) {
     std::string_view line = rest.substr(0, end);
     if (line.ends_with('\r')) line.remove_suffix(1);
@@ -67,6 +67,23 @@ Table read_table(const std::filesystem::path& file) {
     }
   }
   return table;
+}
+
+}  // namespace
+
+Table read_table(const std::filesystem::path& file) {
+  return table_in(read_text_file(file));
+}
+
+Table read_last_row(const std::filesystem::path& file) {
+  std::string text = read_text_file(file);
+  text.resize(text.rfind('\n') + 1);  // without a row that is not complete
+  const std::size_t head = text.find('\n') + 1;
+  if (head < text.size()) {
+    const std::size_t before = text.rfind('\n', text.size() - 2);
+    text.erase(head, before + 1 - head);
+  }
+  return table_in(text);
 }
 
 }  // namespace lahar

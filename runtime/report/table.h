@@ -26,4 +26,7 @@ struct Table {
 /// complete, as of a run that goes on, is left out. Throws IoError.
 Table read_table(const std::filesystem::path& file);
 
+/// The head of such a table and its last row, without the work of reading all rows.
+Table read_last_row(const std::filesystem::path& file);
+
 }  // namespace lahar

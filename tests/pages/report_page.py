@@ -1,6 +1,6 @@
 """Pages of reports in a browser: there at once, drawn, turned, played, readable, printed; nothing is loaded.
 
-    report_page.py CHROMIUM ONE TWO STAGES [--screenshot FILE.png]
+    report_page.py CHROMIUM ONE TWO STAGES NINE [--screenshot FILE.png]
 """
 
 import argparse
@@ -172,13 +172,27 @@ def test_stages(browser):
     expect(drawn(browser)[0]["share"] > 0.01, "and drawn")
 
 
+def test_nine(browser):
+    """Colours of lines come again, runs have the same name."""
+    browser.value("[...document.querySelectorAll('figure.chart')].find((f) => f.textContent.includes('Kinetic')).id = 'kinetic'")
+    browser.value("document.querySelector('#kinetic svg').scrollIntoView({block: 'center'})")
+    browser.settle()
+    box = place(browser, "#kinetic svg")
+    browser.mouse("mouseMoved", box["x"] + 0.9 * box["width"], box["y"] + 0.5 * box["height"])
+    browser.settle()
+    rows = browser.value("[...document.querySelectorAll('#kinetic .tip div')].map((row) => row.textContent)")
+    names, values = zip(*(row.split(" ", 1) for row in rows))
+    expect(len(set(names)) == 9, f"nine runs have names of their own: {names}")
+    expect(values[0] == values[7] != values[8], f"hints tell lines of one colour apart: {values}")
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("chromium")
-    parser.add_argument("pages", nargs=3)
+    parser.add_argument("pages", nargs=4)
     parser.add_argument("--screenshot")
     arguments = parser.parse_args()
-    for page, tests in zip(arguments.pages, (None, test_two, test_stages)):
+    for page, tests in zip(arguments.pages, (None, test_two, test_stages, test_nine)):
         with Browser(arguments.chromium, webgl=True) as browser:
             browser.prefer("light")
             if not tests:

@@ -79,6 +79,15 @@ END
 cmp "$work/heap/report.html" "$work/again.html" || fail "the same run gives another page"
 "$lahar" report "$work/heap" "$work/light" -o "$work/two.html" --points 2000
 "$lahar" report "$work/slope" -o "$work/stages.html"
+# More runs than colours, of one name.
+many=()
+for k in 1 2 3 4 5 6 7 8; do
+  mkdir -p "$work/many/$k"
+  cp -r "$work/slope" "$work/many/$k/slope"
+  many+=("$work/many/$k/slope")
+done
+"$lahar" run "$work/slope.json" -q -t 1 -o "$work/many/9/slope" --set materials.0.density=3000
+"$lahar" report "${many[@]}" "$work/many/9/slope" -o "$work/nine.html"
 mkdir "$work/empty"
 if "$lahar" report "$work/empty" 2>"$work/out"; then fail "a page of an empty folder"; fi
 grep -q "is not a run folder" "$work/out" || fail "no reason: $(cat "$work/out")"
@@ -122,4 +131,4 @@ grep -q "process does not exist any more" "$work/watched" || fail "no end: $(cat
 
 # shellcheck source=find_browser.sh
 source "$here/find_browser.sh"
-"$python" "$here/report_page.py" "$browser" "$work/heap/report.html" "$work/two.html" "$work/stages.html" "$@"
+"$python" "$here/report_page.py" "$browser" "$work/heap/report.html" "$work/two.html" "$work/stages.html" "$work/nine.html" "$@"

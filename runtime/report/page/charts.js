@@ -13,11 +13,16 @@ class ChartHints {
     this.svg = figure.querySelector("svg");
     this.scale = JSON.parse(figure.dataset.scale);
     this.names = JSON.parse(figure.dataset.names);
-    // Lines are in the order of their names; a line with gaps is several.
-    this.lines = this.names.map(({ colour }) =>
-      [...this.svg.querySelectorAll("polyline, circle")].filter((p) => [p.getAttribute("stroke"), p.getAttribute("fill")].includes(colour))
-        .flatMap((p) => p.tagName === "circle" ? [[+p.getAttribute("cx"), +p.getAttribute("cy")]]
-          : p.getAttribute("points").trim().split(" ").map((xy) => xy.split(",").map(Number))));
+    // Lines are in the order of their names; a line with gaps is several. Colours come again.
+    const colourOf = (shape) => this.names.map(({ colour }) => colour)
+      .find((colour) => [shape.getAttribute("stroke"), shape.getAttribute("fill")].includes(colour));
+    const shapes = [...this.svg.querySelectorAll("polyline, circle")].filter(colourOf);
+    this.lines = this.names.map(({ colour }) => {
+      const own = [];
+      while (shapes.length && colourOf(shapes[0]) === colour) own.push(shapes.shift());
+      return own.flatMap((p) => p.tagName === "circle" ? [[+p.getAttribute("cx"), +p.getAttribute("cy")]]
+        : p.getAttribute("points").trim().split(" ").map((xy) => xy.split(",").map(Number)));
+    });
     this.cursor = Object.assign(document.createElement("div"), { className: "cursor", hidden: true });
     this.tip = Object.assign(document.createElement("div"), { className: "tip", hidden: true });
     figure.append(this.cursor, this.tip);

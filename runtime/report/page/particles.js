@@ -35,12 +35,6 @@ class OrbitControlsOf extends THREE.OrbitControls {
   }
 }
 
-function bytesOf(base64) {
-  const text = atob(base64), bytes = new Uint8Array(text.length);
-  for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
-  return bytes;
-}
-
 const vertexShader = `
   attribute float value;
   uniform float radius, height, signedRow;

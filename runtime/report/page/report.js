@@ -1,15 +1,5 @@
 // The page is complete without this script, but for turning, playing and hints.
 
-const byId = (id) => document.getElementById(id);
-
-function themeButton() {
-  const button = byId("theme"), name = () => { button.textContent = theme.dark ? "light" : "dark"; };
-  button.hidden = false;
-  button.addEventListener("click", () => theme.toggle());
-  theme.listeners.push(name);
-  name();
-}
-
 const looks = { "3d": [0.5, -0.72, 0.48], top: [0, -0.0001, 1], front: [0, -1, 0], side: [1, 0, 0] };
 
 class Player {

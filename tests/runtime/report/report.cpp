@@ -1,5 +1,6 @@
 // What reports are made of; tests/pages opens pages in a browser.
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <cmath>
 #include <filesystem>
@@ -7,7 +8,9 @@
 
 #include "io/base/atomic_file.h"
 #include "physics/base/error.h"
+#include "runtime/report/html.h"
 #include "runtime/report/map_picture.h"
+#include "runtime/report/run_progress.h"
 #include "runtime/report/run_results.h"
 #include "runtime/report/samples.h"
 #include "runtime/report/table.h"
@@ -37,6 +40,11 @@ TEST_CASE("Tables have units in their heads, texts, and perhaps a last line that
   CHECK(table.find("body")->texts == std::vector<std::string>{"ball", "floor"});
   CHECK(std::isnan(table.values("height")[1]));
   CHECK(table.values("none") == std::vector<double>{0, 0});
+  const Table last = read_last_row(folder.path / "t.csv");
+  REQUIRE(last.rows() == 1);
+  CHECK(last.values("time") == std::vector<double>{1.5});
+  CHECK(read_last_row(folder.file("head.csv", "step,time\n")).rows() == 0);
+  CHECK(read_last_row(folder.file("cut.csv", "step,ti")).rows() == 0);
 }
 
 TEST_CASE("Maps of ESRI ASCII are read from the north, and damaged ones are refused") {
@@ -76,6 +84,39 @@ TEST_CASE("Stages of a run follow each other in time, by when they began") {
   CHECK(run.wall_seconds() == 6);
   CHECK(run.particle_steps() == 100);
   CHECK_THROWS_AS(read_run(folder.path / "none"), InputError);
+}
+
+TEST_CASE("Stages that began in the same second follow each other by their numbers") {
+  const Folder folder;
+  for (const auto& [name, stage] : {std::pair{"slide", 2}, {"wait", 1}, {"alter", 3}})
+    folder.file(std::string(name) + "/manifest.json",
+                fmt::format("{{\"lahar_run\": 1, \"status\": \"finished\", \"stage\": {}, "
+                            "\"started\": \"2026-01-01T10:00:00Z\"}}",
+                            stage));
+  const RunResults run = read_run(folder.path);
+  REQUIRE(run.parts.size() == 3);
+  CHECK(run.parts[0].name == "wait");
+  CHECK(run.parts[1].name == "slide");
+  CHECK(run.parts[2].name == "alter");
+  CHECK(read_progress(folder.path).stage == "alter");
+}
+
+TEST_CASE("The speed of a run that was restarted is that of its last part") {
+  const Folder folder;
+  folder.file("manifest.json",
+              "{\"lahar_run\": 1, \"status\": \"finished\", \"wall_seconds\": 2, "
+              "\"restarts\": [{\"step\": 3}, {\"step\": 12}]}");
+  folder.file("history.csv", "step,time,particles\n0,0,10\n10,1,10\n20,2,30\n");
+  const RunResults run = read_run(folder.path);
+  CHECK(run.parts[0].timed_from() == 12);
+  CHECK(run.particle_steps() == 8 * 30);
+}
+
+TEST_CASE("A page shows names that are not UTF-8") {
+  Chart chart;
+  chart.lines = {{"run\xff", line_colour(0), {0, 1}, {1, 2}}};
+  const std::string page = charts({chart});
+  CHECK(page.find("run\xef\xbf\xbd") != std::string::npos);
 }
 
 TEST_CASE("Times of tasks are those of the last table of a log") {

@@ -1,15 +1,6 @@
 // Puts the page together.
 
-const byId = (id) => document.getElementById(id);
 const embedded = (id) => JSON.parse(byId(id).textContent);
-
-function themeButton() {
-  const button = byId("theme");
-  const name = () => { button.textContent = theme.dark ? "light" : "dark"; };
-  button.addEventListener("click", () => theme.toggle());
-  theme.listeners.push(name);
-  name();
-}
 
 /** A note where the timeline is only a part of the run. */
 function noteOnPart(trace) {
