@@ -18,6 +18,9 @@ std::string printable(std::string_view text);
 /// The same of text with several lines: line ends and tabs stay.
 std::string printable_lines(std::string_view text);
 
+/// A name of columns or maps as people read it: "pore pressure" of pore_pressure.
+std::string readable(std::string_view name);
+
 /// Columns that valid text of printable() takes: its characters.
 std::size_t text_width(std::string_view text);
 

@@ -46,44 +46,45 @@ inline double principal_value(const Voigt& a, int which) {
 struct DerivedField {
   std::string_view name;  ///< in frames and in `post_processing.vtk`
   std::string_view unit;
-  int components;  ///< 1, or 6 as stress has
+  int components;            ///< 1, or 6 as stress has
+  std::string_view columns;  ///< of a frame, from which it follows; "" = from none
   std::string_view help;
   void (*value)(const ParticleValues& p, double* to);
 };
 
 // clang-format off
 inline constexpr auto derived_fields = std::to_array<DerivedField>({
-    {"speed", "m/s", 1, "magnitude of the velocity",
+    {"speed", "m/s", 1, "velocity", "magnitude of the velocity",
      [](const ParticleValues& p, double* to) { *to = std::sqrt(square(p.v)); }},
-    {"kinetic_energy", "J", 1, "m v^2 / 2; in 2D per metre of thickness",
+    {"kinetic_energy", "J", 1, "mass velocity", "m v^2 / 2; in 2D per metre of thickness",
      [](const ParticleValues& p, double* to) { *to = 0.5 * p.mass * square(p.v); }},
-    {"mass_density", "kg/m^3", 1, "mass over volume",
+    {"mass_density", "kg/m^3", 1, "mass volume", "mass over volume",
      [](const ParticleValues& p, double* to) { *to = p.mass / p.volume; }},
-    {"mean_stress", "Pa", 1, "pressure p = -(xx + yy + zz) / 3 of the stress, positive in compression",
+    {"mean_stress", "Pa", 1, "stress", "pressure p = -(xx + yy + zz) / 3 of the stress, positive in compression",
      [](const ParticleValues& p, double* to) { *to = p.pressure(); }},
-    {"von_mises_stress", "Pa", 1, "q = sqrt(3/2 s:s), with the deviator s of the stress",
+    {"von_mises_stress", "Pa", 1, "stress", "q = sqrt(3/2 s:s), with the deviator s of the stress",
      [](const ParticleValues& p, double* to) { *to = std::sqrt(1.5 * deviator_square(p.stress, 2.0)); }},
-    {"deviatoric_stress", "Pa", 6, "s: the stress without its mean",
+    {"deviatoric_stress", "Pa", 6, "stress", "s: the stress without its mean",
      [](const ParticleValues& p, double* to) {
        for (std::size_t k = 0; k < 6; ++k) to[k] = p.stress[k] + (k < 3 ? p.pressure() : 0.0);
      }},
-    {"volumetric_strain", "-", 1, "xx + yy + zz of the strain, positive in expansion",
+    {"volumetric_strain", "-", 1, "strain", "xx + yy + zz of the strain, positive in expansion",
      [](const ParticleValues& p, double* to) { *to = p.strain[0] + p.strain[1] + p.strain[2]; }},
-    {"equivalent_strain", "-", 1, "sqrt(2/3 e:e), with the deviator e of the strain",
+    {"equivalent_strain", "-", 1, "strain", "sqrt(2/3 e:e), with the deviator e of the strain",
      [](const ParticleValues& p, double* to) { *to = std::sqrt(2.0 / 3.0 * deviator_square(p.strain, 0.5)); }},
-    {"porosity", "-", 1, "volume of pores by whole volume, where a liquid fills them",
+    {"porosity", "-", 1, "", "volume of pores by whole volume, where a liquid fills them",
      [](const ParticleValues& p, double* to) { *to = p.porosity; }},
-    {"liquid_mass", "kg", 1, "mass of the liquid in pores; `mass` is that of the grains",
+    {"liquid_mass", "kg", 1, "", "mass of the liquid in pores; `mass` is that of the grains",
      [](const ParticleValues& p, double* to) { *to = p.liquid_mass; }},
-    {"total_mean_stress", "Pa", 1, "mean_stress of skeleton and liquid together: with the pore pressure",
+    {"total_mean_stress", "Pa", 1, "stress pore_pressure", "mean_stress of skeleton and liquid together: with the pore pressure",
      [](const ParticleValues& p, double* to) { *to = p.pressure() + p.pore_pressure; }},
-    {"principal_stress_1", "Pa", 1, "largest principal stress, positive in tension",
+    {"principal_stress_1", "Pa", 1, "stress", "largest principal stress, positive in tension",
      [](const ParticleValues& p, double* to) { *to = principal_value(p.stress, 2); }},
-    {"principal_stress_2", "Pa", 1, "principal stress between the largest and the least",
+    {"principal_stress_2", "Pa", 1, "stress", "principal stress between the largest and the least",
      [](const ParticleValues& p, double* to) { *to = principal_value(p.stress, 1); }},
-    {"principal_stress_3", "Pa", 1, "least principal stress: minus the largest compression",
+    {"principal_stress_3", "Pa", 1, "stress", "least principal stress: minus the largest compression",
      [](const ParticleValues& p, double* to) { *to = principal_value(p.stress, 0); }},
-    {"deviatoric_strain", "-", 6, "e: the strain without its mean, with engineering shears",
+    {"deviatoric_strain", "-", 6, "strain", "e: the strain without its mean, with engineering shears",
      [](const ParticleValues& p, double* to) {
        const double mean = (p.strain[0] + p.strain[1] + p.strain[2]) / 3.0;
        for (std::size_t k = 0; k < 6; ++k) to[k] = p.strain[k] - (k < 3 ? mean : 0.0);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <sstream>
 
 #include "runtime/picture/glyphs.h"
@@ -10,8 +11,8 @@ namespace lahar {
 
 namespace {
 
-/// How much of each pixel of a rectangle an outline covers. Of each pixel it has the change of the
-/// covered share to the pixel on its left; edges add to it what lies on their right.
+/// How much of each pixel of a rectangle an outline covers. It stores, for each pixel, how much the
+/// covered share differs from that of the pixel to its left.
 class Coverage {
  public:
   Coverage(int left, int top, int width, int height)
@@ -65,7 +66,8 @@ class Coverage {
       const double from = std::max(x0, static_cast<double>(i)),
                    to = std::min(x1, static_cast<double>(i + 1));
       const double part = length > 0 ? height * (to - from) / length : height;
-      const double right = i + 1 - 0.5 * (from + to);  // of the pixel, of what lies right of it
+      const double right =
+          i + 1 - 0.5 * (from + to);  // share of the pixel, to the right of the edge
       change_[index(i, row)] += part * right;
       change_[index(i + 1, row)] += part * (1 - right);
       if (length == 0) break;
@@ -200,7 +202,7 @@ void Canvas::circle(double x, double y, double radius, const Style& style) {
   const auto around = [&](double r) {
     Points points;
     for (int k = 0; k < corners; ++k) {
-      const double angle = 2 * 3.141592653589793 * k / corners;
+      const double angle = 2 * std::numbers::pi * k / corners;
       points.emplace_back(scale_ * (x + r * std::cos(angle)), scale_ * (y + r * std::sin(angle)));
     }
     return points;
@@ -227,7 +229,7 @@ void Canvas::image(double x, double y, double width, double height, const Image&
 }
 
 void Canvas::write(double x, double y, const std::string& words, const TextStyle& style) {
-  const double size = style.size * scale_, angle = style.angle * 3.141592653589793 / 180;
+  const double size = style.size * scale_, angle = style.angle * std::numbers::pi / 180;
   double from = 0;
   if (style.anchor == "middle") from = -0.5 * text_length(words, size);
   if (style.anchor == "end") from = -text_length(words, size);

@@ -26,7 +26,7 @@ class Canvas : public Drawing {
 
  private:
   using Outline = std::vector<Points>;  ///< closed, in pixels of the image
-  /// Fill what is inside of an odd or any number of outlines of the same direction.
+  /// Fills closed outlines. Outlines of the opposite direction cut holes.
   void fill(const Outline& outline, const std::string& colour, double opacity);
   void stroke(const Points& points, const Style& style);
 

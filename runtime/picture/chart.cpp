@@ -21,7 +21,7 @@ struct Range {
   double largest() const { return std::max(std::abs(low), std::abs(high)); }
 };
 
-/// Of each column of pixels the first, lowest, highest and last point.
+/// Keeps the first, lowest, highest and last point of each column of pixels.
 Drawing::Points thinned(const Drawing::Points& points) {
   Drawing::Points kept;
   for (std::size_t from = 0; from < points.size();) {
@@ -43,19 +43,19 @@ void draw_grid(Drawing& drawing, const ChartScale& s, bool whole, const Ink& ink
   const double dx = grid_step(s.x_high - s.x_low, 6);
   double dy = grid_step(s.y_high - s.y_low, 5);
   if (whole) dy = std::max(dy, 1.0);
-  for (double k = std::ceil(s.y_low / dy - 1e-9); k * dy <= s.y_high + 1e-9 * dy; ++k) {
-    const double y = s.top + s.height * (s.y_high - k * dy) / (s.y_high - s.y_low);
-    const bool zero = std::abs(k) < 0.5;
+  for_grid_lines(s.y_low, s.y_high, dy, [&](double value) {
+    const double y = s.top + s.height * (s.y_high - value) / (s.y_high - s.y_low);
+    const bool zero = std::abs(value) < 0.5 * dy;
     drawing.line(s.left, y, s.left + s.width, y,
                  {.stroke = zero ? ink.soft : ink.grid, .width = 1});
-    drawing.text(s.left - 8, y + 4, tick_label(k * dy, dy), 11.5, "end", ink.soft);
-  }
+    drawing.text(s.left - 8, y + 4, tick_label(value, dy), 11.5, "end", ink.soft);
+  });
   const double bottom = s.top + s.height;
-  for (double k = std::ceil(s.x_low / dx - 1e-9); k * dx <= s.x_high + 1e-9 * dx; ++k) {
-    const double x = s.left + s.width * (k * dx - s.x_low) / (s.x_high - s.x_low);
+  for_grid_lines(s.x_low, s.x_high, dx, [&](double value) {
+    const double x = s.left + s.width * (value - s.x_low) / (s.x_high - s.x_low);
     drawing.line(x, bottom, x, bottom + 4, {.stroke = ink.soft, .width = 1});
-    drawing.text(x, bottom + 17, tick_label(k * dx, dx), 11.5, "middle", ink.soft);
-  }
+    drawing.text(x, bottom + 17, tick_label(value, dx), 11.5, "middle", ink.soft);
+  });
 }
 
 }  // namespace
@@ -88,9 +88,7 @@ ChartScale draw_chart(Drawing& drawing, const Chart& chart, double width, double
                .y_low = y.low * up.factor,
                .y_high = y.high * up.factor,
                .x_unit = across.unit,
-               .y_unit = up.unit,
-               .x_factor = across.factor,
-               .y_factor = up.factor};
+               .y_unit = up.unit};
   const auto widen = [](double& low, double& high, double share) {
     if (low == 0 && high == 0) {
       high = 1;  // nothing but zeros
@@ -106,8 +104,8 @@ ChartScale draw_chart(Drawing& drawing, const Chart& chart, double width, double
   if (s.x_high - s.x_low <= 0) widen(s.x_low, s.x_high, 0);
   draw_grid(drawing, s, chart.whole, ink);
   const auto place = [&](double a, double b) {
-    return std::pair{s.left + s.width * (a * s.x_factor - s.x_low) / (s.x_high - s.x_low),
-                     s.top + s.height * (s.y_high - b * s.y_factor) / (s.y_high - s.y_low)};
+    return std::pair{s.left + s.width * (a * across.factor - s.x_low) / (s.x_high - s.x_low),
+                     s.top + s.height * (s.y_high - b * up.factor) / (s.y_high - s.y_low)};
   };
   for (const auto& [at, name] : chart.marks) {
     const double left = place(at, 0).first;

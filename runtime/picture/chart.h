@@ -33,7 +33,6 @@ struct ChartScale {
   double left = 0, top = 0, width = 0, height = 0;
   double x_low = 0, x_high = 1, y_low = 0, y_high = 1;  ///< in shown units
   std::string x_unit, y_unit;
-  double x_factor = 1, y_factor = 1;  ///< from values to shown units
 };
 
 /// Draw into a picture of this size; points that one cannot tell apart are left out. Names of lines

@@ -2,6 +2,7 @@
 /// downward.
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,5 +51,11 @@ class Drawing {
 
 /// A round step for so many grid lines, or one more.
 double grid_step(double range, double lines = 4);
+
+/// each(k * step) for the grid lines between two values, with those on the ends.
+template <class Each>
+void for_grid_lines(double low, double high, double step, Each&& each) {
+  for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k) each(k * step);
+}
 
 }  // namespace lahar

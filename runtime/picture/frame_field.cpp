@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 
+#include "io/base/text.h"
 #include "physics/base/error.h"
 #include "physics/particles/derived_fields.h"
 
@@ -22,19 +24,23 @@ const DerivedField* derived_named(std::string_view name) {
   return found == derived_fields.end() ? nullptr : &*found;
 }
 
-/// Columns of which derived fields are made.
-Names columns_of_derived(std::string_view name) {
-  if (name == "speed") return {"velocity"};
-  if (name == "kinetic_energy") return {"mass", "velocity"};
-  if (name == "mass_density") return {"mass", "volume"};
-  if (name.find("strain") != name.npos) return {"strain"};
-  if (name.find("stress") != name.npos && name.find("total") == name.npos) return {"stress"};
-  return {"?"};  // of what frames do not always have
+Names columns_of(const DerivedField& derived) {
+  Names columns;
+  std::istringstream words{std::string(derived.columns)};
+  for (std::string word; words >> word;) columns.push_back(word);
+  return columns;
 }
 
 bool has(const FrameHeader& header, const std::string& name) {
   return std::any_of(header.columns.begin(), header.columns.end(),
                      [&](const FrameColumn& c) { return c.name == name; });
+}
+
+bool follows(const DerivedField& derived, const FrameHeader& header) {
+  const Names columns = columns_of(derived);
+  return derived.components == 1 && !columns.empty() &&
+         std::all_of(columns.begin(), columns.end(),
+                     [&](const std::string& column) { return has(header, column); });
 }
 
 /// A component of a column: which one.
@@ -55,14 +61,22 @@ Part part_named(const std::vector<FrameColumn>& columns, std::string_view name) 
 
 [[noreturn]] void refuse(const FrameHeader& header, const std::string& name) {
   throw InputError(
-      {Problem{.message = fmt::format("there is no field '{}' in this frame", name),
+      {Problem{.message = fmt::format("this frame has no field '{}'", name),
                .hint = fmt::format("it has {}", fmt::join(field_names(header), ", "))}});
+}
+
+/// Throws where there is none of this name that follows from the columns.
+const DerivedField& derived_for(const FrameHeader& header, const std::string& name) {
+  const DerivedField* derived = derived_named(name);
+  if (!derived || !follows(*derived, header)) refuse(header, name);
+  return *derived;
 }
 
 FrameField part_of(const Part& part, std::size_t n) {
   const FrameColumn& column = *part.column;
   const auto components = static_cast<std::size_t>(column.components);
-  FrameField field{.label = column.name, .unit = column.unit, .values = std::vector<double>(n)};
+  FrameField field{
+      .label = readable(column.name), .unit = column.unit, .values = std::vector<double>(n)};
   if (part.component >= 0) {
     field.label += fmt::format(
         " {}", component_names(column.components)[static_cast<std::size_t>(part.component)]);
@@ -78,19 +92,17 @@ FrameField part_of(const Part& part, std::size_t n) {
       field.values[p] = std::sqrt(sum);
     }
   }
-  std::replace(field.label.begin(), field.label.end(), '_', ' ');
   return field;
 }
 
 FrameField derived_of(const Frame& frame, const DerivedField& derived) {
   const auto n = static_cast<std::size_t>(frame.size());
-  FrameField field{.label = std::string(derived.name),
+  FrameField field{.label = readable(derived.name),
                    .unit = std::string(derived.unit),
                    .values = std::vector<double>(n)};
-  std::replace(field.label.begin(), field.label.end(), '_', ' ');
   const FrameColumn *mass = frame.find("mass"), *volume = frame.find("volume"),
                     *velocity = frame.find("velocity"), *stress = frame.find("stress"),
-                    *strain = frame.find("strain");
+                    *strain = frame.find("strain"), *pore = frame.find("pore_pressure");
   const auto fill = [](const FrameColumn* column, std::size_t p, auto& to) {
     if (!column) return;
     const auto components = static_cast<std::size_t>(column->components);
@@ -100,6 +112,7 @@ FrameField derived_of(const Frame& frame, const DerivedField& derived) {
     ParticleValues values;
     if (mass) values.mass = mass->values[p];
     if (volume) values.volume = volume->values[p];
+    if (pore) values.pore_pressure = pore->values[p];
     fill(velocity, p, values.v);
     fill(stress, p, values.stress);
     fill(strain, p, values.strain);
@@ -117,28 +130,21 @@ std::vector<std::string> field_names(const FrameHeader& header) {
     for (const char* suffix : component_names(column.components))
       names.push_back(column.name + "_" + suffix);
   }
-  for (const DerivedField& derived : derived_fields) {
-    const Names columns = columns_of_derived(derived.name);
-    if (derived.components == 1 && !has(header, std::string(derived.name)) &&
-        std::all_of(columns.begin(), columns.end(), [&](const auto& c) { return has(header, c); }))
+  for (const DerivedField& derived : derived_fields)
+    if (follows(derived, header) && !has(header, std::string(derived.name)))
       names.emplace_back(derived.name);
-  }
   return names;
 }
 
 std::vector<std::string> columns_of_field(const FrameHeader& header, const std::string& name) {
-  const Names names = field_names(header);
-  if (std::find(names.begin(), names.end(), name) == names.end()) refuse(header, name);
   if (const Part part = part_named(header.columns, name); part.column) return {part.column->name};
-  return columns_of_derived(name);
+  return columns_of(derived_for(header, name));
 }
 
 FrameField field_of(const Frame& frame, const std::string& name) {
   if (const Part part = part_named(frame.columns, name); part.column)
     return part_of(part, static_cast<std::size_t>(frame.size()));
-  const DerivedField* derived = derived_named(name);
-  if (!derived || derived->components != 1) refuse(header_of(frame), name);
-  return derived_of(frame, *derived);
+  return derived_of(frame, derived_for(header_of(frame), name));
 }
 
 }  // namespace lahar

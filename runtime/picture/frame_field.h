@@ -1,7 +1,6 @@
 /// \file A field of a frame, one number for each particle.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/base/text.h"
 #include "physics/base/error.h"
 #include "runtime/picture/glyphs.h"
 #include "runtime/picture/quantity.h"
@@ -82,37 +83,26 @@ FramePicture::FramePicture(const Frame& frame, const FramePictureOptions& option
 void FramePicture::place() {
   const Bounds seen = ViewProjection(options_.look).of(bounds_);
   const double longer = std::max({seen.high[0] - seen.low[0], seen.high[1] - seen.low[1], 1e-300});
-  for (std::size_t d = 0; d < 2; ++d) {
-    low_[d] = seen.low[d] - room * longer;
-    high_[d] = seen.high[d] + room * longer;
-  }
-  const std::array<double, 2> most{options_.largest_width, options_.largest_height};
-  View fitted{.name = {}, .axes = {0, 1}, .low = low_, .high = high_};
-  fitted.fit(most, options_.look.kind == Look::Kind::space ? 0 : thinnest);
-  size_ = fitted.size;
-  left_ = margin_left;
-  top_ = margin_top;
-  width_ = left_ + size_[0] + bar_distance + colour_bar_width;
-  height_ = top_ + std::max(size_[1], 130.0) + margin_bottom;
-}
-
-View FramePicture::view() const {
   const int normal = options_.look.kind == Look::Kind::section ? options_.look.normal : 2;
-  return {.name = {},
-          .axes = {normal == 0 ? 1 : 0, normal == 2 ? 1 : 2},
-          .low = low_,
-          .high = high_,
-          .left = left_,
-          .top = top_,
-          .size = size_};
+  view_.axes = {normal == 0 ? 1 : 0, normal == 2 ? 1 : 2};
+  for (std::size_t d = 0; d < 2; ++d) {
+    view_.low[d] = seen.low[d] - room * longer;
+    view_.high[d] = seen.high[d] + room * longer;
+  }
+  view_.left = margin_left;
+  view_.top = margin_top;
+  view_.fit({options_.largest_width, options_.largest_height},
+            options_.look.kind == Look::Kind::space ? 0 : thinnest);
+  width_ = view_.left + view_.size[0] + bar_distance + colour_bar_width;
+  height_ = view_.top + std::max(view_.size[1], 130.0) + margin_bottom;
 }
 
 std::string FramePicture::caption() const {
   std::string text = fmt::format("{} at {} (step {})", field_.label, quantity(frame_.time, "s"),
-                                 short_number(static_cast<double>(frame_.step), 12));
+                                 format_count(frame_.step));
   if (const std::string look = name_of(options_.look); !look.empty() && look != "3D")
     text += ", " + look;
-  if (const std::string note = view().stretch_note(); !note.empty()) text += "; " + note;
+  if (const std::string note = view_.stretch_note(); !note.empty()) text += "; " + note;
   return text;
 }
 
@@ -122,27 +112,30 @@ void FramePicture::draw(Drawing& drawing) const {
   const auto pixels = [&](double length) {
     return std::max(1, static_cast<int>(std::lround(length * options_.pixel_scale)));
   };
-  ParticleView particles(pixels(size_[0]), pixels(size_[1]), low_, high_);
+  ParticleView particles(pixels(view_.size[0]), pixels(view_.size[1]), view_.low, view_.high);
   particles.add(frame_, edges_of(frame_, options_.axisymmetric), field_.values, options_.look);
 
   double title = 22;
-  if (!options_.title.empty()) drawing.text(left_, title, options_.title, 15, "start", ink.text);
-  drawing.text(left_, options_.title.empty() ? title : title + 19, caption(), 12.5, "start",
+  if (!options_.title.empty())
+    drawing.text(view_.left, title, options_.title, 15, "start", ink.text);
+  drawing.text(view_.left, options_.title.empty() ? title : title + 19, caption(), 12.5, "start",
                ink.soft);
   if (space) {
     draw_box(drawing);
   } else {
-    drawing.rectangle(left_, top_, size_[0], size_[1], {.fill = ink.ground});
+    drawing.rectangle(view_.left, view_.top, view_.size[0], view_.size[1], {.fill = ink.ground});
   }
-  drawing.image(left_, top_, size_[0], size_[1], particles.image(scale_, space));
-  if (!space) view().draw_axes(drawing, ink.text);
+  drawing.image(view_.left, view_.top, view_.size[0], view_.size[1],
+                particles.image(scale_, space));
+  if (!space) view_.draw_axes(drawing, ink.text);
   draw_colour_bar(drawing,
                   {.scale = scale_,
                    .label = field_.label,
                    .unit = field_.unit,
                    .beyond_low = beyond_low_,
                    .beyond_high = beyond_high_},
-                  left_ + size_[0] + bar_distance, top_, std::max(130.0, size_[1]), ink);
+                  view_.left + view_.size[0] + bar_distance, view_.top,
+                  std::max(130.0, view_.size[1]), ink);
 }
 
 /// The edges of the box around particles that lie behind them, and lengths along the lower ones in
@@ -151,8 +144,7 @@ void FramePicture::draw_box(Drawing& drawing) const {
   const ViewProjection project(options_.look);
   const auto place = [&](const Point& x) {
     const Point seen = project(x);
-    return std::pair{left_ + (seen[0] - low_[0]) / (high_[0] - low_[0]) * size_[0],
-                     top_ + size_[1] - (seen[1] - low_[1]) / (high_[1] - low_[1]) * size_[1]};
+    return view_.place(seen[0], seen[1]);
   };
   const Point &a = bounds_.low, &b = bounds_.high;
   const Drawing::Style grid{.stroke = options_.ink.grid, .width = 1};
@@ -177,12 +169,12 @@ void FramePicture::draw_box(Drawing& drawing) const {
     const double length = std::hypot(q.first - p.first, q.second - p.second);
     if (length < 24) return;
     const double step = grid_step(b[axis] - a[axis], std::max(1.0, length / 70));
-    for (double k = std::ceil(a[axis] / step - 1e-9); k * step <= b[axis] + 1e-9 * step; ++k) {
-      from[axis] = k * step;
+    for_grid_lines(a[axis], b[axis], step, [&](double value) {
+      from[axis] = value;
       const auto [x, y] = place(from);
       drawing.line(x, y, x + 0.4 * dx, y + 0.4 * dy, {.stroke = options_.ink.soft, .width = 1});
-      drawing.text(x + dx, y + dy + 4, tick_label(k * step, step), 10.5, anchor, options_.ink.soft);
-    }
+      drawing.text(x + dx, y + dy + 4, tick_label(value, step), 10.5, anchor, options_.ink.soft);
+    });
     drawing.text(0.5 * (p.first + q.first) + 3.0 * dx, 0.5 * (p.second + q.second) + 3.0 * dy + 4,
                  fmt::format("{} [m]", "xyz"[axis]), 11.5, anchor, options_.ink.text);
   };
@@ -211,11 +203,11 @@ void draw_colour_bar(Drawing& drawing, const ColourBar& bar, double x, double to
   const UnitScale unit = unit_scale(std::max(std::abs(scale.low), std::abs(scale.high)), bar.unit);
   const double low = scale.low * unit.factor, high = scale.high * unit.factor;
   const double step = grid_step(high - low, std::max(2.0, height / 50));
-  for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k) {
-    const double at = bottom - (k * step - low) / (high - low) * height;
+  for_grid_lines(low, high, step, [&](double value) {
+    const double at = bottom - (value - low) / (high - low) * height;
     drawing.line(x + bar_width, at, x + bar_width + 4, at, {.stroke = ink.text, .width = 1});
-    drawing.text(x + bar_width + 8, at + 4, tick_label(k * step, step), 11, "start", ink.text);
-  }
+    drawing.text(x + bar_width + 8, at + 4, tick_label(value, step), 11, "start", ink.text);
+  });
   constexpr double label_size = 12.5;
   const double length = text_length(bar.label, label_size);
   drawing.text(x, top + 4, bar.label, label_size * std::min(1.0, (colour_bar_width - 4) / length),

@@ -33,13 +33,12 @@ struct FramePictureOptions {
   double pixel_scale = 2;  ///< pixels of particles for each of the drawing
 };
 
-/// The scale for values of fields, of which a few that are much larger than all others do not
-/// decide.
+/// The scale that fits most of the values of a field: a few outliers do not stretch it.
 ColourScale scale_of(std::vector<double> values);
 /// The scale that shows both.
 ColourScale joined(const ColourScale& a, const ColourScale& b);
 
-/// Columns that a picture of a field needs. Throws InputError where there is no such field.
+/// The columns that a picture of a field needs. An unknown field throws InputError.
 std::vector<std::string> columns_of_picture(const FrameHeader& header, const std::string& field);
 
 /// What a bar of colours says.
@@ -54,7 +53,7 @@ void draw_colour_bar(Drawing& drawing, const ColourBar& bar, double x, double to
 
 class FramePicture {
  public:
-  /// Of a frame with particles. Throws InputError where a section has none.
+  /// Draws a frame that has particles. A section without particles throws InputError.
   FramePicture(const Frame& frame, const FramePictureOptions& options);
 
   double width() const { return width_; }
@@ -65,7 +64,6 @@ class FramePicture {
 
  private:
   void place();
-  View view() const;
   void draw_box(Drawing& drawing) const;
 
   const Frame& frame_;
@@ -73,9 +71,8 @@ class FramePicture {
   FrameField field_;
   ColourScale scale_;
   Bounds bounds_;
-  double left_ = 0, top_ = 0, width_ = 0, height_ = 0;
-  std::array<double, 2> size_{};          ///< [px] of the particles
-  std::array<double, 2> low_{}, high_{};  ///< [m] of the projection
+  View view_{};                    ///< of the particles
+  double width_ = 0, height_ = 0;  ///< [px]
   bool beyond_low_ = false, beyond_high_ = false;
 };
 

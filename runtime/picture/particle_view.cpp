@@ -18,7 +18,7 @@ constexpr double turned = -35, raised = 28;  // [degrees]
 constexpr double underlay = 1.5;
 constexpr double disc_radius = 0.75;   ///< of an edge: discs of a cubic lattice leave no gaps
 constexpr double half_section = 0.55;  ///< of an edge: of a plane between two layers, both
-constexpr double radians = 3.141592653589793 / 180;
+constexpr double radians = std::numbers::pi / 180;
 
 constexpr Rgba not_finite{220, 20, 20, 255};
 
@@ -42,7 +42,7 @@ Look look_of(const std::string& text, int dim) {
   char* end = nullptr;
   const double at = text.size() > 2 ? std::strtod(text.c_str() + 2, &end) : 0;
   if (axis > 2 || text.size() < 3 || text[1] != '=' || *end || !std::isfinite(at))
-    refuse(fmt::format("there is no view '{}'", text));
+    refuse(fmt::format("'{}' is not a view", text));
   return {.kind = Look::Kind::section, .normal = static_cast<int>(axis), .at = at};
 }
 
@@ -130,7 +130,7 @@ std::vector<double> edges_of(const Frame& frame, bool axisymmetric) {
   std::vector<double> edges(frame.id.size());
   for (std::size_t p = 0; p < edges.size(); ++p) {
     double size = volume ? std::abs(volume->values[p]) : 0.0;
-    if (axisymmetric) size /= 2 * 3.141592653589793 * std::abs(frame.coordinates[dim * p]);
+    if (axisymmetric) size /= 2 * std::numbers::pi * std::abs(frame.coordinates[dim * p]);
     edges[p] = frame.dim == 2 ? std::sqrt(size) : std::cbrt(size);
   }
   return edges;

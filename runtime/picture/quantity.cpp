@@ -10,13 +10,13 @@ namespace lahar {
 
 namespace {
 
-/// Units that prefixes are usual with. Of products and quotients the first unit has the prefix.
+/// Units that take prefixes. In products and quotients the first unit takes it.
 constexpr std::array prefixed{
     std::string_view("Pa"),  std::string_view("J"),  std::string_view("N"), std::string_view("W"),
     std::string_view("N m"), std::string_view("s"),  std::string_view("m"), std::string_view("m/s"),
     std::string_view("J/m"), std::string_view("N/m")};
 
-/// Of lengths and times no multiples: 1200 m, 300 s.
+/// Lengths and times take no multiples: 1200 m, 300 s.
 bool has_multiples(std::string_view unit) {
   return unit[0] != 's' && unit[0] != 'm';
 }
@@ -43,7 +43,7 @@ UnitScale unit_scale(double largest, std::string_view unit) {
     return {std::pow(1000.0, -k), names[static_cast<std::size_t>(k + 3)] + std::string(unit)};
   }
   if (size < 1e5 && size >= 1e-2) return {1, std::string(unit)};
-  const int power = 3 * static_cast<int>(std::floor(std::log10(size) / 3.0 + 1e-9));
+  const int power = 3 * thousands;
   const std::string ten = "10" + superscript(power);
   return {std::pow(10.0, -power), unit.empty() ? ten : fmt::format("{} {}", ten, unit)};
 }
@@ -56,8 +56,8 @@ std::string short_number(double value, int digits) {
   if (std::isnan(value)) return "–";
   if (std::isinf(value)) return value > 0 ? "∞" : "−∞";
   std::string text = fmt::format("{:.{}g}", value, digits);
-  if (std::abs(value) >= 1000 && std::abs(value) < 1e15 && text.find('e') != std::string::npos)
-    if (std::abs(value) < 1e6) text = fmt::format("{:.0f}", value);
+  if (std::abs(value) >= 1000 && std::abs(value) < 1e6 && text.find('e') != std::string::npos)
+    text = fmt::format("{:.0f}", value);
   if (text.find_first_of("e.") == std::string::npos) {
     const std::size_t first = text[0] == '-' ? 1 : 0;
     for (std::size_t at = text.size(); at > first + 3;) text.insert(at -= 3, ",");

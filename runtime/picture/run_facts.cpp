@@ -11,17 +11,18 @@ RunFacts run_facts(const std::filesystem::path& source) {
   const fs::path run =
       fs::is_directory(source) ? source : fs::absolute(source).parent_path().parent_path();
   RunFacts facts;
-  if (!is_run_folder(run)) return facts;
-  const auto manifest = json_of_text(read_text_file(run / "manifest.json"));
-  if (manifest.is_object() && manifest.contains("title") && manifest["title"].is_string())
-    facts.title = manifest["title"].get<std::string>();
-  if (!fs::exists(run / "scenario.full.json")) return facts;
-  const auto scenario = json_of_text(read_text_file(run / "scenario.full.json"));
-  if (!scenario.is_object() || !scenario.contains("analysis")) return facts;
-  const auto& analysis = scenario["analysis"];
-  facts.axisymmetric =
-      analysis.is_object() && analysis.contains("plane") && analysis["plane"] == "axisymmetric";
+  const auto manifest = read_manifest(run);
+  if (!manifest) return facts;
+  facts.title = text_in(*manifest, "title");
+  facts.axisymmetric = is_axisymmetric(run);
   return facts;
+}
+
+bool is_axisymmetric(const std::filesystem::path& run) {
+  const std::filesystem::path file = run / "scenario.full.json";
+  if (!std::filesystem::exists(file)) return false;
+  return text_in(member_of(json_of_text(read_text_file(file)), "analysis"), "plane") ==
+         "axisymmetric";
 }
 
 }  // namespace lahar

@@ -14,4 +14,7 @@ struct RunFacts {
 /// Of a run folder, or of the one that a frame lies in; empty where there is none.
 RunFacts run_facts(const std::filesystem::path& source);
 
+/// Whether the model in a run folder is axisymmetric.
+bool is_axisymmetric(const std::filesystem::path& run);
+
 }  // namespace lahar

@@ -30,20 +30,20 @@ void View::draw_axes(Drawing& drawing, const char* ink) const {
   const double right = left + size[0], bottom = top + size[1];
   drawing.rectangle(left, top, size[0], size[1], {.stroke = ink, .width = 1});
   const double dx = grid_step(high[0] - low[0], std::max(1.0, size[0] / 110));
-  for (double k = std::ceil(low[0] / dx - 1e-9); k * dx <= high[0] + 1e-9 * dx; ++k) {
-    const double x = place(k * dx, low[1]).first;
+  for_grid_lines(low[0], high[0], dx, [&](double value) {
+    const double x = place(value, low[1]).first;
     drawing.line(x, bottom, x, bottom + 5, {.stroke = ink, .width = 1});
-    drawing.text(x, bottom + 18, fmt::format("{:.10g}", k * dx + 0.0), 11, "middle", ink);
-  }
+    drawing.text(x, bottom + 18, fmt::format("{:.10g}", value + 0.0), 11, "middle", ink);
+  });
   std::size_t longest = 0;  // label beside the axis
   const double dy = grid_step(high[1] - low[1], std::max(1.0, size[1] / 60));
-  for (double k = std::ceil(low[1] / dy - 1e-9); k * dy <= high[1] + 1e-9 * dy; ++k) {
-    const double y = place(low[0], k * dy).second;
+  for_grid_lines(low[1], high[1], dy, [&](double value) {
+    const double y = place(low[0], value).second;
     drawing.line(left - 5, y, left, y, {.stroke = ink, .width = 1});
-    const std::string label = fmt::format("{:.10g}", k * dy + 0.0);
+    const std::string label = fmt::format("{:.10g}", value + 0.0);
     longest = std::max(longest, label.size());
     drawing.text(left - 8, y + 4, label, 11, "end", ink);
-  }
+  });
   drawing.text((left + right) / 2, bottom + 34, fmt::format("{} [m]", names[axes[0]]), 12, "middle",
                ink);
   drawing.text(left - std::max(42.0, 20 + 6.4 * static_cast<double>(longest)), (top + bottom) / 2,

@@ -42,15 +42,14 @@ struct View {
 class ViewRaster {
  public:
   explicit ViewRaster(const View& view);
-  /// A box [m] has a value from 0 on. Of several in a square that with the largest `height` counts,
-  /// and of these the first.
+  /// A box [m] has a value from 0 on. In a square the box with the largest `height` wins; among
+  /// equals the first.
   void fill(const std::array<double, 2>& low, const std::array<double, 2>& high, int value,
             double height = 0);
   /// As few rectangles as rows and columns of equal values allow.
   void draw(Drawing& drawing, const std::function<std::string(int)>& colour) const;
   /// Middles [m] of the squares that have a value.
   std::vector<std::array<double, 2>> filled() const;
-  int count(int axis) const { return count_[static_cast<std::size_t>(axis)]; }
 
  private:
   static constexpr double square = 3;  ///< [px]

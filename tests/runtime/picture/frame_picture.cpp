@@ -56,9 +56,17 @@ TEST_CASE("Fields of a frame are its columns, their components and magnitudes, a
   CHECK(field_of(frame, "stress_xy").unit == "Pa");
   CHECK(field_of(frame, "mean_stress").values[3] == doctest::Approx(1e5));
   CHECK(columns_of_field(header_of(frame), "mean_stress") == std::vector<std::string>{"stress"});
-  CHECK_THROWS_WITH_AS(field_of(frame, "wetness"), "there is no field 'wetness' in this frame",
-                       InputError);
+  CHECK_THROWS_WITH_AS(field_of(frame, "wetness"), "this frame has no field 'wetness'", InputError);
   CHECK_THROWS_AS(columns_of_field(header_of(frame), "equivalent_strain"), InputError);
+  CHECK_THROWS_AS(field_of(frame, "equivalent_strain"), InputError);  // not zeros
+}
+
+TEST_CASE("The total stress of a frame has its pore pressure") {
+  Frame frame = row_of(4);
+  CHECK_THROWS_AS(field_of(frame, "total_mean_stress"), InputError);
+  frame.columns.push_back(
+      {.name = "pore_pressure", .unit = "Pa", .components = 1, .values = {5e3, 5e3, 5e3, 5e3}});
+  CHECK(field_of(frame, "total_mean_stress").values[3] == doctest::Approx(1e5 + 5e3));
 }
 
 TEST_CASE("A few values that are much larger than all others do not decide the colours") {
