@@ -4,11 +4,14 @@ thick the soil is that will slide, and its outline. Other maps take their place 
 
     make.py [FOLDER] [--cell 4]   ground.asc, thickness.asc and release.geojson; cells in metres
 """
-import argparse
 import json
 import math
 import pathlib
 import random
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from maps import make_maps
 
 ORIGIN = (652000.0, 5163000.0)  # of the map [m]
 LENGTH, WIDTH = 480.0, 240.0    # [m]; x runs down the slope
@@ -41,17 +44,6 @@ def thickness(x, y):
     return DEEPEST * max(0.0, 1 - far)
 
 
-def write_grid(file, cell, height):
-    """An ESRI ASCII grid; the first row is in the north."""
-    columns, rows = round(LENGTH / cell), round(WIDTH / cell)
-    with open(file, "w", encoding="ascii") as out:
-        out.write(f"ncols {columns}\nnrows {rows}\nxllcorner {ORIGIN[0]}\nyllcorner {ORIGIN[1]}\n"
-                  f"cellsize {cell}\nNODATA_value -9999\n")
-        for row in range(rows):
-            y = (rows - row - 0.5) * cell
-            out.write(" ".join(f"{height((i + 0.5) * cell, y):.2f}" for i in range(columns)) + "\n")
-
-
 def write_outline(file, corners=72):
     turn = [2 * math.pi * i / corners for i in range(corners)] + [0.0]
     ring = [[round(ORIGIN[0] + BOWL[0] + BOWL[2] * math.cos(t), 2),
@@ -63,18 +55,7 @@ def write_outline(file, corners=72):
         out.write("\n")
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", nargs="?", type=pathlib.Path,
-                        default=pathlib.Path(__file__).resolve().parent)
-    parser.add_argument("--cell", type=float, default=4.0, help="size of cells [m]; default 4")
-    arguments = parser.parse_args()
-    arguments.folder.mkdir(parents=True, exist_ok=True)
-    write_grid(arguments.folder / "ground.asc", arguments.cell, ground)
-    write_grid(arguments.folder / "thickness.asc", arguments.cell, thickness)
-    write_outline(arguments.folder / "release.geojson")
-
-
 if __name__ == "__main__":
-    main()
+    folder = make_maps(__file__, __doc__, 4, (LENGTH, WIDTH), {"ground": ground, "thickness": thickness},
+                       ORIGIN)
+    write_outline(folder / "release.geojson")

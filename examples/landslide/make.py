@@ -5,7 +5,6 @@ slope is full of soil.
 
     make.py [FOLDER] [--cell 4]   bed.asc and soil.asc; cells in metres
 """
-import argparse
 import pathlib
 import sys
 
@@ -15,6 +14,9 @@ except ImportError:
     sys.exit("make.py: the Python module 'numpy' is missing. On Debian:\n"
              "    apt-get install python3-numpy\n"
              "and run this script with /usr/bin/python3.")
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from maps import make_maps
 
 LENGTH, WIDTH = 480.0, 240.0        # of the hillside [m]; x runs down the slope
 SLOPE = np.tan(np.radians(33))
@@ -45,28 +47,5 @@ def soil_depth(x, y):
     return DEEPEST * np.clip(1 - r2, 0, None)**0.5
 
 
-def write_grid(file, cell, height):
-    """An ESRI ASCII grid; the first row is in the north."""
-    x = (np.arange(round(LENGTH / cell)) + 0.5) * cell
-    y = (np.arange(round(WIDTH / cell)) + 0.5) * cell
-    with open(file, "w", encoding="ascii") as out:
-        out.write(f"ncols {len(x)}\nnrows {len(y)}\nxllcorner 0\nyllcorner 0\ncellsize {cell:g}\n"
-                  "NODATA_value -9999\n")
-        for north in y[::-1]:
-            out.write(" ".join(f"{h:.2f}" for h in height(x, np.full_like(x, north))) + "\n")
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", nargs="?", type=pathlib.Path,
-                        default=pathlib.Path(__file__).resolve().parent)
-    parser.add_argument("--cell", type=float, default=4.0, help="size of cells [m]; default 4")
-    arguments = parser.parse_args()
-    arguments.folder.mkdir(parents=True, exist_ok=True)
-    write_grid(arguments.folder / "bed.asc", arguments.cell, bed)
-    write_grid(arguments.folder / "soil.asc", arguments.cell, soil_depth)
-
-
 if __name__ == "__main__":
-    main()
+    make_maps(__file__, __doc__, 4, (LENGTH, WIDTH), {"bed": bed, "soil": soil_depth})

@@ -74,8 +74,8 @@ class Words {
  public:
   explicit Words(const MapFile& file) : in_(file.path, std::ios::binary), text_(piece, '\0') {}
 
-  /// The next word, which is there until the one after it; nothing at the end. Of a word that is
-  /// too long the beginning, which is too long, too.
+  /// The next word; nothing at the end. It is valid until the next call. A word is cut off after
+  /// longest_word + 1 characters.
   std::optional<std::string_view> next() {
     word_.clear();
     while (at_ != size_ || fill()) {
@@ -109,7 +109,7 @@ class Words {
 
 [[noreturn]] void refuse_word(const MapFile& file, const Words& words, std::string_view word) {
   fail(
-      fmt::format("line {} of '{}' has '{}', which is no number", words.line(), file.name, word),
+      fmt::format("line {} of '{}' has '{}', which is not a number", words.line(), file.name, word),
       "values of a grid are numbers with spaces between; cells without data have its NODATA_value");
 }
 

@@ -19,13 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<FrameFile> chosen_frames(const fs::path& source, const FrameChoice& choice) {
-  if (choice.kind == FrameChoice::Kind::step) return {find_frame(source, choice.step)};
-  const FrameFile last = find_frame(source);
-  if (choice.kind == FrameChoice::Kind::last || !fs::is_directory(source)) return {last};
-  return frames_of_run(source);
-}
-
 /// Where the files go: a folder, or one file.
 struct Destination {
   fs::path folder;
@@ -73,6 +66,19 @@ ExportFormat export_format(const std::string& name) {
   if (name == "vtp") return ExportFormat::vtp;
   throw InputError(
       fmt::format("unknown export format '{}'; there are csv, vtu, cbgeo, stl and vtp", name));
+}
+
+FrameChoice frame_choice(const std::string& word) {
+  if (word == "last") return {};
+  if (word == "all") return {.kind = FrameChoice::Kind::all};
+  return {FrameChoice::Kind::step, std::stoll(word)};
+}
+
+std::vector<FrameFile> chosen_frames(const fs::path& source, const FrameChoice& choice) {
+  if (choice.kind == FrameChoice::Kind::step) return {find_frame(source, choice.step)};
+  const FrameFile last = find_frame(source);
+  if (choice.kind == FrameChoice::Kind::last || !fs::is_directory(source)) return {last};
+  return frames_of_run(source);
 }
 
 std::vector<fs::path> export_run(const fs::path& source, ExportFormat format, FrameChoice choice,

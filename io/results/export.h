@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "io/frames/frame.h"
+#include "io/run/run_folder.h"
 
 namespace lahar {
 
@@ -19,6 +19,13 @@ struct FrameChoice {
   enum class Kind { last, all, step } kind = Kind::last;
   Index step = 0;  ///< Kind::step only
 };
+
+/// "last", "all", or a number of a step.
+FrameChoice frame_choice(const std::string& word);
+
+/// The frames of a run that are chosen; a frame file stands for itself. Throws InputError, IoError.
+std::vector<FrameFile> chosen_frames(const std::filesystem::path& source,
+                                     const FrameChoice& choice);
 
 /// Write frames of `source` (a run folder or one .hdf frame) in another format.
 /// `output`: a folder, which receives particles_STEP.csv or .vtu, and particles.pvd for several

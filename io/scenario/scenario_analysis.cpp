@@ -345,21 +345,14 @@ void ScenarioBuilder<Dim>::build_output() {
   out.checkpoint_steps = get_integer(post, "checkpoint_steps").value_or(out.checkpoint_steps);
   out.checkpoint_minutes = get_number(post, "checkpoint_minutes").value_or(out.checkpoint_minutes);
   out.checkpoints_kept = get_integer(post, "checkpoints_kept").value_or(out.checkpoints_kept);
-  const std::vector<std::string> names = get_texts(post, "vtk");
+  out.single_precision = get_text(post, "frame_precision") == "single";
+  if (const JsonValue* fields = post.find("frame_fields")) check_fields(*fields);
+  out.frame_fields = get_texts(post, "frame_fields");
+  std::vector<std::string> names = get_texts(post, "vtk");
+  names.insert(names.end(), out.frame_fields.begin(), out.frame_fields.end());
   for (const DerivedField& field : derived_fields)
     if (std::find(names.begin(), names.end(), field.name) != names.end())
       out.derived_fields.push_back(&field);
-  out.single_precision = get_text(post, "frame_precision") == "single";
-  if (const JsonValue* fields = post.find("frame_fields")) {
-    check_fields(*fields);
-    out.frame_fields = get_texts(post, "frame_fields");
-    for (const DerivedField& field : derived_fields)
-      if (std::find(out.frame_fields.begin(), out.frame_fields.end(), field.name) !=
-              out.frame_fields.end() &&
-          std::find(out.derived_fields.begin(), out.derived_fields.end(), &field) ==
-              out.derived_fields.end())
-        out.derived_fields.push_back(&field);
-  }
   model_.title = get_text(root_, "title").value_or("");
   if (model_.title.empty()) model_.title = in_.stem;
   std::string name = get_text(section("analysis"), "uuid").value_or("");

@@ -191,7 +191,8 @@ class ScenarioBuilder {
   void build_gauges();  ///< after the analysis and the particles; collective
   void read_gauge(const JsonValue& entry);
   void read_places(const JsonValue& entry, Gauge& gauge);
-  void check_fields(const JsonValue& given);  ///< names of fields of particles
+  std::vector<std::string> field_names() const;  ///< of particles, that frames may have
+  void check_fields(const JsonValue& given);
   void read_maps(const JsonValue& given);
   // scenario_rigid_bodies.cpp
   void build_rigid_bodies();  ///< after the functions of time

@@ -28,19 +28,6 @@ Stiffness stiffness_of(const JsonValue& material, const Law& law) {
   return {"stiffness of compression waves", wave_modulus(law)};
 }
 
-/// Names that mean a field of particles in `post_processing.vtk`: those of CB-Geo MPM and of
-/// frames.
-std::vector<std::string> field_names(std::span<const Material> materials) {
-  std::vector<std::string> names = {"displacements", "velocities", "normals", "stresses",
-                                    "strains"};
-  for (const ColumnInfo& column : column_table)
-    if (column.exported) names.emplace_back(column.name);
-  for (const StateVariable* variable : state_variables(materials))
-    names.emplace_back(variable->name);
-  for (const DerivedField& field : derived_fields) names.emplace_back(field.name);
-  return names;
-}
-
 }  // namespace
 
 template <int Dim>
@@ -200,7 +187,10 @@ template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_fields() {
   const JsonValue* names = section("post_processing").find("vtk");
   if (!names || !names->is<JsonValue::Array>()) return;
-  const auto known = field_names(model_.materials);
+  auto known = field_names();
+  for (const char* of_cbgeo :
+       {"displacements", "velocities", "normals", "stresses", "strains", "state"})
+    known.emplace_back(of_cbgeo);
   for (const JsonValue& name : names->as<JsonValue::Array>())
     if (name.is<std::string>() &&
         std::find(known.begin(), known.end(), name.as<std::string>()) == known.end())

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "io/scenario/interpolation.h"
 #include "io/scenario/scenario_builder.h"
 #include "io/schema/keys.h"
 #include "physics/geometry/random_field.h"
@@ -25,16 +26,6 @@ double middle_of(int k, int n, double low, double high) {
 int part_of(double value, int n, double low, double high) {
   if (!(high > low)) return 0;
   return static_cast<int>(std::clamp(std::floor((value - low) / (high - low) * n), 0.0, n - 1.0));
-}
-
-/// Linear between points of ascending first components, constant outside.
-double interpolated(const std::vector<std::array<double, 2>>& points, double at) {
-  const auto after = std::upper_bound(points.begin(), points.end(), at,
-                                      [](double x, const auto& p) { return x < p[0]; });
-  if (after == points.begin()) return points.front()[1];
-  if (after == points.end()) return points.back()[1];
-  const auto& [x0, y0] = *(after - 1);
-  return y0 + (at - x0) / ((*after)[0] - x0) * ((*after)[1] - y0);
 }
 
 /// The kinds of a field: the key that each needs, what it is, and the keys that it may have.
@@ -185,7 +176,7 @@ std::optional<MaterialField<Dim>> ScenarioBuilder<Dim>::mapped(const JsonValue& 
     return std::nullopt;
   }
   const auto map = from_raster(names, unit).surface;
-  if (!map) return std::nullopt;  // reported, or there is no mesh
+  if (!map) return std::nullopt;  // without a mesh, or after an error, which is reported
   const double least = get_number(given, "min").value_or(-std::numeric_limits<double>::infinity()),
                most = get_number(given, "max").value_or(std::numeric_limits<double>::infinity());
   const auto bounded = [=](double value) { return std::min(std::max(value, least), most); };

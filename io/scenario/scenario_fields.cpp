@@ -62,7 +62,7 @@ std::optional<JsonValue> ScenarioBuilder<Dim>::take_fields(const JsonValue& mate
   return plain;
 }
 
-// Of the particles without a value, the first along x is named.
+// The message names the particle without a value that has the least x.
 template <int Dim>
 void ScenarioBuilder<Dim>::check_fields_known() {
   const auto materials = get_list(root_, "materials");

@@ -23,8 +23,7 @@ Kind kind_of(const std::string& type) {
   if (type == "column" || type == "section") return Kind::columns;
   if (type == "front") return Kind::front;
   if (type == "plane") return Kind::plane;
-  if (type == "particles") return Kind::particles;
-  return type == "track" ? Kind::track : Kind::nodes;
+  return type == "particles" ? Kind::particles : Kind::track;
 }
 
 template <int Dim>
@@ -77,11 +76,9 @@ void ScenarioBuilder<Dim>::read_gauge(const JsonValue& entry) {
       gauge.material = static_cast<int>(model_.materials[static_cast<std::size_t>(material)].id);
   gauge.fields = get_texts(entry, "fields");
   if (const JsonValue* fields = entry.find("fields")) check_fields(*fields);
-  const bool of_nodes = gauge.kind == Kind::nodes;
-  gauge.of_set = entry.find("pset") || of_nodes;
+  gauge.of_set = entry.find("pset");
   if (gauge.of_set) {
-    const auto own = of_nodes ? members(entry, "nset_id", "nset", sets_.nodes)
-                              : members(entry, "pset_id", "pset", sets_.particles);
+    const auto own = members(entry, "pset_id", "pset", sets_.particles);
     if (team_.any(!own)) return;
     for (const auto& ids : team_.gather(*own))
       gauge.ids.insert(gauge.ids.end(), ids.begin(), ids.end());
@@ -129,14 +126,20 @@ void ScenarioBuilder<Dim>::read_places(const JsonValue& entry, Gauge& gauge) {
 }
 
 template <int Dim>
-void ScenarioBuilder<Dim>::check_fields(const JsonValue& given) {
-  if (!given.is<JsonValue::Array>()) return;
+std::vector<std::string> ScenarioBuilder<Dim>::field_names() const {
   std::vector<std::string> known;
   for (const ColumnInfo& column : column_table)
     if (column.exported && column.column != Column::state) known.emplace_back(column.name);
   for (const StateVariable* variable : state_variables(model_.materials))
     known.emplace_back(variable->name);
   for (const DerivedField& field : derived_fields) known.emplace_back(field.name);
+  return known;
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::check_fields(const JsonValue& given) {
+  if (!given.is<JsonValue::Array>()) return;
+  const std::vector<std::string> known = field_names();
   for (const JsonValue& name : given.as<JsonValue::Array>())
     if (name.is<std::string>() &&
         std::find(known.begin(), known.end(), name.as<std::string>()) == known.end())

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 
+#include "io/scenario/interpolation.h"
 #include "io/scenario/particle_files.h"
 #include "io/scenario/scenario_builder.h"
 #include "physics/materials/law.h"
@@ -250,15 +251,9 @@ std::optional<std::function<double(const Vec<Dim>&)>> ScenarioBuilder<Dim>::wate
               "[{\"position\": 0, \"h0\": 1}]: levels along dir_h [m]");
     return std::nullopt;
   }
-  return Level([along, levels = std::move(levels)](const Vec<Dim>& at) {
-    const double x = at[along];
-    const auto after = levels.upper_bound(x);
-    if (after == levels.begin()) return after->second;
-    const auto before = std::prev(after);
-    if (after == levels.end()) return before->second;
-    const double share = (x - before->first) / (after->first - before->first);
-    return before->second + share * (after->second - before->second);
-  });
+  std::vector<std::array<double, 2>> points;
+  for (const auto& [position, level] : levels) points.push_back({position, level});
+  return Level([along, points](const Vec<Dim>& x) { return interpolated(points, x[along]); });
 }
 
 template <int Dim>

@@ -14,8 +14,8 @@ const Section& gauge_section() {
           "the distance d along each axis. `column` and `section`: thickness, height and velocity "
           "of what lies above places in plan; the last axis is upward. The thickness is the volume "
           "around a place over the area of the mesh there. `front`: the largest and the least "
-          "position along "
-          "`direction`. `plane`: mass and volume beyond a plane, and the mass that passes it. "
+          "position along `direction`. `plane`: mass and volume beyond a plane, and the mass that "
+          "passes it. "
           "`particles`: mass, volume, centre, velocity and kinetic energy of particles. `track`: "
           "each particle of a set.",
       .discriminator = "type",
@@ -158,8 +158,7 @@ const Section& maps_section() {
           "Rasters in plan of the whole run, in maps/ of the run folder, as ESRI ASCII grids and, "
           "where GDAL is there, as GeoTIFF with the coordinates of the map. thickness at the end "
           "and max_thickness: volume over area. max_speed: of the mean velocity of what lies over "
-          "a "
-          "raster cell. max_pressure: of a particle. arrival_time: when the thickness first was "
+          "a raster cell. max_pressure: of a particle. arrival_time: when the thickness first was "
           "above `threshold`. Maxima are those of the rows of gauges.",
       .keys = {
           {.key = "cell_size",

@@ -19,7 +19,6 @@ struct Gauge {
     plane,      ///< what is beyond a plane, and how much passes it
     particles,  ///< sums and means over particles
     track,      ///< single particles
-    nodes,      ///< force and moment by which boundary conditions act on nodes
   };
   Kind kind = Kind::points;
   std::string name;
@@ -28,10 +27,10 @@ struct Gauge {
   std::vector<std::string> fields;            ///< of points and tracks: as frames name them
   /// Of fronts and planes, of length 1: positions count along it from `origin`.
   std::array<double, 3> direction{};
-  std::array<double, 3> origin{};  ///< [m]; of nodes: moments are about it
+  std::array<double, 3> origin{};  ///< [m]
   int material = -1;               ///< id of the only one that counts; -1 = all count
   bool of_set = false;             ///< only `ids` count
-  std::vector<Index> ids;          ///< ascending: of particles, or of nodes
+  std::vector<Index> ids;          ///< of particles, ascending
 };
 
 /// Rasters in plan of what happened in the whole run; in three dimensions only.

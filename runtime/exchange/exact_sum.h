@@ -49,6 +49,11 @@ class ExactSum {
     return *this;
   }
 
+  ExactSum& operator+=(const ExactSum& other) {
+    for (std::size_t i = 0; i < digit_.size(); ++i) digit_[i] += other.digit_[i];
+    return *this;
+  }
+
   double value() const {
     if (digit_.back() != 0) return std::numeric_limits<double>::quiet_NaN();
     auto digit = normalised(1);

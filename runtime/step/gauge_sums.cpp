@@ -94,8 +94,6 @@ class GaugeAdder {
         return particles();
       case Kind::track:
         return track();
-      case Kind::nodes:
-        return;  // not of particles
     }
   }
 
@@ -249,9 +247,6 @@ void count_slots(OpenGauge<Dim>& open) {
     case Kind::track:
       slots.n_added = gauge.ids.size() * static_cast<std::size_t>(1 + open.field_components());
       break;
-    case Kind::nodes:
-      slots.n_exact = 6;
-      break;
   }
 }
 
@@ -262,8 +257,10 @@ std::vector<OpenGauge<Dim>> open_gauges(const std::vector<Gauge>& gauges,
                                         const ColumnLayout<Dim>& layout, const Model<Dim>& model) {
   std::vector<OpenGauge<Dim>> opened;
   GaugeSlots next;
+  std::size_t planes = 0;
   for (const Gauge& gauge : gauges) {
-    OpenGauge<Dim> open{.gauge = &gauge, .fields = {}, .slots = next};
+    OpenGauge<Dim> open{.gauge = &gauge, .fields = {}, .slots = next, .plane = planes};
+    planes += gauge.kind == Kind::plane;
     std::vector<std::string> names = gauge.fields;
     if (gauge.kind == Kind::track) names.insert(names.begin(), "coordinates");
     for (const std::string& name : names) {

@@ -34,6 +34,7 @@ struct OpenGauge {
   const Gauge* gauge;
   std::vector<ShownColumn<Dim>> fields;
   GaugeSlots slots;
+  std::size_t plane = 0;  ///< of planes, its number among them
   int field_components() const {
     int n = 0;
     for (const auto& field : fields) n += field.components();

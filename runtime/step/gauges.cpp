@@ -85,23 +85,8 @@ GaugeTable table_of(const OpenGauge<Dim>& open) {
           add_columns(columns, header, "its value");
       }
       break;
-    case Kind::nodes:
-      add_axes(columns, "force_", "N", Dim, "on the nodes, mean since the row before");
-      add_axes(columns, "moment_", "N m", 3, "about the point `at`, mean since the row before");
-      break;
   }
   return table;
-}
-
-/// Position of a plane among the planes.
-template <int Dim>
-std::size_t plane_number(const std::vector<OpenGauge<Dim>>& gauges, const Gauge* plane) {
-  std::size_t number = 0;
-  for (const auto& open : gauges) {
-    if (open.gauge == plane) break;
-    number += open.gauge->kind == Kind::plane;
-  }
-  return number;
 }
 
 /// The exact sums in a span of their elements.
@@ -189,17 +174,14 @@ void Gauges<Dim>::add_to(Found& found, const Patch<Dim>& patch) const {
 template <int Dim>
 void Gauges<Dim>::gather(Found& found, std::vector<Index>& sum, std::vector<Index>& least) const {
   GaugeSums all = room();
-  std::vector<Index> elements(size_.n_exact * ExactSum::size, 0);
   for (const GaugeSums& own : found.of_threads) {
-    std::vector<Index> part;
-    append(part, own.exact);
-    for (std::size_t k = 0; k < elements.size(); ++k) elements[k] += part[k];
+    for (std::size_t k = 0; k < all.exact.size(); ++k) all.exact[k] += own.exact[k];
     for (std::size_t k = 0; k < all.added.size(); ++k) all.added[k] += own.added[k];
     for (std::size_t k = 0; k < all.least.size(); ++k)
       all.least[k] = std::min(all.least[k], own.least[k]);
   }
   found.of_threads.clear();
-  sum.insert(sum.end(), elements.begin(), elements.end());
+  append(sum, all.exact);
   sum.insert(sum.end(), all.added.begin(), all.added.end());
   least.insert(least.end(), all.least.begin(), all.least.end());
   if (!plan_.maps.wanted) return;
@@ -280,8 +262,6 @@ std::vector<double> Gauges<Dim>::values_of(std::size_t k, const GaugeSums& all, 
     case Kind::track:
       add_tracks(open, all, row);
       break;
-    case Kind::nodes:
-      break;
   }
   return row;
 }
@@ -350,22 +330,17 @@ void Gauges<Dim>::add_tracks(const OpenGauge<Dim>& open, const GaugeSums& all,
 template <int Dim>
 std::vector<double> Gauges<Dim>::plane_row(const OpenGauge<Dim>& open, const GaugeSums& all,
                                            double time) {
-  const std::size_t plane = plane_number(gauges_, open.gauge);
-  double &at_start = state_.beyond[2 * plane], &passed_before = state_.beyond[2 * plane + 1];
-  const ExactSum removed(std::span<const Index>(state_.removed)
-                             .subspan(plane * ExactSum::size)
-                             .first<ExactSum::size>());
-  // Particles that left beyond the plane have passed it: the list of patches is in the sum.
-  std::vector<Index> elements(removed.elements().begin(), removed.elements().end());
-  const ExactSum& found = all.exact[open.slots.exact];
-  for (std::size_t k = 0; k < elements.size(); ++k) elements[k] += found.elements()[k];
-  const double gone_and_beyond =
-      ExactSum(std::span<const Index>(elements).first<ExactSum::size>()).value();
+  double &at_start = state_.beyond[2 * open.plane],
+         &passed_before = state_.beyond[2 * open.plane + 1];
+  // Particles that left beyond the plane have passed it. Those that patches list are in the sum.
+  ExactSum beyond_or_gone = removed_beyond(open.plane);
+  beyond_or_gone += all.exact[open.slots.exact];
+  const double passed_or_there = beyond_or_gone.value();
   if (std::isnan(at_start)) {
-    at_start = gone_and_beyond;
+    at_start = passed_or_there;
     passed_before = 0;
   }
-  const double passed = gone_and_beyond - at_start;
+  const double passed = passed_or_there - at_start;
   const double flow = time > state_.time ? (passed - passed_before) / (time - state_.time) : 0.0;
   passed_before = passed;
   return {all.exact[open.slots.exact + 1].value(), all.exact[open.slots.exact + 2].value(), passed,
@@ -373,16 +348,21 @@ std::vector<double> Gauges<Dim>::plane_row(const OpenGauge<Dim>& open, const Gau
 }
 
 template <int Dim>
+ExactSum Gauges<Dim>::removed_beyond(std::size_t plane) const {
+  return ExactSum(std::span<const Index>(state_.removed)
+                      .subspan(plane * ExactSum::size)
+                      .first<ExactSum::size>());
+}
+
+template <int Dim>
 void Gauges<Dim>::add_removed(std::span<const RemovedParticle> particles) {
   for (const auto& open : gauges_) {
     if (open.gauge->kind != Kind::plane) continue;
-    const auto at = static_cast<std::ptrdiff_t>(plane_number(gauges_, open.gauge) * ExactSum::size);
-    ExactSum sum(std::span<const Index>(state_.removed)
-                     .subspan(static_cast<std::size_t>(at))
-                     .first<ExactSum::size>());
+    ExactSum sum = removed_beyond(open.plane);
     for (const RemovedParticle& one : particles)
       if (has_passed(*open.gauge, one, model_)) sum += one.mass;
-    std::copy(sum.elements().begin(), sum.elements().end(), state_.removed.begin() + at);
+    std::copy(sum.elements().begin(), sum.elements().end(),
+              state_.removed.begin() + static_cast<std::ptrdiff_t>(open.plane * ExactSum::size));
   }
 }
 
@@ -395,11 +375,6 @@ void Gauges<Dim>::resume(const GaugeState& state) {
     state_.removed = state.removed;
   }
   if (state.maps.size() == state_.maps.size()) state_.maps = state.maps;
-}
-
-template <int Dim>
-GaugeState Gauges<Dim>::state() const {
-  return state_;
 }
 
 template class Gauges<2>;

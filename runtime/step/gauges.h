@@ -41,10 +41,9 @@ class Gauges {
 
   std::size_t n_sums() const;   ///< of Agreement::sum
   std::size_t n_least() const;  ///< of Agreement::lowest
-  GaugeState state() const;
+  const GaugeState& state() const { return state_; }
   /// Go on from a state; gauges that it does not know begin anew.
   void resume(const GaugeState& state);
-  const MapPlan& map_plan() const { return plan_.maps; }
 
  private:
   /// What a step found on this rank.
@@ -60,6 +59,7 @@ class Gauges {
   void add_places(const OpenGauge<Dim>& open, const GaugeSums& all, std::vector<double>& row) const;
   double area_of_weights(const std::array<double, 3>& place, double radius) const;
   void add_tracks(const OpenGauge<Dim>& open, const GaugeSums& all, std::vector<double>& row) const;
+  ExactSum removed_beyond(std::size_t plane) const;  ///< GaugeState::removed of a plane
   std::vector<double> plane_row(const OpenGauge<Dim>& open, const GaugeSums& all, double time);
 
   const Model<Dim>& model_;

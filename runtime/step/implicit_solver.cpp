@@ -10,8 +10,8 @@
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/implicit_walls.h"
 #include "runtime/base/seconds.h"
-#include "runtime/exchange/exact_sum.h"
 #include "runtime/exchange/failure.h"
+#include "runtime/exchange/sum_over_ranks.h"
 #include "runtime/step/worst_node.h"
 
 namespace lahar {
@@ -232,9 +232,7 @@ double ImplicitSolver<Dim>::unbalanced(double time, double dt) {
   if (!linearize().is_good()) return std::numeric_limits<double>::infinity();
   ExactSum own;
   for_each_patch([&](const Patch<Dim>& patch) { own += unbalanced_in_system(patch); });
-  std::vector<Index> elements(own.elements().begin(), own.elements().end());
-  ranks_.sum(elements);
-  return ExactSum(std::span<const Index, ExactSum::size>(elements)).value();
+  return sum_over_ranks(own, ranks_);
 }
 
 template <int Dim>

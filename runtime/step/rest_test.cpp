@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/exchange/exact_sum.h"
+#include "runtime/exchange/sum_over_ranks.h"
 #include "runtime/step/watchdog.h"
 
 namespace lahar {
@@ -27,9 +27,7 @@ template <int Dim>
 double RestTest<Dim>::sum(auto&& part) const {
   ExactSum own;
   for (int p = 0; p < patches_.size(); ++p) own += part(patches_[p]);
-  std::vector<Index> elements(own.elements().begin(), own.elements().end());
-  ranks_.sum(elements);
-  return ExactSum(std::span<const Index, ExactSum::size>(elements)).value();
+  return sum_over_ranks(own, ranks_);
 }
 
 template <int Dim>

@@ -4,8 +4,8 @@
 #include <limits>
 #include <utility>
 
-#include "runtime/exchange/exact_sum.h"
 #include "runtime/exchange/failure.h"
+#include "runtime/exchange/sum_over_ranks.h"
 
 namespace lahar {
 
@@ -14,10 +14,8 @@ void RunWatch<Dim>::begin(const HistoryRow& start) {
   if (!judge_.on()) return;
   ExactSum stored;
   for (int p = 0; p < patches_.size(); ++p) stored += stored_energy(patches_[p], model_);
-  std::vector<Index> elements(stored.elements().begin(), stored.elements().end());
-  ranks_.sum(elements);
   judge_.state = {};
-  judge_.state.stored = ExactSum(std::span<const Index, ExactSum::size>(elements)).value();
+  judge_.state.stored = sum_over_ranks(stored, ranks_);
   judge_.state.speed = start.max_speed;
 }
 

@@ -40,7 +40,7 @@ TEST_CASE("grids of numbers pass, however they are written") {
 
 TEST_CASE("words that are no numbers are named with their line") {
   const auto refused = [](const std::string& word, int line) {
-    return "line " + std::to_string(line) + " of 'a.asc' has '" + word + "', which is no number";
+    return "line " + std::to_string(line) + " of 'a.asc' has '" + word + "', which is not a number";
   };
   CHECK(said(head + "1 2 3\n4 x12 6\n") == refused("x12", 8));
   CHECK(said(head + "1 2 3\n4 12m 6\n") == refused("12m", 8));
@@ -67,7 +67,7 @@ TEST_CASE("files in several pieces are read whole, and others pass") {
     text += "\n";
   }
   CHECK(text.size() > std::size_t{2} << 20);
-  CHECK(said(text) == "line 403 of 'a.asc' has 'x', which is no number");
+  CHECK(said(text) == "line 403 of 'a.asc' has 'x', which is not a number");
   CHECK(said("II*\x01 some GeoTIFF") == "");
   CHECK(said("north: 5\nsouth: x\n") == "");
   CHECK(said("") == "");

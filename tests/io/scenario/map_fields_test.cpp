@@ -134,7 +134,7 @@ TEST_CASE("maps that have no value of a particle, or a wrong one, are refused") 
   CHECK(refusal(folder, scenario(R"({"raster": "c.asc", "seed": 3})")) ==
         "'seed' has no meaning in a map");
   folder.write("c.asc", "ncols 2\nnrows 1\nxllcorner 90\nyllcorner 40\ncellsize 40\n1 o\n");
-  CHECK(refusal(folder, scenario(mapped)) == "line 6 of 'c.asc' has 'o', which is no number");
+  CHECK(refusal(folder, scenario(mapped)) == "line 6 of 'c.asc' has 'o', which is not a number");
   folder.write("c.tif", geotiff(grid(cohesion), 32633));
   folder.write("dem.tif", geotiff(grid([](double, double) { return 2.0; }), 32632));
   CHECK(refusal(folder, scenario(R"({"raster": "c.tif"})", R"("g": {"raster": "dem.tif"})")) ==
