@@ -190,6 +190,8 @@ class ScenarioBuilder {
   // scenario_gauges.cpp
   void build_gauges();  ///< after the analysis and the particles; collective
   void read_gauge(const JsonValue& entry);
+  /// What a gauge of forces measures; false where it does not say, which was reported. Collective.
+  bool read_held(const JsonValue& entry, Gauge& gauge);
   void read_places(const JsonValue& entry, Gauge& gauge);
   std::vector<std::string> field_names() const;  ///< of particles, that frames may have
   void check_fields(const JsonValue& given);

@@ -23,6 +23,7 @@ Kind kind_of(const std::string& type) {
   if (type == "column" || type == "section") return Kind::columns;
   if (type == "front") return Kind::front;
   if (type == "plane") return Kind::plane;
+  if (type == "force") return Kind::force;
   return type == "particles" ? Kind::particles : Kind::track;
 }
 
@@ -84,6 +85,7 @@ void ScenarioBuilder<Dim>::read_gauge(const JsonValue& entry) {
       gauge.ids.insert(gauge.ids.end(), ids.begin(), ids.end());
     std::sort(gauge.ids.begin(), gauge.ids.end());
   }
+  if (gauge.kind == Kind::force && !read_held(entry, gauge)) return;
   const auto count = static_cast<Index>(gauge.ids.size());
   if (gauge.kind == Kind::track && count > most_tracked)
     in_.error(*entry.find("pset"),
@@ -91,6 +93,41 @@ void ScenarioBuilder<Dim>::read_gauge(const JsonValue& entry) {
                           format_count(most_tracked), format_count(count)),
               "\"type\": \"particles\" gives their sums and means");
   gauges.push_back(std::move(gauge));
+}
+
+template <int Dim>
+bool ScenarioBuilder<Dim>::read_held(const JsonValue& entry, Gauge& gauge) {
+  const JsonValue *nset = entry.find("nset"), *body = entry.find("rigid_body");
+  if (!nset == !body) {
+    in_.error(entry, "a gauge of forces needs 'nset' or 'rigid_body', one of them",
+              "\"nset\": a set of nodes that are held; \"rigid_body\": the name of a body");
+    return false;
+  }
+  if (body) {
+    const auto name = get_text(entry, "rigid_body");
+    std::vector<std::string> names;
+    for (const auto& known : model_.rigid_bodies) {
+      if (name && known.name == *name) gauge.body = static_cast<int>(names.size());
+      names.push_back(known.name);
+    }
+    if (entry.find("at"))
+      in_.error(*entry.find("at"),
+                "'at' goes with 'nset': moments on a rigid body are about its centre");
+    if (name && gauge.body < 0)
+      in_.error(*body, fmt::format("there is no rigid body {}", json_quoted(*name)),
+                suggest(*name, names, "rigid bodies"));
+    return gauge.body >= 0;
+  }
+  if (is_projection(model_.analysis))
+    in_.error(*nset, "forces on nodes are not measured in projections");
+  else if (model_.analysis.two_phase && model_.analysis.damping > 0)
+    in_.error(*nset, "forces on nodes are not measured where the liquid in pores is damped");
+  const auto own = members(entry, "nset_id", "nset", sets_.nodes);
+  if (team_.any(!own)) return false;
+  for (const auto& nodes : team_.gather(*own))
+    gauge.ids.insert(gauge.ids.end(), nodes.begin(), nodes.end());
+  std::sort(gauge.ids.begin(), gauge.ids.end());
+  return true;
 }
 
 template <int Dim>

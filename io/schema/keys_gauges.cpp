@@ -17,7 +17,9 @@ const Section& gauge_section() {
           "position along `direction`. `plane`: mass and volume beyond a plane, and the mass that "
           "passes it. "
           "`particles`: mass, volume, centre, velocity and kinetic energy of particles. `track`: "
-          "each particle of a set.",
+          "each particle of a set. `force`: force and moment of the material on what holds the "
+          "nodes of a set, or on a rigid body, as means since the row before. Supports, walls, "
+          "springs and absorbing boundaries hold nodes. Two bodies that meet do not count.",
       .discriminator = "type",
       .keys = {
           {.key = "name",
@@ -29,8 +31,8 @@ const Section& gauge_section() {
            .kinds = text,
            .help = "what is measured",
            .required = true,
-           .allowed = {"point", "line", "column", "section", "front", "plane", "particles",
-                       "track"},
+           .allowed = {"point", "line", "column", "section", "front", "plane", "particles", "track",
+                       "force"},
            .native = true},
           {.key = "at",
            .kinds = vector,
@@ -58,6 +60,24 @@ const Section& gauge_section() {
            .help = "positions count from this point; default the origin",
            .unit = "m",
            .only = {"front"},
+           .native = true},
+          {.key = "at",
+           .kinds = vector,
+           .help = "moments on nodes are about this point; default the origin. Those on a rigid "
+                   "body are about its centre",
+           .unit = "m",
+           .only = {"force"},
+           .native = true},
+          {.key = "nset",
+           .kinds = id,
+           .help = "set of nodes: id or name; this or `rigid_body`",
+           .min = -1,
+           .only = {"force"},
+           .native = true},
+          {.key = "rigid_body",
+           .kinds = text,
+           .help = "name of a rigid body; this or `nset`",
+           .only = {"force"},
            .native = true},
           {.key = "from",
            .kinds = vector,

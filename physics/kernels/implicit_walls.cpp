@@ -250,6 +250,18 @@ Vec<Dim> in_axes_of_mesh(const Patch<Dim>& patch, Local node, const Vec<Dim>& al
 }
 
 template <int Dim>
+Vec<Dim> force_on_support(const Patch<Dim>& patch, Local node) {
+  const ConstrainedNode<Dim>* const wall = find_node(patch.walls, node);
+  const double* r = at(patch.system.right_side, node);
+  Vec<Dim> force = Vec<Dim>::Zero();
+  for (int d = 0; d < Dim; ++d)
+    if (patch.system.held[static_cast<std::size_t>(node)] >> d & 1) force[d] = r[d];
+  if (!wall) return force;
+  const auto k = static_cast<std::size_t>(wall - patch.walls.data());
+  return wall->axes * (force - patch.implicit.walls[k].friction);
+}
+
+template <int Dim>
 void turn_solution(Patch<Dim>& patch) {
   for_each_wall(patch, [&](const ConstrainedNode<Dim>& wall, const ImplicitWall<Dim>&) {
     auto x = vector_at<Dim>(patch.system.solution, wall.node);
@@ -310,6 +322,7 @@ void count_work_at_walls(Patch<Dim>& patch) {
   template bool turn_slips<Dim>(Patch<Dim>&);                                        \
   template Vec<Dim> in_axes_of_node<Dim>(const Patch<Dim>&, Local, const Vec<Dim>&); \
   template Vec<Dim> in_axes_of_mesh<Dim>(const Patch<Dim>&, Local, const Vec<Dim>&); \
+  template Vec<Dim> force_on_support<Dim>(const Patch<Dim>&, Local);                 \
   template void turn_solution<Dim>(Patch<Dim>&);                                     \
   template void count_work_at_walls<Dim>(Patch<Dim>&);
 LAHAR_INSTANTIATE(2)

@@ -38,6 +38,10 @@ template <int Dim>
 Vec<Dim> in_axes_of_node(const Patch<Dim>& patch, Local node, const Vec<Dim>& global);
 template <int Dim>
 Vec<Dim> in_axes_of_mesh(const Patch<Dim>& patch, Local node, const Vec<Dim>& along);
+/// Force on what holds a node [N], along the axes of the mesh: what is not in balance there, and
+/// friction.
+template <int Dim>
+Vec<Dim> force_on_support(const Patch<Dim>& patch, Local node);
 /// A solution that was found becomes one of global axes.
 template <int Dim>
 void turn_solution(Patch<Dim>& patch);

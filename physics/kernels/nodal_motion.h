@@ -7,6 +7,21 @@
 
 namespace lahar {
 
+/// Number in the mesh of a node, which is the same for every body.
+template <int Dim>
+Index node_of_mesh(const Patch<Dim>& patch, const Mesh<Dim>& mesh, Local node) {
+  return patch.topology.nodes[static_cast<std::size_t>(node)] % mesh.n_nodes();
+}
+
+/// A point force, and a condition, act on the first of the bodies that are at their node.
+template <int Dim>
+bool is_first_body(const Patch<Dim>& patch, Local node) {
+  if (patch.bodies() == 1) return true;
+  for (Local other = node - patch.body_nodes; other >= 0; other -= patch.body_nodes)
+    if (at(patch.velocity, other)[mass_lane] > patch.least_mass) return false;
+  return true;
+}
+
 /// {v, m} from sums of momentum and mass.
 template <int Dim>
 void take_velocity(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSum which,

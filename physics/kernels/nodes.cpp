@@ -248,7 +248,7 @@ class Integrator {
     while (point_ != patch_.forces.end() && point_->node < i) ++point_;  // not active
     while (point_ != patch_.forces.end() && point_->node == i) {
       double f[node_width] = {};
-      f[point_->dir] = is_first_body(i) ? point_force(*point_) : 0.0;
+      f[point_->dir] = is_first_body(patch_, i) ? point_force(*point_) : 0.0;
       force += load<NodeVector>(f);
       ++point_;
     }
@@ -310,7 +310,7 @@ class Integrator {
     if (patch_.bodies() > 1) apply_contact(patch_, step_, g);
     for (const auto& point : patch_.forces)
       if (const double m = at(patch_.velocity, point.node)[mass_lane];
-          more_than(m, patch_.least_mass) && is_first_body(point.node))
+          more_than(m, patch_.least_mass) && is_first_body(patch_, point.node))
         patch_.work.external += own_mass[point.node * sum_stride] / m * point_force(point) *
                                 mean_move(point.node, point.dir);
     for_each_acting_list(patch_.acting, [&](const auto& list) {
@@ -330,19 +330,11 @@ class Integrator {
     return point.force * load_factor(*step_.model, point.function, step_.time);
   }
 
-  /// A point force acts on the first of the bodies that are at its node.
-  bool is_first_body(Local i) const {
-    if (patch_.bodies() == 1) return true;
-    for (Local other = i - patch_.body_nodes; other >= 0; other -= patch_.body_nodes)
-      if (at(patch_.velocity, other)[mass_lane] > patch_.least_mass) return false;
-    return true;
-  }
-
   /// Minus the force of the conditions of node i, {v, m}, if it has any. They act on the first of
   /// the bodies that are there.
   [[gnu::noinline]] NodeVector against_conditions(Local i, const NodeVector& v) {
     double f[node_width] = {};
-    if (is_first_body(i)) {
+    if (is_first_body(patch_, i)) {
       const auto lists = acting_at(patch_.acting, i);
       NodeComponents<Dim> all = NodeComponents<Dim>::Zero();
       for_each_acting_list(lists, [&](auto entries) {
@@ -368,21 +360,18 @@ class Integrator {
   template <class T>
   void set_action(ActingNode<Dim, T>& at, const NodeVector& v) {
     if (takes_means<T> && at.means.mass == 0.0) return;
-    NodeView<Dim> view{.mass = v[mass_lane],
-                       .position = step_.model->mesh->node(node_of_mesh(at.node)),
-                       .velocity = {},
-                       .means = at.means,
-                       .time = step_.time,
-                       .dt = step_.dt,
-                       .factor = 1.0};
+    NodeView<Dim> view{
+        .mass = v[mass_lane],
+        .position = step_.model->mesh->node(node_of_mesh(patch_, *step_.model->mesh, at.node)),
+        .velocity = {},
+        .means = at.means,
+        .time = step_.time,
+        .dt = step_.dt,
+        .factor = 1.0};
     for (int d = 0; d < Dim; ++d) view.velocity[d] = v[d];
     if constexpr (HasFunction<T>)
       view.factor = load_factor(*step_.model, at.condition.function, step_.time);
     at.action = at.condition.template act<Dim>(view);
-  }
-
-  Index node_of_mesh(Local node) const {
-    return patch_.topology.nodes[static_cast<std::size_t>(node)] % step_.model->mesh->n_nodes();
   }
 
   /// Work of a condition, this patch's share of it by its part `own` of the node's mass [kg].

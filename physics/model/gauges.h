@@ -19,6 +19,7 @@ struct Gauge {
     plane,      ///< what is beyond a plane, and how much passes it
     particles,  ///< sums and means over particles
     track,      ///< single particles
+    force,      ///< what material presses on nodes that are held, or on a rigid body with
   };
   Kind kind = Kind::points;
   std::string name;
@@ -27,10 +28,11 @@ struct Gauge {
   std::vector<std::string> fields;            ///< of points and tracks: as frames name them
   /// Of fronts and planes, of length 1: positions count along it from `origin`.
   std::array<double, 3> direction{};
-  std::array<double, 3> origin{};  ///< [m]
+  std::array<double, 3> origin{};  ///< [m] moments are about it, too
   int material = -1;               ///< id of the only one that counts; -1 = all count
   bool of_set = false;             ///< only `ids` count
-  std::vector<Index> ids;          ///< of particles, ascending
+  std::vector<Index> ids;          ///< of particles, of forces on nodes of nodes; ascending
+  int body = -1;                   ///< of forces: number of the rigid body; -1 = on nodes
 };
 
 /// Rasters in plan of what happened in the whole run; in three dimensions only.

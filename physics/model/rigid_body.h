@@ -67,6 +67,7 @@ struct Reaction {
   /// A force at a point that is `arm` [m] away from the origin.
   template <int Dim>
   void add(const Vec<Dim>& at, const Vec<Dim>& arm);
+  bool operator==(const Reaction&) const = default;
 };
 
 }  // namespace lahar

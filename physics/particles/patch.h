@@ -272,6 +272,16 @@ struct Patch {
   std::vector<Placement<Dim>> placements;  ///< of rigid bodies at the end of the step
   std::vector<Reaction> reactions;         ///< of particles on them, there
 
+  /// A node at which a gauge measures what holds it (node_supports.h).
+  struct MeasuredNode {
+    Local node;
+    std::size_t gauge;  ///< number of the gauge among those of forces
+  };
+  std::vector<MeasuredNode> measured;  ///< ascending nodes
+  std::vector<Reaction> supports;      ///< of this step, on what holds them, by gauge of forces
+  /// [N s] and [N m s] of supports and rigid bodies since the last row, by gauge of forces.
+  std::vector<Reaction> impulses;
+
   std::vector<InjectionCell> injection_cells;  ///< ascending events
   std::vector<Vec<Dim>> injection_points;      ///< [m]
   std::vector<Index> injected;                 ///< events of this step; for whoever counts them

@@ -7,6 +7,7 @@
 #include "io/base/text.h"
 #include "physics/basis/support.h"
 #include "physics/contact/contact.h"
+#include "physics/kernels/node_supports.h"
 #include "physics/mesh/partition_common.h"
 #include "runtime/patches/patch_constraints.h"
 #include "runtime/patches/patch_set.h"
@@ -175,6 +176,7 @@ void PatchSet<Dim>::set_conditions() {
   const InjectedCells<Dim> injected = injections_at(cells, injected_, model_->injections, ranks_);
   for_new([&](Patch<Dim>& patch) {
     set_constraints(patch, conditions, n_nodes);
+    set_measured_nodes(patch, *model_);
     set_injections(patch, injected, model_->injections);
     patch.has_conditions = true;
   });

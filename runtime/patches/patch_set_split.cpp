@@ -127,6 +127,7 @@ typename PatchSet<Dim>::Patches PatchSet<Dim>::parts_of(Patch<Dim>& patch, Index
   }
   // What the driver takes with the next row of history or output, whoever has it.
   parts.front()->work = patch.work;
+  parts.front()->impulses = patch.impulses;
   parts.front()->removed = std::move(patch.removed);
   parts.front()->injected = std::move(patch.injected);
   return parts;

@@ -60,7 +60,8 @@ StateHead head_of(const Patch<Dim>& patch) {
           .added_bins = patch.added_bins,
           .moving = patch.moving,
           .loads = any_loads(patch),
-          .sums = static_cast<Index>(mapped_sums(patch).size())};
+          .sums = static_cast<Index>(mapped_sums(patch).size()),
+          .impulses = static_cast<Index>(patch.impulses.size())};
 }
 
 /// Call body(row, column, component) for each row of a particle, in the order of the table.
@@ -98,7 +99,8 @@ StateHead read_head(std::span<const std::byte> bytes, const Patch<Dim>& patch, b
            static_cast<Index>(mapped_sums(patch).size()));
   expect("the number of values of a particle", head.rows, patch.particles.layout().rows());
   constexpr Index most = std::numeric_limits<Local>::max();
-  for (const Index n : {head.slots, head.bins, head.particles, head.active_nodes, head.added_bins})
+  for (const Index n :
+       {head.slots, head.bins, head.particles, head.active_nodes, head.added_bins, head.impulses})
     if (n < 0 || n > most) refuse(id, fmt::format("{} is not a number of anything", n));
   if (bytes.size() != bytes_of(head))
     refuse(id, fmt::format("it has {} bytes instead of {}", bytes.size(), bytes_of(head)));
@@ -189,6 +191,7 @@ void pack(const Patch<Dim>& patch, Index step, std::byte* to) {
   for (const double work : {patch.work.internal, patch.work.external, patch.work.damping,
                             patch.work.friction, patch.work.divided})
     out.put(work);
+  out.put(patch.impulses.data(), patch.impulses.size());
   for (const ParticleBin& bin : patch.bins)
     out.put(PackedBin{bin.cell, bin.begin, bin.end, bin.limit, bin.material, bin.loaded});
   const auto add = [&](const auto* values) {
@@ -232,6 +235,8 @@ void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step,
   for (double* work : {&patch.work.internal, &patch.work.external, &patch.work.damping,
                        &patch.work.friction, &patch.work.divided})
     *work = in.get<double>();
+  patch.impulses.resize(static_cast<std::size_t>(head.impulses));
+  in.get(patch.impulses.data(), patch.impulses.size());
   const double slots = static_cast<double>(head.slots) * static_cast<double>(head.rows + 2);
   if (slots * sizeof(double) > bounds.memory)
     refuse(head.patch,

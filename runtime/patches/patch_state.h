@@ -46,7 +46,9 @@ void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step,
 /// Whether a patch has a state: others are as new, and need not be kept.
 template <int Dim>
 bool has_state(const Patch<Dim>& patch) {
-  return patch.count > 0 || patch.work != PatchWork{};
+  return patch.count > 0 || patch.work != PatchWork{} ||
+         std::any_of(patch.impulses.begin(), patch.impulses.end(),
+                     [](const Reaction& impulse) { return impulse != Reaction{}; });
 }
 
 /// The columns of a particle that pack() writes, and their components, as text: two that are equal

@@ -12,7 +12,7 @@ namespace lahar {
 
 /// First of all bytes: "Lahar" and the version of the layout. Bytes of a machine that orders them
 /// the other way do not begin with it.
-inline constexpr Index state_marker = 0x4c61686172'0002;
+inline constexpr Index state_marker = 0x4c61686172'0003;
 
 /// What a patch's state begins with.
 struct StateHead {
@@ -21,7 +21,8 @@ struct StateHead {
   Index cells = 0, nodes = 0, rows = 0;  ///< of the patch, and of a particle
   Index slots = 0, bins = 0, particles = 0, active_nodes = 0;
   Index added_bins = 0, moving = 0, loads = 0;
-  Index sums = 1;  ///< arrays of sums that are mapped for the next step
+  Index sums = 1;      ///< arrays of sums that are mapped for the next step
+  Index impulses = 0;  ///< Patch::impulses
 };
 static_assert(std::has_unique_object_representations_v<StateHead>, "no padding");
 
@@ -38,7 +39,8 @@ inline std::size_t n_bytes(Index count, std::size_t size) {
 
 /// Where the ids of the particles begin.
 inline std::size_t ids_offset(const StateHead& head) {
-  return sizeof(StateHead) + sizeof(PatchWork) + n_bytes(head.bins, sizeof(PackedBin));
+  return sizeof(StateHead) + sizeof(PatchWork) + n_bytes(head.impulses, sizeof(Reaction)) +
+         n_bytes(head.bins, sizeof(PackedBin));
 }
 
 inline std::size_t bytes_of(const StateHead& head) {

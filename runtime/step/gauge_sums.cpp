@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "physics/base/error.h"
 
@@ -94,6 +95,8 @@ class GaugeAdder {
         return particles();
       case Kind::track:
         return track();
+      case Kind::force:  // is not of particles
+        return;
     }
   }
 
@@ -240,6 +243,9 @@ void count_slots(OpenGauge<Dim>& open) {
     case Kind::plane:
       slots.n_exact = 3;
       break;
+    case Kind::force:
+      slots.n_exact = 6;
+      break;
     case Kind::particles:
       slots.n_exact = 3 + 2 * Dim;
       slots.n_added = slots.n_least = 1;
@@ -257,10 +263,11 @@ std::vector<OpenGauge<Dim>> open_gauges(const std::vector<Gauge>& gauges,
                                         const ColumnLayout<Dim>& layout, const Model<Dim>& model) {
   std::vector<OpenGauge<Dim>> opened;
   GaugeSlots next;
-  std::size_t planes = 0;
+  std::size_t planes = 0, forces = 0;
   for (const Gauge& gauge : gauges) {
-    OpenGauge<Dim> open{.gauge = &gauge, .fields = {}, .slots = next, .plane = planes};
-    planes += gauge.kind == Kind::plane;
+    OpenGauge<Dim> open{.gauge = &gauge, .fields = {}, .slots = next};
+    if (gauge.kind == Kind::plane) open.number = planes++;
+    if (gauge.kind == Kind::force) open.number = forces++;
     std::vector<std::string> names = gauge.fields;
     if (gauge.kind == Kind::track) names.insert(names.begin(), "coordinates");
     for (const std::string& name : names) {
@@ -297,10 +304,19 @@ bool has_passed(const Gauge& plane, const RemovedParticle& particle, const Model
 }
 
 template <int Dim>
-void add_to_gauge(const OpenGauge<Dim>& gauge, const Patch<Dim>& patch, const Model<Dim>& model,
+void add_to_gauge(const OpenGauge<Dim>& gauge, Patch<Dim>& patch, const Model<Dim>& model,
                   GaugeSums& all) {
-  for (const ParticleBlock<Dim>& block : blocks_of(patch))
-    GaugeAdder<Dim>(gauge, block, model, all).add();
+  if (gauge.gauge->kind != Kind::force) {
+    for (const ParticleBlock<Dim>& block : blocks_of(patch))
+      GaugeAdder<Dim>(gauge, block, model, all).add();
+    return;
+  }
+  if (patch.impulses.empty()) return;  // nothing has been here
+  const Reaction impulse = std::exchange(patch.impulses[gauge.number], {});
+  for (std::size_t d = 0; d < 3; ++d) {
+    all.exact[gauge.slots.exact + d] += impulse.force[d];
+    all.exact[gauge.slots.exact + 3 + d] += impulse.torque[d];
+  }
 }
 
 template std::vector<OpenGauge<2>> open_gauges<2>(const std::vector<Gauge>&, const ColumnLayout<2>&,
@@ -309,7 +325,7 @@ template std::vector<OpenGauge<3>> open_gauges<3>(const std::vector<Gauge>&, con
                                                   const Model<3>&);
 template bool has_passed<2>(const Gauge&, const RemovedParticle&, const Model<2>&);
 template bool has_passed<3>(const Gauge&, const RemovedParticle&, const Model<3>&);
-template void add_to_gauge<2>(const OpenGauge<2>&, const Patch<2>&, const Model<2>&, GaugeSums&);
-template void add_to_gauge<3>(const OpenGauge<3>&, const Patch<3>&, const Model<3>&, GaugeSums&);
+template void add_to_gauge<2>(const OpenGauge<2>&, Patch<2>&, const Model<2>&, GaugeSums&);
+template void add_to_gauge<3>(const OpenGauge<3>&, Patch<3>&, const Model<3>&, GaugeSums&);
 
 }  // namespace lahar

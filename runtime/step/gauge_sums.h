@@ -34,7 +34,7 @@ struct OpenGauge {
   const Gauge* gauge;
   std::vector<ShownColumn<Dim>> fields;
   GaugeSlots slots;
-  std::size_t plane = 0;  ///< of planes, its number among them
+  std::size_t number = 0;  ///< of planes and forces, its number among them
   int field_components() const {
     int n = 0;
     for (const auto& field : fields) n += field.components();
@@ -56,9 +56,10 @@ std::vector<OpenGauge<Dim>> open_gauges(const std::vector<Gauge>& gauges,
 template <int Dim>
 bool has_passed(const Gauge& plane, const RemovedParticle& particle, const Model<Dim>& model);
 
-/// Add what a patch has of a gauge. Any thread; `all` has room (room_for()).
+/// Add what a patch has of a gauge. Any thread; `all` has room (room_for()). Its part of
+/// Patch::impulses begins anew.
 template <int Dim>
-void add_to_gauge(const OpenGauge<Dim>& gauge, const Patch<Dim>& patch, const Model<Dim>& model,
+void add_to_gauge(const OpenGauge<Dim>& gauge, Patch<Dim>& patch, const Model<Dim>& model,
                   GaugeSums& all);
 
 }  // namespace lahar

@@ -66,6 +66,14 @@ GaugeTable table_of(const OpenGauge<Dim>& open) {
       columns.push_back({"mass_passed", "kg", "since the start; that back counts against it"});
       columns.push_back({"mass_flow", "kg/s", "mean since the row before"});
       break;
+    case Kind::force:
+      add_axes(columns, "force_", "N", Dim,
+               "mean since the row before, of material on what it meets");
+      if (Dim == 3)
+        add_axes(columns, "moment_", "N m", Dim, "likewise");
+      else
+        columns.push_back({"moment_z", "N m", "likewise"});
+      break;
     case Kind::particles:
       columns.push_back({"particles", "-", "their number"});
       columns.push_back({"mass", "kg", "their mass"});
@@ -144,7 +152,7 @@ GaugeSums Gauges<Dim>::room() const {
 }
 
 template <int Dim>
-void Gauges<Dim>::add_to(Found& found, const Patch<Dim>& patch) const {
+void Gauges<Dim>::add_to(Found& found, Patch<Dim>& patch) const {
   bool exists = false;
   GaugeSums& own = found.of_threads.local(exists);
   if (!exists) own = room();
@@ -194,7 +202,7 @@ void Gauges<Dim>::gather(Found& found, std::vector<Index>& sum, std::vector<Inde
 }
 
 template <int Dim>
-void Gauges<Dim>::add(const Patch<Dim>& patch, Step step) {
+void Gauges<Dim>::add(Patch<Dim>& patch, Step step) {
   add_to(found_[step], patch);
 }
 
@@ -204,10 +212,10 @@ void Gauges<Dim>::give(Step step, Agreement& own) {
 }
 
 template <int Dim>
-GaugeRows Gauges<Dim>::present(std::span<const Patch<Dim>* const> patches, Step at, double time,
+GaugeRows Gauges<Dim>::present(std::span<Patch<Dim>* const> patches, Step at, double time,
                                const Communicator& ranks) {
   Found found;
-  for (const Patch<Dim>* patch : patches) add_to(found, *patch);
+  for (Patch<Dim>* patch : patches) add_to(found, *patch);
   std::vector<Index> sum, least;
   gather(found, sum, least);
   ranks.sum(sum);
@@ -252,6 +260,13 @@ std::vector<double> Gauges<Dim>::values_of(std::size_t k, const GaugeSums& all, 
     case Kind::plane:
       row = plane_row(open, all, time);
       break;
+    case Kind::force: {
+      const double since = time - state_.time;
+      for (std::size_t d = 0; d < 6; ++d)
+        if (d < Dim || d == 5 || (d > 2 && Dim == 3))
+          row.push_back(since > 0 ? exact(d) / since : nan);
+      break;
+    }
     case Kind::particles: {
       const double mass = exact(0);
       row = {static_cast<double>(all.added[open.slots.added]), mass, exact(1)};
@@ -330,10 +345,10 @@ void Gauges<Dim>::add_tracks(const OpenGauge<Dim>& open, const GaugeSums& all,
 template <int Dim>
 std::vector<double> Gauges<Dim>::plane_row(const OpenGauge<Dim>& open, const GaugeSums& all,
                                            double time) {
-  double &at_start = state_.beyond[2 * open.plane],
-         &passed_before = state_.beyond[2 * open.plane + 1];
+  double &at_start = state_.beyond[2 * open.number],
+         &passed_before = state_.beyond[2 * open.number + 1];
   // Particles that left beyond the plane have passed it. Those that patches list are in the sum.
-  ExactSum beyond_or_gone = removed_beyond(open.plane);
+  ExactSum beyond_or_gone = removed_beyond(open.number);
   beyond_or_gone += all.exact[open.slots.exact];
   const double passed_or_there = beyond_or_gone.value();
   if (std::isnan(at_start)) {
@@ -358,11 +373,11 @@ template <int Dim>
 void Gauges<Dim>::add_removed(std::span<const RemovedParticle> particles) {
   for (const auto& open : gauges_) {
     if (open.gauge->kind != Kind::plane) continue;
-    ExactSum sum = removed_beyond(open.plane);
+    ExactSum sum = removed_beyond(open.number);
     for (const RemovedParticle& one : particles)
       if (has_passed(*open.gauge, one, model_)) sum += one.mass;
     std::copy(sum.elements().begin(), sum.elements().end(),
-              state_.removed.begin() + static_cast<std::ptrdiff_t>(open.plane * ExactSum::size));
+              state_.removed.begin() + static_cast<std::ptrdiff_t>(open.number * ExactSum::size));
   }
 }
 

@@ -28,13 +28,13 @@ class Gauges {
   std::vector<GaugeTable> tables() const;
 
   /// After the step a patch is as it is now.
-  void add(const Patch<Dim>& patch, Step step);
+  void add(Patch<Dim>& patch, Step step);
   /// This rank's patches have done the step.
   void give(Step step, Agreement& own);
   /// The rows after a step; steps in order. `sum` and `least` are this part of the agreement.
   GaugeRows take(Step step, double time, std::span<const Index> sum, std::span<const Index> least);
-  /// The same of patches at rest. Collective.
-  GaugeRows present(std::span<const Patch<Dim>* const> patches, Step at, double time,
+  /// The same of patches at rest; what forces did since the row before is taken. Collective.
+  GaugeRows present(std::span<Patch<Dim>* const> patches, Step at, double time,
                     const Communicator& ranks);
   /// They left the mesh, and patches do not list them any more; the same on all ranks.
   void add_removed(std::span<const RemovedParticle> particles);
@@ -53,7 +53,7 @@ class Gauges {
     std::mutex maps_mutex;
   };
   GaugeSums room() const;
-  void add_to(Found& found, const Patch<Dim>& patch) const;
+  void add_to(Found& found, Patch<Dim>& patch) const;
   void gather(Found& found, std::vector<Index>& sum, std::vector<Index>& least) const;
   std::vector<double> values_of(std::size_t k, const GaugeSums& all, double time);
   void add_places(const OpenGauge<Dim>& open, const GaugeSums& all, std::vector<double>& row) const;

@@ -345,7 +345,7 @@ HistoryRow SimulationDriver<Dim>::history() {
 
 template <int Dim>
 GaugeRows SimulationDriver<Dim>::gauges() {
-  std::vector<const Patch<Dim>*> patches;
+  std::vector<Patch<Dim>*> patches;
   for (int i = 0; i < patches_.size(); ++i) patches.push_back(&patches_[i]);
   return gauges_.present(patches, step_, time(), ranks_);
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "physics/kernels/kernels.h"
+#include "physics/kernels/node_supports.h"
 #include "runtime/step/simulation_driver.h"
 #include "runtime/step/snapshot.h"
 
@@ -305,6 +306,7 @@ void SimulationDriver<Dim>::output(int p, Step step) {
   Patch<Dim>& patch = patches_[p];
   const std::string problem = limits_.problem(patch, step, time_.nsteps());
   if (!problem.empty()) fail(output_index_, p, step, problem);
+  if (!patch.impulses.empty()) add_impulses(patch, context(step, true));
   const bool needs_sums = sums_due(step);
   if (needs_sums || frame_due(step) || gauges_due(step)) check_finite(patch);
   if (needs_sums) history_.add(p, step, sums(patch, model_));

@@ -17,6 +17,7 @@
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/mean_volume.h"
+#include "physics/kernels/node_supports.h"
 #include "physics/kernels/projection.h"
 #include "physics/kernels/rigid_contact.h"
 #include "physics/kernels/separation.h"
@@ -358,13 +359,19 @@ Stages<Dim> integration(const Analysis& analysis) {
   const bool with_velocity = one_exchange(analysis);
   TimestepStage<Dim> nodes{.stage = {.name = "integrate", .exchange = "force"},
                            .takes = {NodeSum::force},
-                           .begin = [](P& p, S& s) { integrate(p, s); }};
+                           .begin = [](P& p, S& s) {
+                             integrate(p, s);
+                             find_supports(p, s);
+                           }};
   if (with_velocity) {
     nodes.stage.exchange = "mass, momentum, force";
     nodes.stage.needs_dt = true;
     nodes.takes.insert(nodes.takes.begin(), NodeSum::mass_momentum);
     if (needs_kept_pressure(analysis)) nodes.takes.push_back(NodeSum::kept_pressure);
-    nodes.begin = [](P& p, S& s) { velocity_and_integrate(p, s); };
+    nodes.begin = [](P& p, S& s) {
+      velocity_and_integrate(p, s);
+      find_supports(p, s);
+    };
   }
   if (!analysis.two_phase) return {nodes};
   TimestepStage<Dim> liquid{.stage = nodes.stage, .takes = std::exchange(nodes.takes, {})};
@@ -380,8 +387,10 @@ Stages<Dim> integration(const Analysis& analysis) {
       lahar::liquid_forces(p, s);
     };
   return {liquid, nodes,
-          TimestepStage<Dim>{.stage = {.name = "integrate liquid"},
-                             .begin = [](P& p, S& s) { integrate_liquid(p, s); }}};
+          TimestepStage<Dim>{.stage = {.name = "integrate liquid"}, .begin = [](P& p, S& s) {
+                               integrate_liquid(p, s);
+                               add_supports_of_liquid(p, s);
+                             }}};
 }
 
 template <int Dim>
@@ -559,8 +568,10 @@ template <int Dim>
 Stages<Dim> solved_motion(const Analysis&) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
-  return {TimestepStage<Dim>{.stage = {.name = "solved motion"},
-                             .begin = [](P& p, S& s) { end_implicit_step(p, s); }}};
+  return {TimestepStage<Dim>{.stage = {.name = "solved motion"}, .begin = [](P& p, S& s) {
+                               find_supports_of_implicit(p, s);
+                               end_implicit_step(p, s);
+                             }}};
 }
 
 template <int Dim>

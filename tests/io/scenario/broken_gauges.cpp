@@ -27,7 +27,7 @@ TEST_CASE("gauges and maps that cannot be measured are refused with what is allo
         {"type": "point", "at": [0.5, 0.5], "fields": ["velocity"]},
         ^
   hint: name: name of its table
-mpm.json:22:29: error: 'type' must be one of "point", "line", "column", "section", "front", "plane", "particles", "track", found "points" [/post_processing/gauges/1/type]
+mpm.json:22:29: error: 'type' must be one of "point", "line", "column", "section", "front", "plane", "particles", "track", "force", found "points" [/post_processing/gauges/1/type]
         {"name": "a", "type": "points"},
                               ^
   hint: did you mean "point"?
@@ -113,6 +113,26 @@ mpm.json:23:42: error: 'direction' does not apply to a gauge of type "particles"
                                            ^
   hint: it belongs to "front"
 )"},
+    {"forces on nothing, on two things, and on what does not exist",
+     {measured(R"("gauges": [
+      {"name": "a", "type": "force"},
+      {"name": "b", "type": "force", "nset": 0, "rigid_body": "post"},
+      {"name": "c", "type": "force", "rigid_body": "post"},
+      {"name": "d", "type": "force", "nset": 9}])")},
+     {},
+     R"(mpm.json:21:7: error: a gauge of forces needs 'nset' or 'rigid_body', one of them [/post_processing/gauges/0]
+        {"name": "a", "type": "force"},
+        ^
+  hint: "nset": a set of nodes that are held; "rigid_body": the name of a body
+mpm.json:22:7: error: a gauge of forces needs 'nset' or 'rigid_body', one of them [/post_processing/gauges/1]
+        {"name": "b", "type": "force", "nset": 0, "rigid_body": "post"},
+        ^
+  hint: "nset": a set of nodes that are held; "rigid_body": the name of a body
+mpm.json:23:52: error: there is no rigid body "post" [/post_processing/gauges/2/rigid_body]
+        {"name": "c", "type": "force", "rigid_body": "post"},
+                                                     ^
+  hint: there are no rigid bodies
+)"},
     {"maps in two dimensions, and two intervals",
      {measured(R"("maps": {"cell_size": 0},
     "gauge_steps": 5,
@@ -131,5 +151,5 @@ mpm.json:22:17: error: 'gauge_steps' and 'gauge_dt' both say when rows come [/po
   hint: leave one of them out
 )"},
   };
-  check(table, 6);
+  check(table, 7);
 }

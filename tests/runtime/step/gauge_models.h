@@ -30,6 +30,8 @@ inline Model<3> gauged(const std::string& post = R"("gauge_steps": 7)") {
       {"generator": {"type": "region", "per_cell": 2, "material": "block",
         "region": {"box": {"min": [0.7, 0.1, 0.1], "max": [0.8, 0.3, 0.3]}},
         "velocity": [3, 0, 0]}}],
+    "rigid_bodies": [{"name": "post", "friction": 0.3,
+      "region": {"box": {"min": [0.32, 0.1, -0.1], "max": [0.45, 0.3, 0.5]}}}],
     "external_loading_conditions": {"gravity": [0, 0, -9.81]},
     "analysis": {"dt": 5e-4, "nsteps": 200, "patch_particles": 64,
                  "locate_particles": false},
@@ -46,6 +48,9 @@ inline Model<3> gauged(const std::string& post = R"("gauge_steps": 7)") {
         {"name": "outlet", "type": "plane", "at": [0.95, 0, 0], "normal": [1, 0, 0]},
         {"name": "water", "type": "particles", "material": "water"},
         {"name": "all", "type": "particles"},
+        {"name": "pressed", "type": "force", "nset": "floor"},
+        {"name": "pushed", "type": "force", "nset": "left", "at": [0, 0.2, 0]},
+        {"name": "kicked", "type": "force", "rigid_body": "post"},
         {"name": "drops", "type": "track", "pset": "drops", "fields": ["velocity", "pressure"]}],
       "maps": {"cell_size": 0.2, "threshold": 0.01}, )" +
                           post + "}}");

@@ -1,0 +1,160 @@
+#include "physics/kernels/node_supports.h"
+
+#include <algorithm>
+
+#include "physics/kernels/implicit_walls.h"
+#include "physics/kernels/nodal_motion.h"
+#include "physics/model/transfer_options.h"
+#include "physics/particles/loads.h"
+
+namespace lahar {
+
+namespace {
+
+/// Call body(gauge, its number among those of forces).
+template <int Dim>
+void for_each_force_gauge(const Model<Dim>& model, auto body) {
+  std::size_t k = 0;
+  for (const Gauge& gauge : model.output.measured.gauges)
+    if (gauge.kind == Gauge::Kind::force) body(gauge, k++);
+}
+
+/// Share of the nodal velocity that particles take in a step.
+template <int Dim>
+double share_taken(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node) {
+  const VelocityTransfer& transfer = step.model->analysis.transfer;
+  if (has_filter(transfer)) return 0.0;
+  return 1.0 - transfer.kept(patch.bodies() == 1 ? 0 : node / patch.body_nodes, step.dt);
+}
+
+/// Adds the force on the support of each measured node, force(node): this patch's part of it.
+template <int Dim>
+void add(Patch<Dim>& patch, const Model<Dim>& model, const NodeArray& velocity, auto force) {
+  std::vector<const Gauge*> gauges;
+  for_each_force_gauge(model, [&](const Gauge& gauge, std::size_t) { gauges.push_back(&gauge); });
+  for (const auto [node, gauge] : patch.measured) {
+    if (!patch.node_is_active[static_cast<std::size_t>(node)]) continue;
+    if (!more_than(at(velocity, node)[mass_lane], patch.least_mass)) continue;
+    const NodeVector all = force(node);
+    const Vec<Dim> x = model.mesh->node(node_of_mesh(patch, *model.mesh, node));
+    Vec<Dim> on_support, arm;
+    for (int d = 0; d < Dim; ++d) {
+      on_support[d] = all[d];
+      arm[d] = x[d] - gauges[gauge]->origin[static_cast<std::size_t>(d)];
+    }
+    patch.supports[gauge].template add<Dim>(on_support, arm);
+  }
+}
+
+/// {p, m}, or another sum that this patch gave to a node.
+template <int Dim>
+NodeVector own_sum(const Patch<Dim>& patch, NodeSum which, const StepContext<Dim>& step,
+                   Local node) {
+  return load<NodeVector>(patch.own_sums(which, step.step) +
+                          static_cast<std::ptrdiff_t>(node) * sum_stride);
+}
+
+/// m g - m a - c / dt (m v - p) of one phase, where v is held at the beginning of the step.
+template <int Dim>
+NodeVector inertia(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
+                   const NodeVector& given, const NodeArray& velocity,
+                   const NodeArray& acceleration) {
+  const double m = given[mass_lane];
+  const auto a = load<NodeVector>(at(acceleration, node));
+  const NodeVector before = load<NodeVector>(at(velocity, node)) - step.dt * a;
+  return m * (gravity_in(step) - a) -
+         share_taken(patch, step, node) / step.dt * (m * before - given);
+}
+
+/// Supports of this step begin at zero; false without nodes to measure.
+template <int Dim>
+bool begin(Patch<Dim>& patch) {
+  std::fill(patch.supports.begin(), patch.supports.end(), Reaction{});
+  return !patch.measured.empty() && !patch.active_nodes.empty();
+}
+
+}  // namespace
+
+template <int Dim>
+void set_measured_nodes(Patch<Dim>& patch, const Model<Dim>& model) {
+  std::size_t gauges = 0;
+  for_each_force_gauge(model, [&](const Gauge& gauge, std::size_t k) {
+    gauges = k + 1;
+    for (Local i = 0; i < patch.n_nodes() && !gauge.ids.empty(); ++i)
+      if (std::binary_search(gauge.ids.begin(), gauge.ids.end(),
+                             node_of_mesh(patch, *model.mesh, i)))
+        patch.measured.push_back({i, k});
+  });
+  std::stable_sort(patch.measured.begin(), patch.measured.end(),
+                   [](const auto& a, const auto& b) { return a.node < b.node; });
+  patch.supports.resize(gauges);
+  // Those of a state are kept, but for one of a scenario that had other gauges.
+  if (patch.impulses.size() != gauges) patch.impulses.assign(gauges, {});
+}
+
+template <int Dim>
+void find_supports(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (!begin(patch)) return;
+  const Model<Dim>& model = *step.model;
+  add(patch, model, patch.velocity, [&](Local node) {
+    const NodeVector given = own_sum(patch, NodeSum::mass_momentum, step, node);
+    double loads[node_width] = {};
+    if (is_first_body(patch, node))
+      for (const auto* point = find_node(patch.forces, node);
+           point && point != patch.forces.data() + patch.forces.size() && point->node == node;
+           ++point)
+        loads[point->dir] += point->force * load_factor(model, point->function, step.time);
+    NodeVector other = load<NodeVector>(loads);
+    if (model.analysis.damping > 0.0) other -= load<NodeVector>(at(patch.damping, node));
+    const double share = given[mass_lane] / at(patch.velocity, node)[mass_lane];
+    return own_sum(patch, NodeSum::force, step, node) + share * other +
+           inertia(patch, step, node, given, patch.velocity, patch.acceleration);
+  });
+}
+
+template <int Dim>
+void add_supports_of_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.measured.empty() || patch.active_nodes.empty()) return;
+  add(patch, *step.model, patch.liquid.velocity, [&](Local node) {
+    const NodeVector given = own_sum(patch, NodeSum::liquid_mass_momentum, step, node);
+    return inertia(patch, step, node, given, patch.liquid.velocity, patch.liquid.acceleration);
+  });
+}
+
+template <int Dim>
+void find_supports_of_implicit(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (!begin(patch)) return;
+  add(patch, *step.model, patch.velocity, [&](Local node) {
+    const Vec<Dim> on_support = force_on_support(patch, node);
+    double values[node_width] = {};
+    for (int d = 0; d < Dim; ++d) values[d] = on_support[d];
+    return patch.implicit.own_mass[static_cast<std::size_t>(node)] /
+           at(patch.velocity, node)[mass_lane] * load<NodeVector>(values);
+  });
+}
+
+template <int Dim>
+void add_impulses(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  for_each_force_gauge(*step.model, [&](const Gauge& gauge, std::size_t k) {
+    const auto body = static_cast<std::size_t>(gauge.body);
+    const bool on_body = gauge.body >= 0;
+    if (on_body && body >= patch.reactions.size()) return;  // nothing has been near a body yet
+    const Reaction& of_step = on_body ? patch.reactions[body] : patch.supports[k];
+    for (std::size_t d = 0; d < 3; ++d) {
+      patch.impulses[k].force[d] += step.dt * of_step.force[d];
+      patch.impulses[k].torque[d] += step.dt * of_step.torque[d];
+    }
+  });
+}
+
+#define LAHAR_INSTANTIATE(Dim)                                                        \
+  template void set_measured_nodes<Dim>(Patch<Dim>&, const Model<Dim>&);              \
+  template void find_supports<Dim>(Patch<Dim>&, const StepContext<Dim>&);             \
+  template void add_supports_of_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&);    \
+  template void find_supports_of_implicit<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
+  template void add_impulses<Dim>(Patch<Dim>&, const StepContext<Dim>&);
+LAHAR_INSTANTIATE(2)
+LAHAR_INSTANTIATE(3)
+#undef LAHAR_INSTANTIATE
+
+}  // namespace lahar

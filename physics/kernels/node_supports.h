@@ -1,0 +1,36 @@
+/// \file Forces on what holds nodes: supports, walls, springs, absorbing boundaries, particles with
+/// prescribed velocities.
+///
+/// What holds a node of mass m gives it m a - f, with the acceleration a that particles get and all
+/// other forces f (d'Alembert). A transfer that takes the share c of nodal velocities from the
+/// nodes takes c (m v - p) more in a step: v are the velocities that are held at its beginning, p
+/// the momentum that particles gave. All nodes together get what the momentum of particles changes
+/// by, but for loads; with filters of higher order (XPIC, FMPM) only nearly so.
+#pragma once
+
+#include "physics/particles/patch.h"
+
+namespace lahar {
+
+/// Find Patch::measured, by the gauges of forces on nodes.
+template <int Dim>
+void set_measured_nodes(Patch<Dim>& patch, const Model<Dim>& model);
+
+/// Patch::supports, of this patch's share of each node. After integrate(), while its sums are
+/// there.
+template <int Dim>
+void find_supports(Patch<Dim>& patch, const StepContext<Dim>& step);
+/// The same of the liquid in pores is added: after integrate_liquid().
+template <int Dim>
+void add_supports_of_liquid(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// Those at the end of an implicit step, when its displacement is known. Before
+/// end_implicit_step().
+template <int Dim>
+void find_supports_of_implicit(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+/// Patch::supports and reactions go into Patch::impulses. At the end of a step.
+template <int Dim>
+void add_impulses(Patch<Dim>& patch, const StepContext<Dim>& step);
+
+}  // namespace lahar
