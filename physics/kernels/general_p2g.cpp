@@ -212,9 +212,7 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
           __attribute__((always_inline)) {
             internal_force<Dim, Real>(basis, stress, bin, nodes, sums);
-            if (has_particle_forces(patch, bin, *step.model))
-              add_particle_forces<Dim>(basis, bin, nodes, sums,
-                                       [&](Local p) { return force_on(patch.particles, p, step); });
+            add_own_forces(basis, patch, step, bin, nodes, sums);
           });
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "physics/basis/cell_map.h"
+#include "physics/basis/nodal_fields.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/kernels/ring.h"
 
@@ -26,7 +28,8 @@ LAHAR_INLINE double mean_of(const ParticleBin& bin, const double* V, Quantity q)
 /// The stress sigma' of some bins, in a buffer: only normal components differ from the particles',
 /// of so many axes.
 template <int Axes, int Dim, class Real>
-general::ParticleStress<Dim> mean_stress(const Patch<Dim>& patch, ParticleBins bins) {
+general::ParticleStress<Dim> mean_stress(const Patch<Dim>& patch, const StepContext<Dim>& step,
+                                         ParticleBins bins) {
   static thread_local std::array<NodeArray, Axes> normal;
   Local begin = std::numeric_limits<Local>::max(), end = 0;
   for (const ParticleBin& bin : bins) {
@@ -47,9 +50,10 @@ general::ParticleStress<Dim> mean_stress(const Patch<Dim>& patch, ParticleBins b
   };
   for (const ParticleBin& bin : bins) {
     if (bin.begin == bin.end) continue;
+    const bool own = acts_at_centre(patch, step, bin);
     const double mean = mean_of<Real>(bin, stress.V, trace);
     for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
-      const Real more = (mean - trace(p)) * (1.0 / Axes);
+      const Real more = own ? Real(0.0) : Real((mean - trace(p)) * (1.0 / Axes));
       LAHAR_UNROLL
       for (std::size_t d = 0; d < Axes; ++d)
         store_first(Real(load<Real>(sigma[d] + p) + more), normal[d].data() + (p - begin),
@@ -61,7 +65,7 @@ general::ParticleStress<Dim> mean_stress(const Patch<Dim>& patch, ParticleBins b
 
 /// L' in place of L, with strain rates along so many axes.
 template <std::size_t Axes, int Dim, class Real>
-void take_mean_trace(const Patch<Dim>& patch, ParticleBins bins,
+void take_mean_trace(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                      const std::array<NodeArray*, Axes>& rates, VelocityGradients<Dim>& gradients) {
   const double* V = patch.particles.row(Column::volume);
   const auto trace_at = [&](std::size_t at) __attribute__((always_inline)) {
@@ -70,7 +74,7 @@ void take_mean_trace(const Patch<Dim>& patch, ParticleBins bins,
     return sum;
   };
   for (const ParticleBin& bin : bins) {
-    if (bin.begin == bin.end) continue;
+    if (bin.begin == bin.end || acts_at_centre(patch, step, bin)) continue;
     const auto first = gradients.begin(bin, bins);
     const double mean = mean_of<Real>(
         bin, V, [&](Local p) __attribute__((always_inline)) {
@@ -89,19 +93,37 @@ void take_mean_trace(const Patch<Dim>& patch, ParticleBins bins,
   }
 }
 
+/// The trace of the cell's centre, where it counts.
+template <int Dim>
+void take_centre_trace(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                       VelocityGradients<Dim>& gradients) {
+  if (general::is(patch)) return;
+  for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
+    if (!acts_at_centre(patch, step, bin)) return;
+    const CornerDifferences<Dim> difference(
+        patch.velocity.data(), patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)]);
+    double natural[Dim][Dim], L[Dim][Dim];
+    difference.centre_gradient(natural);
+    map.to_physical_centre(natural, L);
+    const auto first = static_cast<std::ptrdiff_t>(gradients.begin(bin, bins));
+    std::fill_n(gradients.trace.begin() + first, bin.end - bin.begin, general::trace(L));
+  });
+}
+
 }  // namespace
 
 template <int Dim, class Real>
 void take_mean_volume(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                       VelocityGradients<Dim>& gradients) {
   auto& L = gradients.L;
+  take_centre_trace(patch, step, bins, gradients);
   if constexpr (Dim == 3) {
-    take_mean_trace<3, 3, Real>(patch, bins, {&L[0], &L[4], &L[8]}, gradients);
+    take_mean_trace<3, 3, Real>(patch, step, bins, {&L[0], &L[4], &L[8]}, gradients);
   } else {
     if (step.model->analysis.plane == Plane::axisymmetric)
-      take_mean_trace<3, 2, Real>(patch, bins, {&L[0], &L[3], &gradients.hoop}, gradients);
+      take_mean_trace<3, 2, Real>(patch, step, bins, {&L[0], &L[3], &gradients.hoop}, gradients);
     else
-      take_mean_trace<2, 2, Real>(patch, bins, {&L[0], &L[3]}, gradients);
+      take_mean_trace<2, 2, Real>(patch, step, bins, {&L[0], &L[3]}, gradients);
   }
 }
 
@@ -118,8 +140,8 @@ void find_mean_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, 
 template <int Dim, class Real>
 void map_mean_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   if (step.model->analysis.plane == Plane::axisymmetric)
-    return map_force_of<Dim, Real>(patch, step, bins, mean_stress<3, Dim, Real>(patch, bins));
-  map_force_of<Dim, Real>(patch, step, bins, mean_stress<Dim, Dim, Real>(patch, bins));
+    return map_force_of<Dim, Real>(patch, step, bins, mean_stress<3, Dim, Real>(patch, step, bins));
+  map_force_of<Dim, Real>(patch, step, bins, mean_stress<Dim, Dim, Real>(patch, step, bins));
 }
 
 #define LAHAR_INSTANTIATE(Dim, Real)                                                       \

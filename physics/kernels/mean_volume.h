@@ -15,12 +15,27 @@
 /// with traces of Dim components, and of three in axisymmetric models, in place of Dim too. F-bar
 /// (de Souza Neto et al. 1996) scales F_p by (mean J / J_p)^(1 / Dim). That is the same in the
 /// limit of short increments, which those of explicit steps are.
+///
+/// Fluids with the functions of Q4 and H8 keep what they have without B-bar: their volumes change
+/// as that of the cell's centre does, and their pressure acts there (p2g.cpp). With a mean over
+/// particles, still water would gather where its cells are open.
 #pragma once
 
+#include "physics/kernels/general_kernels.h"
 #include "physics/kernels/velocity_gradients.h"
+#include "physics/materials/law.h"
 #include "physics/particles/patch.h"
 
 namespace lahar {
+
+/// Whether volume and pressure of the particles of a bin are those of the cell's centre.
+template <int Dim>
+bool acts_at_centre(const Patch<Dim>& patch, const StepContext<Dim>& step, const ParticleBin& bin) {
+  const Analysis& analysis = step.model->analysis;
+  return !general::is(patch) && !analysis.volume_as_cbgeo &&
+         analysis.plane != Plane::axisymmetric &&
+         has_pressure(step.model->materials[bin.material].law);
+}
 
 /// L' in place of L.
 template <int Dim, class Real = Pack>

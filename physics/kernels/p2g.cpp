@@ -9,6 +9,7 @@
 #include "physics/basis/cell_map.h"
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/kernels.h"
+#include "physics/kernels/mean_volume.h"
 #include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/kernels/ring.h"
@@ -342,13 +343,10 @@ void map_plane_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBi
   double* nodes = patch.own_sums(NodeSum::force, step.step);
   if (general::is(patch)) return general::map_force<Dim, Real>(patch, step, bins, given, nodes);
   const Pulled<general::ParticleStress<Dim>> stress{given};
-  const Analysis& analysis = step.model->analysis;
-  const bool at_particles =
-      analysis.volume_as_cbgeo || analysis.mean_volume || analysis.plane == Plane::axisymmetric;
   for_each_bin(
       patch, bins, [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {
         const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
-        if (!at_particles && has_pressure(step.model->materials[bin.material].law)) {
+        if (acts_at_centre(patch, step, bin)) {
           const Pulled<StressWithoutPressure<Dim>> rest{
               {stress.stress, patch.particles.row(Column::state)}};
           internal_force<Real>(map, rest, bin, corner, nodes);
@@ -356,10 +354,8 @@ void map_plane_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBi
         } else {
           internal_force<Real>(map, stress, bin, corner, nodes);
         }
-        if (has_particle_forces(patch, bin, *step.model))
-          add_particle_forces<Dim>(LinearBasis<Dim, std::decay_t<decltype(map)>>{map}, bin,
-                                   corner.data(), nodes,
-                                   [&](Local p) { return force_on(patch.particles, p, step); });
+        add_own_forces(LinearBasis<Dim, std::decay_t<decltype(map)>>{map}, patch, step, bin,
+                       corner.data(), nodes);
       });
 }
 

@@ -8,6 +8,8 @@
 #include "physics/basis/nodal_fields.h"
 #include "physics/kernels/near_bodies.h"
 #include "physics/materials/law.h"
+#include "physics/particles/contact_couple.h"
+#include "physics/particles/loads.h"
 
 namespace lahar {
 
@@ -30,7 +32,8 @@ struct Touching {
 template <int Dim>
 struct Touched {
   Vec<Dim> force = Vec<Dim>::Zero(), shear = Vec<Dim>::Zero();
-  double lost = 0;  ///< [J] by sliding and damping
+  ContactCouple<Dim> couple = ContactCouple<Dim>::Zero();  ///< [N m]
+  double lost = 0;                                         ///< [J] by sliding and damping
   Eigen::Matrix<double, Dim, Dim> stiffness = Eigen::Matrix<double, Dim, Dim>::Zero();
   bool any = false, slides = false;
 };
@@ -98,6 +101,7 @@ Touched<Dim> touch(const Touching<Dim>& p, Vec<Dim> rest, const Bodies<Dim>& bod
     all.shear += shear;
     const Vec<Dim> force = push * near.normal + shear + drag;
     all.force += force;
+    all.couple += push * std::max(0.0, near.distance) * near.normal * near.normal.transpose();
     if (reactions) (*reactions)[k].template add<Dim>(-force, p.x - bodies.at(k).origin);
   }
   return all;
@@ -106,11 +110,13 @@ Touched<Dim> touch(const Touching<Dim>& p, Vec<Dim> rest, const Bodies<Dim>& bod
 template <int Dim>
 struct ContactRows {
   std::array<double*, Dim> force, shear, x;
+  std::array<double*, contact_components<Dim>> couple;
   double *reach, *mass;
   explicit ContactRows(Particles<Dim>& particles)
       : force(particles.template rows<Dim>(Column::contact_force)),
         shear(particles.template rows<Dim>(Column::contact_shear)),
         x(particles.template rows<Dim>(Column::x)),
+        couple(particles.template rows<contact_components<Dim>>(Column::contact_couple)),
         reach(particles.row(Column::contact_reach)),
         mass(particles.row(Column::mass)) {}
 };
@@ -252,6 +258,26 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
           patch.work.friction += now.lost;
           set<Dim>(rows.force, p, now.force);
           set<Dim>(rows.shear, p, now.shear);
+          if (!implicit) set_contact_couple<Dim>(rows.couple, p, now.couple);
+        }
+      });
+}
+
+template <int Dim>
+void count_couples(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  const ContactRows<Dim> rows(patch.particles);
+  for_each_bin_with_basis(
+      patch, bins,
+      [&](const ParticleBin& bin) { return has_particle_forces(patch, bin, *step.model); },
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        for (Local p = bin.begin; p < bin.end; ++p) {
+          const auto couple = contact_couple<Dim>(rows.couple, p);
+          if (couple.isZero(0.0)) continue;
+          Scalar L[Dim][Dim];
+          general::gradient<Dim, Scalar>(basis, p, patch.velocity.data(), nodes, L);
+          for (int a = 0; a < Dim; ++a)
+            for (int b = 0; b < Dim; ++b)
+              patch.work.internal += step.dt * couple(a, b) * L[a][b][0];
         }
       });
 }
@@ -319,6 +345,7 @@ void end_contact(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template void begin_contact<Dim>(Patch<Dim>&, const StepContext<Dim>&);                    \
   template void touch_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);       \
   template void keep_outside<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);       \
+  template void count_couples<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);      \
   template void end_contact<Dim>(Patch<Dim>&, const StepContext<Dim>&);                      \
   template bool meets_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&, const ParticleBin&); \
   template ImplicitContact<Dim> contact_after<Dim>(Patch<Dim>&, const StepContext<Dim>&,     \

@@ -7,7 +7,12 @@
 ///
 ///     N = max(0, -k g - c w.n)
 ///     T = (1 - n n^T) (T - k dt w),  S = T - (1 - n n^T) c w,  |T|, |S| <= mu N + cohesion A
-///     f_i += sum_p N_ip (N n + S)_p
+///     f_i += sum_p N_ip (N n + S)_p - C_p grad N_ip,  C = N distance n n^T
+///
+/// The couple C takes N n to the surface: N(x) - distance n . grad N is the function there, to
+/// first order. So a pressure that ends at a surface is in balance at each node, and water rests
+/// beside a body; with N n at centres some nodes were pushed on, others back. Implicit steps have
+/// no C.
 ///
 ///     A = V / 2r, within V^(1 - 1/Dim) and (h/2)^(Dim - 1)
 ///     k = min(2 M A / h, 3 m / 2 dt^2),  c = 2 zeta sqrt(k min(rho A h / 2, m))
@@ -42,6 +47,10 @@ template <int Dim>
 void begin_contact(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+
+/// Work that couples take in a step, from the velocities from which strains are taken.
+template <int Dim>
+void count_couples(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
 /// When particles have moved: no centre of theirs remains inside of a body. With CPDI2 places
 /// follow from corners, and are left.

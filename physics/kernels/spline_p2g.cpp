@@ -417,9 +417,8 @@ void map_spline_force(Patch<3>& patch, const StepContext<3>& step, ParticleBins 
             internal_force<Real>(basis, stress, bin, window);
             if (!has_particle_forces(patch, bin, *step.model)) return;
             window.finish();
-            add_particle_forces<3>(
-                basis, bin, nodes + static_cast<std::ptrdiff_t>(tensor_nodes<3>) * bin.cell, sums,
-                [&](Local p) { return force_on(patch.particles, p, step); });
+            add_own_forces(basis, patch, step, bin,
+                           nodes + static_cast<std::ptrdiff_t>(tensor_nodes<3>) * bin.cell, sums);
           });
 }
 

@@ -40,6 +40,7 @@ enum class Column : int {
   contact_force,  ///< of rigid bodies, in the step that comes (rigid_contact.h)
   contact_shear,  ///< of it, what friction has built up
   contact_reach,  ///< distance from the place to the surface where contact begins; 0: not known yet
+  contact_couple,  ///< of contact_force: it acts at the surface; xx, yy, xy, in 3D with zz, yz, xz
 };
 
 /// Which columns a model needs beside those that all have (columns.cpp). What follows from other
@@ -105,6 +106,7 @@ inline constexpr auto column_table = std::to_array<ColumnInfo>({
     {Column::contact_force, "contact_force",   "N",     2,  3, true,  &ColumnNeeds::contact},
     {Column::contact_shear, "contact_shear",   "N",     2,  3, false, &ColumnNeeds::contact},
     {Column::contact_reach, "contact_reach",   "m",     1,  1, false, &ColumnNeeds::contact},
+    {Column::contact_couple, "contact_couple", "N m",   3,  6, false, &ColumnNeeds::contact},
 });
 // clang-format on
 inline constexpr int n_columns = static_cast<int>(column_table.size());

@@ -429,6 +429,16 @@ Stages<Dim> rigid_contact(const Analysis& analysis) {
 }
 
 template <int Dim>
+Stages<Dim> work_of_couples(const Analysis& analysis) {
+  using P = Patch<Dim>;
+  using S = const StepContext<Dim>;
+  if (!analysis.rigid_bodies) return {};
+  return {
+      TimestepStage<Dim>{.stage = {.name = "couples of bodies"},
+                         .bins = [](P& p, S& s, ParticleBins bins) { count_couples(p, s, bins); }}};
+}
+
+template <int Dim>
 Stages<Dim> outside_of_bodies(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
@@ -749,6 +759,7 @@ Stages<Dim> output(const Analysis&) {
   template Stages<Dim> velocity_transfer<Dim>(const Analysis&);        \
   template Stages<Dim> rigid_contact<Dim>(const Analysis&);            \
   template Stages<Dim> outside_of_bodies<Dim>(const Analysis&);        \
+  template Stages<Dim> work_of_couples<Dim>(const Analysis&);          \
   template Stages<Dim> g2p<Dim>(const Analysis&);                      \
   template Stages<Dim> liquid_g2p<Dim>(const Analysis&);               \
   template Stages<Dim> location<Dim>(const Analysis&);                 \
