@@ -158,6 +158,12 @@ Stages<Dim> map_of_prescribed(bool of_next_step) {
   return {map};
 }
 
+/// With the stage that gives nodes their velocities: records of traces hold few stages of a phase.
+template <int Dim>
+void show_if_wanted(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (step.model->analysis.shows_nodes) show_nodes(patch, step);
+}
+
 /// With USF nodal velocities come before stresses, else the same exchange brings momentum and
 /// force.
 bool one_exchange(const Analysis& analysis) {
@@ -358,13 +364,19 @@ Stages<Dim> integration(const Analysis& analysis) {
   const bool with_velocity = one_exchange(analysis);
   TimestepStage<Dim> nodes{.stage = {.name = "integrate", .exchange = "force"},
                            .takes = {NodeSum::force},
-                           .begin = [](P& p, S& s) { integrate(p, s); }};
+                           .begin = [](P& p, S& s) {
+                             integrate(p, s);
+                             show_if_wanted(p, s);
+                           }};
   if (with_velocity) {
     nodes.stage.exchange = "mass, momentum, force";
     nodes.stage.needs_dt = true;
     nodes.takes.insert(nodes.takes.begin(), NodeSum::mass_momentum);
     if (needs_kept_pressure(analysis)) nodes.takes.push_back(NodeSum::kept_pressure);
-    nodes.begin = [](P& p, S& s) { velocity_and_integrate(p, s); };
+    nodes.begin = [](P& p, S& s) {
+      velocity_and_integrate(p, s);
+      show_if_wanted(p, s);
+    };
   }
   if (!analysis.two_phase) return {nodes};
   TimestepStage<Dim> liquid{.stage = nodes.stage, .takes = std::exchange(nodes.takes, {})};
@@ -559,8 +571,10 @@ template <int Dim>
 Stages<Dim> solved_motion(const Analysis&) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
-  return {TimestepStage<Dim>{.stage = {.name = "solved motion"},
-                             .begin = [](P& p, S& s) { end_implicit_step(p, s); }}};
+  return {TimestepStage<Dim>{.stage = {.name = "solved motion"}, .begin = [](P& p, S& s) {
+                               end_implicit_step(p, s);
+                               show_if_wanted(p, s);
+                             }}};
 }
 
 template <int Dim>

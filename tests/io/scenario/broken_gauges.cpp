@@ -113,6 +113,31 @@ mpm.json:23:42: error: 'direction' does not apply to a gauge of type "particles"
                                            ^
   hint: it belongs to "front"
 )"},
+    {"frames of sets that do not exist or are empty, and fields that nodes do not have",
+     {measured(R"("frame_pset": 4,
+    "node_fields": ["velocity", "speed", "velocity"])")},
+     {},
+     R"(mpm.json:20:37: error: there is no particle set 4 [/post_processing/frame_pset]
+    "post_processing": {"frame_pset": 4,
+                                      ^
+  hint: particle sets: 3
+mpm.json:21:33: error: nodes have no field "speed" [/post_processing/node_fields/1]
+      "node_fields": ["velocity", "speed", "velocity"],
+                                  ^
+  hint: fields: mass, velocity, acceleration
+mpm.json:21:42: error: "velocity" is named twice [/post_processing/node_fields/2]
+      "node_fields": ["velocity", "speed", "velocity"],
+                                           ^
+)"},
+    {"frames of an empty set",
+     {measured(R"("frame_pset": "none")"),
+      replace("mpm.json", "\"materials\"", "\"sets\": {\"particles\": {\"none\": {\"box\": {\"min\": [5, 5], \"max\": [6, 6]}}}},\n  \"materials\"")},
+     {},
+     R"(X)"},
+    {"frames of a set with another name, and of what is no set",
+     {measured(R"("frame_pset": -2)")},
+     {},
+     R"(X)"},
     {"maps in two dimensions, and two intervals",
      {measured(R"("maps": {"cell_size": 0},
     "gauge_steps": 5,
@@ -131,5 +156,5 @@ mpm.json:22:17: error: 'gauge_steps' and 'gauge_dt' both say when rows come [/po
   hint: leave one of them out
 )"},
   };
-  check(table, 6);
+  check(table, 9);
 }
