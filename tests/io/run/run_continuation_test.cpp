@@ -193,8 +193,6 @@ TEST_CASE("a run that is replaced loses its checkpoints too") {
   CHECK(checkpoints_in(checkpoint_folder(run)).empty());
 }
 
-}  // namespace lahar
-
 TEST_CASE("files of nodes go and stay as their frames do") {
   const TemporaryFolder folder;
   const fs::path run = folder.path / "run";
@@ -221,3 +219,5 @@ TEST_CASE("files of nodes go and stay as their frames do") {
   RunFolder(run, contents(), true).finish({});
   CHECK(names_in(frames).empty());
 }
+
+}  // namespace lahar

@@ -133,11 +133,18 @@ mpm.json:21:42: error: "velocity" is named twice [/post_processing/node_fields/2
      {measured(R"("frame_pset": "none")"),
       replace("mpm.json", "\"materials\"", "\"sets\": {\"particles\": {\"none\": {\"box\": {\"min\": [5, 5], \"max\": [6, 6]}}}},\n  \"materials\"")},
      {},
-     R"(X)"},
-    {"frames of a set with another name, and of what is no set",
+     R"(mpm.json:21:37: error: the particle set "none" is empty: frames would have no particles [/post_processing/frame_pset]
+    "post_processing": {"frame_pset": "none",
+                                      ^
+  hint: leave 'frame_pset' out: frames then have all particles
+)"},
+    {"frames of what is no set",
      {measured(R"("frame_pset": -2)")},
      {},
-     R"(X)"},
+     R"(mpm.json:20:37: error: 'frame_pset' must be at least -1, found -2 [/post_processing/frame_pset]
+    "post_processing": {"frame_pset": -2,
+                                      ^
+)"},
     {"maps in two dimensions, and two intervals",
      {measured(R"("maps": {"cell_size": 0},
     "gauge_steps": 5,
