@@ -80,14 +80,15 @@ void rewind_removed(const fs::path& run, const RunContinuation& from) {
   if (error) throw_io_error("remove", file, error.value());
 }
 
-std::vector<TimedFile> rewind_frames(const fs::path& run, const RunContinuation& from) {
-  const fs::path folder = run / "frames";
-  make_folder(folder);
-  const fs::path series = folder / "particles.hdf.series";
+namespace {
+
+/// Those of one kind, with their series.
+std::vector<TimedFile> rewind_files(const std::vector<FrameFile>& frames, const fs::path& series,
+                                    const RunContinuation& from) {
   std::map<std::string, double> times = listed_times(series);
   std::vector<TimedFile> kept;
   std::vector<fs::path> dropped;
-  for (const FrameFile& frame : frames_of_run(run)) {
+  for (const FrameFile& frame : frames) {
     if (!keeps(frame.step, from.has_frame, from)) {
       dropped.push_back(frame.file);
       continue;
@@ -102,6 +103,16 @@ std::vector<TimedFile> rewind_frames(const fs::path& run, const RunContinuation&
     fs::remove(file, error);
     if (error) throw_io_error("remove", file, error.value());
   }
+  return kept;
+}
+
+}  // namespace
+
+KeptFrames rewind_frames(const fs::path& run, const RunContinuation& from) {
+  const fs::path folder = frames_folder(run);
+  make_folder(folder);
+  KeptFrames kept{rewind_files(frames_of_run(run), folder / "particles.hdf.series", from),
+                  rewind_files(node_frames_of_run(run), folder / "nodes.hdf.series", from)};
   remove_abandoned_parts(folder);
   return kept;
 }

@@ -21,6 +21,11 @@ struct RunContinuation {
   bool has_gauge_row = true;  ///< an undisturbed run has rows of gauges at this step
 };
 
+/// Files that a run that goes on has from before, for their indices.
+struct KeptFrames {
+  std::vector<TimedFile> particles, nodes;
+};
+
 /// Remove rows of history.csv that an undisturbed run would not have written by then.
 void rewind_history(const std::filesystem::path& run, const RunContinuation& from);
 /// The same of rigid_bodies.csv, where there is one.
@@ -33,7 +38,8 @@ void rewind_gauges(const std::filesystem::path& run, const std::vector<GaugeTabl
 /// The same with removed.csv, which goes where no row is left.
 void rewind_removed(const std::filesystem::path& run, const RunContinuation& from);
 
-/// The same with frames; returns those that are left, and lists them in the series.
-std::vector<TimedFile> rewind_frames(const std::filesystem::path& run, const RunContinuation& from);
+/// The same with frames and the nodes that come with them; returns those that are left, and lists
+/// them in their series.
+KeptFrames rewind_frames(const std::filesystem::path& run, const RunContinuation& from);
 
 }  // namespace lahar

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view frame_prefix = "particles_";
+constexpr std::string_view frame_prefix = "particles_", node_prefix = "nodes_";
 
 [[noreturn]] void refuse(std::string message, std::string hint) {
   Problem problem;
@@ -32,13 +32,15 @@ constexpr std::string_view frame_prefix = "particles_";
 void remove_results(const fs::path& folder) {
   // The manifest goes last: a folder half removed is still recognised as a run.
   for (const char* name : {"scenario.json", "scenario.full.json", "history.csv", rigid_bodies_file,
-                           removed_file, "frames/particles.hdf.series"})
+                           removed_file, "frames/particles.hdf.series", "frames/nodes.hdf.series"})
     fs::remove(folder / name);
   for (const char* name : {"frames", "export"}) {
     if (!fs::is_directory(folder / name)) continue;
     for (const auto& entry : fs::directory_iterator(folder / name)) {
       const std::string file = entry.path().filename().string();
-      if (file.starts_with(frame_prefix) || file == "particles.pvd") fs::remove(entry.path());
+      if (file.starts_with(frame_prefix) || file.starts_with(node_prefix) ||
+          file == "particles.pvd")
+        fs::remove(entry.path());
     }
     remove_abandoned_parts(folder / name);
   }
@@ -119,14 +121,14 @@ OutputFile claim_continued(const fs::path& folder) {
 }
 
 /// Later checkpoints go first: one that is left would be continued from without its frames.
-std::vector<TimedFile> rewind(const fs::path& folder, const std::vector<GaugeTable>& gauges,
-                              const RunContinuation& from) {
+KeptFrames rewind(const fs::path& folder, const std::vector<GaugeTable>& gauges,
+                  const RunContinuation& from) {
   try {
     const fs::path checkpoints = checkpoint_folder(folder);
     remove_checkpoints_after(checkpoints, from.step);
     remove_abandoned_parts(checkpoints);
     remove_abandoned_parts(folder);
-    std::vector<TimedFile> frames = rewind_frames(folder, from);
+    KeptFrames frames = rewind_frames(folder, from);
     rewind_history(folder, from);
     rewind_rigid_bodies(folder, from);
     rewind_gauges(folder, gauges, from);
@@ -137,14 +139,27 @@ std::vector<TimedFile> rewind(const fs::path& folder, const std::vector<GaugeTab
   }
 }
 
-/// Step of a frame's file name; none for other files.
-std::optional<Index> step_of(const std::string& name) {
-  if (!name.starts_with(frame_prefix) || !name.ends_with(".hdf")) return {};
+/// Step of a frame's file name, which begins with `prefix`; none for other files.
+std::optional<Index> step_of(const std::string& name, std::string_view prefix) {
+  if (!name.starts_with(prefix) || !name.ends_with(".hdf")) return {};
   Index step = 0;
   const char* end = name.data() + name.size() - 4;
-  const auto result = std::from_chars(name.data() + frame_prefix.size(), end, step);
+  const auto result = std::from_chars(name.data() + prefix.size(), end, step);
   if (result.ec != std::errc{} || result.ptr != end) return {};
   return step;
+}
+
+std::vector<FrameFile> files_of_run(const fs::path& folder, std::string_view prefix) {
+  std::vector<FrameFile> frames;
+  std::error_code error;
+  const fs::path place = frames_folder(folder);
+  for (const auto& entry : fs::directory_iterator(place, error))
+    if (const auto step = step_of(entry.path().filename().string(), prefix))
+      frames.push_back({*step, entry.path()});
+  if (error) throw_io_error("read", place, error.value());
+  std::sort(frames.begin(), frames.end(),
+            [](const FrameFile& a, const FrameFile& b) { return a.step < b.step; });
+  return frames;
 }
 
 }  // namespace
@@ -215,7 +230,7 @@ struct RunFolder::Impl {
   std::mutex log_mutex, history_mutex;
   OutputFile log;
   Manifest manifest;
-  std::vector<TimedFile> kept;  ///< frames from before a run that goes on
+  KeptFrames kept;  ///< frames from before a run that goes on
   OutputFile history;
   std::vector<GaugeTable> gauge_tables;
   std::vector<OutputFile> gauges;          ///< by table
@@ -285,7 +300,7 @@ void RunFolder::removed(std::span<const RemovedParticle> particles) {
   impl_->removed->flush();
 }
 
-std::vector<TimedFile> RunFolder::kept_frames() const {
+KeptFrames RunFolder::kept_frames() const {
   return impl_->kept;
 }
 
@@ -335,17 +350,16 @@ std::string frame_name(Index step, std::string_view extension) {
   return fmt::format("{}{:010}{}", frame_prefix, step, extension);
 }
 
+std::string node_frame_name(Index step) {
+  return fmt::format("{}{:010}.hdf", node_prefix, step);
+}
+
 std::vector<FrameFile> frames_of_run(const fs::path& folder) {
-  std::vector<FrameFile> frames;
-  std::error_code error;
-  const fs::path place = frames_folder(folder);
-  for (const auto& entry : fs::directory_iterator(place, error))
-    if (const auto step = step_of(entry.path().filename().string()))
-      frames.push_back({*step, entry.path()});
-  if (error) throw_io_error("read", place, error.value());
-  std::sort(frames.begin(), frames.end(),
-            [](const FrameFile& a, const FrameFile& b) { return a.step < b.step; });
-  return frames;
+  return files_of_run(folder, frame_prefix);
+}
+
+std::vector<FrameFile> node_frames_of_run(const fs::path& folder) {
+  return files_of_run(folder, node_prefix);
 }
 
 FrameFile find_frame(const fs::path& source, std::optional<Index> step) {

@@ -9,7 +9,8 @@
 ///     gauges/              a table for each gauge, where there are any (io/run/gauge_rows.h)
 ///     maps/                rasters of the whole run, where they are wanted (io/run/run_maps.h)
 ///     frames/              particles_STEP.hdf and particles.hdf.series, by FrameOutput; their
-///                          format is in io/frames/vtkhdf.h
+///                          format is in io/frames/vtkhdf.h; nodes_STEP.hdf and
+///                          nodes.hdf.series, where the scenario wants nodes
 ///     checkpoints/         checkpoint_STEP.h5, from which the run can be continued
 #pragma once
 
@@ -69,7 +70,7 @@ class RunFolder {
 
   const std::filesystem::path& folder() const;
   /// Frames that a run that goes on has from before, for its index.
-  std::vector<TimedFile> kept_frames() const;
+  KeptFrames kept_frames() const;
 
  private:
   struct Impl;
@@ -93,5 +94,10 @@ FrameFile find_frame(const std::filesystem::path& source, std::optional<Index> s
 
 /// File name of a frame: particles_0000001000.hdf.
 std::string frame_name(Index step, std::string_view extension);
+/// And of its nodes: nodes_0000001000.hdf.
+std::string node_frame_name(Index step);
+
+/// Files of nodes in the folder of frames, ascending steps. Throws IoError.
+std::vector<FrameFile> node_frames_of_run(const std::filesystem::path& folder);
 
 }  // namespace lahar

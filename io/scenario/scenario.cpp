@@ -46,6 +46,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   check_until();
   build_output();
   build_gauges();
+  build_frame_set();
   warn_of_doubts();
   if (in_.problems.empty()) collect_marks();
   if (in_.problems.empty()) split_fields();

@@ -348,6 +348,7 @@ void ScenarioBuilder<Dim>::build_output() {
   out.single_precision = get_text(post, "frame_precision") == "single";
   if (const JsonValue* fields = post.find("frame_fields")) check_fields(*fields);
   out.frame_fields = get_texts(post, "frame_fields");
+  if (const JsonValue* fields = post.find("node_fields")) read_node_fields(*fields);
   std::vector<std::string> names = get_texts(post, "vtk");
   names.insert(names.end(), out.frame_fields.begin(), out.frame_fields.end());
   for (const DerivedField& field : derived_fields)

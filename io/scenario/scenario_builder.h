@@ -189,12 +189,15 @@ class ScenarioBuilder {
   void check_interval(const JsonValue& post, std::string_view key);
   // scenario_gauges.cpp
   void build_gauges();  ///< after the analysis and the particles; collective
+  std::optional<std::vector<Index>> from_all(const std::optional<std::vector<Index>>& own);
+  void build_frame_set();  ///< after the particles; collective
   void read_gauge(const JsonValue& entry);
   /// What a gauge of forces measures; false where it does not say, which was reported. Collective.
   bool read_held(const JsonValue& entry, Gauge& gauge);
   void read_places(const JsonValue& entry, Gauge& gauge);
   std::vector<std::string> field_names() const;  ///< of particles, that frames may have
   void check_fields(const JsonValue& given);
+  void read_node_fields(const JsonValue& given);
   void read_maps(const JsonValue& given);
   // scenario_rigid_bodies.cpp
   void build_rigid_bodies();  ///< after the functions of time
@@ -367,6 +370,7 @@ class ScenarioBuilder {
   /// holds.
   std::optional<std::vector<Index>> members(const JsonValue& object, std::string_view id_key,
                                             std::string_view name_key, const EntitySets& sets);
+  std::optional<std::vector<Index>> members_of(const JsonValue& value, const EntitySets& sets);
   /// Whether these keys mean all particles (-1), those that are still to come too.
   static bool means_all(const JsonValue& object, std::string_view id_key,
                         std::string_view name_key);

@@ -1,4 +1,4 @@
-// What a run measures: gauges and maps.
+// What a run measures, gauges and maps, and which particles its frames have.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -44,6 +44,35 @@ void ScenarioBuilder<Dim>::build_gauges() {
     read_maps(*maps);
 }
 
+/// Ids that members of the team have: those of all of them, ascending; nothing where one has none.
+/// Collective.
+template <int Dim>
+std::optional<std::vector<Index>> ScenarioBuilder<Dim>::from_all(
+    const std::optional<std::vector<Index>>& own) {
+  if (team_.any(!own)) return std::nullopt;
+  std::vector<Index> all;
+  for (const auto& ids : team_.gather(*own)) all.insert(all.end(), ids.begin(), ids.end());
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_frame_set() {
+  const JsonValue* set = section("post_processing").find("frame_pset");
+  if (!set || (set->is_number() && set->number() == -1)) return;  // all, whenever they come in
+  const auto own = members_of(*set, sets_.particles);
+  if (team_.any(!own) || !particles_complete_) return;
+  need_memory(*set, sizeof(Index) * static_cast<double>(team_.sum(static_cast<Index>(own->size()))),
+              "the ids of a set of particles");
+  auto ids = from_all(own);
+  if (ids->empty())
+    in_.error(
+        *set,
+        fmt::format("the particle set {} is empty: frames would have no particles", to_json(*set)),
+        "leave 'frame_pset' out: frames then have all particles");
+  model_.output.frame_particles = std::make_shared<const std::vector<Index>>(std::move(*ids));
+}
+
 template <int Dim>
 void ScenarioBuilder<Dim>::read_gauge(const JsonValue& entry) {
   const auto type = get_text(entry, "type"), name = get_text(entry, "name");
@@ -79,11 +108,9 @@ void ScenarioBuilder<Dim>::read_gauge(const JsonValue& entry) {
   if (const JsonValue* fields = entry.find("fields")) check_fields(*fields);
   gauge.of_set = entry.find("pset");
   if (gauge.of_set) {
-    const auto own = members(entry, "pset_id", "pset", sets_.particles);
-    if (team_.any(!own)) return;
-    for (const auto& ids : team_.gather(*own))
-      gauge.ids.insert(gauge.ids.end(), ids.begin(), ids.end());
-    std::sort(gauge.ids.begin(), gauge.ids.end());
+    auto ids = from_all(members(entry, "pset_id", "pset", sets_.particles));
+    if (!ids) return;
+    gauge.ids = std::move(*ids);
   }
   if (gauge.kind == Kind::force && !read_held(entry, gauge)) return;
   const auto count = static_cast<Index>(gauge.ids.size());
@@ -185,6 +212,29 @@ void ScenarioBuilder<Dim>::check_fields(const JsonValue& given) {
                 suggest(name.as<std::string>(), known, "fields"));
   if (given.as<JsonValue::Array>().empty())
     in_.error(given, "no field is named", suggest("", known, "fields"));
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::read_node_fields(const JsonValue& given) {
+  if (!given.is<JsonValue::Array>()) return;
+  std::vector<std::string> known;
+  for (const NodeFieldInfo& info : node_field_table) known.emplace_back(info.name);
+  auto& fields = model_.output.node_fields;
+  for (const JsonValue& name : given.as<JsonValue::Array>()) {
+    if (!name.is<std::string>()) continue;
+    const std::string& text = name.as<std::string>();
+    const auto found = std::find(known.begin(), known.end(), text);
+    if (found == known.end()) {
+      in_.error(name, fmt::format("nodes have no field {}", json_quoted(text)),
+                suggest(text, known, "fields"));
+      continue;
+    }
+    const NodeField field = node_field_table[static_cast<std::size_t>(found - known.begin())].field;
+    if (std::find(fields.begin(), fields.end(), field) != fields.end())
+      in_.error(name, fmt::format("{} is named twice", json_quoted(text)));
+    fields.push_back(field);
+  }
+  model_.analysis.shows_nodes = !fields.empty();
 }
 
 template <int Dim>

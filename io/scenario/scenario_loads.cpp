@@ -30,26 +30,32 @@ std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members(const JsonValue&
                 fmt::format("{}: an id (-1 for all) or a name of sets.{}s", name_key, sets.kind));
     return std::nullopt;
   }
+  return members_of(*value, sets);
+}
+
+template <int Dim>
+std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members_of(const JsonValue& value,
+                                                                   const EntitySets& sets) {
   std::vector<Index> ids;
-  if (value->is_number() && value->number() == -1) {
+  if (value.is_number() && value.number() == -1) {
     if (&sets == &sets_.particles) return rows_.own_rows(0, rows_.total());
-    need_memory(*value, condition_bytes * static_cast<double>(n_nodes()) / team_.size(),
+    need_memory(value, condition_bytes * static_cast<double>(n_nodes()) / team_.size(),
                 fmt::format("what is said of all {} nodes", format_count(n_nodes())));
     for (Index i = 0; i < n_nodes(); ++i)
       if (directory_rank(i, team_.size()) == team_.index()) ids.push_back(i);
     return ids;
   }
-  const auto* found = sets.find(*value, in_);
+  const auto* found = sets.find(value, in_);
   if (!found) return std::nullopt;
-  if (&sets == &sets_.particles && value->is_number() &&
-      shadowed_sets_.count(static_cast<Index>(value->number())))
-    in_.warning(*value,
+  if (&sets == &sets_.particles && value.is_number() &&
+      shadowed_sets_.count(static_cast<Index>(value.number())))
+    in_.warning(value,
                 fmt::format("particle set {} is made by a generator and by the entity sets; the "
                             "generator's counts",
-                            to_json(*value)),
+                            to_json(value)),
                 "the reference does the same");
   if (&sets == &sets_.nodes)
-    need_memory(*value, condition_bytes * static_cast<double>(found->size()),
+    need_memory(value, condition_bytes * static_cast<double>(found->size()),
                 "what is said of sets of nodes");
   ids = *found;
   std::sort(ids.begin(), ids.end());

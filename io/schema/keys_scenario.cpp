@@ -162,11 +162,26 @@ const Section& post_processing_section() {
            .kinds = texts,
            .help = "the only fields of frames, beside coordinates, ids and materials; default all",
            .native = true},
+          {.key = "frame_pset",
+           .kinds = id,
+           .help = "the only particles of frames: id or name of a set of particles; default all. "
+                   "Particles that come in later are in no set. Checkpoints hold all particles",
+           .min = -1,
+           .native = true},
           {.key = "frame_precision",
            .kinds = text,
            .help = "numbers of frames: \"single\" halves the files. Checkpoints are always double",
            .fallback = "\"double\"",
            .allowed = {"double", "single"},
+           .native = true},
+          {.key = "node_fields",
+           .kinds = texts,
+           .help = "fields of nodes: \"mass\", \"velocity\", \"acceleration\". With each frame "
+                   "after a step comes a file of the nodes that have mass. Values are those of the "
+                   "last step before the frame: the mass that moved in it, the acceleration, and "
+                   "the velocity after its update, when conditions and contact are met and before "
+                   "particles move. Newmark: the mean velocity of the step. Nodes at which bodies "
+                   "meet have the mass of all bodies, and means by mass. Default none",
            .native = true},
           {.key = "history_steps",
            .kinds = integer,

@@ -43,6 +43,11 @@ void sort_if_scattered(Patch<Dim>& patch);
 template <int Dim>
 void join_bins(Patch<Dim>& patch);
 
+/// Copy nodes for output (Patch::shown_nodes), when their velocities are those of the end of the
+/// step and conditions and contact are met.
+template <int Dim>
+void show_nodes(Patch<Dim>& patch, const StepContext<Dim>& step);
+
 /// Active nodes (Patch::active_nodes) from the bins. Nobody may be reading the patch's sums: those
 /// at nodes that are not active any more become zero.
 template <int Dim>

@@ -16,6 +16,7 @@
 #include "physics/mesh/mesh.h"
 #include "physics/model/gauges.h"
 #include "physics/model/injection.h"
+#include "physics/model/node_fields.h"
 #include "physics/model/rigid_body.h"
 #include "physics/model/shape_functions.h"
 #include "physics/model/stage_changes.h"
@@ -257,6 +258,7 @@ struct Analysis {
   bool rigid_bodies = false;  ///< there are Model::rigid_bodies
   bool free_bodies = false;   ///< some of them move by forces
   bool takes_means = false;   ///< some process has conditions of nodes with takes_means
+  bool shows_nodes = false;   ///< there are OutputPlan::node_fields
   /// Some process has prescribed velocities that are functions of time: of nodes, of particles.
   bool nodes_follow_time = false, particles_follow_time = false;
   /// Particles with prescribed velocities move by them, and drive the nodes around them
@@ -334,8 +336,11 @@ struct OutputPlan {
   Index max_frames = 10000;       ///< frames beside the first and the last
   std::vector<const DerivedField*> derived_fields;  ///< that frames have beside columns
   std::vector<std::string> frame_fields;            ///< of frames, by name; empty = all
-  bool single_precision = false;                    ///< numbers of frames have 32 bits
-  GaugePlan measured;                               ///< while the run goes on
+  /// The only particles of frames: ids, ascending; null = all. Copies of the plan share it.
+  std::shared_ptr<const std::vector<Index>> frame_particles;
+  bool single_precision = false;       ///< numbers of frames have 32 bits
+  std::vector<NodeField> node_fields;  ///< files of nodes come with frames; empty = none
+  GaugePlan measured;                  ///< while the run goes on
 };
 
 template <int Dim>

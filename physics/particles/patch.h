@@ -24,6 +24,7 @@
 #include "physics/particles/patch_work.h"
 #include "physics/particles/projection_nodes.h"
 #include "physics/particles/removed_particle.h"
+#include "physics/particles/shown_nodes.h"
 
 namespace lahar {
 
@@ -285,6 +286,8 @@ struct Patch {
   std::vector<InjectionCell> injection_cells;  ///< ascending events
   std::vector<Vec<Dim>> injection_points;      ///< [m]
   std::vector<Index> injected;                 ///< events of this step; for whoever counts them
+
+  ShownNodes shown_nodes;  ///< with Analysis::shows_nodes only
 
   double least_mass = 0;  ///< [kg] nodes of at most this mass are not accelerated
   PatchWork work;

@@ -10,6 +10,7 @@
 #include "io/frames/frame_slabs.h"
 #include "io/run/run_folder.h"
 #include "runtime/base/parallel.h"
+#include "runtime/output/node_job.h"
 
 namespace lahar {
 
@@ -58,7 +59,9 @@ class FrameOutput::Job : public OutputJob {
     write_slab(layout_, first_, frame_.pieces, sink);
     frame_.release();
   }
-  void name(AtomicFile& file) override { output_.name(file, frame_.header.time); }
+  void name(AtomicFile& file) override {
+    output_.name(file, frame_.header.time, output_.index_.particles, "particles.hdf.series");
+  }
   std::string blame(Task, int rank, const std::string&) const override {
     return fmt::format("cannot write {}: rank {} failed; its message says why",
                        about().target.string(), rank);
@@ -99,7 +102,7 @@ void FrameOutput::Job::write_source(const ByteSink& sink, bool parallel) const {
 }
 
 FrameOutput::FrameOutput(std::filesystem::path folder, const Communicator& ranks,
-                         std::vector<TimedFile> earlier, int writers)
+                         KeptFrames earlier, int writers)
     : folder_(std::move(folder)),
       index_(std::move(earlier)),
       writer_(ranks, {.slots = slots, .writers = writers}) {}
@@ -108,17 +111,25 @@ void FrameOutput::add(FramePieces frame) {
   writer_.write(std::make_unique<Job>(*this, std::move(frame)));
 }
 
+void FrameOutput::add_nodes(FramePieces nodes) {
+  const double time = nodes.header.time;
+  writer_.write(std::make_unique<NodeJob>(
+      folder_ / node_frame_name(nodes.header.step), std::move(nodes),
+      [this, time](AtomicFile& file) { name(file, time, index_.nodes, "nodes.hdf.series"); }));
+}
+
 void FrameOutput::write(const FrameSource& frame) {
   writer_.write(std::make_unique<Job>(*this, FramePieces{frame.header, {}}, &frame));
 }
 
-void FrameOutput::name(AtomicFile& file, double time) {
+void FrameOutput::name(AtomicFile& file, double time, std::vector<TimedFile>& index,
+                       const char* series) {
   file.commit(check_);
   const std::string name = file.target().filename().string();
   // A frame of the same step replaces the earlier one, in the index too.
-  std::erase_if(index_, [&](const TimedFile& earlier) { return earlier.name == name; });
-  index_.push_back({time, name});
-  write_series(index_, folder_ / "particles.hdf.series");
+  std::erase_if(index, [&](const TimedFile& earlier) { return earlier.name == name; });
+  index.push_back({time, name});
+  write_series(index, folder_ / series);
 }
 
 }  // namespace lahar

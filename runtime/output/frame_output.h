@@ -8,27 +8,32 @@
 
 #include "io/base/series.h"
 #include "io/frames/frame.h"
+#include "io/run/run_continuation.h"
 #include "runtime/output/output_writer.h"
 
 namespace lahar {
 
 /// Writes frames to FOLDER/particles_STEP.hdf and lists them, with their times, in
-/// FOLDER/particles.hdf.series, which ParaView opens. All ranks give the same frames in the same
-/// order, each with its own particles; in a file, ranks follow each other. OutputWriter says how,
-/// and what its functions mean; frames after one that failed are not written.
+/// FOLDER/particles.hdf.series, which ParaView opens; likewise nodes, nodes_STEP.hdf. All ranks
+/// give the same frames in the same order, each with its own particles; in a file, ranks follow
+/// each other. OutputWriter says how, and what its functions mean; frames after one that failed are
+/// not written.
 class FrameOutput {
  public:
   /// Frames that may wait or be written at a time.
   static constexpr std::size_t slots = 2;
 
   /// Collective. The folder exists.
-  /// `earlier`: frames that are in the folder and belong in the index. `writers`: so many ranks
+  /// `earlier`: files that are in the folder and belong in the indices. `writers`: so many ranks
   /// write; 0 = all.
   explicit FrameOutput(std::filesystem::path folder, const Communicator& ranks = {},
-                       std::vector<TimedFile> earlier = {}, int writers = 0);
+                       KeptFrames earlier = {}, int writers = 0);
 
   /// Hand a frame over and return. Blocks while all slots are taken.
   void add(FramePieces frame);
+  /// The same with nodes, which may be in several pieces, of several ranks, with the same values:
+  /// in the file each is once, ascending ids.
+  void add_nodes(FramePieces nodes);
   /// Write a frame from where its particles are, on all threads that it allows, when those before
   /// are written; only bringing it to the disk is left for later. Collective, for times at which no
   /// step is taken.
@@ -44,12 +49,12 @@ class FrameOutput {
 
  private:
   class Job;
-  void name(AtomicFile& file, double time);
+  void name(AtomicFile& file, double time, std::vector<TimedFile>& index, const char* series);
 
   std::filesystem::path folder_;
   std::function<void()> check_;
-  std::vector<TimedFile> index_;  // of the thread
-  OutputWriter writer_;           // the last member: its thread uses the others
+  KeptFrames index_;     // of the thread
+  OutputWriter writer_;  // the last member: its thread uses the others
 };
 
 }  // namespace lahar

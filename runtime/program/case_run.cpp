@@ -109,9 +109,9 @@ int CaseRun::execute() {
   about.gauges = simulation.gauge_tables();
   if (outline_.output.measured.maps.wanted) about.maps = map_columns();
   make_folder(std::move(about));
-  frames_ = std::make_unique<FrameOutput>(
-      frames_folder(outline_.output.folder), ranks_,
-      folder_ ? folder_->kept_frames() : std::vector<TimedFile>{}, arguments_.writers);
+  frames_ = std::make_unique<FrameOutput>(frames_folder(outline_.output.folder), ranks_,
+                                          folder_ ? folder_->kept_frames() : KeptFrames{},
+                                          arguments_.writers);
   frames_->while_waiting([&simulation] { simulation.poll(); });
   if (folder_) frames_->before_naming([this] { folder_->check_place(); });
   begin_checkpoints(simulation, info);
@@ -332,7 +332,8 @@ Observer CaseRun::observer() {
             if (folder_) folder_->removed(particles);
           },
           [this](const std::string& text) { warn(text); },
-          [this](const GaugeRows& rows) { on_gauges(rows); }};
+          [this](const GaugeRows& rows) { on_gauges(rows); },
+          [this](FramePieces&& nodes) { frames_->add_nodes(std::move(nodes)); }};
 }
 
 void CaseRun::on_history(const HistoryRow& row) {

@@ -78,7 +78,10 @@ int CaseRun::run_time_loop(Simulation& simulation) {
     if (outline_.output.measured.any() && last_gauges_ != row.step) on_gauges(simulation.gauges());
     if (printed_ != row.step && row.step > 0) print_row(row);
   }
-  if (last_frame_ != simulation.step()) frames_->write(simulation.frame_source());
+  if (last_frame_ != simulation.step()) {
+    frames_->write(simulation.frame_source());
+    if (auto nodes = simulation.nodes()) frames_->add_nodes(std::move(*nodes));
+  }
   if (folder_ && outline_.output.measured.maps.wanted)
     write_maps(outline_.output.folder, outline_.output.measured.maps, scenario_.map,
                simulation.maps());

@@ -80,6 +80,12 @@ void make_trial(Model<Dim>& model, double factor, double end) {
   output.frame_dt = 0;
 }
 
+/// A trial is judged by the displacements of all particles.
+void show_all(OutputPlan& output) {
+  output.frame_fields.clear();
+  output.frame_particles = nullptr;
+}
+
 /// After freeze_loads().
 std::vector<double> gravity_of(const AnyModel& any) {
   return std::visit(
@@ -187,6 +193,7 @@ Scenario SafetyTrials::scenario_of(double factor) const {
 
 SafetyTrial SafetyTrials::operator()(double factor) const {
   Scenario scenario = scenario_of(factor);
+  std::visit([](auto& model) { show_all(model.output); }, scenario.model);
   const SimulationState state = state_at_start(*equilibrium_, false);
   const std::vector<Material> materials = outline_of(scenario.model).materials;
   const std::vector<double> gravity = gravity_of(scenario.model);

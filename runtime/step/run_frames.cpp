@@ -8,8 +8,16 @@
 namespace lahar {
 
 template <int Dim>
-void RunFrames<Dim>::measure(const Communicator& ranks) {
-  bytes_ = static_cast<std::size_t>(ranks.max(static_cast<Index>(bytes_of(patches_.particles()))));
+void RunFrames<Dim>::measure(const Communicator& ranks, std::size_t more) {
+  bytes_ = static_cast<std::size_t>(ranks.max(static_cast<Index>(bytes_of(particles()) + more)));
+}
+
+template <int Dim>
+Index RunFrames<Dim>::particles() const {
+  if (!model_.output.frame_particles) return patches_.particles();
+  Index n = 0;
+  for (int i = 0; i < patches_.size(); ++i) n += particles_of(patches_[i], model_);
+  return n;
 }
 
 template <int Dim>

@@ -20,8 +20,9 @@ class RunFrames {
             const TimeControl& time)
       : model_(model), patches_(patches), log_(log), time_(time) {}
 
-  /// Find the size of a frame anew. Collective.
-  void measure(const Communicator& ranks);
+  /// Find the size of a frame anew, with `more` bytes of this rank that come with it. Collective.
+  void measure(const Communicator& ranks, std::size_t more);
+  Index particles() const;                      ///< of this rank, in a frame
   std::size_t bytes() const { return bytes_; }  ///< of the rank with most of it
   std::size_t bytes_of(Index particles) const;  ///< of a frame with so many
 

@@ -53,6 +53,10 @@ FrameSource Simulation::frame_source() const {
   return with(driver_, [](auto& driver) { return driver.frame_source(); });
 }
 
+std::optional<FramePieces> Simulation::nodes() const {
+  return with(driver_, [](auto& driver) { return driver.nodes(); });
+}
+
 std::vector<PatchParticles> Simulation::particles_in_place() const {
   return with(driver_, [](auto& driver) { return driver.particles_in_place(); });
 }

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -91,6 +92,9 @@ struct Observer {
   /// Rows of gauges, when OutputPlan::measured says so; without this nothing is measured. The same
   /// on all ranks.
   std::function<void(const GaugeRows&)> gauges;
+  /// The nodes (OutputPlan::node_fields) after a frame, large or not, of the same step; pieces are
+  /// those of this rank's patches, and nodes that patches share are in the pieces of all of them.
+  std::function<void(FramePieces&&)> nodes;
 };
 
 /// Time spent in one stage, summed over its tasks.
@@ -153,10 +157,13 @@ class Simulation {
   /// Take all steps of the scenario.
   void run();
 
-  Frame frame() const;  ///< present state of all ranks, ascending particle id
+  Frame frame() const;  ///< present state of all ranks as frames have it, ascending particle id
   /// That of this rank without a copy, by patches; good until the next call of advance().
   FrameSource frame_source() const;
-  /// The same as kernels see it, column by column; good until the next call of advance().
+  /// The nodes of this rank after the last step, as Observer::nodes gets them; nothing where the
+  /// scenario does not want them, or no step was taken to get here.
+  std::optional<FramePieces> nodes() const;
+  /// Particles as kernels see them, column by column; good until the next call of advance().
   std::vector<PatchParticles> particles_in_place() const;
   /// Several ranks: call Observer::poll when nobody else calls MPI. For whoever waits, while steps
   /// are taken or not. Throws what that threw, then and in all later calls: it is not called any

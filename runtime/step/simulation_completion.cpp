@@ -95,6 +95,8 @@ void SimulationDriver<Dim>::hand_on_gauges(Step step) {
 template <int Dim>
 void SimulationDriver<Dim>::hand_on_copies(Step step) {
   if (copy_due(step)) attempt([&] { observer_.frame(frames_.take(step)); });
+  if (copy_due(step) && nodes_.any() && observer_.nodes)
+    attempt([&] { observer_.nodes(nodes_.take(step)); });
   if (schedule_.frames_end(step)) warn(schedule_.no_more_frames(step));
   if (!stager_.copies(step)) return;
   const SimulationState state = stager_.take(step, time_.limit_of(step), rigid_.state(step), log_);

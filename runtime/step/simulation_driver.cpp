@@ -48,6 +48,7 @@ SimulationDriver<Dim>::SimulationDriver(Model<Dim> model, ExecutionOptions optio
       history_(time_, model_.rigid_bodies.size()),
       gauges_(model_, patches_.layout()),
       frames_(model_, patches_, log_, time_),
+      nodes_(model_, patches_, time_),
       stager_(patches_, observer_.checkpoint ? model_.output.checkpoint_steps : 0),
       budget_(options_.staging_bytes),
       epochs_(patches_, model_.analysis, ranks_, options_.balance, options_.threads),
@@ -56,7 +57,7 @@ SimulationDriver<Dim>::SimulationDriver(Model<Dim> model, ExecutionOptions optio
   seconds_per_tick();  // from now on
   if (ranks_.several() && !is_parallel())
     throw InputError("only the task graph runs on several ranks; leave out --serial");
-  frames_.measure(ranks_);
+  frames_.measure(ranks_, nodes_.bytes());
   need_memory_of_copies({patches_.bytes(), frames_.bytes(), stager_.bytes()}, model_.output,
                         options_.staging_bytes, options_.memory, ranks_);
   if (state && state->use == StateUse::go_on)
@@ -140,15 +141,16 @@ void SimulationDriver<Dim>::advance(Index steps) {
     take_removed();
     failures_.throw_first(step_, ranks_);
     // Before particles are delivered: then it is in the order of frames that were copied.
-    if (frames_are_large() && frame_due(step_ - 1)) observer_.large_frame(frame_source());
+    if (frames_are_large() && frame_due(step_ - 1)) hand_on_large_frame();
     settle();
     take_dense_ids();
     if (finished()) check_end();
     plan_next_step();
     test_rest();  // before patches move to other ranks
+    const bool ends = step_ >= end || finished() || stops_;
+    if (ends && nodes_.any()) nodes_.keep(step_);
     change_patches();
     // What was asked for and comes after the end is written now.
-    const bool ends = step_ >= end || finished() || stops_;
     if (stager_.due(step_) || (ends && stager_.is_planned_after(step_))) write_checkpoint();
     watch_.throw_alarm(step_, time_.nsteps());
   }
@@ -159,6 +161,7 @@ void SimulationDriver<Dim>::prepare_copies() {
   const auto n = static_cast<std::size_t>(patches_.size());
   history_.make_room(n);
   frames_.make_room();
+  nodes_.make_room();
   for (auto& events : injected_) events.assign(n, {});
   epochs_.begin();
   stop_before_.clear();
@@ -248,6 +251,12 @@ void SimulationDriver<Dim>::take_removed() {
 }
 
 template <int Dim>
+void SimulationDriver<Dim>::hand_on_large_frame() {
+  observer_.large_frame(frame_source());
+  if (nodes_.any() && observer_.nodes) observer_.nodes(nodes_.present(step_));
+}
+
+template <int Dim>
 void SimulationDriver<Dim>::settle() {
   for (int p = 0; p < patches_.size(); ++p) {
     if (!begins_with_solve(model_.analysis)) {
@@ -266,7 +275,7 @@ void SimulationDriver<Dim>::take_dense_ids() {
   if (log_.empty()) return;
   for (int p = 0; p < patches_.size(); ++p) log_.make_dense(patches_[p].particles.id);
   log_.clear();
-  frames_.measure(ranks_);
+  frames_.measure(ranks_, nodes_.bytes());
 }
 
 template <int Dim>
@@ -381,7 +390,8 @@ SimulationInfo SimulationDriver<Dim>::info() const {
   info.dt = time_.dt_of(step_);
   info.bytes = static_cast<std::size_t>(ranks_.sum(static_cast<Index>(patches_.bytes())));
   info.frame_bytes = frames_.bytes();
-  info.all_frame_bytes = frames_.bytes_of(info.particles);
+  info.all_frame_bytes = frames_.bytes_of(ranks_.sum(frames_.particles())) +
+                         static_cast<std::size_t>(ranks_.sum(static_cast<Index>(nodes_.bytes())));
   info.state_bytes = static_cast<std::size_t>(ranks_.max(static_cast<Index>(stager_.bytes())));
   return info;
 }

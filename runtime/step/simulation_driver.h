@@ -24,6 +24,7 @@
 #include "runtime/step/rigid_motion.h"
 #include "runtime/step/run_frames.h"
 #include "runtime/step/run_history.h"
+#include "runtime/step/run_nodes.h"
 #include "runtime/step/run_watch.h"
 #include "runtime/step/simulation.h"
 #include "runtime/step/stage_times.h"
@@ -48,6 +49,7 @@ class SimulationDriver {
   void run() { advance(time_.nsteps() - step_); }
   Frame frame() const { return frames_.present_of(ranks_, step_); }
   FrameSource frame_source() const { return frames_.present(step_, threads()); }
+  std::optional<FramePieces> nodes() const { return nodes_.kept(step_); }
   std::vector<PatchParticles> particles_in_place() const;
   void poll();
   HistoryRow history();
@@ -82,6 +84,7 @@ class SimulationDriver {
   // --- at rest ----------------------------------------------------------------------------------
 
   void prepare_copies();
+  void hand_on_large_frame();
   /// Implicit steps: find the displacement of the next one. Throws SimulationError where there is
   /// none.
   void find_equilibrium();
@@ -208,6 +211,7 @@ class SimulationDriver {
   RunHistory history_;
   Gauges<Dim> gauges_;
   RunFrames<Dim> frames_;
+  RunNodes<Dim> nodes_;
   CheckpointStager<Dim> stager_;
   StagingBudget budget_;
   Epochs<Dim> epochs_;

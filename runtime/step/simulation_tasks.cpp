@@ -312,7 +312,10 @@ void SimulationDriver<Dim>::output(int p, Step step) {
   if (needs_sums) history_.add(p, step, sums(patch, model_));
   if (gauges_due(step)) gauges_.add(patch, step);
   if (watch_.due(step)) watch_.look_at(patch, step);
-  if (copy_due(step)) frames_.copy(p, step);
+  if (copy_due(step)) {
+    frames_.copy(p, step);
+    nodes_.copy(p, step);
+  }
   epochs_.look_at(patch, step);
 }
 

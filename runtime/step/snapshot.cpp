@@ -25,6 +25,47 @@ std::vector<ShownColumn<Dim>> frame_columns(const ColumnLayout<Dim>& layout,
   return columns;
 }
 
+/// The particles of a patch that frames have. Blocks of a set have runs of slots as bins.
+template <int Dim>
+class FrameBlocks {
+ public:
+  FrameBlocks(const Patch<Dim>& patch, const Model<Dim>& model) : blocks_(blocks_of(patch)) {
+    if (model.output.frame_particles)
+      for (ParticleBlock<Dim>& block : blocks_) keep(block, *model.output.frame_particles);
+  }
+
+  const std::vector<ParticleBlock<Dim>>& all() const { return blocks_; }
+  Index size() const {
+    Index n = 0;
+    for (const ParticleBlock<Dim>& block : blocks_)
+      block.for_each_range([&](Local begin, Local end) { n += end - begin; });
+    return n;
+  }
+
+ private:
+  /// Those of a block whose ids are in a list.
+  void keep(ParticleBlock<Dim>& block, const std::vector<Index>& ids) {
+    std::vector<ParticleBin>& runs = runs_.emplace_back();
+    const auto add = [&](Local p) {
+      if (!runs.empty() && runs.back().end == p)
+        ++runs.back().end;
+      else
+        runs.push_back(
+            {.cell = -1, .begin = p, .end = p + 1, .limit = p + 1, .material = 0, .loaded = false});
+    };
+    block.for_each_range([&](Local begin, Local end) {
+      for (Local p = begin; p < end; ++p)
+        if (std::binary_search(ids.begin(), ids.end(),
+                               block.particles->id[static_cast<std::size_t>(p)]))
+          add(p);
+    });
+    block = {block.particles, runs};
+  }
+
+  std::vector<ParticleBlock<Dim>> blocks_;
+  std::vector<std::vector<ParticleBin>> runs_;  ///< which blocks see
+};
+
 /// `all`: particles that the frame will have.
 template <int Dim>
 void append(Frame& frame, const ParticleBlock<Dim>& block, Index all, const Model<Dim>& model) {
@@ -56,15 +97,17 @@ template <int Dim>
 Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model, Frame spare) {
   Frame frame = std::move(spare);
   frame.dim = Dim;
-  const Index n = particles_of(patch);
+  const FrameBlocks<Dim> blocks(patch, model);
+  const Index n = blocks.size();
   frame.id.reserve(static_cast<std::size_t>(n));
   frame.material.reserve(static_cast<std::size_t>(n));
-  for (const ParticleBlock<Dim>& block : blocks_of(patch)) append(frame, block, n, model);
+  for (const ParticleBlock<Dim>& block : blocks.all()) append(frame, block, n, model);
   return frame;
 }
 
 template <int Dim>
-Index particles_of(const Patch<Dim>& patch) {
+Index particles_of(const Patch<Dim>& patch, const Model<Dim>& model) {
+  if (model.output.frame_particles) return FrameBlocks<Dim>(patch, model).size();
   Index n = 0;
   for (const ParticleBin& bin : patch.bins) n += bin.end - bin.begin;
   for (const auto& out : patch.outbox) n += out.particles.size();
@@ -86,7 +129,7 @@ FrameSource frame_source(const std::vector<const Patch<Dim>*>& patches, FrameHea
                          const Model<Dim>& model) {
   FrameSource frame;
   frame.header = std::move(header);
-  for (const Patch<Dim>* patch : patches) frame.sizes.push_back(particles_of(*patch));
+  for (const Patch<Dim>* patch : patches) frame.sizes.push_back(particles_of(*patch, model));
   frame.piece = [patches, &model](std::size_t i) { return snapshot(*patches[i], model); };
   return frame;
 }
@@ -190,8 +233,8 @@ HistoryRow sums(Patch<Dim>& patch, const Model<Dim>& model) {
 
 template Frame snapshot<2>(const Patch<2>&, const Model<2>&, Frame);
 template Frame snapshot<3>(const Patch<3>&, const Model<3>&, Frame);
-template Index particles_of<2>(const Patch<2>&);
-template Index particles_of<3>(const Patch<3>&);
+template Index particles_of<2>(const Patch<2>&, const Model<2>&);
+template Index particles_of<3>(const Patch<3>&, const Model<3>&);
 template FrameHeader frame_header<2>(const ColumnLayout<2>&, const Model<2>&);
 template FrameHeader frame_header<3>(const ColumnLayout<3>&, const Model<3>&);
 template FrameSource frame_source<2>(const std::vector<const Patch<2>*>&, FrameHeader,

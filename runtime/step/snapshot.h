@@ -9,14 +9,15 @@
 
 namespace lahar {
 
-/// Particles of one patch, those on their way to a neighbour included, in patch order; in the
-/// memory of a snapshot of the same model that is done with, if there is one.
+/// Particles of one patch that frames have (OutputPlan::frame_particles), those on their way to a
+/// neighbour included, in patch order; in the memory of a snapshot of the same model that is done
+/// with, if there is one.
 template <int Dim>
 Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model, Frame spare = {});
 
 /// How many particles that is.
 template <int Dim>
-Index particles_of(const Patch<Dim>& patch);
+Index particles_of(const Patch<Dim>& patch, const Model<Dim>& model);
 
 /// What all snapshots of a model have in common. Step and time are for the caller to fill in.
 template <int Dim>

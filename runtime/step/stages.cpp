@@ -159,6 +159,12 @@ Stages<Dim> map_of_prescribed(bool of_next_step) {
   return {map};
 }
 
+/// With the stage that gives nodes their velocities: records of traces hold few stages of a phase.
+template <int Dim>
+void show_if_wanted(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (step.model->analysis.shows_nodes) show_nodes(patch, step);
+}
+
 /// With USF nodal velocities come before stresses, else the same exchange brings momentum and
 /// force.
 bool one_exchange(const Analysis& analysis) {
@@ -362,6 +368,7 @@ Stages<Dim> integration(const Analysis& analysis) {
                            .begin = [](P& p, S& s) {
                              integrate(p, s);
                              find_supports(p, s);
+                             show_if_wanted(p, s);
                            }};
   if (with_velocity) {
     nodes.stage.exchange = "mass, momentum, force";
@@ -371,6 +378,7 @@ Stages<Dim> integration(const Analysis& analysis) {
     nodes.begin = [](P& p, S& s) {
       velocity_and_integrate(p, s);
       find_supports(p, s);
+      show_if_wanted(p, s);
     };
   }
   if (!analysis.two_phase) return {nodes};
@@ -581,6 +589,7 @@ Stages<Dim> solved_motion(const Analysis&) {
   return {TimestepStage<Dim>{.stage = {.name = "solved motion"}, .begin = [](P& p, S& s) {
                                find_supports_of_implicit(p, s);
                                end_implicit_step(p, s);
+                               show_if_wanted(p, s);
                              }}};
 }
 

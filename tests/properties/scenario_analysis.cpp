@@ -136,6 +136,8 @@ Json output_of(Choices& choices, const Outline&, const GeneratedCase&, double dt
   if (choices.chance("frames.most", 10)) output["max_frames"] = 2;
   if (choices.chance("frames.derived", 30))
     for (const DerivedField& field : derived_fields) output["vtk"].push_back(field.name);
+  if (choices.chance("frames.set", 20)) output["frame_pset"] = "body0";
+  if (choices.chance("frames.nodes", 20)) output["node_fields"] = {"mass", "velocity"};
   return output;
 }
 

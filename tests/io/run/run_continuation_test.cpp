@@ -45,7 +45,7 @@ void write_step(RunFolder& run, Index step) {
   run.history(row);
   const fs::path frames = frames_folder(run.folder());
   write_frame(frame_at(step), frames / frame_name(step, ".hdf"));
-  std::vector<TimedFile> index = run.kept_frames();  // and those since
+  std::vector<TimedFile> index = run.kept_frames().particles;  // and those since
   for (const FrameFile& frame : frames_of_run(run.folder()))
     if (index.empty() || frame.file.filename() > index.back().name)
       index.push_back({static_cast<double>(frame.step) / 3, frame.file.filename().string()});
@@ -191,6 +191,33 @@ TEST_CASE("a run that is replaced loses its checkpoints too") {
   make_run(run, {0, 10});
   RunFolder(run, contents(), true).finish({});
   CHECK(checkpoints_in(checkpoint_folder(run)).empty());
+}
+
+TEST_CASE("files of nodes go and stay as their frames do") {
+  const TemporaryFolder folder;
+  const fs::path run = folder.path / "run";
+  make_run(run, {0, 10, 20, 30});
+  const fs::path frames = frames_folder(run);
+  std::vector<TimedFile> index;
+  for (const Index step : {10, 20, 30}) {
+    write_frame(frame_at(step), frames / node_frame_name(step));
+    index.push_back({static_cast<double>(step) / 3, node_frame_name(step)});
+  }
+  write_series(index, frames / "nodes.hdf.series");
+  {
+    RunFolder again(run, contents(), RunContinuation{20, 20.0 / 3, true, true, "c"});
+    const KeptFrames kept = again.kept_frames();
+    CHECK(kept.particles.size() == 3);
+    REQUIRE(kept.nodes.size() == 2);
+    CHECK(kept.nodes.back().name == node_frame_name(20));
+    CHECK(kept.nodes.back().time == 20.0 / 3);
+    again.finish({});
+  }
+  CHECK(frames_of_run(run).size() == 3);  // nodes are no frames
+  CHECK(node_frames_of_run(run).size() == 2);
+  CHECK(read_text_file(frames / "nodes.hdf.series").find(node_frame_name(30)) == std::string::npos);
+  RunFolder(run, contents(), true).finish({});
+  CHECK(names_in(frames).empty());
 }
 
 }  // namespace lahar

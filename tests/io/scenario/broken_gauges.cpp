@@ -133,6 +133,38 @@ mpm.json:23:52: error: there is no rigid body "post" [/post_processing/gauges/2/
                                                      ^
   hint: there are no rigid bodies
 )"},
+    {"frames of sets that do not exist or are empty, and fields that nodes do not have",
+     {measured(R"("frame_pset": 4,
+    "node_fields": ["velocity", "speed", "velocity"])")},
+     {},
+     R"(mpm.json:20:37: error: there is no particle set 4 [/post_processing/frame_pset]
+    "post_processing": {"frame_pset": 4,
+                                      ^
+  hint: particle sets: 3
+mpm.json:21:33: error: nodes have no field "speed" [/post_processing/node_fields/1]
+      "node_fields": ["velocity", "speed", "velocity"],
+                                  ^
+  hint: fields: mass, velocity, acceleration
+mpm.json:21:42: error: "velocity" is named twice [/post_processing/node_fields/2]
+      "node_fields": ["velocity", "speed", "velocity"],
+                                           ^
+)"},
+    {"frames of an empty set",
+     {measured(R"("frame_pset": "none")"),
+      replace("mpm.json", "\"materials\"", "\"sets\": {\"particles\": {\"none\": {\"box\": {\"min\": [5, 5], \"max\": [6, 6]}}}},\n  \"materials\"")},
+     {},
+     R"(mpm.json:21:37: error: the particle set "none" is empty: frames would have no particles [/post_processing/frame_pset]
+    "post_processing": {"frame_pset": "none",
+                                      ^
+  hint: leave 'frame_pset' out: frames then have all particles
+)"},
+    {"frames of what is no set",
+     {measured(R"("frame_pset": -2)")},
+     {},
+     R"(mpm.json:20:37: error: 'frame_pset' must be at least -1, found -2 [/post_processing/frame_pset]
+    "post_processing": {"frame_pset": -2,
+                                      ^
+)"},
     {"maps in two dimensions, and two intervals",
      {measured(R"("maps": {"cell_size": 0},
     "gauge_steps": 5,
@@ -151,5 +183,5 @@ mpm.json:22:17: error: 'gauge_steps' and 'gauge_dt' both say when rows come [/po
   hint: leave one of them out
 )"},
   };
-  check(table, 7);
+  check(table, 10);
 }

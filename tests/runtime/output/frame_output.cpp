@@ -6,6 +6,7 @@
 #include "io/frames/vtkhdf.h"
 #include "io/run/run_folder.h"
 #include "physics/base/error.h"
+#include "runtime/output/node_job.h"
 #include "tests/ranks/shared_folder.h"
 #include "tests/runtime/step/by_hand.h"
 #include "tests/runtime/step/models.h"
@@ -70,6 +71,43 @@ TEST_CASE("frame files are the same for any way of executing, byte by byte") {
   discs.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.3};
   check(discs, 10);
   check(dam_break_3d(), 4);
+}
+
+TEST_CASE("a file of nodes has each node once, ascending ids, and an index of its own") {
+  Model<2> model = two_discs();
+  model.analysis.patch_particles = 16;
+  model.output.node_fields = {NodeField::velocity, NodeField::mass};
+  model.analysis.shows_nodes = true;
+  const TemporaryFolder folder;
+  FrameOutput output(folder.path);
+  Observer observer;
+  observer.frame = [&](FramePieces&& frame) { output.add(std::move(frame)); };
+  observer.nodes = [&](FramePieces&& nodes) { output.add_nodes(std::move(nodes)); };
+  Simulation simulation(model, flow(2), observer);
+  simulation.run();
+  output.finish();
+  CHECK(names_in(folder.path) ==
+        std::vector<std::string>{"nodes.hdf.series", node_frame_name(20), node_frame_name(40),
+                                 node_frame_name(60), node_frame_name(80), "particles.hdf.series",
+                                 frame_name(20, ".hdf"), frame_name(40, ".hdf"),
+                                 frame_name(60, ".hdf"), frame_name(80, ".hdf")});
+  CHECK(read_text_file(folder.path / "nodes.hdf.series").find(node_frame_name(80)) !=
+        std::string::npos);
+  const Frame nodes = read_frame(folder.path / node_frame_name(80));
+  CHECK(nodes.step == 80);
+  CHECK(nodes.time == simulation.time());
+  CHECK(std::adjacent_find(nodes.id.begin(), nodes.id.end(), std::greater_equal<>()) ==
+        nodes.id.end());
+  REQUIRE(nodes.columns.size() == 2);
+  CHECK(nodes.columns[0].name == "velocity");
+  CHECK(nodes.columns[0].unit == "m/s");
+  const Frame expected = unite_nodes(*simulation.nodes());
+  CHECK(nodes.id == expected.id);
+  CHECK(same_bits(nodes.coordinates, expected.coordinates));
+  for (std::size_t k = 0; k < 2; ++k)
+    CHECK(same_bits(nodes.columns[k].values, expected.columns[k].values));
+  for (std::size_t i = 0; i < nodes.id.size(); ++i)
+    CHECK(nodes.coordinates[2 * i + 1] == model.mesh->node(nodes.id[i])[1]);
 }
 
 TEST_CASE("frames are written in the background, in order, while at most two wait") {
