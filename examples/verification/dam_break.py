@@ -5,13 +5,13 @@ from . import GRAVITY, ROOT, Number, finish, read, refine
 
 TITLE = "Dam break"
 SHORT = "the front of water on a dry floor"
-CHECKS = """A column of water twice as high as wide collapses in a tank
-(tests/verification/world/water-column.json). The front is where columns of depth, connected with the source, become
-thinner than half a cell of the first mesh."""
+CHECKS = """A column of water twice as high as wide collapses in a tank (tests/verification/world/water-column.json).
+The front is where columns of depth, connected with the source, become thinner than half a cell of the first mesh."""
 REFERENCE = """Measured by Martin and Moyce (1952), base a = 2.25 inches: Z = z / a over T = t sqrt(2 g / a). When the
 water of the experiment was free was not observed, so the clock starts where they first saw the front."""
 FIGURE = "front over time: Martin and Moyce (points) and two cells (lines)"
-SAYS = """The front is ahead at the last point that the run reaches, and the speed is mostly the error of that point."""
+SAYS = """The front is ahead at the last point that the run reaches, and the speed is mostly the error of that
+point."""
 TOLERANCE = 0.02  # flows part where other vector widths round
 BASE, DENSITY = 0.05716, 1000.0
 WIDTH = BASE / 20

@@ -9,8 +9,8 @@ CHECKS = """A rough footing, of which half is 1 m wide, is pressed into undraine
 ground fails. Clay that keeps its volume locks without B-bar."""
 REFERENCE = "Prandtl (1920): q = (2 + pi) s_u."
 FIGURE = "load over settlement with B-bar, and without it"
-SAYS = """Half the cell halves the error: the footing acts about half a cell wider than it is. Without B-bar the clay is
-much too strong, and nothing else in the run says so."""
+SAYS = """Half the cell halves the error: the footing acts about half a cell wider than it is. Without B-bar the clay
+is much too strong, and nothing else in the run says so."""
 ASIDE = ["load at the end over Prandtl's, without B-bar"]
 TOLERANCE = 1e-3
 STRENGTH, SETTLEMENT, WIDTH = 2e4, 0.002, 1.0

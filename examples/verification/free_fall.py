@@ -7,8 +7,8 @@ TITLE = "Thrown block"
 SHORT = "momentum, energy, path of the centre"
 CHECKS = """An elastic block flies freely through the mesh. The sums over particles and nodes keep momentum, so the
 velocity of its centre is right to rounding. The path has an error of the first order of the step: g t dt / 2."""
-REFERENCE = """A mass point: v = v0 + g t, x = x0 + v0 t + g t^2 / 2. The scale of the path is its length upwards; that
-of the energy is the kinetic energy at the start."""
+REFERENCE = """A mass point: v = v0 + g t, x = x0 + v0 t + g t^2 / 2. The scale of the path is its length upwards;
+that of the energy is the kinetic energy at the start."""
 FIGURE = "height of its centre (points) and the parabola (line)"
 START, VELOCITY, END = (0.5, 0.5), (1.0, 3.0), 0.6
 DENSITY, EDGE = 1000.0, 0.2

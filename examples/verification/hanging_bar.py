@@ -5,8 +5,8 @@ from . import GRAVITY, Number, finish, line, read, refine
 
 TITLE = "Hanging bar"
 SHORT = "elasticity in 3D, gravity, damping to rest"
-CHECKS = """An elastic bar of 1 m hangs from the ceiling (examples/hanging-bar.json). Local damping brings it to rest. Its
-stress along the axis and the sinking of its end follow from its weight."""
+CHECKS = """An elastic bar of 1 m hangs from the ceiling (examples/hanging-bar.json). Local damping brings it to rest.
+Its stress along the axis and the sinking of its end follow from its weight."""
 REFERENCE = "sigma = rho g z at the height z above the lower end; the end sinks by rho g L^2 / (2 E)."
 FIGURE = "stress of particles (points) and that of the weight below (line)"
 DENSITY, MODULUS, LENGTH = 1000.0, 2e6, 1.0

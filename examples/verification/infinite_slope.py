@@ -12,8 +12,8 @@ TITLE = "Infinite slope"
 SHORT = "the factor of safety, by `lahar safety`"
 CHECKS = """A layer of soil, 2 m thick, lies on a plane of 25 degrees. `lahar safety` divides the strength by factors
 until equilibrium ends. The ends of the layer hardly count, because it is 150 times as long as thick."""
-REFERENCE = """F = tan(phi) / tan(b) + c / (rho g H sin(b)) for soil that dilates by its angle of friction. The number is
-the middle of the last bracket, which is 1 % wide."""
+REFERENCE = """F = tan(phi) / tan(b) + c / (rho g H sin(b)) for soil that dilates by its angle of friction. The number
+is the middle of the last bracket, which is 1 % wide."""
 FIGURE = "displacements of the trials; soil fails right of the line"
 SAYS = "Factors fall with the cell across the layer."
 TOLERANCE = 0.02

@@ -5,13 +5,13 @@ from . import GRAVITY, Number, finish, line, refine, scenario
 
 TITLE = "Rolling disc"
 SHORT = "contact with a rigid body that cuts the mesh"
-CHECKS = """An elastic disc lies on a rigid slope of 30 degrees, at an angle to the grid. With enough friction it rolls;
-with less it slides and turns."""
+CHECKS = """An elastic disc lies on a rigid slope of 30 degrees, at an angle to the grid. With enough friction it
+rolls; with less it slides and turns."""
 REFERENCE = """A rigid disc: a = 2/3 g sin b where it rolls, mu >= tan(b) / 3 = 0.192; else g (sin b - mu cos b). The
 scale is the velocity without friction."""
 FIGURE = "velocity along the slope over the coefficient of friction: runs (points), rigid disc (line)"
-SAYS = """The disc that rolls is slower than a rigid one, as if the normal force acted ahead of its centre. Half the cell
-more than halves that."""
+SAYS = """The disc that rolls is slower than a rigid one, as if the normal force acted ahead of its centre. Half the
+cell more than halves that."""
 TOLERANCE = 1e-3
 ANGLE, END, RADIUS = np.radians(30), 0.4, 0.2
 ALONG, ABOVE = np.array([np.cos(ANGLE), -np.sin(ANGLE)]), np.array([np.sin(ANGLE), np.cos(ANGLE)])

@@ -7,8 +7,8 @@ TITLE = "Upward seepage"
 SHORT = "effective stress and the critical gradient"
 CHECKS = """Water flows upwards through a column of saturated soil of 1 m. It carries a part of the grains, so the
 effective stress falls with the gradient of the head."""
-REFERENCE = """Terzaghi (1922): the effective stress at the depth d is (1 - n) (rho_s - rho_w) g d (1 - i / i_c), and the
-critical gradient i_c = (1 - n) (rho_s / rho_w - 1) = 0.99."""
+REFERENCE = """Terzaghi (1922): the effective stress at the depth d is (1 - n) (rho_s - rho_w) g d (1 - i / i_c), and
+the critical gradient i_c = (1 - n) (rho_s / rho_w - 1) = 0.99."""
 FIGURE = "gradient of the effective stress over that of the head: runs (points), Terzaghi (line)"
 TOLERANCE = 1e-4
 GRAINS, WATER, POROSITY, CONDUCTIVITY = 2650.0, 1000.0, 0.4, 1e-3

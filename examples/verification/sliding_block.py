@@ -5,8 +5,8 @@ from . import GRAVITY, Number, finish, line, refine, scenario
 
 TITLE = "Block on an incline"
 SHORT = "Coulomb's friction at walls"
-CHECKS = """An elastic block lies on a wall with friction. The axes of the mesh are those of the slope of 30 degrees, so
-gravity is inclined. The velocity of the block shows the friction that acts."""
+CHECKS = """An elastic block lies on a wall with friction. The axes of the mesh are those of the slope of 30 degrees,
+so gravity is inclined. The velocity of the block shows the friction that acts."""
 REFERENCE = """v = g t (sin b - mu cos b), and 0 where mu is above tan b = 0.577. The scale is the velocity without
 friction."""
 FIGURE = "velocity after 0.1 s over the coefficient of friction: runs (points), Coulomb (line)"

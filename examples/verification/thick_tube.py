@@ -5,11 +5,11 @@ from . import Number, finish, line, refine, scenario
 
 TITLE = "Thick-walled tube"
 SHORT = "bodies of revolution, quasi-static steps"
-CHECKS = """A tube of radii 1 m and 2 m, held along its axis, has an internal pressure. The model is a body of revolution;
-the pressure acts as forces at the nodes of the inner surface. Stresses are means over cells, because cells have linear
-functions."""
-REFERENCE = """Lame: the radial stress p / 3 (1 - 4 / r^2), the hoop stress p / 3 (1 + 4 / r^2), and at the inner surface
-the displacement (1 + nu) p / (3 E) (5 - 2 nu). The scale of stresses is p."""
+CHECKS = """A tube of radii 1 m and 2 m, held along its axis, has an internal pressure. The model is a body of
+revolution; the pressure acts as forces at the nodes of the inner surface. Stresses are means over cells, because
+cells have linear functions."""
+REFERENCE = """Lame: the radial stress p / 3 (1 - 4 / r^2), the hoop stress p / 3 (1 + 4 / r^2), and at the inner
+surface the displacement (1 + nu) p / (3 E) (5 - 2 nu). The scale of stresses is p."""
 FIGURE = "stresses over the radius: means over cells (points), Lame (lines)"
 PRESSURE, MODULUS, POISSON, CELL = 10.0, 1e6, 0.3, 1 / 8
 

@@ -7,8 +7,8 @@ TITLE = "Two discs"
 SHORT = "collision through the mesh, kept energy"
 CHECKS = """Two elastic discs fly towards each other, collide and part (examples/two-discs.json; Sulsky, Chen and
 Schreyer 1994). Nothing but the mesh makes them feel each other."""
-REFERENCE = """The momentum of both stays zero; kinetic and strain energy stay what they were. The scale of the momentum is
-that of one disc."""
+REFERENCE = """The momentum of both stays zero; kinetic and strain energy stay what they were. The scale of the
+momentum is that of one disc."""
 FIGURE = "kinetic energy, strain energy and their sum over time"
 
 

@@ -6,10 +6,10 @@ from . import Number, finish, line, read, refine
 TITLE = "Vibrating bar"
 SHORT = "waves in an elastic bar, kept energy"
 CHECKS = """A bar that is held at its left end starts with an even velocity (examples/vibrating-bar.json). A step of
-stress runs to the free end and back. Momentum is a triangle in time. The example has the scheme USL, with which a cell
-at the free end collapses when cells are halved; here the scheme is MUSL."""
-REFERENCE = """The wave equation: c = sqrt(E / rho) = 10 m/s, period 4 L / c = 10 s, a free end that moves by v0 L / c =
-0.25 m."""
+stress runs to the free end and back. Momentum is a triangle in time. The example has the scheme USL, with which a
+cell at the free end collapses when cells are halved; here the scheme is MUSL."""
+REFERENCE = """The wave equation: c = sqrt(E / rho) = 10 m/s, period 4 L / c = 10 s, a free end that moves by v0 L / c
+= 0.25 m."""
 FIGURE = "momentum over time (points) and the triangle of the wave equation (line)"
 SPEED, LENGTH, HEIGHT, VELOCITY, DENSITY = 10.0, 25.0, 0.5, 0.1, 1.0
 PERIOD = 4 * LENGTH / SPEED
