@@ -30,6 +30,10 @@ test_packages=(
   "libbenchmark-dev:micro-benchmarks"
   "python3-jsonschema:tests that traces are as their schemas say"
 )
+package_packages=(
+  "dpkg-dev:libraries that the package for Debian needs"
+  "file:which files are programs"
+)
 browser_packages=("chromium:tests of the pages that lahar trace --html and lahar report write")
 guide_packages=(
   "mkdocs:the site of the guide"
