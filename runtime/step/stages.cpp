@@ -159,6 +159,12 @@ Stages<Dim> map_of_prescribed(bool of_next_step) {
   return {map};
 }
 
+/// What forces of rigid bodies do because they act at surfaces goes with strains.
+template <int Dim>
+void count_couples_of_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  if (step.model->analysis.rigid_bodies) count_couples(patch, step, bins);
+}
+
 /// With the stage that gives nodes their velocities: records of traces hold few stages of a phase.
 template <int Dim>
 void show_if_wanted(Patch<Dim>& patch, const StepContext<Dim>& step) {
@@ -282,6 +288,7 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
                                    [](P& p, S& s, ParticleBins bins) {
                                      if (s.model->analysis.scheme == Scheme::usl)
                                        add_work_of_tractions(p, s, bins);
+                                     count_couples_of_bodies(p, s, bins);
                                      update_stress(p, s, bins, StressPart::strain);
                                      map_pressure(p, s, bins);
                                    }},
@@ -310,6 +317,7 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
                              .bins = [](P& p, S& s, ParticleBins bins) {
                                if (s.model->analysis.scheme == Scheme::usl)
                                  add_work_of_tractions(p, s, bins);
+                               count_couples_of_bodies(p, s, bins);
                                find_stress(p, s, bins, StressPart::both);
                              }}};
 }
@@ -434,16 +442,6 @@ Stages<Dim> rigid_contact(const Analysis& analysis) {
                          .begin = [](P& p, S& s) { begin_contact(p, s); },
                          .bins = [](P& p, S& s, ParticleBins bins) { touch_bodies(p, s, bins); },
                          .end = [](P& p, S& s) { end_contact(p, s); }}};
-}
-
-template <int Dim>
-Stages<Dim> work_of_couples(const Analysis& analysis) {
-  using P = Patch<Dim>;
-  using S = const StepContext<Dim>;
-  if (!analysis.rigid_bodies) return {};
-  return {
-      TimestepStage<Dim>{.stage = {.name = "couples of bodies"},
-                         .bins = [](P& p, S& s, ParticleBins bins) { count_couples(p, s, bins); }}};
 }
 
 template <int Dim>
@@ -768,7 +766,6 @@ Stages<Dim> output(const Analysis&) {
   template Stages<Dim> velocity_transfer<Dim>(const Analysis&);        \
   template Stages<Dim> rigid_contact<Dim>(const Analysis&);            \
   template Stages<Dim> outside_of_bodies<Dim>(const Analysis&);        \
-  template Stages<Dim> work_of_couples<Dim>(const Analysis&);          \
   template Stages<Dim> g2p<Dim>(const Analysis&);                      \
   template Stages<Dim> liquid_g2p<Dim>(const Analysis&);               \
   template Stages<Dim> location<Dim>(const Analysis&);                 \

@@ -64,9 +64,6 @@ Stages<Dim> velocity_transfer(const Analysis& analysis);
 /// Forces of rigid bodies on particles, of the step after (rigid_contact.h).
 template <int Dim>
 Stages<Dim> rigid_contact(const Analysis& analysis);
-/// Work of these forces because they act at surfaces.
-template <int Dim>
-Stages<Dim> work_of_couples(const Analysis& analysis);
 /// Particles that have moved, out of rigid bodies.
 template <int Dim>
 Stages<Dim> outside_of_bodies(const Analysis& analysis);
