@@ -42,9 +42,9 @@ struct Scenario {
   MapFrame map = {};                              ///< where it lies
   std::vector<std::string> stages = {};           ///< names of all; empty = it has no stages
   std::size_t stage = 0;                          ///< the one that this is
-  /// Says which particles have which class of materials with fields (material_fields.h); 0 = there
-  /// are none.
-  std::uint64_t classes = 0;
+  /// Says which particles have which class of materials with fields (material_fields.h): those of
+  /// the beginning, then those of each source that stages place. 0 = none has one.
+  std::vector<std::uint64_t> classes = {};
   /// Gives a problem that names a JSON pointer (Problem::where) its file, line, column and source:
   /// for what only the simulation finds out.
   std::function<Problem(Problem)> place;

@@ -304,6 +304,7 @@ class ScenarioBuilder {
                        const JsonValue& at);
   void check_fields_known();  ///< at all particles; collective
   void refuse_fields();
+  std::size_t group_of_row(Index row) const;
   void split_fields();  ///< after all that takes materials as the scenario has them; collective
   Material material_of_class(std::size_t material, Index number);
   // scenario_field_kinds.cpp
@@ -422,8 +423,9 @@ class ScenarioBuilder {
   Index listed_cells_ = -1;      ///< those of a mesh file that has nodes around them, too; -1 = all
   double region_tolerance_ = 0;  ///< [m]
   Geometries<Dim> geometry_;
-  std::string map_file_;  ///< the first that says its coordinate reference system
-  double memory_ = 0;     ///< [bytes] noted by need_memory()
+  std::string map_file_;                ///< the first that says its coordinate reference system
+  std::set<std::string> said_of_maps_;  ///< what was wrong with their files
+  double memory_ = 0;                   ///< [bytes] noted by need_memory()
   static constexpr double member_bytes = 2 * sizeof(Index);  ///< of a set, with room to grow
   RowShares rows_;                                           ///< of model_.particles: who has which
   Index placed_row_ = std::numeric_limits<Index>::max();     ///< first of a generator of a stage

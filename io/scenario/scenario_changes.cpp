@@ -41,7 +41,7 @@ void ScenarioBuilder<Dim>::check_new_material(const JsonValue& at, std::uint16_t
     in_.error(at,
               liquid ? "a material with a liquid in its pores is for particles that have one"
                      : "this material has no liquid in its pores, and the particles have one",
-              "list the pair [skeleton, liquid] with a generator of its own");
+              liquid ? "take a material without a liquid" : "\"material\": [skeleton, liquid]");
 }
 
 template <int Dim>

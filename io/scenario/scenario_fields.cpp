@@ -129,16 +129,35 @@ void ScenarioBuilder<Dim>::refuse_fields() {
       if (injection.material % n == m)
         return refuse(m, "particles that come in during the run",
                       "values belong to places at the beginning; inject another material");
+    const auto& given = model_.changes.given;
+    if (std::count(given.begin(), given.end(), m) > 0)
+      refuse(m, "'change_material'",
+             "values belong to places at the beginning; change particles to another material");
     const JsonValue* resume = section("analysis").find("resume");
     if (resume && get_bool(*resume, "resume").value_or(false))
       refuse(m, "particles of an earlier run", "where they were at its beginning is not known");
   }
 }
 
-// Classes are numbered in the order of their material and their values, whoever has particles of
-// them. The first class of a material takes its place.
+// Particles of the beginning are group 0. Each source of particles that stages place is a group.
+template <int Dim>
+std::size_t ScenarioBuilder<Dim>::group_of_row(Index row) const {
+  if (row < placed_row_) return 0;
+  std::size_t group = 0;
+  for (const auto& source : generators_) {
+    if (source.end <= placed_row_) continue;
+    ++group;
+    if (row < source.end) break;
+  }
+  return group;
+}
+
+// Classes are numbered in the order of the first group with them, their material and their values,
+// whoever has particles of them. So they keep their numbers when a stage places more particles. The
+// first class of a material takes its place.
 template <int Dim>
 void ScenarioBuilder<Dim>::split_fields() {
+  in_.classes.assign(1 + group_of_row(rows_.total()), 0);
   if (std::all_of(fields_.begin(), fields_.end(), [](const auto& f) { return f.empty(); })) return;
   refuse_fields();
   check_fields_known();
@@ -149,7 +168,12 @@ void ScenarioBuilder<Dim>::split_fields() {
     return fields_[material % n];
   };
   std::vector<ClassOf> classes(particles.x.size());
-  std::vector<ClassOf> used;
+  struct Used {
+    ClassOf which;
+    std::size_t group = 0;
+    auto operator<=>(const Used&) const = default;
+  };
+  std::vector<Used> used;
   for (std::size_t p = 0; p < particles.x.size(); ++p) {
     const std::size_t material = particles.material[p];
     if (fields_of(material).empty()) continue;
@@ -157,15 +181,19 @@ void ScenarioBuilder<Dim>::split_fields() {
     for (const auto& field : fields_of(material))
       number = number * static_cast<Index>(field.values.size()) + field.class_of(particles.x[p]);
     classes[p] = {static_cast<Index>(material), number};
-    if (used.empty() || used.back() != classes[p]) used.push_back(classes[p]);
+    const Used now{classes[p], group_of_row(particles.id_of(p))};
+    if (used.empty() || used.back() != now) used.push_back(now);
   }
   const auto sort_once = [](auto& list) {
+    const auto same = [](const Used& a, const Used& b) { return a.which == b.which; };
     std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
+    list.erase(std::unique(list.begin(), list.end(), same), list.end());
   };
   sort_once(used);
   used = joined(team_.gather(used));
   sort_once(used);
+  std::stable_sort(used.begin(), used.end(),
+                   [](const Used& a, const Used& b) { return a.group < b.group; });
   if (static_cast<double>(used.size() + model_.materials.size()) > most_classes_of_all)
     return in_.error(*root_.find("materials"),
                      fmt::format("fields of materials have {} different values together; at most "
@@ -173,30 +201,33 @@ void ScenarioBuilder<Dim>::split_fields() {
                                  used.size(), most_classes_of_all),
                      "give fields that belong together the same 'seed', or fewer 'classes'");
   std::map<ClassOf, std::uint16_t> place;
-  Index last = -1;
-  for (const auto& one : used) {
+  std::vector<bool> taken(model_.materials.size(), false);  // the place of a material
+  for (const auto& [one, group] : used) {
     const auto material = static_cast<std::size_t>(one.material);
     const Material made = material_of_class(material, one.number);
     if (!in_.problems.empty()) return;
     std::size_t at = material;
-    if (one.material == last) {
+    if (taken[material]) {
       at = model_.materials.size();
       model_.materials.push_back(made);
     } else {
       model_.materials[at] = made;
     }
-    last = one.material;
+    taken[material] = true;
     place[one] = static_cast<std::uint16_t>(at);
   }
-  std::uint64_t sum = 0;
   for (std::size_t p = 0; p < classes.size(); ++p) {
     if (classes[p].material < 0) continue;
     particles.material[p] = place.at(classes[p]);
-    sum += hash_of(particles.id_of(p), particles.material[p]);
+    const Index row = particles.id_of(p);
+    in_.classes[group_of_row(row)] += hash_of(row, particles.material[p]);
   }
-  for (const Index share : team_.each(static_cast<Index>(sum)))
-    in_.classes += static_cast<std::uint64_t>(share);
-  in_.classes |= 1;  // there are some
+  for (std::uint64_t& sum : in_.classes) {
+    std::uint64_t all = 0;
+    for (const Index share : team_.each(static_cast<Index>(sum)))
+      all += static_cast<std::uint64_t>(share);
+    sum = all;
+  }
 }
 
 template <int Dim>

@@ -34,7 +34,7 @@ struct ScenarioInput {
   bool cbgeo_defaults = false;  ///< keys that are not written mean what they do in CB-Geo MPM
   MapFrame map = {};
   std::vector<ModelMark>* marks = nullptr;  ///< to be filled, unless null
-  std::uint64_t classes = 0;                ///< Scenario::classes
+  std::vector<std::uint64_t> classes = {};  ///< Scenario::classes
   std::string stage = {};  ///< which one, in messages; empty = the first, or there are none
   /// Of this stage and those before: generators at the end of `particles`, and new materials.
   std::size_t placed = 0;

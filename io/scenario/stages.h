@@ -23,12 +23,12 @@ struct StageBody {
   ShapeFunctions functions = ShapeFunctions::element;
   int bodies = 1;
   Plane plane = Plane::strain;
-  std::uint64_t classes = 0;  ///< Scenario::classes
-  bool b_bar = false;         ///< may change, but not without a word
+  std::vector<std::uint64_t> classes = {};  ///< Scenario::classes
+  bool b_bar = false;                       ///< may change, but not without a word
 };
 StageBody body_of(const Scenario& scenario);
 
-/// Throws InputError where a stage is not one of the body of the stages before it.
+/// Throws InputError where a stage is not one of the body of the stage before it.
 void check_body(const StageBody& before, const Scenario& stage);
 
 /// Warnings where a stage takes another method than the one before, by default or as written.

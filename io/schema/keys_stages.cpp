@@ -28,9 +28,12 @@ const Section& removal_section() {
 std::vector<KeySpec> material_keys() {
   std::vector<KeySpec> keys = group_keys();
   keys.push_back(
-      {.key = "material_id", .kinds = id, .help = "material: an id or a name", .min = 0});
+      {.key = "material_id",
+       .kinds = id | ids,
+       .help = "material: an id or a name; with a liquid in its pores, two: [skeleton, liquid]",
+       .min = 0});
   keys.push_back({.key = "material",
-                  .kinds = id,
+                  .kinds = id | ids,
                   .help = "the same as material_id",
                   .min = 0,
                   .native = true});

@@ -67,6 +67,7 @@ void replace_particles(Patch<Dim>& patch, Particles<Dim> particles) {
   patch.sorted = false;
   receive(patch);  // sorts; nobody has sent anything
   const bool filled = patch.count > 0;
+  patch.moving = patch.moving && filled;  // an empty patch forgets how it was laid out
   patch.idle = !filled;
   patch.clear_sums = filled ? 0 : 2;
   patch.contributes = {};

@@ -76,7 +76,7 @@ int check_command(const RunArguments& given) {
   arguments.execution.memory = memory_limit(arguments.memory, 1);
   Console console(false);
   std::size_t stages = 1;
-  StageBody body, before;
+  StageBody before;
   StageWarnings warnings;
   for (std::size_t k = 0; k < stages; ++k) {
     const bool draws = k == 0 && !arguments.picture.empty();
@@ -86,8 +86,8 @@ int check_command(const RunArguments& given) {
     warnings.say(scenario.warnings, console);
     if (!scenario.stages.empty()) {
       stages = scenario.stages.size();
-      if (k == 0) body = before = body_of(scenario);
-      check_body(body, scenario);
+      if (k == 0) before = body_of(scenario);
+      check_body(before, scenario);
       warnings.say(changes_of_method(std::exchange(before, body_of(scenario)), scenario), console);
       console.line((k > 0 ? "\n" : "") + stage_line(scenario));
     }

@@ -56,8 +56,7 @@ StagesRun::StagesRun(const RunArguments& arguments, Read read, Scenario first, C
       console_(console),
       folder_(arguments.output),
       names_(first.stages) {
-  const StageBody body = body_of(first);
-  StageBody before = body;
+  StageBody before = body_of(first);
   if (folder_.empty())
     folder_ = std::visit([](const auto& model) { return model.output.folder; }, first.model);
   StageWarnings warnings;
@@ -66,7 +65,7 @@ StagesRun::StagesRun(const RunArguments& arguments, Read read, Scenario first, C
   first = {};  // read again when it begins: there is never more than one model in memory
   for (std::size_t k = 1; k < names_.size(); ++k) {
     const Scenario stage = read_(k);
-    check_body(body, stage);
+    check_body(before, stage);
     warnings.say(stage.warnings, console);
     warnings.say(changes_of_method(std::exchange(before, body_of(stage)), stage), console);
     full_.push_back(stage.full);

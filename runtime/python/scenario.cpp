@@ -59,14 +59,14 @@ std::vector<Checked> check(const ScenarioText& given) {
   const py::gil_scoped_release release;
   const MemoryLimit memory = memory_limit(0, 1);
   std::vector<Checked> all;
-  std::optional<StageBody> body;
+  std::optional<StageBody> before;
   std::size_t stages = 1;
   for (std::size_t k = 0; k < stages; ++k) {
     Scenario scenario = given.read(k, memory);
     if (!scenario.stages.empty()) {
       stages = scenario.stages.size();
-      if (!body) body = body_of(scenario);
-      check_body(*body, scenario);
+      if (before) check_body(*before, scenario);
+      before = body_of(scenario);
     }
     all.push_back(check_one(scenario, memory));
   }

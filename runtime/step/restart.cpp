@@ -97,18 +97,21 @@ SimulationState state_in(const CheckpointReader& checkpoint) {
 }
 
 SimulationState state_at_start(const CheckpointReader& checkpoint, bool alike) {
-  SimulationState state = state_in(checkpoint);
-  const RunState& before = checkpoint.header().run;
+  return state_at_start(state_in(checkpoint), alike);
+}
+
+SimulationState state_at_start(SimulationState end, bool alike) {
+  const RunState before = end.run;
   // What is not of the clock, or of the accounts of work.
-  state.run = {.dim = before.dim,
-               .particles = before.particles,
-               .next_id = before.next_id,
-               .cells_per_patch = before.cells_per_patch,
-               .least_mass = before.least_mass,
-               .columns = before.columns,
-               .splits = before.splits};
-  state.use = alike ? StateUse::alike : StateUse::other_run;
-  return state;
+  end.run = {.dim = before.dim,
+             .particles = before.particles,
+             .next_id = before.next_id,
+             .cells_per_patch = before.cells_per_patch,
+             .least_mass = before.least_mass,
+             .columns = before.columns,
+             .splits = before.splits};
+  end.use = alike ? StateUse::alike : StateUse::other_run;
+  return end;
 }
 
 }  // namespace lahar

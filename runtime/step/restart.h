@@ -35,5 +35,7 @@ SimulationState state_in(const CheckpointReader& checkpoint);
 /// The same, for the first step of another run of the same particles. `alike`: it does to them what
 /// the run of the checkpoint did (goes_on_alike()).
 SimulationState state_at_start(const CheckpointReader& checkpoint, bool alike);
+/// The same from the state at the end of the other run.
+SimulationState state_at_start(SimulationState end, bool alike);
 
 }  // namespace lahar

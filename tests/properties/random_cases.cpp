@@ -117,8 +117,10 @@ class Trial {
 };
 
 /// The part of a message that tells one kind of error from others: words in front of numbers.
-std::string kind_of(std::string message) {
-  if (const auto stage = message.find("stage "); stage != std::string::npos) {
+std::string kind_of(std::string message, bool of_run) {
+  // Of what a task found, where it was in the mesh does not matter.
+  if (const auto stage = of_run ? message.find("stage ") : message.npos;
+      stage != std::string::npos) {
     const auto words = message.find("/s ", stage), place = message.find(" m ", stage);
     const auto end = words != std::string::npos ? words + 2 : place;
     message = message.substr(0, message.find(':', stage)) + ":" +
@@ -128,7 +130,7 @@ std::string kind_of(std::string message) {
   std::string kind;
   for (const char c : message)
     if (c < '0' || c > '9') kind += c;
-  return kind.substr(0, 100);
+  return kind.substr(0, 160);
 }
 
 }  // namespace
@@ -144,11 +146,11 @@ Tally try_cases(Seeds seeds, const Property& property, const Speaker& speaker) {
     const Verdict verdict = trial.verdict(choices);
     if (!verdict.refused.empty()) {
       ++tally.refused;
-      ++tally.reasons["refused: " + kind_of(verdict.refused)];
+      ++tally.reasons["refused: " + kind_of(verdict.refused, false)];
     }
     if (!verdict.error.empty()) {
       ++tally.ended_early;
-      ++tally.reasons["ended: " + kind_of(verdict.error)];
+      ++tally.reasons["ended: " + kind_of(verdict.error, true)];
     }
     if (verdict.difference.empty()) continue;
     if (speaker.speaks)  // making it smaller takes a while

@@ -2,10 +2,14 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "io/run/gauge_rows.h"
 #include "io/run/removed.h"
 #include "physics/base/error.h"
 #include "runtime/step/simulation.h"
@@ -18,6 +22,9 @@ struct RunRecord {
   std::vector<Frame> frames;
   std::vector<HistoryRow> rows;
   std::vector<RemovedParticle> removed;
+  std::vector<GaugeTable> tables;  ///< of gauges
+  std::vector<GaugeRows> gauges;   ///< from the first step to the last
+  std::vector<double> maps;        ///< at the end
   std::vector<std::string> warnings;
   std::string error;               ///< of a run that failed, without the number of the rank
   std::string end_file;            ///< bytes of the last checkpoint, where files are written
@@ -30,12 +37,14 @@ struct RunRecord {
     std::erase_if(frames, [&](const Frame& frame) { return frame.step <= step; });
     std::erase_if(rows, [&](const HistoryRow& row) { return row.step <= step; });
     std::erase_if(removed, [&](const RemovedParticle& one) { return one.step <= step; });
+    std::erase_if(gauges, [&](const GaugeRows& one) { return one.step <= step; });
   }
   /// What an interrupted run gave after `step` is not part of it.
   void forget_after(Index step) {
     std::erase_if(frames, [&](const Frame& frame) { return frame.step > step; });
     std::erase_if(rows, [&](const HistoryRow& row) { return row.step > step; });
     std::erase_if(removed, [&](const RemovedParticle& one) { return one.step > step; });
+    std::erase_if(gauges, [&](const GaugeRows& one) { return one.step > step; });
   }
 };
 
@@ -48,7 +57,23 @@ inline Observer observer_of(RunRecord& record) {
     record.removed.insert(record.removed.end(), particles.begin(), particles.end());
   };
   observer.warning = [&](const std::string& text) { record.warnings.push_back(text); };
+  observer.gauges = [&](const GaugeRows& rows) { record.gauges.push_back(rows); };
   return observer;
+}
+
+/// Before the first step. `goes_on`: an earlier part of the run has measured this state.
+inline void begin_gauges(Simulation& simulation, RunRecord& record, bool goes_on) {
+  record.tables = simulation.gauge_tables();
+  if (!goes_on && !record.tables.empty()) record.gauges.push_back(simulation.gauges());
+}
+
+/// At the end of a run, of which all patches have done the last step. Collective.
+inline void end_of(Simulation& simulation, RunRecord& record) {
+  record.last_frame = simulation.frame();
+  record.last_row = simulation.history();
+  const bool measured = !record.gauges.empty() && record.gauges.back().step == simulation.step();
+  if (!record.tables.empty() && !measured) record.gauges.push_back(simulation.gauges());
+  record.maps = simulation.maps();
 }
 
 /// Which rank a patch is on does not matter.
@@ -72,8 +97,7 @@ bool take(Simulation& simulation, RunRecord& record, const auto& steps) {
   const bool ended = !record.error.empty() || simulation.finished();
   if (whole && ended) {
     record.end.emplace(simulation.state());
-    record.last_frame = simulation.frame();
-    record.last_row = simulation.history();
+    end_of(simulation, record);
   }
   return record.error.empty();
 }
@@ -110,6 +134,40 @@ inline std::string difference(const HistoryRow& a, const HistoryRow& b) {
   return "rows of history:\n  " + x + "  " + y;
 }
 
+/// Rows of all gauges as their tables have them.
+inline std::string difference_of_gauges(const RunRecord& a, const RunRecord& b) {
+  const auto lines = [](const RunRecord& record, std::size_t k) {
+    std::string text = gauge_header(record.tables[k]);
+    for (const GaugeRows& rows : record.gauges) text += gauge_lines(record.tables[k], rows, k);
+    return text;
+  };
+  if (a.tables.size() != b.tables.size()) return "other gauges";
+  for (std::size_t k = 0; k < a.tables.size(); ++k) {
+    std::istringstream x(lines(a, k)), y(lines(b, k));
+    for (std::string one, other; x || y;) {
+      one.clear(), other.clear();
+      std::getline(x, one), std::getline(y, other);
+      if (one != other)
+        return "rows of the gauge " + a.tables[k].name + ":\n  " + one + "\n  " + other;
+    }
+  }
+  const bool same = a.maps.size() == b.maps.size() &&
+                    (a.maps.empty() || std::memcmp(a.maps.data(), b.maps.data(),
+                                                   a.maps.size() * sizeof(double)) == 0);
+  return same ? "" : "maps differ";
+}
+
+/// The first column of a frame with a number that is none; "" = there is none.
+inline std::string not_finite(const Frame& frame) {
+  const auto has = [](const std::vector<double>& values) {
+    return !std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+  };
+  if (has(frame.coordinates)) return "coordinates";
+  for (const FrameColumn& column : frame.columns)
+    if (has(column.values)) return column.name;
+  return "";
+}
+
 /// What differs first between two records; "" = nothing. `other` may leave out warnings: those of
 /// an interrupted run may come twice.
 inline std::string difference(const RunRecord& record, const RunRecord& other,
@@ -142,6 +200,7 @@ inline std::string difference(const RunRecord& record, const RunRecord& other,
   if (record.end && other.end)
     if (const auto text = difference(*record.end, *other.end); !text.empty())
       return "checkpoints: " + text;
+  if (const auto text = difference_of_gauges(record, other); !text.empty()) return text;
   if (record.end_file != other.end_file) return "checkpoint files of the end differ";
   if (compare_warnings && record.warnings != other.warnings) return "other warnings";
   return "";

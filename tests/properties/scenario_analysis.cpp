@@ -16,7 +16,7 @@ Json settings_of(Choices& choices, const Outline& outline) {
   const bool affine = update == "apic" || update == "tpic" || update == "asflip";
   const bool has_order = update == "xpic" || update == "fmpm";
   int order = has_order ? 2 : 1;
-  if (!affine && choices.chance("transfer.order", 35)) {
+  if (!affine && !outline.pores && choices.chance("transfer.order", 35)) {
     order = 1 + choices.pick("transfer.order.number", 4);
     settings["order"] = order;
   }
@@ -77,7 +77,8 @@ void add_watchdog(Choices& choices, Json& analysis) {
 }  // namespace
 
 Json analysis_of(Choices& choices, const Outline& outline, GeneratedCase& made) {
-  Json analysis{{"type", fmt::format("MPMExplicit{}D", outline.dim)},
+  const char* phases = outline.pores ? "TwoPhase" : "";
+  Json analysis{{"type", fmt::format("MPMExplicit{}{}D", phases, outline.dim)},
                 {"preset", outline.cbgeo ? "cbgeo" : "lahar"},
                 {"mpm_scheme", outline.scheme},
                 {"shape_functions", outline.functions},
@@ -99,11 +100,14 @@ Json analysis_of(Choices& choices, const Outline& outline, GeneratedCase& made) 
   const bool across = outline.plane != "strain";
   if (across) analysis["plane"] = outline.plane;
   if (!across && choices.chance("pressure_smoothing", 20)) analysis["pressure_smoothing"] = true;
-  if (choices.chance("opening", 40))
+  if (outline.ends_at_rest)
+    analysis["until"] = {{"imbalance", choices.number("until.imbalance", 0.9, 0.01, 1)},
+                         {"kinetic_energy", choices.number("until.energy", 1, 1e-3, 10)}};
+  if (!outline.pores && choices.chance("opening", 40))
     analysis["opening"] = choices.chance("opening.off", 50) ? false : true;
   const bool smooth = analysis.contains("pressure_smoothing");
   if (!smooth && outline.plane != "stress" && !outline.functions.starts_with("cpdi") &&
-      choices.chance("b_bar", 25))
+      !outline.pores && !outline.fields && choices.chance("b_bar", 25))
     analysis["b_bar"] = true;
   if (choices.chance("large_domains", 15)) analysis["large_domains"] = "error";
   analysis["patch_particles"] = choices.of("patch_particles", {4096, 64, 24, 8, 3, 1});

@@ -69,13 +69,26 @@ bool is_simplex(const Outline& outline) {
   return outline.element.find('T') != std::string::npos;
 }
 
+/// The region becomes one that names shapes.
+void take_shape(Choices& choices, const std::string& own, const Outline& outline, int body,
+                Json& generator) {
+  const Json box = generator["region"].value("box", Json::object());
+  generator["region"] = shape_region_of(choices, own, outline, box);
+  if (choices.chance(own + "cut", 30)) generator["cut_cells"] = "centres";
+  if (!generator["region"].contains("between") || !choices.chance(own + "layers", 50)) return;
+  generator.erase("material");
+  generator["layers"] = {{{"below", "ground"}, {"material", material_of(outline, body)}},
+                         {{"below", "middle"}, {"material", material_of(outline, body + 1)}}};
+}
+
 Json generator_of(Choices& choices, const Outline& outline, int body, GeneratedCase& made,
                   Json& sets) {
   const Place place = place_of(choices, outline, body);
   const std::string own = name("body", body, "");
   const int most = outline.dim == 2 ? 3 : 2;
   // The first body is there from the beginning as a rule: its particles are a set.
-  const int kind = choices.pick(own + "kind", body == 0 ? 4 : 6);
+  const bool can_inject = body > 0 && !outline.stages && !outline.fields;
+  const int kind = choices.pick(own + "kind", can_inject ? 6 : 4);
   Json generator;
   const auto fill_cells = [&](const char* type) {
     const std::string cells = fmt::format("cells{}", body);
@@ -105,9 +118,15 @@ Json generator_of(Choices& choices, const Outline& outline, int body, GeneratedC
     if (choices.chance(own + "limited", 50))
       generator["duration"] = {choices.chance(own + "late", 50) ? 0.02 : 0.0, 0.08};
   }
-  generator["material"] = body % static_cast<int>(outline.materials.size());
+  generator["material"] = material_of(outline, body);
+  if (kind < 2 && outline.shapes && choices.chance(own + "shaped", 70))
+    take_shape(choices, own, outline, body, generator);
   generator["velocity"] = velocity_of(choices, outline, body);
-  if (kind < 4) generator["pset"] = fmt::format("body{}", body);
+  const std::string set = fmt::format("body{}", body);
+  if (generator.contains("layers"))
+    for (Json& layer : generator["layers"]) layer["pset"] = set;
+  else if (kind < 4)
+    generator["pset"] = set;
   return {{"generator", generator}};
 }
 
@@ -123,7 +142,7 @@ Json bodies_of(Choices& choices, const Outline& outline, GeneratedCase& made, Js
 Json rigid_bodies_of(Choices& choices, const Outline& outline) {
   Json all = Json::array();
   const bool fits = outline.scheme != "usl" && !outline.second_order && !outline.cbgeo &&
-                    outline.plane == "strain";
+                    outline.plane == "strain" && !outline.pores;
   if (!fits || !choices.chance("rigid", 30)) return all;
   const int up = outline.dim - 1;
   const auto at = [&](double share, double cells) {  // share of the extent along all but the last
@@ -140,12 +159,16 @@ Json rigid_bodies_of(Choices& choices, const Outline& outline) {
   const double friction = choices.number("rigid.friction", 0.4, 0, 1);
   all.push_back({{"region", {{"half_space", {{"point", at(0, 0.3)}, {"normal", along_last(1)}}}}},
                  {"friction", friction}});
+  if (outline.shapes && choices.chance("rigid.bed", 60)) all[0]["region"] = {{"below", "bed"}};
+  if (outline.stages) return all;  // bodies that move are not for stages
   if (choices.chance("rigid.free", 60))
     all.push_back(
         {{"region", {{"sphere", {{"centre", at(0.5, 0.65)}, {"radius", 0.3 * outline.h.back()}}}}},
          {"density", choices.number("rigid.density", 2000, 100, 5000)},
          {"velocity", along_last(choices.number("rigid.speed", 2, 0, 3))},
          {"friction", friction}});
+  if (outline.shapes && outline.dim == 3 && all.size() == 2 && choices.chance("rigid.stone", 60))
+    all[1]["region"] = {{"inside", "stone"}};
   if (choices.chance("rigid.tool", 40)) {
     Json tool{{"region", {{"box", {{"min", at(0.1, 0.35)}, {"max", at(0.35, 0.9)}}}}},
               {"velocity", along_last(choices.number("rigid.lift", 1, 0, 2))}};
@@ -158,14 +181,14 @@ Json rigid_bodies_of(Choices& choices, const Outline& outline) {
 
 Json loads_of(Choices& choices, const Outline& outline, Json& sets) {
   Json loads = Json::object();
-  if (choices.chance("gravity", 50)) {
+  if (choices.chance("gravity", 50) || outline.k0 || outline.ends_at_rest) {
     Json gravity = Json::array();
     for (int d = 0; d < outline.dim; ++d)
       gravity.push_back(d == outline.dim - 1 ? -9.81
-                        : outline.plane == "axisymmetric"
+                        : outline.plane == "axisymmetric" || outline.k0
                             ? 0.0
                             : choices.number(name("gravity", d, "side"), 0, -5, 5));
-    if (choices.chance("gravity.ramp", 20))
+    if (!outline.k0 && choices.chance("gravity.ramp", 20))
       loads["gravity"] = {{"gravity", gravity}, {"ramping_time", 0.05}};
     else
       loads["gravity"] = gravity;

@@ -51,7 +51,10 @@ void decide_method(Choices& choices, Outline& outline) {
   if (affine && outline.functions == "element" && outline.opens && !outline.cbgeo)
     outline.update = "flip";
   if (outline.update == "asflip" && outline.functions == "cpdi2") outline.update = "apic";
-  outline.contact = outline.bodies > 1 && !outline.second_order && choices.chance("contact", 40);
+  const bool has_order = outline.update == "xpic" || outline.update == "fmpm";
+  if (outline.pores && (has_order || outline.update == "asflip")) outline.update = "flip";
+  outline.contact = outline.bodies > 1 && !outline.second_order && !outline.pores &&
+                    choices.chance("contact", 40);
   outline.scheme = choices.of("scheme", {"usf", "usl", "musl"});
   if (outline.contact && !outline.cbgeo) outline.scheme = "musl";
   const auto is_fluid = [](const std::string& type) {
@@ -59,10 +62,24 @@ void decide_method(Choices& choices, Outline& outline) {
   };
   const auto& materials = outline.materials;
   const bool fluid = std::any_of(materials.begin(), materials.end(), is_fluid);
-  if (outline.dim == 2 && !outline.cbgeo && !outline.contact && choices.chance("plane", 30))
+  const bool plane = outline.dim == 2 && !outline.cbgeo && !outline.contact && !outline.pores;
+  if (plane && choices.chance("plane", 30))
     outline.plane = fluid || choices.chance("plane.ring", 60) ? "axisymmetric" : "stress";
   outline.accelerates = !outline.contact && choices.chance("accelerates", 15);
   outline.functions_of_time = choices.pick("functions_of_time", 3);
+}
+
+/// What comes from files, what is measured, and what stages do. Some of it excludes parts of the
+/// method.
+void decide_more(Choices& choices, Outline& outline) {
+  outline.shapes = choices.chance("shapes", 30);
+  if (outline.dim == 3 && choices.chance("map_origin", 40)) outline.map_origin = {5000, 30000};
+  outline.fields = choices.chance("fields", 25);
+  outline.pores = choices.chance("pores", 12);
+  outline.k0 = choices.chance("k0", 20);
+  outline.stages = choices.chance("stages", 25);
+  outline.gauges = choices.chance("gauges", 40);
+  outline.ends_at_rest = choices.chance("until", 15);
 }
 
 }  // namespace
@@ -91,6 +108,7 @@ Outline outline_of(Choices& choices) {
   outline.cbgeo = choices.chance("preset.cbgeo", 25);
   outline.bodies = 1 + choices.pick("bodies", 3);
   decide_mesh(choices, outline);
+  decide_more(choices, outline);
   return outline;
 }
 
@@ -99,7 +117,7 @@ GeneratedCase generate_case(Choices& choices) {
   Outline outline = outline_of(choices);
   made.dim = outline.dim;
   Json scenario, sets;
-  const Json materials = materials_of(choices, outline);
+  const Json materials = materials_of(choices, outline, made);
   // Soils that come apart take increments in up to 1024 parts.
   if (outline.has_soil) outline.speed = 1;
   const bool is_long = choices.chance("long", 12);
@@ -115,10 +133,16 @@ GeneratedCase generate_case(Choices& choices) {
     sets["particles"]["others"]["half_space"] = {
         {"point", point(outline, {5, 5, 3})},
         {"normal", outline.dim == 2 ? Json{1, 1} : Json{1, 1, 0}}};
-    scenario["material_sets"] = Json::array({{{"material_id", 0}, {"pset", "others"}}});
+    scenario["material_sets"] =
+        Json::array({{{"material_id", material_of(outline, 0)}, {"pset", "others"}}});
   }
   scenario["analysis"] = analysis_of(choices, outline, made);
   scenario["post_processing"] = output_of(choices, outline, made, stable_step(outline));
+  add_gauges(choices, outline, stable_step(outline), scenario["post_processing"], sets);
+  if (const Json shapes = geometry_of(choices, outline, made); !shapes.empty())
+    scenario["geometry"] = shapes;
+  if (const Json stages = stages_of(choices, outline, made, materials); !stages.empty())
+    scenario["stages"] = stages;
   if (const Json bodies = rigid_bodies_of(choices, outline); !bodies.empty())
     scenario["rigid_bodies"] = bodies;
   if (!sets.empty()) scenario["sets"] = sets;

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "tests/properties/scenario_parts.h"
 
@@ -10,6 +12,7 @@ namespace lahar::test {
 namespace {
 
 constexpr double soil_pressure = 2000;  ///< [Pa] at the start
+constexpr double pore_wave = 20;        ///< [m/s] of the liquid in pores
 
 Json elastic(Choices& choices, const std::string& of, const char* type) {
   return {{"type", type},
@@ -142,6 +145,21 @@ Json law_of(Choices& choices, const std::string& of) {
   }
 }
 
+/// A parameter differs from place to place.
+void add_field(Choices& choices, const std::string& of, const Outline& outline, Json& law,
+               GeneratedCase& made) {
+  std::vector<const char*> keys;
+  for (const char* key : {"cohesion", "youngs_modulus", "yield_stress", "bulk_modulus", "tau0",
+                          "dynamic_viscosity", "p_image_initial"})
+    if (law.contains(key) && law[key].get<double>() > 0) keys.push_back(key);
+  const int chosen = choices.pick(of + "key", static_cast<int>(keys.size()));
+  const char* key = keys[static_cast<std::size_t>(chosen)];
+  law[key] = lahar::test::field_of(choices, of, outline, law[key].get<double>(), made);
+  if (keys.size() == 1 || !choices.chance(of + "two", 30)) return;
+  const char* other = keys[static_cast<std::size_t>(chosen == 0 ? 1 : 0)];
+  law[other] = lahar::test::field_of(choices, of + "two.", outline, law[other].get<double>(), made);
+}
+
 /// About the speed of waves at the start [m/s].
 double wave_of(const Json& law) {
   double modulus = law.value("bulk_modulus", 0.0);
@@ -156,17 +174,42 @@ double wave_of(const Json& law) {
 
 }  // namespace
 
-Json materials_of(Choices& choices, Outline& outline) {
+Json material_of(const Outline& outline, int number) {
+  const int material = number % static_cast<int>(outline.solids());
+  return outline.pores ? Json{material, outline.solids()} : Json(material);
+}
+
+Json materials_of(Choices& choices, Outline& outline, GeneratedCase& made) {
   Json all = Json::array();
   const int count = choices.chance("materials.one", 30) ? 1 : outline.bodies;
   for (int m = 0; m < count; ++m) {
-    Json law = law_of(choices, name("material", m, ""));
+    const std::string of = name("material", m, "");
+    Json law = law_of(choices, of);
+    const bool is_fluid = law["type"] == "Newtonian" || law["type"] == "Bingham";
+    if (outline.pores && is_fluid) law = elastic(choices, of, "NeoHookean");
     const std::string type = law["type"];
     outline.materials.push_back(type);
     outline.opens |= type != "LinearElastic" && type != "VonMises" && type != "NeoHookean";
     outline.has_soil |= type == "ModifiedCamClay" || type == "NorSand";
     outline.wave = std::max(outline.wave, wave_of(law));
+    if (outline.fields && choices.chance(of + "field", 70)) {
+      add_field(choices, of + "field.", outline, law, made);
+      outline.wave *= std::sqrt(1.5);
+    }
+    if (outline.pores) {
+      law["porosity"] = choices.number(of + "porosity", 0.4, 0.2, 0.6);
+      law["k_x"] = choices.chance(of + "open", 50) ? 1e-2 : 1e-4;
+      if (choices.chance(of + "layered", 30)) law["k_y"] = 1e-3;
+      outline.wave = std::sqrt(outline.wave * outline.wave + pore_wave * pore_wave);
+    }
     all.push_back(std::move(law));
+  }
+  if (outline.pores) {
+    all.push_back({{"type", "Newtonian"},
+                   {"density", 1000},
+                   {"bulk_modulus", 4e4},
+                   {"dynamic_viscosity", 1e-3}});
+    outline.materials.emplace_back("Newtonian");
   }
   return all;
 }

@@ -82,7 +82,7 @@ void add_side(Choices& choices, const Outline& outline, const Side& side, Json& 
     boundary["velocity_constraints"].push_back(
         {{"nset", side.set}, {"dir", along}, {"velocity", velocity}});
   };
-  if (choices.chance(of + "springs", 15))
+  if (!outline.pores && choices.chance(of + "springs", 15))
     boundary["spring_constraints"].push_back(
         {{"nset", side.set}, {"dir", dir}, {"stiffness", 20}, {"damping", 0.5}});
   switch (choices.pick(of + "kind", 8)) {
@@ -114,6 +114,7 @@ void add_side(Choices& choices, const Outline& outline, const Side& side, Json& 
       return;
     }
     case 5: {
+      if (outline.pores) return fix(dir, 0);
       Json absorbing{{"nset", side.set}, {"dir", dir}, {"delta", 4}, {"h_min", 0.1}};
       absorbing["position"] = outline.dim == 2 ? "edge" : "face";
       if (choices.chance(of + "weak", 50)) absorbing.update({{"a", 0.7}, {"b", 0.5}});
@@ -150,7 +151,25 @@ Json mesh_of(Choices& choices, const Outline& outline, GeneratedCase& made) {
   } else {
     mesh["structured"] = {{"cell_size", outline.h}, {"counts", outline.counts}};
   }
-  if (outline.has_soil || choices.chance("stressed", 10))
+  if (outline.map_origin[0] != 0) mesh["map_origin"] = outline.map_origin;
+  if (outline.pores && choices.chance("pressure", 70)) {
+    Json& pressures = mesh["particles_pore_pressures"];
+    pressures["type"] = choices.of("pressure.kind", {"water_table", "isotropic"});
+    if (pressures["type"] == "isotropic")
+      pressures["values"] = 300;
+    else if (outline.shapes && choices.chance("pressure.surface", 60))
+      pressures["surface"] = "ground";
+    else
+      pressures["water_tables"] = {{{"position", 0}, {"h0", 0.6}}, {{"position", 1}, {"h0", 0.3}}};
+  }
+  if (outline.k0) {
+    Json& stresses = mesh["particles_stresses"];
+    stresses = {{"type", "k0"}, {"k0", choices.number("k0.ratio", 0.5, 0.2, 1.2)}};
+    const std::string& first = outline.materials[0];
+    if (choices.chance("k0.jaky", 50) && (first == "MohrCoulomb" || first == "DruckerPrager"))
+      stresses["materials"] = {{{"material", 0}, {"k0", "jaky"}}};
+    if (outline.has_soil) stresses["surcharge"] = 2000;
+  } else if (outline.has_soil || choices.chance("stressed", 10))
     mesh["particles_stresses"] = {{"type", "isotropic"},
                                   {"values", outline.has_soil ? Json{-2000, -2000, -2000, 0, 0, 0}
                                                               : Json{-800, -500, -600, 100, 0, 0}}};

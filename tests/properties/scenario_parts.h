@@ -2,6 +2,8 @@
 /// other.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -30,14 +32,39 @@ struct Outline {
   double wave = 0;        ///< [m/s] fastest wave, about
   double speed = 3;       ///< [m/s] largest speed of bodies along an axis
   int functions_of_time = 0;
+  bool shapes = false;                     ///< regions name surfaces, solids and polygons of files
+  std::array<double, 2> map_origin{0, 0};  ///< [m] of maps
+  bool fields = false;                     ///< parameters of materials differ from place to place
+  bool pores = false;                      ///< the last material is the liquid in those before it
+  bool k0 = false;                         ///< stresses at the beginning are those of the weight
+  bool stages = false;
+  bool gauges = false;
+  bool ends_at_rest = false;  ///< a run may end by itself
 
+  /// Materials that bodies have.
+  std::size_t solids() const { return materials.size() - (pores ? 1 : 0); }
   double extent(int d) const {
     return h[static_cast<std::size_t>(d)] * counts[static_cast<std::size_t>(d)];
   }
 };
 
 Outline outline_of(Choices& choices);
-Json materials_of(Choices& choices, Outline& outline);  ///< sets what the outline says of them
+/// Sets what the outline says of them.
+Json materials_of(Choices& choices, Outline& outline, GeneratedCase& made);
+/// In place of a number of at least `least`, which the field has nowhere above 1.5 `least`.
+Json field_of(Choices& choices, const std::string& of, const Outline& outline, double least,
+              GeneratedCase& made);
+/// What is named in `geometry`; empty without shapes.
+Json geometry_of(Choices& choices, const Outline& outline, GeneratedCase& made);
+/// A region that names shapes; some lie within `box`.
+Json shape_region_of(Choices& choices, const std::string& of, const Outline& outline,
+                     const Json& box);
+/// "material" of a generator: with the liquid in its pores, where it has one.
+Json material_of(const Outline& outline, int number);
+/// Of all materials that the scenario has; empty without stages.
+Json stages_of(Choices& choices, const Outline& outline, const GeneratedCase& made,
+               const Json& materials);
+void add_gauges(Choices& choices, const Outline& outline, double dt, Json& output, Json& sets);
 Json mesh_of(Choices& choices, const Outline& outline, GeneratedCase& made);
 Json boundary_of(Choices& choices, const Outline& outline, GeneratedCase& made, Json& sets);
 Json bodies_of(Choices& choices, const Outline& outline, GeneratedCase& made, Json& sets);

@@ -7,6 +7,7 @@
 #include "runtime/step/restart.h"
 #include "tests/properties/random_cases.h"
 #include "tests/properties/run_record.h"
+#include "tests/properties/stage_models.h"
 #include "tests/ranks/shared_folder.h"
 
 using namespace lahar;
@@ -25,16 +26,17 @@ class Run {
         writer_({.folder = folder, .kept = 1000}, way_.ranks),
         folder_(std::move(folder)) {}
 
-  /// From the beginning, or from a checkpoint of another run. Collective.
-  RunRecord execute(const Model<Dim>& model, const CheckpointReader* from = nullptr) {
+  /// From the beginning, or from a state. Collective.
+  RunRecord execute(const Model<Dim>& model, const SimulationState* from = nullptr) {
     RunRecord record;
     Observer observer = observer_of(record);
     // The ranks have a part of each frame.
     observer.frame = [&](FramePieces&& frame) { pieces_.push_back(join(frame)); };
     observer.checkpoint = [&](const SimulationState& state) { keep(state); };
     observer.poll = [this] { writer_.progress(); };
-    Simulation simulation = from ? Simulation(model, way_, observer, state_in(*from))
-                                 : Simulation(model, way_, observer);
+    Simulation simulation =
+        from ? Simulation(model, way_, observer, *from) : Simulation(model, way_, observer);
+    begin_gauges(simulation, record, from && from->use == StateUse::go_on);
     bool whole = true;
     try {
       simulation.run();
@@ -53,6 +55,8 @@ class Run {
       for (Frame& piece : pieces_) record.frames.push_back(of_all(std::move(piece)));
     return record;
   }
+  /// The last step, of which there is a checkpoint; -1 = all patches were not after the same step.
+  Index end() const { return end_; }
 
  private:
   void keep(const SimulationState& state) {
@@ -61,13 +65,13 @@ class Run {
     writer_.write(header, state);
   }
   void finish(Simulation& simulation, RunRecord& record) {
-    record.last_frame = simulation.frame();
-    record.last_row = simulation.history();
+    end_of(simulation, record);
     writer_.finish();
     if (writer_.last_step() != simulation.step()) keep(simulation.state());
     writer_.finish();
     way_.ranks.wait_for_all();
     record.end_file = read_text_file(folder_ / checkpoint_name(simulation.step()));
+    end_ = simulation.step();
   }
   Frame of_all(Frame own) const {
     const Communicator& ranks = way_.ranks;
@@ -84,6 +88,7 @@ class Run {
   }
 
   ExecutionOptions way_;
+  Index end_ = -1;
   CheckpointWriter writer_;
   fs::path folder_;
   std::vector<Frame> pieces_;
@@ -104,68 +109,108 @@ ExecutionOptions way_of(Choices& choices, const std::string& name) {
 template <int Dim>
 class Comparison {
  public:
-  Comparison(const fs::path& folder, Index steps, Choices& choices)
-      : folder_(folder),
-        team_(ranks_),
-        choices_(choices),
-        middle_(std::max<Index>(1, steps * choices.pick("way.middle", 100) / 100)) {}
+  Comparison(const fs::path& folder, Choices& choices)
+      : folder_(folder), team_(ranks_), choices_(choices) {}
 
   Verdict verdict() {
     read();
     if (!agreed(refused_).empty()) return {refused_, "", ""};
-    const ExecutionOptions alone{.mode = ExecutionOptions::Mode::serial};
-    const fs::path one = folder_ / "one", all = folder_ / "all";
-    if (ranks_.rank() == 0) execute(alone, one, whole_, nullptr, reference_);
-    ranks_.broadcast(reference_.error);
-    ranks_.broadcast(refused_);
-    if (!refused_.empty()) return {refused_, "", ""};
-    const ExecutionOptions way = way_of(choices_, "way");
-    RunRecord record;
-    Model<Dim> model = share_;
-    execute(way, all, model, nullptr, record);
-    compare(record, "all ranks");
-    go_on(one, all);
-    Verdict verdict{"", reference_.error, agreed(difference_)};
+    const auto interrupted = static_cast<std::size_t>(choices_.pick("way.stage", 3));
+    Verdict verdict;
+    Ends ends;
+    for (std::size_t k = 0; k < share_.size(); ++k) {
+      if (share_.size() > 1) stage_ = fmt::format("stage {}, ", k + 1);
+      ends = compare_stage(k, ends, k == interrupted % share_.size());
+      if (!refused_.empty()) return {refused_, "", ""};
+      verdict.error = reference_.error;
+      verdict.difference = agreed(difference_);
+      const bool goes_on = verdict.error.empty() && verdict.difference.empty();
+      if (ranks_.any(!goes_on || ends.one < 0 || ends.all < 0)) break;
+    }
     return verdict;
   }
 
  private:
+  /// Steps with which the runs of a stage ended, in whose folders their checkpoints are.
+  struct Ends {
+    Index one = -1, all = -1;
+    fs::path one_folder, all_folder;
+  };
+
+  Ends compare_stage(std::size_t k, const Ends& before, bool interrupted) {
+    Ends ends{.one = -1,
+              .all = -1,
+              .one_folder = folder_ / fmt::format("one{}", k),
+              .all_folder = folder_ / fmt::format("all{}", k)};
+    const Index nsteps = share_[k].model.analysis.nsteps;
+    middle_ = std::max<Index>(1, nsteps * choices_.pick("way.middle", 100) / 100);
+    share_[k].model.output.checkpoint_steps = middle_;
+    if (ranks_.rank() == 0) whole_[k].model.output.checkpoint_steps = middle_;
+    const ExecutionOptions alone{.mode = ExecutionOptions::Mode::serial};
+    if (ranks_.rank() == 0) {
+      const auto from = end_before(before.one_folder, before.one);
+      ends.one = execute(alone, ends.one_folder, whole_[k], from.get(), reference_);
+    }
+    ranks_.broadcast(reference_.error);
+    ranks_.broadcast(refused_);
+    if (!refused_.empty()) return ends;
+    ends.one = ranks_.max(ends.one);
+    RunRecord record;
+    {
+      const auto from = end_before(before.all_folder, before.all);
+      ends.all = execute(way_of(choices_, "way"), ends.all_folder, share_[k], from.get(), record);
+    }
+    compare(record, "all ranks");
+    if (interrupted) go_on(k, ends);
+    return ends;
+  }
+  /// What a stage begins with; null = it is the first.
+  static std::unique_ptr<CheckpointReader> end_before(const fs::path& folder, Index step) {
+    return step < 0 ? nullptr : std::make_unique<CheckpointReader>(folder / checkpoint_name(step));
+  }
   /// On one rank alone the model as one process reads it, on all of them a share.
   void read() {
     const auto file = folder_ / "case.json";
     try {
-      auto share = read_scenario(file, {{}, false, &team_});
-      share_ = std::get<Model<Dim>>(std::move(share.model));
-      share_.output.checkpoint_steps = middle_;
+      share_ = read_stages<Dim>(file, &team_);
     } catch (const InputError& error) {
       refused_ = error.what();
     }
-    if (ranks_.rank() != 0 || !refused_.empty()) return;
-    whole_ = std::get<Model<Dim>>(read_scenario(file).model);
-    whole_.output.checkpoint_steps = middle_;
+    if (ranks_.rank() == 0 && refused_.empty()) whole_ = read_stages<Dim>(file);
   }
-  void execute(const ExecutionOptions& way, const fs::path& to, const Model<Dim>& model,
-               const CheckpointReader* from, RunRecord& record) {
+  /// The step with which the run ended, or -1. `from`: where another stage ended.
+  Index execute(const ExecutionOptions& way, const fs::path& to, const StageModel<Dim>& stage,
+                const CheckpointReader* from, RunRecord& record, bool goes_on = false) {
     try {
-      record = Run<Dim>(way, to).execute(model, from);
+      Run<Dim> run(way, to);
+      if (from) {
+        const SimulationState state =
+            goes_on ? state_in(*from) : state_at_start(*from, stage.alike);
+        record = run.execute(stage.model, &state);
+      } else {
+        record = run.execute(stage.model);
+      }
+      return run.end();
     } catch (const InputError& error) {
       record.error = refused_ = error.what();
     } catch (const std::exception& error) {
       record.error = error.what();
     }
+    return -1;
   }
   /// Only rank 0 compares: it has the reference, and all that is the same on all ranks.
   void compare(const RunRecord& record, const std::string& what) {
     if (ranks_.rank() != 0 || !difference_.empty()) return;
     const std::string text = difference(reference_, record, false);
-    if (!text.empty()) difference_ = "one rank against " + what + ": " + text;
+    if (!text.empty()) difference_ = stage_ + "one rank against " + what + ": " + text;
   }
   std::string agreed(std::string text) const {
     ranks_.broadcast(text);
     return text;
   }
   /// All ranks go on from what one wrote in the middle, and one from what all wrote.
-  void go_on(const fs::path& one, const fs::path& all) {
+  void go_on(std::size_t k, const Ends& ends) {
+    const fs::path &one = ends.one_folder, &all = ends.all_folder;
     const fs::path name = checkpoint_name(middle_);
     Index there = ranks_.rank() == 0 && fs::exists(one / name) && fs::exists(all / name);
     there = ranks_.max(there);
@@ -186,15 +231,16 @@ class Comparison {
     {
       RunRecord record;
       if (const auto reader = open(one / name)) {
-        execute(way_of(choices_, "way_on"), folder_ / "all_on", share_, reader.get(), record);
+        execute(way_of(choices_, "way_on"), folder_ / "all_on", share_[k], reader.get(), record,
+                true);
         compare_rest(record, "all ranks that go on from one");
       }
     }
     if (ranks_.rank() == 0) {
       RunRecord record;
       if (const auto reader = open(all / name)) {
-        execute({.mode = ExecutionOptions::Mode::serial}, folder_ / "one_on", whole_, reader.get(),
-                record);
+        execute({.mode = ExecutionOptions::Mode::serial}, folder_ / "one_on", whole_[k],
+                reader.get(), record, true);
         compare_rest(record, "one that goes on from all ranks");
       }
     }
@@ -207,22 +253,23 @@ class Comparison {
     if (ranks_.rank() != 0 || !difference_.empty()) return;
     const std::string text = difference(rest, record, false);
     if (!text.empty())
-      difference_ = fmt::format("one rank against {} in step {}: {}", what, middle_, text);
+      difference_ = stage_ + fmt::format("one rank against {} in step {}: {}", what, middle_, text);
   }
 
   fs::path folder_;
   Communicator ranks_ = Communicator::world();
   RankTeam team_;
   Choices& choices_;
-  Index middle_;
-  Model<Dim> whole_, share_;
+  Index middle_ = 1;
+  std::vector<StageModel<Dim>> whole_, share_;
+  std::string stage_;  ///< of messages
   RunRecord reference_;
   std::string refused_, difference_;
 };
 
 Verdict check(const GeneratedCase& made, const fs::path& folder, Choices& choices) {
-  return made.dim == 2 ? Comparison<2>(folder, made.steps, choices).verdict()
-                       : Comparison<3>(folder, made.steps, choices).verdict();
+  return made.dim == 2 ? Comparison<2>(folder, choices).verdict()
+                       : Comparison<3>(folder, choices).verdict();
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "io/base/problems.h"
 #include "io/scenario/scenario.h"
+#include "io/scenario/stages.h"
 #include "tests/io/base/thread_team.h"
 
 using namespace lahar;
@@ -189,4 +190,76 @@ TEST_CASE("fields that cannot be are refused, with what is possible") {
     "sets": {"cells": {"in": {"box": {"min": [0, 19], "max": [1, 20]}}}}, "math_functions": [)";
   has(problems_of(scenario(deeper, "0", injected)),
       "material 'clay' has fields, which do not go together with particles that come in");
+}
+
+namespace {
+
+/// Clay with a profile of stiffness, of which two stages place more, and what the last one changes.
+std::string staged(const std::string& changes) {
+  std::string text = scenario(deeper, "1e4");
+  const auto place = [](int from, int to) {
+    return fmt::format(R"([{{"generator": {{"type": "region", "per_cell": 2, "material": "clay",
+      "region": {{"box": {{"min": [{}, 20], "max": [{}, 22]}}}}}}}}])",
+                       from, to);
+  };
+  text.insert(text.size() - 1, fmt::format(R"(, "stages": [{{"name": "first"}},
+    {{"name": "second", "place": {}}}, {{"name": "third", "place": {}{}}}])",
+                                           place(0, 10), place(20, 25), changes));
+  text.replace(text.find("[0, 1e7]"), 8, "[-5, 1e6], [0, 1e7]");
+  text.replace(text.find("[120, 40]"), 9, "[120, 50]");
+  return text;
+}
+
+Scenario stage_of(const std::string& text, std::size_t stage, const Team* team = nullptr) {
+  ScenarioOptions options;
+  options.stage = stage;
+  options.team = team;
+  return read_scenario_text(text, "", options);
+}
+
+}  // namespace
+
+TEST_CASE("particles that stages place leave the classes of others as they were") {
+  const std::string text = staged("");
+  const Scenario first = stage_of(text, 0), second = stage_of(text, 1), third = stage_of(text, 2);
+  check_body(body_of(first), second);
+  check_body(body_of(second), third);
+  const auto& before = std::get<Model<2>>(second.model);
+  const auto& after = std::get<Model<2>>(third.model);
+  CHECK(std::get<Model<2>>(first.model).materials.size() < before.materials.size());
+  REQUIRE(before.particles.x.size() < after.particles.x.size());
+  for (std::size_t p = 0; p < before.particles.x.size(); ++p)
+    REQUIRE(after.particles.material[p] == before.particles.material[p]);
+  for (std::size_t p = before.particles.x.size(); p < after.particles.x.size(); ++p)
+    CHECK(clay_at(after, p).youngs_modulus < 1e7);
+  run_team(3, [&](const Team& team) {
+    const Scenario part = stage_of(text, 2, &team);
+    CHECK(part.classes == third.classes);
+    const auto& particles = std::get<Model<2>>(part.model).particles;
+    for (std::size_t p = 0; p < particles.x.size(); ++p)
+      REQUIRE(particles.material[p] ==
+              after.particles.material[static_cast<std::size_t>(particles.id_of(p))]);
+  });
+}
+
+TEST_CASE("a stage cannot move a field where particles are that another stage placed") {
+  std::string materials = staged("");
+  materials = materials.substr(materials.find("\"materials\""));
+  materials = materials.substr(0, materials.find("\"particles\""));
+  materials.replace(materials.find("-5, 1e6"), 7, "-1, 1e6");
+  const std::string text = staged(", " + materials.substr(0, materials.rfind(',')));
+  const StageBody before = body_of(stage_of(text, 1));
+  const Scenario third = stage_of(text, 2);
+  CHECK_THROWS_WITH_AS(check_body(before, third), doctest::Contains("where fields of materials"),
+                       InputError);
+}
+
+TEST_CASE("no stage can give particles a material with fields") {
+  const std::string text =
+      staged(R"(, "change_material": [{"region": {"all": true}, "material": "clay"}])");
+  CHECK_NOTHROW(stage_of(text, 1));
+  CHECK_THROWS_WITH_AS(stage_of(text, 2),
+                       doctest::Contains("material 'clay' has fields, which do not go together "
+                                         "with 'change_material'"),
+                       InputError);
 }

@@ -138,3 +138,37 @@ TEST_CASE("two phases: what is missing or does not go together is said") {
   CHECK(refusal({.analysis = R"("end_time": 1, "opening": true)"}) ==
         "'opening' does not go together with a liquid in pores");
 }
+
+TEST_CASE("materials of sets and of stages may have the liquid in their pores") {
+  const auto scenario = [](const std::string& sets, const std::string& material) {
+    return fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 1, "extent": [4, 4]}}}},
+      "materials": [
+        {{"name": "sand", "type": "LinearElastic", "density": 2600, "youngs_modulus": 1e7,
+          "poisson_ratio": 0.2, "porosity": 0.4, "k_x": 1e-3}},
+        {{"name": "silt", "type": "LinearElastic", "density": 2600, "youngs_modulus": 1e7,
+          "poisson_ratio": 0.2, "porosity": 0.5, "k_x": 1e-5}},
+        {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 1e8,
+          "dynamic_viscosity": 1e-3}}],
+      "sets": {{"particles": {{"low": {{"box": {{"min": [0, 0], "max": [4, 1]}}}}}}}},
+      "particles": [{{"generator": {{"type": "region", "per_cell": 1, "region": {{"all": true}},
+                                     "material": ["sand", "water"]}}}}],
+      "external_loading_conditions": {{"gravity": [0, -9.81]}}, "analysis": {{"nsteps": 1}}{},
+      "stages": [{{"name": "first"}},
+                 {{"name": "second", "change_material": [{{"pset": "low", "material": {}}}]}}]}})",
+                       sets, material);
+  };
+  ScenarioOptions second;
+  second.stage = 1;
+  const Scenario changed = read_scenario_text(scenario("", R"(["silt", "water"])"), "", second);
+  const auto& model = std::get<Model<2>>(changed.model);
+  REQUIRE(model.changes.materials.size() == 1);
+  CHECK(model.changes.materials[0].material == 1);
+  CHECK(model.materials[1].liquid->porosity == 0.5);
+  CHECK_THROWS_WITH_AS(read_scenario_text(scenario("", "\"silt\""), "", second),
+                       doctest::Contains("this material has no liquid in its pores"), InputError);
+
+  const std::string sets = R"(, "material_sets": [{"pset": "low", "material": ["silt", "water"]}])";
+  const Scenario layered = read_scenario_text(scenario(sets, R"(["sand", "water"])"), "");
+  const auto& particles = std::get<Model<2>>(layered.model).particles;
+  CHECK(std::count(particles.material.begin(), particles.material.end(), 1) == 4);
+}

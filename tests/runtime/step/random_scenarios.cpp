@@ -1,18 +1,34 @@
 // Random scenarios give the same bits, however they are executed and wherever they are interrupted.
 #include <doctest/doctest.h>
 
+#include "runtime/step/restart.h"
 #include "tests/properties/random_cases.h"
 #include "tests/properties/run_record.h"
+#include "tests/properties/stage_models.h"
 
 using namespace lahar;
 using namespace lahar::test;
 
 namespace {
 
+/// Where a run begins: at the end of the stage before, unless there is none.
+struct Begin {
+  const StoredState* before = nullptr;
+  bool alike = false;
+
+  template <int Dim>
+  Simulation simulation(const Model<Dim>& model, const ExecutionOptions& way,
+                        const Observer& observer) const {
+    return before ? Simulation(model, way, observer, state_at_start(before->view(), alike))
+                  : Simulation(model, way, observer);
+  }
+};
+
 template <int Dim>
-RunRecord run_whole(const Model<Dim>& model, const ExecutionOptions& way) {
+RunRecord run_whole(const Model<Dim>& model, const ExecutionOptions& way, const Begin& begin) {
   RunRecord record;
-  Simulation simulation(model, way, observer_of(record));
+  Simulation simulation = begin.simulation(model, way, observer_of(record));
+  begin_gauges(simulation, record, false);
   take(simulation, record, [&] { simulation.run(); });
   return record;
 }
@@ -22,8 +38,8 @@ enum class Stop { drained, on_the_way, asked };
 
 /// Run `first` to about step `middle`, keep the state, and go on from it as `second`.
 template <int Dim>
-RunRecord run_interrupted(Model<Dim> model, Index middle, Stop stop, const ExecutionOptions& first,
-                          const ExecutionOptions& second) {
+RunRecord run_interrupted(Model<Dim> model, const Begin& begin, Index middle, Stop stop,
+                          const ExecutionOptions& first, const ExecutionOptions& second) {
   RunRecord record;
   std::optional<StoredState> state;
   {
@@ -35,7 +51,8 @@ RunRecord run_interrupted(Model<Dim> model, Index middle, Stop stop, const Execu
       };
     }
     if (stop == Stop::asked) observer.progress = [&](Index step, double) { return step < middle; };
-    Simulation simulation(model, first, observer);
+    Simulation simulation = begin.simulation(model, first, observer);
+    begin_gauges(simulation, record, false);
     const bool done = take(simulation, record, [&] {
       if (stop == Stop::drained)
         simulation.advance(middle);
@@ -55,8 +72,10 @@ RunRecord run_interrupted(Model<Dim> model, Index middle, Stop stop, const Execu
   record.end.reset();
   record.last_frame.reset();
   record.last_row.reset();
+  record.maps.clear();
   model.output.checkpoint_steps = 0;
   Simulation simulation(model, second, observer_of(record), state->view());
+  begin_gauges(simulation, record, true);
   take(simulation, record, [&] { simulation.run(); });
   return record;
 }
@@ -66,45 +85,77 @@ ExecutionOptions bulk(int threads) {
 }
 
 template <int Dim>
-Verdict compare(const Model<Dim>& model, Index steps, Choices& choices) {
-  Verdict verdict;
-  RunRecord serial_run;
-  try {
-    serial_run = run_whole(model, serial());
-  } catch (const InputError& error) {
-    verdict.refused = error.what();
-    return verdict;
+class Comparison {
+ public:
+  Comparison(std::vector<StageModel<Dim>> stages, Choices& choices)
+      : stages_(std::move(stages)), choices_(choices) {
+    three_ = flow(3);
+    three_.verify = false;  // twice as fast
+    ways_ = {flow(2), three_, random_order(7), bulk(2), serial()};
   }
-  verdict.error = serial_run.error;
-  ExecutionOptions three = flow(3);
-  three.verify = false;  // twice as fast
-  const ExecutionOptions ways[] = {flow(2), three, random_order(7), bulk(2), serial()};
-  const auto pick = [&](const char* name) {
-    return ways[static_cast<std::size_t>(choices.pick(name, 5))];
-  };
-  const auto tell = [&](const std::string& text, const std::string& way) {
-    if (verdict.difference.empty() && !text.empty())
-      verdict.difference = "serial against " + way + ": " + text;
-  };
-  for (const ExecutionOptions& way : {ways[0], ways[1], pick("way.third")})
-    if (way.mode != Mode::serial)
-      tell(difference(serial_run, run_whole(model, way)), describe(way));
-  const Index middle = steps * choices.pick("way.middle", 100) / 100;
-  const auto stop = static_cast<Stop>(choices.pick("way.stop", middle > 0 ? 3 : 1));
-  const ExecutionOptions first = pick("way.before"), second = pick("way.after");
-  tell(difference(serial_run, run_interrupted(model, middle, stop, first, second), false),
-       describe(first) + ", interrupted in step " + std::to_string(middle) + ", then " +
-           describe(second));
-  return verdict;
-}
+
+  Verdict verdict() {
+    const auto interrupted = static_cast<std::size_t>(choices_.pick("way.stage", 3));
+    RunRecord before;
+    for (std::size_t k = 0; k < stages_.size() && verdict_.difference.empty(); ++k) {
+      const Begin begin{before.end ? &*before.end : nullptr, stages_[k].alike};
+      RunRecord serial_run = run_whole(stages_[k].model, serial(), begin);
+      if (stages_.size() > 1) stage_ = "stage " + std::to_string(k + 1) + ", ";
+      check(serial_run);
+      run_in_other_ways(serial_run, k, begin);
+      if (k == interrupted % stages_.size()) interrupt(serial_run, k, begin);
+      verdict_.error = serial_run.error;
+      if (!serial_run.error.empty() || !serial_run.end) break;
+      before = std::move(serial_run);
+    }
+    return verdict_;
+  }
+
+ private:
+  void check(const RunRecord& record) {
+    if (!record.error.empty() || !record.last_frame) return;
+    const std::string column = not_finite(*record.last_frame);
+    if (!column.empty()) verdict_.difference = stage_ + column + " at the end are no numbers";
+  }
+  ExecutionOptions pick(const char* name) {
+    return ways_[static_cast<std::size_t>(choices_.pick(name, 5))];
+  }
+  void tell(const std::string& text, const std::string& way) {
+    if (verdict_.difference.empty() && !text.empty())
+      verdict_.difference = stage_ + "serial against " + way + ": " + text;
+  }
+  void run_in_other_ways(const RunRecord& serial_run, std::size_t k, const Begin& begin) {
+    for (const ExecutionOptions& way : {ways_[0], ways_[1], pick("way.third")})
+      if (way.mode != Mode::serial)
+        tell(difference(serial_run, run_whole(stages_[k].model, way, begin)), describe(way));
+  }
+  void interrupt(const RunRecord& serial_run, std::size_t k, const Begin& begin) {
+    const Model<Dim>& model = stages_[k].model;
+    const Index middle = model.analysis.nsteps * choices_.pick("way.middle", 100) / 100;
+    const auto stop = static_cast<Stop>(choices_.pick("way.stop", middle > 0 ? 3 : 1));
+    const ExecutionOptions first = pick("way.before"), second = pick("way.after");
+    tell(difference(serial_run, run_interrupted(model, begin, middle, stop, first, second), false),
+         describe(first) + ", interrupted in step " + std::to_string(middle) + ", then " +
+             describe(second));
+  }
+
+  std::vector<StageModel<Dim>> stages_;
+  Choices& choices_;
+  ExecutionOptions three_;
+  std::vector<ExecutionOptions> ways_;
+  std::string stage_;  ///< of messages
+  Verdict verdict_;
+};
 
 Verdict check(const GeneratedCase& made, const std::filesystem::path& folder, Choices& choices) {
+  const auto file = folder / "case.json";
   try {
-    const Scenario scenario = read_scenario(folder / "case.json");
-    return made.dim == 2 ? compare(std::get<Model<2>>(scenario.model), made.steps, choices)
-                         : compare(std::get<Model<3>>(scenario.model), made.steps, choices);
+    return made.dim == 2 ? Comparison<2>(read_stages<2>(file), choices).verdict()
+                         : Comparison<3>(read_stages<3>(file), choices).verdict();
   } catch (const InputError& error) {
     return {.refused = error.what(), .error = "", .difference = ""};
+  } catch (const std::exception& error) {
+    return {.refused = "", .error = "", .difference = std::string("internal: ") + error.what()};
   }
 }
 
