@@ -17,6 +17,17 @@ constexpr int mass_cuts(int dim) {
   return dim == 2 ? 400 : 100;
 }
 
+/// The same for the centre of a body that no force moves: no motion depends on it.
+constexpr int centre_cuts(int dim) {
+  return dim == 2 ? 200 : 40;
+}
+
+template <int Dim>
+bool has_end(const Solid<Dim>& solid) {
+  const auto [low, high] = solid.bounds();
+  return low.allFinite() && high.allFinite();
+}
+
 template <int Dim>
 std::string place(const Vec<Dim>& x) {
   return Dim == 2 ? fmt::format("({:.6g}, {:.6g})", x[0], x[1])
@@ -42,7 +53,10 @@ void ScenarioBuilder<Dim>::build_rigid_bodies() {
     read_rubbing(*entry, body);
     read_motion(*entry, body);
     if (!body.solid) continue;
-    if (body.motion == RigidBody<Dim>::Motion::free) weigh(*entry, body);
+    if (body.motion == RigidBody<Dim>::Motion::free)
+      weigh(*entry, body);
+    else if (!entry->find("centre") && has_end(*body.solid))
+      body.centre = moments_of(*body.solid, centre_cuts(Dim)).centre;
     model_.rigid_bodies.push_back(std::move(body));
   }
   auto& a = model_.analysis;
@@ -118,8 +132,7 @@ void ScenarioBuilder<Dim>::read_motion(const JsonValue& entry, RigidBody<Dim>& b
 
 template <int Dim>
 void ScenarioBuilder<Dim>::weigh(const JsonValue& entry, RigidBody<Dim>& body) {
-  const auto [low, high] = body.solid->bounds();
-  if (!low.allFinite() || !high.allFinite())
+  if (!has_end(*body.solid))
     return in_.error(*entry.find("region"), "a body without an end cannot move by forces",
                      "bound the region, or leave out 'density' and 'mass'");
   const auto moments = moments_of(*body.solid, mass_cuts(Dim));

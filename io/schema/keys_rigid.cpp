@@ -50,8 +50,10 @@ const Section& rigid_body_section() {
            .native = true},
           {.key = "centre",
            .kinds = vector,
-           .help = "it turns about this point; of a free body its centre of mass; default that of "
-                   "its volume",
+           .help = "the point about which it turns, of a free body its centre of mass. "
+                   "`rigid_bodies.csv` has the place of this point, and torques about it. Default: "
+                   "the centre of its volume; of a body without an end (a half space, `below` a "
+                   "surface) the origin. A prescribed `spin` needs it",
            .unit = "m",
            .native = true},
           {.key = "math_function_id",

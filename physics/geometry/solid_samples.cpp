@@ -8,26 +8,30 @@ namespace lahar {
 
 namespace {
 
-/// Call visit(x, h) for the points of a grid over the box around a solid: `cuts` steps h along its
-/// longest edge, the first axis fastest. The points are the middles of its boxes, or their corners.
-template <int Dim, class Visit>
-void for_grid(const Solid<Dim>& solid, int cuts, bool middles, Visit visit) {
-  const auto [low, high] = solid.bounds();
-  const double h = (high - low).maxCoeff() / cuts;
-  std::array<int, 3> n{1, 1, 1};
-  for (int d = 0; d < Dim; ++d) {
-    const int boxes = static_cast<int>(std::ceil((high - low)[d] / h));
-    n[static_cast<std::size_t>(d)] = middles ? std::max(1, boxes) : boxes + 1;
-  }
+/// Call visit(i, j, k) for all whole numbers below n, the first fastest.
+template <class Visit>
+void for_numbers(const std::array<int, 3>& n, Visit visit) {
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j)
-      for (int i = 0; i < n[0]; ++i) {
-        const std::array<int, 3> at{i, j, k};
-        Vec<Dim> x;
-        for (int d = 0; d < Dim; ++d)
-          x[d] = low[d] + (at[static_cast<std::size_t>(d)] + (middles ? 0.5 : 0.0)) * h;
-        visit(x, h);
-      }
+      for (int i = 0; i < n[0]; ++i) visit(std::array<int, 3>{i, j, k});
+}
+
+/// Boxes along each axis, about as wide as they are high: `cuts` along the longest edge.
+template <int Dim>
+std::array<int, 3> boxes_of(const Vec<Dim>& size, int cuts) {
+  const double h = size.maxCoeff() / cuts;
+  std::array<int, 3> n{1, 1, 1};
+  for (int d = 0; d < Dim; ++d)
+    n[static_cast<std::size_t>(d)] = std::max(1, static_cast<int>(std::ceil(size[d] / h)));
+  return n;
+}
+
+/// Places [m] of a grid with steps of h from `low` on; `shift` is in steps.
+template <int Dim>
+Vec<Dim> place(const Vec<Dim>& low, const Vec<Dim>& h, const std::array<int, 3>& at, double shift) {
+  Vec<Dim> x;
+  for (int d = 0; d < Dim; ++d) x[d] = low[d] + (at[static_cast<std::size_t>(d)] + shift) * h[d];
+  return x;
 }
 
 }  // namespace
@@ -36,12 +40,19 @@ template <int Dim>
 SolidMoments<Dim> moments_of(const Solid<Dim>& solid, int cuts) {
   SolidMoments<Dim> m;
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  for_grid(solid, cuts, true, [&](const Vec<Dim>& x, double h) {
+  const auto [low, high] = solid.bounds();
+  if (!((high - low).minCoeff() >= 0 && (high - low).maxCoeff() > 0)) return m;
+  // The boxes fill the bounds, so that a solid that is symmetric has its centre in the middle.
+  const std::array<int, 3> n = boxes_of<Dim>(high - low, cuts);
+  Vec<Dim> h = high - low;
+  for (int d = 0; d < Dim; ++d) h[d] /= n[static_cast<std::size_t>(d)];
+  for_numbers(n, [&, low = low](const std::array<int, 3>& at) {
+    const Vec<Dim> x = place<Dim>(low, h, at, 0.5);
     const auto near = solid.nearest(x);
     // A plane through the nearest point cuts the box, whose width is that along the normal.
-    const double width = near.normal.cwiseAbs().sum() * h;
+    const double width = near.normal.cwiseAbs().dot(h);
     const double part = std::clamp(0.5 - near.distance / width, 0.0, 1.0);
-    const double volume = part * std::pow(h, Dim);
+    const double volume = part * h.prod();
     m.volume += volume;
     m.centre += volume * x;
     Eigen::Vector3d y = Eigen::Vector3d::Zero();
@@ -60,7 +71,13 @@ SolidMoments<Dim> moments_of(const Solid<Dim>& solid, int cuts) {
 template <int Dim>
 std::vector<Vec<Dim>> surface_points(const Solid<Dim>& solid, int cuts) {
   std::vector<Vec<Dim>> points;
-  for_grid(solid, cuts, false, [&](const Vec<Dim>& x, double h) {
+  const auto [low, high] = solid.bounds();
+  const double h = (high - low).maxCoeff() / cuts;
+  std::array<int, 3> n{1, 1, 1};
+  for (int d = 0; d < Dim; ++d)
+    n[static_cast<std::size_t>(d)] = static_cast<int>(std::ceil((high - low)[d] / h)) + 1;
+  for_numbers(n, [&, low = low](const std::array<int, 3>& at) {
+    const Vec<Dim> x = place<Dim>(low, Vec<Dim>::Constant(h), at, 0);
     const auto near = solid.nearest(x);
     if (std::abs(near.distance) <= 0.5 * h) points.push_back(x - near.distance * near.normal);
   });

@@ -29,6 +29,13 @@ class StudyTest(TestCase):
             self.assert_equal_frames(one.run.frames[-1], run.frames[-1])
         self.assertGreater(table.runout[0], table.runout[1])
 
+    def test_a_function_is_told_whenever_a_run_has_ended(self):
+        said = []
+        lahar.study(self.folder / "study", column(end_time=0.02), {"materials.sand.friction": [20, 30]},
+                    workers=1, progress=said.append)
+        self.assertEqual(said, ["study: 0 of 2 runs done, 1 running (0 %)",
+                                "study: 1 of 2 runs done, 1 running (0 %)", "study: 2 of 2 runs done"])
+
     def test_finished_runs_are_kept_and_new_ones_are_added(self):
         case, folder = column(end_time=0.02), self.folder / "study"
         first = lahar.study(folder, case, {"materials.0.friction": [20, 30]}, progress=False)

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _engine
+from .errors import FileError
 from .frame import Frame
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ class Run:
 
     def __init__(self, folder: Union[str, os.PathLike[str]]) -> None:
         self.folder = Path(folder)
-        self.stages: dict[str, Run] = {}
+        self.stages: dict[str, Run] = _Stages(self.folder)
         self._planned: list[str] = []  # stages
         if self._is_run(self.folder):
             return
@@ -37,7 +38,8 @@ class Run:
             raise FileNotFoundError(f"{self.folder} is not the folder of a run: it has no manifest.json")
         text = (inside[0] / "scenario.json").read_text(encoding="utf-8")
         self._planned = [stage["name"] for stage in json.loads(_engine.parse(text, "scenario.json"))["stages"]]
-        self.stages = {name: Run(self.folder / name) for name in self._planned if self.folder / name in inside}
+        self.stages.update({name: Run(self.folder / name) for name in self._planned
+                            if self.folder / name in inside})
 
     @staticmethod
     def _is_run(folder: Path) -> bool:
@@ -87,12 +89,12 @@ class Run:
     @property
     def rigid_bodies(self) -> pandas.DataFrame:
         """Places, motion, forces and torques of rigid bodies over time."""
-        return self._table("rigid_bodies.csv")
+        return self._table("rigid_bodies.csv", "rigid bodies")
 
     @property
     def removed(self) -> pandas.DataFrame:
         """Particles that left the mesh."""
-        return self._table("removed.csv")
+        return self._table("removed.csv", "particles that left the mesh")
 
     @property
     def gauges(self) -> Mapping[str, pandas.DataFrame]:
@@ -122,14 +124,30 @@ class Run:
                                  f"run.stages[{next(iter(self.stages))!r}]")
         return self.folder / name
 
-    def _table(self, name: str) -> pandas.DataFrame:
+    def _table(self, name: str, what: str = "") -> pandas.DataFrame:
         import pandas
 
-        return pandas.read_csv(self._file(name))
+        file = self._file(name)
+        if what and not file.is_file():
+            tables = ", ".join(sorted(path.name for path in self.folder.glob("*.csv"))) or "none"
+            raise FileError(f"{self.folder} has no {what}; its tables are: {tables}")
+        return pandas.read_csv(file)
 
     def __repr__(self) -> str:
         stages = f", stages {', '.join(self.stages)}" if self.stages else ""
         return f"<lahar.Run {self.folder}: {self.status}{stages}>"
+
+
+class _Stages(dict[str, Run]):
+    """The stages of a run that have begun, by name."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__()
+        self._folder = folder
+
+    def __missing__(self, name: str) -> Run:
+        known = ", ".join(self) or "none"
+        raise KeyError(f"{self._folder} has no stage {name}; it has: {known}")
 
 
 class Frames(Sequence[Frame]):

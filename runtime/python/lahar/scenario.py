@@ -70,15 +70,30 @@ class Scenario(dict[str, Any]):
         return copy.deepcopy(self)
 
     def set(self, path: str, value: Any) -> Scenario:
-        """Set one value as `--set` does: "materials.0.friction" or "/materials/0/friction". Objects
-        on the way that are missing are made. Returns the scenario itself."""
+        """Set one value as `--set` does: "materials.0.friction", "materials.sand.friction" or
+        "/materials/0/friction". Objects on the way that are missing are made. None removes a key;
+        in a stage it stays, because there it removes the key of the scenario. Returns the scenario
+        itself."""
         *way, last = path[1:].split("/") if path.startswith("/") else path.split(".")
+        removes = value is None and [*way, last][0] != "stages"
         at: Any = self
         for name in way:
-            at = at[_index(at, name, path)] if isinstance(at, list) else at.setdefault(name, {})
+            if isinstance(at, list):
+                at = at[_index(at, name, path)]
+            elif removes and name not in at:
+                raise KeyError(f"{path}: there is no {name!r} to remove")
+            else:
+                at = at.setdefault(name, {})
             if not isinstance(at, (dict, list)):
                 raise KeyError(f"{path}: there is nothing in {name}, which is {at!r}")
-        at[_index(at, last, path) if isinstance(at, list) else last] = value
+        if removes:
+            if isinstance(at, list):
+                raise KeyError(f"{path}: None removes a key, not an entry of a list")
+            if last not in at:
+                raise KeyError(f"{path}: there is no {last!r} to remove")
+            del at[last]
+        else:
+            at[_index(at, last, path) if isinstance(at, list) else last] = value
         return self
 
     def changed(self, values: Mapping[str, Any]) -> Scenario:
@@ -160,9 +175,18 @@ def warn(texts: Iterable[str], stacklevel: int) -> None:
 
 
 def _index(items: list[Any], name: str, path: str) -> int:
-    if not name.isdigit() or int(name) >= len(items):
-        raise KeyError(f"{path}: {name!r} is not a position in a list of {len(items)}")
-    return int(name)
+    """Of the entry that is meant by its position or its name."""
+    if name.isdigit() and int(name) < len(items):
+        return int(name)
+    names = [one.get("name") if isinstance(one, dict) else None for one in items]
+    if name and names.count(name) == 1:
+        return names.index(name)
+    if name and names.count(name) > 1:
+        raise KeyError(f"{path}: {names.count(name)} entries are named {name!r}; give a position")
+    known = [one for one in names if one is not None]
+    if known and not name.isdigit():
+        raise KeyError(f"{path}: no entry is named {name!r}; there are: {', '.join(map(str, known))}")
+    raise KeyError(f"{path}: {name!r} is not a position in a list of {len(items)}")
 
 
 def _plain(value: Any) -> Any:

@@ -88,7 +88,7 @@ class Study:
 
 
 def study(folder: PathLike, scenario: Scenario, parameters: Parameters, *, workers: Optional[int] = None,
-          threads: int = 1, again: bool = False, progress: bool = True) -> Study:
+          threads: int = 1, again: bool = False, progress: Union[bool, Callable[[str], Any]] = True) -> Study:
     """Run a scenario with other values, `workers` at a time, each in a process of its own.
 
     `parameters` is {"materials.0.friction": [20, 25, 30], ...}, of which all combinations are run,
@@ -96,6 +96,9 @@ def study(folder: PathLike, scenario: Scenario, parameters: Parameters, *, worke
     also with more of them, the study keeps the runs that have finished and goes on with those that
     were stopped or killed, from their last checkpoint. Runs that failed are in the table with the
     reason; `again` runs them once more. Ctrl-C stops all runs with a checkpoint.
+
+    On a terminal and in a notebook a line shows how far the runs are, unless `progress` is False. A
+    function, such as `print`, gets a line of text at the start and whenever a run has ended.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -107,7 +110,7 @@ def study(folder: PathLike, scenario: Scenario, parameters: Parameters, *, worke
     found = Study(folder)
     waiting = [entry["key"] for entry, state in zip(entries, found.runs) if _is_due(folder, entry["key"], state, again)]
     _Workers(folder, workers or max(1, (os.cpu_count() or 1) // threads), threads).run(
-        list(dict.fromkeys(waiting)), len(entries), progress and is_watched())
+        list(dict.fromkeys(waiting)), len({entry["key"] for entry in entries}), progress)
     return found
 
 
@@ -154,37 +157,80 @@ class _Workers:
     def __init__(self, folder: Path, most: int, threads: int) -> None:
         self._folder, self._most, self._threads = folder, most, threads
         self._running: dict[str, subprocess.Popen[bytes]] = {}
+        self._shares: dict[str, _Share] = {}
 
-    def run(self, keys: list[str], total: int, shows: bool) -> None:
+    def run(self, keys: list[str], total: int, progress: Union[bool, Callable[[str], Any]]) -> None:
         line = Line()
         waiting = list(keys)
+        told = -1
         try:
             while waiting or self._running:
+                for key in [k for k, process in self._running.items() if process.poll() is not None]:
+                    del self._running[key]
+                    self._shares.pop(key).close()
                 while waiting and len(self._running) < self._most:
                     key = waiting.pop(0)
                     self._running[key] = self._start(key)
-                for key in [k for k, process in self._running.items() if process.poll() is not None]:
-                    del self._running[key]
-                if shows:
-                    done = total - len(waiting) - len(self._running)
-                    line.show(f"study: {done} of {total} runs done, {len(self._running)} running")
+                done = total - len(waiting) - len(self._running)
+                if callable(progress):
+                    if done != told:
+                        progress(self._text(done, total))
+                    told = done
+                elif progress and is_watched():
+                    line.show(self._text(done, total))
                 time.sleep(0.05)
         finally:
             self._stop()
             line.clear()
 
+    def _text(self, done: int, total: int) -> str:
+        text = f"study: {done} of {total} runs done"
+        if self._running:
+            shares = ", ".join(f"{100 * self._shares[key].now():.0f} %" for key in self._running)
+            text += f", {len(self._running)} running ({shares})"
+        return text
+
     def _start(self, key: str) -> subprocess.Popen[bytes]:
         package = str(Path(__file__).resolve().parent.parent)
         paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
-        with open(self._folder / f"{key}.log", "wb") as log:
-            # In a session of its own: Ctrl-C comes to this process, which then tells all.
-            return subprocess.Popen(
-                [sys.executable, "-m", "lahar.study_worker", str(self._folder / key), str(self._threads)],
-                stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True,
-                env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)})
+        reads, writes = os.pipe()
+        self._shares[key] = _Share(reads)
+        try:
+            with open(self._folder / f"{key}.log", "wb") as log:
+                # In a session of its own: Ctrl-C comes to this process, which then tells all.
+                return subprocess.Popen(
+                    [sys.executable, "-m", "lahar.study_worker", str(self._folder / key), str(self._threads),
+                     str(writes)],
+                    stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True, pass_fds=[writes],
+                    env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)})
+        finally:
+            os.close(writes)
 
     def _stop(self) -> None:
         for process in self._running.values():
             process.send_signal(signal.SIGINT)
         for process in self._running.values():
             process.wait()
+        for share in self._shares.values():
+            share.close()
+        self._shares.clear()
+
+
+class _Share:
+    """The share of a run that is done, which its process writes into a pipe, one per line."""
+
+    def __init__(self, reads: int) -> None:
+        os.set_blocking(reads, False)
+        self._reads, self._text = reads, b""
+
+    def now(self) -> float:
+        try:
+            while part := os.read(self._reads, 65536):
+                self._text = (self._text + part)[-64:]
+        except BlockingIOError:
+            pass
+        lines = self._text.split(b"\n")
+        return float(lines[-2]) if len(lines) > 2 else 0.0
+
+    def close(self) -> None:
+        os.close(self._reads)

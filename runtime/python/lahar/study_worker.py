@@ -1,9 +1,11 @@
-"""One run of a study, in a process of its own: python -m lahar.study_worker FOLDER THREADS.
+"""One run of a study, in a process of its own: python -m lahar.study_worker FOLDER THREADS PIPE.
 
-FOLDER.json has the scenario. Errors go to standard error, which is the run's log.
+FOLDER.json has the scenario. Errors go to standard error, which is the run's log. The share of the run
+that is done goes to the file descriptor PIPE.
 """
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import sys
@@ -30,13 +32,16 @@ def begins(folder: Path) -> dict[str, object]:
     return {"restart": "latest"} if goes_on else {"overwrite": True}
 
 
-def main(folder: Path, threads: int) -> int:
+def main(folder: Path, threads: int, pipe: int) -> int:
     case = json.loads(folder.with_name(folder.name + ".json").read_text(encoding="utf-8"))
     scenario = Scenario(case["scenario"], folder=case["folder"], name=case["name"],
                         as_cbgeo=case["as_cbgeo"])
     parent = os.getppid()
+    os.set_blocking(pipe, False)
 
     def is_wanted(step: int, time: float, share: float) -> bool:
+        with contextlib.suppress(OSError):  # it is full, or nobody reads it any more
+            os.write(pipe, f"{share:.4f}\n".encode())
         return os.getppid() == parent  # a study that was killed: stop with a checkpoint
 
     try:
@@ -53,4 +58,4 @@ def main(folder: Path, threads: int) -> int:
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")  # they are in the manifest
-    sys.exit(main(Path(sys.argv[1]), int(sys.argv[2])))
+    sys.exit(main(Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])))

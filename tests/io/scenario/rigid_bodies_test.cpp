@@ -84,6 +84,23 @@ TEST_CASE("rigid bodies: what moves how, and of what shape") {
   CHECK(bodies[3].centre[1] == doctest::Approx(3 - 0.5 / 3).epsilon(1e-3));
 }
 
+TEST_CASE("rigid bodies: the centre is that of the volume, unless the input gives it") {
+  const Model<2> model = model_of(R"(
+    {"region": {"box": {"min": [3, 1], "max": [3.1, 1.7]}}},
+    {"region": {"polygon": {"points": [[3, 2], [3.6, 2], [3, 2.3]]}}, "velocity": [1, 0]},
+    {"region": {"sphere": {"centre": [3, 3], "radius": 0.5}}, "centre": [1, 3], "spin": 2},
+    {"region": {"sphere": {"centre": [3, 3], "radius": 0.5}}, "centre": [1, 2]},
+    {"region": {"half_space": {"point": [0, 0.2], "normal": [0, 1]}}},
+    {"region": {"below": "bed"}})");
+  const auto centre = [&](std::size_t k) { return model.rigid_bodies[k].centre; };
+  CHECK((centre(0) - Vec<2>(3.05, 1.35)).norm() < 1e-12);
+  CHECK((centre(1) - Vec<2>(3.2, 2.1)).norm() < 1e-4);
+  CHECK(centre(2) == Vec<2>(1, 3));
+  CHECK(centre(3) == Vec<2>(1, 2));
+  CHECK(centre(4) == Vec<2>(0, 0));  // without an end
+  CHECK(centre(5) == Vec<2>(0, 0));
+}
+
 TEST_CASE("rigid bodies: mistakes in what is said of them") {
   CHECK(says(refusal(R"({"region": {"all": true}})"), "needs a region that has a surface"));
   CHECK(says(refusal(R"({"region": {"below": "bad"}})"), "no geometry named 'bad'"));
