@@ -181,7 +181,8 @@ const Section& post_processing_section() {
                    "last step before the frame: the mass that moved in it, the acceleration, and "
                    "the velocity after its update, when conditions and contact are met and before "
                    "particles move. Newmark: the mean velocity of the step. Nodes at which bodies "
-                   "meet have the mass of all bodies, and means by mass. Default none",
+                   "meet have the mass of all bodies, and means by mass. Soil with water has "
+                   "those of the skeleton. Default none",
            .native = true},
           {.key = "history_steps",
            .kinds = integer,
