@@ -60,7 +60,12 @@ std::string name_of(OGRSpatialReferenceH reference) {
 }  // namespace
 
 bool has_gdal() {
-  return true;
+  try {
+    gdal();
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 const Gdal& gdal() {

@@ -13,7 +13,7 @@
 
 namespace lahar {
 
-/// Whether this build reads maps at all.
+/// Whether this build reads maps at all, and the library that it needs can be loaded.
 bool has_gdal();
 
 /// A file that exists.

@@ -375,13 +375,15 @@ template <int Dim>
 Region<Dim>::Region(const JsonValue& value, double tolerance, const JsonDocument& document,
                     ProblemList& problems, const Geometries<Dim>& geometries)
     : Region() {
-  if (!value.is<JsonValue::Object>()) return;
+  known_ = value.is<JsonValue::Object>();
+  if (!known_) return;
   auto shape = RegionReader<Dim>(tolerance, document, problems, geometries).read(value);
   if (shape.contains) {
     *shape_ = std::move(shape);
     return;
   }
-  // Reported. Everywhere could be a great many cells.
+  known_ = false;
+  // Everywhere could be a great many cells.
   constexpr double inf = std::numeric_limits<double>::infinity();
   shape_->contains = [](const Vec<Dim>&) { return false; };
   shape_->bounds = {Vec<Dim>::Constant(inf), Vec<Dim>::Constant(-inf)};

@@ -43,6 +43,8 @@ class Region {
   /// What is in all of some regions, and in none of others.
   Region(const std::vector<const Region*>& in_all, const std::vector<const Region*>& in_none);
 
+  /// false: it could not be read, which has been reported, here or where its shapes are.
+  bool known() const { return known_; }
   bool contains(const Vec<Dim>& x) const;
   /// How much of the box from `low` to `high` lies in the region.
   Coverage coverage(const Vec<Dim>& low, const Vec<Dim>& high) const;
@@ -59,6 +61,7 @@ class Region {
 
  private:
   std::unique_ptr<RegionShape<Dim>> shape_;
+  bool known_ = true;
 };
 
 /// Call `visit(id)` for the cells (nodes) of a mesh that may have points in (be in) a region,

@@ -83,13 +83,16 @@ bool ScenarioBuilder<Dim>::check_reference(const JsonValue& name, const std::str
 }
 
 /// Lets all members do what may throw on one of them alone; false where it did, which is reported.
+/// A second file that fails for the same reason, such as a library that is not there, is not.
 template <int Dim>
 bool ScenarioBuilder<Dim>::all_can(const JsonValue& at, const std::function<void()>& part) {
   try {
     all_or_none(team_, part);
     return true;
   } catch (const InputError& e) {
-    for (const Problem& problem : e.problems()) in_.error(at, problem.message, problem.hint);
+    for (const Problem& problem : e.problems())
+      if (said_of_maps_.insert(problem.message).second)
+        in_.error(at, problem.message, problem.hint);
     return false;
   }
 }

@@ -43,10 +43,9 @@ void ScenarioBuilder<Dim>::build_rigid_bodies() {
     body.name = get_text(*entry, "name").value_or(std::to_string(model_.rigid_bodies.size()));
     const JsonValue* region = entry->find("region");
     if (region) {
-      const std::size_t problems = in_.problems.count();
-      body.solid =
-          Region<Dim>(*region, region_tolerance_, in_.document, in_.problems, geometry_).solid();
-      if (!body.solid && in_.problems.count() == problems)
+      const Region<Dim> read = region_of(*region);
+      body.solid = read.solid();
+      if (!body.solid && read.known())
         in_.error(*region, "a rigid body needs a region that has a surface",
                   "\"all\" and a box without corners have none");
     }

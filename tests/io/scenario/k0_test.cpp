@@ -132,6 +132,32 @@ TEST_CASE("initial stresses at rest are refused where they cannot be found") {
              "gravity that acts from the beginning"));
 }
 
+TEST_CASE("initial stresses at rest are those of the first stage: later ones may tilt gravity") {
+  const std::string text = R"({
+    "mesh": {"structured": {"cell_size": 1, "extent": [4, 4]},
+             "particles_stresses": {"type": "k0", "k0": 0.5}},
+    "materials": [{"type": "LinearElastic", "density": 2000, "youngs_modulus": 1e7,
+                   "poisson_ratio": 0.2}],
+    "particles": [{"generator": {"type": "region", "per_cell": 1, "material": 0,
+                                 "region": {"box": {"min": [0, 0], "max": [4, 2]}}}}],
+    "external_loading_conditions": {"gravity": [0, -10]},
+    "analysis": {"nsteps": 1},
+    "stages": [{"name": "rest"},
+      {"name": "tilts", "external_loading_conditions": {"gravity": [1, -10]},
+       "place": [{"generator": {"type": "region", "per_cell": 1, "material": 0, "stress": [-5],
+                                "region": {"box": {"min": [0, 2], "max": [1, 3]}}}}]},
+      {"name": "grows",
+       "external_loading_conditions": {"gravity": {"gravity": [0, -20], "ramping_time": 1}}}]})";
+  const auto stress = [&](std::size_t stage, std::size_t particle) {
+    ScenarioOptions options;
+    options.stage = stage;
+    const Scenario scenario = read_scenario_text(text, "", options);
+    return std::get<Model<2>>(scenario.model).particles.stress.at(particle)[1];
+  };
+  CHECK(stress(0, 0) == doctest::Approx(-30000));
+  for (const std::size_t stage : {1, 2}) CHECK(stress(stage, 8) == -5);
+}
+
 TEST_CASE("the end at rest has bounds, and is for runs that have a measure of it") {
   const Model<2> model = ground({.analysis = R"("until": {"imbalance": 1e-2},)"});
   CHECK(model.analysis.until.imbalance == 1e-2);
