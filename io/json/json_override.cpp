@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <variant>
 
 #include "io/json/json_parser.h"
 #include "io/json/json_source.h"
@@ -29,19 +30,59 @@ std::vector<Step> split(const std::string& path, char separator, std::size_t off
   return steps;
 }
 
+using Object = JsonValue::Object;
+using Array = JsonValue::Array;
+
+Object::iterator find_member(Object& members, const std::string& key) {
+  return std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.key == key; });
+}
+
 // The member `step` of an object, added if missing: whether it exists the key tables decide.
-JsonValue& member(JsonValue::Object& members, const Step& step, std::uint32_t source) {
-  auto it = std::find_if(members.begin(), members.end(),
-                         [&](const auto& m) { return m.key == step.name; });
+JsonValue& member(Object& members, const Step& step, std::uint32_t source) {
+  auto it = find_member(members, step.name);
   const auto offset = static_cast<std::uint32_t>(step.offset);
   if (it == members.end()) {
     JsonValue fresh;
     fresh.source = source;
     fresh.offset = offset;
-    fresh.data = JsonValue::Object{};
+    fresh.data = Object{};
     it = members.insert(members.end(), {step.name, offset, std::move(fresh)});
   }
   return it->value;
+}
+
+// The "name" of each entry of a list; empty where it has none.
+std::vector<std::string> names_in(const Array& items) {
+  std::vector<std::string> names;
+  for (const JsonValue& item : items) {
+    const JsonValue* name = item.find("name");
+    names.push_back(name && name->is<std::string>() ? name->as<std::string>() : "");
+  }
+  return names;
+}
+
+// A mistake in a step of the way to a value.
+struct WrongStep {
+  std::string message, hint = {};
+};
+
+// The entry of a list that a step means by its position or its name.
+std::variant<std::size_t, WrongStep> entry(const Array& items, const std::string& step) {
+  std::size_t index = items.size();
+  const char* end = step.data() + step.size();
+  const auto [rest, ec] = std::from_chars(step.data(), end, index);
+  if (ec == std::errc{} && rest == end && index < items.size()) return index;
+  std::vector<std::string> names = names_in(items);
+  const auto count = std::count(names.begin(), names.end(), step);
+  if (!step.empty() && count == 1)
+    return static_cast<std::size_t>(std::find(names.begin(), names.end(), step) - names.begin());
+  if (!step.empty() && count > 1)
+    return WrongStep{fmt::format("{} entries are named '{}'", count, step), "give a position"};
+  std::erase(names, "");
+  if (names.empty() || (ec == std::errc{} && rest == end))
+    return WrongStep{
+        fmt::format("'{}' is no position in an array of {} elements", step, items.size())};
+  return WrongStep{fmt::format("no entry is named '{}'", step), suggest(step, names, "there are")};
 }
 
 }  // namespace
@@ -63,24 +104,37 @@ void JsonDocument::override_value(const std::string& argument, ProblemList& prob
   value.source = source;
   shift(value, static_cast<std::uint32_t>(prefix.size() + equals + 1));
 
+  const std::vector<Step> steps =
+      split(argument.substr(slash, equals - slash), slash ? '/' : '.', prefix.size() + slash);
+  const bool removes = value.is<JsonValue::Null>() && steps.front().name != "stages";
   JsonValue* node = &root;
-  for (const Step& step :
-       split(argument.substr(slash, equals - slash), slash ? '/' : '.', prefix.size() + slash)) {
-    if (node->is<JsonValue::Array>()) {
-      auto& items = std::get<JsonValue::Array>(node->data);
-      std::size_t index = items.size();
-      const char* end = step.name.data() + step.name.size();
-      const auto [rest, ec] = std::from_chars(step.name.data(), end, index);
-      if (ec != std::errc{} || rest != end || index >= items.size())
-        return fail(step.offset, fmt::format("'{}' is no position in an array of {} elements",
-                                             step.name, items.size()));
-      node = &items[index];
-    } else if (node->is<JsonValue::Object>()) {
-      node = &member(std::get<JsonValue::Object>(node->data), step, source);
+  for (const Step& step : steps) {
+    const bool last = &step == &steps.back();
+    if (node->is<Array>()) {
+      auto& items = std::get<Array>(node->data);
+      const auto found = entry(items, step.name);
+      if (const auto* wrong = std::get_if<WrongStep>(&found))
+        return fail(step.offset, wrong->message, wrong->hint);
+      if (removes && last)
+        return fail(step.offset, "null removes a key, not an entry of a list",
+                    "give the whole list without it");
+      node = &items[std::get<std::size_t>(found)];
+    } else if (node->is<Object>()) {
+      auto& members = std::get<Object>(node->data);
+      const auto at = find_member(members, step.name);
+      if (removes && at == members.end())
+        return fail(step.offset, fmt::format("there is no '{}' to remove", step.name));
+      if (removes && last) {
+        if (at->value.source == 0) texts_[source].replaced = at->value.offset;
+        members.erase(at);
+        return;
+      }
+      node = &member(members, step, source);
     } else {
       return fail(step.offset, fmt::format("there is no '{}' in {}", step.name, describe(*node)));
     }
   }
+  if (node->source == 0) texts_[source].replaced = node->offset;
   *node = std::move(value);
 }
 

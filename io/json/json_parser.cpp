@@ -180,8 +180,19 @@ class TreeBuilder {
     else if ((bracket == '}' || bracket == ']') && before_it != std::string_view::npos &&
              text_[before_it] == ',')
       result_.hint = fmt::format("remove the comma before this '{}'", bracket);
+    else if (contains(what, "parsing object key - invalid literal") && !word_at_error().empty())
+      result_.hint = fmt::format("names of keys are in double quotes: \"{}\"", word_at_error());
     else if (contains(what, "unexpected string literal; expected '"))
       result_.hint = "a comma is missing before it";
+  }
+
+  // The letters, digits and underscores from there on.
+  std::string_view word_at_error() const {
+    std::size_t end = result_.error_offset;
+    while (end < text_.size() &&
+           (std::isalnum(static_cast<unsigned char>(text_[end])) || text_[end] == '_'))
+      ++end;
+    return text_.substr(result_.error_offset, end - result_.error_offset);
   }
 
   // Where the token begins that the parser stumbled over, `position` characters having been read.

@@ -26,7 +26,8 @@ JsonValue* JsonValue::find(std::string_view key) {
   return const_cast<JsonValue*>(std::as_const(*this).find(key));
 }
 
-JsonDocument::JsonDocument(std::string file, std::string text, ProblemList& problems) {
+JsonDocument::JsonDocument(std::string file, std::string text, ProblemList& problems, bool printed)
+    : printed_(printed) {
   add_text(std::move(file), std::move(text));
   root = parse(0, problems);
 }
@@ -78,13 +79,14 @@ Problem JsonDocument::at_offset(std::uint32_t source, std::size_t offset, std::s
   if (end > begin && text.text[end - 1] == '\r') --end;
   p.source = text.text.substr(begin, end - begin);
   p.column = static_cast<int>(offset - begin) + 1;
-  if (source == 0) p.line = static_cast<int>(next - text.lines.begin());
+  if (source == 0 && !printed_) p.line = static_cast<int>(next - text.lines.begin());
   return p;
 }
 
 Problem JsonDocument::at(const JsonValue& value, std::string message, std::string hint) const {
   Problem p = at_offset(value.source, value.offset, std::move(message), std::move(hint));
   p.where = pointer(value);
+  explain_overrides(value, p);
   return p;
 }
 
@@ -92,10 +94,12 @@ Problem JsonDocument::at_key(const JsonValue& object, const JsonValue::Member& m
                              std::string message, std::string hint) const {
   Problem p = at_offset(member.value.source, member.offset, std::move(message), std::move(hint));
   p.where = pointer(object) + "/" + member.key;
+  explain_overrides(member.value, p);
   return p;
 }
 
 std::string JsonDocument::line(const JsonValue& value) const {
+  if (printed_ && value.source == 0) return "at " + pointer(value);
   const int line = at_offset(value.source, value.offset, "").line;
   return line > 0 ? fmt::format("on line {}", line) : "on the command line";
 }
@@ -130,6 +134,48 @@ bool find_pointer(const JsonValue& tree, const JsonValue& wanted, std::string& p
 }
 
 }  // namespace
+
+namespace {
+
+/// Mark the texts that parts of a value come from.
+void mark_sources(const JsonValue& value, std::vector<bool>& of) {
+  of[value.source] = true;
+  if (value.is<JsonValue::Object>())
+    for (const auto& m : value.as<JsonValue::Object>()) mark_sources(m.value, of);
+  if (value.is<JsonValue::Array>())
+    for (const auto& item : value.as<JsonValue::Array>()) mark_sources(item, of);
+}
+
+/// "--set KEY=VALUE"; a long value is left out.
+std::string shown_override(const std::string& text) {
+  constexpr std::size_t longest = 100;
+  return text.size() <= longest ? text : text.substr(0, text.find('=')) + "=...";
+}
+
+}  // namespace
+
+// The line that is shown may have values that count no more.
+void JsonDocument::explain_overrides(const JsonValue& value, Problem& problem) const {
+  if (texts_.size() == 1 || &value == &root) return;
+  std::vector<bool> in_effect(texts_.size(), false);
+  mark_sources(value, in_effect);
+  const auto& lines = texts_.front().lines;
+  const auto line_of = [&](std::size_t offset) {
+    return std::upper_bound(lines.begin(), lines.end(), offset);
+  };
+  std::vector<std::string> overrides;
+  for (std::size_t k = 1; k < texts_.size(); ++k) {
+    if (k == value.source) continue;
+    const std::size_t replaced = texts_[k].replaced;
+    const bool on_line = value.source == 0 && replaced != std::string::npos &&
+                         line_of(replaced) == line_of(value.offset);
+    if (in_effect[k] || on_line) overrides.push_back(shown_override(texts_[k].text));
+  }
+  if (overrides.empty()) return;
+  if (!problem.hint.empty()) problem.hint += "; ";
+  problem.hint += fmt::format("{} {} what is written here", join(overrides, " and "),
+                              overrides.size() > 1 ? "change" : "changes");
+}
 
 std::string JsonDocument::pointer(const JsonValue& value) const {
   std::string out;

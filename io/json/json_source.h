@@ -60,11 +60,14 @@ class JsonDocument {
  public:
   /// Parse `text`. Syntax errors and duplicate keys go to `problems`; the root is then invalid
   /// (syntax) or has the first of the duplicates.
-  JsonDocument(std::string file, std::string text, ProblemList& problems);
+  /// Of a text that a program has `printed`, problems have no lines: nobody has seen them.
+  JsonDocument(std::string file, std::string text, ProblemList& problems, bool printed = false);
 
   JsonValue root;
 
-  /// Apply "/a/0/b=value" or "a.0.b=value"; the value is parsed as JSON, else taken as text.
+  /// Apply "/a/0/b=value" or "a.0.b=value"; the value is parsed as JSON, else taken as text. An
+  /// entry of a list may be named by its "name". Null removes a key; in a stage it stays, because
+  /// there it removes the key of the scenario.
   void override_value(const std::string& argument, ProblemList& problems);
 
   /// A problem at a value (a key, a byte) of this document.
@@ -76,7 +79,7 @@ class JsonDocument {
 
   /// JSON pointer of a value inside the tree; empty for the root.
   std::string pointer(const JsonValue& value) const;
-  /// Where a value is: "on line 3", or "on the command line".
+  /// Where a value is: "on line 3", or "on the command line"; of a printed text "at /materials/0".
   std::string line(const JsonValue& value) const;
 
  private:
@@ -84,8 +87,12 @@ class JsonDocument {
     std::string file;
     std::string text;
     std::vector<std::size_t> lines;  ///< offset of the first byte of each line
+    /// Where the first text has what this one, an override, has replaced there.
+    std::size_t replaced = std::string::npos;
   };
   std::deque<Text> texts_;
+  bool printed_;
+  void explain_overrides(const JsonValue& value, Problem& problem) const;
   JsonValue parse(std::uint32_t source, ProblemList& problems);
   void add_text(std::string file, std::string text);
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -163,6 +164,24 @@ std::vector<FrameFile> files_of_run(const fs::path& folder, std::string_view pre
 }
 
 }  // namespace
+
+void check_run_folder(const fs::path& folder, bool overwrite) {
+  std::error_code error;
+  if (!fs::exists(folder, error)) {
+    fs::path parent = fs::absolute(folder, error);
+    while (parent.has_relative_path() && !fs::exists(parent, error)) parent = parent.parent_path();
+    if (::access(parent.c_str(), W_OK | X_OK) != 0) throw_io_error("create", folder, errno);
+    return;
+  }
+  if (!fs::is_directory(folder, error)) return;  // making it says what is wrong
+  try {
+    if (const fs::path file = folder / "log.txt"; fs::is_regular_file(file))
+      lock_log(OutputFile(file, OutputFile::Mode::append), folder);  // and gives it back
+    may_be_taken(folder, overwrite);
+  } catch (const fs::filesystem_error& problem) {
+    throw_io_error("read", problem.path1(), problem.code().value());
+  }
+}
 
 struct RunFolder::Impl {
   Impl(fs::path path, const RunFolderContents& contents, bool overwrite)

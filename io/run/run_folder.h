@@ -77,6 +77,10 @@ class RunFolder {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Throws InputError where RunFolder would not take a folder for a new run, and IoError where it
+/// surely could not make it. Changes nothing.
+void check_run_folder(const std::filesystem::path& folder, bool overwrite);
+
 /// Where the frames of a run belong.
 std::filesystem::path frames_folder(const std::filesystem::path& run);
 

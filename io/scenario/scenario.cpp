@@ -15,6 +15,7 @@ ScenarioBuilder<Dim>::ScenarioBuilder(ScenarioInput& in)
 template <int Dim>
 Model<Dim> ScenarioBuilder<Dim>::build() {
   build_as_cbgeo();
+  name_output();
   build_plane();
   build_implicit();
   build_projection();
@@ -175,6 +176,8 @@ Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options
     fail(in);
   }
   check_section(scenario_section(), root, dim, in.document, in.problems);
+  if (options.planned)
+    in.planned = [&](const std::string& folder) { options.planned(folder, stages); };
 
   Scenario scenario;
   if (dim == 2)
@@ -235,7 +238,7 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
 Scenario read_scenario_text(const std::string& text, const std::filesystem::path& folder,
                             const ScenarioOptions& options) {
   ProblemList problems;
-  JsonDocument document(options.text_name, text, problems);
+  JsonDocument document(options.text_name, text, problems, options.printed);
   ScenarioInput in{options.text_name,
                    std::move(document),
                    std::move(problems),

@@ -24,11 +24,16 @@ struct ScenarioOptions {
   const Team* team = nullptr;          ///< who reads it together; null = this process alone
   std::filesystem::path folder = {};   ///< that file names are relative to; empty = the scenario's
   std::string text_name = "scenario";  ///< of read_scenario_text(): the file that it stands for
+  bool printed = false;                ///< read_scenario_text(): nobody has seen the lines
   MemoryLimit memory = {};             ///< the same on all members of a team
   std::size_t stage = 0;               ///< of a scenario with stages: the one that is read
   std::vector<ModelMark>* marks = nullptr;  ///< filled for a picture, unless null; of one process
   /// Called with what is being done next, where that may take long.
   std::function<void(const std::string&)> phase = {};
+  /// Called with the output folder and the names of the stages before the model is built, if no
+  /// mistake has been found so far. It may throw.
+  std::function<void(const std::string& folder, const std::vector<std::string>& stages)> planned =
+      {};
 };
 
 /// A scenario that has been read completely.

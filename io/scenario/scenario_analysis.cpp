@@ -354,6 +354,10 @@ void ScenarioBuilder<Dim>::build_output() {
   for (const DerivedField& field : derived_fields)
     if (std::find(names.begin(), names.end(), field.name) != names.end())
       out.derived_fields.push_back(&field);
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::name_output() {
   model_.title = get_text(root_, "title").value_or("");
   if (model_.title.empty()) model_.title = in_.stem;
   std::string name = get_text(section("analysis"), "uuid").value_or("");
@@ -371,8 +375,9 @@ void ScenarioBuilder<Dim>::build_output() {
       get_text(*resume, "uuid") == name)
     name += "-resumed";
   if (JsonValue* analysis = root_.find("analysis")) set(*analysis, "uuid", name);
-  const std::string path = get_text(post, "path").value_or("results/");
-  out.folder = (in_.folder / path / name).lexically_normal().string();
+  const std::string path = get_text(section("post_processing"), "path").value_or("results/");
+  model_.output.folder = (in_.folder / path / name).lexically_normal().string();
+  if (in_.planned && in_.problems.empty()) in_.planned(model_.output.folder);
 }
 
 template class ScenarioBuilder<2>;

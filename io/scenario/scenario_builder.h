@@ -186,6 +186,7 @@ class ScenarioBuilder {
   void build_until(JsonValue& analysis);
   void check_until();  ///< after the loads
   void build_output();
+  void name_output();  ///< before all that takes time
   void check_interval(const JsonValue& post, std::string_view key);
   // scenario_gauges.cpp
   void build_gauges();  ///< after the analysis and the particles; collective
@@ -354,6 +355,11 @@ class ScenarioBuilder {
   std::vector<Box> boxes_of_generators() const;  ///< of all; collective
   void warn_of_few_particles();
   void warn_of_stiff_materials();
+  // scenario_doubts_gravity.cpp
+  void warn_of_gravity_upward();
+  void warn_of_gravity_across(const JsonValue& gravity);
+  void warn_of_small_cohesion();
+  void warn_of_distant_gauges();
   // scenario_doubts_bodies.cpp
   bool decides_on_contact() const;  ///< by `interface`, or as CB-Geo MPM
   void warn_of_bonds();

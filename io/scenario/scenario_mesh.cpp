@@ -35,6 +35,16 @@ Element element_of(const JsonValue& mesh) {
   return named && info(*named).dim == Dim ? *named : multilinear<Dim>;
 }
 
+/// What would fit where an extent [m] is not a whole number of cells.
+std::string nearest_sizes(double extent, double cell, char axis) {
+  const double fewer = std::floor(extent / cell), more = fewer + 1;
+  const auto either = [&](double a, double b) {
+    return fewer > 0 ? fmt::format("{:.6g} or {:.6g}", a, b) : fmt::format("{:.6g}", b);
+  };
+  return fmt::format("along {} the extent may be {}, or the cell size {}", axis,
+                     either(fewer * cell, more * cell), either(extent / fewer, extent / more));
+}
+
 }  // namespace
 
 template <int Dim>
@@ -126,7 +136,8 @@ void ScenarioBuilder<Dim>::build_structured_mesh(const JsonValue& mesh, const Js
     if (!counts && (exact < 0.5 || std::abs(exact - std::round(exact)) > count_tolerance * exact))
       return in_.error(*s.find("extent"),
                        fmt::format("the extent {} is not a whole number of cells of size {}",
-                                   (*extent)[d], (*cell)[d]));
+                                   (*extent)[d], (*cell)[d]),
+                       nearest_sizes((*extent)[d], (*cell)[d], "xyz"[d]));
   }
   if (!cell) cell = extent->cwiseQuotient(*counts);
   const Element element = element_of<Dim>(mesh);

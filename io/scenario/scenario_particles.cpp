@@ -8,6 +8,7 @@
 #include "io/base/text.h"
 #include "io/scenario/particle_files.h"
 #include "io/scenario/scenario_builder.h"
+#include "io/scenario/surface_order.h"
 
 namespace lahar {
 
@@ -72,9 +73,12 @@ void ScenarioBuilder<Dim>::generate(const JsonValue& generator) {
     fresh = fill_gauss(generator);
   } else if (type == "region" && mesh_) {
     fresh = fill_region_of(generator, region);
-    if (in_.problems.empty() && !team_.any(!fresh.x.empty()))
-      in_.error(generator, "the region contains no particle",
-                "does it lie inside the mesh? per_cell may be too small for it");
+    if (in_.problems.empty() && !team_.any(!fresh.x.empty())) {
+      const std::string order = shape ? wrong_order<Dim>(*shape, geometry_) : "";
+      in_.error(
+          generator, "the region contains no particle",
+          order.empty() ? "does it lie inside the mesh? per_cell may be too small for it" : order);
+    }
   }
   add_particles(generator, generator, material, std::move(fresh));
   if (generators_.empty() || generators_.back().generator != &generator)

@@ -230,9 +230,22 @@ class Checker {
   }
 
   void wrong_kind(const KeySpec& spec, JsonValue& value) {
-    error(value, fmt::format("'{}' must be {}, found {}", spec.key, allowed_kinds(spec, dim_),
-                             describe(value)));
+    error(value,
+          fmt::format("'{}' must be {}, found {}", spec.key, allowed_kinds(spec, dim_),
+                      describe(value)),
+          hint_of_length(spec, value));
     value.invalidate();
+  }
+
+  // Vectors of the other dimension.
+  std::string hint_of_length(const KeySpec& spec, const JsonValue& value) const {
+    if (!(spec.kinds & (vector | counts)) || !all_of(value, is_number)) return "";
+    if (size_of(value) != 2 && size_of(value) != 3) return "";
+    if (dim_ == 2)
+      return spec.key == "gravity" ? "the case has two dimensions, y is up: [0, -9.81]"
+                                   : "the case has two dimensions: [x, y]";
+    return spec.key == "gravity" ? "the case has three dimensions: [0, 0, -9.81] if z is up"
+                                 : "the case has three dimensions: [x, y, z]";
   }
 
   void check_value(const Section& section, const KeySpec& spec, JsonValue& value, unsigned kind) {
@@ -283,7 +296,11 @@ class Checker {
     error(value,
           fmt::format("'{}' must be {}{}, found {}", spec.key, bounds(spec, x),
                       spec.unit.empty() || spec.unit == "-" ? "" : fmt::format(" [{}]", spec.unit),
-                      to_json(value)));
+                      to_json(value)),
+          spec.key == "poisson_ratio" && x == spec.max
+              ? "no volume changes then, and the bulk modulus is infinite: take 0.49 and "
+                "\"b_bar\": true in analysis"
+              : "");
     value.invalidate();
   }
 
@@ -308,7 +325,8 @@ class Checker {
     for (const auto p : spec.planned) candidates.emplace_back(p);
     const std::string near = nearest(name, candidates);
     error(value,
-          fmt::format("'{}' must be {}{}, found {}", spec.key,
+          fmt::format("'{}' must be {}{}{}, found {}", spec.key,
+                      (spec.kinds & number) ? "a number or " : "",
                       spec.allowed.size() > 1 ? "one of " : "", quoted_list(spec.allowed),
                       to_json(value)),
           near.empty() ? "" : fmt::format("did you mean \"{}\"?", near));

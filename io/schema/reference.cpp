@@ -99,6 +99,9 @@ std::string code_list(const std::vector<std::string_view>& words) {
 }
 
 std::string value_of(const KeySpec& spec) {
+  if (!spec.allowed.empty() && (spec.kinds & number))
+    return fmt::format("a number{} or {}", range(spec).empty() ? "" : " " + range(spec) + ",",
+                       code_list(spec.allowed));
   if (!spec.allowed.empty() && !(spec.kinds & boolean)) return code_list(spec.allowed);
   KeySpec plain = spec;
   plain.unit = "";

@@ -7,6 +7,7 @@
 #include <exception>
 
 #include "lahar_version.h"
+#include "runtime/program/ranks_begin.h"
 #include "runtime/program/run_maps.h"
 #include "runtime/program/signals.h"
 #include "runtime/program/startup_progress.h"
@@ -250,20 +251,10 @@ void CaseRun::describe_restart(const Simulation& simulation) {
 }
 
 void CaseRun::make_folder(RunInfo about) {
-  std::vector<Problem> problems;
-  if (ranks_.rank() == 0) {
-    try {
-      folder_ = new_folder(std::move(about));
-      console_.log_to([this](const std::string& line) { folder_->log(line); });
-    } catch (const InputError& error) {
-      problems = error.problems();
-    }
-  }
-  if (!ranks_.any(!problems.empty())) return;
-  Problem problem = problems.empty() ? Problem{} : problems.front();
-  ranks_.broadcast(problem.message);  // the same on all ranks, so that it is said once
-  ranks_.broadcast(problem.hint);
-  throw InputError({Problem{.message = problem.message, .hint = problem.hint}});
+  on_first_rank(ranks_, [&] {
+    folder_ = new_folder(std::move(about));
+    console_.log_to([this](const std::string& line) { folder_->log(line); });
+  });
 }
 
 void CaseRun::warn_of_unstable_step(const SimulationInfo& info) {

@@ -48,6 +48,22 @@ void check_alike(const RunArguments& arguments) {
   }
 }
 
+void on_first_rank(const Communicator& ranks, const std::function<void()>& work) {
+  std::vector<Problem> problems;
+  if (ranks.rank() == 0) {
+    try {
+      work();
+    } catch (const InputError& error) {
+      problems = error.problems();
+    }
+  }
+  if (!ranks.any(!problems.empty())) return;
+  Problem problem = problems.empty() ? Problem{} : problems.front();
+  ranks.broadcast(problem.message);
+  ranks.broadcast(problem.hint);
+  throw InputError({Problem{.message = problem.message, .hint = problem.hint}});
+}
+
 MemoryLimit limit_of_ranks(const RunArguments& arguments) {
   const Communicator& ranks = arguments.execution.ranks;
   if (!ranks.several()) return memory_limit(arguments.memory, 1);

@@ -27,8 +27,10 @@ namespace lahar {
 namespace {
 
 Scenario read(const RunArguments& arguments, const Team* team = nullptr, std::size_t stage = 0,
-              std::vector<ModelMark>* marks = nullptr) {
+              std::vector<ModelMark>* marks = nullptr,
+              decltype(ScenarioOptions::planned) planned = {}) {
   ScenarioOptions options = arguments.options;
+  options.planned = std::move(planned);
   options.marks = marks;
   options.stage = stage;
   options.team = team;
@@ -47,7 +49,9 @@ int run_command(const RunArguments& given) {
   check_alike(arguments);
   arguments.execution.memory = limit_of_ranks(arguments);
   const RankTeam team(arguments.execution.ranks);
-  Scenario scenario = read(arguments, &team);
+  Scenario scenario = read(
+      arguments, &team, 0, nullptr,
+      [&](const auto& folder, const auto& stages) { check_output(arguments, folder, stages); });
   const auto read_stage = [&](std::size_t k) { return read(arguments, &team, k); };
   return run_scenario(arguments, read_stage, std::move(scenario), console);
 }

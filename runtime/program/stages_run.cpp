@@ -8,8 +8,10 @@
 
 #include "io/json/json_text.h"
 #include "io/run/manifest.h"
+#include "io/run/run_folder.h"
 #include "io/scenario/scenario_difference.h"
 #include "io/scenario/stages.h"
+#include "runtime/program/ranks_begin.h"
 
 namespace lahar {
 
@@ -99,16 +101,6 @@ StagesRun::Begin StagesRun::begin() const {
   return {stage, arguments_.execution.ranks.any(goes_on) ? "latest" : ""};
 }
 
-void StagesRun::check_folders() const {
-  if (arguments_.overwrite || !arguments_.restart.empty()) return;
-  for (std::size_t k = 0; k < names_.size(); ++k)
-    if (arguments_.execution.ranks.any(is_run_folder(folder(k))))
-      throw InputError({Problem{
-          .message = fmt::format("output folder {} holds the results of an earlier run", folder(k)),
-          .hint = "add --restart latest to continue it, --overwrite to replace them, or choose "
-                  "another output folder"}});
-}
-
 std::unique_ptr<CheckpointReader> StagesRun::end_of(std::size_t stage, Console& console) const {
   auto reader =
       open_checkpoint("latest", folder(stage), arguments_.execution.ranks,
@@ -143,7 +135,7 @@ int StagesRun::run(std::size_t stage, const std::string& restart, Console& conso
 }
 
 int StagesRun::execute() {
-  check_folders();
+  check_output(arguments_, folder_, names_);
   const Begin from = begin();
   for (std::size_t k = from.stage; k < names_.size(); ++k) {
     Console own(voice_of(arguments_), arguments_.listener);  // each has the log of its run folder
@@ -163,6 +155,16 @@ int StagesRun::execute() {
     }
   }
   return 0;
+}
+
+void check_output(const RunArguments& arguments, const std::string& planned,
+                  const std::vector<std::string>& stages) {
+  if (!arguments.restart.empty()) return;
+  const fs::path folder = arguments.output.empty() ? planned : arguments.output;
+  on_first_rank(arguments.execution.ranks, [&] {
+    if (stages.empty()) check_run_folder(folder, arguments.overwrite);
+    for (const std::string& stage : stages) check_run_folder(folder / stage, arguments.overwrite);
+  });
 }
 
 int run_scenario(const RunArguments& arguments, StagesRun::Read read, Scenario scenario,

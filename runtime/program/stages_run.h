@@ -44,7 +44,6 @@ class StagesRun {
   std::string folder(std::size_t stage) const;
   /// The stage that has not ended, or the one whose checkpoint is named.
   Begin begin() const;
-  void check_folders() const;
   std::unique_ptr<CheckpointReader> end_of(std::size_t stage, Console& console) const;
   int run(std::size_t stage, const std::string& restart, Console& console) const;
 
@@ -56,6 +55,11 @@ class StagesRun {
   std::vector<std::string> full_;  ///< Scenario::full of each
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
 };
+
+/// Throws where the run could not have its output folder, `planned` by the scenario, so that it
+/// ends before the model is built. Collective.
+void check_output(const RunArguments& arguments, const std::string& planned,
+                  const std::vector<std::string>& stages);
 
 /// The run of a scenario, or of its stages one after the other. Returns the exit status.
 int run_scenario(const RunArguments& arguments, StagesRun::Read read, Scenario scenario,

@@ -33,7 +33,8 @@ struct ScenarioText {
   bool as_cbgeo = false;
 
   /// Throws InputError. Needs no lock of the interpreter.
-  Scenario read(std::size_t stage, const MemoryLimit& memory) const;
+  Scenario read(std::size_t stage, const MemoryLimit& memory,
+                decltype(ScenarioOptions::planned) planned = {}) const;
 };
 
 /// {"step", "time", "dim", "id", "material", "coordinates", "columns": [(name, unit, values)]}; the

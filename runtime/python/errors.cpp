@@ -1,6 +1,10 @@
+#include <array>
 #include <csignal>
 #include <exception>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "io/base/problems.h"
 #include "physics/base/error.h"
@@ -14,15 +18,33 @@ py::object error_class(const char* name) {
   return py::module_::import("lahar.errors").attr(name);
 }
 
+/// Options of the command line are arguments of functions here.
+std::string in_python(std::string text) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> options{
+      {{"--restart latest", "restart=\"latest\""},
+       {"without --restart", "without restart"},
+       {"--overwrite", "overwrite=True"},
+       {"--output FOLDER", "run(folder)"},
+       {"--output", "run(folder)"},
+       {"--as-cbgeo", "as_cbgeo=True"}}};
+  for (const auto& [option, argument] : options)
+    for (std::size_t at = 0; (at = text.find(option, at)) != std::string::npos;
+         at += argument.size())
+      text.replace(at, option.size(), argument);
+  return text;
+}
+
 void raise(const char* name, const std::string& message) {
   PyErr_SetObject(error_class(name).ptr(), error_class(name)(message).ptr());
 }
 
 void raise_invalid(const InputError& error) {
-  std::string text = format_problems(error.problems());
+  std::vector<Problem> found = error.problems();
+  for (Problem& one : found) one.hint = in_python(one.hint);
+  std::string text = format_problems(found);
   while (text.ends_with('\n')) text.pop_back();
   py::list problems;
-  for (const Problem& one : error.problems())
+  for (const Problem& one : found)
     problems.append(error_class("Problem")(one.message, one.where, one.hint, one.file, one.line));
   PyErr_SetObject(error_class("InvalidInput").ptr(),
                   error_class("InvalidInput")(text, problems).ptr());

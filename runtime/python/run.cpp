@@ -72,7 +72,11 @@ int run(const ScenarioText& scenario, const py::dict& options, const py::object&
       return scenario.read(stage, arguments.execution.memory);
     };
     Console console(Console::Voice::quiet, arguments.listener);
-    code = run_scenario(arguments, read, read(0), console);
+    Scenario first = scenario.read(0, arguments.execution.memory,
+                                   [&](const std::string& folder, const auto& stages) {
+                                     check_output(arguments, folder, stages);
+                                   });
+    code = run_scenario(arguments, read, std::move(first), console);
   } catch (...) {
     thrown = std::current_exception();
   }

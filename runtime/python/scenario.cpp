@@ -11,12 +11,15 @@
 
 namespace lahar::python {
 
-Scenario ScenarioText::read(std::size_t stage, const MemoryLimit& memory) const {
+Scenario ScenarioText::read(std::size_t stage, const MemoryLimit& memory,
+                            decltype(ScenarioOptions::planned) planned) const {
   ScenarioOptions options;
   options.as_cbgeo = as_cbgeo;
   options.stage = stage;
   options.memory = memory;
   options.text_name = name;
+  options.printed = true;
+  options.planned = std::move(planned);
   return read_scenario_text(text, folder, options);
 }
 

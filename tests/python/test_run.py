@@ -83,8 +83,9 @@ class RunTest(TestCase):
     def test_earlier_results_are_kept_unless_they_may_be_replaced(self):
         case = column(end_time=0.01)
         case.run(self.folder / "run", progress=False)
-        with self.assertRaises(lahar.InvalidInput):
+        with self.assertRaisesRegex(lahar.InvalidInput, 'restart="latest".*overwrite=True') as raised:
             case.run(self.folder / "run", progress=False)
+        self.assertNotIn("--", str(raised.exception))
         self.assertEqual(case.run(self.folder / "run", overwrite=True, progress=False).status, "finished")
 
     def test_progress_may_stop_a_run_which_then_goes_on(self):
@@ -130,6 +131,10 @@ class RunTest(TestCase):
         self.assertEqual(run.stages["first"].frames[-1].time, 0.01)
         with self.assertRaisesRegex(AttributeError, "stages"):
             run.frames
+        with self.assertRaisesRegex(KeyError, "no stage third; it has: first, second"):
+            run.stages["third"]
+        with self.assertRaisesRegex(lahar.FileError, "no rigid bodies; its tables are: history.csv"):
+            run.stages["first"].rigid_bodies
         shutil.rmtree(self.folder / "run" / "second")
         self.assertEqual(lahar.Run(self.folder / "run").status, "stopped")
 

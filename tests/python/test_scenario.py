@@ -48,9 +48,34 @@ class ScenarioTest(TestCase):
         self.assertEqual(case["materials"][0]["friction"], 22)
         self.assertEqual(other["materials"][0]["friction"], 30)
         self.assertEqual(other["analysis"], {"end_time": 0.2, "damping": {"type": "none"}})
-        for path in ("materials.1.friction", "materials.sand.friction", "title.x"):
+        for path in ("materials.1.friction", "materials.clay.friction", "title.x"):
             with self.assertRaises(KeyError, msg=path):
                 case.set(path, 1)
+
+    def test_entries_of_lists_have_names_and_none_removes_a_key(self):
+        case = column().set("materials.sand.friction", 30)
+        self.assertEqual(case["materials"][0]["friction"], 30)
+        self.assertNotIn("softening", case.set("materials.sand.softening", None)["materials"][0])
+        with self.assertRaisesRegex(KeyError, "no entry is named 'clay'; there are: sand"):
+            case.set("materials.clay.friction", 1)
+        for path in ("materials.sand.frction", "sets.elements.all"):
+            with self.assertRaisesRegex(KeyError, "to remove"):
+                case.set(path, None)
+        with self.assertRaisesRegex(KeyError, "not an entry of a list"):
+            case.set("materials.sand", None)
+        case["stages"] = [{"name": "first", "analysis": {}}]
+        self.assertEqual(case.set("stages.first.analysis.damping", None)["stages"][0]["analysis"], {"damping": None})
+
+    def test_mistakes_in_a_dictionary_have_paths_instead_of_lines(self):
+        case = column()
+        case.name = "column.json"
+        case["materials"][0]["density"] = -1
+        case["materials"].append({**case["materials"][0], "density": 1})
+        with self.assertRaises(lahar.InvalidInput) as raised:
+            case.check()
+        self.assertNotRegex(str(raised.exception), r"column.json:\d|on line")
+        self.assertIn("column.json: error: 'density' must be", str(raised.exception))
+        self.assertIn("[/materials/0/density]\n        \"density\": -1", str(raised.exception))
 
     def test_numbers_of_numpy_are_numbers_and_nan_is_refused(self):
         case = column()

@@ -69,6 +69,7 @@ TEST_CASE("scenarios that are no JSON are refused at the place where they stop b
      R"(mpm.json:2:3: error: syntax error while parsing object key - invalid literal; expected string literal
     title: "Broken",
     ^
+  hint: names of keys are in double quotes: "title"
 )"},
     {"NaN is no JSON",
      {replace("mpm.json", "\"dt\": 0.001", "\"dt\": NaN")},

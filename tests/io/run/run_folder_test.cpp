@@ -89,6 +89,27 @@ TEST_CASE("a run folder holds what the conventions promise, and nothing else") {
   CHECK(names_in(frames_folder(path)).empty());
 }
 
+TEST_CASE("a folder that a new run would not take is refused before, and left as it is") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "run", notes = folder.path() / "notes";
+  const auto says = [&](const fs::path& at, bool overwrite) {
+    return refusal([&] { check_run_folder(at, overwrite); });
+  };
+  CHECK(says(path, false) == "no error");
+  CHECK_FALSE(fs::exists(path));
+  {
+    RunFolder run(path, contents());
+    CHECK(says(path, true).find("being written to by another run") != std::string::npos);
+    run.finish({});
+  }
+  CHECK(says(path, false).find("holds the results of an earlier run | ") != std::string::npos);
+  CHECK(says(path, true) == "no error");
+  CHECK(is_run_folder(path));
+  fs::create_directory(notes);
+  write_text_file(notes / "text", "mine");
+  CHECK(says(notes, true).find("is not a run of Lahar") != std::string::npos);
+}
+
 TEST_CASE("an earlier run is replaced only on request, and only its results") {
   const TemporaryFolder folder;
   const fs::path path = folder.path / "run";

@@ -36,6 +36,7 @@ TEST_CASE("injection that cannot be is refused with what to do") {
      R"(mpm.json:12:90: error: 'velocity' must be an array of numbers (2) [m/s], found array [0, 1, 0] [/particles/0/generator/velocity]
   erator": {"type": "inject", "cset_id": -1, "nparticles_per_dir": 2, "velocity": [0, 1, 0], "material_id": 0}}
                                                                                   ^
+  hint: the case has two dimensions: [x, y]
 )"},
     {"an end before the start",
      inject(R"("cset_id": -1, "nparticles_per_dir": 2, "duration": [2, 1], "material_id": 0)"),

@@ -34,6 +34,7 @@ TEST_CASE("meshes that cannot be used are refused") {
      R"(mpm.json:4:48: error: the extent 2 is not a whole number of cells of size 0.3 [/mesh/structured/extent]
       "structured": {"cell_size": 0.3, "extent": [2, 1]},
                                                  ^
+  hint: along x the extent may be 1.8 or 2.1, or the cell size 0.333333 or 0.285714
 )"},
     {"an extent of more cells than can be counted",
      {replace("mpm.json", "\"mesh\": \"mesh.txt\",", "\"structured\": {\"cell_size\": 0.1, \"extent\": [2, 6e99]},")},

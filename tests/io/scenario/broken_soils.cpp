@@ -57,6 +57,7 @@ mpm.json:15:5: error: 'pc0' is missing in a material [/materials/0]
 mpm.json:16:46: error: 'poisson_ratio' must be greater than -1 and less than 0.5, found 0.5 [/materials/0/poisson_ratio]
        "youngs_modulus": 1e7, "poisson_ratio": 0.5, "m": -1, "lambda": 0.1, "kappa": 0.03, "ocr": 1}
                                                ^
+  hint: no volume changes then, and the bulk modulus is infinite: take 0.49 and "b_bar": true in analysis
 mpm.json:16:56: error: 'm' must be greater than 0, found -1 [/materials/0/m]
        "youngs_modulus": 1e7, "poisson_ratio": 0.5, "m": -1, "lambda": 0.1, "kappa": 0.03, "ocr": 1}
                                                          ^

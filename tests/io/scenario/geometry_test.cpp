@@ -229,6 +229,12 @@ TEST_CASE("shapes and regions that name each other wrongly are refused") {
              R"({"between": ["top", "ground"]})") ==
         twice("nothing lies between: 'top' is nowhere below 'ground' (the lower surface comes "
               "first)\n"));
+  CHECK(
+      said(
+          R"({"ground": {"points": [[0, 2], [8, 6]]}, "top": {"surface": "ground", "raise_by": 1}})",
+          R"({"between": ["top", "ground"]})")
+          .find("the region contains no particle ('top' is above 'ground': the lower surface "
+                "comes first in 'between')\n") != std::string::npos);
   CHECK(said(R"({"ground": {}})", below) ==
         "the geometry 'ground' has no shape (give one of 'points', 'raster', "
         "'surface', 'triangles', 'solid', 'polygons')\n");

@@ -133,6 +133,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
      R"(mpm.json:18:46: error: 'gravity' must be an array of numbers (2) [m/s^2] or an object, found array [0, -9.81, 0] [/external_loading_conditions/gravity]
     "external_loading_conditions": {"gravity": [0, -9.81, 0]},
                                                ^
+  hint: the case has two dimensions, y is up: [0, -9.81]
 )"},
     {"a vector with a text",
      {replace("mpm.json", "\"gravity\": [0, -9.81]", "\"gravity\": [0, \"down\"]")},
@@ -168,6 +169,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
      R"(mpm.json:16:46: error: 'poisson_ratio' must be greater than -1 and less than 0.5, found 0.5 [/materials/0/poisson_ratio]
        "youngs_modulus": 1e6, "poisson_ratio": 0.5}
                                                ^
+  hint: no volume changes then, and the bulk modulus is infinite: take 0.49 and "b_bar": true in analysis
 )"},
     {"no density to speak of",
      {replace("mpm.json", "\"density\": 1000", "\"density\": 0")},
@@ -365,6 +367,49 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
   --set materials.1.density=5
                   ^
 )"},
+    {"an override of an entry that has no such name",
+     {replace("mpm.json", "{\"id\": 0, \"type\"", "{\"name\": \"sand\", \"type\"")},
+     {"materials.sant.density=5"},
+     R"(command line: error: no entry is named 'sant'
+  --set materials.sant.density=5
+                  ^
+  hint: did you mean 'sand'?
+)"},
+    {"an override of an entry by its name",
+     {replace("mpm.json", "{\"id\": 0, \"type\"", "{\"name\": \"sand\", \"type\"")},
+     {"materials.sand.density=-5"},
+     R"(command line: error: 'density' must be greater than 0 [kg/m^3], found -5 [/materials/0/density]
+  --set materials.sand.density=-5
+                               ^
+)"},
+    {"an override that removes what is not there",
+     {},
+     {"materials.0.densty=null"},
+     R"(command line: error: there is no 'densty' to remove
+  --set materials.0.densty=null
+                    ^
+)"},
+    {"an override that would remove an entry",
+     {},
+     {"materials.0=null"},
+     R"(command line: error: null removes a key, not an entry of a list
+  --set materials.0=null
+                  ^
+  hint: give the whole list without it
+)"},
+    {"an override that removes a key which is needed",
+     {},
+     {"materials.0.density=null"},
+     R"(mpm.json:15:5: error: 'density' is missing in a LinearElastic material [/materials/0]
+    {"id": 0, "type": "LinearElastic2D", "density": 1000,
+    ^
+  hint: --set materials.0.density=null changes what is written here
+)"},
+    {"a line of which overrides have changed parts",
+     {},
+     {"analysis.nsteps=20", "analysis.dt=null", "post_processing.output_steps=7"},
+     R"(mpm.json:19:15: error: 
+)"},
     {"an override without value",
      {},
      {"analysis.nsteps"},
@@ -419,5 +464,5 @@ mpm.json:20:94: error: 'history_steps' and 'history_dt' both say when rows come 
                     ^
 )"},
   };
-  check(table, 52);
+  check(table, 58);
 }

@@ -1,0 +1,160 @@
+// Warnings of gravity that points elsewhere than the supports, the terrain or the strength say, and
+// of gauges that measure nothing.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "io/scenario/scenario_builder.h"
+#include "physics/materials/law.h"
+
+namespace lahar {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// The axis of the largest component of gravity, if it is nearly all of it; -1 otherwise.
+template <int Dim>
+int upright_axis(const Vec<Dim>& gravity) {
+  constexpr double upright = 0.9;  // cosine between gravity and an axis, at least
+  int axis = 0;
+  const double most = gravity.cwiseAbs().maxCoeff(&axis);
+  return most > upright * gravity.norm() ? axis : -1;
+}
+
+template <int Dim>
+std::string text_of(const Vec<Dim>& x) {
+  std::string text;
+  for (int d = 0; d < Dim; ++d) text += fmt::format("{}{:g}", d > 0 ? ", " : "", x[d] + 0.0);
+  return "[" + text + "]";
+}
+
+}  // namespace
+
+// Up, along +y or +z, where all that holds the material lies at its foot or below.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_gravity_upward() {
+  const JsonValue* given = section("external_loading_conditions").find("gravity");
+  if (!given || model_.gravity.norm() == 0 || rows_.total() == 0) return;
+  warn_of_gravity_across(*given);
+  constexpr int up = Dim - 1;
+  if (upright_axis(model_.gravity) != up || model_.gravity[up] < 0) return;
+  if (team_.any(!model_.node_frames.empty())) return;
+  std::vector<Index> nodes;
+  for_each_condition([&]<class T>() {
+    for (const T& entry : entries_of<T>(model_))
+      if (ActsOnNode<T> || place_of(entry).second == up) nodes.push_back(entry.node);
+  });
+  const bool driven =
+      std::any_of(model_.particle_velocities.begin(), model_.particle_velocities.end(),
+                  [](const auto& v) { return v.dir == up; });
+  if (team_.any(driven || !model_.tractions.empty())) return;
+  double highest = -infinity, foot = infinity;  // of supports, of particles
+  for (const Vec<Dim>& x : places_of(nodes)) highest = std::max(highest, x[up]);
+  for (const Vec<Dim>& x : model_.particles.x) foot = std::min(foot, x[up]);
+  const auto most = team_.most(std::vector<double>{highest, -foot});
+  bool other = false;  // that may hold from above
+  for (const RigidBody<Dim>& body : model_.rigid_bodies) {
+    const auto [low, high] = body.solid->bounds();
+    other |= std::isfinite(low[up]) || !std::isfinite(high[up]);
+  }
+  const bool held = most[0] > -infinity || !model_.rigid_bodies.empty();
+  if (!held || other || most[0] > -most[1] + outer_cell()[up]) return;
+  Vec<Dim> down = model_.gravity;
+  down[up] = -down[up];
+  in_.warning(*given,
+              fmt::format("gravity points up, along +{}, and all that holds the material is below "
+                          "it",
+                          "xyz"[up]),
+              fmt::format("is {} meant?", text_of<Dim>(down)));
+}
+
+// Heights of surfaces are along y in two dimensions, along z in three.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_gravity_across(const JsonValue& given) {
+  constexpr int up = Dim - 1;
+  const int axis = upright_axis(model_.gravity);
+  const auto surface = std::find_if(geometry_.begin(), geometry_.end(),
+                                    [](const auto& one) { return one.second.surface != nullptr; });
+  if (axis < 0 || axis == up || surface == geometry_.end()) return;
+  Vec<Dim> down = Vec<Dim>::Zero();
+  down[up] = -model_.gravity.norm();
+  in_.warning(given,
+              fmt::format("gravity is along {}, but the heights of the surface '{}' are along {}",
+                          "xyz"[axis], surface -> first, "xyz"[up]),
+              fmt::format("is {} meant?", text_of<Dim>(down)));
+}
+
+// Some kPa hold a slope, some Pa do not. Less than 2 Pa are there to keep particles together.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_small_cohesion() {
+  constexpr double least = 2, most = 100;  // [Pa] as kPa: silt to hard clay
+  constexpr double share = 0.01;           // of rho g H: more than that has an effect
+  const double g = model_.gravity.norm();
+  if (g == 0 || rows_.total() == 0) return;
+  const Vec<Dim> down = model_.gravity / g;
+  double low = infinity, high = -infinity;
+  for (const Vec<Dim>& x : model_.particles.x) {
+    low = std::min(low, x.dot(down));
+    high = std::max(high, x.dot(down));
+  }
+  const auto ends = team_.most(std::vector<double>{-low, high});
+  const auto materials = get_list(root_, "materials");
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const auto cohesion = get_number(*materials[m], "cohesion");
+    if (!cohesion || *cohesion < least || *cohesion > most || !materials[m]->find("friction"))
+      continue;
+    const double weight = model_.materials[m].density * g * (ends[0] + ends[1]);
+    if (*cohesion > share * weight) continue;
+    in_.warning(*materials[m]->find("cohesion"),
+                fmt::format("is the cohesion of '{}' meant in kPa? {:g} Pa bear nothing beside "
+                            "rho g H = {:.3g} Pa",
+                            model_.materials[m].name, *cohesion, weight),
+                fmt::format("stresses are in Pa: {:g} kPa are {:g}. If it only keeps grains "
+                            "together, 1 Pa does so, too",
+                            *cohesion, 1e3 * *cohesion));
+  }
+}
+
+// Whole lines and sections may begin outside, but what is there has no rows but zeros.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_distant_gauges() {
+  const auto [low, high] = mesh_->bounds();
+  const auto entries = get_list(section("post_processing"), "gauges");
+  const auto& gauges = model_.output.measured.gauges;
+  for (std::size_t k = 0; k < std::min(entries.size(), gauges.size()); ++k) {
+    const int axes = gauges[k].kind == Gauge::Kind::columns ? Dim - 1 : Dim;
+    const auto is_outside = [&, low = low, high = high](const auto& x) {
+      bool outside = false;
+      for (int d = 0; d < axes; ++d) {
+        const double at = x[static_cast<std::size_t>(d)];
+        outside |= at < low[d] - region_tolerance_ || at > high[d] + region_tolerance_;
+      }
+      return outside;
+    };
+    const auto& places = gauges[k].places;
+    const auto lost = std::count_if(places.begin(), places.end(), is_outside);
+    if (lost == 0) continue;
+    const JsonValue* at = entries[k]->find("at");
+    if (!at) at = entries[k]->find(is_outside(places.front()) ? "from" : "to");
+    std::string extent;
+    for (int d = 0; d < axes; ++d)
+      extent +=
+          fmt::format("{}{} from {:.6g} to {:.6g}", d > 0 ? ", " : "", "xyz"[d], low[d], high[d]);
+    const std::string which = places.size() == 1
+                                  ? std::string("the place")
+                                  : fmt::format("{} of the {} places", lost, places.size());
+    in_.warning(
+        at ? *at : *entries[k],
+        fmt::format("{} of the gauge '{}' {} outside of the mesh, where nothing is measured", which,
+                    gauges[k].name, lost == 1 ? "lies" : "lie"),
+        "the mesh has " + extent);
+  }
+}
+
+template class ScenarioBuilder<2>;
+template class ScenarioBuilder<3>;
+
+}  // namespace lahar

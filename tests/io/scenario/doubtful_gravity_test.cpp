@@ -1,0 +1,110 @@
+// Warnings of gravity that the supports, the terrain or the strength do not fit to, and of gauges
+// outside of the mesh; and silence where all is well.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <string>
+
+#include "io/base/problems.h"
+#include "io/scenario/scenario.h"
+
+using namespace lahar;
+
+namespace {
+
+/// Sand on a floor, in two dimensions.
+struct Flat {
+  std::string gravity = "[0, -9.81]", cohesion = "0", held = "floor", bodies = "", gauges = "",
+              geometry = "";
+};
+
+std::string warnings_of(const Flat& c) {
+  const Scenario s = read_scenario_text(
+      fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 0.5, "counts": [20, 10]}},
+      "boundary_conditions": {{"velocity_constraints":
+          [{{"nset": "{}", "dir": "y", "velocity": 0}}]}}}},
+    "sets": {{"nodes": {{"floor": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+                         "sides": {{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}}}}}},
+    "geometry": {{{}}},
+    "rigid_bodies": [{}],
+    "materials": [{{"name": "sand", "type": "MohrCoulomb", "density": 2000, "friction": 30,
+                    "youngs_modulus": 1e7, "poisson_ratio": 0.3, "cohesion": {}, "dilation": 0,
+                    "tension_cutoff": 0}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "sand",
+                     "region": {{"box": {{"min": [0, 0], "max": [8, 2]}}}}}}}}],
+    "external_loading_conditions": {{"gravity": {}}},
+    "post_processing": {{"gauges": [{}]}},
+    "analysis": {{"nsteps": 1}}}})",
+                  c.held, c.geometry, c.bodies, c.cohesion, c.gravity, c.gauges),
+      "");
+  return format_problems(s.warnings, "warning");
+}
+
+/// A block on the floor of a mesh with terrain, in three.
+std::string warnings_in_space(const std::string& gravity) {
+  const Scenario s = read_scenario_text(
+      fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 1, "counts": [4, 4, 4]}},
+      "boundary_conditions": {{"velocity_constraints": [
+          {{"nset": "floor", "dir": "x", "velocity": 0}}, {{"nset": "floor", "dir": "y", "velocity": 0}},
+          {{"nset": "floor", "dir": "z", "velocity": 0}}]}}}},
+    "sets": {{"nodes": {{"floor": {{"half_space": {{"point": [0, 0, 0], "normal": [0, 0, 1]}}}}}}}},
+    "geometry": {{"ground": {{"points": [[0, 2], [4, 2]]}}}},
+    "materials": [{{"type": "LinearElastic", "density": 2000, "youngs_modulus": 1e7,
+                    "poisson_ratio": 0.3}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+                     "region": {{"below": "ground"}}}}}}],
+    "external_loading_conditions": {{"gravity": {}}},
+    "analysis": {{"nsteps": 1}}}})",
+                  gravity),
+      "");
+  return format_problems(s.warnings, "warning");
+}
+
+bool warns(const std::string& said, const std::string& text) {
+  INFO(said);
+  return said.find(text) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("gravity that points up, away from all that holds the material, is warned of") {
+  const std::string up = "gravity points up, along +y, and all that holds the material is below it";
+  CHECK(warnings_of({}) == "");
+  const std::string said = warnings_of({.gravity = "[0, 9.81]"});
+  CHECK(warns(said, up));
+  CHECK(warns(said, "hint: is [0, -9.81] meant?"));
+  CHECK_FALSE(warns(warnings_of({.gravity = "[0, 9.81]", .held = "sides"}), up));
+  const std::string body = R"({"region": {"box": {"min": [0, 3], "max": [8, 4]}}})";
+  CHECK_FALSE(warns(warnings_of({.gravity = "[0, 9.81]", .bodies = body}), up));
+  CHECK_FALSE(warns(warnings_of({.gravity = "[9.81, 0]"}), up));  // a wall, a hanging bar
+}
+
+TEST_CASE("gravity across the heights of terrain is warned of") {
+  CHECK(warns(warnings_in_space("[0, -9.81, 0]"),
+              "gravity is along y, but the heights of the surface 'ground' are along z"));
+  CHECK_FALSE(warns(warnings_in_space("[0, 0, -9.81]"), "heights"));
+  CHECK_FALSE(warns(warnings_in_space("[0, -5, -8]"), "heights"));  // a slope in its own axes
+}
+
+TEST_CASE("a cohesion of some Pa is asked for, that of 1 Pa and of some kPa is not") {
+  const auto asks = [](const char* cohesion) {
+    return warns(warnings_of({.cohesion = cohesion}), "is the cohesion of 'sand' meant in kPa?");
+  };
+  CHECK(asks("5"));
+  CHECK(asks("100"));
+  for (const char* meant : {"0", "1", "101", "5e3"}) CHECK_FALSE(asks(meant));
+}
+
+TEST_CASE("gauges outside of the mesh are warned of, with how many places and where the mesh is") {
+  const auto said = [](const char* gauge) { return warnings_of({.gauges = gauge}); };
+  const std::string point =
+      said(R"({"name": "p", "type": "point", "at": [11, 1], "fields": ["velocity"]})");
+  CHECK(warns(point, "the place of the gauge 'p' lies outside of the mesh"));
+  CHECK(warns(point, "the mesh has x from 0 to 10, y from 0 to 5"));
+  const std::string section =
+      said(R"({"name": "s", "type": "section", "from": [6], "to": [14], "places": 9})");
+  CHECK(warns(section, "4 of the 9 places of the gauge 's' lie outside of the mesh"));
+  CHECK(warns(section, "[/post_processing/gauges/0/to]"));
+  CHECK(warns(section, "the mesh has x from 0 to 10\n"));
+  CHECK(said(R"({"name": "s", "type": "section", "from": [0], "to": [10], "places": 9})") == "");
+}
