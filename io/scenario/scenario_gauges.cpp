@@ -141,8 +141,9 @@ bool ScenarioBuilder<Dim>::read_held(const JsonValue& entry, Gauge& gauge) {
       in_.error(*entry.find("at"),
                 "'at' goes with 'nset': moments on a rigid body are about its centre");
     if (name && gauge.body < 0)
-      in_.error(*body, fmt::format("there is no rigid body {}", json_quoted(*name)),
-                suggest(*name, names, "rigid bodies"));
+      in_.error(
+          *body, fmt::format("there is no rigid body {}", json_quoted(*name)),
+          names.empty() ? "there are no rigid bodies" : suggest(*name, names, "rigid bodies"));
     return gauge.body >= 0;
   }
   if (is_projection(model_.analysis))

@@ -91,7 +91,7 @@ TEST_CASE("a run folder holds what the conventions promise, and nothing else") {
 
 TEST_CASE("a folder that a new run would not take is refused before, and left as it is") {
   const TemporaryFolder folder;
-  const fs::path path = folder.path() / "run", notes = folder.path() / "notes";
+  const fs::path path = folder.path / "run", notes = folder.path / "notes";
   const auto says = [&](const fs::path& at, bool overwrite) {
     return refusal([&] { check_run_folder(at, overwrite); });
   };

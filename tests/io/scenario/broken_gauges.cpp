@@ -132,6 +132,10 @@ mpm.json:23:52: error: there is no rigid body "post" [/post_processing/gauges/2/
         {"name": "c", "type": "force", "rigid_body": "post"},
                                                      ^
   hint: there are no rigid bodies
+mpm.json:24:46: error: there is no node set 9 [/post_processing/gauges/3/nset]
+        {"name": "d", "type": "force", "nset": 9}],
+                                               ^
+  hint: node sets: 0
 )"},
     {"frames of sets that do not exist or are empty, and fields that nodes do not have",
      {measured(R"("frame_pset": 4,

@@ -31,6 +31,7 @@ mpm.json:16:24: error: 'youngs_modulus' must be greater than 0 [Pa], found -1 [/
 mpm.json:16:45: error: 'poisson_ratio' must be greater than -1 and less than 0.5, found 0.5 [/materials/0/poisson_ratio]
        "youngs_modulus": -1, "poisson_ratio": 0.5, "friction": 95, "dilation": 0, "cohesion": -5}
                                               ^
+  hint: no volume changes then, and the bulk modulus is infinite: take 0.49 and "b_bar": true in analysis
 mpm.json:16:62: error: 'friction' must be at least 0 and less than 90 [degrees], found 95 [/materials/0/friction]
        "youngs_modulus": -1, "poisson_ratio": 0.5, "friction": 95, "dilation": 0, "cohesion": -5}
                                                                ^

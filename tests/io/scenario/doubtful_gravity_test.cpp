@@ -48,7 +48,7 @@ std::string warnings_in_space(const std::string& gravity) {
           {{"nset": "floor", "dir": "x", "velocity": 0}}, {{"nset": "floor", "dir": "y", "velocity": 0}},
           {{"nset": "floor", "dir": "z", "velocity": 0}}]}}}},
     "sets": {{"nodes": {{"floor": {{"half_space": {{"point": [0, 0, 0], "normal": [0, 0, 1]}}}}}}}},
-    "geometry": {{"ground": {{"points": [[0, 2], [4, 2]]}}}},
+    "geometry": {{"ground": {{"points": [[-1, -1, 2], [5, -1, 2], [5, 5, 2], [-1, 5, 2]]}}}},
     "materials": [{{"type": "LinearElastic", "density": 2000, "youngs_modulus": 1e7,
                     "poisson_ratio": 0.3}}],
     "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,

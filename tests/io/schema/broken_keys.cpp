@@ -400,15 +400,18 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
     {"an override that removes a key which is needed",
      {},
      {"materials.0.density=null"},
-     R"(mpm.json:15:5: error: 'density' is missing in a LinearElastic material [/materials/0]
-    {"id": 0, "type": "LinearElastic2D", "density": 1000,
-    ^
-  hint: --set materials.0.density=null changes what is written here
+     R"(mpm.json:15:5: error: 'density' is missing in a material [/materials/0]
+      {"id": 0, "type": "LinearElastic2D", "density": 1000,
+      ^
+  hint: density [kg/m^3]: initial density; --set materials.0.density=null changes what is written here
 )"},
     {"a line of which overrides have changed parts",
      {},
      {"analysis.nsteps=20", "analysis.dt=null", "post_processing.output_steps=7"},
-     R"(mpm.json:19:15: error: 
+     R"(mpm.json:19:15: error: 'dt' is missing in analysis [/analysis]
+    "analysis": {"type": "MPMExplicit2D", "dt": 0.001, "nsteps": 10},
+                ^
+  hint: dt [s]: the time step; or "time_step": {"adaptive": true}; --set analysis.nsteps=20 and --set analysis.dt=null change what is written here
 )"},
     {"an override without value",
      {},
