@@ -339,8 +339,8 @@ TEST_CASE("a patch's state refuses what it is not") {
   CHECK(changed(2, 1'000'000).find("the patch is 1000000 there") != std::string::npos);
   CHECK(changed(6, 1).find("run ") != std::string::npos);
   CHECK(changed(7, -5).find("-5 is not a number of anything") != std::string::npos);
-  // The cell of the first run, behind the head of 14 numbers and the five of work.
-  CHECK(changed(19, 1'000'000).find("run 0 is not one") != std::string::npos);
+  // The cell of the first run, behind the head of 15 numbers and the five of work.
+  CHECK(changed(20, 1'000'000).find("run 0 is not one") != std::string::npos);
   CHECK(message(state.bytes(1)).find("the patch is") != std::string::npos);
 }
 
