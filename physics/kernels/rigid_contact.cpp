@@ -258,7 +258,8 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
           patch.work.friction += now.lost;
           set<Dim>(rows.force, p, now.force);
           set<Dim>(rows.shear, p, now.shear);
-          if (!implicit) set_contact_couple<Dim>(rows.couple, p, now.couple);
+          set_contact_couple<Dim>(rows.couple, p,
+                                  implicit ? ContactCouple<Dim>::Zero() : now.couple);
         }
       });
 }
