@@ -142,7 +142,7 @@ bool ScenarioBuilder<Dim>::read_held(const JsonValue& entry, Gauge& gauge) {
                 "'at' goes with 'nset': moments on a rigid body are about its centre");
     if (name && gauge.body < 0)
       in_.error(
-          *body, fmt::format("there is no rigid body {}", json_quoted(*name)),
+          *body, fmt::format("no rigid body has the name {}", json_quoted(*name)),
           names.empty() ? "there are no rigid bodies" : suggest(*name, names, "rigid bodies"));
     return gauge.body >= 0;
   }
@@ -150,11 +150,9 @@ bool ScenarioBuilder<Dim>::read_held(const JsonValue& entry, Gauge& gauge) {
     in_.error(*nset, "forces on nodes are not measured in projections");
   else if (model_.analysis.two_phase && model_.analysis.damping > 0)
     in_.error(*nset, "forces on nodes are not measured where the liquid in pores is damped");
-  const auto own = members(entry, "nset_id", "nset", sets_.nodes);
-  if (team_.any(!own)) return false;
-  for (const auto& nodes : team_.gather(*own))
-    gauge.ids.insert(gauge.ids.end(), nodes.begin(), nodes.end());
-  std::sort(gauge.ids.begin(), gauge.ids.end());
+  auto nodes = from_all(members(entry, "nset_id", "nset", sets_.nodes));
+  if (!nodes) return false;
+  gauge.ids = std::move(*nodes);
   return true;
 }
 

@@ -82,8 +82,8 @@ int ScenarioBuilder<Dim>::vertical_of_k0(const JsonValue& given) {
 
 template <int Dim>
 void ScenarioBuilder<Dim>::build_k0() {
-  if (!in_.stage.empty())
-    return;  // particles have stresses, and those that are placed have their own
+  // In a later stage particles have stresses, and those that it places have their own.
+  if (!in_.stage.empty()) return;
   const JsonValue* given = section("mesh").find("particles_stresses");
   if (!given || !given->is<JsonValue::Object>() || get_text(*given, "type") != "k0") return;
   const std::vector<double> ratios = k0_of_materials(*given);

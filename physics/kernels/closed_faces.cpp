@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/particles/node_place.h"
+
 namespace lahar {
 
 namespace {
@@ -153,9 +155,7 @@ bool return_to_mesh(Patch<Dim>& patch, const Mesh<Dim>& mesh, Particles<Dim>& pa
                     Local old) {
   if (holds_nothing(patch)) return false;
   const ElementInfo& about = info(patch.element);
-  const auto place = [&](Local node) -> Vec<Dim> {
-    return mesh.node(patch.topology.nodes[static_cast<std::size_t>(node)] % mesh.n_nodes());
-  };
+  const auto place = [&](Local node) -> Vec<Dim> { return place_of(patch, mesh, node); };
   Vec<Dim> inside = Vec<Dim>::Zero();
   for (int face = 0; face < about.faces; ++face) {
     Vec<Dim> sum = Vec<Dim>::Zero();

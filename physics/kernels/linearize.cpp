@@ -16,6 +16,7 @@
 #include "physics/kernels/stress_of_step.h"
 #include "physics/materials/tangent_across.h"
 #include "physics/particles/loads.h"
+#include "physics/particles/node_place.h"
 
 namespace lahar {
 
@@ -294,13 +295,6 @@ void clear_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   clear_sums(patch, step, NodeSum::residual);
 }
 
-/// Where a node is [m].
-template <int Dim>
-Vec<Dim> place_of(const Patch<Dim>& patch, const Model<Dim>& model, Local node) {
-  const Index in_mesh = patch.topology.nodes[static_cast<std::size_t>(node)];
-  return model.mesh->node(in_mesh % model.mesh->n_nodes());
-}
-
 /// Share of a cell's stiffness, in steps without inertia (CellSystem::add_least_stiffness()).
 constexpr double least_share = 1e-4;
 
@@ -349,9 +343,9 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
         if (meets_bodies(patch, step, bin)) add_contact(cell, basis, patch, step, bin, nodes);
         if (supports) {
           std::array<Vec<Dim>, n> x;
-          const Vec<Dim> origin = place_of(patch, *step.model, nodes[0]);
+          const Vec<Dim> origin = place_of(patch, *step.model->mesh, nodes[0]);
           for (std::size_t i = 0; i < n; ++i)
-            x[i] = place_of(patch, *step.model, nodes[i]) - origin;
+            x[i] = place_of(patch, *step.model->mesh, nodes[i]) - origin;
           const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];
           const double depth =
               depth_at(step.model->analysis, patch.particles.row(Column::x)[bin.begin]);

@@ -7,12 +7,6 @@
 
 namespace lahar {
 
-/// Number in the mesh of a node, which is the same for every body.
-template <int Dim>
-Index node_of_mesh(const Patch<Dim>& patch, const Mesh<Dim>& mesh, Local node) {
-  return patch.topology.nodes[static_cast<std::size_t>(node)] % mesh.n_nodes();
-}
-
 /// A point force, and a condition, act on the first of the bodies that are at their node.
 template <int Dim>
 bool is_first_body(const Patch<Dim>& patch, Local node) {

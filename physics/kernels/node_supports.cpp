@@ -6,6 +6,7 @@
 #include "physics/kernels/nodal_motion.h"
 #include "physics/model/transfer_options.h"
 #include "physics/particles/loads.h"
+#include "physics/particles/node_place.h"
 
 namespace lahar {
 
@@ -36,7 +37,7 @@ void add(Patch<Dim>& patch, const Model<Dim>& model, const NodeArray& velocity, 
     if (!patch.node_is_active[static_cast<std::size_t>(node)]) continue;
     if (!more_than(at(velocity, node)[mass_lane], patch.least_mass)) continue;
     const NodeVector all = force(node);
-    const Vec<Dim> x = model.mesh->node(node_of_mesh(patch, *model.mesh, node));
+    const Vec<Dim> x = place_of(patch, *model.mesh, node);
     Vec<Dim> on_support, arm;
     for (int d = 0; d < Dim; ++d) {
       on_support[d] = all[d];

@@ -4,8 +4,11 @@
 /// What holds a node of mass m gives it m a - f, with the acceleration a that particles get and all
 /// other forces f (d'Alembert). A transfer that takes the share c of nodal velocities from the
 /// nodes takes c (m v - p) more in a step: v are the velocities that are held at its beginning, p
-/// the momentum that particles gave. All nodes together get what the momentum of particles changes
-/// by, but for loads; with filters of higher order (XPIC, FMPM) only nearly so.
+/// the momentum that particles gave. All nodes together, loads and damping change the momentum of
+/// the particles, and nothing else does; with filters of higher order (XPIC, FMPM) nearly so. All
+/// of it is linear in the sums that patches give to a node: each patch has its part.
+///
+/// Forces on rigid bodies are those at the end of a step (rigid_contact.h).
 #pragma once
 
 #include "physics/particles/patch.h"
@@ -16,8 +19,7 @@ namespace lahar {
 template <int Dim>
 void set_measured_nodes(Patch<Dim>& patch, const Model<Dim>& model);
 
-/// Patch::supports, of this patch's share of each node. After integrate(), while its sums are
-/// there.
+/// Patch::supports, by what this patch gave to nodes. After integrate().
 template <int Dim>
 void find_supports(Patch<Dim>& patch, const StepContext<Dim>& step);
 /// The same of the liquid in pores is added: after integrate_liquid().

@@ -13,6 +13,7 @@
 #include "physics/kernels/two_phase.h"
 #include "physics/kernels/velocity_transfer.h"
 #include "physics/particles/loads.h"
+#include "physics/particles/node_place.h"
 #include "physics/particles/node_sums.h"
 
 namespace lahar {
@@ -360,14 +361,13 @@ class Integrator {
   template <class T>
   void set_action(ActingNode<Dim, T>& at, const NodeVector& v) {
     if (takes_means<T> && at.means.mass == 0.0) return;
-    NodeView<Dim> view{
-        .mass = v[mass_lane],
-        .position = step_.model->mesh->node(node_of_mesh(patch_, *step_.model->mesh, at.node)),
-        .velocity = {},
-        .means = at.means,
-        .time = step_.time,
-        .dt = step_.dt,
-        .factor = 1.0};
+    NodeView<Dim> view{.mass = v[mass_lane],
+                       .position = place_of(patch_, *step_.model->mesh, at.node),
+                       .velocity = {},
+                       .means = at.means,
+                       .time = step_.time,
+                       .dt = step_.dt,
+                       .factor = 1.0};
     for (int d = 0; d < Dim; ++d) view.velocity[d] = v[d];
     if constexpr (HasFunction<T>)
       view.factor = load_factor(*step_.model, at.condition.function, step_.time);

@@ -31,7 +31,7 @@ struct Gauge {
   std::array<double, 3> origin{};  ///< [m] moments are about it, too
   int material = -1;               ///< id of the only one that counts; -1 = all count
   bool of_set = false;             ///< only `ids` count
-  std::vector<Index> ids;          ///< of particles, of forces on nodes of nodes; ascending
+  std::vector<Index> ids;          ///< ascending: of particles, or of nodes that bear forces
   int body = -1;                   ///< of forces: number of the rigid body; -1 = on nodes
 };
 

@@ -262,9 +262,9 @@ std::vector<double> Gauges<Dim>::values_of(std::size_t k, const GaugeSums& all, 
       break;
     case Kind::force: {
       const double since = time - state_.time;
-      for (std::size_t d = 0; d < 6; ++d)
-        if (d < Dim || d == 5 || (d > 2 && Dim == 3))
-          row.push_back(since > 0 ? exact(d) / since : nan);
+      const auto add = [&](std::size_t d) { row.push_back(since > 0 ? exact(d) / since : nan); };
+      for (std::size_t d = 0; d < Dim; ++d) add(d);
+      for (std::size_t d = Dim == 3 ? 3 : 5; d < 6; ++d) add(d);  // in the plane, about z alone
       break;
     }
     case Kind::particles: {

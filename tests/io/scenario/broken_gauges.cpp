@@ -128,7 +128,7 @@ mpm.json:22:7: error: a gauge of forces needs 'nset' or 'rigid_body', one of the
         {"name": "b", "type": "force", "nset": 0, "rigid_body": "post"},
         ^
   hint: "nset": a set of nodes that are held; "rigid_body": the name of a body
-mpm.json:23:52: error: there is no rigid body "post" [/post_processing/gauges/2/rigid_body]
+mpm.json:23:52: error: no rigid body has the name "post" [/post_processing/gauges/2/rigid_body]
         {"name": "c", "type": "force", "rigid_body": "post"},
                                                      ^
   hint: there are no rigid bodies

@@ -45,6 +45,20 @@ std::vector<Row> rows_of(Model<Dim> model, Index steps) {
   return rows;
 }
 
+/// A run whose last row of the first gauge is in `row`.
+struct Measured {
+  explicit Measured(const Model<2>& model) : simulation(model, flow(2), observer()) {
+    simulation.gauges();
+  }
+  Observer observer() {
+    Observer with;
+    with.gauges = [this](const GaugeRows& rows) { row = rows.values[0]; };
+    return with;
+  }
+  std::vector<double> row;
+  Simulation simulation;
+};
+
 template <int Dim>
 double mass_of(const Model<Dim>& model) {
   return Simulation(model, serial()).history().mass;
@@ -184,12 +198,9 @@ TEST_CASE("water at rest presses on walls and floor as hydrostatics says") {
     CAPTURE(safety);
     Model<2> model = model_of_text<2>(text(cell, safety));
     model.output.measured.dt = 0.1;
-    std::vector<double> found;
-    Observer observer;
-    observer.gauges = [&](const GaugeRows& rows) { found = rows.values[0]; };
-    Simulation simulation(model, flow(2), observer);
-    simulation.gauges();
-    simulation.run();
+    Measured run(model);
+    run.simulation.run();
+    const std::vector<double>& found = run.row;
     CHECK(found[0] == doctest::Approx(force).epsilon(0.005));
     // The resultant acts at a third of the depth.
     CHECK(-found[2] == doctest::Approx(force * 0.2 / 3).epsilon(0.02));
@@ -230,16 +241,13 @@ TEST_CASE("the force on a rigid body is the mean of what it is at the ends of st
     "post_processing": {"gauges": [{"name": "a", "type": "force", "rigid_body": "ground"}]}})");
   Model<2> every = model;
   every.output.measured.steps = 1;
-  std::vector<double> found;
-  Observer observer;
-  observer.gauges = [&](const GaugeRows& rows) { found = rows.values[0]; };
-  Simulation simulation(every, flow(2), observer);
-  simulation.gauges();
+  Measured run(every);
+  const std::vector<double>& found = run.row;
   const auto rows = rows_of(model, 100);
   double sum = 0;
   for (Index step = 1; step <= model.analysis.nsteps; ++step) {
-    simulation.advance(1);
-    const RigidBodyRow body = simulation.history().bodies[0];
+    run.simulation.advance(1);
+    const RigidBodyRow body = run.simulation.history().bodies[0];
     CHECK(found[0] == doctest::Approx(body.force[0]).epsilon(1e-12));
     CHECK(found[1] == doctest::Approx(body.force[1]).epsilon(1e-12));
     CHECK(found[2] == doctest::Approx(body.torque[2]).epsilon(1e-12));
