@@ -5,8 +5,8 @@ from . import Number, finish, refine, scenario
 
 TITLE = "Strip footing"
 SHORT = "the load at which clay fails, locking"
-CHECKS = """A rough footing, of which half is 1 m wide, is pressed into undrained clay by quasi-static steps until the
-ground fails. Clay that keeps its volume locks without B-bar."""
+CHECKS = """Quasi-static steps press a rough footing, 2 m wide, into undrained clay until the ground fails. The model has
+one half of it. Clay that keeps its volume locks without B-bar."""
 REFERENCE = "Prandtl (1920): q = (2 + pi) s_u."
 FIGURE = "load over settlement with B-bar, and without it"
 SAYS = """Half the cell halves the error: the footing acts about half a cell wider than it is. Without B-bar the clay

@@ -61,7 +61,7 @@ std::vector<std::string> names_in(const Array& items) {
   return names;
 }
 
-// A mistake in a step of the way to a value.
+// What is wrong with a step on the way to a value.
 struct WrongStep {
   std::string message, hint = {};
 };
@@ -81,7 +81,7 @@ std::variant<std::size_t, WrongStep> entry(const Array& items, const std::string
   std::erase(names, "");
   if (names.empty() || (ec == std::errc{} && rest == end))
     return WrongStep{
-        fmt::format("'{}' is no position in an array of {} elements", step, items.size())};
+        fmt::format("'{}' is not a position in this array of {} elements", step, items.size())};
   return WrongStep{fmt::format("no entry is named '{}'", step), suggest(step, names, "there are")};
 }
 

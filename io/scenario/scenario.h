@@ -24,7 +24,7 @@ struct ScenarioOptions {
   const Team* team = nullptr;          ///< who reads it together; null = this process alone
   std::filesystem::path folder = {};   ///< that file names are relative to; empty = the scenario's
   std::string text_name = "scenario";  ///< of read_scenario_text(): the file that it stands for
-  bool printed = false;                ///< read_scenario_text(): nobody has seen the lines
+  bool printed = false;                ///< read_scenario_text(): problems name no lines
   MemoryLimit memory = {};             ///< the same on all members of a team
   std::size_t stage = 0;               ///< of a scenario with stages: the one that is read
   std::vector<ModelMark>* marks = nullptr;  ///< filled for a picture, unless null; of one process

@@ -152,9 +152,9 @@ std::size_t ScenarioBuilder<Dim>::group_of_row(Index row) const {
   return group;
 }
 
-// Classes are numbered in the order of the first group with them, their material and their values,
-// whoever has particles of them. So they keep their numbers when a stage places more particles. The
-// first class of a material takes its place.
+// Classes are numbered by the first group that has them, then by material, then by values. Ranks do
+// not matter. So classes keep their numbers when a stage places more particles. The first class of
+// a material takes the place of the material.
 template <int Dim>
 void ScenarioBuilder<Dim>::split_fields() {
   in_.classes.assign(1 + group_of_row(rows_.total()), 0);

@@ -9,8 +9,8 @@
 namespace lahar {
 
 /// Active nodes with mass, as they are when the velocities of a step are known: what moves the
-/// particles. Steps do not read it, so it is no part of a patch's state. All patches that have a
-/// node among them have the same bits for it.
+/// particles. Steps do not read it, so the state of a patch leaves it out. Patches that share a
+/// node have the same bits for it.
 struct ShownNodes {
   Index step = -1;          ///< the last one that filled it
   std::vector<Local> node;  ///< ascending; of bodies in contact that of the first body

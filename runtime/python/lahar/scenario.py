@@ -175,7 +175,7 @@ def warn(texts: Iterable[str], stacklevel: int) -> None:
 
 
 def _index(items: list[Any], name: str, path: str) -> int:
-    """Of the entry that is meant by its position or its name."""
+    """The position of an entry, which `name` gives as a position or as a name."""
     if name.isdigit() and int(name) < len(items):
         return int(name)
     names = [one.get("name") if isinstance(one, dict) else None for one in items]

@@ -40,7 +40,7 @@ def main(folder: Path, threads: int, pipe: int) -> int:
     os.set_blocking(pipe, False)
 
     def is_wanted(step: int, time: float, share: float) -> bool:
-        with contextlib.suppress(OSError):  # it is full, or nobody reads it any more
+        with contextlib.suppress(OSError):  # the pipe is full, or its reader has ended
             os.write(pipe, f"{share:.4f}\n".encode())
         return os.getppid() == parent  # a study that was killed: stop with a checkpoint
 

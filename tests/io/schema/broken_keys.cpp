@@ -363,7 +363,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
     {"an override beyond an array",
      {},
      {"materials.1.density=5"},
-     R"(command line: error: '1' is no position in an array of 1 elements
+     R"(command line: error: '1' is not a position in this array of 1 elements
   --set materials.1.density=5
                   ^
 )"},
