@@ -170,7 +170,7 @@ void check_run_folder(const fs::path& folder, bool overwrite) {
   if (!fs::exists(folder, error)) {
     fs::path parent = fs::absolute(folder, error);
     while (parent.has_relative_path() && !fs::exists(parent, error)) parent = parent.parent_path();
-    if (::access(parent.c_str(), W_OK | X_OK) != 0) throw_io_error("create", folder, errno);
+    if (::access(parent.c_str(), W_OK | X_OK) != 0) throw_io_error("make folder", folder, errno);
     return;
   }
   if (!fs::is_directory(folder, error)) return;  // making it says what is wrong

@@ -1,10 +1,26 @@
 #include "runtime/exchange/run_failures.h"
 
 #include <limits>
+#include <string>
 
 #include "physics/base/error.h"
 
 namespace lahar {
+
+namespace {
+
+/// Empty for an exception that has no text.
+std::string text_of(const std::exception_ptr& exception) {
+  try {
+    if (exception) std::rethrow_exception(exception);
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (...) {
+  }
+  return "";
+}
+
+}  // namespace
 
 void RunFailures::add(int patch, Failure failure) {
   poisoned_[static_cast<std::size_t>(patch)] = 1;
@@ -20,8 +36,10 @@ void RunFailures::throw_first(Step& step, const Communicator& ranks) {
   }
   keep(of_poll_);
   if (!ranks.any(static_cast<bool>(of_output_))) return;
+  std::string message = text_of(of_output_);
+  take_first_text(ranks, static_cast<bool>(of_output_), message);
   if (of_output_) std::rethrow_exception(of_output_);
-  throw IoError("another rank could not write its part of the results");
+  throw IoError(message);
 }
 
 std::string RunFailures::first_message(Step step, const Communicator& ranks) const {

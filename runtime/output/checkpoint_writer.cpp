@@ -1,7 +1,5 @@
 #include "runtime/output/checkpoint_writer.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <memory>
 #include <numeric>
@@ -74,13 +72,6 @@ class CheckpointJob : public OutputJob {
     if (options_.before_complete) options_.before_complete();
     file.commit(options_.before_naming);
     prune_checkpoints(options_.folder, options_.kept);
-  }
-  std::string blame(Task task, int, const std::string& reason) const override {
-    const std::string file = about().target.string();
-    if (task == Task::create) return reason;
-    if (task == Task::name) return fmt::format("another rank could not complete {}", file);
-    return fmt::format("cannot write {}: another rank could not {} its part", file,
-                       task == Task::prepare ? "pack" : "write");
   }
 
  private:

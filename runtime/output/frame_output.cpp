@@ -1,7 +1,5 @@
 #include "runtime/output/frame_output.h"
 
-#include <fmt/format.h>
-
 #include <memory>
 #include <numeric>
 #include <string>
@@ -61,10 +59,6 @@ class FrameOutput::Job : public OutputJob {
   }
   void name(AtomicFile& file) override {
     output_.name(file, frame_.header.time, output_.index_.particles, "particles.hdf.series");
-  }
-  std::string blame(Task, int rank, const std::string&) const override {
-    return fmt::format("cannot write {}: rank {} failed; its message says why",
-                       about().target.string(), rank);
   }
 
  private:

@@ -1,7 +1,5 @@
 #include "runtime/output/node_job.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cassert>
 #include <set>
@@ -172,11 +170,6 @@ void NodeJob::write(const ByteSink& sink, bool) {
     write_slab(layout_, first, {&part, 1}, sink);
   }
   own_ = {};
-}
-
-std::string NodeJob::blame(Task, int rank, const std::string&) const {
-  return fmt::format("cannot write {}: rank {} failed; its message says why",
-                     about().target.string(), rank);
 }
 
 }  // namespace lahar

@@ -43,7 +43,6 @@ class NodeJob : public OutputJob {
   void hear_layout(std::span<const std::byte> layout) override;
   void write(const ByteSink& sink, bool parallel) override;
   void name(AtomicFile& file) override { name_(file); }
-  std::string blame(Task task, int rank, const std::string& reason) const override;
 
  private:
   FramePieces pieces_;

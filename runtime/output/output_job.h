@@ -36,7 +36,6 @@ class OutputJob {
   const About& about() const { return about_; }
 
   // The tasks, one after the other. What they return is told to all ranks; they may throw.
-  enum class Task { prepare, create, write, name };
   /// Every rank: what all have to know about its part.
   virtual Bytes prepare() = 0;
   /// Rank 0: makes file.temporary(), with room for all parts. Returns where they lie.
@@ -50,8 +49,6 @@ class OutputJob {
   virtual void hear_parts(std::span<const std::byte> parts, int rank) = 0;
   /// What create() returned on rank 0.
   virtual void hear_layout(std::span<const std::byte> layout) = 0;
-  /// The message of ranks that did not fail where `rank` did, for a reason of its own.
-  virtual std::string blame(Task task, int rank, const std::string& reason) const = 0;
 
  private:
   About about_;

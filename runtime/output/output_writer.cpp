@@ -1,9 +1,11 @@
 #include "runtime/output/output_writer.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -12,8 +14,6 @@
 namespace lahar {
 
 namespace {
-
-using Task = OutputJob::Task;
 
 /// How long to sleep between two looks at what other ranks say.
 constexpr std::chrono::microseconds poll_interval{100};
@@ -169,7 +169,7 @@ void OutputWriter::write_file(Entry& entry) {
   std::optional<AtomicFile> file;  // of rank 0
 
   if (!job.about().prepare_now) work(entry, [&] { entry.told = job.prepare(); });
-  agree(entry, Task::prepare);
+  agree(entry);
   job.hear_parts(agreement_.all(), rank);
 
   if (rank == 0)
@@ -177,7 +177,7 @@ void OutputWriter::write_file(Entry& entry) {
       file.emplace(job.about().target);
       entry.told = job.create(*file);
     });
-  agree(entry, Task::create);
+  agree(entry);
   job.hear_layout(agreement_.of(0));
 
   if (job.about().write_now) let_caller_write(entry);
@@ -185,10 +185,10 @@ void OutputWriter::write_file(Entry& entry) {
     if (!job.about().write_now) write_part(entry, [this] { pause(); });
     if (entry.part && !entry.failure) entry.part->sync();
   });
-  agree(entry, Task::write);
+  agree(entry);
 
   if (rank == 0) work(entry, [&] { job.name(*file); });
-  agree(entry, Task::name);
+  agree(entry);
 }
 
 void OutputWriter::work(Entry& entry, const std::function<void()>& task) {
@@ -207,7 +207,7 @@ void OutputWriter::attempt(Entry& entry, const std::function<void()>& task) {
 }
 
 /// Wait until all ranks have done a task.
-void OutputWriter::agree(Entry& entry, Task task) {
+void OutputWriter::agree(Entry& entry) {
   {
     std::unique_lock lock(mutex_);
     agreement_.start(std::exchange(entry.told, {}), entry.failure != nullptr);
@@ -217,7 +217,7 @@ void OutputWriter::agree(Entry& entry, Task task) {
   if (entry.failure) std::rethrow_exception(entry.failure);
   if (const auto rank = agreement_.failed_rank()) {
     const std::vector<char> reason = values_of<char>(agreement_.of(*rank));
-    throw IoError(entry.job->blame(task, *rank, {reason.begin(), reason.end()}));
+    throw IoError(fmt::format("rank {}: {}", *rank, std::string(reason.begin(), reason.end())));
   }
 }
 

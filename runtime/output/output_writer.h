@@ -74,7 +74,7 @@ class OutputWriter {
   void loop();
   void write_file(Entry& entry);
   void work(Entry& entry, const std::function<void()>& task);
-  void agree(Entry& entry, OutputJob::Task task);
+  void agree(Entry& entry);
   void let_caller_write(Entry& entry);
   void pause();
   void poll();
