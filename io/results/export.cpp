@@ -9,6 +9,7 @@
 #include "io/frames/vtkhdf.h"
 #include "io/frames/vtu.h"
 #include "io/results/cbgeo_export.h"
+#include "io/frames/surface_files.h"
 #include "io/results/free_surface.h"
 #include "io/run/run_folder.h"
 #include "physics/base/error.h"
@@ -106,7 +107,7 @@ std::vector<fs::path> export_run(const fs::path& source, ExportFormat format, Fr
     if (format == ExportFormat::vtu) write_vtu(frame, file);
     if (format == ExportFormat::cbgeo) write_cbgeo(frame, run, file);
     if (format == ExportFormat::stl) write_stl(free_surface(frame, {spacing}), file);
-    if (format == ExportFormat::vtp) write_vtp(free_surface(frame, {spacing}), frame.time, file);
+    if (format == ExportFormat::vtp) write_vtp<3>(free_surface(frame, {spacing}), frame.time, file);
     written.push_back(file);
     index.push_back({frame.time, file.filename().string()});
   }

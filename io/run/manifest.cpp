@@ -84,6 +84,15 @@ Json gauges_json(const std::vector<GaugeTable>& tables) {
   return list;
 }
 
+Json bodies_json(const std::vector<BodyShape>& bodies) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    list.push_back({{"name", bodies[i].name},
+                    {"file", body_file("", i, bodies[i].name).generic_string()},
+                    {"centre", bodies[i].centre}});
+  return list;
+}
+
 Json program_json(const RunInfo& info) {
   Json libraries = Json::object();
   for (const auto& [name, version] : info.libraries) libraries[name] = version;
@@ -139,6 +148,7 @@ Manifest::Manifest(const RunInfo& info) {
     for (Json& map : json["maps"])
       map["files"] = {"maps/" + map["name"].get<std::string>() + ".asc"};
   }
+  if (!info.bodies.empty()) json["rigid_bodies"] = bodies_json(info.bodies);
   start_ = dump(json);
 }
 

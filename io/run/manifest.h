@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/run/body_shapes.h"
 #include "io/run/gauge_rows.h"
 #include "physics/base/types.h"
 
@@ -36,6 +37,7 @@ struct RunInfo {
   std::vector<std::string> changes;       ///< by a stage to particles, when it began
   std::vector<GaugeTable> gauges;         ///< tables in gauges/
   std::vector<GaugeColumn> maps;          ///< rasters in maps/
+  std::vector<BodyShape> bodies;          ///< surfaces in bodies/
   std::vector<std::filesystem::path> inputs;  ///< scenario and side files; their hashes are stored
 };
 

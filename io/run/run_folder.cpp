@@ -45,7 +45,7 @@ void remove_results(const fs::path& folder) {
     }
     remove_abandoned_parts(folder / name);
   }
-  for (const auto& [name, endings] : {std::pair{"gauges", ".csv"}, {"maps", ".asc .tif"}}) {
+  for (const auto& [name, endings] : {std::pair{"gauges", ".csv"}, {"maps", ".asc .tif"}, {"bodies", ".vtp"}}) {
     if (!fs::is_directory(folder / name)) continue;
     for (const auto& entry : fs::directory_iterator(folder / name))
       if (const std::string ending = entry.path().extension().string();
@@ -220,6 +220,7 @@ struct RunFolder::Impl {
     write_text_file(folder / "manifest.json", manifest.text());
     write_text_file(folder / "scenario.json", contents.scenario);
     write_text_file(folder / "scenario.full.json", contents.scenario_full);
+    write_body_shapes(folder, contents.info.bodies);
     make_folder(frames_folder(folder));
   }
 

@@ -114,6 +114,7 @@ void FramePicture::draw(Drawing& drawing) const {
   };
   ParticleView particles(pixels(view_.size[0]), pixels(view_.size[1]), view_.low, view_.high);
   particles.add(frame_, edges_of(frame_, options_.axisymmetric), field_.values, options_.look);
+  for (const PlacedBody& body : options_.bodies) particles.add(body, options_.look, bounds_);
 
   double title = 22;
   if (!options_.title.empty())

@@ -28,6 +28,7 @@ struct FramePictureOptions {
   std::optional<Bounds> bounds;      ///< default: those of the frame
   std::string title;
   bool axisymmetric = false;
+  std::vector<PlacedBody> bodies = {};
   Ink ink;
   double largest_width = 860, largest_height = 640;  ///< [px] of the particles
   double pixel_scale = 2;  ///< pixels of particles for each of the drawing

@@ -20,7 +20,25 @@ constexpr double disc_radius = 0.75;   ///< of an edge: discs of a cubic lattice
 constexpr double half_section = 0.55;  ///< of an edge: of a plane between two layers, both
 constexpr double radians = std::numbers::pi / 180;
 
-constexpr Rgba not_finite{220, 20, 20, 255};
+constexpr double behind = 1e9;  ///< [m] all others: where larger squares lie
+
+constexpr Rgba not_finite{220, 20, 20, 255}, body_colour{176, 170, 160, 255};
+constexpr double body_in_front = 0.35;  ///< share of its colour where particles are behind it
+constexpr double line_width = 2.5;      ///< [px] of bodies in sections
+/// Around particles, in lengths of their box: so far bodies are drawn.
+constexpr double bodies_around = 0.1;
+
+Rgba mixed(const Rgba& a, const Rgba& b, double share_of_b) {
+  Rgba to{};
+  for (std::size_t c = 0; c < 4; ++c)
+    to[c] = static_cast<std::uint8_t>(std::lround((1 - share_of_b) * a[c] + share_of_b * b[c]));
+  return to;
+}
+Rgba lit(Rgba colour, double light) {
+  for (std::size_t c = 0; c < 3; ++c)
+    colour[c] = static_cast<std::uint8_t>(std::lround(std::min(light, 1.0) * colour[c]));
+  return colour;
+}
 
 }  // namespace
 
@@ -146,6 +164,42 @@ ParticleView::ParticleView(int columns, int rows, const std::array<double, 2>& l
   value_.resize(all);
   depth_.assign(all, std::numeric_limits<double>::lowest());
   filled_.resize(all);
+  body_depth_.assign(all, std::numeric_limits<double>::lowest());
+  body_light_.resize(all);
+}
+
+void ParticleView::add(const PlacedBody& body, const Look& look, const Bounds& box) {
+  const ViewProjection project(look);
+  const auto point = [&](Local p) {
+    const Vec<3>& x = body.points[static_cast<std::size_t>(p)];
+    return Point{x[0], x[1], x[2]};
+  };
+  Bounds within = box;
+  double longest = 0;
+  for (std::size_t d = 0; d < 3; ++d) longest = std::max(longest, box.high[d] - box.low[d]);
+  for (std::size_t d = 0; d < 3; ++d) {
+    within.low[d] -= bodies_around * longest;
+    within.high[d] += bodies_around * longest;
+  }
+  for (const auto& line : body.lines) draw(project(point(line[0])), project(point(line[1])));
+  for (const auto& corners : body.triangles) {
+    const std::array<Point, 3> x{point(corners[0]), point(corners[1]), point(corners[2])};
+    if (look.kind == Look::Kind::section) {
+      const auto n = static_cast<std::size_t>(look.normal);
+      std::vector<Point> cuts;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Point &a = x[k], &b = x[(k + 1) % 3];
+        if ((a[n] > look.at) == (b[n] > look.at)) continue;
+        const double share = (look.at - a[n]) / (b[n] - a[n]);
+        Point cut;
+        for (std::size_t d = 0; d < 3; ++d) cut[d] = a[d] + share * (b[d] - a[d]);
+        cuts.push_back(project(cut));
+      }
+      if (cuts.size() == 2) draw(cuts[0], cuts[1]);
+    } else {
+      draw(x, project, within);
+    }
+  }
 }
 
 void ParticleView::add(const Frame& frame, const std::vector<double>& edges,
@@ -167,7 +221,6 @@ void ParticleView::add(const Frame& frame, const std::vector<double>& edges,
     splats.push_back(splat);
   }
   if (!space) {
-    constexpr double behind = 1e9;  // [m] all others
     for (Splat splat : splats) {
       splat.half *= underlay;
       splat.at[2] -= behind;
@@ -209,6 +262,76 @@ void ParticleView::draw(const Splat& splat, bool disc) {
     }
 }
 
+void ParticleView::put_body(int i, int j, double depth, double light) {
+  const std::size_t k = index(i, j);
+  if (!(depth > body_depth_[k])) return;
+  body_depth_[k] = depth;
+  body_light_[k] = static_cast<float>(light);
+}
+
+/// Lighter the more it looks up and towards the eye.
+void ParticleView::draw(const std::array<Point, 3>& triangle, const ViewProjection& project,
+                        const Bounds& within) {
+  const Point a = project(triangle[0]), b = project(triangle[1]), c = project(triangle[2]);
+  const double twice = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+  if (!(std::abs(twice) > 0)) return;
+  const Vec<3> along(b[0] - a[0], b[1] - a[1], b[2] - a[2]),
+      across(c[0] - a[0], c[1] - a[1], c[2] - a[2]);
+  Vec<3> normal = along.cross(across).stableNormalized();
+  if (normal[2] < 0) normal = -normal;
+  const Vec<3> light = Vec<3>(-0.4, 0.55, 0.73).normalized();
+  const double brightness = 0.55 + 0.45 * std::max(0.0, normal.dot(light));
+  std::array<int, 2> first{}, last{};
+  const std::array<int, 2> count{columns_, rows_};
+  for (std::size_t d = 0; d < 2; ++d) {
+    const double least = (std::min({a[d], b[d], c[d]}) - low_[d]) / size_[d],
+                 most = (std::max({a[d], b[d], c[d]}) - low_[d]) / size_[d];
+    if (!(most >= 0) || !(least <= count[d])) return;
+    first[d] = static_cast<int>(std::clamp(std::ceil(least - 0.5), 0.0, count[d] - 1.0));
+    last[d] = static_cast<int>(std::clamp(std::floor(most - 0.5), 0.0, count[d] - 1.0));
+  }
+  constexpr double rounding = 1e-9;
+  for (int j = first[1]; j <= last[1]; ++j)
+    for (int i = first[0]; i <= last[0]; ++i) {
+      const double x = low_[0] + (i + 0.5) * size_[0] - a[0],
+                   y = low_[1] + (j + 0.5) * size_[1] - a[1];
+      const double s = (x * across[1] - across[0] * y) / twice,
+                   t = (along[0] * y - x * along[1]) / twice;
+      if (s < -rounding || t < -rounding || s + t > 1 + rounding) continue;
+      bool inside = true;
+      for (std::size_t d = 0; d < 3; ++d) {
+        const double at = (1 - s - t) * triangle[0][d] + s * triangle[1][d] + t * triangle[2][d];
+        inside = inside && at >= within.low[d] && at <= within.high[d];
+      }
+      if (inside) put_body(i, j, a[2] + s * along[2] + t * across[2], brightness);
+    }
+}
+
+void ParticleView::draw(const Point& from, const Point& to) {
+  const double columns = (to[0] - from[0]) / size_[0], rows = (to[1] - from[1]) / size_[1];
+  const double x = (from[0] - low_[0]) / size_[0], y = (from[1] - low_[1]) / size_[1];
+  const double length = std::hypot(columns, rows);
+  if (!std::isfinite(length)) return;
+  // Of a line that leaves the picture only the part is drawn that may be in it.
+  const double most = 2.0 * (columns_ + rows_);
+  const int steps = static_cast<int>(std::ceil(2 * std::min(length, most)));
+  for (int k = 0; k <= steps; ++k) {
+    const double share = steps > 0 ? static_cast<double>(k) / steps : 0;
+    const double u = x + share * columns, v = y + share * rows, half = 0.5 * line_width;
+    if (!(u > -half && v > -half && u < columns_ + half && v < rows_ + half)) continue;
+    for (int j = std::max(0, static_cast<int>(std::ceil(v - half - 0.5)));
+         j <= std::min(rows_ - 1, static_cast<int>(std::floor(v + half - 0.5))); ++j)
+      for (int i = std::max(0, static_cast<int>(std::ceil(u - half - 0.5)));
+           i <= std::min(columns_ - 1, static_cast<int>(std::floor(u + half - 0.5))); ++i)
+        put_body(i, j, std::numeric_limits<double>::max(), 0.6);
+  }
+}
+
+double ParticleView::depth_at(std::size_t k) const {
+  if (!filled_[k]) return body_depth_[k];
+  return depth_[k] < -0.5 * behind ? depth_[k] + behind : depth_[k];
+}
+
 /// Eye-dome lighting (Boucheny 2009): 1 where nothing near in the picture is nearer to the eye.
 double ParticleView::shade(int i, int j) const {
   constexpr double strength = 0.5, per_pixel = 1.0;
@@ -220,8 +343,9 @@ double ParticleView::shade(int i, int j) const {
       const int x = i + distance * a, y = j + distance * b;
       if (x < 0 || y < 0 || x >= columns_ || y >= rows_) continue;
       ++count;
-      if (!filled_[index(x, y)]) continue;
-      const double above = (depth_[index(x, y)] - depth_[index(i, j)]) / size_[0];
+      const std::size_t beside = index(x, y), own = index(i, j);
+      if (!filled_[beside] && body_light_[beside] <= 0) continue;
+      const double above = (depth_at(beside) - depth_at(own)) / size_[0];
       sum += std::log2(1 + std::max(0.0, per_pixel * above / distance - 1.5));
     }
   return std::exp(-strength * sum / std::max(1, count));
@@ -232,14 +356,15 @@ Image ParticleView::image(const ColourScale& scale, bool shaded) const {
   for (int j = 0; j < rows_; ++j)
     for (int i = 0; i < columns_; ++i) {
       const std::size_t k = index(i, j);
-      if (!filled_[k]) continue;
-      Rgba colour = std::isfinite(value_[k]) ? scale.colour(value_[k]) : not_finite;
-      if (shaded) {
-        const double light = shade(i, j);
-        for (std::size_t c = 0; c < 3; ++c)
-          colour[c] = static_cast<std::uint8_t>(std::lround(light * colour[c]));
+      const bool body = body_light_[k] > 0;
+      if (!filled_[k] && !body) continue;
+      Rgba colour = lit(body_colour, static_cast<double>(body_light_[k]));
+      if (filled_[k]) {
+        const Rgba own = std::isfinite(value_[k]) ? scale.colour(value_[k]) : not_finite;
+        const bool hidden = body && body_depth_[k] > depth_at(k);
+        colour = hidden ? mixed(own, colour, body_in_front) : own;
       }
-      image.at(i, rows_ - 1 - j) = colour;
+      image.at(i, rows_ - 1 - j) = shaded ? lit(colour, shade(i, j)) : colour;
     }
   return image;
 }

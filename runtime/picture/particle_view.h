@@ -8,6 +8,7 @@
 
 #include "io/frames/frame.h"
 #include "runtime/picture/colour_map.h"
+#include "runtime/picture/placed_bodies.h"
 
 namespace lahar {
 
@@ -55,7 +56,7 @@ std::vector<double> edges_of(const Frame& frame, bool axisymmetric);
 
 class ParticleView {
  public:
-  /// Of the part of a projection between `low` and `high` [m].
+  /// Of the part of a projection within a box.
   ParticleView(int columns, int rows, const std::array<double, 2>& low,
                const std::array<double, 2>& high);
 
@@ -63,8 +64,12 @@ class ParticleView {
   void add(const Frame& frame, const std::vector<double>& edges, const std::vector<double>& values,
            const Look& look);
 
-  /// Pixels without a particle are clear, those of values that are not finite red. `shaded`: what
-  /// lies behind something is darker beside it.
+  /// A body: what of its triangles is near the box, or where a section cuts them, or its lines.
+  void add(const PlacedBody& body, const Look& look, const Bounds& box);
+
+  /// Bodies are grey, and what is behind them shines through. Pixels without anything are clear,
+  /// those of values that are not finite red. `shaded`: what lies behind something is darker beside
+  /// it.
   Image image(const ColourScale& scale, bool shaded) const;
 
  private:
@@ -74,6 +79,13 @@ class ParticleView {
     double value;
   };
   void draw(const Splat& splat, bool disc);
+  /// Pixels whose middles are in the part of a triangle that is within a box.
+  void draw(const std::array<Point, 3>& triangle, const ViewProjection& project,
+            const Bounds& within);
+  void draw(const Point& from, const Point& to);
+  void put_body(int i, int j, double depth, double light);
+  /// Of what is nearer to the eye: a particle, or a body if there is none.
+  double depth_at(std::size_t k) const;
   double shade(int i, int j) const;
   std::size_t index(int i, int j) const {
     return static_cast<std::size_t>(j) * static_cast<std::size_t>(columns_) +
@@ -84,6 +96,8 @@ class ParticleView {
   std::array<double, 2> low_, size_;  ///< size of a pixel [m]
   std::vector<double> value_, depth_;
   std::vector<char> filled_;
+  std::vector<double> body_depth_;
+  std::vector<float> body_light_;  ///< 0 = no body
 };
 
 }  // namespace lahar

@@ -15,6 +15,7 @@ RunFacts run_facts(const std::filesystem::path& source) {
   if (!manifest) return facts;
   facts.title = text_in(*manifest, "title");
   facts.axisymmetric = is_axisymmetric(run);
+  facts.bodies = PlacedBodies(run);
   return facts;
 }
 

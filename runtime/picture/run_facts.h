@@ -4,11 +4,14 @@
 #include <filesystem>
 #include <string>
 
+#include "runtime/picture/placed_bodies.h"
+
 namespace lahar {
 
 struct RunFacts {
   std::string title;
   bool axisymmetric = false;
+  PlacedBodies bodies;
 };
 
 /// Of a run folder, or of the one that a frame lies in; empty where there is none.

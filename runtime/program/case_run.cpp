@@ -87,6 +87,8 @@ int CaseRun::execute() {
   begin_ = Clock::now();
   header_ = checkpoint_header(scenario_);
   if (!arguments_.restart.empty()) open_checkpoint_to_restart();
+  std::vector<BodyShape> bodies;
+  if (ranks_.rank() == 0) bodies = shapes_of_bodies(scenario_.model);
   Simulation simulation = begin_simulation();
   const SimulationInfo info = simulation.info();
   particles_ = info.particles;
@@ -108,6 +110,7 @@ int CaseRun::execute() {
   about.ranks = ranks_.size();
   about.changes = changes;
   about.gauges = simulation.gauge_tables();
+  about.bodies = std::move(bodies);
   if (outline_.output.measured.maps.wanted) about.maps = map_columns();
   make_folder(std::move(about));
   frames_ = std::make_unique<FrameOutput>(frames_folder(outline_.output.folder), ranks_,

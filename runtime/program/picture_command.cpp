@@ -39,11 +39,12 @@ class Pictures {
       : arguments_(arguments), frames_(chosen_frames(arguments.run, choice_of(arguments))) {
     const FrameHeader header = read_frame_header(frames_.back().file);
     columns_ = columns_of_picture(header, arguments.field);
-    const RunFacts facts = run_facts(arguments.run);
+    RunFacts facts = run_facts(arguments.run);
     options_.field = arguments.field;
     options_.look = look_of(arguments.view, header.dim);
     options_.title = printable(facts.title);
     options_.axisymmetric = facts.axisymmetric;
+    bodies_ = std::move(facts.bodies);
     if (!arguments.range.empty()) {
       const double low = arguments.range[0], high = arguments.range[1];
       options_.scale = ColourScale{.low = low, .high = high, .is_signed = low == -high};
@@ -84,9 +85,15 @@ class Pictures {
     options_.bounds = bounds;
   }
 
+  FramePictureOptions options_at(double time) const {
+    FramePictureOptions options = options_;
+    options.bodies = bodies_.at(time);
+    return options;
+  }
+
   std::string png_of_frame(const fs::path& file) const {
     const Frame frame = read_frame(file, columns_);
-    const FramePicture picture(frame, options_);
+    const FramePicture picture(frame, options_at(frame.time));
     Canvas canvas(picture.width(), picture.height(), options_.pixel_scale);
     picture.draw(canvas);
     return png_of(canvas.pixels());
@@ -94,7 +101,7 @@ class Pictures {
 
   std::string svg_of(const fs::path& file) const {
     const Frame frame = read_frame(file, columns_);
-    const FramePicture picture(frame, options_);
+    const FramePicture picture(frame, options_at(frame.time));
     Svg svg(picture.width(), picture.height());
     picture.draw(svg);
     return svg.finish();
@@ -133,6 +140,7 @@ class Pictures {
   std::vector<FrameFile> frames_;
   std::vector<std::string> columns_;
   FramePictureOptions options_;
+  PlacedBodies bodies_;
 };
 
 int picture_command(const PictureArguments& arguments) {

@@ -68,6 +68,21 @@ ModelOutline outline_of(const AnyModel& any) {
       any);
 }
 
+std::vector<BodyShape> shapes_of_bodies(const AnyModel& any) {
+  return std::visit(
+      []<int Dim>(const Model<Dim>& model) {
+        std::vector<BodyShape> shapes;
+        for (const RigidBody<Dim>& body : model.rigid_bodies) {
+          BodyShape& shape = shapes.emplace_back();
+          shape.name = body.name;
+          std::copy_n(body.centre.data(), Dim, shape.centre.begin());
+          shape.surface = surface_within<Dim>(*body.solid, model.mesh->bounds());
+        }
+        return shapes;
+      },
+      any);
+}
+
 /// The velocity transfer in words.
 std::string describe_transfer(const Analysis& analysis, std::span<const Material> materials) {
   const VelocityTransfer& transfer = analysis.transfer;

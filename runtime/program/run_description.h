@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/run/body_shapes.h"
 #include "runtime/program/run_arguments.h"
 #include "runtime/step/restart.h"
 #include "runtime/terminal/console.h"
@@ -29,6 +30,9 @@ struct ModelOutline {
 std::size_t count_materials(std::span<const Material> materials);
 
 ModelOutline outline_of(const AnyModel& model);
+
+/// Surfaces of rigid bodies within the mesh.
+std::vector<BodyShape> shapes_of_bodies(const AnyModel& model);
 
 void describe(Console& console, const ModelOutline& model, const SimulationInfo& info,
               int ranks = 1);

@@ -153,7 +153,9 @@ class ReportPage {
         "<span class=\"group\" id=\"looks\"><button type=\"button\" data-look=\"3d\">3D</button>"
         "<button type=\"button\" data-look=\"top\">top</button>"
         "<button type=\"button\" data-look=\"front\">front</button>"
-        "<button type=\"button\" data-look=\"side\">side</button></span></div>\n<div "
+        "<button type=\"button\" data-look=\"side\">side</button></span>"
+        "<label id=\"with-bodies\" hidden><input type=\"checkbox\" id=\"bodies\" checked> rigid "
+        "bodies</label></div>\n<div "
         "class=\"runs\">\n";
     for (std::size_t r = 0; r < runs_.size(); ++r) {
       if (samples_[r].frames.empty()) continue;
@@ -199,6 +201,7 @@ class ReportPage {
                                       .bounds = bounds_,
                                       .title = {},
                                       .axisymmetric = part.axisymmetric,
+                                      .bodies = part.shapes.at(frame.time),
                                       .ink = page_ink,
                                       .largest_width = width,
                                       .largest_height = height,

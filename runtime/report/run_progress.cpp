@@ -11,8 +11,8 @@
 #include "io/base/atomic_file.h"
 #include "io/json/json_text.h"
 #include "io/run/manifest.h"
+#include "io/run/table.h"
 #include "physics/base/error.h"
-#include "runtime/report/table.h"
 
 namespace lahar {
 

@@ -85,6 +85,7 @@ RunPart read_part(FolderOfRun from, const std::string& name) {
   if (there("scenario.json")) part.scenario = read_text_file(folder / "scenario.json");
   if (there("history.csv")) part.history = read_table(folder / "history.csv");
   if (there(rigid_bodies_file)) part.bodies = read_table(folder / rigid_bodies_file);
+  part.shapes = PlacedBodies(folder);
   if (there(removed_file)) part.removed = read_table(folder / removed_file).rows();
   if (there("log.txt")) part.stages = stages_in(read_text_file(folder / "log.txt"));
   for (const json& warning : list_of(part.manifest, "warnings"))

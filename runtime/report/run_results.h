@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "io/run/run_folder.h"
-#include "runtime/report/table.h"
+#include "io/run/table.h"
+#include "runtime/picture/placed_bodies.h"
 
 namespace lahar {
 
@@ -35,6 +36,7 @@ struct RunPart {
   std::string scenario;  ///< the input as it was
   bool axisymmetric = false;
   Table history, bodies;
+  PlacedBodies shapes;
   std::vector<GaugeSeries> gauges;
   std::vector<RunMap> maps;
   std::vector<StageShare> stages;

@@ -1,6 +1,7 @@
 #include "runtime/report/samples.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -101,6 +102,7 @@ RunSamples sample(const RunResults& run, const std::vector<std::string>& fields,
       std::clamp(budget.bytes / (std::max(1.0, most) * bytes_of_particle), 8.0,
                  static_cast<double>(std::max<std::size_t>(budget.frames, 8))));
   samples.dim = header.dim;
+  samples.bodies = all.front().part->shapes.shapes();
   std::vector<std::vector<double>> values(fields.size());
   for (const ReportFrame& at : spread(all, std::min(count, budget.frames))) {
     const Frame frame = read_frame(at.file.file, columns);
@@ -110,7 +112,11 @@ RunSamples sample(const RunResults& run, const std::vector<std::string>& fields,
                     .time = at.part->begin + frame.time,
                     .stage = at.part->name,
                     .places = {},
-                    .values = {}};
+                    .values = {},
+                    .poses = {}};
+    for (std::size_t k = 0; k < std::min(samples.bodies.size(), at.part->shapes.shapes().size());
+         ++k)
+      to.poses.push_back(at.part->shapes.pose(k, frame.time));
     const auto dim = static_cast<std::size_t>(frame.dim);
     for (const std::size_t p : list)
       for (std::size_t d = 0; d < 3; ++d)
@@ -139,13 +145,46 @@ RunSamples sample(const RunResults& run, const std::vector<std::string>& fields,
   return samples;
 }
 
+namespace {
+
+/// Points as 32 bit numbers [m] from the body's centre, corners as 32 bit indices.
+nlohmann::json json_of(const BodyShape& body) {
+  std::string points, corners;
+  const auto append_all = [&](const auto& surface) {
+    for (const auto& x : surface.points)
+      for (int d = 0; d < 3; ++d) {
+        const double at = d < x.size() ? x[d] : 0.0;
+        append(points, std::bit_cast<std::uint32_t>(
+                           static_cast<float>(at - body.centre[static_cast<std::size_t>(d)])));
+      }
+    for (const auto& piece : surface.corners)
+      for (const Local corner : piece) append(corners, static_cast<std::uint32_t>(corner));
+  };
+  std::visit(append_all, body.surface);
+  return {{"name", body.name}, {"points", base64(points)}, {"corners", base64(corners)}};
+}
+
+/// The rows of a matrix that takes points of a body to places seen from the middle of `bounds`.
+nlohmann::json json_of(const BodyPose& pose, const Bounds& bounds) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b < 3; ++b) rows.push_back(pose.axes(a, b));
+    const auto d = static_cast<std::size_t>(a);
+    rows.push_back(pose.place[a] - 0.5 * (bounds.low[d] + bounds.high[d]));
+  }
+  return rows;
+}
+
+}  // namespace
+
 std::string json_of(const RunSamples& samples, const Bounds& bounds,
                     const std::vector<ColourScale>& scales) {
   using nlohmann::json;
-  json page{{"dim", samples.dim},     {"particles", samples.particles},
-            {"shown", samples.shown}, {"edge", samples.edge},
-            {"low", bounds.low},      {"high", bounds.high},
-            {"frames", json::array()}};
+  json page{{"dim", samples.dim},      {"particles", samples.particles},
+            {"shown", samples.shown},  {"edge", samples.edge},
+            {"low", bounds.low},       {"high", bounds.high},
+            {"frames", json::array()}, {"bodies", json::array()}};
+  for (const BodyShape& body : samples.bodies) page["bodies"].push_back(json_of(body));
   constexpr double most_place = 65535, most_value = 254, no_value = 255;
   for (const SampledFrame& frame : samples.frames) {
     std::string places;
@@ -165,11 +204,14 @@ std::string json_of(const RunSamples& samples, const Bounds& bounds,
       }
       values.push_back(base64(bytes));
     }
+    json poses = json::array();
+    for (const BodyPose& pose : frame.poses) poses.push_back(json_of(pose, bounds));
     page["frames"].push_back({{"step", frame.step},
                               {"time", frame.time},
                               {"stage", frame.stage},
                               {"places", base64(places)},
-                              {"values", std::move(values)}});
+                              {"values", std::move(values)},
+                              {"poses", std::move(poses)}});
   }
   return page.dump(-1, ' ', true, json::error_handler_t::replace);
 }

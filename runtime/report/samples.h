@@ -30,6 +30,7 @@ struct SampledFrame {
   std::string stage;
   std::vector<float> places;               ///< [m] three per particle
   std::vector<std::vector<float>> values;  ///< of each field
+  std::vector<BodyPose> poses;             ///< of each rigid body
 };
 
 struct RunSamples {
@@ -40,6 +41,7 @@ struct RunSamples {
   std::vector<FrameField> fields;  ///< without values
   std::vector<ColourScale> scales;
   std::vector<SampledFrame> frames;
+  std::vector<BodyShape> bodies;
 };
 
 struct SampleBudget {
@@ -52,7 +54,7 @@ RunSamples sample(const RunResults& run, const std::vector<std::string>& fields,
                   const SampleBudget& budget);
 
 /// JSON for page/particles.js. Places are 16 bit numbers within `bounds`, values 8 bit numbers
-/// within the scale, 255 where they are not finite.
+/// within the scale, 255 where they are not finite. Points of bodies are seen from their centres.
 std::string json_of(const RunSamples& samples, const Bounds& bounds,
                     const std::vector<ColourScale>& scales);
 

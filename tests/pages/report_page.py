@@ -77,6 +77,12 @@ def test_view(browser):
     browser.value("document.querySelector('#field').value = 1;"
                   "document.querySelector('#field').dispatchEvent(new Event('change'))")
     expect(drawn(browser)[0]["hash"] != first["hash"], "another field has other colours")
+    first = drawn(browser)[0]
+    browser.value("document.querySelector('#bodies').click()")
+    without = drawn(browser)[0]
+    expect(without["share"] < first["share"] - 0.02, "rigid bodies are drawn, and can be left out")
+    browser.value("document.querySelector('#bodies').click()")
+    expect(drawn(browser)[0]["hash"] == first["hash"], "and are there again")
     browser.value("document.querySelector('[data-look=\"top\"]').click()")
     first = drawn(browser)[0]
     box = place(browser, ".view canvas")

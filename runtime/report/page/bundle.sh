@@ -11,7 +11,7 @@ trap 'rm -rf "$work"' EXIT
 cd "$work"
 npm install --no-save --no-audit --no-fund --silent "three@$three" "esbuild@$esbuild"
 cat >names.js <<'END'
-export { BufferAttribute, BufferGeometry, DataTexture, Float32BufferAttribute, LineBasicMaterial, LineSegments,
+export { BufferAttribute, BufferGeometry, DataTexture, Float32BufferAttribute, LineBasicMaterial, LineSegments, Mesh,
          PerspectiveCamera, Points, Scene, ShaderMaterial, Vector3, WebGLRenderer } from "three";
 export { OrbitControls } from "three/addons/controls/OrbitControls.js";
 END

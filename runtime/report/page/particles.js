@@ -57,6 +57,26 @@ const fragmentShader = `
     gl_FragColor = vec4(colour * light, 1.0);
   }`;
 
+const bodyVertexShader = `
+  varying vec3 place, eye;
+  void main() {
+    vec4 at = modelMatrix * vec4(position, 1.0), seen = viewMatrix * at;
+    place = at.xyz;
+    eye = seen.xyz;
+    gl_Position = projectionMatrix * seen;
+  }`;
+// Particles that a body hides shine through. It ends a little outside of the box around particles.
+const bodyFragmentShader = `
+  uniform vec3 around;
+  uniform float lit;
+  varying vec3 place, eye;
+  void main() {
+    if (any(greaterThan(abs(place), around))) discard;
+    vec3 normal = normalize(cross(dFdx(eye), dFdy(eye)));
+    float light = mix(1.0, 0.5 + 0.5 * abs(dot(normal, normalize(vec3(-0.35, 0.6, 0.72)))), lit);
+    gl_FragColor = vec4(vec3(0.69, 0.665, 0.625) * light, lit > 0.5 ? 0.72 : 1.0);
+  }`;
+
 /** Colours 0 to 254 of both maps, as rows of a texture. */
 function paletteTexture(maps) {
   const data = new Uint8Array(maps.flatMap((map) => map.flatMap((hex) =>
@@ -81,6 +101,7 @@ class ParticleView {
     this.largest = Math.max(...this.size) || 1;
     this.half = this.size.map((length) => length / this.largest / 2);
     this.makePoints(maps);
+    this.makeBodies();
     this.makeBox();
     this.controls = new OrbitControlsOf(this.camera, this.canvas);
     this.controls.addEventListener("change", () => this.moved());
@@ -105,6 +126,35 @@ class ParticleView {
     this.points = new THREE.Points(this.geometry, this.material);
     this.points.frustumCulled = false;
     this.scene.add(this.points);
+  }
+  makeBodies() {
+    const flat = this.run.dim === 2, around = 0.1;  // of the longest side, as in pictures
+    this.bodyMaterial = new THREE.ShaderMaterial({
+      vertexShader: bodyVertexShader, fragmentShader: bodyFragmentShader, transparent: !flat, side: 2,  // both
+      uniforms: { around: { value: new THREE.Vector3(...this.half.map((half) => half + around)) },
+                  lit: { value: flat ? 0 : 1 } },
+    });
+    this.bodies = this.run.bodies.map((body) => {
+      const shape = new THREE.BufferGeometry();
+      shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(bytesOf(body.points).buffer), 3));
+      shape.setIndex(new THREE.BufferAttribute(new Uint32Array(bytesOf(body.corners).buffer), 1));
+      const shown = new (flat ? THREE.LineSegments : THREE.Mesh)(shape, this.bodyMaterial);
+      shown.matrixAutoUpdate = false;
+      shown.frustumCulled = false;
+      this.scene.add(shown);
+      return shown;
+    });
+  }
+  placeBodies() {
+    const s = 1 / this.largest;
+    this.run.frames[this.frame].poses.forEach((rows, k) => {
+      this.bodies[k].matrix.set(...rows.map((value) => value * s), 0, 0, 0, 1);
+      this.bodies[k].matrixWorldNeedsUpdate = true;
+    });
+  }
+  showBodies(yes) {
+    for (const body of this.bodies) body.visible = yes;
+    this.draw();
   }
   makeBox() {
     const corner = (k) => [0, 1, 2].map((d) => (k >> d & 1 ? 1 : -1) * this.half[d]);
@@ -144,6 +194,7 @@ class ParticleView {
     this.geometry.setAttribute("position", position);
     this.geometry.setAttribute("value", values[field]);
     this.material.uniforms.signedRow.value = isSigned ? 0.75 : 0.25;
+    this.placeBodies();
     this.now.textContent = `${at.stage ? at.stage + ", " : ""}t = ${shortNumber(at.time)} s`;
     this.draw();
   }

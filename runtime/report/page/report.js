@@ -20,6 +20,8 @@ class Player {
       view.listeners.push((one) => views.forEach((other) => other !== one && other.follow(one)));
       view.canvas.addEventListener("keydown", (event) => this.key(event));
     }
+    byId("with-bodies").hidden = data.runs.every((run) => run.bodies.length === 0);
+    byId("bodies").addEventListener("change", (event) => views.forEach((view) => view.showBodies(event.target.checked)));
     const flat = data.runs.every((run) => run.dim === 2);
     byId("looks").hidden = flat;
     this.home = flat ? "top" : "3d";

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "io/base/atomic_file.h"
+#include "io/frames/surface_files.h"
 #include "physics/base/error.h"
 #include "tests/io/frames/frame_samples.h"
 
@@ -68,7 +69,7 @@ TEST_CASE("files of a free surface have its triangles") {
   float x = 0;
   std::memcpy(&x, stl.data() + 84 + 12, sizeof x);
   CHECK(x == static_cast<float>(surface.point(0, 0)[0]));
-  write_vtp(surface, 2.5, folder.path / "a.vtp");
+  write_vtp<3>(surface, 2.5, folder.path / "a.vtp");
   const std::string vtp = read_text_file(folder.path / "a.vtp");
   const auto data = vtp.find('_', vtp.find("AppendedData")) + 1;
   double y = 0;

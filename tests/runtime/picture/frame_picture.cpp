@@ -177,3 +177,39 @@ TEST_CASE(
   CHECK(unit_scale(3.3e5, "Pa").unit == "kPa");
   CHECK(unit_scale(3, "-").unit.empty());
 }
+
+TEST_CASE("Rigid bodies are grey beside particles, and what is behind them shines through") {
+  Frame frame = row_of(4);            // x from 0 to 4, at z = 0.5
+  frame.columns[0].values[1] = 1e-6;  // a gap between 1 and 2
+  const ColourScale scale{.low = 0, .high = 15};
+  // A square below the particles, and one above the last two.
+  const auto square = [](double from, double to, double z) {
+    return PlacedBody{.name = "",
+                      .points = {{from, 0, z}, {to, 0, z}, {to, 1, z}, {from, 1, z}},
+                      .triangles = {{0, 1, 2}, {0, 2, 3}},
+                      .lines = {}};
+  };
+  const Look plan{.kind = Look::Kind::plan};
+  const auto draw = [&](const std::vector<PlacedBody>& bodies, const Look& look) {
+    ParticleView view(60, 10, {-1, 0}, {5, 1});
+    view.add(frame, edges_of(frame, false), field_of(frame, "speed").values, look);
+    for (const PlacedBody& body : bodies) view.add(body, look, bounds_of(frame));
+    return view.image(scale, false);
+  };
+  const Image without = draw({}, plan), with = draw({square(-1, 5, 0.3), square(2, 4, 0.75)}, plan);
+  CHECK(without.at(23, 5)[3] == 0);
+  const Rgba grey = with.at(23, 5);  // beside the particles
+  CHECK(grey[3] == 255);
+  CHECK(std::abs(grey[0] - grey[2]) < 20);
+  CHECK(with.at(15, 5) == without.at(15, 5));  // above the lower one
+  for (std::size_t c = 0; c < 3; ++c) {        // below the upper one
+    const int own = without.at(45, 5)[c], seen = with.at(45, 5)[c];
+    CHECK(std::abs(seen - (0.65 * own + 0.35 * grey[c])) < 2);
+  }
+  const Look section{.kind = Look::Kind::section, .normal = 1, .at = 0.5};
+  ParticleView view(60, 40, {-1, -2}, {5, 2});
+  view.add(square(-1, 5, 0.3), section, bounds_of(frame));
+  const Image line = view.image(scale, false);
+  CHECK(line.at(30, 16)[3] == 255);  // at z = 0.3, counted from above
+  CHECK(line.at(30, 20)[3] == 0);
+}

@@ -13,7 +13,7 @@
 #include "runtime/report/run_progress.h"
 #include "runtime/report/run_results.h"
 #include "runtime/report/samples.h"
-#include "runtime/report/table.h"
+#include "io/run/table.h"
 #include "tests/io/frames/frame_samples.h"
 
 using namespace lahar;

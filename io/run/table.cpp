@@ -1,4 +1,4 @@
-#include "runtime/report/table.h"
+#include "io/run/table.h"
 
 #include <algorithm>
 #include <cstdlib>

@@ -1,0 +1,101 @@
+#include "io/run/body_shapes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "io/base/atomic_file.h"
+#include "io/frames/surface_files.h"
+#include "io/run/manifest.h"
+#include "physics/base/error.h"
+
+namespace lahar {
+
+namespace {
+
+/// Points of the grid on which distances are taken, about.
+template <int Dim>
+constexpr double grid_points = Dim == 2 ? 40'000 : 200'000;
+
+}  // namespace
+
+template <int Dim>
+LevelSurface<Dim> surface_within(const Solid<Dim>& solid,
+                                 const std::pair<Vec<Dim>, Vec<Dim>>& box) {
+  const auto [solid_low, solid_high] = solid.bounds();
+  const Vec<Dim> low = solid_low.cwiseMax(box.first), high = solid_high.cwiseMin(box.second);
+  const Vec<Dim> size = high - low;
+  if (!(size.minCoeff() > 0)) return {};
+  const double spacing = std::max(std::pow(size.prod() / grid_points<Dim>, 1.0 / Dim),
+                                  size.maxCoeff() / (grid_points<Dim> / 100));
+  GridValues<Dim> grid{.low = low, .spacing = spacing, .n = {}, .values = {}};
+  for (int d = 0; d < Dim; ++d) {
+    // A layer around it, so that it is closed, but not beyond the box.
+    if (solid_low[d] > box.first[d]) grid.low[d] -= spacing;
+    const double end = solid_high[d] < box.second[d] ? high[d] + spacing : high[d];
+    grid.n[static_cast<std::size_t>(d)] =
+        static_cast<Index>(std::ceil((end - grid.low[d]) / spacing - 1e-9)) + 1;
+  }
+  grid.values.resize(static_cast<std::size_t>(grid.size()));
+  for (Index point = 0; point < grid.size(); ++point)
+    grid.values[static_cast<std::size_t>(point)] =
+        static_cast<float>(-solid.nearest(grid.place(point)).distance);
+  return level_surface<Dim>(grid, 0);
+}
+
+std::filesystem::path bodies_folder(const std::filesystem::path& run) {
+  return run / "bodies";
+}
+
+std::filesystem::path body_file(const std::filesystem::path& run, std::size_t index,
+                                const std::string& name) {
+  constexpr std::size_t longest = 100;
+  std::string stem = name.substr(0, longest);
+  bool changed = stem.empty() || stem.size() < name.size();
+  for (char& c : stem)
+    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '_')
+      c = '_', changed = true;
+  if (changed) stem += fmt::format("-{}", index);
+  return bodies_folder(run) / (stem + ".vtp");
+}
+
+void write_body_shapes(const std::filesystem::path& run, const std::vector<BodyShape>& shapes) {
+  if (shapes.empty()) return;
+  make_folder(bodies_folder(run));
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const std::filesystem::path file = body_file(run, i, shapes[i].name);
+    if (const auto* lines = std::get_if<Lines>(&shapes[i].surface))
+      write_vtp<2>(*lines, 0, file);
+    else
+      write_vtp<3>(std::get<Triangles>(shapes[i].surface), 0, file);
+  }
+}
+
+std::vector<BodyShape> read_body_shapes(const std::filesystem::path& run) {
+  std::vector<BodyShape> shapes;
+  const std::optional<nlohmann::json> manifest = read_manifest(run);
+  if (!manifest || !manifest->contains("rigid_bodies")) return shapes;
+  try {
+    const bool flat = manifest->at("model").at("dim") == 2;
+    for (const nlohmann::json& body : manifest->at("rigid_bodies")) {
+      BodyShape shape{.name = body.at("name"), .centre = body.at("centre"), .surface = {}};
+      const std::filesystem::path file = body_file(run, shapes.size(), shape.name);
+      if (flat)
+        shape.surface = read_vtp<2>(file);
+      else
+        shape.surface = read_vtp<3>(file);
+      shapes.push_back(std::move(shape));
+    }
+  } catch (const nlohmann::json::exception& error) {
+    throw IoError(fmt::format("cannot read {}: its rigid bodies are not as Lahar writes them ({})",
+                              (run / "manifest.json").string(), error.what()));
+  }
+  return shapes;
+}
+
+template Lines surface_within<2>(const Solid<2>&, const std::pair<Vec<2>, Vec<2>>&);
+template Triangles surface_within<3>(const Solid<3>&, const std::pair<Vec<3>, Vec<3>>&);
+
+}  // namespace lahar

@@ -1,0 +1,43 @@
+/// \file Surfaces of rigid bodies in a run folder: bodies/NAME.vtp.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "physics/geometry/level_surface.h"
+#include "physics/geometry/solid.h"
+
+namespace lahar {
+
+/// A rigid body where it is before anything moves.
+struct BodyShape {
+  std::string name;
+  std::array<double, 3> centre{};  ///< [m] the point whose place rigid_bodies.csv has
+  std::variant<Lines, Triangles> surface;
+};
+
+/// The surface of a solid within a box [m], for pictures: some hundred pieces along its longest
+/// side. It is open where the solid leaves the box. Edges are rounded by the length of a piece.
+template <int Dim>
+LevelSurface<Dim> surface_within(const Solid<Dim>& solid, const std::pair<Vec<Dim>, Vec<Dim>>& box);
+
+std::filesystem::path bodies_folder(const std::filesystem::path& run);
+/// Where the shape of the body number `index` lies. Characters that file names should not have
+/// become '_'.
+std::filesystem::path body_file(const std::filesystem::path& run, std::size_t index,
+                                const std::string& name);
+
+/// Throws IoError.
+void write_body_shapes(const std::filesystem::path& run, const std::vector<BodyShape>& shapes);
+/// Those that the manifest in a run folder names; none in runs of versions that wrote none. Throws
+/// IoError.
+std::vector<BodyShape> read_body_shapes(const std::filesystem::path& run);
+
+extern template Lines surface_within<2>(const Solid<2>&, const std::pair<Vec<2>, Vec<2>>&);
+extern template Triangles surface_within<3>(const Solid<3>&, const std::pair<Vec<3>, Vec<3>>&);
+
+}  // namespace lahar

@@ -1,0 +1,90 @@
+#include "io/run/body_shapes.h"
+
+#include <doctest/doctest.h>
+
+#include <fstream>
+#include <numbers>
+
+#include "io/base/atomic_file.h"
+#include "io/frames/surface_files.h"
+#include "io/run/manifest.h"
+#include "physics/base/error.h"
+#include "tests/io/frames/frame_samples.h"
+
+namespace lahar {
+
+using namespace test;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::pair<Vec<3>, Vec<3>> unit_box{Vec<3>::Zero(), Vec<3>::Ones()};
+
+void write_run(const fs::path& run, const std::vector<BodyShape>& shapes, int dim) {
+  RunInfo info;
+  info.dim = dim;
+  info.bodies = shapes;
+  write_text_file(run / "manifest.json", Manifest(info).text());
+  write_body_shapes(run, shapes);
+}
+
+}  // namespace
+
+TEST_CASE("the surface of a body is closed in the mesh and open where it leaves it") {
+  const SolidPtr<3> inside = ball<3>({0.5, 0.5, 0.5}, 0.02);
+  const Triangles small = surface_within<3>(*inside, unit_box);
+  CHECK(edges_of(small).open.count == 0);
+  CHECK(enclosed_volume(small) == doctest::Approx(4.0 / 3 * std::numbers::pi * 8e-6).epsilon(0.01));
+  const SolidPtr<3> ground = half_space<3>({0, 0, 0.3}, Vec<3>::UnitZ());
+  const Triangles plane = surface_within<3>(*ground, unit_box);
+  double area = 0;
+  for (Index t = 0; t < static_cast<Index>(plane.corners.size()); ++t)
+    area += 0.5 * plane.area_vector(t)[2];
+  CHECK(area == doctest::Approx(1).epsilon(0.03));
+  for (const Vec<3>& x : plane.points) CHECK(x[2] == doctest::Approx(0.3).epsilon(1e-5));
+  const SolidPtr<3> away = ball<3>({3, 3, 3}, 0.5);
+  CHECK(surface_within<3>(*away, unit_box).corners.empty());
+}
+
+TEST_CASE("shapes come back from a run folder as they were, whatever their names are") {
+  const TemporaryFolder folder;
+  const SolidPtr<3> solid = ball<3>({0.5, 0.5, 0.5}, 0.2);
+  const Triangles surface = surface_within<3>(*solid, unit_box);
+  const std::vector<BodyShape> shapes{{"../\"a\" b", {1, 2, 3}, surface},
+                                      {std::string(300, 'x'), {}, surface}};
+  write_run(folder.path, shapes, 3);
+  const std::vector<BodyShape> found = read_body_shapes(folder.path);
+  REQUIRE(found.size() == 2);
+  CHECK(found[0].name == shapes[0].name);
+  CHECK(found[0].centre == shapes[0].centre);
+  const auto& read = std::get<Triangles>(found[0].surface);
+  CHECK(read.corners == surface.corners);
+  CHECK(read.points == surface.points);
+  CHECK(fs::exists(folder.path / "bodies" / "____a__b-0.vtp"));
+
+  const TemporaryFolder flat;
+  const SolidPtr<2> disc = ball<2>({0.5, 0.5}, 0.2);
+  const Lines lines = surface_within<2>(*disc, {Vec<2>::Zero(), Vec<2>::Ones()});
+  write_run(flat.path, {{"disc", {}, lines}}, 2);
+  CHECK(std::get<Lines>(read_body_shapes(flat.path)[0].surface).points == lines.points);
+}
+
+TEST_CASE("damaged shapes are refused, and runs without them have none") {
+  const TemporaryFolder folder;
+  CHECK(read_body_shapes(folder.path).empty());
+  const SolidPtr<3> solid = ball<3>({0.5, 0.5, 0.5}, 0.2);
+  write_run(folder.path, {{"a", {}, surface_within<3>(*solid, unit_box)}}, 3);
+  const fs::path file = folder.path / "bodies" / "a.vtp";
+  const std::string whole = read_text_file(file);
+  for (const std::string& text :
+       {whole.substr(0, whole.size() / 2), std::string("<VTKFile>"), std::string()}) {
+    std::ofstream(file, std::ios::binary) << text;
+    CHECK_THROWS_WITH_AS(
+        read_body_shapes(folder.path),
+        ("cannot read " + file.string() + ": not a surface of a rigid body").c_str(), IoError);
+  }
+  fs::remove(file);
+  CHECK_THROWS_AS(read_body_shapes(folder.path), IoError);
+}
+
+}  // namespace lahar

@@ -1,0 +1,68 @@
+// Force of a dam break on a tall structure, in 3D: experiment of Yeh and Petroff (Raad and Bidoae
+// 2005, J. Comput. Phys. 203, 668-699). When their water was free is not known, so that forces are
+// compared from the moment on when they have half of their largest value.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tests/verification/world.h"
+
+using namespace lahar;
+using namespace lahar::verification;
+
+namespace {
+
+/// Forces are means over so many seconds: points of the experiment are as far apart as that [s].
+constexpr double window = 0.02;
+
+/// Mean of a curve between two times.
+double mean_of(const Curve& c, double from, double to) {
+  constexpr int parts = 200;
+  double sum = 0;
+  for (int i = 0; i <= parts; ++i)
+    sum += (i == 0 || i == parts ? 0.5 : 1.0) * c.at(from + (to - from) * i / parts);
+  return sum / parts;
+}
+
+/// Numbers of a force [N] over time [s].
+Numbers numbers_of(const Curve& force) {
+  Curve mean;
+  for (double t = force.x.front() + window / 2; t < force.x.back() - window / 2; t += window / 10)
+    mean.add(t, mean_of(force, t - window / 2, t + window / 2));
+  const double largest = *std::ranges::max_element(mean.y);
+  const double begin = mean.first_reach(largest / 2);
+  return {{"time of half of the largest force", begin},
+          {"largest force", largest},
+          {"force after 0.15 to 0.35 s", mean_of(force, begin + 0.15, begin + 0.35)},
+          {"impulse of 0.8 s", 0.8 * mean_of(force, begin, begin + 0.8)}};
+}
+
+Numbers impact(const Resolution& at) {
+  Curve force;
+  double before = 0;
+  Observer observer;
+  observer.gauges = [&](const GaugeRows& row) {
+    if (row.time > before) force.add((before + row.time) / 2, row.values[0][0]);
+    before = row.time;
+  };
+  Simulation simulation(world_case<3>("tall-structure.json", at), {}, observer);
+  run_to_end(simulation);
+  keep_curve("structure-force", at, force);
+  Numbers n = numbers_of(force);
+  n["dt"] = mean_step(simulation);
+  n["lost share"] = lost_share(simulation);
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("a dam break pushes a tall structure as hard as Yeh and Petroff measured it") {
+  const Numbers measured = numbers_of(read_curve(world_file("structure-force.csv"), 0, 1));
+  const Study study("tall structure", {"[0.02,0.02033333333333333,0.02]", 0.5},
+                    "[0.01,0.01016666666666667,0.01]", impact);
+  for (const auto& [number, value] : measured) study.agrees(number, value, 0.3);
+  study.stays_below("lost share", 0);
+  for (const auto& [number, value] : measured) study.converges(number);
+}
