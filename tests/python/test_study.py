@@ -45,6 +45,8 @@ class StudyTest(TestCase):
         self.assertEqual(len(more), 3)
         kept = [one for one in more.runs if one.folder in written]
         self.assertEqual(len(kept), 2)
+        self.assertEqual([one.folder.name[:12] for one in first.runs], ["friction=20_", "friction=30_"])
+        self.assertTrue(more.runs[1].folder.name.startswith("friction=25_end_time=0.02_"))
         for one in kept:
             self.assertEqual((one.folder / "manifest.json").stat().st_mtime_ns, written[one.folder])
         self.assertEqual(len(lahar.Study(folder).table()), 3)

@@ -5,6 +5,7 @@ import hashlib
 import itertools
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -126,10 +127,26 @@ def _entry(folder: Path, scenario: Scenario, values: dict[str, Any]) -> dict[str
     changed = scenario.changed(values)
     case = {"scenario": json.loads(changed.to_json()), "folder": str(changed.folder.resolve()),
             "name": changed.name, "as_cbgeo": changed.as_cbgeo}
-    key = hashlib.sha256(json.dumps(case, sort_keys=True).encode()).hexdigest()[:16]
-    (folder / f"{key}.json").write_text(json.dumps(case, indent=1), encoding="utf-8")
+    number = hashlib.sha256(json.dumps(case, sort_keys=True).encode()).hexdigest()[:16]
     plain = json.loads(Scenario({"values": values}).to_json())["values"]
+    # A run that was made for other parameters keeps its name.
+    made = sorted(file.stem for file in folder.glob(f"*{number}.json"))
+    key = made[0] if made else f"{_words(plain)}{number}"
+    (folder / f"{key}.json").write_text(json.dumps(case, indent=1), encoding="utf-8")
     return {"key": key, "parameters": plain}
+
+
+def _words(values: Mapping[str, Any]) -> str:
+    """What a folder is named after: "friction=25_cohesion=0_", as far as names and values are short."""
+    last = [path.rsplit(".", 1)[-1] for path in values]
+    names = last if len(set(last)) == len(last) else list(values)
+    words = ""
+    for name, value in zip(names, values.values()):
+        word = re.sub(r"[^A-Za-z0-9_.+=-]+", "-", f"{name}={value}")
+        if len(words) + len(word) > 80:
+            break
+        words += f"{word}_"
+    return words
 
 
 def _is_due(folder: Path, key: str, state: StudyRun, again: bool) -> bool:
