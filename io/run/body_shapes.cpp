@@ -79,9 +79,11 @@ std::vector<BodyShape> read_body_shapes(const std::filesystem::path& run) {
   if (!manifest || !manifest->contains("rigid_bodies")) return shapes;
   try {
     const bool flat = manifest->at("model").at("dim") == 2;
+    std::size_t index = 0;
     for (const nlohmann::json& body : manifest->at("rigid_bodies")) {
       BodyShape shape{.name = body.at("name"), .centre = body.at("centre"), .surface = {}};
-      const std::filesystem::path file = body_file(run, shapes.size(), shape.name);
+      const std::filesystem::path file = body_file(run, index++, shape.name);
+      if (!std::filesystem::exists(file)) continue;
       if (flat)
         shape.surface = read_vtp<2>(file);
       else

@@ -33,8 +33,8 @@ std::filesystem::path body_file(const std::filesystem::path& run, std::size_t in
 
 /// Throws IoError.
 void write_body_shapes(const std::filesystem::path& run, const std::vector<BodyShape>& shapes);
-/// Those that the manifest in a run folder names; none in runs of versions that wrote none. Throws
-/// IoError.
+/// Those that the manifest in a run folder names, but for those whose files somebody removed.
+/// Throws IoError where a file is damaged.
 std::vector<BodyShape> read_body_shapes(const std::filesystem::path& run);
 
 extern template Lines surface_within<2>(const Solid<2>&, const std::pair<Vec<2>, Vec<2>>&);

@@ -1,6 +1,7 @@
 // `lahar picture`.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 
@@ -14,6 +15,8 @@
 #include "runtime/picture/svg.h"
 #include "runtime/program/commands.h"
 #include "runtime/program/film.h"
+#include "runtime/report/map_picture.h"
+#include "runtime/report/run_results.h"
 
 namespace lahar {
 
@@ -22,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct PictureArguments {
-  std::string run, field = "speed", step = "last", view, output;
+  std::string run, field = "speed", step = "last", view, output, map;
   std::vector<double> range;
   bool film = false;
   double rate = 12;  ///< pictures per second of a film
@@ -31,6 +34,24 @@ struct PictureArguments {
 /// A film has all frames, unless one is asked for.
 FrameChoice choice_of(const PictureArguments& arguments) {
   return frame_choice(arguments.film && arguments.step == "last" ? "all" : arguments.step);
+}
+
+std::optional<ColourScale> scale_in(const PictureArguments& arguments) {
+  if (arguments.range.empty()) return {};
+  const double low = arguments.range[0], high = arguments.range[1];
+  return ColourScale{.low = low, .high = high, .is_signed = low == -high};
+}
+
+/// A picture as the file that a name asks for: PNG or SVG.
+std::string file_of(const auto& picture, const fs::path& file, double pixel_scale) {
+  if (file.extension() == ".svg") {
+    Svg svg(picture.width(), picture.height());
+    picture.draw(svg);
+    return svg.finish();
+  }
+  Canvas canvas(picture.width(), picture.height(), pixel_scale);
+  picture.draw(canvas);
+  return png_of(canvas.pixels());
 }
 
 class Pictures {
@@ -45,10 +66,7 @@ class Pictures {
     options_.title = printable(facts.title);
     options_.axisymmetric = facts.axisymmetric;
     bodies_ = std::move(facts.bodies);
-    if (!arguments.range.empty()) {
-      const double low = arguments.range[0], high = arguments.range[1];
-      options_.scale = ColourScale{.low = low, .high = high, .is_signed = low == -high};
-    }
+    options_.scale = scale_in(arguments);
     if (frames_.size() > 1) share_scale();
   }
 
@@ -56,8 +74,7 @@ class Pictures {
     if (arguments_.film) return write_film();
     for (const FrameFile& frame : frames_) {
       const fs::path file = file_for(frame, ".png");
-      write_text_file(file,
-                      file.extension() == ".svg" ? svg_of(frame.file) : png_of_frame(frame.file));
+      write_text_file(file, drawn(frame.file, file));
       fmt::print("{}\n", printable(file.string()));
     }
   }
@@ -91,26 +108,15 @@ class Pictures {
     return options;
   }
 
-  std::string png_of_frame(const fs::path& file) const {
-    const Frame frame = read_frame(file, columns_);
-    const FramePicture picture(frame, options_at(frame.time));
-    Canvas canvas(picture.width(), picture.height(), options_.pixel_scale);
-    picture.draw(canvas);
-    return png_of(canvas.pixels());
-  }
-
-  std::string svg_of(const fs::path& file) const {
-    const Frame frame = read_frame(file, columns_);
-    const FramePicture picture(frame, options_at(frame.time));
-    Svg svg(picture.width(), picture.height());
-    picture.draw(svg);
-    return svg.finish();
+  std::string drawn(const fs::path& of_frame, const fs::path& file) const {
+    const Frame frame = read_frame(of_frame, columns_);
+    return file_of(FramePicture(frame, options_at(frame.time)), file, options_.pixel_scale);
   }
 
   void write_film() const {
     const fs::path file = file_for(frames_.back(), ".mp4");
     Film film(file, arguments_.rate);
-    for (const FrameFile& frame : frames_) film.add(png_of_frame(frame.file));
+    for (const FrameFile& frame : frames_) film.add(drawn(frame.file, "film.png"));
     film.finish();
     fmt::print("{}\n", printable(file.string()));
   }
@@ -143,11 +149,48 @@ class Pictures {
   PlacedBodies bodies_;
 };
 
+/// A map of a run, as its manifest names them.
+void draw_map(const PictureArguments& arguments) {
+  const RunResults run = read_run(arguments.run);
+  const std::vector<RunMap>& maps = run.last().maps;
+  const auto found =
+      std::ranges::find_if(maps, [&](const RunMap& map) { return map.name == arguments.map; });
+  if (found == maps.end()) {
+    std::vector<std::string> names;
+    for (const RunMap& map : maps) names.push_back(map.name);
+    throw InputError(
+        {Problem{.message = fmt::format("{} has no map '{}'", arguments.run, arguments.map),
+                 .hint = names.empty()
+                             ? "post_processing.maps of a scenario asks for maps; they are written "
+                               "when the run ends"
+                             : fmt::format("it has {}", fmt::join(names, ", "))}});
+  }
+  fs::path file = arguments.output;
+  if (const std::string end = file.extension().string(); end != ".png" && end != ".svg") {
+    if (file.empty()) file = fs::path(arguments.run) / "pictures";
+    make_folder(file);
+    file /= arguments.map + ".png";
+  }
+  const FramePictureOptions usual;
+  const MapPicture picture(read_map(found->file), {.name = readable(found->name),
+                                                   .unit = found->unit,
+                                                   .title = printable(run.title),
+                                                   .ink = usual.ink,
+                                                   .scale = scale_in(arguments),
+                                                   .largest_width = usual.largest_width,
+                                                   .largest_height = usual.largest_height});
+  write_text_file(file, file_of(picture, file, usual.pixel_scale));
+  fmt::print("{}\n", printable(file.string()));
+}
+
 int picture_command(const PictureArguments& arguments) {
   if (arguments.range.size() == 2 && !(arguments.range[0] < arguments.range[1]))
     throw InputError(fmt::format("--range {:g} {:g}: the first number must be smaller",
                                  arguments.range[0], arguments.range[1]));
-  Pictures(arguments).write();
+  if (arguments.map.empty())
+    Pictures(arguments).write();
+  else
+    draw_map(arguments);
   return exit_ok;
 }
 
@@ -161,6 +204,10 @@ Action add_picture(CLI::App& command) {
                   "What colours show: a field of the frame, one of its components (stress_xy), or "
                   "one that follows from them (speed, von_mises_stress)")
       ->capture_default_str();
+  command
+      .add_option("--map", arguments->map,
+                  "A map of the run in place of a frame: max_thickness, ...")
+      ->excludes("--field");
   command.add_option("--step", arguments->step, "Step number, last (default) or all")
       ->check(step_or({"all", "last"}));
   command.add_option("--view", arguments->view,

@@ -6,19 +6,17 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <utility>
 
 #include "io/base/atomic_file.h"
 #include "physics/base/error.h"
-#include "runtime/picture/frame_picture.h"
-#include "runtime/picture/svg.h"
-#include "runtime/picture/view.h"
-#include "runtime/report/html.h"
 
 namespace lahar {
 
 namespace {
 
-constexpr double margin_left = 76, margin_top = 14, margin_bottom = 44;
+constexpr double margin_left = 76, margin_top = 14, margin_bottom = 44, title_height = 22,
+                 bar_distance = 22, least_bar = 150;
 constexpr int most_cells = 1 << 26;
 
 }  // namespace
@@ -56,37 +54,45 @@ MapRaster read_map(const std::filesystem::path& file) {
   return map;
 }
 
-std::string map_picture(const MapRaster& map, const std::string& name, const std::string& unit) {
-  const ColourScale scale = scale_of(map.values);
-  Image image(map.columns, map.rows);
-  bool below = false, above = false;
+MapPicture::MapPicture(const MapRaster& map, Options options)
+    : options_(std::move(options)),
+      scale_(options_.scale ? *options_.scale : scale_of(map.values)),
+      image_(map.columns, map.rows) {
   for (int j = 0; j < map.rows; ++j)
     for (int i = 0; i < map.columns; ++i) {
       const double value =
           map.values[static_cast<std::size_t>(j) * static_cast<std::size_t>(map.columns) +
                      static_cast<std::size_t>(i)];
       // Where nothing ever was there is nothing to see.
-      if (!std::isfinite(value) || (value == 0 && scale.low == 0)) continue;
-      image.at(i, j) = scale.colour(value);
-      below |= value < scale.low;
-      above |= value > scale.high;
+      if (!std::isfinite(value) || (value == 0 && scale_.low == 0)) continue;
+      image_.at(i, j) = scale_.colour(value);
+      beyond_low_ |= value < scale_.low;
+      beyond_high_ |= value > scale_.high;
     }
-  View view{.name = {},
-            .axes = {0, 1},
-            .low = {map.left, map.bottom},
-            .high = {map.left + map.columns * map.cell, map.bottom + map.rows * map.cell},
-            .left = margin_left,
-            .top = margin_top};
-  view.fit({470, 420}, 0.05);
-  const double bar = view.left + view.size[0] + 22;
-  Svg svg(bar + colour_bar_width, view.top + std::max(view.size[1], 150.0) + margin_bottom, "none");
-  svg.rectangle(view.left, view.top, view.size[0], view.size[1], {.fill = page_ink.ground});
-  svg.image(view.left, view.top, view.size[0], view.size[1], image);
-  view.draw_axes(svg, page_ink.text);
-  draw_colour_bar(
-      svg, {.scale = scale, .label = name, .unit = unit, .beyond_low = below, .beyond_high = above},
-      bar, view.top, std::max(view.size[1], 150.0), page_ink);
-  return svg.finish();
+  view_.axes = {0, 1};
+  view_.low = {map.left, map.bottom};
+  view_.high = {map.left + map.columns * map.cell, map.bottom + map.rows * map.cell};
+  view_.left = margin_left;
+  view_.top = options_.title.empty() ? margin_top : margin_top + title_height;
+  view_.fit({options_.largest_width, options_.largest_height}, 0.05);
+  width_ = view_.left + view_.size[0] + bar_distance + colour_bar_width;
+  height_ = view_.top + std::max(view_.size[1], least_bar) + margin_bottom;
+}
+
+void MapPicture::draw(Drawing& drawing) const {
+  const Ink& ink = options_.ink;
+  if (!options_.title.empty()) drawing.text(view_.left, 22, options_.title, 15, "start", ink.text);
+  drawing.rectangle(view_.left, view_.top, view_.size[0], view_.size[1], {.fill = ink.ground});
+  drawing.image(view_.left, view_.top, view_.size[0], view_.size[1], image_);
+  view_.draw_axes(drawing, ink.text);
+  draw_colour_bar(drawing,
+                  {.scale = scale_,
+                   .label = options_.name,
+                   .unit = options_.unit,
+                   .beyond_low = beyond_low_,
+                   .beyond_high = beyond_high_},
+                  view_.left + view_.size[0] + bar_distance, view_.top,
+                  std::max(view_.size[1], least_bar), ink);
 }
 
 }  // namespace lahar

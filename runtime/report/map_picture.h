@@ -2,8 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "runtime/picture/frame_picture.h"
+#include "runtime/picture/view.h"
 
 namespace lahar {
 
@@ -17,7 +21,29 @@ struct MapRaster {
 /// Throws IoError where it is none.
 MapRaster read_map(const std::filesystem::path& file);
 
-/// As SVG for the page: axes in coordinates of the map, colours with a bar.
-std::string map_picture(const MapRaster& map, const std::string& name, const std::string& unit);
+/// Axes in coordinates of the map, colours with a bar.
+class MapPicture {
+ public:
+  struct Options {
+    std::string name, unit;
+    std::string title;
+    Ink ink;
+    std::optional<ColourScale> scale;                  ///< default: scale_of() the map
+    double largest_width = 470, largest_height = 420;  ///< [px] of the raster
+  };
+  MapPicture(const MapRaster& map, Options options);
+
+  double width() const { return width_; }
+  double height() const { return height_; }
+  void draw(Drawing& drawing) const;
+
+ private:
+  Options options_;
+  ColourScale scale_;
+  Image image_;
+  View view_{};
+  double width_ = 0, height_ = 0;                  ///< [px]
+  bool beyond_low_ = false, beyond_high_ = false;  ///< there are values beyond the scale
+};
 
 }  // namespace lahar

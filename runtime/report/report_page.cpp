@@ -206,7 +206,10 @@ class ReportPage {
                                       .largest_width = width,
                                       .largest_height = height,
                                       .pixel_scale = 1.5};
-    const FramePicture picture(frame, options);
+    return svg_of(FramePicture(frame, options));
+  }
+
+  static std::string svg_of(const auto& picture) {
     Svg svg(picture.width(), picture.height(), "none");
     picture.draw(svg);
     return svg.finish();
@@ -255,7 +258,10 @@ class ReportPage {
           figures += fmt::format(
               "<figure><figcaption>{}</figcaption>{}<p class=\"soft\">{}</p></figure>\n",
               xml_escaped((runs_.size() > 1 ? run.label + ": " : "") + name),
-              map_picture(read_map(map.file), name, map.unit), xml_escaped(map.meaning));
+              svg_of(MapPicture(
+                  read_map(map.file),
+                  {.name = name, .unit = map.unit, .title = {}, .ink = page_ink, .scale = {}})),
+              xml_escaped(map.meaning));
         }
     return figures.empty() ? "" : "<div class=\"grid\">\n" + figures + "</div>\n";
   }

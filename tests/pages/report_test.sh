@@ -104,6 +104,13 @@ done
 grep -q "stress yy" "$work/second.svg" || fail "no label in an SVG"
 if "$lahar" picture "$work/heap" --view y=99 2>"$work/out"; then fail "a section outside"; fi
 grep -q "no particles at y = 99" "$work/out" || fail "no reason: $(cat "$work/out")"
+"$lahar" picture "$work/heap" --map max_thickness >/dev/null
+head -c 8 "$work/heap/pictures/max_thickness.png" | cmp -s - <(printf '\211PNG\r\n\032\n') || fail "no PNG of a map"
+"$lahar" picture "$work/heap" --map max_thickness -o "$work/map.svg" >/dev/null
+grep -q "max thickness" "$work/map.svg" || fail "no label of a map"
+if "$lahar" picture "$work/heap" --map depth 2>"$work/out"; then fail "a map that is not there"; fi
+grep -q "has no map 'depth'" "$work/out" || fail "no reason: $(cat "$work/out")"
+grep -q "it has max_thickness" "$work/out" || fail "no names: $(cat "$work/out")"
 if command -v ffmpeg >/dev/null; then
   "$lahar" picture "$work/heap" --film -o "$work/heap.mp4" >/dev/null
   test -s "$work/heap.mp4" || fail "no film"

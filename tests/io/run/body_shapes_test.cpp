@@ -69,7 +69,8 @@ TEST_CASE("shapes come back from a run folder as they were, whatever their names
   CHECK(std::get<Lines>(read_body_shapes(flat.path)[0].surface).points == lines.points);
 }
 
-TEST_CASE("damaged shapes are refused, and runs without them have none") {
+TEST_CASE(
+    "damaged shapes are refused, and runs without them, or whose files were removed, have none") {
   const TemporaryFolder folder;
   CHECK(read_body_shapes(folder.path).empty());
   const SolidPtr<3> solid = ball<3>({0.5, 0.5, 0.5}, 0.2);
@@ -84,7 +85,7 @@ TEST_CASE("damaged shapes are refused, and runs without them have none") {
         ("cannot read " + file.string() + ": not a surface of a rigid body").c_str(), IoError);
   }
   fs::remove(file);
-  CHECK_THROWS_AS(read_body_shapes(folder.path), IoError);
+  CHECK(read_body_shapes(folder.path).empty());
 }
 
 }  // namespace lahar

@@ -7,13 +7,14 @@
 #include <string>
 
 #include "io/base/atomic_file.h"
+#include "io/run/table.h"
 #include "physics/base/error.h"
+#include "runtime/picture/svg.h"
 #include "runtime/report/html.h"
 #include "runtime/report/map_picture.h"
 #include "runtime/report/run_progress.h"
 #include "runtime/report/run_results.h"
 #include "runtime/report/samples.h"
-#include "io/run/table.h"
 #include "tests/io/frames/frame_samples.h"
 
 using namespace lahar;
@@ -56,7 +57,13 @@ TEST_CASE("Maps of ESRI ASCII are read from the north, and damaged ones are refu
   CHECK(map.bottom == 19);
   CHECK(map.values[2] == 3);
   CHECK(std::isnan(map.values[4]));
-  CHECK(map_picture(map, "speed", "m/s").find("[m/s]") != std::string::npos);
+  const MapPicture picture(
+      map, {.name = "speed", .unit = "m/s", .title = "a & b", .ink = {}, .scale = {}});
+  Svg svg(picture.width(), picture.height());
+  picture.draw(svg);
+  const std::string drawn = svg.finish();
+  for (const char* text : {"speed", "[m/s]", "a &amp; b", "<image"})
+    CHECK(drawn.find(text) != std::string::npos);
   CHECK_THROWS_WITH_AS(read_map(folder.file("m.asc", head + "1 2 3\n")),
                        doctest::Contains("it has 3 of 6 values"), IoError);
   CHECK_THROWS_AS(read_map(folder.file("m.asc", "ncols 100000\nnrows 100000\ncellsize 1\n1\n")),
