@@ -90,6 +90,9 @@ struct MohrCoulombStrength {
   Real per_cos;  ///< 1 / cos(phi)
   Real widest;   ///< largest of sin(theta + 60) / sqrt(3) + cos(theta + 60) sin(phi) / 3
   Real eccentricity, scale;  ///< of the potential's sections in shear
+  Real apex;                 ///< largest mean stress in shear [Pa]
+  Real edge;                 ///< least principal stress where both surfaces meet [Pa]
+  Real bisector;             ///< slope of the bisector through that edge
 };
 
 /// The law with what does not change from particle to particle computed once.
@@ -148,6 +151,8 @@ class MohrCoulombUpdate {
   template <class Number>
   void elastic_stress(const IncrementOf<Number>& in, const VoigtOf<Number>& stress,
                       PackOfOne<Number>* trial) const;
+  template <class Real>
+  LAHAR_INLINE void find_apex_and_edge(Strength<Real>& s) const;
   template <class Real>
   LAHAR_INLINE Strength<Real> strength(Real* state) const;
   template <class Real>

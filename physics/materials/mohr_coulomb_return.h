@@ -52,17 +52,25 @@ inline MohrCoulombUpdate::MohrCoulombUpdate(const MohrCoulomb& law)
       as_cbgeo_(law.as_cbgeo),
       least_J2_(law.as_cbgeo ? cbgeo_least_J2 : least_J2) {
   constexpr double radian = std::numbers::pi / 180.0;
-  const auto of = [](double phi, double psi, double c) {
+  const auto of = [this](double phi, double psi, double c) {
     const double sin = std::sin(phi), cos = std::cos(phi);
-    return Strength<double>{phi,
-                            sin,
-                            cos,
-                            std::tan(psi),
-                            c,
-                            1.0 / cos,
-                            std::sqrt(1.0 / 3.0 + sin * sin / 9.0),
-                            (3.0 - sin) / (3.0 + sin),
-                            (3.0 - sin) / (6.0 * cos)};
+    Strength<double> s{phi,
+                       sin,
+                       cos,
+                       std::tan(psi),
+                       c,
+                       1.0 / cos,
+                       std::sqrt(1.0 / 3.0 + sin * sin / 9.0),
+                       (3.0 - sin) / (3.0 + sin),
+                       (3.0 - sin) / (6.0 * cos),
+                       0.0,
+                       0.0,
+                       0.0};
+    Strength<Scalar> pack{};
+    pack.sin_phi = sin, pack.cos_phi = cos, pack.cohesion = c;
+    find_apex_and_edge(pack);
+    s.apex = pack.apex[0], s.edge = pack.edge[0], s.bisector = pack.bisector[0];
+    return s;
   };
   peak_psi_ = law.dilation * radian;
   residual_psi_ = law.residual_dilation * radian;
@@ -73,12 +81,22 @@ inline MohrCoulombUpdate::MohrCoulombUpdate(const MohrCoulomb& law)
   residual_pdstrain_ = law.residual_pdstrain;
 }
 
+/// What follows from the strength where shear ends: at its apex, and where tension begins.
+template <class Real>
+LAHAR_INLINE void MohrCoulombUpdate::find_apex_and_edge(Strength<Real>& s) const {
+  const Real n = (1.0 + s.sin_phi) / (1.0 - s.sin_phi);
+  s.apex = s.cohesion * s.cos_phi / max(s.sin_phi, Real(1e-300));
+  s.edge = cutoff_ * n - 2.0 * s.cohesion * sqrt(n);
+  s.bisector = sqrt(1.0 + n * n) + n;
+}
+
 /// Strength at the plastic strain before the increment, as in the reference code; it stays the same
 /// during the increment. Sets phi, psi and cohesion of the state.
 template <class Real>
 LAHAR_INLINE MohrCoulombStrength<Real> MohrCoulombUpdate::strength(Real* q) const {
-  Strength<Real> s{peak_.phi,     peak_.sin_phi, peak_.cos_phi,      peak_.tan_psi, peak_.cohesion,
-                   peak_.per_cos, peak_.widest,  peak_.eccentricity, peak_.scale};
+  Strength<Real> s{peak_.phi,      peak_.sin_phi, peak_.cos_phi, peak_.tan_psi,
+                   peak_.cohesion, peak_.per_cos, peak_.widest,  peak_.eccentricity,
+                   peak_.scale,    peak_.apex,    peak_.edge,    peak_.bisector};
   if (!softening_) return s;
   const unsigned softer = greater(q[6], Real(peak_pdstrain_));
   Real psi(peak_psi_);
@@ -105,6 +123,11 @@ LAHAR_INLINE MohrCoulombStrength<Real> MohrCoulombUpdate::strength(Real* q) cons
     s.eccentricity = select(softer, (3.0 - s.sin_phi) / (3.0 + s.sin_phi), s.eccentricity);
     s.scale = select(softer, (3.0 - s.sin_phi) * (1.0 / 6.0) * per_cos, s.scale);
     s.per_cos = select(softer, per_cos, s.per_cos);
+    Strength<Real> other = s;
+    find_apex_and_edge(other);
+    s.apex = select(softer, other.apex, s.apex);
+    s.edge = select(softer, other.edge, s.edge);
+    s.bisector = select(softer, other.bisector, s.bisector);
   }
   q[0] = s.phi;
   q[1] = psi;
@@ -134,10 +157,8 @@ LAHAR_INLINE MohrCoulombUpdate::Yield MohrCoulombUpdate::yielding(const Invarian
   Yield yield{greater(ft, above), greater(fs, above)};
   const unsigned both = yield.tension & yield.shear;
   if (both == 0) return yield;
-  const Real n = (1.0 + s.sin_phi) / (1.0 - s.sin_phi);
-  const Real edge = cutoff_ * n - 2.0 * s.cohesion * sqrt(n);
   const Real least = at.p - root2_3 * at.rho * (0.5 * at.cos + (0.5 * root3) * at.sin);
-  const Real h = ft + (sqrt(1.0 + n * n) + n) * (least - edge);
+  const Real h = ft + s.bisector * (least - s.edge);
   const unsigned tensile =
       both & greater(h, Real(as_cbgeo_ ? std::numeric_limits<double>::epsilon() : 0.0));
   yield.shear &= ~tensile;
@@ -271,8 +292,7 @@ LAHAR_INLINE unsigned MohrCoulombUpdate::at_tension_limit(const Real* stress, co
   LAHAR_UNROLL
   for (std::size_t k = 0; k < MohrCoulomb::state.size(); ++k) q[k] = state[k];
   const Strength<Real> s = strength(q);
-  const Real apex = s.cohesion * s.cos_phi / max(s.sin_phi, Real(1e-300));
-  return limit | (greater(at.p + near, apex) & greater(near, at.rho));
+  return limit | (greater(at.p + near, s.apex) & greater(near, at.rho));
 }
 
 template <class Number>
@@ -400,9 +420,9 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
   unsigned hard = as_cbgeo_ ? 0u : left;
   if (softening_)
     hard &= ~(greater(before, Real(peak_pdstrain_)) & greater(Real(residual_pdstrain_), before));
-  const Real apex_of_shear = s.cohesion * s.cos_phi / max(s.sin_phi, Real(1e-300));
-  const Real apex = -max(Real(-cutoff_), -apex_of_shear);
-  const unsigned beyond_apex = as_cbgeo_ ? 0u : greater(trial.p, apex);
+  const Real apex = -max(Real(-cutoff_), -s.apex);
+  const unsigned beyond_apex = as_cbgeo_ ? 0u : greater(trial.p, apex - tolerance);
+  const unsigned keeps_mean = ~greater(s.tan_psi, Real(0.0));
   // Also where most lanes have the trial stress still: a lane's bits must not depend on whether
   // another one has moved along its tangent.
   point_of(stress, point, least_J2_);
@@ -428,10 +448,14 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
     const Real multiplier = select(yield.tension, ft, fs) * reciprocal(resistance(d));
     const Real per_rho = (2.0 * G_) * multiplier * at.per_rho;
     const Real radial = per_rho * d.g.rho, turn = per_rho * order * d.g.theta;
-    // Where the deviator would be reversed, or there is none, and the trial stress is beyond the
-    // apex, it returns there.
+    // Where the deviator would be reversed, or there is none, and the trial stress is at the apex
+    // or beyond, it returns there; so it does where shear keeps the mean stress of the apex, as
+    // between grains whose gaps close: steps from sector to sector would come nearer and nearer to
+    // it.
+    const unsigned at_apex = ~yield.tension & greater(tolerance, abs(plane.p - s.apex));
     const unsigned to_apex =
-        left & beyond_apex & (greater(radial, Real(1.0)) | ~greater(at.rho, tolerance));
+        left & beyond_apex &
+        ((keeps_mean & at_apex) | greater(radial, Real(1.0)) | ~greater(at.rho, tolerance));
     const Real x = plane.x - radial * plane.x + turn * plane.y,
                y = plane.y - radial * plane.y - turn * plane.x;
     const Real whole = before + (0.5 / G_ * root2_3) * trial.rho;
