@@ -3,6 +3,7 @@
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/opening.h"
+#include "physics/kernels/packed_bins.h"
 #include "physics/kernels/strain_rate.h"
 #include "physics/kernels/stress_across.h"
 #include "physics/kernels/stress_update.h"
@@ -40,20 +41,30 @@ struct LinearGradient {
   double least_trace(Local) const { return centre_trace; }
 };
 
-/// One bin with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
-/// With Gaps the column Column::opening is there, and volumes are of the material.
-template <bool Gaps, int Dim, class Real, class Gradient, class LawType>
-LAHAR_INLINE Real update_bin(Patch<Dim>& patch, const Gradient& gradient, const ParticleBin& bin,
-                             const Rows<Dim>& rows, const StepContext<Dim>& step, StressPart part,
-                             const LawType& law) {
-  const double dt = step.dt;
-  const double least = dt * gradient.least_trace(bin.end - bin.begin);
-  if (!(1.0 + least > 0.0)) record_collapse(patch, bin, least);
-  const double space = Gaps ? space_of(patch, bin, step.model->analysis) : 0.0;
+/// The particles of one bin.
+template <int Dim, class Real>
+struct OneBin {
+  const ParticleBin& bin;
+  Real space_there, work{0.0};
 
-  Real work(0.0);
-  for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
-    const Local n = bin.end - p;
+  Local begin() const { return bin.begin; }
+  Local end() const { return bin.end; }
+  LAHAR_INLINE Real space(Local) const { return space_there; }
+  LAHAR_INLINE void add(const Real& done, Local, Local n) { work += first_lanes(done, n); }
+  void record(Patch<Dim>& patch, Local p, const Failures& failures, const Real* before) const {
+    record_failures(patch, bin, p, failures, before);
+  }
+};
+
+/// Particles with their law and gradients; adds V sigma : d(eps) with the mean stress. With Gaps
+/// the column Column::opening is there, and volumes are of the material.
+template <bool Gaps, int Dim, class Real, class Some, class Gradient, class LawType>
+LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient& gradient,
+                              const Rows<Dim>& rows, const StepContext<Dim>& step, StressPart part,
+                              const LawType& law) {
+  const double dt = step.dt;
+  for (Local p = particles.begin(); p < particles.end(); p += lanes<Real>) {
+    const Local n = particles.end() - p;
     prefetch(rows.stress, p);
     LawInput<Dim, Real> in;
     in.volumetric = gradient.at(p, in.gradient) * dt;
@@ -97,12 +108,12 @@ LAHAR_INLINE Real update_bin(Patch<Dim>& patch, const Gradient& gradient, const 
       const auto apply = [&](const LawInput<Dim, Real>& given) __attribute__((always_inline)) {
         const Failures failures = update(law, given, stress, state);
         if constexpr (may_fail) {
-          if (failures.failed | failures.divided) record_failures(patch, bin, p, failures, before);
+          if (failures.failed | failures.divided) particles.record(patch, p, failures, before);
         }
       };
       if constexpr (Gaps) {
         OpeningIncrement<Dim, Real, LawType> gaps(law, rows.dilatancy, load<Real>(rows.opening + p),
-                                                  Real(std::max(space - 1.0, 0.0)));
+                                                  max(Real(particles.space(p) - 1.0), Real(0.0)));
         apply(gaps.close(in, stress, state));
         gaps.open(stress, state);
         store_first(gaps.opening(), rows.opening + p, n);
@@ -128,23 +139,93 @@ LAHAR_INLINE Real update_bin(Patch<Dim>& patch, const Gradient& gradient, const 
           power -=
               (pressure_before + state[0]) * (in.volumetric * (1.0 / dt) - volumetric_rate(in));
       // Beyond the bin laws may see anything, also what is not finite.
-      work += first_lanes(Real((0.5 * dt) * load<Real>(rows.volume + p) * power), n);
+      particles.add(Real((0.5 * dt) * load<Real>(rows.volume + p) * power), p, n);
     }
   }
-  return work;
 }
 
-/// The same with gaps where the law has a limit of tension and the particles a column for them.
+template <int Dim, class Gradient>
+LAHAR_INLINE void check_volumes(Patch<Dim>& patch, const Gradient& gradient, const ParticleBin& bin,
+                                double dt) {
+  const double least = dt * gradient.least_trace(bin.end - bin.begin);
+  if (!(1.0 + least > 0.0)) record_collapse(patch, bin, least);
+}
+
+/// One bin, with gaps where the law has a limit of tension and the particles a column for them.
+/// Returns the work.
 template <int Dim, class Real, class Gradient, class LawType>
 LAHAR_INLINE Real update_one_bin(Patch<Dim>& patch, const Gradient& gradient,
                                  const ParticleBin& bin, const Rows<Dim>& rows,
                                  const StepContext<Dim>& step, StressPart part,
                                  const LawType& law) {
+  check_volumes(patch, gradient, bin, step.dt);
+  OneBin<Dim, Real> particles{bin, Real(0.0)};
   if constexpr (Opens<LawType, Dim, Real>) {
-    if (rows.opening)
-      return update_bin<true, Dim, Real>(patch, gradient, bin, rows, step, part, law);
+    if (rows.opening) {
+      particles.space_there = Real(space_of(patch, bin, step.model->analysis));
+      update_some<true, Dim, Real>(patch, particles, gradient, rows, step, part, law);
+      return particles.work;
+    }
   }
-  return update_bin<false, Dim, Real>(patch, gradient, bin, rows, step, part, law);
+  update_some<false, Dim, Real>(patch, particles, gradient, rows, step, part, law);
+  return particles.work;
+}
+
+/// How many bins of the same cell come before a bin, from `from` on.
+template <int Dim>
+int earlier_in_cell(const Patch<Dim>& patch, const ParticleBin& bin, const ParticleBin* from) {
+  int count = 0;
+  Local r = patch.first_bin[static_cast<std::size_t>(bin.cell)];
+  for (; r >= 0; r = patch.bins[static_cast<std::size_t>(r)].next) {
+    const ParticleBin& other = patch.bins[static_cast<std::size_t>(r)];
+    count += &other >= from && &other < &bin;
+  }
+  return count;
+}
+
+/// Some bins as update_one_bin() does them one after the other, to the bit, but side by side.
+template <int Dim, class Real, class LawType>
+Real update_packed(Patch<Dim>& patch, ParticleBins bins, std::size_t from, std::size_t to,
+                   const VelocityGradients<Dim>& gradients, const Rows<Dim>& rows,
+                   const StepContext<Dim>& step, StressPart part, const LawType& law) {
+  static thread_local NodeArray work;
+  static thread_local std::vector<std::size_t> chosen;
+  if (work.size() < gradients.trace.size()) work.resize(gradients.trace.size());
+  for (std::size_t r = from; r < to; ++r)
+    if (const ParticleBin& bin = bins[r]; bin.begin < bin.end)
+      check_volumes(patch, StoredGradient<Dim>(gradients, gradients.first[r], bin.begin), bin,
+                    step.dt);
+  // The space in a cell depends on volumes: its bins wait for each other.
+  std::size_t left = to - from;
+  for (int turn = 0; left > 0; ++turn) {
+    chosen.clear();
+    for (std::size_t r = from; r < to; ++r)
+      if (!rows.opening || earlier_in_cell(patch, bins[r], &bins[from]) == turn)
+        chosen.push_back(r);
+    left -= chosen.size();
+    PackedBins<Dim, Real> packed(bins, chosen, rows, gradients);
+    if constexpr (Opens<LawType, Dim, Real>) {
+      if (rows.opening) {
+        packed.set_space(
+            [&](const ParticleBin& bin) { return space_of(patch, bin, step.model->analysis); });
+        update_some<true, Dim, Real>(patch, packed, packed.gradient(), packed.rows(), step, part,
+                                     law);
+        packed.finish(work.data());
+        continue;
+      }
+    }
+    update_some<false, Dim, Real>(patch, packed, packed.gradient(), packed.rows(), step, part, law);
+    packed.finish(work.data());
+  }
+  Real sum(0.0);
+  for (std::size_t r = from; r < to; ++r) {
+    const Local n = bins[r].end - bins[r].begin;
+    Real of_bin(0.0);
+    for (Local i = 0; i < n; i += lanes<Real>)
+      of_bin += first_lanes(load<Real>(work.data() + gradients.first[r] + i), n - i);
+    sum += of_bin;
+  }
+  return sum;
 }
 
 }  // namespace
@@ -172,6 +253,16 @@ void update_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
           Rows<Dim> of_law = rows;
           if (!can_open(step.model->materials[bins[from].material].law)) of_law.opening = nullptr;
           of_law.dilatancy = dilatancy(given);
+          if constexpr (TakesLong<std::decay_t<decltype(law)>>) {
+            if (gradients && part != StressPart::strain &&
+                packing_pays<Real>(bins.subspan(from, to - from))) {
+              for (std::size_t k = 0; k < most_state; ++k)
+                if (k >= law.state.size() || law.state[k].of_stress) of_law.state[k] = nullptr;
+              work += update_packed<Dim, Real>(patch, bins, from, to, *gradients, of_law, step,
+                                               part, law);
+              return;
+            }
+          }
           if (gradients) {
             for (std::size_t r = from; r < to; ++r)
               if (const ParticleBin& bin = bins[r]; bin.begin < bin.end)

@@ -39,6 +39,18 @@ struct Rows {
       next_vectors = particles.template rows<Dim * Dim>(Column::next_vectors);
     }
   }
+  /// Every row that there is.
+  template <class Use>
+  void each(Use use) {
+    const auto all = [&](auto& rows) {
+      for (double*& row : rows)
+        if (row) use(row);
+    };
+    all(stress), all(strain), all(state);
+    all(domain), all(next_domain), all(vectors), all(next_vectors);
+    use(volume);
+    if (opening) use(opening);
+  }
 };
 
 template <int Dim>

@@ -34,8 +34,9 @@ using Law = std::variant<  //
 /// none was given), where not all state variables begin at zero; `derive(const double* stress,
 /// double* state)` for state variables that follow from the stress; `follow_parameters(double*
 /// state)` for those that follow from parameters; `prepared()`, what update()
-/// takes instead of the law, where something can be computed once for many particles; `native =
-/// true` for a law that CB-Geo MPM does not have; `as_cbgeo`, a flag that --as-cbgeo sets.
+/// takes instead of the law, where something can be computed once for many particles, with
+/// `takes_long = true` where particles of several cells should fill its packs; `native = true` for
+/// a law that CB-Geo MPM does not have; `as_cbgeo`, a flag that --as-cbgeo sets.
 template <class T>
 concept MaterialLaw = requires(const T law) {
   { T::name } -> std::convertible_to<std::string_view>;

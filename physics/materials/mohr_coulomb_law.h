@@ -116,6 +116,7 @@ struct MohrCoulombStrength {
 class MohrCoulombUpdate {
  public:
   static constexpr auto& state = MohrCoulomb::state;
+  static constexpr bool takes_long = true;  ///< packs are filled from several cells
   explicit MohrCoulombUpdate(const MohrCoulomb& law);
 
   template <int Dim, class Real>

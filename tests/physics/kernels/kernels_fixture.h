@@ -27,8 +27,10 @@ struct OnePatch {
 
   explicit OnePatch(Mesh<Dim>&& mesh, Natural natural = Natural::computed,
                     ShapeFunctions functions = ShapeFunctions::element,
-                    Affine affine = Affine::none)
+                    Affine affine = Affine::none, const MohrCoulomb* soil = nullptr,
+                    bool gaps = false)
       : model(with(std::move(mesh))), partition(*model.mesh, model.mesh->n_cells()) {
+    if (soil) model.materials = {{.id = 0, .name = "soil", .density = 1.5, .law = *soil}};
     const Mesh<Dim>& m = *model.mesh;
     model.analysis.functions = functions;
     model.analysis.affine = affine;
@@ -41,7 +43,7 @@ struct OnePatch {
     patch.cartesian = m.is_cartesian();
     const ColumnLayout<Dim> layout(
         {.size = true,
-         .state = 1,
+         .state = soil ? static_cast<int>(MohrCoulomb::state.size()) : 1,
          .natural = !patch.cartesian || natural == Natural::stored,
          .affine = affine != Affine::none,
          .domain = patch.basis == BasisKind::gimp,
@@ -49,7 +51,8 @@ struct OnePatch {
          .vectors = patch.basis == BasisKind::cpdi,
          .corners = patch.basis == BasisKind::cpdi2,
          .next_corners = patch.basis == BasisKind::cpdi2 && natural == Natural::stored,
-         .strain = true});
+         .strain = true,
+         .opening = gaps});
     patch.particles = Particles<Dim>(layout);
     patch.movers = Particles<Dim>(layout);
     for (Index c = 0; c < m.n_cells(); ++c) {
@@ -155,7 +158,8 @@ struct OnePatch {
       cells.insert(cells.end(), static_cast<std::size_t>(c * 7 % 22), static_cast<Local>(c));
     std::shuffle(cells.begin(), cells.end(), random);
     for (const Local cell : cells)
-      add(random, cell, inside(random), static_cast<std::uint16_t>(random() % 2));
+      add(random, cell, inside(random),
+          static_cast<std::uint16_t>(random() % model.materials.size()));
     patch.moving = slots == Slots::with_free;
     receive(patch);
   }

@@ -3,6 +3,7 @@
 
 #include <map>
 
+#include "physics/kernels/packed_bins.h"
 #include "physics/kernels/velocity_transfer.h"
 #include "tests/physics/kernels/kernels_fixture.h"
 
@@ -123,6 +124,77 @@ TEST_CASE("a particle gets the same bits in a pack and alone, sums over particle
         CHECK(packs.patch.max_speed == doctest::Approx(singles.patch.max_speed).epsilon(1e-14));
       },
       Functions::all);
+}
+
+namespace {
+
+/// Bins of several particles become two, the second one behind all others.
+template <int Dim>
+void split_bins(Patch<Dim>& patch) {
+  const std::size_t count = patch.bins.size();
+  for (std::size_t r = 0; r < count; ++r) {
+    ParticleBin& bin = patch.bins[r];
+    const Local middle = bin.begin + (bin.end - bin.begin) / 2;
+    if (middle == bin.begin) continue;
+    ParticleBin second = bin;
+    second.begin = middle;
+    bin.end = bin.limit = middle;
+    bin.next = static_cast<Local>(patch.bins.size());
+    patch.bins.push_back(second);
+  }
+}
+
+/// Small stresses, none, and gaps that are open or closed, some as wide as cells have room for.
+template <class Fixture>
+void set_loose_soil(Fixture& f, std::mt19937& random) {
+  f.patch.for_each_particle([&](Local p) {
+    const double size = random() % 4 == 0 ? 0.0 : uniform(random, 0, 0.1);
+    f.at(Column::volume, p) *= 0.07;
+    for (int k = 0; k < static_cast<int>(stress_components<Fixture::dim>); ++k)
+      f.at(Column::stress, p, k) *= size;
+    if (f.patch.particles.layout().has(Column::opening))
+      f.at(Column::opening, p) = std::max(0.0, uniform(random, -0.5, 0.5));
+  });
+}
+
+}  // namespace
+
+TEST_CASE("a law that takes long gives the same bits to particles of several bins side by side") {
+  MohrCoulomb soil{};
+  soil.youngs_modulus = 10;
+  soil.poisson_ratio = 0.3;
+  soil.friction = 30;
+  const auto check = [&](auto dim, ShapeFunctions functions, Slots slots, bool gaps) {
+    constexpr int Dim = dim();
+    CAPTURE(Dim);
+    CAPTURE(static_cast<int>(functions));
+    soil.cohesion = gaps ? 0.0 : 0.01;
+    soil.dilation = gaps ? 0.0 : 5.0;
+    auto make = [&] {
+      OnePatch<Dim> f(boxes<Dim>(), Natural::computed, functions, Affine::none, &soil, gaps);
+      std::mt19937 random(7);
+      f.fill(random, slots);
+      set_linear(f, f.patch.velocity, random);
+      for (double& v : f.patch.velocity) v += uniform(random, -0.1, 0.1);
+      set_loose_soil(f, random);
+      split_bins(f.patch);
+      return f;
+    };
+    auto packs = make(), singles = make();
+    REQUIRE(packing_pays<Pack>(packs.patch.bins));
+    update_stress<Dim, Pack>(packs.patch, packs.context(), packs.patch.bins, StressPart::both);
+    update_stress<Dim, Scalar>(singles.patch, singles.context(), singles.patch.bins,
+                               StressPart::both);
+    CHECK(particles_of(packs.patch) == particles_of(singles.patch));
+    CHECK(particles_of(packs.patch) != particles_of(make().patch));
+    CHECK(furthest({packs.patch.work.internal}, {singles.patch.work.internal}) < 1e-13);
+  };
+  for (const ShapeFunctions functions : wide_functions)
+    for (const Slots slots : {Slots::packed, Slots::with_free})
+      for (const bool gaps : {false, true}) {
+        check(std::integral_constant<int, 2>(), functions, slots, gaps);
+        check(std::integral_constant<int, 3>(), functions, slots, gaps);
+      }
 }
 
 namespace {
