@@ -176,6 +176,48 @@ Model<3> soil_block(const BlockSize& size, SoilState state) {
   return model;
 }
 
+template <int Dim>
+Model<Dim> collapse() {
+  const char* column = R"({"title": "Column of sand",
+  "mesh": {"structured": {"cell_size": 0.005, "counts": [80, 32]},
+           "boundary_conditions": {"velocity_constraints": [
+             {"nset": "middle", "dir": "x", "velocity": 0},
+             {"nset": "floor", "dir": "x", "velocity": 0},
+             {"nset": "floor", "dir": "y", "velocity": 0}]}},
+  "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}},
+                     "middle": {"half_space": {"point": [0, 0], "normal": [1, 0]}}}},
+  "materials": [{"type": "MohrCoulomb", "density": 1600, "youngs_modulus": 1e6,
+                 "poisson_ratio": 0.3, "friction": 30, "dilation": 0, "cohesion": 0,
+                 "tension_cutoff": 0}],
+  "particles": [{"generator": {"type": "region", "per_cell": 2, "material": 0,
+                               "region": {"box": {"min": [0, 0], "max": [0.1, 0.1]}}}}],
+  "external_loading_conditions": {"gravity": [0, -9.81]},
+  "analysis": {"nsteps": 6000}})";
+  const char* cliff = R"({"title": "Cliff of soil",
+  "mesh": {"structured": {"cell_size": 4, "counts": [30, 10, 16]},
+           "boundary_conditions": {"velocity_constraints": [
+             {"nset": "back", "dir": "x", "velocity": 0},
+             {"nset": "sides", "dir": "y", "velocity": 0},
+             {"nset": "floor", "dir": "x", "velocity": 0},
+             {"nset": "floor", "dir": "y", "velocity": 0},
+             {"nset": "floor", "dir": "z", "velocity": 0}]}},
+  "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0, 0], "normal": [0, 0, 1]}},
+                     "back": {"half_space": {"point": [0, 0, 0], "normal": [1, 0, 0]}},
+                     "sides": {"union": [
+                       {"half_space": {"point": [0, 0, 0], "normal": [0, 1, 0]}},
+                       {"half_space": {"point": [0, 40, 0], "normal": [0, -1, 0]}}]}}},
+  "materials": [{"type": "MohrCoulomb", "density": 1900, "youngs_modulus": 3e7,
+                 "poisson_ratio": 0.3, "friction": 24, "dilation": 0, "cohesion": 2000,
+                 "tension_cutoff": 0}],
+  "particles": [{"generator": {"type": "region", "per_cell": 2, "material": 0,
+                               "region": {"box": {"min": [0, 0, 0], "max": [40, 40, 40]}}}}],
+  "external_loading_conditions": {"gravity": [0, 0, -9.81]},
+  "analysis": {"nsteps": 300}})";
+  Model<Dim> model = std::get<Model<Dim>>(read_scenario_text(Dim == 2 ? column : cliff, ".").model);
+  model.analysis.nsteps = endless;
+  return model;
+}
+
 Model<3> sliding_block(Index length, bool moves) {
   const std::string text = fmt::format(
       R"({{"title": "Sliding block",
@@ -236,6 +278,7 @@ Model<2> bench_plate_isoparametric() {
 #define LAHAR_INSTANTIATE(Dim)                                       \
   template Vec<Dim> deformed<Dim>(const Vec<Dim>&, double);          \
   template Model<Dim> lattice_block<Dim>(const BlockSize&);          \
+  template Model<Dim> collapse<Dim>();                               \
   template Model<Dim> element_block<Dim>(const BlockSize&, Element); \
   template Model<Dim> deformed_block<Dim>(const BlockSize&);
 LAHAR_INSTANTIATE(2)

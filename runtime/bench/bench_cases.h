@@ -50,6 +50,16 @@ Vec<Dim> deformed(const Vec<Dim>& x, double edge);
 enum class SoilState { elastic, yielding };
 Model<3> soil_block(const BlockSize& size, SoilState state);
 
+/// Soil that stands as a column or a cliff at first and runs out, as users compute it: Mohr-Coulomb
+/// with MUSL, splines and gaps. In 2D sand without cohesion, in 3D soil with a little.
+template <int Dim>
+Model<Dim> collapse();
+/// From its beginning, steps in which it falls.
+template <int Dim>
+inline constexpr Index collapse_steps = Dim == 2 ? 6000 : 300;
+template <int Dim>
+inline constexpr Index collapse_particles = Dim == 2 ? 1600 : 8000;
+
 /// A block of length x length/2 x length/2 cells at one end of a mesh that is twice as long, which
 /// it crosses to the other end in sliding_steps() as it was thrown, or in which it rests; 2 x 2 x 2
 /// particles per cell.

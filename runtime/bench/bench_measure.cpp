@@ -35,8 +35,10 @@ class Crew {
     variant.steps = protocol.steps > 0 ? protocol.steps
                     : job_.steps > 0   ? job_.steps
                                        : std::max(least, by_time);
-    // A sample has to fit into the model's life, with room for a warm-up.
-    if (job_.life > 0) variant.steps = std::min(variant.steps, job_.life / 2);
+    // A sample has to fit into the model's life, with room for a warm-up; one of so many steps as
+    // the job says begins with a model of its own.
+    if (job_.life > 0 && variant.steps != job_.steps)
+      variant.steps = std::min(variant.steps, job_.life / 2);
   }
 
   /// All copies together: the sum of their rates.

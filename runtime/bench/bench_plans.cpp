@@ -100,6 +100,24 @@ BenchPlan soil(const std::string& size_name, const BlockSize& size) {
           .jobs = {job("all yielding", SoilState::yielding), job("elastic", SoilState::elastic)}};
 }
 
+/// Each sample is the same fall, from its beginning.
+template <int Dim>
+BenchJob falling(const char* name) {
+  return {.name = name,
+          .model = [] { return AnyModel(collapse<Dim>()); },
+          .execution = one_thread,
+          .particles = static_cast<double>(collapse_particles<Dim>),
+          .steps = collapse_steps<Dim>,
+          .life = collapse_steps<Dim>};
+}
+
+BenchPlan collapses() {
+  return {.name = "collapse",
+          .title = "Soil that runs out, Mohr-Coulomb, MUSL, splines, gaps",
+          .jobs = {falling<2>("column of sand, 2D"), falling<3>("cliff of soil, 3D")},
+          .stages = true};
+}
+
 template <int Dim>
 BenchPlan large_block(const std::string& size_name, const BlockSize& size) {
   BenchPlan plan = block<Dim>(size_name, size);
@@ -319,6 +337,7 @@ std::vector<BenchPlan> bench_plans(int threads) {
       block<3>("1m", h8_1m, 35),
       large_block<3>("10m", h8_10m),
       soil("125k", h8_125k),
+      collapses(),
       stages<2>(q4_4k, q4_1m),
       stages<3>(h8_4k, h8_1m),
       kernels<2>("102,400", q4_100k),

@@ -139,6 +139,17 @@ TEST_CASE(
   check(sliding_block(8, true).analysis);
 }
 
+TEST_CASE_TEMPLATE("soil that runs out in the benchmark is computed with what users get", D,
+                   std::integral_constant<int, 2>, std::integral_constant<int, 3>) {
+  constexpr int Dim = D::value;
+  const Model<Dim> model = collapse<Dim>();
+  CHECK(model.particles.x.size() == static_cast<std::size_t>(collapse_particles<Dim>));
+  CHECK(model.analysis.scheme == Scheme::musl);
+  CHECK(model.analysis.functions == ShapeFunctions::quadratic_spline);
+  for (const BenchPlan& plan : choose_plans(bench_plans(1), {"collapse"}, false, 1))
+    for (const BenchJob& job : plan.jobs) CHECK(job.steps == job.life);
+}
+
 TEST_CASE_TEMPLATE("a deformed block is irregular and about 1 % of it changes cells in a step", D,
                    std::integral_constant<int, 2>, std::integral_constant<int, 3>) {
   constexpr int Dim = D::value;
