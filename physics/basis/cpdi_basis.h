@@ -19,6 +19,8 @@ struct CpdiBasis {
   static constexpr int nodes = tensor_nodes<Dim>;
   static constexpr bool volume_at_centre = false;
   static constexpr int vectors = Domain<Dim, Scalar>::vectors;
+  template <class Real>
+  using DomainOf = Domain<Dim, Real>;
   using Rows = std::array<const double*, static_cast<std::size_t>(vectors) * Dim>;
 
   CartesianMap<Dim> map;
@@ -145,19 +147,6 @@ struct CpdiBasis {
     }
   }
 
- private:
-  /// Lanes without a particle have no domain: they must not spoil sums.
-  template <class Real>
-  LAHAR_INLINE static Real no_domain_is_zero(const Real& value) {
-    return select(outside(value, 1e200, lanes<Real>), Real(0.0), value);
-  }
-  template <class Real>
-  LAHAR_INLINE static Real product(const Real (&w)[Dim][axis_nodes], int i) {
-    Real value = w[0][number(i, 0)] * w[1][number(i, 1)];
-    if constexpr (Dim == 3) value *= w[2][number(i, 2)];
-    return value;
-  }
-
   /// Place of the particle and its domain, in lengths of the cell from its low corner. Returns by
   /// which factor the domain is smaller than its own.
   template <class Real>
@@ -178,6 +167,30 @@ struct CpdiBasis {
     for (int k = 0; k < vectors; ++k) LAHAR_UNROLL
     for (int d = 0; d < Dim; ++d) domain.r[k][d] *= scale;
     return scale;
+  }
+
+  /// How many cells from the particle's along axis d the one is in which x lies, from 0 to 1 across
+  /// the particle's: -1, 0 or 1. Where such a cell does not exist, the one beside it is continued,
+  /// as fold_at_border() does.
+  template <class Real>
+  LAHAR_INLINE Real cells_away(const Real& x, int d) const {
+    const bool begins = border >> (2 * d) & 1, ends = border >> (2 * d + 1) & 1;
+    const unsigned before = begins ? 0u : greater(Real(0.0), x),
+                   beyond = ends ? 0u : greater(x, Real(1.0));
+    return select(before, Real(-1.0), select(beyond, Real(1.0), Real(0.0)));
+  }
+
+ private:
+  /// Lanes without a particle have no domain: they must not spoil sums.
+  template <class Real>
+  LAHAR_INLINE static Real no_domain_is_zero(const Real& value) {
+    return select(outside(value, 1e200, lanes<Real>), Real(0.0), value);
+  }
+  template <class Real>
+  LAHAR_INLINE static Real product(const Real (&w)[Dim][axis_nodes], int i) {
+    Real value = w[0][number(i, 0)] * w[1][number(i, 1)];
+    if constexpr (Dim == 3) value *= w[2][number(i, 2)];
+    return value;
   }
 
   /// Linear functions of the nodes along each axis at corner c of the domain.
@@ -206,20 +219,17 @@ struct CpdiBasis {
 
     LAHAR_INLINE CornerNodes(const CpdiBasis& basis, const Real (&s)[Dim],
                              const Domain<Dim, Real>& domain, int c) {
-      for (int& number : first) number = 0;
+      Real number(0.0);
       LAHAR_UNROLL
       for (int d = 0; d < Dim; ++d) {
         Real x = s[d] + domain.corner(c, d);
-        const bool begins = basis.border >> (2 * d) & 1, ends = basis.border >> (2 * d + 1) & 1;
-        const unsigned before = begins ? 0u : greater(Real(0.0), x),
-                       beyond = ends ? 0u : greater(x, Real(1.0));
-        x = select(before, x + 1.0, select(beyond, x - 1.0, x));
+        const Real away = basis.cells_away(x, d);
+        x -= away;
         store(1.0 - x, weight[d][0]);
         store(x, weight[d][1]);
-        for (int j = 0; j < lanes<Real>; ++j)
-          first[j] += (1 + static_cast<int>(beyond >> j & 1) - static_cast<int>(before >> j & 1))
-                      << (2 * d);
+        number += (1 << 2 * d) * (1.0 + away);
       }
+      for (int j = 0; j < lanes<Real>; ++j) first[j] = static_cast<int>(number[j]);
     }
     /// Call body(i, N) with the numbers and functions of the nodes, for lane j.
     template <class Body>

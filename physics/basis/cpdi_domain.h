@@ -93,6 +93,10 @@ struct Hexahedron<2, Real> {
       w[c] = 0.25 * (1.0 + (corner_sign(c, 0) * along[0] + corner_sign(c, 1) * along[1]));
     return 4.0 * J;
   }
+  LAHAR_INLINE void weights_and_slopes(Real (&w)[corners<2>], Real (&slope)[corners<2>][2]) const {
+    weights(w);
+    slopes(slope);
+  }
   LAHAR_INLINE void slopes(Real (&slope)[corners<2>][2]) const {
     const auto [c1, c2] = edges();
     Parallelepiped<2, Real>{{{c1[0], c1[1]}, {c2[0], c2[1]}}}.slopes(slope);
@@ -127,30 +131,23 @@ struct Hexahedron<3, Real> {
     for (int c = 0; c < vectors; ++c) most = max(most, max(r[c][d], -r[c][d]));
     return most;
   }
-  /// Returns the volume.
-  LAHAR_INLINE Real weights(Real (&w)[corners<3>]) const {
+  /// Returns the volume. (Called, not inlined: sums are long, and in memory anyway.)
+  [[gnu::noinline]] Real weights(Real (&w)[corners<3>]) const {
     Real cofactor[3][3][vectors];
     cofactors(cofactor, w);
-    const Real volume = sum(w), factor = 1.0 / volume;
-    for (int k = 0; k < 3; ++k) sweep(w, k);
-    for (Real& weight : w) weight *= factor;
-    return volume;
+    return to_weights(w);
   }
-  LAHAR_INLINE void slopes(Real (&slope)[corners<3>][3]) const {
+  [[gnu::noinline]] void slopes(Real (&slope)[corners<3>][3]) const {
     Real cofactor[3][3][vectors], J[vectors];
     cofactors(cofactor, J);
-    const Real factor = 0.5 / sum(J);
-    for (auto& of_corner : slope)
-      for (Real& component : of_corner) component = Real(0.0);
-    for (int k = 0; k < 3; ++k)
-      for (int d = 0; d < 3; ++d) {
-        // dS_c/dxi_k does not depend on xi_k.
-        Real(&at)[vectors] = cofactor[k][d];
-        sweep(at, (k + 1) % 3);
-        sweep(at, (k + 2) % 3);
-        for (int c = 0; c < vectors; ++c)
-          slope[c][d] += corner_sign(c, k) * (factor * (at[c & ~(1 << k)] + at[c | 1 << k]));
-      }
+    to_slopes(cofactor, sum(J), slope);
+  }
+  [[gnu::noinline]] void weights_and_slopes(Real (&w)[corners<3>],
+                                            Real (&slope)[corners<3>][3]) const {
+    Real cofactor[3][3][vectors];
+    cofactors(cofactor, w);
+    const Real volume = to_weights(w);
+    to_slopes(cofactor, volume, slope);
   }
 
  private:
@@ -158,9 +155,11 @@ struct Hexahedron<3, Real> {
   static constexpr double near = 0.78867513459481288225, far = 0.21132486540518711775;
 
   /// From corners to Gauss points along an axis, or, of integrals, from Gauss points to corners.
-  LAHAR_INLINE static void sweep(Real (&at)[vectors], int k) {
+  /// Those on the plus side of the axis `without` are left, of which `at` does not depend.
+  LAHAR_INLINE static void sweep(Real (&at)[vectors], int k, int without = 3) {
+    LAHAR_UNROLL
     for (int c = 0; c < vectors; ++c) {
-      if (c >> k & 1) continue;
+      if (c >> k & 1 || c >> without & 1) continue;
       const Real low = at[c], high = at[c | 1 << k];
       at[c] = near * low + far * high;
       at[c | 1 << k] = far * low + near * high;
@@ -169,25 +168,62 @@ struct Hexahedron<3, Real> {
   LAHAR_INLINE static Real sum(const Real (&at)[vectors]) {
     return ((at[0] + at[1]) + (at[2] + at[3])) + ((at[4] + at[5]) + (at[6] + at[7]));
   }
+  /// From determinants at Gauss points. Returns the volume.
+  LAHAR_INLINE static Real to_weights(Real (&w)[vectors]) {
+    const Real volume = sum(w), factor = 1.0 / volume;
+    LAHAR_UNROLL
+    for (int k = 0; k < 3; ++k) sweep(w, k);
+    for (Real& weight : w) weight *= factor;
+    return volume;
+  }
+  LAHAR_INLINE static void to_slopes(Real (&cofactor)[3][3][vectors], const Real& volume,
+                                     Real (&slope)[vectors][3]) {
+    const Real factor = 0.5 / volume;
+    LAHAR_UNROLL
+    for (int k = 0; k < 3; ++k) LAHAR_UNROLL
+    for (int d = 0; d < 3; ++d) {
+      // dS_c/dxi_k does not depend on xi_k.
+      Real(&at)[vectors] = cofactor[k][d];
+      LAHAR_UNROLL
+      for (int c = 0; c < vectors; ++c)
+        if (!(c >> k & 1)) at[c] = factor * (at[c] + at[c | 1 << k]);
+      sweep(at, (k + 1) % 3, k);
+      sweep(at, (k + 2) % 3, k);
+      LAHAR_UNROLL
+      for (int c = 0; c < vectors; ++c) {
+        const Real part = at[c & ~(1 << k)];
+        const Real signed_part = c >> k & 1 ? part : -part;
+        slope[c][d] = k == 0 ? signed_part : slope[c][d] + signed_part;
+      }
+    }
+  }
   /// [k][d][g]: derivatives of the determinant for dx_d/dxi_k at Gauss point g, and determinants.
   LAHAR_INLINE void cofactors(Real (&cofactor)[3][3][vectors], Real (&J)[vectors]) const {
-    Real tangent[3][3][vectors];
-    for (int k = 0; k < 3; ++k)
-      for (int d = 0; d < 3; ++d) {
-        for (int c = 0; c < vectors; ++c)
-          tangent[k][d][c] = 0.5 * (r[c | 1 << k][d] - r[c & ~(1 << k)][d]);
-        sweep(tangent[k][d], (k + 1) % 3);
-        sweep(tangent[k][d], (k + 2) % 3);
-      }
+    Real tangent[3][3][vectors];  // dx_d/dxi_k, which does not depend on xi_k
+    LAHAR_UNROLL
+    for (int k = 0; k < 3; ++k) LAHAR_UNROLL
+    for (int d = 0; d < 3; ++d) {
+      LAHAR_UNROLL
+      for (int c = 0; c < vectors; ++c)
+        if (!(c >> k & 1)) tangent[k][d][c] = 0.5 * (r[c | 1 << k][d] - r[c][d]);
+      sweep(tangent[k][d], (k + 1) % 3, k);
+      sweep(tangent[k][d], (k + 2) % 3, k);
+    }
+    LAHAR_UNROLL
     for (int g = 0; g < vectors; ++g) {
+      const auto at = [&](int k, int d) __attribute__((always_inline)) {
+        return tangent[k][d][g & ~(1 << k)];
+      };
+      LAHAR_UNROLL
       for (int k = 0; k < 3; ++k) {
-        const auto &a = tangent[(k + 1) % 3], &b = tangent[(k + 2) % 3];
+        const int a = (k + 1) % 3, b = (k + 2) % 3;
+        LAHAR_UNROLL
         for (int d = 0; d < 3; ++d)
-          cofactor[k][d][g] = difference_of_products(a[(d + 1) % 3][g], b[(d + 2) % 3][g],
-                                                     a[(d + 2) % 3][g], b[(d + 1) % 3][g]);
+          cofactor[k][d][g] = difference_of_products(at(a, (d + 1) % 3), at(b, (d + 2) % 3),
+                                                     at(a, (d + 2) % 3), at(b, (d + 1) % 3));
       }
-      J[g] = fma(tangent[0][2][g], cofactor[0][2][g],
-                 fma(tangent[0][1][g], cofactor[0][1][g], tangent[0][0][g] * cofactor[0][0][g]));
+      J[g] = fma(at(0, 2), cofactor[0][2][g],
+                 fma(at(0, 1), cofactor[0][1][g], at(0, 0) * cofactor[0][0][g]));
     }
   }
 };

@@ -26,7 +26,8 @@ bool needs_node_positions(const Analysis& analysis) {
 }
 
 bool gives_gradients(const Analysis& analysis) {
-  return row_of(analysis.functions).products;
+  const ShapeFunctionsRow& row = row_of(analysis.functions);
+  return row.products || row.domain != ParticleDomain::none;
 }
 
 template <int Dim>

@@ -18,7 +18,8 @@ BasisKind basis_kind(const Mesh<Dim>& mesh, const Analysis& analysis);
 bool needs_node_positions(const Analysis& analysis);
 
 /// Whether update_particles() can find velocity gradients on its way over the nodes: where
-/// functions are products of those of one axis, most of the work is the same.
+/// functions are products of those of one axis, or follow from those at corners of a domain, most
+/// of the work is the same.
 bool gives_gradients(const Analysis& analysis);
 
 /// Fill support_nodes, support_border and support_follows of a topology that was made with at least

@@ -33,24 +33,30 @@ class CornerMotion {
   LAHAR_INLINE void move(const Basis& basis, Local p, Local n, const double* v, const Local* nodes,
                          const Real (&v_p)[Dim]) {
     if constexpr (moves_corners<Dim, Basis>) {
-      Hexahedron<Dim, Real> domain;
-      Real relative[corners<Dim>][Dim], w[corners<Dim>];
+      Real relative[corners<Dim>][Dim];
       basis.corner_velocities(p, v, nodes, v_p, relative);
+      move(p, n, relative);
+    }
+  }
+  /// The same with the velocities of corners less v_p.
+  template <class Real>
+  LAHAR_INLINE void move(Local p, Local n, const Real (&relative)[corners<Dim>][Dim]) {
+    Hexahedron<Dim, Real> domain;
+    Real w[corners<Dim>];
+    for (int c = 0; c < corners<Dim>; ++c)
+      for (int d = 0; d < Dim; ++d)
+        domain.r[c][d] = load<Real>(from_[row(c, d)] + p) + dt_ * relative[c][d];
+    unsigned right = greater(domain.weights(w), Real(0.0));
+    for (const Real& weight : w) right &= greater(weight, Real(0.0));
+    const unsigned used = n >= lanes<Real> ? (1u << lanes<Real>)-1 : (1u << n) - 1;
+    if (const unsigned folded = used & ~right; folded != 0) record(folded, p);
+    for (int d = 0; d < Dim; ++d) {
+      Real shift = w[0] * domain.r[0][d];
+      for (int c = 1; c < corners<Dim>; ++c) shift += w[c] * domain.r[c][d];
       for (int c = 0; c < corners<Dim>; ++c)
-        for (int d = 0; d < Dim; ++d)
-          domain.r[c][d] = load<Real>(from_[row(c, d)] + p) + dt_ * relative[c][d];
-      unsigned right = greater(domain.weights(w), Real(0.0));
-      for (const Real& weight : w) right &= greater(weight, Real(0.0));
-      const unsigned used = n >= lanes<Real> ? (1u << lanes<Real>)-1 : (1u << n) - 1;
-      if (const unsigned folded = used & ~right; folded != 0) record(folded, p);
-      for (int d = 0; d < Dim; ++d) {
-        Real shift = w[0] * domain.r[0][d];
-        for (int c = 1; c < corners<Dim>; ++c) shift += w[c] * domain.r[c][d];
-        for (int c = 0; c < corners<Dim>; ++c)
-          store_first(domain.r[c][d] - shift, to_[row(c, d)] + p, n);
-        for (double* const at : {x_[static_cast<std::size_t>(d)], u_[static_cast<std::size_t>(d)]})
-          store_first(load<Real>(at + p) + shift, at + p, n);
-      }
+        store_first(domain.r[c][d] - shift, to_[row(c, d)] + p, n);
+      for (double* const at : {x_[static_cast<std::size_t>(d)], u_[static_cast<std::size_t>(d)]})
+        store_first(load<Real>(at + p) + shift, at + p, n);
     }
   }
 

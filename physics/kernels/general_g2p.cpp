@@ -13,10 +13,11 @@ namespace lahar::general {
 
 namespace {
 
-/// update_particles() with affine velocities.
+/// update_particles() with affine velocities; `gradients` (optional) of domains with corners.
 template <int Dim, class Real>
 void update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
-                   VelocityUpdates<Dim>& updates) {
+                   VelocityUpdates<Dim>& updates, VelocityGradients<Dim>* gradients) {
+  if (gradients) find_gradients<Dim, Real>(patch, step, bins, patch.velocity.data(), *gradients);
   const MovedRows<Dim> rows(patch.particles);
   const auto affine = patch.particles.template rows<Dim * Dim>(Column::affine);
   const double* v = patch.velocity.data();
@@ -114,8 +115,11 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
                       VelocityGradients<Dim>* gradients) {
   if (separates(step.model->analysis))
     return update_separable<Dim, Real>(patch, step, bins, gradients);
+  const bool is_affine = patch.particles.layout().has(Column::affine);
+  if (has_corners(patch) && !is_affine)
+    return update_domain_particles<Dim, Real>(patch, step, bins, gradients);
   VelocityUpdates<Dim> updates(patch, step);
-  if (gradients) {
+  if (gradients && !has_corners(patch)) {
     const auto find = [&]<Wanted wanted>() {
       update_with_gradients<wanted, Dim, Real>(patch, step, bins, updates, *gradients);
     };
@@ -126,8 +130,7 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
     return a ? find.template operator()<Wanted{false, true}>()
              : find.template operator()<Wanted{false, false}>();
   }
-  if (patch.particles.layout().has(Column::affine))
-    return update_affine<Dim, Real>(patch, step, bins, updates);
+  if (is_affine) return update_affine<Dim, Real>(patch, step, bins, updates, gradients);
   const MovedRows<Dim> rows(patch.particles);
   const double* const fields[2] = {patch.velocity.data(), updates.field(patch)};
   CornerMotion<Dim> corners_of(patch, step.dt);

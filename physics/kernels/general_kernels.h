@@ -43,6 +43,16 @@ void map_spline_force(Patch<3>& patch, const StepContext<3>& step, ParticleBins 
 template <class Real>
 void map_spline_gradient(Patch<3>& patch, ParticleBins bins, const double* V, double* sums);
 
+/// The same but for pressures, with domains that have corners (CPDI) and no affine velocities.
+template <int Dim, class Real>
+void map_domain_momentum(Patch<Dim>& patch, ParticleBins bins,
+                         const ParticleMomentum<Dim>& particle, double* sums);
+template <int Dim, class Real>
+void map_domain_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                      ParticleStress<Dim> stress, double* sums);
+template <int Dim, class Real>
+void map_domain_gradient(Patch<Dim>& patch, ParticleBins bins, const double* V, double* sums);
+
 /// Velocities and places of particles; `gradients` (optional) as in kernels.h.
 template <int Dim, class Real>
 void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
@@ -52,5 +62,19 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
 template <int Dim, class Real>
 void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                     const double* v, VelocityGradients<Dim>& gradients);
+
+/// The same two with domains that have corners, the first without affine velocities.
+template <int Dim, class Real>
+void update_domain_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                             VelocityGradients<Dim>* gradients);
+template <int Dim, class Real>
+void find_domain_gradients(const Patch<Dim>& patch, ParticleBins bins, const double* v,
+                           VelocityGradients<Dim>& gradients);
+
+/// Whether particles have domains with corners.
+template <int Dim>
+bool has_corners(const Patch<Dim>& patch) {
+  return patch.basis == BasisKind::cpdi || patch.basis == BasisKind::cpdi2;
+}
 
 }  // namespace lahar::general

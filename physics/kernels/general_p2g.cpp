@@ -141,6 +141,8 @@ void map_momentum(Patch<Dim>& patch, ParticleBins bins, const ParticleMomentum<D
     if (patch.basis == BasisKind::quadratic_spline)
       return map_spline_momentum<Real>(patch, bins, particle, sums);
   const bool affine = particle.is_affine();
+  if (has_corners(patch) && !affine)
+    return map_domain_momentum<Dim, Real>(patch, bins, particle, sums);
   for_each_general_bin(
       patch, bins,
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
@@ -207,6 +209,7 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
       return map_spline_force<Real>(patch, step, bins, stress, sums);
+  if (has_corners(patch)) return map_domain_force<Dim, Real>(patch, step, bins, stress, sums);
   for_each_general_bin(
       patch, bins,
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
@@ -221,6 +224,7 @@ void map_gradient(Patch<Dim>& patch, ParticleBins bins, const double* V, double*
   if constexpr (Dim == 3)
     if (patch.basis == BasisKind::quadratic_spline)
       return map_spline_gradient<Real>(patch, bins, V, sums);
+  if (has_corners(patch)) return map_domain_gradient<Dim, Real>(patch, bins, V, sums);
   const UnitPressure<Dim> pressure{V};
   for_each_general_bin(
       patch, bins,

@@ -7,6 +7,7 @@ namespace lahar::general {
 template <int Dim, class Real>
 void find_gradients(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                     const double* v, VelocityGradients<Dim>& gradients) {
+  if (has_corners(patch)) return find_domain_gradients<Dim, Real>(patch, bins, v, gradients);
   gradients.make_room(bins, lanes<Real>);
   for_each_general_bin(
       patch, bins,

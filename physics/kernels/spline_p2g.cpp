@@ -9,6 +9,7 @@
 #include "physics/basis/tensor_basis.h"
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/particle_forces.h"
+#include "physics/kernels/particle_rows.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/materials/law.h"
 #include "physics/particles/loads.h"
@@ -21,7 +22,6 @@ using Splines = SplineCells<3, QuadraticSpline>;
 using Basis = TensorProduct<3, Splines::Axis>;
 static_assert(Basis::per_particle == 3);
 
-using NodePair = PackOf<2 * node_width>;
 /// The four nodes along the first axis. (Two names: GCC 12 keeps arrays of packs in memory here.)
 struct NodeRow {
   NodePair low, high;
@@ -108,26 +108,6 @@ class SumsWindow {
   Local cell_ = nowhere;
   const Local* nodes_ = nullptr;  ///< of the cell: PatchTopology::support_nodes
   unsigned border_ = 0, turned_ = 0;
-};
-
-/// Four components of each particle of a pack.
-template <class Real>
-struct ParticleRows {
-  alignas(64) double row[lanes<Real>][node_width];
-
-  LAHAR_INLINE void set(const Real (&value)[node_width]) {
-    if constexpr (lanes<Real> == 8) {
-      NodeVector rows[8];
-      transpose(value, rows);
-      LAHAR_UNROLL
-      for (int j = 0; j < 8; ++j) store(rows[j], row[j]);
-    } else {
-      for (int j = 0; j < lanes<Real>; ++j)
-        for (int k = 0; k < node_width; ++k) row[j][k] = value[k][j];
-    }
-  }
-  /// Values of particle j, for both nodes of a pair.
-  LAHAR_INLINE NodePair operator[](Local j) const { return broadcast_four(row[j]); }
 };
 
 /// Values of functions at the particles of a pack, those of each function a row.

@@ -331,9 +331,9 @@ TEST_CASE("what lies in free slots or beyond the last has no influence and is no
 
 namespace {
 
-/// Call with twins whose functions are products of those of one axis, for every transfer.
+/// Call with twins of which G2P finds velocity gradients, for every transfer.
 template <class Check>
-void on_every_twin_of_axes(Check check) {
+void on_every_twin_with_gradients(Check check) {
   for (const double flip : {0.6, 0.0})
     on_every_twin(
         [&](auto& a, auto& b) {
@@ -363,7 +363,7 @@ void move_and_strain(Fixture& f, std::size_t calls = 1) {
 
 TEST_CASE("G2P that finds velocity gradients does what stress and G2P do, to rounding") {
   for (const bool one_by_one : {false, true})
-    on_every_twin_of_axes([&](auto& joined, auto& reference) {
+    on_every_twin_with_gradients([&](auto& joined, auto& reference) {
       constexpr int Dim = std::decay_t<decltype(joined)>::dim;
       if (one_by_one)
         move_and_strain<Scalar>(joined);
@@ -381,7 +381,7 @@ TEST_CASE("G2P that finds velocity gradients does what stress and G2P do, to rou
 
 TEST_CASE(
     "G2P that finds velocity gradients gives the same bits for any number of bins at a time") {
-  on_every_twin_of_axes([](auto& f, auto& reference) {
+  on_every_twin_with_gradients([](auto& f, auto& reference) {
     f.patch.work.internal = reference.patch.work.internal = 0;
     move_and_strain(f, f.patch.bins.size());
     move_and_strain(reference);
@@ -393,8 +393,24 @@ TEST_CASE(
   });
 }
 
+TEST_CASE("nodes get the same bits of particles for any number of bins at a time") {
+  on_every_twin(
+      [](auto& f, auto& reference) {
+        const auto map = [](auto& to, ParticleBins bins) {
+          map_mass_momentum(to.patch, to.context(), bins);
+          map_pressure(to.patch, to.context(), bins);
+          map_force(to.patch, to.context(), bins);
+        };
+        for (std::size_t k = 0; k < f.patch.bins.size(); ++k)
+          map(f, ParticleBins(f.patch.bins).subspan(k, 1));
+        map(reference, reference.patch.bins);
+        CHECK(state_of(f.patch) == state_of(reference.patch));
+      },
+      Functions::all);
+}
+
 TEST_CASE("G2P that finds velocity gradients leaves other bins and free slots alone") {
-  on_every_twin_of_axes([](auto& f, auto& reference) {
+  on_every_twin_with_gradients([](auto& f, auto& reference) {
     constexpr int Dim = std::decay_t<decltype(f)>::dim;
     REQUIRE(f.patch.bins.size() > 4);
     std::vector<ParticleBin> bins;
