@@ -8,6 +8,7 @@
 
 #include "io/base/hdf_handle.h"
 #include "io/frames/vtkhdf.h"
+#include "physics/particles/columns.h"
 
 namespace lahar {
 
@@ -114,6 +115,9 @@ class FrameFileReader {
   HdfHandle file_;
 };
 
+constexpr int most_components =
+    std::ranges::max(column_table, {}, &ColumnInfo::components_3d).components_3d;
+
 /// Columns as the file lists them, without values.
 std::vector<FrameColumn> columns_in(const HdfSession& hdf, const FrameFileReader& in) {
   const std::string group = "/VTKHDF/PointData/";
@@ -121,7 +125,7 @@ std::vector<FrameColumn> columns_in(const HdfSession& hdf, const FrameFileReader
   for (const std::string& name : in.names(group)) {
     if (name == "id" || name == "material") continue;
     const std::int64_t components = in.integer_attribute(group + name, "components");
-    if (components < 1 || components > 9)
+    if (components < 1 || components > most_components)
       hdf.fail(fmt::format("{} has {} components", name, components));
     FrameColumn& column = columns[in.integer_attribute(group + name, "order")];
     column.name = name;

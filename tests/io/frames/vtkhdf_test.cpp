@@ -6,6 +6,7 @@
 
 #include "io/base/atomic_file.h"
 #include "physics/base/error.h"
+#include "physics/particles/columns.h"
 #include "tests/io/frames/frame_samples.h"
 
 namespace lahar {
@@ -33,6 +34,17 @@ TEST_CASE("NaN and infinity survive in a frame, so that a failed run can be look
   frame.coordinates[4] = std::numeric_limits<double>::quiet_NaN();
   write_frame(frame, folder.path / "frame.hdf");
   CHECK(same_bits(read_frame(folder.path / "frame.hdf"), frame));
+}
+
+TEST_CASE("columns of any number of components that particles have are read back") {
+  const TemporaryFolder folder;
+  Frame frame = two_particles();
+  for (const ColumnInfo& info : column_table)
+    if (const int n = info.components_3d; n > 0 && info.exported && !frame.find(info.name))
+      frame.columns.push_back(
+          {info.name, info.unit, n, std::vector<double>(2 * static_cast<std::size_t>(n), 0.5)});
+  write_frame(frame, folder.path / "a.hdf");
+  CHECK(read_frame(folder.path / "a.hdf").columns.size() == frame.columns.size());
 }
 
 TEST_CASE("a frame without material ids is read back without them") {
